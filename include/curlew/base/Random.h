@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstdint>
+
+namespace curlew {
+
+/// The finaliser of SplitMix64 (Steele, Lea and Flood 2014): a bijection of 64-bit words whose output bits are well mixed.
+constexpr uint64_t mixBits(uint64_t word) {
+    word += 0x9e3779b97f4a7c15u;
+    word = (word ^ (word >> 30)) * 0xbf58476d1ce4e5b9u;
+    word = (word ^ (word >> 27)) * 0x94d049bb133111ebu;
+    return word ^ (word >> 31);
+}
+
+/// Counter-based random bits: the same for the same (seed, index, stream), whatever was drawn before. So random points
+/// need no state and come out the same for any number of threads.
+constexpr uint64_t randomBits(uint64_t seed, uint64_t index, uint64_t stream = 0) {
+    return mixBits(mixBits(mixBits(seed) ^ index) ^ stream);
+}
+
+/// Uniform in [0, 1), 53 random bits.
+constexpr double randomUniform(uint64_t seed, uint64_t index, uint64_t stream = 0) {
+    return static_cast<double>(randomBits(seed, index, stream) >> 11) * 0x1p-53;
+}
+
+} // namespace curlew

@@ -1,0 +1,54 @@
+#include "curlew/base/Parallel.h"
+
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <mutex>
+#include <vector>
+
+namespace curlew {
+
+void parallelFor(size_t count, size_t grain, const std::function<void(size_t, size_t)>& body, const Monitor& monitor) {
+    grain = std::max<size_t>(grain, 1);
+    const size_t chunks = (count + grain - 1) / grain;
+    std::mutex reporting;
+    size_t done = 0;
+    tbb::parallel_for(
+        tbb::blocked_range<size_t>(0, chunks, 1),
+        [&](const tbb::blocked_range<size_t>& range) {
+            for (size_t chunk = range.begin(); chunk != range.end(); ++chunk) {
+                monitor.check();
+                body(chunk * grain, std::min(count, (chunk + 1) * grain));
+                if (!monitor.report) continue;
+                const std::lock_guard lock(reporting);
+                monitor.report(static_cast<double>(++done) / static_cast<double>(chunks));
+            }
+        },
+        tbb::simple_partitioner());
+}
+
+double parallelSum(size_t count, size_t grain, const std::function<double(size_t, size_t)>& body,
+                   const Monitor& monitor) {
+    grain = std::max<size_t>(grain, 1);
+    std::vector<double> sums((count + grain - 1) / grain);
+    parallelFor(
+        count, grain, [&](size_t begin, size_t end) { sums[begin / grain] = body(begin, end); }, monitor);
+    double total = 0;
+    for (const double sum : sums) total += sum;
+    return total;
+}
+
+struct ThreadLimit::Implementation {
+    explicit Implementation(size_t threads) : control(tbb::global_control::max_allowed_parallelism, threads) {}
+    tbb::global_control control;
+};
+
+ThreadLimit::ThreadLimit(int threads)
+    : mImplementation(std::make_unique<Implementation>(
+          static_cast<size_t>(threads > 0 ? threads : tbb::this_task_arena::max_concurrency()))) {}
+
+ThreadLimit::~ThreadLimit() = default;
+
+} // namespace curlew
