@@ -48,15 +48,18 @@ class CancellableBuffer : public std::filebuf {
 } // namespace
 
 void checkWritable(const fs::path& path) {
-    if (path.filename().empty()) throw FileError(fmt::format("cannot write '{}': it names a folder, not a file", path.string()));
+    if (path.filename().empty())
+        throw FileError(fmt::format("cannot write '{}': it names a folder, not a file", path.string()));
     const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
     std::error_code error;
     if (!fs::is_directory(folder, error))
-        throw FileError(fmt::format("cannot write '{}': there is no folder '{}'; create it first", path.string(), folder.string()));
+        throw FileError(
+            fmt::format("cannot write '{}': there is no folder '{}'; create it first", path.string(), folder.string()));
     if (fs::is_directory(path, error))
         throw FileError(fmt::format("cannot write '{}': a folder has that name; choose another", path.string()));
     if (::access(folder.c_str(), W_OK) != 0)
-        throw FileError(fmt::format("cannot write '{}': no permission to write in '{}'", path.string(), folder.string()));
+        throw FileError(
+            fmt::format("cannot write '{}': no permission to write in '{}'", path.string(), folder.string()));
 }
 
 void writeAtomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
@@ -84,7 +87,8 @@ void writeAtomically(const fs::path& path, const std::function<void(std::ostream
             if (!buffer.close()) throw std::ios_base::failure("close");
         } catch (const std::ios_base::failure&) {
             const int cause = errno;
-            throw FileError(fmt::format("cannot write '{}': {}; free some space or choose another folder", path.string(),
+            throw FileError(fmt::format("cannot write '{}': {}; free some space or choose another folder",
+                                        path.string(),
                                         cause ? std::strerror(cause) : "the disk did not take all of it"));
         }
     });

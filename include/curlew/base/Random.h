@@ -4,7 +4,8 @@
 
 namespace curlew {
 
-/// The finaliser of SplitMix64 (Steele, Lea and Flood 2014): a bijection of 64-bit words whose output bits are well mixed.
+/// The finaliser of SplitMix64 (Steele, Lea and Flood 2014): a bijection of 64-bit words whose output bits are well
+/// mixed.
 constexpr uint64_t mixBits(uint64_t word) {
     word += 0x9e3779b97f4a7c15u;
     word = (word ^ (word >> 30)) * 0xbf58476d1ce4e5b9u;

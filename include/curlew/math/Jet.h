@@ -97,8 +97,7 @@ constexpr Jet<T, N, Order> compose(const Jet<T, N, Order>& a, T h, T dh, T ddh) 
         for (int i = 0; i < N; ++i) r.gradient[i] = dh * a.gradient[i];
     if constexpr (Order >= 2)
         for (int i = 0; i < N; ++i)
-            for (int j = i; j < N; ++j)
-                r.hessian(i, j) = dh * a.hessian(i, j) + ddh * (a.gradient[i] * a.gradient[j]);
+            for (int j = i; j < N; ++j) r.hessian(i, j) = dh * a.hessian(i, j) + ddh * (a.gradient[i] * a.gradient[j]);
     return r;
 }
 

@@ -1,0 +1,37 @@
+#pragma once
+
+#include "curlew/field/Shapes.h"
+
+namespace curlew {
+
+/// Where a wall lets the flow be.
+enum class Side {
+    inside,  ///< Contained in the shape.
+    outside, ///< Around it, as an obstacle.
+    both,    ///< On either side, never through.
+};
+
+/// A wall: the zero set of a signed distance, with the thickness of the layer in which a flow turns along it.
+struct Wall {
+    Sdf sdf;
+    Side side = Side::inside;
+    double width = 0.1; ///< World units.
+};
+
+struct BoundOptions {
+    /// Shift the noise away from zero so that the sign of the result is the sign of the distance: then no value of the
+    /// result occurs on both sides of the wall, and a reprojected particle cannot converge to the wrong side.
+    /// Needs a noise with a finite bound().
+    bool separate = true;
+    /// The noise is scaled to at most this size before it is blended, world units. A size near the width makes the flow
+    /// as fast in the layer as beyond it. 0 leaves the noise as it is; negative means the wall's width.
+    double amplitude = -1;
+};
+
+/// ICN Eq. 13: g = (1 - alpha) d + alpha noise, alpha the quintic fade of depth / width: the distance at the wall, the
+/// noise beyond the layer. Its gradient has all three terms, (1 - alpha) grad d + alpha grad noise + (noise - d) grad
+/// alpha, so a DFVN of it is divergence-free. On the side of the wall where there is no flow, g is the distance itself.
+/// Throws ValueError for a width that is not positive, and for `separate` with an unbounded noise.
+ScalarField bounded(const ScalarField& noise, const Wall& wall, const BoundOptions& options = {});
+
+} // namespace curlew

@@ -1,0 +1,41 @@
+#pragma once
+
+#include "curlew/field/ScalarField.h"
+
+namespace curlew {
+
+/// A signed distance: a scalar field that is negative inside, zero on the surface, and nowhere steeper than 1.
+/// (This is the one place that states the sign.)
+struct Sdf {
+    ScalarField distance;
+    Box bounds;                                             ///< Contains the inside; infinite where that is unbounded.
+    double reach = std::numeric_limits<double>::infinity(); ///< Where |distance| is below this, it is the distance.
+};
+
+/// Shapes, world units, centred at the origin; move them with placed(). Where the kinks of each are is said here; a
+/// flow needs second derivatives, so keep the width of a wall (Eq. 13) below the distance to them. All throw ValueError
+/// for sizes that are not positive and finite.
+
+/// Exact. C^inf but at the centre.
+Sdf sphereSdf(double radius);
+/// A box with rounded edges; `size` is the whole edge length, `rounding` the radius of the edges. Exact; C¹ at the
+/// seams between faces and edges, kinks deeper than `rounding`. Throws where rounding exceeds half the shortest edge.
+Sdf boxSdf(const Vec3d& size, double rounding);
+/// Around the y axis: `radius` from the centre to the middle of the tube, `tube` the tube's radius. Exact; C^inf but on
+/// the axis and on the circle in the middle of the tube. Throws where tube is not below radius.
+Sdf torusSdf(double radius, double tube);
+/// A cylinder along y of the given length with hemispheres at both ends. Exact; C¹ at the seams, C^inf elsewhere but on
+/// the inner segment.
+Sdf capsuleSdf(double length, double radius);
+/// Inside is where normal · x < offset, normal of any length but zero. Exact, C^inf; its inside is unbounded.
+Sdf planeSdf(const Vec3d& normal, double offset);
+/// The sheet |gyroid| < thickness / 2 of Schoen's gyroid with the given wavelength. C^inf but in the middle of the
+/// sheet. A lower bound on the distance, not the distance; its inside is unbounded.
+Sdf gyroidSdf(double wavelength, double thickness);
+
+/// The shape moved and turned, and scaled alike along all axes (ValueError for unequal or negative scales: the result
+/// would not be a distance).
+struct Placement;
+Sdf placed(const Sdf& sdf, const Placement& placement);
+
+} // namespace curlew

@@ -1,0 +1,48 @@
+#pragma once
+
+#include "curlew/base/Monitor.h"
+#include "curlew/track/Particles.h"
+#include "curlew/track/Reproject.h"
+#include "curlew/track/Stepper.h"
+
+namespace curlew {
+
+struct AdvectOptions {
+    double time = 1; ///< Seconds; negative runs backward.
+    int steps = 100;
+    Scheme scheme = Scheme::rk4;
+    Reprojection reprojection = Reprojection::gaussNewton;
+    double tolerance = 1e-8; ///< On the residuals of f and g, relative to their root mean squares over the domain.
+    int iterations = 10;     ///< Corrections per step, at most.
+    int halvings = 8;        ///< A step that fails is redone in halves, down to this power of two.
+};
+
+struct AdvectResult {
+    size_t points = 0;
+    size_t notConverged = 0; ///< Points that some step left in place: even its smallest part found no way on the track.
+    size_t keptBack = 0;     ///< How often that happened.
+    size_t outside = 0;      ///< Points on the wrong side of the wall, or exactly on it, at the end.
+    size_t substeps = 0;     ///< Steps and parts of steps that were taken.
+    size_t retries = 0;      ///< Steps that were redone in halves.
+    double meanIterations = 0; ///< Corrections per substep.
+    double residualF = 0,
+           residualG =
+               0; ///< Root mean squares at the end over the points that converged, relative to those of f and g.
+};
+
+/// Moves particles along the flow (ICN Algorithm 1), reprojecting each step onto the particle's track. The track is
+/// what the particles carry (f and g), or else the one they start on. On return they have position, velocity and track.
+///
+/// With reprojection, no particle crosses the wall of the flow's domain. A step is taken back and redone in halves if
+///  - it did not come back onto the track within the tolerance, or it ends on the wrong side (MATH §4);
+///  - the wall is within reach of it and it is longer than the width of the wall, or a point of its chord lies beyond
+///  the
+///    wall by more than 1/16 of its length: so a particle cannot jump from one part of the domain to another through a
+///    wall.
+/// If `halvings` do not help, the particle stays for this step. Particles that start beyond the wall (or on it) stay
+/// where they are, and are counted as outside. Each particle's path is its own: the result does not depend on the
+/// others, nor on the number of threads. Throws ValueError for steps < 1 and values that are not finite; Interrupted,
+/// with the particles in an unspecified state.
+AdvectResult advect(const Dfvn& flow, Particles& particles, const AdvectOptions& options, const Monitor& monitor = {});
+
+} // namespace curlew

@@ -1,0 +1,13 @@
+#pragma once
+
+#include "curlew/base/Monitor.h"
+#include "curlew/flow/Domain.h"
+#include "curlew/track/Particles.h"
+
+namespace curlew {
+
+/// `count` points, uniform in the domain, with ids 0 … count-1. Point k depends on the seed and k alone.
+/// Throws ValueError where the domain is empty or infinite.
+Particles scatter(const Domain& domain, size_t count, uint64_t seed, const Monitor& monitor = {});
+
+} // namespace curlew

@@ -1,0 +1,68 @@
+#include "curlew/field/Bound.h"
+
+#include "curlew/base/Error.h"
+#include "curlew/math/Fade.h"
+
+#include <fmt/format.h>
+
+namespace curlew {
+
+namespace {
+
+struct Bounded {
+    ScalarField distance, noise;
+    Side side;
+    double width, factor, shift;
+
+    bool flows(double d) const { return side == Side::both || (side == Side::inside) == (d < 0); }
+
+    template <int Order, class T>
+    void evalBatch(const PointBatch& points, JetBatch<T, Order>& jets) const {
+        distance.eval(points, jets);
+        // The noise counts only where alpha > 0: beyond the wall, on the side of the flow.
+        PointBatch layer;
+        std::array<int, kBatch> lane;
+        for (int i = 0; i < points.size; ++i) {
+            const T d = jets.c[0][static_cast<size_t>(i)];
+            if (d == T(0) || !flows(static_cast<double>(d))) continue;
+            lane[static_cast<size_t>(layer.size)] = i;
+            layer.push(points[i]);
+        }
+        if (layer.size == 0) return;
+        JetBatch<T, Order> noises;
+        noise.eval(layer, noises);
+        for (int k = 0; k < layer.size; ++k) {
+            const int i = lane[static_cast<size_t>(k)];
+            jets.set(i, blend(jets[i], noises[k]));
+        }
+    }
+
+    template <class J>
+    J blend(const J& d, const J& n) const {
+        using T = decltype(d.value);
+        const T sign = d.value < T(0) ? T(-1) : T(1), rate = sign / static_cast<T>(width);
+        const auto fade = quinticFade(d.value * rate);
+        const J target = n * static_cast<T>(factor) + J(sign * static_cast<T>(shift));
+        if (fade.value >= T(1)) return target;
+        const J alpha = compose(d, fade.value, fade.first * rate, fade.second * rate * rate);
+        return d + alpha * (target - d); // the product rule brings in all three terms of the gradient
+    }
+};
+
+} // namespace
+
+ScalarField bounded(const ScalarField& noise, const Wall& wall, const BoundOptions& options) {
+    if (!(wall.width > 0) || !std::isfinite(wall.width))
+        throw ValueError(fmt::format("bound: width {} must be positive and finite", wall.width));
+    const bool limited = std::isfinite(noise.bound()) && noise.bound() > 0;
+    if (options.separate && !limited)
+        throw ValueError(
+            "bound: separate=1 needs a noise whose range is known; use separate=0, or a noise instead of this field");
+    const double amplitude = options.amplitude < 0 ? wall.width : options.amplitude;
+    const double factor = amplitude > 0 && limited ? amplitude / noise.bound() : 1;
+    // Any shift above the noise's bound separates; an eighth more keeps the values clear of zero.
+    const double shift = options.separate ? 1.125 * factor * noise.bound() : 0;
+    return ScalarField(Bounded{wall.sdf.distance, noise, wall.side, wall.width, factor, shift});
+}
+
+} // namespace curlew

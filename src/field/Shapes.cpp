@@ -1,0 +1,138 @@
+#include "curlew/field/Shapes.h"
+
+#include "curlew/base/Error.h"
+#include "curlew/field/Algebra.h"
+
+#include <fmt/format.h>
+
+#include <numbers>
+
+namespace curlew {
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr Box kEverywhere{{{-kInfinity, -kInfinity, -kInfinity}}, {{kInfinity, kInfinity, kInfinity}}};
+
+Box boxOfSize(const Vec3d& size) { return {size * -0.5, size * 0.5}; }
+
+void requirePositive(double value, const char* what) {
+    if (!(value > 0) || !std::isfinite(value))
+        throw ValueError(fmt::format("{} is {}; it must be positive and finite", what, value));
+}
+
+/// A shape is written once, as a formula on coordinates that are jets; this makes a field of it. `Formula` is called
+/// with the three coordinates and a function that turns constants into their type.
+template <class Formula>
+struct Shape {
+    Formula formula;
+    template <int Order, class T>
+    Jet<T, 3, Order> at(const Vec3d& p) const {
+        using J = Jet<T, 3, Order>;
+        return formula(Vec<J, 3>{{J::variable(static_cast<T>(p[0]), 0), J::variable(static_cast<T>(p[1]), 1),
+                                  J::variable(static_cast<T>(p[2]), 2)}},
+                       [](double constant) { return J(static_cast<T>(constant)); });
+    }
+};
+
+template <class Formula>
+ScalarField shape(Formula formula) {
+    return ScalarField(Shape<Formula>{std::move(formula)});
+}
+
+/// The root of a sum of squares; zero, without derivatives, where the sum is zero.
+template <class J>
+J norm(const J& squares) {
+    return squares.value > 0 ? sqrt(squares) : J();
+}
+
+} // namespace
+
+Sdf sphereSdf(double radius) {
+    requirePositive(radius, "sphere: radius");
+    const auto distance = [radius](const auto& p, auto k) { return norm(dot(p, p)) - k(radius); };
+    return {shape(distance), boxOfSize(Vec3d{{2, 2, 2}} * radius)};
+}
+
+Sdf boxSdf(const Vec3d& size, double rounding) {
+    double shortest = kInfinity;
+    for (const double edge : size.c) {
+        requirePositive(edge, "box: size");
+        shortest = std::min(shortest, edge);
+    }
+    if (!(rounding >= 0) || rounding > shortest / 2)
+        throw ValueError(
+            fmt::format("box: rounding {} must lie between 0 and half the shortest edge, {}", rounding, shortest / 2));
+    const Vec3d inner = size * 0.5 - Vec3d{{rounding, rounding, rounding}};
+    const auto distance = [inner, rounding](const auto& p, auto k) {
+        const auto zero = k(0);
+        auto squares = zero, deepest = abs(p[0]) - k(inner[0]);
+        for (int i = 0; i < 3; ++i) {
+            const auto q = abs(p[i]) - k(inner[i]), out = max(q, zero);
+            squares = squares + out * out;
+            deepest = max(deepest, q);
+        }
+        return (deepest.value < 0 ? deepest : norm(squares)) - k(rounding);
+    };
+    return {shape(distance), boxOfSize(size)};
+}
+
+Sdf torusSdf(double radius, double tube) {
+    requirePositive(radius, "torus: radius");
+    requirePositive(tube, "torus: tube");
+    if (tube >= radius) throw ValueError(fmt::format("torus: tube {} must be below the radius {}", tube, radius));
+    const auto distance = [radius, tube](const auto& p, auto k) {
+        const auto ring = norm(p[0] * p[0] + p[2] * p[2]) - k(radius);
+        return norm(ring * ring + p[1] * p[1]) - k(tube);
+    };
+    return {shape(distance), boxOfSize({{2 * (radius + tube), 2 * tube, 2 * (radius + tube)}})};
+}
+
+Sdf capsuleSdf(double length, double radius) {
+    requirePositive(length, "capsule: length");
+    requirePositive(radius, "capsule: radius");
+    const auto distance = [length, radius](const auto& p, auto k) {
+        const auto beyond = max(abs(p[1]) - k(length / 2), k(0));
+        return norm(p[0] * p[0] + beyond * beyond + p[2] * p[2]) - k(radius);
+    };
+    return {shape(distance), boxOfSize({{2 * radius, length + 2 * radius, 2 * radius}})};
+}
+
+Sdf planeSdf(const Vec3d& normal, double offset) {
+    const double size = length(normal);
+    requirePositive(size, "plane: length of the normal");
+    return {rampField(normal * (1 / size), -offset / size), kEverywhere};
+}
+
+Sdf gyroidSdf(double wavelength, double thickness) {
+    requirePositive(wavelength, "gyroid: wavelength");
+    requirePositive(thickness, "gyroid: thickness");
+    const double k = 2 * std::numbers::pi / wavelength;
+    // sin x cos y + sin y cos z + sin z cos x has a gradient of at most sqrt 3 in these coordinates (at the origin).
+    const double scale = 1 / (std::numbers::sqrt3 * k);
+    const auto distance = [=](const auto& p, auto c) {
+        const auto x = p[0] * c(k), y = p[1] * c(k), z = p[2] * c(k);
+        return abs(sin(x) * cos(y) + sin(y) * cos(z) + sin(z) * cos(x)) * c(scale) - c(thickness / 2);
+    };
+    return {shape(distance), kEverywhere};
+}
+
+Sdf placed(const Sdf& sdf, const Placement& placement) {
+    const double scale = placement.scale[0];
+    if (!(scale > 0) || placement.scale != Vec3d{{scale, scale, scale}})
+        throw ValueError("a signed distance can only be scaled by one positive factor for all axes");
+    Box bounds = sdf.bounds;
+    if (bounds.finite()) {
+        // The sphere around the box turns with it.
+        const Vec3d corner{{1, 1, 1}};
+        const Vec3d center =
+            placement.rotate == Vec3d{} ? bounds.center() * scale + placement.offset : placement.offset;
+        const double radius = (length(bounds.size()) / 2 + length(bounds.center())) * scale;
+        bounds = placement.rotate == Vec3d{}
+                     ? Box{bounds.lower * scale + placement.offset, bounds.upper * scale + placement.offset}
+                     : Box{center - corner * radius, center + corner * radius};
+    }
+    return {scale * placed(sdf.distance, placement), bounds, sdf.reach * scale};
+}
+
+} // namespace curlew
