@@ -11,7 +11,7 @@
 namespace curlew {
 
 void parallelFor(size_t count, size_t grain, const std::function<void(size_t, size_t)>& body, const Monitor& monitor) {
-    grain = std::max<size_t>(grain, 1);
+    grain = std::clamp<size_t>(grain, 1, std::max<size_t>(count, 1));
     const size_t chunks = (count + grain - 1) / grain;
     std::mutex reporting;
     size_t done = 0;
@@ -31,7 +31,7 @@ void parallelFor(size_t count, size_t grain, const std::function<void(size_t, si
 
 double parallelSum(size_t count, size_t grain, const std::function<double(size_t, size_t)>& body,
                    const Monitor& monitor) {
-    grain = std::max<size_t>(grain, 1);
+    grain = std::clamp<size_t>(grain, 1, std::max<size_t>(count, 1));
     std::vector<double> sums((count + grain - 1) / grain);
     parallelFor(
         count, grain, [&](size_t begin, size_t end) { sums[begin / grain] = body(begin, end); }, monitor);

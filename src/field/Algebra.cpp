@@ -8,6 +8,9 @@ namespace curlew {
 
 namespace {
 
+/// Zero times anything is zero, whatever its range.
+double boundOfProduct(double a, double b) { return a == 0 || b == 0 ? 0 : a * b; }
+
 struct Constant {
     double value;
     template <int Order, class T>
@@ -52,7 +55,7 @@ struct Scaled {
         field.eval(points, jets);
         for (int i = 0; i < points.size; ++i) jets.set(i, jets[i] * static_cast<T>(factor));
     }
-    double bound() const { return std::abs(factor) * field.bound(); }
+    double bound() const { return boundOfProduct(std::abs(factor), field.bound()); }
 };
 
 struct Placed {
@@ -68,6 +71,9 @@ struct Placed {
     }
     double bound() const { return field.bound(); }
 };
+
+template <class Combine>
+Binary(ScalarField, ScalarField, Combine, double) -> Binary<Combine>;
 
 Matrix3 rotation(const Vec3d& degrees) {
     Matrix3 product;
@@ -94,7 +100,7 @@ ScalarField operator+(const ScalarField& a, const ScalarField& b) {
 }
 
 ScalarField operator*(const ScalarField& a, const ScalarField& b) {
-    return ScalarField(Binary{a, b, [](const auto& p, const auto& q) { return p * q; }, a.bound() * b.bound()});
+    return ScalarField(Binary{a, b, [](const auto& p, const auto& q) { return p * q; }, boundOfProduct(a.bound(), b.bound())});
 }
 
 ScalarField operator*(double s, const ScalarField& a) { return ScalarField(Scaled{s, a}); }

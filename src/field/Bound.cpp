@@ -53,11 +53,11 @@ struct Bounded {
 
 ScalarField bounded(const ScalarField& noise, const Wall& wall, const BoundOptions& options) {
     if (!(wall.width > 0) || !std::isfinite(wall.width))
-        throw ValueError(fmt::format("bound: width {} must be positive and finite", wall.width));
+        throw ValueError(fmt::format("width {} must be positive and finite", wall.width));
     const bool limited = std::isfinite(noise.bound()) && noise.bound() > 0;
     if (options.separate && !limited)
         throw ValueError(
-            "bound: separate=1 needs a noise whose range is known; use separate=0, or a noise instead of this field");
+            "separate=1 needs a noise whose range is known; use separate=0, or a noise instead of this field");
     const double amplitude = options.amplitude < 0 ? wall.width : options.amplitude;
     const double factor = amplitude > 0 && limited ? amplitude / noise.bound() : 1;
     // Any shift above the noise's bound separates; an eighth more keeps the values clear of zero.

@@ -42,11 +42,12 @@ struct Octaves {
 
 void validate(const OctaveOptions& o) {
     if (!(o.frequency > 0) || !std::isfinite(o.frequency))
-        throw ValueError(fmt::format("noise: frequency {} must be positive and finite", o.frequency));
-    if (o.octaves < 1 || o.octaves > 32) throw ValueError(fmt::format("noise: {} octaves; give 1 to 32", o.octaves));
-    if (!(o.lacunarity > 0)) throw ValueError(fmt::format("noise: lacunarity {} must be positive", o.lacunarity));
+        throw ValueError(fmt::format("frequency {} must be positive and finite", o.frequency));
+    if (o.octaves < 1 || o.octaves > 32) throw ValueError(fmt::format("{} octaves; give 1 to 32", o.octaves));
+    if (!(o.lacunarity > 0) || !std::isfinite(o.lacunarity))
+        throw ValueError(fmt::format("lacunarity {} must be positive and finite", o.lacunarity));
     if (!std::isfinite(o.gain) || !std::isfinite(o.amplitude))
-        throw ValueError("noise: gain and amplitude must be finite");
+        throw ValueError("gain and amplitude must be finite");
 }
 
 } // namespace
@@ -55,7 +56,7 @@ ScalarField psrdField(const PsrdOptions& noise, const OctaveOptions& options) {
     validate(options);
     const bool tiles = noise.period != Vec<int, 3>{};
     if (tiles && options.octaves > 1 && options.lacunarity != std::floor(options.lacunarity))
-        throw ValueError(fmt::format("noise: octaves tile only with a whole lacunarity, not {}", options.lacunarity));
+        throw ValueError(fmt::format("octaves tile only with a whole lacunarity, not {}", options.lacunarity));
     double sum = 0;
     for (int k = 0; k < options.octaves; ++k) sum += std::pow(std::abs(options.gain), k);
     Octaves<Psrd3> field;
@@ -65,7 +66,7 @@ ScalarField psrdField(const PsrdOptions& noise, const OctaveOptions& options) {
         for (int axis = 0; axis < 3 && tiles; ++axis) {
             const double period = noise.period[axis] * ratio;
             if (period > 0x1p30)
-                throw ValueError("noise: the period of the highest octave is too large; use fewer octaves");
+                throw ValueError("the period of the highest octave is too large; use fewer octaves");
             octave.period[axis] = static_cast<int>(period);
         }
         field.octaves.push_back({Psrd3(octave), options.frequency * ratio,

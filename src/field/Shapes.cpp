@@ -49,7 +49,7 @@ J norm(const J& squares) {
 } // namespace
 
 Sdf sphereSdf(double radius) {
-    requirePositive(radius, "sphere: radius");
+    requirePositive(radius, "radius");
     const auto distance = [radius](const auto& p, auto k) { return norm(dot(p, p)) - k(radius); };
     return {shape(distance), boxOfSize(Vec3d{{2, 2, 2}} * radius)};
 }
@@ -57,12 +57,12 @@ Sdf sphereSdf(double radius) {
 Sdf boxSdf(const Vec3d& size, double rounding) {
     double shortest = kInfinity;
     for (const double edge : size.c) {
-        requirePositive(edge, "box: size");
+        requirePositive(edge, "size");
         shortest = std::min(shortest, edge);
     }
     if (!(rounding >= 0) || rounding > shortest / 2)
         throw ValueError(
-            fmt::format("box: rounding {} must lie between 0 and half the shortest edge, {}", rounding, shortest / 2));
+            fmt::format("rounding {} must lie between 0 and half the shortest edge, {}", rounding, shortest / 2));
     const Vec3d inner = size * 0.5 - Vec3d{{rounding, rounding, rounding}};
     const auto distance = [inner, rounding](const auto& p, auto k) {
         const auto zero = k(0);
@@ -72,15 +72,15 @@ Sdf boxSdf(const Vec3d& size, double rounding) {
             squares = squares + out * out;
             deepest = max(deepest, q);
         }
-        return (deepest.value < 0 ? deepest : norm(squares)) - k(rounding);
+        return (deepest.value > 0 ? norm(squares) : deepest) - k(rounding);
     };
     return {shape(distance), boxOfSize(size)};
 }
 
 Sdf torusSdf(double radius, double tube) {
-    requirePositive(radius, "torus: radius");
-    requirePositive(tube, "torus: tube");
-    if (tube >= radius) throw ValueError(fmt::format("torus: tube {} must be below the radius {}", tube, radius));
+    requirePositive(radius, "radius");
+    requirePositive(tube, "tube");
+    if (tube >= radius) throw ValueError(fmt::format("tube {} must be below the radius {}", tube, radius));
     const auto distance = [radius, tube](const auto& p, auto k) {
         const auto ring = norm(p[0] * p[0] + p[2] * p[2]) - k(radius);
         return norm(ring * ring + p[1] * p[1]) - k(tube);
@@ -89,8 +89,8 @@ Sdf torusSdf(double radius, double tube) {
 }
 
 Sdf capsuleSdf(double length, double radius) {
-    requirePositive(length, "capsule: length");
-    requirePositive(radius, "capsule: radius");
+    requirePositive(length, "length");
+    requirePositive(radius, "radius");
     const auto distance = [length, radius](const auto& p, auto k) {
         const auto beyond = max(abs(p[1]) - k(length / 2), k(0));
         return norm(p[0] * p[0] + beyond * beyond + p[2] * p[2]) - k(radius);
@@ -100,13 +100,13 @@ Sdf capsuleSdf(double length, double radius) {
 
 Sdf planeSdf(const Vec3d& normal, double offset) {
     const double size = length(normal);
-    requirePositive(size, "plane: length of the normal");
+    requirePositive(size, "length of the normal");
     return {rampField(normal * (1 / size), -offset / size), kEverywhere};
 }
 
 Sdf gyroidSdf(double wavelength, double thickness) {
-    requirePositive(wavelength, "gyroid: wavelength");
-    requirePositive(thickness, "gyroid: thickness");
+    requirePositive(wavelength, "wavelength");
+    requirePositive(thickness, "thickness");
     const double k = 2 * std::numbers::pi / wavelength;
     // sin x cos y + sin y cos z + sin z cos x has a gradient of at most sqrt 3 in these coordinates (at the origin).
     const double scale = 1 / (std::numbers::sqrt3 * k);
@@ -114,7 +114,7 @@ Sdf gyroidSdf(double wavelength, double thickness) {
         const auto x = p[0] * c(k), y = p[1] * c(k), z = p[2] * c(k);
         return abs(sin(x) * cos(y) + sin(y) * cos(z) + sin(z) * cos(x)) * c(scale) - c(thickness / 2);
     };
-    return {shape(distance), kEverywhere};
+    return {shape(distance), kEverywhere, 0};
 }
 
 Sdf placed(const Sdf& sdf, const Placement& placement) {

@@ -123,6 +123,9 @@ class CellSearch {
 
 std::vector<Vec<int, 3>> coveringCells(const Domain& domain, const Vec3d& origin, double size,
                                        const DistanceRange& range, size_t limit) {
+    if (!(size > 0) || !std::isfinite(size))
+        throw ValueError(fmt::format("cells of {} world units: the size must be positive and finite", size));
+    if (!domain.box.finite()) throw ValueError("an infinite domain has no cells; give a box");
     return CellSearch(domain, origin, size, range, limit).run();
 }
 

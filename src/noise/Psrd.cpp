@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include <numeric>
+#include <algorithm>
 
 namespace curlew {
 
@@ -30,25 +30,22 @@ Vec3d rotatedGradient(int hash, double alpha) {
 Psrd3::Psrd3(const PsrdOptions& options) : mOptions(options), mTiles(false) {
     for (int axis = 0; axis < 3; ++axis) {
         if (options.period[axis] < 0)
-            throw ValueError(fmt::format("psrd noise: period {} is negative; give whole numbers, 0 for no tiling",
+            throw ValueError(fmt::format("period {} is negative; give whole numbers, 0 for no tiling",
                                          options.period[axis]));
         mTiles |= options.period[axis] > 0;
     }
-    for (size_t i = 0; i < mPermutation.size(); ++i) {
-        const size_t k = i % kHashes;
-        mPermutation[i] = static_cast<uint16_t>((k * 34 + 10) * k % kHashes);
-    }
-    // A seed moves the lattice under the hash, and deals the gradients out anew: a shift alone would give fields that
-    // are translates of one another.
-    std::array<int, kHashes> order{};
-    std::iota(order.begin(), order.end(), 0);
+    for (size_t k = 0; k < kHashes; ++k) mPermutation[k] = static_cast<uint16_t>((k * 34 + 10) * k % kHashes);
+    // A seed moves the lattice under the hash, and shuffles the hash: a shift alone would give fields that are translates
+    // of one another, and the published permutation of two shifted lattices is far from independent.
     if (options.seed != 0) {
         for (uint64_t axis = 0; axis < 3; ++axis)
             mShift[axis] = static_cast<int>(randomBits(options.seed, axis, 1) % kHashes);
-        for (size_t i = kHashes - 1; i > 0; --i) std::swap(order[i], order[randomBits(options.seed, i, 2) % (i + 1)]);
+        for (size_t i = kHashes - 1; i > 0; --i)
+            std::swap(mPermutation[i], mPermutation[randomBits(options.seed, i, 2) % (i + 1)]);
     }
+    std::copy_n(mPermutation.begin(), kHashes, mPermutation.begin() + kHashes);
     for (size_t h = 0; h < kHashes; ++h) {
-        mGradients[h] = rotatedGradient(order[h], options.alpha);
+        mGradients[h] = rotatedGradient(static_cast<int>(h), options.alpha);
         for (int axis = 0; axis < 3; ++axis) mGradientsFloat[h][axis] = static_cast<float>(mGradients[h][axis]);
     }
 }

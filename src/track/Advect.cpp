@@ -201,12 +201,12 @@ class BatchAdvector {
 };
 
 void validate(const AdvectOptions& o) {
-    if (o.steps < 1) throw ValueError(fmt::format("advect: {} steps; give at least 1", o.steps));
-    if (!std::isfinite(o.time)) throw ValueError("advect: time must be finite");
-    if (!(o.tolerance > 0)) throw ValueError(fmt::format("advect: tolerance {} must be positive", o.tolerance));
-    if (o.iterations < 1) throw ValueError(fmt::format("advect: {} iterations; give at least 1", o.iterations));
+    if (o.steps < 1) throw ValueError(fmt::format("{} steps; give at least 1", o.steps));
+    if (!std::isfinite(o.time)) throw ValueError("time must be finite");
+    if (!(o.tolerance > 0)) throw ValueError(fmt::format("tolerance {} must be positive", o.tolerance));
+    if (o.iterations < 1) throw ValueError(fmt::format("{} iterations; give at least 1", o.iterations));
     if (o.halvings < 0 || o.halvings > 20)
-        throw ValueError(fmt::format("advect: {} halvings; give 0 to 20", o.halvings));
+        throw ValueError(fmt::format("{} halvings; give 0 to 20", o.halvings));
 }
 
 } // namespace

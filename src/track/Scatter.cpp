@@ -25,10 +25,10 @@ Vec3d candidate(const std::vector<Vec<int, 3>>& cells, const Vec3d& origin, doub
 } // namespace
 
 Particles scatter(const Domain& domain, size_t count, uint64_t seed, const Monitor& monitor) {
-    if (!domain.box.finite()) throw ValueError("scatter: the domain is infinite; give a box");
+    if (!domain.box.finite()) throw ValueError("the domain is infinite; give a box");
     const Vec3d extent = domain.box.size();
     const double longest = std::max({extent[0], extent[1], extent[2]});
-    if (!(std::min({extent[0], extent[1], extent[2]}) > 0)) throw ValueError("scatter: the box is empty");
+    if (!(std::min({extent[0], extent[1], extent[2]}) > 0)) throw ValueError("the box is empty");
     // Equal cells around the domain, a 64th of the box: points are drawn from them and those outside are drawn again.
     constexpr int kCellsPerEdge = 64;
     const double size = longest / kCellsPerEdge;
@@ -36,7 +36,7 @@ Particles scatter(const Domain& domain, size_t count, uint64_t seed, const Monit
     if (domain.wall && domain.wall->side == Side::inside) range.upper = 0;
     if (domain.wall && domain.wall->side == Side::outside) range.lower = 0;
     const auto cells = coveringCells(domain, domain.box.lower, size, range, size_t{1} << 22);
-    if (cells.empty()) throw ValueError("scatter: the domain is empty");
+    if (cells.empty()) throw ValueError("the domain is empty");
 
     Particles particles;
     for (auto* array : {&particles.x, &particles.y, &particles.z}) array->resize(count);
@@ -49,7 +49,7 @@ Particles scatter(const Domain& domain, size_t count, uint64_t seed, const Monit
             for (size_t k = begin; k < end; ++k) waiting[left++] = k;
             for (uint64_t attempt = 0; left > 0; ++attempt) {
                 if (attempt == kMostTries)
-                    throw ValueError("scatter: hardly any point of the domain is on the flow's side of the wall");
+                    throw ValueError("hardly any point of the domain is on the flow's side of the wall");
                 PointBatch points;
                 for (size_t i = 0; i < left; ++i)
                     points.push(candidate(cells, domain.box.lower, size, seed, waiting[i], attempt));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -20,5 +21,11 @@ struct Image {
                static_cast<size_t>(channel);
     }
 };
+
+/// An image that has `value` everywhere. Throws ValueError as checkImage does.
+Image filledImage(int width, int height, std::vector<std::string> channels, float value = 0);
+
+/// Throws ValueError unless the image has a pixel, differently named channels and as many values as its size asks for.
+void checkImage(const Image& image);
 
 } // namespace curlew

@@ -27,13 +27,14 @@ struct Sym {
 template <class T, int N, int Order>
 struct Jet {
     static_assert(Order >= 0 && Order <= 2);
-    struct None {};
+    template <int>
+    struct None {}; // one type for each, or they could not share an address
     static constexpr int kOrder = Order;
     static constexpr int kSize = Order == 0 ? 1 : Order == 1 ? 1 + N : 1 + N + Sym<T, N>::kSize;
 
     T value{};
-    [[no_unique_address]] std::conditional_t<(Order >= 1), Vec<T, N>, None> gradient{};
-    [[no_unique_address]] std::conditional_t<(Order >= 2), Sym<T, N>, None> hessian{};
+    [[no_unique_address]] std::conditional_t<(Order >= 1), Vec<T, N>, None<1>> gradient{};
+    [[no_unique_address]] std::conditional_t<(Order >= 2), Sym<T, N>, None<2>> hessian{};
 
     constexpr Jet() = default;
     constexpr Jet(T constant) : value(constant) {} // NOLINT: a constant is a jet

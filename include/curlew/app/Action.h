@@ -1,0 +1,97 @@
+#pragma once
+
+#include "curlew/math/Vec.h"
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace curlew::app {
+
+class Session;
+class Arguments;
+
+enum class OptionType {
+    flag,    ///< 0 or 1
+    integer, ///< a whole number; 1e6 is one
+    real,    ///< a finite number
+    vector,  ///< x,y,z; or one number for all three
+    box,     ///< xmin,ymin,zmin,xmax,ymax,zmax
+    choice,  ///< one of a list of words
+    text,    ///< anything
+    ages,    ///< positions on a stack, 0 the newest: 0 or 0,2
+};
+
+/// One option of an action, declared once: the parser, the help and the documentation are made from it.
+struct Option {
+    std::string name = {};
+    OptionType type = OptionType::real;
+    std::string fallback = {}; ///< The default, as one would type it; "" for none.
+    std::string help = {};
+    std::string unit = {};
+    std::vector<std::string> choices = {};
+    double lower = -std::numeric_limits<double>::infinity(), upper = std::numeric_limits<double>::infinity();
+    bool exclusive = false; ///< The lower bound itself is not allowed.
+};
+
+/// What an action takes beside options: `minimum` to `maximum` words (file names).
+struct Positional {
+    std::string what = {};
+    size_t minimum = 0, maximum = 0;
+};
+
+struct Action {
+    std::string name = {};
+    std::string group = {};   ///< Where help lists it.
+    std::string summary = {}; ///< One line.
+    std::string inputs = {}, outputs = {};
+    std::vector<Option> options = {};
+    Positional positional = {};
+    std::vector<std::string> examples = {};
+    std::function<void(Session&, const Arguments&)> run = {};
+    /// Called for the whole program before anything runs: to fail early (an unwritable output, say).
+    std::function<void(const Arguments&)> prepare = {};
+};
+
+/// The options and words given to one use of an action, checked against its declaration. Reading an option that was not
+/// declared, or as another type, is a programming error (std::logic_error).
+class Arguments {
+  public:
+    explicit Arguments(const Action& action) : mAction(&action) {}
+
+    const Action& action() const { return *mAction; }
+    const std::vector<std::string>& words() const { return mWords; }
+
+    bool given(std::string_view name) const { return mValues.contains(std::string(name)); }
+    bool flag(std::string_view name) const;
+    int64_t integer(std::string_view name) const;
+    double real(std::string_view name) const;
+    Vec3d vector(std::string_view name) const;
+    Box box(std::string_view name) const;
+    std::string text(std::string_view name) const; ///< Also of a choice: its word.
+    std::vector<size_t> ages(std::string_view name) const;
+
+    size_t choice(std::string_view name) const; ///< The position of the word among the choices.
+
+    /// Takes one token, option=value or a word. Throws ValueError naming the nearest valid option or the valid values.
+    void add(const std::string& token);
+    /// Throws ValueError where words are missing.
+    void finish() const;
+
+    /// The action as it was given, to run again: "-noise type=psrd seed=2".
+    std::string program(bool withDash = true) const;
+
+  private:
+    const Option& option(std::string_view name, OptionType type) const;
+    std::string value(const Option& option) const;
+
+    const Action* mAction;
+    std::vector<std::string> mWords;
+    std::map<std::string, std::string> mValues;
+};
+
+} // namespace curlew::app

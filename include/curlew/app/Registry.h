@@ -1,0 +1,27 @@
+#pragma once
+
+#include "curlew/app/Action.h"
+
+namespace curlew::app {
+
+/// All actions, in the order in which help lists them.
+const std::vector<Action>& registry();
+
+/// The action of that name; throws ValueError, with the nearest name, where there is none.
+const Action& findAction(std::string_view name);
+
+/// The actions of each room; registry() puts them together.
+std::vector<Action> fileActions();
+std::vector<Action> fieldActions();
+std::vector<Action> flowActions();
+std::vector<Action> gridActions();
+std::vector<Action> pointActions();
+std::vector<Action> imageActions();
+std::vector<Action> programActions();
+
+/// All of them as a table in Markdown, and in plain text; one action in full.
+std::string helpTable();
+std::string helpOverview();
+std::string helpFor(const Action& action);
+
+} // namespace curlew::app

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <openvdb/Types.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <vector>
+
+namespace curlew {
+
+/// A polygon mesh as OpenVDB's mesh tools take it: corners are indices into `points`.
+struct Mesh {
+    std::vector<openvdb::Vec3s> points; ///< World units; no two have the same position when read from a file.
+    std::vector<openvdb::Vec3I> triangles;
+    std::vector<openvdb::Vec4I> quads;
+
+    size_t faces() const { return triangles.size() + quads.size(); }
+};
+
+/// Reads the faces of an .obj, .ply or .stl file (the extension in any case). Triangles and quads stay what they are,
+/// larger polygons become triangles; all objects of the file become one mesh, points with the same position are joined
+/// and those of no face are dropped. Normals, colours, UVs, materials, lines and free-form surfaces are not read.
+/// Throws FileError, naming the file, if it is missing, empty, cut short, of another kind or without faces, if a corner
+/// does not exist or if a coordinate is not a finite number. An .obj that was cut between two faces cannot be told from
+/// a whole one, except by its topology. Safe to call from several threads.
+Mesh readMesh(const std::filesystem::path& path);
+
+/// How the faces of a mesh hang together. An edge is a pair of points; two faces share it whatever their orientation.
+struct MeshTopology {
+    size_t faces = 0;            ///< Faces with at least three different corners.
+    size_t degenerateFaces = 0;  ///< The others; their edges are not counted.
+    size_t boundaryEdges = 0;    ///< Edges of exactly one face.
+    size_t nonManifoldEdges = 0; ///< Edges of more than two faces.
+
+    /// The mesh has an inside.
+    bool closed() const { return boundaryEdges == 0 && faces > 0; }
+};
+
+MeshTopology topologyOf(const Mesh& mesh);
+
+} // namespace curlew

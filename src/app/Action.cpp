@@ -1,0 +1,178 @@
+#include "curlew/app/Action.h"
+
+#include "curlew/app/Text.h"
+#include "curlew/base/Error.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace curlew::app {
+
+namespace {
+
+std::vector<double> parseNumbers(const std::string& text) {
+    std::vector<double> numbers;
+    for (const auto& part : split(text, ',')) {
+        double number = 0;
+        if (!parseReal(part, number)) return {};
+        numbers.push_back(number);
+    }
+    return numbers;
+}
+
+std::string rangeOf(const Option& o) {
+    std::string range;
+    if (std::isfinite(o.lower)) range += fmt::format(" {} {}", o.exclusive ? "above" : "at least", o.lower);
+    if (std::isfinite(o.upper)) range += fmt::format("{} at most {}", range.empty() ? "" : " and", o.upper);
+    return range;
+}
+
+bool inRange(const Option& o, double number) {
+    return (o.exclusive ? number > o.lower : number >= o.lower) && number <= o.upper;
+}
+
+/// What is wrong with a value: "" if nothing is.
+std::string complaint(const Option& o, const std::string& text) {
+    const std::vector<double> numbers = parseNumbers(text);
+    const auto count = [&](size_t n) { return numbers.size() == n; };
+    switch (o.type) {
+        case OptionType::text:
+            return "";
+        case OptionType::flag:
+            return text == "0" || text == "1" ? "" : "must be 0 or 1";
+        case OptionType::integer:
+            if (!count(1) || numbers[0] != std::floor(numbers[0]) || std::abs(numbers[0]) > 0x1p53)
+                return "must be a whole number" + rangeOf(o);
+            return inRange(o, numbers[0]) ? "" : "must be" + rangeOf(o);
+        case OptionType::real:
+            if (!count(1)) return "must be a number" + rangeOf(o);
+            return inRange(o, numbers[0]) ? "" : "must be" + rangeOf(o);
+        case OptionType::vector:
+            if (!count(1) && !count(3)) return "must be x,y,z or one number for all three";
+            return std::all_of(numbers.begin(), numbers.end(), [&](double n) { return inRange(o, n); })
+                       ? ""
+                       : "must be" + rangeOf(o);
+        case OptionType::box:
+            if (!count(6)) return "must be xmin,ymin,zmin,xmax,ymax,zmax";
+            return numbers[0] < numbers[3] && numbers[1] < numbers[4] && numbers[2] < numbers[5]
+                       ? ""
+                       : "is empty: each lower bound must be below its upper one";
+        case OptionType::choice:
+            if (std::find(o.choices.begin(), o.choices.end(), text) != o.choices.end()) return "";
+            return fmt::format("must be one of {}{}", join(o.choices, ", "), didYouMean(text, o.choices));
+        case OptionType::ages:
+            if (!numbers.empty() && std::all_of(numbers.begin(), numbers.end(),
+                                                [](double n) { return n >= 0 && n == std::floor(n) && n < 1e6; }))
+                return "";
+            return "must be positions on the stack, 0 the newest, as in 0 or 0,2";
+    }
+    return "";
+}
+
+} // namespace
+
+const Option& Arguments::option(std::string_view name, OptionType type) const {
+    for (const auto& o : mAction->options)
+        if (o.name == name && o.type == type) return o;
+    throw std::logic_error(fmt::format("action {} declares no option {} of this type", mAction->name, name));
+}
+
+std::string Arguments::value(const Option& o) const {
+    const auto found = mValues.find(o.name);
+    return found == mValues.end() ? o.fallback : found->second;
+}
+
+bool Arguments::flag(std::string_view name) const { return value(option(name, OptionType::flag)) == "1"; }
+int64_t Arguments::integer(std::string_view name) const {
+    return static_cast<int64_t>(parseNumbers(value(option(name, OptionType::integer))).at(0));
+}
+double Arguments::real(std::string_view name) const {
+    return parseNumbers(value(option(name, OptionType::real))).at(0);
+}
+std::string Arguments::text(std::string_view name) const {
+    const bool isChoice = std::any_of(mAction->options.begin(), mAction->options.end(),
+                                      [&](const Option& o) { return o.name == name && o.type == OptionType::choice; });
+    return value(option(name, isChoice ? OptionType::choice : OptionType::text));
+}
+
+Vec3d Arguments::vector(std::string_view name) const {
+    const auto n = parseNumbers(value(option(name, OptionType::vector)));
+    return n.size() == 1 ? Vec3d{{n[0], n[0], n[0]}} : Vec3d{{n.at(0), n.at(1), n.at(2)}};
+}
+
+Box Arguments::box(std::string_view name) const {
+    const auto n = parseNumbers(value(option(name, OptionType::box)));
+    return {{{n.at(0), n.at(1), n.at(2)}}, {{n.at(3), n.at(4), n.at(5)}}};
+}
+
+std::vector<size_t> Arguments::ages(std::string_view name) const {
+    const std::string text = value(option(name, OptionType::ages));
+    std::vector<size_t> ages;
+    if (text.empty()) return ages;
+    for (const double n : parseNumbers(text)) ages.push_back(static_cast<size_t>(n));
+    return ages;
+}
+
+size_t Arguments::choice(std::string_view name) const {
+    const Option& o = option(name, OptionType::choice);
+    return static_cast<size_t>(std::find(o.choices.begin(), o.choices.end(), value(o)) - o.choices.begin());
+}
+
+void Arguments::add(const std::string& token) {
+    const size_t equals = token.find('=');
+    const std::string name = token.substr(0, equals);
+    const bool isOption =
+        equals != std::string::npos && equals > 0 &&
+        std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
+    if (!isOption) {
+        if (mWords.size() >= mAction->positional.maximum)
+            throw ValueError(mAction->positional.maximum == 0
+                                 ? fmt::format("takes options only, not '{}'; write name=value", token)
+                                 : fmt::format("'{}' is one word too many", token));
+        mWords.push_back(token);
+        return;
+    }
+    std::vector<std::string> names;
+    const Option* match = nullptr;
+    std::vector<std::string> matches;
+    for (const auto& o : mAction->options) {
+        names.push_back(o.name);
+        if (o.name == name) {
+            match = &o;
+            matches = {name};
+            break;
+        }
+        if (o.name.starts_with(name)) {
+            match = &o;
+            matches.push_back(o.name);
+        }
+    }
+    if (!match)
+        throw ValueError(fmt::format("has no option '{}'{}; {}", name, didYouMean(name, names),
+                                     names.empty() ? "it has none" : "its options are " + join(names, ", ")));
+    if (matches.size() > 1) throw ValueError(fmt::format("option '{}' could be {}", name, join(matches, " or ")));
+    const std::string text = token.substr(equals + 1);
+    if (const std::string wrong = complaint(*match, text); !wrong.empty())
+        throw ValueError(fmt::format("{}={} {}", match->name, text, wrong));
+    if (!mValues.emplace(match->name, text).second)
+        throw ValueError(fmt::format("option '{}' is given twice", match->name));
+}
+
+void Arguments::finish() const {
+    if (mWords.size() < mAction->positional.minimum)
+        throw ValueError(fmt::format("needs {}", mAction->positional.what));
+}
+
+std::string Arguments::program(bool withDash) const {
+    const auto quoted = [](const std::string& word) {
+        return word.find_first_of(" \t#'") == std::string::npos ? word : '"' + word + '"';
+    };
+    std::string text = (withDash ? "-" : "") + mAction->name;
+    for (const auto& word : mWords) text += " " + quoted(word);
+    for (const auto& [name, value] : mValues) text += " " + quoted(name + "=" + value);
+    return text;
+}
+
+} // namespace curlew::app

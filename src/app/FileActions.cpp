@@ -1,0 +1,199 @@
+#include "Options.h"
+#include "curlew/app/Probe.h"
+#include "curlew/app/Registry.h"
+#include "curlew/app/Session.h"
+#include "curlew/app/Text.h"
+#include "curlew/base/AtomicFile.h"
+#include "curlew/image/ImageFile.h"
+#include "curlew/image/Legend.h"
+#include "curlew/vdb/PointFile.h"
+#include "curlew/vdb/VdbFile.h"
+
+#include <algorithm>
+
+namespace curlew::app {
+
+namespace {
+
+using namespace options;
+
+const std::string kGroup = "files";
+
+std::string extensionOf(const std::string& file) {
+    std::string extension = std::filesystem::path(file).extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return extension;
+}
+
+void requireKnown(const std::string& file, const std::vector<std::string>& extensions) {
+    if (std::find(extensions.begin(), extensions.end(), extensionOf(file)) == extensions.end())
+        throw ValueError(fmt::format("'{}' has no known extension; it can be {}", file, join(extensions, " ")));
+}
+
+// --- reading
+// ----------------------------------------------------------------------------------------------------------
+
+void readGrids(Session& s, const std::string& file, const std::vector<std::string>& wanted) {
+    size_t taken = 0;
+    std::vector<std::string> names;
+    for (const auto& grid : readVdb(file)) {
+        names.push_back(grid->getName());
+        if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), grid->getName()) == wanted.end()) continue;
+        ++taken;
+        if (const auto points = openvdb::GridBase::grid<openvdb::points::PointDataGrid>(grid))
+            s.geometry.push(particlesOf(*points), s.now());
+        else
+            s.grids.push({grid, nullptr}, s.now());
+    }
+    if (taken == 0)
+        throw ValueError(
+            fmt::format("'{}' has no grid of that name; it has {}", file, names.empty() ? "none" : join(names, ", ")));
+}
+
+void read(Session& s, const Arguments& a) {
+    const std::vector<std::string> wanted = a.given("grids") ? split(a.text("grids"), ',') : std::vector<std::string>();
+    for (const auto& file : a.words()) {
+        if (extensionOf(file) == ".vdb") {
+            readGrids(s, file, wanted);
+            continue;
+        }
+        auto mesh = std::make_shared<const Mesh>(readMesh(file));
+        s.console.say(fmt::format("{}: {} points, {} faces", file, mesh->points.size(), mesh->faces()));
+        s.geometry.push(std::move(mesh), s.now());
+    }
+}
+
+// --- writing
+// ----------------------------------------------------------------------------------------------------------
+
+std::vector<openvdb::GridBase::ConstPtr> gridsToWrite(Session& s, const Arguments& a) {
+    std::vector<openvdb::GridBase::ConstPtr> grids;
+    for (const size_t age : a.ages("grid")) grids.push_back(s.grids.at(age).grid);
+    for (const size_t age : a.ages("geo")) grids.push_back(pointGrid(s.particles(age)));
+    if (!grids.empty()) return grids;
+    // The newest of what a .vdb can hold.
+    std::optional<uint64_t> points;
+    for (size_t k = 0; k < s.geometry.size() && !points; ++k)
+        if (std::holds_alternative<Particles>(s.geometry.at(k))) points = s.geometry.entry(k).made;
+    if (!points && s.grids.empty())
+        throw ValueError(
+            "there is no grid and there are no points to write; make them with -velocity, -mesh2ls or -scatter");
+    if (points && (s.grids.empty() || *points > s.grids.entry().made)) return {pointGrid(s.particles())};
+    return {s.grids.at().grid};
+}
+
+void writeVdbFile(Session& s, const Arguments& a, const std::string& file) {
+    openvdb::MetaMap metadata;
+    metadata.insertMeta("creator", openvdb::StringMetadata("Curlew"));
+    writeVdb(file, gridsToWrite(s, a), metadata,
+             {.half = a.flag("half"), .codec = static_cast<Codec>(a.choice("codec"))}, s.console.cancelFunction());
+}
+
+void writePicture(Session& s, const Arguments& a, const std::string& file) {
+    const size_t age = a.given("image") ? a.ages("image").front() : 0;
+    const ImageObject& object = s.images.at(age);
+    if (extensionOf(file) == ".exr") return writeExr(file, object.image);
+    const ColorScale scale = automaticScale(object.image, object.map);
+    writePng(file,
+             a.flag("legend") && object.image.channels.size() == 1
+                 ? withLegend(object.image, scale, object.image.channels.front())
+                 : object.image,
+             scale);
+}
+
+void write(Session& s, const Arguments& a) {
+    const size_t geo = a.given("geo") ? a.ages("geo").front() : 0;
+    for (const auto& file : a.words()) {
+        const std::string extension = extensionOf(file);
+        if (extension == ".vdb")
+            writeVdbFile(s, a, file);
+        else if (extension == ".ply")
+            writePly(file, s.particles(geo));
+        else if (extension == ".csv")
+            writeCsv(file, s.particles(geo));
+        else if (extension == ".json")
+            writeAtomically(file, [&](std::ostream& out) { out << s.report.dump(2) << '\n'; });
+        else
+            writePicture(s, a, file);
+        s.console.say(fmt::format("wrote {}", file));
+    }
+}
+
+// --- probing
+// ----------------------------------------------------------------------------------------------------------
+
+void probe(Session& s, const Arguments& a) {
+    const auto positions = readPositions(a.words()[0]);
+    const int order = static_cast<int>(a.integer("order"));
+    const std::string& output = a.words()[1];
+    const bool isFloat = a.choice("precision") == 1;
+    const Monitor monitor = s.console.follow("probe");
+    const auto levelSet = s.newestLevelSet();
+    const uint64_t flow = s.flows.empty() ? 0 : s.flows.entry().made,
+                   field = s.fields.empty() ? 0 : s.fields.entry().made;
+    const uint64_t grid = levelSet ? s.grids.entry(*levelSet).made : 0;
+    if (std::max({flow, field, grid}) == 0)
+        throw ValueError("there is no field, flow or level set to probe; make one first");
+    if (flow > std::max(field, grid))
+        return isFloat ? probeFlow<float>(s.flows.at(), positions, order, output, monitor)
+                       : probeFlow<double>(s.flows.at(), positions, order, output, monitor);
+    const ScalarField probed = field > grid ? s.fields.at().field : s.levelSetSdf(*levelSet, 0).distance;
+    isFloat ? probeField<float>(probed, positions, order, output, monitor)
+            : probeField<double>(probed, positions, order, output, monitor);
+}
+
+} // namespace
+
+std::vector<Action> fileActions() {
+    static const std::vector<std::string> kReadable{".obj", ".ply", ".stl", ".vdb"};
+    static const std::vector<std::string> kWritable{".vdb", ".ply", ".csv", ".png", ".exr", ".json"};
+    return {
+        {.name = "read",
+         .group = kGroup,
+         .summary = "read meshes (.obj .ply .stl), grids and points (.vdb)",
+         .outputs = "meshes, grids, points",
+         .options = {text("grids", "", "names of the grids to take from a .vdb, separated by commas (default: all)")},
+         .positional = {"FILE …", 1, 1000},
+         .examples = {"curlew -read bunny.obj -mesh2ls -write bunny.vdb",
+                      "curlew -read smoke.vdb grids=density,vel -print"},
+         .run = read,
+         .prepare =
+             [](const Arguments& a) {
+                 for (const auto& file : a.words()) requireKnown(file, kReadable);
+             }},
+        {.name = "write",
+         .group = kGroup,
+         .summary = "write the newest object that a file can hold: grids and points (.vdb), points (.ply .csv), "
+                    "pictures (.png .exr), the report (.json)",
+         .inputs = "grids, points, image (which stay)",
+         .outputs = "files",
+         .options = {ages("grid", "", "grids for a .vdb, several in one file"),
+                     ages("geo", "", "points, the newest being 0"), ages("image", "", "which picture"),
+                     flag("half", "0", "16 bits a value in a .vdb"),
+                     choice("codec", {"none", "zip", "blosc"}, "compression of a .vdb; noise hardly shrinks"),
+                     flag("legend", "1", "a colour bar below a .png")},
+         .positional = {"FILE …", 1, 1000},
+         .examples = {"curlew -noise -noise seed=1 -dfvn -velocity density=1 -write grid=0,1 half=1 smoke.vdb"},
+         .run = write,
+         .prepare =
+             [](const Arguments& a) {
+                 for (const auto& file : a.words()) {
+                     requireKnown(file, kWritable);
+                     checkWritable(file);
+                 }
+             }},
+        {.name = "probe",
+         .group = kGroup,
+         .summary = "evaluate the newest field, flow or level set at the points of a file",
+         .inputs = "field, flow or level set (which stays)",
+         .outputs = "file",
+         .options = {integer("order", "1", 0, 2, "highest derivative"),
+                     choice("precision", {"double", "float"}, "in which it is evaluated")},
+         .positional = {"IN.csv OUT.csv", 2, 2},
+         .examples = {"curlew -noise frequency=2 -probe points.csv values.csv order=2"},
+         .run = probe,
+         .prepare = [](const Arguments& a) { checkWritable(a.words()[1]); }}};
+}
+
+} // namespace curlew::app

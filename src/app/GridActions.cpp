@@ -1,0 +1,117 @@
+#include "Options.h"
+#include "curlew/app/Registry.h"
+#include "curlew/app/Session.h"
+#include "curlew/vdb/VelocityGrid.h"
+
+namespace curlew::app {
+
+namespace {
+
+using namespace options;
+
+const std::string kGroup = "grids";
+
+void meshToLevelSetAction(Session& s, const Arguments& a) {
+    std::optional<size_t> age;
+    for (size_t k = 0; k < s.geometry.size() && !age; ++k)
+        if (std::holds_alternative<std::shared_ptr<const Mesh>>(s.geometry.at(k))) age = k;
+    if (a.given("geo")) age = a.ages("geo").front();
+    if (!age) throw ValueError("there is no mesh; read one with -read");
+    const auto* mesh = std::get_if<std::shared_ptr<const Mesh>>(&s.geometry.at(*age));
+    if (!mesh) throw ValueError(fmt::format("geometry of age {} is points, not a mesh", *age));
+    const LevelSet levelSet = meshToLevelSet(*mesh,
+                                             {.voxel = a.given("voxel") ? a.real("voxel") : 0,
+                                              .dim = static_cast<int>(a.integer("dim")),
+                                              .halfWidth = a.real("width"),
+                                              .open = a.flag("open")},
+                                             s.console.follow("mesh to level set"));
+    if (!a.flag("keep")) s.geometry.take(*age);
+    s.console.say(
+        fmt::format("level set: {} voxels of {:.6g}", levelSet.grid->activeVoxelCount(), levelSet.voxelSize()));
+    s.grids.push({levelSet.grid, levelSet.mesh}, s.now());
+}
+
+void velocity(Session& s, const Arguments& a) {
+    const Dfvn& made = s.flows.at();
+    Domain domain = made.domain();
+    if (a.given("padding") && domain.wall) domain = Domain::of(*domain.wall, a.real("padding"));
+    if (a.given("box")) domain.box = a.box("box");
+    const Dfvn flow(made.f(), made.g(), domain);
+    VelocityGridOptions options{.voxel = a.given("voxel") ? a.real("voxel") : 0,
+                                .dim = static_cast<int>(a.integer("dim")),
+                                .layout = a.flag("staggered") ? Layout::staggered : Layout::collocated,
+                                .mask = a.given("mask") ? s.grids.at(a.ages("mask").front()).grid : nullptr,
+                                .skin = a.real("skin")};
+    const auto grid = velocityGrid(flow, options, s.console.follow("velocity"));
+    if (grid->activeVoxelCount() == 0)
+        throw ValueError("the grid has no active voxel: the domain is thinner than a voxel; choose smaller voxels");
+    grid->setName(a.text("name"));
+    grid->setSaveFloatAsHalf(a.flag("half"));
+    grid->setCreator("Curlew");
+    s.console.say(fmt::format("velocity: {} active voxels of {:.6g}", grid->activeVoxelCount(), grid->voxelSize()[0]));
+    const auto push = [&](openvdb::FloatGrid::Ptr scalar) {
+        scalar->setSaveFloatAsHalf(a.flag("half"));
+        scalar->setCreator("Curlew");
+        s.grids.push({std::move(scalar), nullptr}, s.now());
+    };
+    if (a.flag("potentials")) {
+        push(sampledGrid(flow.g(), *grid, "g", s.console.follow("g")));
+        push(sampledGrid(flow.f(), *grid, "f", s.console.follow("f")));
+    }
+    if (a.flag("density")) push(densityGrid(flow.domain(), *grid, s.console.follow("density")));
+    s.grids.push({grid, nullptr}, s.now());
+}
+
+} // namespace
+
+std::vector<Action> gridActions() {
+    return {{.name = "mesh2ls",
+             .group = kGroup,
+             .summary = "turn a closed mesh into a level set",
+             .inputs = "mesh",
+             .outputs = "grid (level set)",
+             .options = {integer("dim", "256", 1, 1e6, "voxels along the longest edge of the mesh's box"),
+                         positive("voxel", "", "world units", "voxel size (default: from dim)"),
+                         {.name = "width",
+                          .type = OptionType::real,
+                          .fallback = "3",
+                          .help = "half width of the narrow band; -bound widens it where it needs more",
+                          .unit = "voxels",
+                          .lower = 1,
+                          .upper = 1000},
+                         flag("open", "0", "accept a mesh with holes; those narrower than a voxel close by themselves"),
+                         ages("geo", "", "which geometry (default: the newest mesh)"),
+                         keep()},
+             .examples = {"curlew -read bunny.obj -mesh2ls voxel=0.01 -write bunny.vdb"},
+             .run = meshToLevelSetAction},
+            {.name = "velocity",
+             .group = kGroup,
+             .summary = "sample the newest flow on a sparse grid",
+             .inputs = "flow (which stays)",
+             .outputs = "grid, and with potentials=1 or density=1 more below it",
+             .options = {integer("dim", "128", 1, 1e6, "voxels along the longest edge of the domain's box"),
+                         positive("voxel", "", "world units", "voxel size (default: from dim)"),
+                         flag("staggered", "0",
+                              "1: components on voxel faces (MAC), divergence-free to rounding; for solvers. 0: at "
+                              "centres; for Blender, RenderMan and most others"),
+                         text("name", "vel", "of the grid; hosts look for vel, v or velocity"),
+                         flag("half", "0", "write with 16 bits a value"),
+                         box("box", "sample here (default: the domain of the flow)"),
+                         notNegative("padding", "", "world units",
+                                     "how far around an obstacle to sample (default: the domain of the flow)"),
+                         ages("mask", "", "a grid whose active voxels, and no others, are sampled, in its resolution"),
+                         {.name = "skin",
+                          .type = OptionType::real,
+                          .fallback = "3",
+                          .help = "how far the grid reaches beyond the wall, fading to zero",
+                          .unit = "voxels",
+                          .lower = 1,
+                          .upper = 100},
+                         flag("density", "0", "also make a fog volume 'density' of the domain"),
+                         flag("potentials", "0", "also make grids 'f' and 'g' of the potentials")},
+             .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -velocity "
+                          "voxel=0.02 density=1 -write grid=0,1 smoke.vdb"},
+             .run = velocity}};
+}
+
+} // namespace curlew::app

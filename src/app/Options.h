@@ -1,0 +1,69 @@
+#pragma once
+
+#include "curlew/app/Action.h"
+
+// Short forms in which the actions declare their options.
+namespace curlew::app::options {
+
+inline Option flag(std::string name, std::string fallback, std::string help) {
+    return {
+        .name = std::move(name), .type = OptionType::flag, .fallback = std::move(fallback), .help = std::move(help)};
+}
+inline Option integer(std::string name, std::string fallback, double lower, double upper, std::string help) {
+    return {.name = std::move(name),
+            .type = OptionType::integer,
+            .fallback = std::move(fallback),
+            .help = std::move(help),
+            .lower = lower,
+            .upper = upper};
+}
+inline Option real(std::string name, std::string fallback, std::string unit, std::string help) {
+    return {.name = std::move(name),
+            .type = OptionType::real,
+            .fallback = std::move(fallback),
+            .help = std::move(help),
+            .unit = std::move(unit)};
+}
+inline Option positive(std::string name, std::string fallback, std::string unit, std::string help) {
+    Option option = real(std::move(name), std::move(fallback), std::move(unit), std::move(help));
+    option.lower = 0;
+    option.exclusive = true;
+    return option;
+}
+inline Option notNegative(std::string name, std::string fallback, std::string unit, std::string help) {
+    Option option = real(std::move(name), std::move(fallback), std::move(unit), std::move(help));
+    option.lower = 0;
+    return option;
+}
+inline Option vector(std::string name, std::string fallback, std::string unit, std::string help) {
+    return {.name = std::move(name),
+            .type = OptionType::vector,
+            .fallback = std::move(fallback),
+            .help = std::move(help),
+            .unit = std::move(unit)};
+}
+inline Option box(std::string name, std::string help) {
+    return {.name = std::move(name), .type = OptionType::box, .help = std::move(help), .unit = "world units"};
+}
+/// The choices in the order of the enumeration that they stand for.
+inline Option choice(std::string name, std::vector<std::string> choices, std::string help, std::string fallback = "") {
+    if (fallback.empty()) fallback = choices.front();
+    return {.name = std::move(name),
+            .type = OptionType::choice,
+            .fallback = std::move(fallback),
+            .help = std::move(help),
+            .choices = std::move(choices)};
+}
+inline Option text(std::string name, std::string fallback, std::string help) {
+    return {
+        .name = std::move(name), .type = OptionType::text, .fallback = std::move(fallback), .help = std::move(help)};
+}
+inline Option ages(std::string name, std::string fallback, std::string help) {
+    return {
+        .name = std::move(name), .type = OptionType::ages, .fallback = std::move(fallback), .help = std::move(help)};
+}
+inline Option keep() { return flag("keep", "0", "leave what is taken on its stack"); }
+
+constexpr double kAny = std::numeric_limits<double>::infinity();
+
+} // namespace curlew::app::options

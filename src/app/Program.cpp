@@ -1,0 +1,153 @@
+#include "curlew/app/Program.h"
+
+#include "curlew/app/Registry.h"
+#include "curlew/app/Text.h"
+#include "curlew/base/Memory.h"
+
+#include <chrono>
+#include <fstream>
+#include <sstream>
+
+namespace curlew::app {
+
+namespace {
+
+constexpr int kDeepestScene = 16;
+
+/// -1.5 is a value, -1x an action.
+bool isAction(const std::string& token) {
+    double number = 0;
+    return token.size() > 1 && token[0] == '-' && !parseReal(token, number);
+}
+
+/// Calls `work`; what it throws gets the action's name in front.
+template <class Work>
+decltype(auto) inContextOf(const std::string& context, const Work& work) {
+    const auto located = [&](const std::exception& e) { return fmt::format("{}: {}", context, e.what()); };
+    try {
+        return work();
+    } catch (const ValueError& e) {
+        throw ValueError(located(e));
+    } catch (const FileError& e) {
+        throw FileError(located(e));
+    } catch (const ResourceError& e) {
+        throw ResourceError(located(e));
+    }
+}
+
+std::string readText(const std::string& file) {
+    std::ifstream stream(file, std::ios::binary);
+    std::ostringstream text;
+    if (!stream || !(text << stream.rdbuf()))
+        throw FileError(fmt::format("cannot read the scene '{}': no such file, or it is empty", file));
+    if (text.str().find('\0') != std::string::npos)
+        throw FileError(fmt::format("'{}' is not a scene: it is not text", file));
+    return text.str();
+}
+
+class Parser {
+  public:
+    Program takeProgram() { return std::move(mProgram); }
+
+    void commandLine(const std::vector<std::string>& tokens) {
+        for (size_t k = 0; k < tokens.size();) {
+            if (!isAction(tokens[k]))
+                throw ValueError(
+                    fmt::format("'{}' is not an action; actions begin with a dash: curlew -help", tokens[k]));
+            const size_t begin = k++;
+            while (k < tokens.size() && !isAction(tokens[k])) ++k;
+            const size_t dashes = tokens[begin].starts_with("--") ? 2 : 1;
+            action(tokens[begin].substr(dashes),
+                   {tokens.begin() + static_cast<std::ptrdiff_t>(begin) + 1,
+                    tokens.begin() + static_cast<std::ptrdiff_t>(k)},
+                   "");
+        }
+    }
+
+    void scene(const std::string& text, const std::string& name) {
+        if (++mDepth > kDeepestScene)
+            throw ValueError(
+                fmt::format("scene '{}': scenes include each other more than {} deep", name, kDeepestScene));
+        std::istringstream lines(text);
+        std::string line, pending;
+        for (int number = 1, first = 1; std::getline(lines, line); ++number) {
+            if (pending.empty()) first = number;
+            if (line.ends_with('\r')) line.pop_back();
+            const bool continues = line.ends_with('\\');
+            if (continues) line.pop_back();
+            pending += line + " ";
+            if (continues) continue;
+            sceneLine(std::exchange(pending, {}), fmt::format("{}:{}: ", name, first));
+        }
+        if (!pending.empty())
+            throw ValueError(fmt::format("scene '{}' ends with a \\: its last line is missing", name));
+        --mDepth;
+    }
+
+  private:
+    void sceneLine(const std::string& line, const std::string& place) {
+        auto words = inContextOf(place.substr(0, place.size() - 2), [&] { return wordsOf(line); });
+        if (words.empty()) return;
+        std::string name = words.front();
+        if (name.starts_with('-')) name.erase(0, 1);
+        words.erase(words.begin());
+        action(name, words, place);
+    }
+
+    void action(const std::string& name, const std::vector<std::string>& tokens, const std::string& place) {
+        const Action& declared = inContextOf(place.empty() ? "command line" : place.substr(0, place.size() - 2),
+                                             [&]() -> const Action& { return findAction(name); });
+        const Arguments arguments = inContextOf(place + "-" + name, [&] {
+            Arguments given(declared);
+            for (const auto& token : tokens) given.add(token);
+            given.finish();
+            return given;
+        });
+        if (name != "config") {
+            mProgram.actions.push_back(arguments);
+            return;
+        }
+        for (const auto& file : arguments.words())
+            scene(inContextOf(place + "-config", [&] { return readText(file); }), file);
+    }
+
+    Program mProgram;
+    int mDepth = 0;
+};
+
+} // namespace
+
+Program parseCommandLine(const std::vector<std::string>& tokens) {
+    Parser parser;
+    parser.commandLine(tokens);
+    return parser.takeProgram();
+}
+
+Program parseScene(const std::string& text, const std::string& name) {
+    Parser parser;
+    parser.scene(text, name);
+    return parser.takeProgram();
+}
+
+void run(const Program& program, Session& session) {
+    for (const auto& arguments : program.actions)
+        if (arguments.action().prepare)
+            inContextOf("-" + arguments.action().name, [&] { arguments.action().prepare(arguments); });
+    for (const auto& arguments : program.actions) {
+        if (session.console.cancelled()) throw Interrupted();
+        const auto started = std::chrono::steady_clock::now();
+        inContextOf("-" + arguments.action().name, [&] { arguments.action().run(session, arguments); });
+        const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+        session.report["actions"].push_back({{"action", arguments.program()}, {"seconds", seconds}});
+        session.console.detail(fmt::format("{}: {:.3f} s, peak memory {}", arguments.program(), seconds,
+                                           formatBytes(static_cast<double>(peakMemory()))));
+    }
+}
+
+std::string sceneOf(const Program& program) {
+    std::string text;
+    for (const auto& arguments : program.actions) text += arguments.program(false) + "\n";
+    return text;
+}
+
+} // namespace curlew::app

@@ -1,0 +1,58 @@
+#include "curlew/app/Session.h"
+
+namespace curlew::app {
+
+Particles& Session::particles(size_t age) {
+    for (size_t k = 0; k < geometry.size(); ++k)
+        if (auto* found = std::get_if<Particles>(&geometry.at(k)); found && age-- == 0) return *found;
+    throw ValueError("there are no points; make some with -scatter, or read a .vdb that has them");
+}
+
+bool Session::hasParticles() const {
+    for (size_t k = 0; k < geometry.size(); ++k)
+        if (std::holds_alternative<Particles>(geometry.at(k))) return true;
+    return false;
+}
+
+openvdb::Vec3SGrid::ConstPtr Session::velocity() const {
+    for (size_t k = 0; k < grids.size(); ++k)
+        if (auto velocity = openvdb::GridBase::grid<openvdb::Vec3SGrid>(grids.at(k).grid)) return velocity;
+    return nullptr;
+}
+
+std::optional<size_t> Session::newestLevelSet() const {
+    for (size_t k = 0; k < grids.size(); ++k)
+        if (grids.at(k).grid->getGridClass() == openvdb::GRID_LEVEL_SET) return k;
+    return {};
+}
+
+std::optional<size_t> Session::newestField(bool sdf) const {
+    for (size_t k = 0; k < fields.size(); ++k)
+        if (fields.at(k).sdf.has_value() == sdf) return k;
+    return {};
+}
+
+Sdf Session::levelSetSdf(size_t age, double distance) {
+    GridObject& object = grids.at(age);
+    LevelSet levelSet = levelSetOf(object.grid);
+    levelSet.mesh = object.mesh;
+    constexpr double kSpline = 3; // voxels that the spline needs beyond
+    const double halfWidth = distance / levelSet.voxelSize() + kSpline;
+    if (halfWidth > levelSet.halfWidth()) {
+        console.detail(fmt::format("level set '{}': band widened from {:.3g} to {:.3g} voxels", object.grid->getName(),
+                                   levelSet.halfWidth(), halfWidth));
+        levelSet = widened(levelSet, halfWidth, console.follow("widening the band"));
+        object.grid = levelSet.grid;
+    }
+    return sdfOf(levelSet);
+}
+
+Sdf Session::newestSdf(double distance) {
+    const auto field = newestField(true), grid = newestLevelSet();
+    if (!field && !grid)
+        throw ValueError("there is no shape or level set; make one (-sphere, -mesh2ls, …) or read one");
+    if (field && (!grid || fields.entry(*field).made > grids.entry(*grid).made)) return *fields.at(*field).sdf;
+    return levelSetSdf(*grid, distance);
+}
+
+} // namespace curlew::app

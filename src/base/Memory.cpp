@@ -1,0 +1,69 @@
+#include "curlew/base/Memory.h"
+
+#include "curlew/base/Error.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <limits>
+
+namespace curlew {
+
+namespace {
+
+constexpr size_t kUnlimited = std::numeric_limits<size_t>::max();
+
+/// The number that a file holds; `kUnlimited` where there is no such file or it says "max".
+size_t numberIn(const char* file) {
+    std::ifstream stream(file);
+    size_t number = 0;
+    return stream >> number ? number : kUnlimited;
+}
+
+size_t systemMemory() {
+    std::ifstream stream("/proc/meminfo");
+    std::string key;
+    size_t kibibytes = 0;
+    while (stream >> key >> kibibytes) {
+        if (key == "MemAvailable:") return kibibytes * 1024;
+        stream.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
+    }
+    return static_cast<size_t>(sysconf(_SC_AVPHYS_PAGES)) * static_cast<size_t>(sysconf(_SC_PAGESIZE));
+}
+
+} // namespace
+
+size_t availableMemory() {
+    const size_t limit = numberIn("/sys/fs/cgroup/memory.max"), used = numberIn("/sys/fs/cgroup/memory.current");
+    const size_t left = limit == kUnlimited || used == kUnlimited ? kUnlimited : limit > used ? limit - used : 0;
+    return std::min(systemMemory(), left);
+}
+
+size_t peakMemory() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<size_t>(usage.ru_maxrss) * 1024;
+}
+
+std::string formatBytes(double bytes) {
+    constexpr std::array units{"B", "KiB", "MiB", "GiB", "TiB", "PiB", "EiB"};
+    size_t unit = 0;
+    while (bytes >= 1024 && unit + 1 < units.size()) {
+        bytes /= 1024;
+        ++unit;
+    }
+    return fmt::format("{:.{}f} {}", bytes, unit == 0 ? 0 : 1, units[unit]);
+}
+
+void requireMemory(double bytes, const std::string& what, const std::string& remedy) {
+    const auto available = static_cast<double>(availableMemory());
+    if (!(bytes <= available))
+        throw ResourceError(fmt::format("{} would need about {} of memory, and {} are available; {}", what,
+                                        formatBytes(bytes), formatBytes(available), remedy));
+}
+
+} // namespace curlew

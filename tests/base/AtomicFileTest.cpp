@@ -1,0 +1,191 @@
+#include "curlew/base/AtomicFile.h"
+#include "curlew/base/Error.h"
+
+#include <catch2/catch.hpp>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <array>
+#include <csignal>
+#include <fstream>
+#include <sstream>
+
+using namespace curlew;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// An empty folder that goes away with the test.
+struct Folder {
+    fs::path path = fs::temp_directory_path() / ("curlew-test-" + std::to_string(::getpid()));
+    Folder() {
+        fs::remove_all(path);
+        fs::create_directory(path);
+    }
+    ~Folder() { fs::remove_all(path); }
+    Folder(const Folder&) = delete;
+    Folder& operator=(const Folder&) = delete;
+
+    ptrdiff_t entries() const { return std::distance(fs::directory_iterator(path), fs::directory_iterator()); }
+};
+
+std::string contents(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    std::ostringstream text;
+    text << stream.rdbuf();
+    return text.str();
+}
+
+const std::function<void(std::ostream&)> kWriteNew = [](std::ostream& out) { out << "new"; };
+
+/// While it lives, no file may grow beyond this size: as if the disk were full.
+struct FileSizeLimit {
+    rlimit before{};
+    void (*handler)(int);
+    explicit FileSizeLimit(rlim_t bytes) : handler(std::signal(SIGXFSZ, SIG_IGN)) {
+        ::getrlimit(RLIMIT_FSIZE, &before);
+        const rlimit now{bytes, before.rlim_max};
+        ::setrlimit(RLIMIT_FSIZE, &now);
+    }
+    ~FileSizeLimit() {
+        ::setrlimit(RLIMIT_FSIZE, &before);
+        std::signal(SIGXFSZ, handler);
+    }
+    FileSizeLimit(const FileSizeLimit&) = delete;
+    FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+};
+
+} // namespace
+
+TEST_CASE("a file is written whole, and leaves nothing else behind", "[base]") {
+    const Folder folder;
+    const fs::path file = folder.path / "a.bin";
+    const std::string bytes("\0\r\n\xff binary", 11);
+    writeAtomically(file, [&](std::ostream& out) { out << bytes; });
+    CHECK(contents(file) == bytes);
+    writeAtomically(file, kWriteNew); // replaces
+    CHECK(contents(file) == "new");
+    writeAtomically(file, [&](std::ostream&) {}); // an empty file is a file
+    CHECK(contents(file).empty());
+    CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("a writer gets the name of a file in the same folder", "[base]") {
+    const Folder folder;
+    const fs::path file = folder.path / "a.vdb";
+    fs::path name;
+    writeAtomically(file, [&](const fs::path& temporary) {
+        name = temporary;
+        CHECK_FALSE(fs::exists(file));
+        std::ofstream(temporary) << "named";
+    });
+    CHECK(name.parent_path() == folder.path);
+    CHECK(name != file);
+    CHECK(contents(file) == "named");
+    CHECK(folder.entries() == 1);
+    // A writer that writes nothing has not made the file.
+    CHECK_THROWS_AS(writeAtomically(folder.path / "b", [](const fs::path&) {}), FileError);
+    CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("a failed write leaves an earlier file as it was and no temporary one", "[base]") {
+    const Folder folder;
+    const fs::path file = folder.path / "a.txt";
+    const bool existed = GENERATE(false, true);
+    if (existed) std::ofstream(file) << "old";
+    struct Odd {};
+    CHECK_THROWS_AS(writeAtomically(file,
+                                    [](std::ostream& out) {
+                                        out << "half of ";
+                                        throw Odd{};
+                                    }),
+                    Odd);
+    CHECK_THROWS_AS(writeAtomically(file,
+                                    [](const fs::path& temporary) {
+                                        std::ofstream(temporary) << "half of ";
+                                        throw Odd{};
+                                    }),
+                    Odd);
+    CHECK(fs::exists(file) == existed);
+    if (existed) CHECK(contents(file) == "old");
+    CHECK(folder.entries() == existed);
+}
+
+TEST_CASE("a cancelled write is Interrupted and leaves the earlier file", "[base]") {
+    const Folder folder;
+    const fs::path file = folder.path / "a.txt";
+    std::ofstream(file) << "old";
+    int asked = 0, written = 0;
+    const auto writeMuch = [&](std::ostream& out) {
+        for (; written < 1000; ++written) out << "some text\n";
+    };
+    CHECK_THROWS_AS(writeAtomically(file, writeMuch, [&] { return ++asked == 3; }), Interrupted);
+    CHECK(written < 1000);
+    CHECK(contents(file) == "old");
+    CHECK(folder.entries() == 1);
+    CHECK_NOTHROW(writeAtomically(file, kWriteNew, [] { return false; }));
+    CHECK(contents(file) == "new");
+}
+
+TEST_CASE("a full disk is a FileError that names the file", "[base]") {
+    const Folder folder;
+    const fs::path file = folder.path / "a.txt";
+    std::ofstream(file) << "old";
+    std::string message;
+    // More than any buffer, and little enough to be noticed only when it is flushed at the end.
+    const size_t bytes = GENERATE(size_t{1} << 20, size_t{600});
+    try {
+        const FileSizeLimit limit(500);
+        writeAtomically(file, [&](std::ostream& out) { out << std::string(bytes, 'x'); });
+    } catch (const FileError& error) {
+        message = error.what();
+    }
+    CAPTURE(bytes, message);
+    CHECK(message.find(file.string()) != std::string::npos);
+    CHECK(message.find("File too large") != std::string::npos); // what the limit is called
+    CHECK(contents(file) == "old");
+    CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("what cannot be written is said before the work, with the name", "[base]") {
+    const Folder folder;
+    fs::create_directory(folder.path / "sub");
+    const std::array<fs::path, 4> targets{folder.path / "missing" / "a.txt", // no such folder
+                                          folder.path / "sub",               // a folder
+                                          folder.path / "sub" / "",          // no file name
+                                          fs::path()};                       // nothing
+    const fs::path& target = targets[GENERATE(size_t{0}, size_t{1}, size_t{2}, size_t{3})];
+    CAPTURE(target);
+    bool called = false;
+    try {
+        writeAtomically(target, [&](std::ostream&) { called = true; });
+        FAIL("no exception");
+    } catch (const FileError& error) {
+        CHECK_THAT(error.what(), Catch::Contains("'" + target.string() + "'"));
+    }
+    CHECK_FALSE(called);
+    CHECK_THROWS_AS(checkWritable(target), FileError);
+    CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("a folder without permission is a FileError", "[base]") {
+    if (::geteuid() == 0) {
+        WARN("skipped: root may write anywhere");
+        return;
+    }
+    const Folder folder;
+    fs::permissions(folder.path, fs::perms::owner_read | fs::perms::owner_exec);
+    CHECK_THROWS_AS(writeAtomically(folder.path / "a.txt", kWriteNew), FileError);
+    fs::permissions(folder.path, fs::perms::owner_all);
+}
+
+TEST_CASE("checkWritable accepts a new and an existing file and touches neither", "[base]") {
+    const Folder folder;
+    const fs::path file = folder.path / "a.txt";
+    CHECK_NOTHROW(checkWritable(file));
+    CHECK_FALSE(fs::exists(file));
+    std::ofstream(file) << "old";
+    CHECK_NOTHROW(checkWritable(file));
+    CHECK(contents(file) == "old");
+    CHECK_NOTHROW(checkWritable("in-the-current-folder.txt"));
+}

@@ -1,0 +1,14 @@
+#include "curlew/base/Error.h"
+
+#include <catch2/catch.hpp>
+
+using namespace curlew;
+
+TEST_CASE("every error of the library is an Error and keeps its message", "[base]") {
+    CHECK_THROWS_AS(throw ValueError("v"), Error);
+    CHECK_THROWS_AS(throw FileError("f"), Error);
+    CHECK_THROWS_AS(throw ResourceError("r"), Error);
+    CHECK_THROWS_AS(throw Interrupted(), Error);
+    CHECK_THROWS_WITH(throw ValueError("width -1 must be positive"), "width -1 must be positive");
+    CHECK_THROWS_WITH(throw Interrupted(), "interrupted");
+}

@@ -1,0 +1,14 @@
+#include "curlew/base/Monitor.h"
+
+#include <catch2/catch.hpp>
+
+using namespace curlew;
+
+TEST_CASE("a monitor throws only when it is cancelled", "[base]") {
+    bool stop = false;
+    const Monitor monitor{.report = {}, .cancelled = [&] { return stop; }};
+    CHECK_NOTHROW(Monitor{}.check());
+    CHECK_NOTHROW(monitor.check());
+    stop = true;
+    CHECK_THROWS_AS(monitor.check(), Interrupted);
+}

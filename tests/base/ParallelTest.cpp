@@ -1,0 +1,154 @@
+#include "curlew/base/Parallel.h"
+#include "curlew/base/Random.h"
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <limits>
+#include <mutex>
+#include <set>
+#include <thread>
+#include <vector>
+
+using namespace curlew;
+
+namespace {
+
+using Chunks = std::set<std::pair<size_t, size_t>>;
+
+Chunks chunksOf(size_t count, size_t grain) {
+    Chunks chunks;
+    std::mutex mutex;
+    parallelFor(count, grain, [&](size_t begin, size_t end) {
+        const std::lock_guard lock(mutex);
+        chunks.emplace(begin, end);
+    });
+    return chunks;
+}
+
+} // namespace
+
+TEST_CASE("parallelFor covers every index exactly once, in chunks of at most the grain", "[base]") {
+    const size_t count = GENERATE(size_t{0}, size_t{1}, size_t{63}, size_t{64}, size_t{65}, size_t{10007});
+    const size_t grain =
+        GENERATE(size_t{0}, size_t{1}, size_t{7}, size_t{64}, size_t{20000}, std::numeric_limits<size_t>::max());
+    CAPTURE(count, grain);
+    std::vector<std::atomic<int>> visits(count);
+    std::atomic<size_t> longest = 0;
+    parallelFor(count, grain, [&](size_t begin, size_t end) {
+        for (size_t k = begin; k < end; ++k) ++visits[k];
+        for (size_t seen = longest; end - begin > seen && !longest.compare_exchange_weak(seen, end - begin);) {
+        }
+    });
+    CHECK(std::all_of(visits.begin(), visits.end(), [](const auto& n) { return n == 1; }));
+    CHECK(longest <= std::max<size_t>(grain, 1));
+}
+
+TEST_CASE("the chunks do not depend on the number of threads", "[base]") {
+    Chunks one, two;
+    {
+        const ThreadLimit limit(1);
+        one = chunksOf(1001, 10);
+    }
+    {
+        const ThreadLimit limit(2);
+        two = chunksOf(1001, 10);
+    }
+    CHECK(one == two);
+    CHECK(one == chunksOf(1001, 10));
+    CHECK(one.size() == 101);
+}
+
+TEST_CASE("a limit of one thread keeps the loop on the calling thread, until it ends", "[base]") {
+    const auto threads = [] {
+        std::set<std::thread::id> ids;
+        std::mutex mutex;
+        parallelFor(200, 1, [&](size_t, size_t) {
+            const std::lock_guard lock(mutex);
+            ids.insert(std::this_thread::get_id());
+        });
+        return ids;
+    };
+    const ThreadLimit limit(1);
+    CHECK(threads() == std::set{std::this_thread::get_id()});
+    const ThreadLimit wider(0); // cannot lift the limit around it
+    CHECK(threads().size() == 1);
+}
+
+TEST_CASE("an exception in the body reaches the caller as it was thrown", "[base]") {
+    struct Odd {
+        size_t where;
+    };
+    const auto loop = [](size_t bad) {
+        parallelFor(1000, 10, [&](size_t begin, size_t end) {
+            if (begin <= bad && bad < end) throw Odd{begin};
+        });
+    };
+    for (const size_t bad : {size_t{0}, size_t{555}, size_t{999}}) {
+        CAPTURE(bad);
+        try {
+            loop(bad);
+            FAIL("no exception");
+        } catch (const Odd& odd) {
+            CHECK(odd.where == bad / 10 * 10);
+        }
+    }
+    CHECK_NOTHROW(loop(1000));
+}
+
+TEST_CASE("a cancelled loop ends early with Interrupted", "[base]") {
+    const ThreadLimit limit(1);
+    size_t calls = 0;
+    const Monitor monitor{.report = {}, .cancelled = [&] { return calls >= 3; }};
+    CHECK_THROWS_AS(parallelFor(
+                        100, 1, [&](size_t, size_t) { ++calls; }, monitor),
+                    Interrupted);
+    CHECK(calls == 3);
+    CHECK_THROWS_AS(parallelSum(
+                        100, 1, [&](size_t, size_t) { return 1.0; }, monitor),
+                    Interrupted);
+}
+
+TEST_CASE("progress rises to one, a report at a time", "[base]") {
+    std::vector<double> reports;
+    std::atomic<int> inside = 0;
+    bool together = false;
+    const Monitor monitor{.report =
+                              [&](double fraction) {
+                                  together |= ++inside > 1;
+                                  reports.push_back(fraction);
+                                  --inside;
+                              },
+                          .cancelled = {}};
+    parallelFor(
+        1000, 3, [](size_t, size_t) {}, monitor);
+    CHECK_FALSE(together);
+    CHECK(reports.size() == 334);
+    CHECK(std::is_sorted(reports.begin(), reports.end()));
+    CHECK(reports.back() == 1);
+}
+
+TEST_CASE("parallelSum gives the same bits for any number of threads", "[base]") {
+    // Terms of very different size and sign: a sum in another order has other bits.
+    const auto term = [](size_t k) { return (randomUniform(3, k) - 0.5) * std::exp2(60 * randomUniform(3, k, 1)); };
+    const auto sum = [&](int threads) {
+        const ThreadLimit limit(threads);
+        return parallelSum(100000, 64, [&](size_t begin, size_t end) {
+            double s = 0;
+            for (size_t k = begin; k < end; ++k) s += term(k);
+            return s;
+        });
+    };
+    double reversed = 0;
+    for (size_t k = 100000; k-- > 0;) reversed += term(k);
+    const double one = sum(1);
+    CHECK(std::bit_cast<uint64_t>(one) != std::bit_cast<uint64_t>(reversed)); // the test can fail
+    for (int run = 0; run < 10; ++run) CHECK(std::bit_cast<uint64_t>(sum(2)) == std::bit_cast<uint64_t>(one));
+    const double all = parallelSum(1000, 7, [](size_t begin, size_t end) {
+        return static_cast<double>((end * (end - 1) - begin * (begin - 1)) / 2); // whole numbers: exact
+    });
+    CHECK(all == 499500);
+    CHECK(parallelSum(0, 7, [](size_t, size_t) { return 1.0; }) == 0);
+}

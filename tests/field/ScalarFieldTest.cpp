@@ -1,0 +1,100 @@
+#include "curlew/field/Algebra.h"
+#include "curlew/field/Bound.h"
+#include "curlew/field/NoiseField.h"
+#include "curlew/field/ScalarField.h"
+#include "support/FiniteDifference.h"
+#include "support/Formula.h"
+
+using namespace curlew;
+using namespace curlew::test;
+
+namespace {
+
+/// A model that works on batches, knows its bound, and counts how often it is called.
+struct Counting {
+    int* calls;
+    template <int Order, class T>
+    void evalBatch(const PointBatch& points, JetBatch<T, Order>& jets) const {
+        ++*calls;
+        for (int i = 0; i < points.size; ++i) jets.set(i, Jet<T, 3, Order>::variable(static_cast<T>(points[i][1]), 1));
+    }
+    double bound() const { return 42; }
+};
+
+} // namespace
+
+TEST_CASE("a field is made from a pointwise or a batch model", "[field]") {
+    const ScalarField pointwise = formula([](const auto& x) { return x[0] * x[1]; });
+    CHECK(pointwise.at<0>({{2, 3, 4}}).value == 6);
+    CHECK(pointwise.at<1>({{2, 3, 4}}).gradient == Vec3d{{3, 2, 0}});
+    CHECK(pointwise.at<2>({{2, 3, 4}}).hessian(0, 1) == 1);
+    CHECK(std::isinf(pointwise.bound()));
+
+    int calls = 0;
+    const ScalarField batched(Counting{&calls});
+    CHECK(batched.bound() == 42);
+    PointBatch points;
+    for (const Vec3d& p : randomPoints(cube(1), kBatch, 1)) points.push(p);
+    JetBatch<double, 1> jets;
+    batched.eval(points, jets);
+    CHECK(calls == 1);
+    for (int i = 0; i < kBatch; ++i) CHECK(jets[i].value == points[i][1]);
+    const ScalarField copy = batched; // shares the model
+    CHECK(copy.at<1>({{1, 2, 3}}).value == 2);
+    CHECK(calls == 2);
+}
+
+TEST_CASE("every field gives the same bits whatever the order of derivatives and the batch", "[field]") {
+    const ScalarField noise = psrdField({.seed = 3}, {.frequency = 2.3, .octaves = 3});
+    struct Case {
+        const char* name;
+        ScalarField field;
+    };
+    const std::vector<Case> cases{
+        {"noise", noise},
+        {"sum", noise + rampField({{1, 2, 3}})},
+        {"product", noise * sphereSdf(0.7).distance},
+        {"scaled", -0.3 * noise},
+        {"placed", placed(noise, {.offset = {{1, 2, 3}}, .rotate = {{10, 20, 30}}, .scale = {{1, 2, 0.5}}})},
+        {"box", boxSdf({{1, 0.8, 1.2}}, 0.1).distance},
+        {"torus", torusSdf(0.6, 0.2).distance},
+        {"capsule", capsuleSdf(0.6, 0.3).distance},
+        {"gyroid", gyroidSdf(0.7, 0.1).distance},
+        {"bounded", bounded(noise, {.sdf = sphereSdf(0.8), .side = Side::both, .width = 0.2})},
+    };
+    for (const auto& [name, field] : cases)
+        for (uint64_t batch = 0; batch < 20; ++batch) {
+            PointBatch points;
+            for (uint64_t k = 0; k < 1 + (batch * 7) % kBatch; ++k) points.push(randomPoint(cube(1), batch, k));
+            JetBatch<double, 0> values;
+            JetBatch<double, 1> first;
+            JetBatch<double, 2> second;
+            JetBatch<float, 0> floatValues;
+            JetBatch<float, 2> floatSecond;
+            field.eval(points, values);
+            field.eval(points, first);
+            field.eval(points, second);
+            field.eval(points, floatValues);
+            field.eval(points, floatSecond);
+            for (int i = 0; i < points.size; ++i) {
+                const Vec3d p = points[i];
+                CAPTURE(name, p);
+                const auto jet = second[i];
+                if (values[i].value != jet.value || first[i].value != jet.value || first[i].gradient != jet.gradient)
+                    FAIL("orders differ");
+                if (floatValues[i].value != floatSecond[i].value) FAIL("orders differ in float");
+                if (difference(field.at<2>(p), jet) != 0) FAIL("a point alone differs from a batch");
+                // Some hundred roundings of values of the size of 1, through an amplitude of at most 3.
+                if (std::abs(double(floatValues[i].value) - jet.value) > 1e-4) FAIL("float differs");
+            }
+        }
+}
+
+TEST_CASE("evaluating an empty batch does nothing", "[field]") {
+    PointBatch none;
+    JetBatch<double, 2> jets;
+    jets.c[0][0] = 7;
+    psrdField().eval(none, jets);
+    bounded(psrdField(), {.sdf = sphereSdf(1)}).eval(none, jets);
+    CHECK(jets.c[0][0] == 7);
+}

@@ -1,0 +1,291 @@
+#include "curlew/base/Error.h"
+#include "curlew/field/Algebra.h"
+#include "curlew/field/Shapes.h"
+#include "support/FiniteDifference.h"
+
+#include <functional>
+#include <limits>
+
+using namespace curlew;
+using namespace curlew::test;
+
+namespace {
+
+struct Shape {
+    std::string name;
+    Sdf sdf;
+    std::function<bool(const Vec3d&)> inside;
+    /// How far a point is from where the distance is not C^inf (kinks and seams): finite differences keep clear of
+    /// them.
+    std::function<double(const Vec3d&)> clearance;
+};
+
+double square(double x) { return x * x; }
+
+/// Clearance of an ellipse-free shape whose formula switches where one of these is zero.
+double least(std::initializer_list<double> values) {
+    double l = 1e300;
+    for (const double v : values) l = std::min(l, std::abs(v));
+    return l;
+}
+
+std::vector<Shape> shapes() {
+    const Vec3d half{{0.5, 0.4, 0.7}};
+    const double rounding = 0.1;
+    const Vec3d inner = half - Vec3d{{rounding, rounding, rounding}};
+    const auto boxInside = [=](const Vec3d& p) {
+        double squares = 0;
+        for (int i = 0; i < 3; ++i) squares += square(std::max(std::abs(p[i]) - inner[i], 0.0));
+        return squares < rounding * rounding;
+    };
+    const auto boxClearance = [=](const Vec3d& p) {
+        const Vec3d q{{std::abs(p[0]) - inner[0], std::abs(p[1]) - inner[1], std::abs(p[2]) - inner[2]}};
+        return least({p[0], p[1], p[2], q[0], q[1], q[2], q[0] - q[1], q[1] - q[2], q[0] - q[2]});
+    };
+    const auto cylinder = [](const Vec3d& p) { return std::hypot(p[0], p[2]); };
+    return {
+        {"sphere", sphereSdf(0.8), [](const Vec3d& p) { return dot(p, p) < 0.64; },
+         [](const Vec3d& p) { return length(p); }},
+        {"box", boxSdf(half * 2.0, rounding), boxInside, boxClearance},
+        {"torus", torusSdf(0.6, 0.25),
+         [=](const Vec3d& p) { return square(cylinder(p) - 0.6) + square(p[1]) < 0.0625; },
+         [=](const Vec3d& p) { return std::min(cylinder(p), std::hypot(cylinder(p) - 0.6, p[1])); }},
+        {"capsule", capsuleSdf(0.8, 0.3),
+         [=](const Vec3d& p) { return square(cylinder(p)) + square(std::max(std::abs(p[1]) - 0.4, 0.0)) < 0.09; },
+         [=](const Vec3d& p) { return std::min(cylinder(p), least({std::abs(p[1]) - 0.4})); }},
+        {"plane", planeSdf({{1, -2, 2}}, 0.6), [](const Vec3d& p) { return p[0] - 2 * p[1] + 2 * p[2] < 0.6; },
+         [](const Vec3d&) { return 1.0; }},
+    };
+}
+
+double distanceAt(const Sdf& sdf, const Vec3d& p) { return sdf.distance.at<0>(p).value; }
+
+} // namespace
+
+TEST_CASE("signed distances have the values that geometry says", "[field]") {
+    struct Oracle {
+        Sdf sdf;
+        Vec3d p;
+        double d;
+    };
+    const double rounded = std::sqrt(3.0);
+    const std::vector<Oracle> oracles{
+        {sphereSdf(2), {{0, 0, 0}}, -2},
+        {sphereSdf(2), {{3, 4, 0}}, 3},
+        {sphereSdf(2), {{0, -2, 0}}, 0},
+        {boxSdf({{2, 4, 6}}, 0), {{0, 0, 0}}, -1},
+        {boxSdf({{2, 4, 6}}, 0), {{0, -3, 0}}, 1},
+        {boxSdf({{2, 4, 6}}, 0), {{4, 6, 3}}, 5},                     // an edge: (3, 4)
+        {boxSdf({{2, 4, 6}}, 0), {{-2, 3, -4}}, rounded},             // a corner: (1, 1, 1)
+        {boxSdf({{2, 4, 6}}, 0.5), {{0, 0, 2.75}}, -0.25},            // a face
+        {boxSdf({{2, 4, 6}}, 0.5), {{1.5, 2.5, 3.5}}, rounded - 0.5}, // a rounded corner
+        {boxSdf({{2, 2, 2}}, 1), {{3, 4, 0}}, 4},                     // all rounding: a sphere
+        {torusSdf(2, 0.5), {{0, 0, 0}}, 1.5},
+        {torusSdf(2, 0.5), {{0, 0.25, -2}}, -0.25},
+        {torusSdf(2, 0.5), {{5, 4, 0}}, 4.5},
+        {capsuleSdf(2, 0.5), {{0, 0, 3}}, 2.5},
+        {capsuleSdf(2, 0.5), {{3, 5, 0}}, 4.5},
+        {capsuleSdf(2, 0.5), {{0, -1.25, 0}}, -0.25},
+        {planeSdf({{0, 3, 0}}, 6), {{7, 5, 9}}, 3},
+        {planeSdf({{0, 3, 0}}, 6), {{7, -1, 9}}, -3},
+        {gyroidSdf(1, 0.2), {{0, 0, 0}}, -0.1}, // the middle of the sheet
+    };
+    for (const auto& [sdf, p, d] : oracles) {
+        CAPTURE(p);
+        CHECK(distanceAt(sdf, p) == Approx(d).margin(1e-15));
+    }
+}
+
+TEST_CASE("signed distances are negative inside, and their bounds contain the inside", "[field]") {
+    for (const Shape& shape : shapes()) {
+        size_t inside = 0;
+        for (const Vec3d& p : randomPoints(cube(1), 20000, 1)) {
+            const bool in = shape.inside(p);
+            inside += in;
+            CAPTURE(shape.name, p);
+            if ((distanceAt(shape.sdf, p) < 0) != in) FAIL("wrong sign");
+            if (in && !shape.sdf.bounds.contains(p)) FAIL("bounds too small");
+        }
+        CHECK(inside > 500);
+        if (shape.name == "plane")
+            CHECK_FALSE(shape.sdf.bounds.finite());
+        else // tight: the bounds touch the shape
+            for (int axis = 0; axis < 3; ++axis) {
+                CAPTURE(shape.name, axis);
+                double nearest = 1;
+                for (Vec3d p : randomPoints(shape.sdf.bounds, 20000, 2)) {
+                    p[axis] = shape.sdf.bounds.upper[axis];
+                    nearest = std::min(nearest, std::abs(distanceAt(shape.sdf, p)));
+                }
+                CHECK(nearest < 0.01); // 20,000 points on a face of area 1: a spacing of 0.007
+            }
+    }
+    CHECK_FALSE(gyroidSdf(1, 0.1).bounds.finite());
+}
+
+TEST_CASE("exact distances have gradients of length one that lead to the surface", "[field]") {
+    for (const Shape& shape : shapes()) {
+        size_t seen = 0;
+        for (const Vec3d& p : randomPoints(cube(1.5), 5000, 3)) {
+            if (shape.clearance(p) < 1e-3) continue;
+            ++seen;
+            const auto d = shape.sdf.distance.at<1>(p);
+            const Vec3d foot = p - d.gradient * d.value;
+            CAPTURE(shape.name, p, d.value);
+            // Rounding of numbers below 3, near a kink divided by the distance to it.
+            if (!(std::abs(length(d.gradient) - 1) < 1e-12)) FAIL("|∇d| = " << length(d.gradient));
+            if (!(std::abs(distanceAt(shape.sdf, foot)) < 1e-12))
+                FAIL("the foot is at " << distanceAt(shape.sdf, foot));
+        }
+        CHECK(seen > 4000);
+    }
+}
+
+TEST_CASE("no distance is steeper than one", "[field]") {
+    auto all = shapes();
+    all.push_back({"gyroid", gyroidSdf(0.9, 0.15), {}, {}});
+    all.push_back({"sharp box", boxSdf({{1, 0.5, 0.7}}, 0), {}, {}});
+    for (const Shape& shape : all)
+        for (uint64_t k = 0; k < 20000; ++k) {
+            const Vec3d p = randomPoint(cube(1.5), 4, k);
+            // Far and near partners: the latter catch a gradient that is too long.
+            const Vec3d q = k % 2 ? randomPoint(cube(1.5), 5, k) : p + randomPoint(cube(0.01), 6, k);
+            CAPTURE(shape.name, p, q);
+            const double change = std::abs(distanceAt(shape.sdf, p) - distanceAt(shape.sdf, q));
+            if (!(change <= length(p - q) + 1e-15)) FAIL(change << " over " << length(p - q));
+        }
+}
+
+TEST_CASE("the gyroid's gradient comes up to one, on its sheet", "[field]") {
+    const Sdf gyroid = gyroidSdf(1, 0.2);
+    Worst steepest, sheet;
+    for (const Vec3d& p : randomPoints(cube(1), 100000, 7)) {
+        const auto d = gyroid.distance.at<1>(p);
+        steepest.see(length(d.gradient), p);
+        sheet.see(-d.value, p);
+    }
+    CAPTURE(steepest.value, steepest.where);
+    CHECK(steepest.value <= 1 + 1e-15);
+    CHECK(steepest.value > 0.98);
+    CHECK(sheet.value <= 0.1);
+    // It is no distance anywhere.
+    CHECK(gyroid.reach == 0);
+    // It repeats with its wavelength, and turning the axes into one another changes nothing.
+    for (const Vec3d& p : randomPoints(cube(1), 100, 8)) {
+        CAPTURE(p);
+        CHECK(std::abs(distanceAt(gyroid, p) - distanceAt(gyroid, p + Vec3d{{1, -2, 3}})) < 1e-14);
+        CHECK(std::abs(distanceAt(gyroid, p) - distanceAt(gyroid, {{p[1], p[2], p[0]}})) < 1e-15);
+    }
+}
+
+TEST_CASE("the derivatives of distances agree with central differences", "[field]") {
+    for (const Shape& shape : shapes()) {
+        if (shape.name == "plane") continue; // linear: central differences are exact, below
+        // Clear of kinks by 0.2 the curvatures are at most 5, and third derivatives at most 3 · 5² or so; the box's
+        // rounded edges have corners' curvature 1/q, q >= the clearance.
+        std::vector<Vec3d> points;
+        for (const Vec3d& p : randomPoints(cube(1.5), 4000, 9)) {
+            const double d = distanceAt(shape.sdf, p);
+            const bool flat = shape.name == "box" && shape.sdf.distance.at<1>(p).gradient[0] *
+                                                             shape.sdf.distance.at<1>(p).gradient[1] *
+                                                             shape.sdf.distance.at<1>(p).gradient[2] ==
+                                                         0;
+            if (shape.clearance(p) > 0.05 && d > -0.2 && !flat) points.push_back(p);
+        }
+        CAPTURE(shape.name, points.size());
+        REQUIRE(points.size() > 100);
+        requireDerivatives(shape.sdf.distance, points, 1e-3, 3 / square(0.05));
+    }
+    const Sdf plane = planeSdf({{1, -2, 2}}, 0.6), gyroid = gyroidSdf(2, 0.1);
+    const auto errors = derivativeErrors(plane.distance, randomPoints(cube(1), 100, 10), 1e-2);
+    CHECK(errors.worstGradient() < 1e-13); // rounding of 1 over 1e-2
+    CHECK(errors.worstHessian() == 0);
+    std::vector<Vec3d> offSheet;
+    for (const Vec3d& p : randomPoints(cube(1), 2000, 11))
+        if (distanceAt(gyroid, p) > -0.04) offSheet.push_back(p);
+    // k = pi: third derivatives of at most 6 k³ / (sqrt 3 k).
+    requireDerivatives(gyroid.distance, offSheet, 1e-3, 6 * 9.9 / 1.7);
+}
+
+TEST_CASE("the gradient of a box is one where its parts meet, too", "[field]") {
+    // Points whose coordinates are exactly those of the inner box: voxel centres like to be there.
+    const Sdf rounded = boxSdf({{2, 2, 2}}, 0.25), sharp = boxSdf({{2, 2, 2}}, 0);
+    for (int axis = 0; axis < 3; ++axis)
+        for (const double sign : {-1.0, 1.0}) {
+            CAPTURE(axis, sign);
+            const Vec3d n = unit(axis) * sign;
+            const auto seam = rounded.distance.at<2>(n * 0.75);
+            const auto face = sharp.distance.at<1>(n);
+            CHECK(seam.value == -0.25);
+            CHECK(seam.gradient == n);
+            for (const double h : seam.hessian.c) CHECK(h == 0);
+            CHECK(face.value == 0);
+            CHECK(face.gradient == n);
+        }
+}
+
+TEST_CASE("where a distance has no gradient it has a value and no NaN", "[field]") {
+    const auto check = [](const Sdf& sdf, const Vec3d& p, double d) {
+        const auto jet = sdf.distance.at<2>(p);
+        CAPTURE(p);
+        CHECK(jet.value == Approx(d));
+        for (int k = 0; k < 10; ++k) CHECK(std::isfinite(jet.component(k)));
+    };
+    check(sphereSdf(0.5), {{0, 0, 0}}, -0.5);
+    check(boxSdf({{1, 1, 1}}, 0.1), {{0, 0, 0}}, -0.5);
+    check(torusSdf(0.5, 0.2), {{0, 0, 0}}, 0.3);
+    check(torusSdf(0.5, 0.2), {{0.5, 0, 0}}, -0.2);
+    check(capsuleSdf(1, 0.2), {{0, 0.3, 0}}, -0.2);
+    check(gyroidSdf(1, 0.2), {{0, 0, 0}}, -0.1);
+}
+
+TEST_CASE("a placed shape is the shape moved, turned and scaled", "[field]") {
+    const Placement placement =
+        GENERATE(Placement{.offset = {{1, -2, 3}}}, Placement{.scale = {{2, 2, 2}}},
+                 Placement{.offset = {{0.3, 0.1, -0.5}}, .rotate = {{30, 50, -70}}, .scale = {{0.7, 0.7, 0.7}}});
+    const double scale = placement.scale[0];
+    for (const Shape& shape : shapes()) {
+        const Sdf moved = placed(shape.sdf, placement);
+        const ScalarField expected = placed(shape.sdf.distance, placement);
+        for (const Vec3d& q : randomPoints(cube(1), 2000, 12)) {
+            const Vec3d p = q * (2 * scale) + placement.offset;
+            CAPTURE(shape.name, p);
+            const auto d = moved.distance.at<1>(p);
+            if (!(std::abs(d.value - scale * expected.at<0>(p).value) < 1e-14)) FAIL("not scaled");
+            if (d.value < 0 && !moved.bounds.contains(p)) FAIL("bounds too small");
+            // Still a distance.
+            if (length(d.gradient) > 1 + 1e-12) FAIL("steeper than one");
+        }
+    }
+    CHECK(placed(Sdf{sphereSdf(1).distance, sphereSdf(1).bounds, 0.25}, placement).reach == Approx(0.25 * scale));
+    // By hand: a sphere of radius 1, twice as large, around (5, 0, 0).
+    const Sdf sphere = placed(sphereSdf(1), {.offset = {{5, 0, 0}}, .rotate = {}, .scale = {{2, 2, 2}}});
+    CHECK(distanceAt(sphere, {{5, 0, 0}}) == -2);
+    CHECK(distanceAt(sphere, {{5, 3, 0}}) == 1);
+    CHECK(sphere.bounds.lower == Vec3d{{3, -2, -2}});
+    CHECK(sphere.bounds.upper == Vec3d{{7, 2, 2}});
+}
+
+TEST_CASE("unusable sizes are errors", "[field]") {
+    for (const double bad : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
+        CAPTURE(bad);
+        CHECK_THROWS_AS(sphereSdf(bad), ValueError);
+        CHECK_THROWS_AS(boxSdf({{1, bad, 1}}, 0), ValueError);
+        CHECK_THROWS_AS(torusSdf(bad, 0.1), ValueError);
+        CHECK_THROWS_AS(torusSdf(1, bad), ValueError);
+        CHECK_THROWS_AS(capsuleSdf(bad, 1), ValueError);
+        CHECK_THROWS_AS(capsuleSdf(1, bad), ValueError);
+        CHECK_THROWS_AS(gyroidSdf(bad, 0.1), ValueError);
+        CHECK_THROWS_AS(gyroidSdf(1, bad), ValueError);
+    }
+    CHECK_THROWS_WITH(sphereSdf(-3), Catch::Contains("-3"));
+    CHECK_THROWS_AS(boxSdf({{1, 2, 3}}, -0.1), ValueError);
+    CHECK_THROWS_AS(boxSdf({{1, 2, 3}}, 0.51), ValueError);
+    CHECK_THROWS_AS(boxSdf({{1, 2, 3}}, std::nan("")), ValueError);
+    CHECK_NOTHROW(boxSdf({{1, 2, 3}}, 0.5));
+    CHECK_THROWS_AS(torusSdf(1, 1), ValueError);
+    CHECK_THROWS_AS(planeSdf({{0, 0, 0}}, 1), ValueError);
+    CHECK_THROWS_AS(placed(sphereSdf(1), {.scale = {{1, 2, 1}}}), ValueError);
+    CHECK_THROWS_AS(placed(sphereSdf(1), {.scale = {{-1, -1, -1}}}), ValueError);
+    CHECK_THROWS_AS(placed(sphereSdf(1), {.scale = {{0, 0, 0}}}), ValueError);
+}

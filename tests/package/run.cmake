@@ -1,0 +1,31 @@
+# cmake -DBUILD_DIR=… -DSOURCE_DIR=… -DWORK_DIR=… [-DEXAMPLE=…] -P run.cmake
+# Installs BUILD_DIR to a prefix of its own, builds EXAMPLE (the README's) against it as a user would, and runs that.
+foreach(name BUILD_DIR SOURCE_DIR WORK_DIR)
+  if(NOT ${name})
+    message(FATAL_ERROR "run.cmake: give -D${name}=")
+  endif()
+endforeach()
+if(NOT EXAMPLE)
+  set(EXAMPLE ${SOURCE_DIR}/tests/app/ReadmeExample.cpp)
+endif()
+
+# Built by the same compiler, and with the same sanitizers, as the library.
+load_cache(${BUILD_DIR} READ_WITH_PREFIX "" CMAKE_GENERATOR CMAKE_BUILD_TYPE CMAKE_CXX_COMPILER CURLEW_SANITIZE)
+if(CURLEW_SANITIZE)
+  set(sanitize -DCMAKE_CXX_FLAGS=-fsanitize=${CURLEW_SANITIZE})
+endif()
+
+function(run)
+  execute_process(COMMAND ${ARGN} WORKING_DIRECTORY ${WORK_DIR} COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)
+endfunction()
+
+# Neither yesterday's files nor the user's own settings may decide.
+file(REMOVE_RECURSE ${WORK_DIR})
+file(MAKE_DIRECTORY ${WORK_DIR})
+unset(ENV{DESTDIR})
+run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${WORK_DIR}/prefix)
+run(${CMAKE_COMMAND} -S ${SOURCE_DIR}/tests/package -B ${WORK_DIR}/build -G ${CMAKE_GENERATOR} ${sanitize}
+  -DCMAKE_BUILD_TYPE=${CMAKE_BUILD_TYPE} -DCMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER}
+  -DCMAKE_PREFIX_PATH=${WORK_DIR}/prefix -DEXAMPLE=${EXAMPLE})
+run(${CMAKE_COMMAND} --build ${WORK_DIR}/build)
+run(${WORK_DIR}/build/example)
