@@ -1,6 +1,9 @@
 #include "curlew/app/Program.h"
 #include "curlew/app/Registry.h"
 
+#include <fcntl.h>
+
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -16,9 +19,20 @@ void onInterrupt(int signal) {
     std::signal(signal, SIG_DFL);
 }
 
-int fail(const char* message, int status) {
-    fmt::print(stderr, "curlew: {}\n", message);
+/// Names that the message repeats may hold anything; it stays one line all the same.
+int fail(std::string message, int status) {
+    constexpr size_t kLongest = 2000;
+    std::replace_if(
+        message.begin(), message.end(), [](unsigned char c) { return c < ' ' || c == 0x7f; }, '?');
+    if (message.size() > kLongest) message.replace(kLongest, std::string::npos, " …");
+    std::fputs(("curlew: " + message + "\n").c_str(), stderr);
     return status;
+}
+
+/// A standard stream that the caller has closed must not become the first file that is opened.
+void occupyStandardStreams() {
+    for (int stream = 0; stream <= 2; ++stream)
+        if (fcntl(stream, F_GETFD) == -1) open("/dev/null", O_RDONLY);
 }
 
 } // namespace
@@ -31,6 +45,8 @@ int main(int argc, char** argv) {
 #endif
     std::signal(SIGINT, onInterrupt);
     std::signal(SIGTERM, onInterrupt);
+    std::signal(SIGXFSZ, SIG_IGN); // a file beyond the limit of its size is an error like a full disk
+    occupyStandardStreams();
     try {
         openvdb::initialize();
         const std::vector<std::string> tokens(argv + 1, argv + argc);

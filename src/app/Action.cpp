@@ -43,7 +43,7 @@ std::string complaint(const Option& o, const std::string& text) {
         case OptionType::flag:
             return text == "0" || text == "1" ? "" : "must be 0 or 1";
         case OptionType::integer:
-            if (!count(1) || numbers[0] != std::floor(numbers[0]) || std::abs(numbers[0]) > 0x1p53)
+            if (!count(1) || numbers[0] != std::floor(numbers[0]) || std::abs(numbers[0]) >= 0x1p53)
                 return "must be a whole number" + rangeOf(o);
             return inRange(o, numbers[0]) ? "" : "must be" + rangeOf(o);
         case OptionType::real:
@@ -150,8 +150,10 @@ void Arguments::add(const std::string& token) {
         }
     }
     if (!match)
-        throw ValueError(fmt::format("has no option '{}'{}; {}", name, didYouMean(name, names),
-                                     names.empty() ? "it has none" : "its options are " + join(names, ", ")));
+        throw ValueError(fmt::format(
+            "has no option '{}'{}; {}{}", name, didYouMean(name, names),
+            names.empty() ? "it has none" : "its options are " + join(names, ", "),
+            mAction->positional.maximum == 0 ? "" : fmt::format("; if it is the name of a file, write ./{}", token)));
     if (matches.size() > 1) throw ValueError(fmt::format("option '{}' could be {}", name, join(matches, " or ")));
     const std::string text = token.substr(equals + 1);
     if (const std::string wrong = complaint(*match, text); !wrong.empty())
@@ -167,7 +169,10 @@ void Arguments::finish() const {
 
 std::string Arguments::program(bool withDash) const {
     const auto quoted = [](const std::string& word) {
-        return word.find_first_of(" \t#'") == std::string::npos ? word : '"' + word + '"';
+        if (!word.empty() && word.find_first_of(" \t\r#'\"\\") == std::string::npos) return word;
+        std::string text = "\"";
+        for (const char c : word) text += c == '"' ? R"("'"'")" : std::string(1, c);
+        return text + '"';
     };
     std::string text = (withDash ? "-" : "") + mAction->name;
     for (const auto& word : mWords) text += " " + quoted(word);

@@ -18,17 +18,23 @@ bool onTerminal() {
     return terminal;
 }
 
+/// That nobody can hear is no reason to stop.
+void put(const std::string& text) {
+    std::fputs(text.c_str(), stderr);
+    std::fflush(stderr);
+}
+
 } // namespace
 
 void Console::clearBar() {
-    if (mBarShown) fmt::print(stderr, "\r\x1b[K");
+    if (mBarShown) put("\r\x1b[K");
     mBarShown = false;
 }
 
 void Console::say(std::string_view line) {
     if (mVerbosity == Verbosity::quiet) return;
     clearBar();
-    fmt::print(stderr, "{}\n", line);
+    put(fmt::format("{}\n", line));
 }
 
 void Console::detail(std::string_view line) {
@@ -52,15 +58,13 @@ void Console::show(const std::string& title, double fraction, Clock::time_point 
     const double elapsed = std::chrono::duration<double>(now - started).count();
     const double left = fraction > 0 ? elapsed * (1 - fraction) / fraction : 0;
     if (!onTerminal()) {
-        fmt::print(stderr, "{}: {:.0f} %, about {:.0f} s left\n", title, 100 * fraction, left);
+        put(fmt::format("{}: {:.0f} %, about {:.0f} s left\n", title, 100 * fraction, left));
         return;
     }
     constexpr int kWidth = 32;
     const int filled = std::clamp(static_cast<int>(fraction * kWidth), 0, kWidth);
-    fmt::print(stderr, "\r\x1b[K{} [{}{}] {:3.0f} %  {:.0f} s left", title,
-               std::string(static_cast<size_t>(filled), '#'), std::string(static_cast<size_t>(kWidth - filled), '.'),
-               100 * fraction, left);
-    std::fflush(stderr);
+    put(fmt::format("\r\x1b[K{} [{}{}] {:3.0f} %  {:.0f} s left", title, std::string(static_cast<size_t>(filled), '#'),
+                    std::string(static_cast<size_t>(kWidth - filled), '.'), 100 * fraction, left));
     mBarShown = true;
     if (fraction >= 1) clearBar();
 }

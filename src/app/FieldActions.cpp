@@ -93,6 +93,7 @@ ScalarField makeNoise(const Arguments& a) {
 
 /// Takes the two newest fields and pushes what `combine` makes of them.
 void combineFields(Session& s, const Arguments& a, ScalarField (*combine)(const ScalarField&, const ScalarField&)) {
+    if (s.fields.size() < 2) throw ValueError("needs two fields; make them with -noise, -ramp, -constant or a shape");
     const FieldObject second = s.fields.at(0), first = s.fields.at(1);
     if (!a.flag("keep")) {
         s.fields.take();
@@ -125,7 +126,8 @@ std::vector<Option> noiseOptions() {
         integer("octaves", "1", 1, 32, "copies at rising frequency that are summed"),
         positive("lacunarity", "2", "", "each octave's frequency over the one before"),
         real("gain", "0.5", "", "each octave's amplitude over the one before"),
-        integer("seed", "0", 0, 0x1p53, "0 is the published function; others are independent of it and of each other"),
+        integer("seed", "0", 0, 0x1p53 - 1,
+                "0 is the published function; others are independent of it and of each other"),
         vector("offset", "0,0,0", "world units", "where the origin of the noise goes"),
         vector("rotate", "0,0,0", "degrees", "turn about x, then y, then z"),
         vector("period", "0,0,0", "cells", "tile after so many cells of the first octave along each axis; 0: never"),

@@ -32,6 +32,9 @@ void dfvn(Session& s, const Arguments& a) {
             fmt::format("needs two fields, f and g, and there {} {}; make them with -noise, -bound or a shape",
                         s.fields.size() == 1 ? "is" : "are", s.fields.empty() ? "none" : "one"));
     const FieldObject g = s.fields.at(0), f = s.fields.at(1);
+    if (f.program == g.program)
+        throw ValueError(fmt::format(
+            "f and g are the same field, {}, and the flow would stand still; give one another seed", f.program));
     if (!a.flag("keep")) {
         s.fields.take();
         s.fields.take();

@@ -73,7 +73,7 @@ std::vector<Action> pointActions() {
              .inputs = "flow, shape or level set (which stays)",
              .outputs = "points",
              .options = {integer("count", "10000", 1, 1e15, "how many"),
-                         integer("seed", "0", 0, 0x1p53, "another seed, other points"),
+                         integer("seed", "0", 0, 0x1p53 - 1, "another seed, other points"),
                          box("box", "the box to fill (default: that of the domain)"),
                          ages("grid", "", "a level set to fill")},
              .examples = {"curlew -torus -scatter count=1e5 seed=3 -write torus.ply"},

@@ -3,18 +3,17 @@
 #include "curlew/app/Text.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Error.h"
+#include "curlew/vdb/VdbFile.h"
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <functional>
 
 namespace curlew::app {
 
 std::vector<Vec3d> readPositions(const std::filesystem::path& path) {
-    std::ifstream stream(path);
-    if (!stream || std::filesystem::is_directory(path))
-        throw FileError(fmt::format("cannot read '{}': no such file", path.string()));
+    std::ifstream stream = openToRead(path);
+    stream.exceptions(std::ios::goodbit);
     std::vector<Vec3d> positions;
     std::string line;
     for (int number = 1; std::getline(stream, line); ++number) {
@@ -34,7 +33,7 @@ std::vector<Vec3d> readPositions(const std::filesystem::path& path) {
             throw FileError(fmt::format("'{}' line {}: '{}' is not three finite numbers", path.string(), number, line));
         positions.push_back(p);
     }
-    if (line.empty() && positions.empty()) throw FileError(fmt::format("'{}' holds no positions", path.string()));
+    if (positions.empty()) throw FileError(fmt::format("'{}' holds no positions", path.string()));
     return positions;
 }
 

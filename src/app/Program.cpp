@@ -3,16 +3,16 @@
 #include "curlew/app/Registry.h"
 #include "curlew/app/Text.h"
 #include "curlew/base/Memory.h"
+#include "curlew/vdb/VdbFile.h"
 
 #include <chrono>
-#include <fstream>
 #include <sstream>
 
 namespace curlew::app {
 
 namespace {
 
-constexpr int kDeepestScene = 16;
+constexpr int kDeepestScene = 16, kMostScenes = 10000;
 
 /// -1.5 is a value, -1x an action.
 bool isAction(const std::string& token) {
@@ -32,14 +32,14 @@ decltype(auto) inContextOf(const std::string& context, const Work& work) {
         throw FileError(located(e));
     } catch (const ResourceError& e) {
         throw ResourceError(located(e));
+    } catch (const openvdb::Exception& e) {
+        throw ValueError(located(e));
     }
 }
 
 std::string readText(const std::string& file) {
-    std::ifstream stream(file, std::ios::binary);
     std::ostringstream text;
-    if (!stream || !(text << stream.rdbuf()))
-        throw FileError(fmt::format("cannot read the scene '{}': no such file, or it is empty", file));
+    text << openToRead(file).rdbuf();
     if (text.str().find('\0') != std::string::npos)
         throw FileError(fmt::format("'{}' is not a scene: it is not text", file));
     return text.str();
@@ -68,6 +68,8 @@ class Parser {
         if (++mDepth > kDeepestScene)
             throw ValueError(
                 fmt::format("scene '{}': scenes include each other more than {} deep", name, kDeepestScene));
+        if (++mScenes > kMostScenes)
+            throw ValueError(fmt::format("scene '{}': more than {} scenes are included", name, kMostScenes));
         std::istringstream lines(text);
         std::string line, pending;
         for (int number = 1, first = 1; std::getline(lines, line); ++number) {
@@ -112,7 +114,7 @@ class Parser {
     }
 
     Program mProgram;
-    int mDepth = 0;
+    int mDepth = 0, mScenes = 0;
 };
 
 } // namespace

@@ -45,6 +45,7 @@ void check(Session& s, const Arguments& a) {
         const FlowCheck flow =
             checkFlow(s.flows.at(), static_cast<size_t>(a.integer("samples")), s.console.follow("checking the flow"));
         found["divergence_analytic"] = flow.divergence;
+        found["divergence_by_differences"] = flow.divergenceByDifferences;
         if (s.flows.at().domain().wall) {
             found["divergence_analytic_beyond_wall_layer"] = flow.divergenceBeyond;
             found["wall_flux"] = flow.wallFlux;

@@ -12,6 +12,12 @@ namespace curlew::app {
 
 namespace {
 
+std::string lowerCase(std::string_view text) {
+    std::string lower(text);
+    for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return lower;
+}
+
 size_t editDistance(std::string_view a, std::string_view b) {
     std::vector<std::vector<size_t>> d(a.size() + 1, std::vector<size_t>(b.size() + 1));
     for (size_t i = 0; i <= a.size(); ++i) d[i][0] = i;
@@ -27,12 +33,14 @@ size_t editDistance(std::string_view a, std::string_view b) {
 
 } // namespace
 
-std::string nearest(std::string_view word, const std::vector<std::string>& candidates) {
+std::string nearest(std::string_view given, const std::vector<std::string>& candidates) {
+    const std::string word = lowerCase(given);
     std::string best;
     size_t fewest = std::max<size_t>(1, word.size() / 3) + 1;
     for (const auto& candidate : candidates) {
-        const bool contained = word.size() >= 3 && (candidate.starts_with(word) || word.starts_with(candidate));
-        const size_t edits = contained ? 1 : editDistance(word, candidate);
+        const std::string known = lowerCase(candidate);
+        const bool contained = word.size() >= 3 && (known.starts_with(word) || word.starts_with(known));
+        const size_t edits = contained ? 1 : editDistance(word, known);
         if (edits < fewest) {
             fewest = edits;
             best = candidate;

@@ -78,7 +78,8 @@ void writeAtomically(const fs::path& path, const std::function<void(std::ostream
         CancellableBuffer buffer(cancelled);
         errno = 0;
         if (!buffer.open(temporary, std::ios::binary | std::ios::out | std::ios::trunc))
-            throw FileError(fmt::format("cannot write '{}': {}", path.string(), std::strerror(errno)));
+            throw FileError(
+                fmt::format("cannot write '{}': {}; choose another folder", path.string(), std::strerror(errno)));
         std::ostream stream(&buffer);
         stream.exceptions(std::ios::badbit | std::ios::failbit);
         try {

@@ -100,7 +100,8 @@ ScalarField operator+(const ScalarField& a, const ScalarField& b) {
 }
 
 ScalarField operator*(const ScalarField& a, const ScalarField& b) {
-    return ScalarField(Binary{a, b, [](const auto& p, const auto& q) { return p * q; }, boundOfProduct(a.bound(), b.bound())});
+    return ScalarField(
+        Binary{a, b, [](const auto& p, const auto& q) { return p * q; }, boundOfProduct(a.bound(), b.bound())});
 }
 
 ScalarField operator*(double s, const ScalarField& a) { return ScalarField(Scaled{s, a}); }

@@ -46,8 +46,7 @@ void validate(const OctaveOptions& o) {
     if (o.octaves < 1 || o.octaves > 32) throw ValueError(fmt::format("{} octaves; give 1 to 32", o.octaves));
     if (!(o.lacunarity > 0) || !std::isfinite(o.lacunarity))
         throw ValueError(fmt::format("lacunarity {} must be positive and finite", o.lacunarity));
-    if (!std::isfinite(o.gain) || !std::isfinite(o.amplitude))
-        throw ValueError("gain and amplitude must be finite");
+    if (!std::isfinite(o.gain) || !std::isfinite(o.amplitude)) throw ValueError("gain and amplitude must be finite");
 }
 
 } // namespace
@@ -65,8 +64,7 @@ ScalarField psrdField(const PsrdOptions& noise, const OctaveOptions& options) {
         PsrdOptions octave = noise;
         for (int axis = 0; axis < 3 && tiles; ++axis) {
             const double period = noise.period[axis] * ratio;
-            if (period > 0x1p30)
-                throw ValueError("the period of the highest octave is too large; use fewer octaves");
+            if (period > 0x1p30) throw ValueError("the period of the highest octave is too large; use fewer octaves");
             octave.period[axis] = static_cast<int>(period);
         }
         field.octaves.push_back({Psrd3(octave), options.frequency * ratio,

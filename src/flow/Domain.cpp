@@ -1,10 +1,12 @@
 #include "curlew/flow/Domain.h"
 
 #include "curlew/base/Error.h"
+#include "curlew/base/Random.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numbers>
 
 namespace curlew {
 
@@ -48,6 +50,27 @@ void classify(const Domain& domain, const PointBatch& points, std::array<bool, k
     }
 }
 
+double volumeOf(const Domain& domain) {
+    constexpr uint64_t kSeed = 0x766f6c756d65;
+    constexpr int kBatches = 512;
+    const Vec3d size = domain.box.size();
+    int inside = 0;
+    for (int batch = 0; batch < kBatches; ++batch) {
+        PointBatch points;
+        while (!points.full()) {
+            Vec3d p;
+            for (int axis = 0; axis < 3; ++axis)
+                p[axis] = domain.box.lower[axis] + size[axis] * randomUniform(kSeed, static_cast<uint64_t>(batch * kBatch + points.size), static_cast<uint64_t>(axis));
+            points.push(p);
+        }
+        std::array<bool, kBatch> allowed;
+        std::array<double, kBatch> distance;
+        classify(domain, points, allowed, distance);
+        inside += static_cast<int>(std::count(allowed.begin(), allowed.end(), true));
+    }
+    return size[0] * size[1] * size[2] * inside / (kBatches * kBatch);
+}
+
 namespace {
 
 class CellSearch {
@@ -72,11 +95,13 @@ class CellSearch {
                 lower[axis] = static_cast<int>(first);
                 upper[axis] = static_cast<int>(last);
             }
-            if (cells <= 64) break;
+            if (cells <= kBatch) break;
         }
+        std::vector<Vec<int, 3>> top;
         for (int i = lower[0]; i <= upper[0]; ++i)
             for (int j = lower[1]; j <= upper[1]; ++j)
-                for (int k = lower[2]; k <= upper[2]; ++k) visit({{i, j, k}}, level);
+                for (int k = lower[2]; k <= upper[2]; ++k) top.push_back({{i, j, k}});
+        visit(top, level);
         std::sort(mFound.begin(), mFound.end(), [](const auto& a, const auto& b) { return a.c < b.c; });
         return std::move(mFound);
     }
@@ -87,28 +112,46 @@ class CellSearch {
         return {lower, lower + Vec3d{{edge, edge, edge}}};
     }
 
-    bool matters(const Box& cell) const {
+    bool meetsBox(const Box& cell) const {
         for (int axis = 0; axis < 3; ++axis)
             if (cell.upper[axis] < mDomain.box.lower[axis] || cell.lower[axis] > mDomain.box.upper[axis]) return false;
-        if (!mDomain.wall) return true;
-        // A distance changes by at most the distance travelled; a sampled one by a little more.
-        const double radius = 1.1 * length(cell.size()) / 2;
-        const double d = mDomain.wall->sdf.distance.at<0>(cell.center()).value;
-        return d > mRange.lower - radius && d < mRange.upper + radius;
+        return true;
     }
 
-    void visit(const Vec<int, 3>& cell, int level) {
-        if (!matters(boxOf(cell, std::ldexp(mSize, level)))) return;
-        if (level == 0) {
-            if (mFound.size() >= mLimit)
-                throw ResourceError(fmt::format(
-                    "the domain has more than {} cells of {} world units; choose larger voxels", mLimit, mSize));
-            mFound.push_back(cell);
-            return;
+    /// Goes into those cells of one level that may matter.
+    void visit(const std::vector<Vec<int, 3>>& cells, int level) {
+        const double edge = std::ldexp(mSize, level);
+        PointBatch centers;
+        std::array<Vec<int, 3>, kBatch> found;
+        for (const auto& cell : cells)
+            if (const Box box = boxOf(cell, edge); meetsBox(box)) {
+                found[static_cast<size_t>(centers.size)] = cell;
+                centers.push(box.center());
+            }
+        JetBatch<double, 0> d;
+        if (mDomain.wall) mDomain.wall->sdf.distance.eval(centers, d);
+        // A distance changes by at most the distance travelled; a sampled one by a little more.
+        const double radius = 1.1 * edge * std::numbers::sqrt3 / 2;
+        for (size_t k = 0; k < static_cast<size_t>(centers.size); ++k) {
+            if (mDomain.wall && !(d.c[0][k] > mRange.lower - radius && d.c[0][k] < mRange.upper + radius)) continue;
+            if (level == 0)
+                keep(found[k]);
+            else
+                visit(childrenOf(found[k]), level - 1);
         }
+    }
+
+    static std::vector<Vec<int, 3>> childrenOf(const Vec<int, 3>& cell) {
+        std::vector<Vec<int, 3>> children;
         for (int child = 0; child < 8; ++child)
-            visit({{2 * cell[0] + (child & 1), 2 * cell[1] + ((child >> 1) & 1), 2 * cell[2] + (child >> 2)}},
-                  level - 1);
+            children.push_back({{2 * cell[0] + (child & 1), 2 * cell[1] + ((child >> 1) & 1), 2 * cell[2] + (child >> 2)}});
+        return children;
+    }
+
+    void keep(const Vec<int, 3>& cell) {
+        if (mFound.size() >= mLimit)
+            throw ResourceError(fmt::format("the domain has more than {} cells of {} world units; choose larger voxels", mLimit, mSize));
+        mFound.push_back(cell);
     }
 
     const Domain& mDomain;

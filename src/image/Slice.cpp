@@ -37,7 +37,8 @@ Image slice(const Box& box, const SliceChannel& channel, std::string name, const
     if (o.width < 1 || o.width > 1 << 15) throw ValueError(fmt::format("width {} must be 1 to 32768 pixels", o.width));
     if (o.supersampling < 1 || o.supersampling > 16)
         throw ValueError(fmt::format("supersampling {} must be 1 to 16", o.supersampling));
-    const int u = o.axis == 1 ? 0 : (o.axis + 1) % 3, v = o.axis == 1 ? 2 : (o.axis + 2) % 3;
+    // Up is y where it can be, else z.
+    const int u = o.axis == 0 ? 2 : 0, v = o.axis == 1 ? 2 : 1;
     const double margin = kMargin * std::max(box.size()[u], box.size()[v]);
     const double width = box.size()[u] + 2 * margin, height = box.size()[v] + 2 * margin;
     if (!(box.size()[u] > 0) || !(box.size()[v] > 0)) throw ValueError("the box is empty");

@@ -30,13 +30,13 @@ Vec3d rotatedGradient(int hash, double alpha) {
 Psrd3::Psrd3(const PsrdOptions& options) : mOptions(options), mTiles(false) {
     for (int axis = 0; axis < 3; ++axis) {
         if (options.period[axis] < 0)
-            throw ValueError(fmt::format("period {} is negative; give whole numbers, 0 for no tiling",
-                                         options.period[axis]));
+            throw ValueError(
+                fmt::format("period {} is negative; give whole numbers, 0 for no tiling", options.period[axis]));
         mTiles |= options.period[axis] > 0;
     }
     for (size_t k = 0; k < kHashes; ++k) mPermutation[k] = static_cast<uint16_t>((k * 34 + 10) * k % kHashes);
-    // A seed moves the lattice under the hash, and shuffles the hash: a shift alone would give fields that are translates
-    // of one another, and the published permutation of two shifted lattices is far from independent.
+    // A seed moves the lattice under the hash, and shuffles the hash: a shift alone would give fields that are
+    // translates of one another, and the published permutation of two shifted lattices is far from independent.
     if (options.seed != 0) {
         for (uint64_t axis = 0; axis < 3; ++axis)
             mShift[axis] = static_cast<int>(randomBits(options.seed, axis, 1) % kHashes);

@@ -33,13 +33,30 @@ double greatest(size_t count, const Value& value, const Monitor& monitor) {
 
 Vec3d positionOf(const Particles& p, size_t k) { return {{p.x[k], p.y[k], p.z[k]}}; }
 
-double relativeDivergence(const FlowSample& sample) {
+/// The divergence at a point by the trace of the derivative, and by central differences, relative to the derivative's norm.
+struct Divergence {
+    double trace = 0, byDifferences = 0;
+};
+
+Divergence divergenceAt(const Dfvn& flow, const Vec3d& p, double h) {
+    const FlowSample sample = flow.at(p);
     double trace = 0, squares = 0;
     for (size_t i = 0; i < 3; ++i) {
         trace += sample.derivative.rows[i][static_cast<int>(i)];
         squares += dot(sample.derivative.rows[i], sample.derivative.rows[i]);
     }
-    return squares > 0 ? std::abs(trace) / std::sqrt(squares) : 0;
+    if (!(squares > 0)) return {};
+    PointBatch around;
+    for (int i = 0; i < 6; ++i) {
+        Vec3d q = p;
+        q[i / 2] += i % 2 ? h : -h;
+        around.push(q);
+    }
+    VecBatch<double> c;
+    flow.velocity(around, c);
+    double difference = 0;
+    for (int axis = 0; axis < 3; ++axis) difference += (c[2 * axis + 1][axis] - c[2 * axis][axis]) / (2 * h);
+    return {std::abs(trace) / std::sqrt(squares), difference / std::sqrt(squares)};
 }
 
 /// Moves a point onto the zero level of d; false where that does not work.
@@ -84,7 +101,9 @@ void checkWall(const Dfvn& flow, size_t samples, FlowCheck& check, const Monitor
 FlowCheck checkFlow(const Dfvn& flow, size_t samples, const Monitor& monitor) {
     FlowCheck check{.magnitudes = magnitudesOf(flow, monitor)};
     const Particles points = scatter(flow.domain(), samples, kSeed, monitor);
-    std::vector<double> divergence(samples);
+    const Vec3d size = flow.domain().box.size();
+    const double h = 1e-5 * std::max({size[0], size[1], size[2]});
+    std::vector<Divergence> divergence(samples);
     std::vector<uint8_t> beyond(samples, 1);
     const auto& wall = flow.domain().wall;
     parallelFor(
@@ -92,15 +111,18 @@ FlowCheck checkFlow(const Dfvn& flow, size_t samples, const Monitor& monitor) {
         [&](size_t begin, size_t end) {
             for (size_t k = begin; k < end; ++k) {
                 const Vec3d p = positionOf(points, k);
-                divergence[k] = relativeDivergence(flow.at(p));
+                divergence[k] = divergenceAt(flow, p, h);
                 if (wall) beyond[k] = beyondWall(wall->side, wall->sdf.distance.at<0>(p).value) < -wall->width;
             }
         },
         monitor);
+    double squares = 0;
     for (size_t k = 0; k < samples; ++k) {
-        check.divergence = std::max(check.divergence, divergence[k]);
-        if (beyond[k]) check.divergenceBeyond = std::max(check.divergenceBeyond, divergence[k]);
+        check.divergence = std::max(check.divergence, divergence[k].trace);
+        if (beyond[k]) check.divergenceBeyond = std::max(check.divergenceBeyond, divergence[k].trace);
+        squares += divergence[k].byDifferences * divergence[k].byDifferences;
     }
+    check.divergenceByDifferences = std::sqrt(squares / static_cast<double>(samples));
     if (wall) checkWall(flow, samples, check, monitor);
     return check;
 }

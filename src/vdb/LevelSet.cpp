@@ -1,5 +1,6 @@
 #include "curlew/vdb/LevelSet.h"
 
+#include "VoxelSize.h"
 #include "curlew/base/Memory.h"
 #include "curlew/vdb/Interrupter.h"
 
@@ -8,6 +9,7 @@
 #include <openvdb/tools/MeshToVolume.h>
 
 #include <algorithm>
+#include <numbers>
 
 namespace curlew {
 
@@ -50,6 +52,23 @@ double areaOf(const Mesh& mesh) {
     return area;
 }
 
+/// Both sides of the surface, and outside what an edge or a small body adds (Steiner's formula for the mesh's box).
+double samplesInBand(const Mesh& mesh, double voxel, double halfWidth) {
+    const auto extents = boundsOf(mesh).extents();
+    return 2 * areaOf(mesh) / (voxel * voxel) * halfWidth +
+           std::numbers::pi * ((extents[0] + extents[1] + extents[2]) / voxel + 4.0 / 3 * halfWidth) * halfWidth *
+               halfWidth;
+}
+
+/// Throws where the voxels are too small for OpenVDB: for its 32-bit coordinates, or its transform.
+void requireCoordinates(const Mesh& mesh, double voxel) {
+    const auto bounds = boundsOf(mesh);
+    if (std::max(bounds.max().length(), bounds.min().length()) / voxel > 1e9)
+        throw ValueError(fmt::format("a mesh of size {:.6g} cannot have voxels of {:.6g}; choose larger voxels",
+                                     bounds.extents().length(), voxel));
+    requireVoxel(voxel);
+}
+
 double voxelFor(const Mesh& mesh, const MeshToLevelSetOptions& options) {
     if (options.voxel < 0 || !std::isfinite(options.voxel))
         throw ValueError(fmt::format("voxel size {} must be positive", options.voxel));
@@ -59,12 +78,7 @@ double voxelFor(const Mesh& mesh, const MeshToLevelSetOptions& options) {
     const auto extents = boundsOf(mesh).extents();
     const double longest = std::max({extents[0], extents[1], extents[2]});
     if (!(longest > 0)) throw ValueError("the mesh has no extent");
-    const double voxel = options.voxel > 0 ? options.voxel : longest / options.dim;
-    const double farthest = std::max(boundsOf(mesh).max().length(), boundsOf(mesh).min().length());
-    if (farthest / voxel > 1e9)
-        throw ValueError(
-            fmt::format("a mesh of size {:.6g} cannot have voxels of {:.6g}; choose larger voxels", longest, voxel));
-    return voxel;
+    return options.voxel > 0 ? options.voxel : longest / options.dim;
 }
 
 void requireSolid(const Mesh& mesh, bool acceptOpen) {
@@ -93,15 +107,19 @@ LevelSet meshToLevelSet(std::shared_ptr<const Mesh> mesh, const MeshToLevelSetOp
     const double voxel = voxelFor(*mesh, options);
     // Samples in the band, times what OpenVDB's conversion holds per sample: value, face index, and copies while it
     // works.
-    const double samples = areaOf(*mesh) / (voxel * voxel) * 2 * options.halfWidth;
+    const double samples = samplesInBand(*mesh, voxel, options.halfWidth);
     requireMemory(samples * 14, fmt::format("a level set of {:.2g} voxels", samples),
-                  "choose a larger voxel, or a smaller dim");
+                  "choose larger voxels, a smaller dim or a smaller width");
+    requireCoordinates(*mesh, voxel);
 
     const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
     Interrupter interrupter(monitor);
     const auto width = static_cast<float>(options.halfWidth);
-    const auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(interrupter, MeshAdapter(*mesh, *transform),
-                                                                       *transform, width, width);
+    // Distances as they are: what OpenVDB's renormalisation would make of them depends on the width of the band.
+    // Distances as they are: OpenVDB's renormalisation would move samples by a hundredth of a voxel, and differently for
+    // each width of the band.
+    const auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
+        interrupter, MeshAdapter(*mesh, *transform), *transform, width, width, openvdb::tools::DISABLE_RENORMALIZATION);
     monitor.check();
     if (!enclosesSomething(*grid))
         throw ValueError(fmt::format(

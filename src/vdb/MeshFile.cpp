@@ -136,13 +136,15 @@ void prepareObj(std::string& text, const Source& source) {
         ++number;
         std::string_view line = takeLine(rest);
         char* const begin = text.data() + (line.data() - text.data());
-        line = line.substr(0, line.find('#'));
+        const size_t comment = std::min(line.find('#'), line.size());
+        std::fill(begin + comment, begin + line.size(), ' '); // Assimp takes one behind a face for corners
+        line = line.substr(0, comment);
         const std::string_view keyword = takeWord(line);
         if (keyword == "v")
             checkPoint(line);
         else if (keyword == "f")
             checkFace(line);
-        else if (*begin != '\n' && begin < text.data() + text.size())
+        else if (!keyword.empty())
             *begin = '#';
     }
     if (faces == 0) throw source.noFaces();

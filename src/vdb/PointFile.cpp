@@ -1,5 +1,6 @@
 #include "curlew/vdb/PointFile.h"
 
+#include "VoxelSize.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
@@ -110,7 +111,6 @@ struct Bounds {
     }
 };
 
-constexpr double kMinVoxelSize = 1.5e-5;   // OpenVDB takes no voxel below 3e-15 in volume
 constexpr double kMaxCoordinate = 1 << 30; // in voxels, so that neighbours are still 32-bit numbers
 
 uint64_t spread(uint64_t bits21) {
@@ -124,7 +124,7 @@ uint64_t spread(uint64_t bits21) {
 double chosenVoxelSize(const Particles& particles, const Bounds& bounds) {
     constexpr int kLevels = 21;
     constexpr double kPointsPerVoxel = 8;
-    const double least = std::max(kMinVoxelSize, bounds.largest() / kMaxCoordinate);
+    const double least = std::max(kLeastVoxel, bounds.largest() / kMaxCoordinate);
     const double extent = bounds.extent();
     if (!(extent > 0)) return std::max(least, 0.1);
 
@@ -157,7 +157,7 @@ double chosenVoxelSize(const Particles& particles, const Bounds& bounds) {
 }
 
 void checkVoxelSize(double voxelSize, const Bounds& bounds) {
-    const double least = std::max(kMinVoxelSize, bounds.largest() / kMaxCoordinate);
+    const double least = std::max(kLeastVoxel, bounds.largest() / kMaxCoordinate);
     if (!(voxelSize >= least) || !std::isfinite(voxelSize * voxelSize * voxelSize))
         throw ValueError(
             fmt::format("the voxel size {:g} of the points is unusable; for these positions give at least {:g}, "

@@ -115,8 +115,12 @@ class Walk {
     void checkMetadata() {
         for (auto count = read<uint32_t>(); count > 0; --count) {
             readString(); // name
-            readString(); // type
-            skip(read<uint32_t>());
+            const std::string type = readString();
+            const std::streamoff size = read<uint32_t>(), value = mIn.tellg();
+            // Makes OpenVDB allocate for a number of leaves; each has a mask of 64 bytes in the file.
+            if (type == "__delayedload" && size > 0 && read<uint32_t>() > mSize / 64) damaged();
+            mIn.seekg(value);
+            skip(size);
         }
     }
 

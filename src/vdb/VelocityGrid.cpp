@@ -1,5 +1,6 @@
 #include "curlew/vdb/VelocityGrid.h"
 
+#include "VoxelSize.h"
 #include "curlew/base/Memory.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/math/Fade.h"
@@ -165,15 +166,11 @@ double voxelFor(const Dfvn& flow, const VelocityGridOptions& options) {
 
 /// The origins of the leaves that may hold active voxels, in order.
 std::vector<Coord> leafOrigins(const Domain& domain, double voxel, const Skin& skin) {
-    const double bytes = sizeof(VelocityLeaf) + sizeof(VelocityLeaf::Buffer) + 64;
+    const double bytes = sizeof(VelocityLeaf) + VelocityLeaf::SIZE * sizeof(openvdb::Vec3s) + 64;
     const auto fitting = static_cast<size_t>(static_cast<double>(availableMemory()) / (bytes + 3 * sizeof(Coord)));
     const Vec3d origin{{-0.5 * voxel, -0.5 * voxel, -0.5 * voxel}};
-    const Vec3d size = domain.box.size();
-    if (!domain.wall)
-        requireMemory(
-            size[0] * size[1] * size[2] / (voxel * voxel * voxel) * sizeof(openvdb::Vec3s),
-            fmt::format("a velocity grid of {:.3g} voxels", size[0] * size[1] * size[2] / (voxel * voxel * voxel)),
-            "choose larger voxels");
+    const double voxels = volumeOf(domain) / (voxel * voxel * voxel);
+    requireMemory(voxels * sizeof(openvdb::Vec3s), fmt::format("a velocity grid of {:.3g} voxels", voxels), "choose larger voxels");
     std::vector<Coord> origins;
     // A voxel's faces matter as far as its corners: half a diagonal beyond its centre.
     Domain searched = domain;
@@ -287,6 +284,7 @@ openvdb::Vec3SGrid::Ptr velocityGrid(const Dfvn& flow, const VelocityGridOptions
     }
     const Skin skin(sampled.domain(), voxel, options.skin);
     if (!options.mask) origins = leafOrigins(flow.domain(), voxel, skin);
+    requireVoxel(voxel);
 
     const LeafSampler sampler(sampled, voxel, skin);
     const auto tree = filledTree(

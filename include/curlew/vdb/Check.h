@@ -11,8 +11,12 @@ namespace curlew {
 /// Measurements of what the library promises. All from seeded samples: the same for every call.
 
 struct FlowCheck {
-    double divergence = 0;       ///< Greatest |trace| / Frobenius norm of the velocity's Jacobian, in the domain.
-    double divergenceBeyond = 0; ///< The same where the wall has no part: deeper than its width.
+    double divergence = 0; ///< Greatest |trace| / Frobenius norm of the velocity's Jacobian, in the domain.
+    /// rms of the divergence by central differences of the velocity, relative to the same norm. The trace above
+    /// vanishes for any symmetric Hessians; this one also tells whether the gradients are those of a function. Its own
+    /// error is O(h²) with h = 1e-5 of the box, more where the flow is only C¹.
+    double divergenceByDifferences = 0;
+    double divergenceBeyond = 0; ///< The first, where the wall has no part: deeper than its width.
     double wallFlux = 0;         ///< Greatest |c · grad d| on the wall, relative to the rms speed.
     size_t wallSamples = 0;      ///< How many points of the wall that is from.
     FlowMagnitudes magnitudes;

@@ -1,0 +1,74 @@
+#include "curlew/app/Text.h"
+#include "curlew/base/Error.h"
+
+#include <catch2/catch.hpp>
+
+using namespace curlew;
+using namespace curlew::app;
+using Words = std::vector<std::string>;
+
+TEST_CASE("the nearest word is the one with the fewest slips", "[app]") {
+    const Words words{"frequency", "octaves", "offset", "seed", "mesh2ls"};
+    CHECK(nearest("freqency", words) == "frequency");  // left out
+    CHECK(nearest("frequencyy", words) == "frequency"); // too many
+    CHECK(nearest("fraquency", words) == "frequency");  // another
+    CHECK(nearest("esed", words) == "seed");            // swapped
+    CHECK(nearest("sed", words) == "seed");
+    CHECK(nearest("MESH2LS", words) == "mesh2ls");
+    CHECK(nearest("freq", words) == "frequency"); // a beginning
+    CHECK(nearest("offset=", words) == "offset");
+    CHECK(nearest("ofset", words) == "offset");
+}
+
+TEST_CASE("what is no slip of any word has no nearest one", "[app]") {
+    const Words words{"frequency", "octaves", "seed"};
+    for (const char* word : {"banana", "x", "", "qqqqqqqqq", "fr"}) {
+        CAPTURE(word);
+        CHECK(nearest(word, words).empty());
+        CHECK(didYouMean(word, words).empty());
+    }
+    CHECK(nearest("seed", {}).empty());
+    CHECK(didYouMean("sead", words) == " (did you mean 'seed'?)");
+}
+
+TEST_CASE("a line is split into words as a shell would", "[app]") {
+    CHECK(wordsOf("noise  frequency=2\tseed=1 \r") == Words{"noise", "frequency=2", "seed=1"});
+    CHECK(wordsOf("read 'my file.obj' \"it's.obj\"") == Words{"read", "my file.obj", "it's.obj"});
+    CHECK(wordsOf("a\"b c\"'d e'f") == Words{"ab cd ef"});
+    CHECK(wordsOf("write '' \"\"") == Words{"write", "", ""});
+    CHECK(wordsOf("noise # frequency=2") == Words{"noise"});
+    CHECK(wordsOf("read a#1.obj '# no comment'") == Words{"read", "a#1.obj", "# no comment"});
+    CHECK(wordsOf("") == Words{});
+    CHECK(wordsOf("   # nothing") == Words{});
+}
+
+TEST_CASE("a quote that does not end is an error", "[app]") {
+    CHECK_THROWS_AS(wordsOf("read 'a.obj"), ValueError);
+    CHECK_THROWS_WITH(wordsOf("read \"a.obj'"), Catch::Contains("\""));
+}
+
+TEST_CASE("splitting keeps empty parts, and joining undoes it", "[app]") {
+    CHECK(split("a,b,,c", ',') == Words{"a", "b", "", "c"});
+    CHECK(split("", ',') == Words{""});
+    CHECK(split(",", ',') == Words{"", ""});
+    for (const char* text : {"", ",", "a", "a,b", ",a,,b,"}) CHECK(join(split(text, ','), ",") == text);
+}
+
+TEST_CASE("a number is the whole text and finite", "[app]") {
+    const auto value = [](const std::string& text) {
+        double number = 0;
+        REQUIRE(parseReal(text, number));
+        return number;
+    };
+    CHECK(value("1e6") == 1e6);
+    CHECK(value("-.5") == -0.5);
+    CHECK(value("+2.50") == 2.5);
+    CHECK(value("0.1") == 0.1);
+    CHECK(value("1.7976931348623157e308") == std::numeric_limits<double>::max());
+    double ignored = 0;
+    for (const char* text : {"", " ", "1 ", " 1", "1,0", "1.0.0", "0x10", "1e", "e5", "--1", "nan", "inf", "-inf",
+                             "infinity", "1e999", "-1e999", "1f", "one", "1_000", "+-1", "++1"}) {
+        CAPTURE(text);
+        CHECK_FALSE(parseReal(text, ignored));
+    }
+}

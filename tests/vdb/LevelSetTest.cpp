@@ -1,0 +1,228 @@
+#include "curlew/vdb/LevelSet.h"
+
+#include "curlew/base/Error.h"
+#include "curlew/base/Random.h"
+
+#include <catch2/catch.hpp>
+#include <openvdb/tools/LevelSetSphere.h>
+
+#include <cmath>
+
+using namespace curlew;
+
+namespace {
+
+/// A closed mesh of a sphere: the cube's six faces, divided and pushed out, all quads.
+std::shared_ptr<const Mesh> cubeSphere(double radius, int division) {
+    auto mesh = std::make_shared<Mesh>();
+    std::map<std::array<int, 3>, openvdb::Index32> known;
+    const auto vertex = [&](std::array<int, 3> p) {
+        const auto [entry, isNew] = known.emplace(p, static_cast<openvdb::Index32>(mesh->points.size()));
+        if (isNew) {
+            openvdb::Vec3d v(p[0], p[1], p[2]);
+            mesh->points.emplace_back(openvdb::Vec3s(v * (radius / v.length())));
+        }
+        return entry->second;
+    };
+    for (size_t axis = 0; axis < 3; ++axis)
+        for (const int side : {-division, division})
+            for (int a = -division; a < division; a += 2)
+                for (int b = -division; b < division; b += 2) {
+                    openvdb::Vec4I quad;
+                    for (int corner = 0; corner < 4; ++corner) {
+                        std::array<int, 3> p{};
+                        p[axis] = side;
+                        p[(axis + 1) % 3] = a + (corner == 1 || corner == 2 ? 2 : 0);
+                        p[(axis + 2) % 3] = b + (corner >= 2 ? 2 : 0);
+                        quad[side > 0 ? corner : 3 - corner] = vertex(p);
+                    }
+                    mesh->quads.push_back(quad);
+                }
+    return mesh;
+}
+
+/// A level set with exact samples of the distance to a sphere, so that what a spline makes of it has an oracle.
+LevelSet exactSphere(double radius, double voxel, int halfWidth) {
+    auto grid = openvdb::FloatGrid::create(static_cast<float>(halfWidth * voxel));
+    grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel));
+    grid->setGridClass(openvdb::GRID_LEVEL_SET);
+    const int n = static_cast<int>(std::ceil(radius / voxel)) + halfWidth + 1;
+    auto accessor = grid->getAccessor();
+    for (int i = -n; i <= n; ++i)
+        for (int j = -n; j <= n; ++j)
+            for (int k = -n; k <= n; ++k) {
+                const double d = voxel * std::sqrt(double(i * i + j * j + k * k)) - radius;
+                if (std::abs(d) < halfWidth * voxel) accessor.setValue({i, j, k}, static_cast<float>(d));
+                else if (d < 0) accessor.setValueOff({i, j, k}, static_cast<float>(-halfWidth * voxel));
+            }
+    return {grid, nullptr};
+}
+
+Vec3d onSphere(double radius, uint64_t k) {
+    const double z = 2 * randomUniform(5, k, 0) - 1, angle = 2 * M_PI * randomUniform(5, k, 1), r = std::sqrt(1 - z * z);
+    return Vec3d{{r * std::cos(angle), r * std::sin(angle), z}} * radius;
+}
+
+} // namespace
+
+TEST_CASE("the spline through a level set is accurate to the orders that its prefilter promises", "[LevelSet]") {
+    // Greatest errors on spheres around the surface, for voxels halved twice. Radius 1, so the fourth derivatives are O(1).
+    std::array<std::array<double, 3>, 3> errors{};
+    const std::array<double, 3> voxels{0.1, 0.05, 0.025};
+    for (size_t n = 0; n < voxels.size(); ++n) {
+        const Sdf sdf = sdfOf(exactSphere(1, voxels[n], 8));
+        for (uint64_t k = 0; k < 2000; ++k) {
+            const double radius = 1 + (randomUniform(6, k) - 0.5) * 0.1;
+            const Vec3d p = onSphere(radius, k), normal = p * (1 / radius);
+            const auto jet = sdf.distance.at<2>(p);
+            errors[0][n] = std::max(errors[0][n], std::abs(jet.value - (radius - 1)));
+            errors[1][n] = std::max(errors[1][n], length(jet.gradient - normal));
+            for (int i = 0; i < 3; ++i)
+                for (int j = i; j < 3; ++j)
+                    errors[2][n] = std::max(errors[2][n], std::abs(jet.hessian(i, j) - ((i == j ? 1 : 0) - normal[i] * normal[j]) / radius));
+        }
+    }
+    const std::array<double, 3> orders{4, 3, 2};
+    for (size_t derivative = 0; derivative < 3; ++derivative)
+        for (size_t n = 1; n < 3; ++n) {
+            CAPTURE(derivative, n, errors[derivative][n - 1], errors[derivative][n]);
+            // Samples are floats: their rounding, 6e-8 / h per derivative, bends the finest Hessian a little.
+            CHECK(std::log2(errors[derivative][n - 1] / errors[derivative][n]) > orders[derivative] - 0.4);
+        }
+}
+
+TEST_CASE("the spline is C² across leaves and has exact derivatives", "[LevelSet]") {
+    const double voxel = 0.1;
+    const Sdf sdf = sdfOf(exactSphere(1, voxel, 8));
+    for (uint64_t k = 0; k < 500; ++k) {
+        Vec3d p = onSphere(1, k);
+        CAPTURE(p[0], p[1], p[2]);
+        // Central differences of the jets themselves: the error is that of the difference, h² times a third derivative.
+        const double h = 1e-5;
+        const auto jet = sdf.distance.at<2>(p);
+        for (int i = 0; i < 3; ++i) {
+            Vec3d step;
+            step[i] = h;
+            const auto up = sdf.distance.at<1>(p + step), down = sdf.distance.at<1>(p - step);
+            CHECK(jet.gradient[i] == Approx((up.value - down.value) / (2 * h)).margin(1e-8));
+            for (int j = 0; j < 3; ++j) CHECK(jet.hessian(i, j) == Approx((up.gradient[j] - down.gradient[j]) / (2 * h)).margin(2e-4));
+        }
+        // Onto a face between voxels, every eighth of which is one between leaves: both sides agree.
+        p[0] = std::round(p[0] / voxel) * voxel;
+        const auto left = sdf.distance.at<2>(p - Vec3d{{1e-9, 0, 0}}), right = sdf.distance.at<2>(p + Vec3d{{1e-9, 0, 0}});
+        for (int c = 0; c < Jet<double, 3, 2>::kSize; ++c) CHECK(left.component(c) == Approx(right.component(c)).margin(1e-6));
+    }
+}
+
+TEST_CASE("the spline in float agrees with the spline in double", "[LevelSet]") {
+    const Sdf sdf = sdfOf(exactSphere(1, 0.1, 8));
+    for (uint64_t k = 0; k < 500; ++k) {
+        const Vec3d p = onSphere(1, k);
+        const auto exact = sdf.distance.at<2>(p);
+        const auto rounded = sdf.distance.at<2, float>(p);
+        CAPTURE(k);
+        CHECK(static_cast<double>(rounded.value) == Approx(exact.value).margin(1e-6));
+        CHECK(static_cast<double>(rounded.gradient[0]) == Approx(exact.gradient[0]).margin(1e-5));
+        CHECK(static_cast<double>(rounded.hessian(0, 0)) == Approx(exact.hessian(0, 0)).margin(1e-3));
+    }
+}
+
+TEST_CASE("far from the band, and at positions that are no numbers, the spline is constant", "[LevelSet]") {
+    const Sdf sdf = sdfOf(exactSphere(1, 0.1, 5));
+    CHECK(sdf.distance.at<0>({{0, 0, 0}}).value == Approx(-0.5));
+    CHECK(sdf.distance.at<0>({{100, 0, 0}}).value == Approx(0.5));
+    CHECK(sdf.distance.at<0>({{1e300, 0, 0}}).value == Approx(0.5));
+    CHECK(sdf.distance.at<0>({{std::nan(""), 0, 0}}).value == Approx(0.5));
+    CHECK(sdf.reach == Approx(0.2));
+    CHECK(sdf.bounds.contains({{0.99, 0, 0}}));
+    CHECK_FALSE(sdf.bounds.contains({{1.25, 0, 0}}));
+}
+
+TEST_CASE("a level set may be turned, moved and scaled", "[LevelSet]") {
+    LevelSet levelSet = exactSphere(1, 0.1, 8);
+    auto grid = levelSet.grid->deepCopy();
+    grid->transform().postRotate(0.7, openvdb::math::Y_AXIS);
+    grid->transform().postScale(2.0);
+    grid->transform().postTranslate({3, -1, 2});
+    levelSet = levelSetOf(grid);
+    const Sdf sdf = sdfOf(levelSet);
+    // In voxel units the samples are still those of the small sphere, so the values are half the distance.
+    const Vec3d center{{3, -1, 2}};
+    for (uint64_t k = 0; k < 100; ++k) {
+        const Vec3d normal = onSphere(1, k);
+        const auto jet = sdf.distance.at<1>(center + normal * 2.1);
+        CAPTURE(k);
+        CHECK(jet.value == Approx(0.05).margin(1e-4));
+        for (int i = 0; i < 3; ++i) CHECK(jet.gradient[i] == Approx(0.5 * normal[i]).margin(1e-3));
+    }
+}
+
+TEST_CASE("a mesh becomes a level set of its shape", "[LevelSet]") {
+    const LevelSet levelSet = meshToLevelSet(cubeSphere(1, 40), {.dim = 50});
+    CHECK(levelSet.voxelSize() == Approx(0.04).epsilon(1e-3));
+    CHECK(levelSet.halfWidth() == Approx(3));
+    const Sdf sdf = sdfOf(levelSet);
+    // The facets lie inside the sphere by up to (edge length)² / 8 ≈ (1/20)² / 4.
+    for (uint64_t k = 0; k < 500; ++k) CHECK(std::abs(sdf.distance.at<0>(onSphere(1, k)).value) < 1e-3);
+}
+
+TEST_CASE("a band is widened without moving the surface", "[LevelSet]") {
+    for (const bool fromMesh : {true, false}) {
+        LevelSet narrow = meshToLevelSet(cubeSphere(1, 40), {.dim = 50});
+        if (!fromMesh) narrow.mesh = nullptr;
+        const LevelSet wide = widened(narrow, 8.5);
+        CAPTURE(fromMesh);
+        CHECK(wide.halfWidth() == Approx(8.5));
+        CHECK(wide.grid->activeVoxelCount() > 2 * narrow.grid->activeVoxelCount());
+        for (auto value = narrow.grid->cbeginValueOn(); value; ++value) {
+            const double difference = std::abs(static_cast<double>(*value - wide.grid->tree().getValue(value.getCoord())));
+            if (difference > 1e-5) FAIL("a sample moved by " << difference);
+        }
+        // What is new is a distance: first-order fast sweeping is within a fraction of a voxel, and so are facets.
+        const Sdf sdf = sdfOf(wide);
+        for (const double r : {0.85, 1.15})
+            for (uint64_t k = 0; k < 100; ++k) CHECK(sdf.distance.at<0>(onSphere(r, k)).value == Approx(r - 1).margin(0.01));
+        CHECK(sdf.distance.at<0>({{0, 0, 0}}).value < -0.3);
+        CHECK(sdf.distance.at<0>({{9, 0, 0}}).value > 0.3);
+        CHECK(widened(wide, 5).grid == wide.grid);
+    }
+}
+
+TEST_CASE("unusable meshes and sizes are refused", "[LevelSet]") {
+    const auto sphere = cubeSphere(1, 8);
+    auto open = std::make_shared<Mesh>(*sphere);
+    open->quads.pop_back();
+    CHECK_THROWS_WITH(meshToLevelSet(open, {}), Catch::Contains("open"));
+    auto flat = std::make_shared<Mesh>();
+    flat->points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    flat->triangles = {{0, 1, 2}, {0, 2, 1}};
+    CHECK_THROWS_WITH(meshToLevelSet(flat, {.dim = 32}), Catch::Contains("encloses nothing"));
+    auto degenerate = std::make_shared<Mesh>();
+    degenerate->points = {{0, 0, 0}, {1, 0, 0}};
+    degenerate->triangles = {{0, 1, 1}};
+    CHECK_THROWS_WITH(meshToLevelSet(degenerate, {}), Catch::Contains("degenerate"));
+    CHECK_THROWS_AS(meshToLevelSet(std::make_shared<Mesh>(), {}), ValueError);
+    CHECK_THROWS_AS(meshToLevelSet(sphere, {.voxel = -1}), ValueError);
+    CHECK_THROWS_AS(meshToLevelSet(sphere, {.dim = 0}), ValueError);
+    CHECK_THROWS_AS(meshToLevelSet(sphere, {.voxel = 1e-30}), ValueError);
+    CHECK_THROWS_WITH(meshToLevelSet(sphere, {.voxel = 1e-6}), Catch::Contains("memory"));
+    CHECK_THROWS_AS(meshToLevelSet(sphere, {.dim = 32, .halfWidth = 0}), ValueError);
+}
+
+TEST_CASE("cancelling ends a conversion", "[LevelSet]") {
+    CHECK_THROWS_AS(meshToLevelSet(cubeSphere(1, 40), {.dim = 100}, {.report = {}, .cancelled = [] { return true; }}), Interrupted);
+}
+
+TEST_CASE("only level sets are level sets", "[LevelSet]") {
+    CHECK_THROWS_WITH(levelSetOf(openvdb::Vec3SGrid::create()), Catch::Contains("float"));
+    auto grid = openvdb::FloatGrid::create(1.0f);
+    CHECK_THROWS_WITH(levelSetOf(grid), Catch::Contains("class"));
+    grid->setGridClass(openvdb::GRID_LEVEL_SET);
+    CHECK_THROWS_WITH(levelSetOf(grid), Catch::Contains("encloses nothing"));
+    grid->tree().setValue({0, 0, 0}, std::nanf(""));
+    CHECK_THROWS_WITH(levelSetOf(grid), Catch::Contains("finite"));
+    auto sphere = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(1, {0, 0, 0}, 0.1f);
+    CHECK(levelSetOf(sphere).halfWidth() == Approx(3));
+    sphere->transform().postScale({1, 2, 1});
+    CHECK_THROWS_WITH(levelSetOf(sphere), Catch::Contains("cubic"));
+}

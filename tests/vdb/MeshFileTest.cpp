@@ -1,0 +1,365 @@
+#include "curlew/base/Error.h"
+#include "curlew/vdb/MeshFile.h"
+
+#include <catch2/catch.hpp>
+#include <fmt/format.h>
+#include <openvdb/openvdb.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <random>
+
+using namespace curlew;
+using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A folder of its own for each test.
+struct Folder {
+    fs::path path = fs::temp_directory_path() / ("curlew_meshfile_" + std::to_string(::getpid()));
+    Folder() { fs::create_directories(path); }
+    ~Folder() { fs::remove_all(path); }
+    fs::path operator/(const std::string& name) const { return path / name; }
+};
+
+std::string bytesOf(const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+fs::path store(const fs::path& path, const std::string& bytes) {
+    std::ofstream(path, std::ios::binary) << bytes;
+    return path;
+}
+
+/// A closed box of 8 points and 6 quads, outward.
+constexpr std::array<std::array<int, 4>, 6> kBox{
+    {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}};
+
+std::array<float, 3> corner(int n) { return {n & 1 ? 2.0f : -0.5f, n & 2 ? 1.0f : 0.0f, n & 4 ? 3.0f : 0.25f}; }
+
+std::string objPoints() {
+    std::string text = "# a box\nmtllib none.mtl\no box\n";
+    for (int n = 0; n < 8; ++n) text += fmt::format("v {} {} {}\n", corner(n)[0], corner(n)[1], corner(n)[2]);
+    return text;
+}
+
+std::string objBox() {
+    std::string text = objPoints();
+    for (const auto& q : kBox) text += fmt::format("f {} {} {} {}\n", q[0] + 1, q[1] + 1, q[2] + 1, q[3] + 1);
+    return text;
+}
+
+template <typename T>
+void append(std::string& bytes, T value, bool bigEndian = false) {
+    char raw[sizeof value];
+    std::memcpy(raw, &value, sizeof value);
+    if (bigEndian) std::reverse(raw, raw + sizeof value);
+    bytes.append(raw, sizeof value);
+}
+
+std::string plyHead(const std::string& format) {
+    return "ply\nformat " + format +
+           " 1.0\ncomment a box\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\n"
+           "element face 6\nproperty list uchar int vertex_indices\nend_header\n";
+}
+
+std::string plyBox(const std::string& format) {
+    std::string bytes = plyHead(format);
+    const bool text = format == "ascii", big = format == "binary_big_endian";
+    for (int n = 0; n < 8; ++n) {
+        if (text) bytes += fmt::format("{} {} {}\n", corner(n)[0], corner(n)[1], corner(n)[2]);
+        for (int axis = 0; axis < 3 && !text; ++axis) append(bytes, corner(n)[size_t(axis)], big);
+    }
+    for (const auto& q : kBox) {
+        if (text) bytes += fmt::format("4 {} {} {} {}\n", q[0], q[1], q[2], q[3]);
+        if (!text) append(bytes, uint8_t(4));
+        for (int k = 0; k < 4 && !text; ++k) append(bytes, q[size_t(k)], big);
+    }
+    return bytes;
+}
+
+std::string stlBox(bool text) {
+    std::string bytes = text ? "solid box\n" : std::string(80, 's');
+    if (!text) append(bytes, uint32_t(12));
+    for (const auto& q : kBox) {
+        for (const auto& t : {std::array{q[0], q[1], q[2]}, std::array{q[0], q[2], q[3]}}) {
+            if (text) bytes += "facet normal 0 0 0\n outer loop\n";
+            for (int k = 0; k < 3 && !text; ++k) append(bytes, 0.0f);
+            for (const int n : t) {
+                if (text) bytes += fmt::format("  vertex {} {} {}\n", corner(n)[0], corner(n)[1], corner(n)[2]);
+                for (int axis = 0; axis < 3 && !text; ++axis) append(bytes, corner(n)[size_t(axis)]);
+            }
+            bytes += text ? " endloop\nendfacet\n" : std::string(2, '\0');
+        }
+    }
+    return text ? bytes + "endsolid box\n" : bytes;
+}
+
+double volumeOf(const Mesh& mesh) {
+    double six = 0;
+    const auto add = [&](uint32_t i, uint32_t j, uint32_t k) {
+        const openvdb::Vec3d a(mesh.points[i]), b(mesh.points[j]), c(mesh.points[k]);
+        six += a.dot(b.cross(c));
+    };
+    for (const auto& t : mesh.triangles) add(t[0], t[1], t[2]);
+    for (const auto& q : mesh.quads) add(q[0], q[1], q[2]), add(q[0], q[2], q[3]);
+    return six / 6;
+}
+
+void requireBox(const Mesh& mesh) {
+    const MeshTopology topology = topologyOf(mesh);
+    CHECK(mesh.points.size() == 8);
+    CHECK(mesh.triangles.size() + 2 * mesh.quads.size() == 12);
+    CHECK(topology.closed());
+    CHECK(topology.nonManifoldEdges == 0);
+    CHECK(topology.degenerateFaces == 0);
+    CHECK(volumeOf(mesh) == Approx(2.5 * 1 * 2.75)); // so nothing is turned round, moved or lost
+}
+
+std::string box(const std::string& kind) {
+    if (kind == "box.obj") return objBox();
+    if (kind == "text.stl") return stlBox(true);
+    if (kind == "binary.stl") return stlBox(false);
+    return plyBox(kind.substr(0, kind.find('.')));
+}
+
+const std::vector<std::string> kKinds{"box.obj",  "ascii.ply", "binary_little_endian.ply", "binary_big_endian.ply",
+                                      "text.stl", "binary.stl"};
+
+/// What readMesh says against a file of this name and content.
+std::string errorOf(const Folder& folder, const std::string& name, const std::string& content) {
+    try {
+        readMesh(store(folder / name, content));
+    } catch (const FileError& error) {
+        CHECK_THAT(error.what(), Contains(name) && !Contains("\n"));
+        return error.what();
+    }
+    return "no error";
+}
+
+} // namespace
+
+TEST_CASE("MeshFile: a box in every format", "[vdb][MeshFile]") {
+    const Folder folder;
+    for (const std::string& kind : kKinds) {
+        CAPTURE(kind);
+        const Mesh mesh = readMesh(store(folder / kind, box(kind)));
+        requireBox(mesh);
+        CHECK(mesh.quads.size() == (kind.ends_with(".stl") ? 0 : 6));
+    }
+    requireBox(readMesh(store(folder / "LOUD.OBJ", objBox())));
+}
+
+TEST_CASE("MeshFile: seams, groups, colours, weights and line ends of an OBJ do not tear the mesh", "[vdb][MeshFile]") {
+    const Folder folder;
+    std::string seams = objPoints() + "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\nvn 1 0 0\n";
+    int face = 0;
+    for (const auto& q : kBox) {
+        seams += fmt::format("g side{}\nusemtl m{}\ns {}\n", face, face, face);
+        seams += fmt::format("f {}/1/{n} {}/2/{n} {}/3/{n} {}/4/{n}\n", q[0] + 1, q[1] + 1, q[2] + 1, q[3] + 1,
+                             fmt::arg("n", 1 + face++ % 2));
+    }
+    requireBox(readMesh(store(folder / "seams.obj", seams)));
+
+    std::string windows = objBox();
+    for (size_t at = 0; (at = windows.find('\n', at)) != std::string::npos; at += 2) windows.insert(at, 1, '\r');
+    requireBox(readMesh(store(folder / "windows.obj", windows)));
+    std::string old = objBox();
+    std::replace(old.begin(), old.end(), '\n', '\r');
+    requireBox(readMesh(store(folder / "old.obj", old)));
+    std::string continued = objBox();
+    continued.insert(continued.find("f ") + 4, "\\\n");
+    requireBox(readMesh(store(folder / "continued.obj", continued)));
+
+    std::string fancy, relative;
+    for (int n = 0; n < 8; ++n) {
+        const auto p = corner(n);
+        fancy += fmt::format("v {} {} {} 2\n", 2 * p[0], 2 * p[1], 2 * p[2]);
+        relative += fmt::format("v {} {} {} 1 0.5 0\n", p[0], p[1], p[2]);
+    }
+    for (const auto& q : kBox) {
+        fancy += fmt::format("f {} {} {} {} # a side\n", q[0] + 1, q[1] + 1, q[2] + 1, q[3] + 1);
+        relative += fmt::format("f {} {} {} {}\n", q[0] - 8, q[1] - 8, q[2] - 8, q[3] - 8);
+    }
+    requireBox(readMesh(store(folder / "weights.obj", fancy)));
+    requireBox(readMesh(store(folder / "colours.obj", relative)));
+}
+
+TEST_CASE("MeshFile: larger polygons become triangles and leave quads alone", "[vdb][MeshFile]") {
+    const Folder folder;
+    // An L-shaped prism: two concave hexagons and six quads.
+    const std::array<std::array<int, 2>, 6> outline{{{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}}};
+    std::string text;
+    for (int z = 0; z < 2; ++z)
+        for (const auto& p : outline) text += fmt::format("v {} {} {}\n", p[0], p[1], z);
+    text += "f 6 5 4 3 2 1\nf 7 8 9 10 11 12\n";
+    for (int n = 0; n < 6; ++n) text += fmt::format("f {} {} {} {}\n", n + 1, (n + 1) % 6 + 1, (n + 1) % 6 + 7, n + 7);
+    const Mesh mesh = readMesh(store(folder / "prism.obj", text));
+    CHECK(mesh.points.size() == 12);
+    CHECK(mesh.quads.size() == 6);
+    CHECK(mesh.triangles.size() == 8);
+    CHECK(topologyOf(mesh).closed());
+    CHECK(volumeOf(mesh) == Approx(3));
+}
+
+TEST_CASE("MeshFile: closed means that every edge has its partner", "[vdb][MeshFile]") {
+    const Folder folder;
+    const std::string whole = objBox();
+    const Mesh open = readMesh(store(folder / "open.obj", whole.substr(0, whole.rfind("f "))));
+    CHECK(!topologyOf(open).closed());
+    CHECK(topologyOf(open).boundaryEdges == 4);
+    CHECK(topologyOf(open).faces == 5);
+    const MeshTopology fin = topologyOf(readMesh(store(folder / "fin.obj", whole + "f 1 2 8\n")));
+    CHECK(fin.nonManifoldEdges == 1);
+    CHECK(fin.boundaryEdges == 2);
+    const MeshTopology point = topologyOf(readMesh(store(folder / "point.obj", whole + "f 1 1 2\nf 1 2 2 2\n")));
+    CHECK(point.degenerateFaces == 2);
+    CHECK(point.closed());
+
+    CHECK(!topologyOf(Mesh{}).closed());
+    Mesh mesh{.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, .triangles = {{0, 0, 1}}, .quads = {}};
+    CHECK(!topologyOf(mesh).closed());
+    mesh.quads = {{0, 1, 2, 2}, {0, 2, 1, 1}}; // triangles in the guise of quads, back to back
+    CHECK(topologyOf(mesh).closed());
+    CHECK(topologyOf(mesh).faces == 2);
+}
+
+TEST_CASE("MeshFile: points that are no numbers are counted", "[vdb][MeshFile]") {
+    const Folder folder;
+    for (const std::string bad : {"nan", "inf", "-inf", "1e39", "1e999"}) {
+        CAPTURE(bad);
+        const auto replaced = [&](std::string text) {
+            for (int n = 0; n < 2; ++n) text.replace(text.find("-0.5"), 4, bad);
+            return text;
+        };
+        CHECK_THAT(errorOf(folder, "a.obj", replaced(objBox())), Contains("2 of its 8 points"));
+        CHECK_THAT(errorOf(folder, "a.ply", replaced(plyBox("ascii"))), Contains("2 of its 8 points"));
+        CHECK_THAT(errorOf(folder, "a.stl", replaced(stlBox(true))), Contains("2 of its 36 points"));
+    }
+    for (const float bad : {std::numeric_limits<float>::quiet_NaN(), -std::numeric_limits<float>::infinity()}) {
+        std::string ply = plyHead("binary_little_endian"), stl = stlBox(false), raw;
+        append(raw, bad);
+        const size_t head = ply.size();
+        ply = plyBox("binary_little_endian");
+        CHECK_THAT(errorOf(folder, "b.ply", ply.replace(head + 4, 4, raw)), Contains("1 of its 8 points"));
+        CHECK_THAT(errorOf(folder, "b.stl", stl.replace(84 + 12, 4, raw)), Contains("1 of its 36 points"));
+    }
+}
+
+TEST_CASE("MeshFile: corners that do not exist", "[vdb][MeshFile]") {
+    const Folder folder;
+    for (const std::string face : {"f 1 2 9\n", "f 0 1 2\n", "f 1 2 -9\n", "f 1 2 99999999999\n"}) {
+        CAPTURE(face);
+        CHECK_THAT(errorOf(folder, "a.obj", objBox() + face), Contains("line 18") && Contains("corner"));
+    }
+    for (const std::string index : {"8", "-1"}) {
+        std::string text = plyBox("ascii");
+        CHECK_THAT(errorOf(folder, "a.ply", text.replace(text.rfind(' ') + 1, 1, index)), Contains("corner " + index));
+    }
+    for (const int index : {8, -1, std::numeric_limits<int>::max()}) {
+        std::string ply = plyBox("binary_little_endian"), raw;
+        append(raw, index);
+        CHECK_THAT(errorOf(folder, "b.ply", ply.replace(ply.size() - 4, 4, raw)), Contains("corner"));
+    }
+}
+
+TEST_CASE("MeshFile: lines that Assimp would pass over or stop the program at", "[vdb][MeshFile]") {
+    const Folder folder;
+    CHECK_THAT(errorOf(folder, "a.obj", "v 1 2\n" + objBox()), Contains("line 1 ") && Contains("2 numbers"));
+    CHECK_THAT(errorOf(folder, "b.obj", "v 1 2 x\n" + objBox()), Contains("not a number"));
+    CHECK_THAT(errorOf(folder, "c.obj", objBox() + "f 1 2\n"), Contains("2 corners"));
+    CHECK_THAT(errorOf(folder, "d.obj", objBox() + "f 1 2 x\n"), Contains("not a corner"));
+    std::string flat = plyBox("ascii");
+    CHECK_THAT(errorOf(folder, "e.ply", flat.replace(flat.rfind("4 "), std::string::npos, "2 0 1\n")),
+               Contains("2 corners"));
+    std::string type = plyBox("ascii");
+    CHECK_THAT(errorOf(folder, "f.ply", type.replace(type.find("uchar"), 5, "quark")), Contains("unknown type"));
+    std::string count = plyBox("ascii");
+    CHECK_THAT(errorOf(folder, "g.ply", count.replace(count.find("vertex 8"), 8, "vertex -8")), Contains("element"));
+    std::string many = plyBox("binary_little_endian");
+    CHECK_THAT(errorOf(folder, "h.ply", many.replace(many.find("face 6"), 6, "face 4000000000")),
+               Contains("cut short"));
+}
+
+TEST_CASE("MeshFile: files that are no mesh", "[vdb][MeshFile]") {
+    const Folder folder;
+    const std::string png =
+        "\x89PNG\r\n\x1a\n" + std::string("\0\0\0\rIHDR\0\0\1\0\0\0\1\0", 16) + std::string(300, 'x');
+    for (const std::string extension : {".obj", ".ply", ".stl"}) {
+        CAPTURE(extension);
+        REQUIRE_THROWS_WITH(readMesh(folder / ("missing" + extension)), Contains("no such file"));
+        fs::create_directory(folder / ("folder" + extension));
+        REQUIRE_THROWS_WITH(readMesh(folder / ("folder" + extension)), Contains("is a folder"));
+        CHECK_THAT(errorOf(folder, "empty" + extension, ""), Contains("is empty"));
+        CHECK_THAT(errorOf(folder, "image" + extension, png), Contains("cannot be read as a mesh"));
+        CHECK_THAT(errorOf(folder, "noise" + extension, "hello\n"), Contains("cannot be read as a mesh"));
+    }
+    CHECK_THAT(errorOf(folder, "a.txt", objBox()), Contains(".obj, .ply or .stl"));
+    CHECK_THAT(errorOf(folder, "a", objBox()), Contains(".obj, .ply or .stl"));
+    for (const std::string& kind : kKinds) // each in the guise of the others
+        for (const std::string extension : {".obj", ".ply", ".stl"})
+            if (!kind.ends_with(extension)) CHECK(errorOf(folder, "wrong" + extension, box(kind)) != "no error");
+    CHECK_THAT(errorOf(folder, "points.obj", objPoints()), Contains("no faces"));
+    CHECK_THAT(errorOf(folder, "lines.obj", objPoints() + "l 1 2 3\n"), Contains("no faces"));
+    CHECK_THAT(errorOf(folder, "points.ply",
+                       "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+                       "property float z\nend_header\n0 0 0\n"),
+               Contains("no faces"));
+    CHECK_THAT(errorOf(folder, "none.stl", "solid a\nendsolid a\n"), Contains("no faces"));
+}
+
+TEST_CASE("MeshFile: no cut and no damage ends the program, and most cuts are noticed", "[vdb][MeshFile]") {
+    const Folder folder;
+    std::mt19937 random(1);
+    for (const std::string& kind : kKinds) {
+        const std::string whole = box(kind);
+        for (size_t size = 1; size + 8 < whole.size(); size += 13) {
+            CAPTURE(kind, size);
+            const bool noticed = errorOf(folder, kind, whole.substr(0, size)) != "no error";
+            const bool hasFace = kind == "box.obj" && whole.substr(0, size).find("f 1 3 4") != std::string::npos;
+            REQUIRE((noticed || hasFace));
+        }
+        for (int n = 0; n < 200; ++n) {
+            std::string damaged = whole;
+            damaged[random() % whole.size()] = char(random());
+            try {
+                topologyOf(readMesh(store(folder / kind, damaged)));
+            } catch (const FileError&) {
+            }
+        }
+    }
+}
+
+TEST_CASE("MeshFile: the shared meshes are whole", "[vdb][MeshFile]") {
+    const fs::path meshes = fs::path(CURLEW_SHARED_DIR) / "meshes";
+    if (!fs::exists(meshes)) {
+        WARN("the shared meshes are not here: " << meshes.string());
+        return;
+    }
+    for (const auto& [name, points, faces] :
+         {std::tuple("spot.obj", 2930, 5856), std::tuple("rocker-arm.obj", 10044, 20088)}) {
+        CAPTURE(name);
+        const Mesh mesh = readMesh(meshes / name);
+        CHECK(mesh.points.size() == size_t(points));
+        CHECK(mesh.faces() == size_t(faces));
+        CHECK(topologyOf(mesh).closed());
+        CHECK(volumeOf(mesh) > 0);
+    }
+    const Folder folder;
+    const std::string whole = bytesOf(meshes / "spot.obj");
+    for (size_t size = 1; size < whole.size(); size += 9700) {
+        CAPTURE(size);
+        const std::string error = errorOf(folder, "cut.obj", whole.substr(0, size));
+        const bool hasFace = whole.substr(0, size).find("\nf ") != std::string::npos;
+        CHECK((error != "no error" || hasFace));
+    }
+}

@@ -1,0 +1,277 @@
+#include "curlew/base/Error.h"
+#include "curlew/base/Parallel.h"
+#include "curlew/vdb/PointFile.h"
+#include "curlew/vdb/VdbFile.h"
+
+#include <catch2/catch.hpp>
+#include <openvdb/openvdb.h>
+#include <openvdb/points/PointAttribute.h>
+#include <openvdb/points/PointCount.h>
+#include <unistd.h>
+
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <random>
+#include <sstream>
+
+using namespace curlew;
+using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A folder of its own for each test.
+struct Folder {
+    fs::path path = fs::temp_directory_path() / ("curlew_pointfile_" + std::to_string(::getpid()));
+    Folder() { fs::create_directories(path); }
+    ~Folder() { fs::remove_all(path); }
+    fs::path operator/(const std::string& name) const { return path / name; }
+    size_t files() const { return size_t(std::distance(fs::directory_iterator(path), fs::directory_iterator())); }
+};
+
+std::string bytesOf(const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// `surface` puts them on a sphere, where most of their bounding box is empty.
+Particles cloud(size_t count, bool velocity = true, bool surface = false) {
+    Particles particles;
+    std::mt19937_64 random(7);
+    const auto number = [&] { return double(random() >> 11) * 0x1p-52 - 1; };
+    for (size_t n = 0; n < count; ++n) {
+        double x = number(), y = number(), z = number();
+        if (surface) {
+            const double length = std::hypot(x, y, z);
+            x /= length, y /= length, z /= length;
+        }
+        particles.x.push_back(x), particles.y.push_back(y + 100), particles.z.push_back(z);
+        if (velocity) {
+            particles.vx.push_back(float(number()));
+            particles.vy.push_back(float(number()));
+            particles.vz.push_back(float(number()));
+        }
+        particles.id.push_back(int64_t(count - n) * 3 - 5);
+    }
+    return particles;
+}
+
+double pointsPerVoxel(const openvdb::points::PointDataGrid& grid) {
+    return double(openvdb::points::pointCount(grid.tree())) / double(grid.activeVoxelCount());
+}
+
+} // namespace
+
+TEST_CASE("PointFile: particles come back from a grid and a file, sorted by id", "[vdb][PointFile]") {
+    const Folder folder;
+    const bool velocity = GENERATE(true, false);
+    CAPTURE(velocity);
+    const Particles particles = cloud(5000, velocity);
+    const auto grid = pointGrid(particles, 0, "dust");
+    CHECK(grid->getName() == "dust");
+    CHECK((grid->getVectorType() == openvdb::VEC_CONTRAVARIANT_RELATIVE) == velocity);
+    writeVdb(folder / "a.vdb", {grid});
+    const auto read = openvdb::gridPtrCast<openvdb::points::PointDataGrid>(readVdb(folder / "a.vdb").at(0));
+    REQUIRE(read);
+    const Particles back = particlesOf(*read);
+    REQUIRE(back.size() == particles.size());
+    REQUIRE(back.hasVelocity() == velocity);
+    const double tolerance = grid->voxelSize()[0] * 0x1p-25 + 100 * 0x1p-50; // P in voxels; world to voxels and back
+    for (size_t n = 0; n < back.size(); ++n) {
+        const size_t m = particles.size() - 1 - n; // cloud counts down
+        CAPTURE(n);
+        REQUIRE(back.id[n] == particles.id[m]);
+        REQUIRE(std::abs(back.x[n] - particles.x[m]) <= tolerance);
+        REQUIRE(std::abs(back.y[n] - particles.y[m]) <= tolerance);
+        REQUIRE(std::abs(back.z[n] - particles.z[m]) <= tolerance);
+        if (!velocity) continue;
+        REQUIRE(back.vx[n] == particles.vx[m]);
+        REQUIRE(back.vy[n] == particles.vy[m]);
+        REQUIRE(back.vz[n] == particles.vz[m]);
+    }
+}
+
+TEST_CASE("PointFile: the chosen voxels hold about 8 particles, in a volume and on a surface", "[vdb][PointFile]") {
+    const bool surface = GENERATE(false, true);
+    CAPTURE(surface);
+    const auto grid = pointGrid(cloud(100000, false, surface));
+    CHECK(pointsPerVoxel(*grid) > 5);
+    CHECK(pointsPerVoxel(*grid) < 11);
+    CHECK(pointGrid(cloud(1000), 0.25)->voxelSize() == openvdb::Vec3d(0.25));
+}
+
+TEST_CASE("PointFile: odd places of particles", "[vdb][PointFile]") {
+    const auto back = [](std::vector<double> x) {
+        Particles particles;
+        particles.x = x;
+        particles.y = particles.z = std::vector<double>(x.size());
+        particles.id.resize(x.size());
+        for (size_t n = 0; n < x.size(); ++n) particles.id[n] = int64_t(n);
+        return particlesOf(*pointGrid(particles)).x;
+    };
+    CHECK(back({2}).at(0) == Approx(2));
+    CHECK(back({2, 2, 2}).at(2) == Approx(2));
+    CHECK(back({1e12}).at(0) == Approx(1e12));
+    CHECK(back({-1e-9, 1e-9}).at(1) == Approx(1e-9).margin(1.5e-5 * 0x1p-25));
+    const auto far = back({0, 0.001, 0.002, 1e9}); // one has got away
+    CHECK(far.at(3) == Approx(1e9));
+    CHECK(far.at(1) == Approx(0.001).margin(1e9 / 0x1p21 * 0x1p-24));
+}
+
+TEST_CASE("PointFile: no particles are fine everywhere", "[vdb][PointFile]") {
+    const Folder folder;
+    const Particles none;
+    writeVdb(folder / "a.vdb", {pointGrid(none)});
+    const auto read = openvdb::gridPtrCast<openvdb::points::PointDataGrid>(readVdb(folder / "a.vdb").at(0));
+    REQUIRE(read);
+    CHECK(particlesOf(*read).size() == 0);
+    writePly(folder / "a.ply", none);
+    CHECK_THAT(bytesOf(folder / "a.ply"), Contains("element vertex 0\n"));
+    writeCsv(folder / "a.csv", none);
+    CHECK(bytesOf(folder / "a.csv") == "x,y,z,id\n");
+}
+
+TEST_CASE("PointFile: the same bytes for any number of threads", "[vdb][PointFile]") {
+    const Folder folder;
+    const Particles particles = cloud(70000);
+    const auto writeAll = [&](const std::string& name) {
+        writeVdb(folder / (name + ".vdb"), {pointGrid(particles)});
+        writePly(folder / (name + ".ply"), particles);
+        writeCsv(folder / (name + ".csv"), particles);
+    };
+    for (const int threads : {1, 2, 7}) {
+        const ThreadLimit limit(threads);
+        writeAll(std::to_string(threads));
+    }
+    for (const std::string extension : {".vdb", ".ply", ".csv"}) {
+        CAPTURE(extension);
+        const std::string one = bytesOf(folder / ("1" + extension));
+        CHECK((one == bytesOf(folder / ("2" + extension))));
+        CHECK((one == bytesOf(folder / ("7" + extension))));
+    }
+}
+
+TEST_CASE("PointFile: PLY holds the particles in order", "[vdb][PointFile]") {
+    const Folder folder;
+    const Particles particles = cloud(300000); // more than one round of pieces
+    writePly(folder / "a.ply", particles);
+    const std::string bytes = bytesOf(folder / "a.ply");
+    const std::string end = "end_header\n";
+    const size_t start = bytes.find(end) + end.size();
+    CHECK(bytes.substr(0, start) ==
+          "ply\nformat binary_little_endian 1.0\nelement vertex 300000\nproperty float x\nproperty float y\nproperty "
+          "float z\n"
+          "property float vx\nproperty float vy\nproperty float vz\nproperty int id\nend_header\n");
+    struct Record {
+        float x, y, z, vx, vy, vz;
+        int32_t id;
+    };
+    REQUIRE(bytes.size() == start + 300000 * sizeof(Record));
+    for (size_t n = 0; n < particles.size(); ++n) {
+        Record record;
+        std::memcpy(&record, &bytes[start + n * sizeof record], sizeof record);
+        CAPTURE(n);
+        REQUIRE((record.x == float(particles.x[n]) && record.y == float(particles.y[n]) &&
+                 record.z == float(particles.z[n])));
+        REQUIRE((record.vx == particles.vx[n] && record.vy == particles.vy[n] && record.vz == particles.vz[n]));
+        REQUIRE(record.id == particles.id[n]);
+    }
+}
+
+TEST_CASE("PointFile: CSV has nine digits and any id", "[vdb][PointFile]") {
+    const Folder folder;
+    Particles particles = cloud(300000);
+    particles.id[1] = 1LL << 60;
+    writeCsv(folder / "a.csv", particles);
+    std::ifstream in(folder / "a.csv");
+    std::string line;
+    std::getline(in, line);
+    CHECK(line == "x,y,z,vx,vy,vz,id");
+    for (size_t n = 0; n < particles.size(); ++n) {
+        REQUIRE(std::getline(in, line));
+        double values[6];
+        const char *at = line.data(), *end = line.data() + line.size();
+        for (double& value : values) {
+            at = std::from_chars(at, end, value).ptr;
+            REQUIRE(at < end);
+            REQUIRE(*at++ == ',');
+        }
+        CAPTURE(n, line);
+        REQUIRE(std::abs(values[0] - particles.x[n]) <= 0.5e-9);
+        REQUIRE(std::abs(values[1] - particles.y[n]) <= 0.5e-6); // about 100
+        REQUIRE(std::abs(values[2] - particles.z[n]) <= 0.5e-9);
+        REQUIRE(float(values[3]) == particles.vx[n]); // nine digits are enough for a float
+        REQUIRE(float(values[4]) == particles.vy[n]);
+        REQUIRE(float(values[5]) == particles.vz[n]);
+        REQUIRE(std::string(at, end) == std::to_string(particles.id[n]));
+    }
+    CHECK(!std::getline(in, line));
+
+    Particles one;
+    one.x = {0.1}, one.y = {-1.0 / 3}, one.z = {1e-7}, one.id = {-1};
+    writeCsv(folder / "one.csv", one);
+    CHECK(bytesOf(folder / "one.csv") == "x,y,z,id\n0.1,-0.333333333,1e-07,-1\n");
+}
+
+TEST_CASE("PointFile: unusable particles", "[vdb][PointFile]") {
+    const Folder folder;
+    Particles big = cloud(3);
+    big.id[1] = int64_t(std::numeric_limits<int32_t>::max()) + 1;
+    REQUIRE_THROWS_AS(pointGrid(big), ValueError);
+    REQUIRE_THROWS_WITH(writePly(folder / "a.ply", big), Contains("2147483648"));
+    Particles ragged = cloud(3);
+    ragged.vy.pop_back();
+    REQUIRE_THROWS_AS(pointGrid(ragged), ValueError);
+    REQUIRE_THROWS_AS(writePly(folder / "a.ply", ragged), ValueError);
+    REQUIRE_THROWS_AS(writeCsv(folder / "a.csv", ragged), ValueError);
+    Particles bad = cloud(3);
+    bad.y[2] = std::nan("");
+    REQUIRE_THROWS_AS(pointGrid(bad), ValueError);
+    bad.y[2] = -std::numeric_limits<double>::infinity();
+    REQUIRE_THROWS_WITH(pointGrid(bad), Contains("1 coordinate"));
+    for (const double voxelSize : {-1.0, 1e-9, 1e200, std::nan("")}) {
+        CAPTURE(voxelSize);
+        REQUIRE_THROWS_WITH(pointGrid(cloud(3), voxelSize), Contains("voxel size"));
+    }
+    CHECK(folder.files() == 0);
+}
+
+TEST_CASE("PointFile: grids of points that others made", "[vdb][PointFile]") {
+    namespace points = openvdb::points;
+    Particles particles = cloud(100, false);
+    const auto grid = pointGrid(particles);
+
+    const auto withoutIds = grid->deepCopy();
+    points::dropAttribute(withoutIds->tree(), "id");
+    const Particles numbered = particlesOf(*withoutIds);
+    REQUIRE(numbered.size() == 100);
+    CHECK(numbered.id.front() == 0);
+    CHECK(numbered.id.back() == 99);
+
+    const auto longIds = withoutIds->deepCopy();
+    points::appendAttribute<int64_t>(longIds->tree(), "id", int64_t(1) << 40);
+    CHECK(particlesOf(*longIds).id.at(5) == int64_t(1) << 40);
+
+    const auto wrongIds = withoutIds->deepCopy();
+    points::appendAttribute<float>(wrongIds->tree(), "id");
+    REQUIRE_THROWS_WITH(particlesOf(*wrongIds), Contains("'id'") && Contains("float"));
+
+    const auto wrongVelocity = grid->deepCopy();
+    points::appendAttribute<openvdb::Vec3d>(wrongVelocity->tree(), "v");
+    REQUIRE_THROWS_AS(particlesOf(*wrongVelocity), ValueError);
+
+    const auto packed = grid->deepCopy();
+    points::appendAttribute<openvdb::Vec3s, points::TruncateCodec>(packed->tree(), "v", openvdb::Vec3s(0.5f, 1, 2));
+    CHECK(particlesOf(*packed).vx.at(7) == 0.5f);
+}
+
+TEST_CASE("PointFile: what cannot be written leaves nothing behind", "[vdb][PointFile]") {
+    const Folder folder;
+    REQUIRE_THROWS_AS(writePly(folder / "none" / "a.ply", cloud(10)), FileError);
+    REQUIRE_THROWS_AS(writeCsv(folder.path, cloud(10)), FileError);
+    CHECK(folder.files() == 0);
+}

@@ -1,0 +1,329 @@
+#include "curlew/base/Error.h"
+#include "curlew/base/Parallel.h"
+#include "curlew/vdb/VdbFile.h"
+
+#include <catch2/catch.hpp>
+#include <openvdb/io/File.h>
+#include <openvdb/io/Stream.h>
+#include <openvdb/openvdb.h>
+#include <openvdb/points/PointConversion.h>
+#include <openvdb/tools/LevelSetSphere.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <string>
+
+using namespace curlew;
+using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+using Grids = std::vector<openvdb::GridBase::ConstPtr>;
+
+/// A folder of its own for each test.
+struct Folder {
+    fs::path path = fs::temp_directory_path() / ("curlew_vdbfile_" + std::to_string(::getpid()));
+    Folder() { fs::create_directories(path); }
+    ~Folder() { fs::remove_all(path); }
+    fs::path operator/(const std::string& name) const { return path / name; }
+    size_t files() const { return size_t(std::distance(fs::directory_iterator(path), fs::directory_iterator())); }
+};
+
+std::string bytesOf(const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void store(const fs::path& path, const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
+
+openvdb::FloatGrid::Ptr sphere() {
+    auto grid = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(1.0f, {0.1f, 0.2f, 0.3f}, 0.1f);
+    grid->setName("sphere");
+    return grid;
+}
+
+openvdb::Vec3SGrid::Ptr velocity() {
+    auto grid = openvdb::Vec3SGrid::create();
+    grid->setName("vel");
+    for (int i = 0; i < 20; ++i)
+        for (int j = -3; j < 9; ++j) grid->tree().setValue({i, j, i * j}, {float(i) / 7, float(j) / 3, 1});
+    grid->tree().addTile(1, {640, 0, 0}, {1, 2, 3}, true);
+    return grid;
+}
+
+openvdb::points::PointDataGrid::Ptr points() {
+    const std::vector<openvdb::Vec3d> positions{{0.1, 0, 0}, {3, 3, 3}, {-7, 0, 0}};
+    return openvdb::points::createPointDataGrid<openvdb::points::NullCodec, openvdb::points::PointDataGrid>(
+        positions, *openvdb::math::Transform::createLinearTransform(0.5));
+}
+
+/// One of each kind, two of which share a tree.
+Grids variety() {
+    openvdb::initialize();
+    auto level = sphere();
+    auto shared = level->copy();
+    shared->setName("shared");
+    shared->setTransform(openvdb::math::Transform::createLinearTransform(3));
+    auto half = velocity();
+    half->setName("half");
+    half->setSaveFloatAsHalf(true);
+    auto mask = openvdb::BoolGrid::create();
+    mask->fill({{0, 0, 0}, {20, 20, 20}}, true);
+    auto counts = openvdb::Int32Grid::create(5);
+    counts->tree().setValue({1, 2, 3}, 4);
+    return {level, velocity(), shared, half, mask, counts, points()};
+}
+
+void requireSame(const openvdb::GridBase& read, const openvdb::GridBase& written) {
+    CAPTURE(written.getName(), written.type());
+    REQUIRE(read.getName() == written.getName());
+    REQUIRE(read.type() == written.type());
+    REQUIRE(read.transform() == written.transform());
+    REQUIRE(read.saveFloatAsHalf() == written.saveFloatAsHalf());
+    REQUIRE(read.activeVoxelCount() == written.activeVoxelCount());
+    REQUIRE(read.evalActiveVoxelBoundingBox() == written.evalActiveVoxelBoundingBox());
+    if (!written.isType<openvdb::FloatGrid>()) return;
+    const auto& a = static_cast<const openvdb::FloatGrid&>(read);
+    const auto& b = static_cast<const openvdb::FloatGrid&>(written);
+    REQUIRE(a.background() == b.background());
+    for (auto value = b.cbeginValueAll(); value; ++value)
+        if (a.tree().getValue(value.getCoord()) != *value) FAIL("another value at " << value.getCoord());
+}
+
+void requireSame(const std::vector<openvdb::GridBase::Ptr>& read, const Grids& written) {
+    REQUIRE(read.size() == written.size());
+    for (size_t n = 0; n < read.size(); ++n) requireSame(*read[n], *written[n]);
+}
+
+/// OpenVDB's own files have a random UUID at byte 21.
+std::string withoutUuid(std::string bytes) { return bytes.erase(21, 36); }
+
+/// The python3 that has the module, or nothing.
+std::string pythonWith(const std::string& module) {
+    for (const char* python : {"python3", "/usr/bin/python3"})
+        if (std::system((std::string(python) + " -c 'import " + module + "' 2>/dev/null").c_str()) == 0) return python;
+    return {};
+}
+
+} // namespace
+
+TEST_CASE("VdbFile: grids come back as they were written", "[vdb][VdbFile]") {
+    const Folder folder;
+    const Grids grids = variety();
+    const auto codec = GENERATE(Codec::none, Codec::zip, Codec::blosc);
+    openvdb::MetaMap metadata;
+    metadata.insertMeta("frames_per_second", openvdb::FloatMetadata(24));
+    writeVdb(folder / "a.vdb", grids, metadata, {.codec = codec});
+    const auto read = readVdb(folder / "a.vdb");
+    requireSame(read, grids);
+    CHECK(&read[0]->baseTree() == &read[2]->baseTree());
+    const auto vel = openvdb::gridPtrCast<openvdb::Vec3SGrid>(read[1]);
+    CHECK(vel->tree().getValue({19, 8, 152}) == openvdb::Vec3s(19.0f / 7, 8.0f / 3, 1));
+    CHECK(vel->tree().getValue({641, 1, 1}) == openvdb::Vec3s(1, 2, 3));
+    CHECK(openvdb::gridPtrCast<openvdb::points::PointDataGrid>(read[6])->tree().cbeginLeaf()->getLastValue() > 0);
+
+    openvdb::io::File file((folder / "a.vdb").string());
+    file.open();
+    CHECK(file.getMetadata()->metaValue<float>("frames_per_second") == 24);
+    CHECK(file.readGrid("half")->activeVoxelCount() == grids[3]->activeVoxelCount()); // through the offsets
+}
+
+TEST_CASE("VdbFile: reads what OpenVDB's own writers wrote", "[vdb][VdbFile]") {
+    const Folder folder;
+    const Grids grids = variety();
+    const openvdb::GridCPtrVec list(grids.begin(), grids.end());
+    const auto flags = GENERATE(uint32_t(openvdb::io::COMPRESS_NONE), uint32_t(openvdb::io::COMPRESS_ZIP),
+                                uint32_t(openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_ACTIVE_MASK),
+                                uint32_t(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK));
+    CAPTURE(flags);
+    openvdb::io::File file((folder / "file.vdb").string());
+    file.setCompression(flags);
+    file.write(list);
+    requireSame(readVdb(folder / "file.vdb"), grids);
+    {
+        std::ofstream out(folder / "stream.vdb", std::ios::binary); // has no offsets
+        openvdb::io::Stream stream(out);
+        stream.setCompression(flags);
+        stream.write(list);
+    }
+    requireSame(readVdb(folder / "stream.vdb"), grids);
+}
+
+TEST_CASE("VdbFile: the bytes are those of OpenVDB but for the UUID, and always the same", "[vdb][VdbFile]") {
+    const Folder folder;
+    const Grids grids = variety();
+    writeVdb(folder / "a.vdb", grids);
+    writeVdb(folder / "b.vdb", variety());
+    {
+        const ThreadLimit one(1);
+        writeVdb(folder / "c.vdb", variety());
+    }
+    const std::string bytes = bytesOf(folder / "a.vdb");
+    CHECK((bytes == bytesOf(folder / "b.vdb")));
+    CHECK((bytes == bytesOf(folder / "c.vdb")));
+
+    openvdb::io::File file((folder / "file.vdb").string());
+    file.setCompression(openvdb::io::COMPRESS_ACTIVE_MASK);
+    file.write(openvdb::GridCPtrVec(grids.begin(), grids.end()));
+    CHECK((withoutUuid(bytes) == withoutUuid(bytesOf(folder / "file.vdb"))));
+
+    auto other = sphere();
+    other->tree().setValueOnly({0, 0, 0}, 7);
+    writeVdb(folder / "d.vdb", {other});
+    writeVdb(folder / "e.vdb", {sphere()});
+    CHECK(bytesOf(folder / "d.vdb").substr(21, 36) != bytesOf(folder / "e.vdb").substr(21, 36));
+}
+
+TEST_CASE("VdbFile: half floats are an option of the file, not of the grid", "[vdb][VdbFile]") {
+    const Folder folder;
+    const Grids grids{sphere(), velocity(), points()};
+    writeVdb(folder / "full.vdb", grids);
+    writeVdb(folder / "half.vdb", grids, {}, {.half = true});
+    CHECK(!grids[0]->saveFloatAsHalf());
+    CHECK(fs::file_size(folder / "half.vdb") < fs::file_size(folder / "full.vdb"));
+    const auto read = readVdb(folder / "half.vdb");
+    CHECK(read[0]->saveFloatAsHalf());
+    CHECK(!read[2]->saveFloatAsHalf());
+    const auto vel = openvdb::gridPtrCast<openvdb::Vec3SGrid>(read[1]);
+    const float value = 19.0f / 7;
+    CHECK(vel->tree().getValue({19, 8, 152}).x() != value);
+    CHECK(vel->tree().getValue({19, 8, 152}).x() == Approx(value).epsilon(0x1p-11)); // a half has 11 bits
+}
+
+TEST_CASE("VdbFile: names may repeat, a list may be empty, and Houdini's mark is left out", "[vdb][VdbFile]") {
+    const Folder folder;
+    writeVdb(folder / "twins.vdb", {sphere(), sphere(), velocity()});
+    const auto twins = readVdb(folder / "twins.vdb");
+    REQUIRE(twins.size() == 3);
+    CHECK(twins[0]->getName() == "sphere");
+    CHECK(twins[1]->getName() == "sphere");
+
+    writeVdb(folder / "none.vdb", {});
+    CHECK(readVdb(folder / "none.vdb").empty());
+
+    auto grid = sphere(), own = sphere();
+    grid->setCreator("Houdini/GEO_VDBTranslator");
+    own->setCreator("Curlew");
+    openvdb::MetaMap metadata;
+    metadata.insertMeta("creator", openvdb::StringMetadata("Houdini 20"));
+    writeVdb(folder / "creator.vdb", {grid, own}, metadata);
+    CHECK(grid->getCreator() == "Houdini/GEO_VDBTranslator");
+    CHECK(bytesOf(folder / "creator.vdb").find("Houdini") == std::string::npos);
+    CHECK(readVdb(folder / "creator.vdb")[1]->getCreator() == "Curlew");
+}
+
+TEST_CASE("VdbFile: every cut of a file is noticed", "[vdb][VdbFile]") {
+    const Folder folder;
+    const auto codec = GENERATE(Codec::none, Codec::zip, Codec::blosc);
+    writeVdb(folder / "a.vdb", {velocity(), points()}, {}, {.codec = codec});
+    const std::string bytes = bytesOf(folder / "a.vdb");
+    for (size_t size = 1; size < bytes.size(); size += size < 1000 ? 7 : 997) {
+        CAPTURE(size);
+        store(folder / "cut.vdb", bytes.substr(0, size));
+        REQUIRE_THROWS_AS(readVdb(folder / "cut.vdb"), FileError);
+    }
+    store(folder / "cut.vdb", bytes.substr(0, bytes.size() - 1));
+    REQUIRE_THROWS_WITH(readVdb(folder / "cut.vdb"), Contains("cut.vdb") && Contains("cut short"));
+}
+
+TEST_CASE("VdbFile: a cut stream without offsets is noticed", "[vdb][VdbFile]") {
+    const Folder folder;
+    std::ostringstream out;
+    openvdb::initialize();
+    openvdb::io::Stream(out).write(openvdb::GridCPtrVec{points(), velocity()});
+    const std::string bytes = out.str();
+    for (size_t size = 1; size < bytes.size(); size += 997) {
+        CAPTURE(size);
+        store(folder / "cut.vdb", bytes.substr(0, size));
+        REQUIRE_THROWS_AS(readVdb(folder / "cut.vdb"), FileError);
+    }
+}
+
+TEST_CASE("VdbFile: sizes that would break OpenVDB are noticed", "[vdb][VdbFile]") {
+    const Folder folder;
+    const auto damaged = [&](const std::string& bytes) {
+        store(folder / "damaged.vdb", bytes);
+        REQUIRE_THROWS_AS(readVdb(folder / "damaged.vdb"), FileError);
+    };
+    writeVdb(folder / "a.vdb", {velocity()}, {}, {.codec = Codec::zip});
+    const std::string bytes = bytesOf(folder / "a.vdb");
+    damaged(std::string(bytes).replace(57, 4, 4, '\x7f')); // metadata
+    damaged(std::string(bytes).replace(61, 4, 4, '\x7f')); // grids
+    damaged(std::string(bytes).replace(65, 4, 4, '\x7f')); // letters of a name
+
+    // A value chunk that says it is larger than its node: OpenVDB 10.0 reads it before it compares.
+    size_t chunks = 0;
+    for (size_t at = 57; at + 8 < bytes.size(); ++at) {
+        int64_t size = 0;
+        std::memcpy(&size, &bytes[at], sizeof size);
+        if (size >= 0 || size < -4096) continue;
+        ++chunks;
+        size -= 8;
+        damaged(std::string(bytes).replace(at, sizeof size, reinterpret_cast<const char*>(&size), sizeof size));
+    }
+    CHECK(chunks > 0);
+}
+
+TEST_CASE("VdbFile: files that are no .vdb", "[vdb][VdbFile]") {
+    const Folder folder;
+    const auto error = [&](const std::string& name, const std::string& what) {
+        CAPTURE(name);
+        REQUIRE_THROWS_AS(readVdb(folder / name), FileError);
+        REQUIRE_THROWS_WITH(readVdb(folder / name), Contains(name) && Contains(what) && !Contains("\n"));
+    };
+    error("missing.vdb", "no such file");
+    fs::create_directory(folder / "folder.vdb");
+    error("folder.vdb", "folder");
+    store(folder / "empty.vdb", "");
+    error("empty.vdb", "empty");
+    store(folder / "image.vdb", "\x89PNG\r\n\x1a\n" + std::string(500, '\0'));
+    error("image.vdb", "not a .vdb");
+    store(folder / "text.vdb", "v 0 0 0\n");
+    error("text.vdb", "not a .vdb");
+
+    writeVdb(folder / "a.vdb", {sphere()});
+    const std::string bytes = bytesOf(folder / "a.vdb");
+    store(folder / "new.vdb", std::string(bytes).replace(8, 1, "\xff"));
+    error("new.vdb", "version 255");
+    std::string unknown = bytes;
+    unknown.replace(unknown.find("Tree_float_5_4_3"), 10, "Tree_quark");
+    store(folder / "unknown.vdb", unknown);
+    error("unknown.vdb", "Tree_quark_5_4_3");
+}
+
+TEST_CASE("VdbFile: what cannot be written leaves nothing behind", "[vdb][VdbFile]") {
+    const Folder folder;
+    writeVdb(folder / "a.vdb", {sphere()});
+    const std::string earlier = bytesOf(folder / "a.vdb");
+    REQUIRE_THROWS_AS(writeVdb(folder / "a.vdb", {velocity()}, {}, {}, [] { return true; }), Interrupted);
+    REQUIRE_THROWS_AS(writeVdb(folder / "a.vdb", {velocity(), nullptr}), ValueError);
+    CHECK((bytesOf(folder / "a.vdb") == earlier));
+    REQUIRE_THROWS_AS(writeVdb(folder / "none" / "b.vdb", {sphere()}), FileError);
+    REQUIRE_THROWS_AS(writeVdb(folder.path, {sphere()}), FileError);
+    CHECK(folder.files() == 1);
+}
+
+TEST_CASE("VdbFile: OpenVDB's own programs read the files", "[vdb][VdbFile]") {
+    const Folder folder;
+    const fs::path file = folder / "a.vdb", list = folder / "list.txt";
+    writeVdb(file, {sphere(), velocity()}, {}, {.half = true, .codec = Codec::blosc});
+    if (std::system("command -v vdb_print >/dev/null") != 0) {
+        WARN("vdb_print is not installed");
+    } else {
+        REQUIRE(std::system(("vdb_print -l " + file.string() + " >" + list.string()).c_str()) == 0);
+        CHECK_THAT(bytesOf(list), Contains("Name: sphere") && Contains("Name: vel"));
+    }
+    const std::string python = pythonWith("pyopenvdb");
+    if (python.empty()) {
+        WARN("pyopenvdb is not installed");
+    } else {
+        const std::string script = "import pyopenvdb as v; g=v.read(\"" + file.string() +
+                                   "\",\"vel\"); assert abs(g.getConstAccessor().getValue((19,8,152))[1]-8/3)<2e-3";
+        CHECK(std::system((python + " -c '" + script + "'").c_str()) == 0);
+    }
+}

@@ -1,0 +1,186 @@
+#include "curlew/vdb/VelocityGrid.h"
+
+#include "curlew/base/Error.h"
+#include "curlew/base/Parallel.h"
+#include "curlew/field/NoiseField.h"
+#include "curlew/vdb/Check.h"
+
+#include <catch2/catch.hpp>
+#include <openvdb/tools/GridOperators.h>
+
+#include <cmath>
+
+using namespace curlew;
+
+namespace {
+
+/// A plane wave: smooth without end.
+struct Wave {
+    Vec3d k;
+    double phase;
+    template <int Order, class T>
+    Jet<T, 3, Order> at(const Vec3d& p) const {
+        Jet<T, 3, Order> angle(static_cast<T>(dot(k, p) + phase));
+        if constexpr (Order >= 1)
+            for (int i = 0; i < 3; ++i) angle.gradient[i] = static_cast<T>(k[i]);
+        return sin(angle);
+    }
+    double bound() const { return 1; }
+};
+
+Dfvn waves(const Domain& domain = {}) {
+    return Dfvn(ScalarField(Wave{{{2, 1, -1}}, 0.3}), ScalarField(Wave{{{-1, 2, 1.5}}, 1.1}), domain);
+}
+
+Dfvn contained(Side side = Side::inside) {
+    const Wall wall{.sdf = sphereSdf(0.8), .side = side, .width = 0.2};
+    return Dfvn(psrdField({.seed = 1}, {.frequency = 2}), bounded(psrdField({.seed = 2}, {.frequency = 2}), wall), Domain::of(wall, 0.3));
+}
+
+Vec3d centreOf(const openvdb::Vec3SGrid& grid, const openvdb::Coord& ijk) {
+    const auto p = grid.indexToWorld(ijk);
+    return {{p[0], p[1], p[2]}};
+}
+
+/// rms of div · voxel / rms |c| over all active voxels, by OpenVDB's operator.
+double overallDivergence(const openvdb::Vec3SGrid& grid) { return checkVelocity(grid).divergenceOverall; }
+
+} // namespace
+
+TEST_CASE("collocated velocities are those of the flow, and only where it is", "[VelocityGrid]") {
+    const Dfvn flow = contained();
+    const auto grid = velocityGrid(flow, {.voxel = 0.04, .skin = 3});
+    CHECK(grid->getName() == "vel");
+    CHECK(grid->getVectorType() == openvdb::VEC_CONTRAVARIANT_RELATIVE);
+    CHECK(grid->getGridClass() == openvdb::GRID_UNKNOWN);
+    CHECK(grid->background() == openvdb::Vec3s(0));
+    CHECK(grid->isInWorldSpace());
+    size_t inside = 0;
+    for (auto value = grid->cbeginValueOn(); value; ++value) {
+        const Vec3d p = centreOf(*grid, value.getCoord());
+        const double d = length(p) - 0.8;
+        CAPTURE(p[0], p[1], p[2], d);
+        REQUIRE(d < 3 * 0.04);
+        if (d > 1.75 * 0.04) continue; // fading
+        ++inside;
+        const Vec3d c = flow.at(p).velocity;
+        // The float kernels are within 5e-4 of each gradient; both gradients are below about 10 here.
+        for (int i = 0; i < 3; ++i) REQUIRE(static_cast<double>((*value)[i]) == Approx(c[i]).margin(1e-2));
+    }
+    // Every voxel centre inside the sphere and no other: 4/3 pi r³ / h³ within the surface's discretisation.
+    CHECK(inside > 4.0 / 3 * M_PI * std::pow(0.8 / 0.04, 3));
+    CHECK(grid->tree().activeTileCount() == 0);
+    const auto dense = std::pow(2 * (0.8 + 0.12) / 0.04, 3);
+    CHECK(static_cast<double>(grid->activeVoxelCount()) < 0.56 * dense);
+}
+
+TEST_CASE("the velocity fades to the background beyond the wall", "[VelocityGrid]") {
+    const auto grid = velocityGrid(contained(), {.voxel = 0.04, .skin = 3});
+    double last = 0, most = 0;
+    for (auto value = grid->cbeginValueOn(); value; ++value) {
+        const double d = length(centreOf(*grid, value.getCoord())) - 0.8, speed = static_cast<double>(value->length());
+        most = std::max(most, speed);
+        if (d > 2.8 * 0.04) last = std::max(last, speed);
+    }
+    CHECK(last < 0.02 * most);
+}
+
+TEST_CASE("staggered velocities are divergence-free to rounding, by OpenVDB's own operator", "[VelocityGrid]") {
+    SECTION("contained: everywhere") {
+        const auto grid = velocityGrid(contained(), {.voxel = 0.04, .layout = Layout::staggered});
+        CHECK(grid->getGridClass() == openvdb::GRID_STAGGERED);
+        CHECK(overallDivergence(*grid) < 1e-6);
+    }
+    SECTION("around an obstacle, in a box, on both sides: but for the last layer") {
+        for (const Dfvn& flow : {contained(Side::outside), contained(Side::both), waves()}) {
+            const GridCheck check = checkVelocity(*velocityGrid(flow, {.voxel = 0.05, .layout = Layout::staggered}));
+            CHECK(check.interior > 10000);
+            CHECK(check.divergence < 1e-6);
+        }
+    }
+    SECTION("collocated is not: the measure can tell") {
+        CHECK(checkVelocity(*velocityGrid(contained(), {.voxel = 0.04})).divergence > 1e-4);
+    }
+}
+
+TEST_CASE("staggered velocities are second-order accurate", "[VelocityGrid]") {
+    const Dfvn flow = waves();
+    std::array<double, 3> error{};
+    const std::array<double, 3> voxels{0.1, 0.05, 0.025};
+    for (size_t n = 0; n < 3; ++n) {
+        const auto grid = velocityGrid(flow, {.voxel = voxels[n], .layout = Layout::staggered});
+        for (auto value = grid->cbeginValueOn(); value; ++value) {
+            for (int axis = 0; axis < 3; ++axis) {
+                Vec3d face = centreOf(*grid, value.getCoord());
+                face[axis] -= 0.5 * voxels[n];
+                error[n] = std::max(error[n], std::abs(static_cast<double>((*value)[axis]) - flow.at(face).velocity[axis]));
+            }
+        }
+    }
+    CAPTURE(error[0], error[1], error[2]);
+    CHECK(std::log2(error[0] / error[1]) == Approx(2).margin(0.1));
+    CHECK(std::log2(error[1] / error[2]) == Approx(2).margin(0.1));
+}
+
+TEST_CASE("the flow of a wall is on its side only", "[VelocityGrid]") {
+    const auto outside = velocityGrid(contained(Side::outside), {.voxel = 0.05});
+    CHECK_FALSE(outside->tree().isValueOn({0, 0, 0}));
+    CHECK(outside->tree().isValueOn({20, 0, 0}));
+    CHECK_FALSE(outside->tree().isValueOn({30, 0, 0})); // the padding ends at 1.1
+    const auto both = velocityGrid(contained(Side::both), {.voxel = 0.05});
+    CHECK(both->tree().isValueOn({0, 0, 0}));
+    CHECK(both->tree().isValueOn({20, 0, 0}));
+}
+
+TEST_CASE("a mask decides which voxels are sampled", "[VelocityGrid]") {
+    auto mask = openvdb::MaskGrid::create();
+    mask->setTransform(openvdb::math::Transform::createLinearTransform(0.1));
+    mask->fill({{-3, -3, -3}, {4, 4, 20}}, true);
+    for (const Layout layout : {Layout::collocated, Layout::staggered}) {
+        const auto grid = velocityGrid(waves(), {.layout = layout, .mask = mask});
+        CHECK(grid->activeVoxelCount() == mask->activeVoxelCount());
+        CHECK(grid->evalActiveVoxelBoundingBox() == mask->evalActiveVoxelBoundingBox());
+        CHECK(grid->tree().getValue({5, 0, 0}) == openvdb::Vec3s(0));
+        CHECK(grid->transform() == mask->transform());
+    }
+    mask->transform().postTranslate({0.05, 0, 0});
+    CHECK_THROWS_WITH(velocityGrid(waves(), {.mask = mask}), Catch::Contains("cubic"));
+}
+
+TEST_CASE("the same grid for any number of threads", "[VelocityGrid]") {
+    for (const Layout layout : {Layout::collocated, Layout::staggered}) {
+        std::array<openvdb::Vec3SGrid::Ptr, 2> grids;
+        for (const int threads : {1, 2}) {
+            const ThreadLimit limit(threads);
+            grids[static_cast<size_t>(threads - 1)] = velocityGrid(contained(), {.voxel = 0.05, .layout = layout});
+        }
+        REQUIRE(grids[0]->tree().hasSameTopology(grids[1]->tree()));
+        for (auto value = grids[0]->cbeginValueOn(); value; ++value) REQUIRE(*value == grids[1]->tree().getValue(value.getCoord()));
+    }
+}
+
+TEST_CASE("scalars go onto the voxels of a velocity grid", "[VelocityGrid]") {
+    const Dfvn flow = contained();
+    const auto where = velocityGrid(flow, {.voxel = 0.05});
+    const auto f = sampledGrid(flow.f(), *where, "f");
+    CHECK(f->getName() == "f");
+    CHECK(f->activeVoxelCount() == where->activeVoxelCount());
+    for (auto value = f->cbeginValueOn(); value; ++value)
+        REQUIRE(static_cast<double>(*value) == Approx(flow.f().at<0>(centreOf(*where, value.getCoord())).value).margin(1e-4));
+    const auto density = densityGrid(flow.domain(), *where);
+    CHECK(density->getGridClass() == openvdb::GRID_FOG_VOLUME);
+    CHECK(density->tree().getValue({0, 0, 0}) == 1.0f);
+    CHECK(density->tree().getValue({17, 0, 0}) == 0.0f);
+}
+
+TEST_CASE("impossible grids are refused", "[VelocityGrid]") {
+    CHECK_THROWS_AS(velocityGrid(waves(), {.voxel = -1}), ValueError);
+    CHECK_THROWS_AS(velocityGrid(waves(), {.dim = 0}), ValueError);
+    CHECK_THROWS_AS(velocityGrid(waves(), {.voxel = 0.1, .skin = 0}), ValueError);
+    CHECK_THROWS_WITH(velocityGrid(waves(), {.voxel = 1e-5}), Catch::Contains("memory"));
+    CHECK_THROWS_AS(velocityGrid(waves(), {.voxel = 1e-12}), Error);
+    CHECK_THROWS_WITH(velocityGrid(contained(), {.voxel = 2e-4}), Catch::Contains("larger voxels"));
+    const double infinity = std::numeric_limits<double>::infinity();
+    CHECK_THROWS_WITH(velocityGrid(waves({.box = {{{0, 0, 0}}, {{infinity, 1, 1}}}, .wall = {}}), {.voxel = 0.1}), Catch::Contains("infinite"));
+    CHECK_THROWS_AS(velocityGrid(waves(), {.voxel = 0.02}, {.report = {}, .cancelled = [] { return true; }}), Interrupted);
+}
