@@ -42,6 +42,8 @@ void check(Session& s, const Arguments& a) {
     nlohmann::ordered_json found = nlohmann::ordered_json::object();
     bool staggered = false;
     if (!s.flows.empty()) {
+        requireMemory(static_cast<double>(a.integer("samples")) * (Particles::kBytes + 32),
+                      fmt::format("{} samples", a.integer("samples")), "give fewer");
         const FlowCheck flow =
             checkFlow(s.flows.at(), static_cast<size_t>(a.integer("samples")), s.console.follow("checking the flow"));
         found["divergence_analytic"] = flow.divergence;

@@ -98,7 +98,7 @@ std::vector<std::string> wordsOf(std::string_view line) {
 }
 
 bool parseReal(std::string_view text, double& value) {
-    if (text.starts_with('+')) text.remove_prefix(1);
+    if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     return error == std::errc() && end == text.data() + text.size() && std::isfinite(value);
 }

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -16,8 +17,9 @@ namespace {
 namespace fs = std::filesystem;
 
 fs::path temporaryName(const fs::path& path) {
+    static std::atomic<unsigned> count = 0; // two threads may write the same file
     fs::path name = path;
-    name.replace_filename(fmt::format(".{}.{}.part", path.filename().string(), ::getpid()));
+    name.replace_filename(fmt::format(".{}.{}-{}.part", path.filename().string(), ::getpid(), count++));
     return name;
 }
 

@@ -54,6 +54,7 @@ struct Bounded {
 ScalarField bounded(const ScalarField& noise, const Wall& wall, const BoundOptions& options) {
     if (!(wall.width > 0) || !std::isfinite(wall.width))
         throw ValueError(fmt::format("width {} must be positive and finite", wall.width));
+    if (std::isnan(options.amplitude) || std::isinf(options.amplitude)) throw ValueError("amplitude must be finite");
     const bool limited = std::isfinite(noise.bound()) && noise.bound() > 0;
     if (options.separate && !limited)
         throw ValueError(

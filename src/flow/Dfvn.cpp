@@ -79,6 +79,7 @@ Sums sumOver(const Dfvn& flow, size_t begin, size_t end) {
 } // namespace
 
 FlowMagnitudes magnitudesOf(const Dfvn& flow, const Monitor& monitor) {
+    if (!flow.domain().box.finite()) throw ValueError("the domain of the flow is infinite; give it a box");
     Sums total;
     // A thin domain takes more tries.
     for (size_t begin = 0, end = kCandidates; begin < kMostCandidates && total.count < kEnoughSamples;

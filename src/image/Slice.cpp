@@ -1,6 +1,6 @@
 #include "curlew/image/Slice.h"
 
-#include "curlew/base/Error.h"
+#include "curlew/base/Memory.h"
 #include "curlew/base/Parallel.h"
 
 #include <fmt/format.h>
@@ -44,6 +44,9 @@ Image slice(const Box& box, const SliceChannel& channel, std::string name, const
     if (!(box.size()[u] > 0) || !(box.size()[v] > 0)) throw ValueError("the box is empty");
     const double rows = std::max(1.0, std::round(o.width * height / width));
     if (rows > 1 << 15) throw ValueError(fmt::format("{} pixels in height are too many; choose a smaller width", rows));
+
+    requireMemory(o.width * rows * 4 * sizeof(float), fmt::format("a picture of {} x {} pixels", o.width, rows),
+                  "choose a smaller width");
 
     Image image{.width = o.width, .height = static_cast<int>(rows), .channels = {std::move(name)}, .pixels = {}};
     image.pixels.resize(static_cast<size_t>(image.width) * static_cast<size_t>(image.height));

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numbers>
 
 namespace curlew {
 
@@ -25,6 +26,18 @@ Vec3d rotatedGradient(int hash, double alpha) {
     return p * std::cos(alpha) + q * std::sin(alpha);
 }
 
+/// A rotation, uniform among all (Shoemake 1992, from a random unit quaternion); the identity for seed 0.
+Matrix3 seededRotation(uint64_t seed) {
+    if (seed == 0) return {};
+    const auto draw = [&](uint64_t k) { return randomUniform(seed, k, 3); };
+    const double a = 2 * std::numbers::pi * draw(1), b = 2 * std::numbers::pi * draw(2);
+    const double r = std::sqrt(1 - draw(0)), t = std::sqrt(draw(0));
+    const double x = r * std::sin(a), y = r * std::cos(a), z = t * std::sin(b), w = t * std::cos(b);
+    return {{Vec3d{{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)}},
+             Vec3d{{2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)}},
+             Vec3d{{2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}}}};
+}
+
 } // namespace
 
 Psrd3::Psrd3(const PsrdOptions& options) : mOptions(options), mTiles(false) {
@@ -36,7 +49,8 @@ Psrd3::Psrd3(const PsrdOptions& options) : mOptions(options), mTiles(false) {
     }
     for (size_t k = 0; k < kHashes; ++k) mPermutation[k] = static_cast<uint16_t>((k * 34 + 10) * k % kHashes);
     // A seed moves the lattice under the hash, and shuffles the hash: a shift alone would give fields that are
-    // translates of one another, and the published permutation of two shifted lattices is far from independent.
+    // translates of one another, and the published permutation of two shifted lattices is far from independent. It also
+    // turns the gradients: else two seeds would share one at a vertex in 289, and their flow would stand still around it.
     if (options.seed != 0) {
         for (uint64_t axis = 0; axis < 3; ++axis)
             mShift[axis] = static_cast<int>(randomBits(options.seed, axis, 1) % kHashes);
@@ -44,8 +58,9 @@ Psrd3::Psrd3(const PsrdOptions& options) : mOptions(options), mTiles(false) {
             std::swap(mPermutation[i], mPermutation[randomBits(options.seed, i, 2) % (i + 1)]);
     }
     std::copy_n(mPermutation.begin(), kHashes, mPermutation.begin() + kHashes);
+    const Matrix3 turn = seededRotation(options.seed);
     for (size_t h = 0; h < kHashes; ++h) {
-        mGradients[h] = rotatedGradient(static_cast<int>(h), options.alpha);
+        mGradients[h] = turn * rotatedGradient(static_cast<int>(h), options.alpha);
         for (int axis = 0; axis < 3; ++axis) mGradientsFloat[h][axis] = static_cast<float>(mGradients[h][axis]);
     }
 }

@@ -20,9 +20,12 @@ class BatchAdvector {
     BatchAdvector(const Dfvn& flow, const AdvectOptions& options, const ReprojectOptions& reprojection)
         : mFlow(flow), mOptions(options), mReprojection(reprojection) {}
 
-    Tally run(Particles& particles, bool onTrack, size_t begin, size_t end) {
+    Tally run(Particles& particles, bool onTrack, size_t begin, size_t end, const Monitor& monitor) {
         load(particles, onTrack, begin, end);
-        for (int k = 0; k < mOptions.steps; ++k) advanceAll();
+        for (int k = 0; k < mOptions.steps; ++k) {
+            monitor.check(); // the steps of one batch may take hours
+            advanceAll();
+        }
         store(particles, begin);
         return mTally;
     }
@@ -228,7 +231,8 @@ AdvectResult advect(const Dfvn& flow, Particles& particles, const AdvectOptions&
     parallelFor(
         count, kBatch,
         [&](size_t begin, size_t end) {
-            tallies[begin / kBatch] = BatchAdvector(flow, options, reprojection).run(particles, onTrack, begin, end);
+            tallies[begin / kBatch] =
+                BatchAdvector(flow, options, reprojection).run(particles, onTrack, begin, end, monitor);
         },
         monitor);
 

@@ -92,10 +92,12 @@ void requireSolid(const Mesh& mesh, bool acceptOpen) {
                         topology.boundaryEdges));
 }
 
+/// More than what rounding makes of a flat surface.
 bool enclosesSomething(const openvdb::FloatGrid& grid) {
+    const auto depth = static_cast<float>(1e-3 * grid.voxelSize()[0]);
     for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf)
         for (auto value = leaf->cbeginValueOn(); value; ++value)
-            if (*value < 0) return true;
+            if (*value < -depth) return true;
     return false;
 }
 

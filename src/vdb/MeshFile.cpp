@@ -32,7 +32,7 @@ namespace fs = std::filesystem;
 
 // ---- Words and numbers
 
-bool isBlank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\f' || c == '\v'; }
+bool isBlank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
 /// Takes the next line off the text, without its end.
 std::string_view takeLine(std::string_view& text) {
@@ -98,8 +98,8 @@ void unifyLines(std::string& text) {
 }
 
 /// Checks the points and faces of an OBJ and makes comments of all other lines: UVs and normals split points, groups
-/// split the mesh, and materials name further files.
-void prepareObj(std::string& text, const Source& source) {
+/// split the mesh, and materials name further files. Returns the number of faces, as all these checks do.
+size_t prepareObj(std::string& text, const Source& source) {
     if (text.find('\0') != std::string::npos) throw source.error("it is not text; give a Wavefront .obj file");
     unifyLines(text);
     size_t number = 0, faces = 0, bad = 0, lineOfLargest = 0;
@@ -140,31 +140,26 @@ void prepareObj(std::string& text, const Source& source) {
         std::fill(begin + comment, begin + line.size(), ' '); // Assimp takes one behind a face for corners
         line = line.substr(0, comment);
         const std::string_view keyword = takeWord(line);
+        if (keyword.empty()) continue;
         if (keyword == "v")
             checkPoint(line);
         else if (keyword == "f")
             checkFace(line);
-        else if (!keyword.empty())
-            *begin = '#';
+        else
+            text[size_t(keyword.data() - text.data())] = '#';
+        std::swap(*begin, begin[keyword.data() - begin]); // Assimp passes over lines that are indented
     }
     if (faces == 0) throw source.noFaces();
     if (largest > points)
         throw source.badLine(lineOfLargest,
                              fmt::format("has a face with the corner {}, and there are {} points", largest, points));
     source.checkFinite(bad, size_t(points));
+    return faces;
 }
 
 // ---- STL
 
-/// A binary STL has 80 bytes of anything, a count of triangles and 50 bytes for each.
-bool isBinaryStl(std::string_view data) {
-    uint32_t count;
-    if (data.size() < 84) return false;
-    std::memcpy(&count, data.data() + 80, sizeof count);
-    return data.size() == 84 + size_t(50) * count;
-}
-
-void checkTextStl(std::string_view text, const Source& source) {
+size_t checkTextStl(std::string_view text, const Source& source) {
     if (!text.starts_with("solid") || text.find('\0') != std::string_view::npos)
         throw source.error(
             "it is neither a text STL nor a binary one of the size that it says; write or copy it again");
@@ -196,6 +191,14 @@ void checkTextStl(std::string_view text, const Source& source) {
     if (!closed || points != 3 * facets) throw source.cutShort();
     if (facets == 0) throw source.noFaces();
     source.checkFinite(bad, points);
+    return facets;
+}
+
+/// A binary STL has 80 bytes of anything, a count of triangles and 50 bytes for each.
+size_t checkStl(std::string_view data, const Source& source) {
+    uint32_t count = 0;
+    if (data.size() >= 84) std::memcpy(&count, data.data() + 80, sizeof count);
+    return data.size() == 84 + size_t(50) * count ? count : checkTextStl(data, source);
 }
 
 // ---- PLY
@@ -230,7 +233,7 @@ class PlyCheck {
   public:
     PlyCheck(std::string_view data, const Source& source) : mRest(data), mSource(source) {}
 
-    void check() {
+    size_t check() {
         readHeading();
         const PlyElement* points = find("vertex");
         const PlyElement* faces = find("face");
@@ -244,6 +247,7 @@ class PlyCheck {
             throw badHeading("has no list vertex_indices of a face");
         for (const PlyElement& element : mElements) checkElement(element, points->count);
         mSource.checkFinite(mBad, points->count);
+        return faces->count;
     }
 
   private:
@@ -468,8 +472,9 @@ void collect(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent
     for (unsigned n = 0; n < node.mNumChildren; ++n) collect(scene, *node.mChildren[n], transform, collector);
 }
 
-/// Checks what Assimp has read, since its own steps trust it, and returns whether there are larger polygons than quads.
-bool checkScene(const aiScene& scene, const Source& source) {
+/// Checks what Assimp has read of so many faces, since its own steps trust it. Returns whether there are larger
+/// polygons than quads.
+bool checkScene(const aiScene& scene, size_t expectedFaces, const Source& source) {
     size_t faces = 0, points = 0, bad = 0;
     bool polygons = false;
     for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
@@ -489,6 +494,9 @@ bool checkScene(const aiScene& scene, const Source& source) {
         faces += mesh.mNumFaces;
     }
     if (faces == 0) throw source.noFaces();
+    if (faces != expectedFaces)
+        throw source.error(
+            fmt::format("Assimp finds {} of its {} faces; write it with another program", faces, expectedFaces));
     source.checkFinite(bad, points);
     return polygons;
 }
@@ -518,12 +526,9 @@ Mesh readMesh(const fs::path& path) {
     if (extension != "obj" && extension != "ply" && extension != "stl")
         throw source.error(fmt::format("it is called .{}; give an .obj, .ply or .stl file", extension));
     std::string content = contentOf(path);
-    if (extension == "obj")
-        prepareObj(content, source);
-    else if (extension == "ply")
-        PlyCheck(content, source).check();
-    else if (!isBinaryStl(content))
-        checkTextStl(content, source);
+    const size_t faces = extension == "obj"   ? prepareObj(content, source)
+                         : extension == "ply" ? PlyCheck(content, source).check()
+                                              : checkStl(content, source);
 
     Assimp::Importer importer;
     const aiScene* scene = importer.ReadFileFromMemory(content.data(), content.size(), 0, extension.c_str());
@@ -532,7 +537,7 @@ Mesh readMesh(const fs::path& path) {
         std::replace(why.begin(), why.end(), '\n', ' ');
         throw source.error(why + "; write it again");
     }
-    if (checkScene(*scene, source)) scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
+    if (checkScene(*scene, faces, source)) scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
     Collector collector;
     if (scene && scene->mRootNode) collect(*scene, *scene->mRootNode, aiMatrix4x4(), collector);
     Mesh mesh = collector.joined();

@@ -33,6 +33,13 @@ constexpr std::streamoff kUuidLength = 36;
 
 // ---- Reading
 
+/// Text out of a file, fit for a line of a message.
+std::string oneLine(std::string text) {
+    for (char& c : text)
+        if (static_cast<unsigned char>(c) < ' ') c = '?';
+    return text;
+}
+
 /// How a tree stores its values.
 struct ValueLayout {
     std::string_view name;
@@ -126,14 +133,14 @@ class Walk {
 
     /// Returns whether the stream is at the end of the grid.
     bool checkGrid(bool hasOffsets) {
-        const std::string name = openvdb::io::GridDescriptor::nameAsString(readString());
+        const std::string name = oneLine(openvdb::io::GridDescriptor::nameAsString(readString()));
         std::string type = readString();
         constexpr std::string_view suffix = "_HalfFloat";
         const bool half = type.ends_with(suffix);
         if (half) type.resize(type.size() - suffix.size());
         if (!openvdb::GridBase::isRegistered(type))
             throw FileError(fmt::format("'{}' holds a grid '{}' of the unknown type '{}'; leave that grid out",
-                                        mPath.string(), name, type));
+                                        mPath.string(), name, oneLine(type)));
         const bool isInstance = !readString().empty();
         const auto begin = read<int64_t>(), blocks = read<int64_t>(), end = read<int64_t>();
         if (hasOffsets) {
@@ -375,7 +382,8 @@ std::vector<openvdb::GridBase::Ptr> readVdb(const fs::path& path) {
         throw FileError(fmt::format("'{}' needs more memory than there is, or is damaged; free some or write it again",
                                     path.string()));
     } catch (const openvdb::Exception& error) {
-        throw FileError(fmt::format("'{}' is damaged ({}); write or copy it again", path.string(), error.what()));
+        throw FileError(
+            fmt::format("'{}' is damaged ({}); write or copy it again", path.string(), oneLine(error.what())));
     } catch (const std::length_error&) {
         throw FileError(fmt::format("'{}' is damaged; write or copy it again", path.string()));
     }

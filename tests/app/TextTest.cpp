@@ -9,7 +9,7 @@ using Words = std::vector<std::string>;
 
 TEST_CASE("the nearest word is the one with the fewest slips", "[app]") {
     const Words words{"frequency", "octaves", "offset", "seed", "mesh2ls"};
-    CHECK(nearest("freqency", words) == "frequency");  // left out
+    CHECK(nearest("freqency", words) == "frequency");   // left out
     CHECK(nearest("frequencyy", words) == "frequency"); // too many
     CHECK(nearest("fraquency", words) == "frequency");  // another
     CHECK(nearest("esed", words) == "seed");            // swapped
@@ -66,8 +66,9 @@ TEST_CASE("a number is the whole text and finite", "[app]") {
     CHECK(value("0.1") == 0.1);
     CHECK(value("1.7976931348623157e308") == std::numeric_limits<double>::max());
     double ignored = 0;
-    for (const char* text : {"", " ", "1 ", " 1", "1,0", "1.0.0", "0x10", "1e", "e5", "--1", "nan", "inf", "-inf",
-                             "infinity", "1e999", "-1e999", "1f", "one", "1_000", "+-1", "++1"}) {
+    for (const char* text :
+         {"",    " ",    "1 ",       " 1",    "1,0",    "1.0.0", "0x10", "1e",    "e5",  "--1", "nan",
+          "inf", "-inf", "infinity", "1e999", "-1e999", "1f",    "one",  "1_000", "+-1", "++1"}) {
         CAPTURE(text);
         CHECK_FALSE(parseReal(text, ignored));
     }

@@ -180,6 +180,10 @@ TEST_CASE("MeshFile: seams, groups, colours, weights and line ends of an OBJ do 
     continued.insert(continued.find("f ") + 4, "\\\n");
     requireBox(readMesh(store(folder / "continued.obj", continued)));
 
+    std::string indented = objBox();
+    for (size_t at = 0; (at = indented.find('\n', at)) != std::string::npos; at += 3) indented.insert(at + 1, " \t");
+    requireBox(readMesh(store(folder / "indented.obj", indented)));
+
     std::string fancy, relative;
     for (int n = 0; n < 8; ++n) {
         const auto p = corner(n);

@@ -64,7 +64,7 @@ struct FlowMagnitudes {
     double speed = 0, f = 0, g = 0;
 };
 
-/// Throws ValueError where no sample falls into the domain.
+/// Throws ValueError where no sample falls into the domain, and for an infinite one.
 FlowMagnitudes magnitudesOf(const Dfvn& flow, const Monitor& monitor = {});
 
 /// The same streamlines at another pace: f is scaled so that the root mean square of the speed over the domain is

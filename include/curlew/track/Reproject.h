@@ -30,7 +30,8 @@ struct ReprojectedBatch {
     std::array<bool, kBatch> converged;              ///< Both residuals are within their tolerance.
 };
 
-/// Moves each point back onto its track. A correction is never longer than limit[i] (the length of the step just taken:
+/// Moves each point back onto its track. A correction (of each function, for Newton) is never longer than limit[i] (the
+/// length of the step just taken:
 /// without a limit, Gauss-Newton throws points across walls, MATH §4). Where the gradients are nearly parallel the
 /// track is ill-defined and the flow slow: there the worse of the two functions is corrected alone; where its gradient
 /// vanishes, the point is left. No point influences another.

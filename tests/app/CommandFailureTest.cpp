@@ -1,0 +1,302 @@
+#include "support/Command.h"
+
+#include <catch2/catch.hpp>
+#include <fmt/format.h>
+
+#include <chrono>
+
+using namespace curlew;
+using test::Folder;
+using test::store;
+namespace fs = std::filesystem;
+
+// What users get wrong, and what happens to them. Each failure is one line that names what is wrong, a status that is
+// not zero, and no file (Folder::mustFail checks all three).
+
+namespace {
+
+const std::string kFlow = "-noise seed=1 -noise seed=2 -dfvn ";
+
+const std::string kPoints = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+const std::string kTetrahedron = kPoints + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+
+std::string firstHalf(const fs::path& path) {
+    const std::string bytes = test::bytesOf(path);
+    return bytes.substr(0, bytes.size() / 2);
+}
+
+/// A text as a word of the shell.
+std::string quoted(const std::string& text) { return "'" + text + "'"; }
+
+} // namespace
+
+TEST_CASE("files that are missing, empty, folders or something else are refused by every reader", "[command]") {
+    const Folder folder;
+    const std::string png = "\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + std::string(200, '\x7f');
+    for (const std::string name : {"a.obj", "a.ply", "a.stl", "a.vdb"}) {
+        CAPTURE(name);
+        const std::string read = "-read " + name + " -print";
+        folder.mustFail(read, {"-read", name, "no such file"});
+        store(folder / name, "");
+        folder.mustFail(read, {"-read", name, "empty"});
+        store(folder / name, png);
+        folder.mustFail(read, {"-read", name});
+        store(folder / name, std::string(1000, '\0'));
+        folder.mustFail(read, {"-read", name});
+        store(folder / name, "This is a letter to my aunt.\nDear aunt,\n");
+        folder.mustFail(read, {"-read", name});
+        fs::remove(folder / name);
+        fs::create_directory(folder / name);
+        folder.mustFail(read, {"-read", name, "folder"});
+    }
+    folder.mustFail("-read mesh.fbx", {"-read", "mesh.fbx", ".obj .ply .stl .vdb"});
+    folder.mustFail("-read ''", {"-read", "''"});
+    folder.mustFail("-read .", {"-read", "'.'"});
+    folder.mustFail("-noise -probe none.csv out.csv", {"-probe", "none.csv", "no such file"});
+    store(folder / "in.csv", png);
+    folder.mustFail("-noise -probe in.csv out.csv", {"-probe", "in.csv", "x,y,z"});
+    store(folder / "in.csv", "x,y,z\n0,0,0\n1,nan,0\n");
+    folder.mustFail("-noise -probe in.csv out.csv", {"-probe", "in.csv", "line 3", "1,nan,0"});
+    folder.mustFail("-config none.txt", {"-config", "none.txt", "no such file"});
+    store(folder / "scene.txt", std::string(1000, '\x01'));
+    folder.mustFail("-config scene.txt", {"scene.txt:1"});
+}
+
+TEST_CASE("files that are cut short are refused by every reader", "[command]") {
+    const Folder folder;
+    folder.mustRun(kFlow + "-velocity dim=8 -write a.vdb -scatter count=100 -write p.vdb");
+    for (const std::string name : {"a.vdb", "p.vdb"}) {
+        store(folder / name, firstHalf(folder / name));
+        folder.mustFail("-read " + name, {"-read", name, "cut short"});
+    }
+    store(folder / "a.obj", kTetrahedron.substr(0, kTetrahedron.size() - 5));
+    folder.mustFail("-read a.obj", {"-read", "a.obj", "line 8"});
+    store(folder / "a.ply",
+          "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+          "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n");
+    folder.mustFail("-read a.ply", {"-read", "a.ply", "cut short"});
+    std::string stl(84, '\0');
+    stl[80] = 2; // triangles, of which there is one
+    store(folder / "a.stl", stl + std::string(50, '\0'));
+    folder.mustFail("-read a.stl", {"-read", "a.stl"});
+    store(folder / "in.csv", "x,y,z\n0,0,0\n1,2");
+    folder.mustFail("-noise -probe in.csv out.csv", {"-probe", "in.csv", "line 3"});
+    store(folder / "scene.txt", "noise\nnoise \\");
+    folder.mustFail("-config scene.txt", {"scene.txt", "\\"});
+}
+
+TEST_CASE("meshes that enclose nothing are refused", "[command]") {
+    const Folder folder;
+    const auto levelSet = [&](const std::string& mesh, const std::vector<std::string>& says) {
+        CAPTURE(mesh);
+        store(folder / "mesh.obj", mesh);
+        folder.mustFail("-read mesh.obj -mesh2ls dim=20 -write ls.vdb", says);
+    };
+    levelSet("v 0 0 0\nv nan 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n", {"-read", "mesh.obj", "not a finite number"});
+    levelSet("v 0 0 0\nv 1e999 0 0\nv 0 1 0\nf 1 2 3\n", {"-read", "mesh.obj", "not a finite number"});
+    levelSet(kPoints, {"-read", "mesh.obj", "no faces"});
+    levelSet(kPoints + "l 1 2\np 3\n", {"-read", "mesh.obj", "no faces"});
+    levelSet(kPoints + "f 1 2 9\n", {"-read", "mesh.obj", "line 5", "9"});
+    levelSet(kPoints + "f 1 3 2\nf 1 2 4\nf 2 3 4\n", {"-mesh2ls", "open", "3 edges"}); // one face is missing
+    levelSet(kPoints + "f 1 1 1\nf 2 2 3\n", {"-mesh2ls", "degenerate"});
+    levelSet("v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\nf 3 2 1\n", {"-mesh2ls"});    // no area
+    levelSet(kPoints + "f 1 2 3\nf 3 2 1\n", {"-mesh2ls", "encloses nothing"}); // closed, but flat
+    levelSet("v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n", {"-mesh2ls"});
+}
+
+TEST_CASE("sizes that make no sense, or fit no memory, are refused at once", "[command]") {
+    const Folder folder;
+    store(folder / "mesh.obj", kTetrahedron);
+    const std::string mesh = "-read mesh.obj -mesh2ls ", ball = "-sphere -noise -noise seed=1 -bound -dfvn -velocity ",
+                      open = kFlow + "-velocity ", end = " -write out.vdb";
+    for (const auto& job : {mesh, open, ball}) {
+        for (const std::string size :
+             {"voxel=0", "voxel=-1", "voxel=nan", "voxel=inf", "voxel=1e999", "voxel=", "voxel=0x1", "voxel=1,5",
+              "dim=0", "dim=-3", "dim=1.5", "dim=1e7", "dim=1e999", "dim=nan", "dim=many"})
+            folder.mustFail(job + size + end, {size, "must be"});
+        const auto begin = std::chrono::steady_clock::now();
+        for (const std::string size : {"dim=1000000", "voxel=1e-9", "voxel=1e-300"})
+            folder.mustFail(job + size + end, {"iB of memory", "are available", "choose"});
+        // Without trying: a thousand times what a small grid takes is still little.
+        CHECK(std::chrono::steady_clock::now() - begin < std::chrono::seconds(30));
+    }
+    folder.mustFail(mesh + "dim=10 width=0" + end, {"width=0", "at least 1"});
+    folder.mustFail(mesh + "dim=10 width=1e4" + end, {"width=1e4", "at most 1000"});
+    folder.mustFail(mesh + "dim=30 width=1000" + end, {"-mesh2ls", "iB of memory", "width"}); // 4e9 voxels around it
+    folder.mustFail(mesh + "dim=10 -noise -noise seed=1 -bound width=1e6 -dfvn -velocity" + end, {"-bound", "memory"});
+    folder.mustFail("-sphere radius=1e-5 -noise -noise seed=1 -bound -dfvn -velocity" + end,
+                    {"-velocity", "too small"});
+    folder.mustFail("-box size=1e-3 rounding=0 -noise -noise seed=1 -bound -dfvn -velocity dim=1000" + end,
+                    {"-velocity", "too small"});
+}
+
+TEST_CASE("counts that make no sense, or fit no memory, are refused at once", "[command]") {
+    const Folder folder;
+    const std::string scatter = "-scatter box=0,0,0,1,1,1 ";
+    for (const std::string count :
+         {"count=0", "count=-1", "count=1.5", "count=1e16", "count=1e999", "count=nan", "count="})
+        folder.mustFail(scatter + count + " -write p.ply", {"-scatter", count, "must be"});
+    for (const std::string count : {"count=1e12", "count=1e15"})
+        folder.mustFail(scatter + count + " -write p.ply", {"-scatter", "points would need about", "iB of memory"});
+    folder.mustFail(kFlow + "-check samples=1e9 report=a.json", {"-check", "samples", "iB of memory"});
+    folder.mustFail(scatter + "seed=9007199254740993", {"seed=9007199254740993", "whole number"}); // not a double
+    folder.mustFail(scatter + "seed=-1", {"seed=-1"});
+    for (const std::string threads : {"-1", "1.5", "abc", "1e9", "''", "nan"})
+        folder.mustFail("-threads " + threads, {"-threads", "whole number"});
+}
+
+TEST_CASE("what is misspelt is named, with what it may have been meant to be", "[command]") {
+    const Folder folder;
+    folder.mustFail("-nosie", {"'-nosie'", "'noise'"});
+    folder.mustFail("-Mesh2LS", {"'mesh2ls'"});
+    folder.mustFail("-teapot", {"'-teapot'", "-list"});
+    for (const std::string word : {"noise", "", " ", "=", "-"}) {
+        const auto outcome = folder.run(quoted(word));
+        CHECK(outcome.status == 1);
+        CHECK_THAT(outcome.err,
+                   Catch::StartsWith("curlew: '" + word + "' is not an action") && Catch::Contains("dash"));
+        CHECK(test::linesIn(outcome.err) == 1);
+    }
+    folder.mustFail("-noise freqency=2", {"-noise", "'freqency'", "'frequency'"});
+    folder.mustFail("-noise o=2", {"-noise", "'o'", "octaves or offset"});
+    folder.mustFail("-noise seed=1 seed=2", {"-noise", "'seed'", "twice"});
+    folder.mustFail("-noise seed", {"-noise", "'seed'", "name=value"});
+    folder.mustFail("-noise type=prsd", {"-noise", "type=prsd", "'psrd'"});
+    folder.mustFail("-advect scheme=rk5", {"-advect", "scheme=rk5", "'rk4'", "midpoint"});
+    folder.mustFail("-read a=b.obj", {"-read", "'a'", "./a=b.obj"});
+    folder.mustFail("-write a.txt", {"-write", "a.txt", ".vdb"});
+    folder.mustFail("-write", {"-write", "FILE"});
+    folder.mustFail("-write ''", {"-write", "''"});
+    folder.mustFail(quoted("-no\nise"), {"-no?ise"}); // one line whatever is in it
+    folder.mustFail("-read " + quoted("a\nb\x1b[31m.obj"), {"a?b?[31m.obj"});
+    folder.mustFail("-noise " + std::string(100000, 'x'), {"xxx …"});
+    for (const std::string value :
+         {"frequency=-1", "frequency=0", "octaves=0", "octaves=1e6", "lacunarity=nan", "period=1.5", "period=-1",
+          "period=1e9", "alpha=inf", "offset=1,2", "normalize=yes"})
+        folder.mustFail("-noise " + value, {"-noise", value.substr(0, value.find('='))});
+    folder.mustFail("-noise -slice width=0", {"-slice", "width=0"});
+    folder.mustFail("-noise -slice box=1,1,1,0,0,0", {"-slice", "box=1,1,1,0,0,0", "empty"});
+    folder.mustFail("-sphere radius=0", {"-sphere", "radius=0"});
+    folder.mustFail("-plane normal=0", {"-plane", "normal"});
+    folder.mustFail("-box size=1 rounding=5", {"-box", "rounding"});
+    folder.mustFail("-torus radius=1 tube=2", {"-torus"});
+}
+
+TEST_CASE("actions that lack what they work on say what to make first", "[command]") {
+    const Folder folder;
+    folder.mustFail("-dfvn", {"-dfvn", "two fields", "none"});
+    folder.mustFail("-noise -dfvn", {"-dfvn", "two fields", "one"});
+    folder.mustFail("-noise -noise -dfvn", {"-dfvn", "same field", "seed"});
+    folder.mustFail("-constant -constant value=2 -dfvn speed=1", {"-dfvn", "does not move"});
+    folder.mustFail("-noise -sum", {"-sum", "two fields"});
+    folder.mustFail("-product", {"-product", "two fields"});
+    folder.mustFail("-transform", {"-transform", "no field"});
+    folder.mustFail("-velocity", {"-velocity", "no flow"});
+    folder.mustFail("-noise -noise seed=1 -velocity", {"-velocity", "no flow"});
+    folder.mustFail("-advect", {"-advect", "-scatter"});
+    folder.mustFail("-scatter box=0,0,0,1,1,1 count=10 -advect", {"-advect", "no flow"});
+    folder.mustFail("-scatter", {"-scatter", "no shape or level set"});
+    folder.mustFail("-noise -bound", {"-bound", "no shape or level set", "-sphere"});
+    folder.mustFail("-sphere -bound", {"-bound", "no noise"});
+    folder.mustFail("-sphere -noise -bound grid=0", {"-bound", "no grid"});
+    folder.mustFail("-mesh2ls", {"-mesh2ls", "no mesh", "-read"});
+    folder.mustFail("-slice", {"-slice", "no flow or field"});
+    folder.mustFail("-noise -slice show=speed", {"-slice", "show=speed", "needs a flow"});
+    folder.mustFail("-check", {"-check", "nothing to check"});
+    store(folder / "in.csv", "x,y,z\n0,0,0\n");
+    folder.mustFail("-probe in.csv out.csv", {"-probe", "no field, flow or level set"});
+    for (const std::string name : {"a.vdb", "a.ply", "a.csv", "a.png", "a.exr"})
+        folder.mustFail("-noise -write " + name, {"-write", "there "});
+    folder.mustFail(kFlow + "-velocity dim=8 -write grid=3 a.vdb", {"-write", "no grid of age 3", "is 1"});
+    folder.mustRun(kFlow + "-velocity dim=8 -write a.vdb");
+    folder.mustFail("-read a.vdb grids=temperature", {"-read", "a.vdb", "vel"});
+    folder.mustFail("-read a.vdb -noise -bound grid=0", {"-bound", "'vel'", "vec3s"});
+}
+
+TEST_CASE("an output that cannot be written is known before the work begins", "[command]") {
+    const Folder folder;
+    fs::create_directory(folder / "folder.vdb");
+    store(folder / "in.csv", "x,y,z\n0,0,0\n");
+    // The noise of 32 octaves would take minutes.
+    const std::string work = "-noise octaves=32 -slice width=32768 ";
+    folder.mustFail(work + "-write missing/a.png", {"-write", "missing/a.png", "folder 'missing'"});
+    folder.mustFail(work + "-write a.png folder.vdb", {"-write", "folder.vdb"});
+    folder.mustFail(work + "-write in.csv/a.png", {"-write", "in.csv/a.png"});
+    folder.mustFail(work + "-report missing/a.json", {"-report", "missing/a.json"});
+    folder.mustFail(work + "-check report=missing/a.json", {"-check", "missing/a.json"});
+    folder.mustFail(work + "-probe in.csv missing/out.csv", {"-probe", "missing/out.csv"});
+    if (::geteuid() != 0) {
+        fs::create_directory(folder / "locked");
+        fs::permissions(folder / "locked", fs::perms::owner_read | fs::perms::owner_exec);
+        folder.mustFail(work + "-write locked/a.png", {"-write", "locked/a.png", "permission"});
+    }
+    // Where only trying tells.
+    folder.mustFail(kFlow + "-velocity dim=8 -write /proc/a.vdb", {"-write", "/proc/a.vdb"});
+    folder.mustFail("-scatter box=0,0,0,1,1,1 count=10 -write /proc/a.ply", {"-write", "/proc/a.ply"});
+    folder.mustFail("-noise -slice width=8 -write /proc/a.png", {"-write", "/proc/a.png"});
+    folder.mustFail("-noise -slice width=8 -write /proc/a.exr", {"-write", "/proc/a.exr"});
+}
+
+TEST_CASE("a full disk leaves nothing but what was there before", "[command]") {
+    const Folder folder;
+    const std::string flow = kFlow + "-velocity dim=40 -scatter count=20000 -slice width=300 ";
+    const std::string name = GENERATE("a.vdb", "a.ply", "a.csv", "a.exr", "a.png", "probe.csv");
+    CAPTURE(name);
+    std::string positions = "x,y,z\n";
+    for (int k = 0; k < 2000; ++k) positions += fmt::format("{},0,0\n", 0.1 * k);
+    store(folder / "in.csv", positions);
+    store(folder / name, "what was there before");
+    const std::string write =
+        name == "probe.csv" ? "-probe in.csv probe.csv" : (name == "a.vdb" ? "-write grid=0 " : "-write ") + name;
+    // A limit of 8 KiB on the size of a file stands for the disk.
+    const auto outcome = folder.shell("ulimit -f 16; curlew -quiet " + flow + write);
+    CAPTURE(outcome.out, outcome.err);
+    CHECK(outcome.status == 1);
+    CHECK(test::linesIn(outcome.err) == 1);
+    CHECK_THAT(outcome.err, Catch::StartsWith("curlew: -") && Catch::Contains(name));
+    CHECK(folder.names() == std::set<std::string>{"in.csv", name});
+    CHECK(test::bytesOf(folder / name) == "what was there before");
+    // Without the limit all is well.
+    folder.mustRun("-quiet " + flow + write);
+    CHECK(fs::file_size(folder / name) > 8192);
+}
+
+TEST_CASE("an interrupt stops any work within moments and leaves no file", "[command]") {
+    const Folder folder;
+    const std::string job =
+        GENERATE("-noise octaves=32 -slice width=20000 -write a.exr",
+                 "-noise seed=1 -noise seed=2 -dfvn -scatter count=1000 -advect steps=1e9 -write a.ply",
+                 "-noise octaves=32 -noise seed=1 -dfvn -velocity dim=500 -write a.vdb",
+                 "-noise octaves=32 -noise seed=1 -dfvn -check samples=1e8 report=a.json");
+    const std::string signal = GENERATE("INT", "TERM");
+    CAPTURE(job, signal);
+    const auto outcome =
+        folder.shell("timeout --preserve-status -k 20 -s " + signal + " 0.5 \"$curlew\" -quiet " + job);
+    CAPTURE(outcome.err);
+    CHECK(outcome.status == 130); // 137 if it had to be killed
+    CHECK(outcome.err == "curlew: interrupted; files that were not finished have been removed\n");
+    CHECK(folder.names().empty());
+}
+
+TEST_CASE("streams that nobody reads, or that are closed, do no harm", "[command]") {
+    const Folder folder;
+    const auto status = [&](const std::string& line) {
+        CAPTURE(line);
+        const auto outcome = folder.shell(line);
+        CHECK(test::linesIn(outcome.err) <= 1);
+        return outcome.status;
+    };
+    // A reader that goes away ends the command as it does any other: by SIGPIPE, or not at all if it was done by then.
+    const auto pipe = folder.shell("{ curlew -help format=markdown; echo $? >status; } | head -1");
+    CHECK(test::linesIn(pipe.out) == 1);
+    CHECK((test::bytesOf(folder / "status") == "0\n" || test::bytesOf(folder / "status") == "141\n"));
+    const std::string work = "curlew -noise -slice width=8 -write a.png ";
+    for (const std::string streams : {"2>&-", "2>/dev/full", ">&-", ">/dev/full", "<&- >&- 2>&-"}) {
+        fs::remove(folder / "a.png");
+        CHECK(status(work + streams) == 0); // it has nothing to say on its standard output
+        CHECK(test::bytesOf(folder / "a.png").substr(0, 4) == "\x89PNG");
+        CHECK(status("curlew -nosie " + streams) == 1);
+    }
+    CHECK(status("curlew -list >&-") == 1);
+    CHECK(status("curlew -list >/dev/full") == 1);
+}

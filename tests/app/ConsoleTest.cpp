@@ -1,0 +1,83 @@
+#include "curlew/app/Console.h"
+#include "support/Command.h"
+
+#include <catch2/catch.hpp>
+#include <fcntl.h>
+
+#include <thread>
+
+using namespace curlew::app;
+using Catch::Matchers::Contains;
+
+namespace {
+
+/// What `work` prints to the standard error stream, which is a file then and no terminal.
+template <class Work>
+std::string heard(const Work& work) {
+    const curlew::test::Folder folder;
+    const std::string file = (folder / "err").string();
+    const int before = dup(STDERR_FILENO), into = open(file.c_str(), O_CREAT | O_WRONLY, 0600);
+    dup2(into, STDERR_FILENO);
+    work();
+    std::fflush(stderr);
+    dup2(before, STDERR_FILENO);
+    close(before);
+    close(into);
+    return curlew::test::bytesOf(file);
+}
+
+} // namespace
+
+TEST_CASE("a console says as much as it is asked to", "[app]") {
+    const auto all = [](Console& console) {
+        console.say("line");
+        console.detail("detail");
+        console.warn("trouble");
+    };
+    CHECK(heard([&] {
+              Console console(nullptr);
+              all(console);
+          }) == "line\nwarning: trouble\n");
+    CHECK(heard([&] {
+              Console console(nullptr);
+              console.setVerbosity(Verbosity::verbose);
+              all(console);
+          }) == "line\ndetail\nwarning: trouble\n");
+    CHECK(heard([&] {
+              Console console(nullptr);
+              console.setVerbosity(Verbosity::quiet);
+              all(console);
+          }).empty());
+}
+
+TEST_CASE("progress is shown for what takes over a second, a line every few seconds", "[app]") {
+    Console console(nullptr), quiet(nullptr);
+    quiet.setVerbosity(Verbosity::quiet);
+    CHECK_FALSE(quiet.follow("work").report);
+    CHECK(heard([&] {
+              const auto monitor = console.follow("short work");
+              for (const double fraction : {0.0, 0.5, 1.0}) monitor.report(fraction);
+          }).empty());
+    const std::string text = heard([&] {
+        const auto monitor = console.follow("long work");
+        std::this_thread::sleep_for(std::chrono::milliseconds(1010));
+        monitor.report(0.25);
+        monitor.report(0.26);
+        monitor.report(1);
+    });
+    CHECK(curlew::test::linesIn(text) == 1);
+    CHECK_THAT(text, Contains("long work") && Contains("25 %") && !Contains("\x1b"));
+}
+
+TEST_CASE("a console knows whether the user has asked to stop", "[app]") {
+    bool stop = false;
+    Console console([&] { return stop; }), deaf(nullptr);
+    const auto monitor = console.follow("work");
+    CHECK_NOTHROW(monitor.check());
+    CHECK_FALSE(console.cancelled());
+    stop = true;
+    CHECK(console.cancelled());
+    CHECK_THROWS_AS(monitor.check(), curlew::Interrupted);
+    CHECK_FALSE(deaf.cancelled());
+    CHECK_NOTHROW(deaf.follow("work").check());
+}

@@ -1,0 +1,151 @@
+#include "curlew/app/Program.h"
+#include "support/Command.h"
+
+#include <catch2/catch.hpp>
+
+using namespace curlew;
+using namespace curlew::app;
+using Catch::Matchers::Contains;
+
+namespace {
+
+std::vector<std::string> linesOf(const Program& program) {
+    std::vector<std::string> lines;
+    for (const auto& arguments : program.actions) lines.push_back(arguments.program());
+    return lines;
+}
+
+} // namespace
+
+TEST_CASE("a command line and a scene are the same program", "[app]") {
+    const Program line = parseCommandLine({"-sphere", "radius=0.5", "-noise", "seed=1", "freq=2", "-write",
+                                           "my file.vdb", "grid=0,1", "-noise", "offset=-1,-2,-3"});
+    const Program scene = parseScene(
+        "# a scene\n"
+        "sphere radius=0.5   # the wall\n"
+        "\n"
+        "-noise seed=1 \\\n"
+        "   freq=2\r\n"
+        "  write 'my file.vdb' grid=0,1\n"
+        "noise offset=-1,-2,-3",
+        "scene");
+    CHECK(line.actions.size() == 4);
+    CHECK(linesOf(line) == linesOf(scene));
+    CHECK(line.actions[1].real("frequency") == 2);
+    CHECK(line.actions[2].words() == std::vector<std::string>{"my file.vdb"});
+    // One dash or two.
+    CHECK(linesOf(parseCommandLine({"--noise", "seed=1"})) == linesOf(parseCommandLine({"-noise", "seed=1"})));
+}
+
+TEST_CASE("a program can be written as a scene", "[app]") {
+    const Program program = parseCommandLine(
+        {"-torus", "radius=1", "-noise", "-dfvn", "keep=1", "-write", "it's a.vdb", "#1.vdb", "half=1"});
+    CHECK(linesOf(parseScene(sceneOf(program), "again")) == linesOf(program));
+    CHECK(sceneOf({}).empty());
+}
+
+TEST_CASE("a number is never taken for an action", "[app]") {
+    const Program program = parseCommandLine({"-threads", "-1", "-noise", "seed=1"});
+    REQUIRE(program.actions.size() == 2);
+    CHECK(program.actions[0].words() == std::vector<std::string>{"-1"});
+}
+
+TEST_CASE("what is no action is named", "[app]") {
+    CHECK_THROWS_WITH(parseCommandLine({"spot.obj", "-mesh2ls"}), Contains("'spot.obj'") && Contains("dash"));
+    CHECK_THROWS_WITH(parseCommandLine({"-nosie"}), Contains("nosie") && Contains("'noise'"));
+    CHECK_THROWS_WITH(parseCommandLine({"-noise", "sede=1"}), Contains("-noise") && Contains("'seed'"));
+    CHECK_THROWS_WITH(parseCommandLine({"-noise", "seed=x"}), Contains("-noise") && Contains("seed=x"));
+    CHECK_THROWS_WITH(parseCommandLine({"-noise", "-write"}), Contains("-write") && Contains("needs FILE"));
+    for (const char* token : {"", " ", "-", "=", "noise"}) {
+        CAPTURE(token);
+        CHECK_THROWS_AS(parseCommandLine({token}), ValueError);
+    }
+}
+
+TEST_CASE("an error in a scene names the file and the line on which its action begins", "[app]") {
+    const auto complaint = [](const std::string& text) -> std::string {
+        try {
+            parseScene(text, "my.scene");
+        } catch (const ValueError& e) {
+            return e.what();
+        }
+        return "nothing";
+    };
+    CHECK_THAT(complaint("noise\n\nnoise seed=x\n"),
+               Contains("my.scene:3") && Contains("-noise") && Contains("seed=x"));
+    CHECK_THAT(complaint("noise\n# a\nnosie"), Contains("my.scene:3") && Contains("'noise'"));
+    CHECK_THAT(complaint("noise \\\n seed=1 \\\n freq=0\n"), Contains("my.scene:1") && Contains("frequency=0"));
+    CHECK_THAT(complaint("noise\nwrite 'a.vdb\n"), Contains("my.scene:2") && Contains("quote"));
+    CHECK_THAT(complaint("noise\nnoise \\"), Contains("my.scene") && Contains("\\"));
+}
+
+TEST_CASE("scenes can include scenes, but not for ever", "[app]") {
+    const test::Folder folder;
+    const auto config = [&](const std::string& name) {
+        return parseCommandLine({"-sphere", "-config", (folder / name).string(), "-dfvn"});
+    };
+    test::store(folder / "inner.txt", "noise seed=5\n");
+    test::store(folder / "outer.txt",
+                "noise seed=4\nconfig \"" + (folder / "inner.txt").string() + "\"\nnoise seed=6\n");
+    const Program program = config("outer.txt");
+    std::vector<int64_t> seeds;
+    for (size_t k = 1; k + 1 < program.actions.size(); ++k) seeds.push_back(program.actions[k].integer("seed"));
+    CHECK(seeds == std::vector<int64_t>{4, 5, 6});
+
+    test::store(folder / "self.txt", "config \"" + (folder / "self.txt").string() + "\"\n");
+    CHECK_THROWS_WITH(config("self.txt"), Contains("self.txt") && Contains("deep"));
+
+    // Not deep, but 10 scenes each of which includes the next one 10 times.
+    for (int n = 0; n < 10; ++n) {
+        std::string text;
+        for (int k = 0; k < 10 && n < 9; ++k) text += "config \"" + (folder / std::to_string(n + 1)).string() + "\"\n";
+        test::store(folder / std::to_string(n), text + "noise\n");
+    }
+    CHECK_THROWS_WITH(config("0"), Contains("10000 scenes"));
+}
+
+TEST_CASE("a scene that cannot be read is named", "[app]") {
+    const test::Folder folder;
+    const auto complaint = [&](const std::string& name) -> std::string {
+        try {
+            parseCommandLine({"-config", (folder / name).string()});
+        } catch (const FileError& e) {
+            return e.what();
+        }
+        return "nothing";
+    };
+    CHECK_THAT(complaint("missing.txt"), Contains("-config") && Contains("missing.txt") && Contains("no such file"));
+    std::filesystem::create_directory(folder / "folder");
+    CHECK_THAT(complaint("folder"), Contains("folder"));
+    test::store(folder / "empty.txt", "");
+    CHECK_THAT(complaint("empty.txt"), Contains("empty.txt") && Contains("empty"));
+    test::store(folder / "binary.txt", std::string("noise\0\1\2", 8));
+    CHECK_THAT(complaint("binary.txt"), Contains("binary.txt") && Contains("not text"));
+}
+
+TEST_CASE("actions run in order, and an error carries the action's name", "[app]") {
+    Console console(nullptr);
+    console.setVerbosity(Verbosity::quiet);
+    Session session(console);
+    run(parseScene("sphere\nnoise seed=1\nnoise seed=2\nbound width=0.2", "scene"), session);
+    CHECK(session.fields.size() == 3);
+    CHECK(session.fields.at().wall);
+    CHECK(session.report["actions"].size() == 4);
+    CHECK(session.report["actions"][3]["action"] == "-bound width=0.2");
+    CHECK_THROWS_WITH(run(parseScene("velocity", "scene"), session), Contains("-velocity: there is no flow yet"));
+    // A scene that cannot write what it says does not begin.
+    CHECK_THROWS_WITH(run(parseScene("noise\nwrite missing/a.vdb", "scene"), session), Contains("missing/a.vdb"));
+    CHECK(session.fields.size() == 3);
+    // What OpenVDB throws carries it too.
+    Action failing{.name = "fails", .run = [](Session&, const Arguments&) { OPENVDB_THROW(openvdb::IoError, "why"); }};
+    CHECK_THROWS_WITH(run(Program{{Arguments(failing)}}, session), Contains("-fails: ") && Contains("why"));
+}
+
+TEST_CASE("a program that is cancelled stops at the next action", "[app]") {
+    int asked = 0;
+    Console console([&] { return ++asked > 1; });
+    console.setVerbosity(Verbosity::quiet);
+    Session session(console);
+    CHECK_THROWS_AS(run(parseScene("noise\nnoise\nnoise", "scene"), session), Interrupted);
+    CHECK(session.fields.size() == 1);
+}
