@@ -32,9 +32,6 @@ void dfvn(Session& s, const Arguments& a) {
             fmt::format("needs two fields, f and g, and there {} {}; make them with -noise, -bound or a shape",
                         s.fields.size() == 1 ? "is" : "are", s.fields.empty() ? "none" : "one"));
     const FieldObject g = s.fields.at(0), f = s.fields.at(1);
-    if (f.program == g.program)
-        throw ValueError(fmt::format(
-            "f and g are the same field, {}, and the flow would stand still; give one another seed", f.program));
     if (!a.flag("keep")) {
         s.fields.take();
         s.fields.take();
@@ -45,9 +42,10 @@ void dfvn(Session& s, const Arguments& a) {
     if (const auto& wall = g.wall ? g.wall : f.wall)
         domain = Domain::of(*wall, a.given("padding") ? a.real("padding") : -1);
     if (a.given("box")) domain.box = a.box("box");
-    Dfvn flow(f.field, g.field, domain);
-    if (a.given("speed")) flow = withSpeed(flow, a.real("speed"), s.console.follow("measuring the speed"));
-    s.flows.push(flow, s.now());
+    const Dfvn flow(f.field, g.field, domain);
+    const Monitor monitor = s.console.follow("measuring the speed");
+    const double speed = a.given("speed") ? a.real("speed") : magnitudesOf(flow, monitor).speed;
+    s.flows.push(withSpeed(flow, speed, monitor), s.now()); // also where the speed stays: a flow has to move
 }
 
 } // namespace

@@ -96,14 +96,15 @@ FlowMagnitudes magnitudesOf(const Dfvn& flow, const Monitor& monitor) {
 }
 
 Dfvn withSpeed(const Dfvn& flow, double speed, const Monitor& monitor) {
-    if (!(speed > 0) || !std::isfinite(speed))
-        throw ValueError(fmt::format("speed {} must be positive and finite", speed));
     const double now = magnitudesOf(flow, monitor).speed;
     if (!(now > 0) || !std::isfinite(now))
         throw ValueError(
             "the flow does not move: the gradients of f and g are parallel everywhere; use two different fields "
             "(seeds)");
-    return Dfvn((speed / now) * flow.f(), flow.g(), flow.domain());
+    constexpr double kMostSpeed = 1e15; // beyond, velocities in float overflow where the flow is fastest
+    if (!(speed > 0) || !(speed <= kMostSpeed))
+        throw ValueError(fmt::format("speed {} must be positive and at most {}", speed, kMostSpeed));
+    return speed == now ? flow : Dfvn((speed / now) * flow.f(), flow.g(), flow.domain());
 }
 
 } // namespace curlew

@@ -186,7 +186,7 @@ TEST_CASE("actions that lack what they work on say what to make first", "[comman
     const Folder folder;
     folder.mustFail("-dfvn", {"-dfvn", "two fields", "none"});
     folder.mustFail("-noise -dfvn", {"-dfvn", "two fields", "one"});
-    folder.mustFail("-noise -noise -dfvn", {"-dfvn", "same field", "seed"});
+    folder.mustFail("-noise -noise -dfvn", {"-dfvn", "does not move", "seed"});
     folder.mustFail("-constant -constant value=2 -dfvn speed=1", {"-dfvn", "does not move"});
     folder.mustFail("-noise -sum", {"-sum", "two fields"});
     folder.mustFail("-product", {"-product", "two fields"});

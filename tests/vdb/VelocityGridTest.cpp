@@ -1,9 +1,8 @@
-#include "curlew/vdb/VelocityGrid.h"
-
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/field/NoiseField.h"
 #include "curlew/vdb/Check.h"
+#include "curlew/vdb/VelocityGrid.h"
 
 #include <catch2/catch.hpp>
 #include <openvdb/tools/GridOperators.h>
@@ -34,7 +33,8 @@ Dfvn waves(const Domain& domain = {}) {
 
 Dfvn contained(Side side = Side::inside) {
     const Wall wall{.sdf = sphereSdf(0.8), .side = side, .width = 0.2};
-    return Dfvn(psrdField({.seed = 1}, {.frequency = 2}), bounded(psrdField({.seed = 2}, {.frequency = 2}), wall), Domain::of(wall, 0.3));
+    return Dfvn(psrdField({.seed = 1}, {.frequency = 2}), bounded(psrdField({.seed = 2}, {.frequency = 2}), wall),
+                Domain::of(wall, 0.3));
 }
 
 Vec3d centreOf(const openvdb::Vec3SGrid& grid, const openvdb::Coord& ijk) {
@@ -68,7 +68,7 @@ TEST_CASE("collocated velocities are those of the flow, and only where it is", "
         for (int i = 0; i < 3; ++i) REQUIRE(static_cast<double>((*value)[i]) == Approx(c[i]).margin(1e-2));
     }
     // Every voxel centre inside the sphere and no other: 4/3 pi r³ / h³ within the surface's discretisation.
-    CHECK(inside > 4.0 / 3 * M_PI * std::pow(0.8 / 0.04, 3));
+    CHECK(static_cast<double>(inside) > 4.0 / 3 * M_PI * std::pow(0.8 / 0.04, 3));
     CHECK(grid->tree().activeTileCount() == 0);
     const auto dense = std::pow(2 * (0.8 + 0.12) / 0.04, 3);
     CHECK(static_cast<double>(grid->activeVoxelCount()) < 0.56 * dense);
@@ -113,7 +113,8 @@ TEST_CASE("staggered velocities are second-order accurate", "[VelocityGrid]") {
             for (int axis = 0; axis < 3; ++axis) {
                 Vec3d face = centreOf(*grid, value.getCoord());
                 face[axis] -= 0.5 * voxels[n];
-                error[n] = std::max(error[n], std::abs(static_cast<double>((*value)[axis]) - flow.at(face).velocity[axis]));
+                error[n] =
+                    std::max(error[n], std::abs(static_cast<double>((*value)[axis]) - flow.at(face).velocity[axis]));
             }
         }
     }
@@ -155,7 +156,8 @@ TEST_CASE("the same grid for any number of threads", "[VelocityGrid]") {
             grids[static_cast<size_t>(threads - 1)] = velocityGrid(contained(), {.voxel = 0.05, .layout = layout});
         }
         REQUIRE(grids[0]->tree().hasSameTopology(grids[1]->tree()));
-        for (auto value = grids[0]->cbeginValueOn(); value; ++value) REQUIRE(*value == grids[1]->tree().getValue(value.getCoord()));
+        for (auto value = grids[0]->cbeginValueOn(); value; ++value)
+            REQUIRE(*value == grids[1]->tree().getValue(value.getCoord()));
     }
 }
 
@@ -166,7 +168,8 @@ TEST_CASE("scalars go onto the voxels of a velocity grid", "[VelocityGrid]") {
     CHECK(f->getName() == "f");
     CHECK(f->activeVoxelCount() == where->activeVoxelCount());
     for (auto value = f->cbeginValueOn(); value; ++value)
-        REQUIRE(static_cast<double>(*value) == Approx(flow.f().at<0>(centreOf(*where, value.getCoord())).value).margin(1e-4));
+        REQUIRE(static_cast<double>(*value) ==
+                Approx(flow.f().at<0>(centreOf(*where, value.getCoord())).value).margin(1e-4));
     const auto density = densityGrid(flow.domain(), *where);
     CHECK(density->getGridClass() == openvdb::GRID_FOG_VOLUME);
     CHECK(density->tree().getValue({0, 0, 0}) == 1.0f);
@@ -181,6 +184,8 @@ TEST_CASE("impossible grids are refused", "[VelocityGrid]") {
     CHECK_THROWS_AS(velocityGrid(waves(), {.voxel = 1e-12}), Error);
     CHECK_THROWS_WITH(velocityGrid(contained(), {.voxel = 2e-4}), Catch::Contains("larger voxels"));
     const double infinity = std::numeric_limits<double>::infinity();
-    CHECK_THROWS_WITH(velocityGrid(waves({.box = {{{0, 0, 0}}, {{infinity, 1, 1}}}, .wall = {}}), {.voxel = 0.1}), Catch::Contains("infinite"));
-    CHECK_THROWS_AS(velocityGrid(waves(), {.voxel = 0.02}, {.report = {}, .cancelled = [] { return true; }}), Interrupted);
+    CHECK_THROWS_WITH(velocityGrid(waves({.box = {{{0, 0, 0}}, {{infinity, 1, 1}}}, .wall = {}}), {.voxel = 0.1}),
+                      Catch::Contains("infinite"));
+    CHECK_THROWS_AS(velocityGrid(waves(), {.voxel = 0.02}, {.report = {}, .cancelled = [] { return true; }}),
+                    Interrupted);
 }

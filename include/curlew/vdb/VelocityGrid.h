@@ -18,8 +18,8 @@ struct VelocityGridOptions {
     double voxel = 0; ///< Voxel size, world units; 0: from dim.
     int dim = 128;    ///< Voxels along the longest edge of the domain's box, where no voxel size is given.
     Layout layout = Layout::collocated;
-    openvdb::GridBase::ConstPtr
-        mask;        ///< If given: exactly its active voxels, in its transform; voxel and dim do not count.
+    openvdb::GridBase::ConstPtr mask =
+        {};          ///< If given: exactly its active voxels, in its transform; voxel and dim do not count.
     double skin = 3; ///< Voxels by which the grid reaches beyond a one-sided wall, while the flow fades to zero.
 };
 
