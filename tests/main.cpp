@@ -1,2 +1,16 @@
-#define CATCH_CONFIG_MAIN
+#define CATCH_CONFIG_RUNNER
 #include <catch2/catch.hpp>
+
+#include <iostream>
+
+/// CMake keeps the names of tests in lists, where a bracket or semicolon makes many tests into one that never runs.
+int main(int argc, char* argv[]) {
+    Catch::Session session;
+    for (const auto& test : Catch::getAllTestCasesSorted(session.config()))
+        if (test.name.find_first_of("[];\"\\") != std::string::npos) {
+            std::cerr << "the name of a test must not contain brackets, semicolons, quotes or backslashes: "
+                      << test.name << '\n';
+            return EXIT_FAILURE;
+        }
+    return session.run(argc, argv);
+}

@@ -51,6 +51,7 @@ size_t peakMemory() {
 
 std::string formatBytes(double bytes) {
     constexpr std::array units{"B", "KiB", "MiB", "GiB", "TiB", "PiB", "EiB"};
+    if (!(bytes < 0x1p70)) return "over 1024 EiB";
     size_t unit = 0;
     while (bytes >= 1024 && unit + 1 < units.size()) {
         bytes /= 1024;

@@ -29,7 +29,7 @@ TEST_CASE("a changed input bit changes half of the output bits", "[base]") {
     CHECK(std::abs(flips - 32000) < 5 * std::sqrt(64000 * 0.25)); // 5 sigma of 64,000 coin tosses
 }
 
-TEST_CASE("uniform numbers fill [0, 1) evenly", "[base]") {
+TEST_CASE("uniform numbers fill the unit interval evenly", "[base]") {
     constexpr int kBins = 16, kCount = 160000;
     const auto seed = static_cast<uint64_t>(GENERATE(0, 1, 12345));
     CAPTURE(seed);

@@ -115,7 +115,7 @@ TEST_CASE("a placed field has at R S p + offset its value at p", "[field]") {
     CHECK(length(x.at<1>({{3, 7, 1}}).gradient - Vec3d{{0, 1, 0}}) < 1e-15);
 }
 
-TEST_CASE("a field placed where it is stays itself; a scale of zero is an error", "[field]") {
+TEST_CASE("a field placed where it is stays itself, a scale of zero is an error", "[field]") {
     const ScalarField same = placed(kF, {});
     CHECK(same.at<0>({{0.1, 0.2, 0.3}}).value == kF.at<0>({{0.1, 0.2, 0.3}}).value);
     for (int axis = 0; axis < 3; ++axis) {

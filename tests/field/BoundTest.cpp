@@ -60,7 +60,7 @@ TEST_CASE("Eq. 13: value and the three terms of the gradient", "[field]") {
     CHECK((still > 500) == (side != Side::both));
 }
 
-TEST_CASE("beyond the width only the noise is left; at the wall only the distance", "[field]") {
+TEST_CASE("beyond the width only the noise is left, at the wall only the distance", "[field]") {
     const Side side = GENERATE(Side::inside, Side::outside, Side::both);
     const Wall wall = sphereWall(side);
     const ScalarField g = bounded(kNoise, wall);

@@ -85,7 +85,7 @@ TEST_CASE("classify says what is allowed, and it stays so in float", "[flow]") {
     CHECK(near > 1000);
 }
 
-TEST_CASE("without a wall every point is allowed; NaN is not, with one", "[flow]") {
+TEST_CASE("without a wall every point is allowed, NaN is not, with one", "[flow]") {
     PointBatch points;
     points.push({{1e9, 0, 0}});
     points.push({{std::nan(""), 0, 0}});

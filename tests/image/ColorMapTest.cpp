@@ -111,7 +111,7 @@ TEST_CASE("An automatic scale leaves out the outermost half percent at either en
     CHECK(scale.map == ColorMap::gray);
 }
 
-TEST_CASE("Viridis starts at 0 unless something is negative; diverging is symmetric", "[image]") {
+TEST_CASE("Viridis starts at 0 unless something is negative, diverging is symmetric", "[image]") {
     const Image positive = scalarImage({2, 3, quietNaN, 5}), mixed = scalarImage({-1, 3, 5}),
                 negative = scalarImage({-5, 1});
     CHECK(automaticScale(positive, ColorMap::viridis).lower == 0);

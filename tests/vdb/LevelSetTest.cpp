@@ -204,7 +204,7 @@ TEST_CASE("unusable meshes and sizes are refused", "[LevelSet]") {
     CHECK_THROWS_AS(meshToLevelSet(std::make_shared<Mesh>(), {}), ValueError);
     CHECK_THROWS_AS(meshToLevelSet(sphere, {.voxel = -1}), ValueError);
     CHECK_THROWS_AS(meshToLevelSet(sphere, {.dim = 0}), ValueError);
-    CHECK_THROWS_AS(meshToLevelSet(sphere, {.voxel = 1e-30}), ValueError);
+    CHECK_THROWS_AS(meshToLevelSet(sphere, {.voxel = 1e-30}), Error);
     CHECK_THROWS_WITH(meshToLevelSet(sphere, {.voxel = 1e-6}), Catch::Contains("memory"));
     CHECK_THROWS_AS(meshToLevelSet(sphere, {.dim = 32, .halfWidth = 0}), ValueError);
 }
