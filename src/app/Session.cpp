@@ -36,8 +36,7 @@ Sdf Session::levelSetSdf(size_t age, double distance) {
     GridObject& object = grids.at(age);
     LevelSet levelSet = levelSetOf(object.grid);
     levelSet.mesh = object.mesh;
-    constexpr double kSpline = 3; // voxels that the spline needs beyond
-    const double halfWidth = distance / levelSet.voxelSize() + kSpline;
+    const double halfWidth = distance / levelSet.voxelSize() + kSplineSupport;
     if (halfWidth > levelSet.halfWidth()) {
         console.detail(fmt::format("level set '{}': band widened from {:.3g} to {:.3g} voxels", object.grid->getName(),
                                    levelSet.halfWidth(), halfWidth));

@@ -33,7 +33,8 @@ double greatest(size_t count, const Value& value, const Monitor& monitor) {
 
 Vec3d positionOf(const Particles& p, size_t k) { return {{p.x[k], p.y[k], p.z[k]}}; }
 
-/// The divergence at a point by the trace of the derivative, and by central differences, relative to the derivative's norm.
+/// The divergence at a point by the trace of the derivative, and by central differences, relative to the derivative's
+/// norm.
 struct Divergence {
     double trace = 0, byDifferences = 0;
 };

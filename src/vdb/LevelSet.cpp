@@ -117,8 +117,8 @@ LevelSet meshToLevelSet(std::shared_ptr<const Mesh> mesh, const MeshToLevelSetOp
     const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
     Interrupter interrupter(monitor);
     const auto width = static_cast<float>(options.halfWidth);
-    // Distances as they are: OpenVDB's renormalisation would move samples by a hundredth of a voxel, and differently for
-    // each width of the band.
+    // Distances as they are: OpenVDB's renormalisation would move samples by a hundredth of a voxel, and differently
+    // for each width of the band.
     const auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
         interrupter, MeshAdapter(*mesh, *transform), *transform, width, width, openvdb::tools::DISABLE_RENORMALIZATION);
     monitor.check();

@@ -155,10 +155,9 @@ Box insideOf(const openvdb::FloatGrid& grid) {
 } // namespace
 
 Sdf sdfOf(const LevelSet& levelSet) {
-    constexpr double kSupport = 3; // voxels
     return {.distance = ScalarField(SplineField(levelSet.grid)),
             .bounds = insideOf(*levelSet.grid),
-            .reach = std::max(levelSet.halfWidth() - kSupport, 0.0) * levelSet.voxelSize()};
+            .reach = std::max(levelSet.halfWidth() - kSplineSupport, 0.0) * levelSet.voxelSize()};
 }
 
 } // namespace curlew

@@ -27,7 +27,9 @@ class Skin {
     Skin(const Domain& domain, double voxel, double voxels) {
         if (!domain.wall || domain.wall->side == Side::both) return;
         mSide = domain.wall->side;
-        mEnd = std::min(voxels * voxel, domain.wall->sdf.reach);
+        // A sampled distance levels off beyond its reach; one that is only a bound (reach 0) does not.
+        const double reach = domain.wall->sdf.reach;
+        mEnd = reach > 0 ? std::min(voxels * voxel, reach) : voxels * voxel;
         mBegin = mEnd * std::min(kInterpolation / voxels, 0.75);
         mOneSided = true;
     }
@@ -170,7 +172,8 @@ std::vector<Coord> leafOrigins(const Domain& domain, double voxel, const Skin& s
     const auto fitting = static_cast<size_t>(static_cast<double>(availableMemory()) / (bytes + 3 * sizeof(Coord)));
     const Vec3d origin{{-0.5 * voxel, -0.5 * voxel, -0.5 * voxel}};
     const double voxels = volumeOf(domain) / (voxel * voxel * voxel);
-    requireMemory(voxels * sizeof(openvdb::Vec3s), fmt::format("a velocity grid of {:.3g} voxels", voxels), "choose larger voxels");
+    requireMemory(voxels * sizeof(openvdb::Vec3s), fmt::format("a velocity grid of {:.3g} voxels", voxels),
+                  "choose larger voxels");
     std::vector<Coord> origins;
     // A voxel's faces matter as far as its corners: half a diagonal beyond its centre.
     Domain searched = domain;

@@ -34,11 +34,9 @@ struct AdvectResult {
 /// what the particles carry (f and g), or else the one they start on. On return they have position, velocity and track.
 ///
 /// With reprojection, no particle crosses the wall of the flow's domain. A step is taken back and redone in halves if
-///  - it did not come back onto the track within the tolerance, or it ends on the wrong side (MATH §4);
-///  - the wall is within reach of it and it is longer than the width of the wall, or a point of its chord lies beyond
-///  the
-///    wall by more than 1/16 of its length: so a particle cannot jump from one part of the domain to another through a
-///    wall.
+///  - it did not come back onto the track within the tolerance, or it ends on the wrong side;
+///  - the wall is within reach of it and it is longer than the wall's width, or a point of its chord lies beyond the
+///    wall by more than 1/16 of its length: so no particle jumps through a wall from one part of the domain to another.
 /// If `halvings` do not help, the particle stays for this step. Particles that start beyond the wall (or on it) stay
 /// where they are, and are counted as outside. Each particle's path is its own: the result does not depend on the
 /// others, nor on the number of threads. Throws ValueError for steps < 1 and values that are not finite; Interrupted,

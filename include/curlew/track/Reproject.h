@@ -32,7 +32,7 @@ struct ReprojectedBatch {
 
 /// Moves each point back onto its track. A correction (of each function, for Newton) is never longer than limit[i] (the
 /// length of the step just taken:
-/// without a limit, Gauss-Newton throws points across walls, MATH §4). Where the gradients are nearly parallel the
+/// without a limit, Gauss-Newton throws points across walls). Where the gradients are nearly parallel the
 /// track is ill-defined and the flow slow: there the worse of the two functions is corrected alone; where its gradient
 /// vanishes, the point is left. No point influences another.
 void reproject(const Dfvn& flow, PointBatch& points, const TrackBatch& track, const std::array<double, kBatch>& limit,

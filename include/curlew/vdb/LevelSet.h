@@ -39,12 +39,15 @@ LevelSet levelSetOf(const openvdb::GridBase::ConstPtr& grid);
 /// the band is extended by OpenVDB's fast sweeping, which keeps the values that are there.
 LevelSet widened(const LevelSet& levelSet, double halfWidth, const Monitor& monitor = {});
 
-/// The level set as a C² field: the tricubic B-spline through its samples (MATH §2), with exact derivatives.
+/// Voxels beyond a position that the spline below needs of the band: two for itself and one for its prefilter.
+inline constexpr double kSplineSupport = 3;
+
+/// The level set as a C² field: the tricubic B-spline through its samples, with exact derivatives.
 ///
 /// The samples are prefiltered by c = s - (1/6) Σ δᵢ² s, with which the spline reproduces cubics: its value is off by
 /// O(h⁴), its gradient by O(h³), its Hessian by O(h²). (Without that, its surface would shrink by h² κ/6 for a
-/// curvature κ.) The result is a distance where |d| < `reach` = the half width less 3 voxels, the support of the spline
-/// and the filter; beyond, it levels off at the background.
+/// curvature κ.) The result is a distance where |d| < `reach` = the half width less kSplineSupport; beyond, it levels
+/// off at the background.
 Sdf sdfOf(const LevelSet& levelSet);
 
 } // namespace curlew

@@ -30,7 +30,7 @@ struct VelocityGridOptions {
 /// direction along the wall as far as trilinear interpolation reaches (1.75 voxels) and ends in the background without
 /// a jump.
 ///
-/// Staggered: the flux through a face is the circulation of f dg around its edges (Stokes, c = curl(f ∇g); MATH §5),
+/// Staggered: the flux through a face is the circulation of f dg around its edges (Stokes, c = curl(f ∇g); docs/math.md),
 /// from f and g at the voxels' corners in double: second-order accurate, and the fluxes of each voxel cancel. Where the
 /// flow is inside a wall that holds for all voxels; else for all but the last layer of the box or mask.
 ///
