@@ -1,14 +1,13 @@
 // What the main job spends its time on, per position, voxel or particle step. Compare within one run only.
 
 #include "curlew/base/Parallel.h"
+#include "curlew/base/Random.h"
 #include "curlew/field/NoiseField.h"
 #include "curlew/track/Advect.h"
 #include "curlew/track/Scatter.h"
 #include "curlew/vdb/VelocityGrid.h"
 
 #include <benchmark/benchmark.h>
-
-#include "curlew/base/Random.h"
 
 namespace {
 
@@ -64,12 +63,24 @@ BENCHMARK(dfvn<double>);
 void velocity(benchmark::State& state, const Dfvn& flow, Layout layout) {
     const ThreadLimit limit(static_cast<int>(state.range(0)));
     int64_t voxels = 0;
-    for (auto _ : state) voxels += static_cast<int64_t>(velocityGrid(flow, {.dim = 96, .layout = layout})->activeVoxelCount());
+    for (auto _ : state)
+        voxels += static_cast<int64_t>(velocityGrid(flow, {.dim = 96, .layout = layout})->activeVoxelCount());
     state.SetItemsProcessed(voxels);
 }
-BENCHMARK_CAPTURE(velocity, free_collocated, freeFlow(), Layout::collocated)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK_CAPTURE(velocity, free_staggered, freeFlow(), Layout::staggered)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK_CAPTURE(velocity, contained_collocated, containedFlow(), Layout::collocated)->Arg(1)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(velocity, free_collocated, freeFlow(), Layout::collocated)
+    ->Arg(1)
+    ->Arg(2)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(velocity, free_staggered, freeFlow(), Layout::staggered)
+    ->Arg(1)
+    ->Arg(2)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(velocity, contained_collocated, containedFlow(), Layout::collocated)
+    ->Arg(1)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
 
 void advection(benchmark::State& state, Reprojection method) {
     const ThreadLimit limit(static_cast<int>(state.range(0)));
@@ -85,6 +96,10 @@ void advection(benchmark::State& state, Reprojection method) {
 }
 BENCHMARK_CAPTURE(advection, rk4, Reprojection::none)->Arg(1)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK_CAPTURE(advection, rk4_newton, Reprojection::newton)->Arg(1)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK_CAPTURE(advection, rk4_gauss_newton, Reprojection::gaussNewton)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(advection, rk4_gauss_newton, Reprojection::gaussNewton)
+    ->Arg(1)
+    ->Arg(2)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
 
 } // namespace

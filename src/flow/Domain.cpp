@@ -55,12 +55,14 @@ double volumeOf(const Domain& domain) {
     constexpr int kBatches = 512;
     const Vec3d size = domain.box.size();
     int inside = 0;
+    uint64_t drawn = 0;
     for (int batch = 0; batch < kBatches; ++batch) {
         PointBatch points;
-        while (!points.full()) {
+        for (; !points.full(); ++drawn) {
             Vec3d p;
             for (int axis = 0; axis < 3; ++axis)
-                p[axis] = domain.box.lower[axis] + size[axis] * randomUniform(kSeed, static_cast<uint64_t>(batch * kBatch + points.size), static_cast<uint64_t>(axis));
+                p[axis] =
+                    domain.box.lower[axis] + size[axis] * randomUniform(kSeed, drawn, static_cast<uint64_t>(axis));
             points.push(p);
         }
         std::array<bool, kBatch> allowed;
@@ -142,15 +144,17 @@ class CellSearch {
     }
 
     static std::vector<Vec<int, 3>> childrenOf(const Vec<int, 3>& cell) {
-        std::vector<Vec<int, 3>> children;
+        std::vector<Vec<int, 3>> children(8);
         for (int child = 0; child < 8; ++child)
-            children.push_back({{2 * cell[0] + (child & 1), 2 * cell[1] + ((child >> 1) & 1), 2 * cell[2] + (child >> 2)}});
+            children[static_cast<size_t>(child)] = {
+                {2 * cell[0] + (child & 1), 2 * cell[1] + ((child >> 1) & 1), 2 * cell[2] + (child >> 2)}};
         return children;
     }
 
     void keep(const Vec<int, 3>& cell) {
         if (mFound.size() >= mLimit)
-            throw ResourceError(fmt::format("the domain has more than {} cells of {} world units; choose larger voxels", mLimit, mSize));
+            throw ResourceError(fmt::format("the domain has more than {} cells of {} world units; choose larger voxels",
+                                            mLimit, mSize));
         mFound.push_back(cell);
     }
 

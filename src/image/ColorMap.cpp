@@ -21,13 +21,13 @@ Vec3f fromHex(unsigned hex) {
 }
 
 /// Twenty evenly spaced colours of viridis (CC0).
-constexpr std::array<unsigned, 20> viridisHex{0x440154, 0x481567, 0x482677, 0x453781, 0x404788, 0x39568C, 0x33638D,
-                                              0x2D708E, 0x287D8E, 0x238A8D, 0x1F968B, 0x20A387, 0x29AF7F, 0x3CBB75,
-                                              0x55C667, 0x73D055, 0x95D840, 0xB8DE29, 0xDCE319, 0xFDE725};
+constexpr std::array<unsigned, 20> kViridisHex{0x440154, 0x481567, 0x482677, 0x453781, 0x404788, 0x39568C, 0x33638D,
+                                               0x2D708E, 0x287D8E, 0x238A8D, 0x1F968B, 0x20A387, 0x29AF7F, 0x3CBB75,
+                                               0x55C667, 0x73D055, 0x95D840, 0xB8DE29, 0xDCE319, 0xFDE725};
 
 std::array<Vec3f, 20> makeViridis() {
     std::array<Vec3f, 20> table;
-    std::transform(viridisHex.begin(), viridisHex.end(), table.begin(), fromHex);
+    std::transform(kViridisHex.begin(), kViridisHex.end(), table.begin(), fromHex);
     return table;
 }
 
@@ -69,15 +69,15 @@ Vec3f movedToMiddle(const Msh& end, double weight) {
                          .h = std::lerp(end.h, middleHue, weight)});
 }
 
-constexpr int divergingHalf = 64;
+constexpr int kDivergingHalf = 64;
 
-std::array<Vec3f, 2 * divergingHalf + 1> makeDiverging() {
+std::array<Vec3f, 2 * kDivergingHalf + 1> makeDiverging() {
     const Msh blue{80, 1.08, -1.1}, red{80, 1.08, 0.5};
-    std::array<Vec3f, 2 * divergingHalf + 1> table;
-    for (int i = 0; i <= divergingHalf; ++i) {
-        const double weight = static_cast<double>(i) / divergingHalf;
+    std::array<Vec3f, 2 * kDivergingHalf + 1> table;
+    for (int i = 0; i <= kDivergingHalf; ++i) {
+        const double weight = static_cast<double>(i) / kDivergingHalf;
         table[static_cast<size_t>(i)] = movedToMiddle(blue, weight);
-        table[static_cast<size_t>(2 * divergingHalf - i)] = movedToMiddle(red, weight);
+        table[static_cast<size_t>(2 * kDivergingHalf - i)] = movedToMiddle(red, weight);
     }
     return table;
 }
@@ -114,7 +114,7 @@ ColorScale scaleAround(float value, ColorMap map) {
 Vec3f colorAt(ColorMap map, float t) {
     static const auto viridis = makeViridis();
     static const auto diverging = makeDiverging();
-    if (std::isnan(t)) return noValueColor;
+    if (std::isnan(t)) return kNoValueColor;
     t = std::clamp(t, 0.0f, 1.0f);
     switch (map) {
         case ColorMap::viridis:

@@ -79,7 +79,7 @@ std::vector<png_byte> displayBytes(const Image& rgb) {
     std::vector<png_byte> bytes(rgb.pixels.size());
     for (size_t pixel = 0; pixel < bytes.size(); pixel += 3)
         for (size_t i = 0; i < 3; ++i)
-            bytes[pixel + i] = displayByte(rgb.pixels[pixel + order[i]], noValueColor[static_cast<int>(i)]);
+            bytes[pixel + i] = displayByte(rgb.pixels[pixel + order[i]], kNoValueColor[static_cast<int>(i)]);
     return bytes;
 }
 

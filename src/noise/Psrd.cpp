@@ -40,7 +40,7 @@ Matrix3 seededRotation(uint64_t seed) {
 
 } // namespace
 
-Psrd3::Psrd3(const PsrdOptions& options) : mOptions(options), mTiles(false) {
+Psrd3::Psrd3(const PsrdOptions& options) : mOptions(options) {
     for (int axis = 0; axis < 3; ++axis) {
         if (options.period[axis] < 0)
             throw ValueError(
@@ -50,7 +50,8 @@ Psrd3::Psrd3(const PsrdOptions& options) : mOptions(options), mTiles(false) {
     for (size_t k = 0; k < kHashes; ++k) mPermutation[k] = static_cast<uint16_t>((k * 34 + 10) * k % kHashes);
     // A seed moves the lattice under the hash, and shuffles the hash: a shift alone would give fields that are
     // translates of one another, and the published permutation of two shifted lattices is far from independent. It also
-    // turns the gradients: else two seeds would share one at a vertex in 289, and their flow would stand still around it.
+    // turns the gradients: else two seeds would share one at a vertex in 289, and their flow would stand still around
+    // it.
     if (options.seed != 0) {
         for (uint64_t axis = 0; axis < 3; ++axis)
             mShift[axis] = static_cast<int>(randomBits(options.seed, axis, 1) % kHashes);

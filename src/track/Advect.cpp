@@ -208,8 +208,7 @@ void validate(const AdvectOptions& o) {
     if (!std::isfinite(o.time)) throw ValueError("time must be finite");
     if (!(o.tolerance > 0)) throw ValueError(fmt::format("tolerance {} must be positive", o.tolerance));
     if (o.iterations < 1) throw ValueError(fmt::format("{} iterations; give at least 1", o.iterations));
-    if (o.halvings < 0 || o.halvings > 20)
-        throw ValueError(fmt::format("{} halvings; give 0 to 20", o.halvings));
+    if (o.halvings < 0 || o.halvings > 20) throw ValueError(fmt::format("{} halvings; give 0 to 20", o.halvings));
 }
 
 } // namespace

@@ -1,6 +1,7 @@
 #include "MeshChecks.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <charconv>
 #include <cmath>
@@ -175,10 +176,14 @@ struct PlyType {
     bool real, isSigned;
 };
 
-constexpr PlyType kPlyTypes[] = {{"char", "int8", 1, false, true},    {"uchar", "uint8", 1, false, false},
-                                 {"short", "int16", 2, false, true},  {"ushort", "uint16", 2, false, false},
-                                 {"int", "int32", 4, false, true},    {"uint", "uint32", 4, false, false},
-                                 {"float", "float32", 4, true, true}, {"double", "float64", 8, true, true}};
+constexpr std::array<PlyType, 8> kPlyTypes{{{"char", "int8", 1, false, true},
+                                            {"uchar", "uint8", 1, false, false},
+                                            {"short", "int16", 2, false, true},
+                                            {"ushort", "uint16", 2, false, false},
+                                            {"int", "int32", 4, false, true},
+                                            {"uint", "uint32", 4, false, false},
+                                            {"float", "float32", 4, true, true},
+                                            {"double", "float64", 8, true, true}}};
 
 struct PlyProperty {
     std::string_view name;
@@ -314,10 +319,11 @@ class PlyCheck {
     }
 
     void checkList(const PlyProperty& property, bool corners, size_t points) {
-        const double count = next(*property.count);
-        if (corners && count < 3)
-            throw mSource.error(fmt::format("it has a face of {:g} corners; it is damaged", count));
-        for (double n = 0; n < count; ++n) {
+        const double given = next(*property.count);
+        if (!(given >= 0 && given <= double(std::numeric_limits<uint32_t>::max()))) throw mSource.cutShort();
+        const auto count = size_t(given);
+        if (corners && count < 3) throw mSource.error(fmt::format("it has a face of {} corners; it is damaged", count));
+        for (size_t n = 0; n < count; ++n) {
             const double value = next(*property.type);
             if (corners && !(value >= 0 && value < double(points)))
                 throw mSource.error(fmt::format("it has a face with the corner {:g}, and points 0 to {}; it is damaged",
@@ -353,8 +359,8 @@ class PlyCheck {
             value = type.size == 4 ? double(std::bit_cast<float>(uint32_t(bits))) : std::bit_cast<double>(bits);
             return std::abs(value) > kLargest ? HUGE_VAL : value;
         }
-        const int unused = int(64 - 8 * type.size);
-        return type.isSigned ? double(int64_t(bits << unused) >> unused) : double(bits);
+        const uint64_t sign = type.isSigned ? uint64_t(1) << (8 * type.size - 1) : 0;
+        return double(int64_t(bits ^ sign) - int64_t(sign)); // integers have 4 bytes at most
     }
 
     std::string_view mRest, mLine;

@@ -1,7 +1,6 @@
-#include "curlew/image/ColorMap.h"
-
 #include "curlew/base/Error.h"
 #include "curlew/base/Random.h"
+#include "curlew/image/ColorMap.h"
 
 #include <catch2/catch.hpp>
 
@@ -96,7 +95,7 @@ TEST_CASE("Colours are display values, t is clamped, NaN is the neutral", "[imag
     CHECK(colorAt(map, -infinity) == colorAt(map, 0));
     CHECK(colorAt(map, 1.5f) == colorAt(map, 1));
     CHECK(colorAt(map, infinity) == colorAt(map, 1));
-    CHECK(colorAt(map, quietNaN) == noValueColor);
+    CHECK(colorAt(map, quietNaN) == kNoValueColor);
     CHECK_FALSE(colorAt(map, 0) == colorAt(map, 1));
 }
 

@@ -1,7 +1,6 @@
-#include "curlew/image/ImageFile.h"
-
 #include "curlew/base/Error.h"
 #include "curlew/base/Random.h"
+#include "curlew/image/ImageFile.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
@@ -141,7 +140,7 @@ TEST_CASE("A PNG of colours comes back within half a byte step", "[image]") {
     REQUIRE(back.channels == image.channels);
     CHECK(back.at(0, 0, 0) == 0);
     CHECK(back.at(0, 0, 1) == 1);
-    CHECK(back.at(1, 0, 2) == Approx(noValueColor[2]).margin(0.5 / 255 + 1e-6));
+    CHECK(back.at(1, 0, 2) == Approx(kNoValueColor[2]).margin(0.5 / 255 + 1e-6));
     for (int y = 1; y < 17; ++y)
         for (int x = 0; x < 31; ++x)
             for (int i = 0; i < 3; ++i) CHECK(back.at(x, y, i) == Approx(image.at(x, y, i)).margin(0.5 / 255 + 1e-6));

@@ -1,6 +1,5 @@
-#include "curlew/image/Image.h"
-
 #include "curlew/base/Error.h"
+#include "curlew/image/Image.h"
 
 #include <catch2/catch.hpp>
 

@@ -1,6 +1,5 @@
-#include "curlew/image/Legend.h"
-
 #include "curlew/base/Error.h"
+#include "curlew/image/Legend.h"
 
 #include <catch2/catch.hpp>
 

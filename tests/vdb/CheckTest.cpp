@@ -1,9 +1,8 @@
-#include "curlew/vdb/Check.h"
-
 #include "curlew/field/Algebra.h"
 #include "curlew/field/NoiseField.h"
 #include "curlew/track/Advect.h"
 #include "curlew/track/Scatter.h"
+#include "curlew/vdb/Check.h"
 
 #include <catch2/catch.hpp>
 
@@ -14,10 +13,13 @@ namespace {
 Wall ball() { return {.sdf = sphereSdf(1), .side = Side::inside, .width = 0.25}; }
 
 Dfvn contained() {
-    return withSpeed(Dfvn(psrdField({.seed = 1}, {.frequency = 2}), bounded(psrdField({.seed = 2}, {.frequency = 2}), ball()), Domain::of(ball())), 1);
+    return withSpeed(Dfvn(psrdField({.seed = 1}, {.frequency = 2}),
+                          bounded(psrdField({.seed = 2}, {.frequency = 2}), ball()), Domain::of(ball())),
+                     1);
 }
 
-/// Eq. 13 as it is often written by mistake: the gradients are blended, not the functions. No function has this gradient.
+/// Eq. 13 as it is often written by mistake: the gradients are blended, not the functions. No function has this
+/// gradient.
 struct BlendedGradients {
     ScalarField distance, noise;
     template <int Order, class T>
@@ -40,13 +42,15 @@ TEST_CASE("a contained flow keeps its promises", "[Check]") {
 }
 
 TEST_CASE("the check finds a flow that crosses its wall", "[Check]") {
-    const Dfvn leaking(psrdField({.seed = 1}, {.frequency = 2}), psrdField({.seed = 2}, {.frequency = 2}), Domain::of(ball()));
+    const Dfvn leaking(psrdField({.seed = 1}, {.frequency = 2}), psrdField({.seed = 2}, {.frequency = 2}),
+                       Domain::of(ball()));
     CHECK(checkFlow(leaking, 5000).wallFlux > 0.1);
 }
 
 TEST_CASE("the check finds a potential whose gradient is not one", "[Check]") {
     const ScalarField noise = psrdField({.seed = 2}, {.frequency = 2});
-    const Dfvn wrong(psrdField({.seed = 1}, {.frequency = 2}), ScalarField(BlendedGradients{ball().sdf.distance, noise}), Domain::of(ball()));
+    const Dfvn wrong(psrdField({.seed = 1}, {.frequency = 2}),
+                     ScalarField(BlendedGradients{ball().sdf.distance, noise}), Domain::of(ball()));
     CHECK(checkFlow(wrong, 5000).divergenceByDifferences > 1e-2);
     // A right one: what is left are the differences' own errors, h² of the third derivatives.
     CHECK(checkFlow(contained(), 5000).divergenceByDifferences < 1e-5);

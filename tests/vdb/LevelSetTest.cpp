@@ -1,7 +1,6 @@
-#include "curlew/vdb/LevelSet.h"
-
 #include "curlew/base/Error.h"
 #include "curlew/base/Random.h"
+#include "curlew/vdb/LevelSet.h"
 
 #include <catch2/catch.hpp>
 #include <openvdb/tools/LevelSetSphere.h>
@@ -52,21 +51,25 @@ LevelSet exactSphere(double radius, double voxel, int halfWidth) {
         for (int j = -n; j <= n; ++j)
             for (int k = -n; k <= n; ++k) {
                 const double d = voxel * std::sqrt(double(i * i + j * j + k * k)) - radius;
-                if (std::abs(d) < halfWidth * voxel) accessor.setValue({i, j, k}, static_cast<float>(d));
-                else if (d < 0) accessor.setValueOff({i, j, k}, static_cast<float>(-halfWidth * voxel));
+                if (std::abs(d) < halfWidth * voxel)
+                    accessor.setValue({i, j, k}, static_cast<float>(d));
+                else if (d < 0)
+                    accessor.setValueOff({i, j, k}, static_cast<float>(-halfWidth * voxel));
             }
     return {grid, nullptr};
 }
 
 Vec3d onSphere(double radius, uint64_t k) {
-    const double z = 2 * randomUniform(5, k, 0) - 1, angle = 2 * M_PI * randomUniform(5, k, 1), r = std::sqrt(1 - z * z);
+    const double z = 2 * randomUniform(5, k, 0) - 1, angle = 2 * M_PI * randomUniform(5, k, 1),
+                 r = std::sqrt(1 - z * z);
     return Vec3d{{r * std::cos(angle), r * std::sin(angle), z}} * radius;
 }
 
 } // namespace
 
 TEST_CASE("the spline through a level set is accurate to the orders that its prefilter promises", "[LevelSet]") {
-    // Greatest errors on spheres around the surface, for voxels halved twice. Radius 1, so the fourth derivatives are O(1).
+    // Greatest errors on spheres around the surface, for voxels halved twice. Radius 1, so the fourth derivatives are
+    // O(1).
     std::array<std::array<double, 3>, 3> errors{};
     const std::array<double, 3> voxels{0.1, 0.05, 0.025};
     for (size_t n = 0; n < voxels.size(); ++n) {
@@ -79,7 +82,9 @@ TEST_CASE("the spline through a level set is accurate to the orders that its pre
             errors[1][n] = std::max(errors[1][n], length(jet.gradient - normal));
             for (int i = 0; i < 3; ++i)
                 for (int j = i; j < 3; ++j)
-                    errors[2][n] = std::max(errors[2][n], std::abs(jet.hessian(i, j) - ((i == j ? 1 : 0) - normal[i] * normal[j]) / radius));
+                    errors[2][n] =
+                        std::max(errors[2][n],
+                                 std::abs(jet.hessian(i, j) - ((i == j ? 1 : 0) - normal[i] * normal[j]) / radius));
         }
     }
     const std::array<double, 3> orders{4, 3, 2};
@@ -105,12 +110,15 @@ TEST_CASE("the spline is C² across leaves and has exact derivatives", "[LevelSe
             step[i] = h;
             const auto up = sdf.distance.at<1>(p + step), down = sdf.distance.at<1>(p - step);
             CHECK(jet.gradient[i] == Approx((up.value - down.value) / (2 * h)).margin(1e-8));
-            for (int j = 0; j < 3; ++j) CHECK(jet.hessian(i, j) == Approx((up.gradient[j] - down.gradient[j]) / (2 * h)).margin(2e-4));
+            for (int j = 0; j < 3; ++j)
+                CHECK(jet.hessian(i, j) == Approx((up.gradient[j] - down.gradient[j]) / (2 * h)).margin(2e-4));
         }
         // Onto a face between voxels, every eighth of which is one between leaves: both sides agree.
         p[0] = std::round(p[0] / voxel) * voxel;
-        const auto left = sdf.distance.at<2>(p - Vec3d{{1e-9, 0, 0}}), right = sdf.distance.at<2>(p + Vec3d{{1e-9, 0, 0}});
-        for (int c = 0; c < Jet<double, 3, 2>::kSize; ++c) CHECK(left.component(c) == Approx(right.component(c)).margin(1e-6));
+        const auto left = sdf.distance.at<2>(p - Vec3d{{1e-9, 0, 0}}),
+                   right = sdf.distance.at<2>(p + Vec3d{{1e-9, 0, 0}});
+        for (int c = 0; c < Jet<double, 3, 2>::kSize; ++c)
+            CHECK(left.component(c) == Approx(right.component(c)).margin(1e-6));
     }
 }
 
@@ -175,13 +183,15 @@ TEST_CASE("a band is widened without moving the surface", "[LevelSet]") {
         CHECK(wide.halfWidth() == Approx(8.5));
         CHECK(wide.grid->activeVoxelCount() > 2 * narrow.grid->activeVoxelCount());
         for (auto value = narrow.grid->cbeginValueOn(); value; ++value) {
-            const double difference = std::abs(static_cast<double>(*value - wide.grid->tree().getValue(value.getCoord())));
+            const double difference =
+                std::abs(static_cast<double>(*value - wide.grid->tree().getValue(value.getCoord())));
             if (difference > 1e-5) FAIL("a sample moved by " << difference);
         }
         // What is new is a distance: first-order fast sweeping is within a fraction of a voxel, and so are facets.
         const Sdf sdf = sdfOf(wide);
         for (const double r : {0.85, 1.15})
-            for (uint64_t k = 0; k < 100; ++k) CHECK(sdf.distance.at<0>(onSphere(r, k)).value == Approx(r - 1).margin(0.01));
+            for (uint64_t k = 0; k < 100; ++k)
+                CHECK(sdf.distance.at<0>(onSphere(r, k)).value == Approx(r - 1).margin(0.01));
         CHECK(sdf.distance.at<0>({{0, 0, 0}}).value < -0.3);
         CHECK(sdf.distance.at<0>({{9, 0, 0}}).value > 0.3);
         CHECK(widened(wide, 5).grid == wide.grid);
@@ -210,7 +220,8 @@ TEST_CASE("unusable meshes and sizes are refused", "[LevelSet]") {
 }
 
 TEST_CASE("cancelling ends a conversion", "[LevelSet]") {
-    CHECK_THROWS_AS(meshToLevelSet(cubeSphere(1, 40), {.dim = 100}, {.report = {}, .cancelled = [] { return true; }}), Interrupted);
+    CHECK_THROWS_AS(meshToLevelSet(cubeSphere(1, 40), {.dim = 100}, {.report = {}, .cancelled = [] { return true; }}),
+                    Interrupted);
 }
 
 TEST_CASE("only level sets are level sets", "[LevelSet]") {

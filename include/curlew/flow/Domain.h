@@ -27,7 +27,8 @@ double beyondWall(Side side, double distance);
 void classify(const Domain& domain, const PointBatch& points, std::array<bool, kBatch>& allowed,
               std::array<double, kBatch>& distance);
 
-/// The volume of the domain, cubic world units, within about 1 % of its box: from the same 32768 random positions each time.
+/// The volume of the domain, cubic world units, within about 1 % of its box: from the same 32768 random positions each
+/// time.
 double volumeOf(const Domain& domain);
 
 /// Signed distances that matter; where the domain has no wall they are not asked for.

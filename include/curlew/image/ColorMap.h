@@ -13,9 +13,9 @@ enum class ColorMap {
 };
 
 /// What a pixel without a value (NaN) looks like: a dark neutral that no map but `gray` contains.
-inline constexpr Vec3f noValueColor{{0.12f, 0.12f, 0.12f}};
+inline constexpr Vec3f kNoValueColor{{0.12f, 0.12f, 0.12f}};
 
-/// The colour at t, clamped to [0, 1]: sRGB display values in [0, 1]. NaN gives `noValueColor`.
+/// The colour at t, clamped to [0, 1]: sRGB display values in [0, 1]. NaN gives `kNoValueColor`.
 /// Accuracy: viridis within 0.017 of the published table of 256 colours, diverging within 0.001 of its definition.
 Vec3f colorAt(ColorMap map, float t);
 

@@ -11,7 +11,7 @@ namespace curlew {
 // Every function throws FileError, naming the path, where a file cannot be written or read.
 
 /// Writes 8 bits per channel, sRGB. An image with channels R, G and B holds display values in [0, 1] (clamped, NaN
-/// becomes noValueColor) and ignores the scale; an image of one channel is coloured by it (colorize).
+/// becomes kNoValueColor) and ignores the scale; an image of one channel is coloured by it (colorize).
 /// Throws ValueError for other channels, and for an image that is not whole (checkImage) or too large for PNG.
 void writePng(const std::filesystem::path& path, const Image& image, const ColorScale& scale = {});
 

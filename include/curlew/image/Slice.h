@@ -18,8 +18,8 @@ struct SliceOptions {
 /// A scalar that a slice shows: its values at a batch of positions; NaN where there is nothing to show.
 using SliceChannel = std::function<void(const PointBatch&, std::array<float, kBatch>&)>;
 
-/// The scalar `channel` on a plane through `box`, which fills the picture but for a margin. x points right (across x: z), y
-/// up (across y: z). Throws ValueError for an infinite or empty box and for a width that is not positive.
+/// The scalar `channel` on a plane through `box`, which fills the picture but for a margin. x points right (across x:
+/// z), y up (across y: z). Throws ValueError for an infinite or empty box and for a width that is not positive.
 Image slice(const Box& box, const SliceChannel& channel, std::string name, const SliceOptions& options,
             const Monitor& monitor = {});
 

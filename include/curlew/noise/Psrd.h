@@ -53,7 +53,7 @@ class Psrd3 {
     }
 
     PsrdOptions mOptions;
-    bool mTiles;
+    bool mTiles = false;
     LatticePoint mShift{}; // of the hash, from the seed
     std::array<uint16_t, 2 * kHashes> mPermutation;
     std::array<Vec3d, kHashes> mGradients;

@@ -30,9 +30,10 @@ struct VelocityGridOptions {
 /// direction along the wall as far as trilinear interpolation reaches (1.75 voxels) and ends in the background without
 /// a jump.
 ///
-/// Staggered: the flux through a face is the circulation of f dg around its edges (Stokes, c = curl(f ∇g); docs/math.md),
-/// from f and g at the voxels' corners in double: second-order accurate, and the fluxes of each voxel cancel. Where the
-/// flow is inside a wall that holds for all voxels; else for all but the last layer of the box or mask.
+/// Staggered: the flux through a face is the circulation of f dg around its edges (Stokes, c = curl(f ∇g);
+/// docs/math.md), from f and g at the voxels' corners in double: second-order accurate, and the fluxes of each voxel
+/// cancel. Where the flow is inside a wall that holds for all voxels; else for all but the last layer of the box or
+/// mask.
 ///
 /// Same bytes for any number of threads. Throws ValueError for sizes that are not positive, an infinite box, and a mask
 /// that is not on cubic, axis-aligned voxels; ResourceError where the grid would not fit the memory.
