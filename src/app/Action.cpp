@@ -175,8 +175,8 @@ std::string Arguments::program(bool withDash) const {
         return text + '"';
     };
     std::string text = (withDash ? "-" : "") + mAction->name;
-    for (const auto& word : mWords) text += " " + quoted(word);
-    for (const auto& [name, value] : mValues) text += " " + quoted(name + "=" + value);
+    for (const auto& word : mWords) text.append(" ").append(quoted(word));
+    for (const auto& [name, value] : mValues) text.append(" ").append(quoted(name + "=" + value));
     return text;
 }
 

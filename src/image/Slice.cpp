@@ -66,16 +66,19 @@ Image slice(const Box& box, const SliceChannel& channel, std::string name, const
                 points.size = 0;
             };
             for (int x = 0; x < image.width; ++x)
-                for (int s = 0; s < n * n; ++s) {
-                    points.push(plane.at(x + (s % n + 0.5) / n, static_cast<double>(row) + (s / n + 0.5) / n));
-                    if (points.full()) flush();
-                }
+                for (int i = 0; i < n; ++i)
+                    for (int j = 0; j < n; ++j) {
+                        points.push(plane.at(x + (j + 0.5) / n, static_cast<double>(row) + (i + 0.5) / n));
+                        if (points.full()) flush();
+                    }
             flush();
             for (int x = 0; x < image.width; ++x) {
                 float sum = 0;
                 int count = 0;
                 for (int s = 0; s < n * n; ++s)
-                    if (const float value = samples[static_cast<size_t>(x * n * n + s)]; !std::isnan(value)) {
+                    if (const float value =
+                            samples[static_cast<size_t>(x) * static_cast<size_t>(n * n) + static_cast<size_t>(s)];
+                        !std::isnan(value)) {
                         sum += value;
                         ++count;
                     }

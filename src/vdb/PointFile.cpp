@@ -58,7 +58,7 @@ void checkIds(const Particles& particles) {
 
 /// The particles' arrays as OpenVDB's point tools ask for them.
 struct Positions {
-    using value_type = openvdb::Vec3d;
+    using value_type = openvdb::Vec3d; // NOLINT: OpenVDB's name for it
     using PosType = openvdb::Vec3d;
     const Particles& particles;
 
@@ -67,7 +67,7 @@ struct Positions {
 };
 
 struct Velocities {
-    using value_type = openvdb::Vec3s;
+    using value_type = openvdb::Vec3s; // NOLINT: OpenVDB's name for it
     const Particles& particles;
 
     void get(value_type& v, openvdb::Index64 n, openvdb::Index) const {
@@ -76,7 +76,7 @@ struct Velocities {
 };
 
 struct Ids {
-    using value_type = int32_t;
+    using value_type = int32_t; // NOLINT: OpenVDB's name for it
     const Particles& particles;
 
     void get(value_type& id, openvdb::Index64 n, openvdb::Index) const { id = int32_t(particles.id[n]); }
@@ -145,7 +145,7 @@ double chosenVoxelSize(const Particles& particles, const Bounds& bounds) {
 
     std::array<size_t, kLevels + 1> cells{1}; // occupied at each level
     for (size_t n = 1; n < codes.size(); ++n)
-        if (codes[n] != codes[n - 1]) ++cells[size_t(1 + (std::countl_zero(codes[n] ^ codes[n - 1]) - 1) / 3)];
+        if (codes[n] != codes[n - 1]) ++cells[1 + (size_t(std::countl_zero(codes[n] ^ codes[n - 1])) - 1) / 3];
     std::partial_sum(cells.begin(), cells.end(), cells.begin());
 
     const double wanted = std::max(1.0, double(particles.size()) / kPointsPerVoxel);

@@ -14,6 +14,7 @@
 #include <openvdb/version.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <new>
@@ -46,8 +47,8 @@ class DigestBuffer : public std::streambuf {
   protected:
     std::streamsize xsputn(const char* data, std::streamsize size) override {
         if (mPosition < kUuidBegin || mPosition >= kUuidBegin + kUuidLength) {
-            const uint64_t link[2] = {mDigest, hash(data, size_t(size))};
-            mDigest = hash(link, sizeof link);
+            const std::array link{mDigest, hash(data, size_t(size))};
+            mDigest = hash(link.data(), sizeof link);
         }
         mPosition += size;
         return mTarget.sputn(data, size);
@@ -105,13 +106,13 @@ void removeHoudiniCreator(openvdb::MetaMap& metadata) {
 }
 
 bool hasReals(const openvdb::GridBase& grid) {
-    static constexpr std::string_view types[] = {"float", "double", "vec2s", "vec2d", "vec3s", "vec3d"};
-    return std::find(std::begin(types), std::end(types), grid.valueType()) != std::end(types);
+    static constexpr std::array<std::string_view, 6> kReal{"float", "double", "vec2s", "vec2d", "vec3s", "vec3d"};
+    return std::find(kReal.begin(), kReal.end(), grid.valueType()) != kReal.end();
 }
 
 /// A second handle on the same tree, with the metadata that the file is to have.
 openvdb::GridBase::ConstPtr asWritten(const openvdb::GridBase& grid, const VdbWriteOptions& options) {
-    openvdb::MetaMap metadata(grid);
+    openvdb::MetaMap metadata(static_cast<const openvdb::MetaMap&>(grid));
     removeHoudiniCreator(metadata);
     if (options.half && hasReals(grid))
         metadata.insertMeta(openvdb::GridBase::META_SAVE_HALF_FLOAT, openvdb::BoolMetadata(true));

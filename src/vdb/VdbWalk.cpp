@@ -24,10 +24,17 @@ struct ValueLayout {
     bool inLeaves;         ///< Its leaves hold an array of values and nothing else.
 };
 
-constexpr ValueLayout kLayouts[] = {{"bool", 1, 1, false},    {"mask", 1, 1, false},       {"float", 4, 2, true},
-                                    {"double", 8, 2, true},   {"int32", 4, 4, true},       {"int64", 8, 8, true},
-                                    {"vec3i", 12, 12, true},  {"vec3s", 12, 6, true},      {"vec3d", 24, 6, true},
-                                    {"ptidx32", 4, 4, false}, {"ptdataidx32", 4, 4, false}};
+constexpr std::array<ValueLayout, 11> kLayouts{{{"bool", 1, 1, false},
+                                                {"mask", 1, 1, false},
+                                                {"float", 4, 2, true},
+                                                {"double", 8, 2, true},
+                                                {"int32", 4, 4, true},
+                                                {"int64", 8, 8, true},
+                                                {"vec3i", 12, 12, true},
+                                                {"vec3s", 12, 6, true},
+                                                {"vec3d", 24, 6, true},
+                                                {"ptidx32", 4, 4, false},
+                                                {"ptdataidx32", 4, 4, false}}};
 
 class Walk {
   public:

@@ -297,7 +297,7 @@ openvdb::Vec3SGrid::Ptr velocityGrid(const Dfvn& flow, const VelocityGridOptions
             if (mask) restrictTo(*mask->probeConstLeaf(leaf.origin()), leaf);
         },
         monitor);
-    const auto grid = openvdb::Vec3SGrid::create(tree);
+    auto grid = openvdb::Vec3SGrid::create(tree);
     grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel));
     grid->setName("vel");
     grid->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);

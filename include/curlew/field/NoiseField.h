@@ -18,6 +18,6 @@ struct OctaveOptions {
 /// Σ amplitude gainᵏ psrd(frequency lacunarityᵏ x). With the default options: the noise itself.
 /// A period tiles the sum, if the lacunarity is a whole number (ValueError otherwise): in world units it is
 /// period / frequency. Throws ValueError for octaves out of range, and frequencies that are not finite and positive.
-ScalarField psrdField(const PsrdOptions& noise = {}, const OctaveOptions& octaves = {});
+ScalarField psrdField(const PsrdOptions& noise = {}, const OctaveOptions& options = {});
 
 } // namespace curlew
