@@ -60,7 +60,7 @@ std::vector<Action> shapeActions() {
                      positive("radius", "0.5", "world units", "radius")},
                     "curlew -capsule length=2 radius=0.5 -noise -noise seed=1 -bound -dfvn -velocity -write pill.vdb",
                     [](const Arguments& a) { return capsuleSdf(a.real("length"), a.real("radius")); }),
-        shapeAction("plane", "a half space, inside where normal·x < offset along the normal",
+        shapeAction("plane", "a half space, inside below the height along its normal",
                     {vector("normal", "0,1,0", "", "points outside"),
                      real("height", "0", "world units", "of the plane along its normal")},
                     "curlew -plane -noise -noise seed=1 -bound side=outside -dfvn -velocity box=-1,-0.1,-1,1,1,1 "
@@ -122,6 +122,7 @@ void transform(Session& s, const Arguments& a) {
 std::vector<Option> noiseOptions() {
     return {
         choice("type", {"psrd"}, "psrd: tiling simplex noise with rotating gradients (Gustavson and McEwan 2021)"),
+        choice("dim", {"3"}, "its dimensions"),
         positive("frequency", "1", "1 / world unit", "cells per world unit of the first octave"),
         integer("octaves", "1", 1, 32, "copies at rising frequency that are summed"),
         positive("lacunarity", "2", "", "each octave's frequency over the one before"),

@@ -188,7 +188,9 @@ std::vector<Action> fileActions() {
          .summary = "evaluate the newest field, flow or level set at the points of a file",
          .inputs = "field, flow or level set (which stays)",
          .outputs = "file",
-         .options = {integer("order", "1", 0, 2, "highest derivative"),
+         .options = {integer("order", "1", 0, 2,
+                             "highest derivative of the field; of a flow, whose velocity is made of first ones, 2 adds "
+                             "the Jacobian"),
                      choice("precision", {"double", "float"}, "in which it is evaluated")},
          .positional = {"IN.csv OUT.csv", 2, 2},
          .examples = {"curlew -noise frequency=2 -probe points.csv values.csv order=2"},

@@ -4,6 +4,8 @@
 #include "curlew/base/Memory.h"
 #include "curlew/track/Scatter.h"
 
+#include <utility>
+
 namespace curlew::app {
 
 namespace {
@@ -47,7 +49,11 @@ void advectAction(Session& s, const Arguments& a) {
                                 .tolerance = a.real("tolerance"),
                                 .iterations = static_cast<int>(a.integer("iterations")),
                                 .halvings = static_cast<int>(a.integer("halvings"))};
-    const AdvectResult result = advect(s.flows.at(), s.particles(), options, s.console.follow("advect"));
+    Particles& particles = s.particles();
+    const auto& flow = s.flows.entry();
+    if (std::exchange(s.trackedFlow, flow.made) != flow.made)
+        for (auto* track : {&particles.f, &particles.g}) track->clear(); // of another flow
+    const AdvectResult result = advect(flow.object, particles, options, s.console.follow("advect"));
     s.console.say(
         fmt::format("advect: {} points, {:.3g} corrections a step, residuals f {:.1e} g {:.1e}, {} steps redone, {} "
                     "points not converged, {} outside",

@@ -106,7 +106,7 @@ template <class T>
 void probeFlow(const Dfvn& flow, const std::vector<Vec3d>& positions, int order, const std::filesystem::path& path,
                const Monitor& monitor) {
     std::string header = "x,y,z,vx,vy,vz,f,g";
-    if (order >= 1) header += ",dvx_dx,dvx_dy,dvx_dz,dvy_dx,dvy_dy,dvy_dz,dvz_dx,dvz_dy,dvz_dz";
+    if (order >= 2) header += ",dvx_dx,dvx_dy,dvx_dz,dvy_dx,dvy_dy,dvy_dz,dvz_dx,dvz_dy,dvz_dz";
     writeTable(positions, header, path, monitor, [&](const PointBatch& points, std::vector<fmt::memory_buffer>& lines) {
         JetBatch<T, 1> f, g;
         VecBatch<T> velocity;
@@ -116,7 +116,7 @@ void probeFlow(const Dfvn& flow, const std::vector<Vec3d>& positions, int order,
             for (int axis = 0; axis < 3; ++axis) append(line, velocity[i][axis]);
             append(line, f[i].value);
             append(line, g[i].value);
-            if (order == 0) continue;
+            if (order < 2) continue;
             for (const Vec3d& row : flow.at(points[i]).derivative.rows)
                 for (const double derivative : row.c) append(line, derivative);
         }

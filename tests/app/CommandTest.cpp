@@ -363,3 +363,14 @@ TEST_CASE("files can have any name", "[command]") {
     CHECK(folder.names() ==
           std::set<std::string>{"a b.csv", "-dash.csv", "a=b.csv", "ü∂.csv", "#1.csv", "'q'.csv", "a.b.CSV"});
 }
+
+TEST_CASE("points that go on in another flow start a new track", "[command]") {
+    const Folder folder;
+    const std::string ball = "-sphere -noise seed=1 -noise seed=2 -bound -dfvn speed=1 ";
+    const std::string go = "-advect time=0.2 steps=4 ";
+    folder.mustRun("-quiet " + ball + "-scatter count=500 " + go + "-noise seed=3 -noise seed=4 -bound -dfvn speed=1 " +
+                   go + "-check report=other.json");
+    const auto check = test::jsonOf(folder / "other.json");
+    CHECK(check["not_converged"] == 0);
+    CHECK(check["drift_f"] < 1e-6);
+}

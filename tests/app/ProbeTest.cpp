@@ -95,7 +95,9 @@ TEST_CASE("probing a flow gives velocity, potentials and Jacobian", "[app]") {
     probeFlow<double>(flow, positions(), 0, folder / "0.csv");
     CHECK(tableOf(folder / "0.csv").header == "x,y,z,vx,vy,vz,f,g");
     probeFlow<double>(flow, positions(), 1, folder / "1.csv");
-    const Table table = tableOf(folder / "1.csv");
+    CHECK(tableOf(folder / "1.csv").header == "x,y,z,vx,vy,vz,f,g");
+    probeFlow<double>(flow, positions(), 2, folder / "2.csv");
+    const Table table = tableOf(folder / "2.csv");
     CHECK(table.header == "x,y,z,vx,vy,vz,f,g,dvx_dx,dvx_dy,dvx_dz,dvy_dx,dvy_dy,dvy_dz,dvz_dx,dvz_dy,dvz_dz");
     REQUIRE(table.rows.size() == positions().size());
     for (size_t k = 0; k < table.rows.size(); ++k) {

@@ -16,7 +16,7 @@ template <class T>
 void probeField(const ScalarField& field, const std::vector<Vec3d>& positions, int order,
                 const std::filesystem::path& path, const Monitor& monitor = {});
 
-/// Writes x,y,z,vx,vy,vz,f,g likewise; with order 1 and 2, also the velocity's Jacobian by rows, dvx_dx … dvz_dz, which
+/// Writes x,y,z,vx,vy,vz,f,g likewise; with order 2, also the velocity's Jacobian by rows, dvx_dx … dvz_dz, which
 /// is computed in double.
 template <class T>
 void probeFlow(const Dfvn& flow, const std::vector<Vec3d>& positions, int order, const std::filesystem::path& path,

@@ -89,6 +89,8 @@ class Session {
     Stack<ImageObject> images{"image"};
     nlohmann::ordered_json report = nlohmann::ordered_json::object(); ///< What the actions measured, by action.
 
+    uint64_t trackedFlow = 0; ///< When the flow was made that the newest particles' tracks belong to.
+
     /// The moment, for ordering objects across stacks.
     uint64_t now() { return mClock++; }
     /// Since the session began.
