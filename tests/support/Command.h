@@ -1,5 +1,7 @@
 #pragma once
 
+#include "Files.h"
+
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <sys/wait.h>
@@ -16,18 +18,6 @@
 namespace curlew::test {
 
 namespace fs = std::filesystem;
-
-inline std::string bytesOf(const fs::path& path) {
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
-
-inline void store(const fs::path& path, const std::string& bytes) {
-    std::ofstream out(path, std::ios::binary);
-    out << bytes;
-    out.close();
-    REQUIRE(out);
-}
 
 inline nlohmann::json jsonOf(const fs::path& path) { return nlohmann::json::parse(bytesOf(path)); }
 

@@ -1,5 +1,6 @@
 #include "curlew/base/Error.h"
 #include "curlew/vdb/MeshFile.h"
+#include "support/Files.h"
 
 #include <catch2/catch.hpp>
 #include <fmt/format.h>
@@ -19,26 +20,11 @@
 using namespace curlew;
 using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
+using test::bytesOf;
+using Folder = test::ScratchFolder;
+using test::store;
 
 namespace {
-
-/// A folder of its own for each test.
-struct Folder {
-    fs::path path = fs::temp_directory_path() / ("curlew_meshfile_" + std::to_string(::getpid()));
-    Folder() { fs::create_directories(path); }
-    ~Folder() { fs::remove_all(path); }
-    fs::path operator/(const std::string& name) const { return path / name; }
-};
-
-std::string bytesOf(const fs::path& path) {
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
-
-fs::path store(const fs::path& path, const std::string& bytes) {
-    std::ofstream(path, std::ios::binary) << bytes;
-    return path;
-}
 
 /// A closed box of 8 points and 6 quads, outward.
 constexpr std::array<std::array<int, 4>, 6> kBox{

@@ -2,6 +2,7 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
+#include "support/Files.h"
 
 #include <catch2/catch.hpp>
 #include <openvdb/openvdb.h>
@@ -21,22 +22,10 @@
 using namespace curlew;
 using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
+using test::bytesOf;
+using Folder = test::ScratchFolder;
 
 namespace {
-
-/// A folder of its own for each test.
-struct Folder {
-    fs::path path = fs::temp_directory_path() / ("curlew_pointfile_" + std::to_string(::getpid()));
-    Folder() { fs::create_directories(path); }
-    ~Folder() { fs::remove_all(path); }
-    fs::path operator/(const std::string& name) const { return path / name; }
-    size_t files() const { return size_t(std::distance(fs::directory_iterator(path), fs::directory_iterator())); }
-};
-
-std::string bytesOf(const fs::path& path) {
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
 
 /// `surface` puts them on a sphere, where most of their bounding box is empty.
 Particles cloud(size_t count, bool velocity = true, bool surface = false) {

@@ -2,6 +2,7 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
+#include "support/Files.h"
 
 #include <catch2/catch.hpp>
 #include <openvdb/io/File.h>
@@ -20,26 +21,13 @@
 using namespace curlew;
 using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
+using test::bytesOf;
+using Folder = test::ScratchFolder;
+using test::store;
 
 namespace {
 
 using Grids = std::vector<openvdb::GridBase::ConstPtr>;
-
-/// A folder of its own for each test.
-struct Folder {
-    fs::path path = fs::temp_directory_path() / ("curlew_vdbfile_" + std::to_string(::getpid()));
-    Folder() { fs::create_directories(path); }
-    ~Folder() { fs::remove_all(path); }
-    fs::path operator/(const std::string& name) const { return path / name; }
-    size_t files() const { return size_t(std::distance(fs::directory_iterator(path), fs::directory_iterator())); }
-};
-
-std::string bytesOf(const fs::path& path) {
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
-
-void store(const fs::path& path, const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
 
 openvdb::FloatGrid::Ptr sphere() {
     auto grid = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(1.0f, {0.1f, 0.2f, 0.3f}, 0.1f);
