@@ -46,10 +46,10 @@ uintmax_t fileSize(const fs::path& path) {
 
 /// No compression gets below one byte for this many bytes of pixels: a header that claims more is damaged, and must not
 /// make us ask for its memory.
-constexpr uintmax_t mostCompressed = 65536;
+constexpr uintmax_t kMostCompressed = 65536;
 
 void checkClaim(const fs::path& path, uintmax_t pixelBytes) {
-    if (pixelBytes / mostCompressed > fileSize(path))
+    if (pixelBytes / kMostCompressed > fileSize(path))
         throw cannotRead(path, "it is damaged: its header claims more pixels than the file can hold");
 }
 
@@ -92,7 +92,7 @@ struct PngImage : png_image {
 };
 
 /// libpng's simplified interface counts bytes in 31 bits.
-constexpr uintmax_t mostPngBytes = 0x7fffffff;
+constexpr uintmax_t kMostPngBytes = 0x7fffffff;
 
 uintmax_t rgbBytes(uintmax_t width, uintmax_t height) { return width * height * 3; }
 
@@ -140,13 +140,15 @@ std::string reasonOf(const std::exception& exception) {
 template <class Value>
 Imf::Slice floatSlice(Value* first, const Imath::Box2i& window, size_t channels) {
     const size_t step = channels * sizeof(float);
-    const size_t width = static_cast<size_t>(window.max.x - window.min.x + 1);
+    const auto width = static_cast<size_t>(window.max.x) - static_cast<size_t>(window.min.x) + 1;
     return Imf::Slice::Make(Imf::FLOAT, first, window, step, step * width);
 }
 
 void sortChannels(std::vector<std::string>& names) {
     constexpr std::string_view colors = "RGBA";
-    const auto rank = [&](const std::string& name) { return name.size() == 1 ? colors.find(name[0]) : colors.npos; };
+    const auto rank = [&](const std::string& name) {
+        return name.size() == 1 ? colors.find(name[0]) : std::string_view::npos;
+    };
     std::sort(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
         return rank(a) != rank(b) ? rank(a) < rank(b) : a < b;
     });
@@ -186,7 +188,7 @@ Image readExrPixels(const fs::path& path) {
 void writePng(const fs::path& path, const Image& image, const ColorScale& scale) {
     checkImage(image);
     const auto width = static_cast<png_uint_32>(image.width), height = static_cast<png_uint_32>(image.height);
-    if (rgbBytes(width, height) > mostPngBytes)
+    if (rgbBytes(width, height) > kMostPngBytes)
         throw ValueError(
             fmt::format("an image of {} x {} pixels is too large for a PNG; write an .exr", width, height));
     const std::vector<png_byte> bytes = displayBytes(image.channels.size() == 1 ? colorize(image, scale) : image);
@@ -208,7 +210,7 @@ Image readPng(const fs::path& path) {
     PngImage png;
     if (!png_image_begin_read_from_memory(&png, file.data(), file.size())) throw cannotRead(path, png.message);
     const uintmax_t size = rgbBytes(png.width, png.height);
-    if (size > mostPngBytes)
+    if (size > kMostPngBytes)
         throw cannotRead(path, fmt::format("{} x {} pixels are too many for a PNG here", png.width, png.height));
     checkClaim(path, size);
     // libpng stops after the last row, so it would not miss the end.

@@ -176,7 +176,7 @@ MeshTopology topologyOf(const Mesh& mesh) {
         ++topology.faces;
         for (size_t k = 0; k < count; ++k) {
             const uint32_t next = corners[(k + 1) % count];
-            if (corners[k] != next) edges.push_back(std::minmax(corners[k], next));
+            if (corners[k] != next) edges.emplace_back(std::min(corners[k], next), std::max(corners[k], next));
         }
     };
     for (const auto& face : mesh.triangles) add(face.asV(), 3);

@@ -6,9 +6,9 @@
 
 namespace curlew::app {
 
-/// The candidate with the fewest edits from `word` (insert, delete, replace, swap of neighbours), if they are few
+/// The candidate with the fewest edits from `given` (insert, delete, replace, swap of neighbours), if they are few
 /// enough to be a slip; else "". Upper and lower case count as the same.
-std::string nearest(std::string_view word, const std::vector<std::string>& candidates);
+std::string nearest(std::string_view given, const std::vector<std::string>& candidates);
 
 /// " (did you mean 'x'?)" or "".
 std::string didYouMean(std::string_view word, const std::vector<std::string>& candidates);
