@@ -176,7 +176,7 @@ std::string Arguments::program(bool withDash) const {
     };
     std::string text = (withDash ? "-" : "") + mAction->name;
     for (const auto& word : mWords) text.append(" ").append(quoted(word));
-    for (const auto& [name, value] : mValues) text.append(" ").append(quoted(name + "=" + value));
+    for (const auto& [name, value] : mValues) text.append(" ").append(quoted(fmt::format("{}={}", name, value)));
     return text;
 }
 

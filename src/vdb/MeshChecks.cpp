@@ -359,7 +359,7 @@ class PlyCheck {
             value = type.size == 4 ? double(std::bit_cast<float>(uint32_t(bits))) : std::bit_cast<double>(bits);
             return std::abs(value) > kLargest ? HUGE_VAL : value;
         }
-        const uint64_t sign = type.isSigned ? uint64_t(1) << (8 * type.size - 1) : 0;
+        const uint64_t sign = type.isSigned ? uint64_t(1) << ((8 * type.size - 1) & 63) : 0;
         return double(int64_t(bits ^ sign) - int64_t(sign)); // integers have 4 bytes at most
     }
 

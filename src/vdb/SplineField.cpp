@@ -43,7 +43,7 @@ class SplineField {
 
     template <int Order, class T>
     void evalBatch(const PointBatch& points, JetBatch<T, Order>& jets) const {
-        const openvdb::tree::ValueAccessor<const openvdb::Int32Tree, /*IsSafe=*/false> blocks(mBlockOf);
+        const openvdb::tree::ValueAccessor<const openvdb::Int32Tree, /*IsSafe=*/false> blocks(*mBlockOf);
         for (int i = 0; i < points.size; ++i)
             jets.set(i, pullBack(inIndexSpace<Order, T>(mToIndex * points[i] + mShift, blocks), mToIndex));
     }
@@ -61,7 +61,7 @@ class SplineField {
         mGrid->tree().getNodes(leaves);
         mBlocks.resize(leaves.size());
         for (size_t n = 0; n < leaves.size(); ++n)
-            mBlockOf.setValueOnly(leafOf(leaves[n]->origin()), static_cast<int32_t>(n));
+            mBlockOf->setValueOnly(leafOf(leaves[n]->origin()), static_cast<int32_t>(n));
         parallelFor(leaves.size(), 16, [&](size_t begin, size_t end) {
             const openvdb::tree::ValueAccessor<const openvdb::FloatTree, false> samples(mGrid->tree());
             for (size_t n = begin; n < end; ++n) fill(mBlocks[n], leaves[n]->origin(), samples);
@@ -81,7 +81,8 @@ class SplineField {
             for (int j = 1; j <= kBlock; ++j)
                 for (int k = 1; k <= kBlock; ++k) {
                     const auto at = [&](int a, int b, int c) {
-                        return static_cast<double>(s[static_cast<size_t>((a * kRim + b) * kRim + c)]);
+                        const int index = (a * kRim + b) * kRim + c;
+                        return static_cast<double>(s[static_cast<size_t>(index)]);
                     };
                     const double around = at(i - 1, j, k) + at(i + 1, j, k) + at(i, j - 1, k) + at(i, j + 1, k) +
                                           at(i, j, k - 1) + at(i, j, k + 1);
@@ -137,7 +138,8 @@ class SplineField {
     openvdb::FloatGrid::ConstPtr mGrid;
     Matrix3 mToIndex;
     Vec3d mShift;
-    openvdb::Int32Tree mBlockOf{-1}; // one value per leaf, at the leaf's origin / 8
+    openvdb::Int32Tree::Ptr mBlockOf =
+        std::make_shared<openvdb::Int32Tree>(-1); // one value per leaf, at the leaf's origin / 8
     std::vector<Block> mBlocks;
 };
 
