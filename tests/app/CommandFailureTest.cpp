@@ -114,7 +114,6 @@ TEST_CASE("sizes that make no sense, or fit no memory, are refused", "[command]"
             folder.mustFail(job + size + end, {size, "must be"});
         for (const std::string size : {"dim=1000000", "voxel=1e-9", "voxel=1e-300"})
             folder.mustFail(job + size + end, {"iB of memory", "are available", "choose"});
-        // Without trying: a thousand times what a small grid takes is still little.
     }
     folder.mustFail(mesh + "dim=10 width=0" + end, {"width=0", "at least 1"});
     folder.mustFail(mesh + "dim=10 width=1e4" + end, {"width=1e4", "at most 1000"});
