@@ -99,7 +99,7 @@ TEST_CASE("psrdnoise tiles exactly", "[noise]") {
 TEST_CASE("a period leaves the noise within its first tile as it is, but for the margin", "[noise]") {
     // Vertices within [0, period) are not moved: the corners of a simplex lie within 1 of the point.
     const Psrd3 tiled({.period = {{8, 9, 10}}, .seed = 3}), plain({.seed = 3});
-    for (const Vec3d& p : randomPoints({{{1, 1, 1}}, {{7, 8, 9}}}, 2000, 2)) {
+    for (const Vec3d& p : randomPoints(Box{{{1, 1, 1}}, {{7, 8, 9}}}, 2000, 2)) {
         CAPTURE(p);
         REQUIRE(sameBits(tiled.at<2, double>(p), plain.at<2, double>(p)));
     }

@@ -7,17 +7,19 @@
 
 namespace curlew::test {
 
-inline Vec3d unit(int axis) {
-    Vec3d e;
+template <int N = 3>
+Vec<double, N> unit(int axis) {
+    Vec<double, N> e;
     e[axis] = 1;
     return e;
 }
 
 /// Central differences of a function of position: an approximation of second order.
-template <class Function>
-Vec3d gradientFd(const Function& f, const Vec3d& p, double h) {
-    Vec3d gradient;
-    for (int axis = 0; axis < 3; ++axis) gradient[axis] = (f(p + unit(axis) * h) - f(p - unit(axis) * h)) / (2 * h);
+template <class Function, int N>
+Vec<double, N> gradientFd(const Function& f, const Vec<double, N>& p, double h) {
+    Vec<double, N> gradient;
+    for (int axis = 0; axis < N; ++axis)
+        gradient[axis] = (f(p + unit<N>(axis) * h) - f(p - unit<N>(axis) * h)) / (2 * h);
     return gradient;
 }
 
@@ -34,17 +36,21 @@ struct DerivativeErrors {
     double worstHessian() const { return *std::max_element(hessian.begin(), hessian.end()); }
 };
 
-inline DerivativeErrors derivativeErrors(const ScalarField& field, const std::vector<Vec3d>& points, double h) {
+/// `field`: a ScalarFieldN, or a noise: whatever has at<Order, double>(position).
+template <class Field, int N>
+DerivativeErrors derivativeErrors(const Field& field, const std::vector<Vec<double, N>>& points, double h) {
+    using V = Vec<double, N>;
     DerivativeErrors errors;
-    for (const Vec3d& p : points) {
-        const auto jet = field.at<2>(p);
+    for (const V& p : points) {
+        const auto jet = field.template at<2, double>(p);
         double first = 0, second = 0;
-        const Vec3d g = gradientFd([&](const Vec3d& q) { return field.at<0>(q).value; }, p, h);
-        for (int j = 0; j < 3; ++j) {
+        const V g = gradientFd([&](const V& q) { return field.template at<0, double>(q).value; }, p, h);
+        for (int j = 0; j < N; ++j) {
             first = std::max(first, std::abs(g[j] - jet.gradient[j]));
-            const Vec3d row =
-                (field.at<1>(p + unit(j) * h).gradient - field.at<1>(p - unit(j) * h).gradient) * (0.5 / h);
-            for (int i = 0; i < 3; ++i) second = std::max(second, std::abs(row[i] - jet.hessian(i, j)));
+            const V row = (field.template at<1, double>(p + unit<N>(j) * h).gradient -
+                           field.template at<1, double>(p - unit<N>(j) * h).gradient) *
+                          (0.5 / h);
+            for (int i = 0; i < N; ++i) second = std::max(second, std::abs(row[i] - jet.hessian(i, j)));
         }
         errors.gradient.push_back(first);
         errors.hessian.push_back(second);
@@ -59,8 +65,9 @@ inline double observedOrder(double error, double errorAtHalf) { return std::log2
 /// of `thirdDerivative` h²/6: were a derivative wrong, the difference would stay. Medians, because a field that is only
 /// C² leaves an error of first order in the Hessian where the stencil straddles a seam. Call it with fields that are
 /// not polynomials of second degree, on which central differences are exact.
-inline void requireDerivatives(const ScalarField& field, const std::vector<Vec3d>& points, double h,
-                               double thirdDerivative) {
+template <class Field, int N>
+void requireDerivatives(const Field& field, const std::vector<Vec<double, N>>& points, double h,
+                        double thirdDerivative) {
     const DerivativeErrors at1 = derivativeErrors(field, points, h), at2 = derivativeErrors(field, points, h / 2);
     const double gradientOrder = observedOrder(median(at1.gradient), median(at2.gradient));
     const double hessianOrder = observedOrder(median(at1.hessian), median(at2.hessian));

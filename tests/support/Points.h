@@ -22,39 +22,47 @@ struct Catch::StringMaker<curlew::Vec<T, N>> {
 namespace curlew::test {
 
 /// The cube from -half to half.
-inline Box cube(double half) { return {{{-half, -half, -half}}, {{half, half, half}}}; }
+template <int N = 3>
+BoxN<N> cube(double half) {
+    return BoxN<N>{}.padded(half);
+}
 
 /// Point k of the pseudo-random sequence `seed`, uniform in the box.
-inline Vec3d randomPoint(const Box& box, uint64_t seed, uint64_t k) {
-    Vec3d p;
-    for (int axis = 0; axis < 3; ++axis)
+template <int N>
+Vec<double, N> randomPoint(const BoxN<N>& box, uint64_t seed, uint64_t k) {
+    Vec<double, N> p;
+    for (int axis = 0; axis < N; ++axis)
         p[axis] = box.lower[axis] + box.size()[axis] * randomUniform(seed, k, static_cast<uint64_t>(axis));
     return p;
 }
 
-inline std::vector<Vec3d> randomPoints(const Box& box, size_t count, uint64_t seed) {
-    std::vector<Vec3d> points(count);
+template <int N>
+std::vector<Vec<double, N>> randomPoints(const BoxN<N>& box, size_t count, uint64_t seed) {
+    std::vector<Vec<double, N>> points(count);
     for (size_t k = 0; k < count; ++k) points[k] = randomPoint(box, seed, k);
     return points;
 }
 
 /// A point whose coordinates are multiples of 2^-12: exact under the addition of whole numbers.
-inline Vec3d dyadic(Vec3d p) {
+template <int N>
+Vec<double, N> dyadic(Vec<double, N> p) {
     for (double& x : p.c) x = std::floor(x * 4096) / 4096;
     return p;
 }
 
 /// The largest of many numbers and where it was seen; NaN counts as the largest. Checked once at the end: an assertion
 /// at each of 10^5 points would take longer than what it tests.
-struct Worst {
+template <int N>
+struct WorstN {
     double value = 0;
-    Vec3d where{};
-    void see(double v, const Vec3d& p) {
+    Vec<double, N> where{};
+    void see(double v, const Vec<double, N>& p) {
         if (v <= value || std::isnan(value)) return;
         value = v;
         where = p;
     }
 };
+using Worst = WorstN<3>;
 
 template <class J>
 double difference(const J& a, const J& b, int begin, int end) {

@@ -168,11 +168,11 @@ TEST_CASE("no particle jumps through a wall that is thinner than its steps", "[t
                                      {.box = {{{-1, -0.3, -1}}, {{1, 0.3, 1}}}, .wall = wall}),
                                 1);
     std::vector<Vec3d> points;
-    for (const Vec3d& p : randomPoints({{{-1, -0.3, -1}}, {{1, 0.3, 1}}}, 6000, 5))
+    for (const Vec3d& p : randomPoints(Box{{{-1, -0.3, -1}}, {{1, 0.3, 1}}}, 6000, 5))
         if (std::abs(std::abs(p[1]) - half) > 1e-4 && (side == Side::both || std::abs(p[1]) > half))
             points.push_back(p);
     if (side == Side::both)
-        for (const Vec3d& p : randomPoints({{{-1, -0.9 * half, -1}}, {{1, 0.9 * half, 1}}}, 600, 6))
+        for (const Vec3d& p : randomPoints(Box{{{-1, -0.9 * half, -1}}, {{1, 0.9 * half, 1}}}, 600, 6))
             points.push_back(p);
     const auto region = [&](const Vec3d& p) { return std::abs(p[1]) < half ? 0 : p[1] < 0 ? -1 : 1; };
     const auto jumps = [&](const AdvectOptions& options) {

@@ -129,20 +129,48 @@ Jet<T, N, Order> max(const Jet<T, N, Order>& a, const Jet<T, N, Order>& b) {
 }
 
 /// The derivatives of f(A x + b) with respect to x, given those of f at A x + b.
-template <class T, int Order>
-Jet<T, 3, Order> pullBack(const Jet<T, 3, Order>& f, const Matrix3& A) {
-    Jet<T, 3, Order> r(f.value);
-    std::array<Vec3<T>, 3> a;
-    for (size_t i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) a[i][j] = static_cast<T>(A.rows[i][j]);
-    if constexpr (Order >= 1) r.gradient = a[0] * f.gradient[0] + a[1] * f.gradient[1] + a[2] * f.gradient[2];
-    if constexpr (Order >= 2) {
-        std::array<Vec3<T>, 3> ha; // H A, by rows
-        for (int i = 0; i < 3; ++i)
-            ha[static_cast<size_t>(i)] = a[0] * f.hessian(i, 0) + a[1] * f.hessian(i, 1) + a[2] * f.hessian(i, 2);
-        for (int i = 0; i < 3; ++i)
-            for (int j = i; j < 3; ++j) r.hessian(i, j) = a[0][i] * ha[0][j] + a[1][i] * ha[1][j] + a[2][i] * ha[2][j];
+template <class T, int N, int M, int Order>
+Jet<T, M, Order> pullBack(const Jet<T, N, Order>& f, const Matrix<N, M>& A) {
+    Jet<T, M, Order> r(f.value);
+    if constexpr (Order >= 1) {
+        std::array<Vec<T, M>, N> a;
+        for (int i = 0; i < N; ++i)
+            for (int j = 0; j < M; ++j) a[static_cast<size_t>(i)][j] = static_cast<T>(A[i][j]);
+        const auto sum = [&](const auto& weight) { // of the rows of A
+            Vec<T, M> s = a[0] * weight(0);
+            for (int k = 1; k < N; ++k) s += a[static_cast<size_t>(k)] * weight(k);
+            return s;
+        };
+        r.gradient = sum([&](int k) { return f.gradient[k]; });
+        if constexpr (Order >= 2) {
+            std::array<Vec<T, M>, N> ha; // H A, by rows
+            for (int i = 0; i < N; ++i) ha[static_cast<size_t>(i)] = sum([&](int k) { return f.hessian(i, k); });
+            for (int i = 0; i < M; ++i)
+                for (int j = i; j < M; ++j) {
+                    T h = a[0][i] * ha[0][j];
+                    for (size_t k = 1; k < N; ++k) h += a[k][i] * ha[k][j];
+                    r.hessian(i, j) = h;
+                }
+        }
     }
+    return r;
+}
+
+/// The chain rule in several variables: f(y(x)), given the jet of f at y in the variables y, and those of all y in the
+/// variables x.
+template <class T, int N, int M, int Order>
+Jet<T, M, Order> compose(const Jet<T, N, Order>& f, const Vec<Jet<T, M, Order>, N>& y) {
+    Jet<T, M, Order> r(f.value);
+    if constexpr (Order >= 1)
+        for (int a = 0; a < N; ++a) r.gradient += y[a].gradient * f.gradient[a];
+    if constexpr (Order >= 2)
+        for (int i = 0; i < M; ++i)
+            for (int j = i; j < M; ++j)
+                for (int a = 0; a < N; ++a) {
+                    T h = f.gradient[a] * y[a].hessian(i, j);
+                    for (int b = 0; b < N; ++b) h += f.hessian(a, b) * (y[a].gradient[i] * y[b].gradient[j]);
+                    r.hessian(i, j) += h;
+                }
     return r;
 }
 

@@ -5,6 +5,8 @@
 
 namespace curlew {
 
+// Names: what exists in every dimension is called SomethingN<N>, and Something is that for N = 3.
+
 /// A vector of N components.
 template <class T, int N>
 struct Vec {
@@ -57,51 +59,70 @@ constexpr Vec3<T> cross(const Vec3<T>& a, const Vec3<T>& b) {
     return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}};
 }
 
-/// A 3x3 matrix, by rows.
-struct Matrix3 {
-    std::array<Vec3d, 3> rows{Vec3d{{1, 0, 0}}, Vec3d{{0, 1, 0}}, Vec3d{{0, 0, 1}}};
+/// A matrix of R rows and C columns, by rows; the identity unless something else is said.
+template <int R, int C>
+struct Matrix {
+    std::array<Vec<double, C>, R> rows = identity();
 
-    constexpr Vec3d operator*(const Vec3d& v) const { return {{dot(rows[0], v), dot(rows[1], v), dot(rows[2], v)}}; }
-    friend constexpr bool operator==(const Matrix3&, const Matrix3&) = default;
+    constexpr Vec<double, C>& operator[](int i) { return rows[static_cast<size_t>(i)]; }
+    constexpr const Vec<double, C>& operator[](int i) const { return rows[static_cast<size_t>(i)]; }
+
+    constexpr Vec<double, R> operator*(const Vec<double, C>& v) const {
+        Vec<double, R> product;
+        for (int i = 0; i < R; ++i) product[i] = dot((*this)[i], v);
+        return product;
+    }
+    friend constexpr bool operator==(const Matrix&, const Matrix&) = default;
+
+  private:
+    static constexpr std::array<Vec<double, C>, R> identity() {
+        std::array<Vec<double, C>, R> rows{};
+        for (int i = 0; i < R && i < C; ++i) rows[static_cast<size_t>(i)][i] = 1;
+        return rows;
+    }
 };
+using Matrix3 = Matrix<3, 3>;
 
-constexpr Matrix3 transpose(const Matrix3& m) {
-    Matrix3 t;
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) t.rows[static_cast<size_t>(i)][j] = m.rows[static_cast<size_t>(j)][i];
+template <int R, int C>
+constexpr Matrix<C, R> transpose(const Matrix<R, C>& m) {
+    Matrix<C, R> t;
+    for (int i = 0; i < C; ++i)
+        for (int j = 0; j < R; ++j) t[i][j] = m[j][i];
     return t;
 }
 
-constexpr Matrix3 operator*(const Matrix3& a, const Matrix3& b) {
-    Matrix3 product;
-    const Matrix3 columns = transpose(b);
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j)
-            product.rows[static_cast<size_t>(i)][j] =
-                dot(a.rows[static_cast<size_t>(i)], columns.rows[static_cast<size_t>(j)]);
+template <int R, int K, int C>
+constexpr Matrix<R, C> operator*(const Matrix<R, K>& a, const Matrix<K, C>& b) {
+    Matrix<R, C> product;
+    const Matrix<C, K> columns = transpose(b);
+    for (int i = 0; i < R; ++i)
+        for (int j = 0; j < C; ++j) product[i][j] = dot(a[i], columns[j]);
     return product;
 }
 
 /// An axis-aligned box, world units. Empty where some lower bound exceeds the upper one.
-struct Box {
-    Vec3d lower{}, upper{};
+template <int N>
+struct BoxN {
+    Vec<double, N> lower{}, upper{};
 
-    constexpr Vec3d size() const { return upper - lower; }
-    constexpr Vec3d center() const { return (lower + upper) * 0.5; }
-    constexpr bool contains(const Vec3d& p) const {
-        for (int i = 0; i < 3; ++i)
+    constexpr Vec<double, N> size() const { return upper - lower; }
+    constexpr Vec<double, N> center() const { return (lower + upper) * 0.5; }
+    constexpr bool contains(const Vec<double, N>& p) const {
+        for (int i = 0; i < N; ++i)
             if (p[i] < lower[i] || p[i] > upper[i]) return false;
         return true;
     }
-    constexpr Box padded(double margin) const {
-        const Vec3d m{{margin, margin, margin}};
+    constexpr BoxN padded(double margin) const {
+        Vec<double, N> m;
+        m.c.fill(margin);
         return {lower - m, upper + m};
     }
     constexpr bool finite() const {
-        for (int i = 0; i < 3; ++i)
+        for (int i = 0; i < N; ++i)
             if (!(lower[i] > -1e300) || !(upper[i] < 1e300)) return false;
         return true;
     }
 };
+using Box = BoxN<3>;
 
 } // namespace curlew
