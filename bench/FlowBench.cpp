@@ -20,17 +20,18 @@ PointBatch randomPoints() {
     return points;
 }
 
-Dfvn freeFlow() { return Dfvn(psrdField({.seed = 1}), psrdField({.seed = 2})); }
+Flow freeFlow() { return Flow(noiseField<Psrd3>({.seed = 1}), noiseField<Psrd3>({.seed = 2})); }
 
-Dfvn containedFlow() {
+Flow containedFlow() {
     const Wall wall{.sdf = sphereSdf(1), .side = Side::inside, .width = 0.1};
     const OctaveOptions octaves{.frequency = 3, .octaves = 2};
-    return Dfvn(psrdField({.seed = 1}, octaves), bounded(psrdField({.seed = 2}, octaves), wall), Domain::of(wall));
+    return Flow(noiseField<Psrd3>({.seed = 1}, octaves), bounded(noiseField<Psrd3>({.seed = 2}, octaves), wall),
+                Domain::of(wall));
 }
 
 template <class T, int Order>
 void psrd(benchmark::State& state) {
-    const ScalarField field = psrdField({.seed = 1});
+    const ScalarField field = noiseField<Psrd3>({.seed = 1});
     const PointBatch points = randomPoints();
     JetBatch<T, Order> jets;
     for (auto _ : state) {
@@ -48,7 +49,7 @@ BENCHMARK(psrd<double, 2>);
 
 template <class T>
 void dfvn(benchmark::State& state) {
-    const Dfvn flow = freeFlow();
+    const Flow flow = freeFlow();
     const PointBatch points = randomPoints();
     VecBatch<T> velocity;
     for (auto _ : state) {
@@ -60,7 +61,7 @@ void dfvn(benchmark::State& state) {
 BENCHMARK(dfvn<float>);
 BENCHMARK(dfvn<double>);
 
-void velocity(benchmark::State& state, const Dfvn& flow, Layout layout) {
+void velocity(benchmark::State& state, const Flow& flow, Layout layout) {
     const ThreadLimit limit(static_cast<int>(state.range(0)));
     int64_t voxels = 0;
     for (auto _ : state)
@@ -84,7 +85,7 @@ BENCHMARK_CAPTURE(velocity, contained_collocated, containedFlow(), Layout::collo
 
 void advection(benchmark::State& state, Reprojection method) {
     const ThreadLimit limit(static_cast<int>(state.range(0)));
-    const Dfvn flow = withSpeed(containedFlow(), 1);
+    const Flow flow = withSpeed(containedFlow(), 1);
     const Particles start = scatter(flow.domain(), 4096, 1);
     constexpr int kSteps = 20;
     for (auto _ : state) {

@@ -54,6 +54,14 @@ std::string complaint(const Option& o, const std::string& text) {
             return std::all_of(numbers.begin(), numbers.end(), [&](double n) { return inRange(o, n); })
                        ? ""
                        : "must be" + rangeOf(o);
+        case OptionType::coordinates:
+            if (numbers.empty() || numbers.size() > 7) return "must be a number for each axis, or one for all";
+            return std::all_of(numbers.begin(), numbers.end(), [&](double n) { return inRange(o, n); })
+                       ? ""
+                       : "must be" + rangeOf(o);
+        case OptionType::interval:
+            if (!count(2)) return "must be two numbers, lower,upper";
+            return numbers[0] < numbers[1] ? "" : "is empty: the first number must be below the second";
         case OptionType::box:
             if (!count(6)) return "must be xmin,ymin,zmin,xmax,ymax,zmax";
             return numbers[0] < numbers[3] && numbers[1] < numbers[4] && numbers[2] < numbers[5]
@@ -100,6 +108,24 @@ std::string Arguments::text(std::string_view name) const {
 Vec3d Arguments::vector(std::string_view name) const {
     const auto n = parseNumbers(value(option(name, OptionType::vector)));
     return n.size() == 1 ? Vec3d{{n[0], n[0], n[0]}} : Vec3d{{n.at(0), n.at(1), n.at(2)}};
+}
+
+std::vector<double> Arguments::coordinateList(std::string_view name, size_t axes) const {
+    const std::string text = value(option(name, OptionType::coordinates));
+    std::vector<double> numbers = parseNumbers(text);
+    if (numbers.size() == 1) numbers.resize(axes, numbers.front());
+    if (numbers.size() != axes)
+        throw ValueError(fmt::format("{}={} has {} numbers for {} axes", name, text, numbers.size(), axes));
+    return numbers;
+}
+
+int Arguments::count(std::string_view name) const {
+    return static_cast<int>(parseNumbers(value(option(name, OptionType::coordinates))).size());
+}
+
+Range Arguments::interval(std::string_view name) const {
+    const auto n = parseNumbers(value(option(name, OptionType::interval)));
+    return {n.at(0), n.at(1)};
 }
 
 Box Arguments::box(std::string_view name) const {

@@ -2,7 +2,7 @@
 #include "curlew/app/Registry.h"
 #include "curlew/app/Session.h"
 #include "curlew/field/Algebra.h"
-#include "curlew/field/NoiseField.h"
+#include "curlew/field/Map.h"
 
 namespace curlew::app {
 
@@ -12,195 +12,222 @@ using namespace options;
 
 const std::string kGroup = "fields";
 
-std::vector<Option> placementOptions() {
-    return {vector("offset", "0,0,0", "world units", "where its origin goes"),
-            vector("rotate", "0,0,0", "degrees", "turn about x, then y, then z"),
-            positive("scale", "1", "", "size, before it is turned and moved")};
+/// Calls `make` with `dim` as a std::integral_constant.
+template <int N = 1, class Make>
+AnyField inDimension(int dim, const Make& make) {
+    if constexpr (N < 7)
+        if (dim != N) return inDimension<N + 1>(dim, make);
+    return make(std::integral_constant<int, N>());
 }
 
-Placement placementOf(const Arguments& a) {
-    const double scale = a.real("scale");
-    return {.offset = a.vector("offset"), .rotate = a.vector("rotate"), .scale = {{scale, scale, scale}}};
-}
-
-Action shapeAction(std::string name, std::string summary, std::vector<Option> shape, std::string example,
-                   Sdf (*make)(const Arguments&)) {
-    for (auto& option : placementOptions()) shape.push_back(option);
-    return {.name = std::move(name),
-            .group = kGroup,
-            .summary = std::move(summary),
-            .outputs = "field (signed distance)",
-            .options = std::move(shape),
-            .examples = {std::move(example)},
-            .run = [make](Session& s, const Arguments& a) {
-                const Sdf sdf = placed(make(a), placementOf(a));
-                s.fields.push({sdf.distance, a.program(), sdf, {}}, s.now());
-            }};
-}
-
-std::vector<Action> shapeActions() {
-    return {
-        shapeAction("sphere", "a sphere as an exact signed distance",
-                    {positive("radius", "1", "world units", "radius")},
-                    "curlew -sphere radius=0.5 -noise -noise seed=1 -bound -dfvn -velocity -write ball.vdb",
-                    [](const Arguments& a) { return sphereSdf(a.real("radius")); }),
-        shapeAction(
-            "box", "a rounded box as an exact signed distance",
-            {vector("size", "2,2,2", "world units", "edge lengths"),
-             notNegative("rounding", "0.2", "world units", "radius of its edges; keep a wall's width below it")},
-            "curlew -box size=2,1,1 rounding=0.2 -noise -noise seed=1 -bound width=0.15 -dfvn -velocity -write box.vdb",
-            [](const Arguments& a) { return boxSdf(a.vector("size"), a.real("rounding")); }),
-        shapeAction("torus", "a torus about the y axis as an exact signed distance",
-                    {positive("radius", "0.7", "world units", "from the centre to the middle of the tube"),
-                     positive("tube", "0.3", "world units", "radius of the tube")},
-                    "curlew -torus radius=1 tube=0.4 rotate=90,0,0 -slice -write torus.png",
-                    [](const Arguments& a) { return torusSdf(a.real("radius"), a.real("tube")); }),
-        shapeAction("capsule", "a capsule along y as an exact signed distance",
-                    {positive("length", "1", "world units", "of the cylinder between the hemispheres"),
-                     positive("radius", "0.5", "world units", "radius")},
-                    "curlew -capsule length=2 radius=0.5 -noise -noise seed=1 -bound -dfvn -velocity -write pill.vdb",
-                    [](const Arguments& a) { return capsuleSdf(a.real("length"), a.real("radius")); }),
-        shapeAction("plane", "a half space, inside below the height along its normal",
-                    {vector("normal", "0,1,0", "", "points outside"),
-                     real("height", "0", "world units", "of the plane along its normal")},
-                    "curlew -plane -noise -noise seed=1 -bound side=outside -dfvn -velocity box=-1,-0.1,-1,1,1,1 "
-                    "-write ground.vdb",
-                    [](const Arguments& a) { return planeSdf(a.vector("normal"), a.real("height")); }),
-        shapeAction("gyroid", "a sheet of a gyroid as a signed distance (a lower bound on it)",
-                    {positive("wavelength", "1", "world units", "period along each axis"),
-                     positive("thickness", "0.2", "world units", "of the sheet")},
-                    "curlew -gyroid wavelength=1 thickness=0.3 -slice box=-1,-1,-1,1,1,1 -write gyroid.png",
-                    [](const Arguments& a) { return gyroidSdf(a.real("wavelength"), a.real("thickness")); }),
-    };
-}
-
-ScalarField makeNoise(const Arguments& a) {
-    PsrdOptions noise{.alpha = a.real("alpha"), .seed = static_cast<uint64_t>(a.integer("seed"))};
-    const Vec3d period = a.vector("period");
-    for (int axis = 0; axis < 3; ++axis) {
-        if (period[axis] != std::floor(period[axis]) || std::abs(period[axis]) > 1e6)
-            throw ValueError(fmt::format("period={} must be whole numbers of cells, 0 for none", period[axis]));
-        noise.period[axis] = static_cast<int>(period[axis]);
-    }
-    const OctaveOptions octaves{.frequency = a.real("frequency"),
-                                .octaves = static_cast<int>(a.integer("octaves")),
-                                .lacunarity = a.real("lacunarity"),
-                                .gain = a.real("gain"),
-                                .amplitude = a.real("amplitude"),
-                                .normalize = a.flag("normalize")};
-    return placed(psrdField(noise, octaves), {.offset = a.vector("offset"), .rotate = a.vector("rotate")});
-}
-
-/// Takes the two newest fields and pushes what `combine` makes of them.
-void combineFields(Session& s, const Arguments& a, ScalarField (*combine)(const ScalarField&, const ScalarField&)) {
+/// Takes the two newest fields and pushes what `combine(older, newer)` makes of them.
+template <class Combine>
+void combineFields(Session& s, const Arguments& a, const Combine& combine) {
     if (s.fields.size() < 2) throw ValueError("needs two fields; make them with -noise, -ramp, -constant or a shape");
     const FieldObject second = s.fields.at(0), first = s.fields.at(1);
+    AnyField made = combine(first.field, second.field);
     if (!a.flag("keep")) {
         s.fields.take();
         s.fields.take();
     }
-    s.fields.push({combine(first.field, second.field),
-                   fmt::format("{} of ({}) and ({})", a.program(), first.program, second.program),
-                   {},
-                   {}},
+    s.fields.push({std::move(made), fmt::format("{} of ({}) and ({})", a.program(), first.program, second.program)},
                   s.now());
 }
 
-void transform(Session& s, const Arguments& a) {
-    const FieldObject old = a.flag("keep") ? s.fields.at() : s.fields.take();
-    const Placement placement{.offset = a.vector("offset"), .rotate = a.vector("rotate"), .scale = a.vector("scale")};
-    FieldObject moved{placed(old.field, placement), fmt::format("{} of ({})", a.program(), old.program), {}, {}};
-    // A distance stays one if all axes are scaled alike.
-    const Vec3d& scale = placement.scale;
-    if (old.sdf && scale[0] > 0 && scale[0] == scale[1] && scale[0] == scale[2]) {
-        moved.sdf = placed(*old.sdf, placement);
-        moved.field = moved.sdf->distance;
-    }
-    s.fields.push(std::move(moved), s.now());
+/// An action that makes one field of two, of any dimension.
+template <class Combine>
+Action combiningAction(std::string name, std::string summary, std::string example, Combine combine,
+                       std::vector<Option> options = {}) {
+    options.push_back(keep());
+    return {.name = std::move(name),
+            .group = kGroup,
+            .summary = std::move(summary),
+            .inputs = "2 fields",
+            .outputs = "field",
+            .options = std::move(options),
+            .examples = {std::move(example)},
+            .run = [combine](Session& s, const Arguments& a) {
+                combineFields(s, a, [&](const AnyField& p, const AnyField& q) {
+                    return combined(p, q, [&](const auto& f, const auto& g) { return combine(f, g, a); });
+                });
+            }};
 }
 
-std::vector<Option> noiseOptions() {
-    return {
-        choice("type", {"psrd"}, "psrd: tiling simplex noise with rotating gradients (Gustavson and McEwan 2021)"),
-        choice("dim", {"3"}, "its dimensions"),
-        positive("frequency", "1", "1 / world unit", "cells per world unit of the first octave"),
-        integer("octaves", "1", 1, 32, "copies at rising frequency that are summed"),
-        positive("lacunarity", "2", "", "each octave's frequency over the one before"),
-        real("gain", "0.5", "", "each octave's amplitude over the one before"),
-        integer("seed", "0", 0, 0x1p53 - 1,
-                "0 is the published function; others are independent of it and of each other"),
-        vector("offset", "0,0,0", "world units", "where the origin of the noise goes"),
-        vector("rotate", "0,0,0", "degrees", "turn about x, then y, then z"),
-        vector("period", "0,0,0", "cells", "tile after so many cells of the first octave along each axis; 0: never"),
-        real("alpha", "0", "radians", "rotation of the gradients (flow noise); a full turn is 6.2832"),
-        real("amplitude", "1", "", "factor on the whole"),
-        flag("normalize", "1", "divide by the sum of the octaves' amplitudes")};
+Option smoothing() {
+    return notNegative("smoothing", "0.1", "",
+                       "differences below which the corner is rounded, C²; with 0 it is a kink");
+}
+
+/// Takes the newest field and pushes what `map` makes of it.
+template <class Map>
+void mapField(Session& s, const Arguments& a, const Map& map) {
+    const FieldObject old = s.fields.at();
+    AnyField made = std::visit([&](const auto& f) -> AnyField { return map(f); }, old.field);
+    if (!a.flag("keep")) s.fields.take();
+    s.fields.push({std::move(made), fmt::format("{} of ({})", a.program(), old.program)}, s.now());
+}
+
+void transform(Session& s, const Arguments& a) {
+    const std::optional<Sdf> sdf = s.fields.at().sdf;
+    mapField(s, a, [&](const auto& field) {
+        constexpr int kN = std::remove_cvref_t<decltype(field)>::kDimension;
+        return placed(field, PlacementN<kN>{.offset = a.coordinates<kN>("offset"),
+                                            .rotate = a.vector("rotate"),
+                                            .scale = a.coordinates<kN>("scale")});
+    });
+    // A distance stays one if all axes are scaled alike.
+    if (!sdf) return;
+    const auto scale = a.coordinates<3>("scale");
+    if (!(scale[0] > 0) || scale[0] != scale[1] || scale[0] != scale[2]) return;
+    FieldObject& moved = s.fields.at();
+    moved.sdf = placed(*sdf, {.offset = a.coordinates<3>("offset"), .rotate = a.vector("rotate"), .scale = scale});
+    moved.field = moved.sdf->distance;
+}
+
+/// The newest field on the graph of one or two functions below it.
+void lift(Session& s, const Arguments& a) {
+    const auto count = static_cast<size_t>(a.integer("functions"));
+    if (s.fields.size() < count + 1)
+        throw ValueError(fmt::format("needs a field and {} to put it on the graph of, below it", count));
+    const FieldObject high = s.fields.at();
+    const int wanted = dimensionOf(high.field) - static_cast<int>(count);
+    for (size_t k = 1; k <= count; ++k)
+        if (const int n = dimensionOf(s.fields.at(k).field); n != wanted)
+            throw ValueError(
+                fmt::format("the newest field has {} dimensions, so the graph needs functions of {}, and the "
+                            "field of age {} has {}",
+                            dimensionOf(high.field), wanted, k, n));
+    const AnyField made = std::visit(
+        [&](const auto& field) -> AnyField {
+            constexpr int kM = std::remove_cvref_t<decltype(field)>::kDimension;
+            const auto graph = [&](auto dimension, size_t age) {
+                return std::get<ScalarFieldN<decltype(dimension)::value>>(s.fields.at(age).field);
+            };
+            if constexpr (kM >= 2)
+                if (count == 1) return lifted<kM - 1>(field, {graph(std::integral_constant<int, kM - 1>(), 1)});
+            if constexpr (kM >= 3)
+                if (count == 2) {
+                    constexpr std::integral_constant<int, kM - 2> kLow;
+                    return lifted<kM - 2>(field, {graph(kLow, 2), graph(kLow, 1)});
+                }
+            throw ValueError("the newest field has too few dimensions to be lifted");
+        },
+        high.field);
+    if (!a.flag("keep"))
+        for (size_t k = 0; k <= count; ++k) s.fields.take();
+    s.fields.push({made, fmt::format("{} of ({})", a.program(), high.program)}, s.now());
+}
+
+void height(Session& s, const Arguments& a) {
+    mapField(s, a, [](const auto& field) -> AnyField {
+        constexpr int kN = std::remove_cvref_t<decltype(field)>::kDimension + 1;
+        if constexpr (kN <= 7) return heightField<kN>(field);
+        throw ValueError("a field of 7 dimensions is not the height of anything");
+    });
+}
+
+std::vector<Action> sources() {
+    return {{.name = "ramp",
+             .group = kGroup,
+             .summary = "a linear ramp, direction·x + offset",
+             .outputs = "field",
+             .options = {coordinates("direction", "0,1,0", "1 / world unit",
+                                     "its gradient: as many numbers as the field has dimensions"),
+                         real("offset", "0", "", "its value at the origin")},
+             .examples = {"curlew -noise -ramp direction=0,0,1 -dfvn -velocity -write sheets.vdb"},
+             .run =
+                 [](Session& s, const Arguments& a) {
+                     const auto make = [&](auto n) {
+                         return rampField(a.coordinates<n>("direction"), a.real("offset"));
+                     };
+                     s.fields.push({inDimension(a.count("direction"), make), a.program()}, s.now());
+                 }},
+            {.name = "constant",
+             .group = kGroup,
+             .summary = "the same value everywhere",
+             .outputs = "field",
+             .options = {real("value", "1", "", "the value"), integer("dim", "3", 1, 7, "dimensions of the field")},
+             .examples = {"curlew -noise -constant value=0.5 -sum -probe in.csv out.csv"},
+             .run = [](Session& s, const Arguments& a) {
+                 const auto make = [&](auto n) { return constantField<n>(a.real("value")); };
+                 s.fields.push({inDimension(static_cast<int>(a.integer("dim")), make), a.program()}, s.now());
+             }}};
+}
+
+std::vector<Action> combinations() {
+    return {combiningAction("sum", "the sum of two fields",
+                            "curlew -noise -ramp direction=0,2,0 -sum -noise seed=1 -dfvn -velocity -write drift.vdb",
+                            [](const auto& f, const auto& g, const Arguments&) { return f + g; }),
+            combiningAction("subtract", "the newest field but one less the newest",
+                            "curlew -noise dim=2 -noise dim=2 seed=1 -subtract -slice -write difference.png",
+                            [](const auto& f, const auto& g, const Arguments&) { return f - g; }),
+            combiningAction("product", "the product of two fields",
+                            "curlew -noise -constant value=3 -product -probe in.csv out.csv",
+                            [](const auto& f, const auto& g, const Arguments&) { return f * g; }),
+            combiningAction("quotient", "the newest field but one over the newest, which must not be zero anywhere",
+                            "curlew -noise -noise seed=1 -constant value=2 -sum -quotient -slice -write quotient.png",
+                            [](const auto& f, const auto& g, const Arguments&) { return f / g; }),
+            combiningAction(
+                "min", "the smaller of two fields, rounded where they meet",
+                "curlew -noise -noise seed=1 -min smoothing=0.2 -slice -write smaller.png",
+                [](const auto& f, const auto& g, const Arguments& a) { return smoothMin(f, g, a.real("smoothing")); },
+                {smoothing()}),
+            combiningAction(
+                "max", "the larger of two fields, rounded where they meet",
+                "curlew -noise -noise seed=1 -max smoothing=0.2 -slice -write larger.png",
+                [](const auto& f, const auto& g, const Arguments& a) { return smoothMax(f, g, a.real("smoothing")); },
+                {smoothing()}),
+            combiningAction(
+                "displace", "the newest field but one, displaced by the gradient of the newest",
+                "curlew -noise frequency=2 -noise frequency=1 seed=1 -displace amount=0.1 -slice -write displaced.png",
+                [](const auto& f, const auto& g, const Arguments& a) { return displaced(f, g, a.real("amount")); },
+                {real("amount", "0.1", "world units²", "factor on the gradient")})};
 }
 
 } // namespace
 
 std::vector<Action> fieldActions() {
-    std::vector<Action> actions = shapeActions();
+    std::vector<Action> actions = sources();
+    for (auto& action : combinations()) actions.push_back(std::move(action));
     actions.push_back(
-        {.name = "noise",
+        {.name = "clip",
          .group = kGroup,
-         .summary = "a noise with exact derivatives",
+         .summary = "level the newest field off where it is beyond a range: a distance that only matters nearby",
+         .inputs = "field",
          .outputs = "field",
-         .options = noiseOptions(),
-         .examples = {"curlew -noise frequency=2 octaves=3 seed=7 -slice box=-2,-2,-2,2,2,2 -write noise.png"},
+         .options = {positive("range", "0.5", "", "where it has levelled off, at half this value, C³"), keep()},
+         .examples = {"curlew -sphere radius=0.5 -clip range=0.4 -slice -write clipped.png"},
          .run = [](Session& s, const Arguments& a) {
-             s.fields.push({makeNoise(a), a.program(), {}, {}}, s.now());
+             mapField(s, a, [&](const auto& f) { return clipped(f, a.real("range")); });
          }});
-    actions.push_back(
-        {.name = "ramp",
-         .group = kGroup,
-         .summary = "a linear ramp, direction·x + offset",
-         .outputs = "field",
-         .options = {vector("direction", "0,1,0", "1 / world unit", "its gradient"),
-                     real("offset", "0", "", "its value at the origin")},
-         .examples = {"curlew -noise -ramp direction=0,0,1 -dfvn -velocity -write sheets.vdb"},
-         .run = [](Session& s, const Arguments& a) {
-             s.fields.push({rampField(a.vector("direction"), a.real("offset")), a.program(), {}, {}}, s.now());
-         }});
-    actions.push_back({.name = "constant",
+    actions.push_back({.name = "height",
                        .group = kGroup,
-                       .summary = "the same value everywhere",
-                       .outputs = "field",
-                       .options = {real("value", "1", "", "the value")},
-                       .examples = {"curlew -noise -constant value=0.5 -sum -probe in.csv out.csv"},
-                       .run = [](Session& s, const Arguments& a) {
-                           s.fields.push({constantField(a.real("value")), a.program(), {}, {}}, s.now());
-                       }});
-    actions.push_back(
-        {.name = "sum",
-         .group = kGroup,
-         .summary = "the sum of two fields",
-         .inputs = "2 fields",
-         .outputs = "field",
-         .options = {keep()},
-         .examples = {"curlew -noise -ramp direction=0,2,0 -sum -noise seed=1 -dfvn -velocity -write drift.vdb"},
-         .run = [](Session& s, const Arguments& a) {
-             combineFields(s, a, [](const ScalarField& p, const ScalarField& q) { return p + q; });
-         }});
-    actions.push_back({.name = "product",
-                       .group = kGroup,
-                       .summary = "the product of two fields",
-                       .inputs = "2 fields",
-                       .outputs = "field",
+                       .summary = "the newest field as a terrain: the last of one more coordinate, less the field",
+                       .inputs = "field",
+                       .outputs = "field of one dimension more",
                        .options = {keep()},
-                       .examples = {"curlew -noise -constant value=3 -product -probe in.csv out.csv"},
-                       .run = [](Session& s, const Arguments& a) {
-                           combineFields(s, a, [](const ScalarField& p, const ScalarField& q) { return p * q; });
-                       }});
+                       .examples = {"curlew -noise dim=2 amplitude=0.3 -height -slice axis=y -write terrain.png"},
+                       .run = height});
+    actions.push_back(
+        {.name = "lift",
+         .group = kGroup,
+         .summary = "evaluate the newest field on the graph of the field below it: anisotropy, slices, animation",
+         .inputs = "field of n dimensions, above 1 or 2 functions of those that are left",
+         .outputs = "field of 1 or 2 dimensions less",
+         .options = {integer("functions", "1", 1, 2, "how many: the last coordinates are their values"), keep()},
+         .examples =
+             {"curlew -noise dim=2 frequency=3 amplitude=0.4 -noise type=simplex -lift -slice -write lifted.png",
+              "curlew -constant value=0.3 -noise type=simplex dim=4 -lift -slice -write slice.png"},
+         .run = lift});
     actions.push_back(
         {.name = "transform",
          .group = kGroup,
          .summary = "scale, turn and move the newest field",
          .inputs = "field",
          .outputs = "field",
-         .options = {vector("offset", "0,0,0", "world units", "where its origin goes"),
-                     vector("rotate", "0,0,0", "degrees", "turn about x, then y, then z"),
-                     vector("scale", "1,1,1", "", "size along each axis, first"), keep()},
+         .options = {coordinates("offset", "0", "world units", "where its origin goes"),
+                     vector("rotate", "0,0,0", "degrees", "turn about x, then y, then z; in 2D about z"),
+                     coordinates("scale", "1", "", "size along each axis, first"), keep()},
          .examples =
              {"curlew -noise -transform scale=1,4,1 rotate=0,0,30 -slice box=-2,-2,-2,2,2,2 -write stretched.png"},
          .run = transform});

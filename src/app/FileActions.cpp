@@ -135,12 +135,22 @@ void probe(Session& s, const Arguments& a) {
     const uint64_t grid = levelSet ? s.grids.entry(*levelSet).made : 0;
     if (std::max({flow, field, grid}) == 0)
         throw ValueError("there is no field, flow or level set to probe; make one first");
-    if (flow > std::max(field, grid))
-        return isFloat ? probeFlow<float>(s.flows.at(), positions, order, output, monitor)
-                       : probeFlow<double>(s.flows.at(), positions, order, output, monitor);
-    const ScalarField probed = field > grid ? s.fields.at().field : s.levelSetSdf(*levelSet, 0).distance;
-    isFloat ? probeField<float>(probed, positions, order, output, monitor)
-            : probeField<double>(probed, positions, order, output, monitor);
+    const auto probeAny = [&](const auto& object, const auto& asFloat, const auto& asDouble) {
+        std::visit([&](const auto& o) { isFloat ? asFloat(o) : asDouble(o); }, object);
+    };
+    // Positions in space see a field of fewer dimensions as it lies there.
+    const bool spatial = positions.dimension() == 3;
+    if (flow > std::max(field, grid)) {
+        const AnyFlow probed = spatial && dimensionOf(s.flows.at()) < 3 ? AnyFlow(s.flow()) : s.flows.at();
+        return probeAny(
+            probed, [&](const auto& f) { probeFlow<float>(f, positions, order, output, monitor); },
+            [&](const auto& f) { probeFlow<double>(f, positions, order, output, monitor); });
+    }
+    AnyField probed = field > grid ? s.fields.at().field : s.levelSetSdf(*levelSet, 0).distance;
+    if (spatial && dimensionOf(probed) < 3) probed = inSpace(probed);
+    probeAny(
+        probed, [&](const auto& f) { probeField<float>(f, positions, order, output, monitor); },
+        [&](const auto& f) { probeField<double>(f, positions, order, output, monitor); });
 }
 
 } // namespace

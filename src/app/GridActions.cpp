@@ -32,11 +32,11 @@ void meshToLevelSetAction(Session& s, const Arguments& a) {
 }
 
 void velocity(Session& s, const Arguments& a) {
-    const Dfvn& made = s.flows.at();
-    Domain domain = made.domain();
+    Flow flow = s.flow();
+    Domain domain = flow.domain();
     if (a.given("padding") && domain.wall) domain = Domain::of(*domain.wall, a.real("padding"));
     if (a.given("box")) domain.box = a.box("box");
-    const Dfvn flow(made.f(), made.g(), domain);
+    flow = flow.within(domain);
     VelocityGridOptions options{.voxel = a.given("voxel") ? a.real("voxel") : 0,
                                 .dim = static_cast<int>(a.integer("dim")),
                                 .layout = a.flag("staggered") ? Layout::staggered : Layout::collocated,
@@ -55,6 +55,7 @@ void velocity(Session& s, const Arguments& a) {
         s.grids.push({std::move(scalar), nullptr}, s.now());
     };
     if (a.flag("potentials")) {
+        if (!flow.hasTracks()) throw ValueError("potentials=1 needs a flow with tracks, and this one is a sum");
         push(sampledGrid(flow.g(), *grid, "g", s.console.follow("g")));
         push(sampledGrid(flow.f(), *grid, "f", s.console.follow("f")));
     }

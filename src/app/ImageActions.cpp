@@ -24,7 +24,7 @@ void sliceAction(Session& s, const Arguments& a) {
     const bool ofFlow = !s.flows.empty() && (s.fields.empty() || s.flows.entry().made > s.fields.entry().made);
     if (!ofFlow && s.fields.empty()) throw ValueError("there is no flow or field to show; make one first");
     const std::string shown = a.text("show");
-    Box box = ofFlow ? s.flows.at().domain().box : Domain{}.box;
+    Box box = ofFlow ? s.flow().domain().box : Domain{}.box;
     if (!ofFlow && s.fields.at().sdf && s.fields.at().sdf->bounds.finite()) box = s.fields.at().sdf->bounds;
     if (a.given("box")) box = a.box("box");
     if (!ofFlow && a.given("show") && shown != "value")
@@ -34,7 +34,7 @@ void sliceAction(Session& s, const Arguments& a) {
         .axis = static_cast<int>(a.choice("axis")), .position = 0, .width = static_cast<int>(a.integer("width"))};
     options.position = a.given("position") ? a.real("position") : box.center()[options.axis];
     const std::string name = ofFlow ? shown : "value";
-    const SliceChannel channel = ofFlow ? flowChannel(s.flows.at(), shown) : fieldChannel(s.fields.at().field);
+    const SliceChannel channel = ofFlow ? flowChannel(s.flow(), shown) : fieldChannel(inSpace(s.fields.at().field));
     Image image = slice(box, channel, name, options, s.console.follow("slice"));
     s.images.push({std::move(image), name == "speed" ? ColorMap::viridis : ColorMap::diverging}, s.now());
 }

@@ -42,6 +42,16 @@ inline Option vector(std::string name, std::string fallback, std::string unit, s
             .help = std::move(help),
             .unit = std::move(unit)};
 }
+inline Option coordinates(std::string name, std::string fallback, std::string unit, std::string help) {
+    return {.name = std::move(name),
+            .type = OptionType::coordinates,
+            .fallback = std::move(fallback),
+            .help = std::move(help),
+            .unit = std::move(unit)};
+}
+inline Option interval(std::string name, std::string unit, std::string help) {
+    return {.name = std::move(name), .type = OptionType::interval, .help = std::move(help), .unit = std::move(unit)};
+}
 inline Option box(std::string name, std::string help) {
     return {.name = std::move(name), .type = OptionType::box, .help = std::move(help), .unit = "world units"};
 }

@@ -27,7 +27,7 @@ Domain scatterDomain(Session& s, const Arguments& a) {
         if (s.flows.empty() || flow < shape)
             domain = inside(s.newestSdf(0));
         else
-            domain = s.flows.at().domain();
+            domain = s.flow().domain();
     }
     if (a.given("box")) domain.box = a.box("box");
     return domain;
@@ -42,18 +42,23 @@ void scatterAction(Session& s, const Arguments& a) {
 }
 
 void advectAction(Session& s, const Arguments& a) {
-    const AdvectOptions options{.time = a.real("time"),
-                                .steps = static_cast<int>(a.integer("steps")),
-                                .scheme = static_cast<Scheme>(a.choice("scheme")),
-                                .reprojection = static_cast<Reprojection>(a.choice("reproject")),
-                                .tolerance = a.real("tolerance"),
-                                .iterations = static_cast<int>(a.integer("iterations")),
-                                .halvings = static_cast<int>(a.integer("halvings"))};
     Particles& particles = s.particles();
-    const auto& flow = s.flows.entry();
-    if (std::exchange(s.trackedFlow, flow.made) != flow.made)
+    const Flow flow = s.flow();
+    AdvectOptions options{.time = a.real("time"),
+                          .steps = static_cast<int>(a.integer("steps")),
+                          .scheme = static_cast<Scheme>(a.choice("scheme")),
+                          .reprojection = static_cast<Reprojection>(a.choice("reproject")),
+                          .tolerance = a.real("tolerance"),
+                          .iterations = static_cast<int>(a.integer("iterations")),
+                          .halvings = static_cast<int>(a.integer("halvings"))};
+    if (!flow.hasTracks() && !a.given("reproject")) {
+        options.reprojection = Reprojection::none;
+        s.console.warn("this flow is a sum and has no tracks: points drift, and may cross walls");
+    }
+    const uint64_t made = s.flows.entry().made;
+    if (std::exchange(s.trackedFlow, made) != made)
         for (auto* track : {&particles.f, &particles.g}) track->clear(); // of another flow
-    const AdvectResult result = advect(flow.object, particles, options, s.console.follow("advect"));
+    const AdvectResult result = advect(flow, particles, options, s.console.follow("advect"));
     s.console.say(
         fmt::format("advect: {} points, {:.3g} corrections a step, residuals f {:.1e} g {:.1e}, {} steps redone, {} "
                     "points not converged, {} outside",
@@ -93,7 +98,8 @@ std::vector<Action> pointActions() {
                          integer("steps", "100", 1, 1e9, "steps of equal length"),
                          choice("scheme", {"euler", "midpoint", "rk4"}, "integrator", "rk4"),
                          choice("reproject", {"none", "newton", "gauss-newton"},
-                                "how points are kept on their track; with none they drift, and cross walls",
+                                "how points are kept on their track; with none, and in flows that are sums, they "
+                                "drift, and cross walls",
                                 "gauss-newton"),
                          positive("tolerance", "1e-8", "", "on f and g, relative to their root mean squares"),
                          integer("iterations", "10", 1, 1000, "most corrections a step"),

@@ -3,6 +3,7 @@
 #include "curlew/app/Text.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Error.h"
+#include "curlew/field/Dimensions.h"
 #include "curlew/vdb/VdbFile.h"
 
 #include <fmt/format.h>
@@ -11,51 +12,79 @@
 
 namespace curlew::app {
 
-std::vector<Vec3d> readPositions(const std::filesystem::path& path) {
+namespace {
+
+constexpr size_t kMostDimensions = 7;
+
+/// The names of N coordinates: those of the header's first word decide which of the two kinds it is.
+std::vector<std::string> coordinateNames(const std::vector<std::string>& header) {
+    static const std::vector<std::string> kLetters{"x", "y", "z"};
+    if (header.size() <= kLetters.size() && std::equal(header.begin(), header.end(), kLetters.begin())) return header;
+    for (size_t k = 0; k < header.size(); ++k)
+        if (header[k] != fmt::format("x{}", k)) return {};
+    return header.size() <= kMostDimensions ? header : std::vector<std::string>{};
+}
+
+} // namespace
+
+Positions readPositions(const std::filesystem::path& path) {
     std::ifstream stream = openToRead(path);
     stream.exceptions(std::ios::goodbit);
-    std::vector<Vec3d> positions;
+    Positions positions;
     std::string line;
     for (int number = 1; std::getline(stream, line); ++number) {
         if (line.ends_with('\r')) line.pop_back();
+        const auto cells = split(line, ',');
         if (number == 1) {
-            if (line != "x,y,z")
-                throw FileError(
-                    fmt::format("'{}' is no list of positions: its first line must be x,y,z", path.string()));
+            positions.names = coordinateNames(cells);
+            if (positions.names.empty())
+                throw FileError(fmt::format(
+                    "'{}' is no list of positions: its first line must be x or x,y or x,y,z or x0,x1,… up to x6",
+                    path.string()));
             continue;
         }
         if (line.empty()) continue;
-        const auto cells = split(line, ',');
-        Vec3d p;
-        bool good = cells.size() == 3;
-        for (int i = 0; i < 3 && good; ++i) good = parseReal(cells[static_cast<size_t>(i)], p[i]);
+        bool good = cells.size() == positions.names.size();
+        for (size_t k = 0; k < cells.size() && good; ++k)
+            good = parseReal(cells[k], positions.coordinates.emplace_back());
         if (!good)
-            throw FileError(fmt::format("'{}' line {}: '{}' is not three finite numbers", path.string(), number, line));
-        positions.push_back(p);
+            throw FileError(fmt::format("'{}' line {}: '{}' is not {} finite number{}", path.string(), number, line,
+                                        positions.dimension(), positions.dimension() == 1 ? "" : "s"));
     }
-    if (positions.empty()) throw FileError(fmt::format("'{}' holds no positions", path.string()));
+    if (positions.coordinates.empty()) throw FileError(fmt::format("'{}' holds no positions", path.string()));
     return positions;
 }
 
 namespace {
 
-/// Writes the header, then a line per position: its coordinates and what `values(batch, i)` appends for it.
-void writeTable(const std::vector<Vec3d>& positions, const std::string& header, const std::filesystem::path& path,
-                const Monitor& monitor,
-                const std::function<void(const PointBatch&, std::vector<fmt::memory_buffer>&)>& values) {
+using Lines = std::vector<fmt::memory_buffer>;
+
+template <class T>
+void append(fmt::memory_buffer& line, T value) {
+    fmt::format_to(std::back_inserter(line), ",{:.{}g}", value, std::is_same_v<T, float> ? 9 : 17);
+}
+
+/// Writes the header, then a line per position: its coordinates and what `values(batch, lines)` appends for it.
+template <int N>
+void writeTable(const Positions& positions, const std::vector<std::string>& columns, const std::filesystem::path& path,
+                const Monitor& monitor, const std::function<void(const PointBatchN<N>&, Lines&)>& values) {
+    if (positions.dimension() != N)
+        throw ValueError(fmt::format("what is probed has {} dimensions, and the positions have {}: {}", N,
+                                     positions.dimension(), join(positions.names, ",")));
     writeAtomically(
         path,
         [&](std::ostream& out) {
-            out << header << '\n';
+            out << join(positions.names, ",") << ',' << join(columns, ",") << '\n';
             for (size_t begin = 0; begin < positions.size(); begin += kBatch) {
                 monitor.check();
-                PointBatch points;
-                std::vector<fmt::memory_buffer> lines;
+                PointBatchN<N> points;
+                Lines lines;
                 for (size_t k = begin; k < std::min(begin + kBatch, positions.size()); ++k) {
-                    const Vec3d& p = positions[k];
+                    const auto p = positions.at<N>(k);
                     points.push(p);
-                    fmt::format_to(std::back_inserter(lines.emplace_back()), "{:.17g},{:.17g},{:.17g}", p[0], p[1],
-                                   p[2]);
+                    auto& line = lines.emplace_back();
+                    fmt::format_to(std::back_inserter(line), "{:.17g}", p[0]);
+                    for (int axis = 1; axis < N; ++axis) append(line, p[axis]);
                 }
                 values(points, lines);
                 for (const auto& line : lines)
@@ -67,69 +96,86 @@ void writeTable(const std::vector<Vec3d>& positions, const std::string& header, 
         monitor.cancelled);
 }
 
-template <class T>
-void append(fmt::memory_buffer& line, T value) {
-    fmt::format_to(std::back_inserter(line), ",{:.{}g}", value, std::is_same_v<T, float> ? 9 : 17);
-}
-
-template <class T, int Order>
-void probeJets(const ScalarField& field, const std::vector<Vec3d>& positions, const std::filesystem::path& path,
+template <class T, int N, int Order>
+void probeJets(const ScalarFieldN<N>& field, const Positions& positions, const std::filesystem::path& path,
                const Monitor& monitor) {
-    std::string header = "x,y,z,value";
-    if (Order >= 1) header += ",dx,dy,dz";
-    if (Order >= 2) header += ",dxx,dyy,dzz,dxy,dxz,dyz";
-    writeTable(positions, header, path, monitor, [&](const PointBatch& points, std::vector<fmt::memory_buffer>& lines) {
-        JetBatch<T, Order> jets;
+    const auto& x = positions.names;
+    std::vector<std::string> columns{"value"};
+    if (Order >= 1)
+        for (const auto& a : x) columns.push_back("d" + a);
+    if (Order >= 2) {
+        for (const auto& a : x) columns.push_back("d" + a + a);
+        for (size_t i = 0; i < x.size(); ++i)
+            for (size_t j = i + 1; j < x.size(); ++j) columns.push_back("d" + x[i] + x[j]);
+    }
+    writeTable<N>(positions, columns, path, monitor, [&](const PointBatchN<N>& points, Lines& lines) {
+        JetBatchN<T, N, Order> jets;
         field.eval(points, jets);
         for (int i = 0; i < points.size; ++i)
-            for (int k = 0; k < Jet<T, 3, Order>::kSize; ++k)
-                append(lines[static_cast<size_t>(i)], jets[i].component(k));
+            for (const auto& component : jets.c)
+                append(lines[static_cast<size_t>(i)], component[static_cast<size_t>(i)]);
     });
 }
 
 } // namespace
 
-template <class T>
-void probeField(const ScalarField& field, const std::vector<Vec3d>& positions, int order,
-                const std::filesystem::path& path, const Monitor& monitor) {
+template <class T, int N>
+void probeField(const ScalarFieldN<N>& field, const Positions& positions, int order, const std::filesystem::path& path,
+                const Monitor& monitor) {
     switch (order) {
         case 0:
-            return probeJets<T, 0>(field, positions, path, monitor);
+            return probeJets<T, N, 0>(field, positions, path, monitor);
         case 1:
-            return probeJets<T, 1>(field, positions, path, monitor);
+            return probeJets<T, N, 1>(field, positions, path, monitor);
         default:
-            return probeJets<T, 2>(field, positions, path, monitor);
+            return probeJets<T, N, 2>(field, positions, path, monitor);
     }
 }
 
-template <class T>
-void probeFlow(const Dfvn& flow, const std::vector<Vec3d>& positions, int order, const std::filesystem::path& path,
+template <class T, int N>
+void probeFlow(const FlowN<N>& flow, const Positions& positions, int order, const std::filesystem::path& path,
                const Monitor& monitor) {
-    std::string header = "x,y,z,vx,vy,vz,f,g";
-    if (order >= 2) header += ",dvx_dx,dvx_dy,dvx_dz,dvy_dx,dvy_dy,dvy_dz,dvz_dx,dvz_dy,dvz_dz";
-    writeTable(positions, header, path, monitor, [&](const PointBatch& points, std::vector<fmt::memory_buffer>& lines) {
-        JetBatch<T, 1> f, g;
-        VecBatch<T> velocity;
-        flow.eval(points, f, g, velocity);
+    const bool letters = N <= 3;
+    std::vector<std::string> x, v, columns;
+    for (int i = 0; i < N; ++i) {
+        x.push_back(letters ? std::string(1, "xyz"[i]) : fmt::format("x{}", i));
+        v.push_back(letters ? std::string("v") + "xyz"[i] : fmt::format("v{}", i));
+    }
+    columns = v;
+    for (size_t k = 0; k < FlowN<N>::kPotentials && flow.hasTracks(); ++k)
+        columns.push_back(letters ? std::string(1, "fg"[k]) : fmt::format("f{}", k));
+    if (order >= 2)
+        for (const auto& a : v)
+            for (const auto& b : x) columns.push_back("d" + a + "_d" + b);
+    writeTable<N>(positions, columns, path, monitor, [&](const PointBatchN<N>& points, Lines& lines) {
+        typename FlowN<N>::template Jets<T> potentials;
+        VecBatchN<T, N> velocity;
+        flow.eval(points, potentials, velocity);
         for (int i = 0; i < points.size; ++i) {
             auto& line = lines[static_cast<size_t>(i)];
-            for (int axis = 0; axis < 3; ++axis) append(line, velocity[i][axis]);
-            append(line, f[i].value);
-            append(line, g[i].value);
+            for (const T component : velocity[i].c) append(line, component);
+            if (flow.hasTracks())
+                for (const auto& potential : potentials) append(line, potential[i].value);
             if (order < 2) continue;
-            for (const Vec3d& row : flow.at(points[i]).derivative.rows)
+            for (const auto& row : flow.at(points[i]).derivative.rows)
                 for (const double derivative : row.c) append(line, derivative);
         }
     });
 }
 
-template void probeField<float>(const ScalarField&, const std::vector<Vec3d>&, int, const std::filesystem::path&,
-                                const Monitor&);
-template void probeField<double>(const ScalarField&, const std::vector<Vec3d>&, int, const std::filesystem::path&,
-                                 const Monitor&);
-template void probeFlow<float>(const Dfvn&, const std::vector<Vec3d>&, int, const std::filesystem::path&,
-                               const Monitor&);
-template void probeFlow<double>(const Dfvn&, const std::vector<Vec3d>&, int, const std::filesystem::path&,
-                                const Monitor&);
+#define CURLEW_INSTANTIATE(N)                                                                                     \
+    template void probeField<float>(const ScalarFieldN<N>&, const Positions&, int, const std::filesystem::path&,  \
+                                    const Monitor&);                                                              \
+    template void probeField<double>(const ScalarFieldN<N>&, const Positions&, int, const std::filesystem::path&, \
+                                     const Monitor&);
+CURLEW_FOR_DIMENSIONS(CURLEW_INSTANTIATE)
+#undef CURLEW_INSTANTIATE
+#define CURLEW_INSTANTIATE(N)                                                                             \
+    template void probeFlow<float>(const FlowN<N>&, const Positions&, int, const std::filesystem::path&,  \
+                                   const Monitor&);                                                       \
+    template void probeFlow<double>(const FlowN<N>&, const Positions&, int, const std::filesystem::path&, \
+                                    const Monitor&);
+CURLEW_FOR_FLOW_DIMENSIONS(CURLEW_INSTANTIATE)
+#undef CURLEW_INSTANTIATE
 
 } // namespace curlew::app

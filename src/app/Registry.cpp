@@ -12,8 +12,8 @@ namespace curlew::app {
 const std::vector<Action>& registry() {
     static const std::vector<Action> all = [] {
         std::vector<Action> actions;
-        for (auto* room :
-             {&fileActions, &fieldActions, &flowActions, &gridActions, &pointActions, &imageActions, &programActions})
+        for (auto* room : {&fileActions, &shapeActions, &noiseActions, &fieldActions, &flowActions, &gridActions,
+                           &pointActions, &imageActions, &programActions})
             for (auto& action : room()) actions.push_back(std::move(action));
         return actions;
     }();
@@ -41,6 +41,10 @@ std::string typeName(const Option& o) {
             return "number";
         case OptionType::vector:
             return "x,y,z";
+        case OptionType::coordinates:
+            return "x,y,…";
+        case OptionType::interval:
+            return "lower,upper";
         case OptionType::box:
             return "xmin,ymin,zmin,xmax,ymax,zmax";
         case OptionType::choice:

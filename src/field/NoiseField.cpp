@@ -14,30 +14,104 @@ template <class Noise>
 struct Octave {
     Noise noise;
     double frequency, amplitude;
+    double weight; ///< Of its gradient, where that displaces the octaves after it.
 };
 
 template <class Noise>
+Range rangeOf(const Noise& noise) {
+    if constexpr (requires { noise.range(); })
+        return noise.range();
+    else
+        return Range::within(noise.bound());
+}
+
+/// The derivatives of f(s x) with respect to x, given those of f at s x.
+template <class T, int N, int Order>
+Jet<T, N, Order> dilated(Jet<T, N, Order> f, T s) {
+    if constexpr (Order >= 1) f.gradient *= s;
+    if constexpr (Order >= 2)
+        for (T& h : f.hessian.c) h *= s * s;
+    if constexpr (Order >= 3)
+        for (T& t : f.third.c) t *= s * s * s;
+    return f;
+}
+
+/// A rounded |n|.
+template <class J>
+J folded(const J& n, double fold) {
+    using T = std::remove_cvref_t<decltype(n.value)>;
+    const auto rounding = static_cast<T>(fold);
+    return sqrt(n * n + J(rounding * rounding)) - J(rounding);
+}
+
+template <class Noise>
 struct Octaves {
+    static constexpr int N = Noise::kDimension;
     std::vector<Octave<Noise>> octaves;
+    double fold;
 
     template <int Order, class T>
-    Jet<T, 3, Order> at(const Vec3d& p) const {
-        Jet<T, 3, Order> sum;
+    Jet<T, N, Order> at(const Vec<double, N>& p) const {
+        Jet<T, N, Order> sum;
         for (const auto& o : octaves) {
-            auto jet = o.noise.template at<Order, T>(p * o.frequency) * static_cast<T>(o.amplitude);
-            const auto frequency = static_cast<T>(o.frequency);
-            if constexpr (Order >= 1) jet.gradient *= frequency;
-            if constexpr (Order >= 2)
-                for (T& h : jet.hessian.c) h *= frequency * frequency;
-            sum += jet;
+            auto n = o.noise.template at<Order, T>(p * o.frequency);
+            if (fold > 0) n = folded(n, fold);
+            sum += dilated(n * static_cast<T>(o.amplitude), static_cast<T>(o.frequency));
         }
         return sum;
     }
-    double bound() const {
-        double sum = 0;
-        for (const auto& o : octaves) sum += std::abs(o.amplitude) * o.noise.bound();
+    Range range() const {
+        Range sum{0, 0};
+        for (const auto& o : octaves) {
+            const Range n = rangeOf(o.noise);
+            const double most = std::sqrt(n.bound() * n.bound() + fold * fold) - fold;
+            sum = sum + o.amplitude * (fold > 0 ? Range{0, most} : n);
+        }
         return sum;
     }
+};
+
+/// Octaves that are displaced by the gradients of those before them. The derivatives of a displacement are those of a
+/// gradient, so every octave is asked for one order more, and all of it is carried through in double.
+template <class Noise>
+struct AdvectedOctaves {
+    static constexpr int N = Noise::kDimension;
+    Octaves<Noise> plain;
+    double advection;
+    Vec<double, N> period; ///< World units, 0: none.
+
+    template <int Order, class T>
+    Jet<T, N, Order> at(const Vec<double, N>& p) const {
+        if constexpr (Order >= 3) {
+            throw ValueError(
+                "a noise with advection cannot displace another field: its third derivatives are not known");
+        } else {
+            using J = Jet<double, N, Order>;
+            J sum;
+            Vec<J, N> pull; // the sum of gradients so far
+            Vec<double, N> tile = p;
+            for (int i = 0; i < N; ++i)
+                if (period[i] > 0) tile[i] -= period[i] * std::floor(p[i] / period[i]);
+            const auto x = J::variables(tile);
+            for (const auto& o : plain.octaves) {
+                Vec<J, N> y;
+                Vec<double, N> position;
+                for (int i = 0; i < N; ++i) {
+                    y[i] = x[i] * o.frequency + pull[i] * advection;
+                    position[i] = y[i].value;
+                }
+                const auto n = o.noise.template at<Order + 1, double>(position);
+                J octave = compose(truncated<Order>(n), y);
+                if (plain.fold > 0) octave = folded(octave, plain.fold);
+                sum += octave * o.amplitude;
+                for (int i = 0; i < N; ++i) pull[i] += compose(partial(n, i), y) * o.weight;
+            }
+            Jet<T, N, Order> rounded;
+            for (int k = 0; k < sum.kSize; ++k) rounded.component(k) = static_cast<T>(sum.component(k));
+            return rounded;
+        }
+    }
+    Range range() const { return plain.range(); }
 };
 
 void validate(const OctaveOptions& o) {
@@ -46,31 +120,81 @@ void validate(const OctaveOptions& o) {
     if (o.octaves < 1 || o.octaves > 32) throw ValueError(fmt::format("{} octaves; give 1 to 32", o.octaves));
     if (!(o.lacunarity > 0) || !std::isfinite(o.lacunarity))
         throw ValueError(fmt::format("lacunarity {} must be positive and finite", o.lacunarity));
-    if (!std::isfinite(o.gain) || !std::isfinite(o.amplitude)) throw ValueError("gain and amplitude must be finite");
+    if (!std::isfinite(o.gain) || !std::isfinite(o.amplitude) || !std::isfinite(o.advection))
+        throw ValueError("gain, amplitude and advection must be finite");
+    if (!(o.fold >= 0) || !std::isfinite(o.fold)) throw ValueError(fmt::format("fold {} must not be negative", o.fold));
+}
+
+/// The options for an octave whose frequency is `ratio` times that of the first.
+template <class Options>
+Options octaveOf(Options options, double ratio) {
+    if constexpr (requires { options.period; })
+        for (int& p : options.period.c) {
+            const double period = p * ratio;
+            if (period > 0x1p30) throw ValueError("the period of the highest octave is too large; use fewer octaves");
+            p = static_cast<int>(period);
+        }
+    return options;
+}
+
+template <class Options>
+bool tiles(const Options& options) {
+    if constexpr (requires { options.period; })
+        return options.period != decltype(options.period){};
+    else
+        return false;
 }
 
 } // namespace
 
-ScalarField psrdField(const PsrdOptions& noise, const OctaveOptions& options) {
+template <class Noise>
+ScalarFieldN<Noise::kDimension> noiseField(const typename Noise::Options& noise, const OctaveOptions& options) {
+    constexpr int N = Noise::kDimension;
     validate(options);
-    const bool tiles = noise.period != Vec<int, 3>{};
-    if (tiles && options.octaves > 1 && options.lacunarity != std::floor(options.lacunarity))
+    if (tiles(noise) && options.octaves > 1 && options.lacunarity != std::floor(options.lacunarity))
         throw ValueError(fmt::format("octaves tile only with a whole lacunarity, not {}", options.lacunarity));
     double sum = 0;
     for (int k = 0; k < options.octaves; ++k) sum += std::pow(std::abs(options.gain), k);
-    Octaves<Psrd3> field;
+    Octaves<Noise> octaves{{}, options.fold};
     for (int k = 0; k < options.octaves; ++k) {
-        const double ratio = std::pow(options.lacunarity, k);
-        PsrdOptions octave = noise;
-        for (int axis = 0; axis < 3 && tiles; ++axis) {
-            const double period = noise.period[axis] * ratio;
-            if (period > 0x1p30) throw ValueError("the period of the highest octave is too large; use fewer octaves");
-            octave.period[axis] = static_cast<int>(period);
-        }
-        field.octaves.push_back({Psrd3(octave), options.frequency * ratio,
-                                 options.amplitude * std::pow(options.gain, k) / (options.normalize ? sum : 1)});
+        const double ratio = std::pow(options.lacunarity, k), weight = std::pow(options.gain, k);
+        octaves.octaves.push_back({Noise(octaveOf(noise, ratio)), options.frequency * ratio,
+                                   options.amplitude * weight / (options.normalize ? sum : 1), weight});
     }
-    return ScalarField(std::move(field));
+    if (options.advection == 0 || options.octaves == 1) return ScalarFieldN<N>(std::move(octaves));
+    Vec<double, N> period;
+    if constexpr (requires { Noise(noise).tilingPeriod(); })
+        for (int i = 0; i < N; ++i) period[i] = static_cast<double>(Noise(noise).tilingPeriod()[i]) / options.frequency;
+    else if constexpr (requires { noise.period; })
+        for (int i = 0; i < N; ++i) period[i] = noise.period[i] / options.frequency;
+    return ScalarFieldN<N>(AdvectedOctaves<Noise>{std::move(octaves), options.advection, period});
 }
+
+#define CURLEW_INSTANTIATE(Noise) \
+    template ScalarFieldN<Noise::kDimension> noiseField<Noise>(const Noise::Options&, const OctaveOptions&);
+CURLEW_INSTANTIATE(Psrd2)
+CURLEW_INSTANTIATE(Psrd3)
+CURLEW_INSTANTIATE(ValueNoise<1>)
+CURLEW_INSTANTIATE(ValueNoise<2>)
+CURLEW_INSTANTIATE(ValueNoise<3>)
+CURLEW_INSTANTIATE(PerlinNoise<1>)
+CURLEW_INSTANTIATE(PerlinNoise<2>)
+CURLEW_INSTANTIATE(PerlinNoise<3>)
+CURLEW_INSTANTIATE(GradientNoise<2>)
+CURLEW_INSTANTIATE(GradientNoise<3>)
+CURLEW_INSTANTIATE(SimplexNoise<2>)
+CURLEW_INSTANTIATE(SimplexNoise<3>)
+CURLEW_INSTANTIATE(SimplexNoise<4>)
+CURLEW_INSTANTIATE(SimplexNoise<5>)
+CURLEW_INSTANTIATE(SimplexNoise<6>)
+CURLEW_INSTANTIATE(SimplexNoise<7>)
+CURLEW_INSTANTIATE(SineNoise<1>)
+CURLEW_INSTANTIATE(SineNoise<2>)
+CURLEW_INSTANTIATE(SineNoise<3>)
+CURLEW_INSTANTIATE(SineNoise<4>)
+CURLEW_INSTANTIATE(SineNoise<5>)
+CURLEW_INSTANTIATE(SineNoise<6>)
+CURLEW_INSTANTIATE(SineNoise<7>)
+#undef CURLEW_INSTANTIATE
 
 } // namespace curlew

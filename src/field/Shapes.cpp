@@ -2,6 +2,8 @@
 
 #include "curlew/base/Error.h"
 #include "curlew/field/Algebra.h"
+#include "curlew/field/Dimensions.h"
+#include "curlew/field/Formula.h"
 
 #include <fmt/format.h>
 
@@ -21,25 +23,6 @@ void requirePositive(double value, const char* what) {
         throw ValueError(fmt::format("{} is {}; it must be positive and finite", what, value));
 }
 
-/// A shape is written once, as a formula on coordinates that are jets; this makes a field of it. `Formula` is called
-/// with the three coordinates and a function that turns constants into their type.
-template <class Formula>
-struct Shape {
-    Formula formula;
-    template <int Order, class T>
-    Jet<T, 3, Order> at(const Vec3d& p) const {
-        using J = Jet<T, 3, Order>;
-        return formula(Vec<J, 3>{{J::variable(static_cast<T>(p[0]), 0), J::variable(static_cast<T>(p[1]), 1),
-                                  J::variable(static_cast<T>(p[2]), 2)}},
-                       [](double constant) { return J(static_cast<T>(constant)); });
-    }
-};
-
-template <class Formula>
-ScalarField shape(Formula formula) {
-    return ScalarField(Shape<Formula>{std::move(formula)});
-}
-
 /// The root of a sum of squares; zero, without derivatives, where the sum is zero.
 template <class J>
 J norm(const J& squares) {
@@ -48,10 +31,11 @@ J norm(const J& squares) {
 
 } // namespace
 
-Sdf sphereSdf(double radius) {
+template <int N>
+SdfN<N> sphereSdf(double radius) {
     requirePositive(radius, "radius");
     const auto distance = [radius](const auto& p, auto k) { return norm(dot(p, p)) - k(radius); };
-    return {shape(distance), boxOfSize(Vec3d{{2, 2, 2}} * radius)};
+    return {formulaField<N>(distance), BoxN<N>{}.padded(radius)};
 }
 
 Sdf boxSdf(const Vec3d& size, double rounding) {
@@ -74,7 +58,7 @@ Sdf boxSdf(const Vec3d& size, double rounding) {
         }
         return (deepest.value > 0 ? norm(squares) : deepest) - k(rounding);
     };
-    return {shape(distance), boxOfSize(size)};
+    return {formulaField(distance), boxOfSize(size)};
 }
 
 Sdf torusSdf(double radius, double tube) {
@@ -85,7 +69,7 @@ Sdf torusSdf(double radius, double tube) {
         const auto ring = norm(p[0] * p[0] + p[2] * p[2]) - k(radius);
         return norm(ring * ring + p[1] * p[1]) - k(tube);
     };
-    return {shape(distance), boxOfSize({{2 * (radius + tube), 2 * tube, 2 * (radius + tube)}})};
+    return {formulaField(distance), boxOfSize({{2 * (radius + tube), 2 * tube, 2 * (radius + tube)}})};
 }
 
 Sdf capsuleSdf(double length, double radius) {
@@ -95,7 +79,7 @@ Sdf capsuleSdf(double length, double radius) {
         const auto beyond = max(abs(p[1]) - k(length / 2), k(0));
         return norm(p[0] * p[0] + beyond * beyond + p[2] * p[2]) - k(radius);
     };
-    return {shape(distance), boxOfSize({{2 * radius, length + 2 * radius, 2 * radius}})};
+    return {formulaField(distance), boxOfSize({{2 * radius, length + 2 * radius, 2 * radius}})};
 }
 
 Sdf planeSdf(const Vec3d& normal, double offset) {
@@ -114,7 +98,7 @@ Sdf gyroidSdf(double wavelength, double thickness) {
         const auto x = p[0] * c(k), y = p[1] * c(k), z = p[2] * c(k);
         return abs(sin(x) * cos(y) + sin(y) * cos(z) + sin(z) * cos(x)) * c(scale) - c(thickness / 2);
     };
-    return {shape(distance), kEverywhere, 0};
+    return {formulaField(distance), kEverywhere, 0};
 }
 
 Sdf placed(const Sdf& sdf, const Placement& placement) {
@@ -134,5 +118,44 @@ Sdf placed(const Sdf& sdf, const Placement& placement) {
     }
     return {scale * placed(sdf.distance, placement), bounds, sdf.reach * scale};
 }
+
+namespace {
+
+/// The box around a and b, or what they share.
+Box around(const Box& a, const Box& b) {
+    Box box;
+    for (int i = 0; i < 3; ++i) {
+        box.lower[i] = std::min(a.lower[i], b.lower[i]);
+        box.upper[i] = std::max(a.upper[i], b.upper[i]);
+    }
+    return box;
+}
+
+Box shared(const Box& a, const Box& b) {
+    Box box;
+    for (int i = 0; i < 3; ++i) {
+        box.lower[i] = std::max(a.lower[i], b.lower[i]);
+        box.upper[i] = std::min(a.upper[i], b.upper[i]);
+    }
+    return box;
+}
+
+} // namespace
+
+Sdf unite(const Sdf& a, const Sdf& b, double smoothing) {
+    return {smoothMin(a.distance, b.distance, smoothing), around(a.bounds, b.bounds).padded(smoothing / 6), 0};
+}
+
+Sdf intersect(const Sdf& a, const Sdf& b, double smoothing) {
+    return {smoothMax(a.distance, b.distance, smoothing), shared(a.bounds, b.bounds), 0};
+}
+
+Sdf subtract(const Sdf& a, const Sdf& b, double smoothing) {
+    return {smoothMax(a.distance, -1.0 * b.distance, smoothing), a.bounds, 0};
+}
+
+#define CURLEW_INSTANTIATE(N) template SdfN<N> sphereSdf<N>(double);
+CURLEW_FOR_DIMENSIONS(CURLEW_INSTANTIATE)
+#undef CURLEW_INSTANTIATE
 
 } // namespace curlew

@@ -1,7 +1,8 @@
 #include "curlew/flow/Domain.h"
 
+#include "Samples.h"
 #include "curlew/base/Error.h"
-#include "curlew/base/Random.h"
+#include "curlew/field/Dimensions.h"
 
 #include <fmt/format.h>
 
@@ -10,13 +11,14 @@
 
 namespace curlew {
 
-Domain Domain::of(const Wall& wall, double padding) {
-    Domain domain{.wall = wall};
+template <int N>
+DomainN<N> DomainN<N>::of(const WallN<N>& wall, double padding) {
+    DomainN domain{.wall = wall};
     if (!wall.sdf.bounds.finite()) return domain;
     domain.box = wall.sdf.bounds;
     if (wall.side == Side::inside) return domain;
     const auto size = domain.box.size();
-    domain.box = domain.box.padded(padding < 0 ? 0.5 * std::max({size[0], size[1], size[2]}) : padding);
+    domain.box = domain.box.padded(padding < 0 ? 0.5 * *std::max_element(size.c.begin(), size.c.end()) : padding);
     return domain;
 }
 
@@ -32,45 +34,39 @@ double beyondWall(Side side, double distance) {
     return -std::abs(distance);
 }
 
-void classify(const Domain& domain, const PointBatch& points, std::array<bool, kBatch>& allowed,
+template <int N>
+void classify(const DomainN<N>& domain, const PointBatchN<N>& points, std::array<bool, kBatch>& allowed,
               std::array<double, kBatch>& distance) {
     if (!domain.wall) {
         allowed.fill(true);
         distance.fill(std::numeric_limits<double>::infinity());
         return;
     }
-    JetBatch<double, 0> d;
+    JetBatchN<double, N, 0> d;
     domain.wall->sdf.distance.eval(points, d);
     for (int i = 0; i < points.size; ++i) {
         const auto k = static_cast<size_t>(i);
-        const Vec3d p = points[i];
-        const double rounding = 0x1p-23 * (std::abs(p[0]) + std::abs(p[1]) + std::abs(p[2]));
+        double size = 0;
+        for (const auto& axis : points.c) size += std::abs(axis[k]);
+        const double rounding = 0x1p-23 * size;
         distance[k] = d.c[0][k];
         allowed[k] = beyondWall(domain.wall->side, distance[k]) < -rounding;
     }
 }
 
+#define CURLEW_INSTANTIATE(N)                                                                   \
+    template struct DomainN<N>;                                                                 \
+    template void classify(const DomainN<N>&, const PointBatchN<N>&, std::array<bool, kBatch>&, \
+                           std::array<double, kBatch>&);
+CURLEW_FOR_DIMENSIONS(CURLEW_INSTANTIATE)
+#undef CURLEW_INSTANTIATE
+
 double volumeOf(const Domain& domain) {
-    constexpr uint64_t kSeed = 0x766f6c756d65;
-    constexpr int kBatches = 512;
+    constexpr size_t kSamples = 32768;
+    size_t inside = 0;
+    visitSamples(domain, 0, kSamples, [&](const PointBatch& points) { inside += static_cast<size_t>(points.size); });
     const Vec3d size = domain.box.size();
-    int inside = 0;
-    uint64_t drawn = 0;
-    for (int batch = 0; batch < kBatches; ++batch) {
-        PointBatch points;
-        for (; !points.full(); ++drawn) {
-            Vec3d p;
-            for (int axis = 0; axis < 3; ++axis)
-                p[axis] =
-                    domain.box.lower[axis] + size[axis] * randomUniform(kSeed, drawn, static_cast<uint64_t>(axis));
-            points.push(p);
-        }
-        std::array<bool, kBatch> allowed;
-        std::array<double, kBatch> distance;
-        classify(domain, points, allowed, distance);
-        inside += static_cast<int>(std::count(allowed.begin(), allowed.end(), true));
-    }
-    return size[0] * size[1] * size[2] * inside / (kBatches * kBatch);
+    return size[0] * size[1] * size[2] * static_cast<double>(inside) / static_cast<double>(kSamples);
 }
 
 namespace {

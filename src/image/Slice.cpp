@@ -89,7 +89,7 @@ Image slice(const Box& box, const SliceChannel& channel, std::string name, const
     return image;
 }
 
-SliceChannel flowChannel(const Dfvn& flow, std::string_view name) {
+SliceChannel flowChannel(const Flow& flow, std::string_view name) {
     using Pick = float (*)(const Vec3f& velocity, float f, float g, double distance);
     static constexpr std::array<std::pair<std::string_view, Pick>, 7> kPicks{{
         {"speed", [](const Vec3f& c, float, float, double) { return length(c); }},
@@ -108,13 +108,13 @@ SliceChannel flowChannel(const Dfvn& flow, std::string_view name) {
         std::array<bool, kBatch> allowed;
         std::array<double, kBatch> distance;
         classify(flow.domain(), points, allowed, distance);
-        JetBatch<float, 1> f, g;
+        Flow::Jets<float> potentials;
         VecBatch<float> velocity;
-        flow.eval(points, f, g, velocity);
+        flow.eval(points, potentials, velocity);
         for (int i = 0; i < points.size; ++i) {
             const auto k = static_cast<size_t>(i);
             const bool shown = allowed[k] && flow.domain().box.contains(points[i]);
-            values[k] = shown ? pick(velocity[i], f.c[0][k], g.c[0][k], distance[k]) : kNothing;
+            values[k] = shown ? pick(velocity[i], potentials[0].c[0][k], potentials[1].c[0][k], distance[k]) : kNothing;
         }
     };
 }

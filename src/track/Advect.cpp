@@ -11,13 +11,13 @@ namespace {
 /// What one batch contributes to AdvectResult.
 struct Tally {
     size_t notConverged = 0, keptBack = 0, outside = 0, substeps = 0, retries = 0, iterations = 0;
-    double squaresF = 0, squaresG = 0;
+    std::array<double, 2> squares{}; // of the residuals of f and g
 };
 
 /// The particles of one batch on their way through all steps.
 class BatchAdvector {
   public:
-    BatchAdvector(const Dfvn& flow, const AdvectOptions& options, const ReprojectOptions& reprojection)
+    BatchAdvector(const Flow& flow, const AdvectOptions& options, const ReprojectOptions& reprojection)
         : mFlow(flow), mOptions(options), mReprojection(reprojection) {}
 
     Tally run(Particles& particles, bool onTrack, size_t begin, size_t end, const Monitor& monitor) {
@@ -35,19 +35,19 @@ class BatchAdvector {
 
     void load(const Particles& p, bool onTrack, size_t begin, size_t end) {
         for (size_t k = begin; k < end; ++k) mPosition.push({{p.x[k], p.y[k], p.z[k]}});
-        JetBatch<double, 1> f, g;
-        mFlow.eval(mPosition, f, g, mVelocity);
+        Flow::Jets<double> potentials;
+        mFlow.eval(mPosition, potentials, mVelocity);
         for (size_t i = 0; i < end - begin; ++i) {
-            mTrack.f[i] = onTrack ? p.f[begin + i] : f.c[0][i];
-            mTrack.g[i] = onTrack ? p.g[begin + i] : g.c[0][i];
+            mTrack[0][i] = onTrack ? p.f[begin + i] : potentials[0].c[0][i];
+            mTrack[1][i] = onTrack ? p.g[begin + i] : potentials[1].c[0][i];
             mConverged[i] = true;
         }
         classify(mFlow.domain(), mPosition, mAllowed, mDistance);
     }
 
     void store(Particles& p, size_t begin) {
-        JetBatch<double, 1> f, g;
-        mFlow.eval(mPosition, f, g, mVelocity);
+        Flow::Jets<double> potentials;
+        mFlow.eval(mPosition, potentials, mVelocity);
         classify(mFlow.domain(), mPosition, mAllowed, mDistance);
         for (int i = 0; i < mPosition.size; ++i) {
             const auto lane = static_cast<size_t>(i);
@@ -59,17 +59,20 @@ class BatchAdvector {
             p.vx[k] = static_cast<float>(v[0]);
             p.vy[k] = static_cast<float>(v[1]);
             p.vz[k] = static_cast<float>(v[2]);
-            p.f[k] = mTrack.f[lane];
-            p.g[k] = mTrack.g[lane];
+            if (mFlow.hasTracks()) {
+                p.f[k] = mTrack[0][lane];
+                p.g[k] = mTrack[1][lane];
+            }
             if (!mConverged[lane]) p.converged[k] = 0;
             mTally.outside += !mAllowed[lane];
             if (!p.converged[k]) {
                 ++mTally.notConverged;
                 continue;
             }
-            const double rf = f.c[0][lane] - mTrack.f[lane], rg = g.c[0][lane] - mTrack.g[lane];
-            mTally.squaresF += rf * rf;
-            mTally.squaresG += rg * rg;
+            for (size_t q = 0; q < potentials.size(); ++q) {
+                const double residual = potentials[q].c[0][lane] - mTrack[q][lane];
+                mTally.squares[q] += residual * residual;
+            }
         }
     }
 
@@ -119,8 +122,7 @@ class BatchAdvector {
             const int i = static_cast<int>(active[a]);
             first.set(static_cast<int>(a), mVelocity[i]);
             from.push(mPosition[i]);
-            track.f[a] = mTrack.f[active[a]];
-            track.g[a] = mTrack.g[active[a]];
+            for (size_t q = 0; q < track.size(); ++q) track[q][a] = mTrack[q][active[a]];
         }
         step(
             mOptions.scheme, from, first, dt, [&](const PointBatch& p, VecBatch<double>& v) { mFlow.velocity(p, v); },
@@ -192,7 +194,7 @@ class BatchAdvector {
         judge();
     }
 
-    const Dfvn& mFlow;
+    const Flow& mFlow;
     const AdvectOptions& mOptions;
     const ReprojectOptions& mReprojection;
     PointBatch mPosition;
@@ -213,17 +215,19 @@ void validate(const AdvectOptions& o) {
 
 } // namespace
 
-AdvectResult advect(const Dfvn& flow, Particles& particles, const AdvectOptions& options, const Monitor& monitor) {
+AdvectResult advect(const Flow& flow, Particles& particles, const AdvectOptions& options, const Monitor& monitor) {
     validate(options);
+    if (options.reprojection != Reprojection::none && !flow.hasTracks())
+        throw ValueError("this flow is a sum and has no tracks to put points back onto; choose no reprojection");
     const FlowMagnitudes typical = magnitudesOf(flow);
-    const ReprojectOptions reprojection{.method = options.reprojection,
-                                        .toleranceF = options.tolerance * typical.f,
-                                        .toleranceG = options.tolerance * typical.g,
-                                        .iterations = options.iterations};
+    const ReprojectOptions reprojection{
+        .method = options.reprojection,
+        .tolerance = {options.tolerance * typical.potentials[0], options.tolerance * typical.potentials[1]},
+        .iterations = options.iterations};
     const size_t count = particles.size();
     for (auto* array : {&particles.vx, &particles.vy, &particles.vz}) array->resize(count);
-    const bool onTrack = particles.hasTrack();
-    for (auto* array : {&particles.f, &particles.g}) array->resize(count);
+    const bool onTrack = particles.hasTrack() && flow.hasTracks();
+    for (auto* array : {&particles.f, &particles.g}) array->resize(flow.hasTracks() ? count : 0);
     particles.converged.resize(count, 1);
 
     std::vector<Tally> tallies((count + kBatch - 1) / kBatch);
@@ -236,7 +240,8 @@ AdvectResult advect(const Dfvn& flow, Particles& particles, const AdvectOptions&
         monitor);
 
     AdvectResult result{.points = count};
-    double iterations = 0, squaresF = 0, squaresG = 0;
+    double iterations = 0;
+    std::array<double, 2> squares{};
     for (const Tally& t : tallies) {
         result.notConverged += t.notConverged;
         result.keptBack += t.keptBack;
@@ -244,13 +249,16 @@ AdvectResult advect(const Dfvn& flow, Particles& particles, const AdvectOptions&
         result.substeps += t.substeps;
         result.retries += t.retries;
         iterations += static_cast<double>(t.iterations);
-        squaresF += t.squaresF;
-        squaresG += t.squaresG;
+        for (size_t q = 0; q < squares.size(); ++q) squares[q] += t.squares[q];
     }
     const double converged = static_cast<double>(std::max<size_t>(count - result.notConverged, 1));
     result.meanIterations = iterations / static_cast<double>(std::max<size_t>(result.substeps, 1));
-    if (typical.f > 0) result.residualF = std::sqrt(squaresF / converged) / typical.f;
-    if (typical.g > 0) result.residualG = std::sqrt(squaresG / converged) / typical.g;
+    const auto residual = [&](size_t q) {
+        const double size = flow.hasTracks() ? typical.potentials[q] : 0;
+        return size > 0 ? std::sqrt(squares[q] / converged) / size : 0;
+    };
+    result.residualF = residual(0);
+    result.residualG = residual(1);
     return result;
 }
 

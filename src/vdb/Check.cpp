@@ -1,6 +1,8 @@
 #include "curlew/vdb/Check.h"
 
 #include "curlew/base/Parallel.h"
+#include "curlew/base/Random.h"
+#include "curlew/field/Dimensions.h"
 #include "curlew/track/Scatter.h"
 
 #include <openvdb/tools/GridOperators.h>
@@ -39,25 +41,47 @@ struct Divergence {
     double trace = 0, byDifferences = 0;
 };
 
-Divergence divergenceAt(const Dfvn& flow, const Vec3d& p, double h) {
-    const FlowSample sample = flow.at(p);
+template <int N>
+Divergence divergenceAt(const FlowN<N>& flow, const Vec<double, N>& p, double h) {
+    const FlowSampleN<N> sample = flow.at(p);
     double trace = 0, squares = 0;
-    for (size_t i = 0; i < 3; ++i) {
-        trace += sample.derivative.rows[i][static_cast<int>(i)];
-        squares += dot(sample.derivative.rows[i], sample.derivative.rows[i]);
+    for (int i = 0; i < N; ++i) {
+        trace += sample.derivative[i][i];
+        squares += dot(sample.derivative[i], sample.derivative[i]);
     }
     if (!(squares > 0)) return {};
-    PointBatch around;
-    for (int i = 0; i < 6; ++i) {
-        Vec3d q = p;
+    PointBatchN<N> around;
+    for (int i = 0; i < 2 * N; ++i) {
+        Vec<double, N> q = p;
         q[i / 2] += i % 2 ? h : -h;
         around.push(q);
     }
-    VecBatch<double> c;
+    VecBatchN<double, N> c;
     flow.velocity(around, c);
     double difference = 0;
-    for (int axis = 0; axis < 3; ++axis) difference += (c[2 * axis + 1][axis] - c[2 * axis][axis]) / (2 * h);
+    for (int axis = 0; axis < N; ++axis) difference += (c[2 * axis + 1][axis] - c[2 * axis][axis]) / (2 * h);
     return {std::abs(trace) / std::sqrt(squares), difference / std::sqrt(squares)};
+}
+
+/// Points of the domain. In space it takes as many tries as are needed.
+template <int N>
+std::vector<Vec<double, N>> pointsOf(const DomainN<N>& domain, size_t count, const Monitor& monitor) {
+    std::vector<Vec<double, N>> points(count);
+    if constexpr (N == 3) {
+        const Particles scattered = scatter(domain, count, kSeed, monitor);
+        for (size_t k = 0; k < count; ++k) points[k] = positionOf(scattered, k);
+        return points;
+    }
+    const Vec<double, N> size = domain.box.size();
+    for (size_t k = 0; k < count; ++k)
+        for (int axis = 0; axis < N; ++axis)
+            points[k][axis] =
+                domain.box.lower[axis] + size[axis] * randomUniform(kSeed, k, static_cast<uint64_t>(axis));
+    if (domain.wall)
+        std::erase_if(points, [&](const Vec<double, N>& p) {
+            return beyondWall(domain.wall->side, domain.wall->sdf.distance.template at<0>(p).value) >= 0;
+        });
+    return points;
 }
 
 /// Moves a point onto the zero level of d; false where that does not work.
@@ -73,7 +97,7 @@ bool ontoWall(const ScalarField& distance, const Box& box, Vec3d& p) {
     return false;
 }
 
-void checkWall(const Dfvn& flow, size_t samples, FlowCheck& check, const Monitor& monitor) {
+void checkWall(const Flow& flow, size_t samples, FlowCheck& check, const Monitor& monitor) {
     const Wall& wall = *flow.domain().wall;
     // Start near the wall: anywhere within its width, on both sides.
     Domain layer{.box = flow.domain().box, .wall = wall};
@@ -99,32 +123,83 @@ void checkWall(const Dfvn& flow, size_t samples, FlowCheck& check, const Monitor
 
 } // namespace
 
-FlowCheck checkFlow(const Dfvn& flow, size_t samples, const Monitor& monitor) {
-    FlowCheck check{.magnitudes = magnitudesOf(flow, monitor)};
-    const Particles points = scatter(flow.domain(), samples, kSeed, monitor);
-    const Vec3d size = flow.domain().box.size();
-    const double h = 1e-5 * std::max({size[0], size[1], size[2]});
-    std::vector<Divergence> divergence(samples);
-    std::vector<uint8_t> beyond(samples, 1);
-    const auto& wall = flow.domain().wall;
+template <int N>
+FieldCheck checkField(const ScalarFieldN<N>& field, const BoxN<N>& box, size_t samples, const Monitor& monitor) {
+    if (!box.finite()) throw ValueError("a field is measured in a finite box");
+    const auto points = pointsOf(DomainN<N>{.box = box, .wall = {}}, samples, monitor);
+    // Sums are kept by batch and added in order: the same bits for any number of threads.
+    struct Chunk {
+        Range range{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+        double values = 0, gradients = 0;
+    };
+    std::vector<Chunk> chunks((points.size() + kBatch - 1) / kBatch);
     parallelFor(
-        samples, 256,
+        points.size(), kBatch,
         [&](size_t begin, size_t end) {
-            for (size_t k = begin; k < end; ++k) {
-                const Vec3d p = positionOf(points, k);
-                divergence[k] = divergenceAt(flow, p, h);
-                if (wall) beyond[k] = beyondWall(wall->side, wall->sdf.distance.at<0>(p).value) < -wall->width;
+            PointBatchN<N> batch;
+            for (size_t k = begin; k < end; ++k) batch.push(points[k]);
+            JetBatchN<double, N, 1> jets;
+            field.eval(batch, jets);
+            Chunk& chunk = chunks[begin / kBatch];
+            for (int i = 0; i < batch.size; ++i) {
+                const auto jet = jets[i];
+                chunk.range = {std::min(chunk.range.lower, jet.value), std::max(chunk.range.upper, jet.value)};
+                chunk.values += jet.value * jet.value;
+                chunk.gradients += dot(jet.gradient, jet.gradient);
             }
         },
         monitor);
+    Chunk total;
+    for (const Chunk& chunk : chunks) {
+        total.range = {std::min(total.range.lower, chunk.range.lower), std::max(total.range.upper, chunk.range.upper)};
+        total.values += chunk.values;
+        total.gradients += chunk.gradients;
+    }
+    const double n = static_cast<double>(std::max<size_t>(points.size(), 1));
+    return {total.range, std::sqrt(total.values / n), std::sqrt(total.gradients / n)};
+}
+
+template <int N>
+DivergenceCheck checkDivergence(const FlowN<N>& flow, size_t samples, const Monitor& monitor) {
+    const auto& domain = flow.domain();
+    const auto points = pointsOf(domain, samples, monitor);
+    const Vec<double, N> size = domain.box.size();
+    const double h = 1e-5 * *std::max_element(size.c.begin(), size.c.end());
+    std::vector<Divergence> divergence(points.size());
+    std::vector<uint8_t> beyond(points.size(), 1);
+    parallelFor(
+        points.size(), 256,
+        [&](size_t begin, size_t end) {
+            for (size_t k = begin; k < end; ++k) {
+                divergence[k] = divergenceAt(flow, points[k], h);
+                if (const auto& wall = domain.wall)
+                    beyond[k] =
+                        beyondWall(wall->side, wall->sdf.distance.template at<0>(points[k]).value) < -wall->width;
+            }
+        },
+        monitor);
+    DivergenceCheck check;
     double squares = 0;
-    for (size_t k = 0; k < samples; ++k) {
-        check.divergence = std::max(check.divergence, divergence[k].trace);
-        if (beyond[k]) check.divergenceBeyond = std::max(check.divergenceBeyond, divergence[k].trace);
+    for (size_t k = 0; k < points.size(); ++k) {
+        check.trace = std::max(check.trace, divergence[k].trace);
+        if (beyond[k]) check.traceBeyond = std::max(check.traceBeyond, divergence[k].trace);
         squares += divergence[k].byDifferences * divergence[k].byDifferences;
     }
-    check.divergenceByDifferences = std::sqrt(squares / static_cast<double>(samples));
-    if (wall) checkWall(flow, samples, check, monitor);
+    check.byDifferences = std::sqrt(squares / static_cast<double>(std::max<size_t>(points.size(), 1)));
+    return check;
+}
+
+#define CURLEW_INSTANTIATE(N) \
+    template FieldCheck checkField(const ScalarFieldN<N>&, const BoxN<N>&, size_t, const Monitor&);
+CURLEW_FOR_DIMENSIONS(CURLEW_INSTANTIATE)
+#undef CURLEW_INSTANTIATE
+#define CURLEW_INSTANTIATE(N) template DivergenceCheck checkDivergence(const FlowN<N>&, size_t, const Monitor&);
+CURLEW_FOR_FLOW_DIMENSIONS(CURLEW_INSTANTIATE)
+#undef CURLEW_INSTANTIATE
+
+FlowCheck checkFlow(const Flow& flow, size_t samples, const Monitor& monitor) {
+    FlowCheck check{.divergence = checkDivergence(flow, samples, monitor), .magnitudes = magnitudesOf(flow, monitor)};
+    if (flow.domain().wall) checkWall(flow, samples, check, monitor);
     return check;
 }
 
@@ -162,9 +237,10 @@ GridCheck checkVelocity(const openvdb::Vec3SGrid& velocity) {
     return check;
 }
 
-ParticleCheck checkParticles(const Dfvn& flow, const Particles& particles, const Monitor& monitor) {
+ParticleCheck checkParticles(const Flow& flow, const Particles& particles, const Monitor& monitor) {
     struct Chunk {
-        double squaresF = 0, squaresG = 0, penetration = -std::numeric_limits<double>::infinity();
+        std::array<double, Flow::kPotentials> squares{}; // of the drift
+        double penetration = -std::numeric_limits<double>::infinity();
         size_t converged = 0, outside = 0;
     };
     const size_t count = particles.size();
@@ -178,9 +254,9 @@ ParticleCheck checkParticles(const Dfvn& flow, const Particles& particles, const
             std::array<bool, kBatch> allowed;
             std::array<double, kBatch> distance;
             classify(flow.domain(), points, allowed, distance);
-            JetBatch<double, 0> f, g;
-            flow.f().eval(points, f);
-            flow.g().eval(points, g);
+            std::array<JetBatch<double, 0>, Flow::kPotentials> potentials;
+            for (size_t q = 0; q < potentials.size(); ++q) flow.potentials()[q].eval(points, potentials[q]);
+            const std::array tracks{&particles.f, &particles.g};
             for (size_t i = 0; i < end - begin; ++i) {
                 if (flow.domain().wall) {
                     chunk.outside += !allowed[i];
@@ -190,29 +266,32 @@ ParticleCheck checkParticles(const Dfvn& flow, const Particles& particles, const
                 if (!particles.converged.empty() && !particles.converged[k]) continue;
                 ++chunk.converged;
                 if (!particles.hasTrack()) continue;
-                const double df = f.c[0][i] - particles.f[k], dg = g.c[0][i] - particles.g[k];
-                chunk.squaresF += df * df;
-                chunk.squaresG += dg * dg;
+                for (size_t q = 0; q < potentials.size(); ++q) {
+                    const double drift = potentials[q].c[0][i] - (*tracks[q])[k];
+                    chunk.squares[q] += drift * drift;
+                }
             }
         },
         monitor);
     Chunk total;
     for (const Chunk& chunk : chunks) {
-        total.squaresF += chunk.squaresF;
-        total.squaresG += chunk.squaresG;
+        for (size_t q = 0; q < total.squares.size(); ++q) total.squares[q] += chunk.squares[q];
         total.penetration = std::max(total.penetration, chunk.penetration);
         total.converged += chunk.converged;
         total.outside += chunk.outside;
     }
     const FlowMagnitudes typical = magnitudesOf(flow, monitor);
     const double n = static_cast<double>(std::max<size_t>(total.converged, 1));
-    const auto relative = [&](double squares, double scale) { return scale > 0 ? std::sqrt(squares / n) / scale : 0; };
+    const auto drift = [&](size_t q) {
+        const double scale = typical.potentials[q];
+        return scale > 0 ? std::sqrt(total.squares[q] / n) / scale : 0;
+    };
     return {.points = count,
             .outside = total.outside,
             .notConverged = count - total.converged,
             .penetration = flow.domain().wall && count > 0 ? total.penetration : 0,
-            .driftF = relative(total.squaresF, typical.f),
-            .driftG = relative(total.squaresG, typical.g)};
+            .driftF = drift(0),
+            .driftG = drift(1)};
 }
 
 } // namespace curlew

@@ -11,7 +11,7 @@ namespace {
 
 using openvdb::Coord;
 
-/// The weights of the four samples around t in [0, 1), or their first or second derivatives with respect to t, of the
+/// The weights of the four samples around t in [0, 1), or their derivatives with respect to t up to the third, of the
 /// uniform cubic B-spline.
 template <class T>
 std::array<T, 4> splineWeights(T t, int derivative) {
@@ -22,8 +22,10 @@ std::array<T, 4> splineWeights(T t, int derivative) {
                     (s * s * (T(3) * s - T(6)) + T(4)) / T(6), t * t * t / T(6)};
         case 1:
             return {T(-0.5) * s * s, t * (T(1.5) * t - T(2)), s * (T(2) - T(1.5) * s), T(0.5) * t * t};
-        default:
+        case 2:
             return {s, T(3) * t - T(2), T(1) - T(3) * t, t};
+        default:
+            return {T(-1), T(3), T(-3), T(1)};
     }
 }
 
@@ -35,7 +37,7 @@ class SplineField {
         const auto& map = *mGrid->transform().baseMap();
         const openvdb::Mat4d toIndex = map.getAffineMap()->getMat4().inverse(); // row vectors: x_index = x_world M
         for (int i = 0; i < 3; ++i) {
-            for (int j = 0; j < 3; ++j) mToIndex.rows[static_cast<size_t>(i)][j] = toIndex(j, i);
+            for (int j = 0; j < 3; ++j) mToIndex[i][j] = toIndex(j, i);
             mShift[i] = toIndex(3, i);
         }
         buildBlocks();
@@ -132,6 +134,12 @@ class SplineField {
         if constexpr (Order >= 1) jet.gradient = {{sum[1][0][0], sum[0][1][0], sum[0][0][1]}};
         if constexpr (Order >= 2)
             jet.hessian.c = {sum[2][0][0], sum[0][2][0], sum[0][0][2], sum[1][1][0], sum[1][0][1], sum[0][1][1]};
+        if constexpr (Order >= 3)
+            jet.forTriples([&](int i, int j, int k) {
+                std::array<size_t, 3> d{};
+                for (const int axis : {i, j, k}) ++d[static_cast<size_t>(axis)];
+                jet.third(i, j, k) = sum[d[0]][d[1]][d[2]];
+            });
         return jet;
     }
 

@@ -60,7 +60,7 @@ void distances(const Domain& domain, const PointBatch& points, JetBatch<double, 
 /// Fills one leaf of a grid whose voxel ijk has its centre at voxel * ijk.
 class LeafSampler {
   public:
-    LeafSampler(const Dfvn& flow, double voxel, const Skin& skin) : mFlow(flow), mVoxel(voxel), mSkin(skin) {}
+    LeafSampler(const Flow& flow, double voxel, const Skin& skin) : mFlow(flow), mVoxel(voxel), mSkin(skin) {}
 
     void collocated(VelocityLeaf& leaf) const {
         for (openvdb::Index begin = 0; begin < VelocityLeaf::SIZE; begin += kBatch) {
@@ -107,10 +107,10 @@ class LeafSampler {
   private:
     Vec3d centre(const Coord& ijk) const { return {{ijk[0] * mVoxel, ijk[1] * mVoxel, ijk[2] * mVoxel}}; }
 
-    /// f (faded beyond the wall) and g at the 9³ corners of a leaf's voxels.
+    /// The potentials at the 9³ corners of a leaf's voxels; the first of each term, f, faded beyond the wall.
     class Corners {
       public:
-        Corners(const LeafSampler& sampler, const Coord& origin) {
+        Corners(const LeafSampler& sampler, const Coord& origin) : mTerms(sampler.mFlow.terms().size()) {
             const double h = sampler.mVoxel;
             for (size_t begin = 0; begin < kCount; begin += kBatch) {
                 const size_t end = std::min(kCount, begin + kBatch);
@@ -122,11 +122,13 @@ class LeafSampler {
                 }
                 JetBatch<double, 0> d, f, g;
                 distances(sampler.mFlow.domain(), points, d);
-                sampler.mFlow.f().eval(points, f);
-                sampler.mFlow.g().eval(points, g);
-                for (size_t n = begin; n < end; ++n) {
-                    mF[n] = f.c[0][n - begin] * sampler.mSkin.fade(d.c[0][n - begin]);
-                    mG[n] = g.c[0][n - begin];
+                for (size_t t = 0; t < mTerms.size(); ++t) {
+                    sampler.mFlow.terms()[t][0].eval(points, f);
+                    sampler.mFlow.terms()[t][1].eval(points, g);
+                    for (size_t n = begin; n < end; ++n) {
+                        mTerms[t].f[n] = f.c[0][n - begin] * sampler.mSkin.fade(d.c[0][n - begin]);
+                        mTerms[t].g[n] = g.c[0][n - begin];
+                    }
                 }
             }
         }
@@ -141,21 +143,28 @@ class LeafSampler {
 
       private:
         static constexpr size_t kEdge = kLeaf + 1, kCount = kEdge * kEdge * kEdge;
+        struct Term {
+            std::array<double, kCount> f, g;
+        };
         static size_t index(const Coord& c) {
             return (static_cast<size_t>(c[0]) * kEdge + static_cast<size_t>(c[1])) * kEdge + static_cast<size_t>(c[2]);
         }
         /// Every edge is integrated in the direction of its axis, so that the faces that share it get the same bits.
-        double along(size_t from, size_t to) const { return 0.5 * (mF[from] + mF[to]) * (mG[to] - mG[from]); }
+        double along(size_t from, size_t to) const {
+            double sum = 0;
+            for (const Term& t : mTerms) sum += 0.5 * (t.f[from] + t.f[to]) * (t.g[to] - t.g[from]);
+            return sum;
+        }
 
-        std::array<double, kCount> mF, mG;
+        std::vector<Term> mTerms;
     };
 
-    const Dfvn& mFlow;
+    const Flow& mFlow;
     double mVoxel;
     const Skin& mSkin;
 };
 
-double voxelFor(const Dfvn& flow, const VelocityGridOptions& options) {
+double voxelFor(const Flow& flow, const VelocityGridOptions& options) {
     if (options.voxel < 0 || !std::isfinite(options.voxel))
         throw ValueError(fmt::format("voxel size {} must be positive", options.voxel));
     if (options.voxel == 0 && options.dim < 1) throw ValueError(fmt::format("dim {} must be at least 1", options.dim));
@@ -272,15 +281,18 @@ openvdb::FloatGrid::Ptr floatGridOn(const openvdb::GridBase& where) {
 
 } // namespace
 
-openvdb::Vec3SGrid::Ptr velocityGrid(const Dfvn& flow, const VelocityGridOptions& options, const Monitor& monitor) {
+openvdb::Vec3SGrid::Ptr velocityGrid(const Flow& flow, const VelocityGridOptions& options, const Monitor& monitor) {
     if (!(options.skin >= 1)) throw ValueError(fmt::format("skin {} must be at least 1 voxel", options.skin));
+    if (options.layout == Layout::staggered && !flow.divergenceFree())
+        throw ValueError(
+            "a normalised flow is not divergence-free, and has no staggered grid that is; sample it collocated");
     const double voxel = options.mask ? maskVoxel(*options.mask) : voxelFor(flow, options);
     openvdb::MaskTree::Ptr mask;
     std::vector<Coord> origins;
     // With a mask, the mask alone decides what is active.
     constexpr double kFar = 1e300;
     constexpr Box kEverywhere{{{-kFar, -kFar, -kFar}}, {{kFar, kFar, kFar}}};
-    const Dfvn sampled = options.mask ? Dfvn(flow.f(), flow.g(), Domain{kEverywhere, std::nullopt}) : flow;
+    const Flow sampled = options.mask ? flow.within({kEverywhere, std::nullopt}) : flow;
     if (options.mask) {
         mask = topologyOfMask(*options.mask);
         for (auto leaf = mask->cbeginLeaf(); leaf; ++leaf) origins.push_back(leaf->origin());

@@ -13,9 +13,9 @@ int main() {
 
     // A noise that is the distance to a sphere near it, and a second noise: a flow contained in the sphere.
     const Wall wall{.sdf = sphereSdf(1), .side = Side::inside, .width = 0.2};
-    const ScalarField f = psrdField({.seed = 1}, {.frequency = 2, .octaves = 2});
-    const ScalarField g = bounded(psrdField({.seed = 2}, {.frequency = 2, .octaves = 2}), wall);
-    const Dfvn flow = withSpeed(Dfvn(f, g, Domain::of(wall)), 1);
+    const ScalarField f = noiseField<Psrd3>({.seed = 1}, {.frequency = 2, .octaves = 2});
+    const ScalarField g = bounded(noiseField<Psrd3>({.seed = 2}, {.frequency = 2, .octaves = 2}), wall);
+    const Flow flow = withSpeed(Flow(f, g, Domain::of(wall)), 1);
 
     // As a grid whose staggered velocities are divergence-free to rounding.
     writeVdb("velocity.vdb", {velocityGrid(flow, {.voxel = 0.05, .layout = Layout::staggered})});

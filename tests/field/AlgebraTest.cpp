@@ -39,8 +39,8 @@ TEST_CASE("constants and ramps are exact", "[field]") {
         REQUIRE(jet.gradient == Vec3d{{1, -2, 0.5}});
         for (const double h : jet.hessian.c) REQUIRE(h == 0);
     }
-    CHECK(constant.bound() == 2.5);
-    CHECK(std::isinf(ramp.bound()));
+    CHECK(constant.range().bound() == 2.5);
+    CHECK(std::isinf(ramp.range().bound()));
 }
 
 TEST_CASE("sum, product and multiple of fields are those of their jets", "[field]") {
@@ -78,7 +78,7 @@ TEST_CASE("the derivatives of field algebra agree with central differences", "[f
 }
 
 TEST_CASE("bounds of sums, products and multiples hold", "[field]") {
-    const ScalarField n = psrdField({.seed = 1}), m = psrdField({.seed = 2}, {.amplitude = 3});
+    const ScalarField n = noiseField<Psrd3>({.seed = 1}), m = noiseField<Psrd3>({.seed = 2}, {.amplitude = 3});
     struct Case {
         ScalarField field;
         double expected;
@@ -87,14 +87,14 @@ TEST_CASE("bounds of sums, products and multiples hold", "[field]") {
     for (const auto& [field, expected] :
          {Case{n + m, 4 * kBound}, Case{n * m, 3 * kBound * kBound}, Case{-2.0 * n, 2 * kBound},
           Case{placed(m, {.offset = {{1, 2, 3}}, .rotate = {}, .scale = {{3, 1, 1}}}), 3 * kBound}}) {
-        CHECK(std::abs(field.bound() - expected) < 1e-14);
+        CHECK(std::abs(field.range().bound() - expected) < 1e-14);
         for (const Vec3d& p : randomPoints(cube(10), 10000, 4))
-            if (!(std::abs(field.at<0>(p).value) <= field.bound())) FAIL("beyond its bound at " << p[0]);
+            if (!(std::abs(field.at<0>(p).value) <= field.range().bound())) FAIL("beyond its bound at " << p[0]);
     }
-    CHECK(std::isinf((n + rampField({{1, 0, 0}})).bound()));
+    CHECK(std::isinf((n + rampField({{1, 0, 0}})).range().bound()));
     // Zero times anything is zero, whatever its range.
-    CHECK((constantField(0) * rampField({{1, 0, 0}})).bound() == 0);
-    CHECK((0.0 * rampField({{1, 0, 0}})).bound() == 0);
+    CHECK((constantField(0) * rampField({{1, 0, 0}})).range().bound() == 0);
+    CHECK((0.0 * rampField({{1, 0, 0}})).range().bound() == 0);
 }
 
 TEST_CASE("a placed field has at R S p + offset its value at p", "[field]") {

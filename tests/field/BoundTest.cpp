@@ -14,7 +14,7 @@ using namespace curlew::test;
 namespace {
 
 constexpr double kWidth = 0.25;
-const ScalarField kNoise = psrdField({.seed = 4}, {.frequency = 1.5});
+const ScalarField kNoise = noiseField<Psrd3>({.seed = 4}, {.frequency = 1.5});
 
 Wall sphereWall(Side side) { return {.sdf = sphereSdf(1), .side = side, .width = kWidth}; }
 
@@ -22,7 +22,7 @@ bool flows(Side side, double d) { return side == Side::both || (side == Side::in
 
 /// The noise as `bounded` uses it: scaled to its amplitude, shifted by an eighth more than that.
 ScalarField target(const ScalarField& noise, double amplitude, double sign, bool separate) {
-    return (amplitude / noise.bound()) * noise + constantField(separate ? sign * 1.125 * amplitude : 0);
+    return (amplitude / noise.range().bound()) * noise + constantField(separate ? sign * 1.125 * amplitude : 0);
 }
 
 } // namespace
@@ -159,5 +159,5 @@ TEST_CASE("unusable walls are errors that say what to do", "[field]") {
     // Without a range an unbounded field is taken as it is.
     const ScalarField g = bounded(ramp, good, {.separate = false});
     CHECK(g.at<0>({{0.3, 0, 0}}).value == Approx(0.3));
-    CHECK(std::isinf(g.bound()));
+    CHECK(std::isinf(g.range().bound()));
 }

@@ -9,14 +9,14 @@ using namespace curlew::test;
 
 TEST_CASE("the default noise field is psrdnoise itself", "[field]") {
     const PsrdOptions options{.period = {{0, 5, 0}}, .alpha = 0.7, .seed = 3};
-    const ScalarField field = psrdField(options);
+    const ScalarField field = noiseField<Psrd3>(options);
     const Psrd3 noise(options);
     for (const Vec3d& p : randomPoints(cube(10), 300, 1)) {
         CAPTURE(p);
         REQUIRE(difference(field.at<2>(p), noise.at<2, double>(p)) == 0);
         REQUIRE(difference(field.at<2, float>(p), noise.at<2, float>(p)) == 0);
     }
-    CHECK(field.bound() == Psrd3::kBound);
+    CHECK(field.range().bound() == Psrd3::kBound);
 }
 
 TEST_CASE("octaves are the sum of single noises", "[field]") {
@@ -25,7 +25,7 @@ TEST_CASE("octaves are the sum of single noises", "[field]") {
     CAPTURE(normalize, gain);
     const OctaveOptions o{
         .frequency = 1.7, .octaves = 4, .lacunarity = 2.1, .gain = gain, .amplitude = 3, .normalize = normalize};
-    const ScalarField field = psrdField({.alpha = 0.2, .seed = 5}, o);
+    const ScalarField field = noiseField<Psrd3>({.alpha = 0.2, .seed = 5}, o);
     const Psrd3 noise({.alpha = 0.2, .seed = 5});
     double total = 0, amplitude = 1;
     for (int k = 0; k < o.octaves; ++k, amplitude *= gain) total += std::abs(amplitude);
@@ -47,23 +47,23 @@ TEST_CASE("octaves are the sum of single noises", "[field]") {
         REQUIRE(difference(jet, sum, 1, 4) < rounding * 45 * 16);
         REQUIRE(difference(jet, sum, 4, 10) < rounding * 600 * 16 * 16);
     }
-    CHECK(field.bound() == Approx(Psrd3::kBound * 3 * (normalize ? 1 : total)));
+    CHECK(field.range().bound() == Approx(Psrd3::kBound * 3 * (normalize ? 1 : total)));
 }
 
 TEST_CASE("a noise field has the derivatives of its value and keeps its bound", "[field]") {
-    const ScalarField field = psrdField({.seed = 9}, {.frequency = 0.8, .octaves = 3, .gain = 0.6});
+    const ScalarField field = noiseField<Psrd3>({.seed = 9}, {.frequency = 0.8, .octaves = 3, .gain = 0.6});
     // The third derivative of psrd (below 600) times frequency³, weighted with the amplitudes: 600 · 0.8³ ·
     // (1 + 0.6 · 8 + 0.36 · 64) / 1.96.
     requireDerivatives(field, randomPoints(cube(10), 1000, 3), 0x1p-10, 600 * 0.512 * (1 + 4.8 + 23.04) / 1.96);
     Worst worst;
     for (const Vec3d& p : randomPoints(cube(100), 100000, 4)) worst.see(std::abs(field.at<0>(p).value), p);
-    CHECK(worst.value <= field.bound());
+    CHECK(worst.value <= field.range().bound());
 }
 
 TEST_CASE("all octaves of a noise field tile together", "[field]") {
     const double lacunarity = GENERATE(2.0, 3.0);
-    const ScalarField field = psrdField({.period = {{4, 6, 3}}, .alpha = 0.5, .seed = 7},
-                                        {.frequency = 2, .octaves = 4, .lacunarity = lacunarity});
+    const ScalarField field = noiseField<Psrd3>({.period = {{4, 6, 3}}, .alpha = 0.5, .seed = 7},
+                                                {.frequency = 2, .octaves = 4, .lacunarity = lacunarity});
     for (uint64_t k = 0; k < 500; ++k) {
         const Vec3d p = dyadic(randomPoint(cube(5), 5, k));
         CAPTURE(p, lacunarity);
@@ -74,7 +74,7 @@ TEST_CASE("all octaves of a noise field tile together", "[field]") {
 }
 
 TEST_CASE("unusable octaves are errors that name the value", "[field]") {
-    const auto make = [](const OctaveOptions& o, const PsrdOptions& n = {}) { return psrdField(n, o); };
+    const auto make = [](const OctaveOptions& o, const PsrdOptions& n = {}) { return noiseField<Psrd3>(n, o); };
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     for (const double bad : {0.0, -1.0, kInfinity, std::nan("")}) {
         CAPTURE(bad);

@@ -10,7 +10,7 @@ using namespace curlew::test;
 
 namespace {
 
-/// A model that works on batches, knows its bound, and counts how often it is called.
+/// A model that works on batches, knows its range, and counts how often it is called.
 struct Counting {
     int* calls;
     template <int Order, class T>
@@ -18,7 +18,7 @@ struct Counting {
         ++*calls;
         for (int i = 0; i < points.size; ++i) jets.set(i, Jet<T, 3, Order>::variable(static_cast<T>(points[i][1]), 1));
     }
-    double bound() const { return 42; }
+    Range range() const { return Range::within(42); }
 };
 
 } // namespace
@@ -28,11 +28,11 @@ TEST_CASE("a field is made from a pointwise or a batch model", "[field]") {
     CHECK(pointwise.at<0>({{2, 3, 4}}).value == 6);
     CHECK(pointwise.at<1>({{2, 3, 4}}).gradient == Vec3d{{3, 2, 0}});
     CHECK(pointwise.at<2>({{2, 3, 4}}).hessian(0, 1) == 1);
-    CHECK(std::isinf(pointwise.bound()));
+    CHECK(std::isinf(pointwise.range().bound()));
 
     int calls = 0;
     const ScalarField batched(Counting{&calls});
-    CHECK(batched.bound() == 42);
+    CHECK(batched.range().bound() == 42);
     PointBatch points;
     for (const Vec3d& p : randomPoints(cube(1), kBatch, 1)) points.push(p);
     JetBatch<double, 1> jets;
@@ -45,7 +45,7 @@ TEST_CASE("a field is made from a pointwise or a batch model", "[field]") {
 }
 
 TEST_CASE("every field gives the same bits whatever the order of derivatives and the batch", "[field]") {
-    const ScalarField noise = psrdField({.seed = 3}, {.frequency = 2.3, .octaves = 3});
+    const ScalarField noise = noiseField<Psrd3>({.seed = 3}, {.frequency = 2.3, .octaves = 3});
     struct Case {
         const char* name;
         ScalarField field;
@@ -94,7 +94,7 @@ TEST_CASE("evaluating an empty batch does nothing", "[field]") {
     PointBatch none;
     JetBatch<double, 2> jets;
     jets.c[0][0] = 7;
-    psrdField().eval(none, jets);
-    bounded(psrdField(), {.sdf = sphereSdf(1)}).eval(none, jets);
+    noiseField<Psrd3>().eval(none, jets);
+    bounded(noiseField<Psrd3>(), {.sdf = sphereSdf(1)}).eval(none, jets);
     CHECK(jets.c[0][0] == 7);
 }

@@ -1,24 +1,14 @@
 #pragma once
 
 #include "curlew/field/Algebra.h"
+#include "curlew/field/Formula.h"
+#include "curlew/field/Map.h"
 
 namespace curlew::test {
 
-/// A user-defined pointwise model: a formula on coordinates that are jets.
-template <class F>
-struct Formula {
-    F formula;
-    template <int Order, class T>
-    Jet<T, 3, Order> at(const Vec3d& p) const {
-        using J = Jet<T, 3, Order>;
-        return formula(Vec<J, 3>{{J::variable(static_cast<T>(p[0]), 0), J::variable(static_cast<T>(p[1]), 1),
-                                  J::variable(static_cast<T>(p[2]), 2)}});
-    }
-};
-
-template <class F>
-ScalarField formula(F f) {
-    return ScalarField(Formula<F>{std::move(f)});
+template <int N = 3, class F>
+ScalarFieldN<N> formula(F f) {
+    return formulaField<N>(std::move(f));
 }
 
 /// Two analytic fields without symmetries, of wavelengths from 2 to 6, |value| <= 3.

@@ -28,21 +28,21 @@ Particles particlesAt(const std::vector<Vec3d>& points) {
 }
 
 /// A bounded flow of speed 1.
-Dfvn boundFlow(const Sdf& sdf, Side side, double width = 0.2) {
+Flow boundFlow(const Sdf& sdf, Side side, double width = 0.2) {
     const Wall wall{.sdf = sdf, .side = side, .width = width};
-    return withSpeed(Dfvn(psrdField({.seed = 1}, {.frequency = 1.5}),
-                          bounded(psrdField({.seed = 2}, {.frequency = 1.5}), wall), Domain::of(wall)),
+    return withSpeed(Flow(noiseField<Psrd3>({.seed = 1}, {.frequency = 1.5}),
+                          bounded(noiseField<Psrd3>({.seed = 2}, {.frequency = 1.5}), wall), Domain::of(wall)),
                      1);
 }
 
-const Dfvn& sphereFlow() {
-    static const Dfvn flow = boundFlow(sphereSdf(1), Side::inside);
+const Flow& sphereFlow() {
+    static const Flow flow = boundFlow(sphereSdf(1), Side::inside);
     return flow;
 }
 
 /// The flow of analytic fields, in a box that is large enough for what is done here.
-const Dfvn& smoothFlow() {
-    static const Dfvn flow = withSpeed(Dfvn(sinesF(), sinesG(), {.box = cube(3), .wall = {}}), 1);
+const Flow& smoothFlow() {
+    static const Flow flow = withSpeed(Flow(sinesF(), sinesG(), {.box = cube(3), .wall = {}}), 1);
     return flow;
 }
 
@@ -63,7 +63,7 @@ bool same(const Particles& a, const Particles& b) {
 TEST_CASE("particles keep to their track within the tolerance", "[track]") {
     const auto method = GENERATE(Reprojection::gaussNewton, Reprojection::newton);
     CAPTURE(static_cast<int>(method));
-    const Dfvn& flow = sphereFlow();
+    const Flow& flow = sphereFlow();
     Particles particles = scatter(flow.domain(), 2000, 1);
     const Particles start = particles;
     // One iteration more of Newton's alternating corrections gains only a factor: it gets more of them.
@@ -79,8 +79,8 @@ TEST_CASE("particles keep to their track within the tolerance", "[track]") {
         REQUIRE(particles.f[k] == flow.f().at<0>(from).value);
         REQUIRE(particles.g[k] == flow.g().at<0>(from).value);
         // What does not converge keeps its position, which is on the track too.
-        REQUIRE(std::abs(f - particles.f[k]) <= options.tolerance * typical.f);
-        REQUIRE(std::abs(g - particles.g[k]) <= options.tolerance * typical.g);
+        REQUIRE(std::abs(f - particles.f[k]) <= options.tolerance * typical.potentials[0]);
+        REQUIRE(std::abs(g - particles.g[k]) <= options.tolerance * typical.potentials[1]);
         const Vec3d c = flow.at(p).velocity;
         REQUIRE(particles.vx[k] == static_cast<float>(c[0]));
         REQUIRE(particles.vy[k] == static_cast<float>(c[1]));
@@ -116,7 +116,7 @@ TEST_CASE("no particle crosses a wall, however large the steps", "[track]") {
         {"around a box", boxSdf({{1.6, 2, 1.2}}, 0.15), Side::outside},
         {"both sides of a box", boxSdf({{1.6, 2, 1.2}}, 0.15), Side::both},
     }));
-    const Dfvn flow = boundFlow(c.sdf, c.side);
+    const Flow flow = boundFlow(c.sdf, c.side);
     const Particles start = scatter(flow.domain(), 4000, 2);
     const auto distance = [&](const Particles& p, size_t k) { return c.sdf.distance.at<0>(position(p, k)).value; };
     // Steps of 1/2 and 1/16 at a mean speed of 1: as long as the shape, and shorter than the layer.
@@ -146,8 +146,9 @@ TEST_CASE("no particle crosses a wall, however large the steps", "[track]") {
 TEST_CASE("no particle changes sides even where its track exists on both", "[track]") {
     // Plain Eq. 13, without separation: g takes the same values inside and outside.
     const Wall wall{.sdf = sphereSdf(1), .side = Side::both, .width = 0.2};
-    const ScalarField f = psrdField({.seed = 1}), g = bounded(psrdField({.seed = 2}), wall, {.separate = false});
-    const Dfvn flow = withSpeed(Dfvn(f, g, Domain::of(wall)), 1);
+    const ScalarField f = noiseField<Psrd3>({.seed = 1}),
+                      g = bounded(noiseField<Psrd3>({.seed = 2}), wall, {.separate = false});
+    const Flow flow = withSpeed(Flow(f, g, Domain::of(wall)), 1);
     const Particles start = scatter(flow.domain(), 4000, 6);
     Particles particles = start;
     const AdvectResult result = advect(flow, particles, {.time = 4, .steps = 8, .scheme = Scheme::euler});
@@ -164,7 +165,7 @@ TEST_CASE("no particle jumps through a wall that is thinner than its steps", "[t
     const Side side = GENERATE(Side::both, Side::outside);
     const double half = 0.01;
     const Wall wall{.sdf = boxSdf({{40, 2 * half, 40}}, 0.004), .side = side, .width = 0.1};
-    const Dfvn flow = withSpeed(Dfvn(psrdField({.seed = 3}), bounded(psrdField({.seed = 4}), wall),
+    const Flow flow = withSpeed(Flow(noiseField<Psrd3>({.seed = 3}), bounded(noiseField<Psrd3>({.seed = 4}), wall),
                                      {.box = {{{-1, -0.3, -1}}, {{1, 0.3, 1}}}, .wall = wall}),
                                 1);
     std::vector<Vec3d> points;
@@ -196,7 +197,7 @@ TEST_CASE("no particle jumps through a wall that is thinner than its steps", "[t
 }
 
 TEST_CASE("the result does not depend on threads, order or company", "[track]") {
-    const Dfvn& flow = sphereFlow();
+    const Flow& flow = sphereFlow();
     const AdvectOptions options{.time = 1, .steps = 10, .scheme = Scheme::midpoint};
     const Particles start = scatter(flow.domain(), 1000, 3);
     Particles one = start, two = start;
@@ -263,7 +264,7 @@ TEST_CASE("the order in time is that of the scheme, with and without reprojectio
 TEST_CASE("a closed streamline in closed form is followed", "[track]") {
     // f = x² + y², g = z: a rotation by -2t. Reprojected, the radius stays; the angle has the error of RK4 in phase,
     // (2 dt)^5 / 120 a step, and the projection does not touch it to leading order.
-    const Dfvn flow(polynomial("x0**2 + x1**2"), polynomial("x2"), {.box = cube(1), .wall = {}});
+    const Flow flow(polynomial("x0**2 + x1**2"), polynomial("x2"), {.box = cube(1), .wall = {}});
     Particles particles = particlesAt({{{1, 0, 0.5}}});
     const AdvectResult result = advect(flow, particles, {.time = 0.5, .steps = 50, .tolerance = 1e-13});
     const double tolerance = 50 * std::pow(2 * 0.01, 5) / 120 * 2 + 1e-12;
@@ -297,12 +298,12 @@ TEST_CASE("negative time runs back to the start", "[track]") {
 
 TEST_CASE("a given track is the one that is kept", "[track]") {
     // Particles that lie a little off their track come onto it with the first step.
-    const Dfvn& flow = smoothFlow();
+    const Flow& flow = smoothFlow();
     const FlowMagnitudes typical = magnitudesOf(flow);
     Particles particles = particlesAt(randomPoints(cube(0.5), 100, 9));
     for (size_t k = 0; k < 100; ++k) {
-        particles.f.push_back(flow.f().at<0>(position(particles, k)).value + 1e-4 * typical.f);
-        particles.g.push_back(flow.g().at<0>(position(particles, k)).value - 1e-4 * typical.g);
+        particles.f.push_back(flow.f().at<0>(position(particles, k)).value + 1e-4 * typical.potentials[0]);
+        particles.g.push_back(flow.g().at<0>(position(particles, k)).value - 1e-4 * typical.potentials[1]);
     }
     const Particles start = particles;
     const AdvectResult result = advect(flow, particles, {.time = 0.1, .steps = 5});
@@ -310,13 +311,13 @@ TEST_CASE("a given track is the one that is kept", "[track]") {
     CHECK(result.residualF <= 1e-8);
     size_t on = 0;
     for (size_t k = 0; k < 100; ++k)
-        on += std::abs(flow.f().at<0>(position(particles, k)).value - start.f[k]) <= 1e-8 * typical.f;
+        on += std::abs(flow.f().at<0>(position(particles, k)).value - start.f[k]) <= 1e-8 * typical.potentials[0];
     CHECK(on == 100 - result.notConverged);
     CHECK(result.notConverged < 10);
 }
 
 TEST_CASE("particles that start beyond the wall stay, and are counted", "[track]") {
-    const Dfvn& flow = sphereFlow();
+    const Flow& flow = sphereFlow();
     const std::vector<Vec3d> points{{{0.5, 0, 0}}, {{1.5, 0, 0}}, {{0, 1, 0}}, {{0, 0.3, 0.2}}, {{0, 0, -7}}};
     Particles particles = particlesAt(points);
     const AdvectResult result = advect(flow, particles, {.time = 0.5, .steps = 10});
@@ -331,7 +332,7 @@ TEST_CASE("particles that start beyond the wall stay, and are counted", "[track]
 
 TEST_CASE("a step that finds no way leaves its particle, and says so", "[track]") {
     // f and g are multiples of one another, and the track is one that no point has.
-    const Dfvn flow(polynomial("x0"), polynomial("2*x0"), {.box = cube(1), .wall = {}});
+    const Flow flow(polynomial("x0"), polynomial("2*x0"), {.box = cube(1), .wall = {}});
     Particles particles = particlesAt({{{0.1, 0, 0}}});
     particles.f = {0.5};
     particles.g = {0.5};
@@ -376,7 +377,7 @@ TEST_CASE("unusable options are errors that name the value", "[track]") {
 
 TEST_CASE("advection preserves volume", "[track]") {
     // det(∂x(t)/∂x0) by central differences, second order in h.
-    const auto errorOf = [](const Dfvn& flow, const std::vector<Vec3d>& points, double h) {
+    const auto errorOf = [](const Flow& flow, const std::vector<Vec3d>& points, double h) {
         std::vector<Vec3d> around;
         for (const Vec3d& p : points)
             for (int axis = 0; axis < 3; ++axis)

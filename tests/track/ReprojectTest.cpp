@@ -24,23 +24,23 @@ struct Landing {
 };
 
 /// One point brought to f = f0, g = g0.
-Landing land(const Dfvn& flow, const Vec3d& from, double f0, double g0, const ReprojectOptions& options,
+Landing land(const Flow& flow, const Vec3d& from, double f0, double g0, const ReprojectOptions& options,
              double limit = kInfinity) {
     PointBatch points;
     points.push(from);
     TrackBatch track;
-    track.f[0] = f0;
-    track.g[0] = g0;
+    track[0][0] = f0;
+    track[1][0] = g0;
     std::array<double, kBatch> limits;
     limits.fill(limit);
     ReprojectedBatch result;
     reproject(flow, points, track, limits, options, result);
     CHECK(points.size == 1);
-    return {points[0], result.residualF[0], result.residualG[0], result.iterations[0], result.converged[0]};
+    return {points[0], result.residual[0][0], result.residual[1][0], result.iterations[0], result.converged[0]};
 }
 
-const Dfvn& smoothFlow() {
-    static const Dfvn flow(sinesF(), sinesG());
+const Flow& smoothFlow() {
+    static const Flow flow(sinesF(), sinesG());
     return flow;
 }
 
@@ -49,7 +49,7 @@ struct Displaced {
     Vec3d on, off;
     double f, g;
 };
-std::vector<Displaced> displaced(const Dfvn& flow, double offset, size_t count) {
+std::vector<Displaced> displaced(const Flow& flow, double offset, size_t count) {
     std::vector<Displaced> list;
     for (uint64_t k = 0; list.size() < count; ++k) {
         const Vec3d p = randomPoint(cube(1), 1, k);
@@ -65,7 +65,7 @@ std::vector<Displaced> displaced(const Dfvn& flow, double offset, size_t count) 
 
 TEST_CASE("on linear fields Gauss-Newton is exact at once, and takes the shortest way", "[track]") {
     // f = x, g = x + y: from the origin to f = 1, g = 3.
-    const Dfvn flow(polynomial("x0"), polynomial("x0 + x1"));
+    const Flow flow(polynomial("x0"), polynomial("x0 + x1"));
     const Landing landing = land(flow, {{0, 0, 7}}, 1, 3, {});
     CHECK(landing.position == Vec3d{{1, 2, 7}});
     CHECK(landing.iterations == 1);
@@ -85,7 +85,7 @@ TEST_CASE("the Gauss-Newton step is the minimum-norm solution of the reference",
         if (row.at("n") != 3) continue;
         ++rows;
         const auto vec = [](const nlohmann::json& a) { return Vec3d{{a.at(0), a.at(1), a.at(2)}}; };
-        const Dfvn flow(rampField(vec(row["J_f64"][0])), rampField(vec(row["J_f64"][1])));
+        const Flow flow(rampField(vec(row["J_f64"][0])), rampField(vec(row["J_f64"][1])));
         const Landing landing = land(flow, {}, row["r_f64"][0], row["r_f64"][1], {.iterations = 1});
         CAPTURE(row.at("id").get<int>());
         // Some dozens of roundings times the square of the condition number, at most 2 here.
@@ -95,7 +95,7 @@ TEST_CASE("the Gauss-Newton step is the minimum-norm solution of the reference",
 }
 
 TEST_CASE("reprojection converges quadratically", "[track]") {
-    const Dfvn& flow = smoothFlow();
+    const Flow& flow = smoothFlow();
     for (const auto method : {Reprojection::gaussNewton, Reprojection::newton}) {
         // Residuals after k corrections, from half the offset: Gauss-Newton leaves a quarter after one, 1/16 after two.
         // Newton one after the other is of first order while the gradients are not orthogonal: only the second function
@@ -103,8 +103,8 @@ TEST_CASE("reprojection converges quadratically", "[track]") {
         const auto residual = [&](double offset, int iterations) {
             std::vector<double> sizes;
             for (const auto& [on, off, f, g] : displaced(flow, offset, 300)) {
-                const Landing l = land(flow, off, f, g,
-                                       {.method = method, .toleranceF = 0, .toleranceG = 0, .iterations = iterations});
+                const Landing l =
+                    land(flow, off, f, g, {.method = method, .tolerance = {0, 0}, .iterations = iterations});
                 sizes.push_back(method == Reprojection::newton ? std::abs(l.residualG)
                                                                : std::hypot(l.residualF, l.residualG));
             }
@@ -121,10 +121,10 @@ TEST_CASE("reprojection converges quadratically", "[track]") {
 }
 
 TEST_CASE("both methods come back onto the track, near each other", "[track]") {
-    const Dfvn& flow = smoothFlow();
+    const Flow& flow = smoothFlow();
     const double offset = 0.02, tolerance = 1e-11;
     for (const auto& [on, off, f, g] : displaced(flow, offset, 500)) {
-        const ReprojectOptions options{.toleranceF = tolerance, .toleranceG = tolerance, .iterations = 100};
+        const ReprojectOptions options{.tolerance = {tolerance, tolerance}, .iterations = 100};
         ReprojectOptions newton = options;
         newton.method = Reprojection::newton;
         const Landing a = land(flow, off, f, g, options), b = land(flow, off, f, g, newton);
@@ -146,7 +146,7 @@ TEST_CASE("both methods come back onto the track, near each other", "[track]") {
 }
 
 TEST_CASE("without reprojection the point stays and the residual is told", "[track]") {
-    const Dfvn& flow = smoothFlow();
+    const Flow& flow = smoothFlow();
     const auto d = displaced(flow, 0.02, 1)[0];
     const Landing l = land(flow, d.off, d.f, d.g, {.method = Reprojection::none});
     CHECK(l.position == d.off);
@@ -161,7 +161,7 @@ TEST_CASE("without reprojection the point stays and the residual is told", "[tra
 }
 
 TEST_CASE("a correction is never longer than its limit", "[track]") {
-    const Dfvn& flow = smoothFlow();
+    const Flow& flow = smoothFlow();
     const double limit = GENERATE(0.0, 1e-3, 0.05);
     for (const auto& [on, off, f, g] : displaced(flow, 0.3, 300)) {
         CAPTURE(on, off, limit);
@@ -172,9 +172,7 @@ TEST_CASE("a correction is never longer than its limit", "[track]") {
         REQUIRE(length(newton.position - off) <= 2 * limit * (1 + 1e-12) + 1e-15);
         // It still arrives, if it may take enough of them.
         if (limit == 0.05)
-            REQUIRE(
-                land(flow, off, f, g, {.toleranceF = 1e-9, .toleranceG = 1e-9, .iterations = 200}, limit).iterations >
-                0);
+            REQUIRE(land(flow, off, f, g, {.tolerance = {1e-9, 1e-9}, .iterations = 200}, limit).iterations > 0);
     }
 }
 
@@ -186,39 +184,39 @@ TEST_CASE("parallel and vanishing gradients are guarded", "[track]") {
     CAPTURE(static_cast<int>(method));
     const ReprojectOptions options{.method = method};
     SECTION("parallel and consistent: the track is a surface") {
-        const Dfvn flow(polynomial("x0"), polynomial("2*x0"));
+        const Flow flow(polynomial("x0"), polynomial("2*x0"));
         const Landing l = land(flow, {{0, 0, 0}}, 1, 2, options);
         CHECK(length(l.position - Vec3d{{1, 0, 0}}) < 1e-15);
         CHECK(l.converged);
     }
     SECTION("parallel and contradictory: no solution") {
-        const Dfvn flow(polynomial("x0"), polynomial("2*x0"));
+        const Flow flow(polynomial("x0"), polynomial("2*x0"));
         const Landing l = land(flow, {{0, 0, 0}}, 1, 5, options);
         CHECK(finite(l));
         CHECK_FALSE(l.converged);
         CHECK(std::abs(l.position[0]) < 3);
     }
     SECTION("parallel to within a microradian") {
-        const Dfvn flow(polynomial("x0"), rampField({{2, 1e-7, 0}}));
+        const Flow flow(polynomial("x0"), rampField({{2, 1e-7, 0}}));
         const Landing l = land(flow, {{0, 0, 0}}, 1, 5, options);
         CHECK(finite(l));
         CHECK(length(l.position) < 3); // not 10^7 away
     }
     SECTION("one gradient vanishes") {
-        const Dfvn flow(polynomial("x0"), constantField(1));
+        const Flow flow(polynomial("x0"), constantField(1));
         const Landing good = land(flow, {{0, 0, 0}}, 1, 1, options);
         CHECK(good.position == Vec3d{{1, 0, 0}});
         CHECK(good.converged);
         CHECK_FALSE(land(flow, {{0, 0, 0}}, 1, 2, options).converged);
     }
     SECTION("both vanish") {
-        const Dfvn flow(constantField(0), constantField(1));
+        const Flow flow(constantField(0), constantField(1));
         const Landing l = land(flow, {{1, 2, 3}}, 1, 2, options);
         CHECK(l.position == Vec3d{{1, 2, 3}});
         CHECK_FALSE(l.converged);
     }
     SECTION("NaN") {
-        const Dfvn& flow = smoothFlow();
+        const Flow& flow = smoothFlow();
         CHECK_FALSE(land(flow, {{std::nan(""), 0, 0}}, 1, 2, options).converged);
         CHECK_FALSE(land(flow, {{0, 0, 0}}, std::nan(""), 2, options).converged);
     }
@@ -229,8 +227,8 @@ TEST_CASE("no point of a batch influences another", "[track]") {
     CAPTURE(static_cast<int>(method));
     // Noise, so that the points need different numbers of corrections.
     const Wall wall{.sdf = sphereSdf(1), .side = Side::both, .width = 0.2};
-    const Dfvn flow(psrdField({.seed = 1}), bounded(psrdField({.seed = 2}), wall));
-    const ReprojectOptions options{.method = method, .toleranceF = 1e-10, .toleranceG = 1e-10, .iterations = 7};
+    const Flow flow(noiseField<Psrd3>({.seed = 1}), bounded(noiseField<Psrd3>({.seed = 2}), wall));
+    const ReprojectOptions options{.method = method, .tolerance = {1e-10, 1e-10}, .iterations = 7};
     for (uint64_t batch = 0; batch < 20; ++batch) {
         PointBatch points;
         TrackBatch track;
@@ -238,8 +236,8 @@ TEST_CASE("no point of a batch influences another", "[track]") {
         while (!points.full()) {
             const auto k = static_cast<uint64_t>(points.size);
             const Vec3d p = randomPoint(cube(1.2), batch, k);
-            track.f[k] = flow.f().at<0>(p).value;
-            track.g[k] = flow.g().at<0>(p).value;
+            track[0][k] = flow.f().at<0>(p).value;
+            track[1][k] = flow.g().at<0>(p).value;
             limit[k] = 0.1 * randomUniform(batch, k, 9);
             points.push(p + randomPoint(cube(0.1 * randomUniform(batch, k, 8)), batch + 100, k));
         }
@@ -249,11 +247,11 @@ TEST_CASE("no point of a batch influences another", "[track]") {
         std::set<int> iterations;
         for (size_t k = 0; k < kBatch; ++k) {
             const int i = static_cast<int>(k);
-            const Landing alone = land(flow, before[i], track.f[k], track.g[k], options, limit[k]);
+            const Landing alone = land(flow, before[i], track[0][k], track[1][k], options, limit[k]);
             CAPTURE(batch, k);
             REQUIRE(alone.position == points[i]); // bitwise: no NaN here
-            REQUIRE(alone.residualF == together.residualF[k]);
-            REQUIRE(alone.residualG == together.residualG[k]);
+            REQUIRE(alone.residualF == together.residual[0][k]);
+            REQUIRE(alone.residualG == together.residual[1][k]);
             REQUIRE(alone.iterations == together.iterations[k]);
             REQUIRE(alone.converged == together.converged[k]);
             REQUIRE(flow.at(points[i]).velocity == together.velocity[i]);

@@ -9,7 +9,7 @@ using namespace curlew::test;
 namespace {
 
 /// Where `steps` equal steps lead.
-Vec3d follow(const Dfvn& flow, Scheme scheme, const Vec3d& start, double time, int steps) {
+Vec3d follow(const Flow& flow, Scheme scheme, const Vec3d& start, double time, int steps) {
     PointBatch from, to;
     from.push(start);
     VecBatch<double> first;
@@ -29,7 +29,7 @@ Vec3d vec(const nlohmann::json& a) {
     return {{a.at(0).get<double>(), a.at(1).get<double>(), a.size() > 2 ? a.at(2).get<double>() : 0}};
 }
 
-void requireOrder(const Dfvn& flow, Scheme scheme, double order, const Vec3d& start, double time, const Vec3d& end) {
+void requireOrder(const Flow& flow, Scheme scheme, double order, const Vec3d& start, double time, const Vec3d& end) {
     // From 64 to 128 steps; the order is that of the leading term, so a little off.
     const double coarse = length(follow(flow, scheme, start, time, 64) - end);
     const double fine = length(follow(flow, scheme, start, time, 128) - end);
@@ -46,17 +46,17 @@ const std::array<std::pair<Scheme, double>, 3> kSchemes{{{Scheme::euler, 1}, {Sc
 TEST_CASE("the schemes have their order on streamlines in closed form", "[track]") {
     const auto [scheme, order] = GENERATE(from_range(kSchemes));
     SECTION("rotation: f = x² + y², g = z") {
-        const Dfvn flow = Dfvn(polynomial("x0**2 + x1**2"), polynomial("x2"));
+        const Flow flow = Flow(polynomial("x0**2 + x1**2"), polynomial("x2"));
         const double t = 1.5, c = std::cos(2 * t), s = std::sin(2 * t);
         requireOrder(flow, scheme, order, {{1, 0.5, 0.25}}, t, {{c + 0.5 * s, 0.5 * c - s, 0.25}});
     }
     SECTION("hyperbola: f = x y, g = z") {
-        const Dfvn flow = Dfvn(polynomial("x0*x1"), polynomial("x2"));
+        const Flow flow = Flow(polynomial("x0*x1"), polynomial("x2"));
         requireOrder(flow, scheme, order, {{1, 2, 0.5}}, 2, {{std::exp(2), 2 * std::exp(-2), 0.5}});
     }
     SECTION("wave: f = y + sin(x) / 2, g = z") {
         // c = (1, -cos(x) / 2, 0): a track of y0 - (sin(x0 + t) - sin x0) / 2.
-        const Dfvn flow = Dfvn(formula([](const auto& x) { return x[1] + sin(x[0]) * 0.5; }), polynomial("x2"));
+        const Flow flow = Flow(formula([](const auto& x) { return x[1] + sin(x[0]) * 0.5; }), polynomial("x2"));
         const double x0 = 0.3, t = 4;
         requireOrder(flow, scheme, order, {{x0, 1, 0}}, t, {{x0 + t, 1 - (std::sin(x0 + t) - std::sin(x0)) / 2, 0}});
     }
@@ -64,7 +64,7 @@ TEST_CASE("the schemes have their order on streamlines in closed form", "[track]
 
 TEST_CASE("the schemes have their order on a flow without symmetry", "[track]") {
     const auto [scheme, order] = GENERATE(from_range(kSchemes));
-    const Dfvn flow(sinesF(), sinesG());
+    const Flow flow(sinesF(), sinesG());
     for (const Vec3d& start : {Vec3d{{0.1, 0.2, 0.3}}, Vec3d{{-0.5, 0.7, 0.1}}}) {
         // Converged to 1e-12: RK4 with 32 times as many steps.
         const Vec3d end = follow(flow, Scheme::rk4, start, 0.5, 4096);
@@ -76,7 +76,7 @@ TEST_CASE("streamlines agree with the reference", "[track]") {
     const auto file = reference("dfvn_exact_streamlines.json");
     if (!file) return;
     for (const auto& row : file->at("rows")) {
-        const Dfvn flow(polynomial(row["f"][0].get<std::string>()),
+        const Flow flow(polynomial(row["f"][0].get<std::string>()),
                         polynomial(row["f"].size() > 1 ? row["f"][1].get<std::string>() : "x2"));
         const double time = row["t"].get<double>();
         CAPTURE(row["id"].get<int>());
@@ -88,7 +88,7 @@ TEST_CASE("streamlines agree with the reference", "[track]") {
 }
 
 TEST_CASE("every point of a batch has its own time step, and none moves another", "[track]") {
-    const Dfvn flow(sinesF(), sinesG());
+    const Flow flow(sinesF(), sinesG());
     for (const Scheme scheme : {Scheme::euler, Scheme::midpoint, Scheme::rk4}) {
         PointBatch from, to;
         std::array<double, kBatch> dt;

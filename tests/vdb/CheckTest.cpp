@@ -12,9 +12,9 @@ namespace {
 
 Wall ball() { return {.sdf = sphereSdf(1), .side = Side::inside, .width = 0.25}; }
 
-Dfvn contained() {
-    return withSpeed(Dfvn(psrdField({.seed = 1}, {.frequency = 2}),
-                          bounded(psrdField({.seed = 2}, {.frequency = 2}), ball()), Domain::of(ball())),
+Flow contained() {
+    return withSpeed(Flow(noiseField<Psrd3>({.seed = 1}, {.frequency = 2}),
+                          bounded(noiseField<Psrd3>({.seed = 2}, {.frequency = 2}), ball()), Domain::of(ball())),
                      1);
 }
 
@@ -34,30 +34,30 @@ struct BlendedGradients {
 
 TEST_CASE("a contained flow keeps its promises", "[Check]") {
     const FlowCheck check = checkFlow(contained(), 20000);
-    CHECK(check.divergence < 1e-9);
-    CHECK(check.divergenceBeyond <= check.divergence);
+    CHECK(check.divergence.trace < 1e-9);
+    CHECK(check.divergence.traceBeyond <= check.divergence.trace);
     CHECK(check.wallFlux < 1e-6);
     CHECK(check.wallSamples > 1000);
     CHECK(check.magnitudes.speed == Approx(1));
 }
 
 TEST_CASE("the check finds a flow that crosses its wall", "[Check]") {
-    const Dfvn leaking(psrdField({.seed = 1}, {.frequency = 2}), psrdField({.seed = 2}, {.frequency = 2}),
-                       Domain::of(ball()));
+    const Flow leaking(noiseField<Psrd3>({.seed = 1}, {.frequency = 2}),
+                       noiseField<Psrd3>({.seed = 2}, {.frequency = 2}), Domain::of(ball()));
     CHECK(checkFlow(leaking, 5000).wallFlux > 0.1);
 }
 
 TEST_CASE("the check finds a potential whose gradient is not one", "[Check]") {
-    const ScalarField noise = psrdField({.seed = 2}, {.frequency = 2});
-    const Dfvn wrong(psrdField({.seed = 1}, {.frequency = 2}),
+    const ScalarField noise = noiseField<Psrd3>({.seed = 2}, {.frequency = 2});
+    const Flow wrong(noiseField<Psrd3>({.seed = 1}, {.frequency = 2}),
                      ScalarField(BlendedGradients{ball().sdf.distance, noise}), Domain::of(ball()));
-    CHECK(checkFlow(wrong, 5000).divergenceByDifferences > 1e-2);
+    CHECK(checkFlow(wrong, 5000).divergence.byDifferences > 1e-2);
     // A right one: what is left are the differences' own errors, h² of the third derivatives.
-    CHECK(checkFlow(contained(), 5000).divergenceByDifferences < 1e-5);
+    CHECK(checkFlow(contained(), 5000).divergence.byDifferences < 1e-5);
 }
 
 TEST_CASE("particles on their tracks, and those that left", "[Check]") {
-    const Dfvn flow = contained();
+    const Flow flow = contained();
     Particles particles = scatter(flow.domain(), 2000, 1);
     advect(flow, particles, {.time = 1, .steps = 10});
     const ParticleCheck good = checkParticles(flow, particles);

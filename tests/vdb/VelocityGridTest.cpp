@@ -27,14 +27,14 @@ struct Wave {
     double bound() const { return 1; }
 };
 
-Dfvn waves(const Domain& domain = {}) {
-    return Dfvn(ScalarField(Wave{{{2, 1, -1}}, 0.3}), ScalarField(Wave{{{-1, 2, 1.5}}, 1.1}), domain);
+Flow waves(const Domain& domain = {}) {
+    return Flow(ScalarField(Wave{{{2, 1, -1}}, 0.3}), ScalarField(Wave{{{-1, 2, 1.5}}, 1.1}), domain);
 }
 
-Dfvn contained(Side side = Side::inside) {
+Flow contained(Side side = Side::inside) {
     const Wall wall{.sdf = sphereSdf(0.8), .side = side, .width = 0.2};
-    return Dfvn(psrdField({.seed = 1}, {.frequency = 2}), bounded(psrdField({.seed = 2}, {.frequency = 2}), wall),
-                Domain::of(wall, 0.3));
+    return Flow(noiseField<Psrd3>({.seed = 1}, {.frequency = 2}),
+                bounded(noiseField<Psrd3>({.seed = 2}, {.frequency = 2}), wall), Domain::of(wall, 0.3));
 }
 
 Vec3d centreOf(const openvdb::Vec3SGrid& grid, const openvdb::Coord& ijk) {
@@ -48,7 +48,7 @@ double overallDivergence(const openvdb::Vec3SGrid& grid) { return checkVelocity(
 } // namespace
 
 TEST_CASE("collocated velocities are those of the flow, and only where it is", "[VelocityGrid]") {
-    const Dfvn flow = contained();
+    const Flow flow = contained();
     const auto grid = velocityGrid(flow, {.voxel = 0.04, .skin = 3});
     CHECK(grid->getName() == "vel");
     CHECK(grid->getVectorType() == openvdb::VEC_CONTRAVARIANT_RELATIVE);
@@ -92,7 +92,7 @@ TEST_CASE("staggered velocities are divergence-free to rounding, by OpenVDB's ow
         CHECK(overallDivergence(*grid) < 1e-6);
     }
     SECTION("around an obstacle, in a box, on both sides: but for the last layer") {
-        for (const Dfvn& flow : {contained(Side::outside), contained(Side::both), waves()}) {
+        for (const Flow& flow : {contained(Side::outside), contained(Side::both), waves()}) {
             const GridCheck check = checkVelocity(*velocityGrid(flow, {.voxel = 0.05, .layout = Layout::staggered}));
             CHECK(check.interior > 10000);
             CHECK(check.divergence < 1e-6);
@@ -104,7 +104,7 @@ TEST_CASE("staggered velocities are divergence-free to rounding, by OpenVDB's ow
 }
 
 TEST_CASE("staggered velocities are second-order accurate", "[VelocityGrid]") {
-    const Dfvn flow = waves();
+    const Flow flow = waves();
     std::array<double, 3> error{};
     const std::array<double, 3> voxels{0.1, 0.05, 0.025};
     for (size_t n = 0; n < 3; ++n) {
@@ -162,7 +162,7 @@ TEST_CASE("the same grid for any number of threads", "[VelocityGrid]") {
 }
 
 TEST_CASE("scalars go onto the voxels of a velocity grid", "[VelocityGrid]") {
-    const Dfvn flow = contained();
+    const Flow flow = contained();
     const auto where = velocityGrid(flow, {.voxel = 0.05});
     const auto f = sampledGrid(flow.f(), *where, "f");
     CHECK(f->getName() == "f");

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "curlew/math/Range.h"
 #include "curlew/math/Vec.h"
 
 #include <cstdint>
@@ -16,14 +17,16 @@ class Session;
 class Arguments;
 
 enum class OptionType {
-    flag,    ///< 0 or 1
-    integer, ///< a whole number; 1e6 is one
-    real,    ///< a finite number
-    vector,  ///< x,y,z; or one number for all three
-    box,     ///< xmin,ymin,zmin,xmax,ymax,zmax
-    choice,  ///< one of a list of words
-    text,    ///< anything
-    ages,    ///< positions on a stack, 0 the newest: 0 or 0,2
+    flag,        ///< 0 or 1
+    integer,     ///< a whole number; 1e6 is one
+    real,        ///< a finite number
+    vector,      ///< x,y,z; or one number for all three
+    coordinates, ///< a number for each of 1 to 7 axes; or one for all of them
+    interval,    ///< lower,upper
+    box,         ///< xmin,ymin,zmin,xmax,ymax,zmax
+    choice,      ///< one of a list of words
+    text,        ///< anything
+    ages,        ///< positions on a stack, 0 the newest: 0 or 0,2
 };
 
 /// One option of an action, declared once: the parser, the help and the documentation are made from it.
@@ -72,6 +75,17 @@ class Arguments {
     double real(std::string_view name) const;
     Vec3d vector(std::string_view name) const;
     Box box(std::string_view name) const;
+    Range interval(std::string_view name) const;
+    /// How many numbers there are.
+    int count(std::string_view name) const;
+    /// Throws ValueError where neither one number was given nor N.
+    template <int N>
+    Vec<double, N> coordinates(std::string_view name) const {
+        Vec<double, N> v;
+        const std::vector<double> numbers = coordinateList(name, N);
+        for (int i = 0; i < N; ++i) v[i] = numbers[static_cast<size_t>(i)];
+        return v;
+    }
     std::string text(std::string_view name) const; ///< Also of a choice: its word.
     std::vector<size_t> ages(std::string_view name) const;
 
@@ -87,6 +101,7 @@ class Arguments {
 
   private:
     const Option& option(std::string_view name, OptionType type) const;
+    std::vector<double> coordinateList(std::string_view name, size_t axes) const;
     std::string value(const Option& option) const;
 
     const Action* mAction;

@@ -1,25 +1,45 @@
 #pragma once
 
 #include "curlew/base/Monitor.h"
-#include "curlew/flow/Dfvn.h"
+#include "curlew/flow/Flow.h"
 
 #include <filesystem>
+#include <string>
 
 namespace curlew::app {
 
-/// Positions from a CSV file with the header x,y,z. Throws FileError, naming file and line, for anything else.
-std::vector<Vec3d> readPositions(const std::filesystem::path& path);
+/// Positions of any dimension from 1 to 7, and what their coordinates are called.
+struct Positions {
+    std::vector<std::string> names;
+    std::vector<double> coordinates; ///< Position after position.
 
-/// Writes x,y,z,value[,dx,dy,dz[,dxx,dyy,dzz,dxy,dxz,dyz]] for derivatives up to `order` (0 … 2), evaluated as T (float
-/// or double) and printed with all digits that tell two numbers apart: 9 for float, 17 for double (and for x, y, z).
-template <class T>
-void probeField(const ScalarField& field, const std::vector<Vec3d>& positions, int order,
-                const std::filesystem::path& path, const Monitor& monitor = {});
+    int dimension() const { return static_cast<int>(names.size()); }
+    size_t size() const { return coordinates.size() / names.size(); }
+    template <int N>
+    Vec<double, N> at(size_t k) const {
+        Vec<double, N> p;
+        for (size_t axis = 0; axis < N; ++axis) p[static_cast<int>(axis)] = coordinates[k * N + axis];
+        return p;
+    }
+};
 
-/// Writes x,y,z,vx,vy,vz,f,g likewise; with order 2, also the velocity's Jacobian by rows, dvx_dx … dvz_dz, which
-/// is computed in double.
-template <class T>
-void probeFlow(const Dfvn& flow, const std::vector<Vec3d>& positions, int order, const std::filesystem::path& path,
+/// Positions from a CSV file with the header x or x,y or x,y,z or x0,x1,…. Throws FileError, naming file and line, for
+/// anything else.
+Positions readPositions(const std::filesystem::path& path);
+
+/// Writes the coordinates, the value and the derivatives up to `order` (0 … 2), evaluated as T (float or double) and
+/// printed with all digits that tell two numbers apart: 9 for float, 17 for double (and for the coordinates).
+/// Derivatives are called after the coordinates: x,y,value,dx,dy,dxx,dyy,dxy; or x0,…,value,dx0,…,dx0x0,…,dx0x1,….
+/// Throws ValueError where field and positions differ in dimension.
+template <class T, int N>
+void probeField(const ScalarFieldN<N>& field, const Positions& positions, int order, const std::filesystem::path& path,
+                const Monitor& monitor = {});
+
+/// Writes coordinates, velocity and, where the flow has tracks, its potentials, likewise: x,y,z,vx,vy,vz,f,g, or
+/// x,y,vx,vy,f, or x0,…,v0,…,f0,…; with order 2, also the velocity's Jacobian by rows, dvx_dx … dvz_dz, which is
+/// computed in double.
+template <class T, int N>
+void probeFlow(const FlowN<N>& flow, const Positions& positions, int order, const std::filesystem::path& path,
                const Monitor& monitor = {});
 
 } // namespace curlew::app

@@ -12,6 +12,8 @@ const Action& findAction(std::string_view name);
 
 /// The actions of each room; registry() puts them together.
 std::vector<Action> fileActions();
+std::vector<Action> shapeActions();
+std::vector<Action> noiseActions();
 std::vector<Action> fieldActions();
 std::vector<Action> flowActions();
 std::vector<Action> gridActions();

@@ -1,10 +1,10 @@
 #pragma once
 
 #include "curlew/app/Action.h"
+#include "curlew/app/AnyField.h"
 #include "curlew/app/Console.h"
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
-#include "curlew/flow/Dfvn.h"
 #include "curlew/image/ColorMap.h"
 #include "curlew/image/Image.h"
 #include "curlew/track/Advect.h"
@@ -57,10 +57,10 @@ class Stack {
 };
 
 struct FieldObject {
-    ScalarField field;
-    std::string program;      ///< What made it, for -print.
-    std::optional<Sdf> sdf;   ///< Where the field is a signed distance.
-    std::optional<Wall> wall; ///< Where the field is bounded by one.
+    AnyField field;
+    std::string program;           ///< What made it, for -print.
+    std::optional<Sdf> sdf = {};   ///< Where the field is a signed distance.
+    std::optional<Wall> wall = {}; ///< Where the field is bounded by one.
 };
 
 struct GridObject {
@@ -83,7 +83,7 @@ class Session {
 
     Console& console;
     Stack<FieldObject> fields{"field"};
-    Stack<Dfvn> flows{"flow"};
+    Stack<AnyFlow> flows{"flow"};
     Stack<GridObject> grids{"grid"};
     Stack<Geometry> geometry{"geometry"};
     Stack<ImageObject> images{"image"};
@@ -97,6 +97,8 @@ class Session {
     double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - mBegan).count(); }
     void setThreads(int threads) { mThreads = std::make_unique<ThreadLimit>(threads); }
 
+    /// The flow of that age, in space; ValueError where there is none, or it is of too high a dimension.
+    Flow flow(size_t age = 0) const { return inSpace(flows.at(age)); }
     /// The newest particles; ValueError where there are none.
     Particles& particles(size_t age = 0);
     bool hasParticles() const;

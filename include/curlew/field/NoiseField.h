@@ -1,7 +1,12 @@
 #pragma once
 
 #include "curlew/field/ScalarField.h"
+#include "curlew/noise/GradientNoise.h"
+#include "curlew/noise/PerlinNoise.h"
 #include "curlew/noise/Psrd.h"
+#include "curlew/noise/SimplexNoise.h"
+#include "curlew/noise/SineNoise.h"
+#include "curlew/noise/ValueNoise.h"
 
 namespace curlew {
 
@@ -13,11 +18,19 @@ struct OctaveOptions {
     double gain = 0.5;     ///< Each octave's amplitude over that of the octave before ("persistence").
     double amplitude = 1;  ///< Of the first octave before, of the whole sum after normalising.
     bool normalize = true; ///< Divide by the sum of the octaves' amplitudes: as many octaves as you like, same range.
+    /// Turbulence: of each octave not n but sqrt(n² + fold²) - fold is summed, a rounded |n|. With |n| itself the field
+    /// would not be C², nor a flow of it divergence-free; the smaller `fold`, the sharper the creases. 0: n itself.
+    double fold = 0;
+    /// Gradient advection (Gustavson and McEwan 2021, Fig. 1c): each octave is displaced by `advection` times the sum
+    /// of the octaves' gradients before it, in cells of that octave; negative lets the fine detail pile up on the
+    /// crests.
+    double advection = 0;
 };
 
-/// Σ amplitude gainᵏ psrd(frequency lacunarityᵏ x). With the default options: the noise itself.
-/// A period tiles the sum, if the lacunarity is a whole number (ValueError otherwise): in world units it is
-/// period / frequency. Throws ValueError for octaves out of range, and frequencies that are not finite and positive.
-ScalarField psrdField(const PsrdOptions& noise = {}, const OctaveOptions& options = {});
+/// Octaves of a noise as a field. Each noise has its own options; a period given there is that of the first octave, and
+/// all octaves tile if lacunarity is a whole number. Throws ValueError for options out of range.
+template <class Noise>
+ScalarFieldN<Noise::kDimension> noiseField(const typename Noise::Options& noise = {},
+                                           const OctaveOptions& options = {});
 
 } // namespace curlew

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "curlew/field/Batch.h"
+#include "curlew/math/Range.h"
 
 #include <concepts>
 #include <limits>
@@ -21,7 +22,8 @@ class FieldModel {
     virtual void eval(const PointBatchN<N>&, JetBatchN<double, N, 0>&) const = 0;
     virtual void eval(const PointBatchN<N>&, JetBatchN<double, N, 1>&) const = 0;
     virtual void eval(const PointBatchN<N>&, JetBatchN<double, N, 2>&) const = 0;
-    virtual double bound() const = 0;
+    virtual void eval(const PointBatchN<N>&, JetBatchN<double, N, 3>&) const = 0;
+    virtual Range range() const = 0;
 };
 
 } // namespace detail
@@ -32,16 +34,19 @@ concept PointwiseModel = requires(const M& m, const Vec<double, N>& p) {
     { m.template at<2, double>(p) } -> std::same_as<Jet<double, N, 2>>;
 };
 
-/// A scalar function of position in N dimensions with exact derivatives up to the second: a cheap handle on an immutable
-/// model. Copies share the model; evaluation is safe from any number of threads.
+/// A scalar function of position in N dimensions with exact derivatives: a cheap handle on an immutable model. Copies
+/// share the model; evaluation is safe from any number of threads.
 ///
-/// T is the precision of values and derivatives (float or double). Positions are always double.
+/// T is the precision of values and derivatives (float or double), Order the highest derivative: up to 2, and in double
+/// up to 3. Positions are always double.
 template <int N>
 class ScalarFieldN {
   public:
+    static constexpr int kDimension = N;
+
     /// A field from a model M, which is either pointwise (above) or has
     /// `template <int Order, class T> void evalBatch(const PointBatchN<N>&, JetBatchN<T, N, Order>&) const`;
-    /// and may have `double bound() const`.
+    /// and may have `Range range() const`.
     template <class M>
     requires(!std::same_as<std::remove_cvref_t<M>, ScalarFieldN>) explicit ScalarFieldN(M model)
         : mModel(std::make_shared<const Model<M>>(std::move(model))) {}
@@ -61,8 +66,8 @@ class ScalarFieldN {
         return jets[0];
     }
 
-    /// A number that |value| never exceeds; infinite where none is known.
-    double bound() const { return mModel->bound(); }
+    /// An interval that the value never leaves; unbounded where none is known.
+    Range range() const { return mModel->range(); }
 
   private:
     template <class M>
@@ -75,11 +80,12 @@ class ScalarFieldN {
         void eval(const PointBatchN<N>& p, JetBatchN<double, N, 0>& j) const override { run(p, j); }
         void eval(const PointBatchN<N>& p, JetBatchN<double, N, 1>& j) const override { run(p, j); }
         void eval(const PointBatchN<N>& p, JetBatchN<double, N, 2>& j) const override { run(p, j); }
-        double bound() const override {
-            if constexpr (requires { mM.bound(); })
-                return mM.bound();
+        void eval(const PointBatchN<N>& p, JetBatchN<double, N, 3>& j) const override { run(p, j); }
+        Range range() const override {
+            if constexpr (requires { mM.range(); })
+                return mM.range();
             else
-                return std::numeric_limits<double>::infinity();
+                return {};
         }
 
       private:

@@ -1,23 +1,28 @@
 #pragma once
 
-#include "curlew/field/ScalarField.h"
+#include "curlew/field/Map.h"
 
 namespace curlew {
 
 /// A signed distance: a scalar field that is negative inside, zero on the surface, and nowhere steeper than 1.
 /// (This is the one place that states the sign.)
-struct Sdf {
-    ScalarField distance;
-    Box bounds;                                             ///< Contains the inside; infinite where that is unbounded.
-    double reach = std::numeric_limits<double>::infinity(); ///< Where |distance| is below this, it is the distance.
+template <int N>
+struct SdfN {
+    ScalarFieldN<N> distance;
+    BoxN<N> bounds; ///< Contains the inside; infinite where that is unbounded.
+    /// Where |distance| is below this, it is the distance; elsewhere no more than that. 0: nowhere more than a lower
+    /// bound.
+    double reach = std::numeric_limits<double>::infinity();
 };
+using Sdf = SdfN<3>;
 
 /// Shapes, world units, centred at the origin; move them with placed(). Where the kinks of each are is said here; a
 /// flow needs second derivatives, so keep the width of a wall (Eq. 13) below the distance to them. All throw ValueError
 /// for sizes that are not positive and finite.
 
-/// Exact. C^inf but at the centre.
-Sdf sphereSdf(double radius);
+/// A ball: in 1D a segment, in 2D a disc. Exact. C^inf but at the centre.
+template <int N = 3>
+SdfN<N> sphereSdf(double radius);
 /// A box with rounded edges; `size` is the whole edge length, `rounding` the radius of the edges. Exact; C¹ at the
 /// seams between faces and edges, kinks deeper than `rounding`. Throws where rounding exceeds half the shortest edge.
 Sdf boxSdf(const Vec3d& size, double rounding);
@@ -35,7 +40,13 @@ Sdf gyroidSdf(double wavelength, double thickness);
 
 /// The shape moved and turned, and scaled alike along all axes (ValueError for unequal or negative scales: the result
 /// would not be a distance).
-struct Placement;
 Sdf placed(const Sdf& sdf, const Placement& placement);
+
+/// Both shapes together, what they share, and the first without the second. Where their surfaces meet, the edge is
+/// rounded over `smoothing` world units, so the distance is C² (as far as those of the shapes are); 0 leaves a kink.
+/// The results are lower bounds on the distance. Throws ValueError for a negative smoothing.
+Sdf unite(const Sdf& a, const Sdf& b, double smoothing);
+Sdf intersect(const Sdf& a, const Sdf& b, double smoothing);
+Sdf subtract(const Sdf& a, const Sdf& b, double smoothing);
 
 } // namespace curlew

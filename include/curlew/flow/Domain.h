@@ -8,14 +8,16 @@
 namespace curlew {
 
 /// Where a flow is wanted: a box, and in it one side of a wall or both.
-struct Domain {
-    Box box{{{-1, -1, -1}}, {{1, 1, 1}}};
-    std::optional<Wall> wall;
+template <int N>
+struct DomainN {
+    BoxN<N> box = BoxN<N>{}.padded(1);
+    std::optional<WallN<N>> wall;
 
     /// The domain of a wall: for the inside, the box around the shape; else that box with `padding` world units around
     /// it (negative: half its longest edge). An unbounded shape leaves the default box.
-    static Domain of(const Wall& wall, double padding = -1);
+    static DomainN of(const WallN<N>& wall, double padding = -1);
 };
+using Domain = DomainN<3>;
 
 /// How far a point is on the wrong side of the wall, world units: positive there, negative where the flow is allowed.
 /// For Side::both, nowhere positive.
@@ -24,7 +26,8 @@ double beyondWall(Side side, double distance);
 /// Whether points lie on a side of the wall that the flow may use, clear of it by at least a rounding of their
 /// coordinates to float: so that they still do once they are in a file. Writes one flag per point; also the distance
 /// itself. Without a wall every point does, at an infinite distance. The box is not judged.
-void classify(const Domain& domain, const PointBatch& points, std::array<bool, kBatch>& allowed,
+template <int N>
+void classify(const DomainN<N>& domain, const PointBatchN<N>& points, std::array<bool, kBatch>& allowed,
               std::array<double, kBatch>& distance);
 
 /// The volume of the domain, cubic world units, within about 1 % of its box: from the same 32768 random positions each

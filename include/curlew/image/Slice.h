@@ -1,7 +1,7 @@
 #pragma once
 
 #include "curlew/base/Monitor.h"
-#include "curlew/flow/Dfvn.h"
+#include "curlew/flow/Flow.h"
 #include "curlew/image/Image.h"
 
 #include <functional>
@@ -24,6 +24,6 @@ Image slice(const Box& box, const SliceChannel& channel, std::string name, const
             const Monitor& monitor = {});
 
 /// Channels of a flow, within its domain: "speed", "vx", "vy", "vz", "f", "g", "distance". ValueError for other names.
-SliceChannel flowChannel(const Dfvn& flow, std::string_view name);
+SliceChannel flowChannel(const Flow& flow, std::string_view name);
 
 } // namespace curlew

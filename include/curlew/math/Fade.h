@@ -1,20 +1,17 @@
 #pragma once
 
-namespace curlew {
+#include "curlew/math/Jet.h"
 
-/// A value with its first two derivatives, of a function of one variable.
-template <class T>
-struct Fade {
-    T value, first, second;
-};
+namespace curlew {
 
 /// The quintic smoothstep 6s^5 - 15s^4 + 10s^3 of s clamped to [0, 1] (Perlin 2002): C², flat at both ends.
 template <class T>
-constexpr Fade<T> quinticFade(T s) {
-    if (s <= T(0)) return {T(0), T(0), T(0)};
-    if (s >= T(1)) return {T(1), T(0), T(0)};
+constexpr Univariate<T> quinticFade(T s) {
+    if (s <= T(0)) return {T(0), T(0), T(0), T(0)};
+    if (s >= T(1)) return {T(1), T(0), T(0), T(0)};
     const T r = s - T(1);
-    return {s * s * s * (s * (s * T(6) - T(15)) + T(10)), T(30) * s * s * r * r, T(60) * s * r * (T(2) * s - T(1))};
+    return {s * s * s * (s * (s * T(6) - T(15)) + T(10)), T(30) * s * s * r * r, T(60) * s * r * (T(2) * s - T(1)),
+            T(60) * (T(6) * s * r + T(1))};
 }
 
 } // namespace curlew

@@ -21,20 +21,47 @@ struct Sym {
     constexpr const T& operator()(int i, int j) const { return c[static_cast<size_t>(index(i, j))]; }
 };
 
-/// What is known of a scalar function at a point, up to derivatives of the given order: its value, its gradient and its
-/// Hessian. The operators below are the rules of differentiation, so a formula written on jets carries its exact
-/// derivatives with it.
+/// A symmetric N x N x N tensor, each component once: (i, j, k) with i <= j <= k, by rising k, then j, then i.
+template <class T, int N>
+struct Sym3 {
+    static constexpr int kSize = N * (N + 1) * (N + 2) / 6;
+    std::array<T, kSize> c{};
+
+    static constexpr int index(int i, int j, int k) {
+        if (i > j) return index(j, i, k);
+        if (j > k) return index(i, k, j);
+        return k * (k + 1) * (k + 2) / 6 + j * (j + 1) / 2 + i;
+    }
+    constexpr T& operator()(int i, int j, int k) { return c[static_cast<size_t>(index(i, j, k))]; }
+    constexpr const T& operator()(int i, int j, int k) const { return c[static_cast<size_t>(index(i, j, k))]; }
+};
+
+/// A function of one variable and its derivatives at some place.
+template <class T>
+struct Univariate {
+    T value{}, first{}, second{}, third{};
+};
+
+/// What is known of a scalar function at a point, up to derivatives of the given order: its value, its gradient, its
+/// Hessian and its third derivatives (which only the displacement of one field by the gradient of another needs). The
+/// operators below are the rules of differentiation, so a formula written on jets carries its exact derivatives with
+/// it.
 template <class T, int N, int Order>
 struct Jet {
-    static_assert(Order >= 0 && Order <= 2);
+    static_assert(Order >= 0 && Order <= 3);
     template <int>
     struct None {}; // one type for each, or they could not share an address
     static constexpr int kOrder = Order;
-    static constexpr int kSize = Order == 0 ? 1 : Order == 1 ? 1 + N : 1 + N + Sym<T, N>::kSize;
+    static constexpr int kHessian = 1 + N, kThird = kHessian + Sym<T, N>::kSize;
+    static constexpr int kSize = Order == 0   ? 1
+                                 : Order == 1 ? kHessian
+                                 : Order == 2 ? kThird
+                                              : kThird + Sym3<T, N>::kSize;
 
     T value{};
     [[no_unique_address]] std::conditional_t<(Order >= 1), Vec<T, N>, None<1>> gradient{};
     [[no_unique_address]] std::conditional_t<(Order >= 2), Sym<T, N>, None<2>> hessian{};
+    [[no_unique_address]] std::conditional_t<(Order >= 3), Sym3<T, N>, None<3>> third{};
 
     constexpr Jet() = default;
     constexpr Jet(T constant) : value(constant) {} // NOLINT: a constant is a jet
@@ -45,14 +72,23 @@ struct Jet {
         if constexpr (Order >= 1) jet.gradient[i] = T(1);
         return jet;
     }
+    /// All coordinates of a position.
+    static constexpr Vec<Jet, N> variables(const Vec<T, N>& x) {
+        Vec<Jet, N> all;
+        for (int i = 0; i < N; ++i) all[i] = variable(x[i], i);
+        return all;
+    }
 
-    /// The k-th of value, gradient, Hessian laid out in one row.
+    /// The k-th of value, gradient, Hessian, third derivatives laid out in one row.
     constexpr T& component(int k) {
         if constexpr (Order >= 1) {
-            if (k >= 1 && k <= N) return gradient[k - 1];
+            if (k >= 1 && k < kHessian) return gradient[k - 1];
         }
         if constexpr (Order >= 2) {
-            if (k > N) return hessian.c[static_cast<size_t>(k - 1 - N)];
+            if (k >= kHessian && k < kThird) return hessian.c[static_cast<size_t>(k - kHessian)];
+        }
+        if constexpr (Order >= 3) {
+            if (k >= kThird) return third.c[static_cast<size_t>(k - kThird)];
         }
         return value;
     }
@@ -70,6 +106,7 @@ struct Jet {
         for (int k = 0; k < kSize; ++k) component(k) *= s;
         return *this;
     }
+    constexpr Jet& operator*=(const Jet& o) { return *this = *this * o; }
     friend constexpr Jet operator+(Jet a, const Jet& b) { return a += b; }
     friend constexpr Jet operator-(Jet a, const Jet& b) { return a -= b; }
     friend constexpr Jet operator-(Jet a) { return a *= T(-1); }
@@ -86,36 +123,94 @@ struct Jet {
                 for (int j = i; j < N; ++j)
                     p.hessian(i, j) = a.hessian(i, j) * b.value + a.value * b.hessian(i, j) +
                                       (a.gradient[i] * b.gradient[j] + a.gradient[j] * b.gradient[i]);
+        if constexpr (Order >= 3)
+            forTriples([&](int i, int j, int k) {
+                p.third(i, j, k) = a.third(i, j, k) * b.value + a.value * b.third(i, j, k) +
+                                   overSplits(a.hessian, b.gradient, i, j, k) +
+                                   overSplits(b.hessian, a.gradient, i, j, k);
+            });
         return p;
+    }
+
+    /// Calls f(i, j, k) for i <= j <= k.
+    template <class F>
+    static constexpr void forTriples(const F& f) {
+        for (int k = 0; k < N; ++k)
+            for (int j = 0; j <= k; ++j)
+                for (int i = 0; i <= j; ++i) f(i, j, k);
+    }
+    /// The sum of h(two of i, j, k) v(the third).
+    static constexpr T overSplits(const Sym<T, N>& h, const Vec<T, N>& v, int i, int j, int k) {
+        return h(i, j) * v[k] + h(i, k) * v[j] + h(j, k) * v[i];
     }
 };
 
-/// The chain rule: h(a) for a function h of one variable, given h, h' and h'' at a.value.
+/// The jet of a lower order: what is above it is dropped.
+template <int Lower, class T, int N, int Order>
+constexpr Jet<T, N, Lower> truncated(const Jet<T, N, Order>& a) {
+    static_assert(Lower <= Order);
+    Jet<T, N, Lower> r;
+    for (int k = 0; k < r.kSize; ++k) r.component(k) = a.component(k);
+    return r;
+}
+
+/// The partial derivative along axis i: a jet of one order less.
 template <class T, int N, int Order>
-constexpr Jet<T, N, Order> compose(const Jet<T, N, Order>& a, T h, T dh, T ddh) {
-    Jet<T, N, Order> r(h);
+constexpr Jet<T, N, Order - 1> partial(const Jet<T, N, Order>& a, int i) {
+    Jet<T, N, Order - 1> r(a.gradient[i]);
+    if constexpr (Order >= 2)
+        for (int j = 0; j < N; ++j) r.gradient[j] = a.hessian(i, j);
+    if constexpr (Order >= 3)
+        for (int j = 0; j < N; ++j)
+            for (int k = j; k < N; ++k) r.hessian(j, k) = a.third(i, j, k);
+    return r;
+}
+
+/// The chain rule: h(a) for a function h of one variable, given at a.value.
+template <class T, int N, int Order>
+constexpr Jet<T, N, Order> compose(const Jet<T, N, Order>& a, const Univariate<T>& h) {
+    using J = Jet<T, N, Order>;
+    J r(h.value);
     if constexpr (Order >= 1)
-        for (int i = 0; i < N; ++i) r.gradient[i] = dh * a.gradient[i];
+        for (int i = 0; i < N; ++i) r.gradient[i] = h.first * a.gradient[i];
     if constexpr (Order >= 2)
         for (int i = 0; i < N; ++i)
-            for (int j = i; j < N; ++j) r.hessian(i, j) = dh * a.hessian(i, j) + ddh * (a.gradient[i] * a.gradient[j]);
+            for (int j = i; j < N; ++j)
+                r.hessian(i, j) = h.first * a.hessian(i, j) + h.second * (a.gradient[i] * a.gradient[j]);
+    if constexpr (Order >= 3)
+        J::forTriples([&](int i, int j, int k) {
+            r.third(i, j, k) = h.first * a.third(i, j, k) + h.second * J::overSplits(a.hessian, a.gradient, i, j, k) +
+                               h.third * (a.gradient[i] * a.gradient[j] * a.gradient[k]);
+        });
     return r;
 }
 
 template <class T, int N, int Order>
 Jet<T, N, Order> sqrt(const Jet<T, N, Order>& a) {
-    const T root = std::sqrt(a.value);
-    return compose(a, root, T(0.5) / root, T(-0.25) / (root * a.value));
+    const T root = std::sqrt(a.value), inverse = T(1) / a.value;
+    const T first = T(0.5) / root, second = T(-0.5) * first * inverse;
+    return compose(a, Univariate<T>{root, first, second, T(-1.5) * second * inverse});
 }
 template <class T, int N, int Order>
 Jet<T, N, Order> sin(const Jet<T, N, Order>& a) {
-    const T s = std::sin(a.value);
-    return compose(a, s, std::cos(a.value), -s);
+    const T s = std::sin(a.value), c = std::cos(a.value);
+    return compose(a, Univariate<T>{s, c, -s, -c});
 }
 template <class T, int N, int Order>
 Jet<T, N, Order> cos(const Jet<T, N, Order>& a) {
-    const T c = std::cos(a.value);
-    return compose(a, c, -std::sin(a.value), -c);
+    const T s = std::sin(a.value), c = std::cos(a.value);
+    return compose(a, Univariate<T>{c, -s, -c, s});
+}
+/// 1 / a.
+template <class T, int N, int Order>
+Jet<T, N, Order> reciprocal(const Jet<T, N, Order>& a) {
+    const T r = T(1) / a.value;
+    return compose(a, Univariate<T>{r, -r * r, T(2) * r * r * r, T(-6) * r * r * r * r});
+}
+template <class T, int N, int Order>
+Jet<T, N, Order> log(const Jet<T, N, Order>& a) {
+    const T r = T(1) / a.value;
+    return compose(a, Univariate<T>{std::log(a.value), r, -r * r, T(2) * r * r * r});
 }
 /// |a|, exact where a is not zero.
 template <class T, int N, int Order>
@@ -128,39 +223,12 @@ Jet<T, N, Order> max(const Jet<T, N, Order>& a, const Jet<T, N, Order>& b) {
     return a.value < b.value ? b : a;
 }
 
-/// The derivatives of f(A x + b) with respect to x, given those of f at A x + b.
-template <class T, int N, int M, int Order>
-Jet<T, M, Order> pullBack(const Jet<T, N, Order>& f, const Matrix<N, M>& A) {
-    Jet<T, M, Order> r(f.value);
-    if constexpr (Order >= 1) {
-        std::array<Vec<T, M>, N> a;
-        for (int i = 0; i < N; ++i)
-            for (int j = 0; j < M; ++j) a[static_cast<size_t>(i)][j] = static_cast<T>(A[i][j]);
-        const auto sum = [&](const auto& weight) { // of the rows of A
-            Vec<T, M> s = a[0] * weight(0);
-            for (int k = 1; k < N; ++k) s += a[static_cast<size_t>(k)] * weight(k);
-            return s;
-        };
-        r.gradient = sum([&](int k) { return f.gradient[k]; });
-        if constexpr (Order >= 2) {
-            std::array<Vec<T, M>, N> ha; // H A, by rows
-            for (int i = 0; i < N; ++i) ha[static_cast<size_t>(i)] = sum([&](int k) { return f.hessian(i, k); });
-            for (int i = 0; i < M; ++i)
-                for (int j = i; j < M; ++j) {
-                    T h = a[0][i] * ha[0][j];
-                    for (size_t k = 1; k < N; ++k) h += a[k][i] * ha[k][j];
-                    r.hessian(i, j) = h;
-                }
-        }
-    }
-    return r;
-}
-
 /// The chain rule in several variables: f(y(x)), given the jet of f at y in the variables y, and those of all y in the
 /// variables x.
 template <class T, int N, int M, int Order>
-Jet<T, M, Order> compose(const Jet<T, N, Order>& f, const Vec<Jet<T, M, Order>, N>& y) {
-    Jet<T, M, Order> r(f.value);
+constexpr Jet<T, M, Order> compose(const Jet<T, N, Order>& f, const Vec<Jet<T, M, Order>, N>& y) {
+    using J = Jet<T, M, Order>;
+    J r(f.value);
     if constexpr (Order >= 1)
         for (int a = 0; a < N; ++a) r.gradient += y[a].gradient * f.gradient[a];
     if constexpr (Order >= 2)
@@ -171,6 +239,54 @@ Jet<T, M, Order> compose(const Jet<T, N, Order>& f, const Vec<Jet<T, M, Order>, 
                     for (int b = 0; b < N; ++b) h += f.hessian(a, b) * (y[a].gradient[i] * y[b].gradient[j]);
                     r.hessian(i, j) += h;
                 }
+    if constexpr (Order >= 3)
+        J::forTriples([&](int i, int j, int k) {
+            T sum{};
+            for (int a = 0; a < N; ++a) {
+                sum += f.gradient[a] * y[a].third(i, j, k);
+                for (int b = 0; b < N; ++b) {
+                    sum += f.hessian(a, b) * J::overSplits(y[a].hessian, y[b].gradient, i, j, k);
+                    for (int c = 0; c < N; ++c)
+                        sum += f.third(a, b, c) * (y[a].gradient[i] * y[b].gradient[j] * y[c].gradient[k]);
+                }
+            }
+            r.third(i, j, k) = sum;
+        });
+    return r;
+}
+
+/// The derivatives of f(A x + b) with respect to x, given those of f at A x + b.
+template <class T, int N, int M, int Order>
+constexpr Jet<T, M, Order> pullBack(const Jet<T, N, Order>& f, const Matrix<N, M>& A) {
+    using J = Jet<T, M, Order>;
+    J r(f.value);
+    std::array<Vec<T, M>, N> a;
+    for (int i = 0; i < N; ++i)
+        for (int j = 0; j < M; ++j) a[static_cast<size_t>(i)][j] = static_cast<T>(A[i][j]);
+    const auto sum = [&](const auto& weight) { // of the rows of A
+        Vec<T, M> s = a[0] * weight(0);
+        for (int k = 1; k < N; ++k) s += a[static_cast<size_t>(k)] * weight(k);
+        return s;
+    };
+    if constexpr (Order >= 1) r.gradient = sum([&](int k) { return f.gradient[k]; });
+    if constexpr (Order >= 2) {
+        std::array<Vec<T, M>, N> ha; // H A, by rows
+        for (int i = 0; i < N; ++i) ha[static_cast<size_t>(i)] = sum([&](int k) { return f.hessian(i, k); });
+        for (int i = 0; i < M; ++i)
+            for (int j = i; j < M; ++j) {
+                T h = a[0][i] * ha[0][j];
+                for (size_t k = 1; k < N; ++k) h += a[k][i] * ha[k][j];
+                r.hessian(i, j) = h;
+            }
+    }
+    if constexpr (Order >= 3)
+        for (int p = 0; p < N; ++p)
+            for (int q = 0; q < N; ++q) {
+                const Vec<T, M> row = sum([&](int k) { return f.third(p, q, k); });
+                J::forTriples([&](int i, int j, int k) {
+                    r.third(i, j, k) += a[static_cast<size_t>(p)][i] * a[static_cast<size_t>(q)][j] * row[k];
+                });
+            }
     return r;
 }
 

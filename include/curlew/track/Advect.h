@@ -39,8 +39,8 @@ struct AdvectResult {
 ///    wall by more than 1/16 of its length: so no particle jumps through a wall from one part of the domain to another.
 /// If `halvings` do not help, the particle stays for this step. Particles that start beyond the wall (or on it) stay
 /// where they are, and are counted as outside. Each particle's path is its own: the result does not depend on the
-/// others, nor on the number of threads. Throws ValueError for steps < 1 and values that are not finite; Interrupted,
-/// with the particles in an unspecified state.
-AdvectResult advect(const Dfvn& flow, Particles& particles, const AdvectOptions& options, const Monitor& monitor = {});
+/// others, nor on the number of threads. Throws ValueError for steps < 1, values that are not finite, and reprojection
+/// in a flow without tracks; Interrupted, with the particles in an unspecified state.
+AdvectResult advect(const Flow& flow, Particles& particles, const AdvectOptions& options, const Monitor& monitor = {});
 
 } // namespace curlew

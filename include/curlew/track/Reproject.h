@@ -1,6 +1,6 @@
 #pragma once
 
-#include "curlew/flow/Dfvn.h"
+#include "curlew/flow/Flow.h"
 
 namespace curlew {
 
@@ -10,32 +10,45 @@ enum class Reprojection {
     gaussNewton, ///< Both at once, by the smallest correction (ICN Eq. 10 and 11).
 };
 
-struct ReprojectOptions {
+template <int N>
+struct ReprojectOptionsN {
     Reprojection method = Reprojection::gaussNewton;
-    double toleranceF = 1e-9; ///< On |f - f0|, in the units of f.
-    double toleranceG = 1e-9; ///< On |g - g0|, in the units of g.
-    int iterations = 10;      ///< At most so many corrections.
-};
+    /// On |f_k - its value on the track|, in the units of each potential.
+    std::array<double, size_t{N - 1}> tolerance = filled(1e-9);
+    int iterations = 10; ///< At most so many corrections.
 
-/// The track that each point of a batch belongs to: f = f0, g = g0.
-struct TrackBatch {
-    alignas(64) std::array<double, kBatch> f, g;
+  private:
+    static std::array<double, size_t{N - 1}> filled(double value) {
+        std::array<double, size_t{N - 1}> all;
+        all.fill(value);
+        return all;
+    }
 };
+using ReprojectOptions = ReprojectOptionsN<3>;
+
+/// The track that each point of a batch belongs to: the value of every potential (in 3D of f, then g).
+template <int N>
+using TrackBatchN = std::array<std::array<double, kBatch>, size_t{N - 1}>;
+using TrackBatch = TrackBatchN<3>;
 
 /// The state of a batch after reprojection.
-struct ReprojectedBatch {
-    VecBatch<double> velocity;                       ///< At the final position; comes for free with the last residual.
-    std::array<double, kBatch> residualF, residualG; ///< f - f0 and g - g0 at the final position.
-    std::array<int, kBatch> iterations;              ///< Corrections that were made.
-    std::array<bool, kBatch> converged;              ///< Both residuals are within their tolerance.
+template <int N>
+struct ReprojectedBatchN {
+    VecBatchN<double, N> velocity;      ///< At the final position; comes for free with the last residual.
+    TrackBatchN<N> residual;            ///< Potentials less the track's, at the final position.
+    std::array<int, kBatch> iterations; ///< Corrections that were made.
+    std::array<bool, kBatch> converged; ///< All residuals are within their tolerance.
 };
+using ReprojectedBatch = ReprojectedBatchN<3>;
 
-/// Moves each point back onto its track. A correction (of each function, for Newton) is never longer than limit[i] (the
-/// length of the step just taken:
-/// without a limit, Gauss-Newton throws points across walls). Where the gradients are nearly parallel the
-/// track is ill-defined and the flow slow: there the worse of the two functions is corrected alone; where its gradient
-/// vanishes, the point is left. No point influences another.
-void reproject(const Dfvn& flow, PointBatch& points, const TrackBatch& track, const std::array<double, kBatch>& limit,
-               const ReprojectOptions& options, ReprojectedBatch& result);
+/// Moves each point back onto its track (ICN Algorithm 1). A correction (of each function, for Newton) is never longer
+/// than limit[i], the length of the step just taken: without a limit, Gauss-Newton throws points across walls. Where
+/// gradients are nearly parallel the track is ill-defined and the flow slow: there the functions that are farthest off
+/// are corrected, and those that depend on them are not; where all gradients vanish, the point is left. No point
+/// influences another. Throws ValueError for a flow without tracks, unless the method is `none`.
+template <int N>
+void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N>& track,
+               const std::array<double, kBatch>& limit, const ReprojectOptionsN<N>& options,
+               ReprojectedBatchN<N>& result);
 
 } // namespace curlew

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "curlew/flow/Dfvn.h"
+#include "curlew/flow/Flow.h"
 
 namespace curlew {
 
@@ -12,14 +12,14 @@ enum class Scheme {
 
 /// One explicit step of every point from `from`, each with its own time step dt[i], to `to`. `first` is the velocity at
 /// `from`; `velocity(points, velocities)` gives it elsewhere.
-template <class VelocityFunction>
-void step(Scheme scheme, const PointBatch& from, const VecBatch<double>& first, const std::array<double, kBatch>& dt,
-          const VelocityFunction& velocity, PointBatch& to) {
+template <int N, class VelocityFunction>
+void step(Scheme scheme, const PointBatchN<N>& from, const VecBatchN<double, N>& first,
+          const std::array<double, kBatch>& dt, const VelocityFunction& velocity, PointBatchN<N>& to) {
     to.size = from.size;
-    const auto move = [&](const VecBatch<double>& v, double fraction) {
+    const auto move = [&](const VecBatchN<double, N>& v, double fraction) {
         for (int i = 0; i < from.size; ++i) to.set(i, from[i] + v[i] * (fraction * dt[static_cast<size_t>(i)]));
     };
-    VecBatch<double> k2, k3, k4;
+    VecBatchN<double, N> k2, k3, k4;
     switch (scheme) {
         case Scheme::euler:
             return move(first, 1);

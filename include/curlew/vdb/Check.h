@@ -1,7 +1,7 @@
 #pragma once
 
 #include "curlew/base/Monitor.h"
-#include "curlew/flow/Dfvn.h"
+#include "curlew/flow/Flow.h"
 #include "curlew/track/Particles.h"
 
 #include <openvdb/openvdb.h>
@@ -10,21 +10,40 @@ namespace curlew {
 
 /// Measurements of what the library promises. All from seeded samples: the same for every call.
 
-struct FlowCheck {
-    double divergence = 0; ///< Greatest |trace| / Frobenius norm of the velocity's Jacobian, in the domain.
+struct FieldCheck {
+    Range range;            ///< Of the values seen.
+    double rms = 0;         ///< Root mean square of the values,
+    double rmsGradient = 0; ///< and of the length of the gradient.
+};
+
+/// From `samples` positions in the box.
+template <int N>
+FieldCheck checkField(const ScalarFieldN<N>& field, const BoxN<N>& box, size_t samples = 100000,
+                      const Monitor& monitor = {});
+
+struct DivergenceCheck {
+    double trace = 0; ///< Greatest |trace| / Frobenius norm of the velocity's Jacobian, in the domain.
     /// rms of the divergence by central differences of the velocity, relative to the same norm. The trace above
     /// vanishes for any symmetric Hessians; this one also tells whether the gradients are those of a function. Its own
     /// error is O(h²) with h = 1e-5 of the box, more where the flow is only C¹.
-    double divergenceByDifferences = 0;
-    double divergenceBeyond = 0; ///< The first, where the wall has no part: deeper than its width.
-    double wallFlux = 0;         ///< Greatest |c · grad d| on the wall, relative to the rms speed.
-    size_t wallSamples = 0;      ///< How many points of the wall that is from.
+    double byDifferences = 0;
+    double traceBeyond = 0; ///< The first, where the wall has no part: deeper than its width.
+};
+
+/// From `samples` points of the domain, with Hessians in double. The points of a domain in space are scattered;
+/// elsewhere they are uniform in its box, and those beyond a wall do not count.
+template <int N>
+DivergenceCheck checkDivergence(const FlowN<N>& flow, size_t samples = 100000, const Monitor& monitor = {});
+
+struct FlowCheck {
+    DivergenceCheck divergence;
+    double wallFlux = 0;    ///< Greatest |c · grad d| on the wall, relative to the rms speed.
+    size_t wallSamples = 0; ///< How many points of the wall that is from.
     FlowMagnitudes magnitudes;
 };
 
-/// From `samples` points of the domain, with Hessians in double, and as many on its wall, found by Newton's method on
-/// d.
-FlowCheck checkFlow(const Dfvn& flow, size_t samples = 100000, const Monitor& monitor = {});
+/// From `samples` points of the domain, and as many on its wall, found by Newton's method on d.
+FlowCheck checkFlow(const Flow& flow, size_t samples = 100000, const Monitor& monitor = {});
 
 struct GridCheck {
     size_t voxels = 0;   ///< Active ones.
@@ -48,6 +67,6 @@ struct ParticleCheck {
 };
 
 /// Compares particles with the flow that moved them. Drift needs their track (zero without).
-ParticleCheck checkParticles(const Dfvn& flow, const Particles& particles, const Monitor& monitor = {});
+ParticleCheck checkParticles(const Flow& flow, const Particles& particles, const Monitor& monitor = {});
 
 } // namespace curlew

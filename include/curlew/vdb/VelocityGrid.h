@@ -1,7 +1,7 @@
 #pragma once
 
 #include "curlew/base/Monitor.h"
-#include "curlew/flow/Dfvn.h"
+#include "curlew/flow/Flow.h"
 
 #include <openvdb/openvdb.h>
 
@@ -35,9 +35,10 @@ struct VelocityGridOptions {
 /// cancel. Where the flow is inside a wall that holds for all voxels; else for all but the last layer of the box or
 /// mask.
 ///
-/// Same bytes for any number of threads. Throws ValueError for sizes that are not positive, an infinite box, and a mask
-/// that is not on cubic, axis-aligned voxels; ResourceError where the grid would not fit the memory.
-openvdb::Vec3SGrid::Ptr velocityGrid(const Dfvn& flow, const VelocityGridOptions& options, const Monitor& monitor = {});
+/// Same bytes for any number of threads. Throws ValueError for sizes that are not positive, an infinite box, a mask
+/// that is not on cubic, axis-aligned voxels, and a staggered grid of a normalised flow; ResourceError where the grid
+/// would not fit the memory.
+openvdb::Vec3SGrid::Ptr velocityGrid(const Flow& flow, const VelocityGridOptions& options, const Monitor& monitor = {});
 
 /// A field at the voxel centres of the active voxels of `where`.
 openvdb::FloatGrid::Ptr sampledGrid(const ScalarField& field, const openvdb::GridBase& where, const std::string& name,

@@ -2,7 +2,7 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/NoiseField.h"
-#include "curlew/flow/Dfvn.h"
+#include "curlew/flow/Flow.h"
 #include "support/FiniteDifference.h"
 #include "support/Polynomial.h"
 #include "support/Reference.h"
@@ -15,24 +15,25 @@ using namespace curlew::test;
 
 namespace {
 
-ScalarField noise(uint64_t seed) { return psrdField({.seed = seed}, {.frequency = 1.5}); }
+ScalarField noise(uint64_t seed) { return noiseField<Psrd3>({.seed = seed}, {.frequency = 1.5}); }
 
-Dfvn boundFlow(const Sdf& sdf, Side side) {
+Flow boundFlow(const Sdf& sdf, Side side) {
     const Wall wall{.sdf = sdf, .side = side, .width = 0.15};
-    return Dfvn(noise(1), bounded(noise(2), wall), Domain::of(wall));
+    return Flow(noise(1), bounded(noise(2), wall), Domain::of(wall));
 }
 
-struct Flow {
+struct Named {
     std::string name;
-    Dfvn flow;
+    Flow flow;
 };
 
-std::vector<Flow> flows() {
-    return {{"noise", Dfvn(noise(1), noise(2))},
+std::vector<Named> flows() {
+    return {{"noise", Flow(noise(1), noise(2))},
             {"inside a sphere", boundFlow(sphereSdf(1), Side::inside)},
             {"around a torus", boundFlow(torusSdf(0.7, 0.3), Side::outside)},
             {"on both sides of a box", boundFlow(boxSdf({{1, 1.2, 0.8}}, 0.2), Side::both)},
-            {"octaves", Dfvn(psrdField({.seed = 3}, {.octaves = 3}), psrdField({.seed = 4}, {.octaves = 2}))}};
+            {"octaves",
+             Flow(noiseField<Psrd3>({.seed = 3}, {.octaves = 3}), noiseField<Psrd3>({.seed = 4}, {.octaves = 2}))}};
 }
 
 Vec3d vec(const nlohmann::json& a) { return {{a.at(0).get<double>(), a.at(1).get<double>(), a.at(2).get<double>()}}; }
@@ -48,11 +49,10 @@ double trace(const Matrix3& m) { return m.rows[0][0] + m.rows[1][1] + m.rows[2][
 } // namespace
 
 TEST_CASE("the example of ICN Fig. 3: c = (7/4, 0, -7/4)", "[flow]") {
-    const Dfvn flow(formula([](const auto& x) { return x[0] * x[0] + x[1] * x[1] + x[2] * x[2]; }),
+    const Flow flow(formula([](const auto& x) { return x[0] * x[0] + x[1] * x[1] + x[2] * x[2]; }),
                     formula([](const auto& x) { return x[0] * x[0] * x[0] - x[1] * x[1] + x[2] * x[2] * x[2]; }));
     const FlowSample sample = flow.at({{0.5, 0.5, 0.5}});
-    CHECK(sample.f == 0.75);
-    CHECK(sample.g == 0);
+    CHECK(sample.potentials == std::array{0.75, 0.0});
     CHECK(sample.velocity == Vec3d{{1.75, 0, -1.75}});
     // The derivative of c = (6 y z² + 4 y z, 6 x² z - 6 x z², -6 x² y - 4 x y) there.
     CHECK(sample.derivative == Matrix3{{Vec3d{{0, 3.5, 5}}, Vec3d{{1.5, 0, -1.5}}, Vec3d{{-5, -3.5, 0}}}});
@@ -65,14 +65,14 @@ TEST_CASE("flows of polynomials agree with the reference", "[flow]") {
     for (const auto& row : file->at("rows")) {
         if (row.at("n") != 3) continue;
         ++rows;
-        const Dfvn flow(polynomial(row["f"][0].get<std::string>()), polynomial(row["f"][1].get<std::string>()));
+        const Flow flow(polynomial(row["f"][0].get<std::string>()), polynomial(row["f"][1].get<std::string>()));
         const Vec3d p = vec(row["p_f64"]);
         const FlowSample sample = flow.at(p);
         CAPTURE(row.at("id").get<int>(), p, sample.velocity);
         // Sums of some twenty products below 20, each off by a few roundings.
         constexpr double kRounding = 20 * 20 * 8 * 0x1p-53;
-        CHECK(std::abs(sample.f - row["f_f64"][0].get<double>()) < kRounding);
-        CHECK(std::abs(sample.g - row["f_f64"][1].get<double>()) < kRounding);
+        CHECK(std::abs(sample.potentials[0] - row["f_f64"][0].get<double>()) < kRounding);
+        CHECK(std::abs(sample.potentials[1] - row["f_f64"][1].get<double>()) < kRounding);
         CHECK(length(sample.velocity - vec(row["c_f64"])) < kRounding);
         // c as a formula gives the derivative of c.
         for (size_t i = 0; i < 3; ++i) {
@@ -160,10 +160,11 @@ TEST_CASE("velocity is orthogonal to both gradients, and one function in every i
             PointBatch points;
             while (!points.full())
                 points.push(randomPoint(flow.domain().box, batch, static_cast<uint64_t>(points.size)));
-            JetBatch<double, 1> f, g;
+            Flow::Jets<double> jets;
+            const auto& [f, g] = jets;
             VecBatch<double> c, again;
             VecBatch<float> single;
-            flow.eval(points, f, g, c);
+            flow.eval(points, jets, c);
             flow.velocity(points, again);
             flow.velocity(points, single);
             for (int i = 0; i < kBatch; ++i) {
@@ -174,7 +175,7 @@ TEST_CASE("velocity is orthogonal to both gradients, and one function in every i
                 const FlowSample sample = flow.at(p);
                 CAPTURE(name, p);
                 if (sample.velocity != c[i] || again[i] != c[i]) FAIL("velocities differ");
-                if (sample.f != f[i].value || sample.g != g[i].value) FAIL("potentials differ");
+                if (sample.potentials[0] != f[i].value || sample.potentials[1] != g[i].value) FAIL("potentials differ");
                 for (int axis = 0; axis < 3; ++axis)
                     if (std::abs(double(single[i][axis]) - c[i][axis]) > 0.01) FAIL("float differs"); // 5e-4 · 2 · 10
             }
@@ -188,7 +189,7 @@ TEST_CASE("nothing flows through a wall", "[flow]") {
     // On the zero level the velocity is orthogonal to ∇d: a few roundings of a velocity of 10 on a sphere, where d is a
     // rounding of 0 and α of third order in it.
     const Side side = GENERATE(Side::inside, Side::outside, Side::both);
-    const Dfvn flow = boundFlow(sphereSdf(1), side);
+    const Flow flow = boundFlow(sphereSdf(1), side);
     Worst flux, speed;
     for (uint64_t k = 0; k < 10000; ++k) {
         const Vec3d p = randomPoint(cube(1), 4, k), n = p * (1 / length(p));
@@ -220,11 +221,11 @@ TEST_CASE("nothing flows through a wall", "[flow]") {
 TEST_CASE("speed is set as the root mean square over the domain", "[flow]") {
     for (const auto& [name, flow] : flows()) {
         CAPTURE(name);
-        const Dfvn paced = withSpeed(flow, 2.5);
+        const Flow paced = withSpeed(flow, 2.5);
         const FlowMagnitudes before = magnitudesOf(flow), after = magnitudesOf(paced);
         CHECK(after.speed == Approx(2.5).epsilon(1e-12)); // the same samples: rounding only
-        CHECK(after.g == before.g);
-        CHECK(after.f / before.f == Approx(2.5 / before.speed));
+        CHECK(after.potentials[1] == before.potentials[1]);
+        CHECK(after.potentials[0] / before.potentials[0] == Approx(2.5 / before.speed));
         CHECK(paced.domain().box.lower == flow.domain().box.lower);
         CHECK(paced.domain().wall.has_value() == flow.domain().wall.has_value());
         // Other samples of the same domain: speeds vary by about their own size, so 5 / sqrt N.
@@ -256,32 +257,32 @@ TEST_CASE("magnitudes are the same bits for any number of threads, and known in 
     const ThreadLimit limit(2);
     const FlowMagnitudes two = magnitudesOf(flow);
     CHECK(std::bit_cast<uint64_t>(one.speed) == std::bit_cast<uint64_t>(two.speed));
-    CHECK(std::bit_cast<uint64_t>(one.f) == std::bit_cast<uint64_t>(two.f));
-    CHECK(std::bit_cast<uint64_t>(one.g) == std::bit_cast<uint64_t>(two.g));
+    CHECK(std::bit_cast<uint64_t>(one.potentials[0]) == std::bit_cast<uint64_t>(two.potentials[0]));
+    CHECK(std::bit_cast<uint64_t>(one.potentials[1]) == std::bit_cast<uint64_t>(two.potentials[1]));
     // f = x, g = 2 y in the cube [-1, 1]: c = (0, 0, 2), mean of x² 1/3; 131,072 samples.
-    const FlowMagnitudes simple = magnitudesOf(Dfvn(rampField({{1, 0, 0}}), rampField({{0, 2, 0}})));
+    const FlowMagnitudes simple = magnitudesOf(Flow(rampField({{1, 0, 0}}), rampField({{0, 2, 0}})));
     CHECK(simple.speed == 2);
-    CHECK(simple.f * simple.f == Approx(1.0 / 3).epsilon(5 * 0.9 / std::sqrt(131072)));
-    CHECK(simple.g * simple.g == Approx(4.0 / 3).epsilon(5 * 0.9 / std::sqrt(131072)));
+    CHECK(simple.potentials[0] * simple.potentials[0] == Approx(1.0 / 3).epsilon(5 * 0.9 / std::sqrt(131072)));
+    CHECK(simple.potentials[1] * simple.potentials[1] == Approx(4.0 / 3).epsilon(5 * 0.9 / std::sqrt(131072)));
 }
 
 TEST_CASE("a domain that is a small part of its box is found, an empty one is an error", "[flow]") {
     Wall wall{.sdf = sphereSdf(0.05), .side = Side::inside, .width = 0.02};
-    const Dfvn small(noise(1), noise(2), {.box = cube(1), .wall = wall}); // 6.5e-5 of the box
+    const Flow small(noise(1), noise(2), {.box = cube(1), .wall = wall}); // 6.5e-5 of the box
     CHECK(magnitudesOf(small).speed > 0);
     wall.sdf = placed(wall.sdf, {.offset = {{5, 0, 0}}});
-    const Dfvn empty(noise(1), noise(2), {.box = cube(1), .wall = wall});
+    const Flow empty(noise(1), noise(2), {.box = cube(1), .wall = wall});
     CHECK_THROWS_AS(magnitudesOf(empty), ValueError);
     CHECK_THROWS_AS(withSpeed(empty, 1), ValueError);
 }
 
 TEST_CASE("a pace that cannot be is an error", "[flow]") {
-    const Dfvn flow(noise(1), noise(2));
+    const Flow flow(noise(1), noise(2));
     for (const double bad : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
         CAPTURE(bad);
         CHECK_THROWS_AS(withSpeed(flow, bad), ValueError);
     }
-    CHECK_THROWS_AS(withSpeed(Dfvn(noise(1), noise(1)), 1), ValueError); // does not move
+    CHECK_THROWS_AS(withSpeed(Flow(noise(1), noise(1)), 1), ValueError); // does not move
     const Monitor cancelled{.report = {}, .cancelled = [] { return true; }};
     CHECK_THROWS_AS(withSpeed(flow, 1, cancelled), Interrupted);
 }

@@ -1,0 +1,66 @@
+#pragma once
+
+#include "curlew/math/Vec.h"
+
+namespace curlew {
+
+// The lattices of psrdnoise (Gustavson and McEwan 2021, "the paper" below). Their vertices are where the simplex
+// coordinates u of a position are whole numbers. Each lattice has
+//   kRepeat    the shortest steps along the axes from one vertex to another,
+//   toSimplex  u of a position; exact for multiples of kRepeat,
+//   units      the position of u times kUnits: whole numbers for vertices, so exact for them,
+//   vertexAt   its inverse for vertices. For the places that a period may send vertices to, where the lattice has none:
+//              the vertex whose u is nearest, halves up, as published.
+
+/// The plane's triangles of base 1 and height 1: every other row of vertices is shifted by 1/2 (the paper, Fig. 2).
+struct PsrdLattice2 {
+    static constexpr int kUnits = 2;
+    static constexpr Vec<int, 2> kRepeat{{1, 2}};
+
+    static Vec<double, 2> toSimplex(const Vec<double, 2>& x) { return {{x[0] + 0.5 * x[1], x[1]}}; }
+    template <class T>
+    static Vec<T, 2> units(const Vec<T, 2>& u) {
+        return {{T(2) * u[0] - u[1], T(2) * u[1]}};
+    }
+    static Vec<double, 2> vertexAt(const Vec<double, 2>& k) {
+        return {{std::floor(0.5 * k[0] + 0.25 * k[1] + 0.5), 0.5 * k[1]}};
+    }
+};
+
+/// The paper's own lattice in space: the corners and the centres of unit cubes (Fig. 3).
+struct PsrdLattice3 {
+    static constexpr int kUnits = 2;
+    static constexpr Vec<int, 3> kRepeat{{1, 1, 1}};
+
+    static Vec3d toSimplex(const Vec3d& x) { return {{x[1] + x[2], x[0] + x[2], x[0] + x[1]}}; }
+    template <class T>
+    static Vec3<T> units(const Vec3<T>& u) {
+        return {{u[1] + u[2] - u[0], u[0] + u[2] - u[1], u[0] + u[1] - u[2]}};
+    }
+    static Vec3d vertexAt(const Vec3d& k) { return toSimplex(k) * 0.5; }
+};
+
+/// The same lattice as Perlin turned it (2002): its long diagonal is that of the unit cube, and few vertices have whole
+/// coordinates.
+struct PsrdPerlinLattice3 {
+    static constexpr int kUnits = 6;
+    static constexpr Vec<int, 3> kRepeat{{3, 3, 3}};
+
+    static Vec3d toSimplex(const Vec3d& x) {
+        const double third = (x[0] + x[1] + x[2]) / 3;
+        return {{x[0] + third, x[1] + third, x[2] + third}};
+    }
+    template <class T>
+    static Vec3<T> units(const Vec3<T>& u) {
+        const T sum = u[0] + u[1] + u[2];
+        return {{T(6) * u[0] - sum, T(6) * u[1] - sum, T(6) * u[2] - sum}};
+    }
+    static Vec3d vertexAt(const Vec3d& k) {
+        // Whole numbers up to the division; of what a period leaves, it makes multiples of 1/3: never halves.
+        const double sum = k[0] + k[1] + k[2];
+        const auto nearest = [sum](double a) { return std::floor((3 * a + sum) / 18 + 0.5); };
+        return {{nearest(k[0]), nearest(k[1]), nearest(k[2])}};
+    }
+};
+
+} // namespace curlew

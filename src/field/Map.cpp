@@ -1,0 +1,199 @@
+#include "curlew/field/Map.h"
+
+#include "curlew/base/Error.h"
+#include "curlew/field/Algebra.h"
+#include "curlew/field/Dimensions.h"
+
+#include <fmt/format.h>
+
+#include <numbers>
+
+namespace curlew {
+
+namespace {
+
+/// field(A (x - origin)).
+template <int M, int N>
+struct Affine {
+    ScalarFieldN<M> field;
+    Matrix<M, N> A;
+    Vec<double, N> origin;
+    template <int Order, class T>
+    void evalBatch(const PointBatchN<N>& points, JetBatchN<T, N, Order>& jets) const {
+        PointBatchN<M> moved;
+        for (int i = 0; i < points.size; ++i) moved.push(A * (points[i] - origin));
+        JetBatchN<T, M, Order> there;
+        field.eval(moved, there);
+        for (int i = 0; i < points.size; ++i) jets.set(i, pullBack(there[i], A));
+    }
+    Range range() const { return field.range(); }
+};
+
+template <int N, int M>
+struct Lifted {
+    static constexpr size_t kGraph{M - N};
+    ScalarFieldN<M> field;
+    std::array<ScalarFieldN<N>, kGraph> graph;
+    template <int Order, class T>
+    void evalBatch(const PointBatchN<N>& points, JetBatchN<T, N, Order>& jets) const {
+        // Heights are positions: in double.
+        std::array<JetBatchN<double, N, Order>, kGraph> heights;
+        for (size_t k = 0; k < kGraph; ++k) graph[k].eval(points, heights[k]);
+        PointBatchN<M> above;
+        above.size = points.size;
+        for (size_t axis = 0; axis < N; ++axis) above.c[axis] = points.c[axis];
+        for (size_t k = 0; k < kGraph; ++k) above.c[N + k] = heights[k].c[0];
+        JetBatchN<T, M, Order> there;
+        field.eval(above, there);
+        for (int i = 0; i < points.size; ++i) {
+            Vec<Jet<T, N, Order>, M> y;
+            for (int axis = 0; axis < N; ++axis) y[axis] = Jet<T, N, Order>::variable(T(0), axis);
+            for (int axis = N; axis < M; ++axis) {
+                const auto height = heights[static_cast<size_t>(axis - N)][i];
+                for (int c = 0; c < height.kSize; ++c) y[axis].component(c) = static_cast<T>(height.component(c));
+            }
+            jets.set(i, compose(there[i], y));
+        }
+    }
+    Range range() const { return field.range(); }
+};
+
+template <int N>
+struct Displaced {
+    ScalarFieldN<N> field, by;
+    double amount;
+    template <int Order, class T>
+    void evalBatch(const PointBatchN<N>& points, JetBatchN<T, N, Order>& jets) const {
+        if constexpr (Order >= 3) {
+            throw ValueError(
+                "a field that is itself displaced cannot displace another: its third derivatives are not "
+                "known");
+        } else {
+            JetBatchN<double, N, Order + 1> pull;
+            by.eval(points, pull);
+            PointBatchN<N> moved;
+            for (int i = 0; i < points.size; ++i) moved.push(points[i] + pull[i].gradient * amount);
+            JetBatchN<T, N, Order> there;
+            field.eval(moved, there);
+            for (int i = 0; i < points.size; ++i) {
+                const auto pulling = pull[i];
+                Vec<Jet<T, N, Order>, N> y;
+                for (int axis = 0; axis < N; ++axis) {
+                    const auto move = partial(pulling, axis) * amount;
+                    for (int c = 0; c < move.kSize; ++c) y[axis].component(c) = static_cast<T>(move.component(c));
+                    y[axis] += Jet<T, N, Order>::variable(T(0), axis);
+                }
+                jets.set(i, compose(there[i], y));
+            }
+        }
+    }
+    Range range() const { return field.range(); }
+};
+
+Matrix3 rotation(const Vec3d& degrees) {
+    Matrix3 product;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double angle = degrees[axis] * std::numbers::pi / 180, c = std::cos(angle), s = std::sin(angle);
+        const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+        Matrix3 turn;
+        turn[u][u] = turn[v][v] = c;
+        turn[u][v] = -s;
+        turn[v][u] = s;
+        product = turn * product;
+    }
+    return product;
+}
+
+template <int N>
+Matrix<N, N> rotationIn(const Vec3d& degrees) {
+    Matrix<N, N> turn;
+    if (degrees == Vec3d{}) return turn;
+    if constexpr (N == 3) return rotation(degrees);
+    if (N != 2 || degrees[0] != 0 || degrees[1] != 0)
+        throw ValueError(fmt::format("a field of {} dimensions cannot be turned about these axes; {}", N,
+                                     N == 2 ? "in 2D give 0,0,degrees" : "only those of 2 and 3 can be turned"));
+    for (int i = 0; i < 2 && i < N; ++i)
+        for (int j = 0; j < 2 && j < N; ++j) turn[i][j] = rotation(degrees)[i][j];
+    return turn;
+}
+
+} // namespace
+
+template <int N>
+ScalarFieldN<N> placed(const ScalarFieldN<N>& field, const PlacementN<N>& placement) {
+    if (placement == PlacementN<N>{}) return field;
+    Matrix<N, N> inverse = transpose(rotationIn<N>(placement.rotate));
+    for (int i = 0; i < N; ++i) {
+        if (placement.scale[i] == 0) throw ValueError("a field cannot be scaled by zero");
+        inverse[i] *= 1 / placement.scale[i];
+    }
+    return ScalarFieldN<N>(Affine<N, N>{field, inverse, placement.offset});
+}
+
+template <int M, int N>
+ScalarFieldN<N> projected(const ScalarFieldN<M>& field, const Matrix<M, N>& A) {
+    return ScalarFieldN<N>(Affine<M, N>{field, A, {}});
+}
+
+template <int N, int M>
+ScalarFieldN<N> lifted(const ScalarFieldN<M>& field, const std::array<ScalarFieldN<N>, size_t{M - N}>& graph) {
+    return ScalarFieldN<N>(Lifted<N, M>{field, graph});
+}
+
+template <int N>
+ScalarFieldN<N> heightField(const ScalarFieldN<N - 1>& height) {
+    Vec<double, N> up;
+    up[N - 1] = 1;
+    return rampField(up) - projected(height, Matrix<N - 1, N>{});
+}
+
+template <int N>
+ScalarFieldN<N> displaced(const ScalarFieldN<N>& field, const ScalarFieldN<N>& by, double amount) {
+    if (!std::isfinite(amount)) throw ValueError("the amount must be finite");
+    by.template at<3>({}); // throws where there are no third derivatives
+    return ScalarFieldN<N>(Displaced<N>{field, by, amount});
+}
+
+#define CURLEW_INSTANTIATE(N)                                                      \
+    template ScalarFieldN<N> placed(const ScalarFieldN<N>&, const PlacementN<N>&); \
+    template ScalarFieldN<N> displaced(const ScalarFieldN<N>&, const ScalarFieldN<N>&, double);
+CURLEW_FOR_DIMENSIONS(CURLEW_INSTANTIATE)
+#undef CURLEW_INSTANTIATE
+
+#define CURLEW_INSTANTIATE(M, N) template ScalarFieldN<N> projected(const ScalarFieldN<M>&, const Matrix<M, N>&);
+CURLEW_INSTANTIATE(1, 2)
+CURLEW_INSTANTIATE(1, 3)
+CURLEW_INSTANTIATE(2, 2)
+CURLEW_INSTANTIATE(2, 3)
+CURLEW_INSTANTIATE(3, 3)
+CURLEW_INSTANTIATE(3, 4)
+CURLEW_INSTANTIATE(4, 5)
+CURLEW_INSTANTIATE(5, 6)
+CURLEW_INSTANTIATE(6, 7)
+#undef CURLEW_INSTANTIATE
+
+#define CURLEW_INSTANTIATE(N, M) \
+    template ScalarFieldN<N> lifted<N, M>(const ScalarFieldN<M>&, const std::array<ScalarFieldN<N>, size_t{M - N}>&);
+CURLEW_INSTANTIATE(1, 2)
+CURLEW_INSTANTIATE(1, 3)
+CURLEW_INSTANTIATE(2, 3)
+CURLEW_INSTANTIATE(2, 4)
+CURLEW_INSTANTIATE(3, 4)
+CURLEW_INSTANTIATE(3, 5)
+CURLEW_INSTANTIATE(4, 5)
+CURLEW_INSTANTIATE(4, 6)
+CURLEW_INSTANTIATE(5, 6)
+CURLEW_INSTANTIATE(5, 7)
+CURLEW_INSTANTIATE(6, 7)
+#undef CURLEW_INSTANTIATE
+
+#define CURLEW_INSTANTIATE(N) template ScalarFieldN<N> heightField<N>(const ScalarFieldN<N - 1>&);
+CURLEW_INSTANTIATE(2)
+CURLEW_INSTANTIATE(3)
+CURLEW_INSTANTIATE(4)
+CURLEW_INSTANTIATE(5)
+CURLEW_INSTANTIATE(6)
+CURLEW_INSTANTIATE(7)
+#undef CURLEW_INSTANTIATE
+
+} // namespace curlew

@@ -1,0 +1,194 @@
+#include "curlew/flow/Flow.h"
+
+#include "Samples.h"
+#include "curlew/base/Error.h"
+#include "curlew/base/Parallel.h"
+#include "curlew/field/Algebra.h"
+#include "curlew/field/Dimensions.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace curlew {
+
+namespace {
+
+constexpr double kMostSpeed = 1e15; // beyond, velocities in float overflow where the flow is fastest
+
+void requireSpeed(double speed) {
+    if (!(speed > 0) || !(speed <= kMostSpeed))
+        throw ValueError(fmt::format("speed {} must be positive and at most {}", speed, kMostSpeed));
+}
+
+/// The gradient of a potential as functions of position, of which the derivatives are known too.
+template <int N>
+Vec<Jet<double, N, 1>, N> gradientOf(const Jet<double, N, 2>& potential) {
+    Vec<Jet<double, N, 1>, N> gradient;
+    for (int i = 0; i < N; ++i) gradient[i] = partial(potential, i);
+    return gradient;
+}
+
+} // namespace
+
+template <int N>
+FlowN<N>::FlowN(std::vector<Potentials> terms, DomainN<N> domain)
+    : mTerms(std::move(terms)), mDomain(std::move(domain)) {
+    if (mTerms.empty()) throw ValueError("a flow needs potentials");
+}
+
+template <int N>
+FlowN<N> FlowN<N>::within(DomainN<N> domain) const {
+    FlowN flow = *this;
+    flow.mDomain = std::move(domain);
+    return flow;
+}
+
+template <int N>
+FlowN<N> FlowN<N>::normalized(double speed) const {
+    requireSpeed(speed);
+    FlowN flow = *this;
+    flow.mUniformSpeed = speed;
+    return flow;
+}
+
+template <int N>
+template <class T>
+void FlowN<N>::eval(const PointBatchN<N>& points, Jets<T>& potentials, VecBatchN<T, N>& velocity) const {
+    const auto evalTerm = [&](const Potentials& term, Jets<T>& jets, const auto& use) {
+        for (size_t k = 0; k < kPotentials; ++k) term[k].eval(points, jets[k]);
+        for (int i = 0; i < points.size; ++i) {
+            std::array<Vec<T, N>, kPotentials> gradients;
+            for (size_t k = 0; k < kPotentials; ++k) gradients[k] = jets[k][i].gradient;
+            use(i, cross(gradients));
+        }
+    };
+    evalTerm(mTerms.front(), potentials, [&](int i, const Vec<T, N>& c) { velocity.set(i, c); });
+    for (size_t t = 1; t < mTerms.size(); ++t) {
+        Jets<T> jets;
+        evalTerm(mTerms[t], jets, [&](int i, const Vec<T, N>& c) { velocity.set(i, velocity[i] + c); });
+    }
+    if (mUniformSpeed == 0) return;
+    for (int i = 0; i < points.size; ++i) {
+        const Vec<T, N> c = velocity[i];
+        if (const T speed = length(c); speed > T(0)) velocity.set(i, c * (static_cast<T>(mUniformSpeed) / speed));
+    }
+}
+
+template <int N>
+FlowSampleN<N> FlowN<N>::at(const Vec<double, N>& position) const {
+    using J = Jet<double, N, 1>;
+    FlowSampleN<N> sample;
+    Vec<J, N> c;
+    for (size_t t = 0; t < mTerms.size(); ++t) {
+        std::array<Vec<J, N>, kPotentials> gradients;
+        for (size_t k = 0; k < kPotentials; ++k) {
+            const auto jet = mTerms[t][k].template at<2>(position);
+            gradients[k] = gradientOf(jet);
+            if (t == 0) sample.potentials[k] = jet.value;
+        }
+        c += cross(gradients);
+    }
+    if (mUniformSpeed > 0)
+        if (const J squared = dot(c, c); squared.value > 0) c *= reciprocal(sqrt(squared)) * mUniformSpeed;
+    for (int i = 0; i < N; ++i) {
+        sample.velocity[i] = c[i].value;
+        sample.derivative[i] = c[i].gradient;
+    }
+    return sample;
+}
+
+template <int N>
+FlowN<N> operator+(const FlowN<N>& a, const FlowN<N>& b) {
+    if (!a.divergenceFree() || !b.divergenceFree())
+        throw ValueError("a normalised flow cannot be part of a sum; normalise the sum instead");
+    auto terms = a.terms();
+    terms.insert(terms.end(), b.terms().begin(), b.terms().end());
+    return FlowN<N>(std::move(terms), a.domain());
+}
+
+namespace {
+
+constexpr size_t kCandidates = size_t{1} << 17, kMostCandidates = size_t{1} << 24, kEnoughSamples = 4096;
+constexpr size_t kGrain = 4096;
+
+template <int N>
+struct Sums {
+    double count = 0, speed = 0;
+    std::array<double, size_t{N - 1}> potentials{};
+    Sums& operator+=(const Sums& o) {
+        count += o.count;
+        speed += o.speed;
+        for (size_t k = 0; k < potentials.size(); ++k) potentials[k] += o.potentials[k];
+        return *this;
+    }
+};
+
+template <int N>
+Sums<N> sumOver(const FlowN<N>& flow, size_t begin, size_t end) {
+    Sums<N> sums;
+    visitSamples(flow.domain(), begin, end, [&](const PointBatchN<N>& points) {
+        typename FlowN<N>::template Jets<double> potentials;
+        VecBatchN<double, N> c;
+        flow.eval(points, potentials, c);
+        for (int i = 0; i < points.size; ++i) {
+            Sums<N> one{1, dot(c[i], c[i])};
+            for (size_t k = 0; k < potentials.size(); ++k) {
+                const double value = potentials[k][i].value;
+                one.potentials[k] = value * value;
+            }
+            sums += one;
+        }
+    });
+    return sums;
+}
+
+} // namespace
+
+template <int N>
+FlowMagnitudesN<N> magnitudesOf(const FlowN<N>& flow, const Monitor& monitor) {
+    if (!flow.domain().box.finite()) throw ValueError("the domain of the flow is infinite; give it a box");
+    Sums<N> total;
+    // A thin domain takes more tries.
+    for (size_t begin = 0, end = kCandidates; begin < kMostCandidates && total.count < kEnoughSamples;
+         begin = end, end *= 8) {
+        std::vector<Sums<N>> chunks((end - begin + kGrain - 1) / kGrain);
+        parallelFor(
+            end - begin, kGrain,
+            [&](size_t from, size_t to) { chunks[from / kGrain] = sumOver(flow, begin + from, begin + to); }, monitor);
+        for (const auto& chunk : chunks) total += chunk;
+    }
+    if (total.count == 0)
+        throw ValueError("the domain of the flow is empty: no point of its box lies on the flow's side of the wall");
+    FlowMagnitudesN<N> magnitudes{.speed = std::sqrt(total.speed / total.count)};
+    for (size_t k = 0; k < total.potentials.size(); ++k)
+        magnitudes.potentials[k] = std::sqrt(total.potentials[k] / total.count);
+    return magnitudes;
+}
+
+template <int N>
+FlowN<N> withSpeed(const FlowN<N>& flow, double speed, const Monitor& monitor) {
+    const double now = magnitudesOf(flow, monitor).speed;
+    if (!(now > 0) || !std::isfinite(now))
+        throw ValueError(
+            "the flow does not move: the gradients of f and g are parallel everywhere; use two different fields "
+            "(seeds)");
+    requireSpeed(speed);
+    if (speed == now) return flow;
+    if (flow.uniformSpeed() > 0) return flow.normalized(speed);
+    auto terms = flow.terms();
+    for (auto& term : terms) term[0] = (speed / now) * term[0];
+    return FlowN<N>(std::move(terms), flow.domain());
+}
+
+#define CURLEW_INSTANTIATE(N)                                                                        \
+    template class FlowN<N>;                                                                         \
+    template void FlowN<N>::eval(const PointBatchN<N>&, Jets<float>&, VecBatchN<float, N>&) const;   \
+    template void FlowN<N>::eval(const PointBatchN<N>&, Jets<double>&, VecBatchN<double, N>&) const; \
+    template FlowN<N> operator+(const FlowN<N>&, const FlowN<N>&);                                   \
+    template FlowMagnitudesN<N> magnitudesOf(const FlowN<N>&, const Monitor&);                       \
+    template FlowN<N> withSpeed(const FlowN<N>&, double, const Monitor&);
+CURLEW_FOR_FLOW_DIMENSIONS(CURLEW_INSTANTIATE)
+#undef CURLEW_INSTANTIATE
+
+} // namespace curlew

@@ -1,0 +1,87 @@
+#include "curlew/flow/Flows.h"
+
+#include "curlew/base/Error.h"
+#include "curlew/field/Algebra.h"
+#include "curlew/field/Formula.h"
+#include "curlew/field/Map.h"
+
+#include <fmt/format.h>
+
+#include <numbers>
+
+namespace curlew {
+
+namespace {
+
+Vec3d axis(int i) {
+    Vec3d e;
+    e[i] = 1;
+    return e;
+}
+
+/// The matrix that picks two coordinates of a position.
+Matrix<2, 3> picking(int first, int second) { return {{axis(first), axis(second)}}; }
+
+void requirePositive(double value, const char* what) {
+    if (!(value > 0) || !std::isfinite(value))
+        throw ValueError(fmt::format("{} is {}; it must be positive and finite", what, value));
+}
+
+} // namespace
+
+Flow curlFlow(const std::array<ScalarField, 3>& psi, const Domain& domain) {
+    std::vector<Flow::Potentials> terms;
+    for (int i = 0; i < 3; ++i) terms.push_back({psi[static_cast<size_t>(i)], rampField(axis(i))});
+    return Flow(std::move(terms), domain);
+}
+
+Flow curlFlow(const std::array<ScalarFieldN<2>, 3>& psi, const Domain& domain) {
+    return curlFlow(std::array{projected(psi[0], picking(2, 1)), projected(psi[1], picking(0, 2)),
+                               projected(psi[2], picking(1, 0))},
+                    domain);
+}
+
+Flow uniformFlow(const Vec3d& velocity, const Domain& domain) {
+    const double speed = length(velocity);
+    requirePositive(speed, "the speed");
+    // u × v along the velocity, for u and v that span the plane across it.
+    const Vec3d direction = velocity * (1 / speed);
+    int least = 0;
+    for (int i = 1; i < 3; ++i)
+        if (std::abs(direction[i]) < std::abs(direction[least])) least = i;
+    Vec3d u = cross(axis(least), direction);
+    u *= 1 / length(u);
+    return Flow(rampField(u * speed), rampField(cross(direction, u)), domain);
+}
+
+Flow vortexFlow(double turns, double core, const Domain& domain) {
+    requirePositive(core, "core");
+    if (!std::isfinite(turns) || turns == 0)
+        throw ValueError(fmt::format("turns {} must be finite and not zero", turns));
+    const double factor = -std::numbers::pi * turns * core * core;
+    return Flow(formulaField([=](const auto& x, const auto& k) {
+                    return log((x[0] * x[0] + x[2] * x[2]) * k(1 / (core * core)) + k(1)) * k(factor);
+                }),
+                rampField(axis(1)), domain);
+}
+
+Flow updraftFlow(double speed, double height, const Domain& domain) {
+    requirePositive(height, "height");
+    if (!std::isfinite(speed) || speed == 0)
+        throw ValueError(fmt::format("speed {} must be finite and not zero", speed));
+    // The vector potential p(y) (z, 0, -x) / 2 with p = speed / (1 + y / height) has the curl (-p' x / 2, p, -p' z /
+    // 2).
+    const auto component = [=](int along, double sign) {
+        return formulaField([=](const auto& x, const auto& k) {
+            using T = std::remove_cvref_t<decltype(x[0].value)>;
+            const auto t = x[1] * k(1 / height);
+            const T r = T(1) / (T(1) + std::max(t.value, T(0))), s = t.value;
+            const auto p = compose(t, s >= T(0) ? Univariate<T>{r, -r * r, T(2) * r * r * r, T(-6) * r * r * r * r}
+                                                : Univariate<T>{T(1) - s + s * s, T(2) * s - T(1), T(2)});
+            return p * x[along] * k(sign * speed / 2);
+        });
+    };
+    return Flow({{component(2, 1), rampField(axis(0))}, {component(0, -1), rampField(axis(2))}}, domain);
+}
+
+} // namespace curlew

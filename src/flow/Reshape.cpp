@@ -1,0 +1,200 @@
+#include "curlew/flow/Reshape.h"
+
+#include "Samples.h"
+#include "curlew/base/Error.h"
+#include "curlew/base/Parallel.h"
+#include "curlew/math/Fade.h"
+
+#include <fmt/format.h>
+
+#include <mutex>
+
+namespace curlew {
+
+namespace {
+
+constexpr int kBins = 96; // of f and of g
+constexpr int kDegree = 3;
+constexpr int kCoefficients = kBins + kDegree;
+
+/// The uniform B-splines of one degree that are not zero on an interval of length 1, at t in [0, 1] on it (de Boor's
+/// recursion), and their derivatives: those of a lower degree, and their differences.
+template <int Degree>
+std::array<double, Degree + 1> basis(double t, int derivative) {
+    std::array<double, Degree + 1> b{1};
+    for (int d = 1; d <= Degree - derivative; ++d)
+        for (int j = d; j >= 0; --j) {
+            const auto k = static_cast<size_t>(j);
+            b[k] = ((j > 0 ? (t + d - j) * b[k - 1] : 0) + (j < d ? (j + 1 - t) * b[k] : 0)) / d;
+        }
+    for (int d = Degree - derivative + 1; d <= Degree; ++d)
+        for (int j = d; j >= 0; --j) {
+            const auto k = static_cast<size_t>(j);
+            b[k] = (j > 0 ? b[k - 1] : 0) - (j < d ? b[k] : 0);
+        }
+    return b;
+}
+
+/// Equal bins over the values of a potential.
+struct Axis {
+    double lower, width;
+    int binOf(double value) const {
+        return static_cast<int>(std::clamp((value - lower) / width, 0.0, double(kBins - 1)));
+    }
+    double middle(int bin) const { return lower + (bin + 0.5) * width; }
+};
+
+/// ∫ h df for a bicubic spline h over f and g: quartic in f, with the running sums of its coefficients. Beyond the bins
+/// h goes on as at their edge.
+struct IntegratedSpline {
+    Axis f, g;
+    std::vector<double> h, sums; // [f][g], kCoefficients of each; sums of h along f
+
+    /// A potential is a point's place on the bins: the first coefficient that matters, and how far beyond it.
+    static std::pair<int, double> place(const Axis& axis, double value) {
+        const double u = std::clamp((value - axis.lower) / axis.width, -1e6, 1e6);
+        const double bin = std::floor(u);
+        return {static_cast<int>(bin), u - bin};
+    }
+    static size_t index(int i, int j) {
+        return static_cast<size_t>(i) * kCoefficients + static_cast<size_t>(std::clamp(j, 0, kCoefficients - 1));
+    }
+    double sum(int i, int j) const {
+        if (i < 0) return (i + 1) * h[index(0, j)];
+        if (i >= kCoefficients)
+            return sums[index(kCoefficients - 1, j)] + (i - kCoefficients + 1) * h[index(kCoefficients - 1, j)];
+        return sums[index(i, j)];
+    }
+
+    /// The jet of the integral in the variables f and g.
+    template <int Order>
+    Jet<double, 2, Order> at(double valueF, double valueG) const {
+        const auto [i, s] = place(f, valueF);
+        const auto [j, t] = place(g, valueG);
+        const auto derivative = [&, i = i, j = j, s = s, t = t](int df, int dg) {
+            const auto bf = basis<kDegree + 1>(s, df);
+            const auto bg = basis<kDegree>(t, dg);
+            double value = 0;
+            for (int a = 0; a <= kDegree + 1; ++a)
+                for (int b = 0; b <= kDegree; ++b)
+                    value += bf[static_cast<size_t>(a)] * bg[static_cast<size_t>(b)] * sum(i + a - 1, j + b);
+            return value * std::pow(f.width, 1 - df) * std::pow(g.width, -dg);
+        };
+        Jet<double, 2, Order> jet(derivative(0, 0));
+        if constexpr (Order >= 1) jet.gradient = {{derivative(1, 0), derivative(0, 1)}};
+        if constexpr (Order >= 2) jet.hessian.c = {derivative(2, 0), derivative(0, 2), derivative(1, 1)};
+        if constexpr (Order >= 3)
+            jet.third.c = {derivative(3, 0), derivative(2, 1), derivative(1, 2), derivative(0, 3)};
+        return jet;
+    }
+};
+
+struct Reshaped {
+    ScalarField f, g;
+    std::shared_ptr<const IntegratedSpline> integral;
+    template <int Order, class T>
+    void evalBatch(const PointBatch& points, JetBatch<T, Order>& jets) const {
+        JetBatch<T, Order> other;
+        f.eval(points, jets);
+        g.eval(points, other);
+        for (int i = 0; i < points.size; ++i) {
+            const auto jf = jets[i], jg = other[i];
+            const auto exact = integral->at<Order>(static_cast<double>(jf.value), static_cast<double>(jg.value));
+            Jet<T, 2, Order> outer;
+            for (int k = 0; k < outer.kSize; ++k) outer.component(k) = static_cast<T>(exact.component(k));
+            jets.set(i, compose(outer, Vec<Jet<T, 3, Order>, 2>{{jf, jg}}));
+        }
+    }
+};
+
+/// The fastest speed seen in each bin of (f, g), and the ranges of f and g.
+struct Survey {
+    Axis f{}, g{};
+    std::vector<double> fastest = std::vector<double>(size_t{kBins} * kBins);
+};
+
+constexpr size_t kSamples = size_t{1} << 20, kGrain = 1 << 14;
+
+Survey surveyOf(const Flow& flow, const Monitor& monitor) {
+    // Twice over the same samples: first the ranges, then the speeds. Largest values do not depend on the order.
+    std::array<Range, 2> ranges;
+    ranges.fill({std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()});
+    Survey survey;
+    std::mutex merging;
+    const auto visit = [&](const auto& use) {
+        parallelFor(
+            kSamples, kGrain,
+            [&](size_t begin, size_t end) {
+                visitSamples(flow.domain(), begin, end, [&](const PointBatch& points) {
+                    Flow::Jets<double> potentials;
+                    VecBatch<double> c;
+                    flow.eval(points, potentials, c);
+                    const std::lock_guard lock(merging);
+                    for (int i = 0; i < points.size; ++i)
+                        use(potentials[0][i].value, potentials[1][i].value, length(c[i]));
+                });
+            },
+            monitor);
+    };
+    visit([&](double f, double g, double) {
+        ranges[0] = {std::min(ranges[0].lower, f), std::max(ranges[0].upper, f)};
+        ranges[1] = {std::min(ranges[1].lower, g), std::max(ranges[1].upper, g)};
+    });
+    for (const Range& r : ranges)
+        if (!(r.upper > r.lower)) throw ValueError("the flow has no streamlines to slow down: a potential is constant");
+    survey.f = {ranges[0].lower, (ranges[0].upper - ranges[0].lower) / kBins};
+    survey.g = {ranges[1].lower, (ranges[1].upper - ranges[1].lower) / kBins};
+    visit([&](double f, double g, double speed) {
+        double& most =
+            survey.fastest[static_cast<size_t>(survey.f.binOf(f)) * kBins + static_cast<size_t>(survey.g.binOf(g))];
+        most = std::max(most, speed);
+    });
+    return survey;
+}
+
+/// 1 in the middle of the interval, fading to 0 at its ends.
+double window(const Range& interval, double softness, double value) {
+    double w = interval.contains(value) ? 1 : 0;
+    const double ramp = softness * (interval.upper - interval.lower);
+    if (std::isfinite(interval.lower) && ramp > 0) w *= quinticFade((value - interval.lower) / ramp).value;
+    if (std::isfinite(interval.upper) && ramp > 0) w *= quinticFade((interval.upper - value) / ramp).value;
+    return w;
+}
+
+} // namespace
+
+Flow reshaped(const Flow& flow, const ReshapeOptions& options, const Monitor& monitor) {
+    if (!flow.hasTracks() || !flow.divergenceFree())
+        throw ValueError("only a flow of two potentials f and g can be reshaped, neither a sum nor a normalised one");
+    if (!(options.limit >= 0) || !std::isfinite(options.limit))
+        throw ValueError(fmt::format("limit {} must not be negative", options.limit));
+    if (!(options.softness >= 0) || options.softness > 0.5)
+        throw ValueError(fmt::format("softness {} must lie between 0 and 0.5", options.softness));
+    for (const Range& r : {options.f, options.g})
+        if (!(r.lower < r.upper)) throw ValueError("an interval of f or g is empty");
+    if (!flow.domain().box.finite()) throw ValueError("the domain of the flow is infinite; give it a box");
+
+    const Survey survey = surveyOf(flow, monitor);
+    auto spline = std::make_shared<IntegratedSpline>();
+    spline->f = survey.f;
+    spline->g = survey.g;
+    spline->h.assign(size_t{kCoefficients} * kCoefficients, 1);
+    // A spline lies between the coefficients around it: each is the least of what the bins that it touches allow.
+    for (int i = 0; i < kBins; ++i)
+        for (int j = 0; j < kBins; ++j) {
+            const double fastest = survey.fastest[static_cast<size_t>(i) * kBins + static_cast<size_t>(j)];
+            const double slow = options.limit > 0 && fastest > options.limit ? options.limit / fastest : 1;
+            const double allowed = slow * window(options.f, options.softness, survey.f.middle(i)) *
+                                   window(options.g, options.softness, survey.g.middle(j));
+            for (int a = 0; a <= kDegree; ++a)
+                for (int b = 0; b <= kDegree; ++b) {
+                    double& c = spline->h[IntegratedSpline::index(i + a, j + b)];
+                    c = std::min(c, allowed);
+                }
+        }
+    spline->sums = spline->h;
+    for (size_t k = kCoefficients; k < spline->sums.size(); ++k) spline->sums[k] += spline->sums[k - kCoefficients];
+    return Flow(ScalarField(Reshaped{flow.f(), flow.g(), spline}), flow.g(), flow.domain());
+}
+
+} // namespace curlew

@@ -1,0 +1,177 @@
+#include "curlew/noise/SimplexNoise.h"
+
+#include "curlew/base/Error.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <random>
+#include <vector>
+
+namespace curlew {
+
+namespace {
+
+/// Gives std::mt19937 the state that CPython's random.seed(key) has, for a key of more than 32 bits: init_by_array of
+/// Matsumoto and Nishimura's mt19937ar (2002).
+struct ArraySeed {
+    using result_type = uint32_t; // NOLINT: a name of the standard library
+    uint64_t key = 0;
+
+    template <class Iterator>
+    void generate(Iterator begin, Iterator end) const {
+        const auto n = static_cast<size_t>(end - begin);
+        std::vector<uint32_t> state(n, 19650218);
+        const auto mixed = [&](size_t i, uint32_t factor) { return (state[i - 1] ^ (state[i - 1] >> 30)) * factor; };
+        for (size_t i = 1; i < n; ++i) state[i] = mixed(i, 1812433253) + static_cast<uint32_t>(i);
+        size_t i = 1;
+        const auto next = [&] {
+            if (++i < n) return;
+            state[0] = state[n - 1];
+            i = 1;
+        };
+        for (size_t k = 0; k < n; ++k, next()) { // each half of the key, and its number
+            const auto half = static_cast<uint32_t>(k % 2);
+            state[i] = (state[i] ^ mixed(i, 1664525)) + static_cast<uint32_t>(key >> (32 * half)) + half;
+        }
+        for (size_t k = 1; k < n; ++k, next()) state[i] = (state[i] ^ mixed(i, 1566083941)) - static_cast<uint32_t>(i);
+        state[0] = uint32_t{1} << 31;
+        std::copy(state.begin(), state.end(), begin);
+    }
+};
+
+/// As random.Random(key).shuffle(items) of CPython 3.2 and later: Fisher-Yates from the end, with random numbers below
+/// n taken from as many top bits as n has, drawn again where they are too large.
+template <class Items>
+void shuffleLikePython(Items& items, uint64_t key) {
+    ArraySeed seed{key};
+    std::mt19937 random(seed);
+    for (size_t i = items.size() - 1; i > 0; --i) {
+        size_t j = i + 1;
+        while (j > i) j = random() >> (32 - std::bit_width(i + 1));
+        std::swap(items[i], items[j]);
+    }
+}
+
+/// 1 / sup Σ (r² - |d|²)^power |d| over space: with unit gradients no value then exceeds 1. The suprema come from
+/// gradient ascent from 300 starts in the simplex (numerical, not proven). They lie on a shortest edge, but for N = 2,
+/// power 3 in the middle of a triangle; a search there gave all digits, of which the last are rounded down.
+double unitFactor(int dimensions, int power, bool corners) {
+    constexpr std::array<std::array<double, 6>, 2> kCorners{
+        {{32.990773983039539, 37.837227241611295, 41.408666249996, 44.149951224206, 46.310292907372, 47.074013308004},
+         {99.204334582718658, 107.65348539728194, 108.567826464029, 108.709495580450, 108.731608286431,
+          108.734143222732}}};
+    constexpr std::array<std::array<double, 2>, 2> kWide{
+        {{7.02544295365181, 7.13015784651847}, {13.11416018015006, 13.42147359344655}}}; // N = 6, 7; r² = 3/4
+    const auto p = static_cast<size_t>(power - 3), n = static_cast<size_t>(dimensions);
+    return corners ? kCorners[p][n - 2] : kWide[p][n - 6];
+}
+
+/// Lattice vertices, in skewed coordinates, that come within √(1/2) or √(3/4) of some point of the simplex
+/// 1 >= r_0 >= … >= r_(N-1) >= 0.
+///
+/// With r_N = 0, and e_N = -(1, …, 1), |r - o|² = min over t of Σ (r_i - o_i - t)², i = 0 … N, so all N+1 axes are
+/// alike, and the simplex's corners are e_0 + … + e_(k-1). How near another vertex o comes is then a matter of isotonic
+/// regression: the pooled values in which o rises where r falls; p zeros followed by q ones in the place of q ones
+/// followed by p zeros cost pq/(p+q). Below 3/4 that leaves (p, q) = (1, 1), (2, 1) and (1, 2), once at each corner.
+template <int N>
+std::vector<Vec<int, N>> verticesNear(bool corners) {
+    using V = Vec<int, N>;
+    std::vector<V> vertices;
+    const auto axis = [](int k) {
+        V e;
+        if (k % (N + 1) == N)
+            e.c.fill(-1);
+        else
+            e[k % (N + 1)] = 1;
+        return e;
+    };
+    V corner;
+    for (int k = 0; k <= N; corner += axis(k++)) {
+        vertices.push_back(corner);
+        if (corners) continue;
+        vertices.push_back(corner + axis(k + 1));
+        vertices.push_back(corner + axis(k + 2));
+        vertices.push_back(corner - axis(k + N - 2)); // the last but two that was added
+    }
+    return vertices;
+}
+
+} // namespace
+
+template <int N>
+SimplexNoise<N>::SimplexNoise(const SimplexOptions& options)
+    : mPower(options.power), mPublishedHash(options.seed == 0) {
+    const bool published =
+        options.kernel == SimplexKernel::published || options.kernel == SimplexKernel::publishedContinuous;
+    if (options.power != 4 && (published || options.power != 3))
+        throw ValueError(fmt::format("simplex noise of power {}; {}", options.power,
+                                     published ? "the published one has 4" : "give 3 or 4"));
+
+    const bool corners = N <= 5 || options.kernel != SimplexKernel::smooth;
+    // 3/4, because up to there 4 (N+1) vertices are enough to look at, and it leaves no nearly empty places: N = 7,
+    // power 4 has a gradient below 1 % of its rms at 10^-6 of space; r² = 2/3 at 0.5 %, 0.7 at 0.03 %, 4/5, for half as
+    // many vertices again, nowhere.
+    mRadius2 = corners ? 0.5 : 0.75;
+    const double length = std::sqrt(N - 1.0), factor = unitFactor(N, options.power, corners);
+    mScale = factor / length;
+    mBound = 1;
+    if (published) {
+        // By N; as in unitFactor, with the corners of one simplex.
+        constexpr std::array<double, 6> kBounds{1.1390632, 1.3368931, 1.2390073, 1.3553886, 1.4912974, 1.6156194};
+        const double scale = std::pow(N - 1.0, -3.5) * 100 + 13;
+        mScale = scale / length;
+        mBound = scale / factor;
+        if (options.kernel == SimplexKernel::published) {
+            if (N > 2) mRadius2 = 15.0 / 16 * N / (N + 1);
+            mBound = kBounds[N - 2];
+        }
+    }
+
+    const auto near = verticesNear<N>(corners);
+    for (size_t v = 0; v < kVertices; ++v) {
+        // A place that is not used is out of reach.
+        Vec<double, N> p;
+        p.c.fill(1000);
+        if (v < near.size()) {
+            double sum = 0;
+            for (const int o : near[v].c) sum += o;
+            for (int i = 0; i < N; ++i) {
+                p[i] = near[v][i] - unskew() * sum;
+                mOffsets[v][i] = static_cast<int8_t>(near[v][i]);
+            }
+        }
+        for (size_t i = 0; i < N; ++i) {
+            mVertices[i].c[v] = p.c[i];
+            mVerticesFloat[i].c[v] = static_cast<float>(p.c[i]);
+        }
+    }
+
+    // The program's order before the shuffle: the place of the 0, then the signs of the others, lowest bit first.
+    for (size_t k = 0; k < kGradients; ++k) {
+        const size_t zero = k >> (N - 1);
+        size_t signs = k;
+        for (size_t i = 0; i < N; ++i) {
+            mGradients[k].c[i] = static_cast<int8_t>(i == zero ? 0 : signs % 2 ? 1 : -1);
+            if (i != zero) signs /= 2;
+        }
+    }
+    // Other seeds take another hash, not only another start of the published one: that leaves them correlated, in 2D by
+    // up to 0.1. They also move the lattice, or they would have vertices in common, and there all of them are 0 and
+    // have a gradient in a few directions only.
+    mIndex = mPublishedHash ? simplexHash(12345) : randomBits(options.seed, 0, 1);
+    for (uint64_t i = 0; i < N; ++i) {
+        mSteps[i] = mPublishedHash ? uint64_t{1} << (5 * i % 16) : randomBits(options.seed, i, 2) | 1;
+        if (!mPublishedHash) mTranslation.c[i] = std::floor(4096 * randomUniform(options.seed, i, 3)) / 4096;
+    }
+    shuffleLikePython(mGradients, mIndex);
+}
+
+template class SimplexNoise<2>;
+template class SimplexNoise<3>;
+template class SimplexNoise<4>;
+template class SimplexNoise<5>;
+template class SimplexNoise<6>;
+template class SimplexNoise<7>;
+
+} // namespace curlew

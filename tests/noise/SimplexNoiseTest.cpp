@@ -1,0 +1,471 @@
+#include "curlew/base/Error.h"
+#include "curlew/noise/SimplexNoise.h"
+#include "support/FiniteDifference.h"
+#include "support/Reference.h"
+
+#include <limits>
+
+using namespace curlew;
+using namespace curlew::test;
+
+namespace {
+
+constexpr SimplexKernel kSmooth = SimplexKernel::smooth, kCorners = SimplexKernel::corners,
+                        kPublished = SimplexKernel::published, kContinuous = SimplexKernel::publishedContinuous;
+
+// Beyond the largest components of derivatives of first, second and third order among 6·10^5 points, for all N and both
+// powers: 6.7, 53 and 524.
+constexpr double kFirst = 10, kSecond = 70, kThird = 700;
+
+/// The contract of the header for float against double: value, gradient, Hessian.
+constexpr std::array<double, 3> kFloat{2e-6, 1e-5, 1e-4};
+
+/// Which order of derivative the k-th component of a jet is.
+size_t orderOf(int k, int dimensions) { return k == 0 ? 0 : k <= dimensions ? 1 : 2; }
+
+/// A position from skewed coordinates, where the vertices of the lattice are the integer points.
+template <int N>
+Vec<double, N> fromSkewed(const Vec<double, N>& y) {
+    double sum = 0;
+    for (const double c : y.c) sum += c;
+    Vec<double, N> x = y;
+    for (double& c : x.c) c -= sum * (1 - 1 / std::sqrt(N + 1.0)) / N;
+    return x;
+}
+template <int N>
+Vec<double, N> toSkewed(const Vec<double, N>& x) {
+    double sum = 0;
+    for (const double c : x.c) sum += c;
+    Vec<double, N> y = x;
+    for (double& c : y.c) c += sum * (std::sqrt(N + 1.0) - 1) / N;
+    return y;
+}
+template <int N>
+Vec<double, N> floorOf(Vec<double, N> y) {
+    for (double& c : y.c) c = std::floor(c);
+    return y;
+}
+
+/// All vertices within √r2 <= √(3/4) of a position, in skewed coordinates. Any two of the N+1 homogeneous coordinates
+/// of the difference, of which the last is 0, differ by at most √(2 r2) < 1.23: so they are at -1 … 2 from the cell.
+template <int N>
+std::vector<Vec<double, N>> verticesWithin(const Vec<double, N>& x, double r2) {
+    const Vec<double, N> cell = floorOf(toSkewed(x));
+    std::vector<Vec<double, N>> vertices;
+    for (int code = 0; code < 1 << (2 * N); ++code) {
+        Vec<double, N> c = cell;
+        for (int i = 0; i < N; ++i) c[i] += (code >> (2 * i)) % 4 - 1;
+        const Vec<double, N> d = x - fromSkewed(c);
+        if (dot(d, d) < r2) vertices.push_back(c);
+    }
+    return vertices;
+}
+
+double squaredRadius(SimplexKernel kernel, int dimensions) { return kernel == kSmooth && dimensions > 5 ? 0.75 : 0.5; }
+
+/// What the sum of a kernel with unit gradients is multiplied with: at a vertex only its own gradient counts.
+template <int N>
+double factorOf(int power, SimplexKernel kernel) {
+    const SimplexNoise<N> noise({.power = power, .kernel = kernel});
+    return length(noise.template at<1, double>({}).gradient) / std::pow(squaredRadius(kernel, N), power);
+}
+
+/// The gradient of a vertex by the file's own table and formula.
+template <int N>
+Vec<double, N> publishedGradient(const nlohmann::json& file, const Vec<double, N>& c) {
+    const auto& table = file.at("gradients");
+    auto index = file.at("seed_hash").get<int64_t>();
+    for (int i = 0; i < N; ++i) index += static_cast<int64_t>(c[i]) * (int64_t{1} << (5 * i % 16));
+    const uint64_t hash = simplexHash(static_cast<uint64_t>(index));
+    Vec<double, N> g;
+    for (size_t i = 0; i < N; ++i) g.c[i] = table.at(hash % table.size()).at(i).template get<double>();
+    return g;
+}
+
+template <int N>
+void checkAgainst(const nlohmann::json& file) {
+    const std::array<SimplexNoise<N>, 2> noises{SimplexNoise<N>({.kernel = kPublished}),
+                                                SimplexNoise<N>({.kernel = kContinuous})};
+    std::array<std::array<WorstN<N>, 2>, 2> worst, worstFloat;
+    for (const auto& row : file.at("rows")) {
+        const auto number = [&](size_t k) { return row.at(k).template get<double>(); };
+        Vec<double, N> x;
+        for (size_t i = 0; i < N; ++i) x.c[i] = number(1 + i);
+        for (size_t kernel = 0; kernel < 2; ++kernel) {
+            const auto jet = noises[kernel].template at<1, double>(x);
+            const auto single = noises[kernel].template at<1, float>(x);
+            for (int k = 0; k <= N; ++k) {
+                const double expected = number(1 + N + kernel * (N + 1) + static_cast<size_t>(k));
+                const size_t order = orderOf(k, N);
+                worst[kernel][order].see(std::abs(jet.component(k) - expected), x);
+                worstFloat[kernel][order].see(std::abs(double(single.component(k)) - expected), x);
+            }
+        }
+    }
+    CHECK(file.at("rows").size() >= 20);
+    for (size_t kernel = 0; kernel < 2; ++kernel)
+        for (size_t order = 0; order < 2; ++order) {
+            const auto& w = worst[kernel][order];
+            const auto& f = worstFloat[kernel][order];
+            CAPTURE(kernel, order, w.value, w.where, f.value, f.where);
+            // A few roundings of coordinates up to 30, times the next derivative.
+            CHECK(w.value <= 1e-12);
+            CHECK(f.value <= kFloat[order]);
+        }
+}
+
+/// That every vertex has the gradient that the program gives it: by the gradient of the noise there.
+template <int N>
+void checkGradients(const nlohmann::json& file) {
+    const SimplexNoise<N> noise({.kernel = kContinuous});
+    WorstN<N> worst;
+    for (uint64_t k = 0; k < 5000; ++k) {
+        const Vec<double, N> c = floorOf(randomPoint(cube<N>(k < 2500 ? 10 : 1e6), 21, k));
+        const Vec<double, N> g = publishedGradient(file, c) * (file.at("value_scaler").get<double>() / 16);
+        worst.see(length(noise.template at<1, double>(fromSkewed(c)).gradient - g), c);
+    }
+    CAPTURE(worst.value, worst.where);
+    // Roundings of coordinates up to 10^6, times the second derivatives.
+    CHECK(worst.value < 1e6 * 0x1p-52 * kSecond * 10);
+}
+
+/// That the noise is the sum over all vertices within its radius.
+template <int N>
+void checkSum(const nlohmann::json& file, const SimplexOptions& options) {
+    CAPTURE(options.power, static_cast<int>(options.kernel));
+    const SimplexNoise<N> noise(options);
+    const double r2 = squaredRadius(options.kernel, N);
+    const double scale = factorOf<N>(options.power, options.kernel) / std::sqrt(N - 1.0);
+    WorstN<N> worst;
+    for (const Vec<double, N>& x : randomPoints(cube<N>(50), 200, 22)) {
+        Jet<double, N, 2> sum;
+        for (const Vec<double, N>& c : verticesWithin(x, r2)) {
+            // As a formula on jets.
+            const Vec<double, N> g = publishedGradient(file, c), vertex = fromSkewed(c);
+            Jet<double, N, 2> w(r2), ramp;
+            for (int i = 0; i < N; ++i) {
+                const auto d = Jet<double, N, 2>::variable(x[i] - vertex[i], i);
+                w -= d * d;
+                ramp += d * g[i];
+            }
+            sum += (options.power == 4 ? w : Jet<double, N, 2>(1)) * w * w * w * ramp;
+        }
+        worst.see(difference(noise.template at<2, double>(x), sum * scale), x);
+    }
+    CAPTURE(worst.value, worst.where);
+    CHECK(worst.value < 1e-11); // roundings of coordinates up to 150, times kThird
+}
+
+} // namespace
+
+TEST_CASE("simplex noise agrees with the project's own reference values", "[noise]") {
+    checkAgainst<3>(ownData("macomber_simplex3.json"));
+    checkAgainst<7>(ownData("macomber_simplex7.json"));
+    checkGradients<3>(ownData("macomber_simplex3.json"));
+    checkGradients<7>(ownData("macomber_simplex7.json"));
+}
+
+TEMPLATE_TEST_CASE_SIG("simplex noise agrees with the shared reference values", "[noise]", ((int N), N), 2, 3, 4, 5, 6,
+                       7) {
+    if (const auto file = reference("macomber_simplex" + std::to_string(N) + ".json")) {
+        checkAgainst<N>(*file);
+        checkGradients<N>(*file);
+        for (const int power : {3, 4})
+            for (const SimplexKernel kernel : {kSmooth, kCorners}) checkSum<N>(*file, {power, kernel});
+    }
+}
+
+TEST_CASE("simplex noise is the sum over all vertices within its radius", "[noise]") {
+    const auto file3 = ownData("macomber_simplex3.json"), file7 = ownData("macomber_simplex7.json");
+    for (const int power : {3, 4})
+        for (const SimplexKernel kernel : {kSmooth, kCorners}) {
+            checkSum<3>(file3, {power, kernel});
+            checkSum<7>(file7, {power, kernel});
+        }
+}
+
+TEMPLATE_TEST_CASE_SIG("simplex noise differs from the published one by a factor up to five dimensions", "[noise]",
+                       ((int N), N), 2, 3, 4, 5) {
+    const SimplexNoise<N> smooth, corners({.kernel = kCorners}), published({.kernel = kContinuous});
+    const double scaler = std::pow(N - 1.0, -3.5) * 100 + 13; // simplex.py, without the length of the gradients
+    const double ratio = factorOf<N>(4, kSmooth) / scaler;
+    WorstN<N> worst;
+    for (const Vec<double, N>& x : randomPoints(cube<N>(50), 5000, 1)) {
+        const auto jet = smooth.template at<2, double>(x);
+        worst.see(difference(jet, published.template at<2, double>(x) * ratio), x);
+        if (difference(jet, corners.template at<2, double>(x)) != 0) FAIL("not the same");
+    }
+    CAPTURE(ratio, worst.value, worst.where);
+    CHECK(worst.value < 100 * 0x1p-52 * kSecond); // the rounding of the ratio, and of the products with it
+}
+
+TEMPLATE_TEST_CASE_SIG("the factor of simplex noise is that of gradients at their worst", "[noise]", ((int N), N), 2, 3,
+                       4, 5, 6, 7) {
+    const int power = GENERATE(3, 4);
+    const SimplexKernel kernel = GENERATE(kSmooth, kCorners);
+    CAPTURE(power, static_cast<int>(kernel));
+    const double factor = factorOf<N>(power, kernel), r2 = squaredRadius(kernel, N);
+    const auto sum = [&](const Vec<double, N>& x) {
+        double s = 0;
+        for (const Vec<double, N>& c : verticesWithin(x, r2)) {
+            const double d2 = dot(x - fromSkewed(c), x - fromSkewed(c));
+            s += std::pow(r2 - d2, power) * std::sqrt(d2);
+        }
+        return s;
+    };
+    double most = 0;
+    // Along a shortest edge and along the way to the middle of a triangle, and at random in the cell.
+    for (int k = 0; k <= 400; ++k) {
+        Vec<double, N> y;
+        y[0] = k * (0.5 / 400);
+        most = std::max(most, sum(fromSkewed(y)));
+        if (N > 2) continue;
+        y[0] = k * (2.0 / 3 / 400);
+        y[1] = y[0] / 2;
+        most = std::max(most, sum(fromSkewed(y)));
+    }
+    for (uint64_t k = 0; k < 200; ++k) most = std::max(most, sum(fromSkewed(randomPoint(cube<N>(0.5), 2, k))));
+    CAPTURE(factor, factor * most);
+    CHECK(factor * most <= 1 + 1e-12); // roundings of factorOf
+    CHECK(factor * most > 1 - 1e-5);   // the steps
+    if (kernel == kSmooth) CHECK(SimplexNoise<N>({power}).bound() == 1);
+}
+
+TEMPLATE_TEST_CASE_SIG("simplex noise stays within its bound and comes near it", "[noise]", ((int N), N), 2, 3, 4, 5, 6,
+                       7) {
+    struct Case {
+        SimplexOptions options;
+        double reached; // in the worst dimension
+    };
+    const auto c = GENERATE(Case{{}, 0.65}, Case{{.power = 3, .seed = 1}, 0.5}, Case{{.kernel = kCorners}, 0.85},
+                            Case{{.kernel = kPublished}, 0.5}, Case{{.kernel = kContinuous, .seed = 2}, 0.8});
+    const SimplexNoise<N> noise(c.options);
+    WorstN<N> most, mostFloat;
+    for (uint64_t k = 0; k < 1000000; ++k) {
+        const Vec<double, N> x = randomPoint(cube<N>(1000), 3, k);
+        most.see(std::abs(noise.template at<0, double>(x).value), x);
+        if (k < 100000) mostFloat.see(std::abs(double(noise.template at<0, float>(x).value)), x);
+    }
+    CAPTURE(c.options.power, static_cast<int>(c.options.kernel), most.value, most.where, noise.bound());
+    CHECK(most.value <= noise.bound());
+    CHECK(most.value > c.reached * noise.bound());
+    CHECK(mostFloat.value <= noise.bound() + kFloat[0]);
+}
+
+TEMPLATE_TEST_CASE_SIG("simplex noise is continuous across the faces of its simplices and so are its derivatives",
+                       "[noise]", ((int N), N), 2, 3, 4, 5, 6, 7) {
+    const SimplexOptions options = GENERATE(SimplexOptions{}, SimplexOptions{.power = 3},
+                                            SimplexOptions{.kernel = kCorners}, SimplexOptions{.kernel = kContinuous});
+    CAPTURE(options.power, static_cast<int>(options.kernel));
+    const SimplexNoise<N> noise(options);
+    constexpr double kStep = 0x1p-40;
+    std::array<WorstN<N>, 3> jump;
+    for (uint64_t k = 0; k < 3000; ++k) {
+        Vec<double, N> y = randomPoint(cube<N>(50), 4, k);
+        // Faces lie where a skewed coordinate is whole, or two have the same fractional part.
+        const int i = static_cast<int>(k % N), j = (i + 1) % N;
+        y[i] = k / N % 2 ? std::floor(y[i]) : std::floor(y[i]) + (y[j] - std::floor(y[j]));
+        Vec<double, N> low = y, high = y;
+        low[i] -= kStep;
+        high[i] += kStep;
+        const auto a = noise.template at<2, double>(fromSkewed(low)),
+                   b = noise.template at<2, double>(fromSkewed(high));
+        jump[0].see(difference(a, b, 0, 1), y);
+        jump[1].see(difference(a, b, 1, 1 + N), y);
+        jump[2].see(difference(a, b, 1 + N, a.kSize), y);
+    }
+    // 2 kStep times the next derivative, in a direction with up to N components.
+    CAPTURE(jump[0].value, jump[1].value, jump[2].value, jump[2].where);
+    CHECK(jump[0].value < 2 * kStep * kFirst * std::sqrt(N));
+    CHECK(jump[1].value < 2 * kStep * kSecond * std::sqrt(N));
+    CHECK(jump[2].value < 2 * kStep * kThird * std::sqrt(N));
+}
+
+TEMPLATE_TEST_CASE_SIG("the published simplex noise jumps from three dimensions on", "[noise]", ((int N), N), 2, 3, 7) {
+    const SimplexNoise<N> noise({.kernel = kPublished});
+    double jump = 0;
+    for (uint64_t k = 0; k < 3000; ++k) {
+        Vec<double, N> low = randomPoint(cube<N>(50), 5, k), high = low;
+        low[0] = std::floor(low[0]) - 1e-9;
+        high[0] = low[0] + 2e-9;
+        jump = std::max(jump, std::abs(noise.template at<0, double>(fromSkewed(low)).value -
+                                       noise.template at<0, double>(fromSkewed(high)).value));
+    }
+    CAPTURE(jump);
+    CHECK((N == 2 ? jump < 2e-9 * kFirst * 2 : jump > 0.01));
+}
+
+TEMPLATE_TEST_CASE_SIG("gradient and Hessian of simplex noise are those of its value", "[noise]", ((int N), N), 2, 3, 4,
+                       5, 6, 7) {
+    const SimplexOptions options =
+        GENERATE(SimplexOptions{}, SimplexOptions{.power = 3, .seed = 3}, SimplexOptions{.kernel = kCorners, .seed = 4},
+                 SimplexOptions{.kernel = kContinuous});
+    CAPTURE(options.power, static_cast<int>(options.kernel));
+    requireDerivatives(SimplexNoise<N>(options), randomPoints(cube<N>(30), 1000, 6), 0x1p-9, kThird);
+}
+
+TEMPLATE_TEST_CASE_SIG("smooth simplex noise has no empty regions where the corners alone leave them", "[noise]",
+                       ((int N), N), 6, 7) {
+    const int power = GENERATE(3, 4);
+    CAPTURE(power);
+    constexpr int kCount = 100000;
+    const SimplexNoise<N> smooth({.power = power}), corners({.power = power, .kernel = kCorners});
+    double least = 1e9, square = 0;
+    int empty = 0;
+    for (uint64_t k = 0; k < kCount; ++k) {
+        const Vec<double, N> x = randomPoint(cube<N>(1000), 7, k);
+        const double g = length(smooth.template at<1, double>(x).gradient);
+        least = std::min(least, g);
+        square += g * g;
+        empty += length(corners.template at<1, double>(x).gradient) == 0;
+    }
+    const double rms = std::sqrt(square / kCount), fraction = double(empty) / kCount;
+    CAPTURE(least, rms, fraction);
+    // Seen among 10^6 points with random gradients: 0.0075 of the rms gradient.
+    CHECK(least > 0.003 * rms);
+    // The share of space beyond √(1/2) from all vertices, by integration: 1.75 and 18.4 %.
+    const double expected = N == 6 ? 0.0175 : 0.184;
+    CHECK(std::abs(fraction - expected) < 4 * std::sqrt(expected / kCount) + 0.0005);
+}
+
+TEMPLATE_TEST_CASE_SIG("the deepest holes of the lattice are not empty", "[noise]", ((int N), N), 6, 7) {
+    // As far as can be from all vertices: N+1 of them at the covering radius. In skewed coordinates, k/(N+1).
+    const SimplexNoise<N> noise;
+    int nonzero = 0;
+    for (uint64_t k = 0; k < 300; ++k) {
+        Vec<double, N> y = floorOf(randomPoint(cube<N>(50), 8, k));
+        for (int i = 0; i < N; ++i) y[i] += double(i + 1) / (N + 1);
+        REQUIRE(verticesWithin(fromSkewed(y), N * (N + 2) / (12.0 * (N + 1)) - 1e-9).empty());
+        nonzero += length(noise.template at<1, double>(fromSkewed(y)).gradient) > 1e-3;
+    }
+    CHECK(nonzero > 295);
+}
+
+TEMPLATE_TEST_CASE_SIG("seeds of simplex noise give fields that have nothing to do with each other", "[noise]",
+                       ((int N), N), 2, 3, 4, 5, 6, 7) {
+    constexpr size_t kCount = 50000;
+    const std::array<uint64_t, 5> seeds{0, 1, 2, 3, uint64_t{1} << 63};
+    // So large a box that hardly a vertex is met twice, as the published hash repeats.
+    const auto points = randomPoints(cube<N>(1e5), kCount, 9);
+    std::vector<std::vector<double>> values;
+    for (const uint64_t seed : seeds) {
+        const SimplexNoise<N> noise({.seed = seed}), again({.seed = seed});
+        values.emplace_back();
+        for (const auto& x : points) values.back().push_back(noise.template at<0, double>(x).value);
+        CHECK(noise.template at<0, double>(points[0]).value == again.template at<0, double>(points[0]).value);
+    }
+    const auto sumOfProducts = [](const std::vector<double>& a, const std::vector<double>& b) {
+        double sum = 0;
+        for (size_t k = 0; k < a.size(); ++k) sum += a[k] * b[k];
+        return sum;
+    };
+    for (size_t i = 0; i < seeds.size(); ++i) {
+        const double square = sumOfProducts(values[i], values[i]);
+        CHECK(std::sqrt(square / kCount) > 0.08); // a field, not zeros
+        for (size_t j = i + 1; j < seeds.size(); ++j) {
+            const double correlation =
+                sumOfProducts(values[i], values[j]) / std::sqrt(square * sumOfProducts(values[j], values[j]));
+            CAPTURE(seeds[i], seeds[j], correlation);
+            CHECK(std::abs(correlation) < 4 / std::sqrt(double(kCount))); // 4 sigma of independent samples
+        }
+    }
+}
+
+TEMPLATE_TEST_CASE_SIG("seeds of simplex noise share no vertices", "[noise]", ((int N), N), 2, 3, 4, 5, 6, 7) {
+    // Where seed 0 has a vertex it is 0, to rounding; the others are not.
+    const SimplexNoise<N> published;
+    double zero = 0, least = 1e9;
+    for (uint64_t seed = 1; seed <= 50; ++seed) {
+        const SimplexNoise<N> noise({.seed = seed});
+        double most = 0;
+        for (uint64_t k = 0; k < 50; ++k) {
+            const Vec<double, N> x = fromSkewed(floorOf(randomPoint(cube<N>(50), 10, k)));
+            zero = std::max(zero, std::abs(published.template at<0, double>(x).value));
+            most = std::max(most, std::abs(noise.template at<0, double>(x).value));
+        }
+        least = std::min(least, most);
+    }
+    CAPTURE(zero, least);
+    CHECK(zero < 1e-12);
+    CHECK(least > 1e-6);
+}
+
+TEMPLATE_TEST_CASE_SIG("simplex noise repeats as the published hash does and stays accurate far away", "[noise]",
+                       ((int N), N), 2, 3, 4, 5, 6, 7) {
+    // The program's index of a vertex c is Σ c_i 2^(5i mod 16), of which 24 bits count.
+    Vec<double, N> step;
+    step[N < 5 ? 0 : 4 % N] = N < 5 ? 32 : 2;
+    step[1] = -1;
+    const double times = GENERATE(1.0, -3.0, 1e5);
+    CAPTURE(times);
+    const SimplexNoise<N> noise, seeded({.seed = 11});
+    std::array<WorstN<N>, 3> worst;
+    int same = 0;
+    for (const Vec<double, N>& x : randomPoints(cube<N>(20), 3000, 11)) {
+        const Vec<double, N> far = x + fromSkewed(step * times);
+        const auto jet = noise.template at<2, double>(x), moved = noise.template at<2, double>(far);
+        for (int k = 0; k < jet.kSize; ++k)
+            worst[orderOf(k, N)].see(std::abs(jet.component(k) - moved.component(k)), x);
+        same += std::abs(seeded.template at<0, double>(x).value - seeded.template at<0, double>(far).value) < 1e-9;
+    }
+    // Roundings of coordinates of this size, times the next derivative.
+    const double rounding = 0x1p-52 * (100 + length(step) * std::abs(times)) * 2 * N;
+    CAPTURE(rounding, worst[0].value, worst[1].value, worst[2].value);
+    CHECK(worst[0].value < rounding * kFirst);
+    CHECK(worst[1].value < rounding * kSecond);
+    CHECK(worst[2].value < rounding * kThird);
+    CHECK(same < 150); // where all vertices near by chance have the same few gradients
+}
+
+TEMPLATE_TEST_CASE_SIG("simplex noise in float is as accurate a million away as near the origin", "[noise]",
+                       ((int N), N), 2, 3, 4, 5, 6, 7) {
+    const double far = GENERATE(0.0, 1e6, 1e9);
+    const SimplexOptions options =
+        GENERATE(SimplexOptions{}, SimplexOptions{.power = 3, .seed = 5}, SimplexOptions{.kernel = kPublished});
+    CAPTURE(far, options.power, static_cast<int>(options.kernel));
+    const SimplexNoise<N> noise(options);
+    std::array<WorstN<N>, 3> worst;
+    for (Vec<double, N> x : randomPoints(cube<N>(50), 5000, 13)) {
+        for (int i = 0; i < N; ++i) x[i] += i % 2 ? -far : far / (i + 1);
+        const auto jet = noise.template at<2, double>(x);
+        const auto single = noise.template at<2, float>(x);
+        for (int k = 0; k < jet.kSize; ++k)
+            worst[orderOf(k, N)].see(std::abs(jet.component(k) - double(single.component(k))), x);
+    }
+    CAPTURE(worst[0].value, worst[1].value, worst[2].value);
+    for (size_t order = 0; order < 3; ++order) CHECK(worst[order].value < kFloat[order]);
+}
+
+TEMPLATE_TEST_CASE_SIG("positions that are no numbers or beyond all lattices do simplex noise no harm", "[noise]",
+                       ((int N), N), 2, 3, 7) {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity(), kMax = std::numeric_limits<double>::max();
+    const std::array<double, 14> values{0,     -0.0,   std::nan(""), kInfinity, -kInfinity, kMax,   -kMax,
+                                        1e300, -1e300, 1e18,         -1e15,     0x1p53,     1e-320, 0.25};
+    const SimplexKernel kernel = GENERATE(kSmooth, kPublished);
+    const SimplexNoise<N> noise({.kernel = kernel, .seed = 2});
+    int wrong = 0;
+    for (uint64_t k = 0; k < 20000; ++k) {
+        Vec<double, N> x;
+        double size = 0;
+        for (int i = 0; i < N; ++i) {
+            x[i] = values[randomBits(12, k, static_cast<uint64_t>(i)) % (k % 2 ? values.size() : 2)];
+            if (i == static_cast<int>(k % N)) x[i] = values[k / N % values.size()];
+            size = std::max(size, std::isnan(x[i]) ? kInfinity : std::abs(x[i]));
+        }
+        const auto jet = noise.template at<2, double>(x);
+        const auto single = noise.template at<2, float>(x);
+        // What is not finite is not taken for a number; elsewhere the value is within the bound.
+        if (size == kInfinity)
+            wrong += !std::isnan(jet.value) || !std::isnan(single.value) || !std::isnan(jet.hessian.c[0]);
+        else if (size < 1e300)
+            wrong += !(std::abs(jet.value) <= noise.bound()) || !(std::abs(double(single.value)) <= noise.bound());
+    }
+    CHECK(wrong == 0);
+}
+
+TEST_CASE("simplex noise rejects powers that it does not have and says which", "[noise]") {
+    CHECK_THROWS_AS(SimplexNoise<3>({.power = 2}), ValueError);
+    CHECK_THROWS_AS(SimplexNoise<7>({.power = 5}), ValueError);
+    CHECK_THROWS_AS(SimplexNoise<4>({.power = 3, .kernel = kPublished}), ValueError);
+    CHECK_THROWS_WITH(SimplexNoise<4>({.power = 3, .kernel = kContinuous}), Catch::Contains("power 3"));
+}
