@@ -84,11 +84,9 @@ std::vector<Option> paceOptions(std::vector<Option> own = {}) {
 template <int N>
 void pushFlow(Session& s, const Arguments& a, const FlowN<N>& flow) {
     const Monitor monitor = s.console.follow("measuring the speed");
-    // Also where the speed stays as it is: a flow has to move.
-    const double now = magnitudesOf(flow, monitor).speed;
-    FlowN<N> paced = withSpeed(flow, a.given("speed") ? a.real("speed") : now, monitor);
-    if (a.flag("normalize")) paced = paced.normalized(a.given("speed") ? a.real("speed") : now);
-    s.flows.push(paced, s.now());
+    const double now = magnitudesOf(flow, monitor).speed, speed = a.given("speed") ? a.real("speed") : now;
+    const FlowN<N> paced = withSpeed(flow, speed, monitor); // also where the speed stays as it is: a flow has to move
+    s.flows.push(a.flag("normalize") ? flow.normalized(speed) : paced, s.now());
 }
 
 /// The domain of a flow in space.

@@ -36,7 +36,11 @@ void sliceAction(Session& s, const Arguments& a) {
     const std::string name = ofFlow ? shown : "value";
     const SliceChannel channel = ofFlow ? flowChannel(s.flow(), shown) : fieldChannel(inSpace(s.fields.at().field));
     Image image = slice(box, channel, name, options, s.console.follow("slice"));
-    s.images.push({std::move(image), name == "speed" ? ColorMap::viridis : ColorMap::diverging}, s.now());
+    // Two colours for values of both signs, one scale for those that are never negative.
+    const bool positive =
+        ofFlow ? name == "speed"
+               : std::visit([](const auto& f) { return f.range().lower >= 0; }, s.fields.at().field);
+    s.images.push({std::move(image), positive ? ColorMap::viridis : ColorMap::diverging}, s.now());
 }
 
 } // namespace

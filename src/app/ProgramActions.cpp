@@ -49,9 +49,9 @@ void checkField(Session& s, const Arguments& a, Report& found) {
             BoxN<kN> box = BoxN<kN>{}.padded(1);
             if (a.given("box")) {
                 const Box given = a.box("box");
-                for (int i = 0; i < kN && i < 3; ++i) {
-                    box.lower[i] = given.lower[i];
-                    box.upper[i] = given.upper[i];
+                for (int i = 0; i < kN; ++i) { // beyond z, as along x
+                    box.lower[i] = given.lower[i < 3 ? i : 0];
+                    box.upper[i] = given.upper[i < 3 ? i : 0];
                 }
             } else if constexpr (kN == 3) {
                 if (object.sdf && object.sdf->bounds.finite()) box = object.sdf->bounds;

@@ -5,8 +5,7 @@
 #include "curlew/field/Bound.h"
 #include "curlew/field/NoiseField.h"
 #include "curlew/flow/Flows.h"
-#include "support/Command.h"
-#include "support/Points.h"
+#include "support/ProbeCommand.h"
 #include "support/Reference.h"
 
 #include <catch2/catch.hpp>
@@ -19,30 +18,16 @@ using namespace curlew::app;
 using Catch::Matchers::Contains;
 using test::Folder;
 using test::store;
+using test::Table;
+using test::tableOf;
 namespace fs = std::filesystem;
 
 namespace {
 
-struct Table {
-    std::string header;
-    std::vector<std::vector<double>> rows;
-};
-
-Table tableOf(const fs::path& path) {
-    std::istringstream lines(test::bytesOf(path));
-    Table table;
-    std::getline(lines, table.header);
-    for (std::string line; std::getline(lines, line);) {
-        auto& row = table.rows.emplace_back();
-        for (const auto& cell : split(line, ',')) REQUIRE(parseReal(cell, row.emplace_back()));
-    }
-    return table;
-}
-
 template <int N>
 Positions positionsOf(const std::vector<Vec<double, N>>& points) {
     Positions positions;
-    for (int i = 0; i < N; ++i) positions.names.push_back(N <= 3 ? std::string(1, "xyz"[i]) : fmt::format("x{}", i));
+    positions.names = split(test::coordinateHeader(N), ',');
     for (const auto& p : points) positions.coordinates.insert(positions.coordinates.end(), p.c.begin(), p.c.end());
     return positions;
 }
@@ -222,10 +207,7 @@ namespace {
 /// A row holds the coordinates from `at` on, the expected columns from `expected` on.
 double worstOf(const Folder& folder, const std::string& options, int dimensions,
                const std::vector<nlohmann::json>& rows, size_t at, size_t expected, size_t columns, int order) {
-    std::string text;
-    for (int i = 0; i < dimensions; ++i)
-        text += (i ? "," : "") + (dimensions <= 3 ? std::string(1, "xyz"[i]) : fmt::format("x{}", i));
-    text += '\n';
+    std::string text = test::coordinateHeader(dimensions) + '\n';
     for (const auto& row : rows) {
         for (size_t i = 0; i < static_cast<size_t>(dimensions); ++i)
             text += fmt::format("{}{:.17g}", i ? "," : "", row.at(at + i).get<double>());

@@ -107,7 +107,8 @@ class PsrdN {
     bool mTiles = false;
     // The period in the lattice's units, and what to divide by for it: the same, but 1 where it is 0.
     Vec<double, N> mPeriod, mDivisor;
-    std::array<int, N> mShift{}; // of the hash, from the seed
+    Vec<double, N> mTranslation{}; // of the lattice, and
+    std::array<int, N> mShift{};   // of the hash, from the seed
     std::array<uint16_t, kHashes> mFirstPermutation;
     std::array<uint16_t, 2 * kHashes> mPermutation;
     std::array<Vec<double, N>, kHashes> mGradients;
@@ -155,7 +156,10 @@ Jet<T, N, Order> PsrdN<N>::sumOfCorners(const Vec<double, N>& x) const {
     for (int axis = 0; axis < N; ++axis) {
         const double repeat = Lattice::kRepeat[axis];
         tile[axis] = repeat * std::floor(x[axis] / repeat);
-        rest[axis] = x[axis] - tile[axis];
+        rest[axis] = x[axis] - tile[axis] + mTranslation[axis];
+        const double carry = rest[axis] >= repeat ? repeat : 0;
+        tile[axis] += carry;
+        rest[axis] -= carry;
     }
     const Vec<double, N> u = Lattice::toSimplex(rest);
     Vec<double, N> base;
