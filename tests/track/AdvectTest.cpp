@@ -193,7 +193,7 @@ TEST_CASE("no particle jumps through a wall that is thinner than its steps", "[t
             CAPTURE(static_cast<int>(side), static_cast<int>(scheme), steps);
             CHECK(jumps({.time = 2, .steps = steps, .scheme = scheme}) == 0);
         }
-    CHECK(jumps({.time = 2, .steps = 16, .scheme = Scheme::euler, .reprojection = Reprojection::none}) > 5);
+    CHECK(jumps({.time = 2, .steps = 4, .scheme = Scheme::euler, .reprojection = Reprojection::none}) > 5);
 }
 
 TEST_CASE("the result does not depend on threads, order or company", "[track]") {
