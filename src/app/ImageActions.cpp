@@ -38,8 +38,7 @@ void sliceAction(Session& s, const Arguments& a) {
     Image image = slice(box, channel, name, options, s.console.follow("slice"));
     // Two colours for values of both signs, one scale for those that are never negative.
     const bool positive =
-        ofFlow ? name == "speed"
-               : std::visit([](const auto& f) { return f.range().lower >= 0; }, s.fields.at().field);
+        ofFlow ? name == "speed" : std::visit([](const auto& f) { return f.range().lower >= 0; }, s.fields.at().field);
     s.images.push({std::move(image), positive ? ColorMap::viridis : ColorMap::diverging}, s.now());
 }
 

@@ -95,7 +95,7 @@ OctaveOptions octaveOptions(const Arguments& a) {
             .amplitude = a.real("amplitude"),
             .normalize = a.flag("normalize"),
             .fold = a.real("turbulence"),
-            .advection = a.real("advection")};
+            .warp = a.real("warp")};
 }
 
 /// Says where the noise tiles with another period than was asked for.
@@ -239,7 +239,8 @@ std::vector<Option> noiseOptions() {
         notNegative("turbulence", "0", "",
                     "above 0: sum |n| of each octave, its crease rounded where |n| is below about this value, so that "
                     "it stays C²"),
-        real("advection", "0", "cells", "displace each octave by so much times the gradient of the octaves before it"),
+        real("warp", "0", "cells",
+             "gradient advection: displace each octave by so much times the gradient of the octaves before it"),
         coordinates("period", "0", "cells",
                     "tile after so many cells of the first octave along each axis; 0: never (value and perlin: 256)"),
         real("time", "", "s", "a moment of an animation of the noise"),
@@ -266,18 +267,17 @@ std::vector<Option> noiseOptions() {
 } // namespace
 
 std::vector<Action> noiseActions() {
-    return {
-        {.name = "noise",
-         .group = "fields",
-         .summary = "a noise with exact derivatives",
-         .outputs = "field",
-         .options = noiseOptions(),
-         .examples = {"curlew -noise frequency=2 octaves=3 seed=7 -slice box=-2,-2,-2,2,2,2 -write noise.png",
-                      "curlew -noise type=simplex dim=4 -probe in.csv out.csv",
-                      "curlew -noise dim=2 period=4 octaves=4 advection=-0.3 time=0.5 loop=2 -slice -write loop.png"},
-         .run = [](Session& s, const Arguments& a) {
-             s.fields.push({makeNoise(s, a), a.program()}, s.now());
-         }}};
+    return {{.name = "noise",
+             .group = "fields",
+             .summary = "a noise with exact derivatives",
+             .outputs = "field",
+             .options = noiseOptions(),
+             .examples = {"curlew -noise frequency=2 octaves=3 seed=7 -slice box=-2,-2,-2,2,2,2 -write noise.png",
+                          "curlew -noise type=simplex dim=4 -probe in.csv out.csv",
+                          "curlew -noise dim=2 period=4 octaves=4 warp=-0.3 time=0.5 loop=2 -slice -write loop.png"},
+             .run = [](Session& s, const Arguments& a) {
+                 s.fields.push({makeNoise(s, a), a.program()}, s.now());
+             }}};
 }
 
 } // namespace curlew::app

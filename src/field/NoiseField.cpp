@@ -74,17 +74,16 @@ struct Octaves {
 /// Octaves that are displaced by the gradients of those before them. The derivatives of a displacement are those of a
 /// gradient, so every octave is asked for one order more, and all of it is carried through in double.
 template <class Noise>
-struct AdvectedOctaves {
+struct WarpedOctaves {
     static constexpr int N = Noise::kDimension;
     Octaves<Noise> plain;
-    double advection;
+    double warp;
     Vec<double, N> period; ///< World units, 0: none.
 
     template <int Order, class T>
     Jet<T, N, Order> at(const Vec<double, N>& p) const {
         if constexpr (Order >= 3) {
-            throw ValueError(
-                "a noise with advection cannot displace another field: its third derivatives are not known");
+            throw ValueError("a noise with warp cannot displace another field: its third derivatives are not known");
         } else {
             using J = Jet<double, N, Order>;
             J sum;
@@ -97,7 +96,7 @@ struct AdvectedOctaves {
                 Vec<J, N> y;
                 Vec<double, N> position;
                 for (int i = 0; i < N; ++i) {
-                    y[i] = x[i] * o.frequency + pull[i] * advection;
+                    y[i] = x[i] * o.frequency + pull[i] * warp;
                     position[i] = y[i].value;
                 }
                 const auto n = o.noise.template at<Order + 1, double>(position);
@@ -120,8 +119,8 @@ void validate(const OctaveOptions& o) {
     if (o.octaves < 1 || o.octaves > 32) throw ValueError(fmt::format("{} octaves; give 1 to 32", o.octaves));
     if (!(o.lacunarity > 0) || !std::isfinite(o.lacunarity))
         throw ValueError(fmt::format("lacunarity {} must be positive and finite", o.lacunarity));
-    if (!std::isfinite(o.gain) || !std::isfinite(o.amplitude) || !std::isfinite(o.advection))
-        throw ValueError("gain, amplitude and advection must be finite");
+    if (!std::isfinite(o.gain) || !std::isfinite(o.amplitude) || !std::isfinite(o.warp))
+        throw ValueError("gain, amplitude and warp must be finite");
     if (!(o.fold >= 0) || !std::isfinite(o.fold)) throw ValueError(fmt::format("fold {} must not be negative", o.fold));
 }
 
@@ -161,13 +160,13 @@ ScalarFieldN<Noise::kDimension> noiseField(const typename Noise::Options& noise,
         octaves.octaves.push_back({Noise(octaveOf(noise, ratio)), options.frequency * ratio,
                                    options.amplitude * weight / (options.normalize ? sum : 1), weight});
     }
-    if (options.advection == 0 || options.octaves == 1) return ScalarFieldN<N>(std::move(octaves));
+    if (options.warp == 0 || options.octaves == 1) return ScalarFieldN<N>(std::move(octaves));
     Vec<double, N> period;
     if constexpr (requires { Noise(noise).tilingPeriod(); })
         for (int i = 0; i < N; ++i) period[i] = static_cast<double>(Noise(noise).tilingPeriod()[i]) / options.frequency;
     else if constexpr (requires { noise.period; })
         for (int i = 0; i < N; ++i) period[i] = noise.period[i] / options.frequency;
-    return ScalarFieldN<N>(AdvectedOctaves<Noise>{std::move(octaves), options.advection, period});
+    return ScalarFieldN<N>(WarpedOctaves<Noise>{std::move(octaves), options.warp, period});
 }
 
 #define CURLEW_INSTANTIATE(Noise) \

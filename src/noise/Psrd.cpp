@@ -75,8 +75,8 @@ PsrdN<N>::PsrdN(const PsrdOptionsN<N>& options) : mOptions(options) {
     // A seed moves the lattice under the hash, and shuffles the hash: a shift alone would give fields that are
     // translates of one another, and the published permutation of two shifted lattices is far from independent. It also
     // turns the gradients: else two seeds would share one at a vertex in 289, and their flow would stand still around
-    // it. And it translates the lattice itself, by multiples of 1/4096, never by 0: gradients are longest at vertices, so
-    // the flow of two noises on one lattice would be fastest in a regular grid of spots.
+    // it. And it translates the lattice itself, by multiples of 1/4096, never by 0: gradients are longest at vertices,
+    // so the flow of two noises on one lattice would be fastest in a regular grid of spots.
     if (options.seed != 0) {
         for (size_t axis = 0; axis < N; ++axis) {
             mShift[axis] = static_cast<int>(randomBits(options.seed, axis, 1) % kHashes);

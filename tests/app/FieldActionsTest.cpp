@@ -26,7 +26,8 @@ TEST_CASE("the algebra of fields is the library's, in order of age", "[app][comm
     requireField(folder, kTwo + "-displace amount=0.05", displaced(kF, kG, 0.05));
     requireField(folder, "-sphere radius=0.5 -clip range=0.4", clipped(sphereSdf(0.5).distance, 0.4));
     requireField(folder, kTwo + "-sum keep=1 -product", kG * (kF + kG));
-    requireField(folder, "-ramp direction=1,2 -noise dim=2 -sum", rampField(Vec<double, 2>{{1, 2}}) + noiseField<Psrd2>());
+    requireField(folder, "-ramp direction=1,2 -noise dim=2 -sum",
+                 rampField(Vec<double, 2>{{1, 2}}) + noiseField<Psrd2>());
     requireField(folder, "-ramp direction=1,2,3,4,5 offset=6", rampField(Vec<double, 5>{{1, 2, 3, 4, 5}}, 6));
     requireField(folder, "-constant value=2 dim=6", constantField<6>(2));
     // A field of the plane and one of space meet in space.
@@ -42,9 +43,9 @@ TEST_CASE("fields are lifted onto graphs and made into terrains", "[app][command
                  lifted<3>(noiseField<SimplexNoise<5>>(), {noiseField<Psrd3>(), kG}));
     requireField(folder, "-noise dim=2 amplitude=0.4 -height", heightField<3>(plane));
     requireField(folder, "-noise type=value dim=1 -height", heightField<2>(noiseField<ValueNoise<1>>()));
-    requireField(folder, "-noise dim=2 -transform offset=1,2 rotate=0,0,20 scale=2,3",
-                 placed(noiseField<Psrd2>(),
-                        PlacementN<2>{.offset = {{1, 2}}, .rotate = {{0, 0, 20}}, .scale = {{2, 3}}}));
+    requireField(
+        folder, "-noise dim=2 -transform offset=1,2 rotate=0,0,20 scale=2,3",
+        placed(noiseField<Psrd2>(), PlacementN<2>{.offset = {{1, 2}}, .rotate = {{0, 0, 20}}, .scale = {{2, 3}}}));
 }
 
 TEST_CASE("shapes are united, intersected and subtracted", "[app][command]") {
@@ -55,8 +56,9 @@ TEST_CASE("shapes are united, intersected and subtracted", "[app][command]") {
     requireField(folder, shapes + "-intersection smoothing=0.2", intersect(ball, box, 0.2).distance);
     requireField(folder, shapes + "-difference smoothing=0", subtract(ball, box, 0).distance);
     // The result is a shape again: it can be a wall.
-    folder.mustRun(shapes + "-difference -noise seed=1 -noise seed=2 -bound width=0.05 -dfvn speed=1 -scatter count=300 "
-                            "-advect time=0.3 steps=3 -check strict=1 samples=500");
+    folder.mustRun(shapes +
+                   "-difference -noise seed=1 -noise seed=2 -bound width=0.05 -dfvn speed=1 -scatter count=300 "
+                   "-advect time=0.3 steps=3 -check strict=1 samples=500");
 }
 
 TEST_CASE("fields that do not fit are refused, and stay", "[app][command]") {

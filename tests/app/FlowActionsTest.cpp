@@ -25,10 +25,11 @@ TEST_CASE("flows of the command are the library's", "[app][command]") {
     requireFlow(folder, "-noise dim=2 seed=1 -dfvn", FlowN<2>({plane(1)}));
     requireFlow(folder, kTwo + "-noise dim=2 seed=3 -product -dfvn",
                 Flow(noise(1), noise(2) * projected(plane(3), Matrix<2, 3>{})));
-    requireFlow(folder,
-                "-noise type=simplex dim=4 seed=1 -noise type=simplex dim=4 seed=2 -noise type=simplex dim=4 seed=3 -dfvn",
-                FlowN<4>({noiseField<SimplexNoise<4>>({.seed = 1}), noiseField<SimplexNoise<4>>({.seed = 2}),
-                          noiseField<SimplexNoise<4>>({.seed = 3})}));
+    requireFlow(
+        folder,
+        "-noise type=simplex dim=4 seed=1 -noise type=simplex dim=4 seed=2 -noise type=simplex dim=4 seed=3 -dfvn",
+        FlowN<4>({noiseField<SimplexNoise<4>>({.seed = 1}), noiseField<SimplexNoise<4>>({.seed = 2}),
+                  noiseField<SimplexNoise<4>>({.seed = 3})}));
     requireFlow(folder, kThree + "-curl", curlFlow(std::array{noise(1), noise(2), noise(3)}));
     requireFlow(folder, kThreePlane + "-curl", curlFlow(std::array{plane(1), plane(2), plane(3)}));
     // One noise three times, as the tutorial has it: the second sees x + 100, the third y + 100.
@@ -100,8 +101,9 @@ TEST_CASE("flows of every dimension are checked", "[app][command]") {
 
 TEST_CASE("a flow on a surface keeps its distance from it", "[app][command]") {
     const Folder folder;
-    folder.mustRun("-noise seed=1 frequency=3 -torus -surface speed=1 reach=0.1 -scatter count=300 -advect time=1 steps=20 "
-                   "-check report=a.json samples=500 strict=1");
+    folder.mustRun(
+        "-noise seed=1 frequency=3 -torus -surface speed=1 reach=0.1 -scatter count=300 -advect time=1 steps=20 "
+        "-check report=a.json samples=500 strict=1");
     const auto report = jsonOf(folder / "a.json");
     CHECK(report["drift_g"].get<double>() < 1e-6); // g is the distance
     CHECK(report["divergence_analytic"].get<double>() < 1e-9);
@@ -129,8 +131,9 @@ TEST_CASE("flows that cannot be made say why", "[app][command]") {
 
 TEST_CASE("DeWolf's product keeps a flow within its wall", "[app][command]") {
     const Folder folder;
-    folder.mustRun("-sphere -noise seed=1 frequency=2 -noise seed=2 frequency=2 -blend range=0.3 -dfvn speed=1 "
-                   "-scatter count=500 -advect time=1 steps=20 -check report=a.json samples=1000 strict=1");
+    folder.mustRun(
+        "-sphere -noise seed=1 frequency=2 -noise seed=2 frequency=2 -blend range=0.3 -dfvn speed=1 "
+        "-scatter count=500 -advect time=1 steps=20 -check report=a.json samples=1000 strict=1");
     CHECK(jsonOf(folder / "a.json")["outside"] == 0);
     CHECK(jsonOf(folder / "a.json")["wall_flux"].get<double>() < 1e-9);
 }

@@ -26,19 +26,17 @@ TEST_CASE("every type of noise is the library's, with all its options", "[app][c
     requireField(folder, "-noise type=perlin gradients=reference",
                  noiseField<PerlinNoise<3>>({.gradients = PerlinGradients::reference}));
     requireField(folder, "-noise type=gradient dim=2 seed=1", noiseField<GradientNoise<2>>({.seed = 1}));
-    requireField(folder, "-noise type=simplex dim=5 power=3 seed=2", noiseField<SimplexNoise<5>>({.power = 3, .seed = 2}));
+    requireField(folder, "-noise type=simplex dim=5 power=3 seed=2",
+                 noiseField<SimplexNoise<5>>({.power = 3, .seed = 2}));
     requireField(folder, "-noise type=simplex dim=7 kernel=corners",
                  noiseField<SimplexNoise<7>>({.kernel = SimplexKernel::corners}));
     requireField(folder, "-noise type=sine dim=4 waves=12 seed=5", noiseField<SineNoise<4>>({.waves = 12, .seed = 5}));
-    requireField(folder, "-noise dim=2 octaves=4 lacunarity=3 gain=0.4 frequency=1.5 amplitude=2 normalize=0",
-                 noiseField<Psrd2>({}, {.frequency = 1.5,
-                                        .octaves = 4,
-                                        .lacunarity = 3,
-                                        .gain = 0.4,
-                                        .amplitude = 2,
-                                        .normalize = false}));
-    requireField(folder, "-noise octaves=3 turbulence=0.1 advection=-0.2",
-                 noiseField<Psrd3>({}, {.octaves = 3, .fold = 0.1, .advection = -0.2}));
+    requireField(
+        folder, "-noise dim=2 octaves=4 lacunarity=3 gain=0.4 frequency=1.5 amplitude=2 normalize=0",
+        noiseField<Psrd2>(
+            {}, {.frequency = 1.5, .octaves = 4, .lacunarity = 3, .gain = 0.4, .amplitude = 2, .normalize = false}));
+    requireField(folder, "-noise octaves=3 turbulence=0.1 warp=-0.2",
+                 noiseField<Psrd3>({}, {.octaves = 3, .fold = 0.1, .warp = -0.2}));
     requireField(folder, "-noise type=simplex dim=4 offset=1,2,3,4",
                  placed(noiseField<SimplexNoise<4>>(), PlacementN<4>{.offset = {{1, 2, 3, 4}}}));
     requireField(folder, "-noise dim=2 rotate=0,0,30",
@@ -63,7 +61,7 @@ TEST_CASE("time turns gradients, is one more coordinate, or moves the noise", "[
 TEST_CASE("a loop is closed to the bit, and open in the middle", "[app][command]") {
     const Folder folder;
     const std::string noise =
-        GENERATE("-noise", "-noise dim=2 octaves=3 period=4 advection=0.2", "-noise type=simplex",
+        GENERATE("-noise", "-noise dim=2 octaves=3 period=4 warp=0.2", "-noise type=simplex",
                  "-noise type=simplex dim=5 frequency=2", "-noise type=perlin dim=2 period=3",
                  "-noise type=gradient period=5 seed=2", "-noise type=sine dim=3", "-noise animate=offset period=4,6,3",
                  "-noise type=value period=4 octaves=2 seed=1");

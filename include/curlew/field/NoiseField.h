@@ -21,10 +21,10 @@ struct OctaveOptions {
     /// Turbulence: of each octave not n but sqrt(n² + fold²) - fold is summed, a rounded |n|. With |n| itself the field
     /// would not be C², nor a flow of it divergence-free; the smaller `fold`, the sharper the creases. 0: n itself.
     double fold = 0;
-    /// Gradient advection (Gustavson and McEwan 2021, Fig. 1c): each octave is displaced by `advection` times the sum
+    /// Gradient advection (Gustavson and McEwan 2021, Fig. 1c): each octave is displaced by `warp` times the sum
     /// of the octaves' gradients before it, in cells of that octave; negative lets the fine detail pile up on the
     /// crests.
-    double advection = 0;
+    double warp = 0;
 };
 
 /// Octaves of a noise as a field. Each noise has its own options; a period given there is that of the first octave, and
