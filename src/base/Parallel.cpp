@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <mutex>
-#include <vector>
 
 namespace curlew {
 
@@ -27,17 +26,6 @@ void parallelFor(size_t count, size_t grain, const std::function<void(size_t, si
             }
         },
         tbb::simple_partitioner());
-}
-
-double parallelSum(size_t count, size_t grain, const std::function<double(size_t, size_t)>& body,
-                   const Monitor& monitor) {
-    grain = std::clamp<size_t>(grain, 1, std::max<size_t>(count, 1));
-    std::vector<double> sums((count + grain - 1) / grain);
-    parallelFor(
-        count, grain, [&](size_t begin, size_t end) { sums[begin / grain] = body(begin, end); }, monitor);
-    double total = 0;
-    for (const double sum : sums) total += sum;
-    return total;
 }
 
 struct ThreadLimit::Implementation {

@@ -151,13 +151,10 @@ FlowMagnitudesN<N> magnitudesOf(const FlowN<N>& flow, const Monitor& monitor) {
     Sums<N> total;
     // A thin domain takes more tries.
     for (size_t begin = 0, end = kCandidates; begin < kMostCandidates && total.count < kEnoughSamples;
-         begin = end, end *= 8) {
-        std::vector<Sums<N>> chunks((end - begin + kGrain - 1) / kGrain);
-        parallelFor(
+         begin = end, end *= 8)
+        total += parallelSum(
             end - begin, kGrain,
-            [&](size_t from, size_t to) { chunks[from / kGrain] = sumOver(flow, begin + from, begin + to); }, monitor);
-        for (const auto& chunk : chunks) total += chunk;
-    }
+            [&](size_t from, size_t to) { return sumOver(flow, begin + from, begin + to); }, monitor);
     if (total.count == 0)
         throw ValueError("the domain of the flow is empty: no point of its box lies on the flow's side of the wall");
     FlowMagnitudesN<N> magnitudes{.speed = std::sqrt(total.speed / total.count)};

@@ -12,6 +12,17 @@ namespace {
 struct Tally {
     size_t notConverged = 0, keptBack = 0, outside = 0, substeps = 0, retries = 0, iterations = 0;
     std::array<double, 2> squares{}; // of the residuals of f and g
+
+    Tally& operator+=(const Tally& o) {
+        notConverged += o.notConverged;
+        keptBack += o.keptBack;
+        outside += o.outside;
+        substeps += o.substeps;
+        retries += o.retries;
+        iterations += o.iterations;
+        for (size_t q = 0; q < squares.size(); ++q) squares[q] += o.squares[q];
+        return *this;
+    }
 };
 
 /// The particles of one batch on their way through all steps.
@@ -230,36 +241,26 @@ AdvectResult advect(const Flow& flow, Particles& particles, const AdvectOptions&
     for (auto* array : {&particles.f, &particles.g}) array->resize(flow.hasTracks() ? count : 0);
     particles.converged.resize(count, 1);
 
-    std::vector<Tally> tallies((count + kBatch - 1) / kBatch);
-    parallelFor(
+    const Tally sum = parallelSum(
         count, kBatch,
         [&](size_t begin, size_t end) {
-            tallies[begin / kBatch] =
-                BatchAdvector(flow, options, reprojection).run(particles, onTrack, begin, end, monitor);
+            return BatchAdvector(flow, options, reprojection).run(particles, onTrack, begin, end, monitor);
         },
         monitor);
-
-    AdvectResult result{.points = count};
-    double iterations = 0;
-    std::array<double, 2> squares{};
-    for (const Tally& t : tallies) {
-        result.notConverged += t.notConverged;
-        result.keptBack += t.keptBack;
-        result.outside += t.outside;
-        result.substeps += t.substeps;
-        result.retries += t.retries;
-        iterations += static_cast<double>(t.iterations);
-        for (size_t q = 0; q < squares.size(); ++q) squares[q] += t.squares[q];
-    }
-    const double converged = static_cast<double>(std::max<size_t>(count - result.notConverged, 1));
-    result.meanIterations = iterations / static_cast<double>(std::max<size_t>(result.substeps, 1));
+    const double converged = static_cast<double>(std::max<size_t>(count - sum.notConverged, 1));
     const auto residual = [&](size_t q) {
         const double size = flow.hasTracks() ? typical.potentials[q] : 0;
-        return size > 0 ? std::sqrt(squares[q] / converged) / size : 0;
+        return size > 0 ? std::sqrt(sum.squares[q] / converged) / size : 0;
     };
-    result.residualF = residual(0);
-    result.residualG = residual(1);
-    return result;
+    return {.points = count,
+            .notConverged = sum.notConverged,
+            .keptBack = sum.keptBack,
+            .outside = sum.outside,
+            .substeps = sum.substeps,
+            .retries = sum.retries,
+            .meanIterations = static_cast<double>(sum.iterations) / static_cast<double>(std::max<size_t>(sum.substeps, 1)),
+            .residualF = residual(0),
+            .residualG = residual(1)};
 }
 
 } // namespace curlew

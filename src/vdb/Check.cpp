@@ -127,34 +127,31 @@ template <int N>
 FieldCheck checkField(const ScalarFieldN<N>& field, const BoxN<N>& box, size_t samples, const Monitor& monitor) {
     if (!box.finite()) throw ValueError("a field is measured in a finite box");
     const auto points = pointsOf(DomainN<N>{.box = box, .wall = {}}, samples, monitor);
-    // Sums are kept by batch and added in order: the same bits for any number of threads.
-    struct Chunk {
+    struct Sums {
         Range range{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
         double values = 0, gradients = 0;
+        Sums& operator+=(const Sums& o) {
+            range = {std::min(range.lower, o.range.lower), std::max(range.upper, o.range.upper)};
+            values += o.values;
+            gradients += o.gradients;
+            return *this;
+        }
     };
-    std::vector<Chunk> chunks((points.size() + kBatch - 1) / kBatch);
-    parallelFor(
+    const Sums total = parallelSum(
         points.size(), kBatch,
         [&](size_t begin, size_t end) {
             PointBatchN<N> batch;
             for (size_t k = begin; k < end; ++k) batch.push(points[k]);
             JetBatchN<double, N, 1> jets;
             field.eval(batch, jets);
-            Chunk& chunk = chunks[begin / kBatch];
+            Sums sums;
             for (int i = 0; i < batch.size; ++i) {
                 const auto jet = jets[i];
-                chunk.range = {std::min(chunk.range.lower, jet.value), std::max(chunk.range.upper, jet.value)};
-                chunk.values += jet.value * jet.value;
-                chunk.gradients += dot(jet.gradient, jet.gradient);
+                sums += {{jet.value, jet.value}, jet.value * jet.value, dot(jet.gradient, jet.gradient)};
             }
+            return sums;
         },
         monitor);
-    Chunk total;
-    for (const Chunk& chunk : chunks) {
-        total.range = {std::min(total.range.lower, chunk.range.lower), std::max(total.range.upper, chunk.range.upper)};
-        total.values += chunk.values;
-        total.gradients += chunk.gradients;
-    }
     const double n = static_cast<double>(std::max<size_t>(points.size(), 1));
     return {total.range, std::sqrt(total.values / n), std::sqrt(total.gradients / n)};
 }
@@ -238,17 +235,23 @@ GridCheck checkVelocity(const openvdb::Vec3SGrid& velocity) {
 }
 
 ParticleCheck checkParticles(const Flow& flow, const Particles& particles, const Monitor& monitor) {
-    struct Chunk {
+    struct Tally {
         std::array<double, Flow::kPotentials> squares{}; // of the drift
         double penetration = -std::numeric_limits<double>::infinity();
         size_t converged = 0, outside = 0;
+        Tally& operator+=(const Tally& o) {
+            for (size_t q = 0; q < squares.size(); ++q) squares[q] += o.squares[q];
+            penetration = std::max(penetration, o.penetration);
+            converged += o.converged;
+            outside += o.outside;
+            return *this;
+        }
     };
     const size_t count = particles.size();
-    std::vector<Chunk> chunks((count + kBatch - 1) / kBatch);
-    parallelFor(
+    const Tally total = parallelSum(
         count, kBatch,
         [&](size_t begin, size_t end) {
-            Chunk& chunk = chunks[begin / kBatch];
+            Tally tally;
             PointBatch points;
             for (size_t k = begin; k < end; ++k) points.push(positionOf(particles, k));
             std::array<bool, kBatch> allowed;
@@ -259,27 +262,21 @@ ParticleCheck checkParticles(const Flow& flow, const Particles& particles, const
             const std::array tracks{&particles.f, &particles.g};
             for (size_t i = 0; i < end - begin; ++i) {
                 if (flow.domain().wall) {
-                    chunk.outside += !allowed[i];
-                    chunk.penetration = std::max(chunk.penetration, beyondWall(flow.domain().wall->side, distance[i]));
+                    tally.outside += !allowed[i];
+                    tally.penetration = std::max(tally.penetration, beyondWall(flow.domain().wall->side, distance[i]));
                 }
                 const size_t k = begin + i;
                 if (!particles.converged.empty() && !particles.converged[k]) continue;
-                ++chunk.converged;
+                ++tally.converged;
                 if (!particles.hasTrack()) continue;
                 for (size_t q = 0; q < potentials.size(); ++q) {
                     const double drift = potentials[q].c[0][i] - (*tracks[q])[k];
-                    chunk.squares[q] += drift * drift;
+                    tally.squares[q] += drift * drift;
                 }
             }
+            return tally;
         },
         monitor);
-    Chunk total;
-    for (const Chunk& chunk : chunks) {
-        for (size_t q = 0; q < total.squares.size(); ++q) total.squares[q] += chunk.squares[q];
-        total.penetration = std::max(total.penetration, chunk.penetration);
-        total.converged += chunk.converged;
-        total.outside += chunk.outside;
-    }
     const FlowMagnitudes typical = magnitudesOf(flow, monitor);
     const double n = static_cast<double>(std::max<size_t>(total.converged, 1));
     const auto drift = [&](size_t q) {

@@ -2,9 +2,11 @@
 
 #include "curlew/base/Monitor.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <vector>
 
 namespace curlew {
 
@@ -15,9 +17,18 @@ void parallelFor(size_t count, size_t grain, const std::function<void(size_t beg
                  const Monitor& monitor = {});
 
 /// Sums `body(begin, end)` over the chunks of parallelFor, in the order of the chunks: the same bits for any number of
-/// threads.
-double parallelSum(size_t count, size_t grain, const std::function<double(size_t begin, size_t end)>& body,
-                   const Monitor& monitor = {});
+/// threads. What it sums is anything that T{} += adds up: numbers, or what several sums are kept in.
+template <class Body>
+auto parallelSum(size_t count, size_t grain, const Body& body, const Monitor& monitor = {}) {
+    using T = decltype(body(size_t{}, size_t{}));
+    grain = std::clamp<size_t>(grain, 1, std::max<size_t>(count, 1));
+    std::vector<T> sums((count + grain - 1) / grain);
+    parallelFor(
+        count, grain, [&](size_t begin, size_t end) { sums[begin / grain] = body(begin, end); }, monitor);
+    T total{};
+    for (const T& sum : sums) total += sum;
+    return total;
+}
 
 /// While it lives, parallel loops (ours and OpenVDB's) use at most this many threads; 0 means one per processor.
 class ThreadLimit {
