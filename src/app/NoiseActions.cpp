@@ -94,7 +94,7 @@ OctaveOptions octaveOptions(const Arguments& a) {
             .gain = a.real("gain"),
             .amplitude = a.real("amplitude"),
             .normalize = a.flag("normalize"),
-            .fold = a.real("turbulence"),
+            .turbulence = a.real("turbulence"),
             .warp = a.real("warp")};
 }
 

@@ -89,7 +89,8 @@ Univariate<T> clip(T t) {
     if (size >= T(1)) return {sign * T(0.5)};
     const auto fade = quinticFade(size);
     const T s2 = size * size, s4 = s2 * s2;
-    return {sign * (size - s4 * (s2 - T(3) * size + T(2.5))), T(1) - fade.value, -sign * fade.first, -fade.second};
+    const T value = std::min(size - s4 * (s2 - T(3) * size + T(2.5)), T(0.5)); // no rounding leads out of the range
+    return {sign * value, T(1) - fade.value, -sign * fade.first, -fade.second};
 }
 
 } // namespace

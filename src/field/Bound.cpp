@@ -31,7 +31,12 @@ struct Bounded {
             lane[static_cast<size_t>(layer.size)] = i;
             layer.push(points[i]);
         }
-        if (layer.size == 0) return;
+        if (layer.size == 0) {
+            // Not every noise has third derivatives. Whether it has must not depend on the place.
+            if constexpr (Order >= 3)
+                if (points.size > 0) noise.template at<3>(points[0]);
+            return;
+        }
         JetBatchN<T, N, Order> noises;
         noise.eval(layer, noises);
         for (int k = 0; k < layer.size; ++k) {

@@ -48,14 +48,14 @@ template <class Noise>
 struct Octaves {
     static constexpr int N = Noise::kDimension;
     std::vector<Octave<Noise>> octaves;
-    double fold;
+    double turbulence;
 
     template <int Order, class T>
     Jet<T, N, Order> at(const Vec<double, N>& p) const {
         Jet<T, N, Order> sum;
         for (const auto& o : octaves) {
             auto n = o.noise.template at<Order, T>(p * o.frequency);
-            if (fold > 0) n = folded(n, fold);
+            if (turbulence > 0) n = folded(n, turbulence);
             sum += dilated(n * static_cast<T>(o.amplitude), static_cast<T>(o.frequency));
         }
         return sum;
@@ -64,8 +64,8 @@ struct Octaves {
         Range sum{0, 0};
         for (const auto& o : octaves) {
             const Range n = rangeOf(o.noise);
-            const double most = std::sqrt(n.bound() * n.bound() + fold * fold) - fold;
-            sum = sum + o.amplitude * (fold > 0 ? Range{0, most} : n);
+            const double most = std::sqrt(n.bound() * n.bound() + turbulence * turbulence) - turbulence;
+            sum = sum + o.amplitude * (turbulence > 0 ? Range{0, most} : n);
         }
         return sum;
     }
@@ -101,7 +101,7 @@ struct WarpedOctaves {
                 }
                 const auto n = o.noise.template at<Order + 1, double>(position);
                 J octave = compose(truncated<Order>(n), y);
-                if (plain.fold > 0) octave = folded(octave, plain.fold);
+                if (plain.turbulence > 0) octave = folded(octave, plain.turbulence);
                 sum += octave * o.amplitude;
                 for (int i = 0; i < N; ++i) pull[i] += compose(partial(n, i), y) * o.weight;
             }
@@ -121,7 +121,9 @@ void validate(const OctaveOptions& o) {
         throw ValueError(fmt::format("lacunarity {} must be positive and finite", o.lacunarity));
     if (!std::isfinite(o.gain) || !std::isfinite(o.amplitude) || !std::isfinite(o.warp))
         throw ValueError("gain, amplitude and warp must be finite");
-    if (!(o.fold >= 0) || !std::isfinite(o.fold)) throw ValueError(fmt::format("fold {} must not be negative", o.fold));
+    // Further out its square, in float, would not be there.
+    if (o.turbulence != 0 && !(o.turbulence >= 1e-9 && o.turbulence <= 1e9))
+        throw ValueError(fmt::format("turbulence {} must be 0, or between 1e-9 and 1e9", o.turbulence));
 }
 
 /// The options for an octave whose frequency is `ratio` times that of the first.
@@ -154,11 +156,15 @@ ScalarFieldN<Noise::kDimension> noiseField(const typename Noise::Options& noise,
         throw ValueError(fmt::format("octaves tile only with a whole lacunarity, not {}", options.lacunarity));
     double sum = 0;
     for (int k = 0; k < options.octaves; ++k) sum += std::pow(std::abs(options.gain), k);
-    Octaves<Noise> octaves{{}, options.fold};
+    Octaves<Noise> octaves{{}, options.turbulence};
     for (int k = 0; k < options.octaves; ++k) {
         const double ratio = std::pow(options.lacunarity, k), weight = std::pow(options.gain, k);
-        octaves.octaves.push_back({Noise(octaveOf(noise, ratio)), options.frequency * ratio,
-                                   options.amplitude * weight / (options.normalize ? sum : 1), weight});
+        const double frequency = options.frequency * ratio;
+        const double amplitude = options.amplitude * weight / (options.normalize ? sum : 1);
+        if (!std::isfinite(frequency) || !std::isfinite(weight) || !std::isfinite(amplitude))
+            throw ValueError(fmt::format("octave {} has the frequency {} and the amplitude {}; use fewer octaves",
+                                         k + 1, frequency, amplitude));
+        octaves.octaves.push_back({Noise(octaveOf(noise, ratio)), frequency, amplitude, weight});
     }
     if (options.warp == 0 || options.octaves == 1) return ScalarFieldN<N>(std::move(octaves));
     Vec<double, N> period;

@@ -70,8 +70,14 @@ void FlowN<N>::eval(const PointBatchN<N>& points, Jets<T>& potentials, VecBatchN
     }
     if (mUniformSpeed == 0) return;
     for (int i = 0; i < points.size; ++i) {
-        const Vec<T, N> c = velocity[i];
-        if (const T speed = length(c); speed > T(0)) velocity.set(i, c * (static_cast<T>(mUniformSpeed) / speed));
+        // In double, where the square of no float overflows or vanishes.
+        Vec<double, N> c;
+        for (int axis = 0; axis < N; ++axis) c[axis] = velocity[i][axis];
+        const double speed = length(c);
+        if (!(speed > 0)) continue;
+        Vec<T, N> v;
+        for (int axis = 0; axis < N; ++axis) v[axis] = static_cast<T>(c[axis] * (mUniformSpeed / speed));
+        velocity.set(i, v);
     }
 }
 
@@ -153,8 +159,8 @@ FlowMagnitudesN<N> magnitudesOf(const FlowN<N>& flow, const Monitor& monitor) {
     for (size_t begin = 0, end = kCandidates; begin < kMostCandidates && total.count < kEnoughSamples;
          begin = end, end *= 8)
         total += parallelSum(
-            end - begin, kGrain,
-            [&](size_t from, size_t to) { return sumOver(flow, begin + from, begin + to); }, monitor);
+            end - begin, kGrain, [&](size_t from, size_t to) { return sumOver(flow, begin + from, begin + to); },
+            monitor);
     if (total.count == 0)
         throw ValueError("the domain of the flow is empty: no point of its box lies on the flow's side of the wall");
     FlowMagnitudesN<N> magnitudes{.speed = std::sqrt(total.speed / total.count)};

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <mutex>
 
 namespace curlew {
@@ -41,7 +42,6 @@ struct Axis {
     int binOf(double value) const {
         return static_cast<int>(std::clamp((value - lower) / width, 0.0, double(kBins - 1)));
     }
-    double middle(int bin) const { return lower + (bin + 0.5) * width; }
 };
 
 /// ∫ h df for a bicubic spline h over f and g: quartic in f, with the running sums of its coefficients. Beyond the bins
@@ -53,6 +53,7 @@ struct IntegratedSpline {
     /// A potential is a point's place on the bins: the first coefficient that matters, and how far beyond it.
     static std::pair<int, double> place(const Axis& axis, double value) {
         const double u = std::clamp((value - axis.lower) / axis.width, -1e6, 1e6);
+        if (std::isnan(u)) return {0, u};
         const double bin = std::floor(u);
         return {static_cast<int>(bin), u - bin};
     }
@@ -140,6 +141,8 @@ Survey surveyOf(const Flow& flow, const Monitor& monitor) {
         ranges[0] = {std::min(ranges[0].lower, f), std::max(ranges[0].upper, f)};
         ranges[1] = {std::min(ranges[1].lower, g), std::max(ranges[1].upper, g)};
     });
+    if (ranges[0].lower > ranges[0].upper)
+        throw ValueError("the domain of the flow is empty: no point of its box lies on the flow's side of the wall");
     for (const Range& r : ranges)
         if (!(r.upper > r.lower)) throw ValueError("the flow has no streamlines to slow down: a potential is constant");
     survey.f = {ranges[0].lower, (ranges[0].upper - ranges[0].lower) / kBins};
@@ -152,13 +155,19 @@ Survey surveyOf(const Flow& flow, const Monitor& monitor) {
     return survey;
 }
 
-/// 1 in the middle of the interval, fading to 0 at its ends.
-double window(const Range& interval, double softness, double value) {
-    double w = interval.contains(value) ? 1 : 0;
-    const double ramp = softness * (interval.upper - interval.lower);
-    if (std::isfinite(interval.lower) && ramp > 0) w *= quinticFade((value - interval.lower) / ramp).value;
-    if (std::isfinite(interval.upper) && ramp > 0) w *= quinticFade((interval.upper - value) / ramp).value;
-    return w;
+/// 1 in the middle of the interval, fading to 0 at its ends, over a part of its length; where it has no end, of that
+/// among the values that occur. The least over one bin: it rises and falls once, so that of one of the bin's ends.
+double window(const Range& interval, double softness, const Axis& axis, int bin) {
+    const double last = axis.lower + kBins * axis.width;
+    const double ramp = softness * ((std::isfinite(interval.upper) ? interval.upper : last) -
+                                    (std::isfinite(interval.lower) ? interval.lower : axis.lower));
+    const auto at = [&](double value) {
+        double w = interval.contains(value) ? 1 : 0;
+        if (std::isfinite(interval.lower) && ramp > 0) w *= quinticFade((value - interval.lower) / ramp).value;
+        if (std::isfinite(interval.upper) && ramp > 0) w *= quinticFade((interval.upper - value) / ramp).value;
+        return w;
+    };
+    return std::min(at(axis.lower + bin * axis.width), at(axis.lower + (bin + 1) * axis.width));
 }
 
 } // namespace
@@ -184,14 +193,18 @@ Flow reshaped(const Flow& flow, const ReshapeOptions& options, const Monitor& mo
         for (int j = 0; j < kBins; ++j) {
             const double fastest = survey.fastest[static_cast<size_t>(i) * kBins + static_cast<size_t>(j)];
             const double slow = options.limit > 0 && fastest > options.limit ? options.limit / fastest : 1;
-            const double allowed = slow * window(options.f, options.softness, survey.f.middle(i)) *
-                                   window(options.g, options.softness, survey.g.middle(j));
+            const double allowed = slow * window(options.f, options.softness, survey.f, i) *
+                                   window(options.g, options.softness, survey.g, j);
             for (int a = 0; a <= kDegree; ++a)
                 for (int b = 0; b <= kDegree; ++b) {
                     double& c = spline->h[IntegratedSpline::index(i + a, j + b)];
                     c = std::min(c, allowed);
                 }
         }
+    if (*std::max_element(spline->h.begin(), spline->h.end()) == 0)
+        throw ValueError(
+            "nothing would move: no streamline has f and g within the intervals, or they are narrower than a twentieth "
+            "of the values that occur");
     spline->sums = spline->h;
     for (size_t k = kCoefficients; k < spline->sums.size(); ++k) spline->sums[k] += spline->sums[k - kCoefficients];
     return Flow(ScalarField(Reshaped{flow.f(), flow.g(), spline}), flow.g(), flow.domain());

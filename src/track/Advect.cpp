@@ -252,15 +252,16 @@ AdvectResult advect(const Flow& flow, Particles& particles, const AdvectOptions&
         const double size = flow.hasTracks() ? typical.potentials[q] : 0;
         return size > 0 ? std::sqrt(sum.squares[q] / converged) / size : 0;
     };
-    return {.points = count,
-            .notConverged = sum.notConverged,
-            .keptBack = sum.keptBack,
-            .outside = sum.outside,
-            .substeps = sum.substeps,
-            .retries = sum.retries,
-            .meanIterations = static_cast<double>(sum.iterations) / static_cast<double>(std::max<size_t>(sum.substeps, 1)),
-            .residualF = residual(0),
-            .residualG = residual(1)};
+    return {
+        .points = count,
+        .notConverged = sum.notConverged,
+        .keptBack = sum.keptBack,
+        .outside = sum.outside,
+        .substeps = sum.substeps,
+        .retries = sum.retries,
+        .meanIterations = static_cast<double>(sum.iterations) / static_cast<double>(std::max<size_t>(sum.substeps, 1)),
+        .residualF = residual(0),
+        .residualG = residual(1)};
 }
 
 } // namespace curlew

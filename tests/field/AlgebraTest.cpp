@@ -124,3 +124,226 @@ TEST_CASE("a field placed where it is stays itself, a scale of zero is an error"
         CHECK_THROWS_AS(placed(kF, flat), ValueError);
     }
 }
+
+namespace {
+
+template <int N>
+struct Operands {
+    ScalarFieldN<N> a = waves<N>(1), b = waves<N>(2), positive = b + constantField<N>(3);
+};
+
+/// A linear function of one variable that is not along an axis, in N dimensions.
+template <int N>
+ScalarFieldN<N> ramp(double offset) {
+    Vec<double, N> direction;
+    for (int i = 0; i < N; ++i) direction[i] = i % 2 ? -0.8 : 0.6;
+    return rampField<N>(direction, offset);
+}
+
+} // namespace
+
+TEMPLATE_TEST_CASE_SIG("field algebra is that of jets in every dimension", "[field]", ((int N), N), 1, 2, 5) {
+    const Operands<N> f;
+    for (const auto& p : randomPoints(cube<N>(3), 100, 20)) {
+        const auto a = f.a.template at<3>(p), b = f.b.template at<3>(p), positive = f.positive.template at<3>(p);
+        CAPTURE(N, p);
+        REQUIRE(difference((f.a + f.b).template at<3>(p), a + b) == 0);
+        REQUIRE(difference((f.a - f.b).template at<3>(p), a - b) == 0);
+        REQUIRE(difference((f.a * f.b).template at<3>(p), a * b) == 0);
+        REQUIRE(difference((-1.5 * f.a).template at<3>(p), a * -1.5) == 0);
+        // a / b is what times b is a; some roundings of terms below 100.
+        const auto quotient = (f.a / f.positive).template at<3>(p);
+        REQUIRE(difference(quotient * positive, a) <= 1e-13);
+        REQUIRE(std::abs(quotient.value - a.value / positive.value) <= 0x1p-52);
+        REQUIRE(difference((f.positive / f.positive).template at<3>(p), Jet<double, N, 3>(1.0)) <= 1e-13);
+        REQUIRE((f.a - f.a).template at<2>(p).value == 0);
+        const auto single = (f.a / f.positive).template at<2, float>(p);
+        REQUIRE(std::abs(double(single.value) - quotient.value) <= 1e-6); // float waves are right to 5e-7
+    }
+}
+
+TEMPLATE_TEST_CASE_SIG("derivatives of field algebra agree with central differences in every dimension", "[field]",
+                       ((int N), N), 1, 2, 5) {
+    const Operands<N> f;
+    const auto points = randomPoints(cube<N>(3), N == 5 ? 150 : 300, 21);
+    constexpr double kStep = 0x1p-9;
+    SECTION("difference") {
+        requireDerivatives(f.a - f.b, points, kStep, 16);
+        requireThirdDerivatives(f.a - f.b, points, kStep);
+    }
+    SECTION("quotient") {
+        // Of 1/(b + 3): at most 1/2, 1/2, 2 and 11, by order.
+        requireDerivatives(f.a / f.positive, points, kStep, 8 * 0.5 + 3 * 4 * 0.5 + 3 * 2 * 2 + 11);
+        requireThirdDerivatives(f.a / f.positive, points, kStep);
+    }
+    SECTION("smooth minimum and maximum") {
+        // Of the cubic over k = 1/2, with a gap whose derivatives are at most 4, 8, 16: 16 + 3 · 2 · 4 · 8 + 4 · 4³.
+        // Its third derivative jumps on three surfaces.
+        for (const auto& field : {smoothMin(f.a, f.b, 0.5), smoothMax(f.a, f.b, 0.5)}) {
+            requireDerivatives(field, points, kStep, 16 + 192 + 256);
+            requireThirdDerivatives(field, points, kStep, 0.05);
+        }
+    }
+    SECTION("clipped") {
+        // Derivatives of the clip of size 1/2: 1, 3.75, 23.1. Its fourth derivative jumps.
+        requireDerivatives(clipped(f.a, 0.5), points, kStep, 8 + 3 * 3.75 * 2 * 4 + 23.1 * 8);
+        requireThirdDerivatives(clipped(f.a, 0.8), points, kStep, 0.05);
+    }
+}
+
+TEST_CASE("a quotient by what may be zero is refused", "[field]") {
+    const ScalarField n = noiseField<Psrd3>();
+    CHECK_THROWS_AS(n / n, ValueError);
+    CHECK_THROWS_AS(n / rampField({{1, 0, 0}}), ValueError); // nothing is known of its range
+    CHECK_THROWS_AS(n / constantField(0), ValueError);
+    CHECK_THROWS_AS(n / noiseField<ValueNoise<3>>(), ValueError); // zero is its end
+    CHECK_THROWS_AS(n / (n + constantField(Psrd3::kBound)), ValueError);
+    CHECK_THROWS_WITH(n / n, Catch::Contains("-1.044") && Catch::Contains("add a constant"));
+    CHECK_NOTHROW(n / (n + constantField(1.05)));
+    CHECK_NOTHROW(n / (n - constantField(1.05)));
+    CHECK((rampField({{8, 0, 0}}) / constantField(-2)).at<0>({{1, 0, 0}}).value == -4);
+}
+
+TEMPLATE_TEST_CASE_SIG("a smooth minimum is the minimum but for a rounded corner", "[field]", ((int N), N), 1, 2, 5) {
+    const Operands<N> f;
+    const double smoothing = GENERATE(0.0, 1e-3, 0.5, 10.0);
+    const auto low = smoothMin(f.a, f.b, smoothing), high = smoothMax(f.a, f.b, smoothing);
+    const auto swapped = smoothMin(f.b, f.a, smoothing);
+    size_t apart = 0, rounded = 0;
+    for (const auto& p : randomPoints(cube<N>(3), 2000, 22)) {
+        const auto a = f.a.template at<2>(p), b = f.b.template at<2>(p);
+        const auto minimum = low.template at<2>(p), maximum = high.template at<2>(p);
+        const double gap = std::abs(a.value - b.value);
+        CAPTURE(N, smoothing, p, a.value, b.value);
+        if (gap >= smoothing) {
+            ++apart;
+            if (difference(minimum, a.value < b.value ? a : b) != 0) FAIL("not the minimum");
+            if (difference(maximum, a.value < b.value ? b : a) != 0) FAIL("not the maximum");
+        } else {
+            ++rounded;
+            // The cubic: s/6 off where both are equal, (s - gap)³ / (6 s²) elsewhere.
+            const double off = std::pow(1 - gap / smoothing, 3) * smoothing / 6;
+            const double rounding = 1e-14 * (1 + smoothing);
+            if (!(std::abs(minimum.value - (std::min(a.value, b.value) - off)) <= rounding)) FAIL("minimum");
+            if (!(std::abs(maximum.value - (std::max(a.value, b.value) + off)) <= rounding)) FAIL("maximum");
+            if (!(difference(swapped.template at<2>(p), minimum) <= 1e-13 * (1 + 16 / smoothing))) FAIL("order");
+            // Its gradient is a mean of theirs: never steeper, so distances stay lower bounds.
+            for (int i = 0; i < N; ++i) {
+                const auto [least, most] = std::minmax(a.gradient[i], b.gradient[i]);
+                if (!(minimum.gradient[i] >= least - 1e-12 && minimum.gradient[i] <= most + 1e-12)) FAIL("gradient");
+            }
+        }
+    }
+    CHECK((smoothing == 10 ? rounded : apart) > 100);
+    CHECK((smoothing != 0.5 || rounded > 500));
+}
+
+TEMPLATE_TEST_CASE_SIG("a smooth minimum is C² across its seams and a clipped field is C³", "[field]", ((int N), N), 1,
+                       2, 5) {
+    const Operands<N> f;
+    constexpr double kStep = 0x1p-30, k = 0.5;
+    const auto gap = f.a - f.b;
+    for (const double seam : {-k, 0.0, k})
+        for (const auto& field : {smoothMin(f.a, f.b, k), smoothMax(f.a, f.b, k)}) {
+            const auto jumps = jumpsAcross(field, gap - constantField<N>(seam), cube<N>(20), kStep, 23);
+            CAPTURE(N, seam, jumps.seen, jumps.largest[3]);
+            CHECK(jumps.seen > 15);
+            // First, second and third derivatives, see above, and roundings of these.
+            CHECK(jumps.largest[0] <= 2 * kStep * 2 + 1e-15);
+            CHECK(jumps.largest[1] <= 2 * kStep * (4 + 2 * 16) + 1e-14);
+            CHECK(jumps.largest[2] <= 2 * kStep * 464 + 1e-13);
+        }
+    constexpr double range = 0.25;
+    for (const double seam : {-range, 0.0, range}) {
+        const auto jumps = jumpsAcross(clipped(f.a, range), f.a - constantField<N>(seam), cube<N>(20), kStep, 24);
+        CAPTURE(N, seam, jumps.seen);
+        CHECK(jumps.seen > 15);
+        // Derivatives of the clip: at most 1, 7.5, 92.4 and 3840 by order; of the waves 2, 4, 8 and 16.
+        CHECK(jumps.largest[0] <= 2 * kStep * 2 + 1e-15);
+        CHECK(jumps.largest[1] <= 2 * kStep * (4 + 7.5 * 4) + 1e-14);
+        CHECK(jumps.largest[2] <= 2 * kStep * (8 + 3 * 7.5 * 8 + 92.4 * 8) + 1e-13);
+        CHECK(jumps.largest[3] <= 2 * kStep * (16 + 7.5 * 112 + 6 * 92.4 * 16 + 3840 * 16) + 1e-12);
+    }
+}
+
+TEMPLATE_TEST_CASE_SIG("clipping leaves small values alone and levels off at half its range", "[field]", ((int N), N),
+                       1, 2, 5) {
+    const double range = GENERATE(0.3, 2.0);
+    const auto field = clipped(ramp<N>(0.1), range);
+    double last = -1e9;
+    Vec<double, N> p;
+    for (int k = -400; k <= 400; ++k) { // along the axis x, where it rises with 0.6
+        p[0] = k / 400.0 * 3 * range;
+        const auto jet = field.template at<3>(p);
+        const double x = 0.6 * p[0] + 0.1, t = std::min(std::abs(x) / range, 1.0);
+        const double sign = x < 0 ? -1 : 1;
+        CAPTURE(N, range, x);
+        // The integral of 1 - fade.
+        const double expected = sign * range * (t - std::pow(t, 6) + 3 * std::pow(t, 5) - 2.5 * std::pow(t, 4));
+        REQUIRE(std::abs(jet.value - expected) <= 1e-14);
+        REQUIRE(jet.value >= last);
+        if (t == 1) {
+            REQUIRE(jet.value == sign * range / 2);
+            REQUIRE(difference(jet, Jet<double, N, 3>(jet.value)) == 0);
+        }
+        last = jet.value;
+    }
+    // Near zero it is the field, off by 2.5 |x|⁴ / range³.
+    for (const double x : {1e-3, -1e-4}) {
+        p[0] = (x - 0.1) / 0.6;
+        CHECK(std::abs(field.template at<0>(p).value - x) <= 2.6 * std::pow(x, 4) / std::pow(range, 3) + 1e-16);
+    }
+    CHECK(field.range() == Range::within(range / 2));
+}
+
+TEMPLATE_TEST_CASE_SIG("values of field algebra stay in its ranges", "[field]", ((int N), N), 1, 2, 5) {
+    const auto a = waves<N>(1) + constantField<N>(0.5), b = 2.0 * waves<N>(2) - constantField<N>(3);
+    const double kInfinity = std::numeric_limits<double>::infinity();
+    struct Case {
+        const char* name;
+        ScalarFieldN<N> field;
+        Range expected;
+    };
+    const std::vector<Case> cases{
+        {"sum", a + b, {-5.5, 0.5}},
+        {"difference", a - b, {0.5, 6.5}},
+        {"product", a * b, {-7.5, 2.5}},
+        {"multiple", -2.0 * a, {-3, 1}},
+        {"quotient", a / b, {-1.5, 0.5}},
+        {"minimum", smoothMin(a, -1.0 * b, 0.6), {-0.6, 1.5}},
+        {"maximum", smoothMax(a, b, 0.6), {-0.5, 1.6}},
+        {"clipped", clipped(a, 0.5), {-0.25, 0.25}},
+        {"product with something unbounded", a * ramp<N>(1), {-kInfinity, kInfinity}},
+        {"minimum with something unbounded", smoothMin(a, ramp<N>(1), 0), {-kInfinity, 1.5}},
+        {"maximum with something unbounded", smoothMax(a, ramp<N>(1), 0), {-0.5, kInfinity}},
+        {"clipped, unbounded", clipped(ramp<N>(1), 4), {-2, 2}},
+        {"nothing of something unbounded", constantField<N>(0) * ramp<N>(1), {0, 0}},
+    };
+    for (const auto& [name, field, expected] : cases) {
+        const Range range = field.range();
+        CAPTURE(N, name, range.lower, range.upper);
+        const auto near = [](double x, double y) { return x == y || std::abs(x - y) <= 1e-14; };
+        CHECK((near(range.lower, expected.lower) && near(range.upper, expected.upper)));
+        double lower = kInfinity, upper = -kInfinity;
+        for (const auto& p : randomPoints(cube<N>(8), 2000, 25)) {
+            const double value = field.template at<0>(p).value;
+            lower = std::min(lower, value);
+            upper = std::max(upper, value);
+        }
+        CHECK(lower >= range.lower);
+        CHECK(upper <= range.upper);
+    }
+}
+
+TEST_CASE("unusable smoothings and clips are errors", "[field]") {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    for (const double bad : {-0.1, kInfinity, std::nan("")}) {
+        CAPTURE(bad);
+        CHECK_THROWS_AS(smoothMin(kF, kG, bad), ValueError);
+        CHECK_THROWS_AS(smoothMax(kF, kG, bad), ValueError);
+        CHECK_THROWS_AS(clipped(kF, bad), ValueError);
+    }
+    CHECK_THROWS_AS(clipped(kF, 0), ValueError);
+    CHECK_THROWS_WITH(smoothMin(kF, kG, -0.5), Catch::Contains("-0.5"));
+    CHECK_THROWS_WITH(clipped(kF, -2), Catch::Contains("-2"));
+}

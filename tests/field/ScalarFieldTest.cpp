@@ -61,6 +61,21 @@ TEST_CASE("every field gives the same bits whatever the order of derivatives and
         {"capsule", capsuleSdf(0.6, 0.3).distance},
         {"gyroid", gyroidSdf(0.7, 0.1).distance},
         {"bounded", bounded(noise, {.sdf = sphereSdf(0.8), .side = Side::both, .width = 0.2})},
+        {"product bounded", productBounded(noise, sphereSdf(0.8), 0.3)},
+        {"value noise", noiseField<ValueNoise<3>>({.seed = 1}, {.octaves = 2})},
+        {"Perlin noise", noiseField<PerlinNoise<3>>({}, {.frequency = 3})},
+        {"gradient noise", noiseField<GradientNoise<3>>({}, {.frequency = 3, .turbulence = 0.1})},
+        {"simplex noise", noiseField<SimplexNoise<3>>({.power = 3}, {.frequency = 3})},
+        {"advected", noiseField<PerlinNoise<3>>({}, {.frequency = 3, .octaves = 3, .warp = 0.05})},
+        {"difference and quotient", (noise - rampField({{1, 2, 3}})) / (noise + constantField(2))},
+        {"smooth minimum", smoothMin(noise, sphereSdf(0.6).distance, 0.3)},
+        {"smooth maximum", smoothMax(noise, sphereSdf(0.6).distance, 0.3)},
+        {"clipped", clipped(noise, 0.5)},
+        {"projected",
+         projected(noiseField<Psrd2>({}, {.frequency = 2}), Matrix<2, 3>{{Vec3d{{0, 0.3, 1}}, Vec3d{{1, 0, 0.7}}}})},
+        {"lifted", lifted<3>(noiseField<SimplexNoise<4>>({}, {.frequency = 2}), {noise})},
+        {"height", heightField<3>(noiseField<Psrd2>())},
+        {"displaced", displaced(noise, noiseField<ValueNoise<3>>({}, {.frequency = 2}), 0.05)},
     };
     for (const auto& [name, field] : cases)
         for (uint64_t batch = 0; batch < 20; ++batch) {
@@ -74,6 +89,9 @@ TEST_CASE("every field gives the same bits whatever the order of derivatives and
             field.eval(points, values);
             field.eval(points, first);
             field.eval(points, second);
+            JetBatch<double, 3> third;
+            const bool hasThird = name != std::string("displaced") && name != std::string("advected");
+            if (hasThird) field.eval(points, third);
             field.eval(points, floatValues);
             field.eval(points, floatSecond);
             for (int i = 0; i < points.size; ++i) {
@@ -83,6 +101,7 @@ TEST_CASE("every field gives the same bits whatever the order of derivatives and
                 if (values[i].value != jet.value || first[i].value != jet.value || first[i].gradient != jet.gradient)
                     FAIL("orders differ");
                 if (floatValues[i].value != floatSecond[i].value) FAIL("orders differ in float");
+                if (hasThird && difference(truncated<2>(third[i]), jet) != 0) FAIL("the third order differs");
                 if (difference(field.at<2>(p), jet) != 0) FAIL("a point alone differs from a batch");
                 // Some hundred roundings of values of the size of 1, through an amplitude of at most 3.
                 if (std::abs(double(floatValues[i].value) - jet.value) > 1e-4) FAIL("float differs");

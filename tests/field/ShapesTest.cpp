@@ -289,3 +289,204 @@ TEST_CASE("unusable sizes are errors", "[field]") {
     CHECK_THROWS_AS(placed(sphereSdf(1), {.scale = {{-1, -1, -1}}}), ValueError);
     CHECK_THROWS_AS(placed(sphereSdf(1), {.scale = {{0, 0, 0}}}), ValueError);
 }
+
+TEMPLATE_TEST_CASE_SIG("a ball is one in every dimension", "[field]", ((int N), N), 1, 2, 4, 7) {
+    const SdfN<N> ball = sphereSdf<N>(0.8);
+    size_t inside = 0;
+    for (const auto& p : randomPoints(cube<N>(1), 1000, 20)) {
+        const auto d = ball.distance.template at<2>(p);
+        inside += d.value < 0;
+        CAPTURE(N, p);
+        REQUIRE(std::abs(d.value - (length(p) - 0.8)) <= 4 * 0x1p-53);
+        REQUIRE(std::abs(length(d.gradient) - 1) <= 1e-14);
+        REQUIRE(length(d.gradient * length(p) - p) <= 1e-14);
+        REQUIRE((d.value >= 0 || ball.bounds.contains(p)));
+        double laplacian = 0;
+        for (int i = 0; i < N; ++i) laplacian += d.hessian(i, i);
+        REQUIRE(std::abs(laplacian * length(p) - (N - 1)) <= 1e-13); // the sum of its curvatures
+    }
+    CHECK((N == 7 || inside > 100));
+    CHECK(ball.bounds.lower == -ball.bounds.upper);
+    CHECK(ball.bounds.upper[N - 1] == 0.8);
+    CHECK(std::isinf(ball.reach));
+    const auto centre = ball.distance.template at<2>({});
+    CHECK(centre.value == -0.8);
+    for (int k = 1; k < centre.kSize; ++k) CHECK(centre.component(k) == 0);
+    CHECK_THROWS_AS(sphereSdf<N>(0), ValueError);
+    CHECK_THROWS_AS(sphereSdf<N>(std::nan("")), ValueError);
+    if constexpr (N > 1) { // a segment's is linear
+        std::vector<Vec<double, N>> points = randomPoints(cube<N>(2), 400, 21);
+        std::erase_if(points, [](const auto& p) { return length(p) < 0.5; });
+        REQUIRE(points.size() > 100);
+        requireDerivatives(ball.distance, points, 0x1p-9, 3 / square(0.5)); // of third order: at most 3 / |x|²
+        requireThirdDerivatives(ball.distance, points, 0x1p-9);
+    }
+}
+
+namespace {
+
+/// Two shapes that overlap, smooth where their surfaces meet.
+struct Pair {
+    const char* name;
+    Sdf a, b;
+};
+
+std::vector<Pair> pairs() {
+    return {{"balls", sphereSdf(0.6), placed(sphereSdf(0.5), {.offset = {{0.5, 0.2, -0.1}}})},
+            {"ball and torus", placed(sphereSdf(0.5), {.offset = {{0.6, 0, 0}}}), torusSdf(0.6, 0.2)},
+            {"box and capsule", boxSdf({{0.9, 0.7, 0.8}}, 0.1),
+             placed(capsuleSdf(1.2, 0.2), {.offset = {{0.2, 0.1, 0.1}}, .rotate = {{40, 0, 70}}})},
+            {"ball and plane", sphereSdf(0.7), planeSdf({{1, 2, -1}}, 0.2)}};
+}
+
+enum class Boolean { unite, intersect, subtract };
+
+Sdf combined(Boolean how, const Sdf& a, const Sdf& b, double smoothing) {
+    return how == Boolean::unite       ? unite(a, b, smoothing)
+           : how == Boolean::intersect ? intersect(a, b, smoothing)
+                                       : subtract(a, b, smoothing);
+}
+
+/// Whether a point is in the shape without smoothing.
+bool isIn(Boolean how, bool inA, bool inB) {
+    return how == Boolean::unite ? inA || inB : how == Boolean::intersect ? inA && inB : inA && !inB;
+}
+
+/// Points of the zero set, from lines between random points.
+std::vector<Vec3d> surfacePoints(const Sdf& sdf, double half, uint64_t seed) {
+    std::vector<Vec3d> surface;
+    for (uint64_t k = 0; k < 2500; ++k) {
+        Vec3d p = randomPoint(cube(half), seed, 2 * k), q = randomPoint(cube(half), seed, 2 * k + 1);
+        if ((distanceAt(sdf, p) < 0) == (distanceAt(sdf, q) < 0)) continue;
+        for (int halving = 0; halving < 50; ++halving) {
+            const Vec3d middle = (p + q) * 0.5;
+            ((distanceAt(sdf, middle) < 0) == (distanceAt(sdf, p) < 0) ? p : q) = middle;
+        }
+        surface.push_back(p);
+    }
+    return surface;
+}
+
+} // namespace
+
+TEST_CASE("united and intersected and subtracted shapes have the sign of sets", "[field]") {
+    const Boolean how = GENERATE(Boolean::unite, Boolean::intersect, Boolean::subtract);
+    const double smoothing = GENERATE(0.0, 0.05, 0.3);
+    for (const Pair& pair : pairs()) {
+        const Sdf sdf = combined(how, pair.a, pair.b, smoothing);
+        size_t inside = 0;
+        for (const Vec3d& p : randomPoints(cube(1.3), 4000, 22)) {
+            const double a = distanceAt(pair.a, p), b = distanceAt(pair.b, p), d = distanceAt(sdf, p);
+            const bool in = isIn(how, a < 0, b < 0);
+            const double other = how == Boolean::subtract ? -b : b;
+            const double sharp = how == Boolean::unite ? std::min(a, b) : std::max(a, other);
+            CAPTURE(static_cast<int>(how), smoothing, pair.name, p, a, b, d);
+            inside += d < 0;
+            if (std::abs(a - other) >= smoothing) { // away from where the surfaces meet
+                if (d != sharp || (d < 0) != in) FAIL("not the sharp one");
+            } else if (how == Boolean::unite) { // the edge is filled
+                if (!(d <= sharp && d >= sharp - smoothing / 6 - 1e-15)) FAIL("not rounded outwards");
+            } else { // the edge is cut off
+                if (!(d >= sharp && d <= sharp + smoothing / 6 + 1e-15)) FAIL("not rounded inwards");
+            }
+            if (d < 0 && !sdf.bounds.contains(p)) FAIL("bounds too small");
+        }
+        CAPTURE(static_cast<int>(how), smoothing, pair.name);
+        CHECK(inside > 10);
+        CHECK(sdf.reach == 0);
+        const bool endless = how == Boolean::unite && !pair.b.bounds.finite();
+        CHECK(sdf.bounds.finite() == !endless);
+    }
+}
+
+TEST_CASE("distances of united and intersected and subtracted shapes are lower bounds", "[field]") {
+    const Boolean how = GENERATE(Boolean::unite, Boolean::intersect, Boolean::subtract);
+    const double smoothing = GENERATE(0.0, 0.3);
+    for (const Pair& pair : pairs()) {
+        const Sdf sdf = combined(how, pair.a, pair.b, smoothing);
+        const auto surface = surfacePoints(sdf, 1, 23);
+        CAPTURE(static_cast<int>(how), smoothing, pair.name);
+        REQUIRE(surface.size() > 20);
+        double most = -1, steepest = 0;
+        for (const Vec3d& p : randomPoints(cube(1.3), 500, 24)) {
+            const auto d = sdf.distance.at<1>(p);
+            double nearest = 1e300;
+            for (const Vec3d& q : surface) nearest = std::min(nearest, length(p - q));
+            most = std::max(most, std::abs(d.value) - nearest);
+            steepest = std::max(steepest, length(d.gradient));
+        }
+        CHECK(most <= 1e-12); // the bisection, and roundings
+        CHECK(steepest <= 1 + 1e-12);
+    }
+    // Outside, the distance to two shapes that are apart is exact.
+    const Sdf two = unite(sphereSdf(0.5), placed(sphereSdf(0.25), {.offset = {{2, 0, 0}}}), 0);
+    CHECK(distanceAt(two, {{0, 1.5, 0}}) == 1);
+    CHECK(distanceAt(two, {{2, 0, 1.25}}) == 1);
+    // With smoothing, by hand: equally far from both balls it is a sixth less.
+    const Sdf twins = unite(sphereSdf(0.5), placed(sphereSdf(0.5), {.offset = {{2, 0, 0}}}), 0.3);
+    CHECK(std::abs(distanceAt(twins, {{1, 0, 0}}) - (0.5 - 0.05)) <= 1e-15);
+}
+
+TEST_CASE("smoothed edges of shapes are C²", "[field]") {
+    const Sdf a = sphereSdf(0.6), b = placed(sphereSdf(0.5), {.offset = {{0.5, 0.2, -0.1}}});
+    constexpr double kStep = 0x1p-30, k = 0.2;
+    // Keep clear of the centres, where a distance has a kink: curvatures are at most 1 / 0.25.
+    const auto clear = [](const Vec3d& p) { return length(p) > 0.25 && length(p - Vec3d{{0.5, 0.2, -0.1}}) > 0.25; };
+    const Box around{{{-0.1, 0.25, -0.8}}, {{0.7, 1, 0.8}}};
+    for (const Boolean how : {Boolean::unite, Boolean::intersect, Boolean::subtract}) {
+        const Sdf sdf = combined(how, a, b, k);
+        const ScalarField gap = how == Boolean::subtract ? a.distance + b.distance : a.distance - b.distance;
+        for (const double seam : {-k, 0.0, k}) {
+            const auto jumps = jumpsAcross(sdf.distance, gap - constantField(seam), around, kStep, 25);
+            CAPTURE(static_cast<int>(how), seam, jumps.seen);
+            CHECK(jumps.seen > 10);
+            // The gap has derivatives of at most 2, 8 and 96, the cubic 1, 1/k and 1/k².
+            CHECK(jumps.largest[0] <= 2 * kStep * 1 + 1e-15);
+            CHECK(jumps.largest[1] <= 2 * kStep * (4 + 4 / k) + 1e-14);
+            CHECK(jumps.largest[2] <= 2 * kStep * (3 / square(0.25) + 96 + 3 * 2 * 8 / k + 8 / (k * k)) + 1e-13);
+        }
+        std::vector<Vec3d> points;
+        for (const Vec3d& p : randomPoints(cube(1), 1000, 26))
+            if (clear(p)) points.push_back(p);
+        REQUIRE(points.size() > 500);
+        requireDerivatives(sdf.distance, points, 0x1p-9, 3 / square(0.24) + 96 + 3 * 2 * 8 / k + 8 / (k * k));
+    }
+}
+
+TEST_CASE("shapes made of shapes can be moved and combined again", "[field]") {
+    const Sdf lens = intersect(sphereSdf(0.7), placed(sphereSdf(0.7), {.offset = {{0.5, 0, 0}}}), 0);
+    const Sdf bored = subtract(boxSdf({{1, 1, 1}}, 0.05), capsuleSdf(3, 0.2), 0.1);
+    const Sdf all = unite(placed(lens, {.offset = {{0.4, 0.5, 0}}, .rotate = {{10, 70, 30}}}), bored, 0.4);
+    size_t inside = 0;
+    for (const Vec3d& p : randomPoints(cube(2), 20000, 27)) {
+        const auto d = all.distance.at<1>(p);
+        CAPTURE(p, d.value);
+        if (d.value < 0 && !all.bounds.contains(p)) FAIL("bounds too small");
+        if (length(d.gradient) > 1 + 1e-12) FAIL("steeper than one");
+        inside += d.value < 0;
+    }
+    CHECK(inside > 100);
+    CHECK(all.bounds.finite());
+    CHECK(all.reach == 0);
+    // What two shapes that are apart share is nothing.
+    const Sdf nothing = intersect(sphereSdf(0.4), placed(sphereSdf(0.4), {.offset = {{1, 0, 0}}}), 0.1);
+    for (const Vec3d& p : randomPoints(cube(2), 2000, 28)) {
+        CAPTURE(p);
+        if (distanceAt(nothing, p) < 0) FAIL("something");
+        if (nothing.bounds.contains(p)) FAIL("its bounds should be empty");
+    }
+    // Nothing and a ball are the ball.
+    const Sdf ball = unite(nothing, placed(sphereSdf(0.4), {.offset = {{-2, 0, 0}}}), 0);
+    CHECK(distanceAt(ball, {{-2, 0, 0}}) == -0.4);
+    CHECK(ball.bounds.contains({{-2.3, 0, 0}}));
+}
+
+TEST_CASE("a negative smoothing of shapes is an error", "[field]") {
+    const Sdf a = sphereSdf(1), b = boxSdf({{1, 1, 1}}, 0);
+    for (const double bad : {-0.1, std::nan(""), std::numeric_limits<double>::infinity()}) {
+        CAPTURE(bad);
+        CHECK_THROWS_AS(unite(a, b, bad), ValueError);
+        CHECK_THROWS_AS(intersect(a, b, bad), ValueError);
+        CHECK_THROWS_AS(subtract(a, b, bad), ValueError);
+    }
+}

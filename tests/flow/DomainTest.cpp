@@ -1,7 +1,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/flow/Domain.h"
-#include "support/Points.h"
+#include "support/FiniteDifference.h"
 
 #include <numbers>
 #include <set>
@@ -83,6 +83,55 @@ TEST_CASE("classify says what is allowed, and it stays so in float", "[flow]") {
     }
     CHECK(allowedPoints > 400);
     CHECK(near > 1000);
+}
+
+TEST_CASE("domains of other dimensions are classified too", "[flow]") {
+    const Side side = GENERATE(Side::inside, Side::outside, Side::both);
+    const auto check = [&](auto dimension) {
+        constexpr int N = dimension;
+        CAPTURE(N, static_cast<int>(side));
+        const WallN<N> wall{.sdf = sphereSdf<N>(2), .side = side, .width = 0.1};
+        const DomainN<N> domain = DomainN<N>::of(wall), tight = DomainN<N>::of(wall, 0.5);
+        for (int axis = 0; axis < N; ++axis) {
+            CHECK(domain.box.upper[axis] == (side == Side::inside ? 2 : 4)); // and half the longest edge
+            CHECK(tight.box.lower[axis] == (side == Side::inside ? -2 : -2.5));
+        }
+        size_t within = 0, wrong = 0;
+        for (uint64_t batch = 0; batch < 30; ++batch) {
+            PointBatchN<N> points;
+            while (points.size < kBatch - 5)
+                points.push(randomPoint(cube<N>(3), batch, static_cast<uint64_t>(points.size)));
+            points.push({});                       // the centre
+            points.push(unit<N>(N - 1) * 2.0);     // on the wall
+            points.push(unit<N>(0) * -(2 + 1e-7)); // so near that it may be on the other side in float
+            std::array<bool, kBatch> allowed;
+            std::array<double, kBatch> distance;
+            classify(domain, points, allowed, distance);
+            for (int i = 0; i < points.size - 3; ++i) {
+                const auto k = static_cast<size_t>(i);
+                const double r = length(points[i]);
+                within += r < 2;
+                wrong += allowed[k] != (side == Side::both || (r < 2) == (side == Side::inside));
+                wrong += !(std::abs(distance[k] - (r - 2)) < 1e-14);
+            }
+            const auto last = static_cast<size_t>(points.size);
+            CHECK(allowed[last - 3] == (side != Side::outside));
+            CHECK(distance[last - 3] == -2);
+            CHECK_FALSE(allowed[last - 2]);
+            CHECK_FALSE(allowed[last - 1]);
+        }
+        CHECK(wrong == 0);
+        CHECK(within > 20);
+        // Without a wall everything is allowed.
+        PointBatchN<N> one;
+        one.push({});
+        std::array<bool, kBatch> allowed;
+        std::array<double, kBatch> distance;
+        classify(DomainN<N>{}, one, allowed, distance);
+        CHECK((allowed[0] && std::isinf(distance[0])));
+    };
+    check(std::integral_constant<int, 2>()); // a disc
+    check(std::integral_constant<int, 5>());
 }
 
 TEST_CASE("without a wall every point is allowed, NaN is not, with one", "[flow]") {

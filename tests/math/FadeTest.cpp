@@ -63,3 +63,22 @@ TEST_CASE("the derivatives of the fade are those of its value, with second order
     }
     CHECK(std::abs(double(quinticFade(0.3f).value) - quinticFade(0.3).value) < 1e-6); // float: some roundings of 1
 }
+
+TEST_CASE("the third derivative of the fade is that of its second with second order", "[math]") {
+    constexpr auto middle = quinticFade(0.5);
+    STATIC_REQUIRE(middle.third == -30);
+    STATIC_REQUIRE(quinticFade(0.0).third == 0); // it jumps at both ends, from 0 to 60
+    STATIC_REQUIRE(quinticFade(1.0).third == 0);
+    STATIC_REQUIRE(quinticFade(-2.0).third == 0);
+    CHECK(std::abs(quinticFade(1e-9).third - 60) < 1e-6);
+    CHECK(std::abs(quinticFade(1 - 1e-9).third - 60) < 1e-6);
+    // The fifth derivative is 720: the error is 720 h²/6 exactly, but for rounding of terms of at most 60 over h.
+    for (uint64_t k = 0; k < 300; ++k) {
+        const double s = 0.01 + 0.98 * randomUniform(2, k);
+        CAPTURE(s);
+        for (const double h : {1e-2 / 2, 1e-3}) {
+            const double difference = (quinticFade(s + h).second - quinticFade(s - h).second) / (2 * h);
+            REQUIRE(std::abs(difference - quinticFade(s).third - 120 * h * h) <= 1e-13 / h);
+        }
+    }
+}

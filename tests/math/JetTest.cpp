@@ -19,6 +19,163 @@ J2 randomJet(uint64_t seed, uint64_t k) {
     return jet;
 }
 
+/// The same of any dimension and order.
+template <class J>
+J anyJet(uint64_t seed, uint64_t k) {
+    J jet;
+    for (int i = 0; i < J::kSize; ++i)
+        jet.component(i) = 2 * randomUniform(seed, k, 100 + static_cast<uint64_t>(i)) - 1;
+    jet.value = 1.5 + jet.value / 2;
+    return jet;
+}
+
+/// A polynomial in N variables with small whole coefficients and its derivatives, each known from the powers of its
+/// terms: on whole numbers they are exact.
+template <int N>
+struct Terms {
+    struct Term {
+        double factor;
+        std::array<int, N> powers;
+    };
+    std::vector<Term> terms;
+
+    /// Random, each power at most 3.
+    Terms(uint64_t seed, uint64_t k) {
+        for (uint64_t t = 0; t < 5; ++t) {
+            Term term{std::floor(9 * randomUniform(seed, k, 50 * t)) - 4, {}};
+            for (size_t i = 0; i < N; ++i)
+                term.powers[i] = static_cast<int>(4 * randomUniform(seed, k, 50 * t + i + 1));
+            terms.push_back(term);
+        }
+    }
+    /// On numbers or jets.
+    template <class X>
+    X operator()(const Vec<X, N>& x) const {
+        X sum(0.0);
+        for (const Term& term : terms) {
+            X product(term.factor);
+            for (int i = 0; i < N; ++i)
+                for (int p = 0; p < term.powers[static_cast<size_t>(i)]; ++p) product = product * x[i];
+            sum += product;
+        }
+        return sum;
+    }
+    Terms derivative(int axis) const {
+        Terms d = *this;
+        for (Term& term : d.terms) {
+            int& power = term.powers[static_cast<size_t>(axis)];
+            term.factor *= power;
+            power = std::max(power - 1, 0);
+        }
+        return d;
+    }
+    Jet<double, N, 3> exact(const Vec<double, N>& x) const {
+        Jet<double, N, 3> jet((*this)(x));
+        for (int i = 0; i < N; ++i) {
+            const Terms di = derivative(i);
+            jet.gradient[i] = di(x);
+            for (int j = i; j < N; ++j) {
+                const Terms dij = di.derivative(j);
+                jet.hessian(i, j) = dij(x);
+                for (int k = j; k < N; ++k) jet.third(i, j, k) = dij.derivative(k)(x);
+            }
+        }
+        return jet;
+    }
+};
+
+template <int N>
+Vec<double, N> wholePoint(uint64_t seed, uint64_t k) {
+    Vec<double, N> x = randomPoint(cube<N>(3.5), seed, k);
+    for (double& c : x.c) c = std::floor(c + 0.5);
+    return x;
+}
+
+/// A x + b as jets in x.
+template <int R, int C>
+Vec<Jet<double, C, 3>, R> affine(const Matrix<R, C>& A, const Vec<double, R>& b, const Vec<double, C>& x) {
+    Vec<Jet<double, C, 3>, R> y;
+    const auto variables = Jet<double, C, 3>::variables(x);
+    for (int i = 0; i < R; ++i) {
+        y[i] = Jet<double, C, 3>(b[i]);
+        for (int j = 0; j < C; ++j) y[i] += variables[j] * A[i][j];
+    }
+    return y;
+}
+
+template <int R, int C>
+Matrix<R, C> wholeMatrix(uint64_t seed, uint64_t k) {
+    Matrix<R, C> A;
+    for (uint64_t i = 0; i < R; ++i) A.rows[i] = wholePoint<C>(seed, k * R + i);
+    return A;
+}
+
+template <int N, int M>
+void checkPullBack() {
+    for (uint64_t k = 0; k < 20; ++k) {
+        const Terms<N> f(30, k);
+        const auto A = wholeMatrix<N, M>(31, k);
+        const Vec<double, N> b = wholePoint<N>(32, k);
+        const Vec<double, M> x = wholePoint<M>(33, k);
+        CAPTURE(N, M, k, x);
+        const auto expected = f(affine(A, b, x)); // by the product rule; all are whole numbers
+        const auto there = f.exact(A * x + b);
+        REQUIRE(difference(pullBack(there, A), expected) == 0);
+        REQUIRE(difference(compose(there, affine(A, b, x)), expected) == 0);
+        // Lower orders are the same, cut off.
+        REQUIRE(difference(pullBack(truncated<2>(there), A), truncated<2>(expected)) == 0);
+        REQUIRE(difference(pullBack(truncated<1>(there), A), truncated<1>(expected)) == 0);
+        REQUIRE(pullBack(truncated<0>(there), A).value == expected.value);
+    }
+}
+
+template <int N, int M>
+void checkCompose() {
+    for (uint64_t k = 0; k < 20; ++k) {
+        const Terms<N> f(34, k);
+        Vec<Jet<double, M, 3>, N> y;
+        Vec<double, N> values;
+        for (int a = 0; a < N; ++a) {
+            y[a] = anyJet<Jet<double, M, 3>>(35, k * N + static_cast<uint64_t>(a));
+            values[a] = y[a].value;
+        }
+        CAPTURE(N, M, k);
+        const auto there = f.exact(values), same = f(Jet<double, N, 3>::variables(values));
+        const auto direct = f(y), composed = compose(there, y);
+        double size = 1;
+        for (int c = 0; c < direct.kSize; ++c) size = std::max(size, std::abs(direct.component(c)));
+        for (int c = 0; c < there.kSize; ++c) size = std::max(size, std::abs(there.component(c)));
+        // Some hundred roundings of terms of this size.
+        REQUIRE(difference(there, same) <= 1e-13 * size);
+        REQUIRE(difference(composed, direct) <= 1e-13 * size);
+        Vec<Jet<double, M, 2>, N> lower;
+        for (int a = 0; a < N; ++a) lower[a] = truncated<2>(y[a]);
+        REQUIRE(difference(compose(truncated<2>(there), lower), truncated<2>(composed)) == 0);
+    }
+}
+
+template <int N>
+void checkTensorIndex() {
+    using S = Sym3<double, N>;
+    std::set<int> seen;
+    int next = 0;
+    for (int k = 0; k < N; ++k)
+        for (int j = 0; j <= k; ++j)
+            for (int i = 0; i <= j; ++i) {
+                CAPTURE(N, i, j, k);
+                CHECK(S::index(i, j, k) == next++); // by rising k, then j, then i
+                for (const int other :
+                     {S::index(i, k, j), S::index(j, i, k), S::index(j, k, i), S::index(k, i, j), S::index(k, j, i)})
+                    CHECK(other == S::index(i, j, k));
+                seen.insert(S::index(i, j, k));
+            }
+    CHECK(seen.size() == size_t{S::kSize});
+    CHECK(next == S::kSize);
+    int called = 0;
+    Jet<double, N, 3>::forTriples([&](int i, int j, int k) { CHECK(S::index(i, j, k) == called++); });
+    CHECK(called == S::kSize);
+}
+
 /// Rounding in a few operations on such jets: some dozens of terms of at most 10.
 constexpr double kRounding = 1e-13;
 
@@ -180,4 +337,154 @@ TEST_CASE("pullBack is the chain rule for a linear map", "[math]") {
             REQUIRE(difference(pullBack(jet, Matrix3{}), jet) == 0);
         }
     }
+}
+
+TEST_CASE("a symmetric tensor has each entry once", "[math]") {
+    checkTensorIndex<1>();
+    checkTensorIndex<2>();
+    checkTensorIndex<3>();
+    checkTensorIndex<4>();
+    checkTensorIndex<7>();
+    STATIC_REQUIRE(Sym3<double, 3>::kSize == 10);
+    STATIC_REQUIRE(Sym3<double, 7>::kSize == 84);
+}
+
+TEST_CASE("a jet of third order holds its third derivatives after the Hessian", "[math]") {
+    using J = Jet<double, 2, 3>;
+    STATIC_REQUIRE(J::kSize == 10);
+    STATIC_REQUIRE(Jet<double, 3, 3>::kSize == 20);
+    STATIC_REQUIRE(Jet<double, 1, 3>::kSize == 4);
+    J jet;
+    for (int k = 0; k < J::kSize; ++k) jet.component(k) = k;
+    CHECK(jet.value == 0);
+    CHECK(jet.gradient == Vec<double, 2>{{1, 2}});
+    CHECK(jet.hessian(0, 0) == 3);
+    CHECK(jet.hessian(1, 1) == 4);
+    CHECK(jet.hessian(1, 0) == 5);
+    CHECK(jet.third(0, 0, 0) == 6);
+    CHECK(jet.third(0, 1, 0) == 7);
+    CHECK(jet.third(1, 0, 1) == 8);
+    CHECK(jet.third(1, 1, 1) == 9);
+    for (int k = 0; k < J::kSize; ++k) {
+        CAPTURE(k);
+        CHECK((jet + jet).component(k) == 2 * k);
+        CHECK((jet * 3.0 - jet).component(k) == 2 * k);
+    }
+}
+
+TEMPLATE_TEST_CASE_SIG("jets of polynomials have all their derivatives exactly", "[math]", ((int N), N), 1, 2, 3, 5) {
+    for (uint64_t k = 0; k < 50; ++k) {
+        const Terms<N> f(20, k), g(21, k);
+        const Vec<double, N> x = wholePoint<N>(22, k);
+        const auto variables = Jet<double, N, 3>::variables(x);
+        CAPTURE(N, k, x);
+        const auto jet = f(variables);
+        REQUIRE(difference(jet, f.exact(x)) == 0);
+        for (int i = 0; i < N; ++i) {
+            REQUIRE(difference(partial(jet, i), truncated<2>(f.derivative(i).exact(x))) == 0);
+            REQUIRE(difference(partial(truncated<2>(jet), i), truncated<1>(f.derivative(i).exact(x))) == 0);
+            REQUIRE(partial(truncated<1>(jet), i).value == f.derivative(i)(x));
+            for (int j = 0; j < N; ++j) {
+                REQUIRE(difference(partial(partial(jet, i), j), partial(partial(jet, j), i)) == 0);
+                // The rule of Leibniz, once more.
+                const auto other = g(variables), both = jet * other;
+                REQUIRE(difference(partial(both, j),
+                                   partial(jet, j) * truncated<2>(other) + truncated<2>(jet) * partial(other, j)) == 0);
+            }
+        }
+    }
+}
+
+TEST_CASE("what is cut off of a jet changes nothing below it", "[math]") {
+    using J = Jet<double, 3, 3>;
+    for (uint64_t k = 0; k < 100; ++k) {
+        const J a = anyJet<J>(23, k), b = anyJet<J>(24, k);
+        CAPTURE(k);
+        REQUIRE(difference(truncated<2>(a * b), truncated<2>(a) * truncated<2>(b)) == 0);
+        REQUIRE(difference(truncated<1>(sqrt(a)), sqrt(truncated<1>(a))) == 0);
+        REQUIRE(difference(truncated<2>(log(a)), log(truncated<2>(a))) == 0);
+        REQUIRE(truncated<0>(sin(a)).value == sin(truncated<0>(a)).value);
+        REQUIRE(difference(truncated<3>(a), a) == 0);
+        REQUIRE(difference(truncated<1>(truncated<2>(a)), truncated<1>(a)) == 0);
+    }
+}
+
+TEMPLATE_TEST_CASE_SIG("functions of jets of third order satisfy their identities", "[math]", ((int N), N), 1, 2, 3) {
+    using J = Jet<double, N, 3>;
+    // Here terms are sums of up to a dozen products of three, divided by the fourth power of a value of at least 1.
+    constexpr double kMany = 1e-12;
+    for (uint64_t k = 0; k < 200; ++k) {
+        const J a = anyJet<J>(25, k), b = anyJet<J>(26, k), c = anyJet<J>(27, k);
+        CAPTURE(N, k);
+        REQUIRE(difference(a * b, b * a) <= kMany);
+        REQUIRE(difference((a * b) * c, a * (b * c)) <= kMany);
+        REQUIRE(difference(a * (b + c), a * b + a * c) <= kMany);
+        REQUIRE(difference(sqrt(a) * sqrt(a), a) <= kMany);
+        REQUIRE(difference(sqrt(a * a), a) <= kMany);
+        REQUIRE(difference(sin(a) * sin(a) + cos(a) * cos(a), J(1.0)) <= kMany);
+        REQUIRE(difference(sin(a + b), sin(a) * cos(b) + cos(a) * sin(b)) <= kMany);
+        REQUIRE(difference(cos(a + b), cos(a) * cos(b) - sin(a) * sin(b)) <= kMany);
+        REQUIRE(difference(reciprocal(a) * a, J(1.0)) <= kMany);
+        REQUIRE(difference(reciprocal(reciprocal(a)), a) <= kMany);
+        REQUIRE(difference(reciprocal(-a), -reciprocal(a)) == 0);
+        REQUIRE(difference(log(a * b), log(a) + log(b)) <= kMany);
+        REQUIRE(difference(log(reciprocal(a)), -log(a)) <= kMany);
+        for (int i = 0; i < N; ++i) { // log' = 1 / a
+            const auto lower = truncated<2>(a);
+            REQUIRE(difference(partial(log(a), i), reciprocal(lower) * partial(a, i)) <= kMany);
+            REQUIRE(difference(partial(sqrt(a), i) * sqrt(lower) * 2.0, partial(a, i)) <= kMany);
+            REQUIRE(difference(partial(sin(a), i), cos(lower) * partial(a, i)) <= kMany);
+        }
+        // The chain rule for a cube, whose derivatives are known.
+        const double v = a.value;
+        REQUIRE(difference(compose(a, Univariate<double>{v * v * v, 3 * v * v, 6 * v, 6}), a * a * a) <= kMany);
+        REQUIRE(difference(abs(-a), a) == 0);
+        REQUIRE(difference(max(a, a - J(1.0)), a) == 0);
+    }
+}
+
+TEST_CASE("third derivatives of formulas agree with central differences", "[math]") {
+    const auto points = randomPoints(cube(1), 200, 28);
+    constexpr double kStep = 0x1p-8;
+    const auto positive = [](const auto& x) { return x[0] * x[1] + x[2] * x[2] * x[0] + 3.0; };
+    SECTION("product and sine") { requireThirdDerivatives(sinesG(), points, kStep); }
+    SECTION("cosine") { requireThirdDerivatives(sinesF(), points, kStep); }
+    SECTION("root") {
+        requireThirdDerivatives(formula([=](const auto& x) { return sqrt(positive(x)); }), points, kStep);
+    }
+    SECTION("logarithm") {
+        requireThirdDerivatives(formula([=](const auto& x) { return log(positive(x)); }), points, kStep);
+    }
+    SECTION("reciprocal") {
+        requireThirdDerivatives(formula([=](const auto& x) { return reciprocal(positive(x)) * x[1]; }), points, kStep);
+    }
+    SECTION("chain of chains") {
+        requireThirdDerivatives(formula([](const auto& x) { return sin(cos(x[0] * x[1]) + x[2] * x[2]) * x[0]; }),
+                                points, kStep);
+    }
+    SECTION("five variables") {
+        requireThirdDerivatives(formula<5>([](const auto& x) {
+                                    return sin(x[0] + x[1] * x[2]) * cos(x[3] * 2 - x[4]) + sqrt(x[4] * x[0] + 2.0);
+                                }),
+                                randomPoints(cube<5>(1), 100, 29), kStep);
+    }
+}
+
+TEST_CASE("pullBack takes matrices of any shape", "[math]") {
+    checkPullBack<1, 1>();
+    checkPullBack<1, 3>();
+    checkPullBack<2, 3>();
+    checkPullBack<3, 2>();
+    checkPullBack<3, 3>();
+    checkPullBack<5, 2>();
+    checkPullBack<4, 1>();
+}
+
+TEST_CASE("the chain rule in several variables is that of the product rule", "[math]") {
+    checkCompose<1, 1>();
+    checkCompose<1, 3>();
+    checkCompose<2, 3>();
+    checkCompose<3, 2>();
+    checkCompose<3, 3>();
+    checkCompose<4, 1>();
 }

@@ -115,3 +115,63 @@ TEST_CASE("a box knows its size, centre and what it contains", "[math]") {
             CHECK_FALSE(high.finite());
         }
 }
+
+TEST_CASE("rectangular matrices map from their columns to their rows", "[math]") {
+    const Matrix<2, 3> a{{Vec3d{{1, 2, 3}}, Vec3d{{-1, 0, 5}}}};
+    CHECK(a * Vec3d{{1, 1, 2}} == Vec<double, 2>{{9, 9}});
+    const Matrix<3, 2> t = transpose(a);
+    CHECK(t[2] == Vec<double, 2>{{3, 5}});
+    CHECK(transpose(t) == a);
+    const Matrix<2, 2> gram = a * t;
+    CHECK(gram[0] == Vec<double, 2>{{14, 14}});
+    CHECK(gram[1] == Vec<double, 2>{{14, 26}});
+    // The default takes the first coordinates, or puts zeros after them.
+    CHECK(Matrix<2, 5>{} * Vec<double, 5>{{1, 2, 3, 4, 5}} == Vec<double, 2>{{1, 2}});
+    CHECK(Matrix<4, 2>{} * Vec<double, 2>{{1, 2}} == Vec<double, 4>{{1, 2, 0, 0}});
+    CHECK(a * Matrix<3, 3>{} == a);
+    CHECK(Matrix<2, 2>{} * a == a);
+    STATIC_REQUIRE(Matrix<1, 3>{} * Vec3d{{7, 8, 9}} == Vec<double, 1>{{7}});
+    for (uint64_t k = 0; k < 100; ++k) {
+        Matrix<2, 5> b;
+        Matrix<5, 3> c;
+        for (uint64_t i = 0; i < 2; ++i) b.rows[i] = randomPoint(cube<5>(1), 20, 2 * k + i);
+        for (uint64_t i = 0; i < 5; ++i) c.rows[i] = randomPoint(cube<3>(1), 21, 5 * k + i);
+        const Vec3d v = randomPoint(cube(1), 22, k);
+        const Vec<double, 2> w = randomPoint(cube<2>(1), 23, k);
+        CAPTURE(k);
+        // Sums of 15 products of numbers below 1, and of 30.
+        REQUIRE(length((b * c) * v - b * (c * v)) <= 2 * 15 * 6 * 0x1p-53);
+        REQUIRE(std::abs(dot((b * c) * v, w) - dot(c * v, transpose(b) * w)) <= 30 * 8 * 0x1p-53);
+        REQUIRE(transpose(b * c) == transpose(c) * transpose(b));
+    }
+}
+
+TEMPLATE_TEST_CASE_SIG("boxes of other dimensions are like those of three", "[math]", ((int N), N), 1, 2, 5) {
+    BoxN<N> box;
+    for (int axis = 0; axis < N; ++axis) {
+        box.lower[axis] = -axis - 1;
+        box.upper[axis] = 2 * axis + 1;
+    }
+    for (int axis = 0; axis < N; ++axis) {
+        CAPTURE(N, axis);
+        CHECK(box.size()[axis] == 3 * axis + 2);
+        CHECK(box.center()[axis] == 0.5 * axis);
+        CHECK(box.padded(2).lower[axis] == -axis - 3);
+        CHECK(box.padded(2).upper[axis] == 2 * axis + 3);
+        Vec<double, N> out = box.center();
+        out[axis] = std::nextafter(box.upper[axis], 1e9);
+        CHECK_FALSE(box.contains(out));
+        out[axis] = std::nan(""); // nowhere
+        CHECK_FALSE(box.contains(out));
+        BoxN<N> open = box;
+        open.upper[axis] = std::numeric_limits<double>::infinity();
+        CHECK_FALSE(open.finite());
+        CHECK(open.contains(box.center()));
+    }
+    CHECK(box.finite());
+    CHECK((box.contains(box.lower) && box.contains(box.upper) && box.contains(box.center())));
+    for (const auto& p : randomPoints(box, 100, 24)) CHECK(box.contains(p));
+    // Turned inside out it is empty.
+    CHECK_FALSE(BoxN<N>{box.upper, box.lower}.contains(box.center()));
+    CHECK(BoxN<N>{}.contains(Vec<double, N>{}));
+}

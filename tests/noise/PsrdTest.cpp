@@ -544,3 +544,36 @@ TEST_CASE("psrdnoise rejects a negative period and an endless alpha and says whi
         CHECK_THROWS_WITH(Psrd3({.alpha = bad}), Catch::Contains("alpha"));
     }
 }
+
+TEMPLATE_TEST_CASE_SIG("third derivatives of psrdnoise are those of its Hessian", "[noise]", ((int N), N), 2, 3) {
+    auto options = GENERATE(from_range(variants<N>()));
+    const bool plain = GENERATE(true, false);
+    if (!plain) {
+        for (int axis = 0; axis < N; ++axis) options.period[axis] = 4 + axis;
+        options.alpha = 0.7;
+        options.seed = 3;
+    }
+    CAPTURE(describe(options));
+    const PsrdN<N> noise(options);
+    const auto points = randomPoints(cube<N>(30), 500, 10);
+    // Where a corner comes into reach third derivatives have a kink (2D) or jump (3D). In 3D these are spheres of area
+    // 2 pi around two vertices a unit of volume, which stencils of width 2 h along three axes meet with a probability
+    // of 12 pi h = 0.9 %; in 2D there are fewer.
+    requireThirdDerivatives(noise, points, 0x1p-12, 0.02);
+    for (const auto& p : points) {
+        CAPTURE(p);
+        REQUIRE(difference(truncated<2>(noise.template at<3, double>(p)), noise.template at<2, double>(p)) == 0);
+    }
+}
+
+TEST_CASE("psrdnoise in 2D is C³", "[noise]") {
+    // Were there a jump of the third derivatives it would stay an error of the differences, whatever their step. The
+    // fourth ones jump where a corner comes into reach: w⁴ by 4! (2 r)⁴, times the scale 10.9, r² = 0.8 and a ramp of
+    // at most r.
+    const double jump = 10.9 * 24 * std::pow(2 * std::sqrt(0.8), 4) * std::sqrt(0.8);
+    constexpr double kStep = 0x1p-14;
+    double worst = 0;
+    for (const double error : thirdDerivativeErrors(Psrd2(), randomPoints(cube<2>(5), 20000, 11), kStep))
+        worst = std::max(worst, error);
+    CHECK(worst <= jump * kStep);
+}

@@ -3,6 +3,7 @@
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Formula.h"
 #include "curlew/field/Map.h"
+#include "curlew/field/NoiseField.h"
 
 namespace curlew::test {
 
@@ -17,6 +18,13 @@ inline ScalarField sinesF() {
 }
 inline ScalarField sinesG() {
     return formula([](const auto& x) { return cos(x[0] - x[2]) * sin(x[1] * 2 + x[0]) + sin(x[2] * 2 - x[1]) * 2; });
+}
+
+/// Eight waves in N dimensions, C^inf, within ±1: wave vectors are at most 2 pi 1.25 / 4 < 2 long, so the n-th
+/// derivative along any unit vectors is at most 2^n.
+template <int N>
+ScalarFieldN<N> waves(uint64_t seed) {
+    return noiseField<SineNoise<N>>({.seed = seed}, {.frequency = 0.25});
 }
 
 inline Placement moved(const Vec3d& offset) { return {.offset = offset}; }

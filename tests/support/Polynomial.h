@@ -2,17 +2,18 @@
 
 #include "support/Formula.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace curlew::test {
 
-/// A polynomial in x0, x1, x2 as the reference files write it: "-x0**4 - 2*x0**3*x1 + x2".
+/// A polynomial in x0 … x6 as the reference files write it: "-x0**4 - 2*x0**3*x1 + x2".
 struct Polynomial {
     struct Term {
         double factor;
-        std::array<int, 3> powers{};
+        std::array<int, 7> powers{};
     };
     std::vector<Term> terms;
 
@@ -47,14 +48,22 @@ struct Polynomial {
         if (terms.empty()) throw std::invalid_argument("no polynomial: " + text);
     }
 
-    template <class V>
-    auto operator()(const V& x) const {
-        using J = std::remove_cvref_t<decltype(x[0])>;
-        using T = std::remove_cvref_t<decltype(x[0].value)>;
+    /// How many variables it needs.
+    int variables() const {
+        int count = 0;
+        for (const Term& term : terms)
+            for (int axis = 0; axis < 7; ++axis)
+                if (term.powers[static_cast<size_t>(axis)] > 0) count = std::max(count, axis + 1);
+        return count;
+    }
+
+    template <class J, int N>
+    J operator()(const Vec<J, N>& x) const {
+        using T = decltype(J::value);
         J sum;
         for (const Term& term : terms) {
             J product(static_cast<T>(term.factor));
-            for (int axis = 0; axis < 3; ++axis)
+            for (int axis = 0; axis < N; ++axis)
                 for (int k = 0; k < term.powers[static_cast<size_t>(axis)]; ++k) product = product * x[axis];
             sum += product;
         }
@@ -62,6 +71,11 @@ struct Polynomial {
     }
 };
 
-inline ScalarField polynomial(const std::string& text) { return formula(Polynomial(text)); }
+template <int N = 3>
+ScalarFieldN<N> polynomial(const std::string& text) {
+    Polynomial p(text);
+    if (p.variables() > N) throw std::invalid_argument("a variable too many: " + text);
+    return formula<N>(std::move(p));
+}
 
 } // namespace curlew::test

@@ -2,12 +2,14 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/NoiseField.h"
+#include "curlew/flow/Flows.h"
 #include "curlew/track/Advect.h"
 #include "curlew/track/Scatter.h"
 #include "support/FiniteDifference.h"
 #include "support/Polynomial.h"
 
 #include <limits>
+#include <numbers>
 
 using namespace curlew;
 using namespace curlew::test;
@@ -344,6 +346,100 @@ TEST_CASE("a step that finds no way leaves its particle, and says so", "[track]"
     CHECK(position(particles, 0) == Vec3d{{0.1, 0, 0}});
     // It stays marked in a later run.
     CHECK(advect(flow, particles, {.time = 0, .steps = 1}).notConverged == 1);
+}
+
+TEST_CASE("a flow without tracks moves particles freely, and refuses to put them back", "[track]") {
+    // A vortex of core 10^4 about y turns like a rigid body; with a uniform wind along it, a screw.
+    const double turns = 0.25, rise = 0.4, time = 1;
+    const Flow screw = vortexFlow(turns, 1e4, {.box = cube(2), .wall = {}}) + uniformFlow({{0, rise, 0}});
+    const auto points = randomPoints(cube(1), 200, 11);
+    Particles particles = particlesAt(points);
+    // Values of another flow's track, which mean nothing here.
+    particles.f.assign(points.size(), 1);
+    particles.g.assign(points.size(), 2);
+    const AdvectOptions options{.time = time, .steps = 50, .reprojection = Reprojection::none};
+    const AdvectResult result = advect(screw, particles, options);
+    CHECK(result.notConverged == 0);
+    CHECK(result.substeps == 50 * points.size());
+    CHECK(result.residualF == 0);
+    CHECK(result.residualG == 0);
+    CHECK_FALSE(particles.hasTrack());
+    Worst worst;
+    for (size_t k = 0; k < points.size(); ++k) {
+        const double angle = 2 * std::numbers::pi * turns * time, c = std::cos(angle), s = std::sin(angle);
+        const Vec3d p = points[k], end{{c * p[0] + s * p[2], p[1] + rise * time, c * p[2] - s * p[0]}};
+        worst.see(length(position(particles, k) - end), p);
+    }
+    // RK4: (angle of a step)^5 / 120 each; the core: a part 2 10^-8 of the speed.
+    CAPTURE(worst.value, worst.where);
+    CHECK(worst.value < 1e-7);
+    CHECK(particles.vx.size() == points.size());
+
+    for (const auto method : {Reprojection::newton, Reprojection::gaussNewton}) {
+        Particles untouched = particlesAt(points);
+        CHECK_THROWS_AS(advect(screw, untouched, {.time = time, .reprojection = method}), ValueError);
+        CHECK_THROWS_WITH(advect(screw, untouched, {.time = time, .reprojection = method}), Catch::Contains("sum"));
+        for (size_t k = 0; k < points.size(); ++k) REQUIRE(position(untouched, k) == points[k]);
+    }
+    // Then on in a flow with tracks: they start new ones.
+    const AdvectResult later = advect(smoothFlow(), particles, {.time = 0.1, .steps = 5});
+    CHECK(particles.f.size() == points.size());
+    CHECK(later.residualF <= 1e-8);
+    // Order in time, of a sum without symmetry.
+    const Flow sum = curlFlow(std::array{sinesF(), sinesG(), sinesF() * sinesG()}, {.box = cube(3), .wall = {}});
+    const auto end = [&](Scheme scheme, int steps) {
+        Particles p = particlesAt(points);
+        advect(sum, p, {.time = 0.05, .steps = steps, .scheme = scheme, .reprojection = Reprojection::none});
+        return p;
+    };
+    const Particles exact = end(Scheme::rk4, 512);
+    for (const auto& [scheme, order] : {std::pair{Scheme::euler, 1.0}, {Scheme::midpoint, 2.0}, {Scheme::rk4, 4.0}}) {
+        const auto error = [&, scheme = scheme](int steps) {
+            const Particles p = end(scheme, steps);
+            std::vector<double> errors;
+            for (size_t k = 0; k < points.size(); ++k) errors.push_back(length(position(p, k) - position(exact, k)));
+            return median(errors);
+        };
+        const double observed = observedOrder(error(16), error(32));
+        CAPTURE(order, observed);
+        CHECK(observed > order - 0.2);
+        CHECK(observed < order + 0.3);
+    }
+}
+
+TEST_CASE("particles of a normalised flow keep their tracks, all at one speed", "[track]") {
+    const double speed = 2, time = 0.25;
+    const Flow flow = smoothFlow().normalized(speed);
+    const auto points = randomPoints(cube(1), 500, 12);
+    Particles particles = particlesAt(points);
+    const AdvectResult result = advect(flow, particles, {.time = time, .steps = 100});
+    const FlowMagnitudes typical = magnitudesOf(flow);
+    CHECK(typical.speed == Approx(speed).epsilon(1e-12));
+    CHECK(result.notConverged < 5);
+    CHECK(result.residualF <= 1e-8);
+    CHECK(result.residualG <= 1e-8);
+    Worst drift, pace, chord;
+    std::vector<double> ways;
+    for (size_t k = 0; k < points.size(); ++k) {
+        const Vec3d p = position(particles, k);
+        const auto before = flow.at(points[k]).potentials, after = flow.at(p).potentials;
+        for (size_t q = 0; q < 2; ++q) drift.see(std::abs(after[q] - before[q]) / typical.potentials[q], points[k]);
+        const Vec3d v{{double{particles.vx[k]}, double{particles.vy[k]}, double{particles.vz[k]}}};
+        pace.see(std::abs(length(v) / speed - 1), points[k]);
+        chord.see(length(p - points[k]) / (speed * time), points[k]);
+        ways.push_back(length(p - points[k]));
+    }
+    CAPTURE(drift.value, drift.where, pace.value, chord.value);
+    CHECK(drift.value <= 1e-8 * (1 + 1e-9));
+    CHECK(pace.value < 1e-6);      // velocities are floats
+    CHECK(chord.value < 1 + 1e-4); // no chord is longer than the way
+    CHECK(median(ways) > 0.7 * speed * time);
+    // The same streamlines as those of the flow itself: the end of each lies on its track, to RK4's order in time.
+    Particles half = particlesAt(points);
+    advect(flow, half, {.time = time, .steps = 200});
+    std::vector<double> errors;
+    for (size_t k = 0; k < points.size(); ++k) errors.push_back(length(position(half, k) - position(particles, k)));
+    CHECK(median(errors) < 1e-6);
 }
 
 TEST_CASE("no particles and no time are no problem", "[track]") {

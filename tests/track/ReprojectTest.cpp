@@ -1,12 +1,16 @@
+#include "curlew/base/Error.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Bound.h"
 #include "curlew/field/NoiseField.h"
 #include "curlew/track/Reproject.h"
+#include "curlew/track/Stepper.h"
 #include "support/FiniteDifference.h"
+#include "support/Flows.h"
 #include "support/Polynomial.h"
 #include "support/Reference.h"
 
 #include <limits>
+#include <map>
 #include <set>
 
 using namespace curlew;
@@ -22,6 +26,52 @@ struct Landing {
     int iterations;
     bool converged;
 };
+
+template <int N>
+struct LandingN {
+    Vec<double, N> position;
+    std::array<double, size_t{N - 1}> residual;
+    int iterations;
+    bool converged;
+};
+
+/// One point brought onto a track, in any dimension.
+template <int N>
+LandingN<N> land(const FlowN<N>& flow, const Vec<double, N>& from, const std::array<double, size_t{N - 1}>& values,
+                 const ReprojectOptionsN<N>& options, double limit = kInfinity) {
+    PointBatchN<N> points;
+    points.push(from);
+    TrackBatchN<N> track;
+    for (size_t k = 0; k < values.size(); ++k) track[k][0] = values[k];
+    std::array<double, kBatch> limits;
+    limits.fill(limit);
+    ReprojectedBatchN<N> result;
+    reproject(flow, points, track, limits, options, result);
+    LandingN<N> landing{points[0], {}, result.iterations[0], result.converged[0]};
+    for (size_t k = 0; k < values.size(); ++k) landing.residual[k] = result.residual[k][0];
+    return landing;
+}
+
+template <int N>
+std::array<double, size_t{N - 1}> potentialsAt(const FlowN<N>& flow, const Vec<double, N>& p) {
+    return flow.at(p).potentials;
+}
+
+template <int N>
+ReprojectOptionsN<N> within(double tolerance, int iterations, Reprojection method = Reprojection::gaussNewton) {
+    ReprojectOptionsN<N> options{.method = method, .iterations = iterations};
+    options.tolerance.fill(tolerance);
+    return options;
+}
+
+/// The speed against the product of all gradients: the sine of the angle between them in 3D, small where they are
+/// nearly dependent.
+template <int N>
+double independence(const FlowN<N>& flow, const Vec<double, N>& p) {
+    double product = 1;
+    for (const auto& f : flow.potentials()) product *= length(f.template at<1>(p).gradient);
+    return length(flow.at(p).velocity) / product;
+}
 
 /// One point brought to f = f0, g = g0.
 Landing land(const Flow& flow, const Vec3d& from, double f0, double g0, const ReprojectOptions& options,
@@ -80,18 +130,23 @@ TEST_CASE("on linear fields Gauss-Newton is exact at once, and takes the shortes
 TEST_CASE("the Gauss-Newton step is the minimum-norm solution of the reference", "[track]") {
     const auto file = reference("dfvn_minnorm.json");
     if (!file) return;
-    int rows = 0;
-    for (const auto& row : file->at("rows")) {
-        if (row.at("n") != 3) continue;
-        ++rows;
-        const auto vec = [](const nlohmann::json& a) { return Vec3d{{a.at(0), a.at(1), a.at(2)}}; };
-        const Flow flow(rampField(vec(row["J_f64"][0])), rampField(vec(row["J_f64"][1])));
-        const Landing landing = land(flow, {}, row["r_f64"][0], row["r_f64"][1], {.iterations = 1});
-        CAPTURE(row.at("id").get<int>());
-        // Some dozens of roundings times the square of the condition number, at most 2 here.
-        CHECK(length(landing.position - vec(row["v_f64"])) < 1e-14);
-    }
-    CHECK(rows > 0);
+    std::map<int, int> rows;
+    for (const auto& row : file->at("rows"))
+        inDimension(row.at("n").get<int>(), [&](auto dimension) {
+            constexpr int N = dimension;
+            ++rows[N];
+            const auto flow = [&]<size_t... K>(std::index_sequence<K...>) {
+                return FlowN<N>(typename FlowN<N>::Potentials{rampField<N>(vec<N>(row["J_f64"][K]))...});
+            }
+            (std::make_index_sequence<size_t{N - 1}>());
+            std::array<double, size_t{N - 1}> values;
+            for (size_t k = 0; k < values.size(); ++k) values[k] = row["r_f64"][k].template get<double>();
+            const auto landing = land<N>(flow, {}, values, {.iterations = 1});
+            CAPTURE(row.at("id").get<int>(), landing.position);
+            // Some dozens of roundings times the condition number, which is worse in more dimensions.
+            CHECK(length(landing.position - vec<N>(row["v_f64"])) < (N < 4 ? 1e-14 : 1e-12));
+        });
+    for (const int n : {2, 3, 4, 5, 6, 7}) CHECK(rows[n] > 0);
 }
 
 TEST_CASE("reprojection converges quadratically", "[track]") {
@@ -118,6 +173,150 @@ TEST_CASE("reprojection converges quadratically", "[track]") {
         CAPTURE(two);
         CHECK(two == Approx(4).margin(0.3));
     }
+}
+
+TEST_CASE("reprojection converges quadratically in every dimension", "[track]") {
+    const auto check = [](const auto& flow, double offset, double independent) {
+        constexpr int N = std::remove_cvref_t<decltype(flow)>::kDimension;
+        CAPTURE(N);
+        const auto residual = [&](double size, int iterations) {
+            std::vector<double> sizes;
+            for (uint64_t k = 0; sizes.size() < 200; ++k) {
+                const auto on = randomPoint(cube<N>(1), 1, k);
+                if (independence(flow, on) < independent) continue;
+                const auto landing = land<N>(flow, on + randomPoint(cube<N>(size), 2, k), potentialsAt(flow, on),
+                                             within<N>(0, iterations));
+                double squares = 0;
+                for (const double r : landing.residual) squares += r * r;
+                sizes.push_back(std::sqrt(squares));
+            }
+            return median(sizes);
+        };
+        const double one = observedOrder(residual(offset, 1), residual(offset / 2, 1));
+        const double two = observedOrder(residual(8 * offset, 2), residual(4 * offset, 2));
+        CAPTURE(one, two);
+        CHECK(one == Approx(2).margin(0.1));
+        CHECK(two == Approx(4).margin(0.4));
+    };
+    check(flowOf<SineNoise<2>>({}), 1e-3, 0.5);
+    check(flowOf<SineNoise<4>>({}), 1e-3, 0.3);
+    check(flowOf<SimplexNoise<4>>({}), 1e-3, 0.3);
+    check(flowOf<SineNoise<5>>({}), 1e-3, 0.2);
+    check(flowOf<SineNoise<7>>({}), 5e-4, 0.1);
+}
+
+TEST_CASE("steps and reprojection keep to the track in every dimension", "[track]") {
+    // ICN Algorithm 1. What does not come back within the tolerance stays where it was, which is on the track too.
+    const auto check = [](const auto& flow, double dt, Scheme scheme, Reprojection method) {
+        constexpr int N = std::remove_cvref_t<decltype(flow)>::kDimension;
+        constexpr double kTolerance = 1e-11;
+        constexpr int kSteps = 40;
+        CAPTURE(N, static_cast<int>(scheme), static_cast<int>(method));
+        PointBatchN<N> from, to;
+        while (!from.full()) from.push(randomPoint(cube<N>(0.5), 3, static_cast<uint64_t>(from.size)));
+        const PointBatchN<N> start = from;
+        PointBatchN<N> loose = from;
+        TrackBatchN<N> track;
+        for (size_t i = 0; i < kBatch; ++i) {
+            const auto values = potentialsAt(flow, start[static_cast<int>(i)]);
+            for (size_t k = 0; k < values.size(); ++k) track[k][i] = values[k];
+        }
+        std::array<double, kBatch> time, limit;
+        time.fill(dt);
+        VecBatchN<double, N> first;
+        ReprojectedBatchN<N> landed;
+        const auto velocity = [&](const PointBatchN<N>& p, VecBatchN<double, N>& v) { flow.velocity(p, v); };
+        size_t kept = 0;
+        for (int s = 0; s < kSteps; ++s) {
+            velocity(from, first);
+            step(scheme, from, first, time, velocity, to);
+            for (int i = 0; i < kBatch; ++i) limit[static_cast<size_t>(i)] = length(to[i] - from[i]);
+            reproject(flow, to, track, limit, within<N>(kTolerance, method == Reprojection::newton ? 400 : 20, method),
+                      landed);
+            for (int i = 0; i < kBatch; ++i) {
+                if (landed.converged[static_cast<size_t>(i)])
+                    from.set(i, to[i]);
+                else
+                    ++kept;
+            }
+            velocity(loose, first);
+            step(scheme, loose, first, time, velocity, to);
+            loose = to;
+        }
+        WorstN<N> drift;
+        std::vector<double> free, moved;
+        for (int i = 0; i < kBatch; ++i) {
+            const auto now = potentialsAt(flow, from[i]), without = potentialsAt(flow, loose[i]);
+            double worst = 0;
+            for (size_t k = 0; k < now.size(); ++k) {
+                drift.see(std::abs(now[k] - track[k][static_cast<size_t>(i)]), start[i]);
+                worst = std::max(worst, std::abs(without[k] - track[k][static_cast<size_t>(i)]));
+            }
+            free.push_back(worst);
+            moved.push_back(length(from[i] - start[i]));
+        }
+        CAPTURE(drift.value, drift.where, median(free), median(moved), kept);
+        CHECK(drift.value <= kTolerance);
+        CHECK(median(free) > 100 * kTolerance); // the integrator alone does not
+        CHECK(median(moved) > 0.05);
+        // Newton's alternating corrections gain but a factor each, near 1 where gradients are nearly dependent; and the
+        // more of them there are, the more often they are.
+        CHECK(kept < kBatch * kSteps / (method == Reprojection::newton ? 5 : 10));
+    };
+    const auto polynomials4 = withSpeed(cubics<4>(), 1);
+    const auto polynomials5 = withSpeed(cubics<5>(), 1);
+    const auto noise4 = withSpeed(flowOf<SimplexNoise<4>>({}), 1);
+    const auto noise5 = withSpeed(flowOf<SimplexNoise<5>>({}), 1);
+    for (const auto method : {Reprojection::gaussNewton, Reprojection::newton}) {
+        check(polynomials4, 0.02, Scheme::midpoint, method);
+        check(noise4, 0.03, Scheme::euler, method);
+        check(noise4, 0.05, Scheme::rk4, method);
+    }
+    check(polynomials5, 0.02, Scheme::midpoint, Reprojection::gaussNewton);
+    check(noise5, 0.06, Scheme::euler, Reprojection::gaussNewton);
+    check(noise5, 0.12, Scheme::rk4, Reprojection::gaussNewton);
+    check(withSpeed(flowOf<SimplexNoise<2>>({}), 1), 0.02, Scheme::euler, Reprojection::newton);
+    check(withSpeed(flowOf<SineNoise<7>>({}), 1), 0.02, Scheme::midpoint, Reprojection::gaussNewton);
+    // A normalised flow has the same tracks.
+    check(noise4.normalized(1), 0.02, Scheme::midpoint, Reprojection::gaussNewton);
+}
+
+TEST_CASE("in the plane both methods are the same", "[track]") {
+    // In 2D there is one potential: Newton and Gauss-Newton are one method.
+    const auto flow = flowOf<SineNoise<2>>({});
+    for (uint64_t k = 0; k < 100; ++k) {
+        const auto on = randomPoint(cube<2>(1), 4, k), off = on + randomPoint(cube<2>(0.02), 5, k);
+        const auto track = potentialsAt(flow, on);
+        const auto a = land<2>(flow, off, track, within<2>(1e-12, 20)),
+                   b = land<2>(flow, off, track, within<2>(1e-12, 20, Reprojection::newton));
+        CAPTURE(on, off);
+        REQUIRE(a.iterations == b.iterations);
+        REQUIRE(a.converged == b.converged);
+        REQUIRE(length(a.position - b.position) < 1e-13);
+    }
+}
+
+TEST_CASE("a sum of flows has nothing to be put back onto", "[track]") {
+    const auto check = [](const auto& flow) {
+        constexpr int N = std::remove_cvref_t<decltype(flow)>::kDimension;
+        const auto sum = flow + flow;
+        const auto p = randomPoint(cube<N>(1), 6, 0);
+        const auto track = potentialsAt(flow, p);
+        for (const auto method : {Reprojection::newton, Reprojection::gaussNewton}) {
+            CHECK_THROWS_AS((land<N>(sum, p, track, {.method = method})), ValueError);
+            CHECK_THROWS_WITH((land<N>(sum, p, track, {.method = method})), Catch::Contains("sum"));
+        }
+        // Without reprojection only the velocity is wanted.
+        PointBatchN<N> points;
+        points.push(p);
+        ReprojectedBatchN<N> result;
+        reproject(sum, points, TrackBatchN<N>{}, {}, {.method = Reprojection::none}, result);
+        CHECK(points[0] == p);
+        CHECK(result.velocity[0] == flow.at(p).velocity * 2.0);
+    };
+    check(flowOf<SineNoise<2>>({}));
+    check(flowOf<SineNoise<3>>({}));
+    check(flowOf<SineNoise<5>>({}));
 }
 
 TEST_CASE("both methods come back onto the track, near each other", "[track]") {

@@ -1,32 +1,42 @@
+#include "curlew/track/Reproject.h"
 #include "curlew/track/Stepper.h"
 #include "support/FiniteDifference.h"
+#include "support/Flows.h"
 #include "support/Polynomial.h"
 #include "support/Reference.h"
+
+#include <map>
 
 using namespace curlew;
 using namespace curlew::test;
 
 namespace {
 
-/// Where `steps` equal steps lead.
-Vec3d follow(const Flow& flow, Scheme scheme, const Vec3d& start, double time, int steps) {
-    PointBatch from, to;
+/// Where `steps` equal steps lead; put back onto the track after each (ICN Algorithm 1) where `options` say how.
+template <int N>
+Vec<double, N> follow(const FlowN<N>& flow, Scheme scheme, const Vec<double, N>& start, double time, int steps,
+                      const ReprojectOptionsN<N>& options = {.method = Reprojection::none}) {
+    PointBatchN<N> from, to;
     from.push(start);
-    VecBatch<double> first;
-    std::array<double, kBatch> dt;
+    TrackBatchN<N> track;
+    for (size_t k = 0; k < track.size(); ++k) track[k][0] = flow.potentials()[k].template at<0>(start).value;
+    VecBatchN<double, N> first;
+    ReprojectedBatchN<N> landed;
+    std::array<double, kBatch> dt, limit;
     dt.fill(time / steps);
     for (int k = 0; k < steps; ++k) {
         flow.velocity(from, first);
         step(
-            scheme, from, first, dt, [&](const PointBatch& p, VecBatch<double>& v) { flow.velocity(p, v); }, to);
+            scheme, from, first, dt, [&](const PointBatchN<N>& p, VecBatchN<double, N>& v) { flow.velocity(p, v); },
+            to);
+        limit[0] = length(to[0] - from[0]);
+        if (options.method != Reprojection::none) {
+            reproject(flow, to, track, limit, options, landed);
+            if (!landed.converged[0]) FAIL("not converged");
+        }
         from = to;
     }
     return from[0];
-}
-
-Vec3d vec(const nlohmann::json& a) {
-    // Rows of two dimensions live in the plane z = 0.
-    return {{a.at(0).get<double>(), a.at(1).get<double>(), a.size() > 2 ? a.at(2).get<double>() : 0}};
 }
 
 void requireOrder(const Flow& flow, Scheme scheme, double order, const Vec3d& start, double time, const Vec3d& end) {
@@ -75,16 +85,66 @@ TEST_CASE("the schemes have their order on a flow without symmetry", "[track]") 
 TEST_CASE("streamlines agree with the reference", "[track]") {
     const auto file = reference("dfvn_exact_streamlines.json");
     if (!file) return;
-    for (const auto& row : file->at("rows")) {
-        const Flow flow(polynomial(row["f"][0].get<std::string>()),
-                        polynomial(row["f"].size() > 1 ? row["f"][1].get<std::string>() : "x2"));
-        const double time = row["t"].get<double>();
-        CAPTURE(row["id"].get<int>());
-        // RK4 on a rotation by 2t: an error of 2t (2 dt)⁴ / 120.
-        const int steps = 2000;
-        const double dt = time / steps, tolerance = 2 * time * std::pow(2 * dt, 4) / 120 * 4 + 1e-12;
-        CHECK(length(follow(flow, Scheme::rk4, vec(row["x_start"]), time, steps) - vec(row["x_end"])) < tolerance);
-    }
+    std::map<int, int> rows;
+    for (const auto& row : file->at("rows"))
+        inDimension(row.at("n").get<int>(), [&](auto dimension) {
+            constexpr int N = dimension;
+            ++rows[N];
+            const FlowN<N> flow = flowOfRow<N>(row);
+            const double time = row["t"].template get<double>();
+            const auto start = vec<N>(row["x_start"]), end = vec<N>(row["x_end"]);
+            // RK4 on a rotation by 2t: an error of 2t (2 dt)⁴ / 120.
+            const int steps = static_cast<int>(128 * time);
+            const double tolerance = 2 * time * std::pow(2.0 / 128, 4) / 120 * 4 + 1e-12;
+            CAPTURE(row["id"].template get<int>());
+            CHECK(length(follow(flow, Scheme::rk4, start, time, 8 * steps) - end) < tolerance / 1000 + 1e-12);
+            for (const auto& [scheme, order] : kSchemes)
+                for (const auto method : {Reprojection::none, Reprojection::newton, Reprojection::gaussNewton}) {
+                    ReprojectOptionsN<N> options{.method = method, .iterations = 50};
+                    options.tolerance.fill(1e-13);
+                    const auto coarse = follow(flow, scheme, start, time, steps, options),
+                               fine = follow(flow, scheme, start, time, 2 * steps, options);
+                    CAPTURE(static_cast<int>(scheme), static_cast<int>(method), length(coarse - end),
+                            length(fine - end));
+                    // Put back onto a circle, schemes may be better than their order: what is left is a phase.
+                    const double observed = observedOrder(length(coarse - end), length(fine - end));
+                    CHECK(observed > order - 0.2);
+                    if (method == Reprojection::none) CHECK(observed < order + 0.4);
+                    if (scheme == Scheme::rk4) CHECK(length(coarse - end) < tolerance);
+                    if (method == Reprojection::none) continue;
+                    for (const auto& f : flow.potentials()) {
+                        const double kept = f.template at<0>(start).value;
+                        CHECK(std::abs(f.template at<0>(coarse).value - kept) <= 1e-13);
+                        CHECK(std::abs(f.template at<0>(fine).value - kept) <= 1e-13);
+                    }
+                }
+        });
+    CHECK(rows[2] >= 1);
+    CHECK(rows[3] >= 1);
+}
+
+TEST_CASE("the schemes have their order in other dimensions", "[track]") {
+    const auto [scheme, order] = GENERATE(from_range(kSchemes));
+    // Sines are smooth, so the order is seen in full.
+    const auto check = [scheme = scheme, order = order](const auto& flow) {
+        constexpr int N = std::remove_cvref_t<decltype(flow)>::kDimension;
+        std::vector<double> coarse, fine;
+        for (const auto& start : randomPoints(cube<N>(0.5), 9, 1)) {
+            const double time = 0.2 / length(flow.at(start).velocity);
+            const auto end = follow(flow, Scheme::rk4, start, time, 512);
+            coarse.push_back(length(follow(flow, scheme, start, time, 32) - end));
+            fine.push_back(length(follow(flow, scheme, start, time, 64) - end));
+        }
+        CAPTURE(N, static_cast<int>(scheme), median(coarse), median(fine));
+        CHECK(observedOrder(median(coarse), median(fine)) > order - 0.25);
+        CHECK(observedOrder(median(coarse), median(fine)) < order + 0.4);
+    };
+    check(flowOf<SineNoise<2>>({}));
+    check(flowOf<SineNoise<4>>({}));
+    check(flowOf<SineNoise<5>>({}));
+    check(flowOf<SineNoise<6>>({}));
+    check(flowOf<SineNoise<7>>({}));
+    check(flowOf<SineNoise<2>>({}) + flowOf<SineNoise<2>>({.waves = 5})); // no tracks are needed
 }
 
 TEST_CASE("every point of a batch has its own time step, and none moves another", "[track]") {

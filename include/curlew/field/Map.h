@@ -48,7 +48,8 @@ template <int N>
 ScalarFieldN<N> heightField(const ScalarFieldN<N - 1>& height);
 
 /// field(x + amount * grad by(x)): a field displaced by the gradient of another. Its derivatives need those of `by` to
-/// one order more; third ones are not there, so it cannot itself displace another (ValueError).
+/// one order more: it is C² where `by` is C³, and for a `by` that is only C² its Hessian jumps where third derivatives
+/// of `by` do. Its own third ones are not there, so it cannot itself displace another (ValueError).
 template <int N>
 ScalarFieldN<N> displaced(const ScalarFieldN<N>& field, const ScalarFieldN<N>& by, double amount);
 

@@ -18,12 +18,14 @@ struct OctaveOptions {
     double gain = 0.5;     ///< Each octave's amplitude over that of the octave before ("persistence").
     double amplitude = 1;  ///< Of the first octave before, of the whole sum after normalising.
     bool normalize = true; ///< Divide by the sum of the octaves' amplitudes: as many octaves as you like, same range.
-    /// Turbulence: of each octave not n but sqrt(n² + fold²) - fold is summed, a rounded |n|. With |n| itself the field
-    /// would not be C², nor a flow of it divergence-free; the smaller `fold`, the sharper the creases. 0: n itself.
-    double fold = 0;
+    /// Above 0: of each octave not n but sqrt(n² + t²) - t is summed, a rounded |n|. With |n| itself the field
+    /// would not be C², nor a flow of it divergence-free; the smaller t, the sharper the creases. 0: n itself;
+    /// otherwise 1e-9 … 1e9.
+    double turbulence = 0;
     /// Gradient advection (Gustavson and McEwan 2021, Fig. 1c): each octave is displaced by `warp` times the sum
     /// of the octaves' gradients before it, in cells of that octave; negative lets the fine detail pile up on the
-    /// crests.
+    /// crests. That costs a degree of smoothness: the sum is C² for noises that are C³ (Psrd2, SimplexNoise of power 4,
+    /// SineNoise); for the others its Hessian jumps where their third derivatives do.
     double warp = 0;
 };
 

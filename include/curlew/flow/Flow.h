@@ -112,8 +112,8 @@ template <int N>
 FlowMagnitudesN<N> magnitudesOf(const FlowN<N>& flow, const Monitor& monitor = {});
 
 /// The same streamlines at another pace: the first potential of each term is scaled so that the root mean square of the
-/// speed over the domain is `speed`, world units per second. Throws ValueError for a flow that does not move, and for a
-/// speed that is not positive.
+/// speed over the domain is `speed`, world units per second; a normalised flow has that speed wherever it moves. Throws
+/// ValueError for a flow that does not move, and for a speed that is not positive.
 template <int N>
 FlowN<N> withSpeed(const FlowN<N>& flow, double speed, const Monitor& monitor = {});
 

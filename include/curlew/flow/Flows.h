@@ -14,18 +14,18 @@ Flow curlFlow(const std::array<ScalarField, 3>& psi, const Domain& domain = {});
 /// noise.
 Flow curlFlow(const std::array<ScalarFieldN<2>, 3>& psi, const Domain& domain = {});
 
-/// The same velocity everywhere. It has tracks: the straight lines.
+/// The same velocity everywhere. It has tracks: the straight lines. Throws ValueError for a velocity of zero.
 Flow uniformFlow(const Vec3d& velocity, const Domain& domain = {});
 
 /// A vortex about the y axis: the angular velocity at the distance r is 2 pi turns / (1 + r²/core²) (Kaufmann and
 /// Scully): a rigid rotation near the axis, slower and slower away from it. It has tracks: circles. Throws ValueError
-/// for a core that is not positive.
+/// for a core that is not positive and for no turns.
 Flow vortexFlow(double turns, double core, const Domain& domain = {});
 
 /// A column that rises along y at speed / (1 + y / height) and spreads as it slows down: papers/001 adds 1 / (1 + y) to
 /// the velocity itself, which is not divergence-free; this is the flow whose potential has that upward component. Below
 /// y = 0, where that would become infinite, it goes on as its Taylor polynomial, C². A sum without tracks. Throws
-/// ValueError for a height that is not positive.
+/// ValueError for a height that is not positive and for a speed of zero.
 Flow updraftFlow(double speed, double height, const Domain& domain = {});
 
 } // namespace curlew

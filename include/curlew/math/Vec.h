@@ -109,7 +109,7 @@ struct BoxN {
     constexpr Vec<double, N> center() const { return (lower + upper) * 0.5; }
     constexpr bool contains(const Vec<double, N>& p) const {
         for (int i = 0; i < N; ++i)
-            if (p[i] < lower[i] || p[i] > upper[i]) return false;
+            if (!(p[i] >= lower[i] && p[i] <= upper[i])) return false; // NaN is nowhere
         return true;
     }
     constexpr BoxN padded(double margin) const {

@@ -114,16 +114,15 @@ Jet<T, N, Order> blendCorners(const Vec<T, N>& s, const Corner& corner) {
             // rule.
             Jet<T, N, Order>& a = jets[k];
             const Jet<T, N, Order> rise = jets[k + half] - a;
-            if constexpr (Order >= 3) {
-                a += rise * compose(Jet<T, N, Order>::variable(s[axis], axis), fade);
-                continue;
-            }
+            [[maybe_unused]] Jet<T, N, Order> sum;
+            if constexpr (Order >= 3) sum = a + rise * compose(Jet<T, N, Order>::variable(s[axis], axis), fade);
             a += rise * fade.value;
             if constexpr (Order >= 1) a.gradient[axis] += rise.value * fade.first;
             if constexpr (Order >= 2) {
                 for (int j = 0; j < N; ++j) a.hessian(axis, j) += T(j == axis ? 2 : 1) * rise.gradient[j] * fade.first;
                 a.hessian(axis, axis) += rise.value * fade.second;
             }
+            if constexpr (Order >= 3) a.third = sum.third; // alone: the others to the bit as without it
         }
     }
     return jets[0];

@@ -12,9 +12,9 @@ template <int P, class T, int N, int Order>
 constexpr void addRadialKernel(Jet<T, N, Order>& sum, T radius2, const Vec<T, N>& g, const Vec<T, N>& d) {
     static_assert(P >= 3);
     const T w = std::max(radius2 - dot(d, d), T(0)), ramp = dot(g, d);
-    T power = T(1); // w^(P-3), then w^(P-2), …
+    T power = T(1); // w^(P-3)
     for (int k = 0; k < P - 3; ++k) power *= w;
-    const T w3 = power, w2 = w3 * w, w1 = w2 * w, w0 = w1 * w; // w^(P-k)
+    const T w2 = power * w, w1 = w2 * w, w0 = w1 * w; // w^(P-k)
     sum.value += w0 * ramp;
     if constexpr (Order >= 1) sum.gradient += g * w0 - d * (T(2 * P) * w1 * ramp);
     if constexpr (Order >= 2)
@@ -22,7 +22,8 @@ constexpr void addRadialKernel(Jet<T, N, Order>& sum, T radius2, const Vec<T, N>
             for (int j = i; j < N; ++j)
                 sum.hessian(i, j) += T(4 * P * (P - 1)) * w2 * ramp * d[i] * d[j] -
                                      T(2 * P) * w1 * (g[i] * d[j] + g[j] * d[i] + (i == j ? ramp : T(0)));
-    if constexpr (Order >= 3)
+    if constexpr (Order >= 3) {
+        const T w3 = w > T(0) ? power : T(0); // beyond the radius w^0 is nothing, too
         sum.forTriples([&](int i, int j, int k) {
             const auto overDeltas = [&](const Vec<T, N>& v) {
                 return (j == k ? v[i] : T(0)) + (i == k ? v[j] : T(0)) + (i == j ? v[k] : T(0));
@@ -32,6 +33,7 @@ constexpr void addRadialKernel(Jet<T, N, Order>& sum, T radius2, const Vec<T, N>
                     (g[i] * d[j] * d[k] + g[j] * d[i] * d[k] + g[k] * d[i] * d[j] + ramp * overDeltas(d)) -
                 T(2 * P) * w1 * overDeltas(g) - T(8 * P * (P - 1) * (P - 2)) * w3 * ramp * d[i] * d[j] * d[k];
         });
+    }
 }
 
 } // namespace curlew

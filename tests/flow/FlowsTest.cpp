@@ -1,0 +1,213 @@
+#include "curlew/base/Error.h"
+#include "curlew/field/NoiseField.h"
+#include "curlew/flow/Flows.h"
+#include "support/FlowChecks.h"
+#include "support/Formula.h"
+
+#include <numbers>
+
+using namespace curlew;
+using namespace curlew::test;
+
+namespace {
+
+std::array<ScalarField, 3> noises() {
+    return {noiseField<Psrd3>({.seed = 1}), noiseField<SimplexNoise<3>>({.seed = 2}), noiseField<PerlinNoise<3>>()};
+}
+
+std::array<ScalarFieldN<2>, 3> planeNoises() {
+    return {noiseField<Psrd2>({.seed = 1}), noiseField<SimplexNoise<2>>({.seed = 2}), noiseField<SineNoise<2>>()};
+}
+
+/// Tests that c is a closed form, up to a few roundings of its size or of `scale`.
+template <class Velocity>
+void requireVelocity(const Flow& flow, const Box& box, const Velocity& velocity, double scale = 0) {
+    Worst worst;
+    for (const Vec3d& p : randomPoints(box, 10000, 1)) {
+        const Vec3d c = velocity(p);
+        worst.see(length(flow.at(p).velocity - c) / (length(c) + scale), p);
+    }
+    CAPTURE(worst.value, worst.where);
+    CHECK(worst.value < 16 * 0x1p-53);
+}
+
+/// Third derivatives, which a field needs to displace another: central differences of the Hessian are off by fourth
+/// differences times h².
+void requireThird(const ScalarField& field, const std::vector<Vec3d>& points, double fifthDerivative) {
+    constexpr double kStep = 0x1p-12;
+    Worst worst;
+    for (const Vec3d& p : points) {
+        const auto jet = field.at<3>(p);
+        for (int k = 0; k < 3; ++k) {
+            const auto up = field.at<2>(p + unit(k) * kStep), down = field.at<2>(p - unit(k) * kStep);
+            for (int i = 0; i < 3; ++i)
+                for (int j = i; j < 3; ++j)
+                    worst.see(std::abs((up.hessian(i, j) - down.hessian(i, j)) / (2 * kStep) - jet.third(i, j, k)), p);
+        }
+    }
+    CAPTURE(worst.value, worst.where);
+    CHECK(worst.value < fifthDerivative * (kStep * kStep / 6 + 0x1p-52 / kStep));
+}
+
+} // namespace
+
+TEST_CASE("curl noise is the curl of its potentials", "[flow]") {
+    const auto psi = noises();
+    const Flow flow = curlFlow(psi, {.box = cube(2), .wall = {}});
+    CHECK(flow.domain().box.upper == Vec3d{{2, 2, 2}});
+    CHECK(flow.terms().size() == 3);
+    CHECK_FALSE(flow.hasTracks());
+    for (const Vec3d& p : randomPoints(cube(3), 2000, 1)) {
+        const Vec3d x = psi[0].at<1>(p).gradient, y = psi[1].at<1>(p).gradient, z = psi[2].at<1>(p).gradient;
+        CAPTURE(p);
+        const Vec3d curl{{z[1] - y[2], x[2] - z[0], y[0] - x[1]}};
+        REQUIRE(length(flow.at(p).velocity - curl) < 1e-14);
+    }
+    // One field in all three places gives a flow across (1, 1, 1), as papers/001 observes.
+    const Flow flat = curlFlow(std::array{psi[0], psi[0], psi[0]});
+    for (const Vec3d& p : randomPoints(cube(3), 100, 1)) {
+        const Vec3d c = flat.at(p).velocity;
+        REQUIRE(std::abs(c[0] + c[1] + c[2]) < 1e-14);
+    }
+}
+
+TEST_CASE("curl noise of three noises of the plane is that of papers 001", "[flow]") {
+    // "3D Curl, using 2D Value and Perlin noise": the samples' first and second derivatives, by where they were taken.
+    const auto psi = planeNoises();
+    const Flow flow = curlFlow(psi, {.box = cube(2), .wall = {}});
+    CHECK_FALSE(flow.hasTracks());
+    CHECK(flow.domain().box.upper == Vec3d{{2, 2, 2}});
+    for (const Vec3d& p : randomPoints(cube(3), 2000, 1)) {
+        const auto x = psi[0].at<1>({{p[2], p[1]}}).gradient, y = psi[1].at<1>({{p[0], p[2]}}).gradient,
+                   z = psi[2].at<1>({{p[1], p[0]}}).gradient;
+        CAPTURE(p);
+        REQUIRE(length(flow.at(p).velocity - Vec3d{{z[0] - y[1], x[0] - z[1], y[0] - x[1]}}) < 1e-14);
+    }
+}
+
+TEST_CASE("curl noise is divergence-free", "[flow]") {
+    const Flow space = curlFlow(noises()), plane = curlFlow(planeNoises());
+    requireDivergenceFree(space, cube(2));
+    requireDivergenceFree(plane, cube(2));
+    requireJacobian(space, cube(2), 1000, 3);
+    requireJacobian(plane, cube(2), 1000, 3);
+}
+
+TEST_CASE("a uniform flow has its velocity everywhere, and straight tracks", "[flow]") {
+    std::vector<Vec3d> velocities = randomPoints(cube(1), 200, 2);
+    for (const double x : {-1.0, 0.0, 1.0})
+        for (const double y : {-1.0, 0.0, 1.0})
+            for (const double z : {-1.0, 0.0, 1.0})
+                if (x != 0 || y != 0 || z != 0) velocities.push_back({{x, y, z}});
+    for (const Vec3d& v : randomPoints(cube(1), 50, 3)) velocities.push_back({{v[0], v[1] * 1e-9, v[2] * 1e-17}});
+    for (const double size : {1e-100, 1e-12, 1e12, 1e100}) velocities.push_back(Vec3d{{1, -2, 3}} * size);
+    for (const Vec3d& velocity : velocities) {
+        CAPTURE(velocity);
+        const Flow flow = uniformFlow(velocity, {.box = cube(7), .wall = {}});
+        CHECK(flow.hasTracks());
+        CHECK(flow.divergenceFree());
+        CHECK(flow.domain().box.upper[0] == 7);
+        for (const Vec3d& p : {Vec3d{}, Vec3d{{1, 2, -3}}, Vec3d{{1e6, -1e6, 0}}}) {
+            const auto sample = flow.at(p);
+            CHECK(length(sample.velocity - velocity) <= 8 * 0x1p-53 * length(velocity));
+            CHECK(frobenius(sample.derivative) == 0);
+            // Along the flow the potentials stay: up to a rounding of their size.
+            const auto later = flow.at(p + velocity * (3 / length(velocity)));
+            for (size_t k = 0; k < 2; ++k)
+                CHECK(std::abs(later.potentials[k] - sample.potentials[k]) <=
+                      8 * 0x1p-53 * (length(p) + 3) * std::max(1.0, length(velocity)));
+        }
+    }
+    for (const Vec3d& bad : {Vec3d{}, Vec3d{{std::nan(""), 0, 0}}, Vec3d{{0, INFINITY, 0}}})
+        CHECK_THROWS_WITH(uniformFlow(bad), Catch::Contains("speed"));
+}
+
+TEST_CASE("a vortex has the velocity of its closed form", "[flow]") {
+    for (const auto& [turns, core] : {std::pair{1.0, 0.3}, std::pair{-0.25, 2.0}, std::pair{1e-3, 1e-3}}) {
+        CAPTURE(turns, core);
+        const Flow flow = vortexFlow(turns, core, {.box = cube(2), .wall = {}});
+        CHECK(flow.hasTracks());
+        CHECK(flow.domain().box.upper[0] == 2);
+        const auto velocity = [turns = turns, core = core](const Vec3d& p) {
+            const double omega = 2 * std::numbers::pi * turns / (1 + (p[0] * p[0] + p[2] * p[2]) / (core * core));
+            return cross(Vec3d{{0, omega, 0}}, p); // right-handed about +y
+        };
+        requireVelocity(flow, cube(2), velocity);
+        requireVelocity(flow, cube(0.1 * core), velocity);
+        CHECK(flow.at({{0, 5, 0}}).velocity == Vec3d{});
+        requireDivergenceFree(flow, cube(2 * core), {.count = 20000, .step = 0x1p-10 * core});
+        requireJacobian(flow, cube(2 * core), 500, 3, 0x1p-9 * core);
+    }
+    // One turn a second on the axis: near it a quarter of a turn takes a quarter of a second, from z to x.
+    const Flow flow = vortexFlow(1, 1e3);
+    CHECK(length(flow.at({{0, 0, 1}}).velocity - Vec3d{{2 * std::numbers::pi, 0, 0}}) < 1e-5);
+    for (const double bad : {0.0, -1.0, std::nan(""), static_cast<double>(INFINITY)}) {
+        CAPTURE(bad);
+        CHECK_THROWS_WITH(vortexFlow(1, bad), Catch::Contains("core"));
+    }
+    for (const double bad : {0.0, std::nan(""), static_cast<double>(INFINITY)})
+        CHECK_THROWS_WITH(vortexFlow(bad, 1), Catch::Contains("turns"));
+    const auto points = randomPoints(cube(1), 500, 4);
+    requireDerivatives(vortexFlow(1, 0.8).f(), points, 0x1p-9, 200); // seen: 40
+    requireThird(vortexFlow(1, 0.8).f(), points, 2e4);
+}
+
+TEST_CASE("an updraft has the velocity of its closed form above and below", "[flow]") {
+    for (const auto& [speed, height] : {std::pair{1.0, 1.0}, std::pair{-2.5, 0.4}, std::pair{3.0, 20.0}}) {
+        CAPTURE(speed, height);
+        const Flow flow = updraftFlow(speed, height, {.box = cube(2), .wall = {}});
+        CHECK_FALSE(flow.hasTracks());
+        CHECK(flow.domain().box.upper[0] == 2);
+        const auto above = [speed = speed, height = height](const Vec3d& p) {
+            const double rise = speed / (1 + p[1] / height), slope = -rise * rise / (speed * height);
+            return Vec3d{{-slope * p[0] / 2, rise, -slope * p[2] / 2}};
+        };
+        // 1 - t + t², t = y / height.
+        const auto below = [speed = speed, height = height](const Vec3d& p) {
+            const double t = p[1] / height, slope = speed * (2 * t - 1) / height;
+            return Vec3d{{-slope * p[0] / 2, speed * (1 - t + t * t), -slope * p[2] / 2}};
+        };
+        requireVelocity(flow, {{{-2, 0, -2}}, {{2, 5, 2}}}, above);
+        requireVelocity(flow, {{{-2, -5, -2}}, {{2, 0, 2}}}, below);
+        CHECK(flow.at({}).velocity == Vec3d{{0, speed, 0}});
+        CHECK(flow.at({{0, height, 0}}).velocity == Vec3d{{0, speed / 2, 0}});
+        requireDivergenceFree(flow, cube(2));
+        requireJacobian(flow, {{{-1, 0.1, -1}}, {{1, 2, 1}}}, 500, 3);
+    }
+    for (const double bad : {0.0, -1.0, std::nan(""), static_cast<double>(INFINITY)}) {
+        CAPTURE(bad);
+        CHECK_THROWS_WITH(updraftFlow(1, bad), Catch::Contains("height"));
+    }
+    for (const double bad : {0.0, std::nan(""), static_cast<double>(INFINITY)})
+        CHECK_THROWS_WITH(updraftFlow(bad, 1), Catch::Contains("speed"));
+}
+
+TEST_CASE("the potentials of an updraft are C2 at the ground", "[flow]") {
+    const Flow flow = updraftFlow(2, 0.5);
+    for (const auto& term : flow.terms()) {
+        for (const Vec3d& p : randomPoints(cube(1), 200, 5)) {
+            // Their third derivatives are at most 6 · 2 / 0.5³ · |x| / 2 = 48, and what is missing below as large.
+            const double eps = 1e-7;
+            const auto up = term[0].at<2>({{p[0], eps, p[2]}}), down = term[0].at<2>({{p[0], -eps, p[2]}}),
+                       at = term[0].at<2>({{p[0], 0, p[2]}});
+            CAPTURE(p);
+            REQUIRE(difference(up, at) < 100 * eps);
+            REQUIRE(difference(down, at) < 100 * eps);
+        }
+        // On either side, and across: a jump of the third derivative only.
+        requireDerivatives(term[0], randomPoints(Box{{{-1, 0.01, -1}}, {{1, 2, 1}}}, 500, 6), 0x1p-9, 1000);
+        requireThird(term[0], randomPoints(Box{{{-1, 0.01, -1}}, {{1, 2, 1}}}, 500, 6), 1e4);
+        requireThird(term[0], randomPoints(Box{{{-1, -2, -1}}, {{1, -0.01, 1}}}, 500, 6), 1e3);
+    }
+}
+
+TEST_CASE("all flows add up, and to a flow without divergence", "[flow]") {
+    const Flow sum = vortexFlow(0.5, 0.5) + updraftFlow(1, 1) + uniformFlow({{0.3, 0, 0.1}}) + curlFlow(noises());
+    CHECK(sum.terms().size() == 1 + 2 + 1 + 3);
+    requireDivergenceFree(sum, cube(1));
+    for (const Vec3d& p : randomPoints(cube(1), 100, 7)) {
+        const Vec3d parts = vortexFlow(0.5, 0.5).at(p).velocity + updraftFlow(1, 1).at(p).velocity +
+                            Vec3d{{0.3, 0, 0.1}} + curlFlow(noises()).at(p).velocity;
+        REQUIRE(length(sum.at(p).velocity - parts) < 1e-14);
+    }
+}
