@@ -102,7 +102,8 @@ std::string helpFor(const Action& action) {
     if (!action.inputs.empty()) text += fmt::format("  takes: {}\n", action.inputs);
     if (!action.outputs.empty()) text += fmt::format("  makes: {}\n", action.outputs);
     if (!action.options.empty()) text += "\n";
-    for (const auto& o : action.options) text += fmt::format("  {}={}\n      {}\n", o.name, typeName(o), describe(o));
+    for (const auto& o : action.options)
+        text += fmt::format("  {}={}\n{}\n", o.name, typeName(o), wrapped(describe(o), 6, 100));
     if (!action.examples.empty()) text += "\nfor example\n";
     for (const auto& example : action.examples) text += fmt::format("  {}\n", example);
     return text;

@@ -65,6 +65,19 @@ std::vector<std::string> split(std::string_view text, char separator) {
     }
 }
 
+std::string wrapped(std::string_view text, size_t indent, size_t width) {
+    const std::string margin(indent, ' ');
+    std::string lines, line;
+    for (const auto& word : split(text, ' ')) {
+        if (!line.empty() && indent + line.size() + 1 + word.size() > width) {
+            lines += margin + line + '\n';
+            line.clear();
+        }
+        line += (line.empty() ? "" : " ") + word;
+    }
+    return lines + margin + line;
+}
+
 std::string join(const std::vector<std::string>& parts, std::string_view separator) {
     return fmt::format("{}", fmt::join(parts, separator));
 }

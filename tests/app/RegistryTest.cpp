@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <regex>
 #include <set>
 
 using namespace curlew;
@@ -101,8 +102,10 @@ TEST_CASE("help tells all that is declared", "[app]") {
         const std::string help = helpFor(action);
         CHECK_THAT(help, Catch::StartsWith("-" + action.name) && Contains(action.summary));
         for (const auto& option : action.options) {
-            CHECK_THAT(help, Contains("\n  " + option.name + "=") && Contains(option.help));
-            if (!option.fallback.empty()) CHECK_THAT(help, Contains("(default " + option.fallback + ")"));
+            CHECK_THAT(help, Contains("\n  " + option.name + "="));
+            const std::string unwrapped = std::regex_replace(help, std::regex("\n      "), " ");
+            CHECK_THAT(unwrapped, Contains(option.help));
+            if (!option.fallback.empty()) CHECK_THAT(unwrapped, Contains("(default " + option.fallback + ")"));
             CHECK_THAT(table, Contains(option.name + "="));
             for (const auto& choice : option.choices) CHECK_THAT(help, Contains(choice));
         }

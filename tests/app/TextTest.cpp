@@ -73,3 +73,10 @@ TEST_CASE("a number is the whole text and finite", "[app]") {
         CHECK_FALSE(parseReal(text, ignored));
     }
 }
+
+TEST_CASE("text is wrapped at spaces, and no word is broken", "[app]") {
+    CHECK(wrapped("one two three four", 2, 11) == "  one two\n  three\n  four");
+    CHECK(wrapped("one two", 0, 7) == "one two");
+    CHECK(wrapped("incomprehensibilities", 2, 5) == "  incomprehensibilities");
+    CHECK(wrapped("", 3, 10) == "   ");
+}
