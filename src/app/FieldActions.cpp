@@ -36,16 +36,16 @@ void combineFields(Session& s, const Arguments& a, const Combine& combine) {
 
 /// An action that makes one field of two, of any dimension.
 template <class Combine>
-Action combiningAction(std::string name, std::string summary, std::string example, Combine combine,
+Action combiningAction(const std::string& name, const std::string& summary, const std::string& example, Combine combine,
                        std::vector<Option> options = {}) {
     options.push_back(keep());
-    return {.name = std::move(name),
+    return {.name = name,
             .group = kGroup,
-            .summary = std::move(summary),
+            .summary = summary,
             .inputs = "2 fields",
             .outputs = "field",
             .options = std::move(options),
-            .examples = {std::move(example)},
+            .examples = {example},
             .run = [combine](Session& s, const Arguments& a) {
                 combineFields(s, a, [&](const AnyField& p, const AnyField& q) {
                     return combined(p, q, [&](const auto& f, const auto& g) { return combine(f, g, a); });

@@ -115,7 +115,7 @@ void dfvnInDimension(Session& s, const Arguments& a) {
     if (a.given("box")) {
         if (N != 2) throw ValueError("box= is for 2 and 3 dimensions; in others the domain is the cube from -1 to 1");
         const Box box = a.box("box");
-        for (int i = 0; i < 2 && i < N; ++i) {
+        for (int i = 0; i < std::min(N, 2); ++i) {
             domain.box.lower[i] = box.lower[i];
             domain.box.upper[i] = box.upper[i];
         }
@@ -230,9 +230,7 @@ Action simpleFlow(std::string name, std::string summary, std::vector<Option> opt
             .run = [make](Session& s, const Arguments& a) { s.flows.push(make(a, domainOf(a)), s.now()); }};
 }
 
-} // namespace
-
-std::vector<Action> flowActions() {
+std::vector<Action> wallActions() {
     return {
         {.name = "bound",
          .group = kGroup,
@@ -261,7 +259,11 @@ std::vector<Action> flowActions() {
                      choice("side", {"inside", "outside", "both"}, "where the flow is"), keep()},
          .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -blend range=0.3 -dfvn speed=1 "
                       "-slice -write dewolf.png"},
-         .run = blend},
+         .run = blend}};
+}
+
+std::vector<Action> potentialActions() {
+    return {
         {.name = "dfvn",
          .group = kGroup,
          .summary = "the newest two fields f, g become the flow grad f x grad g; in n dimensions the newest n - 1",
@@ -294,7 +296,11 @@ std::vector<Action> flowActions() {
                                  keep()}),
          .examples = {"curlew -noise frequency=2 -curl offset=100 speed=1 -velocity voxel=0.02 -write curl.vdb",
                       "curlew -noise dim=2 -noise dim=2 seed=1 -noise dim=2 seed=2 -curl -velocity -write cheap.vdb"},
-         .run = curl},
+         .run = curl}};
+}
+
+std::vector<Action> otherActions() {
+    return {
         {.name = "reshape",
          .group = kGroup,
          .summary = "slow streamlines of the newest flow down, or stop them; it stays divergence-free",
@@ -340,6 +346,15 @@ std::vector<Action> flowActions() {
                    [](const Arguments& a, const Domain& domain) {
                        return updraftFlow(a.real("speed"), a.real("height"), domain);
                    })};
+}
+
+} // namespace
+
+std::vector<Action> flowActions() {
+    std::vector<Action> actions = wallActions();
+    for (auto* group : {&potentialActions, &otherActions})
+        for (auto& action : group()) actions.push_back(std::move(action));
+    return actions;
 }
 
 } // namespace curlew::app

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <numbers>
 
 namespace curlew {
@@ -112,8 +113,8 @@ Matrix<N, N> rotationIn(const Vec3d& degrees) {
     if (N != 2 || degrees[0] != 0 || degrees[1] != 0)
         throw ValueError(fmt::format("a field of {} dimensions cannot be turned about these axes; {}", N,
                                      N == 2 ? "in 2D give 0,0,degrees" : "only those of 2 and 3 can be turned"));
-    for (int i = 0; i < 2 && i < N; ++i)
-        for (int j = 0; j < 2 && j < N; ++j) turn[i][j] = rotation(degrees)[i][j];
+    for (int i = 0; i < std::min(N, 2); ++i)
+        for (int j = 0; j < std::min(N, 2); ++j) turn[i][j] = rotation(degrees)[i][j];
     return turn;
 }
 

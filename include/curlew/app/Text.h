@@ -16,8 +16,8 @@ std::string didYouMean(std::string_view word, const std::vector<std::string>& ca
 std::vector<std::string> split(std::string_view text, char separator);
 std::string join(const std::vector<std::string>& parts, std::string_view separator);
 
-/// The text with line breaks instead of some of its spaces, so that no line is longer than `width` bytes where that can be,
-/// and each begins with `indent` spaces.
+/// The text with line breaks instead of some of its spaces, so that no line is longer than `width` bytes where that can
+/// be, and each begins with `indent` spaces.
 std::string wrapped(std::string_view text, size_t indent, size_t width);
 
 /// The words of a line: separated by white space; "…" and '…' keep what is in them; # starts a comment.
