@@ -62,7 +62,7 @@ void advectAction(Session& s, const Arguments& a) {
     s.console.say(
         fmt::format("advect: {} points, {:.3g} corrections a step, residuals f {:.1e} g {:.1e}, {} steps redone, {} "
                     "points not converged, {} outside",
-                    result.points, result.meanIterations, result.residualF, result.residualG, result.retries,
+                    result.points, result.meanIterations, result.residual[0], result.residual[1], result.retries,
                     result.notConverged, result.outside));
     s.report["advect"] = {{"points", result.points},
                           {"substeps", result.substeps},
@@ -70,8 +70,8 @@ void advectAction(Session& s, const Arguments& a) {
                           {"kept_back", result.keptBack},
                           {"not_converged", result.notConverged},
                           {"iterations_mean", result.meanIterations},
-                          {"residual_f", result.residualF},
-                          {"residual_g", result.residualG},
+                          {"residual_f", result.residual[0]},
+                          {"residual_g", result.residual[1]},
                           {"outside", result.outside}};
 }
 

@@ -1,6 +1,7 @@
 #include "curlew/track/Advect.h"
 
 #include "curlew/base/Parallel.h"
+#include "curlew/field/Dimensions.h"
 
 #include <fmt/format.h>
 
@@ -9,9 +10,10 @@ namespace curlew {
 namespace {
 
 /// What one batch contributes to AdvectResult.
+template <int N>
 struct Tally {
     size_t notConverged = 0, keptBack = 0, outside = 0, substeps = 0, retries = 0, iterations = 0;
-    std::array<double, 2> squares{}; // of the residuals of f and g
+    std::array<double, FlowN<N>::kPotentials> squares{}; // of the residuals
 
     Tally& operator+=(const Tally& o) {
         notConverged += o.notConverged;
@@ -25,69 +27,61 @@ struct Tally {
     }
 };
 
-/// The particles of one batch on their way through all steps.
+/// The points of one batch on their way through all steps.
+template <int N>
 class BatchAdvector {
   public:
-    BatchAdvector(const Flow& flow, const AdvectOptions& options, const ReprojectOptions& reprojection)
-        : mFlow(flow), mOptions(options), mReprojection(reprojection) {}
+    /// The points, each on the track that it begins on.
+    BatchAdvector(const FlowN<N>& flow, const AdvectOptions& options, const ReprojectOptionsN<N>& reprojection,
+                  const PointBatchN<N>& points)
+        : mFlow(flow), mOptions(options), mReprojection(reprojection), mPosition(points) {
+        const auto potentials = look();
+        for (size_t q = 0; q < mTrack.size(); ++q) mTrack[q] = potentials[q].c[0];
+        mConverged.fill(true);
+    }
 
-    Tally run(Particles& particles, bool onTrack, size_t begin, size_t end, const Monitor& monitor) {
-        load(particles, onTrack, begin, end);
+    void run(const Monitor& monitor) {
         for (int k = 0; k < mOptions.steps; ++k) {
             monitor.check(); // the steps of one batch may take hours
             advanceAll();
         }
-        store(particles, begin);
-        return mTally;
     }
+
+    /// What has happened, and how far the points are from their tracks now.
+    Tally<N> tally() {
+        const auto potentials = look();
+        Tally<N> sum = mTally;
+        for (size_t i = 0; i < static_cast<size_t>(mPosition.size); ++i) {
+            sum.outside += !mAllowed[i];
+            sum.notConverged += !mConverged[i];
+            if (!mConverged[i]) continue;
+            for (size_t q = 0; q < potentials.size(); ++q) {
+                const double residual = potentials[q].c[0][i] - mTrack[q][i];
+                sum.squares[q] += residual * residual;
+            }
+        }
+        return sum;
+    }
+
+    const PointBatchN<N>& position() const { return mPosition; }
+    const VecBatchN<double, N>& velocity() const { return mVelocity; }
+    TrackBatchN<N>& track() { return mTrack; }
+    std::array<bool, kBatch>& converged() { return mConverged; }
 
   private:
+    using Jets = typename FlowN<N>::template Jets<double>;
+
     bool reprojects() const { return mOptions.reprojection != Reprojection::none; }
 
-    void load(const Particles& p, bool onTrack, size_t begin, size_t end) {
-        for (size_t k = begin; k < end; ++k) mPosition.push({{p.x[k], p.y[k], p.z[k]}});
-        Flow::Jets<double> potentials;
-        mFlow.eval(mPosition, potentials, mVelocity);
-        for (size_t i = 0; i < end - begin; ++i) {
-            mTrack[0][i] = onTrack ? p.f[begin + i] : potentials[0].c[0][i];
-            mTrack[1][i] = onTrack ? p.g[begin + i] : potentials[1].c[0][i];
-            mConverged[i] = true;
-        }
-        classify(mFlow.domain(), mPosition, mAllowed, mDistance);
-    }
-
-    void store(Particles& p, size_t begin) {
-        Flow::Jets<double> potentials;
+    /// The potentials where the points are; also their velocities, and where they are of the wall.
+    Jets look() {
+        Jets potentials;
         mFlow.eval(mPosition, potentials, mVelocity);
         classify(mFlow.domain(), mPosition, mAllowed, mDistance);
-        for (int i = 0; i < mPosition.size; ++i) {
-            const auto lane = static_cast<size_t>(i);
-            const size_t k = begin + lane;
-            const Vec3d x = mPosition[i], v = mVelocity[i];
-            p.x[k] = x[0];
-            p.y[k] = x[1];
-            p.z[k] = x[2];
-            p.vx[k] = static_cast<float>(v[0]);
-            p.vy[k] = static_cast<float>(v[1]);
-            p.vz[k] = static_cast<float>(v[2]);
-            if (mFlow.hasTracks()) {
-                p.f[k] = mTrack[0][lane];
-                p.g[k] = mTrack[1][lane];
-            }
-            if (!mConverged[lane]) p.converged[k] = 0;
-            mTally.outside += !mAllowed[lane];
-            if (!p.converged[k]) {
-                ++mTally.notConverged;
-                continue;
-            }
-            for (size_t q = 0; q < potentials.size(); ++q) {
-                const double residual = potentials[q].c[0][lane] - mTrack[q][lane];
-                mTally.squares[q] += residual * residual;
-            }
-        }
+        return potentials;
     }
 
-    /// One time step of every particle. What is left of it is counted in parts of 2^-halvings.
+    /// One time step of every point. What is left of it is counted in parts of 2^-halvings.
     void advanceAll() {
         const int whole = 1 << mOptions.halvings;
         std::array<size_t, kBatch> active;
@@ -126,9 +120,9 @@ class BatchAdvector {
     /// Tries a step for the particles listed in `active`; keeps those that succeed and says which.
     std::array<bool, kBatch> tryStep(const std::array<size_t, kBatch>& active, size_t count,
                                      const std::array<double, kBatch>& dt) {
-        PointBatch from, to;
-        VecBatch<double> first;
-        TrackBatch track;
+        PointBatchN<N> from, to;
+        VecBatchN<double, N> first;
+        TrackBatchN<N> track;
         for (size_t a = 0; a < count; ++a) {
             const int i = static_cast<int>(active[a]);
             first.set(static_cast<int>(a), mVelocity[i]);
@@ -136,11 +130,11 @@ class BatchAdvector {
             for (size_t q = 0; q < track.size(); ++q) track[q][a] = mTrack[q][active[a]];
         }
         step(
-            mOptions.scheme, from, first, dt, [&](const PointBatch& p, VecBatch<double>& v) { mFlow.velocity(p, v); },
-            to);
+            mOptions.scheme, from, first, dt,
+            [&](const PointBatchN<N>& p, VecBatchN<double, N>& v) { mFlow.velocity(p, v); }, to);
         std::array<double, kBatch> limit;
         for (size_t a = 0; a < count; ++a) limit[a] = length(to[static_cast<int>(a)] - from[static_cast<int>(a)]);
-        ReprojectedBatch landed;
+        ReprojectedBatchN<N> landed;
         reproject(mFlow, to, track, limit, mReprojection, landed);
 
         std::array<bool, kBatch> allowed, taken;
@@ -166,15 +160,15 @@ class BatchAdvector {
     }
 
     /// Takes back steps near the wall that are too long, or whose chord leads through it.
-    void checkChords(const std::array<size_t, kBatch>& active, size_t count, const PointBatch& from,
-                     const PointBatch& to, std::array<bool, kBatch>& taken) const {
+    void checkChords(const std::array<size_t, kBatch>& active, size_t count, const PointBatchN<N>& from,
+                     const PointBatchN<N>& to, std::array<bool, kBatch>& taken) const {
         const auto& wall = mFlow.domain().wall;
         if (!wall) return;
         constexpr int kSamples = 3;
-        PointBatch samples;
+        PointBatchN<N> samples;
         std::array<size_t, kBatch> owner;
         const auto judge = [&] {
-            JetBatch<double, 0> d;
+            JetBatchN<double, N, 0> d;
             wall->sdf.distance.eval(samples, d);
             for (size_t s = 0; s < static_cast<size_t>(samples.size); ++s) {
                 const size_t a = owner[s];
@@ -189,7 +183,7 @@ class BatchAdvector {
         };
         for (size_t a = 0; a < count; ++a) {
             if (!taken[a]) continue;
-            const Vec3d start = from[static_cast<int>(a)], move = to[static_cast<int>(a)] - start;
+            const Vec<double, N> start = from[static_cast<int>(a)], move = to[static_cast<int>(a)] - start;
             const double chord = length(move);
             if (std::abs(mDistance[active[a]]) > chord) continue;
             if (chord > wall->width) {
@@ -205,63 +199,117 @@ class BatchAdvector {
         judge();
     }
 
-    const Flow& mFlow;
+    const FlowN<N>& mFlow;
     const AdvectOptions& mOptions;
-    const ReprojectOptions& mReprojection;
-    PointBatch mPosition;
-    VecBatch<double> mVelocity;
-    TrackBatch mTrack;
+    const ReprojectOptionsN<N>& mReprojection;
+    PointBatchN<N> mPosition;
+    VecBatchN<double, N> mVelocity;
+    TrackBatchN<N> mTrack;
     std::array<double, kBatch> mDistance;
     std::array<bool, kBatch> mAllowed, mConverged;
-    Tally mTally;
+    Tally<N> mTally;
 };
 
-void validate(const AdvectOptions& o) {
+template <int N>
+void validate(const FlowN<N>& flow, const AdvectOptions& o) {
     if (o.steps < 1) throw ValueError(fmt::format("{} steps; give at least 1", o.steps));
     if (!std::isfinite(o.time)) throw ValueError("time must be finite");
     if (!(o.tolerance > 0)) throw ValueError(fmt::format("tolerance {} must be positive", o.tolerance));
     if (o.iterations < 1) throw ValueError(fmt::format("{} iterations; give at least 1", o.iterations));
     if (o.halvings < 0 || o.halvings > 20) throw ValueError(fmt::format("{} halvings; give 0 to 20", o.halvings));
+    if (o.reprojection != Reprojection::none && !flow.hasTracks())
+        throw ValueError("this flow is a sum and has no tracks to put points back onto; choose no reprojection");
 }
 
-} // namespace
-
-AdvectResult advect(const Flow& flow, Particles& particles, const AdvectOptions& options, const Monitor& monitor) {
-    validate(options);
-    if (options.reprojection != Reprojection::none && !flow.hasTracks())
-        throw ValueError("this flow is a sum and has no tracks to put points back onto; choose no reprojection");
-    const FlowMagnitudes typical = magnitudesOf(flow);
-    const ReprojectOptions reprojection{
-        .method = options.reprojection,
-        .tolerance = {options.tolerance * typical.potentials[0], options.tolerance * typical.potentials[1]},
-        .iterations = options.iterations};
-    const size_t count = particles.size();
-    for (auto* array : {&particles.vx, &particles.vy, &particles.vz}) array->resize(count);
-    const bool onTrack = particles.hasTrack() && flow.hasTracks();
-    for (auto* array : {&particles.f, &particles.g}) array->resize(flow.hasTracks() ? count : 0);
-    particles.converged.resize(count, 1);
-
-    const Tally sum = parallelSum(
-        count, kBatch,
-        [&](size_t begin, size_t end) {
-            return BatchAdvector(flow, options, reprojection).run(particles, onTrack, begin, end, monitor);
-        },
-        monitor);
+/// Moves points in batches: `batch(advector, begin, end)` loads, runs and stores one.
+template <int N, class Batch>
+AdvectResultN<N> advectBatches(const FlowN<N>& flow, size_t count, const AdvectOptions& options, const Batch& batch,
+                               const Monitor& monitor) {
+    const FlowMagnitudesN<N> typical = magnitudesOf(flow);
+    ReprojectOptionsN<N> reprojection{.method = options.reprojection, .iterations = options.iterations};
+    for (size_t q = 0; q < typical.potentials.size(); ++q)
+        reprojection.tolerance[q] = options.tolerance * typical.potentials[q];
+    const Tally<N> sum = parallelSum(
+        count, kBatch, [&](size_t begin, size_t end) { return batch(reprojection, begin, end); }, monitor);
     const double converged = static_cast<double>(std::max<size_t>(count - sum.notConverged, 1));
-    const auto residual = [&](size_t q) {
-        const double size = flow.hasTracks() ? typical.potentials[q] : 0;
-        return size > 0 ? std::sqrt(sum.squares[q] / converged) / size : 0;
-    };
-    return {
+    AdvectResultN<N> result{
         .points = count,
         .notConverged = sum.notConverged,
         .keptBack = sum.keptBack,
         .outside = sum.outside,
         .substeps = sum.substeps,
         .retries = sum.retries,
-        .meanIterations = static_cast<double>(sum.iterations) / static_cast<double>(std::max<size_t>(sum.substeps, 1)),
-        .residualF = residual(0),
-        .residualG = residual(1)};
+        .meanIterations = static_cast<double>(sum.iterations) / static_cast<double>(std::max<size_t>(sum.substeps, 1))};
+    for (size_t q = 0; q < typical.potentials.size(); ++q)
+        if (flow.hasTracks() && typical.potentials[q] > 0)
+            result.residual[q] = std::sqrt(sum.squares[q] / converged) / typical.potentials[q];
+    return result;
 }
+
+} // namespace
+
+template <int N>
+AdvectResultN<N> advect(const FlowN<N>& flow, std::vector<Vec<double, N>>& points, const AdvectOptions& options,
+                        const Monitor& monitor) {
+    validate(flow, options);
+    return advectBatches(
+        flow, points.size(), options,
+        [&](const ReprojectOptionsN<N>& reprojection, size_t begin, size_t end) {
+            PointBatchN<N> start;
+            for (size_t k = begin; k < end; ++k) start.push(points[k]);
+            BatchAdvector<N> batch(flow, options, reprojection, start);
+            batch.run(monitor);
+            for (size_t k = begin; k < end; ++k) points[k] = batch.position()[static_cast<int>(k - begin)];
+            return batch.tally();
+        },
+        monitor);
+}
+
+AdvectResult advect(const Flow& flow, Particles& particles, const AdvectOptions& options, const Monitor& monitor) {
+    validate(flow, options);
+    const size_t count = particles.size();
+    const bool onTrack = particles.hasTrack() && flow.hasTracks();
+    for (auto* array : {&particles.vx, &particles.vy, &particles.vz}) array->resize(count);
+    for (auto* array : {&particles.f, &particles.g}) array->resize(flow.hasTracks() ? count : 0);
+    particles.converged.resize(count, 1);
+    Particles& p = particles;
+    return advectBatches(
+        flow, count, options,
+        [&](const ReprojectOptions& reprojection, size_t begin, size_t end) {
+            PointBatch start;
+            for (size_t k = begin; k < end; ++k) start.push({{p.x[k], p.y[k], p.z[k]}});
+            BatchAdvector<3> batch(flow, options, reprojection, start);
+            for (size_t k = begin; k < end; ++k) {
+                batch.converged()[k - begin] = p.converged[k] != 0;
+                if (!onTrack) continue;
+                batch.track()[0][k - begin] = p.f[k];
+                batch.track()[1][k - begin] = p.g[k];
+            }
+            batch.run(monitor);
+            const Tally<3> tally = batch.tally();
+            for (size_t k = begin; k < end; ++k) {
+                const auto lane = static_cast<int>(k - begin);
+                const Vec3d x = batch.position()[lane], v = batch.velocity()[lane];
+                p.x[k] = x[0];
+                p.y[k] = x[1];
+                p.z[k] = x[2];
+                p.vx[k] = static_cast<float>(v[0]);
+                p.vy[k] = static_cast<float>(v[1]);
+                p.vz[k] = static_cast<float>(v[2]);
+                p.converged[k] = batch.converged()[k - begin] ? 1 : 0;
+                if (!flow.hasTracks()) continue;
+                p.f[k] = batch.track()[0][k - begin];
+                p.g[k] = batch.track()[1][k - begin];
+            }
+            return tally;
+        },
+        monitor);
+}
+
+#define CURLEW_INSTANTIATE(N)                                                                             \
+    template AdvectResultN<N> advect(const FlowN<N>&, std::vector<Vec<double, N>>&, const AdvectOptions&, \
+                                     const Monitor&);
+CURLEW_FOR_FLOW_DIMENSIONS(CURLEW_INSTANTIATE)
+#undef CURLEW_INSTANTIATE
 
 } // namespace curlew

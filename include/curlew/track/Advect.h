@@ -17,7 +17,8 @@ struct AdvectOptions {
     int halvings = 8;        ///< A step that fails is redone in halves, down to this power of two.
 };
 
-struct AdvectResult {
+template <int N>
+struct AdvectResultN {
     size_t points = 0;
     size_t notConverged = 0; ///< Points that some step left in place: even its smallest part found no way on the track.
     size_t keptBack = 0;     ///< How often that happened.
@@ -25,10 +26,10 @@ struct AdvectResult {
     size_t substeps = 0;     ///< Steps and parts of steps that were taken.
     size_t retries = 0;      ///< Steps that were redone in halves.
     double meanIterations = 0; ///< Corrections per substep.
-    double residualF = 0,
-           residualG =
-               0; ///< Root mean squares at the end over the points that converged, relative to those of f and g.
+    /// Root mean squares at the end over the points that converged, relative to those of the potentials.
+    std::array<double, size_t{N - 1}> residual{};
 };
+using AdvectResult = AdvectResultN<3>;
 
 /// Moves particles along the flow (ICN Algorithm 1), reprojecting each step onto the particle's track. The track is
 /// what the particles carry (f and g), or else the one they start on. On return they have position, velocity and track.
@@ -42,5 +43,10 @@ struct AdvectResult {
 /// others, nor on the number of threads. Throws ValueError for steps < 1, values that are not finite, and reprojection
 /// in a flow without tracks; Interrupted, with the particles in an unspecified state.
 AdvectResult advect(const Flow& flow, Particles& particles, const AdvectOptions& options, const Monitor& monitor = {});
+
+/// The same for points alone, in 2 to 7 dimensions.
+template <int N>
+AdvectResultN<N> advect(const FlowN<N>& flow, std::vector<Vec<double, N>>& points, const AdvectOptions& options,
+                        const Monitor& monitor = {});
 
 } // namespace curlew
