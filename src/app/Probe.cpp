@@ -104,9 +104,9 @@ void probeJets(const ScalarFieldN<N>& field, const Positions& positions, const s
     if (Order >= 1)
         for (const auto& a : x) columns.push_back("d" + a);
     if (Order >= 2) {
-        for (const auto& a : x) columns.push_back("d" + a + a);
+        for (const auto& a : x) columns.push_back(fmt::format("d{0}{0}", a));
         for (size_t i = 0; i < x.size(); ++i)
-            for (size_t j = i + 1; j < x.size(); ++j) columns.push_back("d" + x[i] + x[j]);
+            for (size_t j = i + 1; j < x.size(); ++j) columns.push_back(fmt::format("d{}{}", x[i], x[j]));
     }
     writeTable<N>(positions, columns, path, monitor, [&](const PointBatchN<N>& points, Lines& lines) {
         JetBatchN<T, N, Order> jets;
@@ -139,14 +139,14 @@ void probeFlow(const FlowN<N>& flow, const Positions& positions, int order, cons
     std::vector<std::string> x, v, columns;
     for (int i = 0; i < N; ++i) {
         x.push_back(letters ? std::string(1, "xyz"[i]) : fmt::format("x{}", i));
-        v.push_back(letters ? std::string("v") + "xyz"[i] : fmt::format("v{}", i));
+        v.push_back(letters ? fmt::format("v{}", "xyz"[i]) : fmt::format("v{}", i));
     }
     columns = v;
     for (size_t k = 0; k < FlowN<N>::kPotentials && flow.hasTracks(); ++k)
         columns.push_back(letters ? std::string(1, "fg"[k]) : fmt::format("f{}", k));
     if (order >= 2)
         for (const auto& a : v)
-            for (const auto& b : x) columns.push_back("d" + a + "_d" + b);
+            for (const auto& b : x) columns.push_back(fmt::format("d{}_d{}", a, b));
     writeTable<N>(positions, columns, path, monitor, [&](const PointBatchN<N>& points, Lines& lines) {
         typename FlowN<N>::template Jets<T> potentials;
         VecBatchN<T, N> velocity;

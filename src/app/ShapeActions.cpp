@@ -89,16 +89,16 @@ void combineShapes(Session& s, const Arguments& a, Sdf (*combine)(const Sdf&, co
 }
 
 template <Sdf (*Combine)(const Sdf&, const Sdf&, double)>
-Action combiningAction(std::string name, std::string summary, std::string example) {
-    return {.name = std::move(name),
+Action combiningAction(const std::string& name, const std::string& summary, const std::string& example) {
+    return {.name = name,
             .group = kGroup,
-            .summary = std::move(summary),
+            .summary = summary,
             .inputs = "2 shapes",
             .outputs = "field (signed distance, a lower bound on it)",
             .options = {notNegative("smoothing", "0.1", "world units",
                                     "over how far the edge between them is rounded, C²; with 0 it is a kink"),
                         keep()},
-            .examples = {std::move(example)},
+            .examples = {example},
             .run = [](Session& s, const Arguments& a) { combineShapes(s, a, Combine); }};
 }
 

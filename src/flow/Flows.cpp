@@ -30,9 +30,7 @@ void requirePositive(double value, const char* what) {
 } // namespace
 
 Flow curlFlow(const std::array<ScalarField, 3>& psi, const Domain& domain) {
-    std::vector<Flow::Potentials> terms;
-    for (int i = 0; i < 3; ++i) terms.push_back({psi[static_cast<size_t>(i)], rampField(axis(i))});
-    return Flow(std::move(terms), domain);
+    return Flow({{psi[0], rampField(axis(0))}, {psi[1], rampField(axis(1))}, {psi[2], rampField(axis(2))}}, domain);
 }
 
 Flow curlFlow(const std::array<ScalarFieldN<2>, 3>& psi, const Domain& domain) {

@@ -231,7 +231,7 @@ AdvectResultN<N> advectBatches(const FlowN<N>& flow, size_t count, const AdvectO
         reprojection.tolerance[q] = options.tolerance * typical.potentials[q];
     const Tally<N> sum = parallelSum(
         count, kBatch, [&](size_t begin, size_t end) { return batch(reprojection, begin, end); }, monitor);
-    const double converged = static_cast<double>(std::max<size_t>(count - sum.notConverged, 1));
+    const auto converged = static_cast<double>(std::max<size_t>(count - sum.notConverged, 1));
     AdvectResultN<N> result{
         .points = count,
         .notConverged = sum.notConverged,

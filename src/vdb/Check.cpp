@@ -152,7 +152,7 @@ FieldCheck checkField(const ScalarFieldN<N>& field, const BoxN<N>& box, size_t s
             return sums;
         },
         monitor);
-    const double n = static_cast<double>(std::max<size_t>(points.size(), 1));
+    const auto n = static_cast<double>(std::max<size_t>(points.size(), 1));
     return {total.range, std::sqrt(total.values / n), std::sqrt(total.gradients / n)};
 }
 
@@ -278,7 +278,7 @@ ParticleCheck checkParticles(const Flow& flow, const Particles& particles, const
         },
         monitor);
     const FlowMagnitudes typical = magnitudesOf(flow, monitor);
-    const double n = static_cast<double>(std::max<size_t>(total.converged, 1));
+    const auto n = static_cast<double>(std::max<size_t>(total.converged, 1));
     const auto drift = [&](size_t q) {
         const double scale = typical.potentials[q];
         return scale > 0 ? std::sqrt(total.squares[q] / n) / scale : 0;
