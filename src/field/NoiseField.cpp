@@ -44,9 +44,8 @@ J folded(const J& n, double fold) {
     return sqrt(n * n + J(rounding * rounding)) - J(rounding);
 }
 
-template <class Noise>
+template <class Noise, int N = Noise::kDimension>
 struct Octaves {
-    static constexpr int N = Noise::kDimension;
     std::vector<Octave<Noise>> octaves;
     double turbulence;
 
@@ -73,9 +72,8 @@ struct Octaves {
 
 /// Octaves that are displaced by the gradients of those before them. The derivatives of a displacement are those of a
 /// gradient, so every octave is asked for one order more, and all of it is carried through in double.
-template <class Noise>
+template <class Noise, int N = Noise::kDimension>
 struct WarpedOctaves {
-    static constexpr int N = Noise::kDimension;
     Octaves<Noise> plain;
     double warp;
     Vec<double, N> period; ///< World units, 0: none.
@@ -150,7 +148,7 @@ bool tiles(const Options& options) {
 
 template <class Noise>
 ScalarFieldN<Noise::kDimension> noiseField(const typename Noise::Options& noise, const OctaveOptions& options) {
-    constexpr int N = Noise::kDimension;
+    constexpr int kN = Noise::kDimension;
     validate(options);
     if (tiles(noise) && options.octaves > 1 && options.lacunarity != std::floor(options.lacunarity))
         throw ValueError(fmt::format("octaves tile only with a whole lacunarity, not {}", options.lacunarity));
@@ -166,13 +164,14 @@ ScalarFieldN<Noise::kDimension> noiseField(const typename Noise::Options& noise,
                                          k + 1, frequency, amplitude));
         octaves.octaves.push_back({Noise(octaveOf(noise, ratio)), frequency, amplitude, weight});
     }
-    if (options.warp == 0 || options.octaves == 1) return ScalarFieldN<N>(std::move(octaves));
-    Vec<double, N> period;
+    if (options.warp == 0 || options.octaves == 1) return ScalarFieldN<kN>(std::move(octaves));
+    Vec<double, kN> period;
     if constexpr (requires { Noise(noise).tilingPeriod(); })
-        for (int i = 0; i < N; ++i) period[i] = static_cast<double>(Noise(noise).tilingPeriod()[i]) / options.frequency;
+        for (int i = 0; i < kN; ++i)
+            period[i] = static_cast<double>(Noise(noise).tilingPeriod()[i]) / options.frequency;
     else if constexpr (requires { noise.period; })
-        for (int i = 0; i < N; ++i) period[i] = noise.period[i] / options.frequency;
-    return ScalarFieldN<N>(WarpedOctaves<Noise>{std::move(octaves), options.warp, period});
+        for (int i = 0; i < kN; ++i) period[i] = noise.period[i] / options.frequency;
+    return ScalarFieldN<kN>(WarpedOctaves<Noise>{std::move(octaves), options.warp, period});
 }
 
 #define CURLEW_INSTANTIATE(Noise) \
