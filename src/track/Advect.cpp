@@ -9,6 +9,9 @@ namespace curlew {
 
 namespace {
 
+template <int N>
+using Points = std::vector<Vec<double, N>>;
+
 /// What one batch contributes to AdvectResult.
 template <int N>
 struct Tally {
@@ -249,8 +252,7 @@ AdvectResultN<N> advectBatches(const FlowN<N>& flow, size_t count, const AdvectO
 } // namespace
 
 template <int N>
-AdvectResultN<N> advect(const FlowN<N>& flow, std::vector<Vec<double, N>>& points, const AdvectOptions& options,
-                        const Monitor& monitor) {
+AdvectResultN<N> advect(const FlowN<N>& flow, Points<N>& points, const AdvectOptions& options, const Monitor& monitor) {
     validate(flow, options);
     return advectBatches(
         flow, points.size(), options,
@@ -306,9 +308,8 @@ AdvectResult advect(const Flow& flow, Particles& particles, const AdvectOptions&
         monitor);
 }
 
-#define CURLEW_INSTANTIATE(N)                                                                             \
-    template AdvectResultN<N> advect(const FlowN<N>&, std::vector<Vec<double, N>>&, const AdvectOptions&, \
-                                     const Monitor&);
+#define CURLEW_INSTANTIATE(N) \
+    template AdvectResultN<N> advect(const FlowN<N>&, Points<N>&, const AdvectOptions&, const Monitor&);
 CURLEW_FOR_FLOW_DIMENSIONS(CURLEW_INSTANTIATE)
 #undef CURLEW_INSTANTIATE
 
