@@ -63,7 +63,7 @@ TEST_CASE("curl noise is the curl of its potentials", "[flow]") {
         const Vec3d curl{{z[1] - y[2], x[2] - z[0], y[0] - x[1]}};
         REQUIRE(length(flow.at(p).velocity - curl) < 1e-14);
     }
-    // One field in all three places gives a flow across (1, 1, 1), as papers/001 observes.
+    // One field in all three places gives a flow across (1, 1, 1), as the tutorial observes.
     const Flow flat = curlFlow(std::array{psi[0], psi[0], psi[0]});
     for (const Vec3d& p : randomPoints(cube(3), 100, 1)) {
         const Vec3d c = flat.at(p).velocity;
@@ -71,7 +71,7 @@ TEST_CASE("curl noise is the curl of its potentials", "[flow]") {
     }
 }
 
-TEST_CASE("curl noise of three noises of the plane is that of papers 001", "[flow]") {
+TEST_CASE("curl noise of three noises of the plane is that of the tutorial", "[flow]") {
     // "3D Curl, using 2D Value and Perlin noise": the samples' first and second derivatives, by where they were taken.
     const auto psi = planeNoises();
     const Flow flow = curlFlow(psi, {.box = cube(2), .wall = {}});

@@ -52,20 +52,8 @@ void checkReference(const nlohmann::json& row) {
 } // namespace
 
 TEST_CASE("the cross product in N dimensions agrees with the reference", "[math]") {
-    const auto file = reference("dfvn_cross.json");
-    if (!file) return;
-    std::array<int, 8> rows{};
-    for (const auto& row : file->at("rows")) {
-        const int n = row.at("n");
-        ++rows.at(static_cast<size_t>(n));
-        if (n == 2) checkReference<2>(row);
-        if (n == 3) checkReference<3>(row);
-        if (n == 4) checkReference<4>(row);
-        if (n == 5) checkReference<5>(row);
-        if (n == 6) checkReference<6>(row);
-        if (n == 7) checkReference<7>(row);
-    }
-    for (size_t n = 2; n <= 7; ++n) CHECK(rows.at(n) > 0);
+    forRowsInDimensions("dfvn_cross.json", {2, 3, 4, 5, 6, 7},
+                        [](const auto& row, auto dimension) { checkReference<dimension>(row); });
 }
 
 TEST_CASE("the cross product in two and three dimensions is the usual one", "[math]") {

@@ -60,25 +60,4 @@ FlowN<N> flowOfRow(const nlohmann::json& row) {
     (std::make_index_sequence<size_t{N - 1}>());
 }
 
-/// Calls `use` with the dimension as a constant.
-template <class Use>
-void inDimension(int n, const Use& use) {
-    switch (n) {
-        case 2:
-            return use(std::integral_constant<int, 2>());
-        case 3:
-            return use(std::integral_constant<int, 3>());
-        case 4:
-            return use(std::integral_constant<int, 4>());
-        case 5:
-            return use(std::integral_constant<int, 5>());
-        case 6:
-            return use(std::integral_constant<int, 6>());
-        case 7:
-            return use(std::integral_constant<int, 7>());
-        default:
-            FAIL("no flow has " << n << " dimensions");
-    }
-}
-
 } // namespace curlew::test

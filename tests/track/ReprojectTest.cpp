@@ -10,7 +10,6 @@
 #include "support/Reference.h"
 
 #include <limits>
-#include <map>
 #include <set>
 
 using namespace curlew;
@@ -128,25 +127,19 @@ TEST_CASE("on linear fields Gauss-Newton is exact at once, and takes the shortes
 }
 
 TEST_CASE("the Gauss-Newton step is the minimum-norm solution of the reference", "[track]") {
-    const auto file = reference("dfvn_minnorm.json");
-    if (!file) return;
-    std::map<int, int> rows;
-    for (const auto& row : file->at("rows"))
-        inDimension(row.at("n").get<int>(), [&](auto dimension) {
-            constexpr int N = dimension;
-            ++rows[N];
-            const auto flow = [&]<size_t... K>(std::index_sequence<K...>) {
-                return FlowN<N>(typename FlowN<N>::Potentials{rampField<N>(vec<N>(row["J_f64"][K]))...});
-            }
-            (std::make_index_sequence<size_t{N - 1}>());
-            std::array<double, size_t{N - 1}> values;
-            for (size_t k = 0; k < values.size(); ++k) values[k] = row["r_f64"][k].template get<double>();
-            const auto landing = land<N>(flow, {}, values, {.iterations = 1});
-            CAPTURE(row.at("id").get<int>(), landing.position);
-            // Some dozens of roundings times the condition number, which is worse in more dimensions.
-            CHECK(length(landing.position - vec<N>(row["v_f64"])) < (N < 4 ? 1e-14 : 1e-12));
-        });
-    for (const int n : {2, 3, 4, 5, 6, 7}) CHECK(rows[n] > 0);
+    forRowsInDimensions("dfvn_minnorm.json", {2, 3, 4, 5, 6, 7}, [&](const nlohmann::json& row, auto dimension) {
+        constexpr int N = dimension;
+        const auto flow = [&]<size_t... K>(std::index_sequence<K...>) {
+            return FlowN<N>(typename FlowN<N>::Potentials{rampField<N>(vec<N>(row["J_f64"][K]))...});
+        }
+        (std::make_index_sequence<size_t{N - 1}>());
+        std::array<double, size_t{N - 1}> values;
+        for (size_t k = 0; k < values.size(); ++k) values[k] = row["r_f64"][k].template get<double>();
+        const auto landing = land<N>(flow, {}, values, {.iterations = 1});
+        CAPTURE(row.at("id").get<int>(), landing.position);
+        // Some dozens of roundings times the condition number, which is worse in more dimensions.
+        CHECK(length(landing.position - vec<N>(row["v_f64"])) < (N < 4 ? 1e-14 : 1e-12));
+    });
 }
 
 TEST_CASE("reprojection converges quadratically", "[track]") {

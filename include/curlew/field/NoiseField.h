@@ -10,7 +10,8 @@
 
 namespace curlew {
 
-/// How copies of a noise at rising frequencies are summed (papers/001: octaves, lacunarity, persistence).
+/// How copies of a noise at rising frequencies are summed (Flick, "Noise Derivatives", Catlike Coding: octaves,
+/// lacunarity, persistence).
 struct OctaveOptions {
     double frequency = 1;  ///< Of the first octave, cycles per world unit.
     int octaves = 1;       ///< 1 … 32.
