@@ -155,6 +155,7 @@ ScalarFieldN<N> displaced(const ScalarFieldN<N>& field, const ScalarFieldN<N>& b
     return ScalarFieldN<N>(Displaced<N>{field, by, amount});
 }
 
+// NOLINTBEGIN(bugprone-macro-parentheses): the arguments are template arguments
 #define CURLEW_INSTANTIATE(N)                                                      \
     template ScalarFieldN<N> placed(const ScalarFieldN<N>&, const PlacementN<N>&); \
     template ScalarFieldN<N> displaced(const ScalarFieldN<N>&, const ScalarFieldN<N>&, double);
@@ -196,5 +197,6 @@ CURLEW_INSTANTIATE(5)
 CURLEW_INSTANTIATE(6)
 CURLEW_INSTANTIATE(7)
 #undef CURLEW_INSTANTIATE
+// NOLINTEND(bugprone-macro-parentheses)
 
 } // namespace curlew

@@ -54,7 +54,9 @@ class FlowN {
     explicit FlowN(Potentials potentials, DomainN<N> domain = {}) : FlowN(std::vector{std::move(potentials)}, domain) {}
     /// Throws ValueError where there is no term.
     FlowN(std::vector<Potentials> terms, DomainN<N> domain);
-    FlowN(ScalarField f, ScalarField g, Domain domain = {}) requires(N == 3)
+    /// In space: f and g. (Templates, so that no other dimension sees them.)
+    template <int M = N>
+    requires(M == 3) FlowN(ScalarFieldN<M> f, ScalarFieldN<M> g, DomainN<M> domain = {})
         : FlowN(Potentials{std::move(f), std::move(g)}, std::move(domain)) {}
 
     const std::vector<Potentials>& terms() const { return mTerms; }
@@ -63,7 +65,8 @@ class FlowN {
     /// Those of the first term.
     const Potentials& potentials() const { return mTerms.front(); }
     const ScalarFieldN<N>& f() const { return mTerms.front()[0]; }
-    const ScalarField& g() const requires(N == 3) { return mTerms.front()[1]; }
+    template <int M = N>
+    requires(M == 3) const ScalarFieldN<M>& g() const { return mTerms.front()[1]; }
 
     const DomainN<N>& domain() const { return mDomain; }
     FlowN within(DomainN<N> domain) const;

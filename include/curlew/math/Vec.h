@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -77,7 +78,7 @@ struct Matrix {
   private:
     static constexpr std::array<Vec<double, C>, R> identity() {
         std::array<Vec<double, C>, R> rows{};
-        for (int i = 0; i < R && i < C; ++i) rows[static_cast<size_t>(i)][i] = 1;
+        for (int i = 0; i < std::min(R, C); ++i) rows[static_cast<size_t>(i)][i] = 1;
         return rows;
     }
 };
