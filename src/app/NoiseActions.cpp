@@ -17,34 +17,16 @@ using namespace options;
 /// How time enters a noise.
 enum class Animate { automatic, alpha, slice, offset };
 
-/// A type of noise: its name, its dimensions, and those of the options below that only some types have.
+/// A type of noise: its name, its dimensions, those of the options below that only some types have, and its maker.
 struct NoiseType {
     std::string name, what;
-    int lowest, highest;
     std::vector<std::string> options;
     Animate animate; ///< The default.
+    int lowest, highest;
+    AnyField (*make)(Session&, const Arguments&);
 };
 
-const std::vector<NoiseType>& noiseTypes() {
-    static const std::vector<NoiseType> types{
-        {"psrd",
-         "tiling simplex noise with rotating gradients (Gustavson and McEwan 2021)",
-         2,
-         3,
-         {"period", "alpha", "rotation", "grid"},
-         Animate::alpha},
-        {"value", "values at lattice vertices (Catlike Coding)", 1, 3, {"period"}, Animate::offset},
-        {"perlin",
-         "gradients at lattice vertices (Perlin 2002, Catlike Coding)",
-         1,
-         3,
-         {"period", "gradients"},
-         Animate::offset},
-        {"gradient", "gradient noise with an integer hash (Quilez)", 2, 3, {"period"}, Animate::offset},
-        {"simplex", "simplex noise in up to 7 dimensions", 2, 7, {"power", "kernel"}, Animate::slice},
-        {"sine", "a sum of plane waves, infinitely smooth", 1, 7, {"period", "waves"}, Animate::slice}};
-    return types;
-}
+const std::vector<NoiseType>& noiseTypes();
 
 const NoiseType& typeOf(const Arguments& a) { return noiseTypes()[a.choice("type")]; }
 int dimension(const Arguments& a) { return static_cast<int>(a.integer("dim")); }
@@ -148,8 +130,8 @@ double movedBy(const Arguments& a, const typename Noise::Options& options, doubl
         period = options.period[Noise::kDimension - 1];
         if constexpr (requires(const Noise& n) { n.tilingPeriod(); })
             period = static_cast<double>(Noise(options).tilingPeriod()[Noise::kDimension - 1]);
-        const std::string& type = typeOf(a).name;
-        if (period == 0 && (type == "value" || type == "perlin")) period = 256;
+        if constexpr (requires { Noise::kOwnPeriod; })
+            if (period == 0) period = Noise::kOwnPeriod;
     }
     if (a.given("loop")) {
         if (!(period > 0))
@@ -200,15 +182,37 @@ AnyField make(Session& s, const Arguments& a) {
     return makeInDimension<Noise, N, Lowest, Highest>(s, a);
 }
 
+template <template <int> class Noise, int Lowest, int Highest>
+NoiseType noiseType(std::string name, std::string what, std::vector<std::string> options, Animate animate) {
+    return {std::move(name),
+            std::move(what),
+            std::move(options),
+            animate,
+            Lowest,
+            Highest,
+            [](Session& s, const Arguments& a) { return make<Noise, Lowest, Highest>(s, a); }};
+}
+
+const std::vector<NoiseType>& noiseTypes() {
+    static const std::vector<NoiseType> types{
+        noiseType<PsrdN, 2, 3>("psrd", "tiling simplex noise with rotating gradients (Gustavson and McEwan 2021)",
+                               {"period", "alpha", "rotation", "grid"}, Animate::alpha),
+        noiseType<ValueNoise, 1, 3>("value", "values at lattice vertices (Catlike Coding)", {"period"},
+                                    Animate::offset),
+        noiseType<PerlinNoise, 1, 3>("perlin", "gradients at lattice vertices (Perlin 2002, Catlike Coding)",
+                                     {"period", "gradients"}, Animate::offset),
+        noiseType<GradientNoise, 2, 3>("gradient", "gradient noise with an integer hash (Quilez)", {"period"},
+                                       Animate::offset),
+        noiseType<SimplexNoise, 2, 7>("simplex", "simplex noise in up to 7 dimensions", {"power", "kernel"},
+                                      Animate::slice),
+        noiseType<SineNoise, 1, 7>("sine", "a sum of plane waves, infinitely smooth", {"period", "waves"},
+                                   Animate::slice)};
+    return types;
+}
+
 AnyField makeNoise(Session& s, const Arguments& a) {
     requireOptionsOfType(a);
-    const std::string& type = typeOf(a).name;
-    if (type == "psrd") return make<PsrdN, 2, 3>(s, a);
-    if (type == "value") return make<ValueNoise, 1, 3>(s, a);
-    if (type == "perlin") return make<PerlinNoise, 1, 3>(s, a);
-    if (type == "gradient") return make<GradientNoise, 2, 3>(s, a);
-    if (type == "simplex") return make<SimplexNoise, 2, 7>(s, a);
-    return make<SineNoise, 1, 7>(s, a);
+    return typeOf(a).make(s, a);
 }
 
 Option typeOption() {

@@ -1,6 +1,6 @@
 #include "curlew/field/Shapes.h"
 
-#include "curlew/base/Error.h"
+#include "curlew/base/Require.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Dimensions.h"
 #include "curlew/field/Formula.h"
@@ -17,11 +17,6 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr Box kEverywhere{{{-kInfinity, -kInfinity, -kInfinity}}, {{kInfinity, kInfinity, kInfinity}}};
 
 Box boxOfSize(const Vec3d& size) { return {size * -0.5, size * 0.5}; }
-
-void requirePositive(double value, const char* what) {
-    if (!(value > 0) || !std::isfinite(value))
-        throw ValueError(fmt::format("{} is {}; it must be positive and finite", what, value));
-}
 
 /// The root of a sum of squares; zero, without derivatives, where the sum is zero.
 template <class J>

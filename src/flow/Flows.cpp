@@ -1,6 +1,6 @@
 #include "curlew/flow/Flows.h"
 
-#include "curlew/base/Error.h"
+#include "curlew/base/Require.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Formula.h"
 #include "curlew/field/Map.h"
@@ -21,11 +21,6 @@ Vec3d axis(int i) {
 
 /// The matrix that picks two coordinates of a position.
 Matrix<2, 3> picking(int first, int second) { return {{axis(first), axis(second)}}; }
-
-void requirePositive(double value, const char* what) {
-    if (!(value > 0) || !std::isfinite(value))
-        throw ValueError(fmt::format("{} is {}; it must be positive and finite", what, value));
-}
 
 } // namespace
 

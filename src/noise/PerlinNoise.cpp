@@ -47,7 +47,7 @@ std::array<Vec<double, N>, 16> scaledGradients(PerlinGradients which) {
 
 template <int N>
 PerlinNoise<N>::PerlinNoise(const PerlinNoiseOptions<N>& options)
-    : mLattice(options.period, 256, options.seed),
+    : mLattice(options.period, kOwnPeriod, options.seed),
       mHash(options.seed),
       mGradients(scaledGradients<N>(options.gradients)) {
     if (N != 3 && options.gradients == PerlinGradients::reference)

@@ -50,7 +50,8 @@ class SplineField {
             jets.set(i, pullBack(inIndexSpace<Order, T>(mToIndex * points[i] + mShift, blocks), mToIndex));
     }
 
-    double bound() const { return 2 * static_cast<double>(mGrid->background()); }
+    /// A spline lies between its coefficients.
+    Range range() const { return Range::within(mMost); }
 
   private:
     static constexpr int kLeaf = 8, kBlock = kLeaf + 3; // one coefficient below, two above
@@ -68,6 +69,9 @@ class SplineField {
             const openvdb::tree::ValueAccessor<const openvdb::FloatTree, false> samples(mGrid->tree());
             for (size_t n = begin; n < end; ++n) fill(mBlocks[n], leaves[n]->origin(), samples);
         });
+        mMost = static_cast<double>(mGrid->background());
+        for (const Block& block : mBlocks)
+            for (const float c : block) mMost = std::max(mMost, std::abs(static_cast<double>(c)));
     }
 
     template <class Accessor>
@@ -146,6 +150,7 @@ class SplineField {
     openvdb::FloatGrid::ConstPtr mGrid;
     Matrix3 mToIndex;
     Vec3d mShift;
+    double mMost = 0; // of all coefficients, and the background
     openvdb::Int32Tree::Ptr mBlockOf =
         std::make_shared<openvdb::Int32Tree>(-1); // one value per leaf, at the leaf's origin / 8
     std::vector<Block> mBlocks;

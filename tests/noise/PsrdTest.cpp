@@ -3,6 +3,7 @@
 #include "curlew/noise/Psrd.h"
 #include "support/FiniteDifference.h"
 #include "support/Reference.h"
+#include "support/Statistics.h"
 
 #include <limits>
 #include <numbers>
@@ -309,21 +310,15 @@ TEMPLATE_TEST_CASE_SIG("seeds give fields that have nothing to do with each othe
     std::vector<std::vector<double>> values;
     for (const uint64_t seed : seeds) values.push_back(valuesOf(seed));
     CHECK(values[1] == valuesOf(1));
-    const auto sumOfProducts = [](const std::vector<double>& a, const std::vector<double>& b) {
-        double sum = 0;
-        for (size_t k = 0; k < a.size(); ++k) sum += a[k] * b[k];
-        return sum;
-    };
     for (size_t i = 0; i < seeds.size(); ++i) {
         const double square = sumOfProducts(values[i], values[i]);
         CHECK(std::sqrt(square / kCount) > 0.2); // a field, not zeros
         for (size_t j = i + 1; j < seeds.size(); ++j) {
-            const double correlation =
-                sumOfProducts(values[i], values[j]) / std::sqrt(square * sumOfProducts(values[j], values[j]));
-            CAPTURE(seeds[i], seeds[j], correlation);
+            const double related = correlation(values[i], values[j]);
+            CAPTURE(seeds[i], seeds[j], related);
             // 4 sigma of independent samples (the box is much larger than a cell), and of the mean product of the
             // gradients over at most 289² equally likely pairs of hashes, each of variance 1/N.
-            CHECK(std::abs(correlation) < 4 * std::sqrt(1.0 / kCount + 1.0 / (N * 289 * 289)));
+            CHECK(std::abs(related) < 4 * std::sqrt(1.0 / kCount + 1.0 / (N * 289 * 289)));
         }
     }
 }

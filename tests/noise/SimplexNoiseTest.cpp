@@ -2,6 +2,7 @@
 #include "curlew/noise/SimplexNoise.h"
 #include "support/FiniteDifference.h"
 #include "support/Reference.h"
+#include "support/Statistics.h"
 
 #include <limits>
 
@@ -354,19 +355,13 @@ TEMPLATE_TEST_CASE_SIG("seeds of simplex noise give fields that have nothing to 
         for (const auto& x : points) values.back().push_back(noise.template at<0, double>(x).value);
         CHECK(noise.template at<0, double>(points[0]).value == again.template at<0, double>(points[0]).value);
     }
-    const auto sumOfProducts = [](const std::vector<double>& a, const std::vector<double>& b) {
-        double sum = 0;
-        for (size_t k = 0; k < a.size(); ++k) sum += a[k] * b[k];
-        return sum;
-    };
     for (size_t i = 0; i < seeds.size(); ++i) {
         const double square = sumOfProducts(values[i], values[i]);
         CHECK(std::sqrt(square / kCount) > 0.08); // a field, not zeros
         for (size_t j = i + 1; j < seeds.size(); ++j) {
-            const double correlation =
-                sumOfProducts(values[i], values[j]) / std::sqrt(square * sumOfProducts(values[j], values[j]));
-            CAPTURE(seeds[i], seeds[j], correlation);
-            CHECK(std::abs(correlation) < 4 / std::sqrt(double(kCount))); // 4 sigma of independent samples
+            const double related = correlation(values[i], values[j]);
+            CAPTURE(seeds[i], seeds[j], related);
+            CHECK(std::abs(related) < 4 / std::sqrt(double(kCount))); // 4 sigma of independent samples
         }
     }
 }

@@ -1,8 +1,9 @@
 #include "curlew/base/Error.h"
 #include "curlew/base/Random.h"
+#include "curlew/field/Algebra.h"
 #include "curlew/vdb/LevelSet.h"
+#include "support/Points.h"
 
-#include <catch2/catch.hpp>
 #include <openvdb/tools/LevelSetSphere.h>
 
 #include <cmath>
@@ -133,6 +134,20 @@ TEST_CASE("the spline in float agrees with the spline in double", "[LevelSet]") 
         CHECK(static_cast<double>(rounded.gradient[0]) == Approx(exact.gradient[0]).margin(1e-5));
         CHECK(static_cast<double>(rounded.hessian(0, 0)) == Approx(exact.hessian(0, 0)).margin(1e-3));
     }
+}
+
+TEST_CASE("the spline knows a range that it never leaves", "[LevelSet]") {
+    const Sdf sdf = sdfOf(exactSphere(1, 0.1, 5));
+    const Range range = sdf.distance.range();
+    CHECK(range.finite());
+    CHECK(range.bound() < 2 * 0.5); // twice the band: a filtered sample is hardly more than a sample
+    test::Worst worst;
+    for (const Vec3d& p : test::randomPoints(test::cube(2), 20000, 7))
+        worst.see(std::abs(sdf.distance.at<0>(p).value), p);
+    CAPTURE(worst.where);
+    CHECK(worst.value <= range.bound());
+    // So it can be a divisor, moved clear of zero.
+    CHECK_NOTHROW(constantField(1) / (sdf.distance + constantField(2)));
 }
 
 TEST_CASE("far from the band, and at positions that are no numbers, the spline is constant", "[LevelSet]") {

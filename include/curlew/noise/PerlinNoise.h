@@ -33,6 +33,7 @@ class PerlinNoise {
   public:
     using Options = PerlinNoiseOptions<N>;
     static constexpr int kDimension = N;
+    static constexpr int kOwnPeriod = 256; ///< Where no other is asked for.
     /// The largest value of all fields with such gradients, but for rounding. N = 1, 2: in the middle of a cell whose
     /// ramps all rise towards it. There the mean of the squared distances to the corners, weighted as in the blend, is
     /// largest, N/4; so with gradients of length g no value exceeds g sqrt(N)/2. N = 3: of the greatest ramps that

@@ -28,11 +28,12 @@ class ValueNoise {
   public:
     using Options = ValueNoiseOptions<N>;
     static constexpr int kDimension = N;
+    static constexpr int kOwnPeriod = 256; ///< Where no other is asked for.
     static constexpr double kBound = 1;
 
     /// Throws ValueError for a negative period.
     explicit ValueNoise(const ValueNoiseOptions<N>& options = {})
-        : mLattice(options.period, 256, options.seed), mHash(options.seed) {}
+        : mLattice(options.period, kOwnPeriod, options.seed), mHash(options.seed) {}
 
     template <int Order, class T>
     Jet<T, N, Order> at(const Vec<double, N>& x) const;
