@@ -8,9 +8,12 @@ target_compile_options(curlew_options INTERFACE
   # GCC 12 takes members with a default initialiser, and its own <regex>, for uninitialised; clang-tidy looks for the real ones.
   -Wno-maybe-uninitialized
   # Same bits everywhere: no contraction behind our back; fused multiply-add only where it is written.
-  -ffp-contract=off)
+  -ffp-contract=off
+  # No one reads errno or the floating-point flags after a square root; values stay as they are.
+  -fno-math-errno -fno-trapping-math)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
-  target_compile_options(curlew_options INTERFACE -march=x86-64-v3)
+  target_compile_options(curlew_options INTERFACE
+    -march=x86-64-$<IF:$<STREQUAL:$<TARGET_PROPERTY:CURLEW_SIMD>,Avx512>,v4,v3>)
 endif()
 if(CURLEW_SANITIZE)
   add_compile_options(-fsanitize=${CURLEW_SANITIZE} -fno-omit-frame-pointer)
@@ -22,10 +25,33 @@ if(CURLEW_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CURLEW_CCACHE})
 endif()
 
+# curlew_kernels(<target> <file>...): adds files named *Kernels.cpp to a target, compiled once for each instruction
+# set that math/Lanes.h knows. Highway's own AVX2 and AVX-512 targets would also ask for AES, which nothing here needs.
+function(curlew_kernels target)
+  if(NOT CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+    return()
+  endif()
+  foreach(simd Avx2 Avx512)
+    add_library(${target}_${simd} OBJECT ${ARGN})
+    target_compile_definitions(${target}_${simd} PRIVATE CURLEW_SIMD=${simd} HWY_DISABLE_PCLMUL_AES)
+    target_link_libraries(${target}_${simd} PRIVATE curlew_options)
+    target_include_directories(${target}_${simd} PRIVATE ${PROJECT_SOURCE_DIR}/include)
+    # Without optimisation nothing is inlined, and AVX-512 would leak; under sanitizers the compiler needs hours.
+    target_compile_options(${target}_${simd} PRIVATE
+      $<$<NOT:$<CONFIG:Release>>:-O2> $<$<BOOL:${CURLEW_SANITIZE}>:-fno-sanitize=all>)
+    target_compile_features(${target}_${simd} PRIVATE cxx_std_20)
+    set_target_properties(${target}_${simd} PROPERTIES CURLEW_SIMD ${simd} POSITION_INDEPENDENT_CODE ON)
+    target_sources(${target} PRIVATE $<TARGET_OBJECTS:${target}_${simd}>)
+  endforeach()
+endfunction()
+
 # curlew_room(<room> DEPENDS <public targets> [PRIVATE <private targets>] [PCH <headers>])
 function(curlew_room room)
   cmake_parse_arguments(ARG "" "" "DEPENDS;PRIVATE;PCH" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${room}/*.cpp)
+  set(kernels ${sources})
+  list(FILTER kernels INCLUDE REGEX "Kernels\\.cpp$")
+  list(FILTER sources EXCLUDE REGEX "Kernels\\.cpp$")
   set(target curlew_${room})
   if(sources)
     add_library(${target} STATIC ${sources})
@@ -34,6 +60,9 @@ function(curlew_room room)
     target_link_libraries(${target} PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:curlew_options>)
     if(ARG_PCH)
       target_precompile_headers(${target} PRIVATE ${ARG_PCH})
+    endif()
+    if(kernels)
+      curlew_kernels(${target} ${kernels})
     endif()
   else()
     add_library(${target} INTERFACE)

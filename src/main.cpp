@@ -1,5 +1,6 @@
 #include "curlew/app/Program.h"
 #include "curlew/app/Registry.h"
+#include "curlew/base/Simd.h"
 
 #include <fcntl.h>
 
@@ -48,6 +49,7 @@ int main(int argc, char** argv) {
     std::signal(SIGXFSZ, SIG_IGN); // a file beyond the limit of its size is an error like a full disk
     occupyStandardStreams();
     try {
+        activeSimd(); // a wrong CURLEW_SIMD is known before any work
         openvdb::initialize();
         const std::vector<std::string> tokens(argv + 1, argv + argc);
         app::Console console([] { return interrupted != 0; });

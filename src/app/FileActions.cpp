@@ -181,7 +181,9 @@ std::vector<Action> fileActions() {
          .options = {ages("grid", "", "grids for a .vdb, several in one file"),
                      ages("geo", "", "points, the newest being 0"), ages("image", "", "which picture"),
                      flag("half", "0", "16 bits a value in a .vdb"),
-                     choice("codec", {"none", "zip", "blosc"}, "compression of a .vdb; noise hardly shrinks"),
+                     choice("codec", {"auto", "none", "zip", "blosc"},
+                            "compression of a .vdb; auto is blosc for fog volumes, which shrink to a third, and none "
+                            "for the rest: velocities, level sets and points hardly shrink"),
                      flag("legend", "1", "a colour bar below a .png")},
          .positional = {"FILE …", 1, 1000},
          .examples = {"curlew -noise -noise seed=1 -dfvn -velocity density=1 -write grid=0,1 half=1 smoke.vdb"},

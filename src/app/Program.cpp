@@ -45,6 +45,21 @@ std::string readText(const std::string& file) {
     return text.str();
 }
 
+struct Took {
+    std::string action;
+    double seconds;
+};
+
+/// Where the time went, for -verbose: a line for each action that took a thousandth of it.
+void sayShares(const std::vector<Took>& took, Console& console) {
+    double total = 0;
+    for (const Took& one : took) total += one.seconds;
+    for (const Took& one : took)
+        if (one.seconds >= 1e-3 * total)
+            console.detail(
+                fmt::format("{:>9.3f} s {:5.1f} %  -{}", one.seconds, 100 * one.seconds / total, one.action));
+}
+
 class Parser {
   public:
     Program takeProgram() { return std::move(mProgram); }
@@ -132,6 +147,7 @@ Program parseScene(const std::string& text, const std::string& name) {
 }
 
 void run(const Program& program, Session& session) {
+    std::vector<Took> took;
     for (const auto& arguments : program.actions)
         if (arguments.action().prepare)
             inContextOf("-" + arguments.action().name, [&] { arguments.action().prepare(arguments); });
@@ -140,10 +156,12 @@ void run(const Program& program, Session& session) {
         const auto started = std::chrono::steady_clock::now();
         inContextOf("-" + arguments.action().name, [&] { arguments.action().run(session, arguments); });
         const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+        took.push_back({arguments.action().name, seconds});
         session.report["actions"].push_back({{"action", arguments.program()}, {"seconds", seconds}});
         session.console.detail(fmt::format("{}: {:.3f} s, peak memory {}", arguments.program(), seconds,
                                            formatBytes(static_cast<double>(peakMemory()))));
     }
+    sayShares(took, session.console);
 }
 
 std::string sceneOf(const Program& program) {

@@ -4,6 +4,7 @@
 #include "curlew/app/Text.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Memory.h"
+#include "curlew/base/Simd.h"
 #include "curlew/vdb/Check.h"
 
 #include <chrono>
@@ -241,13 +242,15 @@ std::vector<Action> programActions() {
          .examples = {"curlew -help noise"},
          .run = help});
     actions.push_back(plainAction("list", "the actions, one a line", list));
-    actions.push_back(
-        plainAction("version", "the version of this program and of OpenVDB", [](Session&, const Arguments&) {
-            fmt::print("curlew {} (OpenVDB {})\n", CURLEW_VERSION, openvdb::getLibraryVersionString());
-        }));
+    actions.push_back(plainAction("version",
+                                  "the versions of this program and of OpenVDB, and the instruction set in use",
+                                  [](Session&, const Arguments&) {
+                                      fmt::print("curlew {} (OpenVDB {}, {})\n", CURLEW_VERSION,
+                                                 openvdb::getLibraryVersionString(), nameOf(activeSimd()));
+                                  }));
     actions.push_back(plainAction("quiet", "say nothing but errors from here on",
                                   [](Session& s, const Arguments&) { s.console.setVerbosity(Verbosity::quiet); }));
-    actions.push_back(plainAction("verbose", "say what each action took",
+    actions.push_back(plainAction("verbose", "say what each action took, and in the end its share of the time",
                                   [](Session& s, const Arguments&) { s.console.setVerbosity(Verbosity::verbose); }));
     actions.push_back(
         {.name = "threads",

@@ -1,5 +1,6 @@
 #include "curlew/field/Map.h"
 
+#include "MapModels.h"
 #include "curlew/base/Error.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Dimensions.h"
@@ -11,24 +12,9 @@
 
 namespace curlew {
 
-namespace {
+using namespace detail;
 
-/// field(A (x - origin)).
-template <int M, int N>
-struct Affine {
-    ScalarFieldN<M> field;
-    Matrix<M, N> A;
-    Vec<double, N> origin;
-    template <int Order, class T>
-    void evalBatch(const PointBatchN<N>& points, JetBatchN<T, N, Order>& jets) const {
-        PointBatchN<M> moved;
-        for (int i = 0; i < points.size; ++i) moved.push(A * (points[i] - origin));
-        JetBatchN<T, M, Order> there;
-        field.eval(moved, there);
-        for (int i = 0; i < points.size; ++i) jets.set(i, pullBack(there[i], A));
-    }
-    Range range() const { return field.range(); }
-};
+namespace {
 
 template <int N, int M>
 struct Lifted {

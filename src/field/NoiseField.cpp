@@ -1,115 +1,15 @@
 #include "curlew/field/NoiseField.h"
 
+#include "NoiseModels.h"
 #include "curlew/base/Error.h"
 
 #include <fmt/format.h>
 
-#include <vector>
-
 namespace curlew {
 
+using namespace detail;
+
 namespace {
-
-template <class Noise>
-struct Octave {
-    Noise noise;
-    double frequency, amplitude;
-    double weight; ///< Of its gradient, where that displaces the octaves after it.
-};
-
-template <class Noise>
-Range rangeOf(const Noise& noise) {
-    if constexpr (requires { noise.range(); })
-        return noise.range();
-    else
-        return Range::within(noise.bound());
-}
-
-/// The derivatives of f(s x) with respect to x, given those of f at s x.
-template <class T, int N, int Order>
-Jet<T, N, Order> dilated(Jet<T, N, Order> f, T s) {
-    if constexpr (Order >= 1) f.gradient *= s;
-    if constexpr (Order >= 2)
-        for (T& h : f.hessian.c) h *= s * s;
-    if constexpr (Order >= 3)
-        for (T& t : f.third.c) t *= s * s * s;
-    return f;
-}
-
-/// A rounded |n|.
-template <class J>
-J folded(const J& n, double fold) {
-    using T = std::remove_cvref_t<decltype(n.value)>;
-    const auto rounding = static_cast<T>(fold);
-    return sqrt(n * n + J(rounding * rounding)) - J(rounding);
-}
-
-template <class Noise, int N = Noise::kDimension>
-struct Octaves {
-    std::vector<Octave<Noise>> octaves;
-    double turbulence;
-
-    template <int Order, class T>
-    Jet<T, N, Order> at(const Vec<double, N>& p) const {
-        Jet<T, N, Order> sum;
-        for (const auto& o : octaves) {
-            auto n = o.noise.template at<Order, T>(p * o.frequency);
-            if (turbulence > 0) n = folded(n, turbulence);
-            sum += dilated(n * static_cast<T>(o.amplitude), static_cast<T>(o.frequency));
-        }
-        return sum;
-    }
-    Range range() const {
-        Range sum{0, 0};
-        for (const auto& o : octaves) {
-            const Range n = rangeOf(o.noise);
-            const double most = std::sqrt(n.bound() * n.bound() + turbulence * turbulence) - turbulence;
-            sum = sum + o.amplitude * (turbulence > 0 ? Range{0, most} : n);
-        }
-        return sum;
-    }
-};
-
-/// Octaves that are displaced by the gradients of those before them. The derivatives of a displacement are those of a
-/// gradient, so every octave is asked for one order more, and all of it is carried through in double.
-template <class Noise, int N = Noise::kDimension>
-struct WarpedOctaves {
-    Octaves<Noise> plain;
-    double warp;
-    Vec<double, N> period; ///< World units, 0: none.
-
-    template <int Order, class T>
-    Jet<T, N, Order> at(const Vec<double, N>& p) const {
-        if constexpr (Order >= 3) {
-            throw ValueError("a noise with warp cannot displace another field: its third derivatives are not known");
-        } else {
-            using J = Jet<double, N, Order>;
-            J sum;
-            Vec<J, N> pull; // the sum of gradients so far
-            Vec<double, N> tile = p;
-            for (int i = 0; i < N; ++i)
-                if (period[i] > 0) tile[i] -= period[i] * std::floor(p[i] / period[i]);
-            const auto x = J::variables(tile);
-            for (const auto& o : plain.octaves) {
-                Vec<J, N> y;
-                Vec<double, N> position;
-                for (int i = 0; i < N; ++i) {
-                    y[i] = x[i] * o.frequency + pull[i] * warp;
-                    position[i] = y[i].value;
-                }
-                const auto n = o.noise.template at<Order + 1, double>(position);
-                J octave = compose(truncated<Order>(n), y);
-                if (plain.turbulence > 0) octave = folded(octave, plain.turbulence);
-                sum += octave * o.amplitude;
-                for (int i = 0; i < N; ++i) pull[i] += compose(partial(n, i), y) * o.weight;
-            }
-            Jet<T, N, Order> rounded;
-            for (int k = 0; k < sum.kSize; ++k) rounded.component(k) = static_cast<T>(sum.component(k));
-            return rounded;
-        }
-    }
-    Range range() const { return plain.range(); }
-};
 
 void validate(const OctaveOptions& o) {
     if (!(o.frequency > 0) || !std::isfinite(o.frequency))

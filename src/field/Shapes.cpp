@@ -1,15 +1,15 @@
 #include "curlew/field/Shapes.h"
 
+#include "ShapeModels.h"
 #include "curlew/base/Require.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Dimensions.h"
-#include "curlew/field/Formula.h"
 
 #include <fmt/format.h>
 
-#include <numbers>
-
 namespace curlew {
+
+using namespace detail;
 
 namespace {
 
@@ -18,19 +18,12 @@ constexpr Box kEverywhere{{{-kInfinity, -kInfinity, -kInfinity}}, {{kInfinity, k
 
 Box boxOfSize(const Vec3d& size) { return {size * -0.5, size * 0.5}; }
 
-/// The root of a sum of squares; zero, without derivatives, where the sum is zero.
-template <class J>
-J norm(const J& squares) {
-    return squares.value > 0 ? sqrt(squares) : J();
-}
-
 } // namespace
 
 template <int N>
 SdfN<N> sphereSdf(double radius) {
     requirePositive(radius, "radius");
-    const auto distance = [radius](const auto& p, auto k) { return norm(dot(p, p)) - k(radius); };
-    return {formulaField<N>(distance), BoxN<N>{}.padded(radius)};
+    return {formulaField<N>(Sphere{radius}), BoxN<N>{}.padded(radius)};
 }
 
 Sdf boxSdf(const Vec3d& size, double rounding) {
@@ -43,38 +36,20 @@ Sdf boxSdf(const Vec3d& size, double rounding) {
         throw ValueError(
             fmt::format("rounding {} must lie between 0 and half the shortest edge, {}", rounding, shortest / 2));
     const Vec3d inner = size * 0.5 - Vec3d{{rounding, rounding, rounding}};
-    const auto distance = [inner, rounding](const auto& p, auto k) {
-        const auto zero = k(0);
-        auto squares = zero, deepest = abs(p[0]) - k(inner[0]);
-        for (int i = 0; i < 3; ++i) {
-            const auto q = abs(p[i]) - k(inner[i]), out = max(q, zero);
-            squares = squares + out * out;
-            deepest = max(deepest, q);
-        }
-        return (deepest.value > 0 ? norm(squares) : deepest) - k(rounding);
-    };
-    return {formulaField(distance), boxOfSize(size)};
+    return {formulaField(RoundedBox{inner, rounding}), boxOfSize(size)};
 }
 
 Sdf torusSdf(double radius, double tube) {
     requirePositive(radius, "radius");
     requirePositive(tube, "tube");
     if (tube >= radius) throw ValueError(fmt::format("tube {} must be below the radius {}", tube, radius));
-    const auto distance = [radius, tube](const auto& p, auto k) {
-        const auto ring = norm(p[0] * p[0] + p[2] * p[2]) - k(radius);
-        return norm(ring * ring + p[1] * p[1]) - k(tube);
-    };
-    return {formulaField(distance), boxOfSize({{2 * (radius + tube), 2 * tube, 2 * (radius + tube)}})};
+    return {formulaField(Torus{radius, tube}), boxOfSize({{2 * (radius + tube), 2 * tube, 2 * (radius + tube)}})};
 }
 
 Sdf capsuleSdf(double length, double radius) {
     requirePositive(length, "length");
     requirePositive(radius, "radius");
-    const auto distance = [length, radius](const auto& p, auto k) {
-        const auto beyond = max(abs(p[1]) - k(length / 2), k(0));
-        return norm(p[0] * p[0] + beyond * beyond + p[2] * p[2]) - k(radius);
-    };
-    return {formulaField(distance), boxOfSize({{2 * radius, length + 2 * radius, 2 * radius}})};
+    return {formulaField(Capsule{length, radius}), boxOfSize({{2 * radius, length + 2 * radius, 2 * radius}})};
 }
 
 Sdf planeSdf(const Vec3d& normal, double offset) {
@@ -86,14 +61,7 @@ Sdf planeSdf(const Vec3d& normal, double offset) {
 Sdf gyroidSdf(double wavelength, double thickness) {
     requirePositive(wavelength, "wavelength");
     requirePositive(thickness, "thickness");
-    const double k = 2 * std::numbers::pi / wavelength;
-    // sin x cos y + sin y cos z + sin z cos x has a gradient of at most sqrt 3 in these coordinates (at the origin).
-    const double scale = 1 / (std::numbers::sqrt3 * k);
-    const auto distance = [=](const auto& p, auto c) {
-        const auto x = p[0] * c(k), y = p[1] * c(k), z = p[2] * c(k);
-        return abs(sin(x) * cos(y) + sin(y) * cos(z) + sin(z) * cos(x)) * c(scale) - c(thickness / 2);
-    };
-    return {formulaField(distance), kEverywhere, 0};
+    return {formulaField(Gyroid{wavelength, thickness}), kEverywhere, 0};
 }
 
 Sdf placed(const Sdf& sdf, const Placement& placement) {

@@ -1,5 +1,6 @@
 #include "curlew/flow/Flow.h"
 
+#include "CrossKernel.h"
 #include "Samples.h"
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
@@ -55,18 +56,17 @@ FlowN<N> FlowN<N>::normalized(double speed) const {
 template <int N>
 template <class T>
 void FlowN<N>::eval(const PointBatchN<N>& points, Jets<T>& potentials, VecBatchN<T, N>& velocity) const {
-    const auto evalTerm = [&](const Potentials& term, Jets<T>& jets, const auto& use) {
+    const auto addTerm = [&](const Potentials& term, Jets<T>& jets, const bool first) {
         for (size_t k = 0; k < kPotentials; ++k) term[k].eval(points, jets[k]);
-        for (int i = 0; i < points.size; ++i) {
-            std::array<Vec<T, N>, kPotentials> gradients;
-            for (size_t k = 0; k < kPotentials; ++k) gradients[k] = jets[k][i].gradient;
-            use(i, cross(gradients));
-        }
+        if constexpr (CrossKernel<N>::kHasLanes)
+            runKernel<CrossKernel<N>, T>(std::as_const(jets), points.size, first, velocity);
+        else
+            CrossKernel<N>::template run<T>(jets, points.size, first, velocity);
     };
-    evalTerm(mTerms.front(), potentials, [&](int i, const Vec<T, N>& c) { velocity.set(i, c); });
+    addTerm(mTerms.front(), potentials, true);
     for (size_t t = 1; t < mTerms.size(); ++t) {
         Jets<T> jets;
-        evalTerm(mTerms[t], jets, [&](int i, const Vec<T, N>& c) { velocity.set(i, velocity[i] + c); });
+        addTerm(mTerms[t], jets, false);
     }
     if (mUniformSpeed == 0) return;
     for (int i = 0; i < points.size; ++i) {

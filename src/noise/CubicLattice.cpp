@@ -12,7 +12,7 @@ namespace curlew {
 namespace {
 
 /// The permutation of Ken Perlin's reference implementation of improved noise (2002).
-constexpr std::array<uint8_t, 256> kPermutation{
+constexpr std::array<uint8_t, PermutationHash::kSize> kPermutation{
     151, 160, 137, 91,  90,  15,  131, 13,  201, 95,  96,  53,  194, 233, 7,   225, 140, 36,  103, 30,  69,  142,
     8,   99,  37,  240, 21,  10,  23,  190, 6,   148, 247, 120, 234, 75,  0,   26,  197, 62,  94,  252, 219, 203,
     117, 35,  11,  32,  57,  177, 33,  88,  237, 149, 56,  87,  174, 20,  125, 136, 171, 168, 68,  175, 74,  165,
@@ -37,6 +37,7 @@ CubicLattice<N>::CubicLattice(const Vec<int, N>& period, double natural, uint64_
     for (int axis = 0; axis < N; ++axis) {
         requirePeriod(period[axis]);
         mPeriod[axis] = period[axis] > 0 ? period[axis] : natural;
+        mInverse[axis] = 1 / mPeriod[axis];
         // Never by 0, or a seed could share planes of vertices with seed 0.
         if (seed != 0)
             mShift[axis] = static_cast<double>(1 + randomBits(seed, static_cast<uint64_t>(axis), 1) % 4095) / 4096;
@@ -48,11 +49,11 @@ template class CubicLattice<2>;
 template class CubicLattice<3>;
 
 PermutationHash::PermutationHash(uint64_t seed) {
-    std::array<uint8_t, 256> permutation = kPermutation;
+    std::array<uint8_t, kSize> permutation = kPermutation;
     if (seed != 0)
         for (size_t i = permutation.size() - 1; i > 0; --i)
             std::swap(permutation[i], permutation[randomBits(seed, i, 2) % (i + 1)]);
-    for (size_t i = 0; i < mTwice.size(); ++i) mTwice[i] = permutation[i % permutation.size()];
+    std::copy(permutation.begin(), permutation.end(), mPermutation.begin());
 }
 
 } // namespace curlew

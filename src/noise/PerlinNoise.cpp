@@ -47,11 +47,17 @@ std::array<Vec<double, N>, 16> scaledGradients(PerlinGradients which) {
 
 template <int N>
 PerlinNoise<N>::PerlinNoise(const PerlinNoiseOptions<N>& options)
-    : mLattice(options.period, kOwnPeriod, options.seed),
-      mHash(options.seed),
-      mGradients(scaledGradients<N>(options.gradients)) {
+    : mLattice(options.period, kOwnPeriod, options.seed), mHash(options.seed) {
     if (N != 3 && options.gradients == PerlinGradients::reference)
         throw ValueError("there are reference gradients for Perlin noise in 3D only; take catlike");
+    const auto gradients = scaledGradients<N>(options.gradients);
+    for (size_t place = 0; place < mGradients.size(); ++place) {
+        const auto& gradient = gradients[static_cast<size_t>(mHash.at(static_cast<float>(place))) % gradients.size()];
+        for (size_t axis = 0; axis < N; ++axis) {
+            mGradients[place].c[axis] = gradient.c[axis];
+            mGradientsFloat[place].c[axis] = static_cast<float>(gradient.c[axis]);
+        }
+    }
 }
 
 template class PerlinNoise<1>;

@@ -55,6 +55,16 @@ Matrix<N, N> seededRotation(uint64_t seed) {
     }
 }
 
+/// One of 1088, all of the kind of the published (34 h² + 10 h) modulo 289. Larger factors would not be exact in float.
+template <class Permutation>
+Permutation randomPermutation(uint64_t seed, uint64_t step) {
+    const auto draw = [&](uint64_t k, uint64_t below) { return static_cast<int>(randomBits(seed, step, k) % below); };
+    constexpr std::array<int, 4> kQuadratic{-34, -17, 17, 34};
+    const int k = draw(5, 272), unit = 1 + k + k / 16; // the k-th from 1 on that 17 does not divide
+    return {static_cast<float>(kQuadratic[static_cast<size_t>(draw(2, 4))]),
+            static_cast<float>(unit > 144 ? unit - 289 : unit)};
+}
+
 } // namespace
 
 template <int N>
@@ -68,29 +78,28 @@ PsrdN<N>::PsrdN(const PsrdOptionsN<N>& options) : mOptions(options) {
         mDivisor[axis] = std::max(mPeriod[axis], 1.0);
     }
     if (!std::isfinite(options.alpha)) throw ValueError(fmt::format("alpha {} must be finite", options.alpha));
-    for (size_t k = 0; k < kHashes; ++k) {
-        mPermutation[k] = static_cast<uint16_t>((k * 34 + 10) * k % kHashes);
-        mFirstPermutation[k] = N == 2 ? static_cast<uint16_t>((k * 51 + 2) * k % kHashes) : mPermutation[k];
-    }
-    // A seed moves the lattice under the hash, and shuffles the hash: a shift alone would give fields that are
+    mPermutations.fill({34, 10});
+    if (N == 2) mPermutations[0] = {51, 2};
+    // A seed moves the lattice under the hash, and takes other permutations: a shift alone would give fields that are
     // translates of one another, and the published permutation of two shifted lattices is far from independent. It also
     // turns the gradients: else two seeds would share one at a vertex in 289, and their flow would stand still around
     // it. And it translates the lattice itself, by multiples of 1/4096, never by 0: gradients are longest at vertices,
     // so the flow of two noises on one lattice would be fastest in a regular grid of spots.
-    if (options.seed != 0) {
+    if (options.seed != 0)
         for (size_t axis = 0; axis < N; ++axis) {
-            mShift[axis] = static_cast<int>(randomBits(options.seed, axis, 1) % kHashes);
+            mShift.c[axis] = static_cast<float>(randomBits(options.seed, axis, 1) % kHashes) - kMostHash;
             mTranslation.c[axis] = static_cast<double>(1 + randomBits(options.seed, axis, 4) % 4095) / 4096;
+            mPermutations[axis] = randomPermutation<Permutation>(options.seed, axis);
         }
-        for (size_t i = kHashes - 1; i > 0; --i)
-            std::swap(mPermutation[i], mPermutation[randomBits(options.seed, i, 2) % (i + 1)]);
-        std::copy_n(mPermutation.begin(), kHashes, mFirstPermutation.begin());
-    }
-    std::copy_n(mPermutation.begin(), kHashes, mPermutation.begin() + kHashes);
     const Matrix<N, N> turn = seededRotation<N>(options.seed);
-    for (size_t h = 0; h < kHashes; ++h) {
-        mGradients[h] = turn * rotatedGradient(static_cast<int>(h), options);
-        for (int axis = 0; axis < N; ++axis) mGradientsFloat[h][axis] = static_cast<float>(mGradients[h][axis]);
+    for (size_t k = 0; k < kHashes; ++k) {
+        // The published hashes are 0 … 288.
+        const auto hash = static_cast<int>((k + kHashes - kMostHash) % kHashes);
+        const Vec<double, N> gradient = turn * rotatedGradient(hash, options);
+        for (size_t axis = 0; axis < N; ++axis) {
+            mGradients[k].c[axis] = gradient.c[axis];
+            mGradientsFloat[k].c[axis] = static_cast<float>(gradient.c[axis]);
+        }
     }
 }
 

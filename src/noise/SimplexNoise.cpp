@@ -137,7 +137,7 @@ SimplexNoise<N>::SimplexNoise(const SimplexOptions& options)
             double sum = 0;
             for (const int o : near[v].c) sum += o;
             for (int i = 0; i < N; ++i) {
-                p[i] = near[v][i] - unskew() * sum;
+                p[i] = near[v][i] - mUnskew * sum;
                 mOffsets[v][i] = static_cast<int8_t>(near[v][i]);
             }
         }
@@ -148,23 +148,30 @@ SimplexNoise<N>::SimplexNoise(const SimplexOptions& options)
     }
 
     // The program's order before the shuffle: the place of the 0, then the signs of the others, lowest bit first.
+    std::array<Vec<int8_t, N>, kGradients> gradients;
     for (size_t k = 0; k < kGradients; ++k) {
         const size_t zero = k >> (N - 1);
         size_t signs = k;
         for (size_t i = 0; i < N; ++i) {
-            mGradients[k].c[i] = static_cast<int8_t>(i == zero ? 0 : signs % 2 ? 1 : -1);
+            gradients[k].c[i] = static_cast<int8_t>(i == zero ? 0 : signs % 2 ? 1 : -1);
             if (i != zero) signs /= 2;
         }
     }
     // Other seeds take another hash, not only another start of the published one: that leaves them correlated, in 2D by
     // up to 0.1. They also move the lattice, or they would have vertices in common, and there all of them are 0 and
     // have a gradient in a few directions only.
-    mIndex = mPublishedHash ? simplexHash(12345) : randomBits(options.seed, 0, 1);
+    mIndex = mPublishedHash ? simplexHash(uint64_t{12345}) : randomBits(options.seed, 0, 1);
     for (uint64_t i = 0; i < N; ++i) {
         mSteps[i] = mPublishedHash ? uint64_t{1} << (5 * i % 16) : randomBits(options.seed, i, 2) | 1;
         if (!mPublishedHash) mTranslation.c[i] = std::floor(4096 * randomUniform(options.seed, i, 3)) / 4096;
     }
-    shuffleLikePython(mGradients, mIndex);
+    shuffleLikePython(gradients, mIndex);
+    for (size_t k = 0; k < kGradients; ++k)
+        for (size_t i = 0; i < N; ++i) {
+            const size_t row = k + i / 4 * kGradients;
+            mGradients[row].c[i % 4] = gradients[k].c[i];
+            mGradientsFloat[row].c[i % 4] = gradients[k].c[i];
+        }
 }
 
 template class SimplexNoise<2>;

@@ -5,6 +5,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
 namespace curlew {
 
 namespace {
@@ -267,6 +271,34 @@ AdvectResultN<N> advect(const FlowN<N>& flow, Points<N>& points, const AdvectOpt
         monitor);
 }
 
+namespace {
+
+/// The particles in the order of a Z-curve (Morton 1966) through the box: those of a batch are then near each other,
+/// and look up the same parts of a level set.
+std::vector<uint32_t> alongCurve(const Particles& p, const Box& box) {
+    constexpr int kBits = 10;
+    const auto cell = [](double x, double lower, double size) {
+        const double c = (x - lower) / size * (1 << kBits);
+        return c > 0 ? static_cast<uint32_t>(std::min(c, (1 << kBits) - 1.0)) : 0u; // NaN, too
+    };
+    const Vec3d size = box.size();
+    std::vector<std::pair<uint32_t, uint32_t>> codes(p.size());
+    for (size_t k = 0; k < p.size(); ++k) {
+        const std::array<uint32_t, 3> c{cell(p.x[k], box.lower[0], size[0]), cell(p.y[k], box.lower[1], size[1]),
+                                        cell(p.z[k], box.lower[2], size[2])};
+        uint32_t code = 0;
+        for (int bit = kBits - 1; bit >= 0; --bit)
+            for (const uint32_t axis : c) code = code << 1 | (axis >> bit & 1);
+        codes[k] = {code, static_cast<uint32_t>(k)};
+    }
+    std::sort(codes.begin(), codes.end());
+    std::vector<uint32_t> order(codes.size());
+    for (size_t k = 0; k < codes.size(); ++k) order[k] = codes[k].second;
+    return order;
+}
+
+} // namespace
+
 AdvectResult advect(const Flow& flow, Particles& particles, const AdvectOptions& options, const Monitor& monitor) {
     validate(flow, options);
     const size_t count = particles.size();
@@ -275,22 +307,31 @@ AdvectResult advect(const Flow& flow, Particles& particles, const AdvectOptions&
     for (auto* array : {&particles.f, &particles.g}) array->resize(flow.hasTracks() ? count : 0);
     particles.converged.resize(count, 1);
     Particles& p = particles;
+    // No particle depends on another, so the order changes nothing but the time.
+    const bool sorted = flow.domain().wall && flow.domain().box.finite() && count <= UINT32_MAX;
+    const std::vector<uint32_t> order = sorted ? alongCurve(p, flow.domain().box) : std::vector<uint32_t>{};
+    const auto particle = [&](size_t k) { return sorted ? order[k] : k; };
     return advectBatches(
         flow, count, options,
         [&](const ReprojectOptions& reprojection, size_t begin, size_t end) {
             PointBatch start;
-            for (size_t k = begin; k < end; ++k) start.push({{p.x[k], p.y[k], p.z[k]}});
+            for (size_t n = begin; n < end; ++n) {
+                const size_t k = particle(n);
+                start.push({{p.x[k], p.y[k], p.z[k]}});
+            }
             BatchAdvector<3> batch(flow, options, reprojection, start);
-            for (size_t k = begin; k < end; ++k) {
-                batch.converged()[k - begin] = p.converged[k] != 0;
+            for (size_t n = begin; n < end; ++n) {
+                const size_t k = particle(n);
+                batch.converged()[n - begin] = p.converged[k] != 0;
                 if (!onTrack) continue;
-                batch.track()[0][k - begin] = p.f[k];
-                batch.track()[1][k - begin] = p.g[k];
+                batch.track()[0][n - begin] = p.f[k];
+                batch.track()[1][n - begin] = p.g[k];
             }
             batch.run(monitor);
             const Tally<3> tally = batch.tally();
-            for (size_t k = begin; k < end; ++k) {
-                const auto lane = static_cast<int>(k - begin);
+            for (size_t n = begin; n < end; ++n) {
+                const size_t k = particle(n);
+                const auto lane = static_cast<int>(n - begin);
                 const Vec3d x = batch.position()[lane], v = batch.velocity()[lane];
                 p.x[k] = x[0];
                 p.y[k] = x[1];
@@ -298,10 +339,10 @@ AdvectResult advect(const Flow& flow, Particles& particles, const AdvectOptions&
                 p.vx[k] = static_cast<float>(v[0]);
                 p.vy[k] = static_cast<float>(v[1]);
                 p.vz[k] = static_cast<float>(v[2]);
-                p.converged[k] = batch.converged()[k - begin] ? 1 : 0;
+                p.converged[k] = batch.converged()[n - begin] ? 1 : 0;
                 if (!flow.hasTracks()) continue;
-                p.f[k] = batch.track()[0][k - begin];
-                p.g[k] = batch.track()[1][k - begin];
+                p.f[k] = batch.track()[0][n - begin];
+                p.g[k] = batch.track()[1][n - begin];
             }
             return tally;
         },

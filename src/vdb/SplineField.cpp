@@ -1,8 +1,11 @@
+#include "SplineContraction.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/math/Dispatch.h"
 #include "curlew/vdb/LevelSet.h"
 
 #include <openvdb/tree/LeafManager.h>
 
+#include <utility>
 #include <vector>
 
 namespace curlew {
@@ -10,24 +13,6 @@ namespace curlew {
 namespace {
 
 using openvdb::Coord;
-
-/// The weights of the four samples around t in [0, 1), or their derivatives with respect to t up to the third, of the
-/// uniform cubic B-spline.
-template <class T>
-std::array<T, 4> splineWeights(T t, int derivative) {
-    const T s = T(1) - t;
-    switch (derivative) {
-        case 0:
-            return {s * s * s / T(6), (t * t * (T(3) * t - T(6)) + T(4)) / T(6),
-                    (s * s * (T(3) * s - T(6)) + T(4)) / T(6), t * t * t / T(6)};
-        case 1:
-            return {T(-0.5) * s * s, t * (T(1.5) * t - T(2)), s * (T(2) - T(1.5) * s), T(0.5) * t * t};
-        case 2:
-            return {s, T(3) * t - T(2), T(1) - T(3) * t, t};
-        default:
-            return {T(-1), T(3), T(-3), T(1)};
-    }
-}
 
 /// A tricubic B-spline on the leaves of a narrow band. Each leaf keeps all the coefficients that a position in it can
 /// need, neighbours' included, in one block: so a lookup is one descent of a tree and 64 values that lie together.
@@ -45,16 +30,27 @@ class SplineField {
 
     template <int Order, class T>
     void evalBatch(const PointBatch& points, JetBatch<T, Order>& jets) const {
-        const openvdb::tree::ValueAccessor<const openvdb::Int32Tree, /*IsSafe=*/false> blocks(*mBlockOf);
+        SplineContraction::Places places;
+        places.size = points.size;
+        std::array<float, kBatch> level;
+        if (find(points, places, level)) {
+            constexpr bool kHasLanes = Order <= 2;
+            if (kHasLanes && points.size > 2) {
+                if constexpr (kHasLanes) runKernel<SplineKernel<Order>, T>(std::as_const(places), mToIndex, jets);
+            } else {
+                SplineKernel<Order>::template run<T>(places, mToIndex, jets);
+            }
+        }
         for (int i = 0; i < points.size; ++i)
-            jets.set(i, pullBack(inIndexSpace<Order, T>(mToIndex * points[i] + mShift, blocks), mToIndex));
+            if (const float beyond = level[static_cast<size_t>(i)]; beyond != kInBand)
+                jets.set(i, Jet<T, 3, Order>(static_cast<T>(beyond)));
     }
 
     /// A spline lies between its coefficients.
     Range range() const { return Range::within(mMost); }
 
   private:
-    static constexpr int kLeaf = 8, kBlock = kLeaf + 3; // one coefficient below, two above
+    static constexpr int kBlock = SplineContraction::kBlock;
     using Block = std::array<float, kBlock * kBlock * kBlock>;
 
     static Coord leafOf(const Coord& ijk) { return {ijk[0] >> 3, ijk[1] >> 3, ijk[2] >> 3}; }
@@ -96,55 +92,46 @@ class SplineField {
                 }
     }
 
-    template <int Order, class T, class Accessor>
-    Jet<T, 3, Order> inIndexSpace(const Vec3d& p, const Accessor& blocks) const {
-        constexpr double kFar = 0x1p30;
-        for (const double c : p.c)
-            if (!(std::abs(c) < kFar)) return static_cast<T>(mGrid->background());
-        const Coord base(static_cast<int>(std::floor(p[0])), static_cast<int>(std::floor(p[1])),
-                         static_cast<int>(std::floor(p[2])));
-        const int32_t n = blocks.getValue(leafOf(base));
-        if (n < 0) return static_cast<T>(mGrid->tree().getValue(base));
-        const Vec3<T> t{
-            {static_cast<T>(p[0] - base[0]), static_cast<T>(p[1] - base[1]), static_cast<T>(p[2] - base[2])}};
-        const float* corner =
-            mBlocks[static_cast<size_t>(n)].data() + ((base[0] & 7) * kBlock + (base[1] & 7)) * kBlock + (base[2] & 7);
-        return contract<Order>(corner, t);
-    }
+    static constexpr float kInBand = 0; // no level beyond the band is that
 
-    /// Sums the 64 coefficients along z, then y, then x, with the weights of every derivative that the order asks for.
-    template <int Order, class T>
-    static Jet<T, 3, Order> contract(const float* corner, const Vec3<T>& t) {
-        std::array<std::array<std::array<T, 4>, Order + 1>, 3> w; // [axis][derivative][sample]
-        for (int axis = 0; axis < 3; ++axis)
-            for (int d = 0; d <= Order; ++d)
-                w[static_cast<size_t>(axis)][static_cast<size_t>(d)] = splineWeights(t[axis], d);
-        std::array<std::array<std::array<T, Order + 1>, Order + 1>, Order + 1> sum{}; // [d/dx][d/dy][d/dz]
-        for (size_t i = 0; i < 4; ++i) {
-            std::array<std::array<T, Order + 1>, Order + 1> plane{};
-            for (size_t j = 0; j < 4; ++j) {
-                const float* row = corner + (i * kBlock + j) * kBlock;
-                for (size_t dz = 0; dz <= Order; ++dz) {
-                    T line = 0;
-                    for (size_t k = 0; k < 4; ++k) line += static_cast<T>(row[k]) * w[2][dz][k];
-                    for (size_t dy = 0; dy + dz <= Order; ++dy) plane[dy][dz] += line * w[1][dy][j];
-                }
+    /// What there is in the cube of a leaf: a block, or beyond the band one level.
+    struct Cube {
+        const Block* block = nullptr;
+        float level = kInBand;
+    };
+
+    /// Where the coefficients of the positions in the band are, and whether any is there. The others get some place;
+    /// they have a level.
+    bool find(const PointBatch& points, SplineContraction::Places& places, std::array<float, kBatch>& level) const {
+        static constexpr Block kNoBlock{};
+        places.corner.fill(kNoBlock.data()); // for lanes without a position, too
+        PointBatch voxel;
+        runKernel<VoxelKernel, double>(points, mToIndex, mShift, voxel, places.fraction);
+        const openvdb::tree::ValueAccessor<const openvdb::Int32Tree, /*IsSafe=*/false> blocks(*mBlockOf);
+        Coord leaf = Coord::max();
+        Cube cube;
+        bool any = false;
+        for (size_t n = 0; n < static_cast<size_t>(points.size); ++n) {
+            constexpr double kNowhere = VoxelKernel::kNowhere;
+            if (voxel.c[0][n] == kNowhere || voxel.c[1][n] == kNowhere || voxel.c[2][n] == kNowhere) {
+                level[n] = mGrid->background();
+                continue;
             }
-            for (size_t dx = 0; dx <= Order; ++dx)
-                for (size_t dy = 0; dx + dy <= Order; ++dy)
-                    for (size_t dz = 0; dx + dy + dz <= Order; ++dz) sum[dx][dy][dz] += plane[dy][dz] * w[0][dx][i];
+            const Coord base(static_cast<int>(voxel.c[0][n]), static_cast<int>(voxel.c[1][n]),
+                             static_cast<int>(voxel.c[2][n]));
+            // Positions that are evaluated together are mostly in the same cube.
+            if (leafOf(base) != leaf) {
+                leaf = leafOf(base);
+                const int32_t index = blocks.getValue(leaf);
+                cube = index >= 0 ? Cube{&mBlocks[static_cast<size_t>(index)]}
+                                  : Cube{nullptr, mGrid->tree().getValue(base)};
+            }
+            level[n] = cube.level;
+            if (!cube.block) continue;
+            any = true;
+            places.corner[n] = cube.block->data() + ((base[0] & 7) * kBlock + (base[1] & 7)) * kBlock + (base[2] & 7);
         }
-        Jet<T, 3, Order> jet(sum[0][0][0]);
-        if constexpr (Order >= 1) jet.gradient = {{sum[1][0][0], sum[0][1][0], sum[0][0][1]}};
-        if constexpr (Order >= 2)
-            jet.hessian.c = {sum[2][0][0], sum[0][2][0], sum[0][0][2], sum[1][1][0], sum[1][0][1], sum[0][1][1]};
-        if constexpr (Order >= 3)
-            jet.forTriples([&](int i, int j, int k) {
-                std::array<size_t, 3> d{};
-                for (const int axis : {i, j, k}) ++d[static_cast<size_t>(axis)];
-                jet.third(i, j, k) = sum[d[0]][d[1]][d[2]];
-            });
-        return jet;
+        return any;
     }
 
     openvdb::FloatGrid::ConstPtr mGrid;

@@ -8,17 +8,23 @@
 #include <boost/uuid/uuid_io.hpp>
 #include <fmt/format.h>
 #include <openvdb/io/Archive.h>
+#include <openvdb/io/GridDescriptor.h>
 #include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/points/PointDataGrid.h>
 #include <openvdb/version.h>
+#include <tbb/task_group.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <map>
 #include <new>
+#include <optional>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace curlew {
 
@@ -37,21 +43,34 @@ void checkPoints(const openvdb::GridBase& grid) {
 
 // ---- Writing
 
-/// Passes everything on to another buffer and keeps a digest of it that is blind to the UUID.
+/// Gathers what is written into blocks; another thread, if there is one, takes a digest of a block that is blind to the
+/// UUID, and writes it to the target, while the next is filled. (A std::filebuf would write each leaf by itself.)
 class DigestBuffer : public std::streambuf {
   public:
-    explicit DigestBuffer(std::streambuf& target) : mTarget(target) {}
+    explicit DigestBuffer(std::streambuf& target) : mTarget(target) {
+        for (std::vector<char>* block : {&mFilling, &mLeaving}) block->reserve(kBlock);
+    }
+    ~DigestBuffer() noexcept override {
+        try {
+            mWriting.wait();
+        } catch (...) { // NOLINT: what went wrong before is already on its way
+        }
+    }
+    DigestBuffer(const DigestBuffer&) = delete;
+    DigestBuffer& operator=(const DigestBuffer&) = delete;
 
+    /// Of all that has been flushed.
     uint64_t digest() const { return mDigest; }
 
   protected:
     std::streamsize xsputn(const char* data, std::streamsize size) override {
-        if (mPosition < kUuidBegin || mPosition >= kUuidBegin + kUuidLength) {
-            const std::array link{mDigest, hash(data, size_t(size))};
-            mDigest = hash(link.data(), sizeof link);
+        for (std::streamsize done = 0; done < size;) {
+            if (mFilling.size() == kBlock && !send()) return done;
+            const auto part = std::min(size - done, std::streamsize(kBlock - mFilling.size()));
+            mFilling.insert(mFilling.end(), data + done, data + done + part);
+            done += part, mPosition += part;
         }
-        mPosition += size;
-        return mTarget.sputn(data, size);
+        return size;
     }
 
     int_type overflow(int_type c) override {
@@ -60,36 +79,71 @@ class DigestBuffer : public std::streambuf {
     }
 
     pos_type seekoff(off_type offset, std::ios::seekdir from, std::ios::openmode which) override {
-        return mPosition = mTarget.pubseekoff(offset, from, which);
+        if (offset == 0 && from == std::ios::cur) return mPosition;
+        return drain() ? moved(mTarget.pubseekoff(offset, from, which)) : pos_type(off_type(-1));
     }
 
     pos_type seekpos(pos_type position, std::ios::openmode which) override {
-        return mPosition = mTarget.pubseekpos(position, which);
+        return drain() ? moved(mTarget.pubseekpos(position, which)) : pos_type(off_type(-1));
     }
 
-    int sync() override { return mTarget.pubsync(); }
+    int sync() override { return drain() ? mTarget.pubsync() : -1; }
 
   private:
+    static constexpr size_t kBlock = size_t(1) << 20;
+
     static uint64_t hash(const void* data, size_t size) {
         return std::hash<std::string_view>{}({static_cast<const char*>(data), size});
     }
 
-    std::streambuf& mTarget;
-    std::streamoff mPosition = 0;
-    uint64_t mDigest = 0;
-};
-
-/// Gives access to OpenVDB's writer for streams that can seek: io::File opens its file by name and does not notice when
-/// it cannot be written, and io::Stream leaves out the offsets that let other programs read single grids.
-class SeekableArchive : public openvdb::io::Archive {
-  public:
-    void writeTo(std::ostream& out, const openvdb::GridCPtrVec& grids, const openvdb::MetaMap& metadata) const {
-        Archive::write(out, grids, /*seekable=*/true, metadata);
+    pos_type moved(pos_type to) {
+        mPosition = to;
+        return to;
     }
+
+    /// Waits for the block that is leaving. Returns whether all went well; if not, errno says why.
+    bool wait() {
+        mWriting.wait();
+        if (mError) errno = *mError;
+        return !mError;
+    }
+
+    /// Sends the block that is filled on its way.
+    bool send() {
+        if (!wait()) return false;
+        std::swap(mFilling, mLeaving);
+        mFilling.clear();
+        const std::streamoff begin = mPosition - std::streamoff(mLeaving.size());
+        mWriting.run([this, begin] { write(begin); });
+        return true;
+    }
+
+    bool drain() { return send() && wait(); }
+
+    void write(std::streamoff begin) {
+        const auto size = std::streamoff(mLeaving.size());
+        const auto inBlock = [&](std::streamoff position) {
+            return std::clamp(position - begin, std::streamoff(0), size);
+        };
+        std::fill(mLeaving.begin() + inBlock(kUuidBegin), mLeaving.begin() + inBlock(kUuidBegin + kUuidLength), '0');
+        const std::array link{mDigest, hash(mLeaving.data(), mLeaving.size())};
+        mDigest = hash(link.data(), sizeof link);
+        errno = 0;
+        if (mTarget.sputn(mLeaving.data(), size) != size) mError = errno;
+    }
+
+    std::streambuf& mTarget;
+    std::vector<char> mFilling, mLeaving;
+    std::streamoff mPosition = 0; ///< Where the next byte goes.
+    uint64_t mDigest = 0;
+    std::optional<int> mError; ///< The errno of a write that failed.
+    tbb::task_group mWriting;
 };
 
-uint32_t compressionFlags(Codec codec) {
+uint32_t compressionFlags(Codec codec, const openvdb::GridBase& grid) {
     switch (codec) {
+        case Codec::automatic:
+            return compressionFlags(grid.getGridClass() == openvdb::GRID_FOG_VOLUME ? Codec::blosc : Codec::none, grid);
         case Codec::zip:
             return openvdb::io::COMPRESS_ACTIVE_MASK | openvdb::io::COMPRESS_ZIP;
         case Codec::blosc:
@@ -99,6 +153,43 @@ uint32_t compressionFlags(Codec codec) {
     }
     return openvdb::io::COMPRESS_ACTIVE_MASK;
 }
+
+/// Writes what OpenVDB's own archives write, to a stream that can seek and with a codec for each grid: io::File opens
+/// its file by name and does not notice when it cannot be written, io::Stream leaves out the offsets that let other
+/// programs read single grids, and both have one codec for all grids.
+class SeekableArchive : public openvdb::io::Archive {
+  public:
+    void writeTo(std::ostream& out, const openvdb::GridCPtrVec& grids, const openvdb::MetaMap& metadata, Codec codec) {
+        using openvdb::io::GridDescriptor;
+        auto streamMetadata = std::make_shared<openvdb::io::StreamMetadata>();
+        streamMetadata->setWriteGridStats(isGridStatsMetadataEnabled());
+        openvdb::io::setStreamMetadataPtr(out, streamMetadata);
+        writeHeader(out, /*seekable=*/true);
+        metadata.writeMeta(out);
+        const auto count = int32_t(grids.size());
+        out.write(reinterpret_cast<const char*>(&count), sizeof count);
+
+        std::map<std::string, int> named, numbered; // how many grids have the name, and have been given a number
+        for (const auto& grid : grids) ++named[grid->getName()];
+        std::map<const openvdb::TreeBase*, GridDescriptor> trees;
+        for (const auto& grid : grids) {
+            const std::string name = grid->getName();
+            // An empty name gets a number, too: another grid could not refer to it.
+            const bool unique = named[name] == 1 && !name.empty();
+            GridDescriptor descriptor(unique ? name : GridDescriptor::addSuffix(name, numbered[name]++), grid->type(),
+                                      grid->saveFloatAsHalf());
+            setCompression(compressionFlags(codec, *grid));
+            const auto [first, fresh] = trees.try_emplace(&grid->baseTree(), descriptor);
+            if (fresh || first->second.saveFloatAsHalf() != descriptor.saveFloatAsHalf()) {
+                writeGrid(descriptor, grid, out, /*seekable=*/true);
+                first->second = descriptor;
+            } else {
+                descriptor.setInstanceParentName(first->second.uniqueName());
+                writeGridInstance(descriptor, grid, out, /*seekable=*/true);
+            }
+        }
+    }
+};
 
 void removeHoudiniCreator(openvdb::MetaMap& metadata) {
     const auto creator = metadata.getMetadata<openvdb::StringMetadata>(openvdb::GridBase::META_GRID_CREATOR);
@@ -175,14 +266,13 @@ void writeVdb(const fs::path& path, const std::vector<openvdb::GridBase::ConstPt
     removeHoudiniCreator(metadata);
 
     SeekableArchive archive;
-    archive.setCompression(compressionFlags(options.codec));
     writeAtomically(
         path,
         [&](std::ostream& out) {
             DigestBuffer buffer(*out.rdbuf());
             std::ostream digested(&buffer);
             digested.exceptions(std::ios::badbit | std::ios::failbit);
-            archive.writeTo(digested, written, metadata);
+            archive.writeTo(digested, written, metadata, options.codec);
             digested.flush();
             // OpenVDB's own UUID is random: the same content would never give the same bytes.
             const std::string uuid = boost::uuids::to_string(

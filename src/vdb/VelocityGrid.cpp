@@ -9,7 +9,11 @@
 #include <openvdb/tree/LeafManager.h>
 
 #include <algorithm>
+#include <bit>
+#include <bitset>
+#include <map>
 #include <memory>
+#include <optional>
 
 namespace curlew {
 
@@ -33,8 +37,14 @@ class Skin {
         mBegin = mEnd * std::min(kInterpolation / voxels, 0.75);
         mOneSided = true;
     }
+    bool oneSided() const { return mOneSided; }
     double fade(double distance) const {
         return mOneSided ? 1 - quinticFade((beyondWall(mSide, distance) - mBegin) / (mEnd - mBegin)).value : 1;
+    }
+    /// Whether nothing fades within `radius` of a position at this distance. (The most that a distance changes on a way
+    /// is its length; a sampled one has ripples.)
+    bool isFar(double distance, double radius) const {
+        return !mOneSided || beyondWall(mSide, distance) + 1.25 * radius < mBegin;
     }
     /// The distances at which anything is left, and `margin` more.
     DistanceRange range(double margin) const {
@@ -50,118 +60,288 @@ class Skin {
     double mBegin = 0, mEnd = 1;
 };
 
-void distances(const Domain& domain, const PointBatch& points, JetBatch<double, 0>& d) {
+template <class T>
+void distances(const Domain& domain, const PointBatch& points, JetBatch<T, 0>& d) {
     if (domain.wall)
         domain.wall->sdf.distance.eval(points, d);
     else
-        d.c[0].fill(std::numeric_limits<double>::infinity());
+        d.c[0].fill(std::numeric_limits<T>::infinity());
 }
 
-/// Fills one leaf of a grid whose voxel ijk has its centre at voxel * ijk.
+/// The voxels of one plane of a leaf are a batch, and a word of the mask of its active voxels.
+constexpr int kPlanes = 8;
+static_assert(kBatch == kPlanes * kPlanes);
+
+/// Fills leaves of a grid whose voxel ijk has its centre at voxel * ijk.
 class LeafSampler {
   public:
     LeafSampler(const Flow& flow, double voxel, const Skin& skin) : mFlow(flow), mVoxel(voxel), mSkin(skin) {}
 
     void collocated(VelocityLeaf& leaf) const {
-        for (openvdb::Index begin = 0; begin < VelocityLeaf::SIZE; begin += kBatch) {
-            PointBatch points;
-            for (openvdb::Index n = begin; n < begin + kBatch; ++n) points.push(centre(leaf.offsetToGlobalCoord(n)));
-            JetBatch<double, 0> d;
-            distances(mFlow.domain(), points, d);
-            PointBatch moving;
-            std::array<openvdb::Index, kBatch> offset;
-            std::array<double, kBatch> fade;
-            for (int i = 0; i < kBatch; ++i) {
-                const double rest = mSkin.fade(d.c[0][static_cast<size_t>(i)]);
-                if (!(rest > 0) || !mFlow.domain().box.contains(points[i])) continue;
-                offset[static_cast<size_t>(moving.size)] = begin + static_cast<openvdb::Index>(i);
-                fade[static_cast<size_t>(moving.size)] = rest;
-                moving.push(points[i]);
-            }
-            if (moving.size == 0) continue;
-            VecBatch<float> velocity;
-            mFlow.velocity(moving, velocity);
-            for (int i = 0; i < moving.size; ++i) {
-                const Vec3f v = velocity[i] * static_cast<float>(fade[static_cast<size_t>(i)]);
-                leaf.setValueOn(offset[static_cast<size_t>(i)], {v[0], v[1], v[2]});
-            }
+        const bool whole = inBox(leaf.origin()), fades = !isFar(leaf.origin());
+        for (int plane = 0; plane < kPlanes; ++plane) {
+            PointBatch points = centres(leaf.origin(), plane);
+            Fade fade;
+            const uint64_t flows = flowing(points, whole, fades, fade);
+            if (flows == 0) continue;
+            std::array<uint8_t, kBatch> voxel; // in the plane
+            if (flows != kAll) keep(flows, points, fade, voxel);
+            VecBatch<float> v;
+            mFlow.velocity(points, v);
+            if (fades)
+                for (auto& axis : v.c)
+                    for (size_t i = 0; i < kBatch; ++i) axis[i] *= fade[i];
+            openvdb::Vec3s* values = leaf.buffer().data() + plane * kBatch;
+            for (size_t i = 0; i < static_cast<size_t>(points.size); ++i)
+                values[flows == kAll ? i : voxel[i]] = {v.c[0][i], v.c[1][i], v.c[2][i]};
+            leaf.getValueMask().getWord<uint64_t>(plane) = flows;
         }
     }
 
-    void staggered(VelocityLeaf& leaf) const {
-        Corners corners(*this, leaf.origin());
-        // Beyond a wall, what counts is whether anything still flows; a contained flow ends there, whatever the box.
-        const auto& wall = mFlow.domain().wall;
-        const bool contained = wall && wall->side == Side::inside;
-        for (openvdb::Index n = 0; n < VelocityLeaf::SIZE; ++n) {
-            const Coord local = VelocityLeaf::offsetToLocalCoord(n);
-            openvdb::Vec3s v;
-            for (int axis = 0; axis < 3; ++axis)
-                v[axis] = static_cast<float>(corners.flux(local, axis) / (mVoxel * mVoxel));
-            const bool flows = !wall || v != openvdb::Vec3s(0);
-            if (flows && (contained || mFlow.domain().box.contains(centre(leaf.offsetToGlobalCoord(n)))))
-                leaf.setValueOn(n, v);
-        }
+    /// Whether all voxels of a leaf have their centres in the box.
+    bool inBox(const Coord& origin) const {
+        const Coord last = origin.offsetBy(kLeaf - 1);
+        const Box& box = mFlow.domain().box;
+        return box.contains(centre(origin)) && box.contains(centre(last));
+    }
+    /// Whether nothing fades in a leaf, nor at the corners of its voxels.
+    bool isFar(const Coord& origin) const {
+        if (!mSkin.oneSided()) return true;
+        constexpr double kHalf = 0.5 * (kLeaf - 1);
+        const Vec3d middle = centre(origin) + Vec3d{{kHalf, kHalf, kHalf}} * mVoxel;
+        return mSkin.isFar(mFlow.domain().wall->sdf.distance.at<0>(middle).value,
+                           (kHalf + 0.5) * std::sqrt(3.0) * mVoxel);
+    }
+    Vec3d centre(const Coord& ijk) const { return {{ijk[0] * mVoxel, ijk[1] * mVoxel, ijk[2] * mVoxel}}; }
+
+    const Flow& flow() const { return mFlow; }
+    double voxel() const { return mVoxel; }
+    const Skin& skin() const { return mSkin; }
+
+    /// The centres of the voxels of a plane.
+    PointBatch centres(const Coord& origin, int plane) const {
+        PointBatch points;
+        points.size = kBatch;
+        points.c[0].fill((origin[0] + plane) * mVoxel);
+        for (int j = 0; j < kLeaf; ++j)
+            for (int k = 0; k < kLeaf; ++k) {
+                points.c[1][static_cast<size_t>(j * kLeaf + k)] = (origin[1] + j) * mVoxel;
+                points.c[2][static_cast<size_t>(j * kLeaf + k)] = (origin[2] + k) * mVoxel;
+            }
+        return points;
     }
 
   private:
-    Vec3d centre(const Coord& ijk) const { return {{ijk[0] * mVoxel, ijk[1] * mVoxel, ijk[2] * mVoxel}}; }
+    static constexpr uint64_t kAll = ~uint64_t{0};
+    using Fade = std::array<float, kBatch>;
 
-    /// The potentials at the 9³ corners of a leaf's voxels; the first of each term, f, faded beyond the wall.
-    class Corners {
-      public:
-        Corners(const LeafSampler& sampler, const Coord& origin) : mTerms(sampler.mFlow.terms().size()) {
-            const double h = sampler.mVoxel;
-            for (size_t begin = 0; begin < kCount; begin += kBatch) {
-                const size_t end = std::min(kCount, begin + kBatch);
-                PointBatch points;
-                for (size_t n = begin; n < end; ++n) {
-                    const auto i = static_cast<int>(n / (kEdge * kEdge)), j = static_cast<int>(n / kEdge % kEdge),
-                               k = static_cast<int>(n % kEdge);
-                    points.push({{(origin[0] + i - 0.5) * h, (origin[1] + j - 0.5) * h, (origin[2] + k - 0.5) * h}});
-                }
-                JetBatch<double, 0> d, f, g;
-                distances(sampler.mFlow.domain(), points, d);
-                for (size_t t = 0; t < mTerms.size(); ++t) {
-                    sampler.mFlow.terms()[t][0].eval(points, f);
-                    sampler.mFlow.terms()[t][1].eval(points, g);
-                    for (size_t n = begin; n < end; ++n) {
-                        mTerms[t].f[n] = f.c[0][n - begin] * sampler.mSkin.fade(d.c[0][n - begin]);
-                        mTerms[t].g[n] = g.c[0][n - begin];
-                    }
-                }
-            }
+    /// The voxels where anything flows, as bits, and how much of it.
+    uint64_t flowing(const PointBatch& points, bool whole, bool fades, Fade& fade) const {
+        uint64_t flows = kAll;
+        if (!whole)
+            for (int i = 0; i < kBatch; ++i)
+                if (!mFlow.domain().box.contains(points[i])) flows &= ~(uint64_t{1} << i);
+        fade.fill(1);
+        if (flows == 0 || !fades) return flows;
+        JetBatch<float, 0> d;
+        distances(mFlow.domain(), points, d);
+        for (size_t i = 0; i < kBatch; ++i) {
+            const double rest = mSkin.fade(static_cast<double>(d.c[0][i]));
+            fade[i] = static_cast<float>(rest);
+            if (!(rest > 0)) flows &= ~(uint64_t{1} << i);
         }
+        return flows;
+    }
 
-        /// The circulation of f dg around the low face across `axis` of a voxel: its flux in the direction of the axis.
-        double flux(const Coord& voxel, int axis) const {
-            Coord u(0), v(0);
-            u[(axis + 1) % 3] = v[(axis + 2) % 3] = 1;
-            const size_t a = index(voxel), b = index(voxel + u), c = index(voxel + u + v), d = index(voxel + v);
-            return along(a, b) + along(b, c) - along(d, c) - along(a, d);
+    /// Leaves the positions where anything flows, side by side, and says which voxels they are of.
+    static void keep(uint64_t flows, PointBatch& points, Fade& fade, std::array<uint8_t, kBatch>& voxel) {
+        points.size = 0;
+        for (; flows != 0; flows &= flows - 1) {
+            const int i = std::countr_zero(flows);
+            const auto to = static_cast<size_t>(points.size);
+            fade[to] = fade[static_cast<size_t>(i)];
+            voxel[to] = static_cast<uint8_t>(i);
+            points.push(points[i]);
         }
-
-      private:
-        static constexpr size_t kEdge = kLeaf + 1, kCount = kEdge * kEdge * kEdge;
-        struct Term {
-            std::array<double, kCount> f, g;
-        };
-        static size_t index(const Coord& c) {
-            return (static_cast<size_t>(c[0]) * kEdge + static_cast<size_t>(c[1])) * kEdge + static_cast<size_t>(c[2]);
-        }
-        /// Every edge is integrated in the direction of its axis, so that the faces that share it get the same bits.
-        double along(size_t from, size_t to) const {
-            double sum = 0;
-            for (const Term& t : mTerms) sum += 0.5 * (t.f[from] + t.f[to]) * (t.g[to] - t.g[from]);
-            return sum;
-        }
-
-        std::vector<Term> mTerms;
-    };
+    }
 
     const Flow& mFlow;
     double mVoxel;
     const Skin& mSkin;
+};
+
+/// The potentials at the corners of the voxels of a brick of leaves, each computed once, when the first leaf needs it.
+class BrickCorners {
+  public:
+    static constexpr int kLeaves = 4; ///< Along an edge: 33³ corners for up to 32³ voxels.
+    static constexpr size_t kAllLeaves = size_t{kLeaves} * kLeaves * kLeaves;
+
+    /// `origin`: the lowest voxel of the brick.
+    BrickCorners(const LeafSampler& sampler, const Coord& origin)
+        : mSampler(sampler), mOrigin(origin), mTerms(sampler.flow().terms().size()) {
+        for (Term& t : mTerms) {
+            t.f.resize(kCount);
+            t.g.resize(kCount);
+        }
+    }
+
+    /// Computes all corners: for a brick that has all its leaves.
+    void needAll() {
+        const double h = mSampler.voxel();
+        PointBatch points;
+        size_t done = 0;
+        const auto flush = [&] {
+            evaluate(points, mSampler.skin().oneSided(), [&](size_t t, const Values& f, const Values& g) {
+                std::copy_n(f.begin(), points.size, mTerms[t].f.begin() + static_cast<std::ptrdiff_t>(done));
+                std::copy_n(g.begin(), points.size, mTerms[t].g.begin() + static_cast<std::ptrdiff_t>(done));
+            });
+            done += static_cast<size_t>(points.size);
+            points.size = 0;
+        };
+        for (int i = 0; i < kEdge; ++i)
+            for (int j = 0; j < kEdge; ++j)
+                for (int k = 0; k < kEdge; ++k) {
+                    points.push(cornerOf(mOrigin.offsetBy(i, j, k), h));
+                    if (points.full()) flush();
+                }
+        flush();
+        mKnown.set();
+    }
+
+    /// The velocities of a leaf of the brick at its faces: the circulation of f dg around each, over its area.
+    void staggered(VelocityLeaf& leaf) {
+        if (!mKnown.all()) need(leaf.origin());
+        Edges edges;
+        integrate(leaf.origin(), edges);
+        const auto& [x, y, z] = edges;
+        const double perArea = 1 / (mSampler.voxel() * mSampler.voxel());
+        openvdb::Vec3s* values = leaf.buffer().data();
+        for (size_t i = 0; i < kLeaf; ++i)
+            for (size_t j = 0; j < kLeaf; ++j) {
+                std::array<std::array<float, kLeaf>, 3> v;
+                for (size_t k = 0; k < kLeaf; ++k) {
+                    const size_t n = i * kEdgeX + j * kEdgeY + k;
+                    v[0][k] = static_cast<float>((y[n] + z[n + kEdgeY] - y[n + 1] - z[n]) * perArea);
+                    v[1][k] = static_cast<float>((z[n] + x[n + 1] - z[n + kEdgeX] - x[n]) * perArea);
+                    v[2][k] = static_cast<float>((x[n] + y[n + kEdgeX] - x[n + kEdgeY] - y[n]) * perArea);
+                }
+                for (size_t k = 0; k < kLeaf; ++k) *values++ = {v[0][k], v[1][k], v[2][k]};
+            }
+        activate(leaf);
+    }
+
+  private:
+    static constexpr int kEdge = kLeaves * kLeaf + 1;
+    static constexpr size_t kCount = size_t{kEdge} * kEdge * kEdge;
+    struct Term {
+        std::vector<double> f, g;
+    };
+    // Of a leaf: from each corner to the next along one axis, of its 9³ corners, z fastest.
+    static constexpr size_t kEdgeY = kLeaf + 1, kEdgeX = kEdgeY * kEdgeY;
+    using Edges = std::array<std::array<double, kEdgeX*(kLeaf + 1)>, 3>;
+
+    using Values = std::array<double, kBatch>;
+
+    static Vec3d cornerOf(const Coord& ijk, double h) {
+        return {{(ijk[0] - 0.5) * h, (ijk[1] - 0.5) * h, (ijk[2] - 0.5) * h}};
+    }
+    static size_t cornerAt(const Coord& c) {
+        return (static_cast<size_t>(c[0]) * kEdge + static_cast<size_t>(c[1])) * kEdge + static_cast<size_t>(c[2]);
+    }
+
+    /// Computes the corners of a leaf that are not known yet.
+    void need(const Coord& leaf) {
+        const Coord lower = leaf - mOrigin;
+        const double h = mSampler.voxel();
+        const bool fades = !mSampler.isFar(leaf);
+        PointBatch points;
+        std::array<size_t, kBatch> corner;
+        for (int i = 0; i <= kLeaf; ++i)
+            for (int j = 0; j <= kLeaf; ++j)
+                for (int k = 0; k <= kLeaf; ++k) {
+                    const Coord c = lower.offsetBy(i, j, k);
+                    const size_t n = cornerAt(c);
+                    if (mKnown[n]) continue;
+                    mKnown[n] = true;
+                    corner[static_cast<size_t>(points.size)] = n;
+                    points.push(cornerOf(mOrigin + c, h));
+                    if (points.full()) compute(points, fades, corner);
+                }
+        if (points.size > 0) compute(points, fades, corner);
+    }
+
+    /// Stores the potentials at their corners.
+    void compute(PointBatch& points, bool fades, const std::array<size_t, kBatch>& corner) {
+        evaluate(points, fades, [&](size_t t, const Values& f, const Values& g) {
+            for (size_t n = 0; n < static_cast<size_t>(points.size); ++n) {
+                mTerms[t].f[corner[n]] = f[n];
+                mTerms[t].g[corner[n]] = g[n];
+            }
+        });
+        points.size = 0;
+    }
+
+    /// use(term, f, g) with the potentials of each term, f faded beyond the wall.
+    template <class Use>
+    void evaluate(const PointBatch& points, bool fades, const Use& use) const {
+        JetBatch<double, 0> d, f, g;
+        if (fades) {
+            distances(mSampler.flow().domain(), points, d);
+            for (double& value : d.c[0]) value = mSampler.skin().fade(value);
+        }
+        for (size_t t = 0; t < mTerms.size(); ++t) {
+            mSampler.flow().terms()[t][0].eval(points, f);
+            mSampler.flow().terms()[t][1].eval(points, g);
+            if (fades)
+                for (size_t n = 0; n < kBatch; ++n) f.c[0][n] *= d.c[0][n];
+            use(t, f.c[0], g.c[0]);
+        }
+    }
+
+    /// Every edge is integrated in the direction of its axis, so that the faces that share it get the same bits.
+    void integrate(const Coord& leaf, Edges& edges) const {
+        constexpr std::array<size_t, 3> kStep{size_t{kEdge} * kEdge, kEdge, 1};
+        constexpr size_t kCorners = kLeaf + 1; // of an edge
+        const size_t first = cornerAt(leaf - mOrigin);
+        for (auto& sums : edges) sums.fill(0);
+        for (const Term& t : mTerms)
+            for (size_t axis = 0; axis < 3; ++axis) {
+                // The last corner along the axis has no edge.
+                const size_t endI = kCorners - (axis == 0), endJ = kCorners - (axis == 1), step = kStep[axis];
+                for (size_t i = 0; i < endI; ++i)
+                    for (size_t j = 0; j < endJ; ++j) {
+                        const size_t from = first + i * kStep[0] + j * kStep[1];
+                        const double *f = &t.f[from], *g = &t.g[from];
+                        double* sum = &edges[axis][i * kEdgeX + j * kEdgeY];
+                        for (size_t k = 0; k < kLeaf; ++k) sum[k] += 0.5 * (f[k] + f[k + step]) * (g[k + step] - g[k]);
+                        if (axis != 2) {
+                            constexpr size_t k = kLeaf;
+                            sum[k] += 0.5 * (f[k] + f[k + step]) * (g[k + step] - g[k]);
+                        }
+                    }
+            }
+    }
+
+    /// Beyond a wall, what counts is whether anything still flows; a contained flow ends there, whatever the box.
+    void activate(VelocityLeaf& leaf) const {
+        const Domain& domain = mSampler.flow().domain();
+        const bool contained = domain.wall && domain.wall->side == Side::inside;
+        const bool whole = contained || mSampler.inBox(leaf.origin());
+        if (whole && !domain.wall) return leaf.setValuesOn();
+        for (openvdb::Index n = 0; n < VelocityLeaf::SIZE; ++n) {
+            openvdb::Vec3s& v = leaf.buffer().data()[n];
+            const bool flows = !domain.wall || v != openvdb::Vec3s(0);
+            if (flows && (whole || domain.box.contains(mSampler.centre(leaf.offsetToGlobalCoord(n)))))
+                leaf.setValueOn(n);
+            else
+                v = openvdb::Vec3s(0);
+        }
+    }
+
+    const LeafSampler& mSampler;
+    Coord mOrigin;
+    std::vector<Term> mTerms;
+    std::bitset<kCount> mKnown;
 };
 
 double voxelFor(const Flow& flow, const VelocityGridOptions& options) {
@@ -221,18 +401,45 @@ void restrictTo(const openvdb::MaskTree::LeafNodeType& mask, VelocityLeaf& leaf)
         if (!mask.isValueOn(n)) leaf.setValueOff(n, openvdb::Vec3s(0));
 }
 
+/// The leaves of one brick, as indices into their origins.
+struct Brick {
+    Coord origin;
+    std::vector<size_t> leaves;
+};
+
+std::vector<Brick> bricksOf(const std::vector<Coord>& origins) {
+    constexpr int kBrick = BrickCorners::kLeaves * kLeaf;
+    std::map<Coord, std::vector<size_t>> leaves;
+    for (size_t n = 0; n < origins.size(); ++n) leaves[origins[n] & ~(kBrick - 1)].push_back(n);
+    std::vector<Brick> bricks;
+    bricks.reserve(leaves.size());
+    for (auto& [origin, indices] : leaves) bricks.push_back({origin, std::move(indices)});
+    return bricks;
+}
+
 /// New leaves at the origins, filled in parallel, those without an active voxel left out.
-openvdb::Vec3STree::Ptr filledTree(const std::vector<Coord>& origins, const std::function<void(VelocityLeaf&)>& fill,
-                                   const Monitor& monitor) {
+openvdb::Vec3STree::Ptr filledTree(const std::vector<Coord>& origins, const LeafSampler& sampler, Layout layout,
+                                   const openvdb::MaskTree* mask, const Monitor& monitor) {
     std::vector<std::unique_ptr<VelocityLeaf>> leaves(origins.size());
+    const std::vector<Brick> bricks = bricksOf(origins);
+    const auto fill = [&](const Brick& brick) {
+        std::optional<BrickCorners> corners;
+        if (layout == Layout::staggered) corners.emplace(sampler, brick.origin);
+        if (corners && brick.leaves.size() == BrickCorners::kAllLeaves) corners->needAll();
+        for (const size_t n : brick.leaves) {
+            auto leaf = std::make_unique<VelocityLeaf>(origins[n], openvdb::Vec3s(0));
+            if (corners)
+                corners->staggered(*leaf);
+            else
+                sampler.collocated(*leaf);
+            if (mask) restrictTo(*mask->probeConstLeaf(leaf->origin()), *leaf);
+            if (!leaf->isEmpty()) leaves[n] = std::move(leaf);
+        }
+    };
     parallelFor(
-        origins.size(), 8,
+        bricks.size(), 1,
         [&](size_t begin, size_t end) {
-            for (size_t n = begin; n < end; ++n) {
-                auto leaf = std::make_unique<VelocityLeaf>(origins[n], openvdb::Vec3s(0));
-                fill(*leaf);
-                if (!leaf->isEmpty()) leaves[n] = std::move(leaf);
-            }
+            for (size_t k = begin; k < end; ++k) fill(bricks[k]);
         },
         monitor);
     auto tree = std::make_shared<openvdb::Vec3STree>(openvdb::Vec3s(0));
@@ -302,13 +509,7 @@ openvdb::Vec3SGrid::Ptr velocityGrid(const Flow& flow, const VelocityGridOptions
     requireVoxel(voxel);
 
     const LeafSampler sampler(sampled, voxel, skin);
-    const auto tree = filledTree(
-        origins,
-        [&](VelocityLeaf& leaf) {
-            options.layout == Layout::staggered ? sampler.staggered(leaf) : sampler.collocated(leaf);
-            if (mask) restrictTo(*mask->probeConstLeaf(leaf.origin()), leaf);
-        },
-        monitor);
+    const auto tree = filledTree(origins, sampler, options.layout, mask.get(), monitor);
     auto grid = openvdb::Vec3SGrid::create(tree);
     grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel));
     grid->setName("vel");

@@ -329,7 +329,7 @@ TEST_CASE("the command says as much as it is asked to", "[command]") {
     CHECK_THAT(normal.err, Contains("velocity: 729 active voxels") && Contains("wrote a.vdb"));
     CHECK(normal.out.empty());
     const auto verbose = folder.mustRun("-verbose " + kSmall + "-velocity dim=8");
-    CHECK_THAT(verbose.err, Contains("-noise seed=1: ") && Contains(" s, peak memory "));
+    CHECK_THAT(verbose.err, Contains("-noise seed=1: ") && Contains(" s, peak memory ") && Contains(" %  -velocity\n"));
     const auto print = folder.mustRun("-sphere " + kSmall + "-velocity dim=8 -print");
     CHECK_THAT(print.out, Contains("flow 0: ") && Contains("grid 0: 'vel' vec3s") && Contains("field 0: -sphere"));
     folder.mustRun("-quiet " + kSmall + "-check samples=100 -report run.json -write too.json");

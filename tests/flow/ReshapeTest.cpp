@@ -98,7 +98,7 @@ TEST_CASE("a reshaped flow goes the same way, and nowhere faster", "[flow]") {
 TEST_CASE("no streamline goes faster than the limit", "[flow]") {
     // The fastest place of each streamline is found among 2^20 samples, some hundred of them in each of 96² bins, and
     // the largest of the 7² bins around counts. Where the samples miss the fastest place of all these bins, streamlines
-    // pass it too fast: in noise 5 places in 10^5 do, by up to an eighth; in the layer along a wall, where the
+    // pass it too fast: in noise 12 places in 10^5 do, by up to a fifth; in the layer along a wall, where the
     // flow is fastest, 6 in 10^4, by up to two thirds. Smooth flows have none.
     struct Case {
         const char* name;
@@ -106,7 +106,7 @@ TEST_CASE("no streamline goes faster than the limit", "[flow]") {
         double limit, excess, part;
     };
     for (const auto& [name, flow, limit, excess, part] :
-         {Case{"noise", noiseFlow(), 13.7, 1.15, 2e-4}, Case{"in a ball", ballFlow(), 3.6, 2, 2e-3},
+         {Case{"noise", noiseFlow(), 13.7, 1.25, 2e-4}, Case{"in a ball", ballFlow(), 3.6, 2, 2e-3},
           Case{"smooth", smoothFlow(), 1.6, 1.01, 0}, Case{"vortex", vortexFlow(1, 0.4), 0.8, 1.01, 0}}) {
         const Flow slow = reshaped(flow, {.limit = limit});
         Worst fastest, before;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "curlew/app/Text.h"
+#include "curlew/flow/Flow.h"
 #include "support/Command.h"
 #include "support/Points.h"
 

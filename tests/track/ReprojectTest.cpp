@@ -421,6 +421,7 @@ TEST_CASE("no point of a batch influences another", "[track]") {
     const Wall wall{.sdf = sphereSdf(1), .side = Side::both, .width = 0.2};
     const Flow flow(noiseField<Psrd3>({.seed = 1}), bounded(noiseField<Psrd3>({.seed = 2}), wall));
     const ReprojectOptions options{.method = method, .tolerance = {1e-10, 1e-10}, .iterations = 7};
+    std::set<int> iterations;
     for (uint64_t batch = 0; batch < 20; ++batch) {
         PointBatch points;
         TrackBatch track;
@@ -436,7 +437,6 @@ TEST_CASE("no point of a batch influences another", "[track]") {
         const PointBatch before = points;
         ReprojectedBatch together;
         reproject(flow, points, track, limit, options, together);
-        std::set<int> iterations;
         for (size_t k = 0; k < kBatch; ++k) {
             const int i = static_cast<int>(k);
             const Landing alone = land(flow, before[i], track[0][k], track[1][k], options, limit[k]);
@@ -449,6 +449,6 @@ TEST_CASE("no point of a batch influences another", "[track]") {
             REQUIRE(flow.at(points[i]).velocity == together.velocity[i]);
             iterations.insert(alone.iterations);
         }
-        if (method != Reprojection::none) CHECK(iterations.size() > 2);
     }
+    if (method != Reprojection::none) CHECK(iterations.size() > 3);
 }

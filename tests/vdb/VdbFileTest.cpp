@@ -103,7 +103,7 @@ std::string pythonWith(const std::string& module) {
 TEST_CASE("VdbFile: grids come back as they were written", "[vdb][VdbFile]") {
     const Folder folder;
     const Grids grids = variety();
-    const auto codec = GENERATE(Codec::none, Codec::zip, Codec::blosc);
+    const auto codec = GENERATE(Codec::automatic, Codec::none, Codec::zip, Codec::blosc);
     openvdb::MetaMap metadata;
     metadata.insertMeta("frames_per_second", openvdb::FloatMetadata(24));
     writeVdb(folder / "a.vdb", grids, metadata, {.codec = codec});
@@ -183,6 +183,54 @@ TEST_CASE("VdbFile: half floats are an option of the file, not of the grid", "[v
     CHECK(vel->tree().getValue({19, 8, 152}).x() == Approx(value).epsilon(0x1p-11)); // a half has 11 bits
 }
 
+TEST_CASE("VdbFile: one codec for all grids gives the bytes of OpenVDB, whatever their names and trees",
+          "[vdb][VdbFile]") {
+    const Folder folder;
+    Grids grids = variety();
+    auto fog = sphere();
+    fog->setGridClass(openvdb::GRID_FOG_VOLUME);
+    auto nameless = velocity(), twin = velocity();
+    nameless->setName("");
+    twin->setName("");
+    const auto again = std::static_pointer_cast<const openvdb::GridBase>(nameless->copyGrid());
+    for (const openvdb::GridBase::ConstPtr& grid : Grids{fog, nameless, again, twin, velocity()}) grids.push_back(grid);
+
+    const auto [codec, flag] = GENERATE(table<Codec, uint32_t>(
+        {{Codec::none, 0u}, {Codec::zip, openvdb::io::COMPRESS_ZIP}, {Codec::blosc, openvdb::io::COMPRESS_BLOSC}}));
+    writeVdb(folder / "a.vdb", grids, {}, {.codec = codec});
+    openvdb::io::File file((folder / "file.vdb").string());
+    file.setCompression(openvdb::io::COMPRESS_ACTIVE_MASK | flag);
+    file.write(openvdb::GridCPtrVec(grids.begin(), grids.end()));
+    CHECK((withoutUuid(bytesOf(folder / "a.vdb")) == withoutUuid(bytesOf(folder / "file.vdb"))));
+}
+
+TEST_CASE("VdbFile: by itself it packs fog volumes and nothing else", "[vdb][VdbFile]") {
+    const Folder folder;
+    auto fog = openvdb::FloatGrid::create();
+    fog->setName("density");
+    fog->setGridClass(openvdb::GRID_FOG_VOLUME);
+    fog->sparseFill({{0, 0, 0}, {30, 30, 30}}, 1.0f); // tiles
+    for (int n = 0; n < 30; ++n) fog->tree().setValue({n, 3, n}, 0.25f * float(n));
+    fog->tree().voxelizeActiveTiles();
+    const auto size = [&](const Grids& grids, Codec codec) {
+        writeVdb(folder / "a.vdb", grids, {}, {.codec = codec});
+        return fs::file_size(folder / "a.vdb");
+    };
+    const Grids others{sphere(), velocity(), points()};
+    CHECK(size(others, Codec::automatic) == size(others, Codec::none));
+    CHECK(size({fog}, Codec::automatic) == size({fog}, Codec::blosc));
+    CHECK(2 * size({fog}, Codec::automatic) < size({fog}, Codec::none));
+
+    // Each grid of a file has its own.
+    const Grids mixed{sphere(), fog, velocity()};
+    CHECK(size(mixed, Codec::automatic) - size({sphere(), velocity()}, Codec::none) < size({fog}, Codec::blosc));
+    writeVdb(folder / "mixed.vdb", mixed);
+    requireSame(readVdb(folder / "mixed.vdb"), mixed);
+    openvdb::io::File file((folder / "mixed.vdb").string());
+    file.open();
+    for (const auto& grid : mixed) requireSame(*file.readGrid(grid->getName()), *grid);
+}
+
 TEST_CASE("VdbFile: names may repeat, a list may be empty, and Houdini's mark is left out", "[vdb][VdbFile]") {
     const Folder folder;
     writeVdb(folder / "twins.vdb", {sphere(), sphere(), velocity()});
@@ -207,7 +255,7 @@ TEST_CASE("VdbFile: names may repeat, a list may be empty, and Houdini's mark is
 
 TEST_CASE("VdbFile: every cut of a file is noticed", "[vdb][VdbFile]") {
     const Folder folder;
-    const auto codec = GENERATE(Codec::none, Codec::zip, Codec::blosc);
+    const auto codec = GENERATE(Codec::automatic, Codec::none, Codec::zip, Codec::blosc);
     writeVdb(folder / "a.vdb", {velocity(), points()}, {}, {.codec = codec});
     const std::string bytes = bytesOf(folder / "a.vdb");
     for (size_t size = 1; size < bytes.size(); size += size < 1000 ? 7 : 997) {

@@ -5,13 +5,15 @@
 namespace curlew {
 
 /// The finaliser of SplitMix64 (Steele, Lea and Flood 2014): a bijection of 64-bit words whose output bits are well
-/// mixed.
-constexpr uint64_t mixBits(uint64_t word) {
-    word += 0x9e3779b97f4a7c15u;
-    word = (word ^ (word >> 30)) * 0xbf58476d1ce4e5b9u;
-    word = (word ^ (word >> 27)) * 0x94d049bb133111ebu;
+/// mixed. Word is uint64_t, or several of them at once (math/Lanes.h).
+template <class Word>
+constexpr Word mixedWord(Word word) {
+    word += Word(0x9e3779b97f4a7c15u);
+    word = (word ^ (word >> 30)) * Word(0xbf58476d1ce4e5b9u);
+    word = (word ^ (word >> 27)) * Word(0x94d049bb133111ebu);
     return word ^ (word >> 31);
 }
+constexpr uint64_t mixBits(uint64_t word) { return mixedWord(word); }
 
 /// Counter-based random bits: the same for the same (seed, index, stream), whatever was drawn before. So random points
 /// need no state and come out the same for any number of threads.

@@ -14,14 +14,18 @@ struct PointBatchN {
     int size = 0;
     alignas(64) std::array<std::array<double, kBatch>, N> c;
 
-    Vec<double, N> operator[](int i) const {
-        Vec<double, N> p;
-        for (int axis = 0; axis < N; ++axis) p[axis] = c[static_cast<size_t>(axis)][static_cast<size_t>(i)];
+    /// The positions from i on, as many as P, a type of doubles, has lanes.
+    template <class P>
+    Vec<P, N> lanes(int i) const {
+        Vec<P, N> p;
+        for (int axis = 0; axis < N; ++axis) p[axis] = load<P>(&c[static_cast<size_t>(axis)][static_cast<size_t>(i)]);
         return p;
     }
-    void set(int i, const Vec<double, N>& p) {
-        for (int axis = 0; axis < N; ++axis) c[static_cast<size_t>(axis)][static_cast<size_t>(i)] = p[axis];
+    template <class P = double>
+    void set(int i, const Vec<P, N>& p) {
+        for (int axis = 0; axis < N; ++axis) store(p[axis], &c[static_cast<size_t>(axis)][static_cast<size_t>(i)]);
     }
+    Vec<double, N> operator[](int i) const { return lanes<double>(i); }
     void push(const Vec<double, N>& p) { set(size++, p); }
     bool full() const { return size == kBatch; }
 };
@@ -33,14 +37,19 @@ struct JetBatchN {
     using JetType = Jet<T, N, Order>;
     alignas(64) std::array<std::array<T, kBatch>, JetType::kSize> c;
 
-    JetType operator[](int i) const {
-        JetType jet;
-        for (int k = 0; k < JetType::kSize; ++k) jet.component(k) = c[static_cast<size_t>(k)][static_cast<size_t>(i)];
+    /// The jets from position i on, as many as P, a type of Ts, has lanes.
+    template <class P>
+    Jet<P, N, Order> lanes(int i) const {
+        Jet<P, N, Order> jet;
+        for (int k = 0; k < jet.kSize; ++k)
+            jet.component(k) = load<P>(&c[static_cast<size_t>(k)][static_cast<size_t>(i)]);
         return jet;
     }
-    void set(int i, const JetType& jet) {
-        for (int k = 0; k < JetType::kSize; ++k) c[static_cast<size_t>(k)][static_cast<size_t>(i)] = jet.component(k);
+    template <class P = T>
+    void set(int i, const Jet<P, N, Order>& jet) {
+        for (int k = 0; k < jet.kSize; ++k) store(jet.component(k), &c[static_cast<size_t>(k)][static_cast<size_t>(i)]);
     }
+    JetType operator[](int i) const { return lanes<T>(i); }
 };
 template <class T, int Order>
 using JetBatch = JetBatchN<T, 3, Order>;

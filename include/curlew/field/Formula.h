@@ -5,15 +5,18 @@
 namespace curlew {
 
 /// A pointwise model from a formula on coordinates that are jets, which differentiate it: `formula(x)`, x a Vec of N
-/// jets; or `formula(x, k)`, where k turns constants into jets.
+/// jets; or `formula(x, k)`, where k turns constants into jets. A formula with kernels is written on lanes, and has
+/// `static constexpr bool kHasKernels = true`.
 template <int N, class F>
 struct Formula {
+    static constexpr int kDimension = N;
+    static constexpr bool kHasKernels = N == 3 && LaneModel<F>;
     F formula;
     template <int Order, class T>
-    Jet<T, N, Order> at(const Vec<double, N>& p) const {
+    Jet<T, N, Order> at(const Vec<Rebind<T, double>, N>& p) const {
         using J = Jet<T, N, Order>;
         Vec<T, N> x;
-        for (int i = 0; i < N; ++i) x[i] = static_cast<T>(p[i]);
+        for (int i = 0; i < N; ++i) x[i] = convertTo<T>(p[i]);
         const auto constant = [](double c) { return J(static_cast<T>(c)); };
         if constexpr (requires { formula(J::variables(x), constant); })
             return formula(J::variables(x), constant);

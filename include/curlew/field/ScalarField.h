@@ -1,6 +1,7 @@
 #pragma once
 
 #include "curlew/field/Batch.h"
+#include "curlew/math/Dispatch.h"
 #include "curlew/math/Range.h"
 
 #include <concepts>
@@ -34,6 +35,25 @@ concept PointwiseModel = requires(const M& m, const Vec<double, N>& p) {
     { m.template at<2, double>(p) } -> std::same_as<Jet<double, N, 2>>;
 };
 
+/// A model that is instantiated for the lanes of every instruction set (field/Kernels.h).
+template <class M>
+concept LaneModel = requires {
+    requires M::kHasKernels;
+};
+
+/// Evaluates a model in numbers T.
+template <int Order>
+struct ModelKernel {
+    template <class T, class M, int N>
+    static void run(const M& model, const PointBatchN<N>& points, JetBatchN<NumberOf<T>, N, Order>& jets) {
+        if constexpr (PointwiseModel<M, N>)
+            for (int i = 0; i < points.size; i += kLanes<T>)
+                jets.set(i, model.template at<Order, T>(points.template lanes<Rebind<T, double>>(i)));
+        else
+            model.template evalBatch<Order, T>(points, jets);
+    }
+};
+
 /// A scalar function of position in N dimensions with exact derivatives: a cheap handle on an immutable model. Copies
 /// share the model; evaluation is safe from any number of threads.
 ///
@@ -46,7 +66,8 @@ class ScalarFieldN {
 
     /// A field from a model M, which is either pointwise (above) or has
     /// `template <int Order, class T> void evalBatch(const PointBatchN<N>&, JetBatchN<T, N, Order>&) const`;
-    /// and may have `Range range() const`.
+    /// and may have `Range range() const`, and kernels (above; then T may be lanes, and the batch is one of their
+    /// numbers).
     template <class M>
     requires(!std::same_as<std::remove_cvref_t<M>, ScalarFieldN>) explicit ScalarFieldN(M model)
         : mModel(std::make_shared<const Model<M>>(std::move(model))) {}
@@ -91,10 +112,10 @@ class ScalarFieldN {
       private:
         template <class T, int Order>
         void run(const PointBatchN<N>& points, JetBatchN<T, N, Order>& jets) const {
-            if constexpr (PointwiseModel<M, N>)
-                for (int i = 0; i < points.size; ++i) jets.set(i, mM.template at<Order, T>(points[i]));
+            if constexpr (LaneModel<M> && Order <= 2)
+                runKernel<ModelKernel<Order>, T>(mM, points, jets);
             else
-                mM.template evalBatch<Order, T>(points, jets);
+                ModelKernel<Order>::template run<T>(mM, points, jets);
         }
         M mM;
     };

@@ -13,14 +13,18 @@ template <class T, int N>
 struct VecBatchN {
     alignas(64) std::array<std::array<T, kBatch>, N> c;
 
-    Vec<T, N> operator[](int i) const {
-        Vec<T, N> v;
-        for (int axis = 0; axis < N; ++axis) v[axis] = c[static_cast<size_t>(axis)][static_cast<size_t>(i)];
+    /// The vectors from i on, as many as P, a type of Ts, has lanes.
+    template <class P>
+    Vec<P, N> lanes(int i) const {
+        Vec<P, N> v;
+        for (int axis = 0; axis < N; ++axis) v[axis] = load<P>(&c[static_cast<size_t>(axis)][static_cast<size_t>(i)]);
         return v;
     }
-    void set(int i, const Vec<T, N>& v) {
-        for (int axis = 0; axis < N; ++axis) c[static_cast<size_t>(axis)][static_cast<size_t>(i)] = v[axis];
+    template <class P = T>
+    void set(int i, const Vec<P, N>& v) {
+        for (int axis = 0; axis < N; ++axis) store(v[axis], &c[static_cast<size_t>(axis)][static_cast<size_t>(i)]);
     }
+    Vec<T, N> operator[](int i) const { return lanes<T>(i); }
 };
 template <class T>
 using VecBatch = VecBatchN<T, 3>;

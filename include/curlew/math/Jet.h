@@ -117,12 +117,12 @@ struct Jet {
     friend constexpr Jet operator*(const Jet& a, const Jet& b) {
         Jet p(a.value * b.value);
         if constexpr (Order >= 1)
-            for (int i = 0; i < N; ++i) p.gradient[i] = a.gradient[i] * b.value + a.value * b.gradient[i];
+            for (int i = 0; i < N; ++i) p.gradient[i] = mulAdd(a.gradient[i], b.value, a.value * b.gradient[i]);
         if constexpr (Order >= 2)
             for (int i = 0; i < N; ++i)
                 for (int j = i; j < N; ++j)
-                    p.hessian(i, j) = a.hessian(i, j) * b.value + a.value * b.hessian(i, j) +
-                                      (a.gradient[i] * b.gradient[j] + a.gradient[j] * b.gradient[i]);
+                    p.hessian(i, j) = mulAdd(a.hessian(i, j), b.value, a.value * b.hessian(i, j)) +
+                                      mulAdd(a.gradient[i], b.gradient[j], a.gradient[j] * b.gradient[i]);
         if constexpr (Order >= 3)
             forTriples([&](int i, int j, int k) {
                 p.third(i, j, k) = a.third(i, j, k) * b.value + a.value * b.third(i, j, k) +
@@ -130,6 +130,13 @@ struct Jet {
                                    overSplits(b.hessian, a.gradient, i, j, k);
             });
         return p;
+    }
+
+    /// a b + c, the value rounded once, as of numbers.
+    friend constexpr Jet mulAdd(const Jet& a, const Jet& b, const Jet& c) {
+        Jet sum = a * b + c;
+        sum.value = mulAdd(a.value, b.value, c.value);
+        return sum;
     }
 
     /// Calls f(i, j, k) for i <= j <= k.
@@ -141,7 +148,7 @@ struct Jet {
     }
     /// The sum of h(two of i, j, k) v(the third).
     static constexpr T overSplits(const Sym<T, N>& h, const Vec<T, N>& v, int i, int j, int k) {
-        return h(i, j) * v[k] + h(i, k) * v[j] + h(j, k) * v[i];
+        return mulAdd(h(i, j), v[k], mulAdd(h(i, k), v[j], h(j, k) * v[i]));
     }
 };
 
@@ -176,7 +183,7 @@ constexpr Jet<T, N, Order> compose(const Jet<T, N, Order>& a, const Univariate<T
     if constexpr (Order >= 2)
         for (int i = 0; i < N; ++i)
             for (int j = i; j < N; ++j)
-                r.hessian(i, j) = h.first * a.hessian(i, j) + h.second * (a.gradient[i] * a.gradient[j]);
+                r.hessian(i, j) = mulAdd(h.first, a.hessian(i, j), h.second * (a.gradient[i] * a.gradient[j]));
     if constexpr (Order >= 3)
         J::forTriples([&](int i, int j, int k) {
             r.third(i, j, k) = h.first * a.third(i, j, k) + h.second * J::overSplits(a.hessian, a.gradient, i, j, k) +
@@ -187,18 +194,18 @@ constexpr Jet<T, N, Order> compose(const Jet<T, N, Order>& a, const Univariate<T
 
 template <class T, int N, int Order>
 Jet<T, N, Order> sqrt(const Jet<T, N, Order>& a) {
-    const T root = std::sqrt(a.value), inverse = T(1) / a.value;
+    const T root = sqrt(a.value), inverse = T(1) / a.value;
     const T first = T(0.5) / root, second = T(-0.5) * first * inverse;
     return compose(a, Univariate<T>{root, first, second, T(-1.5) * second * inverse});
 }
 template <class T, int N, int Order>
 Jet<T, N, Order> sin(const Jet<T, N, Order>& a) {
-    const T s = std::sin(a.value), c = std::cos(a.value);
+    const T s = sin(a.value), c = cos(a.value);
     return compose(a, Univariate<T>{s, c, -s, -c});
 }
 template <class T, int N, int Order>
 Jet<T, N, Order> cos(const Jet<T, N, Order>& a) {
-    const T s = std::sin(a.value), c = std::cos(a.value);
+    const T s = sin(a.value), c = cos(a.value);
     return compose(a, Univariate<T>{c, -s, -c, s});
 }
 /// 1 / a.
@@ -210,17 +217,24 @@ Jet<T, N, Order> reciprocal(const Jet<T, N, Order>& a) {
 template <class T, int N, int Order>
 Jet<T, N, Order> log(const Jet<T, N, Order>& a) {
     const T r = T(1) / a.value;
-    return compose(a, Univariate<T>{std::log(a.value), r, -r * r, T(2) * r * r * r});
+    return compose(a, Univariate<T>{log(a.value), r, -r * r, T(2) * r * r * r});
+}
+/// One of two, number by number.
+template <class Mask, class T, int N, int Order>
+Jet<T, N, Order> select(const Mask& condition, const Jet<T, N, Order>& yes, const Jet<T, N, Order>& no) {
+    Jet<T, N, Order> r;
+    for (int k = 0; k < r.kSize; ++k) r.component(k) = select(condition, yes.component(k), no.component(k));
+    return r;
 }
 /// |a|, exact where a is not zero.
 template <class T, int N, int Order>
 Jet<T, N, Order> abs(const Jet<T, N, Order>& a) {
-    return a.value < T(0) ? -a : a;
+    return select(a.value < T(0), -a, a);
 }
 /// max(a, b), exact where a and b differ.
 template <class T, int N, int Order>
 Jet<T, N, Order> max(const Jet<T, N, Order>& a, const Jet<T, N, Order>& b) {
-    return a.value < b.value ? b : a;
+    return select(a.value < b.value, b, a);
 }
 
 /// The chain rule in several variables: f(y(x)), given the jet of f at y in the variables y, and those of all y in the
@@ -236,7 +250,7 @@ constexpr Jet<T, M, Order> compose(const Jet<T, N, Order>& f, const Vec<Jet<T, M
             for (int j = i; j < M; ++j)
                 for (int a = 0; a < N; ++a) {
                     T h = f.gradient[a] * y[a].hessian(i, j);
-                    for (int b = 0; b < N; ++b) h += f.hessian(a, b) * (y[a].gradient[i] * y[b].gradient[j]);
+                    for (int b = 0; b < N; ++b) h = mulAdd(f.hessian(a, b), y[a].gradient[i] * y[b].gradient[j], h);
                     r.hessian(i, j) += h;
                 }
     if constexpr (Order >= 3)
@@ -265,7 +279,8 @@ constexpr Jet<T, M, Order> pullBack(const Jet<T, N, Order>& f, const Matrix<N, M
         for (int j = 0; j < M; ++j) a[static_cast<size_t>(i)][j] = static_cast<T>(A[i][j]);
     const auto sum = [&](const auto& weight) { // of the rows of A
         Vec<T, M> s = a[0] * weight(0);
-        for (int k = 1; k < N; ++k) s += a[static_cast<size_t>(k)] * weight(k);
+        for (int k = 1; k < N; ++k)
+            for (int j = 0; j < M; ++j) s[j] = mulAdd(a[static_cast<size_t>(k)][j], weight(k), s[j]);
         return s;
     };
     if constexpr (Order >= 1) r.gradient = sum([&](int k) { return f.gradient[k]; });
@@ -275,7 +290,7 @@ constexpr Jet<T, M, Order> pullBack(const Jet<T, N, Order>& f, const Matrix<N, M
         for (int i = 0; i < M; ++i)
             for (int j = i; j < M; ++j) {
                 T h = a[0][i] * ha[0][j];
-                for (size_t k = 1; k < N; ++k) h += a[k][i] * ha[k][j];
+                for (size_t k = 1; k < N; ++k) h = mulAdd(a[k][i], ha[k][j], h);
                 r.hessian(i, j) = h;
             }
     }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "curlew/math/Arithmetic.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -44,17 +46,17 @@ using Vec3f = Vec<float, 3>;
 template <class T, int N>
 constexpr T dot(const Vec<T, N>& a, const Vec<T, N>& b) {
     T sum = a[0] * b[0];
-    for (int i = 1; i < N; ++i) sum += a[i] * b[i];
+    for (int i = 1; i < N; ++i) sum = mulAdd(a[i], b[i], sum);
     return sum;
 }
 
 template <class T, int N>
 T length(const Vec<T, N>& a) {
-    using std::sqrt;
     return sqrt(dot(a, a));
 }
 
-/// The right-handed cross product: cross(e_x, e_y) = e_z (ICN Eq. 1 for n = 3).
+/// The right-handed cross product: cross(e_x, e_y) = e_z (ICN Eq. 1 for n = 3). Not fused, so that cross(a, a) is zero
+/// and cross(b, a) = -cross(a, b), to the bit.
 template <class T>
 constexpr Vec3<T> cross(const Vec3<T>& a, const Vec3<T>& b) {
     return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}};

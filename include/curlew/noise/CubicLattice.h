@@ -10,24 +10,21 @@
 namespace curlew {
 
 // What the noises on the lattice of whole numbers share: the cell of a position, Perlin's hash of its corners, and the
-// blend of what the corners say. Corner k of a cell is the upper one along each axis whose bit is set in k.
-
-/// i modulo p, within [0, p), for whole numbers |i| < 2^52. Beyond, where there is no lattice left, and for NaN: any
-/// number.
-inline double floorMod(double i, double p) { return i - p * std::floor(i / p); }
+// blend of what the corners say. Corner k of a cell is the upper one along each axis whose bit is set in k. P stands
+// for double, or for lanes of it (math/Lanes.h).
 
 /// Throws ValueError for a negative period.
 void requirePeriod(int period);
 
-template <int N>
+template <class P, int N>
 struct CubicCell {
-    std::array<std::array<uint32_t, 2>, N> index{}; ///< Of the lower and the upper corners along each axis.
-    Vec<double, N> fraction;                        ///< Position in the cell, within [0, 1).
+    std::array<std::array<P, 2>, N> index; ///< Of the lower and the upper corners along each axis: whole numbers.
+    Vec<P, N> fraction;                    ///< Position in the cell, within [0, 1).
 
     template <class T>
     Vec<T, N> position() const {
         Vec<T, N> s;
-        for (int axis = 0; axis < N; ++axis) s[axis] = static_cast<T>(fraction[axis]);
+        for (int axis = 0; axis < N; ++axis) s[axis] = convertTo<T>(fraction[axis]);
         return s;
     }
 };
@@ -42,27 +39,27 @@ class CubicLattice {
     /// `natural`: the period along an axis for which 0 is given, up to 2^32. Throws ValueError for a negative period.
     CubicLattice(const Vec<int, N>& period, double natural, uint64_t seed);
 
-    CubicCell<N> cell(const Vec<double, N>& x) const;
+    template <class P>
+    CubicCell<P, N> cell(const Vec<P, N>& x) const;
 
   private:
-    Vec<double, N> mPeriod, mShift;
+    Vec<double, N> mPeriod, mInverse, mShift;
 };
 
 template <int N>
-CubicCell<N> CubicLattice<N>::cell(const Vec<double, N>& x) const {
-    CubicCell<N> cell;
+template <class P>
+CubicCell<P, N> CubicLattice<N>::cell(const Vec<P, N>& x) const {
+    CubicCell<P, N> cell;
     for (int axis = 0; axis < N; ++axis) {
         // The shift is added to the fraction, which positions a period apart have in common to the bit.
-        double i = std::floor(x[axis]), s = x[axis] - i + mShift[axis];
-        if (s >= 1) {
-            s -= 1;
-            i += 1;
-        }
-        const double p = mPeriod[axis], lower = floorMod(i, p);
+        const P whole = floor(x[axis]), sum = x[axis] - whole + P(mShift[axis]);
+        const auto next = sum >= P(1);
+        cell.fraction[axis] = select(next, sum - P(1), sum);
+        const double p = mPeriod[axis];
+        const P modulo = floorMod(select(next, whole + P(1), whole), p, mInverse[axis]);
         auto& [low, high] = cell.index[static_cast<size_t>(axis)];
-        low = lower >= 0 && lower < p ? static_cast<uint32_t>(lower) : 0;
-        high = low + 1.0 < p ? low + 1 : 0;
-        cell.fraction[axis] = s;
+        low = min(max(modulo, P(0)), P(p - 1)); // where there is no lattice left, too
+        high = select(low < P(p - 1), low + P(1), P(0));
     }
     return cell;
 }
@@ -71,24 +68,42 @@ CubicCell<N> CubicLattice<N>::cell(const Vec<double, N>& x) const {
 /// and what was found before. Of an index it sees the last 8 bits. A seed other than 0 shuffles the permutation.
 class PermutationHash {
   public:
+    static constexpr size_t kSize = 256;
     explicit PermutationHash(uint64_t seed);
 
-    /// Of all corners of a cell, each within [0, 255].
-    template <int N>
-    std::array<uint32_t, 1 << N> operator()(const CubicCell<N>& cell) const {
-        std::array<uint32_t, 1 << N> hashes{};
-        for (size_t axis = 0, count = 1; axis < N; ++axis, count *= 2)
-            for (size_t k = 0; k < count; ++k) {
-                const uint32_t before = hashes[k];
-                for (size_t upper = 0; upper < 2; ++upper)
-                    hashes[k + upper * count] = mTwice[before + (cell.index[axis][upper] & 255u)];
-            }
-        return hashes;
+    /// Where the hashes of all corners of a cell are looked up in the end: whole numbers of 0 … 511, to be taken modulo
+    /// 256.
+    template <class P, int N>
+    std::array<Rebind<P, float>, 1 << N> places(const CubicCell<P, N>& cell) const;
+
+    /// The hash at such a place, within [0, 255].
+    template <class Hash>
+    Hash at(const Hash& place) const {
+        return valuesAt(mPermutation, place);
     }
 
   private:
-    std::array<uint8_t, 512> mTwice; // the permutation, and once more: no sum need be reduced
+    std::array<float, kSize> mPermutation; // floats, in which lanes compute exactly
 };
+
+template <class P, int N>
+std::array<Rebind<P, float>, 1 << N> PermutationHash::places(const CubicCell<P, N>& cell) const {
+    using Hash = Rebind<P, float>;
+    std::array<Hash, 1 << N> places;
+    unrolled<N>([&](auto axis) {
+        const auto& [low, high] = cell.index[axis];
+        const P lowest = negMulAdd(floor(low * P(1.0 / kSize)), P(kSize), low);
+        // The upper index may be 256 here: with a hash that is at most 511.
+        const Hash lower = convertTo<Hash>(lowest), upper = convertTo<Hash>(select(high > P(0), lowest + P(1), P(0)));
+        constexpr size_t kCount = size_t{1} << axis;
+        unrolled<int{kCount}>([&](auto k) {
+            const Hash before = axis == 0 ? Hash(0) : at(places[k]);
+            places[k] = before + lower;
+            places[k + kCount] = before + upper;
+        });
+    });
+    return places;
+}
 
 /// The linear function with this gradient that is zero at corner k, at s in the cell.
 template <int Order, class T, int N>
@@ -99,33 +114,66 @@ Jet<T, N, Order> cornerRamp(const Vec<T, N>& gradient, Vec<T, N> s, size_t k) {
     return ramp;
 }
 
-/// The blend at s in the cell of functions that belong to its corners, constant or linear, with quintic fades: C², and
-/// at a corner with first and second derivatives of the function there. corner(k): the jet of the k-th at s.
-template <int Order, class T, int N, class Corner>
-Jet<T, N, Order> blendCorners(const Vec<T, N>& s, const Corner& corner) {
-    std::array<Jet<T, N, Order>, 1 << N> jets;
-    for (size_t k = 0; k < jets.size(); ++k) jets[k] = corner(k);
-    for (int axis = N - 1; axis >= 0; --axis) {
-        Univariate<T> fade = quinticFade(s[axis]);
-        fade.value = std::min(fade.value, T(1)); // its rounding must not lead out of the range of the corners
-        const size_t half = size_t{1} << axis;
-        for (size_t k = 0; k < half; ++k) {
-            // a + (b - a) fade, with its derivatives. Most of those of the fade are zero: no need for the whole product
-            // rule.
-            Jet<T, N, Order>& a = jets[k];
-            const Jet<T, N, Order> rise = jets[k + half] - a;
-            [[maybe_unused]] Jet<T, N, Order> sum;
-            if constexpr (Order >= 3) sum = a + rise * compose(Jet<T, N, Order>::variable(s[axis], axis), fade);
-            a += rise * fade.value;
-            if constexpr (Order >= 1) a.gradient[axis] += rise.value * fade.first;
-            if constexpr (Order >= 2) {
-                for (int j = 0; j < N; ++j) a.hessian(axis, j) += T(j == axis ? 2 : 1) * rise.gradient[j] * fade.first;
-                a.hessian(axis, axis) += rise.value * fade.second;
-            }
-            if constexpr (Order >= 3) a.third = sum.third; // alone: the others to the bit as without it
+namespace detail {
+
+/// a becomes a + (b - a) fade along an axis, with its derivatives. The axes after this one have been blended before. In
+/// all others a Hessian is still zero, and of constants the gradient, too: no need for the whole product rule.
+template <bool Constant, class T, int N, int Order>
+void blendAlong(int axis, Jet<T, N, Order>& a, const Jet<T, N, Order>& b, const T& s, const Univariate<T>& fade) {
+    [[maybe_unused]] Jet<T, N, Order> sum;
+    if constexpr (Order >= 3) sum = a + (b - a) * compose(Jet<T, N, Order>::variable(s, axis), fade);
+    const T rise = b.value - a.value;
+    a.value = mulAdd(rise, fade.value, a.value);
+    if constexpr (Order >= 1) {
+        Vec<T, N> slope;
+        for (int j = Constant ? axis + 1 : 0; j < N; ++j) {
+            slope[j] = b.gradient[j] - a.gradient[j];
+            a.gradient[j] = mulAdd(slope[j], fade.value, a.gradient[j]);
+        }
+        a.gradient[axis] = mulAdd(rise, fade.first, a.gradient[axis]);
+        if constexpr (Order >= 2) {
+            for (int j = axis + 1; j < N; ++j)
+                for (int i = Constant ? axis + 1 : 0; i <= j; ++i)
+                    a.hessian(i, j) = mulAdd(b.hessian(i, j) - a.hessian(i, j), fade.value, a.hessian(i, j));
+            for (int j = Constant ? axis + 1 : 0; j < N; ++j)
+                if (j != axis) a.hessian(axis, j) = mulAdd(slope[j], fade.first, a.hessian(axis, j));
+            a.hessian(axis, axis) = mulAdd(T(2) * slope[axis], fade.first, rise * fade.second);
         }
     }
-    return jets[0];
+    if constexpr (Order >= 3) a.third = sum.third; // alone: the others to the bit as without it
+}
+
+/// The blend, along `Axis` and those after it, of the corners whose bits before it are these.
+template <int Order, int Axis, size_t Corners, class T, int N, class Corner>
+Jet<T, N, Order> blendFrom(const Vec<T, N>& s, const Vec<Univariate<T>, N>& fades, const Corner& corner) {
+    if constexpr (Axis == N) {
+        Jet<T, N, Order> jet;
+        const auto known = corner(std::integral_constant<size_t, Corners>{});
+        for (int k = 0; k < known.kSize; ++k) jet.component(k) = known.component(k);
+        return jet;
+    } else {
+        constexpr bool kConstant = decltype(corner(size_t{0}))::kOrder == 0;
+        auto lower = blendFrom<Order, Axis + 1, Corners>(s, fades, corner);
+        const auto upper = blendFrom<Order, Axis + 1, (Corners | size_t{1} << Axis)>(s, fades, corner);
+        blendAlong<kConstant>(Axis, lower, upper, s[Axis], fades[Axis]);
+        return lower;
+    }
+}
+
+} // namespace detail
+
+/// The blend at s in the cell of functions that belong to its corners, with quintic fades: C², and at a corner with
+/// first and second derivatives of the function there. corner(k): the jet of the k-th at s, of order 0 for constants,
+/// of order 1 for linear functions.
+template <int Order, class T, int N, class Corner>
+Jet<T, N, Order> blendCorners(const Vec<T, N>& s, const Corner& corner) {
+    Vec<Univariate<T>, N> fades;
+    for (int axis = 0; axis < N; ++axis) {
+        fades[axis] = quinticFade(s[axis]);
+        // Its rounding must not lead out of the range of the corners. NaN stays.
+        fades[axis].value = min(T(1), fades[axis].value);
+    }
+    return detail::blendFrom<Order, 0, 0>(s, fades, corner);
 }
 
 } // namespace curlew

@@ -24,7 +24,7 @@ struct PerlinNoiseOptions {
 /// C², of wavelength about 1.5 (2 pi rms value / rms gradient), zero at all vertices. Value and gradient are as
 /// published, the Hessian is ours. Of a period above 256 the hash still sees indices modulo 256: parts of a tile that
 /// are 256 apart look alike. The lattice cell is taken off in double, so T = float loses nothing far from the origin
-/// (|x| up to 2^52); against T = double it is accurate to 5e-6 (value), 2e-5 (gradient), 1e-4 (Hessian). Immutable
+/// (|x| up to 2^51); against T = double it is accurate to 5e-6 (value), 2e-5 (gradient), 1e-4 (Hessian). Immutable
 /// after construction, safe to share between threads.
 template <int N>
 class PerlinNoise {
@@ -33,6 +33,7 @@ class PerlinNoise {
   public:
     using Options = PerlinNoiseOptions<N>;
     static constexpr int kDimension = N;
+    static constexpr bool kHasKernels = true;
     static constexpr int kOwnPeriod = 256; ///< Where no other is asked for.
     /// The largest value of all fields with such gradients, but for rounding. N = 1, 2: in the middle of a cell whose
     /// ramps all rise towards it. There the mean of the squared distances to the corners, weighted as in the blend, is
@@ -44,28 +45,38 @@ class PerlinNoise {
     /// Throws ValueError for a negative period, and for reference gradients unless N = 3.
     explicit PerlinNoise(const PerlinNoiseOptions<N>& options = {});
 
+    /// T may be lanes.
     template <int Order, class T>
-    Jet<T, N, Order> at(const Vec<double, N>& x) const;
+    Jet<T, N, Order> at(const Vec<Rebind<T, double>, N>& x) const;
 
     double bound() const { return kBound; }
 
   private:
+    template <class T>
+    const Row<NumberOf<T>>* gradients() const {
+        if constexpr (std::is_same_v<NumberOf<T>, float>)
+            return mGradientsFloat.data();
+        else
+            return mGradients.data();
+    }
+
     CubicLattice<N> mLattice;
     PermutationHash mHash;
-    std::array<Vec<double, N>, 16> mGradients; // times the published scale of the noise
+    // By the place where a hash is looked up, times the published scale of the noise.
+    std::array<Row<double>, PermutationHash::kSize> mGradients;
+    std::array<Row<float>, PermutationHash::kSize> mGradientsFloat;
 };
 
 template <int N>
 template <int Order, class T>
-Jet<T, N, Order> PerlinNoise<N>::at(const Vec<double, N>& x) const {
-    const CubicCell<N> cell = mLattice.cell(x);
+Jet<T, N, Order> PerlinNoise<N>::at(const Vec<Rebind<T, double>, N>& x) const {
+    const auto cell = mLattice.cell(x);
     const Vec<T, N> s = cell.template position<T>();
-    const auto hashes = mHash(cell);
+    const auto places = mHash.places(cell);
     return blendCorners<Order>(s, [&](size_t k) {
-        const Vec<double, N>& picked = mGradients[hashes[k] & 15u];
-        Vec<T, N> gradient;
-        for (int axis = 0; axis < N; ++axis) gradient[axis] = static_cast<T>(picked[axis]);
-        return cornerRamp<Order>(gradient, s, k);
+        const auto index = wrappedIndicesOf(places[k], PermutationHash::kSize - 1);
+        const Vec<T, N> gradient{rowsAt<T, size_t{N}>(gradients<T>(), index)};
+        return cornerRamp<std::min(Order, 1)>(gradient, s, k);
     });
 }
 

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <type_traits>
 
 namespace curlew {
 
@@ -52,6 +53,7 @@ class PsrdN {
   public:
     using Options = PsrdOptionsN<N>;
     static constexpr int kDimension = N;
+    static constexpr bool kHasKernels = true;
     /// What gradients that all point the worst way would give, at the middle of a simplex's edge: in 2D 10.9 · 0.55⁴,
     /// in 3D 39.5 · √3/2 · (5/16)³. The noise comes within 0.3 % of it.
     static constexpr double kBound = N == 2 ? 0.9975 : 1.0440;
@@ -59,8 +61,9 @@ class PsrdN {
     /// Throws ValueError for a negative period, and an alpha that is not finite.
     explicit PsrdN(const PsrdOptionsN<N>& options = {});
 
+    /// T may be lanes.
     template <int Order, class T>
-    Jet<T, N, Order> at(const Vec<double, N>& x) const;
+    Jet<T, N, Order> at(const Vec<Rebind<T, double>, N>& x) const;
 
     double bound() const { return kBound; }
 
@@ -71,12 +74,26 @@ class PsrdN {
     Vec<int64_t, N> tilingPeriod() const;
 
   private:
-    static constexpr int kHashes = 289;
+    // Hashes are whole numbers modulo 289, the smallest there are: |h| <= 144. In float all that is done with them is
+    // exact: the permutations take sums up to 438, of a hash, a vertex, its corner and a shift.
+    static constexpr int kHashes = 289, kMostHash = 144;
+    /// h -> (quadratic h² + linear h) modulo 289, which is one-to-one: 17 divides the first of them but not the other.
+    struct Permutation {
+        float quadratic, linear;
+        template <class T>
+        T operator()(const T& h) const {
+            return centred(mulAdd(h, T(quadratic), T(linear)) * h);
+        }
+    };
+    /// Whole numbers modulo kHashes.
+    template <class T>
+    static T centred(const T& i) {
+        return negMulAdd(nearestProduct(i, static_cast<T>(1.0 / kHashes)), T(kHashes), i);
+    }
     // A corner at distance d counts with kScale (kReach - d²)^kPower times the ramp of its gradient (Table 2).
     static constexpr int kPower = N == 2 ? 4 : 3;
     static constexpr double kReach = N == 2 ? 0.8 : 0.5;
     static constexpr double kScale = N == 2 ? 10.9 : 39.5;
-    using LatticePoint = std::array<size_t, N>;
 
     /// Calls f with the lattice, as a type.
     template <class F>
@@ -86,21 +103,44 @@ class PsrdN {
         else
             return mOptions.grid == PsrdOptions::Grid::perlin ? f(PsrdPerlinLattice3{}) : f(PsrdLattice3{});
     }
-    template <class Lattice, int Order, class T>
-    Jet<T, N, Order> sumOfCorners(const Vec<double, N>& x) const;
+    /// All that the noise depends on.
+    template <class T>
+    struct Cell {
+        Vec<T, N> fraction;                ///< From the base vertex, simplex coordinates, within [0, 1).
+        Vec<T, N> rank;                    ///< Of the axes, from the one with the largest fraction, 0, on.
+        Vec<Rebind<T, double>, N> base;    ///< The vertex, simplex coordinates; counts where the noise tiles.
+        Vec<Rebind<T, float>, N> hashable; ///< The vertex as the hash sees it, where it does not.
+    };
+    /// Of the corners, in the table of gradients.
+    template <class T>
+    using Places = std::array<Indices<T>, N + 1>;
+    template <class Lattice, bool Tiles, class T>
+    Cell<T> cellOf(const Vec<Rebind<T, double>, N>& x) const;
+    /// The k-th corner from the base vertex, simplex coordinates.
+    template <class T>
+    static Vec<T, N> offset(const Cell<T>& cell, int k);
+    template <class Lattice, bool Tiles, class T>
+    Places<T> placesOf(const Cell<T>& cell) const;
+    template <class T>
+    Vec<T, N> gradientAt(const Indices<T>& places) const {
+        return {rowsAt<T, size_t{N}>(table<T>(), places)};
+    }
+    /// gradient(k): that of the k-th corner.
+    template <class Lattice, int Order, class T, class Gradient>
+    static Jet<T, N, Order> sumOfCorners(const Cell<T>& cell, const Gradient& gradient);
+    /// Where the period sends a vertex, whole numbers.
+    template <class Lattice, class T>
+    Vec<T, N> wrapped(const Vec<T, N>& vertex) const;
 
-    /// Hash of a lattice vertex given in simplex coordinates, each within [0, kHashes).
-    size_t hash(const LatticePoint& i) const;
-    /// The vertex, reduced to its period and then to [0, kHashes).
-    template <class Lattice>
-    LatticePoint reduce(Vec<double, N> vertex) const;
+    /// The axis that the hash takes at each step.
+    static constexpr int hashedAxis(int step) { return N == 2 ? step : N - 1 - step; }
 
     template <class T>
-    const std::array<Vec<T, N>, kHashes>& gradients() const {
-        if constexpr (std::is_same_v<T, float>)
-            return mGradientsFloat;
+    const Row<NumberOf<T>>* table() const {
+        if constexpr (std::is_same_v<NumberOf<T>, float>)
+            return mGradientsFloat.data();
         else
-            return mGradients;
+            return mGradients.data();
     }
 
     PsrdOptionsN<N> mOptions;
@@ -108,98 +148,136 @@ class PsrdN {
     // The period in the lattice's units, and what to divide by for it: the same, but 1 where it is 0.
     Vec<double, N> mPeriod, mDivisor;
     Vec<double, N> mTranslation{}; // of the lattice, and
-    std::array<int, N> mShift{};   // of the hash, from the seed
-    std::array<uint16_t, kHashes> mFirstPermutation;
-    std::array<uint16_t, 2 * kHashes> mPermutation;
-    std::array<Vec<double, N>, kHashes> mGradients;
-    std::array<Vec<float, N>, kHashes> mGradientsFloat;
+    Vec<float, N> mShift{};        // of the hash, from the seed
+    std::array<Permutation, N> mPermutations;
+    // By hash, from the lowest.
+    std::array<Row<double>, kHashes> mGradients;
+    std::array<Row<float>, kHashes> mGradientsFloat;
 };
 using Psrd2 = PsrdN<2>;
 using Psrd3 = PsrdN<3>;
 
 template <int N>
-size_t PsrdN<N>::hash(const LatticePoint& i) const {
-    if constexpr (N == 2)
-        return mPermutation[mFirstPermutation[i[0]] + i[1]];
-    else
-        return mPermutation[mPermutation[mFirstPermutation[i[2]] + i[1]] + i[0]];
+template <class Lattice, class T>
+Vec<T, N> PsrdN<N>::wrapped(const Vec<T, N>& vertex) const {
+    // In units of which vertices have a whole number, so all of this is exact.
+    Vec<T, N> k = Lattice::units(vertex);
+    for (int axis = 0; axis < N; ++axis)
+        k[axis] = negMulAdd(T(mPeriod[axis]), floor(k[axis] / T(mDivisor[axis])), k[axis]);
+    return Lattice::vertexAt(k);
 }
 
 template <int N>
-template <class Lattice>
-typename PsrdN<N>::LatticePoint PsrdN<N>::reduce(Vec<double, N> vertex) const {
-    if (mTiles) {
-        // Wrap in space, in units of which vertices have a whole number, so all of this is exact.
-        Vec<double, N> k = Lattice::units(vertex);
-        for (int axis = 0; axis < N; ++axis) k[axis] -= mPeriod[axis] * std::floor(k[axis] / mDivisor[axis]);
-        vertex = Lattice::vertexAt(k);
-    }
-    LatticePoint reduced;
-    for (int axis = 0; axis < N; ++axis) {
-        const double n = vertex[axis] + mShift[static_cast<size_t>(axis)];
-        double r = n - kHashes * std::floor(n * (1.0 / kHashes));
-        // The rounded reciprocal can be off by one period next to a multiple of it. Beyond 2^50, and for NaN, there is
-        // no lattice left: any index in range will do.
-        if (r < 0) r += kHashes;
-        if (r >= kHashes) r -= kHashes;
-        reduced[static_cast<size_t>(axis)] = r >= 0 && r < kHashes ? static_cast<size_t>(r) : 0;
-    }
-    return reduced;
-}
-
-template <int N>
-template <class Lattice, int Order, class T>
-Jet<T, N, Order> PsrdN<N>::sumOfCorners(const Vec<double, N>& x) const {
+template <class Lattice, bool Tiles, class T>
+typename PsrdN<N>::template Cell<T> PsrdN<N>::cellOf(const Vec<Rebind<T, double>, N>& x) const {
+    using Position = Rebind<T, double>;
+    using Hash = Rebind<T, float>;
     // First take off the lattice's own period. So positions a period apart are the same ones from here on, even where
     // simplex coordinates have to be rounded.
-    Vec<double, N> tile, rest;
+    Vec<Position, N> tile, rest;
     for (int axis = 0; axis < N; ++axis) {
-        const double repeat = Lattice::kRepeat[axis];
-        tile[axis] = repeat * std::floor(x[axis] / repeat);
-        rest[axis] = x[axis] - tile[axis] + mTranslation[axis];
-        const double carry = rest[axis] >= repeat ? repeat : 0;
-        tile[axis] += carry;
-        rest[axis] -= carry;
+        const Position repeat(Lattice::kRepeat[axis]);
+        tile[axis] = floor(x[axis] / repeat) * repeat;
+        rest[axis] = x[axis] - tile[axis] + Position(mTranslation[axis]);
     }
-    const Vec<double, N> u = Lattice::toSimplex(rest);
-    Vec<double, N> base;
-    for (int axis = 0; axis < N; ++axis) base[axis] = std::floor(u[axis]);
-    const Vec<double, N> r = u - base;
-    base += Lattice::toSimplex(tile);
-    // Which simplex it is depends on the order of the fractions: from the base its corners follow the axes, the one of
-    // the largest fraction first (the paper, Table 1, steps 2 and 3).
-    std::array<int, N> rank{};
-    for (size_t i = 0; i < N; ++i)
-        for (size_t j = i + 1; j < N; ++j) {
-            const int later = r.c[j] >= r.c[i];
-            rank[i] += later;
-            rank[j] += 1 - later;
-        }
-    std::array<Vec<T, N>, N + 1> offsets; // of the corners from the base, simplex coordinates
-    std::array<size_t, N + 1> hashes;
-    for (size_t k = 0; k <= N; ++k) {
-        Vec<double, N> offset;
-        for (int axis = 0; axis < N; ++axis) {
-            offset[axis] = rank[static_cast<size_t>(axis)] < static_cast<int>(k);
-            offsets[k][axis] = static_cast<T>(offset[axis]);
-        }
-        hashes[k] = hash(reduce<Lattice>(base + offset));
+    const Vec<Position, N> u = Lattice::toSimplex(rest);
+    Cell<T> cell;
+    for (int axis = 0; axis < N; ++axis) {
+        cell.base[axis] = floor(u[axis]);
+        cell.fraction[axis] = convertTo<T>(u[axis] - cell.base[axis]);
     }
-    // Sum over the corners (the paper, Table 2), with its derivatives.
-    Vec<T, N> x0;
-    for (int axis = 0; axis < N; ++axis) x0[axis] = static_cast<T>(Lattice::units(r)[axis] * (1.0 / Lattice::kUnits));
+    cell.base += Lattice::toSimplex(tile);
+    if constexpr (!Tiles)
+        for (int axis = 0; axis < N; ++axis)
+            cell.hashable[axis] = convertTo<Hash>(centred(cell.base[axis])) + Hash(mShift[axis]);
+    for (int i = 0; i < N; ++i)
+        for (int j = i + 1; j < N; ++j) {
+            const T later = select(cell.fraction[j] >= cell.fraction[i], T(1), T(0));
+            cell.rank[i] += later;
+            cell.rank[j] += T(1) - later;
+        }
+    return cell;
+}
+
+template <int N>
+template <class T>
+Vec<T, N> PsrdN<N>::offset(const Cell<T>& cell, int k) {
+    // From the base the corners follow the axes, the one of the largest fraction first (the paper, Table 1, steps 2
+    // and 3).
+    Vec<T, N> offset;
+    for (int axis = 0; axis < N; ++axis)
+        offset[axis] = k == 0 ? T(0) : k == N ? T(1) : select(cell.rank[axis] < T(k), T(1), T(0));
+    return offset;
+}
+
+template <int N>
+template <class Lattice, bool Tiles, class T>
+typename PsrdN<N>::template Places<T> PsrdN<N>::placesOf(const Cell<T>& cell) const {
+    using Position = Rebind<T, double>;
+    using Hash = Rebind<T, float>;
+    // Without a period, the first step of the hash knows but two vertices.
+    Hash first, step;
+    if constexpr (!Tiles) {
+        const Hash& low = cell.hashable[hashedAxis(0)];
+        first = mPermutations[0](low);
+        step = mPermutations[0](low + Hash(1)) - first;
+    }
+    Places<T> places;
+    unrolled<N + 1>([&](auto k) {
+        const Vec<T, N> from = offset(cell, k);
+        Vec<Hash, N> vertex;
+        Hash hash;
+        if constexpr (Tiles) {
+            Vec<Position, N> corner;
+            for (int axis = 0; axis < N; ++axis) corner[axis] = cell.base[axis] + convertTo<Position>(from[axis]);
+            corner = wrapped<Lattice>(corner);
+            for (int axis = 0; axis < N; ++axis)
+                vertex[axis] = convertTo<Hash>(centred(corner[axis])) + Hash(mShift[axis]);
+            hash = mPermutations[0](vertex[hashedAxis(0)]);
+        } else {
+            vertex = cell.hashable;
+            hash = first;
+            if constexpr (k > 0) {
+                for (int axis = 0; axis < N; ++axis) vertex[axis] += convertTo<Hash>(from[axis]);
+                hash = mulAdd(convertTo<Hash>(from[hashedAxis(0)]), step, hash);
+            }
+        }
+        for (int s = 1; s < N; ++s) hash = mPermutations[static_cast<size_t>(s)](hash + vertex[hashedAxis(s)]);
+        places[k] = indicesOf(hash + Hash(kMostHash), kHashes - 1);
+    });
+    return places;
+}
+
+template <int N>
+template <class Lattice, int Order, class T, class Gradient>
+Jet<T, N, Order> PsrdN<N>::sumOfCorners(const Cell<T>& cell, const Gradient& gradient) {
+    // With derivatives (the paper, Table 2).
+    const auto unit = static_cast<T>(1.0 / Lattice::kUnits);
+    const Vec<T, N> x0 = Lattice::units(cell.fraction) * unit;
     Jet<T, N, Order> sum;
-    for (size_t k = 0; k <= N; ++k) {
-        const Vec<T, N> d = x0 - Lattice::units(offsets[k]) * T(1.0 / Lattice::kUnits);
-        addRadialKernel<kPower>(sum, T(kReach), gradients<T>()[hashes[k]], d);
-    }
-    return sum * T(kScale);
+    unrolled<N + 1>([&](auto k) {
+        Vec<T, N> d = x0;
+        if constexpr (k > 0) {
+            const Vec<T, N> corner = Lattice::units(offset(cell, k));
+            for (int axis = 0; axis < N; ++axis) d[axis] = negMulAdd(corner[axis], unit, d[axis]);
+        }
+        addRadialKernel<kPower>(sum, static_cast<T>(kReach), gradient(k), d);
+    });
+    return sum * static_cast<T>(kScale);
 }
 
 template <int N>
 template <int Order, class T>
-Jet<T, N, Order> PsrdN<N>::at(const Vec<double, N>& x) const {
-    return onLattice([&](auto lattice) { return sumOfCorners<decltype(lattice), Order, T>(x); });
+Jet<T, N, Order> PsrdN<N>::at(const Vec<Rebind<T, double>, N>& x) const {
+    return onLattice([&](auto lattice) {
+        using Lattice = decltype(lattice);
+        const auto jet = [&]<bool Tiles>(std::bool_constant<Tiles>) {
+            const Cell<T> cell = cellOf<Lattice, Tiles, T>(x);
+            const Places<T> places = placesOf<Lattice, Tiles>(cell);
+            return sumOfCorners<Lattice, Order>(cell, [&](size_t k) { return gradientAt<T>(places[k]); });
+        };
+        return mTiles ? jet(std::true_type{}) : jet(std::false_type{});
+    });
 }
 
 } // namespace curlew

@@ -17,13 +17,17 @@ struct PsrdLattice2 {
     static constexpr int kUnits = 2;
     static constexpr Vec<int, 2> kRepeat{{1, 2}};
 
-    static Vec<double, 2> toSimplex(const Vec<double, 2>& x) { return {{x[0] + 0.5 * x[1], x[1]}}; }
+    template <class T>
+    static Vec<T, 2> toSimplex(const Vec<T, 2>& x) {
+        return {{mulAdd(T(0.5), x[1], x[0]), x[1]}};
+    }
     template <class T>
     static Vec<T, 2> units(const Vec<T, 2>& u) {
         return {{T(2) * u[0] - u[1], T(2) * u[1]}};
     }
-    static Vec<double, 2> vertexAt(const Vec<double, 2>& k) {
-        return {{std::floor(0.5 * k[0] + 0.25 * k[1] + 0.5), 0.5 * k[1]}};
+    template <class T>
+    static Vec<T, 2> vertexAt(const Vec<T, 2>& k) {
+        return {{floor(T(0.5) * k[0] + T(0.25) * k[1] + T(0.5)), T(0.5) * k[1]}};
     }
 };
 
@@ -32,12 +36,18 @@ struct PsrdLattice3 {
     static constexpr int kUnits = 2;
     static constexpr Vec<int, 3> kRepeat{{1, 1, 1}};
 
-    static Vec3d toSimplex(const Vec3d& x) { return {{x[1] + x[2], x[0] + x[2], x[0] + x[1]}}; }
+    template <class T>
+    static Vec3<T> toSimplex(const Vec3<T>& x) {
+        return {{x[1] + x[2], x[0] + x[2], x[0] + x[1]}};
+    }
     template <class T>
     static Vec3<T> units(const Vec3<T>& u) {
         return {{u[1] + u[2] - u[0], u[0] + u[2] - u[1], u[0] + u[1] - u[2]}};
     }
-    static Vec3d vertexAt(const Vec3d& k) { return toSimplex(k) * 0.5; }
+    template <class T>
+    static Vec3<T> vertexAt(const Vec3<T>& k) {
+        return toSimplex(k) * T(0.5);
+    }
 };
 
 /// The same lattice as Perlin turned it (2002): its long diagonal is that of the unit cube, and few vertices have whole
@@ -46,8 +56,9 @@ struct PsrdPerlinLattice3 {
     static constexpr int kUnits = 6;
     static constexpr Vec<int, 3> kRepeat{{3, 3, 3}};
 
-    static Vec3d toSimplex(const Vec3d& x) {
-        const double third = (x[0] + x[1] + x[2]) / 3;
+    template <class T>
+    static Vec3<T> toSimplex(const Vec3<T>& x) {
+        const T third = (x[0] + x[1] + x[2]) / T(3);
         return {{x[0] + third, x[1] + third, x[2] + third}};
     }
     template <class T>
@@ -55,10 +66,11 @@ struct PsrdPerlinLattice3 {
         const T sum = u[0] + u[1] + u[2];
         return {{T(6) * u[0] - sum, T(6) * u[1] - sum, T(6) * u[2] - sum}};
     }
-    static Vec3d vertexAt(const Vec3d& k) {
+    template <class T>
+    static Vec3<T> vertexAt(const Vec3<T>& k) {
         // Whole numbers up to the division; of what a period leaves, it makes multiples of 1/3: never halves.
-        const double sum = k[0] + k[1] + k[2];
-        const auto nearest = [sum](double a) { return std::floor((3 * a + sum) / 18 + 0.5); };
+        const T sum = k[0] + k[1] + k[2];
+        const auto nearest = [&sum](const T& a) { return floor((T(3) * a + sum) / T(18) + T(0.5)); };
         return {{nearest(k[0]), nearest(k[1]), nearest(k[2])}};
     }
 };

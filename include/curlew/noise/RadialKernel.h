@@ -2,36 +2,47 @@
 
 #include "curlew/math/Jet.h"
 
-#include <algorithm>
-
 namespace curlew {
 
 /// Adds what one lattice vertex contributes to a simplex noise: w^P (g · d) with w = max(radius² - d · d, 0), for the
 /// offset d of the position from the vertex and the gradient g of the vertex. C^(P-1).
 template <int P, class T, int N, int Order>
-constexpr void addRadialKernel(Jet<T, N, Order>& sum, T radius2, const Vec<T, N>& g, const Vec<T, N>& d) {
+void addRadialKernel(Jet<T, N, Order>& sum, T radius2, const Vec<T, N>& g, const Vec<T, N>& d) {
     static_assert(P >= 3);
-    const T w = std::max(radius2 - dot(d, d), T(0)), ramp = dot(g, d);
+    T w = radius2;
+    for (int i = 0; i < N; ++i) w = negMulAdd(d[i], d[i], w);
+    w = max(w, T(0));
+    const T ramp = dot(g, d);
     T power = T(1); // w^(P-3)
     for (int k = 0; k < P - 3; ++k) power *= w;
     const T w2 = power * w, w1 = w2 * w, w0 = w1 * w; // w^(P-k)
-    sum.value += w0 * ramp;
-    if constexpr (Order >= 1) sum.gradient += g * w0 - d * (T(2 * P) * w1 * ramp);
-    if constexpr (Order >= 2)
-        for (int i = 0; i < N; ++i)
+    sum.value = mulAdd(w0, ramp, sum.value);
+    const T slope = T(-2 * P) * w1, slopeRamp = slope * ramp;
+    if constexpr (Order >= 1)
+        for (int i = 0; i < N; ++i) sum.gradient[i] = mulAdd(d[i], slopeRamp, mulAdd(g[i], w0, sum.gradient[i]));
+    if constexpr (Order >= 2) {
+        const T bend = T(4 * P * (P - 1)) * w2 * ramp;
+        Vec<T, N> sloped, bent;
+        for (int i = 0; i < N; ++i) {
+            sloped[i] = slope * d[i];
+            bent[i] = mulAdd(bend, d[i], slope * g[i]);
+        }
+        for (int i = 0; i < N; ++i) {
             for (int j = i; j < N; ++j)
-                sum.hessian(i, j) += T(4 * P * (P - 1)) * w2 * ramp * d[i] * d[j] -
-                                     T(2 * P) * w1 * (g[i] * d[j] + g[j] * d[i] + (i == j ? ramp : T(0)));
+                sum.hessian(i, j) = mulAdd(bent[i], d[j], mulAdd(sloped[i], g[j], sum.hessian(i, j)));
+            sum.hessian(i, i) += slopeRamp;
+        }
+    }
     if constexpr (Order >= 3) {
-        const T w3 = w > T(0) ? power : T(0); // beyond the radius w^0 is nothing, too
+        const T w3 = select(w > T(0), power, T(0)); // beyond the radius w^0 is nothing, too
         sum.forTriples([&](int i, int j, int k) {
             const auto overDeltas = [&](const Vec<T, N>& v) {
                 return (j == k ? v[i] : T(0)) + (i == k ? v[j] : T(0)) + (i == j ? v[k] : T(0));
             };
             sum.third(i, j, k) +=
                 T(4 * P * (P - 1)) * w2 *
-                    (g[i] * d[j] * d[k] + g[j] * d[i] * d[k] + g[k] * d[i] * d[j] + ramp * overDeltas(d)) -
-                T(2 * P) * w1 * overDeltas(g) - T(8 * P * (P - 1) * (P - 2)) * w3 * ramp * d[i] * d[j] * d[k];
+                    (g[i] * d[j] * d[k] + g[j] * d[i] * d[k] + g[k] * d[i] * d[j] + ramp * overDeltas(d)) +
+                slope * overDeltas(g) - T(8 * P * (P - 1) * (P - 2)) * w3 * ramp * d[i] * d[j] * d[k];
         });
     }
 }

@@ -22,16 +22,18 @@ struct SimplexOptions {
     uint64_t seed = 0; ///< 0 has the published gradient at each vertex; other seeds give independent fields.
 };
 
-/// Bob Jenkins's one-at-a-time hash of the three low bytes, as the program has it: in 64 bits, nothing cut off.
-constexpr uint64_t simplexHash(uint64_t word) {
-    uint64_t hash = 0;
+/// Bob Jenkins's one-at-a-time hash of the three low bytes, as the program has it: in 64 bits, nothing cut off. Word is
+/// uint64_t, or several of them at once.
+template <class Word>
+requires(sizeof(Word) >= sizeof(uint64_t)) constexpr Word simplexHash(const Word& word) {
+    Word hash(0);
     for (int byte = 0; byte < 3; ++byte) {
-        hash += (word >> (8 * byte)) & 255;
+        hash += (word >> (8 * byte)) & Word(255);
         hash += hash << 10;
-        hash ^= hash >> 6;
+        hash = hash ^ (hash >> 6);
     }
     hash += hash << 3;
-    hash ^= hash >> 11;
+    hash = hash ^ (hash >> 11);
     return hash + (hash << 15);
 }
 
@@ -60,41 +62,69 @@ class SimplexNoise {
   public:
     using Options = SimplexOptions;
     static constexpr int kDimension = N;
+    static constexpr bool kHasKernels = N <= 4;
 
     /// Throws ValueError for a power that the kernel does not have.
     explicit SimplexNoise(const SimplexOptions& options = {});
 
+    /// T may be lanes, where there are kernels.
     template <int Order, class T>
-    Jet<T, N, Order> at(const Vec<double, N>& x) const;
+    Jet<T, N, Order> at(const Vec<Rebind<T, double>, N>& x) const;
 
     /// |value| never exceeds it, whatever the gradients (to rounding).
     double bound() const { return mBound; }
 
   private:
-    static constexpr int kVertices = N <= 5 ? N + 1 : 4 * (N + 1); ///< That can be near a point of a simplex.
-    static constexpr int kGradients = N << (N - 1);
+    static constexpr int kVertices = N <= 5 ? N + 1 : 4 * (N + 1);          ///< That can be near a point of a simplex.
+    static constexpr int kGradients = N << (N - 1), kRows = N <= 4 ? 1 : 2; ///< Rows of 4 for each gradient.
 
-    // Of the lattice: y = x + skew Σx has the vertices at integer points (Gustavson 2005), x = y - unskew Σy.
-    static double skew() { return (std::sqrt(N + 1.0) - 1) / N; }
-    static double unskew() { return (1 - 1 / std::sqrt(N + 1.0)) / N; }
+    /// The cell of the skewed lattice that a position is in, and where in it. P: double or lanes of it.
+    template <class P>
+    struct Cell {
+        Rebind<P, uint64_t> index; ///< Of its lowest corner, before it is hashed.
+        Vec<P, N> x;               ///< From there, in space.
+        /// Place of each axis in the order of the skewed coordinates, the largest first: it tells the simplex within
+        /// the cell. In sorted axes all simplices are the same.
+        Vec<P, N> rank;
+    };
+    template <class P>
+    Cell<P> cell(const Vec<P, N>& x) const;
 
-    /// A coordinate of a vertex, modulo 2^64. Beyond 2^62, and for NaN, there is no lattice left: any number will do.
-    static uint64_t whole(double c) {
-        return std::abs(c) < 0x1p62 ? static_cast<uint64_t>(static_cast<int64_t>(c)) : 0;
-    }
     /// The gradient of a vertex, not normalised: of components ±1, and one 0.
-    const Vec<int8_t, N>& gradient(uint64_t index) const {
-        return mGradients[(mPublishedHash ? simplexHash(index) : mixBits(index)) % kGradients];
+    template <class T>
+    Vec<T, N> gradient(const Rebind<T, uint64_t>& index) const;
+
+    /// Adds what a vertex contributes at a distance d from it.
+    template <int Order, class T>
+    void add(Jet<T, N, Order>& sum, const Rebind<T, uint64_t>& index, const Vec<T, N>& d) const {
+        if constexpr (kLanes<T> == 1) { // out of reach it would add zeros; lanes rarely all are
+            T w = static_cast<T>(mRadius2);
+            for (int i = 0; i < N; ++i) w = negMulAdd(d[i], d[i], w);
+            if (w <= T(0)) return; // NaN goes on
+        }
+        const Vec<T, N> g = gradient<T>(index);
+        if (mPower == 4)
+            addRadialKernel<4>(sum, static_cast<T>(mRadius2), g, d);
+        else
+            addRadialKernel<3>(sum, static_cast<T>(mRadius2), g, d);
     }
+    /// Of the N + 1 corners of the simplex.
+    template <int Order, class T>
+    Jet<T, N, Order> sumOfCorners(const Cell<Rebind<T, double>>& cell) const;
+    /// Of all vertices that are listed.
+    template <int Order, class T>
+    Jet<T, N, Order> sumOfVertices(const Cell<double>& cell) const;
 
     template <class T>
-    const std::array<Vec<T, kVertices>, N>& vertices() const {
-        if constexpr (std::is_same_v<T, float>)
+    const std::array<Vec<NumberOf<T>, kVertices>, N>& vertices() const {
+        if constexpr (std::is_same_v<NumberOf<T>, float>)
             return mVerticesFloat;
         else
             return mVertices;
     }
 
+    // Of the lattice: y = x + skew Σx has the vertices at integer points (Gustavson 2005), x = y - unskew Σy.
+    double mSkew = (std::sqrt(N + 1.0) - 1) / N, mUnskew = (1 - 1 / std::sqrt(N + 1.0)) / N;
     int mPower;
     bool mPublishedHash;
     uint64_t mIndex;                  // of the vertex at 0 before it is hashed
@@ -105,38 +135,96 @@ class SimplexNoise {
     std::array<Vec<int8_t, N>, kVertices> mOffsets;  // skewed, by vertex
     std::array<Vec<double, kVertices>, N> mVertices; // in space, by axis
     std::array<Vec<float, kVertices>, N> mVerticesFloat;
-    std::array<Vec<int8_t, N>, kGradients> mGradients;
+    std::array<Row<double>, kGradients * kRows> mGradients;
+    std::array<Row<float>, kGradients * kRows> mGradientsFloat;
 };
 
 template <int N>
-template <int Order, class T>
-Jet<T, N, Order> SimplexNoise<N>::at(const Vec<double, N>& x) const {
-    // The cell of the skewed lattice that x is in, and where.
-    const Vec<double, N> moved = x + mTranslation;
-    double sum = 0;
-    for (const double c : moved.c) sum += c;
-    const double skewed = sum * skew();
-    uint64_t cell = mIndex;
-    Vec<double, N> r;
-    double sumR = 0;
+template <class P>
+auto SimplexNoise<N>::cell(const Vec<P, N>& x) const -> Cell<P> {
+    Vec<P, N> moved, r;
+    for (int i = 0; i < N; ++i) moved[i] = x[i] + P(mTranslation[i]);
+    P sum = moved[0], sumR(0);
+    for (int i = 1; i < N; ++i) sum += moved[i];
+    const P skewed = sum * P(mSkew);
+    Cell<P> cell;
+    cell.index = Rebind<P, uint64_t>(mIndex);
     for (int i = 0; i < N; ++i) {
-        const double y = moved[i] + skewed, low = std::floor(y);
+        const P y = moved[i] + skewed, low = floor(y);
         r[i] = y - low;
         sumR += r[i];
-        cell += whole(low) * mSteps[static_cast<size_t>(i)];
+        // Further out, and for NaN, there is no lattice left: any number will do.
+        const P whole = min(max(low, P(-0x1p51)), P(0x1p51));
+        cell.index += wordOf(whole) * Rebind<P, uint64_t>(mSteps[static_cast<size_t>(i)]);
     }
-    // Place of each axis when r is sorted, the largest first: it tells the simplex within the cell. In sorted axes all
-    // simplices are the same.
-    std::array<size_t, N> rank{};
     for (int i = 0; i < N; ++i)
         for (int j = i + 1; j < N; ++j) {
-            const bool less = r[i] < r[j];
-            rank[static_cast<size_t>(i)] += less;
-            rank[static_cast<size_t>(j)] += !less;
+            const P later = select(r[i] < r[j], P(1), P(0));
+            cell.rank[i] += later;
+            cell.rank[j] += P(1) - later;
         }
-    Vec<T, N> sorted;
-    for (size_t i = 0; i < N; ++i) sorted.c[rank[i]] = static_cast<T>(r.c[i] - unskew() * sumR);
+    for (int i = 0; i < N; ++i) cell.x[i] = r[i] - P(mUnskew) * sumR;
+    return cell;
+}
 
+template <int N>
+template <class T>
+Vec<T, N> SimplexNoise<N>::gradient(const Rebind<T, uint64_t>& index) const {
+    using Word = Rebind<T, uint64_t>;
+    using P = Rebind<T, double>;
+    const Word hash = mPublishedHash ? simplexHash(index) : mixedWord(index);
+    // Modulo the number of gradients, in double: the high half first brought to where the low one is, then exact.
+    constexpr double kHigh = static_cast<double>((uint64_t{1} << 32) % kGradients);
+    const P folded = mulAdd(convertTo<P>(hash >> 32), P(kHigh), convertTo<P>(hash & Word(0xffffffff)));
+    const P place = floorMod(folded, kGradients, 1.0 / kGradients);
+    const auto places = indicesOf(convertTo<Rebind<T, float>>(place), kGradients - 1);
+    const Row<NumberOf<T>>* rows;
+    if constexpr (std::is_same_v<NumberOf<T>, float>)
+        rows = mGradientsFloat.data();
+    else
+        rows = mGradients.data();
+    Vec<T, N> g;
+    unrolled<kRows>([&](auto row) {
+        constexpr size_t kFirst = 4 * row, kCount = std::min(size_t{N} - kFirst, size_t{4});
+        const auto part = rowsAt<T, kCount>(rows + row * kGradients, places);
+        for (size_t k = 0; k < kCount; ++k) g.c[kFirst + k] = part[k];
+    });
+    return g;
+}
+
+template <int N>
+template <int Order, class T>
+Jet<T, N, Order> SimplexNoise<N>::sumOfCorners(const Cell<Rebind<T, double>>& cell) const {
+    using P = Rebind<T, double>;
+    using Word = Rebind<T, uint64_t>;
+    Vec<T, N> x, rank;
+    for (int i = 0; i < N; ++i) {
+        x[i] = convertTo<T>(cell.x[i]);
+        rank[i] = convertTo<T>(cell.rank[i]);
+    }
+    Jet<T, N, Order> sum;
+    unrolled<N + 1>([&](auto k) { // from the lowest corner the others follow the axes by their rank
+        Word index = cell.index;
+        Vec<T, N> d;
+        for (size_t i = 0; i < N; ++i) {
+            if constexpr (k > 0) index += select(cell.rank.c[i] < P(int{k}), Word(mSteps[i]), Word(0));
+            const T along(vertices<T>().front()[k]), beside(vertices<T>().back()[k]);
+            d.c[i] = x.c[i] - (k == 0 ? beside : k == N ? along : select(rank.c[i] < T(int{k}), along, beside));
+        }
+        add(sum, index, d);
+    });
+    return sum;
+}
+
+template <int N>
+template <int Order, class T>
+Jet<T, N, Order> SimplexNoise<N>::sumOfVertices(const Cell<double>& cell) const {
+    std::array<size_t, N> rank;
+    Vec<T, N> sorted;
+    for (size_t i = 0; i < N; ++i) {
+        rank[i] = static_cast<size_t>(cell.rank.c[i]);
+        sorted.c[rank[i]] = static_cast<T>(cell.x.c[i]);
+    }
     Vec<T, kVertices> kernel; // r² - |d|² of all vertices
     kernel.c.fill(static_cast<T>(mRadius2));
     for (size_t i = 0; i < N; ++i)
@@ -144,23 +232,29 @@ Jet<T, N, Order> SimplexNoise<N>::at(const Vec<double, N>& x) const {
             const T d = sorted.c[i] - vertices<T>()[i][v];
             kernel[v] -= d * d;
         }
-    Jet<T, N, Order> noise;
+    Jet<T, N, Order> sum;
     for (int v = 0; v < kVertices; ++v) {
         if (kernel[v] <= T(0)) continue; // NaN goes on
-        uint64_t index = cell;
-        Vec<T, N> d, g;
+        uint64_t index = cell.index;
+        Vec<T, N> d;
         for (size_t i = 0; i < N; ++i) {
             index += static_cast<uint64_t>(mOffsets[static_cast<size_t>(v)].c[rank[i]]) * mSteps[i];
             d.c[i] = sorted.c[rank[i]] - vertices<T>()[rank[i]][v];
         }
-        const Vec<int8_t, N>& dealt = gradient(index);
-        for (int i = 0; i < N; ++i) g[i] = static_cast<T>(dealt[i]);
-        if (mPower == 4)
-            addRadialKernel<4>(noise, static_cast<T>(mRadius2), g, d);
-        else
-            addRadialKernel<3>(noise, static_cast<T>(mRadius2), g, d);
+        add(sum, index, d);
     }
-    return noise * static_cast<T>(mScale);
+    return sum;
+}
+
+template <int N>
+template <int Order, class T>
+Jet<T, N, Order> SimplexNoise<N>::at(const Vec<Rebind<T, double>, N>& x) const {
+    const auto cell = this->cell(x);
+    const auto scale = static_cast<T>(mScale);
+    if constexpr (kVertices == N + 1)
+        return sumOfCorners<Order, T>(cell) * scale;
+    else
+        return sumOfVertices<Order, T>(cell) * scale;
 }
 
 extern template class SimplexNoise<2>;

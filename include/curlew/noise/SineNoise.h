@@ -36,14 +36,16 @@ class SineNoise {
   public:
     using Options = SineNoiseOptions<N>;
     static constexpr int kDimension = N;
+    static constexpr bool kHasKernels = N <= 3;
     static constexpr double kBound = 1;
     static constexpr int kMostWaves = 64;
 
     /// Throws ValueError for a negative period, and for waves out of range.
     explicit SineNoise(const SineNoiseOptions<N>& options = {});
 
+    /// T may be lanes.
     template <int Order, class T>
-    Jet<T, N, Order> at(const Vec<double, N>& x) const;
+    Jet<T, N, Order> at(const Vec<Rebind<T, double>, N>& x) const;
 
     double bound() const { return kBound; }
 
@@ -55,34 +57,36 @@ class SineNoise {
 
 template <int N>
 template <int Order, class T>
-Jet<T, N, Order> SineNoise<N>::at(const Vec<double, N>& x) const {
-    Vec<double, N> wrapped = x;
+Jet<T, N, Order> SineNoise<N>::at(const Vec<Rebind<T, double>, N>& x) const {
+    using Position = Rebind<T, double>;
+    Vec<Position, N> wrapped = x;
     for (int axis = 0; axis < N; ++axis)
         if (const double p = mOptions.period[axis]; p > 0) {
             // Whole part and fraction apart: positions a period apart become the same to the bit.
-            const double whole = std::floor(x[axis]);
-            wrapped[axis] = floorMod(whole, p) + (x[axis] - whole);
+            const Position whole = floor(x[axis]);
+            wrapped[axis] = floorMod(whole, p, 1 / p) + (x[axis] - whole);
         }
     constexpr double kTurn = 2 * std::numbers::pi;
     Jet<T, N, Order> sum;
     for (size_t m = 0; m < static_cast<size_t>(mOptions.waves); ++m) {
-        const double cycles = mPhases[m] + dot(mWaves[m], wrapped);
-        const T argument = static_cast<T>(kTurn * (cycles - std::floor(cycles + 0.5)));
-        const T sine = std::sin(argument);
+        Position cycles(mPhases[m]);
+        for (int i = 0; i < N; ++i) cycles = mulAdd(Position(mWaves[m][i]), wrapped[i], cycles);
+        const T argument = convertTo<T>(Position(kTurn) * (cycles - floor(cycles + Position(0.5))));
+        const T sine = sin(argument);
         sum.value += sine;
         if constexpr (Order >= 1) {
-            const T cosine = std::cos(argument);
+            const T cosine = cos(argument);
             Vec<T, N> k;
             for (int i = 0; i < N; ++i) k[i] = static_cast<T>(kTurn * mWaves[m][i]);
-            sum.gradient += k * cosine;
+            for (int i = 0; i < N; ++i) sum.gradient[i] = mulAdd(k[i], cosine, sum.gradient[i]);
             if constexpr (Order >= 2)
                 for (int i = 0; i < N; ++i)
-                    for (int j = i; j < N; ++j) sum.hessian(i, j) -= k[i] * k[j] * sine;
+                    for (int j = i; j < N; ++j) sum.hessian(i, j) = negMulAdd(k[i] * k[j], sine, sum.hessian(i, j));
             if constexpr (Order >= 3)
                 sum.forTriples([&](int i, int j, int l) { sum.third(i, j, l) -= k[i] * k[j] * k[l] * cosine; });
         }
     }
-    return sum * (T(1) / static_cast<T>(mOptions.waves));
+    return sum * static_cast<T>(1.0 / mOptions.waves);
 }
 
 } // namespace curlew

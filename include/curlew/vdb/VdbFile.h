@@ -10,15 +10,22 @@
 
 namespace curlew {
 
-enum class Codec { none, zip, blosc };
+/// How the values that a file keeps are packed. Inactive ones are always left out.
+enum class Codec {
+    automatic, ///< For each grid: blosc where it saves more than half, which are the fog volumes (a third or less is
+               ///< left of them, their inside being constant); none for all others. Velocities pack to 92 % to 94 %,
+               ///< distances and points to 84 % to 93 %, and writing takes up to 3 times as long with blosc, 10 to 30
+               ///< times with zip.
+    none,
+    zip, ///< From OpenVDB it leaves level sets, fog volumes and points at their size.
+    blosc
+};
 
 struct VdbWriteOptions {
     /// 16-bit floats for every grid of real numbers or vectors (beyond ±65504 they become infinite). Otherwise a grid
     /// is written as its own saveFloatAsHalf() says.
     bool half = false;
-    /// On top of leaving out inactive values, which is always done. Noise hardly shrinks (a dense 256³ velocity to 92 %
-    /// at best), and none is 6 times as fast as blosc and 70 times as fast as zip.
-    Codec codec = Codec::none;
+    Codec codec = Codec::automatic;
 };
 
 /// All grids of a .vdb file, in the order of the file and wholly in memory. Grids that share a tree in the file share

@@ -1,0 +1,147 @@
+// Particles: ours along the field itself, OpenVDB's through a grid of it.
+
+#include "Cases.h"
+#include "curlew/base/Parallel.h"
+#include "curlew/track/Advect.h"
+#include "curlew/track/Scatter.h"
+#include "curlew/vdb/VelocityGrid.h"
+
+#include <fmt/format.h>
+#include <openvdb/points/PointAdvect.h>
+#include <openvdb/points/PointConversion.h>
+
+namespace curlew::bench {
+
+namespace {
+
+namespace points = openvdb::points;
+
+constexpr size_t kParticles = 20000;
+constexpr int kSteps = 200;
+constexpr double kTravel = 3.4;   ///< Of a particle at the rms speed, which is 1: so it is the time, too.
+constexpr double kFrequency = 2;  ///< Of the noises.
+constexpr double kScattered = 1;  ///< Particles start in the cube of this half edge,
+constexpr double kCovered = 2;    ///< and OpenVDB's grid covers this one: hardly any particle leaves it.
+constexpr int kVelocityDim = 128; ///< Voxels of that grid along an edge.
+
+Flow driftingFlow() {
+    return withSpeed(freeFlow({.box = Box{}.padded(kCovered), .wall = std::nullopt}, kFrequency), 1);
+}
+Particles scattered(size_t count) { return scatter({.box = Box{}.padded(kScattered), .wall = std::nullopt}, count, 1); }
+
+// ---- Ours
+
+void setDrift(benchmark::State& state, double f, double g) {
+    state.counters["drift_f"] = f;
+    state.counters["drift_g"] = g;
+}
+
+void advection(benchmark::State& state, size_t count, int steps, Reprojection method, int threads) {
+    const ThreadLimit limit(threads);
+    const Flow flow = driftingFlow();
+    const Particles start = scattered(count);
+    AdvectResult result;
+    for (auto _ : state) {
+        Particles particles = start;
+        result = advect(flow, particles, {.time = kTravel * steps / kSteps, .steps = steps, .reprojection = method});
+    }
+    state.SetItemsProcessed(state.iterations() * steps * static_cast<int64_t>(count));
+    setDrift(state, result.residual[0], result.residual[1]);
+    state.counters["not_converged"] = static_cast<double>(result.notConverged);
+}
+
+// ---- OpenVDB's
+
+using Points = points::PointDataGrid;
+
+/// What id is to the point tools: the index of each point.
+struct Indices {
+    using value_type = int32_t;
+    void get(value_type& id, openvdb::Index64 n, openvdb::Index) const { id = static_cast<int32_t>(n); }
+};
+
+/// The particles as OpenVDB's points, about 8 to a voxel as its own tools have it; with ids if they are to be found
+/// again.
+Points::Ptr pointGrid(const Particles& particles, bool withIds) {
+    std::vector<openvdb::Vec3f> positions;
+    for (size_t i = 0; i < particles.size(); ++i)
+        positions.emplace_back(openvdb::Vec3d(particles.x[i], particles.y[i], particles.z[i]));
+    const points::PointAttributeVector<openvdb::Vec3f> wrapped(positions);
+    const auto transform = openvdb::math::Transform::createLinearTransform(points::computeVoxelSize(wrapped, 8));
+    const auto index = openvdb::tools::createPointIndexGrid<openvdb::tools::PointIndexGrid>(wrapped, *transform);
+    const auto grid = points::createPointDataGrid<points::NullCodec, Points>(*index, wrapped, *transform);
+    if (withIds) {
+        points::appendAttribute<int32_t>(grid->tree(), "id");
+        points::populateAttribute(grid->tree(), index->tree(), "id", Indices{});
+    }
+    return grid;
+}
+
+void advectInCalls(Points& grid, const openvdb::Vec3SGrid& velocity, int calls) {
+    constexpr openvdb::Index kRungeKutta4 = 4;
+    for (int call = 0; call < calls; ++call)
+        points::advectPoints(grid, velocity, kRungeKutta4, kTravel / kSteps,
+                             static_cast<openvdb::Index>(kSteps / calls));
+}
+
+/// How far the points are from where they should be on f and g: root mean squares, relative to those of f and g. Points
+/// that have left the grid of velocities do not count.
+void measureDrift(benchmark::State& state, const Flow& flow, const Particles& start, const Points& grid) {
+    double f2 = 0, g2 = 0;
+    size_t count = 0;
+    for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
+        const points::AttributeHandle<openvdb::Vec3f> position(leaf->constAttributeArray("P"));
+        const points::AttributeHandle<int32_t> id(leaf->constAttributeArray("id"));
+        for (auto n = leaf->beginIndexOn(); n; ++n) {
+            const auto p = grid.transform().indexToWorld(openvdb::Vec3d(position.get(*n)) + n.getCoord().asVec3d());
+            const Vec3d now{{p[0], p[1], p[2]}};
+            if (!flow.domain().box.contains(now)) continue;
+            const auto k = static_cast<size_t>(id.get(*n));
+            const Vec3d then{{start.x[k], start.y[k], start.z[k]}};
+            const double df = flow.f().at<0>(now).value - flow.f().at<0>(then).value;
+            const double dg = flow.g().at<0>(now).value - flow.g().at<0>(then).value;
+            f2 += df * df;
+            g2 += dg * dg;
+            ++count;
+        }
+    }
+    const auto rms = magnitudesOf(flow).potentials;
+    const auto points = static_cast<double>(count);
+    setDrift(state, std::sqrt(f2 / points) / rms[0], std::sqrt(g2 / points) / rms[1]);
+    state.counters["left"] = static_cast<double>(start.size() - count);
+}
+
+void advectPoints(benchmark::State& state, int calls, Layout layout) {
+    const ThreadLimit limit(1);
+    const Flow flow = driftingFlow();
+    const Particles start = scattered(kParticles);
+    const auto velocity = velocityGrid(flow, {.dim = kVelocityDim, .layout = layout});
+    const auto timed = pointGrid(start, false);
+    for (auto _ : state) advectInCalls(*timed, *velocity, calls);
+    state.SetItemsProcessed(state.iterations() * kSteps * static_cast<int64_t>(kParticles));
+    const auto measured = pointGrid(start, true);
+    advectInCalls(*measured, *velocity, calls);
+    measureDrift(state, flow, start, *measured);
+}
+
+} // namespace
+
+void registerAdvect() {
+    constexpr std::pair<const char*, Reprojection> kMethods[] = {
+        {"none", Reprojection::none}, {"newton", Reprojection::newton}, {"gauss_newton", Reprojection::gaussNewton}};
+    for (const auto& [name, method] : kMethods)
+        once(add(fmt::format("advect/{}/1thread", name), [method = method](auto& state) {
+            advection(state, kParticles, kSteps, method, 1);
+        }))->UseRealTime();
+    once(add("advect/gauss_newton/2threads", [](auto& state) {
+        advection(state, kParticles, kSteps, Reprojection::gaussNewton, 2);
+    }))->UseRealTime();
+    for (const size_t count : {size_t{4000}, size_t{16000}, size_t{64000}})
+        once(add(fmt::format("scale/particles/{}", count),
+                 [=](auto& state) { advection(state, count, 20, Reprojection::gaussNewton, 1); }));
+    once(add("advect_points/step_a_call", [](auto& state) { advectPoints(state, kSteps, Layout::collocated); }));
+    once(add("advect_points/one_call", [](auto& state) { advectPoints(state, 1, Layout::collocated); }));
+    once(add("advect_points/one_call_staggered", [](auto& state) { advectPoints(state, 1, Layout::staggered); }));
+}
+
+} // namespace curlew::bench

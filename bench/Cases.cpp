@@ -1,0 +1,28 @@
+#include "Cases.h"
+
+#include "curlew/base/Parallel.h"
+
+namespace curlew::bench {
+
+std::vector<PointBatch> rowBatches(double step) {
+    constexpr int kRow = 8; // a leaf's voxels along an axis
+    std::vector<PointBatch> batches(kBatches);
+    for (int b = 0; b < kBatches; ++b)
+        for (int n = 0; n < kBatch; ++n)
+            batches[static_cast<size_t>(b)].push(
+                {{b * step, (n / kRow) * step, (n % kRow + kRow * (b % kVoxelsPerCell)) * step}});
+    return batches;
+}
+
+Flow freeFlow(const Domain& domain, double frequency) {
+    const OctaveOptions octaves{.frequency = frequency};
+    return Flow(noiseField<Psrd3>({.seed = 1}, octaves), noiseField<Psrd3>({.seed = 2}, octaves), domain);
+}
+
+Domain voxelDomain(int dim) {
+    // The box of whole voxels: half of one around the outer centres. All of these numbers are exact.
+    const double voxel = 1.0 / kVoxelsPerCell, low = -0.5 * voxel, high = (dim - 0.5) * voxel;
+    return {.box = {{{low, low, low}}, {{high, high, high}}}, .wall = std::nullopt};
+}
+
+} // namespace curlew::bench

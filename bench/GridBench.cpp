@@ -1,0 +1,161 @@
+// Velocity grids: dense ones, those with walls and sparse ones; and the same grids made by others.
+
+#include "Cases.h"
+#include "curlew/base/Parallel.h"
+#include "curlew/vdb/LevelSet.h"
+#include "curlew/vdb/VelocityGrid.h"
+
+#include <fmt/format.h>
+#include <malloc.h>
+#include <openvdb/tools/LevelSetSphere.h>
+#include <openvdb_ax/ax.h>
+#include <openvdb_ax/compiler/Compiler.h>
+#include <openvdb_ax/compiler/VolumeExecutable.h>
+
+namespace curlew::bench {
+
+namespace {
+
+using openvdb::Coord;
+
+constexpr int kDim = 256; ///< Of the dense grids.
+
+void countVoxels(benchmark::State& state, const openvdb::GridBase& grid) {
+    const auto voxels = grid.activeVoxelCount();
+    state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(voxels));
+    state.counters["bytes"] = static_cast<double>(grid.memUsage());
+    state.counters["bytes_per_item"] = static_cast<double>(grid.memUsage()) / static_cast<double>(voxels);
+}
+
+/// Gives back what earlier cases have left behind. A process that makes a grid gets all of its memory anew, which takes
+/// longer than to fill it.
+void forgetMemory() { malloc_trim(0); }
+
+void velocity(benchmark::State& state, const Flow& flow, const VelocityGridOptions& options, int threads = 1) {
+    const ThreadLimit limit(threads);
+    openvdb::Vec3SGrid::Ptr grid; // outside, so that giving the memory back is not timed
+    forgetMemory();
+    for (auto _ : state) grid = velocityGrid(flow, options);
+    countVoxels(state, *grid);
+}
+
+constexpr std::pair<const char*, Layout> kLayouts[] = {{"collocated", Layout::collocated},
+                                                       {"staggered", Layout::staggered}};
+
+/// The whole cube, and with it the cases that say how the time grows.
+void addDense() {
+    for (const auto& [name, layout] : kLayouts) {
+        const VelocityGridOptions options{.dim = kDim, .layout = layout};
+        for (const int threads : {1, 2})
+            once(add(fmt::format("velocity/{}/{}", name, threads == 1 ? "1thread" : "2threads"), [=](auto& state) {
+                velocity(state, freeFlow(voxelDomain(kDim)), options, threads);
+            }))->UseRealTime();
+    }
+    for (const int dim : {32, 64, 128, kDim})
+        once(add(fmt::format("scale/voxels/{}", int64_t{dim} * dim * dim),
+                 [=](auto& state) { velocity(state, freeFlow(voxelDomain(dim)), {.dim = dim}); }));
+}
+
+/// New leaves with something in them, in a tree: what any way to make a dense grid has to do.
+void fill(benchmark::State& state) {
+    const ThreadLimit limit(1);
+    using Tree = openvdb::Vec3STree;
+    constexpr int kLeaf = static_cast<int>(Tree::LeafNodeType::DIM), kAlong = kDim / kLeaf;
+    constexpr size_t kCount = size_t{kAlong} * kAlong * kAlong;
+    openvdb::Vec3SGrid::Ptr grid;
+    forgetMemory();
+    for (auto _ : state) {
+        std::vector<std::unique_ptr<Tree::LeafNodeType>> leaves(kCount);
+        parallelFor(kCount, 8, [&](size_t begin, size_t end) {
+            for (size_t n = begin; n < end; ++n) {
+                const auto at = [&](size_t stride) { return static_cast<int>(n / stride % kAlong) * kLeaf; };
+                const Coord origin(at(size_t{kAlong} * kAlong), at(kAlong), at(1));
+                const openvdb::Vec3s value(origin.asVec3s());
+                leaves[n] = std::make_unique<Tree::LeafNodeType>(origin, value, true);
+            }
+        });
+        grid = openvdb::Vec3SGrid::create();
+        for (auto& leaf : leaves) grid->tree().addLeaf(leaf.release());
+    }
+    countVoxels(state, *grid);
+}
+
+/// What vdb_ax runs, without reading and writing files: compiled for this processor, at its highest optimisation.
+void curlSimplexNoise(benchmark::State& state) {
+    const ThreadLimit limit(1);
+    namespace ax = openvdb::ax;
+    ax::initialize();
+    ax::Compiler compiler(ax::CompilerOptions{.mOptLevel = ax::CompilerOptions::OptLevel::O3});
+    const auto program = compiler.compile<ax::VolumeExecutable>("v@vel = curlsimplexnoise(getvoxelpws());");
+    const auto grid = openvdb::Vec3SGrid::create();
+    grid->setName("vel");
+    grid->setTransform(openvdb::math::Transform::createLinearTransform(1.0 / kVoxelsPerCell));
+    grid->denseFill(openvdb::CoordBBox(Coord(0), Coord(kDim - 1)), openvdb::Vec3s(0), true);
+    for (auto _ : state) program->execute(*grid);
+    countVoxels(state, *grid);
+}
+
+// ---- Walls
+
+constexpr double kFrequency = 2;   ///< Of the noises, for shapes of radius 1 …
+constexpr double kVoxel = 1. / 64; ///< … and their voxels: kVoxelsPerCell to a cell.
+
+Flow contained(const Sdf& shape) {
+    const Wall wall{.sdf = shape, .side = Side::inside, .width = 0.1};
+    const OctaveOptions octaves{.frequency = kFrequency};
+    return Flow(noiseField<Psrd3>({.seed = 1}, octaves), bounded(noiseField<Psrd3>({.seed = 2}, octaves), wall),
+                Domain::of(wall));
+}
+
+/// A ball of radius 1 as a level set of 192 voxels across, its band wide enough for the wall.
+Sdf levelSetSphere() {
+    constexpr float kLevelSetVoxel = 2.0F / 192, kHalfWidth = 14;
+    return sdfOf(levelSetOf(
+        openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(1, openvdb::Vec3f(0), kLevelSetVoxel, kHalfWidth)));
+}
+
+void addWalls() {
+    // Made by the first case that needs it: a level set takes a while.
+    const auto unbounded = [] { return freeFlow({.box = sphereSdf(1).bounds, .wall = std::nullopt}, kFrequency); };
+    const auto inSphere = [] { return contained(sphereSdf(1)); };
+    const auto inLevelSet = [] {
+        static const Flow flow = contained(levelSetSphere());
+        return flow;
+    };
+    for (const auto& [name, layout] : kLayouts) {
+        const VelocityGridOptions options{.voxel = kVoxel, .layout = layout};
+        const auto addWall = [&, name = name](const char* wall, const auto& flow) {
+            once(add(fmt::format("bounded/{}/{}", wall, name), [=](auto& state) { velocity(state, flow(), options); }));
+        };
+        addWall("none", unbounded);
+        addWall("sphere", inSphere);
+        addWall("level_set", inLevelSet);
+    }
+}
+
+/// A shell of radius 1 and thickness 0.05 in a box of size 2: few of the voxels of that box.
+void addShells() {
+    const Wall shell{.sdf = subtract(sphereSdf(1), sphereSdf(0.95), 0), .side = Side::inside, .width = 0.02};
+    const Flow flow = freeFlow(Domain::of(shell), kFrequency);
+    for (const int dim : {256, 512, 1024})
+        once(add(fmt::format("shell/{}", dim), [=](auto& state) { velocity(state, flow, {.voxel = 2.0 / dim}); }));
+    // The same as the mask of a level set's band; made when it is needed.
+    once(add("shell_mask/512", [=](auto& state) {
+        constexpr float kVoxelSize = 2.0F / 512, kHalfWidth = 0.025F / kVoxelSize;
+        const auto mask =
+            openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(0.975F, openvdb::Vec3f(0), kVoxelSize, kHalfWidth);
+        velocity(state, flow, {.mask = mask});
+    }));
+}
+
+} // namespace
+
+void registerGrid() {
+    addDense();
+    once(add("fill/constant", fill));
+    once(add("ax/curlsimplexnoise", curlSimplexNoise));
+    addWalls();
+    addShells();
+}
+
+} // namespace curlew::bench

@@ -1,0 +1,274 @@
+#!/usr/bin/env python3
+"""Runs the benchmarks for each instruction set, and the command; prints tables and writes all numbers as JSON.
+
+What is compared runs in turns, round after round, and the median of the rounds counts: so a load that comes and goes
+hits all alike. Times of one thread are processor times; those of two are real times, which count for little while others
+use the processor: so the processor time of the main thread, which takes part in the work, is compared as well.
+"""
+
+import argparse
+import json
+import math
+import os
+import re
+import statistics
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass, field
+from datetime import datetime, timezone
+
+# Best first, with what a processor has to have for it. The variable makes the library use that set.
+SETS = {"avx512": {"avx512f", "avx512dq", "avx512bw", "avx512vl"}, "avx2": {"avx2", "fma"}, "scalar": set()}
+VARIABLE = "CURLEW_SIMD"
+# Everything runs with the best set; with the others, what is worth a column.
+COLUMNS = re.compile(r"(dfvn|noise|octaves|bounded)/|velocity/.*/1thread|advect/(none|gauss_newton)/1thread")
+LONG = 10  # Seconds: what takes longer is run once.
+DIM = 256  # Of the grid whose memory is measured: that of the case velocity/collocated/1thread.
+BOX = ",".join(str(v) for v in [-0.5 / 32] * 3 + [(DIM - 0.5) / 32] * 3)
+MEMORY = "memory/collocated"
+
+
+@dataclass
+class Case:
+    """What one instruction set has measured of one case; lists have a value for each round."""
+    cpu: list = field(default_factory=list)  # ns an item
+    real: list = field(default_factory=list)  # ns an item
+    counters: dict = field(default_factory=dict)
+
+    def ns(self, real=False):
+        return statistics.median(self.real if real else self.cpu)
+
+
+# ---- Running
+
+
+def processor():
+    """The model, and the flags, of the processor."""
+    with open("/proc/cpuinfo") as file:
+        text = file.read()
+    model = re.search(r"^model name\s*:\s*(.*)", text, re.M)
+    flags = re.search(r"^flags\s*:\s*(.*)", text, re.M)
+    return model[1] if model else "unknown", set(flags[1].split()) if flags else set()
+
+
+def child(arguments, **environment):
+    run = subprocess.run(arguments, env={**os.environ, **environment}, capture_output=True, text=True)
+    if run.returncode != 0:
+        lines = run.stderr.strip().splitlines()
+        sys.exit(f"bench: {arguments[0]} failed ({run.returncode}): {lines[-1] if lines else 'no message'}")
+    return run.stdout
+
+
+def short(name):
+    """A case's name without what Google Benchmark appends."""
+    return re.sub(r"/(iterations:\d+|real_time)", "", name)
+
+
+def run_cases(binary, names, simd, cases):
+    """Adds one round of the named cases; returns those that took too long to be repeated."""
+    output = child([binary, f"--benchmark_filter=^({'|'.join(names)})$", "--benchmark_format=json",
+                    "--benchmark_min_time=0.02"], **{VARIABLE: simd})
+    known = {"name", "run_name", "run_type", "repetitions", "repetition_index", "threads", "iterations", "real_time",
+             "cpu_time", "time_unit", "items_per_second", "family_index", "per_family_instance_index"}
+    slow = set()
+    for run in json.loads(output)["benchmarks"]:
+        counted = 1e9 / run["items_per_second"]
+        real, cpu = run["real_time"], run["cpu_time"]
+        case = cases.setdefault(short(run["name"]), {}).setdefault(simd, Case())
+        case.real.append(counted if "real_time" in run["name"] else counted * real / cpu)
+        case.cpu.append(counted * cpu / real if "real_time" in run["name"] else counted)
+        case.counters = {key: value for key, value in run.items() if key not in known}
+        if real * run["iterations"] > LONG * 1e9:  # ns, the unit of all cases
+            slow.add(run["name"])
+    return slow
+
+
+def run_rounds(binary, rounds, sets, wanted):
+    """All cases that are wanted (a function of the short name), as {short name: {set: Case}}."""
+    names = [name for name in child([binary, "--benchmark_list_tests"]).split() if wanted(short(name))]
+    cases, slow = {}, set()
+    for turn in range(rounds):
+        for simd in sets:
+            here = [n for n in names if n not in slow and (simd == sets[0] or COLUMNS.match(n))]
+            if not here or (simd == "scalar" and turn > 0 and simd != sets[0]):
+                continue
+            print(f"round {turn + 1} of {rounds}, {simd}: {len(here)} cases", file=sys.stderr, flush=True)
+            found = run_cases(binary, here, simd, cases)
+            if simd == sets[0]:
+                slow |= found
+    return cases
+
+
+def peak_memory(arguments):
+    """The peak of the resident memory of a command, in bytes."""
+    process = os.posix_spawn(arguments[0], arguments, os.environ)
+    _, status, usage = os.wait4(process, 0)
+    if status != 0:
+        sys.exit(f"bench: {' '.join(arguments)} failed ({os.waitstatus_to_exitcode(status)}): its message is above")
+    return usage.ru_maxrss * 1024
+
+
+def run_memory(command):
+    with tempfile.TemporaryDirectory() as folder:
+        grid = [command, "-quiet", "-noise", "seed=1", "-noise", "seed=2", "-dfvn", f"box={BOX}", "-velocity"]
+        return {"started": peak_memory([command, "-quiet"]),
+                "collocated": peak_memory([*grid, f"dim={DIM}"]),
+                "staggered": peak_memory([*grid, f"dim={DIM}", "staggered=1"]),
+                "collocated, written": peak_memory([*grid, f"dim={DIM}", "-write", os.path.join(folder, "v.vdb")])}
+
+
+# ---- What follows from it
+
+
+def slope(points):
+    """Of the straight line through the logarithms."""
+    x, y = zip(*[(math.log(a), math.log(b)) for a, b in points])
+    mx, my = statistics.mean(x), statistics.mean(y)
+    return sum((a - mx) * (b - my) for a, b in zip(x, y)) / sum((a - mx) ** 2 for a in x)
+
+
+def scaling(cases, simd):
+    """The exponents with which the time grows."""
+    exponents = {}
+    for what, prefix in {"voxels": "scale/voxels/", "particles": "scale/particles/", "octaves": "octaves/"}.items():
+        sizes = {int(name[len(prefix):]): by_set[simd] for name, by_set in cases.items() if name.startswith(prefix)}
+        if len(sizes) > 1:
+            points = [(n, case.ns() * (1 if what == "octaves" else n)) for n, case in sizes.items()]
+            exponents[what] = slope(points)
+    return exponents
+
+
+def comparisons(cases, memory, sets):
+    """(name, value, unit, what it is made of, bar): a bar is ("<=" or ">=", number), or None."""
+    best, rows = sets[0], []
+
+    def ns(name, simd=best, real=False):
+        return cases[name][simd].ns(real) if simd in cases.get(name, {}) else None
+
+    def ratio(name, over, under, bar=None):
+        if over is not None and under is not None:
+            rows.append((name, over / under, "x", f"{number(over)} / {number(under)}", bar))
+
+    for kind in "random", "row":
+        point = f"dfvn/float/{kind}"
+        if ns(point) is not None and best == "avx512":
+            rows.append((f"DFVN point, {kind}: AVX-512", ns(point), " ns", "", ("<=", 14)))
+        if "avx2" in sets[1:]:
+            ratio(f"DFVN point, {kind}: AVX2 over AVX-512", ns(point, "avx2"), ns(point), ("<=", 2.2))
+        ratio(f"DFVN point, {kind}: port with libm over ours", ns(f"port/computed/{kind}"), ns(point), (">=", 25))
+        ratio(f"DFVN point, {kind}: port with table over ours", ns(f"port/table/{kind}"), ns(point), (">=", 6))
+    one = {layout: ns(f"velocity/{layout}/1thread") for layout in ("collocated", "staggered")}
+    for layout, time in one.items():
+        ratio(f"velocity, {layout}: vdb_ax's curlsimplexnoise over ours", ns("ax/curlsimplexnoise"), time, (">=", 30))
+    ratio("velocity: staggered over collocated", one["staggered"], one["collocated"], ("<=", 1))
+    ratio("velocity, collocated: over a constant fill", one["collocated"], ns("fill/constant"))
+    for layout in one:
+        free = ns(f"bounded/none/{layout}")
+        ratio(f"bounded by a sphere over unbounded, {layout}", ns(f"bounded/sphere/{layout}"), free)
+        ratio(f"bounded by a level set over unbounded, {layout}", ns(f"bounded/level_set/{layout}"), free, ("<=", 3))
+    for name in "velocity/collocated", "velocity/staggered", "advect/gauss_newton":
+        ratio(f"one thread over two: {name}", ns(f"{name}/1thread", real=True), ns(f"{name}/2threads", real=True),
+              (">=", 1.85))
+        ratio("  the same by the main thread's processor time", ns(f"{name}/1thread"), ns(f"{name}/2threads"))
+    ours = "advect/gauss_newton/1thread"
+    ratio("advect: advectPoints, a step a call, over ours", ns("advect_points/step_a_call"), ns(ours), (">=", 3))
+    ratio("advect: advectPoints, all in one call, over ours", ns("advect_points/one_call"), ns(ours), (">=", 2))
+    for f in "drift_f", "drift_g":
+        if ns(ours) is not None and ns("advect_points/one_call") is not None:
+            ratio(f"{f}: advectPoints over ours", cases["advect_points/one_call"][best].counters[f],
+                  cases[ours][best].counters[f], (">=", 1000))
+    if memory:
+        grid = cases["velocity/collocated/1thread"][best].counters["bytes"]
+        for what, peak in memory.items():
+            if what != "started":
+                bar = ("<=", 1.15) if what == "collocated" else None
+                ratio(f"memory at its peak over the grid: {what}", peak / 1e6, grid / 1e6, bar)
+    return rows
+
+
+def met(value, bar):
+    return value <= bar[1] if bar[0] == "<=" else value >= bar[1]
+
+
+# ---- Printing
+
+
+def number(value):
+    return f"{value:.4g}" if 1e-3 < abs(value) < 1e5 else f"{value:.2e}"
+
+
+def print_cases(cases, sets):
+    """Times an item by instruction set, with what else a case has counted; rates of the roofline."""
+    print(f"\n{'time an item, ns':44}" + "".join(f"{simd:>10}" for simd in sets))
+    topic = ""
+    for name, by_set in cases.items():
+        if name.split("/")[0] != topic:
+            topic = name.split("/")[0]
+            print()
+        times = "".join(f"{number(by_set[s].ns('2threads' in name)) if s in by_set else '':>10}" for s in sets)
+        best = by_set[sets[0]]
+        extra = [f"{1 / best.ns():.1f} {'GB' if '/store/' in name else 'GFMA'}/s"] if topic == "roofline" else []
+        extra += [f"{key} {number(value)}" for key, value in best.counters.items() if key != "bytes"]
+        print(f"{name:44}{times}  {', '.join(extra)}".rstrip())
+
+
+def print_comparisons(rows):
+    print(f"\n{'comparison':62}{'':>10}  {'bar':>9}")
+    for name, value, unit, made_of, bar in rows:
+        verdict = f"{bar[0]} {bar[1]:<6g}{'met' if met(value, bar) else 'MISSED'}" if bar else ""
+        print(f"{name:62}{number(value) + unit:>10}  {verdict:16}  {made_of}".rstrip())
+
+
+def as_json(model, sets, cases, memory, exponents, rows):
+    return {
+        "processor": model, "cores": os.cpu_count(), "date": datetime.now(timezone.utc).isoformat(timespec="seconds"),
+        "sets": sets, "memory_bytes": memory, "exponents": exponents,
+        "cases": {name: {simd: {"cpu_ns": c.cpu, "real_ns": c.real, "median_cpu_ns": c.ns(),
+                                "median_real_ns": c.ns(True), "counters": c.counters}
+                         for simd, c in by_set.items()} for name, by_set in cases.items()},
+        "comparisons": [{"name": name, "value": value, "unit": unit.strip(), "bar": bar,
+                         "met": met(value, bar) if bar else None} for name, value, unit, _, bar in rows]}
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="./dev bench", description=__doc__.splitlines()[0])
+    parser.add_argument("--binary", required=True, help="the benchmarks (./dev gives it)")
+    parser.add_argument("--command", required=True, help="the command curlew (./dev gives it)")
+    parser.add_argument("--out", required=True, help="where the numbers go, JSON (./dev gives it)")
+    parser.add_argument("--rounds", type=int, default=3, help="how often everything is run (default 3)")
+    parser.add_argument("filter", nargs="?", default="", help="a regular expression: only cases whose names contain it")
+    options = parser.parse_args()
+    if options.rounds < 1:
+        parser.error(f"--rounds {options.rounds} must be at least 1")
+    try:
+        pattern = re.compile(options.filter)
+    except re.error as error:
+        parser.error(f"the filter '{options.filter}' is no regular expression: {error}")
+
+    model, flags = processor()
+    sets = [simd for simd, needed in SETS.items() if needed <= flags]
+    measures_memory = bool(pattern.search(MEMORY))
+    load = os.getloadavg()[0]
+    cases = run_rounds(options.binary, options.rounds, sets, lambda name: pattern.search(name) or (
+        measures_memory and name == "velocity/collocated/1thread"))
+    if not cases:
+        sys.exit(f"bench: no case has a name with '{options.filter}'; {options.binary} --benchmark_list_tests has them")
+    memory = run_memory(options.command) if measures_memory else {}
+    exponents, rows = scaling(cases, sets[0]), comparisons(cases, memory, sets)
+
+    print(f"{model}, {os.cpu_count()} cores, load {load:.1f} at the beginning; medians of up to {options.rounds} runs")
+    print_cases(cases, sets)
+    if memory:
+        print("\nmemory at its peak, MB: " + "; ".join(f"{what} {peak / 1e6:.1f}" for what, peak in memory.items()))
+    if exponents:
+        print("\ntime grows with the power of: " + ", ".join(f"{what} {e:.2f}" for what, e in exponents.items()))
+    if rows:
+        print_comparisons(rows)
+    with open(options.out, "w") as file:
+        json.dump(as_json(model, sets, cases, memory, exponents, rows), file, indent=1)
+    print(f"\nall numbers: {options.out}")
+
+
+if __name__ == "__main__":
+    main()

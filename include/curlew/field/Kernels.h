@@ -1,0 +1,20 @@
+#pragma once
+
+#include "curlew/field/ScalarField.h"
+#include "curlew/math/Lanes.h"
+
+// NOLINTBEGIN(bugprone-macro-parentheses): the arguments are template arguments
+#define CURLEW_MODEL_KERNEL(T, Order, ...)                                        \
+    template void curlew::runOnLanes<CURLEW_SIMD, curlew::ModelKernel<Order>, T>( \
+        const __VA_ARGS__&, const PointBatchN<__VA_ARGS__::kDimension>&,          \
+        JetBatchN<T, __VA_ARGS__::kDimension, Order>&);
+/// In a file named *Kernels.cpp: instantiates a model of a field for lanes, in both precisions, with no, first and
+/// second derivatives.
+#define CURLEW_MODEL_KERNELS(...)               \
+    CURLEW_MODEL_KERNEL(float, 0, __VA_ARGS__)  \
+    CURLEW_MODEL_KERNEL(float, 1, __VA_ARGS__)  \
+    CURLEW_MODEL_KERNEL(float, 2, __VA_ARGS__)  \
+    CURLEW_MODEL_KERNEL(double, 0, __VA_ARGS__) \
+    CURLEW_MODEL_KERNEL(double, 1, __VA_ARGS__) \
+    CURLEW_MODEL_KERNEL(double, 2, __VA_ARGS__)
+// NOLINTEND(bugprone-macro-parentheses)

@@ -1,0 +1,376 @@
+#pragma once
+
+// Only for files named *Kernels.cpp: they are compiled once for each instruction set, CURLEW_SIMD (cmake/Room.cmake).
+// What they use must depend on lanes of that instruction set or be inlined, or the linker may take AVX-512 code for
+// everyone; tests/simd looks for that.
+
+#include "curlew/math/Dispatch.h"
+
+#include <hwy/highway.h>
+
+namespace curlew {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// The instruction sets, as types. So many positions are computed at once that their floats fill one register.
+struct Avx2 {
+    static constexpr size_t kRegister = 32; ///< Bytes.
+};
+struct Avx512 {
+    static constexpr size_t kRegister = 64;
+};
+
+/// Numbers of type T, one for each of as many positions as there are floats in a register of the instruction set S: of
+/// doubles that is two registers. Behaves as one number does (Arithmetic.h). T is float or double, or for what hashes
+/// need uint32_t or uint64_t.
+template <class T, class S>
+class Lanes {
+  public:
+    static constexpr size_t kCount = S::kRegister / sizeof(float), kPart = S::kRegister / sizeof(T);
+    static constexpr size_t kParts = kCount / kPart;
+    using Tag = hn::FixedTag<T, kPart>;
+    using Register = hn::Vec<Tag>;
+
+    /// What a comparison gives.
+    struct Mask {
+        std::array<hn::Mask<Tag>, kParts> part;
+        friend Mask operator&(const Mask& a, const Mask& b) {
+            return each([&](size_t k) { return hn::And(a.part[k], b.part[k]); });
+        }
+        friend Mask operator|(const Mask& a, const Mask& b) {
+            return each([&](size_t k) { return hn::Or(a.part[k], b.part[k]); });
+        }
+        friend Mask operator!(const Mask& a) {
+            return each([&](size_t k) { return hn::Not(a.part[k]); });
+        }
+        friend bool any(const Mask& a) {
+            for (const auto& p : a.part)
+                if (!hn::AllFalse(Tag(), p)) return true;
+            return false;
+        }
+        friend bool all(const Mask& a) {
+            for (const auto& p : a.part)
+                if (!hn::AllTrue(Tag(), p)) return false;
+            return true;
+        }
+
+        template <class F>
+        static Mask each(const F& f) {
+            Mask m;
+            for (size_t k = 0; k < kParts; ++k) m.part[k] = f(k);
+            return m;
+        }
+    };
+
+    std::array<Register, kParts> part;
+
+    Lanes() : Lanes(T(0)) {}
+    Lanes(T x) { // NOLINT: a number is as many equal ones
+        for (auto& p : part) p = hn::Set(Tag(), x);
+    }
+    template <class U>
+    requires(std::is_arithmetic_v<U> && !std::same_as<U, T>) explicit Lanes(U x) : Lanes(static_cast<T>(x)) {}
+
+    static Lanes load(const T* from) {
+        return each([&](size_t k) { return hn::LoadU(Tag(), from + k * kPart); });
+    }
+
+    Lanes& operator+=(const Lanes& o) { return *this = *this + o; }
+    Lanes& operator-=(const Lanes& o) { return *this = *this - o; }
+    Lanes& operator*=(const Lanes& o) { return *this = *this * o; }
+    Lanes& operator/=(const Lanes& o) { return *this = *this / o; }
+    friend Lanes operator+(const Lanes& a, const Lanes& b) {
+        return each([&](size_t k) { return hn::Add(a.part[k], b.part[k]); });
+    }
+    friend Lanes operator-(const Lanes& a, const Lanes& b) {
+        return each([&](size_t k) { return hn::Sub(a.part[k], b.part[k]); });
+    }
+    friend Lanes operator*(const Lanes& a, const Lanes& b) {
+        return each([&](size_t k) { return hn::Mul(a.part[k], b.part[k]); });
+    }
+    friend Lanes operator/(const Lanes& a, const Lanes& b) {
+        return each([&](size_t k) { return hn::Div(a.part[k], b.part[k]); });
+    }
+    friend Lanes operator-(const Lanes& a) {
+        return each([&](size_t k) { return hn::Neg(a.part[k]); });
+    }
+    friend Mask operator<(const Lanes& a, const Lanes& b) {
+        return Mask::each([&](size_t k) { return hn::Lt(a.part[k], b.part[k]); });
+    }
+    friend Mask operator<=(const Lanes& a, const Lanes& b) {
+        return Mask::each([&](size_t k) { return hn::Le(a.part[k], b.part[k]); });
+    }
+    friend Mask operator>(const Lanes& a, const Lanes& b) { return b < a; }
+    friend Mask operator>=(const Lanes& a, const Lanes& b) { return b <= a; }
+    friend Mask operator==(const Lanes& a, const Lanes& b) {
+        return Mask::each([&](size_t k) { return hn::Eq(a.part[k], b.part[k]); });
+    }
+
+    // Of bits.
+    friend Lanes operator&(const Lanes& a, const Lanes& b) {
+        return each([&](size_t k) { return hn::And(a.part[k], b.part[k]); });
+    }
+    friend Lanes operator^(const Lanes& a, const Lanes& b) {
+        return each([&](size_t k) { return hn::Xor(a.part[k], b.part[k]); });
+    }
+    friend Lanes operator<<(const Lanes& a, int bits) {
+        return each([&](size_t k) { return hn::ShiftLeftSame(a.part[k], bits); });
+    }
+    friend Lanes operator>>(const Lanes& a, int bits) {
+        return each([&](size_t k) { return hn::ShiftRightSame(a.part[k], bits); });
+    }
+
+    friend Lanes mulAdd(const Lanes& a, const Lanes& b, const Lanes& c) {
+        return each([&](size_t k) { return hn::MulAdd(a.part[k], b.part[k], c.part[k]); });
+    }
+    friend Lanes negMulAdd(const Lanes& a, const Lanes& b, const Lanes& c) {
+        return each([&](size_t k) { return hn::NegMulAdd(a.part[k], b.part[k], c.part[k]); });
+    }
+    friend Lanes floor(const Lanes& a) {
+        return each([&](size_t k) { return hn::Floor(a.part[k]); });
+    }
+    friend Lanes sqrt(const Lanes& a) {
+        return each([&](size_t k) { return hn::Sqrt(a.part[k]); });
+    }
+    friend Lanes abs(const Lanes& a) {
+        return each([&](size_t k) { return hn::Abs(a.part[k]); });
+    }
+    // These by the library of C, one by one.
+    friend Lanes sin(const Lanes& a) {
+        return oneByOne(a, [](T x) { return std::sin(x); });
+    }
+    friend Lanes cos(const Lanes& a) {
+        return oneByOne(a, [](T x) { return std::cos(x); });
+    }
+    friend Lanes log(const Lanes& a) {
+        return oneByOne(a, [](T x) { return std::log(x); });
+    }
+    friend Lanes min(const Lanes& a, const Lanes& b) {
+        return each([&](size_t k) { return hn::Min(a.part[k], b.part[k]); });
+    }
+    friend Lanes max(const Lanes& a, const Lanes& b) {
+        return each([&](size_t k) { return hn::Max(a.part[k], b.part[k]); });
+    }
+    friend Lanes select(const Mask& m, const Lanes& yes, const Lanes& no) {
+        return each([&](size_t k) { return hn::IfThenElse(m.part[k], yes.part[k], no.part[k]); });
+    }
+    using Words = Lanes<std::conditional_t<sizeof(T) == 8, uint64_t, uint32_t>, S>;
+    friend Words select(const Mask& m, const Words& yes, const Words& no) requires std::floating_point<T> {
+        return Words::each([&](size_t k) {
+            return hn::IfThenElse(hn::RebindMask(typename Words::Tag(), m.part[k]), yes.part[k], no.part[k]);
+        });
+    }
+    friend void store(const Lanes& a, T* to) {
+        for (size_t k = 0; k < kParts; ++k) hn::StoreU(a.part[k], Tag(), to + k * kPart);
+    }
+
+    template <class F>
+    static Lanes each(const F& f) {
+        Lanes r;
+        for (size_t k = 0; k < kParts; ++k) r.part[k] = f(k);
+        return r;
+    }
+
+  private:
+    template <class F>
+    static Lanes oneByOne(const Lanes& a, const F& f) {
+        std::array<T, kCount> x;
+        store(a, x.data());
+        for (T& number : x) number = f(number);
+        return load(x.data());
+    }
+};
+
+template <class T, class S>
+struct LanesOf<Lanes<T, S>> {
+    static constexpr int kCount = static_cast<int>(Lanes<T, S>::kCount);
+    using Number = T;
+    template <class U>
+    using Of = Lanes<U, S>;
+    static Lanes<T, S> load(const T* from) { return Lanes<T, S>::load(from); }
+    static std::array<Lanes<T, S>, 4> fourFrom(const float* const* places, size_t offset);
+};
+
+template <class To, class T, class S>
+requires std::same_as<To, Lanes<T, S>> To convertTo(const Lanes<T, S>& x) { return x; }
+template <class To, class S>
+requires std::same_as<To, Lanes<float, S>> To convertTo(const Lanes<double, S>& x) {
+    const typename To::Tag tag;
+    const hn::Half<typename To::Tag> half;
+    To r;
+    r.part[0] = hn::Combine(tag, hn::DemoteTo(half, x.part[1]), hn::DemoteTo(half, x.part[0]));
+    return r;
+}
+template <class To, class S>
+requires std::same_as<To, Lanes<double, S>> To convertTo(const Lanes<float, S>& x) {
+    const typename To::Tag tag;
+    const hn::Half<typename Lanes<float, S>::Tag> half;
+    To r;
+    r.part[0] = hn::PromoteTo(tag, hn::LowerHalf(half, x.part[0]));
+    r.part[1] = hn::PromoteTo(tag, hn::UpperHalf(half, x.part[0]));
+    return r;
+}
+
+/// Of whole numbers below 2^31.
+template <class To, class S>
+requires std::same_as<To, Lanes<float, S>> To convertTo(const Lanes<uint32_t, S>& x) {
+    const typename To::Tag tag;
+    To r;
+    r.part[0] = hn::ConvertTo(tag, hn::BitCast(hn::RebindToSigned<typename To::Tag>(), x.part[0]));
+    return r;
+}
+/// Of whole numbers below 2^31.
+template <class To, class S>
+requires std::same_as<To, Lanes<double, S>> To convertTo(const Lanes<uint32_t, S>& x) {
+    const typename To::Tag tag;
+    const hn::Rebind<int32_t, typename To::Tag> half;
+    const auto whole = hn::BitCast(hn::RebindToSigned<typename Lanes<uint32_t, S>::Tag>(), x.part[0]);
+    To r;
+    r.part[0] = hn::PromoteTo(tag, hn::LowerHalf(half, whole));
+    r.part[1] = hn::PromoteTo(tag, hn::UpperHalf(half, whole));
+    return r;
+}
+/// Of whole numbers below 2^52.
+template <class To, class S>
+requires std::same_as<To, Lanes<double, S>> To convertTo(const Lanes<uint64_t, S>& x) {
+    using Words = Lanes<uint64_t, S>;
+    const To magic(0x1p52); // ends in 52 zeros, and whole numbers up from there are neighbours
+    return To::each([&](size_t k) {
+               return hn::BitCast(typename To::Tag(),
+                                  hn::Or(x.part[k], hn::BitCast(typename Words::Tag(), magic.part[k])));
+           }) -
+           magic;
+}
+/// Modulo 2^32.
+template <class To, class S>
+requires std::same_as<To, Lanes<uint32_t, S>> To convertTo(const Lanes<uint64_t, S>& x) {
+    const typename To::Tag tag;
+    const hn::Half<typename To::Tag> half;
+    To r;
+    r.part[0] = hn::Combine(tag, hn::TruncateTo(half, x.part[1]), hn::TruncateTo(half, x.part[0]));
+    return r;
+}
+
+template <class S>
+Lanes<uint64_t, S> wordOf(const Lanes<double, S>& x) {
+    using Words = Lanes<uint64_t, S>;
+    const Lanes<double, S> magic(0x1.8p52), sum = x + magic;
+    return Words::each([&](size_t k) {
+        const typename Words::Tag tag;
+        return hn::Sub(hn::BitCast(tag, sum.part[k]), hn::BitCast(tag, magic.part[k]));
+    });
+}
+
+template <class S>
+Indices<Lanes<float, S>> indicesOf(const Lanes<float, S>& x, uint32_t last) {
+    using Tag = typename Lanes<float, S>::Tag;
+    const hn::RebindToUnsigned<Tag> index;
+    // From 2^23 on, the floats are the whole numbers; all others end up beyond the last.
+    const auto magic = hn::Set(Tag(), 0x1p23f);
+    const auto places = hn::Sub(hn::BitCast(index, hn::Add(x.part[0], magic)), hn::BitCast(index, magic));
+    Indices<Lanes<float, S>> indices;
+    hn::Store(hn::Min(places, hn::Set(index, last)), index, indices.data());
+    // The compiler shall read them from memory, one by one: taking a register apart is slower.
+    asm volatile("" : "+m"(indices)); // NOLINT
+    return indices;
+}
+
+template <class S>
+Indices<Lanes<float, S>> wrappedIndicesOf(const Lanes<float, S>& x, uint32_t last) {
+    using Tag = typename Lanes<float, S>::Tag;
+    const hn::RebindToSigned<Tag> whole;
+    const hn::RebindToUnsigned<Tag> index;
+    Indices<Lanes<float, S>> indices;
+    hn::Store(hn::And(hn::BitCast(index, hn::ConvertTo(whole, x.part[0])), hn::Set(index, last)), index,
+              indices.data());
+    asm volatile("" : "+m"(indices)); // NOLINT: as above
+    return indices;
+}
+template <size_t Size, class S>
+Lanes<float, S> valuesAt(const std::array<float, Size>& table, const Lanes<float, S>& x) {
+    static_assert((Size & (Size - 1)) == 0);
+    using Tag = typename Lanes<float, S>::Tag;
+    const hn::RebindToSigned<Tag> whole;
+    Lanes<float, S> values;
+    values.part[0] = hn::GatherIndex(
+        Tag(), table.data(), hn::And(hn::ConvertTo(whole, x.part[0]), hn::Set(whole, static_cast<int32_t>(Size - 1))));
+    return values;
+}
+
+namespace detail {
+
+/// The 128 bits from `from`, `from + step` … on, `first` first, side by side in one register.
+template <class Tag, class From>
+hn::Vec<Tag> blocks(Tag tag, const From& from, size_t first, size_t step) {
+    using T = hn::TFromD<Tag>;
+    constexpr size_t kBlocks = hn::MaxLanes(Tag()) * sizeof(T) / 16;
+    if constexpr (kBlocks == 1) {
+        return hn::LoadU(tag, from(first));
+    } else {
+        const hn::Half<Tag> half;
+        return hn::Combine(tag, blocks(half, from, first + kBlocks / 2 * step, step), blocks(half, from, first, step));
+    }
+}
+
+} // namespace detail
+
+// Rows are loaded whole and transposed: several times faster than one gather for each number.
+namespace detail {
+
+/// The first K of the four numbers from from(lane) on.
+template <class P, size_t K, class From>
+std::array<P, K> transposed(const From& from) {
+    const typename P::Tag tag;
+    const hn::Repartition<double, typename P::Tag> pairs;
+    const auto a = blocks(tag, from, 0, 4), b = blocks(tag, from, 1, 4), c = blocks(tag, from, 2, 4),
+               d = blocks(tag, from, 3, 4);
+    const auto ab = hn::BitCast(pairs, hn::InterleaveLower(tag, a, b)),
+               cd = hn::BitCast(pairs, hn::InterleaveLower(tag, c, d));
+    std::array<P, K> numbers;
+    numbers[0].part[0] = hn::BitCast(tag, hn::InterleaveLower(pairs, ab, cd));
+    if constexpr (K > 1) numbers[1].part[0] = hn::BitCast(tag, hn::InterleaveUpper(pairs, ab, cd));
+    if constexpr (K > 2) {
+        const auto ef = hn::BitCast(pairs, hn::InterleaveUpper(tag, a, b)),
+                   gh = hn::BitCast(pairs, hn::InterleaveUpper(tag, c, d));
+        numbers[2].part[0] = hn::BitCast(tag, hn::InterleaveLower(pairs, ef, gh));
+        if constexpr (K > 3) numbers[3].part[0] = hn::BitCast(tag, hn::InterleaveUpper(pairs, ef, gh));
+    }
+    return numbers;
+}
+
+} // namespace detail
+
+template <class P, size_t K>
+requires(std::same_as<NumberOf<P>, float>&& kLanes<P> > 1) std::array<P, K> rowsAt(const Row<float>* rows,
+                                                                                   const Indices<P>& index) {
+    return detail::transposed<P, K>([&](size_t lane) { return rows[index[lane]].c.data(); });
+}
+template <class P, size_t K>
+requires(std::same_as<NumberOf<P>, double>&& kLanes<P> > 1) std::array<P, K> rowsAt(const Row<double>* rows,
+                                                                                    const Indices<P>& index) {
+    const typename P::Tag tag;
+    std::array<P, K> numbers;
+    for (size_t pair = 0; pair < (K + 1) / 2; ++pair)
+        for (size_t k = 0; k < P::kParts; ++k) {
+            const auto from = [&](size_t lane) { return rows[index[lane + k * P::kPart]].c.data() + 2 * pair; };
+            const auto even = detail::blocks(tag, from, 0, 2), odd = detail::blocks(tag, from, 1, 2);
+            numbers[2 * pair].part[k] = hn::InterleaveLower(tag, even, odd);
+            if (2 * pair + 1 < K) numbers[2 * pair + 1].part[k] = hn::InterleaveUpper(tag, even, odd);
+        }
+    return numbers;
+}
+
+template <class T, class S>
+std::array<Lanes<T, S>, 4> LanesOf<Lanes<T, S>>::fourFrom(const float* const* places, size_t offset) {
+    using P = Lanes<T, S>;
+    const auto four = detail::transposed<Lanes<float, S>, 4>([&](size_t lane) { return places[lane] + offset; });
+    return {convertTo<P>(four[0]), convertTo<P>(four[1]), convertTo<P>(four[2]), convertTo<P>(four[3])};
+}
+
+// Flat, because a call between functions of lanes passes them through memory, and is what the compiler prefers.
+template <class S, class Kernel, class T, class... A>
+[[gnu::flatten]] void runOnLanes(A&... arguments) {
+    Kernel::template run<Lanes<T, S>>(arguments...);
+}
+
+} // namespace curlew

@@ -1,0 +1,158 @@
+#pragma once
+
+#include "curlew/field/ScalarField.h"
+#include "curlew/math/Fade.h"
+
+namespace curlew::detail {
+
+template <int N>
+struct Constant {
+    static constexpr int kDimension = N;
+    static constexpr bool kHasKernels = N == 3;
+    double value;
+    template <int Order, class T>
+    Jet<T, N, Order> at(const Vec<Rebind<T, double>, N>&) const {
+        return static_cast<T>(value);
+    }
+    Range range() const { return {value, value}; }
+};
+
+template <int N>
+struct Ramp {
+    static constexpr int kDimension = N;
+    static constexpr bool kHasKernels = N == 3;
+    Vec<double, N> direction;
+    double offset;
+    template <int Order, class T>
+    Jet<T, N, Order> at(const Vec<Rebind<T, double>, N>& p) const {
+        using Position = Rebind<T, double>;
+        Position height(offset);
+        for (int i = 0; i < N; ++i) height = mulAdd(Position(direction[i]), p[i], height);
+        Jet<T, N, Order> jet(convertTo<T>(height));
+        if constexpr (Order >= 1)
+            for (int i = 0; i < N; ++i) jet.gradient[i] = static_cast<T>(direction[i]);
+        return jet;
+    }
+};
+
+/// `combine` of the jets of two fields at the same place.
+template <int N, class Combine>
+struct Binary {
+    static constexpr int kDimension = N;
+    static constexpr bool kHasKernels = N == 3;
+    ScalarFieldN<N> a, b;
+    Combine combine;
+    Range interval;
+    template <int Order, class T>
+    void evalBatch(const PointBatchN<N>& points, JetBatchN<NumberOf<T>, N, Order>& jets) const {
+        JetBatchN<NumberOf<T>, N, Order> other;
+        a.eval(points, jets);
+        b.eval(points, other);
+        for (int i = 0; i < points.size; i += kLanes<T>)
+            jets.set(i, combine(jets.template lanes<T>(i), other.template lanes<T>(i)));
+    }
+    Range range() const { return interval; }
+};
+
+/// `map` of the jet of a field.
+template <int N, class Map>
+struct Unary {
+    static constexpr int kDimension = N;
+    static constexpr bool kHasKernels = N == 3;
+    ScalarFieldN<N> a;
+    Map map;
+    Range interval;
+    template <int Order, class T>
+    void evalBatch(const PointBatchN<N>& points, JetBatchN<NumberOf<T>, N, Order>& jets) const {
+        a.eval(points, jets);
+        for (int i = 0; i < points.size; i += kLanes<T>) jets.set(i, map(jets.template lanes<T>(i)));
+    }
+    Range range() const { return interval; }
+};
+
+template <class J>
+using ValueOf = std::remove_cvref_t<decltype(J::value)>;
+
+struct Sum {
+    template <class J>
+    J operator()(const J& p, const J& q) const {
+        return p + q;
+    }
+};
+
+struct Difference {
+    template <class J>
+    J operator()(const J& p, const J& q) const {
+        return p - q;
+    }
+};
+
+struct Product {
+    template <class J>
+    J operator()(const J& p, const J& q) const {
+        return p * q;
+    }
+};
+
+struct Quotient {
+    template <class J>
+    J operator()(const J& p, const J& q) const {
+        return p * reciprocal(q);
+    }
+};
+
+struct Scaled {
+    double factor;
+    template <class J>
+    J operator()(const J& p) const {
+        return p * static_cast<ValueOf<J>>(factor);
+    }
+};
+
+/// The smaller of two; where they differ by less than `smoothing` the kink is replaced by a cubic: C².
+struct SmoothMin {
+    double smoothing;
+    template <class J>
+    J operator()(const J& p, const J& q) const {
+        using T = ValueOf<J>;
+        const auto k = static_cast<T>(smoothing);
+        const J gap = p - q;
+        const Univariate<T> m = negativePart(gap.value / k);
+        const J blend = q + compose(gap, Univariate<T>{k * m.value, m.first, m.second / k, m.third / (k * k)});
+        return select(abs(gap.value) < k, blend, select(gap.value < T(0), p, q));
+    }
+
+  private:
+    /// min(t, 0), its kink replaced between -1 and 1.
+    template <class T>
+    static Univariate<T> negativePart(T t) {
+        const T s = max(T(0), T(1) - abs(t)), sign = select(t < T(0), T(-1), T(1)), half = s * s * T(0.5);
+        const T step = select(t < T(0), T(1), T(0));
+        return {min(t, T(0)) - s * half * T(1.0 / 3), mulAdd(sign, half, step), -s, select(abs(t) < T(1), sign, T(0))};
+    }
+};
+
+/// The odd function of slope 1 - quinticFade(|t|) of t = value / range, times the range: up to half of it.
+struct Clip {
+    double range;
+    template <class J>
+    J operator()(const J& p) const {
+        using T = ValueOf<J>;
+        const auto k = static_cast<T>(range);
+        const Univariate<T> c = clip(p.value / k);
+        return compose(p, Univariate<T>{k * c.value, c.first, c.second / k, c.third / (k * k)});
+    }
+
+  private:
+    template <class T>
+    static Univariate<T> clip(T t) {
+        const T size = min(T(1), abs(t)), sign = select(t < T(0), T(-1), T(1));
+        const Univariate<T> fade = quinticFade(size);
+        const T s2 = size * size, s4 = s2 * s2;
+        // No rounding leads out of the range.
+        const T value = min(T(0.5), negMulAdd(s4, mulAdd(T(-3), size, s2) + T(2.5), size));
+        return {sign * value, T(1) - fade.value, -sign * fade.first, -fade.second};
+    }
+};
+
+} // namespace curlew::detail

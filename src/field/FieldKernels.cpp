@@ -1,0 +1,28 @@
+#include "AlgebraModels.h"
+#include "BoundModel.h"
+#include "MapModels.h"
+#include "ShapeModels.h"
+#include "curlew/field/Kernels.h"
+
+namespace curlew {
+
+using namespace detail;
+
+CURLEW_MODEL_KERNELS(Constant<3>)
+CURLEW_MODEL_KERNELS(Ramp<3>)
+CURLEW_MODEL_KERNELS(Binary<3, Sum>)
+CURLEW_MODEL_KERNELS(Binary<3, Difference>)
+CURLEW_MODEL_KERNELS(Binary<3, Product>)
+CURLEW_MODEL_KERNELS(Binary<3, Quotient>)
+CURLEW_MODEL_KERNELS(Binary<3, SmoothMin>)
+CURLEW_MODEL_KERNELS(Unary<3, Scaled>)
+CURLEW_MODEL_KERNELS(Unary<3, Clip>)
+CURLEW_MODEL_KERNELS(Bounded<3>)
+CURLEW_MODEL_KERNELS(Affine<3, 3>)
+CURLEW_MODEL_KERNELS(Formula<3, Sphere>)
+CURLEW_MODEL_KERNELS(Formula<3, RoundedBox>)
+CURLEW_MODEL_KERNELS(Formula<3, Torus>)
+CURLEW_MODEL_KERNELS(Formula<3, Capsule>)
+CURLEW_MODEL_KERNELS(Formula<3, Gyroid>)
+
+} // namespace curlew

@@ -1,0 +1,35 @@
+#pragma once
+
+#include "curlew/field/ScalarField.h"
+
+namespace curlew::detail {
+
+/// field(A (x - origin)).
+template <int M, int N>
+struct Affine {
+    static constexpr int kDimension = N;
+    static constexpr bool kHasKernels = M == 3 && N == 3;
+    ScalarFieldN<M> field;
+    Matrix<M, N> A;
+    Vec<double, N> origin;
+    template <int Order, class T>
+    void evalBatch(const PointBatchN<N>& points, JetBatchN<NumberOf<T>, N, Order>& jets) const {
+        using Position = Rebind<T, double>;
+        PointBatchN<M> moved;
+        moved.size = points.size;
+        for (int i = 0; i < points.size; i += kLanes<T>) {
+            Vec<Position, N> x = points.template lanes<Position>(i);
+            for (int k = 0; k < N; ++k) x[k] -= Position(origin[k]);
+            Vec<Position, M> y;
+            for (int j = 0; j < M; ++j)
+                for (int k = 0; k < N; ++k) y[j] = mulAdd(Position(A[j][k]), x[k], y[j]);
+            moved.set(i, y);
+        }
+        JetBatchN<NumberOf<T>, M, Order> there;
+        field.eval(moved, there);
+        for (int i = 0; i < points.size; i += kLanes<T>) jets.set(i, pullBack(there.template lanes<T>(i), A));
+    }
+    Range range() const { return field.range(); }
+};
+
+} // namespace curlew::detail

@@ -1,0 +1,122 @@
+#pragma once
+
+#include "curlew/base/Error.h"
+#include "curlew/field/NoiseField.h"
+
+#include <vector>
+
+namespace curlew::detail {
+
+template <class Noise>
+struct Octave {
+    Noise noise;
+    double frequency, amplitude;
+    double weight; ///< Of its gradient, where that displaces the octaves after it.
+};
+
+template <class Noise>
+Range rangeOf(const Noise& noise) {
+    if constexpr (requires { noise.range(); })
+        return noise.range();
+    else
+        return Range::within(noise.bound());
+}
+
+/// a f(s x) with its derivatives with respect to x, given those of f at s x.
+template <class T, int N, int Order>
+Jet<T, N, Order> dilated(Jet<T, N, Order> f, NumberOf<T> a, NumberOf<T> s) {
+    f.value *= T(a);
+    if constexpr (Order >= 1) f.gradient *= T(a * s);
+    if constexpr (Order >= 2)
+        for (T& h : f.hessian.c) h *= T(a * s * s);
+    if constexpr (Order >= 3)
+        for (T& t : f.third.c) t *= T(a * s * s * s);
+    return f;
+}
+
+/// A rounded |n|.
+template <class J>
+J folded(const J& n, double fold) {
+    using T = std::remove_cvref_t<decltype(n.value)>;
+    const auto rounding = static_cast<T>(fold);
+    return sqrt(n * n + J(rounding * rounding)) - J(rounding);
+}
+
+template <class Noise, int N = Noise::kDimension>
+struct Octaves {
+    static constexpr int kDimension = N;
+    static constexpr bool kHasKernels = LaneModel<Noise>;
+    std::vector<Octave<Noise>> octaves;
+    double turbulence;
+
+    template <int Order, class T>
+    void evalBatch(const PointBatchN<N>& points, JetBatchN<NumberOf<T>, N, Order>& jets) const {
+        // Octave by octave: what one of them needs stays in registers.
+        for (const auto& o : octaves)
+            for (int i = 0; i < points.size; i += kLanes<T>) {
+                const auto n = octaveAt<Order, T>(o, points.template lanes<Rebind<T, double>>(i));
+                jets.set(i, &o == octaves.data() ? n : jets.template lanes<T>(i) + n);
+            }
+    }
+    Range range() const {
+        Range sum{0, 0};
+        for (const auto& o : octaves) {
+            const Range n = rangeOf(o.noise);
+            const double most = std::sqrt(n.bound() * n.bound() + turbulence * turbulence) - turbulence;
+            sum = sum + o.amplitude * (turbulence > 0 ? Range{0, most} : n);
+        }
+        return sum;
+    }
+
+  private:
+    template <int Order, class T>
+    Jet<T, N, Order> octaveAt(const Octave<Noise>& o, const Vec<Rebind<T, double>, N>& p) const {
+        using Number = NumberOf<T>;
+        auto n = o.noise.template at<Order, T>(p * Rebind<T, double>(o.frequency));
+        if (turbulence > 0) n = folded(n, turbulence);
+        return dilated(n, static_cast<Number>(o.amplitude), static_cast<Number>(o.frequency));
+    }
+};
+
+/// Octaves that are displaced by the gradients of those before them. The derivatives of a displacement are those of a
+/// gradient, so every octave is asked for one order more, and all of it is carried through in double.
+template <class Noise, int N = Noise::kDimension>
+struct WarpedOctaves {
+    Octaves<Noise> plain;
+    double warp;
+    Vec<double, N> period; ///< World units, 0: none.
+
+    template <int Order, class T>
+    Jet<T, N, Order> at(const Vec<double, N>& p) const {
+        if constexpr (Order >= 3) {
+            throw ValueError("a noise with warp cannot displace another field: its third derivatives are not known");
+        } else {
+            using J = Jet<double, N, Order>;
+            J sum;
+            Vec<J, N> pull; // the sum of gradients so far
+            Vec<double, N> tile = p;
+            for (int i = 0; i < N; ++i)
+                if (period[i] > 0) tile[i] -= period[i] * std::floor(p[i] / period[i]);
+            const auto x = J::variables(tile);
+            for (const auto& o : plain.octaves) {
+                Vec<J, N> y;
+                Vec<double, N> position;
+                for (int i = 0; i < N; ++i) {
+                    y[i] = x[i] * o.frequency + pull[i] * warp;
+                    position[i] = y[i].value;
+                }
+                const auto n = o.noise.template at<Order + 1, double>(position);
+                J octave = compose(truncated<Order>(n), y);
+                if (plain.turbulence > 0) octave = folded(octave, plain.turbulence);
+                sum += octave * o.amplitude;
+                for (int i = 0; i < N; ++i) pull[i] += compose(partial(n, i), y) * o.weight;
+            }
+            Jet<T, N, Order> rounded;
+            for (int k = 0; k < sum.kSize; ++k) rounded.component(k) = static_cast<T>(sum.component(k));
+            return rounded;
+        }
+    }
+    Range range() const { return plain.range(); }
+};
+
+} // namespace curlew::detail

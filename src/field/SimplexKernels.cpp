@@ -1,0 +1,10 @@
+#include "NoiseModels.h"
+#include "curlew/field/Kernels.h"
+
+namespace curlew {
+
+CURLEW_MODEL_KERNELS(detail::Octaves<SimplexNoise<2>>)
+CURLEW_MODEL_KERNELS(detail::Octaves<SimplexNoise<3>>)
+CURLEW_MODEL_KERNELS(detail::Octaves<SimplexNoise<4>>)
+
+} // namespace curlew

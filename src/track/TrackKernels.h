@@ -1,0 +1,135 @@
+#pragma once
+
+#include "curlew/math/MinimumNorm.h"
+#include "curlew/track/Reproject.h"
+
+namespace curlew {
+
+template <int N>
+struct MoveKernel {
+    template <class T>
+    static void run(const PointBatchN<N>& from, const VecBatchN<double, N>& velocity, const double& fraction,
+                    const std::array<double, kBatch>& dt, PointBatchN<N>& to) {
+        to.size = from.size;
+        for (int i = 0; i < from.size; i += kLanes<T>) {
+            const T h = T(fraction) * load<T>(&dt[static_cast<size_t>(i)]);
+            Vec<T, N> p = from.template lanes<T>(i);
+            const Vec<T, N> v = velocity.template lanes<T>(i);
+            for (int k = 0; k < N; ++k) p[k] = mulAdd(v[k], h, p[k]);
+            to.set(i, p);
+        }
+    }
+};
+
+template <int N>
+struct WeighKernel {
+    template <class T>
+    static void run(const int& size, const VecBatchN<double, N>& first, const VecBatchN<double, N>& second,
+                    const VecBatchN<double, N>& third, VecBatchN<double, N>& fourth) {
+        for (int i = 0; i < size; i += kLanes<T>)
+            fourth.set(i, first.template lanes<T>(i) +
+                              (second.template lanes<T>(i) + third.template lanes<T>(i)) * T(2) +
+                              fourth.template lanes<T>(i));
+    }
+};
+
+/// Points on their way onto their tracks.
+template <int N>
+struct Residuals {
+    TrackBatchN<N> value;
+    std::array<double, kBatch> converged; ///< 1 or 0.
+};
+
+/// Potentials less the track's.
+template <int N>
+struct ResidualKernel {
+    template <class T, class Jets>
+    static void run(const Jets& jets, const int& size, const TrackBatchN<N>& track, const ReprojectOptionsN<N>& options,
+                    Residuals<N>& residuals) {
+        for (int i = 0; i < size; i += kLanes<T>) {
+            const auto n = static_cast<size_t>(i);
+            T converged(1);
+            for (size_t p = 0; p < track.size(); ++p) {
+                const T r = load<T>(&jets[p].c[0][n]) - load<T>(&track[p][n]);
+                store(r, &residuals.value[p][n]);
+                converged = select(abs(r) <= T(options.tolerance[p]), converged, T(0));
+            }
+            store(converged, &residuals.converged[n]);
+        }
+    }
+};
+
+/// p + move, the move no longer than the limit.
+template <class T, int N>
+Vec<T, N> movedWithin(const T& limit, const Vec<T, N>& p, const Vec<T, N>& move) {
+    const T size = length(move), scale = select(size > limit, limit / size, T(1));
+    Vec<T, N> moved;
+    for (int k = 0; k < N; ++k) moved[k] = mulAdd(move[k], scale, p[k]);
+    return moved;
+}
+
+/// Gauss-Newton for all potentials at once: the smallest v with J v = -r. The functions that are farthest off, by their
+/// tolerance, come first: they win where the gradients are nearly parallel.
+template <int N>
+struct GaussNewtonKernel {
+    template <class T, class Jets>
+    static void run(const Jets& jets, const TrackBatchN<N>& residual, const std::array<double, kBatch>& limit,
+                    const ReprojectOptionsN<N>& options, PointBatchN<N>& points) {
+        for (int i = 0; i < points.size; i += kLanes<T>) {
+            const auto n = static_cast<size_t>(i);
+            constexpr size_t kM{N - 1};
+            std::array<Vec<T, N>, kM> J;
+            std::array<T, kM> r, off;
+            for (size_t p = 0; p < kM; ++p) {
+                J[p] = jets[p].template lanes<T>(i).gradient;
+                r[p] = -load<T>(&residual[p][n]);
+                off[p] = abs(r[p]) / T(options.tolerance[p]);
+            }
+            for (size_t end = kM - 1; end > 0; --end)
+                for (size_t p = 0; p < end; ++p) order(off[p] < off[p + 1], p, J, r, off);
+            points.set(i, movedWithin(load<T>(&limit[n]), points.template lanes<T>(i), minimumNorm(J, r)));
+        }
+    }
+
+  private:
+    template <class Mask, class T, size_t M>
+    static void order(const Mask& wrong, size_t p, std::array<Vec<T, N>, M>& J, std::array<T, M>& r,
+                      std::array<T, M>& off) {
+        const auto swapWhere = [&](T& a, T& b) {
+            const T kept = a;
+            a = select(wrong, b, a);
+            b = select(wrong, kept, b);
+        };
+        for (int k = 0; k < N; ++k) swapWhere(J[p][k], J[p + 1][k]);
+        swapWhere(r[p], r[p + 1]);
+        swapWhere(off[p], off[p + 1]);
+    }
+};
+
+/// Newton for one potential: along its gradient to the iso-surface, to first order; nowhere where the gradient
+/// vanishes.
+template <int N>
+struct NewtonKernel {
+    template <class T>
+    static void run(const JetBatchN<double, N, 1>& jets, const std::array<double, kBatch>& residual,
+                    const std::array<double, kBatch>& limit, PointBatchN<N>& points) {
+        for (int i = 0; i < points.size; i += kLanes<T>) {
+            const auto n = static_cast<size_t>(i);
+            const Vec<T, N> gradient = jets.template lanes<T>(i).gradient;
+            const T squared = dot(gradient, gradient), r = load<T>(&residual[n]);
+            const T along = select(squared > T(0), -r / squared, T(0));
+            points.set(i, movedWithin(load<T>(&limit[n]), points.template lanes<T>(i), gradient * along));
+        }
+    }
+};
+
+/// Runs one of these, on lanes in space.
+template <int N, class Kernel, class... A>
+void runTrackKernel(A&... arguments) {
+    if constexpr (N == 3)
+        runKernel<Kernel, double>(arguments...);
+    else
+        Kernel::template run<double>(arguments...);
+}
+
+} // namespace curlew

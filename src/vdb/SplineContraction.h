@@ -1,0 +1,116 @@
+#pragma once
+
+#include "curlew/field/Batch.h"
+
+namespace curlew {
+
+/// A tricubic B-spline where its coefficients have been found; knows nothing of OpenVDB.
+struct SplineContraction {
+    static constexpr int kLeaf = 8, kBlock = kLeaf + 3; ///< Edges of a leaf and of the coefficients that it needs.
+
+    /// For each position of a batch: the first of its 4³ coefficients in a block of kBlock³, z running fastest, and
+    /// where the position is between the second and the third, within [0, 1).
+    struct Places {
+        int size = 0;
+        std::array<const float*, kBatch> corner;
+        PointBatch fraction;
+    };
+};
+
+/// The voxels whose centres are next below the positions, in whole numbers, and where from there the positions are.
+/// Those that no voxel can have, and NaN, are at kNowhere.
+struct VoxelKernel {
+    static constexpr double kNowhere = 0x1p31;
+
+    template <class T>
+    static void run(const PointBatch& points, const Matrix3& toIndex, const Vec3d& shift, PointBatch& voxel,
+                    PointBatch& fraction) {
+        for (int i = 0; i < points.size; i += kLanes<T>) {
+            const Vec3<T> p = points.template lanes<T>(i);
+            Vec3<T> base, rest;
+            for (int axis = 0; axis < 3; ++axis) {
+                T x(shift[axis]);
+                for (int k = 0; k < 3; ++k) x = mulAdd(T(toIndex[axis][k]), p[k], x);
+                const auto near = abs(x) < T(0x1p30);
+                base[axis] = select(near, floor(x), T(kNowhere));
+                rest[axis] = select(near, x - base[axis], T(0));
+            }
+            voxel.set(i, base);
+            fraction.set(i, rest);
+        }
+    }
+};
+
+/// The jets of the spline, which is in the coordinates A x + b.
+template <int Order>
+struct SplineKernel {
+    template <class T>
+    static void run(const SplineContraction::Places& places, const Matrix3& A, JetBatch<NumberOf<T>, Order>& jets) {
+        for (int i = 0; i < places.size; i += kLanes<T>) {
+            const Vec<Rebind<T, double>, 3> t = places.fraction.template lanes<Rebind<T, double>>(i);
+            jets.set(i, pullBack(contract(&places.corner[static_cast<size_t>(i)],
+                                          Vec<T, 3>{{convertTo<T>(t[0]), convertTo<T>(t[1]), convertTo<T>(t[2])}}),
+                                 A));
+        }
+    }
+
+  private:
+    /// The weights of the four coefficients around t in [0, 1), or their derivatives with respect to t up to the third,
+    /// of the uniform cubic B-spline.
+    template <class T>
+    static std::array<T, 4> weights(const T& t, int derivative) {
+        const T s = T(1) - t;
+        const auto sixth = static_cast<T>(1.0 / 6);
+        switch (derivative) {
+            case 0:
+                return {s * s * s * sixth, mulAdd(t * t, mulAdd(T(3), t, T(-6)), T(4)) * sixth,
+                        mulAdd(s * s, mulAdd(T(3), s, T(-6)), T(4)) * sixth, t * t * t * sixth};
+            case 1:
+                return {T(-0.5) * s * s, t * mulAdd(T(1.5), t, T(-2)), s * mulAdd(T(-1.5), s, T(2)), T(0.5) * t * t};
+            case 2:
+                return {s, mulAdd(T(3), t, T(-2)), mulAdd(T(-3), t, T(1)), t};
+            default:
+                return {T(-1), T(3), T(-3), T(1)};
+        }
+    }
+
+    /// Sums the 64 coefficients along z, then y, then x, with the weights of every derivative that the order asks for.
+    template <class T>
+    static Jet<T, 3, Order> contract(const float* const* corners, const Vec<T, 3>& t) {
+        constexpr size_t kD = Order + 1;
+        std::array<std::array<std::array<T, 4>, kD>, 3> w; // [axis][derivative][sample]
+        for (int axis = 0; axis < 3; ++axis)
+            for (int d = 0; d <= Order; ++d) w[static_cast<size_t>(axis)][static_cast<size_t>(d)] = weights(t[axis], d);
+        std::array<std::array<std::array<T, kD>, kD>, kD> sum{}; // [d/dx][d/dy][d/dz]
+        for (size_t i = 0; i < 4; ++i) {
+            std::array<std::array<T, kD>, kD> plane{};
+            for (size_t j = 0; j < 4; ++j) {
+                constexpr size_t kEdge = SplineContraction::kBlock;
+                const std::array<T, 4> row = fourFrom<T>(corners, (i * kEdge + j) * kEdge);
+                for (size_t dz = 0; dz <= Order; ++dz) {
+                    T line = row[0] * w[2][dz][0];
+                    for (size_t k = 1; k < 4; ++k) line = mulAdd(row[k], w[2][dz][k], line);
+                    for (size_t dy = 0; dy + dz <= Order; ++dy)
+                        plane[dy][dz] = mulAdd(line, w[1][dy][j], plane[dy][dz]);
+                }
+            }
+            for (size_t dx = 0; dx <= Order; ++dx)
+                for (size_t dy = 0; dx + dy <= Order; ++dy)
+                    for (size_t dz = 0; dx + dy + dz <= Order; ++dz)
+                        sum[dx][dy][dz] = mulAdd(plane[dy][dz], w[0][dx][i], sum[dx][dy][dz]);
+        }
+        Jet<T, 3, Order> jet(sum[0][0][0]);
+        if constexpr (Order >= 1) jet.gradient = {{sum[1][0][0], sum[0][1][0], sum[0][0][1]}};
+        if constexpr (Order >= 2)
+            jet.hessian.c = {sum[2][0][0], sum[0][2][0], sum[0][0][2], sum[1][1][0], sum[1][0][1], sum[0][1][1]};
+        if constexpr (Order >= 3)
+            jet.forTriples([&](int i, int j, int k) {
+                std::array<size_t, 3> d{};
+                for (const int axis : {i, j, k}) ++d[static_cast<size_t>(axis)];
+                jet.third(i, j, k) = sum[d[0]][d[1]][d[2]];
+            });
+        return jet;
+    }
+};
+
+} // namespace curlew

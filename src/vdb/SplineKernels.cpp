@@ -1,0 +1,20 @@
+#include "SplineContraction.h"
+#include "curlew/math/Lanes.h"
+
+namespace curlew {
+
+template void runOnLanes<CURLEW_SIMD, VoxelKernel, double>(const PointBatch&, const Matrix3&, const Vec3d&, PointBatch&,
+                                                           PointBatch&);
+
+#define CURLEW_INSTANTIATE(T, Order)                                                                                \
+    template void runOnLanes<CURLEW_SIMD, SplineKernel<Order>, T>(const SplineContraction::Places&, const Matrix3&, \
+                                                                  JetBatch<T, Order>&);
+CURLEW_INSTANTIATE(float, 0)
+CURLEW_INSTANTIATE(float, 1)
+CURLEW_INSTANTIATE(float, 2)
+CURLEW_INSTANTIATE(double, 0)
+CURLEW_INSTANTIATE(double, 1)
+CURLEW_INSTANTIATE(double, 2)
+#undef CURLEW_INSTANTIATE
+
+} // namespace curlew

@@ -1,0 +1,198 @@
+#include "support/ProbeCommand.h"
+#include "support/Variable.h"
+
+#include <catch2/catch.hpp>
+#include <fmt/format.h>
+
+#include <map>
+
+using namespace curlew;
+using test::Folder;
+using test::store;
+using test::Variable;
+
+// Every instruction set gives the same bytes. It is chosen once in a process, so this is about files of the command.
+
+namespace {
+
+bool runsWith(const Folder& folder, const std::string& simd) {
+    const Variable choice("CURLEW_SIMD", simd);
+    return folder.run("-list").status == 0;
+}
+
+/// All that this processor has but the one that the others are compared with.
+const std::vector<std::string>& otherThanScalar() {
+    static const std::vector<std::string> kOthers = [] {
+        std::vector<std::string> others;
+        const Folder folder;
+        for (const std::string simd : {"avx2", "avx512"})
+            if (runsWith(folder, simd))
+                others.push_back(simd);
+            else
+                WARN("skipped: this processor has no " << simd);
+        return others;
+    }();
+    return kOthers;
+}
+
+using Files = std::map<std::string, std::string>;
+
+/// The bytes of all files that the command writes, given some to read.
+Files written(const std::string& simd, const std::string& arguments, const Files& inputs) {
+    const Variable choice("CURLEW_SIMD", simd);
+    const Folder folder;
+    for (const auto& [name, bytes] : inputs) store(folder / name, bytes);
+    folder.mustRun("-quiet " + arguments);
+    Files files;
+    for (const auto& name : folder.names())
+        if (!inputs.contains(name)) files[name] = test::bytesOf(folder / name);
+    return files;
+}
+
+void requireSameBytes(const std::string& arguments, const Files& inputs = {}) {
+    CAPTURE(arguments);
+    const Files expected = written("scalar", arguments, inputs);
+    REQUIRE(!expected.empty());
+    for (const auto& simd : otherThanScalar()) {
+        const Files files = written(simd, arguments, inputs);
+        REQUIRE(files.size() == expected.size());
+        for (const auto& [name, bytes] : expected) {
+            CAPTURE(simd, name);
+            REQUIRE(bytes.size() > 200);                                // more than a header
+            REQUIRE((files.contains(name) && files.at(name) == bytes)); // of which a failure shall not print megabytes
+        }
+    }
+}
+
+/// Writes the newest flow's velocities at centres and on faces.
+std::string grids(const std::string& job, int dim) {
+    return job + fmt::format(
+                     " -velocity dim={0} -write centres.vdb -velocity dim={0} staggered=1 potentials=1 "
+                     "-write grid=0,1,2 faces.vdb",
+                     dim);
+}
+
+/// Two noises of these options, and what makes a flow of them.
+std::string pair(const std::string& options, const std::string& flow) {
+    return fmt::format("-noise seed=1 {0} -noise seed=2 {0} {1}", options, flow);
+}
+
+/// An octahedron about the origin.
+const Files kMesh{{"mesh.obj",
+                   "v 1 0 0\nv -1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\nf 1 3 5\nf 3 2 5\nf 2 4 5\nf 4 1 5\n"
+                   "f 3 1 6\nf 2 3 6\nf 4 2 6\nf 1 4 6\n"}};
+const std::string kLevelSet = "-read mesh.obj -mesh2ls dim=24 ";
+
+/// As -probe reads them: random ones, near and far, more than fill a batch; and vertices of lattices, midpoints and
+/// zeros of either sign, where functions have corners and comparisons ties.
+template <int N>
+std::string positions() {
+    std::string text = test::coordinateHeader(N);
+    const auto add = [&](const Vec<double, N>& p) {
+        for (int i = 0; i < N; ++i) text += fmt::format("{}{:.17g}", i ? "," : "\n", p[i]);
+    };
+    for (const double half : {3.0, 1e6})
+        for (const auto& p : test::randomPoints(test::cube<N>(half), 75, 1)) add(p);
+    for (const auto& p : test::randomPoints(test::cube<N>(3), 50, 2)) {
+        auto halves = p;
+        for (double& x : halves.c) x = std::nearbyint(2 * x) / 2;
+        add(halves);
+    }
+    return text + "\n";
+}
+
+/// Writes what each of the noises, of N dimensions, is at the positions: with no, first and second derivatives.
+template <int N>
+void requireSameProbes(const std::vector<std::string>& noises) {
+    std::string job;
+    for (size_t k = 0; k < noises.size(); ++k) {
+        job += fmt::format("-noise dim={} seed=3 frequency=1.3 {} ", N, noises[k]);
+        for (const char* precision : {"float", "double"})
+            for (int order = 0; order <= 2; ++order)
+                job += fmt::format("-probe in.csv {0}_{1}_{2}.csv precision={1} order={2} ", k, precision, order);
+    }
+    requireSameBytes(job, {{"in.csv", positions<N>()}});
+}
+
+} // namespace
+
+TEST_CASE("an instruction set that is unknown or missing is refused before any work", "[command]") {
+    const Folder folder;
+    const auto mustFailWith = [&](const std::string& simd, const std::string& says) {
+        const Variable choice("CURLEW_SIMD", simd);
+        folder.mustFail("-noise -slice width=8 -write a.png", {"CURLEW_SIMD=" + simd, says});
+        folder.mustFail("-version", {"CURLEW_SIMD=" + simd, says});
+    };
+    for (const std::string simd : {"foo", "AVX2", "avx", " "}) mustFailWith(simd, "unknown");
+    for (const std::string simd : {"avx2", "avx512"})
+        if (!runsWith(folder, simd)) mustFailWith(simd, "lacks");
+    CHECK(runsWith(folder, "scalar"));
+    CHECK(runsWith(folder, "")); // is as good as unset
+#if defined(__x86_64__)
+    CHECK(runsWith(folder, "avx512") == (__builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq")));
+#endif
+}
+
+TEST_CASE("velocity grids without walls have the same bytes on every instruction set", "[command]") {
+    const std::string options =
+        GENERATE("type=psrd", "type=psrd period=4,2,5 octaves=2", "type=psrd period=3,6,3 grid=perlin alpha=0.7",
+                 "type=psrd turbulence=0.1 octaves=2", "type=value period=4", "type=perlin", "type=simplex",
+                 "type=gradient period=4", "type=sine waves=5", "type=psrd octaves=2 warp=0.2");
+    requireSameBytes(grids(pair(options, "-dfvn"), 12));
+}
+
+TEST_CASE("flows of every kind have the same bytes on every instruction set", "[command]") {
+    const std::string noises = pair("", "");
+    const std::string job = GENERATE_COPY(noises + "-dfvn -reshape limit=0.5", "-torus -noise frequency=2 -surface",
+                                          noises + "-sum -noise -dfvn", noises + "-product -noise -dfvn",
+                                          noises + "-displace -noise -dfvn", noises + "-max smoothing=0.3 -noise -dfvn",
+                                          "-noise rotate=10,20,30 offset=1 -transform scale=1.5 rotate=5 -noise -dfvn");
+    requireSameBytes(grids(job, 12));
+}
+
+TEST_CASE("sums and normalised flows and slices have the same bytes on every instruction set", "[command]") {
+    requireSameBytes("-noise -curl offset=10 -updraft -superpose -velocity dim=12 -write sum.vdb");
+    requireSameBytes(pair("", "-dfvn normalize=1 speed=0.5 -velocity dim=12 -write unit.vdb"));
+    requireSameBytes("-noise dim=2 octaves=3 -dfvn -slice width=40 -write slice.exr");
+}
+
+TEST_CASE("velocity grids within shapes have the same bytes on every instruction set", "[command]") {
+    const std::string shape =
+        GENERATE("-sphere", "-box rotate=10,20,30", "-torus", "-capsule", "-gyroid wavelength=1.5",
+                 "-sphere -box offset=0.5 -union smoothing=0.2", "-box -sphere radius=0.7 -difference smoothing=0.1");
+    requireSameBytes(grids(shape + " " + pair("octaves=3 frequency=2", "-bound width=0.3 -dfvn speed=1"), 16));
+}
+
+TEST_CASE("velocity grids within a mesh have the same bytes on every instruction set", "[command]") {
+    const std::string how =
+        GENERATE("-bound width=0.2 -dfvn speed=1", "-bound width=0.2 side=both -dfvn", "-blend range=0.2 -dfvn");
+    requireSameBytes(grids(kLevelSet + pair("frequency=2", how), 20), kMesh);
+}
+
+TEST_CASE("points have the same bytes on every instruction set", "[command]") {
+    const std::string flow =
+        GENERATE("-sphere " + pair("octaves=2", "-bound width=0.3 -dfvn speed=1"),
+                 kLevelSet + pair("frequency=2", "-bound width=0.3 -dfvn speed=1"), pair("type=value", "-dfvn"),
+                 pair("type=sine waves=3", "-dfvn normalize=1"), "-torus -noise frequency=2 -surface speed=1");
+    std::string job = flow + " -scatter count=100 seed=3 -write start.ply ";
+    for (const std::string scheme : {"euler", "midpoint", "rk4"})
+        for (const std::string reproject : {"newton", "gauss-newton", "none"})
+            job +=
+                fmt::format("-advect time=0.4 steps=3 scheme={0} reproject={1} -write {0}_{1}.ply ", scheme, reproject);
+    requireSameBytes(job, kMesh);
+}
+
+TEST_CASE("noises have the same values and derivatives on every instruction set", "[command]") {
+    requireSameProbes<1>({"type=value", "type=value period=3", "type=perlin octaves=3", "type=sine"});
+    requireSameProbes<2>({"type=psrd", "type=psrd period=3,4 alpha=1", "type=value", "type=perlin octaves=2",
+                          "type=gradient", "type=gradient period=4", "type=simplex", "type=sine waves=3"});
+    requireSameProbes<3>({"type=psrd octaves=3", "type=psrd grid=perlin", "type=psrd rotation=fast alpha=0.5 period=4",
+                          "type=psrd grid=perlin period=3", "type=value", "type=value period=2,3,5 octaves=2",
+                          "type=perlin", "type=perlin gradients=reference period=4", "type=gradient",
+                          "type=gradient octaves=2 turbulence=0.1", "type=simplex", "type=simplex power=3",
+                          "type=simplex kernel=corners", "type=sine", "type=sine period=4"});
+    requireSameProbes<4>({"type=simplex octaves=2", "type=sine"});
+    requireSameProbes<5>({"type=simplex", "type=sine"});
+    requireSameProbes<6>({"type=simplex", "type=simplex kernel=corners", "type=sine"});
+    requireSameProbes<7>({"type=simplex", "type=simplex kernel=published", "type=sine waves=2"});
+}
