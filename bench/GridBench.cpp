@@ -12,6 +12,8 @@
 #include <openvdb_ax/compiler/Compiler.h>
 #include <openvdb_ax/compiler/VolumeExecutable.h>
 
+#include <limits>
+
 namespace curlew::bench {
 
 namespace {
@@ -39,6 +41,20 @@ void velocity(benchmark::State& state, const Flow& flow, const VelocityGridOptio
     countVoxels(state, *grid);
 }
 
+/// The same with memory that the process already has: what is left is the work of the kernels.
+void velocityAgain(benchmark::State& state, const Flow& flow, const VelocityGridOptions& options) {
+    const ThreadLimit limit(1);
+    mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+    openvdb::Vec3SGrid::Ptr grid = velocityGrid(flow, options);
+    for (auto _ : state) {
+        state.PauseTiming();
+        grid.reset();
+        state.ResumeTiming();
+        grid = velocityGrid(flow, options);
+    }
+    countVoxels(state, *grid);
+}
+
 constexpr std::pair<const char*, Layout> kLayouts[] = {{"collocated", Layout::collocated},
                                                        {"staggered", Layout::staggered}};
 
@@ -50,6 +66,9 @@ void addDense() {
             once(add(fmt::format("velocity/{}/{}", name, threads == 1 ? "1thread" : "2threads"), [=](auto& state) {
                 velocity(state, freeFlow(voxelDomain(kDim)), options, threads);
             }))->UseRealTime();
+        add(fmt::format("velocity/{}/again", name), [=](auto& state) {
+            velocityAgain(state, freeFlow(voxelDomain(kDim)), options);
+        })->Iterations(3);
     }
     for (const int dim : {32, 64, 128, kDim})
         once(add(fmt::format("scale/voxels/{}", int64_t{dim} * dim * dim),

@@ -62,7 +62,7 @@ CURLEW_FOR_DIMENSIONS(CURLEW_INSTANTIATE)
 #undef CURLEW_INSTANTIATE
 
 double volumeOf(const Domain& domain) {
-    constexpr size_t kSamples = 32768;
+    constexpr size_t kSamples = 8192;
     size_t inside = 0;
     visitSamples(domain, 0, kSamples, [&](const PointBatch& points) { inside += static_cast<size_t>(points.size); });
     const Vec3d size = domain.box.size();

@@ -30,7 +30,7 @@ template <int N>
 void classify(const DomainN<N>& domain, const PointBatchN<N>& points, std::array<bool, kBatch>& allowed,
               std::array<double, kBatch>& distance);
 
-/// The volume of the domain, cubic world units, within about 1 % of its box: from the same 32768 random positions each
+/// The volume of the domain, cubic world units, within about 1 % of its box: from the same 8192 random positions each
 /// time.
 double volumeOf(const Domain& domain);
 

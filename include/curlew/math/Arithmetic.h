@@ -64,6 +64,9 @@ constexpr T max(T a, T b) {
 template <class T>
 requires std::is_arithmetic_v<T>
 constexpr T select(bool condition, T yes, T no) { return condition ? yes : no; }
+/// What comparing two T gives.
+template <class T>
+using MaskOf = decltype(T() < T());
 inline bool any(bool condition) { return condition; }
 inline bool all(bool condition) { return condition; }
 

@@ -106,8 +106,9 @@ class PsrdN {
     /// All that the noise depends on.
     template <class T>
     struct Cell {
-        Vec<T, N> fraction;                ///< From the base vertex, simplex coordinates, within [0, 1).
-        Vec<T, N> rank;                    ///< Of the axes, from the one with the largest fraction, 0, on.
+        Vec<T, N> fraction; ///< From the base vertex, simplex coordinates, within [0, 1).
+        /// For each pair of axes, 01 02 12, whether the fraction along the second is no smaller.
+        std::array<MaskOf<T>, N*(N - 1) / 2> later;
         Vec<Rebind<T, double>, N> base;    ///< The vertex, simplex coordinates; counts where the noise tiles.
         Vec<Rebind<T, float>, N> hashable; ///< The vertex as the hash sees it, where it does not.
     };
@@ -190,12 +191,12 @@ typename PsrdN<N>::template Cell<T> PsrdN<N>::cellOf(const Vec<Rebind<T, double>
     if constexpr (!Tiles)
         for (int axis = 0; axis < N; ++axis)
             cell.hashable[axis] = convertTo<Hash>(centred(cell.base[axis])) + Hash(mShift[axis]);
-    for (int i = 0; i < N; ++i)
-        for (int j = i + 1; j < N; ++j) {
-            const T later = select(cell.fraction[j] >= cell.fraction[i], T(1), T(0));
-            cell.rank[i] += later;
-            cell.rank[j] += T(1) - later;
-        }
+    const Vec<T, N>& r = cell.fraction;
+    cell.later[0] = r[1] >= r[0];
+    if constexpr (N == 3) {
+        cell.later[1] = r[2] >= r[0];
+        cell.later[2] = r[2] >= r[1];
+    }
     return cell;
 }
 
@@ -204,10 +205,18 @@ template <class T>
 Vec<T, N> PsrdN<N>::offset(const Cell<T>& cell, int k) {
     // From the base the corners follow the axes, the one of the largest fraction first (the paper, Table 1, steps 2
     // and 3).
-    Vec<T, N> offset;
-    for (int axis = 0; axis < N; ++axis)
-        offset[axis] = k == 0 ? T(0) : k == N ? T(1) : select(cell.rank[axis] < T(k), T(1), T(0));
-    return offset;
+    const auto one = [](const auto& where) { return select(where, T(1), T(0)); };
+    const auto oneUnless = [](const auto& where) { return select(where, T(0), T(1)); };
+    if (k == 0) return {};
+    if constexpr (N == 2) {
+        const auto& later = cell.later[0];
+        return k == 1 ? Vec<T, N>{{oneUnless(later), one(later)}} : Vec<T, N>{{T(1), T(1)}};
+    } else {
+        const auto& [xy, xz, yz] = cell.later;
+        if (k == 1) return {{oneUnless(xy | xz), one(xy & !yz), one(xz & yz)}};
+        if (k == 2) return {{oneUnless(xy & xz), oneUnless(yz & !xy), one(xz | yz)}};
+        return {{T(1), T(1), T(1)}};
+    }
 }
 
 template <int N>
