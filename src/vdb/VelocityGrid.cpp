@@ -38,8 +38,10 @@ class Skin {
         mOneSided = true;
     }
     bool oneSided() const { return mOneSided; }
+    /// From 1 to 0; for a one-sided wall.
     double fade(double distance) const {
-        return mOneSided ? 1 - quinticFade((beyondWall(mSide, distance) - mBegin) / (mEnd - mBegin)).value : 1;
+        const double beyond = mSide == Side::inside ? distance : -distance;
+        return 1 - quinticFade((beyond - mBegin) / (mEnd - mBegin)).value;
     }
     /// Whether nothing fades within `radius` of a position at this distance. (The most that a distance changes on a way
     /// is its length; a sampled one has ripples.)
@@ -145,11 +147,9 @@ class LeafSampler {
         if (flows == 0 || !fades) return flows;
         JetBatch<float, 0> d;
         distances(mFlow.domain(), points, d);
-        for (size_t i = 0; i < kBatch; ++i) {
-            const double rest = mSkin.fade(static_cast<double>(d.c[0][i]));
-            fade[i] = static_cast<float>(rest);
-            if (!(rest > 0)) flows &= ~(uint64_t{1} << i);
-        }
+        for (size_t i = 0; i < kBatch; ++i) fade[i] = static_cast<float>(mSkin.fade(static_cast<double>(d.c[0][i])));
+        for (size_t i = 0; i < kBatch; ++i)
+            if (!(fade[i] > 0)) flows &= ~(uint64_t{1} << i);
         return flows;
     }
 
