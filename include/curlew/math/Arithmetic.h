@@ -14,9 +14,12 @@ namespace curlew {
 // these functions, each rounded once. So a kernel gives the same bits on any of them. Found by argument-dependent
 // lookup for lanes; here for one number. A choice between values is a `select`, never a branch on one of them.
 
-/// a b + c. (std::fma is not constexpr.)
-constexpr float mulAdd(float a, float b, float c) { return __builtin_fmaf(a, b, c); }
-constexpr double mulAdd(double a, double b, double c) { return __builtin_fma(a, b, c); }
+/// a b + c. (std::fma is not constexpr; what the compiler evaluates is rounded twice.)
+template <std::floating_point T>
+constexpr T mulAdd(T a, T b, T c) {
+    if (std::is_constant_evaluated()) return a * b + c;
+    return std::fma(a, b, c);
+}
 /// c - a b.
 template <std::floating_point T>
 constexpr T negMulAdd(T a, T b, T c) {
