@@ -174,7 +174,7 @@ Vec<T, N> SimplexNoise<N>::gradient(const Rebind<T, uint64_t>& index) const {
     using P = Rebind<T, double>;
     const Word hash = mPublishedHash ? simplexHash(index) : mixedWord(index);
     // Modulo the number of gradients, in double: the high half first brought to where the low one is, then exact.
-    constexpr double kHigh = static_cast<double>((uint64_t{1} << 32) % kGradients);
+    constexpr auto kHigh = static_cast<double>((uint64_t{1} << 32) % kGradients);
     const P folded = mulAdd(convertTo<P>(hash >> 32), P(kHigh), convertTo<P>(hash & Word(0xffffffff)));
     const P place = floorMod(folded, kGradients, 1.0 / kGradients);
     const auto places = indicesOf(convertTo<Rebind<T, float>>(place), kGradients - 1);
