@@ -3,6 +3,7 @@
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
+#include <tbb/task_group.h>
 
 #include <algorithm>
 #include <mutex>
@@ -27,6 +28,21 @@ void parallelFor(size_t count, size_t grain, const std::function<void(size_t, si
         },
         tbb::simple_partitioner());
 }
+
+struct Background::Implementation {
+    tbb::task_group tasks;
+};
+
+Background::Background() : mImplementation(std::make_unique<Implementation>()) {}
+
+Background::~Background() { wait(); }
+
+void Background::run(const std::function<void()>& work) {
+    wait();
+    mImplementation->tasks.run(work);
+}
+
+void Background::wait() { mImplementation->tasks.wait(); }
 
 struct ThreadLimit::Implementation {
     explicit Implementation(size_t threads) : control(tbb::global_control::max_allowed_parallelism, threads) {}

@@ -27,7 +27,8 @@ ScalarFieldN<N> bounded(const ScalarFieldN<N>& noise, const WallN<N>& wall, cons
     const double middle = limited ? (range.lower + range.upper) / 2 : 0;
     // Any shift above the noise's size separates; an eighth more keeps the values clear of zero.
     const double shift = options.separate ? 1.125 * factor * size : 0;
-    return ScalarFieldN<N>(Bounded<N>{wall.sdf.distance, noise, wall.side, wall.width, middle, factor, shift});
+    return ScalarFieldN<N>(
+        Bounded<N>{wall.sdf.distance, noise, wall.side, wall.width, wall.sdf.steepness, middle, factor, shift});
 }
 
 template <int N>

@@ -15,7 +15,7 @@ struct Bounded {
     static constexpr bool kHasKernels = N == 3;
     ScalarFieldN<N> distance, noise;
     Side side;
-    double width, middle, factor, shift;
+    double width, steepness, middle, factor, shift;
 
     bool flows(double d) const { return d != 0 && (side == Side::both || (side == Side::inside) == (d < 0)); }
 
@@ -58,8 +58,7 @@ struct Bounded {
 
   private:
     /// The sign of the distance if all positions are surely beyond the layer that the wall shapes, else 0: one lookup
-    /// for the whole batch, where it is compact. (The most that a distance changes on a way is its length; a sampled
-    /// one has ripples.)
+    /// for the whole batch, where it is compact.
     double farSide(const PointBatchN<N>& points) const {
         if (points.size < kBatch / 4) return 0;
         PointBatchN<N> centre;
@@ -75,7 +74,7 @@ struct Bounded {
             centre.c[axis][0] = (lower + upper) / 2;
             squared += (upper - lower) * (upper - lower) / 4;
         }
-        const double radius = 1.25 * std::sqrt(squared);
+        const double radius = steepness * std::sqrt(squared);
         if (!(radius < 2 * width)) return 0;
         JetBatchN<double, N, 0> d;
         distance.eval(centre, d);

@@ -79,7 +79,7 @@ Sdf placed(const Sdf& sdf, const Placement& placement) {
                      ? Box{bounds.lower * scale + placement.offset, bounds.upper * scale + placement.offset}
                      : Box{center - corner * radius, center + corner * radius};
     }
-    return {scale * placed(sdf.distance, placement), bounds, sdf.reach * scale};
+    return {scale * placed(sdf.distance, placement), bounds, sdf.reach * scale, sdf.steepness};
 }
 
 namespace {
@@ -106,15 +106,17 @@ Box shared(const Box& a, const Box& b) {
 } // namespace
 
 Sdf unite(const Sdf& a, const Sdf& b, double smoothing) {
-    return {smoothMin(a.distance, b.distance, smoothing), around(a.bounds, b.bounds).padded(smoothing / 6), 0};
+    return {smoothMin(a.distance, b.distance, smoothing), around(a.bounds, b.bounds).padded(smoothing / 6), 0,
+            std::max(a.steepness, b.steepness)};
 }
 
 Sdf intersect(const Sdf& a, const Sdf& b, double smoothing) {
-    return {smoothMax(a.distance, b.distance, smoothing), shared(a.bounds, b.bounds), 0};
+    return {smoothMax(a.distance, b.distance, smoothing), shared(a.bounds, b.bounds), 0,
+            std::max(a.steepness, b.steepness)};
 }
 
 Sdf subtract(const Sdf& a, const Sdf& b, double smoothing) {
-    return {smoothMax(a.distance, -1.0 * b.distance, smoothing), a.bounds, 0};
+    return {smoothMax(a.distance, -1.0 * b.distance, smoothing), a.bounds, 0, std::max(a.steepness, b.steepness)};
 }
 
 #define CURLEW_INSTANTIATE(N) template SdfN<N> sphereSdf<N>(double);

@@ -105,6 +105,8 @@ class CellSearch {
     }
 
   private:
+    double steepness() const { return mDomain.wall ? mDomain.wall->sdf.steepness : 1; }
+
     Box boxOf(const Vec<int, 3>& cell, double edge) const {
         const Vec3d lower = mOrigin + Vec3d{{cell[0] * edge, cell[1] * edge, cell[2] * edge}};
         return {lower, lower + Vec3d{{edge, edge, edge}}};
@@ -128,8 +130,7 @@ class CellSearch {
             }
         JetBatch<double, 0> d;
         if (mDomain.wall) mDomain.wall->sdf.distance.eval(centers, d);
-        // A distance changes by at most the distance travelled; a sampled one by a little more.
-        const double radius = 1.1 * edge * std::numbers::sqrt3 / 2;
+        const double radius = steepness() * edge * std::numbers::sqrt3 / 2;
         for (size_t k = 0; k < static_cast<size_t>(centers.size); ++k) {
             if (mDomain.wall && !(d.c[0][k] > mRange.lower - radius && d.c[0][k] < mRange.upper + radius)) continue;
             if (level == 0)

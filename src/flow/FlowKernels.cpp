@@ -1,5 +1,5 @@
 #include "CrossKernel.h"
-#include "curlew/math/Lanes.h"
+#include "curlew/math/LaneKernels.h"
 
 namespace curlew {
 

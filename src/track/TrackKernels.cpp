@@ -1,6 +1,6 @@
 #include "TrackKernels.h"
 
-#include "curlew/math/Lanes.h"
+#include "curlew/math/LaneKernels.h"
 
 namespace curlew {
 

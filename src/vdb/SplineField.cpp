@@ -5,6 +5,7 @@
 
 #include <openvdb/tree/LeafManager.h>
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -48,6 +49,8 @@ class SplineField {
 
     /// A spline lies between its coefficients.
     Range range() const { return Range::within(mMost); }
+    /// The length of its gradient, measured: the central differences of the coefficients, and a tenth more.
+    double steepness() const { return 1.1 * mSteepest; }
 
   private:
     static constexpr int kBlock = SplineContraction::kBlock;
@@ -68,6 +71,13 @@ class SplineField {
         mMost = static_cast<double>(mGrid->background());
         for (const Block& block : mBlocks)
             for (const float c : block) mMost = std::max(mMost, std::abs(static_cast<double>(c)));
+        constexpr size_t kGrain = 64;
+        std::vector<float> steepest((mBlocks.size() + kGrain - 1) / kGrain);
+        parallelFor(mBlocks.size(), kGrain, [&](size_t begin, size_t end) {
+            for (size_t n = begin; n < end; ++n)
+                steepest[begin / kGrain] = std::max(steepest[begin / kGrain], steepestIn(mBlocks[n]));
+        });
+        mSteepest = static_cast<double>(*std::max_element(steepest.begin(), steepest.end())) / mGrid->voxelSize()[0];
     }
 
     template <class Accessor>
@@ -90,6 +100,20 @@ class SplineField {
                                           at(i, j, k - 1) + at(i, j, k + 1);
                     block[n++] = static_cast<float>(2 * at(i, j, k) - around / 6);
                 }
+    }
+
+    /// The longest gradient between the coefficients of a block, per voxel.
+    static float steepestIn(const Block& block) {
+        constexpr size_t kX = kBlock * kBlock, kY = kBlock;
+        float squared = 0;
+        for (size_t i = 1; i < kBlock - 1; ++i)
+            for (size_t j = 1; j < kBlock - 1; ++j)
+                for (size_t k = 1; k < kBlock - 1; ++k) {
+                    const float* c = &block[i * kX + j * kY + k];
+                    const float x = c[kX] - *(c - kX), y = c[kY] - *(c - kY), z = c[1] - *(c - 1);
+                    squared = std::max(squared, x * x + y * y + z * z);
+                }
+        return std::sqrt(squared) / 2;
     }
 
     static constexpr float kInBand = 0; // no level beyond the band is that
@@ -138,6 +162,7 @@ class SplineField {
     Matrix3 mToIndex;
     Vec3d mShift;
     double mMost = 0; // of all coefficients, and the background
+    double mSteepest = 0;
     openvdb::Int32Tree::Ptr mBlockOf =
         std::make_shared<openvdb::Int32Tree>(-1); // one value per leaf, at the leaf's origin / 8
     std::vector<Block> mBlocks;
@@ -157,9 +182,11 @@ Box insideOf(const openvdb::FloatGrid& grid) {
 } // namespace
 
 Sdf sdfOf(const LevelSet& levelSet) {
-    return {.distance = ScalarField(SplineField(levelSet.grid)),
+    const SplineField spline(levelSet.grid);
+    return {.distance = ScalarField(spline),
             .bounds = insideOf(*levelSet.grid),
-            .reach = std::max(levelSet.halfWidth() - kSplineSupport, 0.0) * levelSet.voxelSize()};
+            .reach = std::max(levelSet.halfWidth() - kSplineSupport, 0.0) * levelSet.voxelSize(),
+            .steepness = spline.steepness()};
 }
 
 } // namespace curlew

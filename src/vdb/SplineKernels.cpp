@@ -1,5 +1,5 @@
 #include "SplineContraction.h"
-#include "curlew/math/Lanes.h"
+#include "curlew/math/LaneKernels.h"
 
 namespace curlew {
 

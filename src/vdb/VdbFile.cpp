@@ -3,6 +3,7 @@
 #include "VdbWalk.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Error.h"
+#include "curlew/base/Parallel.h"
 
 #include <boost/uuid/name_generator_sha1.hpp>
 #include <boost/uuid/uuid_io.hpp>
@@ -13,7 +14,6 @@
 #include <openvdb/openvdb.h>
 #include <openvdb/points/PointDataGrid.h>
 #include <openvdb/version.h>
-#include <tbb/task_group.h>
 
 #include <algorithm>
 #include <array>
@@ -50,15 +50,6 @@ class DigestBuffer : public std::streambuf {
     explicit DigestBuffer(std::streambuf& target) : mTarget(target) {
         for (std::vector<char>* block : {&mFilling, &mLeaving}) block->reserve(kBlock);
     }
-    ~DigestBuffer() noexcept override {
-        try {
-            mWriting.wait();
-        } catch (...) { // NOLINT: what went wrong before is already on its way
-        }
-    }
-    DigestBuffer(const DigestBuffer&) = delete;
-    DigestBuffer& operator=(const DigestBuffer&) = delete;
-
     /// Of all that has been flushed.
     uint64_t digest() const { return mDigest; }
 
@@ -137,7 +128,7 @@ class DigestBuffer : public std::streambuf {
     std::streamoff mPosition = 0; ///< Where the next byte goes.
     uint64_t mDigest = 0;
     std::optional<int> mError; ///< The errno of a write that failed.
-    tbb::task_group mWriting;
+    Background mWriting;       ///< Last, for it ends first.
 };
 
 uint32_t compressionFlags(Codec codec, const openvdb::GridBase& grid) {

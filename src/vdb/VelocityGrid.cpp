@@ -33,6 +33,7 @@ class Skin {
         mSide = domain.wall->side;
         // A sampled distance levels off beyond its reach; one that is only a bound (reach 0) does not.
         const double reach = domain.wall->sdf.reach;
+        mSteepness = domain.wall->sdf.steepness;
         mEnd = reach > 0 ? std::min(voxels * voxel, reach) : voxels * voxel;
         mBegin = mEnd * std::min(kInterpolation / voxels, 0.75);
         mOneSided = true;
@@ -43,10 +44,9 @@ class Skin {
         const double beyond = mSide == Side::inside ? distance : -distance;
         return 1 - quinticFade((beyond - mBegin) / (mEnd - mBegin)).value;
     }
-    /// Whether nothing fades within `radius` of a position at this distance. (The most that a distance changes on a way
-    /// is its length; a sampled one has ripples.)
+    /// Whether nothing fades within `radius` of a position at this distance.
     bool isFar(double distance, double radius) const {
-        return !mOneSided || beyondWall(mSide, distance) + 1.25 * radius < mBegin;
+        return !mOneSided || beyondWall(mSide, distance) + mSteepness * radius < mBegin;
     }
     /// The distances at which anything is left, and `margin` more.
     DistanceRange range(double margin) const {
@@ -59,7 +59,7 @@ class Skin {
   private:
     bool mOneSided = false;
     Side mSide = Side::inside;
-    double mBegin = 0, mEnd = 1;
+    double mBegin = 0, mEnd = 1, mSteepness = 1;
 };
 
 template <class T>
@@ -71,8 +71,7 @@ void distances(const Domain& domain, const PointBatch& points, JetBatch<T, 0>& d
 }
 
 /// The voxels of one plane of a leaf are a batch, and a word of the mask of its active voxels.
-constexpr int kPlanes = 8;
-static_assert(kBatch == kPlanes * kPlanes);
+static_assert(kBatch == kLeaf * kLeaf);
 
 /// Fills leaves of a grid whose voxel ijk has its centre at voxel * ijk.
 class LeafSampler {
@@ -81,7 +80,7 @@ class LeafSampler {
 
     void collocated(VelocityLeaf& leaf) const {
         const bool whole = inBox(leaf.origin()), fades = !isFar(leaf.origin());
-        for (int plane = 0; plane < kPlanes; ++plane) {
+        for (int plane = 0; plane < kLeaf; ++plane) {
             PointBatch points = centres(leaf.origin(), plane);
             Fade fade;
             const uint64_t flows = flowing(points, whole, fades, fade);
@@ -106,13 +105,12 @@ class LeafSampler {
         const Box& box = mFlow.domain().box;
         return box.contains(centre(origin)) && box.contains(centre(last));
     }
-    /// Whether nothing fades in a leaf, nor at the corners of its voxels.
-    bool isFar(const Coord& origin) const {
+    /// Whether nothing fades in a cube of so many voxels along an edge, nor at their corners.
+    bool isFar(const Coord& origin, int edge = kLeaf) const {
         if (!mSkin.oneSided()) return true;
-        constexpr double kHalf = 0.5 * (kLeaf - 1);
-        const Vec3d middle = centre(origin) + Vec3d{{kHalf, kHalf, kHalf}} * mVoxel;
-        return mSkin.isFar(mFlow.domain().wall->sdf.distance.at<0>(middle).value,
-                           (kHalf + 0.5) * std::sqrt(3.0) * mVoxel);
+        const double half = 0.5 * edge;
+        const Vec3d middle = centre(origin) + Vec3d{{1, 1, 1}} * ((half - 0.5) * mVoxel);
+        return mSkin.isFar(mFlow.domain().wall->sdf.distance.at<0>(middle).value, half * std::sqrt(3.0) * mVoxel);
     }
     Vec3d centre(const Coord& ijk) const { return {{ijk[0] * mVoxel, ijk[1] * mVoxel, ijk[2] * mVoxel}}; }
 
@@ -188,10 +186,11 @@ class BrickCorners {
     /// Computes all corners: for a brick that has all its leaves.
     void needAll() {
         const double h = mSampler.voxel();
+        const bool fades = !mSampler.isFar(mOrigin, kLeaves * kLeaf);
         PointBatch points;
         size_t done = 0;
         const auto flush = [&] {
-            evaluate(points, mSampler.skin().oneSided(), [&](size_t t, const Values& f, const Values& g) {
+            evaluate(points, fades, [&](size_t t, const Values& f, const Values& g) {
                 std::copy_n(f.begin(), points.size, mTerms[t].f.begin() + static_cast<std::ptrdiff_t>(done));
                 std::copy_n(g.begin(), points.size, mTerms[t].g.begin() + static_cast<std::ptrdiff_t>(done));
             });

@@ -152,3 +152,18 @@ TEST_CASE("parallelSum gives the same bits for any number of threads", "[base]")
     CHECK(all == 499500);
     CHECK(parallelSum(0, 7, [](size_t, size_t) { return 1.0; }) == 0);
 }
+
+TEST_CASE("work in the background is done once waited for", "[base]") {
+    for (const int threads : {1, 2}) {
+        const ThreadLimit limit(threads);
+        std::vector<int> done;
+        {
+            Background background;
+            for (int k = 0; k < 5; ++k) background.run([&done, k] { done.push_back(k); });
+            background.wait();
+            CHECK(done == std::vector<int>{0, 1, 2, 3, 4});
+            background.run([&done] { done.push_back(5); });
+        }
+        CHECK(done.size() == 6); // its end waits, too
+    }
+}

@@ -1,6 +1,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/base/Random.h"
 #include "curlew/field/Algebra.h"
+#include "curlew/field/Bound.h"
 #include "curlew/vdb/LevelSet.h"
 #include "support/Points.h"
 
@@ -159,6 +160,25 @@ TEST_CASE("far from the band, and at positions that are no numbers, the spline i
     CHECK(sdf.reach == Approx(0.2));
     CHECK(sdf.bounds.contains({{0.99, 0, 0}}));
     CHECK_FALSE(sdf.bounds.contains({{1.25, 0, 0}}));
+}
+
+TEST_CASE("how steep a level set is, is measured", "[LevelSet]") {
+    const LevelSet sphere = exactSphere(1, 0.1, 6);
+    CHECK(sdfOf(sphere).steepness == Approx(1.1).epsilon(0.05));
+    // Three times the distance is no distance, but somebody's level set.
+    auto steep = sphere.grid->deepCopy();
+    steep->setBackground(3 * sphere.grid->background());
+    for (auto value = steep->beginValueAll(); value; ++value) value.setValue(3 * *value);
+    const Sdf sdf = sdfOf({steep, nullptr});
+    CHECK(sdf.steepness == Approx(3.3).epsilon(0.05));
+    // What is far from the wall is judged by it: a batch gets what each of its positions gets.
+    const ScalarField field = bounded(constantField(0.1), Wall{sdf, Side::inside, 0.5}, {.separate = false});
+    PointBatch points;
+    for (const Vec3d& offset : test::randomPoints(test::cube(0.12), kBatch, 3))
+        points.push(Vec3d{{0.72, 0, 0}} + offset);
+    JetBatch<double, 1> jets;
+    field.eval(points, jets);
+    for (int i = 0; i < points.size; ++i) CHECK(jets[i].value == field.at<1>(points[i]).value);
 }
 
 TEST_CASE("a level set may be turned, moved and scaled", "[LevelSet]") {

@@ -30,6 +30,24 @@ auto parallelSum(size_t count, size_t grain, const Body& body, const Monitor& mo
     return total;
 }
 
+/// One piece of work at a time beside the caller's, on another thread where there is one. Waits at its end.
+class Background {
+  public:
+    Background();
+    ~Background();
+    Background(const Background&) = delete;
+    Background& operator=(const Background&) = delete;
+
+    /// Begins it, after wait(). It must not throw.
+    void run(const std::function<void()>& work);
+    /// Until it is done; does it itself if no thread has begun it.
+    void wait();
+
+  private:
+    struct Implementation;
+    std::unique_ptr<Implementation> mImplementation;
+};
+
 /// While it lives, parallel loops (ours and OpenVDB's) use at most this many threads; 0 means one per processor.
 class ThreadLimit {
   public:

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "curlew/field/ScalarField.h"
-#include "curlew/math/Lanes.h"
+#include "curlew/math/LaneKernels.h"
 
 // NOLINTBEGIN(bugprone-macro-parentheses): the arguments are template arguments
 #define CURLEW_MODEL_KERNEL(T, Order, ...)                                        \

@@ -4,7 +4,7 @@
 
 namespace curlew {
 
-/// A signed distance: a scalar field that is negative inside, zero on the surface, and nowhere steeper than 1.
+/// A signed distance: a scalar field that is negative inside and zero on the surface.
 /// (This is the one place that states the sign.)
 template <int N>
 struct SdfN {
@@ -13,6 +13,8 @@ struct SdfN {
     /// Where |distance| is below this, it is the distance; elsewhere no more than that. 0: nowhere more than a lower
     /// bound.
     double reach = std::numeric_limits<double>::infinity();
+    /// The most that the distance changes on a way, divided by its length. Of samples it is measured, and may be more.
+    double steepness = 1;
 };
 using Sdf = SdfN<3>;
 

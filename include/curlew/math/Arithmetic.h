@@ -70,8 +70,6 @@ constexpr T select(bool condition, T yes, T no) { return condition ? yes : no; }
 /// What comparing two T gives.
 template <class T>
 using MaskOf = decltype(T() < T());
-inline bool any(bool condition) { return condition; }
-inline bool all(bool condition) { return condition; }
 
 template <class T>
 struct LanesOf {

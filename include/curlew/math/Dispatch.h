@@ -12,7 +12,7 @@ namespace curlew {
 struct Avx2;
 struct Avx512;
 
-/// Runs a kernel on the lanes of one instruction set; defined in Lanes.h, instantiated in the *Kernels.cpp.
+/// Runs a kernel on the lanes of one instruction set; defined in LaneKernels.h, instantiated in the *Kernels.cpp.
 template <class S, class Kernel, class T, class... A>
 void runOnLanes(A&... arguments);
 

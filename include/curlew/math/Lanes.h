@@ -1,9 +1,8 @@
 #pragma once
 
-// Only for files named *Kernels.cpp: they are compiled once for each instruction set, CURLEW_SIMD (cmake/Room.cmake).
-// What they use must depend on lanes of that instruction set or be inlined, or the linker may take AVX-512 code for
-// everyone; tests/simd looks for that.
+// Only for files named *Kernels.cpp (LaneKernels.h).
 
+#include "curlew/math/Arithmetic.h"
 #include "curlew/math/Dispatch.h"
 
 #include <hwy/highway.h>
@@ -42,16 +41,6 @@ class Lanes {
         }
         friend Mask operator!(const Mask& a) {
             return each([&](size_t k) { return hn::Not(a.part[k]); });
-        }
-        friend bool any(const Mask& a) {
-            for (const auto& p : a.part)
-                if (!hn::AllFalse(Tag(), p)) return true;
-            return false;
-        }
-        friend bool all(const Mask& a) {
-            for (const auto& p : a.part)
-                if (!hn::AllTrue(Tag(), p)) return false;
-            return true;
         }
 
         template <class F>
@@ -259,118 +248,6 @@ Lanes<uint64_t, S> wordOf(const Lanes<double, S>& x) {
         const typename Words::Tag tag;
         return hn::Sub(hn::BitCast(tag, sum.part[k]), hn::BitCast(tag, magic.part[k]));
     });
-}
-
-template <class S>
-Indices<Lanes<float, S>> indicesOf(const Lanes<float, S>& x, uint32_t last) {
-    using Tag = typename Lanes<float, S>::Tag;
-    const hn::RebindToUnsigned<Tag> index;
-    // From 2^23 on, the floats are the whole numbers; all others end up beyond the last.
-    const auto magic = hn::Set(Tag(), 0x1p23f);
-    const auto places = hn::Sub(hn::BitCast(index, hn::Add(x.part[0], magic)), hn::BitCast(index, magic));
-    Indices<Lanes<float, S>> indices;
-    hn::Store(hn::Min(places, hn::Set(index, last)), index, indices.data());
-    // The compiler shall read them from memory, one by one: taking a register apart is slower.
-    asm volatile("" : "+m"(indices)); // NOLINT
-    return indices;
-}
-
-template <class S>
-Indices<Lanes<float, S>> wrappedIndicesOf(const Lanes<float, S>& x, uint32_t last) {
-    using Tag = typename Lanes<float, S>::Tag;
-    const hn::RebindToSigned<Tag> whole;
-    const hn::RebindToUnsigned<Tag> index;
-    Indices<Lanes<float, S>> indices;
-    hn::Store(hn::And(hn::BitCast(index, hn::ConvertTo(whole, x.part[0])), hn::Set(index, last)), index,
-              indices.data());
-    asm volatile("" : "+m"(indices)); // NOLINT: as above
-    return indices;
-}
-template <size_t Size, class S>
-Lanes<float, S> valuesAt(const std::array<float, Size>& table, const Lanes<float, S>& x) {
-    static_assert((Size & (Size - 1)) == 0);
-    using Tag = typename Lanes<float, S>::Tag;
-    const hn::RebindToSigned<Tag> whole;
-    Lanes<float, S> values;
-    values.part[0] = hn::GatherIndex(
-        Tag(), table.data(), hn::And(hn::ConvertTo(whole, x.part[0]), hn::Set(whole, static_cast<int32_t>(Size - 1))));
-    return values;
-}
-
-namespace detail {
-
-/// The 128 bits from `from`, `from + step` … on, `first` first, side by side in one register.
-template <class Tag, class From>
-hn::Vec<Tag> blocks(Tag tag, const From& from, size_t first, size_t step) {
-    using T = hn::TFromD<Tag>;
-    constexpr size_t kBlocks = hn::MaxLanes(Tag()) * sizeof(T) / 16;
-    if constexpr (kBlocks == 1) {
-        return hn::LoadU(tag, from(first));
-    } else {
-        const hn::Half<Tag> half;
-        return hn::Combine(tag, blocks(half, from, first + kBlocks / 2 * step, step), blocks(half, from, first, step));
-    }
-}
-
-} // namespace detail
-
-// Rows are loaded whole and transposed: several times faster than one gather for each number.
-namespace detail {
-
-/// The first K of the four numbers from from(lane) on.
-template <class P, size_t K, class From>
-std::array<P, K> transposed(const From& from) {
-    const typename P::Tag tag;
-    const hn::Repartition<double, typename P::Tag> pairs;
-    const auto a = blocks(tag, from, 0, 4), b = blocks(tag, from, 1, 4), c = blocks(tag, from, 2, 4),
-               d = blocks(tag, from, 3, 4);
-    const auto ab = hn::BitCast(pairs, hn::InterleaveLower(tag, a, b)),
-               cd = hn::BitCast(pairs, hn::InterleaveLower(tag, c, d));
-    std::array<P, K> numbers;
-    numbers[0].part[0] = hn::BitCast(tag, hn::InterleaveLower(pairs, ab, cd));
-    if constexpr (K > 1) numbers[1].part[0] = hn::BitCast(tag, hn::InterleaveUpper(pairs, ab, cd));
-    if constexpr (K > 2) {
-        const auto ef = hn::BitCast(pairs, hn::InterleaveUpper(tag, a, b)),
-                   gh = hn::BitCast(pairs, hn::InterleaveUpper(tag, c, d));
-        numbers[2].part[0] = hn::BitCast(tag, hn::InterleaveLower(pairs, ef, gh));
-        if constexpr (K > 3) numbers[3].part[0] = hn::BitCast(tag, hn::InterleaveUpper(pairs, ef, gh));
-    }
-    return numbers;
-}
-
-} // namespace detail
-
-template <class P, size_t K>
-requires(std::same_as<NumberOf<P>, float>&& kLanes<P> > 1) std::array<P, K> rowsAt(const Row<float>* rows,
-                                                                                   const Indices<P>& index) {
-    return detail::transposed<P, K>([&](size_t lane) { return rows[index[lane]].c.data(); });
-}
-template <class P, size_t K>
-requires(std::same_as<NumberOf<P>, double>&& kLanes<P> > 1) std::array<P, K> rowsAt(const Row<double>* rows,
-                                                                                    const Indices<P>& index) {
-    const typename P::Tag tag;
-    std::array<P, K> numbers;
-    for (size_t pair = 0; pair < (K + 1) / 2; ++pair)
-        for (size_t k = 0; k < P::kParts; ++k) {
-            const auto from = [&](size_t lane) { return rows[index[lane + k * P::kPart]].c.data() + 2 * pair; };
-            const auto even = detail::blocks(tag, from, 0, 2), odd = detail::blocks(tag, from, 1, 2);
-            numbers[2 * pair].part[k] = hn::InterleaveLower(tag, even, odd);
-            if (2 * pair + 1 < K) numbers[2 * pair + 1].part[k] = hn::InterleaveUpper(tag, even, odd);
-        }
-    return numbers;
-}
-
-template <class T, class S>
-std::array<Lanes<T, S>, 4> LanesOf<Lanes<T, S>>::fourFrom(const float* const* places, size_t offset) {
-    using P = Lanes<T, S>;
-    const auto four = detail::transposed<Lanes<float, S>, 4>([&](size_t lane) { return places[lane] + offset; });
-    return {convertTo<P>(four[0]), convertTo<P>(four[1]), convertTo<P>(four[2]), convertTo<P>(four[3])};
-}
-
-// Flat, because a call between functions of lanes passes them through memory, and is what the compiler prefers.
-template <class S, class Kernel, class T, class... A>
-[[gnu::flatten]] void runOnLanes(A&... arguments) {
-    Kernel::template run<Lanes<T, S>>(arguments...);
 }
 
 } // namespace curlew
