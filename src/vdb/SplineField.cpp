@@ -49,8 +49,8 @@ class SplineField {
 
     /// A spline lies between its coefficients.
     Range range() const { return Range::within(mMost); }
-    /// The length of its gradient, measured: the central differences of the coefficients, and a tenth more.
-    double steepness() const { return 1.1 * mSteepest; }
+    /// The length of its gradient, measured: the central differences of the coefficients, which it averages.
+    double steepness() const { return mSteepest; }
 
   private:
     static constexpr int kBlock = SplineContraction::kBlock;

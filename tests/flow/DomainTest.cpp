@@ -184,8 +184,8 @@ TEST_CASE("the covering cells hold every point in range, and little else", "[flo
         if (!found.count(cell)) FAIL("a point in range is not covered");
     }
     CHECK(inRange > 500);
-    // Little else: a cell's centre is at most 1.1 half diagonals out of range, and the cell meets the box.
-    const double reach = 1.1 * size * std::numbers::sqrt3 / 2;
+    // Little else: a cell's centre is at most half a diagonal out of range, and the cell meets the box.
+    const double reach = size * std::numbers::sqrt3 / 2;
     for (const Cell& cell : cells) {
         Vec3d centre;
         for (int axis = 0; axis < 3; ++axis) centre[axis] = origin[axis] + size * (cell[axis] + 0.5);
@@ -204,8 +204,8 @@ TEST_CASE("the number of covering cells of a shell goes with its area", "[flow]"
     const double coarse = count(0.04), fine = count(0.02);
     CAPTURE(coarse, fine);
     CHECK(std::abs(fine / coarse - 4) < 0.2); // an area; a volume would be 8
-    // A shell of thickness 2 · 1.1 · sqrt 3 / 2 cells around 4 pi.
-    CHECK(fine * 0.02 * 0.02 / (4 * std::numbers::pi) == Approx(1.1 * std::numbers::sqrt3).epsilon(0.05));
+    // A shell of thickness sqrt 3 cells around 4 pi.
+    CHECK(fine * 0.02 * 0.02 / (4 * std::numbers::pi) == Approx(std::numbers::sqrt3).epsilon(0.05));
 }
 
 TEST_CASE("without a wall the covering cells fill the box", "[flow]") {

@@ -5,6 +5,7 @@
 #include "curlew/vdb/LevelSet.h"
 #include "support/Points.h"
 
+#include <openvdb/tools/ChangeBackground.h>
 #include <openvdb/tools/LevelSetSphere.h>
 
 #include <cmath>
@@ -164,13 +165,13 @@ TEST_CASE("far from the band, and at positions that are no numbers, the spline i
 
 TEST_CASE("how steep a level set is, is measured", "[LevelSet]") {
     const LevelSet sphere = exactSphere(1, 0.1, 6);
-    CHECK(sdfOf(sphere).steepness == Approx(1.1).epsilon(0.05));
+    CHECK(sdfOf(sphere).steepness == Approx(1.1).epsilon(0.1));
     // Three times the distance is no distance, but somebody's level set.
     auto steep = sphere.grid->deepCopy();
-    steep->setBackground(3 * sphere.grid->background());
-    for (auto value = steep->beginValueAll(); value; ++value) value.setValue(3 * *value);
+    openvdb::tools::changeLevelSetBackground(steep->tree(), 3 * sphere.grid->background());
+    for (auto value = steep->beginValueOn(); value; ++value) value.setValue(3 * *value);
     const Sdf sdf = sdfOf({steep, nullptr});
-    CHECK(sdf.steepness == Approx(3.3).epsilon(0.05));
+    CHECK(sdf.steepness == Approx(3.3).epsilon(0.1));
     // What is far from the wall is judged by it: a batch gets what each of its positions gets.
     const ScalarField field = bounded(constantField(0.1), Wall{sdf, Side::inside, 0.5}, {.separate = false});
     PointBatch points;
