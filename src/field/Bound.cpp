@@ -2,6 +2,7 @@
 
 #include "BoundModel.h"
 #include "curlew/base/Error.h"
+#include "curlew/base/Require.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Dimensions.h"
 
@@ -32,12 +33,19 @@ ScalarFieldN<N> bounded(const ScalarFieldN<N>& noise, const WallN<N>& wall, cons
 }
 
 template <int N>
+ScalarFieldN<N> layerFade(const WallN<N>& wall) {
+    requirePositive(wall.width, "width");
+    return ScalarFieldN<N>(LayerFade<N>{wall.sdf.distance, wall.width});
+}
+
+template <int N>
 ScalarFieldN<N> productBounded(const ScalarFieldN<N>& noise, const SdfN<N>& sdf, double range) {
     return noise * clipped(sdf.distance, range);
 }
 
 #define CURLEW_INSTANTIATE(N)                                                                       \
     template ScalarFieldN<N> bounded(const ScalarFieldN<N>&, const WallN<N>&, const BoundOptions&); \
+    template ScalarFieldN<N> layerFade(const WallN<N>&);                                            \
     template ScalarFieldN<N> productBounded(const ScalarFieldN<N>&, const SdfN<N>&, double);
 CURLEW_FOR_DIMENSIONS(CURLEW_INSTANTIATE)
 #undef CURLEW_INSTANTIATE

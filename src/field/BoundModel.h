@@ -8,6 +8,14 @@
 
 namespace curlew::detail {
 
+/// The alpha of Eq. 13, of the distance.
+template <class T>
+Univariate<T> alphaOf(const T& distance, double width) {
+    const T rate = select(distance < T(0), T(-1), T(1)) / static_cast<T>(width);
+    const Univariate<T> fade = quinticFade(distance * rate);
+    return {fade.value, fade.first * rate, fade.second * rate * rate, fade.third * rate * rate * rate};
+}
+
 /// Eq. 13.
 template <int N>
 struct Bounded {
@@ -90,14 +98,29 @@ struct Bounded {
     template <class J>
     J blend(const J& d, const J& n) const {
         using T = std::remove_cvref_t<decltype(d.value)>;
-        const T sign = select(d.value < T(0), T(-1), T(1)), rate = sign / static_cast<T>(width);
-        const Univariate<T> fade = quinticFade(d.value * rate);
-        const J beyond = target(sign, n);
-        const J alpha = compose(d, Univariate<T>{fade.value, fade.first * rate, fade.second * rate * rate,
-                                                 fade.third * rate * rate * rate});
+        const Univariate<T> alpha = alphaOf(d.value, width);
+        const J beyond = target(select(d.value < T(0), T(-1), T(1)), n);
         // The product rule brings in all three terms of the gradient.
-        return select(fade.value >= T(1), beyond, d + alpha * (beyond - d));
+        return select(alpha.value >= T(1), beyond, d + compose(d, alpha) * (beyond - d));
     }
+};
+
+/// The alpha of Eq. 13.
+template <int N>
+struct LayerFade {
+    static constexpr int kDimension = N;
+    ScalarFieldN<N> distance;
+    double width;
+
+    template <int Order, class T>
+    void evalBatch(const PointBatchN<N>& points, JetBatchN<T, N, Order>& jets) const {
+        distance.eval(points, jets);
+        for (int i = 0; i < points.size; ++i) {
+            const auto d = jets[i];
+            jets.set(i, compose(d, alphaOf(d.value, width)));
+        }
+    }
+    Range range() const { return {0, 1}; }
 };
 
 } // namespace curlew::detail

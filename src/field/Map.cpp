@@ -91,8 +91,11 @@ Matrix3 rotation(const Vec3d& degrees) {
     return product;
 }
 
+} // namespace
+
 template <int N>
-Matrix<N, N> rotationIn(const Vec3d& degrees) {
+Matrix<N, N> rotationOf(const PlacementN<N>& placement) {
+    const Vec3d& degrees = placement.rotate;
     Matrix<N, N> turn;
     if (degrees == Vec3d{}) return turn;
     if constexpr (N == 3) return rotation(degrees);
@@ -104,12 +107,10 @@ Matrix<N, N> rotationIn(const Vec3d& degrees) {
     return turn;
 }
 
-} // namespace
-
 template <int N>
 ScalarFieldN<N> placed(const ScalarFieldN<N>& field, const PlacementN<N>& placement) {
     if (placement == PlacementN<N>{}) return field;
-    Matrix<N, N> inverse = transpose(rotationIn<N>(placement.rotate));
+    Matrix<N, N> inverse = transpose(rotationOf(placement));
     for (int i = 0; i < N; ++i) {
         if (placement.scale[i] == 0) throw ValueError("a field cannot be scaled by zero");
         inverse[i] *= 1 / placement.scale[i];
@@ -143,6 +144,7 @@ ScalarFieldN<N> displaced(const ScalarFieldN<N>& field, const ScalarFieldN<N>& b
 
 // NOLINTBEGIN(bugprone-macro-parentheses): the arguments are template arguments
 #define CURLEW_INSTANTIATE(N)                                                      \
+    template Matrix<N, N> rotationOf(const PlacementN<N>&);                        \
     template ScalarFieldN<N> placed(const ScalarFieldN<N>&, const PlacementN<N>&); \
     template ScalarFieldN<N> displaced(const ScalarFieldN<N>&, const ScalarFieldN<N>&, double);
 CURLEW_FOR_DIMENSIONS(CURLEW_INSTANTIATE)

@@ -68,6 +68,7 @@ Sdf placed(const Sdf& sdf, const Placement& placement) {
     const double scale = placement.scale[0];
     if (!(scale > 0) || placement.scale != Vec3d{{scale, scale, scale}})
         throw ValueError("a signed distance can only be scaled by one positive factor for all axes");
+    const Matrix3 turn = rotationOf(placement);
     Box bounds = sdf.bounds;
     if (bounds.finite()) {
         // The sphere around the box turns with it.
@@ -79,7 +80,11 @@ Sdf placed(const Sdf& sdf, const Placement& placement) {
                      ? Box{bounds.lower * scale + placement.offset, bounds.upper * scale + placement.offset}
                      : Box{center - corner * radius, center + corner * radius};
     }
-    return {scale * placed(sdf.distance, placement), bounds, sdf.reach * scale, sdf.steepness};
+    return {scale * placed(sdf.distance, placement),
+            bounds,
+            sdf.reach * scale,
+            sdf.steepness,
+            {turn * sdf.pose.axes, turn * (sdf.pose.origin * scale) + placement.offset}};
 }
 
 namespace {
@@ -107,16 +112,17 @@ Box shared(const Box& a, const Box& b) {
 
 Sdf unite(const Sdf& a, const Sdf& b, double smoothing) {
     return {smoothMin(a.distance, b.distance, smoothing), around(a.bounds, b.bounds).padded(smoothing / 6), 0,
-            std::max(a.steepness, b.steepness)};
+            std::max(a.steepness, b.steepness), a.pose};
 }
 
 Sdf intersect(const Sdf& a, const Sdf& b, double smoothing) {
     return {smoothMax(a.distance, b.distance, smoothing), shared(a.bounds, b.bounds), 0,
-            std::max(a.steepness, b.steepness)};
+            std::max(a.steepness, b.steepness), a.pose};
 }
 
 Sdf subtract(const Sdf& a, const Sdf& b, double smoothing) {
-    return {smoothMax(a.distance, -1.0 * b.distance, smoothing), a.bounds, 0, std::max(a.steepness, b.steepness)};
+    return {smoothMax(a.distance, -1.0 * b.distance, smoothing), a.bounds, 0, std::max(a.steepness, b.steepness),
+            a.pose};
 }
 
 #define CURLEW_INSTANTIATE(N) template SdfN<N> sphereSdf<N>(double);

@@ -1,7 +1,9 @@
 #include "curlew/track/Advect.h"
 
+#include "BatchAdvector.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/field/Dimensions.h"
+#include "curlew/track/WallMotion.h"
 
 #include <fmt/format.h>
 
@@ -11,211 +13,12 @@
 
 namespace curlew {
 
+using namespace detail;
+
 namespace {
 
 template <int N>
 using Points = std::vector<Vec<double, N>>;
-
-/// What one batch contributes to AdvectResult.
-template <int N>
-struct Tally {
-    size_t notConverged = 0, keptBack = 0, outside = 0, substeps = 0, retries = 0, iterations = 0;
-    std::array<double, FlowN<N>::kPotentials> squares{}; // of the residuals
-
-    Tally& operator+=(const Tally& o) {
-        notConverged += o.notConverged;
-        keptBack += o.keptBack;
-        outside += o.outside;
-        substeps += o.substeps;
-        retries += o.retries;
-        iterations += o.iterations;
-        for (size_t q = 0; q < squares.size(); ++q) squares[q] += o.squares[q];
-        return *this;
-    }
-};
-
-/// The points of one batch on their way through all steps.
-template <int N>
-class BatchAdvector {
-  public:
-    /// The points, each on the track that it begins on.
-    BatchAdvector(const FlowN<N>& flow, const AdvectOptions& options, const ReprojectOptionsN<N>& reprojection,
-                  const PointBatchN<N>& points)
-        : mFlow(flow), mOptions(options), mReprojection(reprojection), mPosition(points) {
-        const auto potentials = look();
-        for (size_t q = 0; q < mTrack.size(); ++q) mTrack[q] = potentials[q].c[0];
-        mConverged.fill(true);
-    }
-
-    void run(const Monitor& monitor) {
-        for (int k = 0; k < mOptions.steps; ++k) {
-            monitor.check(); // the steps of one batch may take hours
-            advanceAll();
-        }
-    }
-
-    /// What has happened, and how far the points are from their tracks now.
-    Tally<N> tally() {
-        const auto potentials = look();
-        Tally<N> sum = mTally;
-        for (size_t i = 0; i < static_cast<size_t>(mPosition.size); ++i) {
-            sum.outside += !mAllowed[i];
-            sum.notConverged += !mConverged[i];
-            if (!mConverged[i]) continue;
-            for (size_t q = 0; q < potentials.size(); ++q) {
-                const double residual = potentials[q].c[0][i] - mTrack[q][i];
-                sum.squares[q] += residual * residual;
-            }
-        }
-        return sum;
-    }
-
-    const PointBatchN<N>& position() const { return mPosition; }
-    const VecBatchN<double, N>& velocity() const { return mVelocity; }
-    TrackBatchN<N>& track() { return mTrack; }
-    std::array<bool, kBatch>& converged() { return mConverged; }
-
-  private:
-    using Jets = typename FlowN<N>::template Jets<double>;
-
-    bool reprojects() const { return mOptions.reprojection != Reprojection::none; }
-
-    /// The potentials where the points are; also their velocities, and where they are of the wall.
-    Jets look() {
-        Jets potentials;
-        mFlow.eval(mPosition, potentials, mVelocity);
-        classify(mFlow.domain(), mPosition, mAllowed, mDistance);
-        return potentials;
-    }
-
-    /// One time step of every point. What is left of it is counted in parts of 2^-halvings.
-    void advanceAll() {
-        const int whole = 1 << mOptions.halvings;
-        std::array<size_t, kBatch> active;
-        std::array<int, kBatch> left, part;
-        size_t count = 0;
-        for (size_t i = 0; i < static_cast<size_t>(mPosition.size); ++i) {
-            if (reprojects() && !mAllowed[i]) continue;
-            left[i] = part[i] = whole;
-            active[count++] = i;
-        }
-        const double smallest = mOptions.time / mOptions.steps / whole;
-        while (count > 0) {
-            std::array<double, kBatch> dt;
-            for (size_t a = 0; a < count; ++a) dt[a] = smallest * part[active[a]];
-            const std::array<bool, kBatch> taken = tryStep(active, count, dt);
-            size_t rest = 0;
-            for (size_t a = 0; a < count; ++a) {
-                const size_t i = active[a];
-                if (taken[a]) {
-                    ++mTally.substeps;
-                    left[i] -= part[i];
-                } else if (part[i] > 1) {
-                    ++mTally.retries;
-                    part[i] /= 2;
-                } else {
-                    ++mTally.keptBack;
-                    mConverged[i] = false;
-                    left[i] = 0;
-                }
-                if (left[i] > 0) active[rest++] = i;
-            }
-            count = rest;
-        }
-    }
-
-    /// Tries a step for the particles listed in `active`; keeps those that succeed and says which.
-    std::array<bool, kBatch> tryStep(const std::array<size_t, kBatch>& active, size_t count,
-                                     const std::array<double, kBatch>& dt) {
-        PointBatchN<N> from, to;
-        VecBatchN<double, N> first;
-        TrackBatchN<N> track;
-        for (size_t a = 0; a < count; ++a) {
-            const int i = static_cast<int>(active[a]);
-            first.set(static_cast<int>(a), mVelocity[i]);
-            from.push(mPosition[i]);
-            for (size_t q = 0; q < track.size(); ++q) track[q][a] = mTrack[q][active[a]];
-        }
-        step(
-            mOptions.scheme, from, first, dt,
-            [&](const PointBatchN<N>& p, VecBatchN<double, N>& v) { mFlow.velocity(p, v); }, to);
-        std::array<double, kBatch> limit;
-        for (size_t a = 0; a < count; ++a) limit[a] = length(to[static_cast<int>(a)] - from[static_cast<int>(a)]);
-        ReprojectedBatchN<N> landed;
-        reproject(mFlow, to, track, limit, mReprojection, landed);
-
-        std::array<bool, kBatch> allowed, taken;
-        std::array<double, kBatch> distance;
-        taken.fill(true);
-        if (reprojects()) {
-            classify(mFlow.domain(), to, allowed, distance);
-            for (size_t a = 0; a < count; ++a) {
-                const double before = mDistance[active[a]];
-                taken[a] = landed.converged[a] && allowed[a] && (distance[a] < 0) == (before < 0);
-                mTally.iterations += static_cast<size_t>(landed.iterations[a]);
-            }
-            checkChords(active, count, from, to, taken);
-        }
-        for (size_t a = 0; a < count; ++a) {
-            if (!taken[a]) continue;
-            const int i = static_cast<int>(active[a]);
-            mPosition.set(i, to[static_cast<int>(a)]);
-            mVelocity.set(i, landed.velocity[static_cast<int>(a)]);
-            if (reprojects()) mDistance[active[a]] = distance[a];
-        }
-        return taken;
-    }
-
-    /// Takes back steps near the wall that are too long, or whose chord leads through it.
-    void checkChords(const std::array<size_t, kBatch>& active, size_t count, const PointBatchN<N>& from,
-                     const PointBatchN<N>& to, std::array<bool, kBatch>& taken) const {
-        const auto& wall = mFlow.domain().wall;
-        if (!wall) return;
-        constexpr int kSamples = 3;
-        PointBatchN<N> samples;
-        std::array<size_t, kBatch> owner;
-        const auto judge = [&] {
-            JetBatchN<double, N, 0> d;
-            wall->sdf.distance.eval(samples, d);
-            for (size_t s = 0; s < static_cast<size_t>(samples.size); ++s) {
-                const size_t a = owner[s];
-                const double chord = length(to[static_cast<int>(a)] - from[static_cast<int>(a)]);
-                // On which side the chord has to stay: for `both`, the side on which it began.
-                const Side side = wall->side != Side::both   ? wall->side
-                                  : mDistance[active[a]] < 0 ? Side::inside
-                                                             : Side::outside;
-                if (!(beyondWall(side, d.c[0][s]) <= chord / 16)) taken[a] = false;
-            }
-            samples.size = 0;
-        };
-        for (size_t a = 0; a < count; ++a) {
-            if (!taken[a]) continue;
-            const Vec<double, N> start = from[static_cast<int>(a)], move = to[static_cast<int>(a)] - start;
-            const double chord = length(move);
-            if (std::abs(mDistance[active[a]]) > chord) continue;
-            if (chord > wall->width) {
-                taken[a] = false;
-                continue;
-            }
-            if (samples.size + kSamples > kBatch) judge();
-            for (int k = 1; k <= kSamples; ++k) {
-                owner[static_cast<size_t>(samples.size)] = a;
-                samples.push(start + move * (double(k) / (kSamples + 1)));
-            }
-        }
-        judge();
-    }
-
-    const FlowN<N>& mFlow;
-    const AdvectOptions& mOptions;
-    const ReprojectOptionsN<N>& mReprojection;
-    PointBatchN<N> mPosition;
-    VecBatchN<double, N> mVelocity;
-    TrackBatchN<N> mTrack;
-    std::array<double, kBatch> mDistance;
-    std::array<bool, kBatch> mAllowed, mConverged;
-    Tally<N> mTally;
-};
 
 template <int N>
 void validate(const FlowN<N>& flow, const AdvectOptions& o) {
@@ -223,6 +26,8 @@ void validate(const FlowN<N>& flow, const AdvectOptions& o) {
     if (!std::isfinite(o.time)) throw ValueError("time must be finite");
     if (!(o.tolerance > 0)) throw ValueError(fmt::format("tolerance {} must be positive", o.tolerance));
     if (o.iterations < 1) throw ValueError(fmt::format("{} iterations; give at least 1", o.iterations));
+    if (!(o.accuracy > 0)) throw ValueError(fmt::format("accuracy {} must be positive", o.accuracy));
+    if (!(o.longest >= 0)) throw ValueError(fmt::format("a longest step of {} must be positive, or 0", o.longest));
     if (o.halvings < 0 || o.halvings > 20) throw ValueError(fmt::format("{} halvings; give 0 to 20", o.halvings));
     if (o.reprojection != Reprojection::none && !flow.hasTracks())
         throw ValueError("this flow is a sum and has no tracks to put points back onto; choose no reprojection");
@@ -230,9 +35,8 @@ void validate(const FlowN<N>& flow, const AdvectOptions& o) {
 
 /// Moves points in batches: `batch(advector, begin, end)` loads, runs and stores one.
 template <int N, class Batch>
-AdvectResultN<N> advectBatches(const FlowN<N>& flow, size_t count, const AdvectOptions& options, const Batch& batch,
-                               const Monitor& monitor) {
-    const FlowMagnitudesN<N> typical = magnitudesOf(flow);
+AdvectResultN<N> advectBatches(const FlowN<N>& flow, const FlowMagnitudesN<N>& typical, size_t count,
+                               const AdvectOptions& options, const Batch& batch, const Monitor& monitor) {
     ReprojectOptionsN<N> reprojection{.method = options.reprojection, .iterations = options.iterations};
     for (size_t q = 0; q < typical.potentials.size(); ++q)
         reprojection.tolerance[q] = options.tolerance * typical.potentials[q];
@@ -246,6 +50,7 @@ AdvectResultN<N> advectBatches(const FlowN<N>& flow, size_t count, const AdvectO
         .outside = sum.outside,
         .substeps = sum.substeps,
         .retries = sum.retries,
+        .coarse = sum.coarse,
         .meanIterations = static_cast<double>(sum.iterations) / static_cast<double>(std::max<size_t>(sum.substeps, 1))};
     for (size_t q = 0; q < typical.potentials.size(); ++q)
         if (flow.hasTracks() && typical.potentials[q] > 0)
@@ -259,7 +64,7 @@ template <int N>
 AdvectResultN<N> advect(const FlowN<N>& flow, Points<N>& points, const AdvectOptions& options, const Monitor& monitor) {
     validate(flow, options);
     return advectBatches(
-        flow, points.size(), options,
+        flow, magnitudesOf(flow), points.size(), options,
         [&](const ReprojectOptionsN<N>& reprojection, size_t begin, size_t end) {
             PointBatchN<N> start;
             for (size_t k = begin; k < end; ++k) start.push(points[k]);
@@ -297,22 +102,24 @@ std::vector<uint32_t> alongCurve(const Particles& p, const Box& box) {
     return order;
 }
 
-} // namespace
+/// No particle depends on another, so the order changes nothing but the time.
+std::vector<uint32_t> orderFor(const Flow& flow, const Particles& particles) {
+    const bool pays = flow.domain().wall && flow.domain().box.finite() && particles.size() <= UINT32_MAX;
+    return pays ? alongCurve(particles, flow.domain().box) : std::vector<uint32_t>{};
+}
 
-AdvectResult advect(const Flow& flow, Particles& particles, const AdvectOptions& options, const Monitor& monitor) {
-    validate(flow, options);
+/// Particles that are near each other in the order, which holds all or is empty, are moved together.
+AdvectResult advectInOrder(const Flow& flow, const FlowMagnitudes& typical, Particles& particles,
+                           const std::vector<uint32_t>& order, const AdvectOptions& options, const Monitor& monitor) {
     const size_t count = particles.size();
     const bool onTrack = particles.hasTrack() && flow.hasTracks();
     for (auto* array : {&particles.vx, &particles.vy, &particles.vz}) array->resize(count);
     for (auto* array : {&particles.f, &particles.g}) array->resize(flow.hasTracks() ? count : 0);
     particles.converged.resize(count, 1);
     Particles& p = particles;
-    // No particle depends on another, so the order changes nothing but the time.
-    const bool sorted = flow.domain().wall && flow.domain().box.finite() && count <= UINT32_MAX;
-    const std::vector<uint32_t> order = sorted ? alongCurve(p, flow.domain().box) : std::vector<uint32_t>{};
-    const auto particle = [&](size_t k) { return sorted ? order[k] : k; };
+    const auto particle = [&](size_t k) { return order.empty() ? k : order[k]; };
     return advectBatches(
-        flow, count, options,
+        flow, typical, count, options,
         [&](const ReprojectOptions& reprojection, size_t begin, size_t end) {
             PointBatch start;
             for (size_t n = begin; n < end; ++n) {
@@ -347,6 +154,93 @@ AdvectResult advect(const Flow& flow, Particles& particles, const AdvectOptions&
             return tally;
         },
         monitor);
+}
+
+/// Takes the particles along with a wall that moves, and adds how far to `ways`. Returns how many it left beyond it.
+size_t follow(const Wall& from, const Wall& to, const Box& box, Particles& p, std::vector<Vec3d>& ways,
+              const Monitor& monitor) {
+    const WallMotion motion(from, to, box);
+    if (motion.still()) return 0;
+    std::vector<Vec3d> points(p.size());
+    for (size_t k = 0; k < points.size(); ++k) points[k] = {{p.x[k], p.y[k], p.z[k]}};
+    const size_t overrun = motion.carry(points, monitor);
+    ways.resize(points.size());
+    for (size_t k = 0; k < points.size(); ++k) {
+        ways[k] += points[k] - Vec3d{{p.x[k], p.y[k], p.z[k]}};
+        p.x[k] = points[k][0];
+        p.y[k] = points[k][1];
+        p.z[k] = points[k][2];
+    }
+    return overrun;
+}
+
+/// Gives particles the flow's velocity and track where they are.
+AdvectResult look(const Flow& flow, const FlowMagnitudes& typical, Particles& particles,
+                  const std::vector<uint32_t>& order, AdvectOptions options, const Monitor& monitor) {
+    options.time = 0;
+    options.steps = 1;
+    particles.f.clear();
+    particles.g.clear();
+    return advectInOrder(flow, typical, particles, order, options, monitor);
+}
+
+} // namespace
+
+AdvectResult advect(const Flow& flow, Particles& particles, const AdvectOptions& options, const Monitor& monitor) {
+    validate(flow, options);
+    return advectInOrder(flow, magnitudesOf(flow), particles, orderFor(flow, particles), options, monitor);
+}
+
+AdvectResult advect(const FlowInTime& flow, Particles& particles, double begin, const AdvectOptions& options,
+                    const Monitor& monitor) {
+    if (!std::isfinite(begin)) throw ValueError("the time to begin at must be finite");
+    Flow before = flow.at(begin);
+    if (flow.steady()) return advect(before, particles, options, monitor);
+    validate(before, options);
+    AdvectOptions one = options;
+    one.steps = 1;
+    one.time = options.time / options.steps;
+    const Monitor unreported{.report = {}, .cancelled = monitor.cancelled};
+    const std::vector<uint32_t> order = orderFor(before, particles);
+    const FlowMagnitudes typical = magnitudesOf(before);
+    const auto wallOf = [](const Flow& f) { return f.domain().wall; };
+    AdvectResult total;
+    double iterations = 0;
+    std::vector<Vec3d> ways; // with the wall, in the last step
+    const auto followed = [&](const Flow& from, const Flow& to) {
+        if (wallOf(from).has_value() != wallOf(to).has_value())
+            throw ValueError("the flow has a wall at some times and none at others");
+        if (wallOf(from))
+            total.overrun += follow(*wallOf(from), *wallOf(to), from.domain().box, particles, ways, unreported);
+    };
+    for (int k = 0; k < options.steps; ++k) {
+        const Flow middle = flow.at(begin + one.time * (k + 0.5)), after = flow.at(begin + one.time * (k + 1));
+        ways.clear();
+        followed(before, middle);
+        particles.f.clear(); // tracks of the step before
+        particles.g.clear();
+        const AdvectResult step = advectInOrder(middle, typical, particles, order, one, unreported);
+        followed(middle, after);
+        total.keptBack += step.keptBack;
+        total.substeps += step.substeps;
+        total.retries += step.retries;
+        total.coarse += step.coarse;
+        total.residual = step.residual;
+        iterations += step.meanIterations * static_cast<double>(step.substeps);
+        before = after;
+        if (monitor.report) monitor.report((k + 1.0) / options.steps);
+    }
+    const AdvectResult end = look(before, typical, particles, order, options, unreported);
+    for (size_t k = 0; k < ways.size() && one.time != 0; ++k) {
+        particles.vx[k] += static_cast<float>(ways[k][0] / one.time);
+        particles.vy[k] += static_cast<float>(ways[k][1] / one.time);
+        particles.vz[k] += static_cast<float>(ways[k][2] / one.time);
+    }
+    total.points = end.points;
+    total.outside = end.outside;
+    total.notConverged = end.notConverged;
+    total.meanIterations = iterations / static_cast<double>(std::max<size_t>(total.substeps, 1));
+    return total;
 }
 
 #define CURLEW_INSTANTIATE(N) \

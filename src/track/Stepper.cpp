@@ -12,16 +12,16 @@ void move(const PointBatchN<N>& from, const VecBatchN<double, N>& velocity, doub
 }
 
 template <int N>
-void weigh(int size, const VecBatchN<double, N>& first, const VecBatchN<double, N>& second,
-           const VecBatchN<double, N>& third, VecBatchN<double, N>& fourth) {
-    runTrackKernel<N, WeighKernel<N>>(std::as_const(size), first, second, third, fourth);
+void combine(int size, const std::array<double, 4>& weights, const std::array<const VecBatchN<double, N>*, 4>& v,
+             VecBatchN<double, N>& sum) {
+    runTrackKernel<N, CombineKernel<N>>(std::as_const(size), weights, v, sum);
 }
 
 #define CURLEW_INSTANTIATE(N)                                                                                         \
     template void move(const PointBatchN<N>&, const VecBatchN<double, N>&, double, const std::array<double, kBatch>&, \
                        PointBatchN<N>&);                                                                              \
-    template void weigh(int, const VecBatchN<double, N>&, const VecBatchN<double, N>&, const VecBatchN<double, N>&,   \
-                        VecBatchN<double, N>&);
+    template void combine(int, const std::array<double, 4>&, const std::array<const VecBatchN<double, N>*, 4>&,       \
+                          VecBatchN<double, N>&);
 CURLEW_FOR_FLOW_DIMENSIONS(CURLEW_INSTANTIATE)
 #undef CURLEW_INSTANTIATE
 

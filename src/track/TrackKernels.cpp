@@ -8,9 +8,9 @@ using Numbers = std::array<double, kBatch>;
 
 template void runOnLanes<CURLEW_SIMD, MoveKernel<3>, double>(const PointBatch&, const VecBatch<double>&, const double&,
                                                              const Numbers&, PointBatch&);
-template void runOnLanes<CURLEW_SIMD, WeighKernel<3>, double>(const int&, const VecBatch<double>&,
-                                                              const VecBatch<double>&, const VecBatch<double>&,
-                                                              VecBatch<double>&);
+template void runOnLanes<CURLEW_SIMD, CombineKernel<3>, double>(const int&, const std::array<double, 4>&,
+                                                                const std::array<const VecBatch<double>*, 4>&,
+                                                                VecBatch<double>&);
 template void runOnLanes<CURLEW_SIMD, ResidualKernel<3>, double>(const Flow::Jets<double>&, const int&,
                                                                  const TrackBatch&, const ReprojectOptions&,
                                                                  Residuals<3>&);

@@ -22,14 +22,18 @@ struct MoveKernel {
 };
 
 template <int N>
-struct WeighKernel {
+struct CombineKernel {
     template <class T>
-    static void run(const int& size, const VecBatchN<double, N>& first, const VecBatchN<double, N>& second,
-                    const VecBatchN<double, N>& third, VecBatchN<double, N>& fourth) {
-        for (int i = 0; i < size; i += kLanes<T>)
-            fourth.set(i, first.template lanes<T>(i) +
-                              (second.template lanes<T>(i) + third.template lanes<T>(i)) * T(2) +
-                              fourth.template lanes<T>(i));
+    static void run(const int& size, const std::array<double, 4>& weights,
+                    const std::array<const VecBatchN<double, N>*, 4>& v, VecBatchN<double, N>& sum) {
+        for (int i = 0; i < size; i += kLanes<T>) {
+            Vec<T, N> total = v[0]->template lanes<T>(i) * T(weights[0]);
+            for (size_t k = 1; k < 4; ++k) {
+                const Vec<T, N> part = v[k]->template lanes<T>(i);
+                for (int axis = 0; axis < N; ++axis) total[axis] = mulAdd(part[axis], T(weights[k]), total[axis]);
+            }
+            sum.set(i, total);
+        }
     }
 };
 

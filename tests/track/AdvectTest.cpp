@@ -240,7 +240,12 @@ TEST_CASE("the order in time is that of the scheme, with and without reprojectio
     const auto end = [&](Scheme scheme, int steps) {
         Particles particles = particlesAt(points);
         advect(smoothFlow(), particles,
-               {.time = 0.8, .steps = steps, .scheme = scheme, .reprojection = reprojection, .tolerance = 1e-13});
+               {.time = 0.8,
+                .steps = steps,
+                .scheme = scheme,
+                .reprojection = reprojection,
+                .tolerance = 1e-13,
+                .accuracy = 1}); // no step is shortened
         return particles;
     };
     // RK4 with 16 times as many steps stands for the exact end; it is 10^-10 or so off.
@@ -252,8 +257,8 @@ TEST_CASE("the order in time is that of the scheme, with and without reprojectio
             errors.push_back(length(position(particles, k) - position(exact, k)));
         return median(errors);
     };
-    const std::array<std::pair<Scheme, double>, 3> schemes{
-        {{Scheme::euler, 1}, {Scheme::midpoint, 2}, {Scheme::rk4, 4}}};
+    const std::array<std::pair<Scheme, double>, 4> schemes{
+        {{Scheme::euler, 1}, {Scheme::midpoint, 2}, {Scheme::rk4, 4}, {Scheme::bogackiShampine, 3}}};
     for (const auto& [scheme, order] : schemes) {
         const double coarse = error(scheme, 16), fine = error(scheme, 32);
         CAPTURE(static_cast<int>(reprojection), order, coarse, fine, observedOrder(coarse, fine));
@@ -555,4 +560,82 @@ TEMPLATE_TEST_CASE_SIG("points keep to their tracks in every dimension", "[track
     for (size_t q = 0; q < result.residual.size(); ++q) CHECK(result.residual[q] <= 1e-8);
     for (size_t k = 0; k < points.size(); ++k) moved += length(points[k] - start[k]);
     CHECK(moved / 200 > 0.05);
+}
+
+TEST_CASE("adaptive steps are as accurate as asked for, and no shorter than needed", "[track]") {
+    const auto reprojection = GENERATE(Reprojection::none, Reprojection::gaussNewton);
+    const auto points = randomPoints(cube(1), 200, 7);
+    Particles exact = particlesAt(points);
+    advect(smoothFlow(), exact, {.time = 2, .steps = 2000, .tolerance = 1e-13});
+    const auto run = [&](double accuracy) {
+        Particles particles = particlesAt(points);
+        const auto result = advect(smoothFlow(), particles,
+                                   {.time = 2,
+                                    .steps = 2,
+                                    .scheme = Scheme::bogackiShampine,
+                                    .reprojection = reprojection,
+                                    .tolerance = 1e-12,
+                                    .halvings = 14,
+                                    .accuracy = accuracy});
+        std::vector<double> errors;
+        for (size_t k = 0; k < points.size(); ++k)
+            errors.push_back(length(position(particles, k) - position(exact, k)));
+        CHECK(result.coarse == 0);
+        CHECK(result.notConverged == 0);
+        return std::pair(median(errors), static_cast<double>(result.substeps));
+    };
+    const auto [rough, few] = run(1e-3);
+    const auto [fine, many] = run(1e-6);
+    CAPTURE(static_cast<int>(reprojection), rough, fine, few, many);
+    CHECK(rough < 1e-2);
+    CHECK(fine < rough / 30);
+    // Third order: a thousandth of the error of a step takes about ten times as many steps.
+    CHECK(many / few > 3);
+    CHECK(many / few < 14);
+    CHECK(few < 40.0 * static_cast<double>(points.size()));
+}
+
+TEST_CASE("steps that are too coarse, and cannot be made shorter, are counted", "[track]") {
+    Particles particles = particlesAt(randomPoints(cube(1), 100, 7));
+    const AdvectResult result =
+        advect(smoothFlow(), particles,
+               {.time = 2, .steps = 1, .scheme = Scheme::bogackiShampine, .halvings = 2, .accuracy = 1e-9});
+    CHECK(result.coarse > 300); // of 400
+    CHECK(result.keptBack == 0);
+}
+
+TEST_CASE("no step is longer than the longest", "[track]") {
+    const auto scheme = GENERATE(Scheme::rk4, Scheme::bogackiShampine);
+    const auto points = randomPoints(cube(1), 100, 7);
+    const auto run = [&](double longest) {
+        Particles particles = particlesAt(points);
+        const AdvectResult result = advect(
+            smoothFlow(), particles, {.time = 1, .steps = 2, .scheme = scheme, .accuracy = 1, .longest = longest});
+        CHECK(result.coarse == 0);
+        return result.substeps;
+    };
+    // A speed of 1 in the mean: so many steps for all of them together, at least.
+    const size_t free = run(0), held = run(0.05);
+    CAPTURE(static_cast<int>(scheme), free, held);
+    CHECK(free < 400);
+    CHECK(held > 100 * 10);
+    CHECK_THROWS_AS(run(-1), ValueError);
+    CHECK_THROWS_AS(run(std::nan("")), ValueError);
+}
+
+TEST_CASE("f and g do not drift over thousands of steps", "[track]") {
+    Particles particles = scatter(sphereFlow().domain(), 64, 3);
+    const Particles start = particles;
+    const AdvectResult result = advect(sphereFlow(), particles, {.time = 20, .steps = 2000});
+    const FlowMagnitudes typical = magnitudesOf(sphereFlow());
+    double squares = 0;
+    for (size_t k = 0; k < particles.size(); ++k) {
+        const double f =
+            sphereFlow().f().at<0>(position(particles, k)).value - sphereFlow().f().at<0>(position(start, k)).value;
+        const double g =
+            sphereFlow().g().at<0>(position(particles, k)).value - sphereFlow().g().at<0>(position(start, k)).value;
+        squares = std::max({squares, std::abs(f) / typical.potentials[0], std::abs(g) / typical.potentials[1]});
+    }
+    CHECK(result.notConverged == 0);
+    CHECK(squares <= 1e-6);
 }

@@ -216,13 +216,13 @@ TEST_CASE("steps and reprojection keep to the track in every dimension", "[track
         }
         std::array<double, kBatch> time, limit;
         time.fill(dt);
-        VecBatchN<double, N> first;
+        StagesN<N> stages;
         ReprojectedBatchN<N> landed;
         const auto velocity = [&](const PointBatchN<N>& p, VecBatchN<double, N>& v) { flow.velocity(p, v); };
         size_t kept = 0;
         for (int s = 0; s < kSteps; ++s) {
-            velocity(from, first);
-            step(scheme, from, first, time, velocity, to);
+            velocity(from, stages.first);
+            step(scheme, from, time, velocity, stages, to);
             for (int i = 0; i < kBatch; ++i) limit[static_cast<size_t>(i)] = length(to[i] - from[i]);
             reproject(flow, to, track, limit, within<N>(kTolerance, method == Reprojection::newton ? 400 : 20, method),
                       landed);
@@ -232,8 +232,8 @@ TEST_CASE("steps and reprojection keep to the track in every dimension", "[track
                 else
                     ++kept;
             }
-            velocity(loose, first);
-            step(scheme, loose, first, time, velocity, to);
+            velocity(loose, stages.first);
+            step(scheme, loose, time, velocity, stages, to);
             loose = to;
         }
         WorstN<N> drift;

@@ -18,15 +18,14 @@ Vec<double, N> follow(const FlowN<N>& flow, Scheme scheme, const Vec<double, N>&
     from.push(start);
     TrackBatchN<N> track;
     for (size_t k = 0; k < track.size(); ++k) track[k][0] = flow.potentials()[k].template at<0>(start).value;
-    VecBatchN<double, N> first;
+    StagesN<N> stages;
     ReprojectedBatchN<N> landed;
     std::array<double, kBatch> dt, limit;
     dt.fill(time / steps);
+    const auto velocity = [&](const PointBatchN<N>& p, VecBatchN<double, N>& v) { flow.velocity(p, v); };
     for (int k = 0; k < steps; ++k) {
-        flow.velocity(from, first);
-        step(
-            scheme, from, first, dt, [&](const PointBatchN<N>& p, VecBatchN<double, N>& v) { flow.velocity(p, v); },
-            to);
+        velocity(from, stages.first);
+        step(scheme, from, dt, velocity, stages, to);
         limit[0] = length(to[0] - from[0]);
         if (options.method != Reprojection::none) {
             reproject(flow, to, track, limit, options, landed);
@@ -47,7 +46,8 @@ void requireOrder(const Flow& flow, Scheme scheme, double order, const Vec3d& st
     CHECK(observedOrder(coarse, fine) < order + 0.3);
 }
 
-const std::array<std::pair<Scheme, double>, 3> kSchemes{{{Scheme::euler, 1}, {Scheme::midpoint, 2}, {Scheme::rk4, 4}}};
+const std::array<std::pair<Scheme, double>, 4> kSchemes{
+    {{Scheme::euler, 1}, {Scheme::midpoint, 2}, {Scheme::rk4, 4}, {Scheme::bogackiShampine, 3}}};
 
 } // namespace
 
@@ -139,7 +139,7 @@ TEST_CASE("the schemes have their order in other dimensions", "[track]") {
 
 TEST_CASE("every point of a batch has its own time step, and none moves another", "[track]") {
     const Flow flow(sinesF(), sinesG());
-    for (const Scheme scheme : {Scheme::euler, Scheme::midpoint, Scheme::rk4}) {
+    for (const Scheme scheme : {Scheme::euler, Scheme::midpoint, Scheme::rk4, Scheme::bogackiShampine}) {
         PointBatch from, to;
         std::array<double, kBatch> dt;
         while (!from.full()) {
@@ -148,13 +148,38 @@ TEST_CASE("every point of a batch has its own time step, and none moves another"
             from.push(randomPoint(cube(1), 2, k));
         }
         const auto velocity = [&](const PointBatch& p, VecBatch<double>& v) { flow.velocity(p, v); };
-        VecBatch<double> first;
-        flow.velocity(from, first);
-        step(scheme, from, first, dt, velocity, to);
+        StagesN<3> stages;
+        flow.velocity(from, stages.first);
+        step(scheme, from, dt, velocity, stages, to);
         REQUIRE(to.size == kBatch);
         for (int i = 0; i < kBatch; ++i) {
             CAPTURE(static_cast<int>(scheme), i);
             CHECK(to[i] == follow(flow, scheme, from[i], dt[static_cast<size_t>(i)], 1));
         }
     }
+}
+
+TEST_CASE("the embedded pair tells the error of its second-order solution", "[track]") {
+    const Flow flow = Flow(polynomial("x0**2 + x1**2"), polynomial("x2")); // turns by 2 t
+    const auto estimate = [&](double t) {
+        PointBatch from, to;
+        from.push({{1, 0.5, 0.25}});
+        std::array<double, kBatch> dt;
+        dt.fill(t);
+        const auto velocity = [&](const PointBatch& p, VecBatch<double>& v) { flow.velocity(p, v); };
+        StagesN<3> stages;
+        velocity(from, stages.first);
+        step(Scheme::bogackiShampine, from, dt, velocity, stages, to);
+        VecBatch<double> last;
+        velocity(to, last);
+        // The second-order solution by its own weights, 7/24, 1/4, 1/3 and 1/8.
+        const Vec3d second = from[0] + (stages.first[0] * (7.0 / 24) + stages.second[0] * 0.25 +
+                                        stages.third[0] * (1.0 / 3) + last[0] * 0.125) *
+                                           t;
+        const double estimated = estimatedError(1, stages, last, dt)[0];
+        CHECK(estimated == Approx(length(to[0] - second)).epsilon(1e-6));
+        return estimated;
+    };
+    CHECK(observedOrder(estimate(0.02), estimate(0.01)) == Approx(3).margin(0.1));
+    CHECK(estimate(-0.01) > 0); // backward, too
 }

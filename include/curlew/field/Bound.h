@@ -37,6 +37,10 @@ struct BoundOptions {
 template <int N>
 ScalarFieldN<N> bounded(const ScalarFieldN<N>& noise, const WallN<N>& wall, const BoundOptions& options = {});
 
+/// The alpha of Eq. 13 by itself: 0 at the wall, 1 beyond its layer, on either side.
+template <int N>
+ScalarFieldN<N> layerFade(const WallN<N>& wall);
+
 /// DeWolf's product (Eq. 3): noise · δ, δ the distance clipped at `range` world units. Zero at the wall, so a flow of
 /// it does not cross it; but also zero where the noise is, so an iso-value other than zero does not tell the sides
 /// apart, and the flow is slow near the wall, not only turned along it. Throws ValueError for a range that is not

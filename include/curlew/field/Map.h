@@ -25,6 +25,10 @@ struct PlacementN {
 };
 using Placement = PlacementN<3>;
 
+/// The rotation of a placement. Throws ValueError for one that the dimension does not have.
+template <int N>
+Matrix<N, N> rotationOf(const PlacementN<N>& placement);
+
 /// `field` put elsewhere: its value at R S p + offset is the field's at p. Throws ValueError for a scale of zero, and
 /// for a rotation that the dimension does not have.
 template <int N>

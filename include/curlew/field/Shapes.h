@@ -4,6 +4,14 @@
 
 namespace curlew {
 
+/// Where something is that moves without changing its form.
+template <int N>
+struct PoseN {
+    Matrix<N, N> axes;       ///< A rotation.
+    Vec<double, N> origin{}; ///< World units.
+};
+using Pose = PoseN<3>;
+
 /// A signed distance: a scalar field that is negative inside and zero on the surface.
 /// (This is the one place that states the sign.)
 template <int N>
@@ -15,6 +23,7 @@ struct SdfN {
     double reach = std::numeric_limits<double>::infinity();
     /// The most that the distance changes on a way, divided by its length. Of samples it is measured, and may be more.
     double steepness = 1;
+    PoseN<N> pose = {}; ///< Where it has been put: how a wall moves is seen from it (track/WallMotion.h).
 };
 using Sdf = SdfN<3>;
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "curlew/base/Monitor.h"
+#include "curlew/flow/FlowInTime.h"
 #include "curlew/track/Particles.h"
 #include "curlew/track/Reproject.h"
 #include "curlew/track/Stepper.h"
@@ -15,6 +16,10 @@ struct AdvectOptions {
     double tolerance = 1e-8; ///< On the residuals of f and g, relative to their root mean squares over the domain.
     int iterations = 10;     ///< Corrections per step, at most.
     int halvings = 8;        ///< A step that fails is redone in halves, down to this power of two.
+    /// Of a scheme with steps of adaptive length (then `steps` have the greatest): the estimated error of a step, world
+    /// units.
+    double accuracy = 1e-4;
+    double longest = 0; ///< World units: a step that moves a point farther is redone in halves; 0: none is.
 };
 
 template <int N>
@@ -25,6 +30,8 @@ struct AdvectResultN {
     size_t outside = 0;      ///< Points on the wrong side of the wall, or exactly on it, at the end.
     size_t substeps = 0;     ///< Steps and parts of steps that were taken.
     size_t retries = 0;      ///< Steps that were redone in halves.
+    size_t coarse = 0;       ///< Substeps beyond `accuracy` or `longest` that `halvings` did not let become shorter.
+    size_t overrun = 0;      ///< How often a moving wall left a point on its wrong side.
     double meanIterations = 0; ///< Corrections per substep.
     /// Root mean squares at the end over the points that converged, relative to those of the potentials.
     std::array<double, size_t{N - 1}> residual{};
@@ -43,6 +50,13 @@ using AdvectResult = AdvectResultN<3>;
 /// others, nor on the number of threads. Throws ValueError for steps < 1, values that are not finite, and reprojection
 /// in a flow without tracks; Interrupted, with the particles in an unspecified state.
 AdvectResult advect(const Flow& flow, Particles& particles, const AdvectOptions& options, const Monitor& monitor = {});
+
+/// The same in a flow that changes, from the time `begin` on (seconds). Each step takes the flow frozen as it stands in
+/// the middle of the step, and each particle on the track on which it then is: second order in time, on track within
+/// each step. A wall that moves takes the particles near it along (WallMotion.h), half of its way before the step and
+/// half after, so none ends up beyond it. Tolerances are relative to the flow at the beginning.
+AdvectResult advect(const FlowInTime& flow, Particles& particles, double begin, const AdvectOptions& options,
+                    const Monitor& monitor = {});
 
 /// The same for points alone, in 2 to 7 dimensions.
 template <int N>

@@ -1,0 +1,255 @@
+#include "curlew/track/WallMotion.h"
+
+#include "BatchAdvector.h"
+#include "curlew/base/Parallel.h"
+#include "curlew/base/Random.h"
+#include "curlew/field/Algebra.h"
+#include "curlew/field/Formula.h"
+#include "curlew/math/Fade.h"
+
+#include <algorithm>
+
+namespace curlew {
+
+using namespace detail;
+
+namespace {
+
+/// Calls use(points) with batches of positions in and around the shape.
+template <class Use>
+void visitAround(const Wall& wall, const Box& box, const Use& use) {
+    constexpr size_t kSamples = 1024;
+    const Box around = wall.sdf.bounds.finite() ? wall.sdf.bounds.padded(wall.width) : box;
+    for (size_t k = 0; k < kSamples;) {
+        PointBatch points;
+        for (; !points.full(); ++k) {
+            Vec3d p = around.lower;
+            for (int axis = 0; axis < 3; ++axis)
+                p[axis] += around.size()[axis] * randomUniform(0, k, static_cast<uint64_t>(axis));
+            points.push(p);
+        }
+        use(points);
+    }
+}
+
+/// The most that two distances differ, the second taken at moved(x).
+template <class Moved>
+double greatestDifference(const Wall& from, const Wall& to, const Box& box, const Moved& moved) {
+    double greatest = 0;
+    visitAround(from, box, [&](const PointBatch& points) {
+        PointBatch there;
+        for (int i = 0; i < points.size; ++i) there.push(moved(points[i]));
+        JetBatch<double, 0> before, after;
+        from.sdf.distance.eval(points, before);
+        to.sdf.distance.eval(there, after);
+        for (int i = 0; i < points.size; ++i) greatest = std::max(greatest, std::abs(after[i].value - before[i].value));
+    });
+    return greatest;
+}
+
+/// The angle of a rotation, in radians from 0 to pi, and its axis.
+std::pair<double, Vec3d> angleAndAxis(const Matrix3& R) {
+    const Vec3d w{{R[2][1] - R[1][2], R[0][2] - R[2][0], R[1][0] - R[0][1]}}; // 2 sin(angle) axis
+    const double sine = length(w), cosine = R[0][0] + R[1][1] + R[2][2] - 1;
+    const double angle = std::atan2(sine, cosine);
+    if (sine > 1e-6) return {angle, w * (1 / sine)};
+    if (cosine > 0) return {0, {{0, 0, 1}}};
+    // Half a turn: R + 1 is twice the axis times itself.
+    int most = 0;
+    for (int i = 1; i < 3; ++i)
+        if (R[i][i] > R[most][most]) most = i;
+    Vec3d axis = R[most];
+    axis[most] += 1;
+    return {angle, axis * (1 / length(axis))};
+}
+
+Vec3d turned(const Vec3d& v, const Vec3d& axis, double angle) { // Rodrigues
+    return v * std::cos(angle) + cross(axis, v) * std::sin(angle) + axis * (dot(axis, v) * (1 - std::cos(angle)));
+}
+
+/// Some unit vector across another.
+Vec3d across(const Vec3d& unit) {
+    int least = 0;
+    for (int i = 1; i < 3; ++i)
+        if (std::abs(unit[i]) < std::abs(unit[least])) least = i;
+    Vec3d e;
+    e[least] = 1;
+    const Vec3d v = cross(unit, e);
+    return v * (1 / length(v));
+}
+
+/// So many steps that none is longer than a quarter of the wall's layer.
+int stepsFor(double way, const Wall& wall) {
+    return static_cast<int>(std::clamp(std::ceil(4 * way / wall.width), 1.0, 64.0));
+}
+
+/// Moves the points for one second as they appear from the wall, where it rests: there the wall's velocity ∇a × ∇b is
+/// what the points lack, and nothing is missing at the wall. f = -alpha a is constant along their way, and so is b.
+/// `way`: how far the wall moves; `size`: of the space.
+void driftBack(const Wall& wall, double size, const ScalarField& a, const ScalarField& b, double way,
+               std::vector<Vec3d>& points, const Monitor& monitor) {
+    const Flow flow(-1.0 * (layerFade(wall) * a), b, {.box = {}, .wall = wall});
+    const AdvectOptions options{.time = 1, .steps = stepsFor(way, wall)};
+    const ReprojectOptions reprojection{.tolerance = {1e-9 * way * size, 1e-9 * size}};
+    parallelFor(
+        points.size(), kBatch,
+        [&](size_t begin, size_t end) {
+            PointBatch start;
+            for (size_t k = begin; k < end; ++k) start.push(points[k]);
+            BatchAdvector<3> batch(flow, options, reprojection, start);
+            batch.run(monitor);
+            for (size_t k = begin; k < end; ++k) points[k] = batch.position()[static_cast<int>(k - begin)];
+        },
+        monitor);
+}
+
+} // namespace
+
+WallMotion::WallMotion(const Wall& from, const Wall& to, const Box& box) : mFrom(from), mTo(to), mBox(box) {
+    if (from.side != to.side) throw ValueError("a wall cannot change the side on which the flow is");
+    const Pose &before = from.sdf.pose, &after = to.sdf.pose;
+    const bool posed = before.axes == after.axes && before.origin == after.origin;
+    if (posed) {
+        mStill = greatestDifference(from, to, box, [](const Vec3d& x) { return x; }) == 0;
+        return;
+    }
+    mCentre = before.origin;
+    mTranslation = after.origin - before.origin;
+    std::tie(mAngle, mAxis) = angleAndAxis(after.axes * transpose(before.axes));
+    const auto moved = [&](const Vec3d& x) { return after.origin + turned(x - mCentre, mAxis, mAngle); };
+    mRigid = greatestDifference(from, to, box, moved) <= 1e-6 * from.width;
+}
+
+void WallMotion::carryRigidly(std::vector<Vec3d>& points, const Monitor& monitor) const {
+    // In coordinates that move with the wall, so it stays as it is in mFrom.
+    const auto translate = [&](const Vec3d& way) {
+        const double size = length(way);
+        if (size == 0) return;
+        const Vec3d along = way * (1 / size), u = across(along), v = cross(along, u);
+        driftBack(mFrom, length(mBox.size()), rampField(u * size, -dot(u, mCentre) * size),
+                  rampField(v, -dot(v, mCentre)), size, points, monitor);
+    };
+    translate(mTranslation * 0.5);
+    if (mAngle > 0) {
+        const double factor = -mAngle / 2;
+        const auto a = formulaField([c = mCentre, n = mAxis, factor](const auto& x, const auto& k) {
+            const auto y = x - std::remove_cvref_t<decltype(x)>{{k(c[0]), k(c[1]), k(c[2])}};
+            const auto along = y[0] * k(n[0]) + y[1] * k(n[1]) + y[2] * k(n[2]);
+            return (dot(y, y) - along * along) * k(factor);
+        });
+        double farthest = 0;
+        for (const Vec3d& p : points) farthest = std::max(farthest, length(p - mCentre));
+        driftBack(mFrom, length(mBox.size()), a, rampField(mAxis, -dot(mAxis, mCentre)), mAngle * farthest, points,
+                  monitor);
+    }
+    translate(turned(mTranslation * 0.5, mAxis, -mAngle));
+    for (Vec3d& p : points) p = mCentre + mTranslation + turned(p - mCentre, mAxis, mAngle);
+}
+
+void WallMotion::carryAlongNormals(std::vector<Vec3d>& points, const Monitor& monitor) const {
+    // The wall at s, from 0 to 1: where (1 - s) d_from + s d_to is zero.
+    const auto velocity = [&](const PointBatch& p, double s, VecBatch<double>& v) {
+        JetBatch<double, 1> before, after;
+        mFrom.sdf.distance.eval(p, before);
+        mTo.sdf.distance.eval(p, after);
+        for (int i = 0; i < p.size; ++i) {
+            const auto b = before[i], a = after[i], d = b * (1 - s) + a * s;
+            const double beta = 1 - quinticFade(std::abs(d.value) / mFrom.width).value;
+            const double squared = dot(d.gradient, d.gradient);
+            v.set(i, squared > 0 ? d.gradient * (beta * (b.value - a.value) / squared) : Vec3d{});
+        }
+    };
+    const auto same = [](const Vec3d& x) { return x; };
+    const int steps = stepsFor(greatestDifference(mFrom, mTo, mBox, same), mFrom);
+    std::array<double, kBatch> dt;
+    dt.fill(1.0 / steps);
+    parallelFor(
+        points.size(), kBatch,
+        [&](size_t begin, size_t end) {
+            PointBatch p, to;
+            for (size_t k = begin; k < end; ++k) p.push(points[k]);
+            for (int k = 0; k < steps; ++k) {
+                StagesN<3> stages;
+                velocity(p, static_cast<double>(k) / steps, stages.first);
+                // RK4 asks at half the step twice, then at its end.
+                int asked = 0;
+                const auto later = [&](const PointBatch& at, VecBatch<double>& v) {
+                    velocity(at, (k + (++asked < 3 ? 0.5 : 1.0)) / steps, v);
+                };
+                step(Scheme::rk4, p, dt, later, stages, to);
+                p = to;
+            }
+            for (size_t k = begin; k < end; ++k) points[k] = p[static_cast<int>(k - begin)];
+        },
+        monitor);
+}
+
+namespace {
+
+struct Place {
+    bool allowed;
+    double distance;
+};
+
+std::vector<Place> placesOf(const Wall& wall, const std::vector<Vec3d>& points) {
+    std::vector<Place> places(points.size());
+    parallelFor(points.size(), kBatch, [&](size_t begin, size_t end) {
+        PointBatch p;
+        for (size_t k = begin; k < end; ++k) p.push(points[k]);
+        std::array<bool, kBatch> allowed;
+        std::array<double, kBatch> distance;
+        classify(Domain{.wall = wall}, p, allowed, distance);
+        for (size_t k = begin; k < end; ++k) places[k] = {allowed[k - begin], distance[k - begin]};
+    });
+    return places;
+}
+
+bool keptIn(const Place& before, const Place& after) {
+    return after.allowed && (before.distance < 0) == (after.distance < 0);
+}
+
+/// Where the point has the distance that it had before, found along the gradient; or where that search ends.
+Vec3d atDistance(const Wall& wall, Vec3d point, double distance) {
+    for (int k = 0; k < 20; ++k) {
+        const auto d = wall.sdf.distance.at<1>(point);
+        const double squared = dot(d.gradient, d.gradient);
+        if (!(squared > 0) || d.value == distance) break;
+        point += d.gradient * ((distance - d.value) / squared);
+    }
+    return point;
+}
+
+} // namespace
+
+size_t WallMotion::carry(std::vector<Vec3d>& points, const Monitor& monitor) const {
+    if (mStill) return 0;
+    const std::vector<Place> before = placesOf(mFrom, points), without = placesOf(mTo, points);
+    // Only what the layer touches on its way.
+    const double wayOfCentre = length(mTranslation);
+    std::vector<size_t> taken;
+    std::vector<Vec3d> moved;
+    for (size_t k = 0; k < points.size(); ++k) {
+        if (!before[k].allowed) continue;
+        const double way = mRigid ? wayOfCentre + mAngle * length(points[k] - mCentre) : 0;
+        const double nearest = std::min(std::abs(before[k].distance), std::abs(without[k].distance));
+        if (nearest >= mFrom.width + mFrom.sdf.steepness * way && keptIn(before[k], without[k])) continue;
+        taken.push_back(k);
+        moved.push_back(points[k]);
+    }
+    if (mRigid)
+        carryRigidly(moved, monitor);
+    else
+        carryAlongNormals(moved, monitor);
+    std::vector<Place> after = placesOf(mTo, moved);
+    size_t overrun = 0;
+    for (size_t n = 0; n < taken.size(); ++n) {
+        const size_t k = taken[n];
+        points[k] = moved[n];
+        if (keptIn(before[k], after[n])) continue;
+        points[k] = atDistance(mTo, moved[n], before[k].distance);
+        overrun += !keptIn(before[k], placesOf(mTo, {points[k]}).front());
+    }
+    return overrun;
+}
+
+} // namespace curlew

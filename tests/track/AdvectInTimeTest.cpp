@@ -1,0 +1,157 @@
+// advect() in flows that change (track/Advect.h).
+#include "curlew/base/Error.h"
+#include "curlew/field/Algebra.h"
+#include "curlew/field/NoiseField.h"
+#include "curlew/track/Advect.h"
+#include "curlew/track/Scatter.h"
+#include "support/FiniteDifference.h"
+#include "support/Statistics.h"
+
+#include <numbers>
+
+using namespace curlew;
+using namespace curlew::test;
+
+namespace {
+
+Vec3d position(const Particles& p, size_t k) { return {{p.x[k], p.y[k], p.z[k]}}; }
+
+Particles particlesAt(const std::vector<Vec3d>& points) {
+    Particles particles;
+    for (const Vec3d& p : points) {
+        particles.id.push_back(static_cast<int64_t>(particles.size()));
+        particles.x.push_back(p[0]);
+        particles.y.push_back(p[1]);
+        particles.z.push_back(p[2]);
+    }
+    return particles;
+}
+
+/// A flow about or in a wall, of gradients that turn once a second.
+Flow turning(double t, const Wall& wall, double padding = 0.5) {
+    const double alpha = 2 * std::numbers::pi * t;
+    return Flow(noiseField<Psrd3>({.alpha = alpha, .seed = 1}, {.frequency = 1.5}),
+                bounded(noiseField<Psrd3>({.alpha = alpha, .seed = 2}, {.frequency = 1.5}), wall),
+                Domain::of(wall, padding));
+}
+
+size_t countOutside(const Domain& domain, const Particles& particles) {
+    size_t outside = 0;
+    for (size_t k = 0; k < particles.size(); ++k)
+        outside += !(beyondWall(domain.wall->side, domain.wall->sdf.distance.at<0>(position(particles, k)).value) < 0);
+    return outside;
+}
+
+/// The order that halving the steps shows, against a solution with many more.
+double orderInTime(const FlowInTime& flow, const std::vector<Vec3d>& points) {
+    const auto end = [&](int steps) {
+        Particles particles = particlesAt(points);
+        advect(flow, particles, 0.1, {.time = 0.4, .steps = steps, .tolerance = 1e-12});
+        return particles;
+    };
+    const Particles exact = end(256);
+    const auto error = [&](int steps) {
+        const Particles particles = end(steps);
+        std::vector<double> errors;
+        for (size_t k = 0; k < points.size(); ++k)
+            errors.push_back(length(position(particles, k) - position(exact, k)));
+        return median(errors);
+    };
+    const double coarse = error(20), fine = error(40);
+    CAPTURE(coarse, fine);
+    CHECK(fine > 1e-9);
+    return observedOrder(coarse, fine);
+}
+
+} // namespace
+
+TEST_CASE("a flow that does not change is the same in time", "[track]") {
+    const Flow flow = turning(0, {.sdf = sphereSdf(1), .side = Side::inside, .width = 0.2});
+    Particles a = scatter(flow.domain(), 200, 1), b = a;
+    advect(flow, a, {.steps = 5});
+    advect(FlowInTime(flow), b, 7, {.steps = 5});
+    CHECK(a.x == b.x);
+    CHECK(a.vz == b.vz);
+    CHECK(a.f == b.f);
+    // Step by step on new tracks, it is nearly so.
+    Particles c = scatter(flow.domain(), 200, 1);
+    advect(FlowInTime([&](double) { return flow; }), c, 7, {.steps = 5});
+    std::vector<double> apart; // a few part at stagnation points
+    for (size_t k = 0; k < a.size(); ++k) apart.push_back(length(position(a, k) - position(c, k)));
+    CHECK(median(apart) < 1e-7);
+}
+
+TEST_CASE("a changing flow is followed to second order in time", "[track]") {
+    const Wall wall{.sdf = sphereSdf(1), .side = Side::inside, .width = 0.2};
+    const FlowInTime flow([&](double t) { return turning(t, wall); });
+    const auto points = randomPoints(cube(0.5), 200, 3);
+    const double order = orderInTime(flow, points);
+    CHECK(order > 1.8);
+    CHECK(order < 2.6);
+}
+
+TEST_CASE("a moving wall is followed to second order in time", "[track]") {
+    const FlowInTime flow([&](double t) {
+        const Placement place{.offset = {{std::sin(t), 0, 0}}, .rotate = {{0, 60 * t, 0}}};
+        return turning(t, {.sdf = placed(sphereSdf(0.5), place), .side = Side::outside, .width = 0.3}, 1);
+    });
+    std::vector<Vec3d> points;
+    for (const Vec3d& p : randomPoints(cube(1), 1000, 3))
+        if (const double d = length(p - Vec3d{{0.1, 0, 0}}) - 0.5; d > 0.05 && d < 0.3) points.push_back(p);
+    REQUIRE(points.size() > 100);
+    const double order = orderInTime(flow, points);
+    CHECK(order > 1.8); // with these steps RK4's error still counts
+    CHECK(order < 3.2);
+}
+
+TEST_CASE("no particle crosses a wall that moves, however large the steps", "[track]") {
+    const auto side = GENERATE(Side::outside, Side::inside);
+    const auto wallAt = [side](double t) {
+        const Placement place{.offset = {{0.8 * std::sin(2 * t), 0.3 * t, 0}}, .rotate = {{0, 90 * t, 45 * t}}};
+        return Wall{.sdf = placed(boxSdf({{1, 0.8, 0.6}}, 0.25), place), .side = side, .width = 0.2};
+    };
+    const FlowInTime flow([&](double t) { return turning(t, wallAt(t), 1); });
+    const auto steps = GENERATE(3, 20);
+    Particles particles = scatter(flow.at(0).domain(), 500, 2);
+    const auto start = particles;
+    const AdvectResult result = advect(flow, particles, 0, {.time = 1, .steps = steps});
+    CAPTURE(static_cast<int>(side), steps);
+    CHECK(result.outside == 0);
+    CHECK(result.overrun == 0);
+    CHECK(countOutside(flow.at(1).domain(), particles) == 0);
+    CHECK(countOutside(flow.at(1).domain(), start) > 5); // it has swept over where they were
+    // They know the flow where they are, with what the wall gives them.
+    const Vec3d p = position(particles, 7);
+    CHECK(particles.f[7] == flow.at(1).f().at<0>(p).value);
+}
+
+TEST_CASE("particles at a moving wall have its velocity", "[track]") {
+    const Vec3d velocity{{0.5, 0.2, 0}};
+    const FlowInTime flow([&](double t) {
+        return turning(
+            t, {.sdf = placed(sphereSdf(0.5), Placement{.offset = velocity * t}), .side = Side::outside, .width = 0.3});
+    });
+    std::vector<Vec3d> points;
+    for (const Vec3d& p : randomPoints(cube(1), 300, 4)) points.push_back(p * (0.501 / length(p)));
+    Particles particles = particlesAt(points);
+    advect(flow, particles, 0, {.time = 0.05, .steps = 5});
+    Worst worst;
+    for (size_t k = 0; k < particles.size(); ++k) {
+        const Vec3d outward = position(particles, k) - velocity * 0.05,
+                    v{{particles.vx[k], particles.vy[k], particles.vz[k]}};
+        const double distance = length(outward) - 0.5;
+        if (distance < 0.01) worst.see(std::abs(dot(v - velocity, outward) / length(outward)), position(particles, k));
+    }
+    CAPTURE(worst.where);
+    CHECK(worst.value < 0.1); // of the flow's speed, which is several
+}
+
+TEST_CASE("a wall that comes and goes is an error", "[track]") {
+    const FlowInTime flow([](double t) {
+        const Flow bound = turning(0, {.sdf = sphereSdf(1), .side = Side::inside, .width = 0.2});
+        return t < 0.5 ? bound : bound.within({.box = cube(1), .wall = {}});
+    });
+    Particles particles = particlesAt({{{0, 0, 0}}});
+    CHECK_THROWS_AS(advect(flow, particles, 0, {.time = 1, .steps = 4}), ValueError);
+    CHECK_THROWS_AS(advect(flow, particles, std::nan(""), {.time = 1, .steps = 4}), ValueError);
+}
