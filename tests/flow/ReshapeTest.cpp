@@ -218,15 +218,14 @@ TEST_CASE("the potential of a reshaped flow is constant along the same streamlin
     PointBatch from, to;
     while (!from.full()) from.push(randomPoint(cube(1), 6, static_cast<uint64_t>(from.size)));
     const PointBatch start = from;
-    VecBatch<double> first;
+    StagesN<3> stages;
     std::array<double, kBatch> dt;
     dt.fill(1e-3);
     const auto follow = [&](const Flow& along, PointBatch at) {
         for (int k = 0; k < 300; ++k) {
-            along.velocity(at, first);
-            step(
-                Scheme::rk4, at, first, dt, [&](const PointBatch& p, VecBatch<double>& v) { along.velocity(p, v); },
-                to);
+            const auto velocity = [&](const PointBatch& p, VecBatch<double>& v) { along.velocity(p, v); };
+            velocity(at, stages.first);
+            step(Scheme::rk4, at, dt, velocity, stages, to);
             at = to;
         }
         return at;
