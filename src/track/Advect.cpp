@@ -156,24 +156,6 @@ AdvectResult advectInOrder(const Flow& flow, const FlowMagnitudes& typical, Part
         monitor);
 }
 
-/// Takes the particles along with a wall that moves, and adds how far to `ways`. Returns how many it left beyond it.
-size_t follow(const Wall& from, const Wall& to, const Box& box, Particles& p, std::vector<Vec3d>& ways,
-              const Monitor& monitor) {
-    const WallMotion motion(from, to, box);
-    if (motion.still()) return 0;
-    std::vector<Vec3d> points(p.size());
-    for (size_t k = 0; k < points.size(); ++k) points[k] = {{p.x[k], p.y[k], p.z[k]}};
-    const size_t overrun = motion.carry(points, monitor);
-    ways.resize(points.size());
-    for (size_t k = 0; k < points.size(); ++k) {
-        ways[k] += points[k] - Vec3d{{p.x[k], p.y[k], p.z[k]}};
-        p.x[k] = points[k][0];
-        p.y[k] = points[k][1];
-        p.z[k] = points[k][2];
-    }
-    return overrun;
-}
-
 /// Gives particles the flow's velocity and track where they are.
 AdvectResult look(const Flow& flow, const FlowMagnitudes& typical, Particles& particles,
                   const std::vector<uint32_t>& order, AdvectOptions options, const Monitor& monitor) {
@@ -182,6 +164,15 @@ AdvectResult look(const Flow& flow, const FlowMagnitudes& typical, Particles& pa
     particles.f.clear();
     particles.g.clear();
     return advectInOrder(flow, typical, particles, order, options, monitor);
+}
+
+/// Adds that with which the particles have come from there in this time.
+void addVelocity(Particles& p, const std::array<std::vector<double>, 3>& from, double time) {
+    for (size_t k = 0; k < p.size(); ++k) {
+        p.vx[k] += static_cast<float>((p.x[k] - from[0][k]) / time);
+        p.vy[k] += static_cast<float>((p.y[k] - from[1][k]) / time);
+        p.vz[k] += static_cast<float>((p.z[k] - from[2][k]) / time);
+    }
 }
 
 } // namespace
@@ -206,20 +197,20 @@ AdvectResult advect(const FlowInTime& flow, Particles& particles, double begin, 
     const auto wallOf = [](const Flow& f) { return f.domain().wall; };
     AdvectResult total;
     double iterations = 0;
-    std::vector<Vec3d> ways; // with the wall, in the last step
+    std::array<std::vector<double>, 3> beforeLast; // where they are when the wall takes them along for the last time
     const auto followed = [&](const Flow& from, const Flow& to) {
         if (wallOf(from).has_value() != wallOf(to).has_value())
             throw ValueError("the flow has a wall at some times and none at others");
-        if (wallOf(from))
-            total.overrun += follow(*wallOf(from), *wallOf(to), from.domain().box, particles, ways, unreported);
+        if (!wallOf(from)) return;
+        total.overrun += WallMotion(*wallOf(from), *wallOf(to), from.domain().box).carry(particles, unreported);
     };
     for (int k = 0; k < options.steps; ++k) {
         const Flow middle = flow.at(begin + one.time * (k + 0.5)), after = flow.at(begin + one.time * (k + 1));
-        ways.clear();
         followed(before, middle);
         particles.f.clear(); // tracks of the step before
         particles.g.clear();
         const AdvectResult step = advectInOrder(middle, typical, particles, order, one, unreported);
+        if (k == options.steps - 1) beforeLast = {particles.x, particles.y, particles.z};
         followed(middle, after);
         total.keptBack += step.keptBack;
         total.substeps += step.substeps;
@@ -231,11 +222,7 @@ AdvectResult advect(const FlowInTime& flow, Particles& particles, double begin, 
         if (monitor.report) monitor.report((k + 1.0) / options.steps);
     }
     const AdvectResult end = look(before, typical, particles, order, options, unreported);
-    for (size_t k = 0; k < ways.size() && one.time != 0; ++k) {
-        particles.vx[k] += static_cast<float>(ways[k][0] / one.time);
-        particles.vy[k] += static_cast<float>(ways[k][1] / one.time);
-        particles.vz[k] += static_cast<float>(ways[k][2] / one.time);
-    }
+    if (one.time != 0) addVelocity(particles, beforeLast, one.time / 2);
     total.points = end.points;
     total.outside = end.outside;
     total.notConverged = end.notConverged;

@@ -252,4 +252,17 @@ size_t WallMotion::carry(std::vector<Vec3d>& points, const Monitor& monitor) con
     return overrun;
 }
 
+size_t WallMotion::carry(Particles& p, const Monitor& monitor) const {
+    if (mStill) return 0;
+    std::vector<Vec3d> points(p.size());
+    for (size_t k = 0; k < points.size(); ++k) points[k] = {{p.x[k], p.y[k], p.z[k]}};
+    const size_t overrun = carry(points, monitor);
+    for (size_t k = 0; k < points.size(); ++k) {
+        p.x[k] = points[k][0];
+        p.y[k] = points[k][1];
+        p.z[k] = points[k][2];
+    }
+    return overrun;
+}
+
 } // namespace curlew
