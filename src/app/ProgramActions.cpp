@@ -97,6 +97,25 @@ void checkFlow(Session& s, const Arguments& a, Report& found) {
     found["rms_speed"] = check.magnitudes.speed;
 }
 
+/// How far points leave their tracks: by the flow itself, and by the newest grid of it.
+void checkTracks(Session& s, int steps, Report& found) {
+    const auto velocity = s.velocity();
+    if (s.flows.empty() || !velocity)
+        throw ValueError("tracks= compares a flow with its grid; make one with -velocity");
+    const TrackCheck check =
+        curlew::checkTracks(s.flow(), *velocity, steps, 1000, s.console.follow("checking the tracks"));
+    found["tracks_steps"] = check.steps;
+    found["tracks_time"] = check.time;
+    found["tracks_drift_f"] = check.field.driftF;
+    found["tracks_drift_g"] = check.field.driftG;
+    found["tracks_grid_drift_f"] = check.onGrid.driftF;
+    found["tracks_grid_drift_g"] = check.onGrid.driftG;
+    if (s.flow().domain().wall) {
+        found["tracks_outside"] = check.field.outside;
+        found["tracks_grid_outside"] = check.onGrid.outside;
+    }
+}
+
 void check(Session& s, const Arguments& a) {
     Report found = Report::object();
     bool staggered = false;
@@ -114,6 +133,7 @@ void check(Session& s, const Arguments& a) {
         found["staggered"] = staggered;
         found["voxels"] = grid.voxels;
     }
+    if (const int64_t steps = a.integer("tracks"); steps > 0) checkTracks(s, static_cast<int>(steps), found);
     if (s.hasParticles() && !s.flows.empty()) {
         const ParticleCheck points = checkParticles(s.flow(), s.particles(), s.console.follow("checking the points"));
         found["points"] = points.points;
@@ -206,6 +226,9 @@ std::vector<Action> programActions() {
          .options = {text("report", "", "a .json file for the figures"),
                      integer("samples", "100000", 1, 1e9, "points at which the flow or field is measured"),
                      box("box", "where a field is measured (default: -1,-1,-1,1,1,1, or its own box)"),
+                     integer("tracks", "0", 0, 1e7,
+                             "so many RK4 steps of 1000 points, by the flow and by its newest grid: how far they leave "
+                             "their tracks"),
                      flag("strict", "0", "fail where a promise does not hold")},
          .examples = {"curlew -config scenes/demo.txt -check report=check.json strict=1"},
          .run = check,

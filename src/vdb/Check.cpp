@@ -3,9 +3,11 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/base/Random.h"
 #include "curlew/field/Dimensions.h"
+#include "curlew/track/Advect.h"
 #include "curlew/track/Scatter.h"
 
 #include <openvdb/tools/GridOperators.h>
+#include <openvdb/tools/VelocityFields.h>
 
 #include <algorithm>
 #include <mutex>
@@ -289,6 +291,43 @@ ParticleCheck checkParticles(const Flow& flow, const Particles& particles, const
             .penetration = flow.domain().wall && count > 0 ? total.penetration : 0,
             .driftF = drift(0),
             .driftG = drift(1)};
+}
+
+namespace {
+
+template <bool Staggered>
+void advectOnGrid(const openvdb::Vec3SGrid& velocity, double dt, int steps, Particles& p, const Monitor& monitor) {
+    parallelFor(
+        p.size(), 16,
+        [&](size_t begin, size_t end) {
+            const openvdb::tools::VelocityIntegrator<openvdb::Vec3SGrid, Staggered> integrator(velocity);
+            for (size_t k = begin; k < end; ++k) {
+                openvdb::Vec3d x(p.x[k], p.y[k], p.z[k]);
+                for (int n = 0; n < steps; ++n) integrator.template rungeKutta<4>(static_cast<float>(dt), x);
+                p.x[k] = x[0];
+                p.y[k] = x[1];
+                p.z[k] = x[2];
+            }
+        },
+        monitor);
+}
+
+} // namespace
+
+TrackCheck checkTracks(const Flow& flow, const openvdb::Vec3SGrid& velocity, int steps, size_t points,
+                       const Monitor& monitor) {
+    const double speed = magnitudesOf(flow).speed;
+    if (!(speed > 0)) throw ValueError("the flow does not move");
+    TrackCheck check{.steps = steps, .time = 0.25 * velocity.voxelSize()[0] / speed * steps};
+    Particles ours = scatter(flow.domain(), points, kSeed + 2);
+    advect(flow, ours, {.time = 0, .steps = 1}); // learn their tracks
+    Particles theirs = ours;
+    advect(flow, ours, {.time = check.time, .steps = steps}, monitor);
+    const bool staggered = velocity.getGridClass() == openvdb::GRID_STAGGERED;
+    (staggered ? advectOnGrid<true> : advectOnGrid<false>)(velocity, check.time / steps, steps, theirs, monitor);
+    check.field = checkParticles(flow, ours);
+    check.onGrid = checkParticles(flow, theirs);
+    return check;
 }
 
 } // namespace curlew

@@ -3,6 +3,7 @@
 #include "curlew/track/Advect.h"
 #include "curlew/track/Scatter.h"
 #include "curlew/vdb/Check.h"
+#include "curlew/vdb/VelocityGrid.h"
 
 #include <catch2/catch.hpp>
 
@@ -73,6 +74,23 @@ TEST_CASE("particles on their tracks, and those that left", "[Check]") {
     CHECK(bad.outside == 1);
     CHECK(bad.penetration == Approx(0.5));
     CHECK(bad.driftF + bad.driftG > 1e-4);
+}
+
+TEST_CASE("tracks are kept by the flow, and lost on its grid", "[Check]") {
+    const Flow flow = contained();
+    const auto layout = GENERATE(Layout::collocated, Layout::staggered);
+    const auto grid = velocityGrid(flow, {.dim = 64, .layout = layout});
+    const TrackCheck check = checkTracks(flow, *grid, 400, 200);
+    CHECK(check.time == Approx(400 * 0.25 * grid->voxelSize()[0]));
+    CHECK(check.field.outside == 0);
+    CHECK(check.field.driftF < 1e-7);
+    CHECK(check.field.driftG < 1e-7);
+    CHECK(check.onGrid.driftF > 1e-2);
+    CHECK(check.onGrid.driftG > 1e-2);
+    // A finer grid loses them later.
+    const auto fine = velocityGrid(flow, {.dim = 128, .layout = layout});
+    const TrackCheck finer = checkTracks(flow, *fine, 800, 200);
+    CHECK(finer.onGrid.driftF < 0.6 * check.onGrid.driftF);
 }
 
 TEST_CASE("a grid's divergence is OpenVDB's", "[Check]") {

@@ -69,4 +69,16 @@ struct ParticleCheck {
 /// Compares particles with the flow that moved them. Drift needs their track (zero without).
 ParticleCheck checkParticles(const Flow& flow, const Particles& particles, const Monitor& monitor = {});
 
+struct TrackCheck {
+    int steps = 0;
+    double time = 0;             ///< Seconds: in a step a point moves by a quarter of a voxel at the rms speed.
+    ParticleCheck field = {}, onGrid = {}; ///< After steps of advect(); and of OpenVDB's VelocityIntegrator on the grid.
+};
+
+/// Moves `points` points of the flow's domain twice through `steps` RK4 steps of the same length: by the flow itself,
+/// with Gauss-Newton reprojection, and by a velocity grid of it, as hosts do. Throws ValueError for a flow without
+/// tracks.
+TrackCheck checkTracks(const Flow& flow, const openvdb::Vec3SGrid& velocity, int steps, size_t points = 1000,
+                       const Monitor& monitor = {});
+
 } // namespace curlew
