@@ -6,6 +6,7 @@
 #include "curlew/base/AtomicFile.h"
 #include "curlew/image/ImageFile.h"
 #include "curlew/image/Legend.h"
+#include "curlew/vdb/CurveFile.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
 
@@ -67,19 +68,53 @@ void read(Session& s, const Arguments& a) {
 // --- writing
 // ----------------------------------------------------------------------------------------------------------
 
+/// The points or curves of that age, of both together; nothing where there are none of either.
+const Geometry* pointsOrCurves(const Session& s, size_t age) {
+    for (size_t k = 0; k < s.geometry.size(); ++k)
+        if (!std::holds_alternative<std::shared_ptr<const Mesh>>(s.geometry.at(k)) && age-- == 0)
+            return &s.geometry.at(k);
+    return nullptr;
+}
+
+/// Calls `use` with the particles or the curves of that age.
+template <class Use>
+auto withPointsOrCurves(Session& s, size_t age, const Use& use) {
+    const Geometry* found = pointsOrCurves(s, age);
+    if (const auto* curves = found ? std::get_if<std::shared_ptr<const Curves>>(found) : nullptr) return use(**curves);
+    return use(found ? std::get<Particles>(*found) : s.particles(age)); // which throws
+}
+
+/// The newest curves, or those that are asked for.
+const Curves& curvesToWrite(const Session& s, const Arguments& a) {
+    const auto curvesIn = [](const Geometry* geometry) {
+        return geometry ? std::get_if<std::shared_ptr<const Curves>>(geometry) : nullptr;
+    };
+    if (a.given("geo")) {
+        const size_t age = a.ages("geo").front();
+        if (const auto* curves = curvesIn(pointsOrCurves(s, age))) return **curves;
+        throw ValueError(fmt::format("geo={} is not curves, which is what an .obj holds", age));
+    }
+    for (size_t k = 0; k < s.geometry.size(); ++k)
+        if (const auto* curves = curvesIn(&s.geometry.at(k))) return **curves;
+    throw ValueError("there are no curves for an .obj; make some with -trace");
+}
+
 std::vector<openvdb::GridBase::ConstPtr> gridsToWrite(Session& s, const Arguments& a) {
+    const auto gridOf = [&](size_t age) -> openvdb::GridBase::ConstPtr {
+        return withPointsOrCurves(s, age, [](const auto& geometry) { return pointGrid(geometry); });
+    };
     std::vector<openvdb::GridBase::ConstPtr> grids;
     for (const size_t age : a.ages("grid")) grids.push_back(s.grids.at(age).grid);
-    for (const size_t age : a.ages("geo")) grids.push_back(pointGrid(s.particles(age)));
+    for (const size_t age : a.ages("geo")) grids.push_back(gridOf(age));
     if (!grids.empty()) return grids;
     // The newest of what a .vdb can hold.
     std::optional<uint64_t> points;
     for (size_t k = 0; k < s.geometry.size() && !points; ++k)
-        if (std::holds_alternative<Particles>(s.geometry.at(k))) points = s.geometry.entry(k).made;
+        if (!std::holds_alternative<std::shared_ptr<const Mesh>>(s.geometry.at(k))) points = s.geometry.entry(k).made;
     if (!points && s.grids.empty())
         throw ValueError(
             "there is no grid and there are no points to write; make them with -velocity, -mesh2ls or -scatter");
-    if (points && (s.grids.empty() || *points > s.grids.entry().made)) return {pointGrid(s.particles())};
+    if (points && (s.grids.empty() || *points > s.grids.entry().made)) return {gridOf(0)};
     return {s.grids.at().grid};
 }
 
@@ -109,9 +144,11 @@ void write(Session& s, const Arguments& a) {
         if (extension == ".vdb")
             writeVdbFile(s, a, file);
         else if (extension == ".ply")
-            writePly(file, s.particles(geo));
+            withPointsOrCurves(s, geo, [&](const auto& geometry) { writePly(file, geometry); });
         else if (extension == ".csv")
-            writeCsv(file, s.particles(geo));
+            withPointsOrCurves(s, geo, [&](const auto& geometry) { writeCsv(file, geometry); });
+        else if (extension == ".obj")
+            writeObj(file, curvesToWrite(s, a));
         else if (extension == ".json")
             writeAtomically(file, [&](std::ostream& out) { out << s.report.dump(2) << '\n'; });
         else
@@ -157,7 +194,7 @@ void probe(Session& s, const Arguments& a) {
 
 std::vector<Action> fileActions() {
     static const std::vector<std::string> kReadable{".obj", ".ply", ".stl", ".vdb"};
-    static const std::vector<std::string> kWritable{".vdb", ".ply", ".csv", ".png", ".exr", ".json"};
+    static const std::vector<std::string> kWritable{".vdb", ".ply", ".obj", ".csv", ".png", ".exr", ".json"};
     return {
         {.name = "read",
          .group = kGroup,
@@ -174,12 +211,12 @@ std::vector<Action> fileActions() {
              }},
         {.name = "write",
          .group = kGroup,
-         .summary = "write the newest object that a file can hold: grids and points (.vdb), points (.ply .csv), "
-                    "pictures (.png .exr), the report (.json)",
-         .inputs = "grids, points, image (which stay)",
+         .summary = "write the newest object that a file can hold: grids, points and curves (.vdb), points and curves "
+                    "(.ply .csv), curves (.obj), pictures (.png .exr), the report (.json)",
+         .inputs = "grids, points, curves, image (which stay)",
          .outputs = "files",
          .options = {ages("grid", "", "grids for a .vdb, several in one file"),
-                     ages("geo", "", "points, the newest being 0"), ages("image", "", "which picture"),
+                     ages("geo", "", "points or curves, the newest being 0"), ages("image", "", "which picture"),
                      flag("half", "0", "16 bits a value in a .vdb"),
                      choice("codec", {"auto", "none", "zip", "blosc"},
                             "compression of a .vdb; auto is blosc for fog volumes, which shrink to a third, and none "

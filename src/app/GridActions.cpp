@@ -18,7 +18,7 @@ void meshToLevelSetAction(Session& s, const Arguments& a) {
     if (a.given("geo")) age = a.ages("geo").front();
     if (!age) throw ValueError("there is no mesh; read one with -read");
     const auto* mesh = std::get_if<std::shared_ptr<const Mesh>>(&s.geometry.at(*age));
-    if (!mesh) throw ValueError(fmt::format("geometry of age {} is points, not a mesh", *age));
+    if (!mesh) throw ValueError(fmt::format("geometry of age {} is not a mesh", *age));
     const LevelSet levelSet = meshToLevelSet(*mesh,
                                              {.voxel = a.given("voxel") ? a.real("voxel") : 0,
                                               .dim = static_cast<int>(a.integer("dim")),

@@ -186,6 +186,8 @@ void print(Session& s, const Arguments&) {
     for (size_t k = 0; k < s.geometry.size(); ++k) {
         if (const auto* mesh = std::get_if<std::shared_ptr<const Mesh>>(&s.geometry.at(k)))
             fmt::print("geometry {}: mesh, {} points, {} faces\n", k, (*mesh)->points.size(), (*mesh)->faces());
+        else if (const auto* curves = std::get_if<std::shared_ptr<const Curves>>(&s.geometry.at(k)))
+            fmt::print("geometry {}: {} curves, {} vertices\n", k, (*curves)->size(), (*curves)->vertices());
         else
             fmt::print("geometry {}: {} points{}\n", k, std::get<Particles>(s.geometry.at(k)).size(),
                        std::get<Particles>(s.geometry.at(k)).hasVelocity() ? ", with velocity" : "");

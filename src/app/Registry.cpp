@@ -13,7 +13,7 @@ const std::vector<Action>& registry() {
     static const std::vector<Action> all = [] {
         std::vector<Action> actions;
         for (auto* room : {&fileActions, &shapeActions, &noiseActions, &fieldActions, &flowActions, &gridActions,
-                           &pointActions, &imageActions, &programActions})
+                           &pointActions, &jitterActions, &curveActions, &imageActions, &programActions})
             for (auto& action : room()) actions.push_back(std::move(action));
         return actions;
     }();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "ChordRule.h"
 #include "curlew/track/Advect.h"
 
 #include <cstdint>
@@ -156,16 +157,16 @@ class BatchAdvector {
         reproject(mFlow, to, track, limit, mReprojection, landed);
 
         std::array<bool, kBatch> allowed, taken;
-        std::array<double, kBatch> distance;
+        std::array<double, kBatch> before, distance;
         taken.fill(true);
         if (reprojects()) {
             classify(mFlow.domain(), to, allowed, distance);
             for (size_t a = 0; a < count; ++a) {
-                const double before = mDistance[active[a]];
-                taken[a] = landed.converged[a] && allowed[a] && (distance[a] < 0) == (before < 0);
+                before[a] = mDistance[active[a]];
+                taken[a] = landed.converged[a] && allowed[a] && (distance[a] < 0) == (before[a] < 0);
                 mTally.iterations += static_cast<size_t>(landed.iterations[a]);
             }
-            checkChords(active, count, from, to, taken);
+            checkChords(mFlow.domain(), from, to, before, taken);
         }
         const Outcomes outcomes = judge(from, to, stages, landed.velocity, dt, taken);
         for (size_t a = 0; a < count; ++a) {
@@ -197,46 +198,6 @@ class BatchAdvector {
                                                                     : Outcome::taken;
         }
         return outcomes;
-    }
-
-    /// Takes back steps near the wall that are too long, or whose chord leads through it.
-    void checkChords(const std::array<size_t, kBatch>& active, size_t count, const PointBatchN<N>& from,
-                     const PointBatchN<N>& to, std::array<bool, kBatch>& taken) const {
-        const auto& wall = mFlow.domain().wall;
-        if (!wall) return;
-        constexpr int kSamples = 3;
-        PointBatchN<N> samples;
-        std::array<size_t, kBatch> owner;
-        const auto judge = [&] {
-            JetBatchN<double, N, 0> d;
-            wall->sdf.distance.eval(samples, d);
-            for (size_t s = 0; s < static_cast<size_t>(samples.size); ++s) {
-                const size_t a = owner[s];
-                const double chord = length(to[static_cast<int>(a)] - from[static_cast<int>(a)]);
-                // On which side the chord has to stay: for `both`, the side on which it began.
-                const Side side = wall->side != Side::both   ? wall->side
-                                  : mDistance[active[a]] < 0 ? Side::inside
-                                                             : Side::outside;
-                if (!(beyondWall(side, d.c[0][s]) <= chord / 16)) taken[a] = false;
-            }
-            samples.size = 0;
-        };
-        for (size_t a = 0; a < count; ++a) {
-            if (!taken[a]) continue;
-            const Vec<double, N> start = from[static_cast<int>(a)], move = to[static_cast<int>(a)] - start;
-            const double chord = length(move);
-            if (std::abs(mDistance[active[a]]) > chord) continue;
-            if (chord > wall->width) {
-                taken[a] = false;
-                continue;
-            }
-            if (samples.size + kSamples > kBatch) judge();
-            for (int k = 1; k <= kSamples; ++k) {
-                owner[static_cast<size_t>(samples.size)] = a;
-                samples.push(start + move * (double(k) / (kSamples + 1)));
-            }
-        }
-        judge();
     }
 
     const FlowN<N>& mFlow;

@@ -27,9 +27,9 @@ TEST_CASE("every action is declared in full, once", "[app]") {
     }
     // The names that the design fixes and this version has.
     for (const char* name :
-         {"read",  "write", "sphere",  "box",     "torus", "capsule",  "plane",   "gyroid", "mesh2ls", "noise",
-          "ramp",  "sum",   "product", "bound",   "dfvn",  "velocity", "scatter", "advect", "probe",   "check",
-          "slice", "print", "help",    "version", "list",  "quiet",    "verbose", "threads"})
+         {"read",  "write", "sphere",  "box",     "torus", "capsule",  "plane",   "gyroid",  "mesh2ls", "noise",
+          "ramp",  "sum",   "product", "bound",   "dfvn",  "velocity", "scatter", "advect",  "probe",   "check",
+          "slice", "print", "help",    "version", "list",  "quiet",    "verbose", "threads", "trace",   "jitter"})
         CHECK(names.contains(name));
 }
 

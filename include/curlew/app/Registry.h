@@ -18,6 +18,8 @@ std::vector<Action> fieldActions();
 std::vector<Action> flowActions();
 std::vector<Action> gridActions();
 std::vector<Action> pointActions();
+std::vector<Action> jitterActions();
+std::vector<Action> curveActions();
 std::vector<Action> imageActions();
 std::vector<Action> programActions();
 

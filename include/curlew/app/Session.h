@@ -8,6 +8,7 @@
 #include "curlew/image/ColorMap.h"
 #include "curlew/image/Image.h"
 #include "curlew/track/Advect.h"
+#include "curlew/track/Curves.h"
 #include "curlew/vdb/LevelSet.h"
 
 #include <fmt/format.h>
@@ -68,7 +69,7 @@ struct GridObject {
     std::shared_ptr<const Mesh> mesh; ///< Where the grid is a level set of one.
 };
 
-using Geometry = std::variant<std::shared_ptr<const Mesh>, Particles>;
+using Geometry = std::variant<std::shared_ptr<const Mesh>, Particles, std::shared_ptr<const Curves>>;
 
 /// A picture, with how its first channel is shown in colour.
 struct ImageObject {

@@ -1,0 +1,54 @@
+#pragma once
+
+#include "curlew/base/Monitor.h"
+#include "curlew/track/Curves.h"
+#include "curlew/track/Particles.h"
+#include "curlew/track/Reproject.h"
+
+namespace curlew {
+
+enum class Direction { forward, backward, both };
+
+struct TraceOptions {
+    StepBy by = StepBy::length;
+    double step = 0;          ///< World units or seconds; 0: a 200th of the box's diagonal, at the flow's rms speed.
+    double limit = 0;         ///< In each direction, world units or seconds; 0: 1600 default steps, 8 diagonals.
+    size_t vertices = 100000; ///< Most in each direction.
+    Direction direction = Direction::forward;
+    double turn = 0.25;       ///< A step that turns by more, radians, is redone in halves.
+    double stagnation = 1e-3; ///< Where the flow is slower than this, relative to its rms speed, a curve ends.
+    /// A curve that passes its seed nearer than this, relative to the step, is closed; 0: none is.
+    double closure = 1e-3;
+    Reprojection reprojection = Reprojection::gaussNewton;
+    double tolerance = 1e-9; ///< On the residuals of f and g, relative to their root mean squares over the domain.
+    int iterations = 10;     ///< Corrections per step, at most.
+    int halvings = 8;        ///< A step that fails is redone in halves, down to this power of two.
+};
+
+struct TraceResult {
+    Curves curves;                                ///< One for each seed, in the order of the seeds.
+    std::array<size_t, kCurveEnds> ends{};        ///< How many ends there are of each kind; a closed curve counts once.
+    double gapRms = 0, gapMax = 0;                ///< Of the closed curves, world units.
+    std::array<double, 2> driftRms{}, driftMax{}; ///< |f - f at the seed| over all vertices, relative to f's rms; of g.
+    double lengthMean = 0, lengthMax = 0;         ///< World units.
+    size_t retries = 0;                           ///< Steps that were redone in halves.
+
+    size_t count(CurveEnd end) const { return ends[static_cast<size_t>(end)]; }
+};
+
+/// Streamlines from the positions of the seeds, by RK4 steps of equal length or time, each put back onto the track that
+/// the seed is on (ICN Algorithm 1). Streamlines of a flow in a bounded domain are often closed: that is detected where
+/// a curve passes the plane through its seed across the velocity there, and the polyline is closed at the seed itself.
+///
+/// No curve goes through a wall: a step is judged as in advect(), and where `halvings` do not help, the curve ends. It
+/// is shorter than the others, too, where the curve bends (`turn`), at the limit and at the face of the domain's box.
+/// Without reprojection, and in a flow without tracks, which allows nothing else, f and g drift.
+///
+/// Each curve is its own: the result does not depend on the other seeds, nor on the number of threads. Seeds beyond the
+/// wall, outside the box or not finite give empty curves. Throws ValueError for options that are not positive or not
+/// finite, for an infinite domain, and for reprojection in a flow without tracks; ResourceError where the memory would
+/// not do; Interrupted.
+TraceResult trace(const Flow& flow, const Particles& seeds, const TraceOptions& options = {},
+                  const Monitor& monitor = {});
+
+} // namespace curlew

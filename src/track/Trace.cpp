@@ -1,0 +1,229 @@
+#include "curlew/track/Trace.h"
+
+#include "Tracer.h"
+#include "curlew/base/Memory.h"
+#include "curlew/base/Parallel.h"
+#include "curlew/base/Require.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace curlew {
+
+namespace {
+
+constexpr size_t kChunk = 32; // curves that are followed together
+
+/// The length of a curve between two vertices, from its directions there: that of an arc of a circle, whose chord is
+/// shorter by sin(t) / t for a turn of 2t. What is left is of fifth order.
+double arcLength(const TraceVertex& a, const TraceVertex& b) {
+    const double u = length(a.velocity), v = length(b.velocity), chord = length(b.position - a.position);
+    if (!(u > 0) || !(v > 0)) return chord;
+    const Vec3d half = (b.velocity * (1 / v) - a.velocity * (1 / u)) * 0.5; // of length sin(t)
+    const double s2 = std::min(dot(half, half), 0.25);
+    return chord * (1 + s2 * (1.0 / 6 + s2 * (3.0 / 40 + s2 * (5.0 / 112)))); // t / sin(t), by Taylor
+}
+
+/// Curves of one chunk, and what is summed over them.
+struct Part {
+    Curves curves;
+    size_t retries = 0;
+    std::array<double, 2> squares{}, most{}; // of the drift
+};
+
+void append(Part& part, const TraceSetup& setup, int64_t id, TraceLine& forward, TraceLine& backward) {
+    Curves& c = part.curves;
+    if (backward.end == CurveEnd::closed) forward = {};
+    const bool hasForward = !forward.vertices.empty(), hasBackward = !backward.vertices.empty();
+    // Downstream: the way back to the seed, and on from there.
+    std::vector<TraceVertex> vertices(backward.vertices.rbegin(), backward.vertices.rend());
+    vertices.insert(vertices.end(), forward.vertices.begin() + (hasForward && hasBackward ? 1 : 0),
+                    forward.vertices.end());
+    const TraceLine& only = hasForward ? forward : backward;
+    const bool closed = only.end == CurveEnd::closed;
+    double total = 0;
+    for (size_t k = 1; k < vertices.size(); ++k) total += arcLength(vertices[k - 1], vertices[k]);
+    if (closed) total += arcLength(vertices.back(), vertices.front());
+    for (const TraceVertex& v : vertices) {
+        c.x.push_back(v.position[0]), c.y.push_back(v.position[1]), c.z.push_back(v.position[2]);
+        c.vx.push_back(static_cast<float>(v.velocity[0]));
+        c.vy.push_back(static_cast<float>(v.velocity[1]));
+        c.vz.push_back(static_cast<float>(v.velocity[2]));
+        c.along.push_back(v.along);
+        if (!setup.flow.hasTracks()) continue;
+        c.f.push_back(v.potentials[0]), c.g.push_back(v.potentials[1]);
+        for (size_t q = 0; q < 2; ++q) {
+            const double drift = std::abs(v.potentials[q] - only.vertices.front().potentials[q]);
+            part.squares[q] += drift * drift;
+            part.most[q] = std::max(part.most[q], drift);
+        }
+    }
+    c.start.push_back(c.x.size());
+    c.id.push_back(id);
+    const bool outside = vertices.empty();
+    const auto ended = [&](const TraceLine& line) {
+        if (outside) return CurveEnd::outside;
+        if (closed) return CurveEnd::closed;
+        return line.vertices.empty() ? CurveEnd::seed : line.end;
+    };
+    c.upstream.push_back(ended(backward));
+    c.downstream.push_back(ended(forward));
+    c.length.push_back(total);
+    c.gap.push_back(only.gap);
+}
+
+Part traceChunk(const TraceSetup& setup, const Particles& seeds, size_t begin, size_t end, const Monitor& monitor) {
+    const Direction direction = setup.options.direction;
+    TraceHeads heads;
+    heads.position.size = 0;
+    for (size_t k = begin; k < end; ++k) heads.position.push({{seeds.x[k], seeds.y[k], seeds.z[k]}});
+    Flow::Jets<double> potentials;
+    setup.flow.eval(heads.position, potentials, heads.velocity);
+    for (size_t q = 0; q < 2; ++q) heads.track[q] = potentials[q].c[0];
+    std::array<bool, kBatch> allowed;
+    classify(setup.flow.domain(), heads.position, allowed, heads.distance);
+
+    Part part;
+    std::vector<TraceLine> forward(end - begin), backward(end - begin);
+    const auto run = [&](double sign, std::vector<TraceLine>& lines) {
+        Tracer tracer(setup, sign, lines);
+        for (size_t k = 0; k < lines.size(); ++k) {
+            const auto i = static_cast<int>(k);
+            if (allowed[k] && setup.flow.domain().box.contains(heads.position[i]) && forward[k].end != CurveEnd::closed)
+                tracer.add(k, heads, i);
+        }
+        part.retries += tracer.run(monitor);
+    };
+    if (direction != Direction::backward) run(1, forward);
+    if (direction != Direction::forward) run(-1, backward);
+    for (size_t k = 0; k < forward.size(); ++k) append(part, setup, seeds.id[begin + k], forward[k], backward[k]);
+    return part;
+}
+
+template <class T>
+void append(std::vector<T>& to, const std::vector<T>& from) {
+    to.insert(to.end(), from.begin(), from.end());
+}
+
+/// Moves all parts, in their order, into one.
+Curves joined(std::vector<Part>& parts) {
+    Curves all;
+    size_t vertices = 0;
+    for (const Part& part : parts) vertices += part.curves.vertices();
+    requireMemory(static_cast<double>(vertices) * Curves::kVertexBytes, "the curves",
+                  "trace fewer or shorter curves, or larger steps");
+    for (Part& part : parts) {
+        const Curves curves = std::exchange(part.curves, {});
+        const size_t before = all.vertices();
+        for (const auto array : {&Curves::x, &Curves::y, &Curves::z, &Curves::f, &Curves::g, &Curves::along,
+                                 &Curves::length, &Curves::gap})
+            append(all.*array, curves.*array);
+        for (const auto array : {&Curves::vx, &Curves::vy, &Curves::vz}) append(all.*array, curves.*array);
+        for (const auto array : {&Curves::upstream, &Curves::downstream}) append(all.*array, curves.*array);
+        append(all.id, curves.id);
+        for (size_t k = 1; k < curves.start.size(); ++k) all.start.push_back(before + curves.start[k]);
+    }
+    return all;
+}
+
+void summarize(TraceResult& result) {
+    const Curves& c = result.curves;
+    size_t traced = 0;
+    for (size_t k = 0; k < c.size(); ++k) {
+        ++result.ends[static_cast<size_t>(c.downstream[k])];
+        result.lengthMean += c.length[k];
+        result.lengthMax = std::max(result.lengthMax, c.length[k]);
+        traced += c.start[k + 1] > c.start[k];
+        if (c.downstream[k] == CurveEnd::outside) continue;
+        if (!c.closed(k)) {
+            ++result.ends[static_cast<size_t>(c.upstream[k])];
+            continue;
+        }
+        result.gapRms += c.gap[k] * c.gap[k];
+        result.gapMax = std::max(result.gapMax, c.gap[k]);
+    }
+    result.lengthMean /= static_cast<double>(std::max<size_t>(traced, 1));
+    result.gapRms = std::sqrt(result.gapRms / static_cast<double>(std::max<size_t>(result.count(CurveEnd::closed), 1)));
+}
+
+void validate(const Flow& flow, const Particles& seeds, const TraceOptions& o) {
+    if (seeds.y.size() != seeds.size() || seeds.z.size() != seeds.size() || seeds.id.size() != seeds.size())
+        throw ValueError("the arrays of the seeds differ in length; give each x, y, z and id");
+    if (o.step != 0) requirePositive(o.step, "step");
+    if (o.limit != 0) requirePositive(o.limit, "limit");
+    requirePositive(o.tolerance, "tolerance");
+    requirePositive(o.turn, "turn");
+    if (o.vertices < 2) throw ValueError(fmt::format("{} vertices; give at least 2", o.vertices));
+    if (!(o.stagnation >= 0) || !std::isfinite(o.stagnation))
+        throw ValueError(fmt::format("stagnation {} must be 0 or more", o.stagnation));
+    if (!(o.closure >= 0) || !(o.closure <= 0.1))
+        throw ValueError(fmt::format("closure {} must be 0 to 0.1 of a step", o.closure));
+    if (o.iterations < 1) throw ValueError(fmt::format("{} iterations; give at least 1", o.iterations));
+    if (o.halvings < 0 || o.halvings > 20) throw ValueError(fmt::format("{} halvings; give 0 to 20", o.halvings));
+    if (o.reprojection != Reprojection::none && !flow.hasTracks())
+        throw ValueError("this flow is a sum and has no tracks to put points back onto; choose no reprojection");
+}
+
+TraceSetup setupOf(const Flow& flow, TraceOptions o, const Monitor& monitor) {
+    const FlowMagnitudes typical = magnitudesOf(flow, {{}, monitor.cancelled});
+    const double unit = length(flow.domain().box.size()) / (o.by == StepBy::length ? 1
+                                                            : typical.speed > 0    ? typical.speed
+                                                                                   : 1);
+    if (o.step == 0) o.step = unit / 200;
+    if (o.limit == 0) o.limit = unit * 8;
+    requirePositive(o.step, "step"); // of a box without extent
+    ReprojectOptions reprojection{.method = o.reprojection, .iterations = o.iterations};
+    for (size_t q = 0; q < 2; ++q) reprojection.tolerance[q] = o.tolerance * typical.potentials[q];
+    const auto cosine = [](double angle) { return angle < 3.14 ? std::cos(angle) : -2; }; // so much is no limit
+    return {flow,
+            o.by == StepBy::length ? flow.normalized(1) : flow,
+            o,
+            typical,
+            reprojection,
+            cosine(o.turn),
+            cosine(o.turn / 2)};
+}
+
+} // namespace
+
+const char* nameOf(CurveEnd end) {
+    constexpr std::array<const char*, kCurveEnds> kNames{"seed", "closed",     "limit", "vertices",
+                                                         "box",  "stagnation", "stuck", "outside"};
+    return kNames[static_cast<size_t>(end)];
+}
+
+TraceResult trace(const Flow& flow, const Particles& seeds, const TraceOptions& options, const Monitor& monitor) {
+    validate(flow, seeds, options);
+    const TraceSetup setup = setupOf(flow, options, monitor);
+    const double steps = std::min(setup.options.limit / setup.options.step + 2, double(setup.options.vertices));
+    std::vector<Part> parts((seeds.size() + kChunk - 1) / kChunk);
+    parallelFor(
+        seeds.size(), kChunk,
+        [&](size_t begin, size_t end) {
+            // What this chunk may come to, beside what others have come to by now.
+            requireMemory(static_cast<double>(end - begin) * 2 * steps * (sizeof(TraceVertex) + Curves::kVertexBytes),
+                          "a part of the curves", "trace fewer or shorter curves, or larger steps");
+            parts[begin / kChunk] = traceChunk(setup, seeds, begin, end, monitor);
+        },
+        monitor);
+    TraceResult result;
+    for (const Part& part : parts) {
+        result.retries += part.retries;
+        for (size_t q = 0; q < 2; ++q) {
+            result.driftRms[q] += part.squares[q];
+            result.driftMax[q] = std::max(result.driftMax[q], part.most[q]);
+        }
+    }
+    result.curves = joined(parts);
+    result.curves.by = setup.options.by;
+    const auto vertices = static_cast<double>(std::max<size_t>(result.curves.vertices(), 1));
+    for (size_t q = 0; q < 2; ++q) {
+        const double scale = setup.typical.potentials[q] > 0 ? 1 / setup.typical.potentials[q] : 0;
+        result.driftRms[q] = std::sqrt(result.driftRms[q] / vertices) * scale;
+        result.driftMax[q] *= scale;
+    }
+    summarize(result);
+    return result;
+}
+
+} // namespace curlew

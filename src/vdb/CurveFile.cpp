@@ -1,0 +1,185 @@
+#include "curlew/vdb/CurveFile.h"
+
+#include "Pieces.h"
+#include "curlew/base/AtomicFile.h"
+#include "curlew/base/Error.h"
+#include "curlew/vdb/PointFile.h"
+
+#include <fmt/compile.h>
+#include <fmt/format.h>
+#include <openvdb/openvdb.h>
+#include <openvdb/points/AttributeArray.h>
+#include <openvdb/points/PointAttribute.h>
+
+#include <bit>
+#include <iterator>
+#include <numeric>
+#include <utility>
+
+namespace curlew {
+
+namespace {
+
+namespace fs = std::filesystem;
+namespace points = openvdb::points;
+
+void checkArrays(const Curves& c) {
+    const size_t vertices = c.vertices(), curves = c.size();
+    bool whole = c.start.size() == curves + 1 && c.start.front() == 0 && c.start.back() == vertices &&
+                 std::is_sorted(c.start.begin(), c.start.end()) && c.downstream.size() == curves;
+    for (const auto* values : {&c.y, &c.z, &c.along}) whole = whole && values->size() == vertices;
+    for (const auto* values : {&c.vx, &c.vy, &c.vz}) whole = whole && values->size() == vertices;
+    for (const auto* values : {&c.f, &c.g}) whole = whole && values->size() == (c.hasTrack() ? vertices : 0);
+    if (!whole)
+        throw ValueError(fmt::format(
+            "the arrays of the curves differ in length; give each of their {} vertices and {} curves as many values",
+            vertices, curves));
+}
+
+void checkIds(const Curves& c) {
+    for (const int64_t id : c.id)
+        if (!std::in_range<int32_t>(id))
+            throw ValueError(
+                fmt::format("the curve id {} does not fit in 32 bits, which is what the file holds; "
+                            "number the seeds from 0, or write .csv",
+                            id));
+    if (!std::in_range<int32_t>(c.vertices()))
+        throw ValueError(
+            fmt::format("{} vertices are more than 32 bits can number; trace fewer or shorter curves, or "
+                        "write .csv",
+                        c.vertices()));
+}
+
+const char* alongName(const Curves& curves) { return curves.by == StepBy::length ? "length" : "time"; }
+
+/// The curve of each vertex.
+std::vector<size_t> owners(const Curves& c) {
+    std::vector<size_t> owner(c.vertices());
+    for (size_t k = 0; k < c.size(); ++k)
+        std::fill(owner.begin() + static_cast<std::ptrdiff_t>(c.start[k]),
+                  owner.begin() + static_cast<std::ptrdiff_t>(c.start[k + 1]), k);
+    return owner;
+}
+
+template <class T>
+void appendBytes(std::string& piece, T value) {
+    static_assert(std::endian::native == std::endian::little, "the records are written as they are in memory");
+    piece.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+/// Gives every point of a grid an attribute: `value(id)`.
+template <class T, class Value>
+void addAttribute(points::PointDataGrid& grid, const std::string& name, const Value& value) {
+    using Leaf = points::PointDataTree::LeafNodeType;
+    points::appendAttribute<T>(grid.tree(), name);
+    std::vector<Leaf*> leaves;
+    grid.tree().getNodes(leaves);
+    parallelFor(leaves.size(), 16, [&](size_t begin, size_t end) {
+        for (size_t n = begin; n < end; ++n) {
+            const points::AttributeHandle<int32_t> ids(leaves[n]->constAttributeArray("id"));
+            points::AttributeWriteHandle<T> values(leaves[n]->attributeArray(name));
+            for (openvdb::Index k = 0; k < ids.size(); ++k) values.set(k, value(static_cast<size_t>(ids.get(k))));
+        }
+    });
+}
+
+} // namespace
+
+void writePly(const fs::path& path, const Curves& c) {
+    checkArrays(c);
+    checkIds(c);
+    const auto owner = owners(c);
+    writeAtomically(path, [&](std::ostream& out) {
+        out << "ply\nformat binary_little_endian 1.0\nelement vertex " << c.vertices() << '\n';
+        for (const char* property : {"x", "y", "z", "speed"}) out << "property float " << property << '\n';
+        if (c.hasTrack()) out << "property float f\nproperty float g\n";
+        out << "property float " << alongName(c) << "\nproperty int curve\nelement edge " << c.edges()
+            << "\nproperty int vertex1\nproperty int vertex2\nend_header\n";
+        writePieces(out, c.vertices(), [&](size_t begin, size_t end, std::string& piece) {
+            for (size_t v = begin; v < end; ++v) {
+                for (const double x : {c.x[v], c.y[v], c.z[v]}) appendBytes(piece, static_cast<float>(x));
+                appendBytes(piece, c.speed(v));
+                if (c.hasTrack())
+                    for (const double x : {c.f[v], c.g[v]}) appendBytes(piece, static_cast<float>(x));
+                appendBytes(piece, static_cast<float>(c.along[v]));
+                appendBytes(piece, static_cast<int32_t>(c.id[owner[v]]));
+            }
+        });
+        // An edge for each vertex but the last of open curves.
+        writePieces(out, c.vertices(), [&](size_t begin, size_t end, std::string& piece) {
+            for (size_t v = begin; v < end; ++v) {
+                const size_t k = owner[v];
+                const bool last = v + 1 == c.start[k + 1];
+                if (last && !c.closed(k)) continue;
+                appendBytes(piece, static_cast<int32_t>(v));
+                appendBytes(piece, static_cast<int32_t>(last ? c.start[k] : v + 1));
+            }
+        });
+    });
+}
+
+void writeObj(const fs::path& path, const Curves& c) {
+    checkArrays(c);
+    const auto owner = owners(c);
+    writeAtomically(path, [&](std::ostream& out) {
+        writePieces(out, c.vertices(), [&](size_t begin, size_t end, std::string& piece) {
+            for (size_t v = begin; v < end; ++v)
+                fmt::format_to(std::back_inserter(piece), FMT_COMPILE("v {:.9g} {:.9g} {:.9g}\n"), c.x[v], c.y[v],
+                               c.z[v]);
+        });
+        // Each vertex adds its number to its curve's line.
+        writePieces(out, c.vertices(), [&](size_t begin, size_t end, std::string& piece) {
+            const auto to = std::back_inserter(piece);
+            for (size_t v = begin; v < end; ++v) {
+                const size_t k = owner[v], first = c.start[k], last = c.start[k + 1] - 1;
+                if (v == first) piece += first == last ? 'p' : 'l';
+                fmt::format_to(to, FMT_COMPILE(" {}"), v + 1);
+                if (v == last && c.closed(k)) fmt::format_to(to, FMT_COMPILE(" {}"), first + 1);
+                if (v == last) piece += '\n';
+            }
+        });
+    });
+}
+
+void writeCsv(const fs::path& path, const Curves& c) {
+    checkArrays(c);
+    const auto owner = owners(c);
+    writeAtomically(path, [&](std::ostream& out) {
+        out << "curve,vertex,closed,x,y,z,vx,vy,vz,speed," << (c.hasTrack() ? "f,g," : "") << alongName(c) << '\n';
+        writePieces(out, c.vertices(), [&](size_t begin, size_t end, std::string& piece) {
+            const auto to = std::back_inserter(piece);
+            for (size_t v = begin; v < end; ++v) {
+                const size_t k = owner[v];
+                fmt::format_to(to, FMT_COMPILE("{},{},{:d},{},{},{},{},{},{},{},"), c.id[k], v - c.start[k],
+                               c.closed(k), c.x[v], c.y[v], c.z[v], c.vx[v], c.vy[v], c.vz[v], c.speed(v));
+                if (c.hasTrack()) fmt::format_to(to, FMT_COMPILE("{},{},"), c.f[v], c.g[v]);
+                fmt::format_to(to, FMT_COMPILE("{}\n"), c.along[v]);
+            }
+        });
+    });
+}
+
+points::PointDataGrid::Ptr pointGrid(const Curves& c, double voxelSize, const std::string& name) {
+    checkArrays(c);
+    checkIds(c);
+    Particles vertices;
+    vertices.x = c.x, vertices.y = c.y, vertices.z = c.z;
+    vertices.vx = c.vx, vertices.vy = c.vy, vertices.vz = c.vz;
+    vertices.id.resize(c.vertices());
+    std::iota(vertices.id.begin(), vertices.id.end(), int64_t(0));
+    auto grid = pointGrid(vertices, voxelSize, name);
+    if (c.vertices() == 0) return grid;
+    const auto owner = owners(c);
+    addAttribute<int32_t>(*grid, "curve", [&](size_t v) { return static_cast<int32_t>(c.id[owner[v]]); });
+    addAttribute<int32_t>(*grid, "vertex", [&](size_t v) { return static_cast<int32_t>(v - c.start[owner[v]]); });
+    addAttribute<int32_t>(*grid, "closed", [&](size_t v) { return static_cast<int32_t>(c.closed(owner[v])); });
+    addAttribute<float>(*grid, "speed", [&](size_t v) { return c.speed(v); });
+    const auto addReal = [&](const char* attribute, const std::vector<double>& values) {
+        addAttribute<float>(*grid, attribute, [&](size_t v) { return static_cast<float>(values[v]); });
+    };
+    if (c.hasTrack()) addReal("f", c.f), addReal("g", c.g);
+    addReal(alongName(c), c.along);
+    return grid;
+}
+
+} // namespace curlew
