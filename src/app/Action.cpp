@@ -79,6 +79,23 @@ std::string complaint(const Option& o, const std::string& text) {
     return "";
 }
 
+void requireValid(const Option& o, const std::string& written, const std::string& value) {
+    const std::string wrong = complaint(o, value);
+    if (wrong.empty()) return;
+    throw ValueError(value == written ? fmt::format("{}={} {}", o.name, value, wrong)
+                                      : fmt::format("{}={}, which is {}, {}", o.name, written, value, wrong));
+}
+
+/// What `work` makes of the text of an option, whose name its errors get.
+template <class Work>
+auto inOption(const Option& o, const std::string& text, const Work& work) {
+    try {
+        return work();
+    } catch (const ValueError& e) {
+        throw ValueError(fmt::format("{}={}: {}", o.name, text, e.what()));
+    }
+}
+
 } // namespace
 
 const Option& Arguments::option(std::string_view name, OptionType type) const {
@@ -157,7 +174,8 @@ void Arguments::add(const std::string& token) {
             throw ValueError(mAction->positional.maximum == 0
                                  ? fmt::format("takes options only, not '{}'; write name=value", token)
                                  : fmt::format("'{}' is one word too many", token));
-        mWords.push_back(token);
+        mWords.push_back(variablesOf(token).any ? token : expanded(token, {}));
+        mWrittenWords.push_back(token);
         return;
     }
     std::vector<std::string> names;
@@ -182,10 +200,31 @@ void Arguments::add(const std::string& token) {
             mAction->positional.maximum == 0 ? "" : fmt::format("; if it is the name of a file, write ./{}", token)));
     if (matches.size() > 1) throw ValueError(fmt::format("option '{}' could be {}", name, join(matches, " or ")));
     const std::string text = token.substr(equals + 1);
-    if (const std::string wrong = complaint(*match, text); !wrong.empty())
-        throw ValueError(fmt::format("{}={} {}", match->name, text, wrong));
-    if (!mValues.emplace(match->name, text).second)
+    const bool later = inOption(*match, text, [&] { return variablesOf(text).any; });
+    const std::string value = later ? text : inOption(*match, text, [&] { return expanded(text, {}); });
+    if (!later) requireValid(*match, text, value);
+    if (!mWritten.emplace(match->name, text).second)
         throw ValueError(fmt::format("option '{}' is given twice", match->name));
+    mValues[match->name] = value;
+}
+
+Arguments Arguments::at(const Moment& moment) const {
+    Arguments now = *this;
+    for (size_t k = 0; k < mWrittenWords.size(); ++k) now.mWords[k] = expanded(mWrittenWords[k], moment);
+    for (const auto& option : mAction->options) {
+        const auto written = mWritten.find(option.name);
+        if (written == mWritten.end()) continue;
+        std::string& value = now.mValues[option.name];
+        value = inOption(option, written->second, [&] { return expanded(written->second, moment); });
+        requireValid(option, written->second, value);
+    }
+    return now;
+}
+
+bool Arguments::changes() const {
+    const auto changing = [](const std::string& text) { return variablesOf(text).time; };
+    return std::any_of(mWrittenWords.begin(), mWrittenWords.end(), changing) ||
+           std::any_of(mWritten.begin(), mWritten.end(), [&](const auto& option) { return changing(option.second); });
 }
 
 void Arguments::finish() const {
@@ -201,8 +240,8 @@ std::string Arguments::program(bool withDash) const {
         return text + '"';
     };
     std::string text = (withDash ? "-" : "") + mAction->name;
-    for (const auto& word : mWords) text.append(" ").append(quoted(word));
-    for (const auto& [name, value] : mValues) text.append(" ").append(quoted(fmt::format("{}={}", name, value)));
+    for (const auto& word : mWrittenWords) text.append(" ").append(quoted(word));
+    for (const auto& [name, value] : mWritten) text.append(" ").append(quoted(fmt::format("{}={}", name, value)));
     return text;
 }
 

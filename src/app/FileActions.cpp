@@ -35,6 +35,13 @@ void requireKnown(const std::string& file, const std::vector<std::string>& exten
 // --- reading
 // ----------------------------------------------------------------------------------------------------------
 
+void readPoints(Session& s, const openvdb::points::PointDataGrid& grid) {
+    Particles particles = particlesOf(grid);
+    // Of a flow that is not here, and rounded to float.
+    for (auto* track : {&particles.f, &particles.g}) track->clear();
+    s.geometry.push(std::move(particles), s.now());
+}
+
 void readGrids(Session& s, const std::string& file, const std::vector<std::string>& wanted) {
     size_t taken = 0;
     std::vector<std::string> names;
@@ -43,7 +50,7 @@ void readGrids(Session& s, const std::string& file, const std::vector<std::strin
         if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), grid->getName()) == wanted.end()) continue;
         ++taken;
         if (const auto points = openvdb::GridBase::grid<openvdb::points::PointDataGrid>(grid))
-            s.geometry.push(particlesOf(*points), s.now());
+            readPoints(s, *points);
         else
             s.grids.push({grid, nullptr}, s.now());
     }
@@ -101,7 +108,11 @@ const Curves& curvesToWrite(const Session& s, const Arguments& a) {
 
 std::vector<openvdb::GridBase::ConstPtr> gridsToWrite(Session& s, const Arguments& a) {
     const auto gridOf = [&](size_t age) -> openvdb::GridBase::ConstPtr {
-        return withPointsOrCurves(s, age, [](const auto& geometry) { return pointGrid(geometry); });
+        PointGridOptions options{.velocity = a.choice("target") == 1 ? "velocity" : "v"};
+        return withPointsOrCurves(s, age, [&]<class T>(const T& geometry) {
+            if constexpr (std::same_as<T, Curves>) options.name = "curves";
+            return pointGrid(geometry, options);
+        });
     };
     std::vector<openvdb::GridBase::ConstPtr> grids;
     for (const size_t age : a.ages("grid")) grids.push_back(s.grids.at(age).grid);
@@ -221,9 +232,12 @@ std::vector<Action> fileActions() {
                      choice("codec", {"auto", "none", "zip", "blosc"},
                             "compression of a .vdb; auto is blosc for fog volumes, which shrink to a third, and none "
                             "for the rest: velocities, level sets and points hardly shrink"),
+                     choice("target", {"houdini", "blender"},
+                            "whose names the attributes of points in a .vdb have: the velocity is v, or velocity"),
                      flag("legend", "1", "a colour bar below a .png")},
          .positional = {"FILE …", 1, 1000},
-         .examples = {"curlew -noise -noise seed=1 -dfvn -velocity density=1 -write grid=0,1 half=1 smoke.vdb"},
+         .examples = {"curlew -noise -noise seed=1 -dfvn -velocity density=1 -write grid=0,1 half=1 smoke.vdb",
+                      "curlew -frames 1-24 -noise alpha={T} -noise seed=1 -dfvn -velocity -write 'smoke.$F4.vdb'"},
          .run = write,
          .prepare =
              [](const Arguments& a) {

@@ -1,8 +1,10 @@
 #include "Options.h"
+#include "ScatterDomain.h"
 #include "curlew/app/Registry.h"
 #include "curlew/app/Session.h"
 #include "curlew/base/Memory.h"
 #include "curlew/track/Scatter.h"
+#include "curlew/track/VolumeChange.h"
 
 #include <utility>
 
@@ -14,25 +16,6 @@ using namespace options;
 
 const std::string kGroup = "points";
 
-/// Where to scatter: what is asked for, else the domain of the newest flow, shape or level set.
-Domain scatterDomain(Session& s, const Arguments& a) {
-    const auto inside = [](const Sdf& sdf) { return Domain::of({.sdf = sdf, .side = Side::inside}); };
-    Domain domain;
-    if (a.given("grid")) {
-        domain = inside(s.levelSetSdf(a.ages("grid").front(), 0));
-    } else if (!a.given("box") || !s.flows.empty()) {
-        const auto field = s.newestField(true), grid = s.newestLevelSet();
-        const uint64_t flow = s.flows.empty() ? 0 : s.flows.entry().made;
-        const uint64_t shape = std::max(field ? s.fields.entry(*field).made : 0, grid ? s.grids.entry(*grid).made : 0);
-        if (s.flows.empty() || flow < shape)
-            domain = inside(s.newestSdf(0));
-        else
-            domain = s.flow().domain();
-    }
-    if (a.given("box")) domain.box = a.box("box");
-    return domain;
-}
-
 void scatterAction(Session& s, const Arguments& a) {
     const auto count = static_cast<size_t>(a.integer("count"));
     const Domain domain = scatterDomain(s, a);
@@ -41,72 +24,140 @@ void scatterAction(Session& s, const Arguments& a) {
                     s.now());
 }
 
-void advectAction(Session& s, const Arguments& a) {
-    Particles& particles = s.particles();
-    const Flow flow = s.flow();
+AdvectOptions advectOptions(const Session& s, const Arguments& a) {
     AdvectOptions options{.time = a.real("time"),
                           .steps = static_cast<int>(a.integer("steps")),
                           .scheme = static_cast<Scheme>(a.choice("scheme")),
                           .reprojection = static_cast<Reprojection>(a.choice("reproject")),
                           .tolerance = a.real("tolerance"),
                           .iterations = static_cast<int>(a.integer("iterations")),
-                          .halvings = static_cast<int>(a.integer("halvings"))};
-    if (!flow.hasTracks() && !a.given("reproject")) {
+                          .halvings = static_cast<int>(a.integer("halvings")),
+                          .accuracy = a.real("accuracy"),
+                          .longest = a.given("longest") ? a.real("longest") : 0};
+    if (s.clock && !a.given("time")) {
+        options.time = s.clock->duration;
+        options.byAge = true;
+    }
+    if (s.clock && !a.given("steps")) options.steps = s.clock->substeps;
+    return options;
+}
+
+double fastest(const Particles& p) {
+    double squared = 0;
+    for (size_t k = 0; k < p.vx.size(); ++k) {
+        const double x = static_cast<double>(p.vx[k]), y = static_cast<double>(p.vy[k]),
+                     z = static_cast<double>(p.vz[k]);
+        squared = std::max(squared, x * x + y * y + z * z);
+    }
+    return std::sqrt(squared);
+}
+
+void reportAdvect(Session& s, const AdvectResult& result, const Particles& particles) {
+    s.console.say(
+        fmt::format("advect: {} points, {:.3g} corrections a step, residuals f {:.1e} g {:.1e}, {} steps redone, {} "
+                    "points not converged, {} outside",
+                    result.points, result.meanIterations, result.residual[0], result.residual[1], result.retries,
+                    result.notConverged, result.outside));
+    if (result.coarse > 0)
+        s.console.warn(fmt::format("{} of {} steps are coarser than asked for; give more steps or halvings",
+                                   result.coarse, result.substeps));
+    if (result.overrun > 0)
+        s.console.warn(fmt::format("a moving wall ran over {} points; give more steps", result.overrun));
+    auto& report = s.report["advect"];
+    if (!report.is_object()) report = nlohmann::ordered_json::object();
+    const auto total = [&](const char* name, size_t now) {
+        return (s.clock ? report.value(name, size_t{0}) : 0) + now;
+    };
+    const size_t outsideMost = std::max(s.clock ? report.value("outside_most", size_t{0}) : 0, result.outside);
+    report = {{"points", result.points},
+              {"substeps", total("substeps", result.substeps)},
+              {"retries", total("retries", result.retries)},
+              {"kept_back", total("kept_back", result.keptBack)},
+              {"coarse", total("coarse", result.coarse)},
+              {"overrun", total("overrun", result.overrun)},
+              {"not_converged", result.notConverged},
+              {"iterations_mean", result.meanIterations},
+              {"residual_f", result.residual[0]},
+              {"residual_g", result.residual[1]},
+              {"speed_max", fastest(particles)},
+              {"outside", result.outside},
+              {"outside_most", outsideMost}};
+}
+
+/// How the flow changes volumes on the way that some of the points are about to go.
+void reportVolumes(Session& s, const Arguments& a, const FlowInTime& flow, double begin, const AdvectOptions& options,
+                   const Particles& particles) {
+    const auto count = std::min(static_cast<size_t>(a.integer("jacobian")), particles.size());
+    std::vector<Vec3d> sample;
+    for (size_t k = 0; k < count; ++k) {
+        const size_t n = k * particles.size() / count;
+        sample.push_back({{particles.x[n], particles.y[n], particles.z[n]}});
+    }
+    const VolumeChange change = volumeChange(flow, sample, begin, options, 0, s.console.follow("volumes"));
+    s.console.say(
+        fmt::format("advect: volumes change by a factor of {:.6g}, from {:.6g} to {:.6g} for 90 % of {} samples",
+                    change.median, change.lower, change.upper, change.samples));
+    s.report["volume"] = {
+        {"samples", change.samples}, {"median", change.median}, {"lower", change.lower}, {"upper", change.upper}};
+}
+
+void advectAction(Session& s, const Arguments& a) {
+    Particles& particles = s.particles();
+    const FlowInTime flow = s.flowInTime();
+    const double begin = s.clock ? s.clock->begin : 0;
+    const Flow first = flow.at(begin);
+    AdvectOptions options = advectOptions(s, a);
+    if (!first.hasTracks() && !a.given("reproject")) {
         options.reprojection = Reprojection::none;
         s.console.warn("this flow is a sum and has no tracks: points drift, and may cross walls");
     }
     const uint64_t made = s.flows.entry().made;
     if (std::exchange(s.trackedFlow, made) != made)
         for (auto* track : {&particles.f, &particles.g}) track->clear(); // of another flow
-    const AdvectResult result = advect(flow, particles, options, s.console.follow("advect"));
-    s.console.say(
-        fmt::format("advect: {} points, {:.3g} corrections a step, residuals f {:.1e} g {:.1e}, {} steps redone, {} "
-                    "points not converged, {} outside",
-                    result.points, result.meanIterations, result.residual[0], result.residual[1], result.retries,
-                    result.notConverged, result.outside));
-    s.report["advect"] = {{"points", result.points},
-                          {"substeps", result.substeps},
-                          {"retries", result.retries},
-                          {"kept_back", result.keptBack},
-                          {"not_converged", result.notConverged},
-                          {"iterations_mean", result.meanIterations},
-                          {"residual_f", result.residual[0]},
-                          {"residual_g", result.residual[1]},
-                          {"outside", result.outside}};
+    if (a.integer("jacobian") > 0) reportVolumes(s, a, flow, begin, options, particles);
+    reportAdvect(s, advect(flow, particles, begin, options, s.console.follow("advect")), particles);
 }
 
 } // namespace
 
 std::vector<Action> pointActions() {
-    return {{.name = "scatter",
-             .group = kGroup,
-             .summary = "random points in the domain of the newest flow, shape or level set",
-             .inputs = "flow, shape or level set (which stays)",
-             .outputs = "points",
-             .options = {integer("count", "10000", 1, 1e15, "how many"),
-                         integer("seed", "0", 0, 0x1p53 - 1, "another seed, other points"),
-                         box("box", "the box to fill (default: that of the domain)"),
-                         ages("grid", "", "a level set to fill")},
-             .examples = {"curlew -torus -scatter count=1e5 seed=3 -write torus.ply"},
-             .run = scatterAction},
-            {.name = "advect",
-             .group = kGroup,
-             .summary = "move the newest points along the newest flow, each on its own track",
-             .inputs = "flow (which stays), points",
-             .outputs = "points",
-             .options = {real("time", "1", "s", "how long; negative runs backward"),
-                         integer("steps", "100", 1, 1e9, "steps of equal length"),
-                         choice("scheme", {"euler", "midpoint", "rk4"}, "integrator", "rk4"),
-                         choice("reproject", {"none", "newton", "gauss-newton"},
-                                "how points are kept on their track; with none, and in flows that are sums, they "
-                                "drift, and cross walls",
-                                "gauss-newton"),
-                         positive("tolerance", "1e-8", "", "on f and g, relative to their root mean squares"),
-                         integer("iterations", "10", 1, 1000, "most corrections a step"),
-                         integer("halvings", "8", 0, 20, "how often a failing step is halved before the point waits")},
-             .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -scatter "
-                          "-advect time=2 -write points.ply"},
-             .run = advectAction}};
+    return {
+        {.name = "scatter",
+         .group = kGroup,
+         .summary = "random points in the domain of the newest flow, shape or level set",
+         .inputs = "flow, shape or level set (which stays)",
+         .outputs = "points",
+         .options = {integer("count", "10000", 1, 1e15, "how many"),
+                     integer("seed", "0", 0, 0x1p53 - 1, "another seed, other points"),
+                     box("box", "the box to fill (default: that of the domain)"),
+                     ages("grid", "", "a level set to fill")},
+         .examples = {"curlew -torus -scatter count=1e5 seed=3 -write torus.ply"},
+         .run = scatterAction},
+        {.name = "advect",
+         .group = kGroup,
+         .summary = "move the newest points along the newest flow, each on its own track",
+         .inputs = "flow (which stays), points",
+         .outputs = "points",
+         .options = {real("time", "1", "s",
+                          "how long; negative runs backward; after -frames the default is from frame to frame"),
+                     integer("steps", "100", 1, 1e9,
+                             "steps of equal length; after -frames the default is its substeps"),
+                     choice("scheme", {"euler", "midpoint", "rk4", "rk23"},
+                            "integrator; rk23 shortens its steps until they are accurate (Bogacki-Shampine)", "rk4"),
+                     positive("accuracy", "1e-4", "world units", "of rk23: the error of a step"),
+                     positive("longest", "", "world units", "no step moves a point farther (default: any)"),
+                     choice("reproject", {"none", "newton", "gauss-newton"},
+                            "how points are kept on their track; with none, and in flows that are sums, they "
+                            "drift, and cross walls",
+                            "gauss-newton"),
+                     positive("tolerance", "1e-8", "", "on f and g, relative to their root mean squares"),
+                     integer("iterations", "10", 1, 1000, "most corrections a step"),
+                     integer("halvings", "8", 0, 20, "how often a failing step is halved before the point waits"),
+                     integer("jacobian", "0", 0, 1e6,
+                             "for so many of the points, measure how the flow changes volumes on their way")},
+         .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -scatter "
+                      "-advect time=2 -write points.ply"},
+         .run = advectAction}};
 }
 
 } // namespace curlew::app

@@ -1,11 +1,11 @@
 #include "curlew/app/Program.h"
 
+#include "Context.h"
+#include "Runner.h"
 #include "curlew/app/Registry.h"
 #include "curlew/app/Text.h"
-#include "curlew/base/Memory.h"
 #include "curlew/vdb/VdbFile.h"
 
-#include <chrono>
 #include <sstream>
 
 namespace curlew::app {
@@ -20,44 +20,12 @@ bool isAction(const std::string& token) {
     return token.size() > 1 && token[0] == '-' && !parseReal(token, number);
 }
 
-/// Calls `work`; what it throws gets the action's name in front.
-template <class Work>
-decltype(auto) inContextOf(const std::string& context, const Work& work) {
-    const auto located = [&](const std::exception& e) { return fmt::format("{}: {}", context, e.what()); };
-    try {
-        return work();
-    } catch (const ValueError& e) {
-        throw ValueError(located(e));
-    } catch (const FileError& e) {
-        throw FileError(located(e));
-    } catch (const ResourceError& e) {
-        throw ResourceError(located(e));
-    } catch (const openvdb::Exception& e) {
-        throw ValueError(located(e));
-    }
-}
-
 std::string readText(const std::string& file) {
     std::ostringstream text;
     text << openToRead(file).rdbuf();
     if (text.str().find('\0') != std::string::npos)
         throw FileError(fmt::format("'{}' is not a scene: it is not text", file));
     return text.str();
-}
-
-struct Took {
-    std::string action;
-    double seconds;
-};
-
-/// Where the time went, for -verbose: a line for each action that took a thousandth of it.
-void sayShares(const std::vector<Took>& took, Console& console) {
-    double total = 0;
-    for (const Took& one : took) total += one.seconds;
-    for (const Took& one : took)
-        if (one.seconds >= 1e-3 * total)
-            console.detail(
-                fmt::format("{:>9.3f} s {:5.1f} %  -{}", one.seconds, 100 * one.seconds / total, one.action));
 }
 
 class Parser {
@@ -146,23 +114,7 @@ Program parseScene(const std::string& text, const std::string& name) {
     return parser.takeProgram();
 }
 
-void run(const Program& program, Session& session) {
-    std::vector<Took> took;
-    for (const auto& arguments : program.actions)
-        if (arguments.action().prepare)
-            inContextOf("-" + arguments.action().name, [&] { arguments.action().prepare(arguments); });
-    for (const auto& arguments : program.actions) {
-        if (session.console.cancelled()) throw Interrupted();
-        const auto started = std::chrono::steady_clock::now();
-        inContextOf("-" + arguments.action().name, [&] { arguments.action().run(session, arguments); });
-        const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-        took.push_back({arguments.action().name, seconds});
-        session.report["actions"].push_back({{"action", arguments.program()}, {"seconds", seconds}});
-        session.console.detail(fmt::format("{}: {:.3f} s, peak memory {}", arguments.program(), seconds,
-                                           formatBytes(static_cast<double>(peakMemory()))));
-    }
-    sayShares(took, session.console);
-}
+void run(const Program& program, Session& session) { Runner(program, session).run(); }
 
 std::string sceneOf(const Program& program) {
     std::string text;

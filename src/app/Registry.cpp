@@ -12,8 +12,9 @@ namespace curlew::app {
 const std::vector<Action>& registry() {
     static const std::vector<Action> all = [] {
         std::vector<Action> actions;
-        for (auto* room : {&fileActions, &shapeActions, &noiseActions, &fieldActions, &flowActions, &gridActions,
-                           &pointActions, &jitterActions, &curveActions, &imageActions, &programActions})
+        for (auto* room :
+             {&fileActions, &shapeActions, &noiseActions, &fieldActions, &flowActions, &gridActions, &pointActions,
+              &jitterActions, &curveActions, &emitActions, &imageActions, &frameActions, &programActions})
             for (auto& action : room()) actions.push_back(std::move(action));
         return actions;
     }();
@@ -85,7 +86,9 @@ std::string helpOverview() {
     std::string text =
         "curlew -action [option=value …] -action …\n\n"
         "Actions run from left to right on stacks of fields, flows, grids, geometry and images.\n"
-        "grid=0 is the newest grid; a unique beginning of an option's name is enough.\n";
+        "grid=0 is the newest grid; a unique beginning of an option's name is enough.\n"
+        "{2*pi*T} in a value is an expression: F is the frame, T its time in seconds, 0 in the first frame; without\n"
+        "-frames, F is 1 and T is 0. In file names, $F4 is the frame with four digits.\n";
     std::string group;
     for (const auto& a : registry()) {
         if (a.group != group) text += fmt::format("\n{}\n", group = a.group);

@@ -1,6 +1,15 @@
 #include "curlew/app/Session.h"
 
+#include "Recording.h"
+#include "curlew/field/Algebra.h"
+
 namespace curlew::app {
+
+Session::Session(Console& output)
+    : console(output),
+      mRecording(std::make_shared<Recording>()),
+      mLastLevelSets(std::make_shared<FrameLevelSets>()),
+      mSdfs(std::make_shared<SdfCache>()) {}
 
 Particles& Session::particles(size_t age) {
     for (size_t k = 0; k < geometry.size(); ++k)
@@ -32,8 +41,39 @@ std::optional<size_t> Session::newestField(bool sdf) const {
     return {};
 }
 
+namespace {
+
+/// The surface on its way from one to the other.
+Sdf between(const Sdf& from, const Sdf& to, double part) {
+    if (part <= 0) return from;
+    Box bounds = from.bounds;
+    for (int axis = 0; axis < 3; ++axis) {
+        bounds.lower[axis] = std::min(bounds.lower[axis], to.bounds.lower[axis]);
+        bounds.upper[axis] = std::max(bounds.upper[axis], to.bounds.upper[axis]);
+    }
+    return {.distance = (1 - part) * from.distance + part * to.distance,
+            .bounds = bounds,
+            .reach = 0,
+            .steepness = std::max(from.steepness, to.steepness)};
+}
+
+} // namespace
+
 Sdf Session::levelSetSdf(size_t age, double distance) {
     GridObject& object = grids.at(age);
+    Sdf sdf = widenedSdf(object, distance);
+    if (!object.earlier || object.part >= 1) return sdf;
+    GridObject earlier = *object.earlier;
+    return between(widenedSdf(earlier, distance), sdf, object.part);
+}
+
+Sdf Session::widenedSdf(GridObject& object, double distance) {
+    for (const auto& known : mSdfs->entries)
+        if (known.distance == distance && known.of.lock() == object.grid) {
+            object.grid = known.widened;
+            return known.sdf;
+        }
+    const openvdb::GridBase::ConstPtr given = object.grid;
     LevelSet levelSet = levelSetOf(object.grid);
     levelSet.mesh = object.mesh;
     const double halfWidth = distance / levelSet.voxelSize() + kSplineSupport;
@@ -43,7 +83,9 @@ Sdf Session::levelSetSdf(size_t age, double distance) {
         levelSet = widened(levelSet, halfWidth, console.follow("widening the band"));
         object.grid = levelSet.grid;
     }
-    return sdfOf(levelSet);
+    Sdf sdf = sdfOf(levelSet);
+    mSdfs->add({given, distance, object.grid, sdf});
+    return sdf;
 }
 
 Sdf Session::newestSdf(double distance) {

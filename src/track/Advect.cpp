@@ -108,9 +108,17 @@ std::vector<uint32_t> orderFor(const Flow& flow, const Particles& particles) {
     return pays ? alongCurve(particles, flow.domain().box) : std::vector<uint32_t>{};
 }
 
+/// What part of the time a particle of this age moves.
+double paceOf(float age, double time) {
+    const double whole = std::abs(time), lived = static_cast<double>(age);
+    return lived < whole ? std::max(lived, 0.0) / whole : 1; // all of it for NaN
+}
+
 /// Particles that are near each other in the order, which holds all or is empty, are moved together.
+/// `wholeTime`: that of all steps, of which these may be some.
 AdvectResult advectInOrder(const Flow& flow, const FlowMagnitudes& typical, Particles& particles,
-                           const std::vector<uint32_t>& order, const AdvectOptions& options, const Monitor& monitor) {
+                           const std::vector<uint32_t>& order, const AdvectOptions& options, double wholeTime,
+                           const Monitor& monitor) {
     const size_t count = particles.size();
     const bool onTrack = particles.hasTrack() && flow.hasTracks();
     for (auto* array : {&particles.vx, &particles.vy, &particles.vz}) array->resize(count);
@@ -130,6 +138,7 @@ AdvectResult advectInOrder(const Flow& flow, const FlowMagnitudes& typical, Part
             for (size_t n = begin; n < end; ++n) {
                 const size_t k = particle(n);
                 batch.converged()[n - begin] = p.converged[k] != 0;
+                if (options.byAge && p.hasAge()) batch.pace()[n - begin] = paceOf(p.age[k], wholeTime);
                 if (!onTrack) continue;
                 batch.track()[0][n - begin] = p.f[k];
                 batch.track()[1][n - begin] = p.g[k];
@@ -163,7 +172,7 @@ AdvectResult look(const Flow& flow, const FlowMagnitudes& typical, Particles& pa
     options.steps = 1;
     particles.f.clear();
     particles.g.clear();
-    return advectInOrder(flow, typical, particles, order, options, monitor);
+    return advectInOrder(flow, typical, particles, order, options, 0, monitor);
 }
 
 /// Adds that with which the particles have come from there in this time.
@@ -179,7 +188,8 @@ void addVelocity(Particles& p, const std::array<std::vector<double>, 3>& from, d
 
 AdvectResult advect(const Flow& flow, Particles& particles, const AdvectOptions& options, const Monitor& monitor) {
     validate(flow, options);
-    return advectInOrder(flow, magnitudesOf(flow), particles, orderFor(flow, particles), options, monitor);
+    return advectInOrder(flow, magnitudesOf(flow), particles, orderFor(flow, particles), options, options.time,
+                         monitor);
 }
 
 AdvectResult advect(const FlowInTime& flow, Particles& particles, double begin, const AdvectOptions& options,
@@ -209,7 +219,7 @@ AdvectResult advect(const FlowInTime& flow, Particles& particles, double begin, 
         followed(before, middle);
         particles.f.clear(); // tracks of the step before
         particles.g.clear();
-        const AdvectResult step = advectInOrder(middle, typical, particles, order, one, unreported);
+        const AdvectResult step = advectInOrder(middle, typical, particles, order, one, options.time, unreported);
         if (k == options.steps - 1) beforeLast = {particles.x, particles.y, particles.z};
         followed(middle, after);
         total.keptBack += step.keptBack;

@@ -38,6 +38,7 @@ class BatchAdvector {
         for (size_t q = 0; q < mTrack.size(); ++q) mTrack[q] = potentials[q].c[0];
         mConverged.fill(true);
         mPart.fill(whole());
+        mPace.fill(1);
     }
 
     void run(const Monitor& monitor) {
@@ -67,6 +68,8 @@ class BatchAdvector {
     const VecBatchN<double, N>& velocity() const { return mVelocity; }
     TrackBatchN<N>& track() { return mTrack; }
     std::array<bool, kBatch>& converged() { return mConverged; }
+    /// What part of the time each point moves.
+    std::array<double, kBatch>& pace() { return mPace; }
 
   private:
     using Jets = typename FlowN<N>::template Jets<double>;
@@ -107,7 +110,7 @@ class BatchAdvector {
         const double smallest = mOptions.time / mOptions.steps / whole();
         while (count > 0) {
             std::array<double, kBatch> dt;
-            for (size_t a = 0; a < count; ++a) dt[a] = smallest * mPart[active[a]];
+            for (size_t a = 0; a < count; ++a) dt[a] = smallest * mPart[active[a]] * mPace[active[a]];
             const Outcomes outcomes = tryStep(active, count, dt);
             size_t rest = 0;
             for (size_t a = 0; a < count; ++a)
@@ -209,6 +212,7 @@ class BatchAdvector {
     std::array<double, kBatch> mDistance;
     std::array<bool, kBatch> mAllowed, mConverged;
     std::array<int, kBatch> mPart; ///< How long each point's next step is.
+    std::array<double, kBatch> mPace;
     Tally<N> mTally;
 };
 

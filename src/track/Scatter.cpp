@@ -4,6 +4,8 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/base/Random.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace curlew {
@@ -25,6 +27,11 @@ Vec3d candidate(const std::vector<Vec<int, 3>>& cells, const Vec3d& origin, doub
 } // namespace
 
 Particles scatter(const Domain& domain, size_t count, uint64_t seed, const Monitor& monitor) {
+    return scatterFrom(domain, 0, count, seed, monitor);
+}
+
+Particles scatterFrom(const Domain& domain, int64_t first, size_t count, uint64_t seed, const Monitor& monitor) {
+    if (first < 0) throw ValueError(fmt::format("the first id is {}; it must not be negative", first));
     if (!domain.box.finite()) throw ValueError("the domain is infinite; give a box");
     const Vec3d extent = domain.box.size();
     const double longest = std::max({extent[0], extent[1], extent[2]});
@@ -52,7 +59,8 @@ Particles scatter(const Domain& domain, size_t count, uint64_t seed, const Monit
                     throw ValueError("hardly any point of the domain is on the flow's side of the wall");
                 PointBatch points;
                 for (size_t i = 0; i < left; ++i)
-                    points.push(candidate(cells, domain.box.lower, size, seed, waiting[i], attempt));
+                    points.push(candidate(cells, domain.box.lower, size, seed,
+                                          static_cast<uint64_t>(first) + waiting[i], attempt));
                 std::array<bool, kBatch> allowed;
                 std::array<double, kBatch> distance;
                 classify(domain, points, allowed, distance);
@@ -67,7 +75,7 @@ Particles scatter(const Domain& domain, size_t count, uint64_t seed, const Monit
                     particles.x[k] = p[0];
                     particles.y[k] = p[1];
                     particles.z[k] = p[2];
-                    particles.id[k] = static_cast<int64_t>(k);
+                    particles.id[k] = first + static_cast<int64_t>(k);
                 }
                 left = again;
             }

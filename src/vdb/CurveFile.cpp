@@ -3,7 +3,6 @@
 #include "Pieces.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Error.h"
-#include "curlew/vdb/PointFile.h"
 
 #include <fmt/compile.h>
 #include <fmt/format.h>
@@ -159,26 +158,23 @@ void writeCsv(const fs::path& path, const Curves& c) {
     });
 }
 
-points::PointDataGrid::Ptr pointGrid(const Curves& c, double voxelSize, const std::string& name) {
+points::PointDataGrid::Ptr pointGrid(const Curves& c, const PointGridOptions& options) {
     checkArrays(c);
     checkIds(c);
     Particles vertices;
     vertices.x = c.x, vertices.y = c.y, vertices.z = c.z;
     vertices.vx = c.vx, vertices.vy = c.vy, vertices.vz = c.vz;
+    vertices.f = c.f, vertices.g = c.g;
     vertices.id.resize(c.vertices());
     std::iota(vertices.id.begin(), vertices.id.end(), int64_t(0));
-    auto grid = pointGrid(vertices, voxelSize, name);
+    auto grid = pointGrid(vertices, options);
     if (c.vertices() == 0) return grid;
     const auto owner = owners(c);
     addAttribute<int32_t>(*grid, "curve", [&](size_t v) { return static_cast<int32_t>(c.id[owner[v]]); });
     addAttribute<int32_t>(*grid, "vertex", [&](size_t v) { return static_cast<int32_t>(v - c.start[owner[v]]); });
     addAttribute<int32_t>(*grid, "closed", [&](size_t v) { return static_cast<int32_t>(c.closed(owner[v])); });
     addAttribute<float>(*grid, "speed", [&](size_t v) { return c.speed(v); });
-    const auto addReal = [&](const char* attribute, const std::vector<double>& values) {
-        addAttribute<float>(*grid, attribute, [&](size_t v) { return static_cast<float>(values[v]); });
-    };
-    if (c.hasTrack()) addReal("f", c.f), addReal("g", c.g);
-    addReal(alongName(c), c.along);
+    addAttribute<float>(*grid, alongName(c), [&](size_t v) { return static_cast<float>(c.along[v]); });
     return grid;
 }
 

@@ -1,5 +1,6 @@
 #include "curlew/vdb/PointFile.h"
 
+#include "Pieces.h"
 #include "VoxelSize.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Error.h"
@@ -34,15 +35,19 @@ constexpr size_t kGrain = 4096;
 
 void checkArrays(const Particles& particles) {
     const size_t size = particles.size();
-    const bool whole = particles.y.size() == size && particles.z.size() == size && particles.id.size() == size;
-    const bool noVelocity = particles.vx.empty() && particles.vy.empty() && particles.vz.empty();
-    const bool velocity = particles.vx.size() == size && particles.vy.size() == size && particles.vz.size() == size;
-    if (!whole || (!noVelocity && !velocity))
+    const auto whole = [size](const auto&... arrays) { return ((arrays.size() == size) && ...); };
+    const auto wholeOrNone = [&](const auto&... arrays) { return (arrays.empty() && ...) || whole(arrays...); };
+    if (!whole(particles.y, particles.z, particles.id) || !wholeOrNone(particles.vx, particles.vy, particles.vz))
         throw ValueError(
             fmt::format("the arrays of the particles differ in length (x has {}, y {}, z {}, id {}, vx {}, vy {}, "
                         "vz {}); give each as many values, or no velocity",
                         size, particles.y.size(), particles.z.size(), particles.id.size(), particles.vx.size(),
                         particles.vy.size(), particles.vz.size()));
+    if (!wholeOrNone(particles.age) || !wholeOrNone(particles.life) || !wholeOrNone(particles.f, particles.g))
+        throw ValueError(
+            fmt::format("the arrays of the particles differ in length (x has {}, age {}, life {}, f {}, g {}); give "
+                        "each as many values, or none",
+                        size, particles.age.size(), particles.life.size(), particles.f.size(), particles.g.size()));
 }
 
 void checkIds(const Particles& particles) {
@@ -80,6 +85,45 @@ struct Ids {
     const Particles& particles;
 
     void get(value_type& id, openvdb::Index64 n, openvdb::Index) const { id = int32_t(particles.id[n]); }
+};
+
+/// What is written of one number a particle, as float, under the names that files give it.
+struct Scalar {
+    const char* name;
+    std::vector<float> Particles::*floats = nullptr;
+    std::vector<double> Particles::*doubles = nullptr;
+
+    bool in(const Particles& p) const { return floats ? !(p.*floats).empty() : !(p.*doubles).empty(); }
+    float of(const Particles& p, size_t n) const {
+        return floats ? (p.*floats)[n] : static_cast<float>((p.*doubles)[n]);
+    }
+    void resize(Particles& p, size_t size) const { floats ? (p.*floats).resize(size) : (p.*doubles).resize(size); }
+    void set(Particles& p, size_t n, float value) const {
+        if (floats)
+            (p.*floats)[n] = value;
+        else
+            (p.*doubles)[n] = static_cast<double>(value);
+    }
+};
+
+const std::array<Scalar, 4> kScalars{{{"age", &Particles::age, nullptr},
+                                      {"life", &Particles::life, nullptr},
+                                      {"f", nullptr, &Particles::f},
+                                      {"g", nullptr, &Particles::g}}};
+
+std::vector<Scalar> scalarsOf(const Particles& particles) {
+    std::vector<Scalar> scalars;
+    for (const Scalar& scalar : kScalars)
+        if (scalar.in(particles)) scalars.push_back(scalar);
+    return scalars;
+}
+
+struct ScalarValues {
+    using value_type = float; // NOLINT: OpenVDB's name for it
+    const Particles& particles;
+    const Scalar& scalar;
+
+    void get(value_type& value, openvdb::Index64 n, openvdb::Index) const { value = scalar.of(particles, n); }
 };
 
 struct Bounds {
@@ -203,53 +247,38 @@ void sortById(Particles& particles) {
     std::iota(order.begin(), order.end(), size_t(0));
     tbb::parallel_sort(
         order, [&](size_t a, size_t b) { return std::pair(particles.id[a], a) < std::pair(particles.id[b], b); });
-    for (auto* values : {&particles.x, &particles.y, &particles.z}) reorder(*values, order);
-    for (auto* values : {&particles.vx, &particles.vy, &particles.vz}) reorder(*values, order);
-    reorder(particles.id, order);
+    forEachArray(particles, [&](auto& values) { reorder(values, order); });
 }
 
 // ---- Flat files
 
-/// Lets `format(begin, end, text)` append the particles [begin, end) to a text, on all threads, and writes the pieces
-/// in order. Only a few of them exist at a time.
-template <typename Format>
-void writePieces(std::ostream& out, size_t count, const Format& format) {
-    constexpr size_t kPieces = 64;
-    std::vector<std::string> pieces(kPieces);
-    for (size_t first = 0; first < count; first += kPieces * kGrain) {
-        const size_t size = std::min(count - first, kPieces * kGrain);
-        parallelFor(size, kGrain, [&](size_t begin, size_t end) {
-            std::string& piece = pieces[begin / kGrain];
-            piece.clear();
-            format(first + begin, first + end, piece);
-        });
-        for (size_t n = 0; n * kGrain < size; ++n) out.write(pieces[n].data(), std::streamsize(pieces[n].size()));
-    }
-}
-
 } // namespace
 
-points::PointDataGrid::Ptr pointGrid(const Particles& particles, double voxelSize, const std::string& name) {
+points::PointDataGrid::Ptr pointGrid(const Particles& particles, const PointGridOptions& options) {
     openvdb::initialize();
     checkArrays(particles);
     checkIds(particles);
     auto grid = points::PointDataGrid::create();
     if (particles.size() > 0) {
         const Bounds bounds(particles);
-        if (voxelSize == 0) voxelSize = chosenVoxelSize(particles, bounds);
+        const double voxelSize = options.voxelSize == 0 ? chosenVoxelSize(particles, bounds) : options.voxelSize;
         checkVoxelSize(voxelSize, bounds);
         const auto transform = openvdb::math::Transform::createLinearTransform(voxelSize);
         const Positions positions{particles};
         const auto index = openvdb::tools::createPointIndexGrid<openvdb::tools::PointIndexGrid>(positions, *transform);
         grid = points::createPointDataGrid<points::NullCodec, points::PointDataGrid>(*index, positions, *transform);
         if (particles.hasVelocity()) {
-            points::appendAttribute<openvdb::Vec3s>(grid->tree(), "v");
-            points::populateAttribute(grid->tree(), index->tree(), "v", Velocities{particles});
+            points::appendAttribute<openvdb::Vec3s>(grid->tree(), options.velocity);
+            points::populateAttribute(grid->tree(), index->tree(), options.velocity, Velocities{particles});
         }
         points::appendAttribute<int32_t>(grid->tree(), "id");
         points::populateAttribute(grid->tree(), index->tree(), "id", Ids{particles});
+        for (const Scalar& scalar : scalarsOf(particles)) {
+            points::appendAttribute<float>(grid->tree(), scalar.name);
+            points::populateAttribute(grid->tree(), index->tree(), scalar.name, ScalarValues{particles, scalar});
+        }
     }
-    grid->setName(name);
+    grid->setName(options.name);
     if (particles.hasVelocity()) grid->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
     return grid;
 }
@@ -258,20 +287,28 @@ Particles particlesOf(const points::PointDataGrid& grid) {
     using Leaf = points::PointDataTree::LeafNodeType;
     std::vector<const Leaf*> leaves;
     std::vector<size_t> starts{0};
-    bool hasVelocity = false, hasIds = false;
+    std::string velocity; // its name, if there is one
+    bool hasIds = false;
+    std::vector<Scalar> scalars;
     for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
         if (leaf->getLastValue() == 0) continue;
         leaves.push_back(&*leaf);
         starts.push_back(starts.back() + leaf->getLastValue());
-        hasVelocity = hasVelocity || leaf->hasAttribute("v");
+        for (const char* name : {"velocity", "v"})
+            if (leaf->hasAttribute(name)) velocity = name;
         hasIds = hasIds || leaf->hasAttribute("id");
     }
 
+    for (const Scalar& scalar : kScalars)
+        if (!leaves.empty() && leaves.front()->hasAttribute(scalar.name) &&
+            attributeOf(*leaves.front(), scalar.name).valueType() == openvdb::typeNameAsString<float>())
+            scalars.push_back(scalar);
     Particles particles;
     const size_t size = starts.back();
     for (auto* values : {&particles.x, &particles.y, &particles.z}) values->resize(size);
-    if (hasVelocity)
+    if (!velocity.empty())
         for (auto* values : {&particles.vx, &particles.vy, &particles.vz}) values->resize(size);
+    for (const Scalar& scalar : scalars) scalar.resize(particles, size);
     particles.id.resize(size);
     if (!hasIds) std::iota(particles.id.begin(), particles.id.end(), int64_t(0));
 
@@ -287,12 +324,16 @@ Particles particlesOf(const points::PointDataGrid& grid) {
                                     particles.z[start + n] = world.z();
             }
         }
-        if (hasVelocity) {
-            const auto velocities = handleOf<openvdb::Vec3s>(attributeOf(leaf, "v"), "v");
+        if (!velocity.empty()) {
+            const auto velocities = handleOf<openvdb::Vec3s>(attributeOf(leaf, velocity), velocity);
             for (openvdb::Index k = 0; k < n; ++k) {
                 const openvdb::Vec3s v = velocities.get(k);
                 particles.vx[start + k] = v.x(), particles.vy[start + k] = v.y(), particles.vz[start + k] = v.z();
             }
+        }
+        for (const Scalar& scalar : scalars) {
+            const auto values = handleOf<float>(attributeOf(leaf, scalar.name), scalar.name);
+            for (openvdb::Index k = 0; k < n; ++k) scalar.set(particles, start + k, values.get(k));
         }
         if (hasIds) {
             const points::AttributeArray& ids = attributeOf(leaf, "id");
@@ -309,6 +350,8 @@ Particles particlesOf(const points::PointDataGrid& grid) {
     parallelFor(leaves.size(), 16, [&](size_t begin, size_t end) {
         for (size_t n = begin; n < end; ++n) readLeaf(*leaves[n], starts[n]);
     });
+    if (particles.f.size() != particles.g.size())
+        for (auto* half : {&particles.f, &particles.g}) half->clear(); // no track
     if (hasIds) sortById(particles);
     return particles;
 }
@@ -317,13 +360,16 @@ void writePly(const fs::path& path, const Particles& particles) {
     checkArrays(particles);
     checkIds(particles);
     const bool velocity = particles.hasVelocity();
+    const std::vector<Scalar> scalars = scalarsOf(particles);
     writeAtomically(path, [&](std::ostream& out) {
         static_assert(std::endian::native == std::endian::little, "the records are written as they are in memory");
         out << "ply\nformat binary_little_endian 1.0\nelement vertex " << particles.size() << '\n';
         for (const char* property : {"x", "y", "z"}) out << "property float " << property << '\n';
         if (velocity)
             for (const char* property : {"vx", "vy", "vz"}) out << "property float " << property << '\n';
-        out << "property int id\nend_header\n";
+        out << "property int id\n";
+        for (const Scalar& scalar : scalars) out << "property float " << scalar.name << '\n';
+        out << "end_header\n";
         writePieces(out, particles.size(), [&](size_t begin, size_t end, std::string& piece) {
             const auto append = [&piece](auto value) {
                 piece.append(reinterpret_cast<const char*>(&value), sizeof value);
@@ -332,6 +378,7 @@ void writePly(const fs::path& path, const Particles& particles) {
                 append(float(particles.x[n])), append(float(particles.y[n])), append(float(particles.z[n]));
                 if (velocity) append(particles.vx[n]), append(particles.vy[n]), append(particles.vz[n]);
                 append(int32_t(particles.id[n]));
+                for (const Scalar& scalar : scalars) append(scalar.of(particles, n));
             }
         });
     });
@@ -340,8 +387,11 @@ void writePly(const fs::path& path, const Particles& particles) {
 void writeCsv(const fs::path& path, const Particles& particles) {
     checkArrays(particles);
     const bool velocity = particles.hasVelocity();
+    const std::vector<Scalar> scalars = scalarsOf(particles);
     writeAtomically(path, [&](std::ostream& out) {
-        out << (velocity ? "x,y,z,vx,vy,vz,id\n" : "x,y,z,id\n");
+        out << (velocity ? "x,y,z,vx,vy,vz,id" : "x,y,z,id");
+        for (const Scalar& scalar : scalars) out << ',' << scalar.name;
+        out << '\n';
         writePieces(out, particles.size(), [&](size_t begin, size_t end, std::string& piece) {
             const auto to = std::back_inserter(piece);
             for (size_t n = begin; n < end; ++n) {
@@ -350,7 +400,10 @@ void writeCsv(const fs::path& path, const Particles& particles) {
                 if (velocity)
                     fmt::format_to(to, FMT_COMPILE("{:.9g},{:.9g},{:.9g},"), particles.vx[n], particles.vy[n],
                                    particles.vz[n]);
-                fmt::format_to(to, FMT_COMPILE("{}\n"), particles.id[n]);
+                fmt::format_to(to, FMT_COMPILE("{}"), particles.id[n]);
+                for (const Scalar& scalar : scalars)
+                    fmt::format_to(to, FMT_COMPILE(",{:.9g}"), scalar.of(particles, n));
+                piece += '\n';
             }
         });
     });

@@ -223,7 +223,7 @@ TEST_CASE("points keep their positions, velocities and ids through every file", 
     std::istringstream csv(test::bytesOf(folder / "p.csv"));
     std::string line;
     std::getline(csv, line);
-    CHECK(line == "x,y,z,vx,vy,vz,id");
+    CHECK(line == "x,y,z,vx,vy,vz,id,f,g");
     for (size_t k = 0; k < points.size(); ++k) {
         std::getline(csv, line);
         double x = 0, vz = 0;

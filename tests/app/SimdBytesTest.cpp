@@ -182,6 +182,13 @@ TEST_CASE("points have the same bytes on every instruction set", "[command]") {
     requireSameBytes(job, kMesh);
 }
 
+TEST_CASE("a sequence has the same bytes on every instruction set", "[command]") {
+    requireSameBytes(
+        "-scatter count=100 box=-1,-1,-1,1,1,1 -frames 1-3 checkpoint=run -noise frequency=2 alpha='{2*pi*T}' -noise "
+        "seed=1 -dfvn speed=1 -sphere offset='{sin(T)},0,0' -emit rate=2000 life=0.1 spread=1 -advect time=0.1 steps=2 "
+        "-kill -write 'p.$F.csv'");
+}
+
 TEST_CASE("noises have the same values and derivatives on every instruction set", "[command]") {
     requireSameProbes<1>({"type=value", "type=value period=3", "type=perlin octaves=3", "type=sine"});
     requireSameProbes<2>({"type=psrd", "type=psrd period=3,4 alpha=1", "type=value", "type=perlin octaves=2",

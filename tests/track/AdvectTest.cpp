@@ -604,6 +604,21 @@ TEST_CASE("steps that are too coarse, and cannot be made shorter, are counted", 
     CHECK(result.keptBack == 0);
 }
 
+TEST_CASE("particles that were born on the way move for their age", "[track]") {
+    const auto points = randomPoints(cube(1), 100, 7);
+    Particles whole = particlesAt(points), half = whole, aged = whole;
+    const AdvectOptions options{.time = 0.4, .steps = 4, .byAge = true};
+    advect(smoothFlow(), whole, options); // without ages
+    aged.age.assign(points.size(), 0.2f);
+    aged.age[0] = 7;
+    aged.age[1] = 0;
+    advect(smoothFlow(), aged, options);
+    advect(smoothFlow(), half, {.time = static_cast<double>(0.2f), .steps = 4});
+    CHECK(position(aged, 0) == position(whole, 0));
+    CHECK(position(aged, 1) == points[1]);
+    for (size_t k = 2; k < points.size(); ++k) CHECK(length(position(aged, k) - position(half, k)) < 1e-12);
+}
+
 TEST_CASE("no step is longer than the longest", "[track]") {
     const auto scheme = GENERATE(Scheme::rk4, Scheme::bogackiShampine);
     const auto points = randomPoints(cube(1), 100, 7);

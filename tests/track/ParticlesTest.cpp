@@ -1,8 +1,41 @@
+#include "curlew/base/Error.h"
 #include "curlew/track/Particles.h"
 
 #include <catch2/catch.hpp>
 
+#include <limits>
+#include <type_traits>
+
 using namespace curlew;
+
+namespace {
+
+/// Particles whose every array has values that belong to their id.
+Particles some(int64_t first, size_t count) {
+    Particles p;
+    for (size_t k = 0; k < count; ++k) p.id.push_back(first + static_cast<int64_t>(k));
+    forEachArray(p, [&](auto& values) {
+        if constexpr (!std::is_same_v<std::decay_t<decltype(values)>, std::vector<int64_t>>)
+            for (const int64_t id : p.id)
+                values.push_back(static_cast<typename std::decay_t<decltype(values)>::value_type>(id));
+    });
+    return p;
+}
+
+template <class T>
+std::vector<T> numbers(const std::vector<int64_t>& ids) {
+    std::vector<T> values;
+    for (const int64_t id : ids) values.push_back(static_cast<T>(id));
+    return values;
+}
+
+void requireIds(const Particles& p, const std::vector<int64_t>& ids) {
+    forEachArray(p, [&](const auto& values) {
+        CHECK(values == numbers<typename std::decay_t<decltype(values)>::value_type>(ids));
+    });
+}
+
+} // namespace
 
 TEST_CASE("particles know what they carry", "[track]") {
     Particles particles;
@@ -15,5 +48,79 @@ TEST_CASE("particles know what they carry", "[track]") {
     particles.f = particles.g = {0, 0};
     CHECK(particles.hasVelocity());
     CHECK(particles.hasTrack());
-    CHECK(Particles::kBytes == 3 * 8 + 3 * 4 + 8 + 2 * 8 + 1);
+    CHECK(Particles::kBytes == 3 * 8 + 3 * 4 + 8 + 2 * 8 + 1 + 2 * 4);
+}
+
+TEST_CASE("every array of particles is visited once", "[track]") {
+    size_t bytes = 0;
+    Particles p;
+    forEachArray(p, [&](auto& values) {
+        CHECK(values.empty());
+        values.resize(1);
+        bytes += sizeof values[0];
+    });
+    CHECK(bytes == Particles::kBytes);
+    forEachArray(p, [&](const auto& values) { CHECK(values.size() == 1); });
+}
+
+TEST_CASE("particles are removed from all arrays, and the others keep their order", "[track]") {
+    Particles p = some(0, 6);
+    p.remove({0, 1, 0, 0, 1, 0});
+    requireIds(p, {0, 2, 3, 5});
+    p.remove({0, 0, 0, 0});
+    requireIds(p, {0, 2, 3, 5});
+    CHECK_THROWS_AS(p.remove({0, 0}), ValueError);
+    p.remove({1, 1, 1, 1});
+    CHECK(p.size() == 0);
+    Particles bare; // empty arrays stay empty
+    bare.x = bare.y = bare.z = {1, 2};
+    bare.id = {1, 2};
+    bare.remove({1, 0});
+    CHECK(bare.id == std::vector<int64_t>{2});
+    CHECK_FALSE(bare.hasVelocity());
+}
+
+TEST_CASE("particles are appended with all they have", "[track]") {
+    Particles p;
+    p.append(some(3, 2));
+    requireIds(p, {3, 4});
+    p.append(some(7, 1));
+    requireIds(p, {3, 4, 7});
+    p.append({});
+    requireIds(p, {3, 4, 7});
+
+    Particles bare;
+    bare.x = bare.y = bare.z = {9};
+    bare.id = {9};
+    Particles mixed = p;
+    mixed.append(bare);
+    CHECK(mixed.id == std::vector<int64_t>{3, 4, 7, 9});
+    CHECK(mixed.vy == std::vector<float>{3, 4, 7, 0});
+    CHECK(mixed.age == std::vector<float>{3, 4, 7, 0});
+    CHECK(mixed.life.back() == std::numeric_limits<float>::infinity());
+    CHECK(mixed.converged.back() == 1);
+    CHECK_FALSE(mixed.hasTrack()); // one has none: none has
+    bare.append(some(1, 1));
+    CHECK(bare.age == std::vector<float>{0, 1});
+    CHECK(bare.x == std::vector<double>{9, 1});
+    CHECK(bare.f.empty());
+    CHECK(bare.g.empty());
+}
+
+TEST_CASE("particles grow older and die after their life", "[track]") {
+    Particles p = some(0, 4);
+    p.age = {0, 0, 1, 1};
+    p.life = {1, 0.4F, 1.5F, std::numeric_limits<float>::infinity()};
+    CHECK(p.grow(0.5) == 1);
+    CHECK(p.id == std::vector<int64_t>{0, 2, 3});
+    CHECK(p.age == std::vector<float>{0.5F, 1.5F, 1.5F}); // not above the life: still there
+    CHECK(p.grow(0.5) == 1);
+    CHECK(p.id == std::vector<int64_t>{0, 3});
+    CHECK(p.grow(1000) == 1);
+    CHECK(p.id == std::vector<int64_t>{3});
+    Particles ageless;
+    ageless.x = ageless.y = ageless.z = {1};
+    ageless.id = {1};
+    CHECK(ageless.grow(5) == 0);
+    CHECK_FALSE(ageless.hasAge());
 }

@@ -89,6 +89,12 @@ TEST_CASE("point k depends on the seed and k alone", "[track]") {
     }
     CHECK(same == 0);
     CHECK(scatter(domain, 0, 7).size() == 0);
+    const Particles later = scatterFrom(domain, 900, 100, 7);
+    for (size_t k = 0; k < 100; ++k) {
+        CHECK(later.id[k] == static_cast<int64_t>(900 + k));
+        CHECK(position(later, k) == position(many, 900 + k));
+    }
+    CHECK_THROWS_AS(scatterFrom(domain, -1, 10, 7), ValueError);
 }
 
 TEST_CASE("where nothing can be scattered is an error", "[track]") {

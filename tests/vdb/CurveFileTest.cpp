@@ -147,7 +147,7 @@ TEST_CASE("CurveFile: points of a .vdb carry what the vertices have", "[vdb][Cur
     namespace points = openvdb::points;
     const Folder folder;
     const Curves c = curvesOf({3000, 1, 0, 2000});
-    writeVdb(folder / "a.vdb", {pointGrid(c, 0, "lines")});
+    writeVdb(folder / "a.vdb", {pointGrid(c, {.name = "lines"})});
     const auto grid = openvdb::gridPtrCast<points::PointDataGrid>(readVdb(folder / "a.vdb").at(0));
     REQUIRE(grid);
     CHECK(grid->getName() == "lines");

@@ -49,6 +49,19 @@ Particles cloud(size_t count, bool velocity = true, bool surface = false) {
     return particles;
 }
 
+/// With ages, lives and tracks that floats hold exactly.
+Particles agedCloud(size_t count) {
+    Particles particles = cloud(count);
+    for (size_t n = 0; n < count; ++n) {
+        const auto number = static_cast<float>(n);
+        particles.age.push_back(number / 8);
+        particles.life.push_back(n % 3 ? number : std::numeric_limits<float>::infinity());
+        particles.f.push_back(static_cast<double>(number) / 4 - 10);
+        particles.g.push_back(static_cast<double>(-number));
+    }
+    return particles;
+}
+
 double pointsPerVoxel(const openvdb::points::PointDataGrid& grid) {
     return double(openvdb::points::pointCount(grid.tree())) / double(grid.activeVoxelCount());
 }
@@ -60,7 +73,7 @@ TEST_CASE("PointFile: particles come back from a grid and a file, sorted by id",
     const bool velocity = GENERATE(true, false);
     CAPTURE(velocity);
     const Particles particles = cloud(5000, velocity);
-    const auto grid = pointGrid(particles, 0, "dust");
+    const auto grid = pointGrid(particles, {.name = "dust"});
     CHECK(grid->getName() == "dust");
     CHECK((grid->getVectorType() == openvdb::VEC_CONTRAVARIANT_RELATIVE) == velocity);
     writeVdb(folder / "a.vdb", {grid});
@@ -90,7 +103,7 @@ TEST_CASE("PointFile: the chosen voxels hold about 8 particles, in a volume and 
     const auto grid = pointGrid(cloud(100000, false, surface));
     CHECK(pointsPerVoxel(*grid) > 5);
     CHECK(pointsPerVoxel(*grid) < 11);
-    CHECK(pointGrid(cloud(1000), 0.25)->voxelSize() == openvdb::Vec3d(0.25));
+    CHECK(pointGrid(cloud(1000), {.voxelSize = 0.25})->voxelSize() == openvdb::Vec3d(0.25));
 }
 
 TEST_CASE("PointFile: odd places of particles", "[vdb][PointFile]") {
@@ -224,7 +237,7 @@ TEST_CASE("PointFile: unusable particles", "[vdb][PointFile]") {
     REQUIRE_THROWS_WITH(pointGrid(bad), Contains("1 coordinate"));
     for (const double voxelSize : {-1.0, 1e-9, 1e200, std::nan("")}) {
         CAPTURE(voxelSize);
-        REQUIRE_THROWS_WITH(pointGrid(cloud(3), voxelSize), Contains("voxel size"));
+        REQUIRE_THROWS_WITH(pointGrid(cloud(3), {.voxelSize = voxelSize}), Contains("voxel size"));
     }
     CHECK(folder.files() == 0);
 }
@@ -263,4 +276,70 @@ TEST_CASE("PointFile: what cannot be written leaves nothing behind", "[vdb][Poin
     REQUIRE_THROWS_AS(writePly(folder / "none" / "a.ply", cloud(10)), FileError);
     REQUIRE_THROWS_AS(writeCsv(folder.path, cloud(10)), FileError);
     CHECK(folder.files() == 0);
+}
+
+TEST_CASE("PointFile: ages, lives and tracks come back from a file, in the order of the ids", "[vdb][PointFile]") {
+    const Folder folder;
+    const Particles particles = agedCloud(3000);
+    writeVdb(folder / "a.vdb", {pointGrid(particles)});
+    const auto read = openvdb::gridPtrCast<openvdb::points::PointDataGrid>(readVdb(folder / "a.vdb").at(0));
+    REQUIRE(read);
+    for (const char* name : {"P", "v", "id", "age", "life", "f", "g"})
+        CHECK(read->tree().cbeginLeaf()->hasAttribute(name));
+    const Particles back = particlesOf(*read);
+    REQUIRE(back.size() == particles.size());
+    REQUIRE((back.hasAge() && back.hasLife() && back.hasTrack()));
+    for (size_t n = 0; n < back.size(); ++n) {
+        const size_t m = particles.size() - 1 - n; // cloud counts down
+        CAPTURE(n);
+        REQUIRE(back.id[n] == particles.id[m]);
+        REQUIRE(back.age[n] == particles.age[m]);
+        REQUIRE(back.life[n] == particles.life[m]);
+        REQUIRE(back.f[n] == particles.f[m]);
+        REQUIRE(back.g[n] == particles.g[m]);
+    }
+}
+
+TEST_CASE("PointFile: the velocity has the name that the host wants", "[vdb][PointFile]") {
+    const Particles particles = cloud(50);
+    const auto grid = pointGrid(particles, {.velocity = "velocity"});
+    CHECK(grid->tree().cbeginLeaf()->hasAttribute("velocity"));
+    CHECK_FALSE(grid->tree().cbeginLeaf()->hasAttribute("v"));
+    const Particles back = particlesOf(*grid);
+    REQUIRE(back.hasVelocity());
+    CHECK(back.vx.front() == particles.vx.back());
+}
+
+TEST_CASE("PointFile: attributes of others that only share a name are left alone", "[vdb][PointFile]") {
+    namespace points = openvdb::points;
+    const auto grid = pointGrid(cloud(50));
+    points::appendAttribute<int32_t>(grid->tree(), "age", 7);
+    points::appendAttribute<float>(grid->tree(), "f", 0.5F); // without a g
+    points::appendAttribute<float>(grid->tree(), "life", 3.0F);
+    const Particles back = particlesOf(*grid);
+    CHECK_FALSE(back.hasAge());
+    CHECK_FALSE(back.hasTrack());
+    CHECK(back.life == std::vector<float>(50, 3.0F));
+}
+
+TEST_CASE("PointFile: ages, lives and tracks follow the id in flat files", "[vdb][PointFile]") {
+    const Folder folder;
+    Particles one;
+    one.x = {1}, one.y = {2}, one.z = {3}, one.id = {4};
+    one.age = {0.1F}, one.life = {std::numeric_limits<float>::infinity()};
+    one.f = {1.0 / 3}, one.g = {-2};
+    writeCsv(folder / "one.csv", one);
+    CHECK(bytesOf(folder / "one.csv") == "x,y,z,id,age,life,f,g\n1,2,3,4,0.100000001,inf,0.333333343,-2\n");
+    writePly(folder / "one.ply", one);
+    const std::string bytes = bytesOf(folder / "one.ply");
+    CHECK_THAT(bytes, Contains("property int id\nproperty float age\nproperty float life\nproperty float f\nproperty "
+                               "float g\nend_header\n"));
+    const float last[4] = {0.1F, std::numeric_limits<float>::infinity(), static_cast<float>(1.0 / 3), -2};
+    CHECK(bytes.substr(bytes.size() - sizeof last) == std::string(reinterpret_cast<const char*>(last), sizeof last));
+    one.life.clear();
+    writeCsv(folder / "one.csv", one);
+    CHECK_THAT(bytesOf(folder / "one.csv"), Contains("id,age,f,g\n"));
+    one.g.clear();
+    CHECK_THROWS_WITH(writeCsv(folder / "two.csv", one), Contains("g 0"));
+    CHECK_THROWS_AS(pointGrid(one), ValueError);
 }

@@ -47,7 +47,7 @@ openvdb::Vec3SGrid::Ptr velocity() {
 openvdb::points::PointDataGrid::Ptr points() {
     Particles particles;
     particles.x = {0.1, 3, -7}, particles.y = {0, 3, 0}, particles.z = {0, 3, 0}, particles.id = {0, 1, 2};
-    return pointGrid(particles, 0.5);
+    return pointGrid(particles, {.voxelSize = 0.5});
 }
 
 /// One of each kind, two of which share a tree.

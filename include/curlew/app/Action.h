@@ -1,5 +1,6 @@
 #pragma once
 
+#include "curlew/app/Expression.h"
 #include "curlew/math/Range.h"
 #include "curlew/math/Vec.h"
 
@@ -61,7 +62,8 @@ struct Action {
 };
 
 /// The options and words given to one use of an action, checked against its declaration. Reading an option that was not
-/// declared, or as another type, is a programming error (std::logic_error).
+/// declared, or as another type, is a programming error (std::logic_error). Values and words may have expressions
+/// (Expression.h); what is read is their value at one moment: the default one, or that which at() was given.
 class Arguments {
   public:
     explicit Arguments(const Action& action) : mAction(&action) {}
@@ -91,12 +93,18 @@ class Arguments {
 
     size_t choice(std::string_view name) const; ///< The position of the word among the choices.
 
-    /// Takes one token, option=value or a word. Throws ValueError naming the nearest valid option or the valid values.
+    /// Takes one token, option=value or a word. Throws ValueError naming the nearest valid option or the valid values;
+    /// values that depend on a variable are only judged by at().
     void add(const std::string& token);
     /// Throws ValueError where words are missing.
     void finish() const;
 
-    /// The action as it was given, to run again: "-noise type=psrd seed=2".
+    /// The same as of that moment. Throws ValueError where a value is not valid then.
+    Arguments at(const Moment& moment) const;
+    /// Whether a value or word changes with time.
+    bool changes() const;
+
+    /// The action as it was given, expressions and all, to run again: "-noise type=psrd seed=2".
     std::string program(bool withDash = true) const;
 
   private:
@@ -105,8 +113,8 @@ class Arguments {
     std::string value(const Option& option) const;
 
     const Action* mAction;
-    std::vector<std::string> mWords;
-    std::map<std::string, std::string> mValues;
+    std::vector<std::string> mWords, mWrittenWords;
+    std::map<std::string, std::string> mValues, mWritten;
 };
 
 } // namespace curlew::app

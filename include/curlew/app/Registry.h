@@ -20,7 +20,9 @@ std::vector<Action> gridActions();
 std::vector<Action> pointActions();
 std::vector<Action> jitterActions();
 std::vector<Action> curveActions();
+std::vector<Action> emitActions();
 std::vector<Action> imageActions();
+std::vector<Action> frameActions();
 std::vector<Action> programActions();
 
 /// All of them as a table in Markdown, and in plain text; one action in full.

@@ -3,8 +3,10 @@
 #include "curlew/app/Action.h"
 #include "curlew/app/AnyField.h"
 #include "curlew/app/Console.h"
+#include "curlew/app/Frames.h"
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/flow/FlowInTime.h"
 #include "curlew/image/ColorMap.h"
 #include "curlew/image/Image.h"
 #include "curlew/track/Advect.h"
@@ -14,6 +16,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <map>
 #include <variant>
 
 namespace curlew::app {
@@ -36,6 +39,10 @@ class Stack {
     const Entry& entry(size_t age = 0) const { return mEntries[indexOf(age)]; }
     const T& at(size_t age = 0) const { return entry(age).object; }
     T& at(size_t age = 0) { return mEntries[indexOf(age)].object; }
+
+    /// From the oldest to the newest.
+    std::vector<Entry>& entries() { return mEntries; }
+    const std::vector<Entry>& entries() const { return mEntries; }
 
     void push(T object, uint64_t made) { mEntries.push_back({std::move(object), made}); }
     T take(size_t age = 0) {
@@ -67,6 +74,10 @@ struct FieldObject {
 struct GridObject {
     openvdb::GridBase::ConstPtr grid;
     std::shared_ptr<const Mesh> mesh; ///< Where the grid is a level set of one.
+    /// Where the wanted time is between two frames: the level set of the earlier one, and which part of the way it has
+    /// gone from there to this one.
+    std::shared_ptr<const GridObject> earlier = {};
+    double part = 1;
 };
 
 using Geometry = std::variant<std::shared_ptr<const Mesh>, Particles, std::shared_ptr<const Curves>>;
@@ -77,10 +88,20 @@ struct ImageObject {
     ColorMap map;
 };
 
+/// What -emit remembers from frame to frame.
+struct Emissions {
+    std::map<size_t, double> rates;      ///< By action: the sum of its rates over the frames so far, 1/s.
+    std::map<uint64_t, int64_t> nextIds; ///< By the set of points (when it was made): the id of its next one.
+};
+
+struct Recording;
+struct FrameLevelSets;
+struct SdfCache;
+
 /// Everything that a running program has made so far.
 class Session {
   public:
-    explicit Session(Console& output) : console(output) {}
+    explicit Session(Console& output);
 
     Console& console;
     Stack<FieldObject> fields{"field"};
@@ -92,8 +113,37 @@ class Session {
 
     uint64_t trackedFlow = 0; ///< When the flow was made that the newest particles' tracks belong to.
 
+    std::optional<FrameClock> clock = {}; ///< While the actions after -frames run.
+    Emissions emissions = {};
+
+    /// Runs an action with the values that its expressions have now, and records it for flowInTime().
+    void run(const Arguments& written);
+    /// How many actions have run since the recording began.
+    size_t recorded() const;
+    /// Whether points that were made then are carried to the next frame: those that the frame began with, and those of
+    /// -emit are.
+    bool carries(uint64_t made) const;
+    /// What is recorded begins here: the program, or a frame. `changing`: some of the actions to come depend on F or T,
+    /// so that what they make is kept to be used again.
+    void beginRecording(bool changing = true);
+
+    /// The newest flow as it changes with time, seconds since the first frame (or, without -frames, since T = 0). If
+    /// nothing that it may be made of depends on F or T, or it is older than the recording, it is steady. Else at(t)
+    /// runs the actions of shapes, fields and flows since then again, with T = t, on the stacks as they were: the same
+    /// bits at any time, and no effect on this session. A flow that is scaled to a speed= is so at every time. Level
+    /// sets whose files change from frame to frame move from those of the frame before to those of this one: the
+    /// distance between is the mean of both, weighted by the time. All other objects stay what they are.
+    FlowInTime flowInTime();
+    /// The newest level set as it was one frame earlier: where that frame has not been run by this session, its files
+    /// are read, and its mesh is converted, now. Nothing in the first frame, without -frames, and where it was made
+    /// before -frames.
+    std::optional<GridObject> previousLevelSet();
+
     /// The moment, for ordering objects across stacks.
     uint64_t now() { return mClock++; }
+    /// That which now() gives next.
+    uint64_t nextNow() const { return mClock; }
+    void setNextNow(uint64_t moment) { mClock = moment; }
     /// Since the session began.
     double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - mBegan).count(); }
     void setThreads(int threads) { mThreads = std::make_unique<ThreadLimit>(threads); }
@@ -107,7 +157,8 @@ class Session {
     openvdb::Vec3SGrid::ConstPtr velocity() const;
 
     /// A level set on the grid stack as a distance, its band widened where it does not reach `distance` world units
-    /// from the surface (the widened grid then takes its place on the stack).
+    /// from the surface (the widened grid then takes its place on the stack). What was computed for the same grid and
+    /// distance a short time ago is not computed again.
     Sdf levelSetSdf(size_t age, double distance);
     /// The age of the newest level set on the grid stack; none: nothing.
     std::optional<size_t> newestLevelSet() const;
@@ -117,7 +168,15 @@ class Session {
     Sdf newestSdf(double distance);
 
   private:
+    /// Its band reaches `distance` on return.
+    Sdf widenedSdf(GridObject& object, double distance);
+    /// The grids that were read in this frame, as they were one frame earlier.
+    Stack<GridObject> earlierGrids() const;
+
     uint64_t mClock = 1;
+    std::shared_ptr<Recording> mRecording; ///< Whoever asked for a flow in time shares it.
+    std::shared_ptr<const FrameLevelSets> mLastLevelSets;
+    std::shared_ptr<SdfCache> mSdfs;
     std::chrono::steady_clock::time_point mBegan = std::chrono::steady_clock::now();
     std::unique_ptr<ThreadLimit> mThreads;
 };

@@ -19,6 +19,8 @@ struct AdvectOptions {
     /// Of a scheme with steps of adaptive length (then `steps` have the greatest): the estimated error of a step, world
     /// units.
     double accuracy = 1e-4;
+    /// A particle that is younger than `time` moves for its age only: it was born on the way.
+    bool byAge = false;
     double longest = 0; ///< World units: a step that moves a point farther is redone in halves; 0: none is.
 };
 

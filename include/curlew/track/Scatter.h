@@ -10,4 +10,7 @@ namespace curlew {
 /// Throws ValueError where the domain is empty or infinite.
 Particles scatter(const Domain& domain, size_t count, uint64_t seed, const Monitor& monitor = {});
 
+/// The points from `first` on of those that a larger `count` would give: with ids first … first+count-1.
+Particles scatterFrom(const Domain& domain, int64_t first, size_t count, uint64_t seed, const Monitor& monitor = {});
+
 } // namespace curlew

@@ -1,11 +1,7 @@
 #pragma once
 
 #include "curlew/track/Curves.h"
-
-#include <openvdb/points/PointDataGrid.h>
-
-#include <filesystem>
-#include <string>
+#include "curlew/vdb/PointFile.h"
 
 namespace curlew {
 
@@ -27,9 +23,9 @@ void writeObj(const std::filesystem::path& path, const Curves& curves);
 void writeCsv(const std::filesystem::path& path, const Curves& curves);
 
 /// The vertices as OpenVDB points with the attributes P, v, id (their number, from 0), curve (the seed's id), vertex
-/// (from 0 for each curve), closed (0 or 1), speed, f, g and length. Voxel size and errors are those of pointGrid() for
+/// (from 0 for each curve), closed (0 or 1), speed, f, g and length. Options and errors are those of pointGrid() for
 /// particles; all vertices have to be finite.
-openvdb::points::PointDataGrid::Ptr pointGrid(const Curves& curves, double voxelSize = 0,
-                                              const std::string& name = "curves");
+openvdb::points::PointDataGrid::Ptr pointGrid(const Curves& curves,
+                                              const PointGridOptions& options = {.name = "curves"});
 
 } // namespace curlew

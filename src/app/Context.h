@@ -1,0 +1,29 @@
+#pragma once
+
+#include "curlew/base/Error.h"
+
+#include <fmt/format.h>
+#include <openvdb/Exceptions.h>
+
+#include <string>
+
+namespace curlew::app {
+
+/// Calls `work`; what it throws gets the action's name in front.
+template <class Work>
+decltype(auto) inContextOf(const std::string& context, const Work& work) {
+    const auto located = [&](const std::exception& e) { return fmt::format("{}: {}", context, e.what()); };
+    try {
+        return work();
+    } catch (const ValueError& e) {
+        throw ValueError(located(e));
+    } catch (const FileError& e) {
+        throw FileError(located(e));
+    } catch (const ResourceError& e) {
+        throw ResourceError(located(e));
+    } catch (const openvdb::Exception& e) {
+        throw ValueError(located(e));
+    }
+}
+
+} // namespace curlew::app

@@ -1,0 +1,221 @@
+#include "curlew/app/Program.h"
+#include "support/Command.h"
+
+#include <catch2/catch.hpp>
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+
+using namespace curlew;
+using namespace curlew::app;
+using Catch::Matchers::Contains;
+
+namespace {
+
+/// The particles at the end of every frame of a scene (its last action calls for them).
+std::vector<Particles> framesOf(const std::string& before, const std::string& block) {
+    static Console console(nullptr);
+    console.setVerbosity(Verbosity::quiet);
+    std::vector<Particles> frames;
+    const Action keep{.name = "keep", .group = "points", .run = [&](Session& s, const Arguments&) {
+                          frames.push_back(s.particles());
+                      }};
+    Program program = parseScene(before + "\n" + block, "scene");
+    program.actions.emplace_back(keep);
+    Session session(console);
+    run(program, session);
+    return frames;
+}
+
+Particles afterwards(const std::string& scene) { return framesOf("", scene).front(); }
+
+} // namespace
+
+TEST_CASE("as many are born as the rate says, each at its own time", "[app]") {
+    const double rate = GENERATE(1.0, 7.0, 100.0, 999.5);
+    const auto frames = framesOf("sphere", fmt::format("frames 1-49 fps=24\nemit rate={}", rate));
+    REQUIRE(frames.size() == 49);
+    for (size_t frame = 0; frame < frames.size(); ++frame) {
+        const Particles& p = frames[frame];
+        const double time = static_cast<double>(frame) / 24;
+        CAPTURE(rate, frame);
+        CHECK(std::abs(static_cast<double>(p.size()) - rate * time) < 1 + 1e-9);
+        if (frame % 24 == 0) CHECK(static_cast<double>(p.size()) == std::floor(rate * time));
+        for (size_t k = 0; k < p.size(); ++k) {
+            CHECK(p.id[k] == static_cast<int64_t>(k));
+            // Particle k is born at (k + 1) / rate; ages are sums of floats.
+            CHECK(p.age[k] == Approx(time - static_cast<double>(k + 1) / rate).margin(1e-5));
+        }
+    }
+    CHECK(frames.front().size() == 0);
+    CHECK_FALSE(frames.back().hasLife());
+}
+
+TEST_CASE("a rate may change, even to nothing", "[app]") {
+    const auto frames = framesOf("sphere", "frames 1-25 fps=24\nemit rate='{F<14 ? 240 : 0}'");
+    CHECK(frames[12].size() == 120);
+    CHECK(frames[24].size() == 120);
+}
+
+TEST_CASE("particles die at their age, and those that are left keep their ids and places", "[app]") {
+    const auto frames = framesOf("sphere", "frames 1-30 fps=10\nemit rate=100 life=1 spread=0.5 seed=3");
+    std::map<int64_t, std::pair<float, double>> known;
+    size_t shortest = 0, longest = 0;
+    for (size_t frame = 0; frame < frames.size(); ++frame) {
+        const Particles& p = frames[frame];
+        CAPTURE(frame);
+        REQUIRE(std::is_sorted(p.id.begin(), p.id.end()));
+        for (size_t k = 0; k < p.size(); ++k) {
+            REQUIRE(p.age[k] <= p.life[k]);
+            REQUIRE((p.life[k] >= 0.5F && p.life[k] <= 1.5F));
+            const auto place = std::pair(p.life[k], p.x[k]);
+            REQUIRE(known.try_emplace(p.id[k], place).first->second == place);
+        }
+        if (frame != 20) continue;
+        for (const auto& [id, place] : known) {
+            shortest += place.first < 0.75F;
+            longest += place.first > 1.25F;
+        }
+    }
+    // Uniform in [0.5, 1.5]: a quarter each, of 200, within 5 sigma.
+    CHECK(std::abs(static_cast<double>(shortest) - 50) < 31);
+    CHECK(std::abs(static_cast<double>(longest) - 50) < 31);
+    // Born at 100 / s, living for 1 s on average: 100 of them, of lives that vary.
+    CHECK(frames.back().size() > 85);
+    CHECK(frames.back().size() < 115);
+    for (const Particles& p : frames) // without a spread, all have the same life
+        CHECK(p.size() <= 151);
+}
+
+TEST_CASE("where a particle is born depends on the seed and its id alone", "[app]") {
+    const auto slow = framesOf("sphere", "frames 1-11 fps=10\nemit rate=50 seed=1").back();
+    const auto fast = framesOf("sphere", "frames 1-3 fps=2\nemit rate=100 seed=1").back();
+    const auto other = framesOf("sphere", "frames 1-11 fps=10\nemit rate=50 seed=2").back();
+    REQUIRE(slow.size() == 50);
+    REQUIRE(fast.size() == 100);
+    for (size_t k = 0; k < 50; ++k) {
+        CHECK((slow.x[k] == fast.x[k] && slow.y[k] == fast.y[k] && slow.z[k] == fast.z[k]));
+        CHECK(slow.x[k] != other.x[k]);
+        CHECK(std::hypot(slow.x[k], slow.y[k], slow.z[k]) < 1);
+    }
+}
+
+TEST_CASE("points that were there join those that are born", "[app]") {
+    const auto frames = framesOf("noise\nnoise seed=1\ndfvn\nscatter count=20\nadvect time=0.1 steps=1",
+                                 "frames 1-3 fps=10\nemit rate=50\nadvect time=0.1 steps=2");
+    REQUIRE(frames.back().size() == 30);
+    const Particles& p = frames.back();
+    for (size_t k = 0; k < 30; ++k) CHECK(p.id[k] == static_cast<int64_t>(k));
+    for (size_t k = 0; k < 20; ++k) CHECK(p.age[k] == Approx(0.2));
+    // Those who are born are on tracks of their own, in the same flow.
+    REQUIRE(p.hasTrack());
+    const auto first = frames[1];
+    REQUIRE(first.size() == 25);
+    for (size_t k = 20; k < 25; ++k) {
+        CHECK(p.f[k] == first.f[k]);
+        CHECK(p.g[k] == first.g[k]);
+        CHECK(std::hypot(p.vx[k], p.vy[k], p.vz[k]) > 0);
+    }
+}
+
+TEST_CASE("two emitters add to the same points, and each keeps its count", "[app]") {
+    const auto frames = framesOf("",
+                                 "frames 1-11 fps=10\nsphere radius=0.1\nemit rate=10\n"
+                                 "sphere radius=0.1 offset=5,0,0\nemit rate=30");
+    const Particles& p = frames.back();
+    REQUIRE(p.size() == 40);
+    const auto right = static_cast<size_t>(std::count_if(p.x.begin(), p.x.end(), [](double x) { return x > 2; }));
+    CHECK(right == 30);
+    for (size_t k = 0; k < 40; ++k) CHECK(p.id[k] == static_cast<int64_t>(k));
+}
+
+TEST_CASE("emission from a shape that moves follows it", "[app]") {
+    const auto frames = framesOf("", "frames 1-4 fps=1\nsphere radius=0.1 offset={10*T},0,0\nemit rate=10");
+    const Particles& p = frames.back();
+    REQUIRE(p.size() == 30);
+    for (size_t k = 0; k < 30; ++k) CHECK(std::abs(p.x[k] - 10 * std::ceil((static_cast<double>(k) + 0.5) / 10)) < 0.1);
+}
+
+TEST_CASE("what cannot be emitted is an error", "[app]") {
+    CHECK_THROWS_WITH(afterwards("sphere\nemit"), Contains("-frames"));
+    CHECK_THROWS_WITH(afterwards("frames 1-2\nemit"), Contains("frame 1: -emit") && Contains("shape"));
+    CHECK_THROWS_WITH(afterwards("frames 1-2\nsphere\nemit rate=1e15"), Contains("births in a frame"));
+    CHECK_THROWS_WITH(afterwards("frames 1-2\nsphere\nemit rate=-1"), Contains("rate=-1"));
+    CHECK_THROWS_WITH(afterwards("frames 1-2\nsphere\nemit life=0"), Contains("life=0"));
+}
+
+TEST_CASE("points are removed outside or inside of a box or a shape", "[app]") {
+    const std::string some = "sphere radius=2\nscatter count=3000\n";
+    const Particles all = afterwards(some);
+    const auto radius = [](const Particles& p, size_t k) { return std::hypot(p.x[k], p.y[k], p.z[k]); };
+    const Particles inBox = afterwards(some + "kill box=0,-1,-1,1,1,1");
+    const Particles offBox = afterwards(some + "kill side=inside box=0,-1,-1,1,1,1");
+    const Particles inShape = afterwards(some + "sphere radius=1\nkill");
+    const Particles offShape = afterwards(some + "sphere radius=1\nkill side=inside");
+    CHECK(inBox.size() > 100);
+    CHECK(inBox.size() + offBox.size() == all.size());
+    CHECK(inShape.size() > 100);
+    CHECK(inShape.size() + offShape.size() == all.size());
+    for (size_t k = 0; k < inBox.size(); ++k)
+        REQUIRE((inBox.x[k] >= 0 && inBox.x[k] <= 1 && std::abs(inBox.y[k]) <= 1 && std::abs(inBox.z[k]) <= 1));
+    for (size_t k = 0; k < inShape.size(); ++k) REQUIRE(radius(inShape, k) < 1);
+    for (size_t k = 0; k < offShape.size(); ++k) REQUIRE(radius(offShape, k) > 1);
+    // Those that are left keep their ids.
+    for (const Particles* part : {&inBox, &offBox, &inShape, &offShape})
+        for (size_t k = 0; k < part->size(); ++k) REQUIRE(part->x[k] == all.x[static_cast<size_t>(part->id[k])]);
+    CHECK_THROWS_WITH(afterwards("sphere\nkill"), Contains("-scatter"));
+    CHECK_THROWS_WITH(afterwards("scatter box=0,0,0,1,1,1\nkill"), Contains("shape"));
+}
+
+TEST_CASE("points come back in at the other side of a periodic box", "[app]") {
+    const std::string some = "scatter count=2000 box=-7,-7,-7,9,9,9\n";
+    const Particles all = afterwards(some), wrapped = afterwards(some + "wrap box=0,-1,2,1.5,1,3");
+    const double lower[3] = {0, -1, 2}, upper[3] = {1.5, 1, 3};
+    REQUIRE(wrapped.size() == all.size());
+    for (size_t k = 0; k < all.size(); ++k) {
+        const double from[3] = {all.x[k], all.y[k], all.z[k]}, to[3] = {wrapped.x[k], wrapped.y[k], wrapped.z[k]};
+        for (int axis = 0; axis < 3; ++axis) {
+            const double period = upper[axis] - lower[axis], periods = (from[axis] - to[axis]) / period;
+            CAPTURE(k, axis, from[axis], to[axis]);
+            REQUIRE((to[axis] >= lower[axis] && to[axis] < upper[axis]));
+            REQUIRE(std::abs(periods - std::round(periods)) < 1e-13 * 16);
+        }
+        // What is in the box already does not move by a bit.
+        if (from[0] >= 0 && from[0] < 1.5) REQUIRE(to[0] == from[0]);
+    }
+    // By default, the box of the flow.
+    const Particles home = afterwards("scatter count=100 box=3,3,3,4,4,4\nnoise\nnoise seed=1\ndfvn\nwrap");
+    for (size_t k = 0; k < home.size(); ++k) REQUIRE(std::abs(home.x[k]) <= 1);
+    CHECK_THROWS_WITH(afterwards("scatter box=0,0,0,1,1,1\nwrap"), Contains("no flow"));
+}
+
+TEST_CASE("a periodic flow sees no difference between a point and the one that came back in", "[app]") {
+    const std::string flow = "noise period=2 frequency=1 seed=1\nnoise period=2 frequency=1 seed=2\ndfvn\n";
+    const std::string move = "advect time=0.5 steps=5\n";
+    const Particles straight = afterwards(flow + "scatter count=200 box=0,0,0,2,2,2\n" + move + move);
+    const Particles wrapped =
+        afterwards(flow + "scatter count=200 box=0,0,0,2,2,2\n" + move + "wrap box=0,0,0,2,2,2\n" + move);
+    for (size_t k = 0; k < straight.size(); ++k) {
+        const double periods = (straight.x[k] - wrapped.x[k]) / 2;
+        CAPTURE(k);
+        REQUIRE(std::abs(periods - std::round(periods)) < 1e-6); // the reprojection's tolerance
+        REQUIRE(straight.f[k] == wrapped.f[k]);
+    }
+}
+
+TEST_CASE("particles in files have the attributes that hosts know", "[app]") {
+    const test::Folder folder;
+    folder.mustRun(
+        "-quiet -noise -noise seed=1 -dfvn -frames 1-3 -emit rate=480 life=5 -advect time=0.1 steps=2 "
+        "-write 'p.$F4.csv' 'p.$F4.vdb' -write target=blender 'b.$F4.vdb'");
+    CHECK_THAT(test::bytesOf(folder / "p.0001.csv"), Catch::StartsWith("x,y,z"));
+    CHECK_THAT(test::bytesOf(folder / "p.0003.csv"), Catch::StartsWith("x,y,z,vx,vy,vz,id,age,life,f,g\n"));
+    CHECK(test::linesIn(test::bytesOf(folder / "p.0003.csv")) == 41);
+    // Read again, the particles have what they had.
+    folder.mustRun("-quiet -read p.0003.vdb -write again.csv");
+    CHECK_THAT(test::bytesOf(folder / "again.csv"), Catch::StartsWith("x,y,z,vx,vy,vz,id,age,life\n"));
+    folder.mustRun("-quiet -read b.0003.vdb -write blender.csv");
+    CHECK((test::bytesOf(folder / "blender.csv") == test::bytesOf(folder / "again.csv")));
+    CHECK((test::bytesOf(folder / "b.0003.vdb") != test::bytesOf(folder / "p.0003.vdb")));
+}

@@ -1,0 +1,149 @@
+#include "curlew/app/Action.h"
+#include "curlew/app/Expression.h"
+#include "curlew/app/Program.h"
+#include "curlew/base/Error.h"
+#include "curlew/base/Random.h"
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+
+using namespace curlew;
+using namespace curlew::app;
+using Catch::Matchers::Contains;
+
+namespace {
+
+double valueOf(const std::string& expression, const Moment& moment = {}) {
+    const std::string text = expanded("{" + expression + "}", moment);
+    char* end = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    CAPTURE(expression, text);
+    REQUIRE(*end == 0);
+    return value;
+}
+
+Arguments given(const std::string& line) { return parseScene(line, "line").actions.front(); }
+
+} // namespace
+
+TEST_CASE("expressions have the values of their formulas", "[app]") {
+    const Moment moment{.frame = 17, .time = 0.625, .fps = 30};
+    CHECK(valueOf("1+2*3") == 7);
+    CHECK(valueOf("2^10-24") == 1000);
+    CHECK(valueOf("F", moment) == 17);
+    CHECK(valueOf("T", moment) == 0.625);
+    CHECK(valueOf("fps", moment) == 30);
+    CHECK(valueOf("2*pi*T", moment) == 2 * std::numbers::pi * 0.625);
+    CHECK(valueOf("sin(pi/6)") == std::sin(std::numbers::pi / 6));
+    CHECK(valueOf("exp(1) + log(2) + sqrt(3) + atan2(1, 2)") ==
+          std::exp(1.0) + std::log(2.0) + std::sqrt(3.0) + std::atan2(1.0, 2.0));
+    CHECK(valueOf("floor(-1.5)") == -2);
+    CHECK(valueOf("ceil(-1.5)") == -1);
+    CHECK(valueOf("mod(-1, 24)") == 23);
+    CHECK(valueOf("clamp(F, 0, 10)", moment) == 10);
+    CHECK(valueOf("min(F, 3) + max(1, 2)", moment) == 5);
+    CHECK(valueOf("F < 20 ? 1 : 0", moment) == 1);
+    // What a first frame 1 has.
+    CHECK(expanded("{F} {T} {fps}", {}) == "1 0 24");
+}
+
+TEST_CASE("the value of an expression loses no bit as text", "[app]") {
+    for (uint64_t k = 0; k < 1000; ++k) {
+        const double time = (randomUniform(1, k) - 0.5) * std::exp2(200 * (randomUniform(2, k) - 0.5));
+        CAPTURE(k, time);
+        REQUIRE(valueOf("T", {.time = time}) == time);
+    }
+}
+
+TEST_CASE("expressions and frames stand anywhere in a text", "[app]") {
+    const Moment moment{.frame = 42, .time = 0.5};
+    CHECK(expanded("{0.3*T},0,{-T}", moment) == "0.15,0,-0.5");
+    CHECK(expanded("out/smoke.$F4.vdb", moment) == "out/smoke.0042.vdb");
+    CHECK(expanded("$F_$F1_$F3", moment) == "42_42_042");
+    CHECK(expanded("$F40", moment) == "00420"); // one digit says how many
+    CHECK(expanded("a{F+1}b{F-1}c", moment) == "a43b41c");
+    CHECK(expanded("$$F4 {{F}", moment) == "$F4 {F}");
+    CHECK(expanded("", moment).empty());
+    CHECK(expanded("a } b", moment) == "a } b");
+    // The name is that of the frame in which the time is.
+    CHECK(expanded("$F {F} {FF}", {.frame = 6.25}) == "7 7 6.25");
+    CHECK(expanded("$F {F}", {.frame = 7 - 1e-12}) == "7 7");
+    CHECK(expanded("$F {F}", {.frame = 7 + 1e-12}) == "7 7");
+    CHECK(expanded("$F {F}", {.frame = 7.01}) == "8 8");
+}
+
+TEST_CASE("what a text depends on is known", "[app]") {
+    CHECK_FALSE(variablesOf("plain").any);
+    CHECK_FALSE(variablesOf("{2*pi}").any);
+    CHECK(variablesOf("{fps}").any);
+    CHECK_FALSE(variablesOf("{fps}").time);
+    for (const char* text : {"{T}", "{1/F}", "{FF}", "a.$F4.vdb", "{fps}{sin(T)}"}) {
+        CAPTURE(text);
+        CHECK(variablesOf(text).time);
+    }
+    CHECK_FALSE(variablesOf("$$F {{T}").any);
+}
+
+TEST_CASE("a wrong expression is named with what is wrong", "[app]") {
+    const auto complaint = [](const std::string& text) -> std::string {
+        try {
+            variablesOf(text);
+        } catch (const ValueError& e) {
+            return e.what();
+        }
+        return "nothing was wrong with " + text;
+    };
+    CHECK_THAT(complaint("{2*piT}"), Contains("{2*piT}") && Contains("piT") && Contains("variables F, T"));
+    CHECK_THAT(complaint("{sin(1}"), Contains("{sin(1}"));
+    CHECK_THAT(complaint("{}"), Contains("{}"));
+    CHECK_THAT(complaint("{1+}"), Contains("{1+}"));
+    CHECK_THAT(complaint("{a=1}"), Contains("{a=1}"));
+    CHECK_THAT(complaint("{1,2"), Contains("no }"));
+    CHECK_THAT(complaint("{1/0}"), Contains("{1/0} is inf") && Contains("finite"));
+    CHECK_THAT(complaint("a.$4.vdb"), Contains("$4") && Contains("$F4") && Contains("$$"));
+    CHECK_THAT(complaint("price$"), Contains("price$"));
+    // 1 / T is only wrong at T = 0.
+    CHECK_NOTHROW(variablesOf("{1/T}"));
+    CHECK_THROWS_WITH(expanded("{1/T}", {}), Contains("T=0") && Contains("finite"));
+    CHECK(expanded("{1/T}", {.time = 2}) == "0.5");
+    const std::string parentheses(100000, '(');
+    CHECK_THAT(complaint("{" + parentheses + "}"), Contains("{(("));
+}
+
+TEST_CASE("options and words are read as of a moment", "[app]") {
+    const Arguments line = given("noise alpha={2*pi*T} seed={F} offset={T},0,1 frequency={1+2}");
+    CHECK(line.changes());
+    CHECK(line.real("frequency") == 3); // the same at every moment
+    const Arguments now = line.at({.frame = 5, .time = 0.25});
+    CHECK(now.real("alpha") == 0.5 * std::numbers::pi);
+    CHECK(now.integer("seed") == 5);
+    CHECK(now.coordinates<3>("offset") == Vec3d{{0.25, 0, 1}});
+    CHECK(now.at({.frame = 6, .time = 0}).integer("seed") == 6);
+    CHECK(given("write a.$F4.vdb b.{F}.ply").at({.frame = 5}).words() ==
+          std::vector<std::string>{"a.0005.vdb", "b.5.ply"});
+    CHECK_FALSE(given("noise alpha={2*pi} seed={7}").changes());
+    CHECK_FALSE(given("noise alpha={fps}").changes());
+    CHECK(given("write a.$F.vdb").changes());
+}
+
+TEST_CASE("a value is judged as soon as it is known", "[app]") {
+    // At once, where it does not depend on the moment.
+    CHECK_THROWS_WITH(given("sphere radius={1-1}"), Contains("radius={1-1}, which is 0, must be above 0"));
+    CHECK_THROWS_WITH(given("noise seed={1/2}"), Contains("seed={1/2}") && Contains("whole number"));
+    CHECK_THROWS_WITH(given("noise alpha={2*piT}"), Contains("alpha={2*piT}") && Contains("piT"));
+    // Later otherwise.
+    const Arguments sphere = given("sphere radius={1-T}");
+    CHECK_NOTHROW(sphere.at({.time = 0.5}));
+    CHECK_THROWS_WITH(sphere.at({.time = 1}), Contains("radius={1-T}, which is 0, must be above 0"));
+    CHECK_THROWS_WITH(given("noise seed={T}").at({.time = 0.5}), Contains("seed={T}, which is 0.5"));
+}
+
+TEST_CASE("a scene keeps expressions as they were written", "[app]") {
+    const std::string text = "noise alpha={2*pi*T} seed={F}\nwrite out.$F4.vdb\n";
+    const Program program = parseScene(text, "scene");
+    CHECK(sceneOf(program) == text);
+    CHECK(sceneOf({{program.actions[0].at({.time = 3}), program.actions[1].at({.frame = 3})}}) == text);
+}

@@ -1,0 +1,96 @@
+#include "support/Command.h"
+
+using namespace curlew::test;
+
+namespace {
+
+/// A flow in a ball, points in it, and what follows.
+std::string inBall(const std::string& rest) {
+    return "-sphere -noise frequency=1.5 -noise frequency=1.5 seed=1 -bound width=0.2 -dfvn speed=1 "
+           "-scatter count=300 seed=3 " +
+           rest;
+}
+
+/// A ball that moves through points around it, in a flow that changes; frames 1 to 4.
+std::string aroundBall(const std::string& advect) {
+    const std::string flow =
+        "-noise frequency=1.5 'alpha={2*pi*T}' -noise frequency=1.5 seed=1 -bound width=0.2 side=outside -dfvn speed=1 "
+        "padding=0.6 ";
+    return "-sphere radius=0.5 " + flow +
+           "-scatter count=400 seed=3 -frames 1-4 fps=4 substeps=2 -sphere radius=0.5 'offset={T},0,0' "
+           "'rotate=0,{90*T},0' " +
+           flow + advect;
+}
+
+} // namespace
+
+TEST_CASE("adaptive steps, and how far one may be, can be chosen", "[app]") {
+    const Folder folder;
+    folder.mustRun(inBall("-advect time=1 steps=4 scheme=rk23 accuracy=1e-3 halvings=12 -report a.json"));
+    folder.mustRun(inBall("-advect time=1 steps=4 scheme=rk23 accuracy=1e-5 halvings=12 -report b.json"));
+    folder.mustRun(inBall("-advect time=1 steps=4 longest=0.02 -report c.json"));
+    const auto a = jsonOf(folder / "a.json")["advect"], b = jsonOf(folder / "b.json")["advect"],
+               c = jsonOf(folder / "c.json")["advect"];
+    CHECK(b["substeps"].get<double>() > 2 * a["substeps"].get<double>());
+    CHECK(a["coarse"] == 0);
+    CHECK(a["outside"] == 0);
+    CHECK(c["substeps"] > 300 * 30); // 1 s at a speed of 1, about
+    CHECK(c["speed_max"] > 1);
+
+    const auto warned = folder.mustRun(inBall("-advect steps=1 scheme=rk23 accuracy=1e-9 halvings=1"));
+    CHECK_THAT(warned.err, Catch::Contains("coarser than asked for"));
+    folder.mustFail(inBall("-advect scheme=rk23 accuracy=0"), {"accuracy"});
+    folder.mustFail(inBall("-advect longest=-1"), {"longest"});
+}
+
+TEST_CASE("how the flow changes volumes is measured", "[app]") {
+    const Folder folder;
+    folder.mustRun(inBall("-advect time=0.2 steps=40 jacobian=100 -report a.json"));
+    const auto kept = jsonOf(folder / "a.json")["volume"];
+    CHECK(kept["samples"] == 100);
+    CHECK(std::abs(kept["median"].get<double>() - 1) < 1e-3);
+    folder.mustRun(
+        "-noise -noise seed=1 -dfvn speed=1 normalize=1 -scatter count=100 -advect time=0.5 steps=40 jacobian=100 "
+        "-report b.json");
+    const auto changed = jsonOf(folder / "b.json")["volume"];
+    CHECK(changed["upper"].get<double>() - changed["lower"].get<double>() > 0.1);
+}
+
+TEST_CASE("points follow a flow that changes, and a wall that moves", "[app]") {
+    const Folder folder;
+    folder.mustRun(aroundBall("-advect -write 'p.$F.csv' -check samples=1000 'report=c.$F.json'"));
+    for (const int frame : {1, 2, 3, 4}) {
+        const auto check = jsonOf(folder / ("c." + std::to_string(frame) + ".json"));
+        CHECK(check["outside"] == 0);
+        CHECK(check["points"] == 400);
+        CHECK(check["advect"]["overrun"] == 0);
+    }
+    CHECK(jsonOf(folder / "c.4.json")["advect"]["outside_most"] == 0);
+    CHECK(bytesOf(folder / "p.1.csv") != bytesOf(folder / "p.2.csv"));
+    // The first frame shows how they start.
+    CHECK(jsonOf(folder / "c.1.json")["advect"]["iterations_mean"] == 0);
+    CHECK(jsonOf(folder / "c.4.json")["advect"]["iterations_mean"] > 0);
+
+    // Left behind, many would be in its way.
+    folder.mustRun(aroundBall("-check samples=1000 'report=left.$F.json'"));
+    CHECK(jsonOf(folder / "left.4.json")["outside"] > 5);
+
+    SECTION("with the same bytes from any number of threads") {
+        folder.mustRun("-threads 1 " + aroundBall("-advect -write 'one.$F.csv'"));
+        CHECK(bytesOf(folder / "one.4.csv") == bytesOf(folder / "p.4.csv"));
+    }
+    SECTION("and from the scalar build") {
+        CHECK(folder.shell("CURLEW_SIMD=scalar $curlew " + aroundBall("-advect -write 'one.$F.csv'")).status == 0);
+        CHECK(bytesOf(folder / "one.4.csv") == bytesOf(folder / "p.4.csv"));
+    }
+}
+
+TEST_CASE("tracks of the flow and of its grid are compared", "[app]") {
+    const Folder folder;
+    folder.mustRun(inBall("-velocity dim=48 -check samples=1000 tracks=300 report=a.json"));
+    const auto check = jsonOf(folder / "a.json");
+    CHECK(check["tracks_drift_f"] < 1e-7);
+    CHECK(check["tracks_grid_drift_f"] > 1e-3);
+    CHECK(check["tracks_outside"] == 0);
+    folder.mustFail(inBall("-check tracks=10"), {"-velocity"});
+}

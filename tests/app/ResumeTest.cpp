@@ -1,0 +1,129 @@
+#include "curlew/app/Program.h"
+#include "support/Command.h"
+
+#include <catch2/catch.hpp>
+#include <fmt/format.h>
+
+using namespace curlew;
+using namespace curlew::app;
+using Catch::Matchers::Contains;
+using test::bytesOf;
+using test::Folder;
+
+namespace {
+
+/// Points from before, births and deaths, an animated flow: all that the next frame may need of this one.
+std::string scene(const std::string& frames = "1-6") {
+    return "-quiet -noise seed=9 -scatter count=200 box=-1,-1,-1,1,1,1 -frames " + frames +
+           " fps=10 checkpoint=run.checkpoint -noise frequency=2 alpha='{2*pi*T}' -noise frequency=2 seed=2 -dfvn "
+           "speed=1 -advect time='{1/fps}' steps=3 -sphere radius=0.3 offset='{T},0,0' -emit rate=977 life=0.3 "
+           "spread=0.5 -kill box=-1,-1,-1,1,1,1 -write 'p.$F4.vdb' 'p.$F4.ply' 'p.$F4.csv'";
+}
+
+const std::vector<std::string>& outputs() {
+    static const std::vector<std::string> kOutputs = [] {
+        std::vector<std::string> names{"run.checkpoint"};
+        for (int frame = 1; frame <= 6; ++frame)
+            for (const char* kind : {"vdb", "ply", "csv"}) names.push_back(fmt::format("p.{:04}.{}", frame, kind));
+        return names;
+    }();
+    return kOutputs;
+}
+
+void requireSame(const Folder& a, const Folder& b) {
+    for (const auto& name : outputs()) {
+        CAPTURE(name);
+        REQUIRE(!bytesOf(a / name).empty());
+        REQUIRE((bytesOf(a / name) == bytesOf(b / name)));
+    }
+}
+
+} // namespace
+
+TEST_CASE("a run that was killed and resumed gives the bytes of one that was not", "[app]") {
+    const Folder whole, killed;
+    whole.mustRun(scene());
+    // Killed while it works on the fourth frame, or a little later.
+    killed.shell("\"$curlew\" " + scene() +
+                 " & p=$!\nwhile [ ! -e p.0003.csv ]; do sleep 0.001; done\nkill -9 $p\nwait");
+    REQUIRE(std::filesystem::exists(killed / "run.checkpoint"));
+    killed.mustRun("-threads 1 " + scene() + " -resume"); // of which there may be any number
+    requireSame(whole, killed);
+    // All is done; to resume once more does nothing.
+    std::filesystem::remove(killed / "p.0006.ply");
+    killed.mustRun(scene() + " -resume");
+    CHECK_FALSE(std::filesystem::exists(killed / "p.0006.ply"));
+}
+
+TEST_CASE("a run can be resumed after any frame, and further than it was to go", "[app]") {
+    const Folder whole, pieces;
+    whole.mustRun(scene());
+    for (const char* frames : {"1-1", "1-2", "1-4", "1-6"}) {
+        for (const auto& name : pieces.names())
+            if (name != "run.checkpoint" && !name.starts_with("keep"))
+                std::filesystem::rename(pieces / name, pieces / ("keep." + name));
+        pieces.mustRun("-resume " + scene(frames)); // at first there is no checkpoint
+    }
+    for (const auto& name : pieces.names())
+        if (name.starts_with("keep.")) std::filesystem::rename(pieces / name, pieces / name.substr(5));
+    requireSame(whole, pieces);
+}
+
+TEST_CASE("a run that is cancelled leaves the checkpoint of its last whole frame", "[app]") {
+    const Folder folder;
+    const std::string text =
+        "scatter count=50 box=0,0,0,1,1,1\nframes 1-9 \"checkpoint=" + (folder / "run.checkpoint").string() +
+        "\"\nnoise\nnoise seed=1\ndfvn\nadvect time=0.1 steps=1";
+    bool stop = false;
+    int runs = 0;
+    Console console([&] { return stop; });
+    console.setVerbosity(Verbosity::quiet);
+    const Action count{.name = "count", .group = "points", .run = [&](Session& s, const Arguments&) {
+                           ++runs;
+                           stop = s.clock->frame == 4;
+                       }};
+    Program program = parseScene(text, "scene");
+    program.actions.emplace_back(count);
+    program.actions.push_back(parseScene("noise", "scene").actions.front());
+    Session session(console);
+    CHECK_THROWS_AS(run(program, session), Interrupted);
+    CHECK(runs == 4);
+    stop = false;
+    program.actions.push_back(parseScene("resume", "scene").actions.front());
+    Session again(console);
+    CHECK_THROWS_AS(run(program, again), Interrupted); // the same place stops it again: frame 4 was not whole
+    CHECK(runs == 5);
+}
+
+TEST_CASE("a checkpoint that is damaged, or of another program, is refused", "[app]") {
+    const Folder folder;
+    folder.mustRun(scene("1-2"));
+    const std::string good = bytesOf(folder / "run.checkpoint");
+    const std::string resume = "-resume " + scene("1-3");
+    const auto damaged = [&](const std::string& bytes) {
+        test::store(folder / "run.checkpoint", bytes);
+        folder.mustFail(resume, {"-resume", "'run.checkpoint'", "damaged"});
+    };
+    damaged("");
+    damaged("what is this");
+    damaged(good.substr(0, good.size() - 1));
+    damaged(good.substr(0, 20));
+    damaged(good + "x");
+    for (const size_t place : {size_t{17}, good.size() / 2, good.size() - 1}) {
+        CAPTURE(place);
+        std::string bytes = good;
+        bytes[place] = static_cast<char>(bytes[place] ^ 0x10);
+        damaged(bytes);
+    }
+    test::store(folder / "run.checkpoint", good);
+    std::string other = resume;
+    other.replace(other.find("rate=977"), 8, "rate=978");
+    folder.mustFail(other, {"another program"});
+    folder.mustFail("-resume " + scene("2-3"), {"another program"}); // its times are others
+    folder.mustRun("-threads 1 " + resume);                          // which has no part in what is made
+}
+
+TEST_CASE("an unwritable checkpoint is known before the work", "[app]") {
+    const Folder folder;
+    folder.mustFail("-frames 1-2 checkpoint=missing/a -noise", {"-frames", "missing/a"});
+}
