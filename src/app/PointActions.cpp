@@ -24,6 +24,14 @@ void scatterAction(Session& s, const Arguments& a) {
                     s.now());
 }
 
+/// How many steps of at most dt= there are in a time.
+int stepsOf(double time, const Arguments& a) {
+    if (a.given("steps")) throw ValueError("steps= and dt= say the same; give one of them");
+    const double steps = std::ceil(std::abs(time) / a.real("dt") - 1e-9);
+    if (steps > 1e9) throw ValueError(fmt::format("dt={} makes {:.3g} steps; give a longer one", a.real("dt"), steps));
+    return std::max(1, static_cast<int>(steps));
+}
+
 AdvectOptions advectOptions(const Session& s, const Arguments& a) {
     AdvectOptions options{.time = a.real("time"),
                           .steps = static_cast<int>(a.integer("steps")),
@@ -39,6 +47,7 @@ AdvectOptions advectOptions(const Session& s, const Arguments& a) {
         options.byAge = true;
     }
     if (s.clock && !a.given("steps")) options.steps = s.clock->substeps;
+    if (a.given("dt")) options.steps = stepsOf(options.time, a);
     return options;
 }
 
@@ -142,6 +151,7 @@ std::vector<Action> pointActions() {
                           "how long; negative runs backward; after -frames the default is from frame to frame"),
                      integer("steps", "100", 1, 1e9,
                              "steps of equal length; after -frames the default is its substeps"),
+                     positive("dt", "", "s", "instead of steps: how long one is, at most"),
                      choice("scheme", {"euler", "midpoint", "rk4", "rk23"},
                             "integrator; rk23 shortens its steps until they are accurate (Bogacki-Shampine)", "rk4"),
                      positive("accuracy", "1e-4", "world units", "of rk23: the error of a step"),

@@ -39,6 +39,11 @@ TEST_CASE("adaptive steps, and how far one may be, can be chosen", "[app]") {
 
     const auto warned = folder.mustRun(inBall("-advect steps=1 scheme=rk23 accuracy=1e-9 halvings=1"));
     CHECK_THAT(warned.err, Catch::Contains("coarser than asked for"));
+    folder.mustRun(inBall("-advect time=1 steps=7 -write steps.csv"));
+    folder.mustRun(inBall("-advect time=1 dt=0.15 -write dt.csv"));
+    CHECK(bytesOf(folder / "steps.csv") == bytesOf(folder / "dt.csv"));
+    folder.mustFail(inBall("-advect steps=7 dt=0.15"), {"dt"});
+    folder.mustFail(inBall("-advect dt=1e-12"), {"dt", "longer"});
     folder.mustFail(inBall("-advect scheme=rk23 accuracy=0"), {"accuracy"});
     folder.mustFail(inBall("-advect longest=-1"), {"longest"});
 }

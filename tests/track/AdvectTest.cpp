@@ -122,8 +122,9 @@ TEST_CASE("no particle crosses a wall, however large the steps", "[track]") {
     const Particles start = scatter(flow.domain(), 4000, 2);
     const auto distance = [&](const Particles& p, size_t k) { return c.sdf.distance.at<0>(position(p, k)).value; };
     // Steps of 1/2 and 1/16 at a mean speed of 1: as long as the shape, and shorter than the layer.
-    for (const int steps : {8, 64}) {
-        const AdvectOptions options{.time = 4, .steps = steps, .scheme = Scheme::euler};
+    for (const auto& [steps, scheme] :
+         {std::pair(8, Scheme::euler), {64, Scheme::euler}, {4, Scheme::bogackiShampine}}) {
+        const AdvectOptions options{.time = 4, .steps = steps, .scheme = scheme, .accuracy = 0.1};
         Particles particles = start;
         const AdvectResult result = advect(flow, particles, options);
         size_t changed = 0;
