@@ -5,6 +5,7 @@
 #include "curlew/track/Advect.h"
 #include "curlew/track/Scatter.h"
 #include "support/FiniteDifference.h"
+#include "support/Particles.h"
 #include "support/Statistics.h"
 
 #include <numbers>
@@ -14,32 +15,12 @@ using namespace curlew::test;
 
 namespace {
 
-Vec3d position(const Particles& p, size_t k) { return {{p.x[k], p.y[k], p.z[k]}}; }
-
-Particles particlesAt(const std::vector<Vec3d>& points) {
-    Particles particles;
-    for (const Vec3d& p : points) {
-        particles.id.push_back(static_cast<int64_t>(particles.size()));
-        particles.x.push_back(p[0]);
-        particles.y.push_back(p[1]);
-        particles.z.push_back(p[2]);
-    }
-    return particles;
-}
-
 /// A flow about or in a wall, of gradients that turn once a second.
 Flow turning(double t, const Wall& wall, double padding = 0.5) {
     const double alpha = 2 * std::numbers::pi * t;
     return Flow(noiseField<Psrd3>({.alpha = alpha, .seed = 1}, {.frequency = 1.5}),
                 bounded(noiseField<Psrd3>({.alpha = alpha, .seed = 2}, {.frequency = 1.5}), wall),
                 Domain::of(wall, padding));
-}
-
-size_t countOutside(const Domain& domain, const Particles& particles) {
-    size_t outside = 0;
-    for (size_t k = 0; k < particles.size(); ++k)
-        outside += !(beyondWall(domain.wall->side, domain.wall->sdf.distance.at<0>(position(particles, k)).value) < 0);
-    return outside;
 }
 
 /// The order that halving the steps shows, against a solution with many more.

@@ -6,6 +6,7 @@
 #include "curlew/track/Advect.h"
 #include "curlew/track/Scatter.h"
 #include "support/FiniteDifference.h"
+#include "support/Particles.h"
 #include "support/Polynomial.h"
 
 #include <limits>
@@ -16,27 +17,6 @@ using namespace curlew::test;
 
 namespace {
 
-Vec3d position(const Particles& p, size_t k) { return {{p.x[k], p.y[k], p.z[k]}}; }
-
-Particles particlesAt(const std::vector<Vec3d>& points) {
-    Particles particles;
-    for (const Vec3d& p : points) {
-        particles.id.push_back(static_cast<int64_t>(particles.size()));
-        particles.x.push_back(p[0]);
-        particles.y.push_back(p[1]);
-        particles.z.push_back(p[2]);
-    }
-    return particles;
-}
-
-/// A bounded flow of speed 1.
-Flow boundFlow(const Sdf& sdf, Side side, double width = 0.2) {
-    const Wall wall{.sdf = sdf, .side = side, .width = width};
-    return withSpeed(Flow(noiseField<Psrd3>({.seed = 1}, {.frequency = 1.5}),
-                          bounded(noiseField<Psrd3>({.seed = 2}, {.frequency = 1.5}), wall), Domain::of(wall)),
-                     1);
-}
-
 const Flow& sphereFlow() {
     static const Flow flow = boundFlow(sphereSdf(1), Side::inside);
     return flow;
@@ -46,13 +26,6 @@ const Flow& sphereFlow() {
 const Flow& smoothFlow() {
     static const Flow flow = withSpeed(Flow(sinesF(), sinesG(), {.box = cube(3), .wall = {}}), 1);
     return flow;
-}
-
-size_t countOutside(const Domain& domain, const Particles& particles) {
-    size_t outside = 0;
-    for (size_t k = 0; k < particles.size(); ++k)
-        outside += !(beyondWall(domain.wall->side, domain.wall->sdf.distance.at<0>(position(particles, k)).value) < 0);
-    return outside;
 }
 
 bool same(const Particles& a, const Particles& b) {

@@ -2,6 +2,7 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/track/Scatter.h"
+#include "support/Particles.h"
 #include "support/Points.h"
 
 #include <limits>
@@ -13,8 +14,6 @@ using namespace curlew::test;
 namespace {
 
 Domain domainOf(const Sdf& sdf, Side side) { return Domain::of({.sdf = sdf, .side = side, .width = 0.1}); }
-
-Vec3d position(const Particles& p, size_t k) { return {{p.x[k], p.y[k], p.z[k]}}; }
 
 /// Requires that `seen` of `count` is what a probability says, within 5 sigma.
 void requireShare(double seen, double count, double probability) {

@@ -6,6 +6,7 @@
 #include "curlew/track/Scatter.h"
 #include "curlew/track/Trace.h"
 #include "support/FiniteDifference.h"
+#include "support/Particles.h"
 #include "support/Polynomial.h"
 #include "support/Reference.h"
 
@@ -19,21 +20,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-Particles seedsAt(const std::vector<Vec3d>& points) {
-    Particles seeds;
-    for (const Vec3d& p : points) {
-        seeds.id.push_back(static_cast<int64_t>(100 + seeds.size()));
-        seeds.x.push_back(p[0]), seeds.y.push_back(p[1]), seeds.z.push_back(p[2]);
-    }
-    return seeds;
-}
-
-Flow boundFlow(const Sdf& sdf, Side side, double width = 0.2) {
-    const Wall wall{.sdf = sdf, .side = side, .width = width};
-    return withSpeed(Flow(noiseField<Psrd3>({.seed = 1}, {.frequency = 1.5}),
-                          bounded(noiseField<Psrd3>({.seed = 2}, {.frequency = 1.5}), wall), Domain::of(wall)),
-                     1);
-}
+Particles seedsAt(const std::vector<Vec3d>& points) { return particlesAt(points, 100); }
 
 const Flow& ballFlow() {
     static const Flow flow = boundFlow(sphereSdf(1), Side::inside);

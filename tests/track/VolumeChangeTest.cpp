@@ -1,5 +1,5 @@
-#include "curlew/track/VolumeChange.h"
 #include "curlew/base/Error.h"
+#include "curlew/track/VolumeChange.h"
 #include "support/Points.h"
 #include "support/Polynomial.h"
 
