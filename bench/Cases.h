@@ -19,6 +19,7 @@ void registerRoofline();
 void registerNoise();
 void registerGrid();
 void registerAdvect();
+void registerEnright();
 
 /// So many batches are worked through in turn that branches and tables cannot be learned by heart.
 inline constexpr int kBatches = 64;

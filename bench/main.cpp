@@ -55,6 +55,7 @@ void run(int argc, char** argv) {
     bench::registerNoise();
     bench::registerGrid();
     bench::registerAdvect();
+    bench::registerEnright();
     benchmark::RunSpecifiedBenchmarks();
     benchmark::Shutdown();
 }

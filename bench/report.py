@@ -181,6 +181,20 @@ def comparisons(cases, memory, sets):
         if ns(ours) is not None and ns("advect_points/one_call") is not None:
             ratio(f"{f}: advectPoints over ours", cases["advect_points/one_call"][best].counters[f],
                   cases[ours][best].counters[f], (">=", 1000))
+    for dim in 64, 128, 256:
+        ours, theirs = f"enright/{dim}/flowmap/2threads", f"enright/{dim}/openvdb/2threads"
+        if ns(ours) is None or ns(theirs) is None:
+            continue
+        at = {name: cases[name][best].counters for name in (ours, theirs)}
+        ratio(f"Enright's test, {dim}: OpenVDB's time over ours", ns(theirs, real=True), ns(ours, real=True), (">=", 1))
+        for what in "half", "end":
+            rows.append((f"  volume at the {what}: ours", at[ours][f"volume_{what}"], " %", "",
+                         ("<=", 0.1) if (what, dim) == ("end", 128) else None))
+            rows.append((f"  volume at the {what}: OpenVDB's", at[theirs][f"volume_{what}"], " %", "", None))
+        ratio("  volume error at the end: OpenVDB's over ours", abs(at[theirs]["volume_end"]),
+              abs(at[ours]["volume_end"]), (">=", 20))
+        rows.append(("  surface at the end: ours", at[ours]["surface_end"], " voxels", "", ("<=", 0.05)))
+        rows.append(("  surface at the end: OpenVDB's", at[theirs]["surface_end"], " voxels", "", None))
     if memory:
         grid = cases["velocity/collocated/1thread"][best].counters["bytes"]
         for what, peak in memory.items():

@@ -75,43 +75,42 @@ void read(Session& s, const Arguments& a) {
 // --- writing
 // ----------------------------------------------------------------------------------------------------------
 
-/// The points or curves of that age, of both together; nothing where there are none of either.
-const Geometry* pointsOrCurves(const Session& s, size_t age) {
-    for (size_t k = 0; k < s.geometry.size(); ++k)
-        if (!std::holds_alternative<std::shared_ptr<const Mesh>>(s.geometry.at(k)) && age-- == 0)
-            return &s.geometry.at(k);
-    return nullptr;
-}
+using MeshPointer = std::shared_ptr<const Mesh>;
+using CurvesPointer = std::shared_ptr<const Curves>;
 
-/// Calls `use` with the particles or the curves of that age.
-template <class Use>
-auto withPointsOrCurves(Session& s, size_t age, const Use& use) {
-    const Geometry* found = pointsOrCurves(s, age);
-    if (const auto* curves = found ? std::get_if<std::shared_ptr<const Curves>>(found) : nullptr) return use(**curves);
-    return use(found ? std::get<Particles>(*found) : s.particles(age)); // which throws
-}
-
-/// The newest curves, or those that are asked for.
-const Curves& curvesToWrite(const Session& s, const Arguments& a) {
-    const auto curvesIn = [](const Geometry* geometry) {
-        return geometry ? std::get_if<std::shared_ptr<const Curves>>(geometry) : nullptr;
-    };
-    if (a.given("geo")) {
-        const size_t age = a.ages("geo").front();
-        if (const auto* curves = curvesIn(pointsOrCurves(s, age))) return **curves;
-        throw ValueError(fmt::format("geo={} is not curves, which is what an .obj holds", age));
+/// Calls `use` with the geometry of that age among those of the given kinds, which are what a file can hold. ValueError
+/// with `missing` where there is none.
+template <class... Kinds, class Use>
+auto withGeometry(const Session& s, size_t age, const char* missing, const Use& use) {
+    using Result = std::common_type_t<decltype(use(std::declval<const Kinds&>()))...>;
+    for (size_t k = 0; k < s.geometry.size(); ++k) {
+        const Geometry& geometry = s.geometry.at(k);
+        if (!(std::holds_alternative<Kinds>(geometry) || ...) || age-- > 0) continue;
+        return std::visit(
+            [&]<class T>(const T& held) -> Result {
+                if constexpr ((std::same_as<T, Kinds> || ...)) return use(held);
+                throw std::logic_error("a geometry of another kind");
+            },
+            geometry);
     }
-    for (size_t k = 0; k < s.geometry.size(); ++k)
-        if (const auto* curves = curvesIn(&s.geometry.at(k))) return **curves;
-    throw ValueError("there are no curves for an .obj; make some with -trace");
+    throw ValueError(missing);
 }
+
+/// The thing itself, of a geometry that may be shared.
+const Particles& thing(const Particles& particles) { return particles; }
+template <class T>
+const T& thing(const std::shared_ptr<const T>& shared) {
+    return *shared;
+}
+
+constexpr const char* kNoPoints = "there are no points and no curves to write; make some with -scatter or -trace";
 
 std::vector<openvdb::GridBase::ConstPtr> gridsToWrite(Session& s, const Arguments& a) {
     const auto gridOf = [&](size_t age) -> openvdb::GridBase::ConstPtr {
-        PointGridOptions options{.velocity = a.choice("target") == 1 ? "velocity" : "v"};
-        return withPointsOrCurves(s, age, [&]<class T>(const T& geometry) {
-            if constexpr (std::same_as<T, Curves>) options.name = "curves";
-            return pointGrid(geometry, options);
+        return withGeometry<Particles, CurvesPointer>(s, age, kNoPoints, [&]<class T>(const T& geometry) {
+            PointGridOptions options{.velocity = a.choice("target") == 1 ? "velocity" : "v"};
+            if constexpr (std::same_as<T, CurvesPointer>) options.name = "curves";
+            return pointGrid(thing(geometry), options);
         });
     };
     std::vector<openvdb::GridBase::ConstPtr> grids;
@@ -121,7 +120,7 @@ std::vector<openvdb::GridBase::ConstPtr> gridsToWrite(Session& s, const Argument
     // The newest of what a .vdb can hold.
     std::optional<uint64_t> points;
     for (size_t k = 0; k < s.geometry.size() && !points; ++k)
-        if (!std::holds_alternative<std::shared_ptr<const Mesh>>(s.geometry.at(k))) points = s.geometry.entry(k).made;
+        if (!std::holds_alternative<MeshPointer>(s.geometry.at(k))) points = s.geometry.entry(k).made;
     if (!points && s.grids.empty())
         throw ValueError(
             "there is no grid and there are no points to write; make them with -velocity, -mesh2ls or -scatter");
@@ -148,18 +147,38 @@ void writePicture(Session& s, const Arguments& a, const std::string& file) {
              scale);
 }
 
+void writeGeometry(const Session& s, const std::string& file, const std::string& extension, size_t age) {
+    const auto mesh = [&](const MeshPointer& m) { writeMesh(file, *m, s.console.cancelFunction()); };
+    if (extension == ".obj")
+        return withGeometry<MeshPointer, CurvesPointer>(
+            s, age, "there is no mesh and there are no curves for an .obj; make some with -ls2mesh or -trace",
+            [&]<class T>(const T& geometry) {
+                if constexpr (std::same_as<T, MeshPointer>)
+                    mesh(geometry);
+                else
+                    writeObj(file, *geometry);
+            });
+    if (extension == ".csv")
+        return withGeometry<Particles, CurvesPointer>(s, age, kNoPoints,
+                                                      [&](const auto& geometry) { writeCsv(file, thing(geometry)); });
+    withGeometry<MeshPointer, Particles, CurvesPointer>(
+        s, age, "there are no points and no mesh for a .ply; make some with -scatter, -trace or -ls2mesh",
+        [&]<class T>(const T& geometry) {
+            if constexpr (std::same_as<T, MeshPointer>)
+                mesh(geometry);
+            else
+                writePly(file, thing(geometry));
+        });
+}
+
 void write(Session& s, const Arguments& a) {
     const size_t geo = a.given("geo") ? a.ages("geo").front() : 0;
     for (const auto& file : a.words()) {
         const std::string extension = extensionOf(file);
         if (extension == ".vdb")
             writeVdbFile(s, a, file);
-        else if (extension == ".ply")
-            withPointsOrCurves(s, geo, [&](const auto& geometry) { writePly(file, geometry); });
-        else if (extension == ".csv")
-            withPointsOrCurves(s, geo, [&](const auto& geometry) { writeCsv(file, geometry); });
-        else if (extension == ".obj")
-            writeObj(file, curvesToWrite(s, a));
+        else if (extension == ".ply" || extension == ".csv" || extension == ".obj")
+            writeGeometry(s, file, extension, geo);
         else if (extension == ".json")
             writeAtomically(file, [&](std::ostream& out) { out << s.report.dump(2) << '\n'; });
         else
@@ -222,13 +241,14 @@ std::vector<Action> fileActions() {
              }},
         {.name = "write",
          .group = kGroup,
-         .summary = "write the newest object that a file can hold: grids, points and curves (.vdb), points and curves "
-                    "(.ply .csv), curves (.obj), pictures (.png .exr), the report (.json)",
-         .inputs = "grids, points, curves, image (which stay)",
+         .summary = "write the newest object that a file can hold: grids, points and curves (.vdb), points, curves and "
+                    "meshes (.ply), points and curves (.csv), meshes and curves (.obj), pictures (.png .exr), the "
+                    "report (.json)",
+         .inputs = "grids, points, curves, meshes, image (which stay)",
          .outputs = "files",
          .options = {ages("grid", "", "grids for a .vdb, several in one file"),
-                     ages("geo", "", "points or curves, the newest being 0"), ages("image", "", "which picture"),
-                     flag("half", "0", "16 bits a value in a .vdb"),
+                     ages("geo", "", "which of the geometry that the file can hold, the newest being 0"),
+                     ages("image", "", "which picture"), flag("half", "0", "16 bits a value in a .vdb"),
                      choice("codec", {"auto", "none", "zip", "blosc"},
                             "compression of a .vdb; auto is blosc for fog volumes, which shrink to a third, and none "
                             "for the rest: velocities, level sets and points hardly shrink"),

@@ -12,9 +12,9 @@ namespace curlew::app {
 const std::vector<Action>& registry() {
     static const std::vector<Action> all = [] {
         std::vector<Action> actions;
-        for (auto* room :
-             {&fileActions, &shapeActions, &noiseActions, &fieldActions, &flowActions, &gridActions, &pointActions,
-              &emitActions, &jitterActions, &curveActions, &imageActions, &frameActions, &programActions})
+        for (auto* room : {&fileActions, &shapeActions, &noiseActions, &fieldActions, &flowActions, &gridActions,
+                           &pointActions, &emitActions, &jitterActions, &curveActions, &levelSetActions, &imageActions,
+                           &frameActions, &programActions})
             for (auto& action : room()) actions.push_back(std::move(action));
         return actions;
     }();

@@ -77,4 +77,22 @@ Flow updraftFlow(double speed, double height, const Domain& domain) {
     return Flow({{component(2, 1), rampField(axis(0))}, {component(0, -1), rampField(axis(2))}}, domain);
 }
 
+Flow enrightFlow(double amplitude) {
+    // curl (ψ e_z + χ e_y), where the first gives all of v, the second all of w, and both half of u.
+    constexpr double kPi = std::numbers::pi;
+    const auto potential = [=](int squared, int plain, double sign) {
+        return formulaField([=](const auto& x, const auto& k) {
+            const auto p = sin(x[0] * k(kPi)), q = sin(x[squared] * k(kPi));
+            return p * p * (q * q) * sin(x[plain] * k(2 * kPi)) * k(sign * amplitude / kPi);
+        });
+    };
+    const Domain unit{.box = {{{0, 0, 0}}, {{1, 1, 1}}}, .wall = std::nullopt};
+    return Flow({{potential(1, 2, 1), rampField(axis(2))}, {potential(2, 1, -1), rampField(axis(1))}}, unit);
+}
+
+FlowInTime enrightFlowInTime(double period) {
+    requirePositive(period, "the period");
+    return FlowInTime([=](double time) { return enrightFlow(std::cos(std::numbers::pi * time / period)); });
+}
+
 } // namespace curlew

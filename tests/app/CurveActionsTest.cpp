@@ -109,8 +109,8 @@ TEST_CASE("-trace of what has no tracks, and of nothing", "[app]") {
     folder.mustFail(kFlow + "-scatter count=2 -trace closure=0.5", {"-trace", "closure"});
     folder.mustFail(kFlow + "-scatter count=2 -trace step=0", {"-trace", "step"});
     folder.mustFail(kFlow + "-write a.obj", {"-write", "no curves", "-trace"});
-    folder.mustFail(kFlow + "-scatter count=2 -trace limit=0.1 -scatter count=2 -write geo=0 a.obj",
-                    {"-write", "geo=0 is not curves"});
+    folder.mustFail(kFlow + "-scatter count=2 -trace limit=0.1 -scatter count=2 -write geo=1 a.obj",
+                    {"-write", "no curves"});
     folder.mustFail("-noise -curl offset=10 -scatter count=5 -trace reproject=newton", {"-trace", "no tracks"});
 }
 

@@ -201,6 +201,29 @@ TEST_CASE("the potentials of an updraft are C2 at the ground", "[flow]") {
     }
 }
 
+TEST_CASE("Enright's deformation field is the published one, and comes back", "[flow]") {
+    constexpr double kPi = std::numbers::pi;
+    const auto published = [](const Vec3d& p) {
+        const auto s = [&](int axis) { return std::sin(kPi * p[axis]); };
+        const auto d = [&](int axis) { return std::sin(2 * kPi * p[axis]); };
+        return Vec3d{{2 * s(0) * s(0) * d(1) * d(2), -d(0) * s(1) * s(1) * d(2), -d(0) * d(1) * s(2) * s(2)}};
+    };
+    const Flow flow = enrightFlow();
+    CHECK_FALSE(flow.hasTracks());
+    CHECK(flow.domain().box.lower == Vec3d{{0, 0, 0}});
+    CHECK(flow.domain().box.upper == Vec3d{{1, 1, 1}});
+    requireVelocity(flow, flow.domain().box, published, 1);
+    requireDivergenceFree(flow, flow.domain().box);
+    for (const auto& term : flow.terms())
+        requireDerivatives(term[0], randomPoints(flow.domain().box, 500, 3), 0x1p-9, 1e4);
+    const FlowInTime inTime = enrightFlowInTime(2);
+    CHECK_FALSE(inTime.steady());
+    const Vec3d p{{0.3, 0.4, 0.1}};
+    for (const double t : {0.0, 0.3, 1.0, 1.7})
+        CHECK(length(inTime.at(t).at(p).velocity - published(p) * std::cos(kPi * t / 2)) < 1e-15);
+    CHECK_THROWS_WITH(enrightFlowInTime(0), Catch::Contains("period"));
+}
+
 TEST_CASE("all flows add up, and to a flow without divergence", "[flow]") {
     const Flow sum = vortexFlow(0.5, 0.5) + updraftFlow(1, 1) + uniformFlow({{0.3, 0, 0.1}}) + curlFlow(noises());
     CHECK(sum.terms().size() == 1 + 2 + 1 + 3);

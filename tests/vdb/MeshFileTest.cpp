@@ -16,6 +16,7 @@
 #include <iterator>
 #include <limits>
 #include <random>
+#include <set>
 
 using namespace curlew;
 using Catch::Matchers::Contains;
@@ -352,4 +353,52 @@ TEST_CASE("MeshFile: the shared meshes are whole", "[vdb][MeshFile]") {
         const bool hasFace = whole.substr(0, size).find("\nf ") != std::string::npos;
         CHECK((error != "no error" || hasFace));
     }
+}
+
+TEST_CASE("a mesh that is written is read again as it was", "[MeshFile]") {
+    const Folder folder;
+    Mesh mesh;
+    for (int n = 0; n < 8; ++n) mesh.points.emplace_back(corner(n)[0] / 3, corner(n)[1] * 1e-20f, corner(n)[2] * 1e20f);
+    for (size_t k = 0; k + 1 < kBox.size(); ++k) {
+        const auto& q = kBox[k];
+        mesh.quads.emplace_back(q[0], q[1], q[2], q[3]);
+    }
+    mesh.triangles = {{1, 3, 7}, {1, 7, 5}};
+    for (const char* name : {"a.ply", "a.obj", "A.PLY"}) {
+        CAPTURE(name);
+        writeMesh(folder.path / name, mesh);
+        const Mesh back = readMesh(folder.path / name);
+        REQUIRE(back.points.size() == 8);
+        CHECK(topologyOf(back).closed());
+        CHECK(back.faces() == 7);
+        // Every face has the same corners, in the same order from one of them on.
+        const auto cornersOf = [](const Mesh& m) {
+            std::set<std::vector<openvdb::Vec3s>> faces;
+            const auto add = [&](const openvdb::Index32* c, size_t count) {
+                std::vector<openvdb::Vec3s> face;
+                for (size_t k = 0; k < count; ++k) face.push_back(m.points[c[k]]);
+                std::rotate(face.begin(), std::min_element(face.begin(), face.end()), face.end());
+                faces.insert(face);
+            };
+            for (const auto& f : m.triangles) add(f.asV(), 3);
+            for (const auto& f : m.quads) add(f.asV(), 4);
+            return faces;
+        };
+        CHECK(cornersOf(back) == cornersOf(mesh));
+    }
+}
+
+TEST_CASE("meshes that no file can hold are not written", "[MeshFile]") {
+    const Folder folder;
+    Mesh mesh;
+    mesh.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    mesh.triangles = {{0, 1, 2}};
+    CHECK_THROWS_WITH(writeMesh(folder.path / "a.stl", mesh), Contains(".ply or .obj"));
+    CHECK_THROWS_AS(writeMesh(folder.path / "none" / "a.ply", mesh), FileError);
+    mesh.triangles = {{0, 1, 3}};
+    CHECK_THROWS_WITH(writeMesh(folder.path / "a.ply", mesh), Contains("corner"));
+    mesh.triangles = {{0, 1, 2}};
+    mesh.points[1][2] = std::numeric_limits<float>::infinity();
+    CHECK_THROWS_WITH(writeMesh(folder.path / "a.obj", mesh), Contains("finite"));
+    CHECK(fs::is_empty(folder.path));
 }

@@ -21,6 +21,7 @@ std::vector<Action> pointActions();
 std::vector<Action> emitActions();
 std::vector<Action> jitterActions();
 std::vector<Action> curveActions();
+std::vector<Action> levelSetActions();
 std::vector<Action> imageActions();
 std::vector<Action> frameActions();
 std::vector<Action> programActions();

@@ -11,7 +11,7 @@
 #include "curlew/image/Image.h"
 #include "curlew/track/Advect.h"
 #include "curlew/track/Curves.h"
-#include "curlew/vdb/LevelSet.h"
+#include "curlew/vdb/LevelSetAdvection.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -115,6 +115,8 @@ class Session {
 
     std::optional<FrameClock> clock = {}; ///< While the actions after -frames run.
     Emissions emissions = {};
+    /// Level sets that follow a flow from frame to frame, by action.
+    std::map<size_t, std::shared_ptr<LevelSetSequence>> sequences = {};
 
     /// Runs an action with the values that its expressions have now, and records it for flowInTime().
     void run(const Arguments& written);

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "curlew/flow/Flow.h"
+#include "curlew/flow/FlowInTime.h"
 
 namespace curlew {
 
@@ -28,5 +28,15 @@ Flow vortexFlow(double turns, double core, const Domain& domain = {});
 /// Below y = 0, where that would become infinite, it goes on as its Taylor polynomial, C². A sum without tracks. Throws
 /// ValueError for a height that is not positive and for a speed of zero.
 Flow updraftFlow(double speed, double height, const Domain& domain = {});
+
+/// The deformation field with which level sets are tested (LeVeque 1996; Enright, Fedkiw, Ferziger and Mitchell 2002):
+/// u = 2 sin²(πx) sin(2πy) sin(2πz), v = -sin(2πx) sin²(πy) sin(2πz), w = -sin(2πx) sin(2πy) sin²(πz), times the
+/// amplitude, in the box [0,1]³. A sum without tracks, periodic beyond the box.
+Flow enrightFlow(double amplitude = 1);
+
+/// The same times cos(πt/period): what it has carried off by half of the period it brings back by its end. The test
+/// carries a sphere of radius 0.15 about (0.35, 0.35, 0.35) through a period of 3 seconds. Throws ValueError for a
+/// period that is not positive.
+FlowInTime enrightFlowInTime(double period = 3);
 
 } // namespace curlew

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <vector>
 
 namespace curlew {
@@ -24,6 +25,12 @@ struct Mesh {
 /// does not exist or if a coordinate is not a finite number. An .obj that was cut between two faces cannot be told from
 /// a whole one, except by its topology. Safe to call from several threads.
 Mesh readMesh(const std::filesystem::path& path);
+
+/// Writes a mesh as a binary .ply or an .obj, as the extension says, whole or not at all (see writeAtomically).
+/// Positions keep all their bits, faces their corners in order. Throws ValueError for another extension, positions that
+/// are not finite and corners that do not exist; FileError if the file cannot be written; Interrupted once `cancelled`
+/// says so.
+void writeMesh(const std::filesystem::path& path, const Mesh& mesh, const std::function<bool()>& cancelled = {});
 
 /// How the faces of a mesh hang together. An edge is a pair of points; two faces share it whatever their orientation.
 struct MeshTopology {

@@ -1,0 +1,326 @@
+#include "BackMap.h"
+
+#include "curlew/base/Memory.h"
+#include "curlew/base/Parallel.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <utility>
+
+namespace curlew {
+
+namespace {
+
+using openvdb::Coord;
+
+constexpr int kNodes = 6;  ///< Of the interpolation, along each axis: at -2 … 3 from the voxel below.
+constexpr int kBefore = 2; ///< So many of them come before that voxel.
+
+/// What nodes count: for the three of an origin, and for φ.
+using Weights = std::array<Vec<double, 4>, kNodes>;
+
+/// Lagrange's polynomials at t: of degree 5 for origins and of degree 3, on the nodes -1 … 2, for φ. Their derivatives,
+/// and degree 5 less degree 3.
+struct Lagrange {
+    Weights value{}, slope{}, difference{};
+
+    explicit Lagrange(double t) {
+        constexpr std::array<double, kNodes> kScale{-1.0 / 120, 1.0 / 24, -1.0 / 12, 1.0 / 12, -1.0 / 24, 1.0 / 120};
+        const std::array<double, kNodes> cubic{0,
+                                               -t * (t - 1) * (t - 2) / 6,
+                                               (t + 1) * (t - 1) * (t - 2) / 2,
+                                               -(t + 1) * t * (t - 2) / 2,
+                                               (t + 1) * t * (t - 1) / 6,
+                                               0},
+            cubicSlope{0,
+                       -(3 * t * t - 6 * t + 2) / 6,
+                       (3 * t * t - 4 * t - 1) / 2,
+                       -(3 * t * t - 2 * t - 2) / 2,
+                       (3 * t * t - 1) / 6,
+                       0};
+        for (size_t k = 0; k < kNodes; ++k) {
+            double product = kScale[k], derivative = 0;
+            for (size_t m = 0; m < kNodes; ++m) {
+                if (m == k) continue;
+                const double factor = t - (static_cast<double>(m) - kBefore);
+                derivative = derivative * factor + product;
+                product *= factor;
+            }
+            const double difference5 = product - cubic[k];
+            value[k] = {{product, product, product, cubic[k]}};
+            slope[k] = {{derivative, derivative, derivative, cubicSlope[k]}};
+            difference[k] = {{difference5, difference5, difference5, difference5}};
+        }
+    }
+};
+
+/// Each component with its own weight.
+Vec<double, 4> weighted(Vec<double, 4> node, const Vec<double, 4>& weight) {
+    for (int c = 0; c < 4; ++c) node[c] *= weight[c];
+    return node;
+}
+
+/// How far φ₀ may be wrong at an origin that is off by `difference`.
+double errorOf(const Vec3d& gradient, const Vec<double, 4>& difference) {
+    const Vec3d off{{difference[0], difference[1], difference[2]}};
+    constexpr double kFlat = 0.5; // less than the slope of a distance: beyond its band
+    return length(gradient) < kFlat ? length(off) : std::abs(dot(gradient, off));
+}
+
+std::array<Coord, 8> cornersOf(const Coord& cell) {
+    std::array<Coord, 8> corners;
+    for (size_t n = 0; n < 8; ++n)
+        corners[n] = cell.offsetBy(static_cast<int>(n & 1), static_cast<int>(n >> 1 & 1), static_cast<int>(n >> 2 & 1));
+    return corners;
+}
+
+} // namespace
+
+void BackMap::follow(const std::vector<openvdb::Vec3d>& seeds, const Trace& trace, const Monitor& monitor) {
+    std::vector<Coord> cells;
+    for (const auto& seed : seeds)
+        if (seed.lengthSqr() < 0x1p60) cells.push_back(Coord::floor(seed)); // not NaN, nor beyond all coordinates
+    while (!cells.empty()) {
+        openvdb::MaskTree wanted;
+        {
+            openvdb::tree::ValueAccessor<openvdb::MaskTree> mask(wanted);
+            for (const Coord& cell : cells)
+                for (int i = -kBefore; i < kNodes - kBefore; ++i)
+                    for (int j = -kBefore; j < kNodes - kBefore; ++j)
+                        for (int k = -kBefore; k < kNodes - kBefore; ++k) mask.setValueOn(cell.offsetBy(i, j, k));
+        }
+        wanted.topologyDifference(mKnown);
+        const auto count = static_cast<size_t>(wanted.activeVoxelCount());
+        const size_t begin = mVoxels.size();
+        if (count == 0) return;
+        if (begin + count > INT32_MAX)
+            throw ResourceError(fmt::format("the surface has grown to {} voxels; choose larger ones", begin + count));
+        constexpr double kBytesEach = 160; // with what the distances will need
+        requireMemory(static_cast<double>(count) * kBytesEach,
+                      fmt::format("the surface, which has grown to {} voxels,", begin + count),
+                      "follow it for a shorter time, or choose larger voxels");
+        std::vector<Coord> voxels;
+        voxels.reserve(count);
+        for (auto voxel = wanted.cbeginValueOn(); voxel; ++voxel) voxels.push_back(voxel.getCoord());
+        const std::vector<Vec3d> origins = trace(voxels);
+        mKnown.topologyUnion(wanted);
+        for (size_t n = 0; n < count; ++n) mIndex.setValueOn(voxels[n], static_cast<int32_t>(begin + n));
+        mVoxels.insert(mVoxels.end(), voxels.begin(), voxels.end());
+        for (const Vec3d& x : origins) mNodes.push_back({{x[0], x[1], x[2], 0}});
+        evaluate(begin, monitor);
+        cells = crossedCells(begin, monitor);
+    }
+}
+
+void BackMap::evaluate(size_t begin, const Monitor& monitor) {
+    parallelFor(
+        mVoxels.size() - begin, kBatch,
+        [&](size_t from, size_t to) {
+            PointBatch points;
+            for (size_t n = from; n < to; ++n) points.push(origin(begin + n));
+            JetBatch<double, 0> jets;
+            mSource.eval(points, jets);
+            for (size_t n = from; n < to; ++n) mNodes[begin + n][3] = jets.c[0][n - from];
+        },
+        monitor);
+}
+
+/// The cells with corners of both signs, of which some corner is one of the voxels from `begin` on.
+std::vector<Coord> BackMap::crossedCells(size_t begin, const Monitor& monitor) const {
+    constexpr size_t kGrain = 1024;
+    const size_t count = mVoxels.size() - begin;
+    std::vector<std::vector<Coord>> found((count + kGrain - 1) / kGrain);
+    parallelFor(
+        count, kGrain,
+        [&](size_t from, size_t to) {
+            const Accessor index(mIndex);
+            for (size_t n = from; n < to; ++n)
+                for (const Coord& offset : cornersOf({0, 0, 0})) {
+                    const Coord cell = mVoxels[begin + n] - offset;
+                    int in = 0, out = 0;
+                    for (const Coord& corner : cornersOf(cell)) {
+                        const int32_t at = index.getValue(corner);
+                        if (at < 0) break;
+                        ++(inside(static_cast<size_t>(at)) ? in : out);
+                    }
+                    if (in + out == 8 && in > 0 && out > 0) found[from / kGrain].push_back(cell);
+                }
+        },
+        monitor);
+    std::vector<Coord> cells;
+    for (const auto& chunk : found) cells.insert(cells.end(), chunk.begin(), chunk.end());
+    return cells;
+}
+
+namespace {
+
+/// An edge between voxels, its nodes and those on the line beyond, and the bracket of φ's root on it.
+struct Edge {
+    std::array<Vec<double, 4>, kNodes> nodes;
+    double a = 0, b = 1, phiA = 0, phiB = 0;
+    bool byOrigins = true; ///< φ is that of the interpolated origin, else it is interpolated itself.
+    bool open = true;
+
+    Vec<double, 4> at(const Weights& weights) const {
+        Vec<double, 4> sum;
+        for (size_t k = 0; k < kNodes; ++k) sum += weighted(nodes[k], weights[k]);
+        return sum;
+    }
+    /// Where to look next: the Illinois variant of regula falsi (Dowell and Jarratt 1971), with a bisection now and
+    /// then, since φ₀ is flat beyond its band.
+    double next(int iteration) const { return iteration % 4 == 3 ? (a + b) / 2 : a - phiA * (b - a) / (phiB - phiA); }
+    void narrow(double t, double phi) {
+        constexpr double kEnough = 1e-7; // voxels
+        if ((phi < 0) == (phiB < 0)) {
+            phiA /= 2;
+        } else {
+            a = b;
+            phiA = phiB;
+        }
+        b = t;
+        phiB = phi;
+        open = std::abs(b - a) > kEnough && phi != 0;
+    }
+};
+
+Vec3d originOf(const Vec<double, 4>& node) { return {{node[0], node[1], node[2]}}; }
+
+/// Finds the roots of up to kBatch edges.
+void solve(const ScalarField& source, std::span<Edge> edges) {
+    PointBatch middles;
+    for (const Edge& edge : edges) middles.push(originOf(edge.at(Lagrange(0.5).value)));
+    JetBatch<double, 1> jets;
+    source.eval(middles, jets);
+    for (size_t n = 0; n < edges.size(); ++n) {
+        const auto difference = edges[n].at(Lagrange(0.5).difference);
+        edges[n].byOrigins = errorOf(jets[static_cast<int>(n)].gradient, difference) < std::abs(difference[3]);
+    }
+    constexpr int kMost = 40;
+    for (int k = 0; k < kMost; ++k) {
+        PointBatch points;
+        std::array<double, kBatch> where;
+        std::array<size_t, kBatch> owner;
+        for (size_t n = 0; n < edges.size(); ++n) {
+            if (!edges[n].open) continue;
+            const double t = edges[n].next(k);
+            const auto node = edges[n].at(Lagrange(t).value);
+            if (!edges[n].byOrigins) {
+                edges[n].narrow(t, node[3]);
+                continue;
+            }
+            where[static_cast<size_t>(points.size)] = t;
+            owner[static_cast<size_t>(points.size)] = n;
+            points.push(originOf(node));
+        }
+        if (points.size == 0) continue;
+        JetBatch<double, 0> phi;
+        source.eval(points, phi);
+        for (size_t lane = 0; lane < static_cast<size_t>(points.size); ++lane)
+            edges[owner[lane]].narrow(where[lane], phi.c[0][lane]);
+    }
+}
+
+} // namespace
+
+std::vector<BackMap::Crossing> BackMap::crossings(const Monitor& monitor) const {
+    constexpr size_t kGrain = 1024;
+    std::vector<std::vector<Crossing>> found((size() + kGrain - 1) / kGrain);
+    const auto search = [&](size_t from, size_t to) {
+        const Accessor index(mIndex);
+        std::vector<Crossing> crossings;
+        std::vector<Edge> edges;
+        for (size_t n = from; n < to; ++n)
+            for (int axis = 0; axis < 3; ++axis) {
+                Edge edge;
+                bool known = true;
+                for (int k = 0; k < kNodes && known; ++k) {
+                    Coord node = mVoxels[n];
+                    node[axis] += k - kBefore;
+                    const int32_t at = index.getValue(node);
+                    known = at >= 0;
+                    if (known) edge.nodes[static_cast<size_t>(k)] = mNodes[static_cast<size_t>(at)];
+                }
+                edge.phiA = edge.nodes[kBefore][3];
+                edge.phiB = edge.nodes[kBefore + 1][3];
+                if (!known || (edge.phiA < 0) == (edge.phiB < 0)) continue;
+                crossings.push_back({mVoxels[n], axis, 0});
+                edges.push_back(edge);
+            }
+        for (size_t begin = 0; begin < edges.size(); begin += kBatch)
+            solve(mSource, std::span(edges).subspan(begin, std::min<size_t>(kBatch, edges.size() - begin)));
+        for (size_t n = 0; n < edges.size(); ++n) crossings[n].fraction = edges[n].b;
+        found[from / kGrain] = std::move(crossings);
+    };
+    parallelFor(size(), kGrain, search, monitor);
+    std::vector<Crossing> all;
+    for (const auto& chunk : found) all.insert(all.end(), chunk.begin(), chunk.end());
+    return all;
+}
+
+bool BackMap::interpolate(const openvdb::Vec3d& position, const Accessor& index, Interpolated& result) const {
+    const Coord base = Coord::floor(position);
+    const Lagrange x(position[0] - base[0]), y(position[1] - base[1]), z(position[2] - base[2]);
+    // Of the differences between the degrees along each axis, which make up that in space but for their products.
+    result = {};
+    for (size_t i = 0; i < kNodes; ++i) {
+        Node plane, planeY, planeZ, planeDifference;
+        for (size_t j = 0; j < kNodes; ++j) {
+            Node line, lineZ, lineDifference;
+            for (size_t k = 0; k < kNodes; ++k) {
+                const int32_t at = index.getValue(base.offsetBy(
+                    static_cast<int>(i) - kBefore, static_cast<int>(j) - kBefore, static_cast<int>(k) - kBefore));
+                if (at < 0) return false;
+                const Node& node = mNodes[static_cast<size_t>(at)];
+                line += weighted(node, z.value[k]);
+                lineZ += weighted(node, z.slope[k]);
+                lineDifference += weighted(node, z.difference[k]);
+            }
+            plane += weighted(line, y.value[j]);
+            planeY += weighted(line, y.slope[j]);
+            planeZ += weighted(lineZ, y.value[j]);
+            planeDifference += weighted(line, y.difference[j]) + weighted(lineDifference, y.value[j]);
+        }
+        result.value += weighted(plane, x.value[i]);
+        result.derivatives[0] += weighted(plane, x.slope[i]);
+        result.derivatives[1] += weighted(planeY, x.value[i]);
+        result.derivatives[2] += weighted(planeZ, x.value[i]);
+        result.difference += weighted(plane, x.difference[i]) + weighted(planeDifference, x.value[i]);
+    }
+    return true;
+}
+
+void BackMap::sample(const std::vector<openvdb::Vec3d>& positions, const Accessor& index, std::vector<Sample>& samples,
+                     std::vector<uint8_t>& known) const {
+    samples.assign(positions.size(), {});
+    known.assign(positions.size(), 0);
+    PointBatch points;
+    std::array<size_t, kBatch> owner;
+    std::array<Interpolated, kBatch> between;
+    for (size_t n = 0; n < positions.size(); ++n) {
+        const auto lane = static_cast<size_t>(points.size);
+        if (!interpolate(positions[n], index, between[lane])) continue;
+        known[n] = 1;
+        owner[lane] = n;
+        points.push(originOf(between[lane].value));
+    }
+    if (points.size == 0) return;
+    JetBatch<double, 1> jets;
+    mSource.eval(points, jets);
+    for (int lane = 0; lane < points.size; ++lane) {
+        const auto jet = jets[lane];
+        const Interpolated& here = between[static_cast<size_t>(lane)];
+        Sample& sample = samples[owner[static_cast<size_t>(lane)]];
+        const bool byOrigins = errorOf(jet.gradient, here.difference) < std::abs(here.difference[3]);
+        sample.phi = byOrigins ? jet.value : here.value[3];
+        for (int axis = 0; axis < 3; ++axis) {
+            const Node& derivative = here.derivatives[static_cast<size_t>(axis)];
+            sample.gradient[axis] = byOrigins ? dot(jet.gradient, originOf(derivative)) : derivative[3];
+        }
+    }
+}
+
+} // namespace curlew

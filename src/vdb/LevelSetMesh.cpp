@@ -1,0 +1,24 @@
+#include "curlew/vdb/LevelSetMesh.h"
+
+#include "curlew/base/Error.h"
+
+#include <fmt/format.h>
+#include <openvdb/tools/VolumeToMesh.h>
+
+#include <utility>
+
+namespace curlew {
+
+Mesh levelSetToMesh(const LevelSet& levelSet, double adaptivity) {
+    if (!(adaptivity >= 0 && adaptivity <= 1))
+        throw ValueError(fmt::format("adaptivity {} must be between 0 and 1", adaptivity));
+    Mesh mesh;
+    openvdb::tools::volumeToMesh(*levelSet.grid, mesh.points, mesh.triangles, mesh.quads, 0.0, adaptivity);
+    if (mesh.faces() == 0) throw ValueError(fmt::format("level set '{}' has no surface", levelSet.grid->getName()));
+    // OpenVDB's faces run clockwise.
+    for (auto& face : mesh.triangles) std::swap(face[0], face[2]);
+    for (auto& face : mesh.quads) std::swap(face[1], face[3]);
+    return mesh;
+}
+
+} // namespace curlew

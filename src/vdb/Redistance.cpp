@@ -1,0 +1,249 @@
+#include "Redistance.h"
+
+#include "curlew/base/Parallel.h"
+
+#include <openvdb/tools/SignedFloodFill.h>
+#include <openvdb/util/Util.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <utility>
+
+namespace curlew {
+
+namespace {
+
+using openvdb::Coord;
+using Accessor = BackMap::Accessor;
+using Entry = ClosestPoints::Entry;
+
+const auto& kNeighbours = openvdb::util::COORD_OFFSETS; ///< All 26 of them.
+
+/// Slides the closest point of an entry along the surface to where the way to the voxel is normal to it.
+class Slider {
+  public:
+    explicit Slider(Entry& entry) : mEntry(&entry), mAt(entry.point) {}
+
+    const openvdb::Vec3d& at() const { return mAt; }
+    /// Whether what is left to slide changes the distance by no more than its square.
+    bool settled() const { return mWay.length() < kSlow; }
+
+    /// Goes on from a sample at at(), if it is known; false at the end of the way.
+    bool next(bool known, const BackMap::Sample& sample) {
+        const double steepness = sample.gradient.length();
+        if (!known || !(steepness > 0)) return retreat(); // too far from the surface
+        const openvdb::Vec3d normal = sample.gradient / steepness;
+        if (const double off = sample.phi / steepness; std::abs(off) > kOn) {
+            if (++mCorrections > kMostCorrections) return retreat();
+            mAt -= normal * std::clamp(off, -kLongest, kLongest);
+            return true;
+        }
+        const openvdb::Vec3d toVoxel = mEntry->voxel.asVec3d() - mAt, way = toVoxel - normal * toVoxel.dot(normal);
+        const double distance = toVoxel.length();
+        if (mBegun && !(distance < mEntry->distance)) return retreat();
+        if (mBegun) {
+            // Barzilai and Borwein (1988): the step that the last one would have needed.
+            const openvdb::Vec3d moved = mAt - mEntry->point;
+            const double change = moved.dot(mWay - way);
+            mPace = change > 0 ? std::clamp(moved.dot(moved) / change, 0.05, 4.0) : std::min(2 * mPace, 4.0);
+        }
+        mBegun = true;
+        mEntry->point = mAt;
+        mEntry->distance = distance;
+        mWay = way;
+        return way.length() > kSettled && slide();
+    }
+
+  private:
+    static constexpr double kOn = 1e-3, kSettled = 2e-3, kSlow = 0.02, kLongest = 1; // voxels
+    static constexpr int kMostCorrections = 4;
+
+    bool retreat() {
+        if (!mBegun) return false;
+        mPace *= 0.3;
+        return slide();
+    }
+    bool slide() {
+        mCorrections = 0;
+        const double length = mPace * mWay.length();
+        if (length < kSettled / 4) return false;
+        mAt = mEntry->point + mWay * (mPace * std::min(kLongest / length, 1.0));
+        return true;
+    }
+
+    Entry* mEntry;                               // its point is the best so far
+    openvdb::Vec3d mAt;                          // the one that is tried
+    openvdb::Vec3d mWay = openvdb::Vec3d(1e300); // from the best point to the voxel, as far as it is tangential
+    double mPace = 1;
+    int mCorrections = 0;
+    bool mBegun = false;
+};
+
+/// Slides the points of entries, which are on the surface, to the places closest to their voxels; they come out no
+/// farther than they went in. Returns how many did not settle.
+size_t settle(const BackMap& map, std::span<Entry> entries) {
+    constexpr int kMost = 40;
+    const Accessor index(map.index());
+    std::vector<Slider> sliders;
+    std::vector<size_t> moving;
+    for (Entry& entry : entries) {
+        entry.distance = (entry.voxel.asVec3d() - entry.point).length();
+        moving.push_back(sliders.size());
+        sliders.emplace_back(entry);
+    }
+    std::vector<openvdb::Vec3d> positions;
+    std::vector<BackMap::Sample> samples;
+    std::vector<uint8_t> known;
+    for (int k = 0; k < kMost && !moving.empty(); ++k) {
+        positions.clear();
+        for (const size_t n : moving) positions.push_back(sliders[n].at());
+        map.sample(positions, index, samples, known);
+        size_t left = 0;
+        for (size_t m = 0; m < moving.size(); ++m)
+            if (sliders[moving[m]].next(known[m] != 0, samples[m])) moving[left++] = moving[m];
+        moving.resize(left);
+    }
+    return static_cast<size_t>(
+        std::count_if(sliders.begin(), sliders.end(), [](const Slider& s) { return !s.settled(); }));
+}
+
+/// The entry in the neighbourhood of a voxel whose closest point is nearest to it; null where there is none.
+const Entry* bestAround(const openvdb::Coord& voxel, const Accessor& index, const std::vector<Entry>& entries) {
+    const Entry* best = nullptr;
+    double least = std::numeric_limits<double>::infinity();
+    for (const Coord& offset : kNeighbours) {
+        const int32_t at = index.getValue(voxel + offset);
+        if (at < 0) continue;
+        const Entry& other = entries[static_cast<size_t>(at)];
+        if (const double d = (other.point - voxel.asVec3d()).length(); d < least) {
+            least = d;
+            best = &other;
+        }
+    }
+    return best;
+}
+
+} // namespace
+
+ClosestPoints::ClosestPoints(const BackMap& map, const std::vector<BackMap::Crossing>& crossings, double halfWidth,
+                             const Monitor& monitor) {
+    begin(map, crossings, monitor);
+    improve(map, monitor);
+    for (size_t first = 0; first < mEntries.size();) {
+        const size_t next = mEntries.size();
+        if (!addRing(map, first, halfWidth, monitor)) break;
+        first = next;
+    }
+}
+
+void ClosestPoints::insert(const std::vector<Entry>& entries) {
+    for (const Entry& entry : entries) {
+        mIndex.setValueOn(entry.voxel, static_cast<int32_t>(mEntries.size()));
+        mEntries.push_back(entry);
+    }
+}
+
+/// The voxels at both ends of each crossed edge, with the nearest of their crossings.
+void ClosestPoints::begin(const BackMap& map, const std::vector<BackMap::Crossing>& crossings, const Monitor& monitor) {
+    std::vector<Entry> entries;
+    openvdb::Int32Tree index(-1);
+    openvdb::tree::ValueAccessor<openvdb::Int32Tree> access(index);
+    const Accessor known(map.index());
+    for (const auto& crossing : crossings)
+        for (const int end : {0, 1}) {
+            Coord voxel = crossing.voxel;
+            voxel[crossing.axis] += end;
+            const double distance = end == 0 ? crossing.fraction : 1 - crossing.fraction;
+            const int32_t at = access.getValue(voxel);
+            if (at < 0) {
+                access.setValueOn(voxel, static_cast<int32_t>(entries.size()));
+                entries.push_back({.voxel = voxel,
+                                   .point = crossing.position(),
+                                   .distance = distance,
+                                   .inside = map.inside(static_cast<size_t>(known.getValue(voxel)))});
+            } else if (Entry& entry = entries[static_cast<size_t>(at)]; distance < entry.distance) {
+                entry.point = crossing.position();
+                entry.distance = distance;
+            }
+        }
+    mUnsettled += parallelSum(
+        entries.size(), kBatch,
+        [&](size_t from, size_t to) { return settle(map, std::span(entries).subspan(from, to - from)); }, monitor);
+    insert(entries);
+}
+
+/// Takes over closest points of neighbours that are closer: another part of the surface may be.
+void ClosestPoints::improve(const BackMap& map, const Monitor& monitor) {
+    constexpr double kCloser = 1e-3; // voxels
+    std::vector<Entry> improved = mEntries;
+    parallelFor(
+        mEntries.size(), kBatch,
+        [&](size_t from, size_t to) {
+            const Accessor index(mIndex);
+            std::vector<Entry> changed;
+            std::vector<size_t> owner;
+            for (size_t n = from; n < to; ++n) {
+                const Entry& entry = mEntries[n];
+                const Entry* best = bestAround(entry.voxel, index, mEntries);
+                if (!best || !((best->point - entry.voxel.asVec3d()).length() < entry.distance - kCloser)) continue;
+                changed.push_back(entry);
+                changed.back().point = best->point;
+                owner.push_back(n);
+            }
+            settle(map, changed);
+            for (size_t m = 0; m < owner.size(); ++m) improved[owner[m]] = changed[m];
+        },
+        monitor);
+    mEntries = std::move(improved);
+}
+
+/// The voxels around those from `first` on that are within the band; false where there are none.
+bool ClosestPoints::addRing(const BackMap& map, size_t first, double halfWidth, const Monitor& monitor) {
+    openvdb::MaskTree ring;
+    {
+        const Accessor index(mIndex);
+        openvdb::tree::ValueAccessor<openvdb::MaskTree> mask(ring);
+        for (size_t n = first; n < mEntries.size(); ++n) {
+            if (!(mEntries[n].distance < halfWidth)) continue;
+            for (const Coord& offset : kNeighbours)
+                if (const Coord voxel = mEntries[n].voxel + offset; index.getValue(voxel) < 0) mask.setValueOn(voxel);
+        }
+    }
+    std::vector<Entry> entries;
+    for (auto voxel = ring.cbeginValueOn(); voxel; ++voxel) entries.push_back({.voxel = voxel.getCoord()});
+    if (entries.empty()) return false;
+    mUnsettled += parallelSum(
+        entries.size(), kBatch,
+        [&](size_t from, size_t to) {
+            const Accessor known(map.index()), index(mIndex);
+            for (size_t n = from; n < to; ++n) {
+                Entry& entry = entries[n];
+                const Entry& best = *bestAround(entry.voxel, index, mEntries);
+                const int32_t at = known.getValue(entry.voxel);
+                entry.point = best.point;
+                // Where φ is not known, the surface is not between the two: there it would be.
+                entry.inside = at >= 0 ? map.inside(static_cast<size_t>(at)) : best.inside;
+            }
+            return settle(map, std::span(entries).subspan(from, to - from));
+        },
+        monitor);
+    insert(entries);
+    return true;
+}
+
+openvdb::FloatGrid::Ptr ClosestPoints::grid(double halfWidth, double voxelSize) const {
+    auto grid = openvdb::FloatGrid::create(static_cast<float>(halfWidth * voxelSize));
+    grid->setGridClass(openvdb::GRID_LEVEL_SET);
+    auto access = grid->getAccessor();
+    for (const Entry& entry : mEntries) {
+        if (!(entry.distance < halfWidth)) continue;
+        const auto value = static_cast<float>(entry.distance * voxelSize);
+        access.setValueOn(entry.voxel, entry.inside ? -value : value);
+    }
+    openvdb::tools::signedFloodFill(grid->tree());
+    return grid;
+}
+
+} // namespace curlew
