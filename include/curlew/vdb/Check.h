@@ -71,8 +71,9 @@ ParticleCheck checkParticles(const Flow& flow, const Particles& particles, const
 
 struct TrackCheck {
     int steps = 0;
-    double time = 0;             ///< Seconds: in a step a point moves by a quarter of a voxel at the rms speed.
-    ParticleCheck field = {}, onGrid = {}; ///< After steps of advect(); and of OpenVDB's VelocityIntegrator on the grid.
+    double time = 0; ///< Seconds: in a step a point moves by a quarter of a voxel at the rms speed.
+    ParticleCheck field = {},
+                  onGrid = {}; ///< After steps of advect(); and of OpenVDB's VelocityIntegrator on the grid.
 };
 
 /// Moves `points` points of the flow's domain twice through `steps` RK4 steps of the same length: by the flow itself,
