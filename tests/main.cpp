@@ -3,12 +3,14 @@
 
 #include <iostream>
 
-/// CMake keeps the names of tests in lists, where a bracket or semicolon makes many tests into one that never runs.
+/// CMake keeps the names of tests in lists, where a bracket or semicolon makes many tests into one that never runs; and
+/// names are arguments, where a dash begins an option.
 int main(int argc, char* argv[]) {
     Catch::Session session;
     for (const auto& test : Catch::getAllTestCasesSorted(session.config()))
-        if (test.name.find_first_of("[];\"\\") != std::string::npos) {
-            std::cerr << "the name of a test must not contain brackets, semicolons, quotes or backslashes: "
+        if (test.name.starts_with('-') || test.name.find_first_of("[];\"\\") != std::string::npos) {
+            std::cerr << "the name of a test must not begin with a dash, nor contain brackets, semicolons, quotes or "
+                         "backslashes: "
                       << test.name << '\n';
             return EXIT_FAILURE;
         }

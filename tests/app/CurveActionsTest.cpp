@@ -21,7 +21,7 @@ size_t linesThatBegin(const std::string& text, const std::string& with) {
 
 } // namespace
 
-TEST_CASE("-trace makes curves that every kind of file holds", "[app]") {
+TEST_CASE("trace makes curves that every kind of file holds", "[app]") {
     const Folder folder;
     const Outcome outcome =
         folder.mustRun(kFlow + "-scatter count=60 -trace limit=20 -write a.csv a.obj a.ply a.vdb r.json -print");
@@ -59,7 +59,7 @@ TEST_CASE("-trace makes curves that every kind of file holds", "[app]") {
     CHECK(particlesOf(*grid).size() == vertices);
 }
 
-TEST_CASE("-trace takes its options", "[app]") {
+TEST_CASE("trace takes its options", "[app]") {
     const Folder folder;
     const std::string seed = "-vortex turns=1 core=0.5 -scatter count=1 box=0.5,0,0,0.6,0.1,0.1 ";
     const auto rows = [&](const std::string& options) {
@@ -98,7 +98,7 @@ TEST_CASE("the newest points or curves are written, or those that are asked for"
     CHECK(linesThatBegin(bytesOf(folder / "f.obj"), "l ") == 5);
 }
 
-TEST_CASE("-trace of what has no tracks, and of nothing", "[app]") {
+TEST_CASE("trace of what has no tracks, and of nothing", "[app]") {
     const Folder folder;
     const Outcome sum = folder.mustRun("-noise -curl offset=10 -scatter count=5 -trace limit=1 -write a.csv r.json");
     CHECK_THAT(sum.err, Contains("no tracks"));
@@ -114,7 +114,7 @@ TEST_CASE("-trace of what has no tracks, and of nothing", "[app]") {
     folder.mustFail("-noise -curl offset=10 -scatter count=5 -trace reproject=newton", {"-trace", "no tracks"});
 }
 
-TEST_CASE("-trace gives the same bytes for any number of threads", "[app]") {
+TEST_CASE("trace gives the same bytes for any number of threads", "[app]") {
     const Folder folder;
     for (const std::string threads : {"1", "2"})
         folder.mustRun("-threads " + threads + " " + kFlow +

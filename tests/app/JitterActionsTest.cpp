@@ -22,7 +22,7 @@ size_t beyond(const std::vector<Vec3d>& points) {
 
 } // namespace
 
-TEST_CASE("-jitter fills a shape, and keeps to its wall", "[app]") {
+TEST_CASE("jitter fills a shape, and keeps to its wall", "[app]") {
     const Folder folder;
     const auto points = pointsOf(folder, "-sphere -jitter count=3000 seed=3");
     CHECK(static_cast<double>(points.size()) == Approx(3000).epsilon(0.05));
@@ -37,7 +37,7 @@ TEST_CASE("-jitter fills a shape, and keeps to its wall", "[app]") {
     CHECK(beyond(outside) == outside.size());
 }
 
-TEST_CASE("-jitter moves the points of a lattice, in space and in a plane", "[app]") {
+TEST_CASE("jitter moves the points of a lattice, in space and in a plane", "[app]") {
     const Folder folder;
     const std::string plane = "-jitter dim=2 spacing=0.25 box=0,0,-1,2,1,1 ";
     const auto lattice = pointsOf(folder, plane + "amount=0"), moved = pointsOf(folder, plane);
@@ -64,7 +64,7 @@ TEST_CASE("-jitter moves the points of a lattice, in space and in a plane", "[ap
     CHECK(beyond(disc) == 0);
 }
 
-TEST_CASE("-jitter refuses what it cannot do", "[app]") {
+TEST_CASE("jitter refuses what it cannot do", "[app]") {
     const Folder folder;
     folder.mustFail("-jitter count=10 spacing=1", {"-jitter", "not both"});
     folder.mustFail("-jitter spacing=1e-9", {"-jitter", "memory", "spacing"});
