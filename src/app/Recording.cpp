@@ -154,14 +154,4 @@ Stack<GridObject> Session::earlierGrids() const {
     return session.grids;
 }
 
-std::optional<GridObject> Session::previousLevelSet() {
-    if (!clock || clock->duration == 0) return {};
-    const auto age = newestLevelSet();
-    if (!age) return {};
-    const auto earlier = earlierGrids();
-    for (const auto& entry : earlier.entries())
-        if (entry.made == grids.entry(*age).made) return entry.object;
-    return {};
-}
-
 } // namespace curlew::app

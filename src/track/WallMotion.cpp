@@ -5,6 +5,7 @@
 #include "curlew/base/Random.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Formula.h"
+#include "curlew/flow/Flows.h"
 #include "curlew/math/Fade.h"
 
 #include <algorithm>
@@ -67,17 +68,6 @@ Vec3d turned(const Vec3d& v, const Vec3d& axis, double angle) { // Rodrigues
     return v * std::cos(angle) + cross(axis, v) * std::sin(angle) + axis * (dot(axis, v) * (1 - std::cos(angle)));
 }
 
-/// Some unit vector across another.
-Vec3d across(const Vec3d& unit) {
-    int least = 0;
-    for (int i = 1; i < 3; ++i)
-        if (std::abs(unit[i]) < std::abs(unit[least])) least = i;
-    Vec3d e;
-    e[least] = 1;
-    const Vec3d v = cross(unit, e);
-    return v * (1 / length(v));
-}
-
 /// So many steps that none is longer than a quarter of the wall's layer.
 int stepsFor(double way, const Wall& wall) {
     return static_cast<int>(std::clamp(std::ceil(4 * way / wall.width), 1.0, 64.0));
@@ -123,11 +113,10 @@ WallMotion::WallMotion(const Wall& from, const Wall& to, const Box& box) : mFrom
 void WallMotion::carryRigidly(std::vector<Vec3d>& points, const Monitor& monitor) const {
     // In coordinates that move with the wall, so it stays as it is in mFrom.
     const auto translate = [&](const Vec3d& way) {
-        const double size = length(way);
-        if (size == 0) return;
-        const Vec3d along = way * (1 / size), u = across(along), v = cross(along, u);
-        driftBack(mFrom, length(mBox.size()), rampField(u * size, -dot(u, mCentre) * size),
-                  rampField(v, -dot(v, mCentre)), size, points, monitor);
+        if (way == Vec3d{}) return;
+        const Flow uniform = uniformFlow(way);
+        const ScalarField fromCentre = constantField(-uniform.f().at<0>(mCentre).value);
+        driftBack(mFrom, length(mBox.size()), uniform.f() + fromCentre, uniform.g(), length(way), points, monitor);
     };
     translate(mTranslation * 0.5);
     if (mAngle > 0) {

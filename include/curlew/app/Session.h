@@ -136,11 +136,6 @@ class Session {
     /// sets whose files change from frame to frame move from those of the frame before to those of this one: the
     /// distance between is the mean of both, weighted by the time. All other objects stay what they are.
     FlowInTime flowInTime();
-    /// The newest level set as it was one frame earlier: where that frame has not been run by this session, its files
-    /// are read, and its mesh is converted, now. Nothing in the first frame, without -frames, and where it was made
-    /// before -frames.
-    std::optional<GridObject> previousLevelSet();
-
     /// The moment, for ordering objects across stacks.
     uint64_t now() { return mClock++; }
     /// That which now() gives next.
