@@ -1,5 +1,6 @@
 #include "curlew/app/Expression.h"
 
+#include "curlew/app/Text.h"
 #include "curlew/base/Error.h"
 
 #include <fmt/format.h>
@@ -110,6 +111,20 @@ class Expander {
     size_t mAt = 0;
 };
 
+bool beginsName(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_'; }
+bool continuesName(char c) { return beginsName(c) || std::isdigit(static_cast<unsigned char>(c)) != 0; }
+
+/// Where the word that begins at `at` ends: a name, a number with its exponent, or one other character.
+size_t endOfWord(std::string_view text, size_t at) {
+    const auto whole = [&](size_t end) {
+        return std::find_if_not(text.begin() + static_cast<std::ptrdiff_t>(end), text.end(), continuesName) -
+               text.begin();
+    };
+    if (continuesName(text[at])) return static_cast<size_t>(whole(at));
+    // .5e3 has no name in it, nor has the e3 of 1.e3.
+    return text[at] == '.' ? static_cast<size_t>(whole(at + 1)) : at + 1;
+}
+
 } // namespace
 
 double Moment::wholeFrame() const {
@@ -132,6 +147,47 @@ Variables variablesOf(std::string_view text) {
     expander.result();
     if (!expander.variables().any) expanded(text, {});
     return expander.variables();
+}
+
+std::string withConstants(std::string_view text, const Constants& constants) {
+    std::string result;
+    bool inside = false;
+    for (size_t at = 0; at < text.size();) {
+        if (!inside && text.substr(at).starts_with("{{")) {
+            result += "{{";
+            at += 2;
+            continue;
+        }
+        if (text[at] == '{') inside = true;
+        if (text[at] == '}') inside = false;
+        const size_t end = inside ? endOfWord(text, at) : at + 1;
+        const std::string word(text.substr(at, end - at));
+        const auto found = inside ? constants.find(word) : constants.end();
+        result += found == constants.end() ? word : fmt::format("({})", found->second);
+        at = end;
+    }
+    return result;
+}
+
+std::pair<std::string, double> constantOf(const std::string& definition) {
+    const size_t equals = definition.find('=');
+    const std::string name = definition.substr(0, equals);
+    if (equals == std::string::npos || name.empty() || !beginsName(name.front()) ||
+        !std::all_of(name.begin(), name.end(), continuesName))
+        throw ValueError(fmt::format("'{}' is no definition; write NAME=VALUE", definition));
+    Variables variables;
+    bool taken = true;
+    try {
+        evaluated(name, {}, variables);
+    } catch (const ValueError&) {
+        taken = false;
+    }
+    if (taken) throw ValueError(fmt::format("'{}' already has a meaning in expressions; choose another name", name));
+    const std::string text = definition.substr(equals + 1);
+    double value = 0;
+    if (variablesOf(text).any || !parseReal(expanded(text, {}), value))
+        throw ValueError(fmt::format("{}: the value must be a number or an expression of numbers", definition));
+    return {name, value};
 }
 
 } // namespace curlew::app

@@ -2,6 +2,7 @@
 
 #include "Context.h"
 #include "Runner.h"
+#include "curlew/app/Expression.h"
 #include "curlew/app/Registry.h"
 #include "curlew/app/Text.h"
 #include "curlew/vdb/VdbFile.h"
@@ -82,9 +83,10 @@ class Parser {
     void action(const std::string& name, const std::vector<std::string>& tokens, const std::string& place) {
         const Action& declared = inContextOf(place.empty() ? "command line" : place.substr(0, place.size() - 2),
                                              [&]() -> const Action& { return findAction(name); });
+        if (name == "set") return inContextOf(place + "-set", [&] { define(tokens); });
         const Arguments arguments = inContextOf(place + "-" + name, [&] {
             Arguments given(declared);
-            for (const auto& token : tokens) given.add(token);
+            for (const auto& token : tokens) given.add(withConstants(token, mConstants));
             given.finish();
             return given;
         });
@@ -96,7 +98,14 @@ class Parser {
             scene(inContextOf(place + "-config", [&] { return readText(file); }), file);
     }
 
+    /// The first definition of a name counts: a scene's own is what it has unless one before -config says otherwise.
+    void define(const std::vector<std::string>& definitions) {
+        if (definitions.empty()) throw ValueError("needs NAME=VALUE");
+        for (const auto& definition : definitions) mConstants.insert(constantOf(withConstants(definition, mConstants)));
+    }
+
     Program mProgram;
+    Constants mConstants;
     int mDepth = 0, mScenes = 0;
 };
 

@@ -198,6 +198,29 @@ void print(Session& s, const Arguments&) {
     }
 }
 
+/// A figure that the actions have put into the report: by its path, "check/outside".
+void expect(Session& s, const Arguments& a) {
+    const std::string& path = a.words()[0];
+    if (!a.given("least") && !a.given("most")) throw ValueError("needs least= or most=, or both");
+    const nlohmann::ordered_json* found = &s.report;
+    for (const auto& name : split(path, '/')) {
+        if (!found->is_object() || !found->contains(name)) {
+            std::vector<std::string> names;
+            if (found->is_object())
+                for (const auto& [known, value] : found->items()) names.push_back(known);
+            throw ValueError(fmt::format("the report has no '{}'{}; there it has {}", path, didYouMean(name, names),
+                                         names.empty() ? "nothing" : join(names, ", ")));
+        }
+        found = &found->at(name);
+    }
+    if (!found->is_number()) throw ValueError(fmt::format("'{}' is not a number in the report", path));
+    const auto value = found->get<double>();
+    if (a.given("least") && !(value >= a.real("least")))
+        throw ValueError(fmt::format("{} is {:.6g}, below {:.6g}", path, value, a.real("least")));
+    if (a.given("most") && !(value <= a.real("most")))
+        throw ValueError(fmt::format("{} is {:.6g}, above {:.6g}", path, value, a.real("most")));
+}
+
 void help(Session&, const Arguments& a) {
     if (a.choice("format") == 1)
         fmt::print("{}", helpTable());
@@ -258,6 +281,24 @@ std::vector<Action> programActions() {
                        .examples = {"curlew -config scenes/demo.txt"},
                        .run = [](Session&, const Arguments&) {}, // the parser has put the scene's actions in its place
                        .prepare = {}});
+    actions.push_back(
+        {.name = "set",
+         .group = kGroup,
+         .summary = "give names to numbers, for the expressions that follow; the first value of a name counts",
+         .positional = {"NAME=VALUE …", 1, 100},
+         .examples = {"curlew -set count=1e4 -scatter 'count={count/2}'",
+                      "curlew -set scale=0.5 -config scenes/icn_fig1_stream_curves.txt"},
+         .run = [](Session&, const Arguments&) {}, // the parser has put the values in place
+         .prepare = {}});
+    actions.push_back({.name = "expect",
+                       .group = kGroup,
+                       .summary = "fail unless a figure of the report is within bounds",
+                       .inputs = "report",
+                       .options = {real("least", "", "", "the figure must not be below it"),
+                                   real("most", "", "", "the figure must not be above it")},
+                       .positional = {"ACTION/FIGURE", 1, 1},
+                       .examples = {"curlew -config scenes/demo.txt -expect check/outside most=0"},
+                       .run = expect});
     actions.push_back(
         {.name = "help",
          .group = kGroup,

@@ -356,6 +356,18 @@ TEST_CASE("a scene does what its command line does", "[command]") {
     CHECK((test::bytesOf(folder / "my file.vdb") == test::bytesOf(folder / "line.vdb")));
 }
 
+TEST_CASE("a program fails where a figure is not what it expects", "[command]") {
+    const Folder folder;
+    const std::string points = "-set n=50 -sphere -scatter count={2*n} -jitter count={n*2} ";
+    folder.mustRun(points + "-expect jitter/points least={n} most={4*n}");
+    folder.mustFail(points + "-expect jitter/points most={n}", {"-expect", "jitter/points is ", "above 50"});
+    folder.mustFail(points + "-expect jitter/points least=1e5", {"-expect", "jitter/points is ", "below 100000"});
+    folder.mustFail(points + "-expect jitter/point most=1", {"no 'jitter/point'", "did you mean 'points'"});
+    folder.mustFail(points + "-expect jitter most=1", {"'jitter' is not a number"});
+    folder.mustFail(points + "-expect jitter/points", {"least= or most="});
+    folder.mustFail("-set n=1 -set 2=1 -list", {"-set", "2=1"});
+}
+
 TEST_CASE("files can have any name", "[command]") {
     const Folder folder;
     const std::string names = "'a b.csv' ./-dash.csv ./a=b.csv 'ü∂.csv' '#1.csv' \"'q'.csv\" a.b.CSV";

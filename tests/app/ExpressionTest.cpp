@@ -147,3 +147,29 @@ TEST_CASE("a scene keeps expressions as they were written", "[app]") {
     CHECK(sceneOf(program) == text);
     CHECK(sceneOf({{program.actions[0].at({.time = 3}), program.actions[1].at({.frame = 3})}}) == text);
 }
+
+TEST_CASE("constants take the place of their names, in expressions only", "[app]") {
+    const Constants constants{{"scale", 0.25}, {"e3", 7}, {"n", -2}};
+    CHECK(withConstants("scale{scale*2}", constants) == "scale{(0.25)*2}");
+    CHECK(withConstants("{2e3 + 1.e3 + .5e3 + e3}", constants) == "{2e3 + 1.e3 + .5e3 + (7)}");
+    CHECK(withConstants("{2-n^2}", constants) == "{2-(-2)^2}");
+    CHECK(withConstants("{{scale}", constants) == "{{scale}");
+    CHECK(withConstants("{scales+sin(nn)}", constants) == "{scales+sin(nn)}");
+    CHECK(withConstants("$F {", constants) == "$F {");
+    CHECK(constantOf("scale=0.5") == std::pair<std::string, double>("scale", 0.5));
+    CHECK(constantOf("_n1={2^3}").second == 8);
+    for (const char* wrong : {"scale", "=1", "2n=1", "a b=1", "n=", "n=x", "n={T}", "T=1", "pi=3", "FF=1", "n={1/0}"}) {
+        CAPTURE(wrong);
+        CHECK_THROWS_AS(constantOf(wrong), ValueError);
+    }
+}
+
+TEST_CASE("the first value of a name counts, and the program that is kept has values only", "[app]") {
+    const Program program = parseScene("set n=3\nset n=5 m={n+1}\nscatter count={n*m}\nscatter count={T+n}\n", "scene");
+    REQUIRE(program.actions.size() == 2);
+    CHECK(program.actions[0].integer("count") == 12);
+    CHECK(program.actions[1].at({.frame = 25, .time = 2}).integer("count") == 5);
+    CHECK(sceneOf(program) == "scatter count={(3)*(4)}\nscatter count={T+(3)}\n");
+    CHECK_THROWS_WITH(parseScene("scatter count={k}\n", "scene"), Contains("scene:1") && Contains("{k}"));
+    CHECK_THROWS_WITH(parseScene("set\n", "scene"), Contains("NAME=VALUE"));
+}

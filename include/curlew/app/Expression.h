@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <string_view>
 
@@ -30,5 +31,15 @@ std::string expanded(std::string_view text, const Moment& moment);
 
 /// Which variables there are in the expressions of a text. Throws ValueError where expanded() would at every moment.
 Variables variablesOf(std::string_view text);
+
+/// Names that -set has given values.
+using Constants = std::map<std::string, double>;
+
+/// The text with the constants' values in place of their names in its {expressions}. The result needs no constants.
+std::string withConstants(std::string_view text, const Constants& constants);
+
+/// The name and the value of `NAME=VALUE`, whose value is a number or an {expression} without variables. Throws
+/// ValueError also for a name that is none, or that expressions already have.
+std::pair<std::string, double> constantOf(const std::string& definition);
 
 } // namespace curlew::app

@@ -1,0 +1,15 @@
+#pragma once
+
+#include "curlew/app/Action.h"
+#include "curlew/image/Camera.h"
+
+namespace curlew::app {
+
+/// What says from where a picture in perspective is taken, and how large it is: from, up, eye, target, fov, width,
+/// height.
+std::vector<Option> cameraOptions();
+
+/// The camera of these options; without eye=, it sees all of the box.
+Camera cameraOf(const Arguments& a, const Box& subject);
+
+} // namespace curlew::app
