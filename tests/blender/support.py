@@ -1,5 +1,6 @@
 """What the tests in Blender share."""
 
+import faulthandler
 import os
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+faulthandler.enable()
 WORK = Path(os.environ["CURLEW_WORK"])
 SOURCE = Path(os.environ["CURLEW_SOURCE"])
 COMMAND = os.environ["CURLEW_COMMAND"]

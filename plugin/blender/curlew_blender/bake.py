@@ -182,7 +182,8 @@ def active_tree(context: bpy.types.Context) -> Optional[bpy.types.NodeTree]:
     space = getattr(context, "space_data", None)
     if space and space.type == "NODE_EDITOR" and getattr(space, "edit_tree", None) and space.tree_type == TREE:
         return space.node_tree
-    return getattr(context.scene, "curlew_tree", None)
+    tree = bpy.data.node_groups.get(context.scene.curlew_tree)
+    return tree if tree and tree.bl_idname == TREE else None
 
 
 class CURLEW_OT_bake(bpy.types.Operator):

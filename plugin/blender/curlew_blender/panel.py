@@ -39,7 +39,7 @@ class CURLEW_PT_view(bpy.types.Panel):
         big.operator("curlew.quick", icon="FORCE_VORTEX").preset = scene.curlew_preset
         layout.separator()
         layout.prop_search(scene, "curlew_tree", bpy.data, "node_groups", text="Tree")
-        tree = scene.curlew_tree
+        tree = bpy.data.node_groups.get(scene.curlew_tree)
         if tree is None or tree.bl_idname != nodes.TREE:
             return
         _draw_bake(layout, tree)
@@ -93,15 +93,12 @@ def categories(actions: Dict[str, Action]) -> List[nodeitems_utils.NodeCategory]
     return result
 
 
-def _is_tree(scene: bpy.types.Scene, tree: bpy.types.NodeTree) -> bool:
-    return tree.bl_idname == nodes.TREE
-
-
 def register(actions: Dict[str, Action]) -> None:
     """Panel, header, menu, and the scene's choices."""
     bpy.types.Scene.curlew_preset = bpy.props.EnumProperty(
         name="Preset", items=[(key, p.name, p.help) for key, p in presets.PRESETS.items()])
-    bpy.types.Scene.curlew_tree = bpy.props.PointerProperty(type=bpy.types.NodeTree, name="Tree", poll=_is_tree)
+    # A name: with a pointer to a tree, Blender 3.4 crashes when it resets itself to factory settings.
+    bpy.types.Scene.curlew_tree = bpy.props.StringProperty(name="Tree", description="What the buttons are about")
     bpy.utils.register_class(CURLEW_PT_view)
     bpy.types.NODE_HT_header.append(draw_header)
     nodeitems_utils.register_node_categories("CURLEW", categories(actions))

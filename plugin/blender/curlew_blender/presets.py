@@ -148,7 +148,7 @@ class CURLEW_OT_quick(bpy.types.Operator):
         except TreeError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        context.scene.curlew_tree = tree
+        context.scene.curlew_tree = tree.name
         return start(tree.name) if self.bake else {"FINISHED"}
 
     def execute(self, context: bpy.types.Context) -> Set[str]:

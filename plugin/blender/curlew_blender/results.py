@@ -141,12 +141,7 @@ def volume(node: bpy.types.Node, file: Path, frames: Optional[Sequence[int]]) ->
     data = obj.data
     first = str(file).replace("$F4", f"{frames[0]:04d}") if frames else str(file)
     data.filepath = cache.stored(Path(first))
-    data.is_sequence = bool(frames)
-    if frames:
-        data.frame_start = frames[0]
-        data.frame_duration = frames[-1] - frames[0] + 1
-        data.frame_offset = 0
-        data.sequence_mode = "CLIP"
+    data.is_sequence = False
     data.grids.load()
     if data.grids.error_message:
         raise RuntimeError(f"'{first}': {data.grids.error_message}")
@@ -155,6 +150,12 @@ def volume(node: bpy.types.Node, file: Path, frames: Optional[Sequence[int]]) ->
         data.velocity_grid = vectors[0]
     data.velocity_unit = "SECOND"
     data.velocity_scale = 1.0
+    if frames:
+        data.is_sequence = True
+        data.frame_start = frames[0]
+        data.frame_duration = frames[-1] - frames[0] + 1
+        data.frame_offset = 0
+        data.sequence_mode = "EXTEND"
     if not data.materials:
         data.materials.append(looks.volume_material())
     return obj

@@ -143,7 +143,7 @@ class CURLEW_OT_import_scene(bpy.types.Operator, ImportHelper):
         except (SceneError, OSError, UnicodeDecodeError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        context.scene.curlew_tree = tree
+        context.scene.curlew_tree = tree.name
         if context.space_data and context.space_data.type == "NODE_EDITOR":
             context.space_data.node_tree = tree
         return {"FINISHED"}

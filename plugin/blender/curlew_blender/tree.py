@@ -89,7 +89,7 @@ class _Collector:
 
     def _source(self, level: _Level, socket: bpy.types.NodeSocket, depth: int = 0) -> Optional[Ref]:
         """The output that feeds an input socket; None where nothing does."""
-        if depth > 1000:
+        if depth > 150:
             raise TreeError(level.key(socket.node), "the links go in a circle")
         for link in socket.links:
             if getattr(link, "is_muted", False):

@@ -1,0 +1,357 @@
+"""Bakes: what they make is what was promised, and what goes wrong is said where it is wrong."""
+
+import os
+import sys
+import time
+import unittest
+from pathlib import Path
+
+import bpy
+import numpy as np
+from mathutils.bvhtree import BVHTree
+
+sys.path.insert(0, str(Path(__file__).parent))
+import support  # noqa: E402
+from support import Tree  # noqa: E402
+
+
+def inside(obj, points):
+    """How many points are in a closed object, by the direction of its nearest face; only those that are a twentieth of
+    a voxel deep count, since the level set is not the polygons."""
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    tree = BVHTree.FromObject(obj, depsgraph)
+    count = 0
+    for p in points:
+        place, normal, _, distance = tree.find_nearest(p)
+        offset = np.array(p) - np.array(place)
+        if distance > 0.05 and float(np.dot(offset, np.array(normal))) < -0.5 * distance:
+            count += 1
+    return count
+
+
+def attribute(mesh, name, size, part):
+    values = np.empty(size * len(mesh.vertices), np.float32)
+    mesh.attributes[name].data.foreach_get(part, values)
+    return values.reshape(-1, size)
+
+
+class Around(unittest.TestCase):
+    """The main job in Blender: a flow around Suzanne."""
+
+    def setUp(self):
+        support.empty()
+        self.bake = support.addon("bake")
+
+    def make(self):
+        build = Tree("around")
+        flow = build.around(support.monkey())
+        grid = build.add("velocity", flow, dim=40, name="velocity", density=1)
+        self.volume = build.add("CurlewVolumeResult", (grid, "Velocity"), (grid, "Density"))
+        points = build.add("advect", flow, build.add("scatter", flow, count=4000, seed=3), time=1, steps=10)
+        self.particles = build.add("CurlewParticlesResult", points)
+        curves = build.add("trace", flow, build.add("scatter", flow, count=40), limit=3)
+        self.curves = build.add("CurlewCurvesResult", curves)
+        level = build.add("advectLevelSet", flow, build.add("mesh2ls", build.tree.nodes["Mesh Object"], dim=32), time=0.3)
+        self.level = build.add("CurlewMeshResult", build.add("ls2mesh", level))
+        return build.tree
+
+    def test_everything(self):
+        tree = self.make()
+        job = self.bake.bake(tree)
+        self.assertEqual(job.report["advect"]["outside"], 0)
+        self.assertEqual(tree.message[:8], "baked in")
+
+        points = self.particles.target
+        self.assertEqual(len(points.data.vertices), 4000)
+        positions = np.array([v.co for v in points.data.vertices])
+        self.assertEqual(inside(bpy.data.objects["Suzanne"], positions), 0)
+        self.assertEqual(points.data.attributes["id"].data_type, "INT")
+        ids = np.empty(4000, np.int32)
+        points.data.attributes["id"].data.foreach_get("value", ids)
+        self.assertEqual(sorted(ids), list(range(4000)))
+        speed = np.linalg.norm(attribute(points.data, "velocity", 3, "vector"), axis=1)
+        self.assertGreater(speed.max(), 0.5)
+        self.assertEqual(points.modifiers[0].node_group.name, "Curlew Particles")
+        shown = points.evaluated_get(bpy.context.evaluated_depsgraph_get())
+        self.assertEqual(len(shown.data.vertices) if shown.type == "MESH" and shown.data else 0, 0)  # points now
+
+        volume = self.volume.target.data
+        volume.grids.load()
+        self.assertEqual({(g.name, g.data_type, g.channels) for g in volume.grids},
+                         {("velocity", "VECTOR_FLOAT", 3), ("density", "FLOAT", 1)})
+        self.assertEqual((volume.velocity_grid, volume.velocity_unit, volume.velocity_scale), ("velocity", "SECOND", 1.0))
+
+        self.assertGreater(len(self.curves.target.data.splines), 20)
+        self.assertGreater(len(self.level.target.data.polygons), 500)
+        self.assertFalse(self.level.target.data.validate())
+
+    def test_the_same_again_and_into_new_files(self):
+        tree = self.make()
+        first = self.bake.bake(tree)
+        one = self.volume.target.data.filepath
+        again = self.bake.bake(tree)
+        self.assertNotEqual(first.folder, again.folder)
+        self.assertNotEqual(one, self.volume.target.data.filepath)
+        self.assertEqual(len([o for o in bpy.data.objects if o.type == "VOLUME"]), 1)
+        for name in sorted(os.listdir(first.folder)):
+            self.assertEqual((first.folder / name).read_bytes(), (again.folder / name).read_bytes(), name)
+        cache = support.addon("cache")
+        self.assertEqual(cache.clear(tree), 1)
+        self.assertFalse(first.folder.exists())
+        self.assertTrue(again.folder.exists())
+
+    def test_saved_and_opened_again(self):
+        self.make()
+        path = support.WORK / "saved.blend"
+        bpy.ops.wm.save_as_mainfile(filepath=str(path))
+        bpy.ops.curlew.bake(tree="around")
+        tree = bpy.data.node_groups["around"]
+        tree.use_fake_user = True
+        self.assertTrue(str(support.addon("cache").root(tree)).startswith(str(support.WORK / "curlew_cache")))
+        before = {n.name: (n.bl_idname, n.given() if hasattr(n, "given") else {}) for n in tree.nodes}
+        file = bpy.data.objects["around Volume"].data.filepath
+        self.assertTrue(file.startswith("//curlew_cache"))
+        bpy.ops.wm.save_mainfile()
+        bpy.ops.wm.open_mainfile(filepath=str(path))
+        tree = bpy.data.node_groups["around"]
+        self.assertEqual(before, {n.name: (n.bl_idname, n.given() if hasattr(n, "given") else {}) for n in tree.nodes})
+        volume = bpy.data.objects["around Volume"].data
+        self.assertTrue(volume.grids.load())
+        self.assertEqual(len(bpy.data.objects["around Particles"].data.vertices), 4000)
+        self.assertEqual(bpy.ops.curlew.bake(tree="around"), {"FINISHED"})
+        self.assertNotEqual(bpy.data.objects["around Volume"].data.filepath, file)
+
+
+class Frames(unittest.TestCase):
+    def setUp(self):
+        support.empty()
+        self.bake = support.addon("bake")
+
+    def test_a_sequence(self):
+        scene = bpy.context.scene
+        scene.frame_start, scene.frame_end = 5, 9
+        build = Tree("moving")
+        f = build.add("noise", frequency=2, alpha="{2*pi*T}")
+        flow = build.add("dfvn", f, build.add("noise", frequency=2, seed=1), speed=1)
+        source = build.add("sphere", radius=0.3)
+        emitted = build.add("emit", source, rate=24 * 50, life=0.1)
+        particles = build.add("CurlewParticlesResult", build.add("advect", flow, emitted))
+        grid = build.add("velocity", flow, dim=12, name="velocity")
+        volume = build.add("CurlewVolumeResult", (grid, "Velocity"))
+        build.tree.sequence = True
+        job = self.bake.bake(build.tree)
+        self.assertIn("frames 5-9 fps=24", job.program.text)
+        self.assertEqual(len(list(job.folder.iterdir())), 10)
+
+        counts, places = [], []
+        for frame in range(4, 11):
+            scene.frame_set(frame)
+            mesh = particles.target.data
+            counts.append(len(mesh.vertices))
+            places.append(tuple(mesh.vertices[0].co) if counts[-1] else None)
+        self.assertEqual(counts, [0, 0, 50, 100, 120, 120, 120])
+        self.assertEqual(len(set(places[2:6])), 4)
+        mesh = particles.target.data
+        self.assertEqual({a.name for a in mesh.attributes} & {"id", "velocity", "age"}, {"id", "velocity", "age"})
+        ages = attribute(mesh, "age", 1, "value")
+        self.assertLessEqual(ages.max(), 0.1)
+
+        data = volume.target.data
+        self.assertTrue(data.is_sequence)
+        self.assertEqual((data.frame_start, data.frame_duration), (5, 5))
+        for frame in (5, 7, 9):
+            scene.frame_set(frame)
+            evaluated = volume.target.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+            evaluated.grids.load()
+            self.assertEqual(Path(evaluated.grids.frame_filepath).name, f"Volume_Result.{frame:04d}.vdb")
+
+    def test_an_empty_that_moves_and_a_mesh_that_deforms(self):
+        scene = bpy.context.scene
+        scene.frame_start, scene.frame_end = 1, 4
+        empty = bpy.data.objects.new("empty", None)
+        scene.collection.objects.link(empty)
+        for frame, x in ((1, 0.0), (4, 0.6)):
+            empty.location.x = x
+            empty.keyframe_insert("location", frame=frame)
+        build = Tree("moving")
+        sphere = build.add("sphere", radius=0.5, place=empty)
+        flow = build.add("uniform", velocity="0,0,1")
+        points = build.add("emit", sphere, rate=2400)
+        build.add("CurlewParticlesResult", build.add("advect", flow, points))
+        build.tree.sequence = True
+        job = self.bake.bake(build.tree)
+        self.assertIn("FF<", job.program.text)
+        bpy.ops.mesh.primitive_uv_sphere_add()
+        ball = bpy.context.active_object
+        for frame, size in ((1, 0.5), (4, 1.0)):
+            ball.scale = (size,) * 3
+            ball.keyframe_insert("scale", frame=frame)
+        build = Tree("growing")
+        mesh = build.add("CurlewMeshObject", object=ball, animated=True)
+        result = build.add("CurlewMeshResult", build.add("ls2mesh", build.add("mesh2ls", mesh, dim=24)))
+        build.tree.sequence = True
+        self.bake.bake(build.tree)
+        sizes = []
+        for frame in range(1, 5):
+            scene.frame_set(frame)
+            sizes.append(max(v.co.x for v in result.target.data.vertices))
+        for size, frame in zip(sizes, range(1, 5)):
+            scene.frame_set(frame)
+            self.assertAlmostEqual(size, ball.matrix_world[0][0], delta=0.03)
+        self.assertEqual(scene.frame_current, 4)
+
+    def test_a_thread_can_be_cancelled(self):
+        build = Tree("long")
+        flow = build.add("dfvn", build.add("noise"), build.add("noise", seed=1))
+        points = build.add("advect", flow, build.add("scatter", flow, count=200000), steps=5000)
+        build.add("CurlewParticlesResult", points)
+        job = self.bake.prepare(build.tree, bpy.context.scene)
+        job.start()
+        began = time.monotonic()
+        while not job.title and time.monotonic() - began < 20:
+            time.sleep(0.01)
+        self.assertTrue(job.running())
+        self.assertTrue(job.title)
+        job.cancelled = True
+        job.wait()
+        self.assertLess(time.monotonic() - began, 30)
+        with self.assertRaises(support.addon("program").TreeError):
+            self.bake.finish(build.tree, job)
+        self.assertEqual(build.tree.message, "cancelled")
+        self.assertFalse([n.name for n in build.tree.nodes if n.error])
+
+
+class Errors(unittest.TestCase):
+    """Each is said in one line, on the node."""
+
+    def setUp(self):
+        support.empty()
+
+    def fails(self, build, node, words):
+        with self.assertRaises(RuntimeError) as raised:
+            bpy.ops.curlew.bake(tree=build.tree.name)
+        self.assertIn(words, str(raised.exception))
+        if node is not None:
+            self.assertIn(words, node.error)
+            self.assertTrue(node.use_custom_color)
+            self.assertEqual([n.name for n in build.tree.nodes if getattr(n, "error", "") and n != node], [])
+
+    def test_nothing_is_connected(self):
+        build = Tree()
+        self.fails(build, None, "nothing to do")
+        node = build.add("CurlewParticlesResult")
+        self.fails(build, node, "nothing is connected")
+        advect = build.add("advect")
+        build.tree.links.new(advect.outputs[0], node.inputs[0])
+        self.fails(build, advect, "nothing is connected to 'Flow'")
+
+    def test_circles(self):
+        build = Tree()
+        a = build.add("clip")
+        b = build.add("clip", a)
+        build.tree.links.new(b.outputs[0], a.inputs[0])
+        flow = build.add("dfvn", build.add("noise"), b)
+        build.add("CurlewParticlesResult", build.add("scatter", flow))
+        self.fails(build, None, "circle")
+        build = Tree()
+        one, two = build.add("NodeReroute"), build.add("NodeReroute")
+        build.tree.links.new(one.outputs[0], two.inputs[0])
+        build.tree.links.new(two.outputs[0], one.inputs[0])
+        node = build.add("scatter")
+        build.tree.links.new(one.outputs[0], node.inputs[0])
+        build.add("CurlewParticlesResult", node)
+        self.fails(build, None, "circle")
+
+    def test_links_of_the_wrong_kind(self):
+        build = Tree()
+        node = build.add("advect", build.add("noise"), build.add("noise"))
+        build.add("CurlewParticlesResult", node)
+        self.fails(build, node, "'Flow' cannot take a link from Field")
+        build = Tree()
+        node = build.add("bound", build.add("noise"), build.add("noise", seed=1))
+        build.add("CurlewParticlesResult", build.add("scatter", build.add("dfvn", build.add("noise"), node)))
+        self.fails(build, node, "'Wall' needs a level set or a shape, not a field")
+
+    def test_no_mesh(self):
+        build = Tree()
+        flow = build.around(None)
+        build.add("CurlewParticlesResult", build.add("scatter", flow))
+        self.fails(build, build.tree.nodes["Mesh Object"], "choose a mesh object")
+        bare = bpy.data.objects.new("bare", bpy.data.meshes.new("bare"))
+        bpy.context.scene.collection.objects.link(bare)
+        build.tree.nodes["Mesh Object"].object = bare
+        self.fails(build, build.tree.nodes["Mesh Object"], "'bare' has no faces")
+        open_mesh = support.monkey(closed=False)
+        build.tree.nodes["Mesh Object"].object = open_mesh
+        self.fails(build, next(n for n in build.tree.nodes if n.bl_idname == "CurlewNode_mesh2ls"), "the mesh is open")
+
+    def test_what_the_library_says_is_on_its_node_and_goes_away(self):
+        build = Tree()
+        bad = build.add("noise", frequency="{1/0}")
+        flow = build.add("dfvn", bad, build.add("noise", seed=1))
+        build.add("CurlewParticlesResult", build.add("scatter", flow, count=10))
+        self.fails(build, bad, "frequency")
+        bad.reset_option("frequency")
+        self.assertEqual(bpy.ops.curlew.bake(tree=build.tree.name), {"FINISHED"})
+        self.assertEqual(bad.error, "")
+        self.assertFalse(bad.use_custom_color)
+
+    def test_staggered_velocities_are_refused(self):
+        build = Tree()
+        flow = build.add("dfvn", build.add("noise"), build.add("noise", seed=1))
+        grid = build.add("velocity", flow, dim=16, staggered=1)
+        build.add("CurlewVolumeResult", (grid, "Velocity"))
+        self.fails(build, grid, "staggered=0")
+
+    def test_a_cache_that_cannot_be_written(self):
+        path = support.WORK / "locked"
+        path.mkdir(exist_ok=True)
+        build = Tree()
+        build.tree.use_fake_user = True
+        bpy.ops.wm.save_as_mainfile(filepath=str(path / "file.blend"))
+        (path / "curlew_cache").write_text("a file where the folder should be")
+        flow = build.add("dfvn", build.add("noise"), build.add("noise", seed=1))
+        build.add("CurlewParticlesResult", build.add("scatter", flow, count=10))
+        self.fails(build, None, "cannot write the cache")
+        (path / "curlew_cache").unlink()
+
+
+class Presets(unittest.TestCase):
+    def test_one_button(self):
+        for name, preset in support.addon("presets").PRESETS.items():
+            support.empty()
+            if preset.needs_mesh:
+                with self.assertRaises(RuntimeError):
+                    bpy.ops.curlew.quick(preset=name)
+                support.monkey(closed=False)
+            self.assertEqual(bpy.ops.curlew.quick(preset=name), {"FINISHED"})
+            shown = [o for o in bpy.data.objects if o.get("curlew_kind") in ("points", "curves")]
+            self.assertTrue(shown, name)
+            for obj in shown:
+                self.assertGreater(len(getattr(obj.data, "splines", ())) + len(getattr(obj.data, "vertices", ())), 50)
+
+    def test_previews(self):
+        preview = support.addon("preview")
+        for name in support.addon("presets").PRESETS:
+            support.empty()
+            support.monkey(closed=False)
+            bpy.ops.curlew.quick(preset=name, bake=False)
+            tree = bpy.data.node_groups[bpy.context.scene.curlew_tree]
+            for kind in ("POINTS", "SLICE"):
+                tree.preview = kind
+                times = []
+                for _ in range(4):
+                    began = time.process_time()
+                    obj = preview.show(tree, bpy.context.scene)
+                    times.append(time.process_time() - began)
+                print(f"{name} {kind}: {1000 * min(times):.0f} ms of processor time")
+                if kind == "POINTS":
+                    self.assertEqual(len(obj.data.vertices), preview.PARTICLES)
+                else:
+                    pixels = np.empty(len(obj.data.pixels), np.float32)
+                    obj.data.pixels.foreach_get(pixels)
+                    self.assertGreater(pixels.reshape(-1, 4)[:, 0].std(), 0.02)
+            preview.remove()
+
+
+support.main(Around, Frames, Errors, Presets)
