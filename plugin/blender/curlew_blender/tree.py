@@ -116,7 +116,8 @@ class _Collector:
     def _of_group(self, level: _Level, group: bpy.types.Node, index: int, depth: int) -> Optional[Ref]:
         if not group.node_tree:
             raise TreeError(level.key(group), "the group has no tree")
-        ends = [n for n in group.node_tree.nodes if n.bl_idname == "NodeGroupOutput" and n.is_active_output]
+        ends = sorted((n for n in group.node_tree.nodes if n.bl_idname == "NodeGroupOutput"),
+                      key=lambda n: not n.is_active_output)
         if not ends:
             raise TreeError(level.key(group), "the group has no Group Output node")
         return self._source(level.inside(group), ends[0].inputs[index], depth)
