@@ -1,0 +1,122 @@
+"""Runs in Blender's interface: presses the panel's button, waits for the bake, and takes a picture of the window.
+
+interface_test.sh starts it; what has gone wrong is written to interface.txt, which else says "fine".
+"""
+
+import os
+import subprocess
+import sys
+import traceback
+from pathlib import Path
+
+import bpy
+
+sys.path.insert(0, str(Path(__file__).parent))
+import support  # noqa: E402
+
+WORK = Path(os.environ["CURLEW_WORK"])
+waited = 0
+
+
+def area(kind):
+    """The area of that type in the window."""
+    return next(a for a in bpy.context.window_manager.windows[0].screen.areas if a.type == kind)
+
+
+def over(where):
+    """A context in which operators act there."""
+    region = next(r for r in where.regions if r.type == "WINDOW")
+    return bpy.context.temp_override(window=bpy.context.window_manager.windows[0], area=where, region=region)
+
+
+def results():
+    """The objects of a bake."""
+    return [o for o in bpy.data.objects if "curlew_kind" in o]
+
+
+def press():
+    """An object, and the button."""
+    support.install()
+    for obj in list(bpy.data.objects):
+        bpy.data.objects.remove(obj)
+    view = area("VIEW_3D")
+    with over(view):
+        bpy.ops.screen.area_split(direction="HORIZONTAL", factor=0.66)
+    with over(area("VIEW_3D")):
+        bpy.ops.mesh.primitive_monkey_add()
+        bpy.ops.curlew.quick("INVOKE_DEFAULT", preset="SWIRL")
+    assert support.addon("bake").running, "the bake does not run in its thread"
+    assert not results(), "the bake was not in its thread"
+
+
+def wait():
+    """True while it bakes."""
+    global waited
+    waited += 1
+    assert waited < 600, "the bake does not end"
+    return bool(support.addon("bake").running)
+
+
+def cancel():
+    """Another one, cancelled as Esc does it."""
+    assert len(results()) == 3, results()
+    with over(area("VIEW_3D")):
+        bpy.ops.curlew.bake("INVOKE_DEFAULT")
+    for job in support.addon("bake").running.values():
+        job.cancelled = True
+
+
+def arrange():
+    """The tree below, the view above."""
+    tree = bpy.data.node_groups[bpy.context.scene.curlew_tree]
+    assert tree.message == "cancelled", tree.message
+    tree.message = ""
+    assert len(results()) == 3
+    bpy.data.objects["Suzanne"].display_type = "WIRE"
+    views = sorted((a for a in bpy.context.window_manager.windows[0].screen.areas if a.type == "VIEW_3D"), key=lambda a: a.y)
+    views[0].ui_type = "CurlewTree"
+    views[0].spaces.active.node_tree = tree
+    views[0].spaces.active.show_region_ui = False
+    space = views[1].spaces.active
+    space.show_region_ui, space.show_region_toolbar = True, False
+    space.shading.color_type = "MATERIAL"
+    space.overlay.show_relationship_lines = False
+    next(o for o in results() if o.type == "VOLUME").hide_set(True)
+
+
+def look():
+    """All of both."""
+    with over(area("NODE_EDITOR")):
+        bpy.ops.node.select_all(action="DESELECT")
+        bpy.ops.node.view_all()
+    with over(area("VIEW_3D")):
+        bpy.ops.view3d.view_axis(type="FRONT")
+        bpy.ops.view3d.view_orbit(angle=0.5, type="ORBITLEFT")
+        bpy.ops.view3d.view_selected()
+
+
+def picture():
+    """Of the window."""
+    subprocess.run(["import", "-window", "root", str(WORK / "interface.png")], check=True)
+
+
+def run():
+    """One step after the other, with time for the window to draw."""
+    try:
+        if steps_left[0] is wait and wait():
+            return 0.1
+        step = steps_left.pop(0)
+        if step is not wait:
+            step()
+        if steps_left:
+            return 1.5
+        (WORK / "interface.txt").write_text("fine\n")
+    except BaseException:
+        (WORK / "interface.txt").write_text(traceback.format_exc())
+    bpy.ops.wm.quit_blender()
+    return None
+
+
+steps_left = [press, wait, cancel, wait, arrange, look, picture]
+bpy.context.preferences.view.show_splash = False
+bpy.app.timers.register(run, first_interval=1.5)
