@@ -2,6 +2,7 @@
 
 #include "Srgb.h"
 #include "curlew/base/Error.h"
+#include "curlew/image/Display.h"
 
 #include <fmt/format.h>
 
@@ -47,9 +48,9 @@ Vec3f displayColor(const Msh& color) {
     const double fy = (L + 16) / 116;
     const double X = 0.95047 * decode(fy + a / 500), Y = decode(fy), Z = 1.08883 * decode(fy - b / 200);
 
-    const Vec3d linear = srgbLinear({{X, Y, Z}});
+    const Vec3d linear = linearFromXyz({{X, Y, Z}});
     Vec3f display;
-    for (int i = 0; i < 3; ++i) display[i] = static_cast<float>(std::clamp(srgbEncoded(linear[i]), 0.0, 1.0));
+    for (int i = 0; i < 3; ++i) display[i] = static_cast<float>(std::clamp(displayFromLinear(linear[i]), 0.0, 1.0));
     return display;
 }
 

@@ -1,7 +1,7 @@
 #include "curlew/image/SurfaceShading.h"
 
-#include "Srgb.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/image/Display.h"
 
 #include <fmt/format.h>
 
@@ -16,7 +16,7 @@ constexpr double kLightRadius = 0.05; // radians
 
 Vec3d linearOf(const Vec3f& display) {
     Vec3d linear;
-    for (int i = 0; i < 3; ++i) linear[i] = srgbDecoded(std::max(static_cast<double>(display[i]), 0.0));
+    for (int i = 0; i < 3; ++i) linear[i] = linearFromDisplay(static_cast<double>(display[i]));
     return linear;
 }
 
@@ -116,7 +116,8 @@ Pixel pixelOf(const Image& image, int x, int y) {
 }
 
 void setPixel(Image& image, int x, int y, const Pixel& pixel) {
-    for (int i = 0; i < 3; ++i) image.at(x, y, i) = static_cast<float>(srgbEncoded(std::max(pixel.light[i], 0.0)));
+    for (int i = 0; i < 3; ++i)
+        image.at(x, y, i) = static_cast<float>(displayFromLinear(std::max(pixel.light[i], 0.0)));
     image.at(x, y, 3) = static_cast<float>(std::clamp(pixel.cover, 0.0, 1.0));
     image.at(x, y, 4) = pixel.depth;
 }
