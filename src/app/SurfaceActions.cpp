@@ -5,6 +5,8 @@
 #include "curlew/image/Slice.h"
 #include "curlew/image/SurfaceShading.h"
 
+#include <openvdb/tools/LevelSetFilter.h>
+
 namespace curlew::app {
 
 namespace {
@@ -12,6 +14,13 @@ namespace {
 using namespace options;
 
 const std::string kGroup = "pictures";
+
+LevelSet smoothed(LevelSet levelSet, int voxels) {
+    if (voxels == 0) return levelSet;
+    const auto grid = levelSet.grid->deepCopy();
+    openvdb::tools::LevelSetFilter<openvdb::FloatGrid>(*grid).gaussian(voxels);
+    return {.grid = grid, .mesh = nullptr};
+}
 
 /// The surface to show: an isosurface of the newest field, or the newest mesh, level set or shape.
 Surface subjectOf(Session& s, const Arguments& a) {
@@ -37,11 +46,13 @@ Surface subjectOf(Session& s, const Arguments& a) {
         const Sdf& sdf = *s.fields.at(*shape).sdf;
         return {sdf, a.given("box") && !sdf.bounds.finite() ? a.box("box") : sdf.bounds};
     }
+    const auto smooth = static_cast<int>(a.integer("smooth"));
     if (made > gridMade)
-        return Surface(meshToLevelSet(mesh, {.dim = static_cast<int>(a.integer("dim")), .open = true},
-                                      s.console.follow("mesh to level set")));
+        return Surface(smoothed(meshToLevelSet(mesh, {.dim = static_cast<int>(a.integer("dim")), .open = true},
+                                               s.console.follow("mesh to level set")),
+                                smooth));
     s.levelSetSdf(*grid, 0); // its band is wide enough for the spline on return
-    return Surface(levelSetOf(s.grids.at(*grid).grid));
+    return Surface(smoothed(levelSetOf(s.grids.at(*grid).grid), smooth));
 }
 
 /// What of the newest flow or field colours the surface.
@@ -89,12 +100,21 @@ Vec3f colorOption(const Arguments& a, std::string_view name) {
     return color;
 }
 
+/// The camera that the options ask for; or the nearest one that sees all of the surface.
+Camera cameraFor(const Arguments& a, const Surface& surface) {
+    Camera camera = cameraOf(a, a.given("box") ? a.box("box") : surface.box());
+    if (a.given("eye") || a.given("box")) return camera;
+    const std::vector<Vec3d> seen = visiblePoints(surface, camera);
+    if (seen.size() < 2) return camera;
+    return Camera::around(seen, a.vector("from"), a.vector("up"), a.real("fov"), camera.width(), camera.height(), 0.07);
+}
+
 void shade(Session& s, const Arguments& a) {
     const Surface surface = subjectOf(s, a);
     const ImageObject* behind = a.flag("over") ? &s.images.at() : nullptr;
     if (behind && !behind->camera)
         throw ValueError("over=1 needs a picture that -shade has made, whose camera it takes");
-    const Camera camera = behind ? *behind->camera : cameraOf(a, a.given("box") ? a.box("box") : surface.box());
+    const Camera camera = behind ? *behind->camera : cameraFor(a, surface);
     const SurfaceView view =
         viewSurface(surface, camera, static_cast<int>(a.integer("samples")), s.console.follow("rays"));
     const Monitor monitor = s.console.follow("shading");
@@ -126,6 +146,8 @@ std::vector<Action> surfaceActions() {
             "where an isosurface, or a shape without end, is cut; and what the camera has to see (default: the "
             "surface's own)"),
         integer("dim", "256", 8, 4096, "voxels along the longest edge of a mesh"),
+        integer("smooth", "0", 0, 32,
+                "voxels over which a mesh or level set is smoothed, so that its facets do not show"),
         flag("outline", "0", "1: only a faint rim, which hides nothing: for what is inside"),
         flag("over", "0", "1: into the newest picture that -shade has made, by depth and with its camera"),
         flag("shadow", "1", "whether it throws shadows on itself"),

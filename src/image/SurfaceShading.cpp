@@ -1,6 +1,7 @@
 #include "curlew/image/SurfaceShading.h"
 
 #include "curlew/base/Parallel.h"
+#include "curlew/base/Random.h"
 #include "curlew/image/Display.h"
 
 #include <fmt/format.h>
@@ -97,7 +98,11 @@ struct Pixel {
 
 Vec3d backgroundAt(const SurfaceLook& look, const Camera& camera, int x, int y) {
     const double u = (x + 0.5) / camera.width() - 0.5, v = (y + 0.5) / camera.height() - 0.45;
-    return linearOf(look.background * static_cast<float>(1.06 - 0.6 * (u * u + v * v)));
+    Vec3f display = look.background * static_cast<float>(1.06 - 0.6 * (u * u + v * v));
+    // Half a level of 8 bits, at random: or its bands would show.
+    const auto pixel = static_cast<uint64_t>(y) * static_cast<uint64_t>(camera.width()) + static_cast<uint64_t>(x);
+    for (float& part : display.c) part += static_cast<float>((randomUniform(0, pixel) - 0.5) / 255);
+    return linearOf(display);
 }
 
 void checkBehind(const Image& behind, const Camera& camera) {

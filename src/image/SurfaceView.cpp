@@ -54,6 +54,20 @@ double SurfaceView::coverage() const {
     return static_cast<double>(hits.size()) / static_cast<double>((first.size() - 1) * samplesPerPixel());
 }
 
+std::vector<Vec3d> visiblePoints(const Surface& surface, const Camera& camera) {
+    const double step = std::max(camera.width(), camera.height()) / 128.0;
+    std::vector<Ray> rays;
+    for (double y = 0.5 * step; y < camera.height(); y += step)
+        for (double x = 0.5 * step; x < camera.width(); x += step)
+            rays.push_back({camera.eye(), camera.direction(x, y)});
+    std::vector<RayHit> hits(rays.size());
+    surface.intersect(rays, resolutionOf(camera, surface.box()), hits);
+    std::vector<Vec3d> points;
+    for (size_t k = 0; k < rays.size(); ++k)
+        if (hits[k].found()) points.push_back(rays[k].origin + rays[k].direction * hits[k].distance);
+    return points;
+}
+
 SurfaceView viewSurface(const Surface& surface, const Camera& camera, int samples, const Monitor& monitor) {
     if (samples < 1 || samples > 16)
         throw ValueError(fmt::format("{} samples along the edge of a pixel are not between 1 and 16", samples));

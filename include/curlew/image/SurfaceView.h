@@ -33,4 +33,7 @@ struct SurfaceView {
 /// samples not between 1 and 16; ResourceError where the hits would not fit the memory; Interrupted.
 SurfaceView viewSurface(const Surface& surface, const Camera& camera, int samples = 3, const Monitor& monitor = {});
 
+/// Where a coarse grid of rays, about 128 across the longer edge, meets the surface.
+std::vector<Vec3d> visiblePoints(const Surface& surface, const Camera& camera);
+
 } // namespace curlew
