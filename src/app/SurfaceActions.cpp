@@ -115,14 +115,17 @@ void shade(Session& s, const Arguments& a) {
     if (behind && !behind->camera)
         throw ValueError("over=1 needs a picture that -shade has made, whose camera it takes");
     const Camera camera = behind ? *behind->camera : cameraFor(a, surface);
-    const SurfaceView view =
-        viewSurface(surface, camera, static_cast<int>(a.integer("samples")), s.console.follow("rays"));
-    const Monitor monitor = s.console.follow("shading");
-    std::vector<Vec3f> colors{colorOption(a, "color")};
-    if (a.choice("show") > 0 && !view.hits.empty()) colors = colorsOf(channelOf(s, a.text("show")), view, monitor);
+    std::optional<SliceChannel> channel;
+    if (a.choice("show") > 0) channel = channelOf(s, a.text("show"));
+    const Vec3f color = colorOption(a, "color");
     SurfaceLook look{
         .background = colorOption(a, "background"), .gloss = a.real("gloss"), .outline = a.flag("outline")};
     if (a.given("light")) look.light = a.vector("light");
+    const SurfaceView view =
+        viewSurface(surface, camera, static_cast<int>(a.integer("samples")), s.console.follow("rays"));
+    const Monitor monitor = s.console.follow("shading");
+    const bool colored = channel && !view.hits.empty();
+    const std::vector<Vec3f> colors = colored ? colorsOf(*channel, view, monitor) : std::vector{color};
     const uint64_t made = s.now();
     Image image = shadeSurface(view, colors, look, a.flag("shadow") ? &surface : nullptr,
                                behind ? &behind->image : nullptr, monitor);
