@@ -33,4 +33,12 @@ std::string helpTable();
 std::string helpOverview();
 std::string helpFor(const Action& action);
 
+/// All of them as JSON, for programs that build interfaces: {"actions": [{"name", "group", "summary", "inputs",
+/// "outputs", "options", "positional", "examples"}]}. An option without a bound has null there; its type is a word of
+/// OptionType.
+std::string registryJson();
+
+/// "curlew 0.1.0 (OpenVDB 10.0.1, AVX2)" and a line break.
+std::string versionText();
+
 } // namespace curlew::app
