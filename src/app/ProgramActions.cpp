@@ -273,7 +273,6 @@ std::vector<Action> programActions() {
                        .group = kGroup,
                        .summary = "write what has been done so far, with times and measurements",
                        .outputs = "file",
-                       .takes = {stays("report", {Kind::report})},
                        .makes = {made("file", {Kind::file})},
                        .positional = {"FILE.json", 1, 1},
                        .examples = {"curlew -config scenes/demo.txt -report run.json"},

@@ -26,6 +26,7 @@
         }                                                                                                \
     } while (0)
 
+static const char* const kEndless = "advect steps=1e9";
 static const char* const kFlow = "noise\nnoise seed=1\ndfvn speed=1\n";
 
 static curlew_session* newSession(void) {
@@ -333,8 +334,10 @@ static void cancelling(void) {
     int64_t count = 0;
     pthread_t other;
     SUCCEEDS(curlew_run(session, kFlow, NULL, NULL));
-    FAILS(curlew_run(session, "velocity dim=600", NULL, &callbacks), CURLEW_CANCELLED, "cancelled");
-    CHECK(c.progress == 3 && curlew_error_line() == 1 && strcmp(curlew_error_action(), "velocity") == 0);
+    SUCCEEDS(curlew_run(session, "scatter count=1000", NULL, NULL));
+    FAILS(curlew_run(session, kEndless, NULL, &callbacks), CURLEW_CANCELLED, "cancelled");
+    CHECK(c.progress == 3 && curlew_error_line() == 1 && strcmp(curlew_error_action(), "advect") == 0);
+    FAILS(curlew_run(session, "velocity dim=300", NULL, &callbacks), CURLEW_CANCELLED, "cancelled");
     SUCCEEDS(curlew_count(session, CURLEW_GRID, &count));
     CHECK(count == 0);
     c.progress = 0;
@@ -349,7 +352,7 @@ static void cancelling(void) {
     FAILS(curlew_run(session, "frames 1-9\nslice width=4", NULL, &callbacks), CURLEW_CANCELLED, "cancelled");
     CHECK(c.frames == 2);
     CHECK(pthread_create(&other, NULL, cancelSoon, session) == 0);
-    FAILS(curlew_run(session, "velocity dim=600\nvelocity dim=600", NULL, NULL), CURLEW_CANCELLED, "cancelled");
+    FAILS(curlew_run(session, kEndless, NULL, NULL), CURLEW_CANCELLED, "cancelled");
     pthread_join(other, NULL);
     SUCCEEDS(curlew_run(session, "velocity dim=8", NULL, NULL)); /* and it goes on */
     curlew_session_release(&session);
@@ -357,6 +360,8 @@ static void cancelling(void) {
 
 /* --- threads ------------------------------------------------------------------------------------------------------ */
 
+static const double tetrahedron[4][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+static const int64_t sides[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
 enum { kThreads = 4, kMany = 5000 };
 static curlew_flow* shared = NULL;
 static double at[kMany][3], expected[kMany][3];
@@ -370,7 +375,8 @@ static void* work(void* number) {
         curlew_session* session = newSession();
         const curlew_buffer p = {positions[n], 500, 0, 3, CURLEW_FLOAT64};
         static double velocities[kThreads][kMany][3];
-        const curlew_array where = {at, kMany, 0, 3, CURLEW_FLOAT64};
+        const curlew_array where = {at, kMany, 0, 3, CURLEW_FLOAT64}, corners = {tetrahedron, 4, 0, 3, CURLEW_FLOAT64},
+                           faces = {sides, 4, 0, 3, CURLEW_INT64};
         const curlew_buffer v = {velocities[n], kMany, 0, 3, CURLEW_FLOAT64};
         sprintf(wrong, "%.*sfoo%d", n, "\n\n\n\n", n);
         sprintf(name, "'-foo%d'", n);
@@ -380,9 +386,10 @@ static void* work(void* number) {
         CHECK(memcmp(velocities[n], expected, sizeof expected) == 0);
         CHECK(strstr(curlew_error_message(), name) && curlew_error_line() == n + 1); /* until the next failure */
         SUCCEEDS(curlew_run(session, n % 2 == 0 ? "threads 1" : "verbose", NULL, NULL));
+        SUCCEEDS(curlew_provide_mesh(session, "tetrahedron", &corners, &faces, NULL));
         SUCCEEDS(curlew_run(session,
-                            "noise alpha={pi/4}\nnoise seed=1\nsphere\nbound\ndfvn speed=1\nscatter count=500\n"
-                            "advect steps=3\n",
+                            "read tetrahedron\nmesh2ls dim=16\nnoise alpha={pi/4}\nnoise seed=1\nbound width=0.2\n"
+                            "dfvn speed=1\nvelocity dim=16\nscatter count=500\nadvect steps=3\ncheck samples=100\n",
                             NULL, NULL));
         SUCCEEDS(curlew_read(session, CURLEW_POINTS, 0, "position", &p));
         curlew_session_release(&session);

@@ -44,6 +44,9 @@ def test_faces_of_different_sizes_and_points_in_the_same_place(session):
     session.run("read cube\nmesh2ls dim=16 keep=1\n")
     mesh = session.mesh()
     assert mesh.points.shape == (8, 3) and mesh.quads.shape == (5, 4) and mesh.triangles.shape == (2, 3)
+    session.provide_mesh("two triangles", [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], ((0, 1, 2), (0, 2, 3)))
+    session.run("read 'two triangles'")
+    assert session.mesh().triangles.tolist() == [[0, 1, 2], [0, 2, 3]]
     # A polygon of five corners becomes triangles.
     angle = 2 * np.pi * np.arange(5) / 5
     session.provide_mesh("pentagon", np.stack([np.cos(angle), np.sin(angle), 0 * angle], 1), ([0, 1, 2, 3, 4], [5]))

@@ -1,15 +1,19 @@
 """The package as a whole: the library, the registry, errors."""
 
 import os
+import signal
 import subprocess
 import sys
 import threading
+import time
 
 import numpy as np
 import pytest
 
 import curlew
 from conftest import FLOW
+
+ENDLESS = "scatter count=1000\nadvect steps=1e9\n"
 
 
 def test_the_registry_has_all_that_nodes_need():
@@ -91,13 +95,23 @@ def test_progress_can_cancel_and_callbacks_may_fail(session):
     session.run(FLOW + "velocity dim=32\n", progress=lambda title, fraction: seen.append((title, fraction)))
     assert seen and all(0 <= fraction <= 1 for _, fraction in seen)
     with pytest.raises(curlew.Cancelled) as error:
-        session.run("velocity dim=500\n", progress=lambda title, fraction: fraction > 0.01)
-    assert error.value.action == "velocity"
+        session.run(ENDLESS, progress=lambda title, fraction: title == "advect")
+    assert error.value.action == "advect"
     with pytest.raises(ZeroDivisionError):
-        session.run("velocity dim=500\n", progress=lambda title, fraction: 1 / 0)
+        session.run(ENDLESS, progress=lambda title, fraction: 1 / 0)
     with pytest.raises(ZeroDivisionError):
-        session.run("print\nvelocity dim=500\n", on_message=lambda text: 1 / 0)
+        session.run("print\n" + ENDLESS, on_message=lambda text: 1 / 0)
     assert len(session.grids()) == 1
+
+
+def test_ctrl_c_ends_a_program():
+    code = f"import curlew\nprint(flush=True)\ncurlew.Program('''{FLOW}{ENDLESS}''').run()"
+    with subprocess.Popen([sys.executable, "-B", "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
+        running.stdout.readline()
+        time.sleep(0.3)
+        running.send_signal(signal.SIGINT)
+        _, complaint = running.communicate(timeout=60)
+    assert b"KeyboardInterrupt" in complaint
 
 
 def test_another_thread_can_cancel(session):
@@ -111,7 +125,7 @@ def test_another_thread_can_cancel(session):
     canceller = threading.Thread(target=cancel)
     canceller.start()
     with pytest.raises(curlew.Cancelled):
-        session.run("velocity dim=600\nvelocity dim=600\n", progress=lambda title, fraction: started.set())
+        session.run(ENDLESS, progress=lambda title, fraction: started.set())
     canceller.join()
 
 
