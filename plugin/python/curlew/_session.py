@@ -54,8 +54,9 @@ class Session:
         """
         corners, sizes = faces if isinstance(faces, tuple) and len(faces) == 2 else (faces, None)
         if sizes is None:
-            count = np.shape(corners)[1] if np.ndim(corners) == 2 else 3
-            corners = lib.usable(corners, count if count in (3, 4) else 3, "faces", integers=True)
+            corners = lib.numbers(corners, "faces", integers=True)
+            quads = corners.ndim == 2 and corners.shape[1] == 4
+            corners = lib.usable(corners, 4 if quads else 3, "faces", integers=True)
         else:
             corners = lib.usable(corners, 1, "the faces' indices", integers=True)
             sizes = lib.array_of(lib.usable(sizes, 1, "the faces' sizes", integers=True))
