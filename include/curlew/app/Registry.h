@@ -23,6 +23,7 @@ std::vector<Action> jitterActions();
 std::vector<Action> curveActions();
 std::vector<Action> levelSetActions();
 std::vector<Action> imageActions();
+std::vector<Action> splatActions();
 std::vector<Action> frameActions();
 std::vector<Action> programActions();
 
