@@ -1,6 +1,7 @@
 #include "curlew/image/ColorMap.h"
 
 #include "curlew/base/Error.h"
+#include "curlew/image/Display.h"
 
 #include <fmt/format.h>
 
@@ -41,10 +42,6 @@ struct Msh {
     double M, s, h;
 };
 
-double srgbEncoded(double linear) {
-    return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
-}
-
 Vec3f displayColor(const Msh& color) {
     const double L = color.M * std::cos(color.s);
     const double a = color.M * std::sin(color.s) * std::cos(color.h);
@@ -55,11 +52,10 @@ Vec3f displayColor(const Msh& color) {
     const double fy = (L + 16) / 116;
     const double X = 0.95047 * decode(fy + a / 500), Y = decode(fy), Z = 1.08883 * decode(fy - b / 200);
 
-    // IEC 61966-2-1.
     const Vec3d linear{{3.2404542 * X - 1.5371385 * Y - 0.4985314 * Z, //
                         -0.9692660 * X + 1.8760108 * Y + 0.0415560 * Z, 0.0556434 * X - 0.2040259 * Y + 1.0572252 * Z}};
     Vec3f display;
-    for (int i = 0; i < 3; ++i) display[i] = static_cast<float>(std::clamp(srgbEncoded(linear[i]), 0.0, 1.0));
+    for (int i = 0; i < 3; ++i) display[i] = static_cast<float>(std::clamp(displayFromLinear(linear[i]), 0.0, 1.0));
     return display;
 }
 
