@@ -151,7 +151,10 @@ void distanceAction(Session& s, const Arguments& a) {
         },
         first);
     s.console.say(fmt::format("distance: {:.6g} in the mean, {:.6g} at most, of {} pairs", d.mean, d.max, d.pairs));
-    s.report["distance"] = {{"pairs", d.pairs}, {"mean", d.mean}, {"rms", d.rms}, {"max", d.max}};
+    auto& report = s.report["distance"];
+    const size_t earlier = s.clock && report.is_object() ? report.value("unmatched_all", size_t{0}) : 0;
+    report = {{"pairs", d.pairs}, {"mean", d.mean},           {"rms", d.rms},
+              {"max", d.max},     {"unmatched", d.unmatched}, {"unmatched_all", earlier + d.unmatched}};
 }
 
 } // namespace
@@ -199,7 +202,7 @@ std::vector<Action> pointActions() {
         {.name = "distance",
          .group = kGroup,
          .summary = "measure how far two sets of points are apart, id by id, or the vertices of curves from the other "
-                    "curve of their id",
+                    "curve of their id, and how many ids only one of the two has",
          .inputs = "2 sets of points, or of curves (which stay)",
          .outputs = "report",
          .options = {ages("geo", "0,1", "which two")},

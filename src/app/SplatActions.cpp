@@ -114,10 +114,15 @@ size_t newestDrawable(const Session& s) {
     throw ValueError("there are no points or curves to draw; make some with -scatter, -trace, …");
 }
 
-/// The domain whose wall is outlined: that of the newest flow.
-std::optional<Domain> outlined(const Session& s, const Arguments& a) {
-    if (a.real("outline") == 0 || a.flag("over") || s.flows.empty() || dimensionOf(s.flows.at()) > 3) return {};
-    Domain domain = s.flow().domain();
+/// The domain whose wall is outlined: that of the newest flow; without one, the inside of the newest shape or level
+/// set.
+std::optional<Domain> outlined(Session& s, const Arguments& a) {
+    if (a.real("outline") == 0 || a.flag("over")) return {};
+    Domain domain;
+    if (!s.flows.empty() && dimensionOf(s.flows.at()) == 3)
+        domain = s.flow().domain();
+    else if (s.flows.empty() && (s.newestField(true) || s.newestLevelSet()))
+        domain = Domain::of({.sdf = s.newestSdf(0), .side = Side::inside});
     if (domain.wall && domain.box.finite()) return domain;
     return {};
 }
@@ -268,7 +273,8 @@ std::vector<Option> splatOptions() {
         upToOne("fade", "0.5", "how much weaker the farthest are than the nearest"),
         positive("exposure", "1", "", "luminous: brighter or darker than the automatic exposure by this factor"),
         upToOne("glow", "0.15", "luminous: part of the light that makes a halo"),
-        notNegative("outline", "0.35", "", "brightness of the edges of the flow's wall; 0: not seen"),
+        notNegative("outline", "0.35", "",
+                    "brightness of the edges of the flow's wall, or without a flow of the shape; 0: not seen"),
         vector("background", "0.012,0.016,0.03", "", "display values from 0 to 1"),
         flag("over", "0", "draw on the newest picture, with its camera, hidden behind what is nearer there"),
         ages("geo", "", "which points or curves (default: the newest)"),
@@ -284,7 +290,7 @@ std::vector<Action> splatActions() {
              .group = "pictures",
              .summary = "a picture of the newest points or curves, as light or as balls and tubes, and of the wall "
                         "around them as a faint outline",
-             .inputs = "points or curves, and a flow, if there is one (which stay)",
+             .inputs = "points or curves; flow, shape or level set, if there is one (all stay)",
              .outputs = "image",
              .options = splatOptions(),
              .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -scatter "

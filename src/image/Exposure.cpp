@@ -56,7 +56,7 @@ double automaticExposure(const Image& light) {
         if (most > 0.01f && std::isfinite(most)) lit.push_back(most);
     }
     if (lit.empty()) return 1;
-    const auto nth = lit.begin() + static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(lit.size() - 1));
+    const auto nth = lit.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(lit.size() - 1));
     std::nth_element(lit.begin(), nth, lit.end());
     return 1 / static_cast<double>(*nth);
 }

@@ -32,10 +32,10 @@ struct Sums {
     }
 };
 
-Distance distanceOf(const Sums& sums, const char* what) {
+Distance distanceOf(const Sums& sums, const char* what, size_t unmatched) {
     if (sums.pairs == 0) throw ValueError(fmt::format("the two sets have no {} of the same id", what));
     const auto count = static_cast<double>(sums.pairs);
-    return {sums.pairs, sums.sum / count, std::sqrt(sums.squares / count), sums.max};
+    return {sums.pairs, sums.sum / count, std::sqrt(sums.squares / count), sums.max, unmatched};
 }
 
 /// Each id with its place, sorted.
@@ -92,7 +92,7 @@ Distance distanceBetween(const Particles& a, const Particles& b, const Monitor& 
             return mine;
         },
         monitor);
-    return distanceOf(sums, "point");
+    return distanceOf(sums, "point", a.size() + b.size() - 2 * pairs.size());
 }
 
 Distance distanceBetween(const Curves& a, const Curves& b, const Monitor& monitor) {
@@ -109,7 +109,7 @@ Distance distanceBetween(const Curves& a, const Curves& b, const Monitor& monito
             return mine;
         },
         monitor);
-    return distanceOf(sums, "curve");
+    return distanceOf(sums, "curve", a.size() + b.size() - 2 * pairs.size());
 }
 
 } // namespace curlew

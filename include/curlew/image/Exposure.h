@@ -6,7 +6,7 @@
 
 namespace curlew {
 
-/// The exposure at which most of what is lit shows: the percentile 90 of the pixels that are lit at all, each by its
+/// The exposure at which most of what is lit shows: the percentile 95 of the pixels that are lit at all, each by its
 /// brightest channel, becomes 1. 1 for an image without light. `light` has the channels R, G, B in linear light.
 double automaticExposure(const Image& light);
 

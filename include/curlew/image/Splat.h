@@ -43,7 +43,7 @@ struct SplatImage {
 /// The light of luminous points and lines, added up: an image with the channels R, G, B in linear light, in which the
 /// middle of one line is 1 (of its colour). A point's footprint is (1 - (d/r)²)², a line's that kernel integrated along
 /// it exactly, so that the edges of a polyline join without a seam; with r at least 1.5 pixels the energy of a point or
-/// line is the same within 2 % wherever it lies among the pixels. `depth`: one value per pixel, the depth of what hides
+/// line is the same within 3 % wherever it lies among the pixels. `depth`: one value per pixel, the depth of what hides
 /// the splats behind it (empty: nothing does). The sum in each pixel is taken in the order of the input: the same bits
 /// for any number of threads. Throws ValueError for colours or sizes that do not fit, ResourceError for more than 2³²
 /// positions or too little memory.

@@ -10,6 +10,7 @@ namespace curlew {
 struct Distance {
     size_t pairs = 0; ///< Points of the same id; or vertices of the first set, whose curve the second set has too.
     double mean = 0, rms = 0, max = 0;
+    size_t unmatched = 0; ///< Points, or curves, of either set whose id the other has not.
 };
 
 /// Between the points that have the same id in both. Throws ValueError where there are none, or one occurs twice.
