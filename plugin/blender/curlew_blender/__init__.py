@@ -3,7 +3,7 @@
 bl_info = {
     "name": "Curlew",
     "author": "The Curlew developers",
-    "version": (1, 0, 0),
+    "version": (0, 1, 0),
     "blender": (3, 4, 0),
     "location": "3D View > Sidebar > Curlew, and the node editor",
     "description": "Divergence-free flows that conform to walls: volumes, particles, streamlines",

@@ -5,7 +5,7 @@ import re
 import shutil
 import tempfile
 from pathlib import Path
-from typing import Any, Dict, List, Set
+from typing import Dict, List, Set
 
 import bpy
 import numpy as np
@@ -39,11 +39,11 @@ def stored(path: Path) -> str:
     return bpy.path.relpath(text) if bpy.data.filepath else text
 
 
-def save(path: Path, arrays: Dict[str, Any]) -> None:
-    """The arrays that there are (None is left out), whole or not at all."""
+def save(path: Path, arrays: Dict[str, np.ndarray]) -> None:
+    """The arrays, whole or not at all."""
     part = path.with_name(path.name + ".part")
     with open(part, "wb") as file:
-        np.savez(file, **{name: array for name, array in arrays.items() if array is not None})
+        np.savez(file, **arrays)
     os.replace(part, path)
 
 

@@ -1,7 +1,6 @@
 """The library and its registry. The rest of the add-on asks here."""
 
 import importlib
-import os
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -18,9 +17,6 @@ def curlew() -> ModuleType:
     """The Python package of Curlew: the one in the add-on, or else the one of this checkout or of the system."""
     global _module
     if _module is None:
-        bundled = _HERE / "lib" / "libcurlew.so"
-        if bundled.exists():
-            os.environ.setdefault("CURLEW_LIBRARY", str(bundled))
         if (_HERE / "curlew").is_dir():
             _module = importlib.import_module(".curlew", __package__)
         else:

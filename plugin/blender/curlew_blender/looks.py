@@ -1,12 +1,13 @@
 """Materials, and the Geometry Nodes group that shows points."""
 
-from typing import Sequence, Tuple
+from typing import List, Sequence, Tuple
 
 import bpy
 
 _POINTS = "Curlew Particles"
+CURVE_COLORS = 6
 _STOPS: Sequence[Tuple[float, Tuple[float, float, float]]] = (  # slow to fast
-    (0.0, (0.02, 0.05, 0.25)), (0.35, (0.02, 0.30, 0.55)), (0.7, (0.95, 0.45, 0.10)), (1.0, (1.0, 0.92, 0.55)),
+    (0.0, (0.03, 0.11, 0.38)), (0.35, (0.03, 0.40, 0.55)), (0.65, (0.85, 0.25, 0.08)), (1.0, (1.0, 0.80, 0.35)),
 )
 
 
@@ -27,7 +28,7 @@ def volume_material() -> bpy.types.Material:
         tree = material.node_tree
         tree.nodes.clear()
         smoke = tree.nodes.new("ShaderNodeVolumePrincipled")
-        smoke.inputs["Density"].default_value = 12.0
+        smoke.inputs["Density"].default_value = 2.0
         smoke.inputs["Color"].default_value = (0.75, 0.82, 0.95, 1.0)
         out = tree.nodes.new("ShaderNodeOutputMaterial")
         out.location.x = 320
@@ -35,14 +36,36 @@ def volume_material() -> bpy.types.Material:
     return material
 
 
-def surface_material(kind: str) -> bpy.types.Material:
-    """Curves and surfaces."""
-    material, is_new = _material(f"Curlew {kind.capitalize()}")
+def surface_material() -> bpy.types.Material:
+    """A level set's mesh."""
+    material, is_new = _material("Curlew Surface")
     if is_new:
         shader = material.node_tree.nodes["Principled BSDF"]
-        shader.inputs["Base Color"].default_value = (0.85, 0.42, 0.12, 1.0) if kind == "curves" else (0.25, 0.45, 0.7, 1.0)
+        shader.inputs["Base Color"].default_value = (0.25, 0.45, 0.7, 1.0)
         shader.inputs["Roughness"].default_value = 0.4
     return material
+
+
+def _color(value: float) -> Tuple[float, float, float]:
+    """Between the stops."""
+    for (a, low), (b, high) in zip(_STOPS, _STOPS[1:]):
+        if value <= b:
+            part = (value - a) / (b - a)
+            return tuple(x + part * (y - x) for x, y in zip(low, high))  # type: ignore[return-value]
+    return _STOPS[-1][1]
+
+
+def curve_materials() -> List[bpy.types.Material]:
+    """From slow to fast."""
+    materials = []
+    for k in range(CURVE_COLORS):
+        material, is_new = _material(f"Curlew Curves {k + 1}")
+        if is_new:
+            shader = material.node_tree.nodes["Principled BSDF"]
+            shader.inputs["Base Color"].default_value = (*_color(k / (CURVE_COLORS - 1)), 1.0)
+            shader.inputs["Roughness"].default_value = 0.9
+        materials.append(material)
+    return materials
 
 
 def particle_material() -> bpy.types.Material:
@@ -51,7 +74,7 @@ def particle_material() -> bpy.types.Material:
     if is_new:
         tree = material.node_tree
         shader = tree.nodes["Principled BSDF"]
-        shader.inputs["Roughness"].default_value = 0.5
+        shader.inputs["Roughness"].default_value = 0.9
         speed = tree.nodes.new("ShaderNodeAttribute")
         speed.attribute_name = "speed"
         speed.location = (-560, 200)

@@ -24,20 +24,24 @@ class Preset:
 PRESETS: Dict[str, Preset] = {
     "SWIRL": Preset(
         "Contained swirl",
-        "Smoke and particles that stay inside the object",
+        "Smoke, streamlines and particles that stay inside the object",
         """
         read object.ply
         mesh2ls dim=96 open=1
-        noise frequency=@/4@ octaves=2 seed=1
-        noise frequency=@/4@ octaves=2 seed=2
+        noise frequency=@/3@ octaves=2 seed=1
+        noise frequency=@/3@ octaves=2 seed=2
         bound width=@0.06@
         dfvn speed=@0.35@
         velocity dim=96 name=velocity density=1
         write volume.vdb grid=0,1
-        scatter count=30000 seed=7
+        scatter count=250 seed=5
+        trace limit=@1.5@
+        write curves.obj
+        scatter count=20000 seed=7
         advect time=1.5 steps=40
         write particles.ply
         """,
+        thickness=0.0022,
     ),
     "WAKE": Preset(
         "Obstacle wake",
@@ -46,52 +50,52 @@ PRESETS: Dict[str, Preset] = {
         read object.ply
         mesh2ls dim=80 open=1
         ramp direction=0,0,1
-        noise frequency=@/2@ octaves=2 seed=3 amplitude=@0.16@
+        noise frequency=@/1.3@ octaves=2 seed=3 amplitude=@0.09@
         sum
         ramp direction=0,1,0
-        noise frequency=@/2@ octaves=2 seed=5 amplitude=@0.16@
+        noise frequency=@/1.3@ octaves=2 seed=5 amplitude=@0.09@
         sum
         bound side=outside width=@0.3@ amplitude=0 separate=0
-        dfvn speed=@1@ padding=@0.8@
-        scatter count=700 seed=4
-        trace direction=both limit=@1.6@
+        dfvn speed=@1@ padding=@0.35@
+        scatter count=260 seed=4
+        trace direction=both limit=@2@
         write curves.obj
-        scatter count=6000 seed=9
-        advect time=0.3 steps=12
-        write particles.ply
         """,
-        thickness=0.0022,
+        thickness=0.003,
     ),
     "SURFACE": Preset(
         "Surface flow",
         "Streamlines that wind over the object's surface",
         """
         read object.ply
-        mesh2ls dim=112 open=1
-        noise frequency=@/5@ octaves=2 seed=4
-        surface reach=@0.012@ speed=@0.3@
-        scatter count=900 seed=2
-        trace direction=both limit=@0.7@
+        mesh2ls dim=128 open=1
+        noise frequency=@/4@ octaves=2 seed=4
+        surface reach=@0.014@ speed=@0.3@
+        scatter count=5000 seed=2
+        trace direction=both limit=@0.5@
         write curves.obj
         """,
-        thickness=0.0022,
+        thickness=0.002,
     ),
     "GLOBE": Preset(
         "Globe",
         "Weather on a sphere; it needs no object",
         """
-        sphere radius=@0.5@
-        noise frequency=@/4@ octaves=3 seed=11
-        surface reach=@0.02@ speed=@0.25@
+        sphere radius=1
+        noise frequency=2 octaves=3 seed=11
+        surface reach=0.04 speed=0.5
+        sphere radius=1.012
+        sphere radius=1.002
+        difference smoothing=0
         scatter count=40000 seed=3
         advect time=0.8 steps=30
         write particles.ply
         scatter count=500 seed=5
-        trace direction=both limit=@0.8@
+        trace direction=both limit=1.6
         write curves.obj
         """,
         needs_mesh=False,
-        thickness=0.0016,
+        thickness=0.002,
     ),
 }
 

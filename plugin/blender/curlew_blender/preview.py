@@ -1,8 +1,9 @@
 """The preview: while options are dragged, 2,000 particles or a coarse slice of the tree's flow."""
 
+import atexit
 import time
 from dataclasses import replace
-from typing import Dict, List, Optional, Tuple
+from typing import Any, Dict, List, Optional, Tuple
 
 import bpy
 import numpy as np
@@ -11,13 +12,14 @@ from . import library, looks, nodes, results
 from . import tree as trees
 from .program import GraphNode, Program, TreeError, Wanted, program_of
 from .slots import made_of
-from .sources import Sampled, provide, sample
+from .sources import MeshArrays, Sampled, provide, sample
 from .stacks import Ref
 from .tree import Collected
 
 NAME = "Curlew Preview"
 PARTICLES, PIXELS, COARSE = 2000, 72, 32
 _DELAY = 0.01
+_MOST_RUNS = 200  # before a session is made anew: its stacks grow
 
 _pending: List[str] = []
 last_seconds = 0.0  # what the last preview took
@@ -73,24 +75,76 @@ def _program(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> Tuple[Program,
     return program_of(graph, library.actions(), None, [wanted]), sampled, wanted
 
 
+class _Warm:
+    """A session that has the level sets already: what comes after them is run again and again."""
+
+    def __init__(self) -> None:
+        self._session: Any = None
+        self._lines: List[str] = []
+        self._meshes: Dict[str, MeshArrays] = {}
+        self._runs = 0
+
+    def close(self) -> None:
+        """Gives the session back."""
+        if self._session is not None:
+            self._session.close()
+        self._session = None
+
+    def run(self, program: Program, meshes: Dict[str, MeshArrays]) -> Any:
+        """The session, after it has run the program."""
+        actions = [line.split(" ")[0] for line in program.lines]
+        heavy = [k for k, name in enumerate(actions) if name in ("read", "mesh2ls")]
+        begin = heavy[-1] + 1 if heavy else 0
+        if begin == 0 or not all(_leaves_nothing(name) for name in actions[begin:]):
+            begin = 0
+        lines = program.lines[:begin]
+        known = self._session is not None and lines == self._lines and begin > 0 and self._runs < _MOST_RUNS
+        if not known or not _same(meshes, self._meshes):
+            self.close()
+            self._session = library.curlew().Session()
+            provide(self._session, meshes.items())
+            self._lines, self._meshes, self._runs = lines, meshes, 0
+            self._part(program, 0, begin)
+        self._runs += 1
+        self._part(program, begin, len(program.lines))
+        return self._session
+
+    def _part(self, program: Program, begin: int, end: int) -> None:
+        curlew = library.curlew()
+        try:
+            self._session.run("".join(line + "\n" for line in program.lines[begin:end]), name="preview")
+        except curlew.Error as error:
+            self.close()
+            key = program.key_of(begin + error.line) if error.line else None
+            raise TreeError(key or "", str(error)) from error
+
+
+def _leaves_nothing(name: str) -> bool:
+    """Whether a second run of an action cannot find what a first one has left, and take it for a wall."""
+    return all(made.kind in ("noise", "flow", "points", "curves", "image") for made in made_of(library.actions()[name]))
+
+
+def _same(a: Dict[str, MeshArrays], b: Dict[str, MeshArrays]) -> bool:
+    return a.keys() == b.keys() and all(
+        np.array_equal(a[k].points, b[k].points) and np.array_equal(a[k].indices, b[k].indices) for k in a)
+
+
+_warm = _Warm()
+atexit.register(_warm.close)
+
+
 def show(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> bpy.types.Object:
     """Makes or renews the preview object. Throws TreeError."""
     global last_seconds
     began = time.perf_counter()
     program, sampled, wanted = _program(tree, scene)
-    curlew = library.curlew()
-    with curlew.Session() as session:
-        provide(session, sampled.meshes.items())
-        try:
-            session.run(program.text, name="preview")
-        except curlew.Error as error:
-            raise TreeError(program.key_of(error.line) or "", str(error)) from error
-        age = program.ages[wanted.key]
-        if wanted.kind == "points":
-            obj = _points(results.points_arrays(session.points(age)), scene)
-        else:
-            flow = session.flow()
-            obj = _slice(session.image(age).pixels[:, :, 0], flow.lower, flow.upper, scene)
+    session = _warm.run(program, sampled.meshes)
+    age = program.ages[wanted.key]
+    if wanted.kind == "points":
+        obj = _points(results.points_arrays(session.points(age)), scene)
+    else:
+        flow = session.flow()
+        obj = _slice(session.image(age).pixels[:, :, 0], flow.lower, flow.upper, scene)
     last_seconds = time.perf_counter() - began
     return obj
 
@@ -185,3 +239,4 @@ def unregister() -> None:
     if bpy.app.timers.is_registered(_later):
         bpy.app.timers.unregister(_later)
     _pending.clear()
+    _warm.close()

@@ -13,12 +13,13 @@ Arrays = Dict[str, np.ndarray]
 
 def points_arrays(points: Any) -> Arrays:
     """What is stored of a session's points."""
-    return {
-        "position": np.ascontiguousarray(points.positions, np.float32),
-        "id": None if points.ids is None else np.ascontiguousarray(points.ids, np.int32),
-        "velocity": None if points.velocities is None else np.ascontiguousarray(points.velocities, np.float32),
-        "age": None if points.ages is None else np.ascontiguousarray(points.ages, np.float32),
+    arrays = {
+        "position": (points.positions, np.float32),
+        "id": (points.ids, np.int32),
+        "velocity": (points.velocities, np.float32),
+        "age": (points.ages, np.float32),
     }
+    return {name: np.ascontiguousarray(array, kind) for name, (array, kind) in arrays.items() if array is not None}
 
 
 def curves_arrays(curves: Any) -> Arrays:
@@ -27,6 +28,7 @@ def curves_arrays(curves: Any) -> Arrays:
         "position": np.ascontiguousarray(curves.vertices, np.float32),
         "offsets": np.ascontiguousarray(curves.offsets, np.int64),
         "closed": np.ascontiguousarray(curves.closed, bool),
+        "velocity": np.ascontiguousarray(curves.velocities, np.float32),
     }
 
 
@@ -41,6 +43,7 @@ def mesh_arrays(mesh: Any) -> Arrays:
 
 
 ARRAYS = {"points": points_arrays, "curves": curves_arrays, "mesh": mesh_arrays}
+_FEWEST = 4  # vertices of a curve that is shown
 _ATTRIBUTES = (("id", "INT", "value"), ("velocity", "FLOAT_VECTOR", "vector"), ("age", "FLOAT", "value"))
 
 
@@ -87,12 +90,18 @@ def show_mesh(mesh: bpy.types.Mesh, arrays: Arrays) -> None:
 
 
 def show_curves(curve: bpy.types.Curve, arrays: Arrays) -> None:
-    """A poly spline for each."""
+    """A poly spline for each that goes somewhere; its material is one of the slots, by its speed."""
     curve.splines.clear()
     curve.dimensions = "3D"
+    curve.fill_mode = "FULL"
     offsets = arrays["offsets"]
+    speeds = np.linalg.norm(arrays["velocity"], axis=1)
+    fast = fastest(arrays)
     for begin, end, closed in zip(offsets[:-1], offsets[1:], arrays["closed"]):
+        if end - begin < _FEWEST:
+            continue
         spline = curve.splines.new("POLY")
+        spline.material_index = int(min(float(speeds[begin:end].mean()) / fast, 0.999) * looks.CURVE_COLORS)
         spline.points.add(int(end - begin) - 1)
         points = np.ones((int(end - begin), 4), np.float32)
         points[:, :3] = arrays["position"][begin:end]
@@ -156,6 +165,9 @@ def geometry(node: bpy.types.Node, pattern: Path, frames: Optional[Sequence[int]
     obj = target_of(node)
     obj["curlew_cache"] = cache.stored(pattern)
     obj["curlew_frames"] = [frames[0], frames[-1]] if frames else []
+    if not obj.data.materials and node.kind != "points":
+        for material in looks.curve_materials() if node.kind == "curves" else [looks.surface_material()]:
+            obj.data.materials.append(material)
     arrays = _of_frame(obj, bpy.context.scene.frame_current)
     if arrays is not None:
         show(obj, arrays)
@@ -163,9 +175,7 @@ def geometry(node: bpy.types.Node, pattern: Path, frames: Optional[Sequence[int]
         looks.particles(obj, node.thickness, fastest(arrays))
     elif node.kind == "curves":
         obj.data.bevel_depth = node.thickness
-        obj.data.bevel_resolution = 1
-    if node.kind != "points" and not obj.data.materials:
-        obj.data.materials.append(looks.surface_material(node.kind))
+        obj.data.bevel_resolution = 2
     return obj
 
 
