@@ -117,11 +117,11 @@ def keep(pictures):
 
 def figures(report):
     """What the scene expects, as a list."""
-    lines = []
+    lines = {}  # In a sequence, those of the last frame.
     for found in report.get("expect", []):
         bounds = [f"{word} {found[key]:.4g}" for key, word in (("least", "at least"), ("most", "at most")) if key in found]
-        lines.append(f"- `{found['figure']}` is {found['value']:.4g} (expected: {', '.join(bounds)})")
-    return "\n".join(lines)
+        lines[found["figure"], *bounds] = f"- `{found['figure']}` is {found['value']:.4g} ({', '.join(bounds)})"
+    return "\n".join(lines.values())
 
 
 def run_scene(scene, curlew):
@@ -154,14 +154,15 @@ def run_table(name, paper):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", metavar="NAME", help="run this scene or table, and leave the others as they are")
-    parser.add_argument("--curlew", default=ROOT / "build/curlew", type=Path)
-    parser.add_argument("--paper", default=ROOT / "build/curlew_paper", type=Path)
+    parser.add_argument("--command", default=ROOT / "build/curlew", type=Path, help="curlew; curlew_paper is beside it")
     options = parser.parse_args()
+    command = options.command.resolve()
+    paper_command = command.parent / "curlew_paper"
 
     scenes = sorted((Scene.read(path) for path in (ROOT / "scenes").glob("*.txt")), key=lambda s: natural(s.name))
-    tables = subprocess.run([options.paper, "list"], check=True, capture_output=True, text=True).stdout.split()
-    work = [(scene.name, lambda scene=scene: run_scene(scene, options.curlew)) for scene in scenes]
-    work += [(table, lambda table=table: run_table(table, options.paper)) for table in tables]
+    tables = subprocess.run([paper_command, "list"], check=True, capture_output=True, text=True).stdout.split()
+    work = [(scene.name, lambda scene=scene: run_scene(scene, command)) for scene in scenes]
+    work += [(table, lambda table=table: run_table(table, paper_command)) for table in tables]
     if options.only:
         work = [(name, run) for name, run in work if name == options.only]
         if not work:
