@@ -78,7 +78,8 @@ struct Spacing {
 /// Of sets of more than `most` points, the median of a sample.
 template <int N>
 Spacing spacingOf(const Neighbours<N>& neighbours, size_t points, size_t most) {
-    const size_t stride = points <= most ? 1 : 129; // prime to the powers of two of a sequence's structure
+    const size_t stride =
+        points <= most ? 1 : 10 * points / most | 1; // odd: sequences have a structure of powers of two
     auto distances = neighbours.nearestDistances(stride);
     const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
     std::nth_element(distances.begin(), middle, distances.end());

@@ -20,13 +20,18 @@ struct Table {
 };
 constexpr Table kTables[] = {{"jitter", jitterTable}};
 
-constexpr const char* kUsage = "usage: curlew_paper jitter [--scale S] [--folder F], S in (0, 1]";
+/// Throws ValueError, with the usage behind what is wrong.
+[[noreturn]] void fail(const std::string& what) {
+    std::string names;
+    for (const Table& table : kTables) names += fmt::format("{}|", table.name);
+    throw ValueError(fmt::format("{}; usage: curlew_paper {}list [--scale S] [--folder F], 0 < S <= 1", what, names));
+}
 
 double scaleOf(std::string_view text) {
     double scale = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), scale);
     if (error != std::errc() || end != text.data() + text.size() || !(scale > 0 && scale <= 1))
-        throw ValueError(fmt::format("--scale {}; {}", text, kUsage));
+        fail(fmt::format("--scale {}", text));
     return scale;
 }
 
@@ -34,7 +39,12 @@ double scaleOf(std::string_view text) {
 int run(const std::vector<std::string>& arguments) {
     const auto* table = std::find_if(std::begin(kTables), std::end(kTables),
                                      [&](const Table& t) { return !arguments.empty() && t.name == arguments[0]; });
-    if (table == std::end(kTables) || arguments.size() % 2 == 0) throw ValueError(kUsage);
+    if (arguments == std::vector<std::string>{"list"}) {
+        for (const Table& known : kTables) fmt::print("{}\n", known.name);
+        return 0;
+    }
+    if (table == std::end(kTables)) fail(arguments.empty() ? "no table" : fmt::format("no table '{}'", arguments[0]));
+    if (arguments.size() % 2 == 0) fail(fmt::format("'{}' has no value", arguments.back()));
     TableRun run;
     for (size_t k = 1; k < arguments.size(); k += 2) {
         if (arguments[k] == "--scale")
@@ -42,7 +52,7 @@ int run(const std::vector<std::string>& arguments) {
         else if (arguments[k] == "--folder")
             run.folder = arguments[k + 1];
         else
-            throw ValueError(fmt::format("no option '{}'; {}", arguments[k], kUsage));
+            fail(fmt::format("no option '{}'", arguments[k]));
     }
     std::filesystem::create_directories(run.folder);
     const auto broken = table->write(run, std::cout);

@@ -218,10 +218,14 @@ void expect(Session& s, const Arguments& a) {
     }
     if (!found->is_number()) throw ValueError(fmt::format("'{}' is not a number in the report", path));
     const auto value = found->get<double>();
+    Report kept = {{"figure", path}, {"value", value}};
+    for (const char* bound : {"least", "most"})
+        if (a.given(bound)) kept[bound] = a.real(bound);
     if (a.given("least") && !(value >= a.real("least")))
         throw ValueError(fmt::format("{} is {:.6g}, below {:.6g}", path, value, a.real("least")));
     if (a.given("most") && !(value <= a.real("most")))
         throw ValueError(fmt::format("{} is {:.6g}, above {:.6g}", path, value, a.real("most")));
+    s.report["expect"].push_back(std::move(kept));
 }
 
 void help(Session& s, const Arguments& a) {
