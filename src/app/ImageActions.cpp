@@ -50,6 +50,8 @@ std::vector<Action> imageActions() {
              .summary = "a picture of the newest flow or field on a plane",
              .inputs = "flow or field (which stays)",
              .outputs = "image",
+             .takes = {stays("what", {Kind::flow, Kind::field})},
+             .makes = {made("image", {Kind::image})},
              .options = {choice("axis", {"x", "y", "z"}, "the plane is perpendicular to it", "z"),
                          real("position", "", "world units", "of the plane on that axis (default: the middle)"),
                          choice("show", {"speed", "vx", "vy", "vz", "f", "g", "distance", "value"},

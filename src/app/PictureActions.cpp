@@ -58,6 +58,8 @@ Action panelsDeclaration() {
             .summary = "join images into one picture, the oldest of them first",
             .inputs = "images",
             .outputs = "image",
+            .takes = {several(taken("images", {Kind::image}), 1, 10000, "the newest count=, or all")},
+            .makes = {made("image", {Kind::image})},
             .options = {integer("count", "", 1, 10000, "the newest so many (default: all there are)"),
                         integer("columns", "0", 0, 10000,
                                 "pictures in a row; 0: all of up to three, else about as many columns as rows"),

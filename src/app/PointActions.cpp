@@ -166,6 +166,9 @@ std::vector<Action> pointActions() {
          .summary = "random points in the domain of the newest flow, shape or level set",
          .inputs = "flow, shape or level set (which stays)",
          .outputs = "points",
+         .takes = {maybe(stays("domain", {Kind::flow, Kind::shape, Kind::levelSet}, "grid"),
+                         "with box= there may be none")},
+         .makes = {made("points", {Kind::points})},
          .options = {integer("count", "10000", 1, 1e15, "how many"),
                      integer("seed", "0", 0, 0x1p53 - 1, "another seed, other points"),
                      box("box", "the box to fill (default: that of the domain)"),
@@ -177,6 +180,8 @@ std::vector<Action> pointActions() {
          .summary = "move the newest points along the newest flow, each on its own track",
          .inputs = "flow (which stays), points",
          .outputs = "points; with trails=1 their ways, as curves",
+         .takes = {stays("flow", {Kind::flow}), changed("points", {Kind::points})},
+         .makes = {made("points", {Kind::points}), made("curves", {Kind::curves}, "trails")},
          .options = {real("time", "1", "s",
                           "how long; negative runs backward; after -frames the default is from frame to frame"),
                      integer("steps", "100", 1, 1e9,
@@ -205,6 +210,8 @@ std::vector<Action> pointActions() {
                     "curve of their id, and how many ids only one of the two has",
          .inputs = "2 sets of points, or of curves (which stay)",
          .outputs = "report",
+         .takes = {several(stays("what", {Kind::points, Kind::curves}, "geo"), 2, 2, "both of one kind")},
+         .makes = {made("report", {Kind::report})},
          .options = {ages("geo", "0,1", "which two")},
          .examples =
              {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -scatter -advect "

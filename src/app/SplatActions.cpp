@@ -292,6 +292,10 @@ std::vector<Action> splatActions() {
                         "around them as a faint outline",
              .inputs = "points or curves; flow, shape or level set, if there is one (all stay)",
              .outputs = "image",
+             .takes = {stays("what", {Kind::points, Kind::curves}),
+                       maybe(stays("wall", {Kind::flow, Kind::shape, Kind::levelSet}), "whose outline is shown"),
+                       maybe(changed("image", {Kind::image}), "only with over=1: what is drawn on")},
+             .makes = {made("image", {Kind::image})},
              .options = splatOptions(),
              .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -scatter "
                           "count=2000 -trace limit=3 -splat -write curves.png",

@@ -1,0 +1,97 @@
+#!/usr/bin/env python3
+"""Packs the Blender add-on with the library inside: a legacy add-on (Blender 3.4 and later) and an extension (4.2 and later).
+
+    plugin/blender/package.py --library build/libcurlew.so --out out/
+"""
+
+import argparse
+import re
+import sys
+import zipfile
+from pathlib import Path
+from typing import Dict, Iterator, Tuple
+
+HERE = Path(__file__).resolve().parent
+ADDON = HERE / "curlew_blender"
+PYTHON = HERE.parent / "python" / "curlew"
+CMAKE = HERE.parents[1] / "CMakeLists.txt"
+NAME = "curlew_blender"
+
+MANIFEST = """\
+schema_version = "1.0.0"
+
+id = "{name}"
+version = "{version}"
+name = "Curlew"
+tagline = "Divergence-free flows that conform to walls"
+maintainer = "The Curlew developers"
+type = "add-on"
+tags = ["Physics", "Node"]
+blender_version_min = "4.2.0"
+license = ["SPDX:GPL-3.0-or-later"]
+platforms = ["linux-x64"]
+
+[permissions]
+files = "Writes bakes beside the .blend file, and scenes where it is told to"
+"""
+
+
+def version() -> str:
+    """The project's; ValueError where bl_info has another one."""
+    found = re.search(r"project\(curlew VERSION ([0-9.]+)", CMAKE.read_text())
+    text = found[1] if found else ""
+    told = re.search(r'"version": \(([0-9, ]+)\)', (ADDON / "__init__.py").read_text())
+    if not told or told[1].replace(", ", ".") != text:
+        raise ValueError(f"bl_info's version is not that of the project, {text}")
+    return text
+
+
+def files(library: Path) -> Iterator[Tuple[str, bytes]]:
+    """All files of the add-on, relative to its folder."""
+    for path in sorted(ADDON.glob("*.py")):
+        yield path.name, path.read_bytes()
+    for path in sorted(p for p in PYTHON.iterdir() if p.suffix == ".py" or p.name == "py.typed"):
+        yield f"curlew/{path.name}", path.read_bytes()
+    yield "curlew/libcurlew.so", library.read_bytes()
+
+
+def write(path: Path, contents: Dict[str, bytes]) -> None:
+    """A zip that depends on nothing but its contents."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in contents.items():
+            entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, data)
+
+
+def package(library: Path, out: Path) -> Tuple[Path, Path]:
+    """Writes both, and returns where they are."""
+    if not library.is_file():
+        raise FileNotFoundError(f"there is no '{library}'; build it: ninja -C build curlew_c")
+    number = version()
+    contents = dict(files(library))
+    out.mkdir(parents=True, exist_ok=True)
+    legacy, extension = out / f"{NAME}-{number}-legacy.zip", out / f"{NAME}-{number}-linux-x64.zip"
+    write(legacy, {f"{NAME}/{name}": data for name, data in contents.items()})
+    write(extension, {"blender_manifest.toml": MANIFEST.format(name=NAME, version=number).encode(), **contents})
+    return legacy, extension
+
+
+def main() -> int:
+    """The command."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--library", type=Path, required=True, help="libcurlew.so")
+    parser.add_argument("--out", type=Path, default=Path("out"), help="folder for the two files (default: out)")
+    given = parser.parse_args()
+    try:
+        for path in package(given.library, given.out):
+            print(path)
+    except (OSError, ValueError) as error:
+        print(f"package.py: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,135 @@
+"""Every action is a node, with the registry's options; the add-on can be switched on and off."""
+
+import gc
+import json
+import math
+import sys
+import unittest
+from pathlib import Path
+
+import bpy
+
+sys.path.insert(0, str(Path(__file__).parent))
+import support  # noqa: E402
+
+
+def resident():
+    """Memory in use, MiB."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * 4096 / 2**20
+
+
+class Nodes(unittest.TestCase):
+    def setUp(self):
+        support.empty()
+        self.actions = support.addon("library").actions()
+        self.classes = support.addon("nodes").node_classes()
+
+    def test_every_action_is_a_node(self):
+        left_out = set(self.actions) - set(self.classes)
+        self.assertEqual(left_out, {"config", "help", "list", "version"})
+        self.assertGreater(len(self.classes), 50)
+
+    def test_properties_are_what_the_registry_says(self):
+        tree = bpy.data.node_groups.new("t", "CurlewTree")
+        for name, action in self.actions.items():
+            if name not in self.classes:
+                continue
+            node = tree.nodes.new("CurlewNode_" + name)
+            self.assertEqual(node.given(), {}, name)
+            for option in action.options:
+                about = node.bl_rna.properties["o_" + option.name]
+                self.assertTrue(about.description.startswith(option.help), (name, option.name))
+                if option.type == "choice":
+                    self.assertEqual([item.identifier for item in about.enum_items], list(option.choices))
+                    self.assertEqual(getattr(node, "o_" + option.name), option.default)
+                elif option.type in ("real", "integer") and option.default:
+                    self.assertAlmostEqual(getattr(node, "o_" + option.name), float(option.default), delta=1e-6 * abs(
+                        float(option.default)))
+                if option.type in ("real", "integer"):
+                    if math.isfinite(option.lower) and not option.exclusive:
+                        self.assertAlmostEqual(about.hard_min, max(option.lower, -2**31 + 1), msg=(name, option.name))
+                    if math.isfinite(option.upper) and option.upper < 1e9:
+                        self.assertAlmostEqual(about.hard_max, option.upper, delta=1e-6 * abs(option.upper))
+
+    def test_every_option_at_its_limits(self):
+        """What a property can be set to is what the program accepts."""
+        tree = bpy.data.node_groups.new("t", "CurlewTree")
+        curlew = support.addon("library").curlew()
+        line_of = support.addon("actions").line_of
+        tried = 0
+        for name, action in self.actions.items():
+            if name not in self.classes or name in ("set", "threads"):
+                continue
+            words = ["a.json"] * action.fewest_words if name != "frames" else ["1-2"]
+            for option in action.options:
+                for end in ("lower", "upper"):
+                    node = tree.nodes.new("CurlewNode_" + name)
+                    prop = "o_" + option.name
+                    about = node.bl_rna.properties[prop]
+                    if option.type == "flag":
+                        setattr(node, prop, end == "upper")
+                    elif option.type == "choice":
+                        setattr(node, prop, option.choices[0 if end == "lower" else -1])
+                    elif option.type in ("real", "integer"):
+                        setattr(node, prop, about.hard_min if end == "lower" else about.hard_max)
+                    elif option.type in ("vector", "interval", "box"):
+                        setattr(node, prop, [-1e6] * (about.array_length // 2) + [1e6] * (
+                            about.array_length - about.array_length // 2))
+                    else:
+                        setattr(node, prop, {"ages": "0", "coordinates": "1"}.get(option.type, "word"))
+                    given = node.given()
+                    self.assertEqual(list(given), [option.name], name)
+                    text = line_of(name, words, given) + ("\nprint" if name == "frames" else "")
+                    try:
+                        curlew.Program(text)
+                    except curlew.Error as error:
+                        self.fail(f"{text}: {error}")
+                    tree.nodes.remove(node)
+                    tried += 1
+        self.assertGreater(tried, 300)
+
+    def test_text_holds_what_a_property_cannot(self):
+        tree = bpy.data.node_groups.new("t", "CurlewTree")
+        node = tree.nodes.new("CurlewNode_noise")
+        for text in ("{2*pi*T}", "0.123456789012", "1e-300"):
+            node.set_option("frequency", text)
+            self.assertEqual(node.given(), {"frequency": text})
+        node.set_option("seed", "9007199254740991")
+        self.assertEqual(node.given()["seed"], "9007199254740991")
+        node.set_option("frequency", "0.1")
+        self.assertEqual(node.given()["frequency"], "0.1")
+        node.reset_option("frequency")
+        node.reset_option("seed")
+        self.assertEqual(node.given(), {})
+        node.set_option("freq", "1")  # the default, but given
+        self.assertEqual(node.given(), {"frequency": "1"})
+
+    def test_a_default_is_not_given_and_a_copy_keeps_what_is(self):
+        tree = bpy.data.node_groups.new("t", "CurlewTree")
+        node = tree.nodes.new("CurlewNode_advect")
+        node.o_steps = 7
+        copy = tree.copy()
+        self.assertEqual(copy.nodes[0].given(), {"steps": "7"})
+
+
+class Cycles(unittest.TestCase):
+    def test_five_times_on_and_off(self):
+        support.empty()
+        used = []
+        for _ in range(5):
+            bpy.ops.preferences.addon_disable(module=support.NAME)
+            self.assertFalse(hasattr(bpy.types, "CurlewTree"))
+            self.assertFalse(hasattr(bpy.types.Scene, "curlew_tree"))
+            self.assertFalse([h for h in bpy.app.handlers.frame_change_post if h.__module__.startswith(support.NAME)])
+            bpy.ops.preferences.addon_enable(module=support.NAME)
+            tree = bpy.data.node_groups.new("t", "CurlewTree")
+            self.assertEqual(len(tree.nodes.new("CurlewNode_noise").outputs), 1)
+            bpy.data.node_groups.remove(tree)
+            gc.collect()
+            used.append(resident())
+        print("MiB after each cycle:", json.dumps([round(u, 1) for u in used]))
+        self.assertLess(used[-1] - used[1], 4.0)  # of what three cycles leave; the classes of one are about 10
+
+
+support.main(Nodes, Cycles)

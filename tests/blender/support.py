@@ -1,0 +1,107 @@
+"""What the tests in Blender share."""
+
+import os
+import subprocess
+import sys
+import traceback
+import unittest
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+WORK = Path(os.environ["CURLEW_WORK"])
+SOURCE = Path(os.environ["CURLEW_SOURCE"])
+COMMAND = os.environ["CURLEW_COMMAND"]
+NAME = "curlew_blender"
+
+
+def install():
+    """Installs the packed add-on as a user would, and enables it."""
+    packed = next((WORK / "packages").glob("*-legacy.zip"))
+    bpy.ops.preferences.addon_install(filepath=str(packed), overwrite=True)
+    bpy.ops.preferences.addon_enable(module=NAME)
+
+
+def addon(module):
+    """A module of the installed add-on."""
+    __import__(f"{NAME}.{module}")
+    return sys.modules[f"{NAME}.{module}"]
+
+
+def empty():
+    """A new file without anything, the add-on still enabled."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.preferences.addon_enable(module=NAME)
+
+
+def monkey(location=(0, 0, 0), closed=True):
+    """Blender's own; its eyes have holes, which a voxel remesh closes."""
+    bpy.ops.mesh.primitive_monkey_add(location=location)
+    obj = bpy.context.active_object
+    if closed:
+        remesh = obj.modifiers.new("closed", "REMESH")
+        remesh.mode = "VOXEL"
+        remesh.voxel_size = 0.06
+    return obj
+
+
+class Tree:
+    """Builds a tree in few words."""
+
+    def __init__(self, name="Test"):
+        self.tree = bpy.data.node_groups.new(name, "CurlewTree")
+
+    def add(self, action, *inputs, words="", **options):
+        """A node of an action (or of a bl_idname), its inputs linked in order to nodes, or to (node, output)."""
+        kind = action if action.startswith(("Curlew", "Node")) else "CurlewNode_" + action
+        node = self.tree.nodes.new(kind)
+        for k, source in enumerate(inputs):
+            if source is not None:
+                source, output = source if isinstance(source, tuple) else (source, 0)
+                output = source.outputs[output]
+                self.tree.links.new(output, node.inputs[k])
+        if words:
+            node.words = words
+        for name, value in options.items():
+            if hasattr(node, "o_" + name):
+                node.set_option(name, str(value))
+            else:
+                setattr(node, name, value)
+        return node
+
+    def around(self, obj, side="outside", width=0.2):
+        """A flow around (or in) a mesh object."""
+        mesh = self.add("CurlewMeshObject", object=obj)
+        level = self.add("mesh2ls", mesh, dim=48)
+        f = self.add("noise", frequency=1.5, seed=1)
+        g = self.add("noise", frequency=1.5, seed=2)
+        bound = self.add("bound", g, level, width=width, side=side)
+        return self.add("dfvn", f, bound, speed=1)
+
+
+def run_command(scene, folder):
+    """The command line on a scene, in a folder."""
+    return subprocess.run([COMMAND, "-quiet", "-config", scene], cwd=folder, capture_output=True, text=True, check=False)
+
+
+def image(path):
+    """The pixels of a picture, rows from the bottom."""
+    picture = bpy.data.images.load(str(path))
+    pixels = np.empty(len(picture.pixels), np.float32)
+    picture.pixels.foreach_get(pixels)
+    return pixels.reshape(picture.size[1], picture.size[0], -1)
+
+
+def main(*cases):
+    """Runs test cases; Blender ends with 1 where one fails."""
+    try:
+        install()
+        suite = unittest.TestSuite(unittest.defaultTestLoader.loadTestsFromTestCase(case) for case in cases)
+        result = unittest.TextTestRunner(stream=sys.stdout, verbosity=2).run(suite)
+        code = 0 if result.wasSuccessful() and result.testsRun else 1
+    except BaseException:  # Blender would go on
+        traceback.print_exc()
+        code = 1
+    sys.stdout.flush()
+    sys.exit(code)
