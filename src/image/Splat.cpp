@@ -86,20 +86,25 @@ void addLight(const SplatBins& bins, const SplatTile& tile, std::span<const floa
         const Stroke stroke(bins, index);
         // What is drawn larger than it is seen has the same energy.
         const float ratio = stroke.seen / stroke.radius, energy = bins.lines() ? ratio : ratio * ratio;
+        const bool brief = stroke.length < 3; // pixels: one depth and colour will do
+        float z = between(stroke.a.depth, stroke.b.depth, 0.5f), bright = energy * bins.haze(z);
+        Vec3f color = bins.color(between(stroke.a.value, stroke.b.value, 0.5f));
         stroke.forPixels(tile, 1, [&](int x, int y) {
             const int column = tile.left + x, row = tile.top + y;
             float part = 0;
-            float light = lightAt(stroke, bins.lines(), static_cast<float>(column) + 0.5f - stroke.a.x,
-                                  static_cast<float>(row) + 0.5f - stroke.a.y, part);
+            const float light = lightAt(stroke, bins.lines(), static_cast<float>(column) + 0.5f - stroke.a.x,
+                                        static_cast<float>(row) + 0.5f - stroke.a.y, part);
             if (!(light > 0)) return;
-            const float z = between(stroke.a.depth, stroke.b.depth, part);
+            if (!brief) {
+                z = between(stroke.a.depth, stroke.b.depth, part);
+                bright = energy * bins.haze(z);
+                color = bins.color(between(stroke.a.value, stroke.b.value, part));
+            }
             const size_t pixel =
                 static_cast<size_t>(row) * static_cast<size_t>(image.width) + static_cast<size_t>(column);
             if (!depth.empty() && depth[pixel] < z) return;
-            light *= energy * bins.haze(z);
-            const Vec3f& color = bins.color(between(stroke.a.value, stroke.b.value, part));
             float* const to = &image.pixels[3 * pixel];
-            for (int i = 0; i < 3; ++i) to[i] += light * color[i];
+            for (int i = 0; i < 3; ++i) to[i] += light * bright * color[i];
         });
     }
 }
@@ -124,8 +129,11 @@ void coverTile(const SplatBins& bins, const SplatTile& tile, std::vector<Sample>
     samples.assign(row * static_cast<size_t>(tile.height) * kFine, {});
     for (const uint32_t index : tile.splats) {
         const Stroke stroke(bins, index);
-        const float rr = stroke.radius * stroke.radius;
+        const float rr = stroke.radius * stroke.radius, front = std::min(stroke.a.depth, stroke.b.depth);
+        const float nearest = front - stroke.radius / bins.pixelsPerUnit(front);
         stroke.forPixels(tile, kFine, [&](int x, int y) {
+            Sample& sample = samples[static_cast<size_t>(y) * row + static_cast<size_t>(x)];
+            if (!(nearest < sample.depth)) return;
             const auto position = [](int origin, int k) {
                 return static_cast<float>(origin) + (static_cast<float>(k) + 0.5f) / kFine;
             };
@@ -136,7 +144,6 @@ void coverTile(const SplatBins& bins, const SplatTile& tile, std::vector<Sample>
             const float part = stroke.length > 0 ? along / stroke.length : 0, nz = std::sqrt(left);
             const float middle = between(stroke.a.depth, stroke.b.depth, part);
             const float z = middle - nz / bins.pixelsPerUnit(middle);
-            Sample& sample = samples[static_cast<size_t>(y) * row + static_cast<size_t>(x)];
             if (!(z < sample.depth)) return;
             const float r = 1 / stroke.radius, light = shade(nx * r, -ny * r, nz * r) * bins.haze(middle);
             sample = {z, bins.color(between(stroke.a.value, stroke.b.value, part)) * light};
