@@ -37,8 +37,10 @@ function(curlew_kernels target)
     target_link_libraries(${target}_${simd} PRIVATE curlew_options)
     target_include_directories(${target}_${simd} PRIVATE ${PROJECT_SOURCE_DIR}/include)
     # Without optimisation nothing is inlined, and AVX-512 would leak; under sanitizers the compiler needs hours.
-    target_compile_options(${target}_${simd} PRIVATE
-      $<$<NOT:$<CONFIG:Release>>:-O2> $<$<BOOL:${CURLEW_SANITIZE}>:-fno-sanitize=all>)
+    target_compile_options(${target}_${simd} PRIVATE $<$<NOT:$<CONFIG:Release>>:-O2>)
+    if(CURLEW_SANITIZE)
+      target_compile_options(${target}_${simd} PRIVATE -fno-sanitize=all)
+    endif()
     target_compile_features(${target}_${simd} PRIVATE cxx_std_20)
     set_target_properties(${target}_${simd} PROPERTIES CURLEW_SIMD ${simd} POSITION_INDEPENDENT_CODE ON)
     target_sources(${target} PRIVATE $<TARGET_OBJECTS:${target}_${simd}>)

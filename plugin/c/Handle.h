@@ -52,5 +52,6 @@ struct curlew_session {
     mutable std::string text; ///< What it has told last.
 
     std::atomic<bool> running = false;
+    std::mutex starting;                                      ///< Held where `running` changes, or must not.
     std::atomic<std::thread::id> inFrame = std::thread::id(); ///< The thread whose frame callback is called.
 };

@@ -10,8 +10,12 @@ using namespace curlew::c;
 class curlew_session::Running {
   public:
     Running(curlew_session& session, const curlew_callbacks* callbacks) : mSession(session) {
-        if (session.running.exchange(true)) throw ValueError("the session is running already");
-        session.caller.begin(callbacks);
+        {
+            const std::lock_guard lock(session.starting);
+            if (session.running) throw ValueError("the session is running already");
+            session.caller.begin(callbacks);
+            session.running = true;
+        }
         session.session.clock.reset();
         session.session.place = {};
         session.console.setVerbosity(app::Verbosity::normal);
@@ -24,6 +28,7 @@ class curlew_session::Running {
     ~Running() {
         mSession.inFrame = std::thread::id();
         mSession.session.resetThreads();
+        const std::lock_guard lock(mSession.starting);
         mSession.caller.end();
         mSession.running = false;
     }
@@ -166,9 +171,9 @@ curlew_status curlew_provide_mesh(curlew_session* session, const char* name, con
                                   const curlew_array* corners, const curlew_array* sizes) {
     return guarded([&] {
         app::Session& s = required(session, "the session").writable();
+        const std::string key = nameOfProvided(name);
         s.provided.insert_or_assign(
-            nameOfProvided(name),
-            std::make_shared<const Mesh>(meshOf(required(points, "points"), required(corners, "corners"), sizes)));
+            key, std::make_shared<const Mesh>(meshOf(required(points, "points"), required(corners, "corners"), sizes)));
     });
 }
 
@@ -176,8 +181,8 @@ curlew_status curlew_provide_points(curlew_session* session, const char* name, c
                                     const curlew_array* ids, const curlew_array* velocities) {
     return guarded([&] {
         app::Session& s = required(session, "the session").writable();
-        s.provided.insert_or_assign(nameOfProvided(name),
-                                    particlesOf(required(positions, "positions"), ids, velocities));
+        const std::string key = nameOfProvided(name);
+        s.provided.insert_or_assign(key, particlesOf(required(positions, "positions"), ids, velocities));
     });
 }
 
@@ -213,6 +218,10 @@ curlew_status curlew_check(const char* text, const char* name) {
 }
 
 curlew_status curlew_cancel(curlew_session* session) {
-    return guarded([&] { required(session, "the session").caller.cancel(); });
+    return guarded([&] {
+        curlew_session& s = required(session, "the session");
+        const std::lock_guard lock(s.starting);
+        if (s.running) s.caller.cancel();
+    });
 }
 }

@@ -11,7 +11,8 @@
  *
  * Threads: different sessions may be used by different threads at the same time. One session is used by one thread at a
  * time; only curlew_cancel() may be called while it runs. Fields and flows never change, so that any number of threads
- * may evaluate the same one. All of them compute on all processors.
+ * may evaluate the same one. All of them compute on all processors; the action `threads` limits the whole process, for
+ * as long as the program runs that has it.
  */
 #ifndef CURLEW_H
 #define CURLEW_H

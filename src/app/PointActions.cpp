@@ -3,7 +3,9 @@
 #include "curlew/app/Registry.h"
 #include "curlew/app/Session.h"
 #include "curlew/base/Memory.h"
+#include "curlew/track/Distance.h"
 #include "curlew/track/Scatter.h"
+#include "curlew/track/Trails.h"
 #include "curlew/track/VolumeChange.h"
 
 #include <utility>
@@ -124,7 +126,35 @@ void advectAction(Session& s, const Arguments& a) {
     if (std::exchange(s.trackedFlow, made) != made)
         for (auto* track : {&particles.f, &particles.g}) track->clear(); // of another flow
     if (a.integer("jacobian") > 0) reportVolumes(s, a, flow, begin, options, particles);
-    reportAdvect(s, advect(flow, particles, begin, options, s.console.follow("advect")), particles);
+    const Monitor monitor = s.console.follow("advect");
+    if (!a.flag("trails")) return reportAdvect(s, advect(flow, particles, begin, options, monitor), particles);
+    Trails trails = advectWithTrails(flow, particles, begin, options, monitor);
+    reportAdvect(s, trails.result, particles);
+    s.geometry.push(std::make_shared<const Curves>(std::move(trails.curves)), s.now());
+}
+
+void distanceAction(Session& s, const Arguments& a) {
+    const auto ages = a.ages("geo");
+    if (ages.size() != 2) throw ValueError("geo= wants two sets of points or of curves, as 0,1");
+    const Geometry &first = s.geometry.at(ages[0]), &second = s.geometry.at(ages[1]);
+    const Monitor monitor = s.console.follow("distance");
+    const Distance d = std::visit(
+        [&](const auto& p) -> Distance {
+            using Kind = std::remove_cvref_t<decltype(p)>;
+            const auto* q = std::get_if<Kind>(&second);
+            if constexpr (std::is_same_v<Kind, Particles>) {
+                if (q) return distanceBetween(p, *q, monitor);
+            } else if constexpr (std::is_same_v<Kind, std::shared_ptr<const Curves>>) {
+                if (q) return distanceBetween(*p, **q, monitor);
+            }
+            throw ValueError("both have to be points, or both curves");
+        },
+        first);
+    s.console.say(fmt::format("distance: {:.6g} in the mean, {:.6g} at most, of {} pairs", d.mean, d.max, d.pairs));
+    auto& report = s.report["distance"];
+    const size_t earlier = s.clock && report.is_object() ? report.value("unmatched_all", size_t{0}) : 0;
+    report = {{"pairs", d.pairs}, {"mean", d.mean},           {"rms", d.rms},
+              {"max", d.max},     {"unmatched", d.unmatched}, {"unmatched_all", earlier + d.unmatched}};
 }
 
 } // namespace
@@ -149,9 +179,9 @@ std::vector<Action> pointActions() {
          .group = kGroup,
          .summary = "move the newest points along the newest flow, each on its own track",
          .inputs = "flow (which stays), points",
-         .outputs = "points",
+         .outputs = "points; with trails=1 their ways, as curves",
          .takes = {stays("flow", {Kind::flow}), changed("points", {Kind::points})},
-         .makes = {made("points", {Kind::points})},
+         .makes = {made("points", {Kind::points}), made("curves", {Kind::curves}, "trails")},
          .options = {real("time", "1", "s",
                           "how long; negative runs backward; after -frames the default is from frame to frame"),
                      integer("steps", "100", 1, 1e9,
@@ -169,10 +199,24 @@ std::vector<Action> pointActions() {
                      integer("iterations", "10", 1, 1000, "most corrections a step"),
                      integer("halvings", "8", 0, 20, "how often a failing step is halved before the point waits"),
                      integer("jacobian", "0", 0, 1e6,
-                             "for so many of the points, measure how the flow changes volumes on their way")},
+                             "for so many of the points, measure how the flow changes volumes on their way"),
+                     flag("trails", "0", "1: also make curves of the ways that they go, with a vertex at each step")},
          .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -scatter "
                       "-advect time=2 -write points.ply"},
-         .run = advectAction}};
+         .run = advectAction},
+        {.name = "distance",
+         .group = kGroup,
+         .summary = "measure how far two sets of points are apart, id by id, or the vertices of curves from the other "
+                    "curve of their id, and how many ids only one of the two has",
+         .inputs = "2 sets of points, or of curves (which stay)",
+         .outputs = "report",
+         .takes = {several(stays("what", {Kind::points, Kind::curves}, "geo"), 2, 2, "both of one kind")},
+         .makes = {made("report", {Kind::report})},
+         .options = {ages("geo", "0,1", "which two")},
+         .examples =
+             {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -scatter -advect "
+              "steps=20 -scatter -advect steps=40 -distance"},
+         .run = distanceAction}};
 }
 
 } // namespace curlew::app

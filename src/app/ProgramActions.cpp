@@ -218,10 +218,14 @@ void expect(Session& s, const Arguments& a) {
     }
     if (!found->is_number()) throw ValueError(fmt::format("'{}' is not a number in the report", path));
     const auto value = found->get<double>();
+    Report kept = {{"figure", path}, {"value", value}};
+    for (const char* bound : {"least", "most"})
+        if (a.given(bound)) kept[bound] = a.real(bound);
     if (a.given("least") && !(value >= a.real("least")))
         throw ValueError(fmt::format("{} is {:.6g}, below {:.6g}", path, value, a.real("least")));
     if (a.given("most") && !(value <= a.real("most")))
         throw ValueError(fmt::format("{} is {:.6g}, above {:.6g}", path, value, a.real("most")));
+    s.report["expect"].push_back(std::move(kept));
 }
 
 void help(Session& s, const Arguments& a) {
@@ -273,7 +277,6 @@ std::vector<Action> programActions() {
                        .group = kGroup,
                        .summary = "write what has been done so far, with times and measurements",
                        .outputs = "file",
-                       .takes = {stays("report", {Kind::report})},
                        .makes = {made("file", {Kind::file})},
                        .positional = {"FILE.json", 1, 1},
                        .examples = {"curlew -config scenes/demo.txt -report run.json"},
@@ -297,7 +300,7 @@ std::vector<Action> programActions() {
          .summary = "give names to numbers, for the expressions that follow; the first value of a name counts",
          .positional = {"NAME=VALUE …", 1, 100},
          .examples = {"curlew -set count=1e4 -scatter 'count={count/2}'",
-                      "curlew -set scale=0.5 -config scenes/icn_fig1_stream_curves.txt"},
+                      "curlew -set scale=0.5 -config scenes/demo.txt"},
          .run = [](Session&, const Arguments&) {}, // the parser has put the values in place
          .prepare = {}});
     actions.push_back({.name = "expect",

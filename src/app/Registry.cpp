@@ -16,7 +16,7 @@ const std::vector<Action>& registry() {
         std::vector<Action> actions;
         for (auto* room : {&fileActions, &shapeActions, &noiseActions, &fieldActions, &flowActions, &gridActions,
                            &pointActions, &emitActions, &jitterActions, &curveActions, &levelSetActions, &imageActions,
-                           &frameActions, &programActions})
+                           &surfaceActions, &splatActions, &pictureActions, &frameActions, &programActions})
             for (auto& action : room()) actions.push_back(std::move(action));
         return actions;
     }();

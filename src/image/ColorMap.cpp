@@ -1,6 +1,8 @@
 #include "curlew/image/ColorMap.h"
 
+#include "Srgb.h"
 #include "curlew/base/Error.h"
+#include "curlew/image/Display.h"
 
 #include <fmt/format.h>
 
@@ -25,9 +27,14 @@ constexpr std::array<unsigned, 20> kViridisHex{0x440154, 0x481567, 0x482677, 0x4
                                                0x2D708E, 0x287D8E, 0x238A8D, 0x1F968B, 0x20A387, 0x29AF7F, 0x3CBB75,
                                                0x55C667, 0x73D055, 0x95D840, 0xB8DE29, 0xDCE319, 0xFDE725};
 
-std::array<Vec3f, 20> makeViridis() {
-    std::array<Vec3f, 20> table;
-    std::transform(kViridisHex.begin(), kViridisHex.end(), table.begin(), fromHex);
+/// Evenly spaced colours of our own.
+constexpr std::array<unsigned, 6> kEmberHex{0x3A0B1E, 0x8C1A2B, 0xD43D1F, 0xF77F1E, 0xFDBE4A, 0xFFF1C0};
+constexpr std::array<unsigned, 6> kIceHex{0x0B1240, 0x163E8C, 0x1F74C4, 0x2FB0DC, 0x86DDEA, 0xEEFBF7};
+
+template <size_t Count>
+std::array<Vec3f, Count> tableOf(const std::array<unsigned, Count>& hex) {
+    std::array<Vec3f, Count> table;
+    std::transform(hex.begin(), hex.end(), table.begin(), fromHex);
     return table;
 }
 
@@ -35,10 +42,6 @@ std::array<Vec3f, 20> makeViridis() {
 struct Msh {
     double M, s, h;
 };
-
-double srgbEncoded(double linear) {
-    return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
-}
 
 Vec3f displayColor(const Msh& color) {
     const double L = color.M * std::cos(color.s);
@@ -50,11 +53,9 @@ Vec3f displayColor(const Msh& color) {
     const double fy = (L + 16) / 116;
     const double X = 0.95047 * decode(fy + a / 500), Y = decode(fy), Z = 1.08883 * decode(fy - b / 200);
 
-    // IEC 61966-2-1.
-    const Vec3d linear{{3.2404542 * X - 1.5371385 * Y - 0.4985314 * Z, //
-                        -0.9692660 * X + 1.8760108 * Y + 0.0415560 * Z, 0.0556434 * X - 0.2040259 * Y + 1.0572252 * Z}};
+    const Vec3d linear = linearFromXyz({{X, Y, Z}});
     Vec3f display;
-    for (int i = 0; i < 3; ++i) display[i] = static_cast<float>(std::clamp(srgbEncoded(linear[i]), 0.0, 1.0));
+    for (int i = 0; i < 3; ++i) display[i] = static_cast<float>(std::clamp(displayFromLinear(linear[i]), 0.0, 1.0));
     return display;
 }
 
@@ -112,8 +113,10 @@ ColorScale scaleAround(float value, ColorMap map) {
 } // namespace
 
 Vec3f colorAt(ColorMap map, float t) {
-    static const auto viridis = makeViridis();
+    static const auto viridis = tableOf(kViridisHex);
     static const auto diverging = makeDiverging();
+    static const auto ember = tableOf(kEmberHex);
+    static const auto ice = tableOf(kIceHex);
     if (std::isnan(t)) return kNoValueColor;
     t = std::clamp(t, 0.0f, 1.0f);
     switch (map) {
@@ -121,6 +124,10 @@ Vec3f colorAt(ColorMap map, float t) {
             return interpolated(viridis, t);
         case ColorMap::diverging:
             return interpolated(diverging, t);
+        case ColorMap::ember:
+            return interpolated(ember, t);
+        case ColorMap::ice:
+            return interpolated(ice, t);
         case ColorMap::gray:
             break;
     }

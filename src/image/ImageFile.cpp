@@ -2,6 +2,7 @@
 
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Error.h"
+#include "curlew/image/Display.h"
 
 #include <OpenEXR/Iex.h>
 #include <OpenEXR/ImfChannelList.h>
@@ -53,33 +54,15 @@ void checkClaim(const fs::path& path, uintmax_t pixelBytes) {
         throw cannotRead(path, "it is damaged: its header claims more pixels than the file can hold");
 }
 
-/// The places of channels R, G and B.
-std::array<size_t, 3> rgbOrder(const Image& image) {
-    std::array<size_t, 3> order;
-    constexpr std::array<std::string_view, 3> names{"R", "G", "B"};
-    for (size_t i = 0; i < 3; ++i) {
-        const auto found = std::find(image.channels.begin(), image.channels.end(), names[i]);
-        if (found == image.channels.end() || image.channels.size() != 3)
-            throw ValueError(
-                fmt::format("an image with channels {} has no colours for a PNG; it takes one channel, or R, "
-                            "G, B: write an .exr instead",
-                            fmt::join(image.channels, ", ")));
-        order[i] = static_cast<size_t>(found - image.channels.begin());
-    }
-    return order;
-}
-
 png_byte displayByte(float value, float ifNan) {
     const float display = std::isnan(value) ? ifNan : std::clamp(value, 0.0f, 1.0f);
     return static_cast<png_byte>(std::lround(display * 255));
 }
 
 std::vector<png_byte> displayBytes(const Image& rgb) {
-    const auto order = rgbOrder(rgb);
     std::vector<png_byte> bytes(rgb.pixels.size());
-    for (size_t pixel = 0; pixel < bytes.size(); pixel += 3)
-        for (size_t i = 0; i < 3; ++i)
-            bytes[pixel + i] = displayByte(rgb.pixels[pixel + order[i]], kNoValueColor[static_cast<int>(i)]);
+    for (size_t i = 0; i < bytes.size(); ++i)
+        bytes[i] = displayByte(rgb.pixels[i], kNoValueColor[static_cast<int>(i % 3)]);
     return bytes;
 }
 
@@ -191,7 +174,7 @@ void writePng(const fs::path& path, const Image& image, const ColorScale& scale)
     if (rgbBytes(width, height) > kMostPngBytes)
         throw ValueError(
             fmt::format("an image of {} x {} pixels is too large for a PNG; write an .exr", width, height));
-    const std::vector<png_byte> bytes = displayBytes(image.channels.size() == 1 ? colorize(image, scale) : image);
+    const std::vector<png_byte> bytes = displayBytes(displayed(image, scale));
 
     PngImage png;
     png.width = width;

@@ -69,6 +69,36 @@ TEST_CASE("progress is shown for what takes over a second, a line every few seco
     CHECK_THAT(text, Contains("long work") && Contains("25 %") && !Contains("\x1b"));
 }
 
+TEST_CASE("a console speaks to its listener and to nobody else", "[app]") {
+    std::string said, printed;
+    std::vector<double> fractions;
+    bool stop = false;
+    Console console(Listener{.say = [&](std::string_view line) { said += line; },
+                             .print = [&](std::string_view text) { printed += text; },
+                             .progress = [&](const Progress& now) { fractions.push_back(now.fraction); },
+                             .cancelled = [&] { return stop; }});
+    CHECK(heard([&] {
+              console.say("a line");
+              console.detail("a detail");
+              console.print("a text");
+              console.follow("work").report(0.5);
+              console.setVerbosity(Verbosity::quiet);
+              console.say("nothing");
+              console.print(", another");
+          }).empty());
+    CHECK(said == "a line");
+    CHECK(printed == "a text, another");
+    CHECK(fractions == std::vector{0.5});
+    CHECK_FALSE(console.follow("work").report);
+    stop = true;
+    CHECK(console.cancelled());
+    Console deaf(Listener{});
+    deaf.say("a line");
+    deaf.print("a text");
+    CHECK_FALSE(deaf.follow("work").report);
+    CHECK_FALSE(deaf.cancelled());
+}
+
 TEST_CASE("a console knows whether the user has asked to stop", "[app]") {
     bool stop = false;
     Console console([&] { return stop; }), deaf(nullptr);

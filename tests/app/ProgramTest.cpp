@@ -141,6 +141,72 @@ TEST_CASE("actions run in order, and an error carries the action's name", "[app]
     CHECK_THROWS_WITH(run(Program{{Arguments(failing)}}, session), Contains("-fails: ") && Contains("why"));
 }
 
+TEST_CASE("where a program has failed is known by line and action", "[app]") {
+    const auto placeOf = [](const std::string& text) {
+        Place place;
+        Console silent(Listener{});
+        Session session(silent);
+        try {
+            const Program program = parseScene(text, "scene", &place);
+            run(program, session);
+        } catch (const Error&) {
+            if (place.line == 0) place = session.place;
+        }
+        return std::pair(place.line, place.action);
+    };
+    CHECK(placeOf("noise\n\n# comment\nnonsense") == std::pair(4, std::string("nonsense")));
+    CHECK(placeOf("noise \\\n seed=1 \\\n frequency=0\nnoise") == std::pair(1, std::string("noise")));
+    CHECK(placeOf("noise\nnoise \"") == std::pair(2, std::string()));
+    CHECK(placeOf("noise\nset x=1\n\nvelocity\nnoise") == std::pair(4, std::string("velocity")));
+    CHECK(placeOf("noise\nwrite no/such/folder.vdb") == std::pair(2, std::string("write")));
+    CHECK(placeOf("noise\nframes 1-2\nnoise\nvelocity") == std::pair(4, std::string("velocity")));
+    CHECK(placeOf("noise\nframes 2-1\nnoise") == std::pair(2, std::string("frames")));
+    // In a scene that another includes, that one's line counts.
+    const test::Folder folder;
+    test::store(folder / "inner.txt", "noise\nnoise\nnoise seed=x");
+    CHECK(placeOf("sphere\nconfig '" + (folder / "inner.txt").string() + "'") == std::pair(2, std::string("noise")));
+}
+
+TEST_CASE("a program reads what its caller provides before it looks for files", "[app]") {
+    Console silent(Listener{});
+    Session session(silent);
+    const auto mesh = std::make_shared<const Mesh>(
+        meshOf({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3}, {3, 3, 3, 3}));
+    session.provided["no such file.ply"] = mesh;
+    session.provided["points"] = Particles{.x = {1}, .y = {2}, .z = {3}, .id = {4}};
+    run(parseScene("read 'no such file.ply' points", "scene"), session);
+    REQUIRE(session.geometry.size() == 2);
+    CHECK(std::get<std::shared_ptr<const Mesh>>(session.geometry.at(1)) == mesh);
+    CHECK(session.particles().id == std::vector<int64_t>{4});
+    CHECK_THROWS_WITH(run(parseScene("read other.ply", "scene"), session), Contains("other.ply"));
+    CHECK_THROWS_WITH(run(parseScene("read other", "scene"), session), Contains("no known extension"));
+    // Meshes that change from frame to frame are those of the frame before at its beginning.
+    Session moving(silent);
+    for (int frame = 1; frame <= 2; ++frame) {
+        Mesh moved = *mesh;
+        for (auto& point : moved.points) point.x() += 0.1f * static_cast<float>(frame);
+        moving.provided["mesh" + std::to_string(frame)] = std::make_shared<const Mesh>(std::move(moved));
+    }
+    run(parseScene(
+            "frames 1-2\nread mesh$F\nmesh2ls dim=16\nnoise\nnoise seed=1\nbound\ndfvn\nscatter count=20\nadvect",
+            "scene"),
+        moving);
+    CHECK(moving.report["advect"]["outside"] == 0);
+}
+
+TEST_CASE("a caller sees each frame while what it has made is there", "[app]") {
+    Console silent(Listener{});
+    Session session(silent);
+    std::vector<int> frames;
+    session.onFrame = [&](int frame) {
+        frames.push_back(frame);
+        CHECK(session.fields.size() == 2);
+        if (frame == 5) throw Interrupted();
+    };
+    CHECK_THROWS_AS(run(parseScene("noise\nframes 1-9x2\nnoise seed=1", "scene"), session), Interrupted);
+    CHECK(frames == std::vector{1, 3, 5});
+}
+
 TEST_CASE("a program that is cancelled stops at the next action", "[app]") {
     int asked = 0;
     Console console([&] { return ++asked > 1; });

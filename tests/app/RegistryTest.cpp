@@ -3,6 +3,7 @@
 #include "curlew/app/Text.h"
 
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 
 #include <regex>
 #include <set>
@@ -24,6 +25,8 @@ TEST_CASE("every action is declared in full, once", "[app]") {
         CHECK(action.positional.minimum <= action.positional.maximum);
         CHECK(action.positional.what.empty() == (action.positional.maximum == 0));
         CHECK(&findAction(action.name) == &action);
+        CHECK(action.inputs.empty() == action.takes.empty()); // for the reader, and for programs
+        CHECK(action.outputs.empty() == action.makes.empty());
     }
     // The names that the design fixes and this version has.
     for (const char* name :
@@ -58,6 +61,74 @@ TEST_CASE("every option has help, and a default that it would accept", "[app]") 
             if (!option.fallback.empty()) CHECK_NOTHROW(arguments.add(option.name + "=" + option.fallback));
         }
     }
+}
+
+TEST_CASE("what help says that an action takes and makes, programs are told too", "[app]") {
+    for (const auto& action : registry()) {
+        CAPTURE(action.name);
+        CHECK(action.inputs.empty() == action.takes.empty());
+        CHECK(action.outputs.empty() == action.makes.empty());
+        const auto declared = [&](const std::string& name, OptionType type) {
+            return name.empty() || std::any_of(action.options.begin(), action.options.end(), [&](const Option& option) {
+                       return option.name == name && option.type == type;
+                   });
+        };
+        std::set<std::string> names;
+        bool takesAway = false;
+        for (const Input& input : action.takes) {
+            CAPTURE(input.name);
+            CHECK(names.insert(input.name).second);
+            CHECK(!input.kinds.empty());
+            CHECK(input.least <= input.most);
+            CHECK((input.least == 1 && input.most == 1) == input.help.empty());
+            CHECK(declared(input.age, OptionType::ages));
+            takesAway = takesAway || input.use == Use::taken;
+            if (input.use == Use::changed)
+                CHECK(std::any_of(action.makes.begin(), action.makes.end(),
+                                  [&](const Output& output) { return output.kinds == input.kinds; }));
+        }
+        CHECK(takesAway == std::any_of(action.options.begin(), action.options.end(),
+                                       [](const Option& option) { return option.name == "keep"; }));
+        names.clear();
+        for (const Output& output : action.makes) {
+            CAPTURE(output.name);
+            CHECK(names.insert(output.name).second);
+            CHECK(!output.kinds.empty());
+            CHECK(declared(output.flag, OptionType::flag));
+            CHECK((output.least == 0) <= (output.most > 1 || !output.flag.empty()));
+        }
+    }
+}
+
+TEST_CASE("the registry as JSON holds all that is declared", "[app]") {
+    const auto json = nlohmann::json::parse(registryJson());
+    REQUIRE(json["actions"].size() == registry().size());
+    for (size_t k = 0; k < registry().size(); ++k) {
+        const Action& action = registry()[k];
+        const auto& entry = json["actions"][k];
+        CAPTURE(action.name);
+        CHECK(entry["name"] == action.name);
+        CHECK(entry["group"] == action.group);
+        CHECK(entry["summary"] == action.summary);
+        CHECK(entry["examples"] == action.examples);
+        CHECK(entry["positional"]["maximum"] == action.positional.maximum);
+        REQUIRE(entry["inputs"].size() == action.takes.size());
+        for (size_t n = 0; n < action.takes.size(); ++n)
+            CHECK(entry["inputs"][n]["kinds"][0] == nameOf(action.takes[n].kinds.front()));
+        REQUIRE(entry["outputs"].size() == action.makes.size());
+        REQUIRE(entry["options"].size() == action.options.size());
+        for (size_t n = 0; n < action.options.size(); ++n) {
+            const Option& option = action.options[n];
+            const auto& made = entry["options"][n];
+            CHECK(made["name"] == option.name);
+            CHECK(made["default"] == option.fallback);
+            CHECK(made["choices"] == option.choices);
+            CHECK(made["lower"].is_null() == !std::isfinite(option.lower));
+            CHECK((made["type"] == "choice") == (option.type == OptionType::choice));
+            CHECK((made["type"] == "ages") == (option.type == OptionType::ages));
+        }
+    }
+    CHECK(std::string(nameOf(Kind::file)) == "file");
 }
 
 TEST_CASE("an option's whole name is never ambiguous, and its first letters hardly ever", "[app]") {

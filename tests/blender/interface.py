@@ -41,7 +41,7 @@ def press():
         bpy.data.objects.remove(obj)
     view = area("VIEW_3D")
     with over(view):
-        bpy.ops.screen.area_split(direction="HORIZONTAL", factor=0.66)
+        bpy.ops.screen.area_split(direction="HORIZONTAL", factor=0.62)
     with over(area("VIEW_3D")):
         bpy.ops.mesh.primitive_monkey_add()
         bpy.ops.curlew.quick("INVOKE_DEFAULT", preset="SWIRL")
@@ -73,6 +73,10 @@ def arrange():
     tree.message = ""
     assert len(results()) == 3
     bpy.data.objects["Suzanne"].display_type = "WIRE"
+    for kind in ("DOPESHEET_EDITOR", "OUTLINER", "PROPERTIES"):  # room for the tree
+        for other in [a for a in bpy.context.window_manager.windows[0].screen.areas if a.type == kind]:
+            with over(other):
+                bpy.ops.screen.area_close()
     views = sorted((a for a in bpy.context.window_manager.windows[0].screen.areas if a.type == "VIEW_3D"), key=lambda a: a.y)
     views[0].ui_type = "CurlewTree"
     views[0].spaces.active.node_tree = tree

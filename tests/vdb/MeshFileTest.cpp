@@ -202,6 +202,49 @@ TEST_CASE("MeshFile: larger polygons become triangles and leave quads alone", "[
     CHECK(volumeOf(mesh) == Approx(3));
 }
 
+TEST_CASE("MeshFile: arrays give the mesh that a file of them gives", "[vdb][MeshFile]") {
+    const Folder folder;
+    // A box, one of whose corners is there twice, with a point of no face; then with two of its quads as triangles, and
+    // with a lid of six corners.
+    std::vector<openvdb::Vec3s> points;
+    for (int n = 0; n < 8; ++n) points.emplace_back(corner(n)[0], corner(n)[1], corner(n)[2]);
+    points.emplace_back(9, 9, 9);
+    points.push_back(points[7]);
+    using Faces = std::vector<std::vector<uint32_t>>;
+    const Faces quads{{0, 2, 3, 1}, {4, 5, 9, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+    Faces mixed(quads.begin() + 2, quads.end()), polygons = quads;
+    for (const auto& triangle : Faces{{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}})
+        mixed.insert(mixed.begin(), triangle);
+    polygons.push_back({0, 1, 5, 7, 6, 2});
+    for (const auto& faces : {quads, mixed, polygons}) {
+        std::string ply =
+            "ply\nformat ascii 1.0\nelement vertex 10\nproperty float x\nproperty float y\nproperty float z\n" +
+            fmt::format("element face {}\nproperty list uchar int vertex_indices\nend_header\n", faces.size());
+        for (const auto& p : points) ply += fmt::format("{} {} {}\n", p.x(), p.y(), p.z());
+        std::vector<uint32_t> corners, sizes;
+        for (const auto& face : faces) {
+            ply += fmt::format("{} {}\n", face.size(), fmt::join(face, " "));
+            corners.insert(corners.end(), face.begin(), face.end());
+            sizes.push_back(static_cast<uint32_t>(face.size()));
+        }
+        const Mesh read = readMesh(store(folder / "mesh.ply", ply)), made = meshOf(points, corners, sizes);
+        CHECK(made.points == read.points);
+        CHECK(made.triangles == read.triangles);
+        CHECK(made.quads == read.quads);
+        CHECK(made.points.size() == 8);
+    }
+}
+
+TEST_CASE("MeshFile: arrays that are no mesh", "[vdb][MeshFile]") {
+    const std::vector<openvdb::Vec3s> points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    CHECK(meshOf(points, {0, 1, 2}, {3}).faces() == 1);
+    CHECK_THROWS_WITH(meshOf(points, {}, {}), Contains("no faces"));
+    CHECK_THROWS_WITH(meshOf(points, {0, 1}, {2}), Contains("face 0") && Contains("2 corners"));
+    CHECK_THROWS_WITH(meshOf(points, {0, 1, 2, 0}, {3}), Contains("have 3 corners, and 4"));
+    CHECK_THROWS_WITH(meshOf(points, {0, 1, 3}, {3}), Contains("corner 2") && Contains("there are 3"));
+    CHECK_THROWS_AS(meshOf({{0, 0, 0}, {1, NAN, 0}, {0, 1, 0}}, {0, 1, 2}, {3}), ValueError);
+}
+
 TEST_CASE("MeshFile: closed means that every edge has its partner", "[vdb][MeshFile]") {
     const Folder folder;
     const std::string whole = objBox();

@@ -62,7 +62,7 @@ enum class Kind {
     curves,   ///< polylines
     image,    ///< a picture
     report,   ///< the figures that actions have measured
-    file,     ///<
+    file,     ///< of any kind
 };
 const char* nameOf(Kind kind);
 

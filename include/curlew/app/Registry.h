@@ -23,6 +23,9 @@ std::vector<Action> jitterActions();
 std::vector<Action> curveActions();
 std::vector<Action> levelSetActions();
 std::vector<Action> imageActions();
+std::vector<Action> surfaceActions();
+std::vector<Action> splatActions();
+std::vector<Action> pictureActions();
 std::vector<Action> frameActions();
 std::vector<Action> programActions();
 

@@ -7,6 +7,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/flow/FlowInTime.h"
+#include "curlew/image/Camera.h"
 #include "curlew/image/ColorMap.h"
 #include "curlew/image/Image.h"
 #include "curlew/track/Advect.h"
@@ -85,7 +86,8 @@ using Geometry = std::variant<std::shared_ptr<const Mesh>, Particles, std::share
 /// A picture, with how its first channel is shown in colour.
 struct ImageObject {
     Image image;
-    ColorMap map;
+    ColorMap map = ColorMap::viridis;
+    std::optional<Camera> camera = {}; ///< Of a picture in perspective.
 };
 
 /// What -emit remembers from frame to frame.

@@ -9,7 +9,9 @@ namespace curlew {
 enum class ColorMap {
     viridis,   ///< Dark violet to yellow, lightness rising evenly: for magnitudes (Smith and van der Walt 2015).
     diverging, ///< Blue, light grey, red: for signed values (Moreland 2009, "Diverging Color Maps").
-    gray       ///< Black to white, even in display values.
+    gray,      ///< Black to white, even in display values.
+    ember,     ///< Dark red over orange to pale yellow: for light on a dark ground.
+    ice        ///< Dark blue over cyan to nearly white, likewise.
 };
 
 /// What a pixel without a value (NaN) looks like: a dark neutral that no map but `gray` contains.

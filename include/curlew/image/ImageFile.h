@@ -10,9 +10,8 @@ namespace curlew {
 // Files are written whole or not at all, and the same image gives the same bytes: no date, host or user goes in.
 // Every function throws FileError, naming the path, where a file cannot be written or read.
 
-/// Writes 8 bits per channel, sRGB. An image with channels R, G and B holds display values in [0, 1] (clamped, NaN
-/// becomes kNoValueColor) and ignores the scale; an image of one channel is coloured by it (colorize).
-/// Throws ValueError for other channels, and for an image that is not whole (checkImage) or too large for PNG.
+/// Writes what one sees of an image (displayed), 8 bits per channel: display values are clamped to [0, 1], NaN becomes
+/// kNoValueColor. Throws ValueError as displayed() does, and for an image that is too large for PNG.
 void writePng(const std::filesystem::path& path, const Image& image, const ColorScale& scale = {});
 
 /// Reads any PNG as display values R, G, B in [0, 1]; what is transparent is put on black.

@@ -290,7 +290,7 @@ class CURLEW_OT_clear_cache(bpy.types.Operator):
 
 
 class CURLEW_OT_option(bpy.types.Operator):
-    """Write the option as text, which may have {expressions}; or set it back to its default"""
+    """Give the option a value, write it as text with {expressions}, or set it back to its default"""
 
     bl_idname = "curlew.option"
     bl_label = "Option"
@@ -298,7 +298,7 @@ class CURLEW_OT_option(bpy.types.Operator):
     __annotations__ = {
         "node": bpy.props.StringProperty(),
         "option": bpy.props.StringProperty(),
-        "to": bpy.props.EnumProperty(items=[("TEXT", "Text", ""), ("DEFAULT", "Default", "")]),
+        "to": bpy.props.EnumProperty(items=[("VALUE", "Value", ""), ("TEXT", "Text", ""), ("DEFAULT", "Default", "")]),
     }
 
     def execute(self, context: bpy.types.Context) -> Set[str]:
@@ -306,6 +306,8 @@ class CURLEW_OT_option(bpy.types.Operator):
         node = context.space_data.edit_tree.nodes[self.node]
         if self.to == "DEFAULT":
             node.reset_option(self.option)
+        elif self.to == "VALUE":
+            setattr(node, "o_" + self.option, getattr(node, "o_" + self.option))
         else:
             option = node.action.option(self.option)
             value = getattr(node, "o_" + self.option)

@@ -151,11 +151,19 @@ class ActionNode(CurlewNode):
         row = layout.row(align=True)
         is_set = self.is_property_set("o_" + option.name)
         written = bool(getattr(self, "t_" + option.name))
+        many = option.type in ("vector", "interval", "box")
+        if not is_set and not written and (many or not option.default) and option.type != "text":
+            body = row.row(align=True)
+            body.active = False
+            body.label(text=f"{option.name}: {option.default or 'as it comes'}")
+            change = row.operator("curlew.option", text="", icon="ADD", emboss=False)
+            change.node, change.option, change.to = self.name, option.name, "VALUE"
+            return
         body = row.row(align=True)
         body.active = is_set or written
         if written:
             body.prop(self, "t_" + option.name, text=option.name)
-        elif option.type in ("vector", "interval", "box"):
+        elif many:
             body.column(align=True).prop(self, "o_" + option.name)
         else:
             body.prop(self, "o_" + option.name)

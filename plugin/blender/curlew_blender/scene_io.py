@@ -60,7 +60,8 @@ def _height(node: bpy.types.Node) -> float:
     rows = len(node.inputs) + len(node.outputs)
     if isinstance(node, nodes.ActionNode):
         options = [o for k, o in enumerate(node.action.options) if k < 5 or node.is_property_set("o_" + o.name)]
-        rows += sum({"vector": 4, "interval": 3, "box": 7}.get(o.type, 1) for o in options) + 1
+        rows += sum({"vector": 4, "interval": 3, "box": 7}.get(o.type, 1) if node.is_property_set("o_" + o.name) else 1
+                    for o in options) + 1
         rows += bool(node.action.most_words) + node.places()
     else:
         rows += 2

@@ -182,20 +182,22 @@ def array_of(values: np.ndarray) -> Array:
     return view
 
 
-def usable(values: Any, components: int, what: str, integers: bool = False) -> np.ndarray:
-    """The values as an array that the library can read: themselves where they are one already."""
+def numbers(values: Any, what: str, integers: bool = False) -> np.ndarray:
+    """The values as an array of a type that the library knows: themselves where they are one already."""
     try:
         array = np.asarray(values)
-        if integers and array.dtype.kind == "u":
-            array = array.astype(np.int64)
+        if integers and array.size and array.dtype.kind not in "iub":
+            raise Error(f"{what} must be whole numbers, not {array.dtype}")
         if array.dtype.name not in (("int32", "int64") if integers else ("float32", "float64")):
-            if integers and array.dtype.kind not in "ib" and array.size:
-                raise Error(f"{what} must be whole numbers, not {array.dtype}")
             array = array.astype(np.int64 if integers else np.float64)
+        return array if array.dtype.isnative else array.astype(array.dtype.newbyteorder("="))
     except (TypeError, ValueError) as error:
         raise Error(f"{what} must be an array of numbers: {error}") from error
-    if not array.dtype.isnative:
-        array = array.astype(array.dtype.newbyteorder("="))
+
+
+def usable(values: Any, components: int, what: str, integers: bool = False) -> np.ndarray:
+    """The same, and of that many numbers an item."""
+    array = numbers(values, what, integers)
     shape = array.shape
     if array.size == 0 and array.ndim < 2:
         array = array.reshape((0, components) if components > 1 else (0,))

@@ -118,9 +118,10 @@ class Flow:
 
 
 def _evaluated(kind: str, what: Any, positions: Any, components: Any) -> Tuple[Any, Any]:
-    coordinates = np.shape(positions)[-1] if np.ndim(positions) else 0
-    dimension = 3 if what.dimension < 3 and np.ndim(positions) == 2 and coordinates == 3 else what.dimension
-    points = lib.usable(positions, dimension, "positions")
+    given = lib.numbers(positions, "positions")
+    in_space = what.dimension < 3 and given.ndim == 2 and given.shape[1] == 3
+    dimension = 3 if in_space else what.dimension
+    points = lib.usable(given, dimension, "positions")
     made = [
         None if c is None else np.empty((len(points),) if kind == "field" and k == 0 else (len(points), c), points.dtype)
         for k, c in enumerate(components(dimension))

@@ -1,6 +1,7 @@
 """Sessions, which run programs."""
 
 import json
+import threading
 from typing import Any, Callable, Dict, List, Optional
 
 import numpy as np
@@ -9,6 +10,10 @@ from . import _library as lib
 from ._objects import Curves, Field, Flow, Image, Mesh, Points, Reader
 
 Progress = Callable[[str, float], Any]
+
+
+def _proceed(_title: str, _fraction: float) -> bool:
+    return False
 
 
 class Session:
@@ -52,10 +57,13 @@ class Session:
             faces: (m, 3) or (m, 4) indices of points; or a pair (indices, sizes) for faces of different sizes: all
                 corners one after another, and how many each face has.
         """
-        corners, sizes = faces if isinstance(faces, tuple) and len(faces) == 2 else (faces, None)
+        # Two triangles are no such pair: there are more corners than faces.
+        pair = isinstance(faces, tuple) and len(faces) == 2 and np.size(faces[0]) != np.size(faces[1])
+        corners, sizes = faces if pair else (faces, None)
         if sizes is None:
-            count = np.shape(corners)[1] if np.ndim(corners) == 2 else 3
-            corners = lib.usable(corners, count if count in (3, 4) else 3, "faces", integers=True)
+            corners = lib.numbers(corners, "faces", integers=True)
+            quads = corners.ndim == 2 and corners.shape[1] == 4
+            corners = lib.usable(corners, 4 if quads else 3, "faces", integers=True)
         else:
             corners = lib.usable(corners, 1, "the faces' indices", integers=True)
             sizes = lib.array_of(lib.usable(sizes, 1, "the faces' sizes", integers=True))
@@ -124,6 +132,8 @@ class Session:
         def decoded(text: bytes) -> str:
             return text.decode(errors="replace")
 
+        if progress is None and threading.current_thread() is threading.main_thread():
+            progress = _proceed  # so that Python gets to see Ctrl-C
         callbacks = lib.Callbacks(
             None,
             guarded(progress, lib.PROGRESS, decoded, float),

@@ -1,0 +1,212 @@
+#!/usr/bin/env python3
+"""Runs all scenes and the papers' tables; writes docs/gallery.md with its pictures, and docs/paper_tables.md.
+
+./dev gallery runs it, with what follows: --only NAME, a scene or a table, renews that one alone.
+"""
+
+import argparse
+import json
+import re
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+DOCS = ROOT / "docs"
+PICTURES = DOCS / "gallery"
+WIDTH = 640
+MOST_BYTES = 250_000  # Of a picture in the repository.
+MOST_SECONDS = 60  # Of a scene.
+GROUPS = {"icn": "Implicit curl noise (ICN)", "dewolf": "DeWolf", "catlike": "Catlike Coding", "psrd": "psrdnoise"}
+OTHERS = "Curlew"
+
+GALLERY = """# Gallery
+
+Made by `./dev gallery`: every scene, run from the top of the checkout by the command below its picture, here {width} pixels
+wide (`-set width={width}`). Each ends with what it expects of its figures; they are those of this run.
+"""
+TABLES = """# The papers' tables
+
+Made by `./dev gallery` from `build/curlew_paper`: the papers' figures beside ours, and where and why they differ. Times are
+those of the machine that ran it.
+"""
+
+
+@dataclass
+class Scene:
+    name: str
+    title: str
+    source: str
+    text: str  # Paragraphs.
+
+    @staticmethod
+    def read(path):
+        header = []
+        for line in path.read_text().splitlines():
+            if not line.startswith("#"):
+                break
+            header.append(line[1:].strip())
+        fields = {m[1]: m[2] for m in (re.match(r"(source|reduced): *(.*)", line) for line in header) if m}
+        text = "\n".join(line for line in header[1:] if not re.match(r"(source|reduced):", line))
+        if not header or not header[0] or "source" not in fields:
+            raise ValueError(f"{path.name} needs a title and a line '# source:'")
+        return Scene(path.stem, header[0].rstrip("."), fields["source"], text.strip())
+
+    def group(self):
+        return GROUPS.get(self.name.split("_")[0], OTHERS)
+
+
+class Page:
+    """A page whose parts stand between two comments with their name, so that one can be renewed alone."""
+
+    def __init__(self, path, heading):
+        self.path = path
+        self.heading = heading
+        old = path.read_text() if path.exists() else ""
+        self.parts = {m[1]: m[2] for m in re.finditer(r"<!-- (\w+):begin -->\n(.*?)<!-- \1:end -->\n", old, re.S)}
+
+    def write(self, order):
+        """order: the parts' names, or headings between them."""
+        lines = [self.heading]
+        for name in order:
+            if name.startswith("#"):
+                lines.append(name + "\n")
+            elif name in self.parts:
+                lines.append(f"<!-- {name}:begin -->\n{self.parts[name]}<!-- {name}:end -->\n")
+        self.path.write_text("\n".join(lines))
+
+
+def natural(name):
+    """Sorts fig2 before fig10."""
+    return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", name)]
+
+
+def warn(text):
+    print(f"gallery: {text}", file=sys.stderr)
+
+
+def chosen(pictures):
+    """Of frames, which differ in the number at their end, the first, the middle and the last."""
+    groups = {}
+    for picture in sorted(pictures):
+        groups.setdefault(re.sub(r"\d{2,}$", "", picture.stem), []).append(picture)
+    found = []
+    for frames in groups.values():
+        found += frames if len(frames) <= 3 else [frames[0], frames[len(frames) // 2], frames[-1]]
+    return found
+
+
+def keep(pictures):
+    """Copies them to docs/gallery/; returns their names."""
+    PICTURES.mkdir(exist_ok=True)
+    for picture in pictures:
+        data = picture.read_bytes()
+        depth = struct.unpack(">IIB", data[16:25])[2]
+        if depth != 8:
+            warn(f"{picture.name} has {depth} bits a channel, not 8")
+        if len(data) > MOST_BYTES:
+            warn(f"{picture.name} has {len(data) // 1000} KB, more than {MOST_BYTES // 1000}")
+        shutil.copyfile(picture, PICTURES / picture.name)
+    return [picture.name for picture in pictures]
+
+
+def figures(report):
+    """What the scene expects, as a list."""
+    lines = {}  # In a sequence, those of the last frame.
+    for found in report.get("expect", []):
+        bounds = [f"{word} {found[key]:.4g}" for key, word in (("least", "at least"), ("most", "at most")) if key in found]
+        lines[found["figure"], *bounds] = f"- `{found['figure']}` is {found['value']:.4g} ({', '.join(bounds)})"
+    return "\n".join(lines.values())
+
+
+def run_scene(scene, curlew):
+    """Runs it in a fresh folder; returns its part of the page and its pictures' names."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "out").mkdir()
+        (folder / "scenes").symlink_to(ROOT / "scenes")
+        run = subprocess.run([curlew, "-quiet", "-set", f"width={WIDTH}", "-config", f"scenes/{scene.name}.txt",
+                              "-report", "report.json"], cwd=folder, capture_output=True, text=True)
+        if run.returncode != 0:
+            raise RuntimeError(run.stderr.strip() or f"ended with {run.returncode}")
+        names = keep(chosen((folder / "out").glob("*.png")))
+        report = json.loads((folder / "report.json").read_text())
+    parts = [f"### {scene.title}", f"{scene.source}. {scene.text}" if scene.text else f"{scene.source}."]
+    parts += [f"![{scene.title}](gallery/{name})" for name in names]
+    parts += [f"`curlew -config scenes/{scene.name}.txt`", figures(report)]
+    return "\n\n".join(part for part in parts if part) + "\n\n", names
+
+
+def run_table(name, paper):
+    """The same for a table; what is not as claimed fails."""
+    with tempfile.TemporaryDirectory() as folder:
+        run = subprocess.run([paper, name, "--folder", folder], capture_output=True, text=True)
+        if run.returncode != 0:
+            raise RuntimeError(run.stderr.strip() or f"ended with {run.returncode}")
+        return run.stdout.strip() + "\n\n", keep(chosen(Path(folder).glob("*.png")))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--only", metavar="NAME", help="run this scene or table, and leave the others as they are")
+    parser.add_argument("--command", default=ROOT / "build/curlew", type=Path, help="curlew; curlew_paper is beside it")
+    options = parser.parse_args()
+    command = options.command.resolve()
+    paper_command = command.parent / "curlew_paper"
+
+    scenes = sorted((Scene.read(path) for path in (ROOT / "scenes").glob("*.txt")), key=lambda s: natural(s.name))
+    tables = subprocess.run([paper_command, "list"], check=True, capture_output=True, text=True).stdout.split()
+    work = [(scene.name, lambda scene=scene: run_scene(scene, command)) for scene in scenes]
+    work += [(table, lambda table=table: run_table(table, paper_command)) for table in tables]
+    if options.only:
+        work = [(name, run) for name, run in work if name == options.only]
+        if not work:
+            sys.exit(f"gallery: no scene or table '{options.only}'; there are "
+                     + ", ".join([scene.name for scene in scenes] + tables))
+
+    gallery, paper = Page(DOCS / "gallery.md", GALLERY.format(width=WIDTH)), Page(DOCS / "paper_tables.md", TABLES)
+    taken, pictures, failed = [], {}, []
+    for name, run in work:
+        print(f"gallery: {name}", file=sys.stderr)
+        begin = time.monotonic()
+        try:
+            part, names = run()
+        except RuntimeError as error:
+            warn(f"{name} failed: {error}")
+            failed.append(name)
+            continue
+        taken.append((time.monotonic() - begin, name))
+        (paper if name in tables else gallery).parts[name] = part
+        for picture in names:
+            if picture in pictures:
+                warn(f"{name} and {pictures[picture]} both write {picture}")
+                failed.append(name)
+            pictures[picture] = name
+
+    order = []
+    for group in [OTHERS, *GROUPS.values()]:
+        members = [scene.name for scene in scenes if scene.group() == group and scene.name in gallery.parts]
+        order += [f"## {group}", *members] if members else []
+    gallery.write(order)
+    paper.write(tables)
+    if not options.only and not failed:
+        for picture in set(PICTURES.glob("*.png")) - {PICTURES / name for name in pictures}:
+            picture.unlink()
+
+    for seconds, name in taken:
+        late = name not in tables and seconds > MOST_SECONDS
+        print(f"{seconds:7.1f} s  {name}{f'  more than {MOST_SECONDS} s' if late else ''}")
+    if failed:
+        sys.exit(f"gallery: failed: {', '.join(failed)}")
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except (ValueError, OSError, subprocess.CalledProcessError) as problem:
+        sys.exit(f"gallery: {problem}")

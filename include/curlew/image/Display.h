@@ -1,0 +1,25 @@
+#pragma once
+
+#include "curlew/image/ColorMap.h"
+#include "curlew/image/Image.h"
+
+#include <array>
+#include <optional>
+
+namespace curlew {
+
+// Pictures hold sRGB display values (IEC 61966-2-1). What is brighter than white is above 1; the curve goes on there,
+// and below 0 as its mirror image.
+
+double displayFromLinear(double linear);
+double linearFromDisplay(double display);
+
+/// The places of channels R, G and B; nothing where one of them is missing.
+std::optional<std::array<size_t, 3>> rgbChannels(const Image& image);
+
+/// What one sees of an image: a picture with the channels R, G, B and no others, from its channels of those names, or
+/// from its only channel by the scale (colorize). Throws ValueError for an image that is not whole (checkImage), and
+/// for other channels.
+Image displayed(const Image& image, const ColorScale& scale = {});
+
+} // namespace curlew

@@ -1,0 +1,26 @@
+"""A scene of one's own: its flow is evaluated as arrays, its streamlines are read, and a picture is written."""
+
+import numpy as np
+
+import curlew
+
+SCENE = """
+torus radius=0.7 tube=0.3
+noise frequency=2 seed=1
+surface speed=1 reach=0.1
+slice axis=y show=speed width=400
+write speed.png
+torus radius=0.7 tube=0.3
+scatter count=200 seed=3
+trace limit=2
+"""
+
+with curlew.Program(SCENE, name="my scene").run() as session:
+    flow, curves = session.flow(), session.curves()
+
+# The flow at any positions; f and g, its potentials, stay the same along each curve.
+velocity, fields = flow.velocity_and_fields(curves.vertices)
+starts = np.repeat(fields[curves.offsets[:-1]], np.diff(curves.offsets), axis=0)
+print(f"{len(curves)} curves of {len(curves.vertices)} vertices, {curves.closed.sum()} of them closed")
+print(f"fastest: {np.linalg.norm(velocity, axis=1).max():.3g}; f and g leave their values by {abs(fields - starts).max():.1e}")
+np.savetxt("curves.csv", curves.vertices, delimiter=",", header="x,y,z", comments="")

@@ -1,0 +1,50 @@
+#include "curlew/image/Display.h"
+
+#include "curlew/base/Error.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+namespace curlew {
+
+double displayFromLinear(double linear) {
+    const double size = std::abs(linear);
+    return std::copysign(size <= 0.0031308 ? 12.92 * size : 1.055 * std::pow(size, 1 / 2.4) - 0.055, linear);
+}
+
+double linearFromDisplay(double display) {
+    const double size = std::abs(display);
+    return std::copysign(size <= 0.04045 ? size / 12.92 : std::pow((size + 0.055) / 1.055, 2.4), display);
+}
+
+std::optional<std::array<size_t, 3>> rgbChannels(const Image& image) {
+    std::array<size_t, 3> places{};
+    constexpr std::array<std::string_view, 3> names{"R", "G", "B"};
+    for (size_t i = 0; i < 3; ++i) {
+        const auto found = std::find(image.channels.begin(), image.channels.end(), names[i]);
+        if (found == image.channels.end()) return {};
+        places[i] = static_cast<size_t>(found - image.channels.begin());
+    }
+    return places;
+}
+
+Image displayed(const Image& image, const ColorScale& scale) {
+    checkImage(image);
+    if (image.channels.size() == 1) return colorize(image, scale);
+    const auto places = rgbChannels(image);
+    if (!places)
+        throw ValueError(
+            fmt::format("an image with channels {} has no colours to show; that takes one channel, or R, G, B among "
+                        "them: write an .exr instead",
+                        fmt::join(image.channels, ", ")));
+    Image picture = filledImage(image.width, image.height, {"R", "G", "B"});
+    const size_t count = image.channels.size();
+    for (size_t pixel = 0; pixel < picture.pixels.size() / 3; ++pixel)
+        for (size_t i = 0; i < 3; ++i) picture.pixels[3 * pixel + i] = image.pixels[count * pixel + (*places)[i]];
+    return picture;
+}
+
+} // namespace curlew

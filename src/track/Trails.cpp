@@ -1,0 +1,81 @@
+#include "curlew/track/Trails.h"
+
+#include "curlew/base/Memory.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace curlew {
+
+namespace {
+
+/// Curves of so many vertices each, which are still to be set.
+Curves emptyWays(const Particles& p, size_t vertices, bool tracks) {
+    Curves c;
+    const size_t all = p.size() * vertices;
+    for (auto* array : {&c.x, &c.y, &c.z, &c.along}) array->resize(all);
+    for (auto* array : {&c.vx, &c.vy, &c.vz}) array->resize(all);
+    for (auto* array : {&c.f, &c.g}) array->resize(tracks ? all : 0);
+    c.by = StepBy::time;
+    for (size_t k = 1; k <= p.size(); ++k) c.start.push_back(k * vertices);
+    c.id = p.id;
+    c.upstream.assign(p.size(), CurveEnd::seed);
+    c.downstream.assign(p.size(), CurveEnd::limit);
+    c.length.assign(p.size(), 0);
+    c.gap.assign(p.size(), 0);
+    return c;
+}
+
+void keep(const Particles& p, size_t step, double time, Curves& c) {
+    for (size_t k = 0; k < p.size(); ++k) {
+        const size_t v = c.start[k] + step;
+        c.x[v] = p.x[k], c.y[v] = p.y[k], c.z[v] = p.z[k];
+        c.vx[v] = p.vx[k], c.vy[v] = p.vy[k], c.vz[v] = p.vz[k];
+        if (c.hasTrack()) c.f[v] = p.f[k], c.g[v] = p.g[k];
+        c.along[v] = time;
+        if (step > 0) c.length[k] += length(c.position(v) - c.position(v - 1));
+    }
+}
+
+void add(const AdvectResult& step, AdvectResult& total) {
+    const double iterations = total.meanIterations * static_cast<double>(total.substeps) +
+                              step.meanIterations * static_cast<double>(step.substeps);
+    total.points = step.points;
+    total.notConverged = step.notConverged;
+    total.outside = step.outside;
+    total.residual = step.residual;
+    total.keptBack += step.keptBack;
+    total.substeps += step.substeps;
+    total.retries += step.retries;
+    total.coarse += step.coarse;
+    total.overrun += step.overrun;
+    total.meanIterations = iterations / static_cast<double>(std::max<size_t>(total.substeps, 1));
+}
+
+} // namespace
+
+Trails advectWithTrails(const FlowInTime& flow, Particles& particles, double begin, const AdvectOptions& options,
+                        const Monitor& monitor) {
+    if (options.steps < 1) throw ValueError(fmt::format("{} steps; give at least 1", options.steps));
+    const auto vertices = static_cast<size_t>(options.steps) + 1;
+    requireMemory(static_cast<double>(particles.size()) * static_cast<double>(vertices) * Curves::kVertexBytes,
+                  fmt::format("the ways of {} points, of {} vertices each", particles.size(), vertices),
+                  "move fewer points, or in fewer steps");
+    const Monitor unreported{.report = {}, .cancelled = monitor.cancelled};
+    AdvectOptions one = options;
+    one.steps = 1;
+    one.time = 0;
+    advect(flow, particles, begin, one, unreported); // the velocity and the track where they are
+    Trails trails{.curves = emptyWays(particles, vertices, particles.hasTrack()), .result = {}};
+    keep(particles, 0, 0, trails.curves);
+    one.time = options.time / options.steps;
+    for (int k = 0; k < options.steps; ++k) {
+        add(advect(flow, particles, begin + one.time * k, one, unreported), trails.result);
+        keep(particles, static_cast<size_t>(k) + 1, one.time * (k + 1), trails.curves);
+        if (monitor.report) monitor.report((k + 1.0) / options.steps);
+    }
+    return trails;
+}
+
+} // namespace curlew

@@ -1,0 +1,112 @@
+#include "curlew/image/ImageFile.h"
+#include "support/Command.h"
+
+using namespace curlew;
+using namespace curlew::test;
+using Catch::Matchers::Contains;
+
+namespace {
+
+const std::string kFlow = "-sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 ";
+const std::string kSize = " width=160 height=120 ";
+
+/// The mean of a picture's display values.
+double meanOf(const Image& image) {
+    double sum = 0;
+    for (const float value : image.pixels) sum += static_cast<double>(value);
+    return sum / static_cast<double>(image.pixels.size());
+}
+
+} // namespace
+
+TEST_CASE("splat draws curves and points, and says how much it covers", "[app]") {
+    const Folder folder;
+    const Outcome outcome = folder.mustRun(kFlow + "-scatter count=200 -trace limit=2 -splat" + kSize +
+                                           "-write curves.png -scatter count=500 -splat by=height map=ice" + kSize +
+                                           "-write points.png points.json");
+    CHECK_THAT(outcome.err, Contains("splat: ") && Contains("500 of 500 points"));
+    const auto report = jsonOf(folder / "points.json").at("splat");
+    CHECK(report.at("drawn") == 500);
+    CHECK(report.at("covered").get<double>() > 0.1);
+    const Image curves = readPng(folder / "curves.png"), points = readPng(folder / "points.png");
+    CHECK(curves.width == 160);
+    CHECK(curves.height == 120);
+    CHECK(meanOf(curves) > 0.05);
+    CHECK(meanOf(points) > 0.03);
+    for (const float value : curves.pixels) CHECK(value < 1); // no flat white
+}
+
+TEST_CASE("splat fills the picture with what it draws, with or without its box", "[app]") {
+    const Folder folder;
+    const auto covered = [&](const std::string& options) {
+        folder.mustRun("-jitter count=1000 box=4,4,4,5,5,5 -splat pixels=4 glow=0 " + options + kSize +
+                       "-write r.json");
+        return jsonOf(folder / "r.json").at("splat").at("covered").get<double>();
+    };
+    CHECK(covered("") > 0.35);
+    CHECK(covered("from=0,0,1 fov=0.1") > 0.35);
+    CHECK(covered("box=0,0,0,9,9,9") < covered(""));
+    CHECK(covered("eye=4.5,4.5,12 target=4.5,4.5,4.5 fov=10") > 0.2);
+}
+
+TEST_CASE("splat draws on a picture with depth, and hides what is behind", "[app]") {
+    const Folder folder;
+    const auto mean = [&](const std::string& later) {
+        folder.mustRun(
+            "-jitter spacing=0.1 box=-1,-1,0.5,1,1,0.7 -splat look=opaque radius=0.08 fade=0 "
+            "eye=0,0,5 target=0,0,0" +
+            kSize + later + "-write a.png");
+        return meanOf(readPng(folder / "a.png"));
+    };
+    const std::string light = "-splat over=1 color=1,1,1 outline=0 ";
+    const double alone = mean("");
+    CHECK(mean("-scatter count=300 box=-1,-1,-1,1,1,-0.5 " + light) == Approx(alone).epsilon(0.02));
+    CHECK(mean("-scatter count=300 box=-1,-1,0.9,1,1,1 " + light) > 1.02 * alone);
+    CHECK(mean("-scatter count=300 box=-1,-1,0.9,1,1,1 -splat over=1 look=opaque color=1,1,1 radius=0.05 ") >
+          1.02 * alone);
+    // An opaque picture has depth, one of light has none.
+    folder.mustRun("-jitter count=100 -splat look=opaque" + kSize + "-write a.exr -splat" + kSize + "-write b.exr");
+    CHECK(readExr(folder / "a.exr").channels == std::vector<std::string>{"R", "G", "B", "A", "Z"});
+    CHECK(readExr(folder / "b.exr").channels == std::vector<std::string>{"R", "G", "B"});
+}
+
+TEST_CASE("splat has colours by speed, id, index, height, depth and age, and the wall's outline", "[app]") {
+    const Folder folder;
+    const std::string curves = kFlow + "-sphere -scatter count=50 -trace limit=1 ";
+    std::set<std::string> pictures;
+    for (const std::string by : {"by=speed", "by=id", "by=index", "by=height", "by=depth", "by=age", "color=1,0.5,0",
+                                 "map=ember", "outline=0", "range=0,9", "background=0.1,0.1,0.1", "exposure=3"}) {
+        folder.mustRun(curves + "-splat " + by + kSize + "-write a.png");
+        pictures.insert(bytesOf(folder / "a.png"));
+    }
+    CHECK(pictures.size() == 12);
+}
+
+TEST_CASE("splat refuses what it cannot draw", "[app]") {
+    const Folder folder;
+    folder.mustFail("-splat -write a.png", {"-splat", "no points or curves"});
+    folder.mustFail("-sphere -scatter count=5 -splat by=speed", {"-splat", "velocity"});
+    folder.mustFail("-sphere -scatter count=5 -splat by=age", {"-splat", "age"});
+    folder.mustFail("-sphere -scatter count=5 -splat by=id color=1,1,1", {"-splat", "not both"});
+    folder.mustFail("-sphere -scatter count=5 -splat over=1", {"-splat", "no image"});
+    folder.mustFail("-noise -slice width=20 -sphere -scatter count=5 -splat over=1", {"-splat", "perspective"});
+    folder.mustFail("-sphere -scatter count=5 -splat pixels=0", {"-splat", "pixels"});
+    folder.mustFail("-sphere -scatter count=5 -splat geo=1", {"-splat", "geometry"});
+}
+
+TEST_CASE("advect keeps the ways of points as curves, whose distance is measured", "[app]") {
+    const Folder folder;
+    const std::string points = "-scatter count=100 seed=2 -advect time=0.5 trails=1 ";
+    folder.mustRun(kFlow + points + "steps=10 -write a.csv " + points +
+                   "steps=20 -distance geo=0,2 -write curves.json -distance geo=1,3 -write points.json");
+    CHECK(linesIn(bytesOf(folder / "a.csv")) == 1 + 100 * 11);
+    const auto curves = jsonOf(folder / "curves.json").at("distance"),
+               ends = jsonOf(folder / "points.json").at("distance");
+    CHECK(curves.at("pairs") == 100 * 21);
+    CHECK(ends.at("pairs") == 100);
+    CHECK(curves.at("mean").get<double>() > 0);
+    CHECK(curves.at("mean").get<double>() < 0.02);
+    folder.mustFail("-sphere -scatter -distance", {"-distance", "geometry"});
+    folder.mustFail(kFlow + points + "-distance", {"-distance", "both"});
+    folder.mustFail("-sphere -scatter -distance geo=0", {"-distance", "two"});
+}

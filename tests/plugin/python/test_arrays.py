@@ -1,0 +1,242 @@
+"""Geometry in and out, and evaluation."""
+
+import numpy as np
+import pytest
+
+import curlew
+from conftest import FLOW, octahedron
+
+
+def test_a_provided_mesh_is_that_of_a_file(session, command, tmp_path):
+    points, faces = octahedron()
+    text = "read mesh.ply\nmesh2ls dim=24\nnoise frequency=2\nnoise frequency=2 seed=1\nbound width=0.1\ndfvn speed=1\n"
+    text += "velocity dim=24\nwrite {}.vdb\n"
+    (tmp_path / "scene.txt").write_text(text.format("file"))
+    header = f"ply\nformat ascii 1.0\nelement vertex {len(points)}\n"
+    header += "".join(f"property float {axis}\n" for axis in "xyz")
+    header += f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    rows = [" ".join(map(str, p)) for p in points] + ["3 " + " ".join(map(str, f)) for f in faces]
+    (tmp_path / "mesh.ply").write_text(header + "\n".join(rows) + "\n")
+    command("-config", "scene.txt")
+    session.provide_mesh("mesh.ply", points, faces)
+    session.run(text.format(tmp_path / "arrays"))
+    assert (tmp_path / "arrays.vdb").read_bytes() == (tmp_path / "file.vdb").read_bytes()
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("index", [np.int32, np.int64, np.uint32, np.uint8])
+def test_meshes_of_any_type_come_back(session, dtype, index):
+    points, faces = octahedron()
+    session.provide_mesh("m", points.astype(dtype), faces.astype(index))
+    session.run("read m")
+    mesh = session.mesh()
+    assert np.array_equal(mesh.points, points.astype(np.float32)) and mesh.points.dtype == np.float32
+    assert np.array_equal(mesh.triangles, faces) and len(mesh.quads) == 0
+    assert mesh.faces[0] == (0, 2, 4)
+
+
+def test_faces_of_different_sizes_and_points_in_the_same_place(session):
+    # A cube whose top is two triangles, with a corner that is there twice and a point of no face.
+    points = [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)] + [[9, 9, 9], [1, 1, 1]]
+    sizes = [4, 4, 4, 4, 4, 3, 3]
+    corners = [0, 1, 3, 2, 4, 6, 9, 5, 0, 4, 5, 1, 2, 3, 7, 6, 0, 2, 6, 4, 1, 5, 7, 1, 7, 3]
+    session.provide_mesh("cube", points, (corners, sizes))
+    session.run("read cube\nmesh2ls dim=16 keep=1\n")
+    mesh = session.mesh()
+    assert mesh.points.shape == (8, 3) and mesh.quads.shape == (5, 4) and mesh.triangles.shape == (2, 3)
+    session.provide_mesh("two triangles", [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], ((0, 1, 2), (0, 2, 3)))
+    session.run("read 'two triangles'")
+    assert session.mesh().triangles.tolist() == [[0, 1, 2], [0, 2, 3]]
+    # A polygon of five corners becomes triangles.
+    angle = 2 * np.pi * np.arange(5) / 5
+    session.provide_mesh("pentagon", np.stack([np.cos(angle), np.sin(angle), 0 * angle], 1), ([0, 1, 2, 3, 4], [5]))
+    session.run("read pentagon")
+    assert session.mesh().triangles.shape == (3, 3)
+
+
+def test_points_keep_their_ids_and_velocities(session):
+    positions = np.random.default_rng(1).uniform(-0.5, 0.5, (50, 3))
+    ids = np.arange(50)[::-1] * 3
+    session.provide_points("p", positions, ids=ids, velocities=2 * positions)
+    session.run("read p")
+    points = session.points()
+    assert np.array_equal(points.positions, positions) and np.array_equal(points.ids, ids)
+    assert np.array_equal(points.velocities, (2 * positions).astype(np.float32))
+    assert points.ages is None and points.tracks is None and len(points) == 50
+    session.run(FLOW + "advect time=0.2 steps=4")
+    moved = session.points()
+    assert np.array_equal(moved.ids, ids) and not np.array_equal(moved.positions, positions)
+    assert moved.tracks.shape == (50, 2)
+    flow = session.flow()
+    assert np.allclose(flow.fields(moved.positions), moved.tracks, atol=1e-7)
+    assert np.allclose(flow.fields(positions), moved.tracks, atol=1e-7)  # they are where they began, as far as f and g go
+
+
+def test_slices_of_arrays_are_read_as_they_are(session):
+    packed = np.random.default_rng(2).uniform(-1, 1, (40, 6)).astype(np.float32)
+    views = {
+        "strided": packed[::2, 1:4],
+        "backward": packed[::-1, :3],
+        "transposed": np.asfortranarray(packed[:, :3]),
+        "repeated": np.broadcast_to(packed[0, :3], (7, 3)),
+        "swapped": packed[:, :3].astype(">f8"),
+        "whole": (10 * packed[:, :3]).astype(np.int16),
+        "half": packed[:, :3].astype(np.float16),
+        "list": packed[:, :3].tolist(),
+    }
+    for name, view in views.items():
+        session.provide_points(name, view)
+        session.run(f"read {name}")
+        assert np.array_equal(session.points().positions, np.asarray(view, np.float64)), name
+    session.run(FLOW)
+    flow = session.flow()
+    assert np.array_equal(flow.velocity(views["strided"]), flow.velocity(np.ascontiguousarray(views["strided"])))
+
+
+@pytest.mark.parametrize(
+    "positions", [[1, 2, 3], np.zeros((3, 2)), np.zeros((2, 3, 3)), "text", [[1, 2], [3]], [["a", "b", "c"]], None]
+)
+def test_positions_of_another_shape_are_refused(session, positions):
+    session.run(FLOW)
+    with pytest.raises(curlew.Error, match="positions"):
+        session.flow().velocity(positions)
+    with pytest.raises(curlew.Error, match="positions"):
+        session.provide_points("p", positions)
+
+
+def test_numbers_that_are_none_are_refused(session):
+    with pytest.raises(curlew.Error, match="positions 1 is not a finite"):
+        session.provide_points("p", [[0, 0, 0], [0, np.nan, 0]])
+    with pytest.raises(curlew.Error, match="whole numbers"):
+        session.provide_points("p", [[0, 0, 0]], ids=[0.5])
+    with pytest.raises(curlew.Error, match="there are 3"):
+        session.provide_mesh("m", np.zeros((3, 3)), [[0, 1, 3]])
+    with pytest.raises(curlew.Error, match="faces"):
+        session.provide_mesh("m", np.zeros((3, 3)), [[0, 1]])
+
+
+def test_no_points_are_points_too(session):
+    session.provide_points("none", np.zeros((0, 3)))
+    session.provide_points("empty", [])
+    session.run(FLOW + "read none\nadvect steps=1\nread empty\n")
+    assert session.count("points") == 2 and session.points(1).positions.shape == (0, 3)
+    assert session.flow().velocity([]).shape == (0, 3)
+
+
+def test_a_field_and_its_gradient(session):
+    session.run("ramp direction=1,2,3 offset=0.5\nnoise dim=2\n")
+    positions = np.random.default_rng(3).uniform(-2, 2, (1000, 3))
+    ramp = session.field(1)
+    assert np.allclose(ramp.value(positions), positions @ [1, 2, 3] + 0.5, atol=1e-12)
+    assert np.allclose(ramp.gradient(positions), [1, 2, 3])
+    assert ramp.value(positions.astype(np.float32)).dtype == np.float32
+    noise = session.field()
+    assert (noise.dimension, ramp.dimension) == (2, 3)
+    value, gradient = noise.value_and_gradient(positions[:, :2])
+    assert value.shape == (1000,) and gradient.shape == (1000, 2)
+    in_space, gradient_in_space = noise.value_and_gradient(positions)
+    assert np.allclose(in_space, value, atol=1e-12) and np.allclose(gradient_in_space[:, :2], gradient, atol=1e-12)
+    assert not gradient_in_space[:, 2].any()
+    # Differences agree to their order.
+    step = 1e-5
+    ahead = noise.value(positions[:, :2] + [step, 0]) - noise.value(positions[:, :2] - [step, 0])
+    assert np.allclose(ahead / (2 * step), gradient[:, 0], atol=1e-7)
+    assert np.isnan(noise.value([[0, np.inf]]))[0]
+
+
+def test_a_flow_is_the_cross_product_of_the_gradients_of_its_fields(session):
+    session.run("noise frequency=2\nnoise frequency=2 seed=1\ndfvn keep=1\n")
+    positions = np.random.default_rng(4).uniform(-1, 1, (1000, 3))
+    flow, f, g = session.flow(), session.field(1), session.field(0)
+    assert (flow.dimension, flow.has_tracks, flow.divergence_free) == (3, True, True)
+    assert np.array_equal(flow.lower, [-1, -1, -1]) and np.array_equal(flow.upper, [1, 1, 1])
+    session.close()
+    velocity, fields = flow.velocity_and_fields(positions)
+    assert np.allclose(velocity, np.cross(f.gradient(positions), g.gradient(positions)), atol=1e-9)
+    assert np.array_equal(fields, np.stack([f.value(positions), g.value(positions)], 1))
+
+
+def test_a_flow_of_two_dimensions_and_a_sum(session):
+    session.run("noise dim=2\ndfvn\n")
+    plane, space = session.flow().velocity([[0.3, 0.4]]), session.flow().velocity([[0.3, 0.4, 0]])
+    assert plane.shape == (1, 2) and np.allclose(space[0, :2], plane[0]) and space[0, 2] == 0
+    assert session.flow().fields([[0.3, 0.4]]).shape == (1, 1)
+    session.run("uniform velocity=1,2,3\nuniform velocity=1,0,0\nsuperpose\n")
+    assert np.allclose(session.flow().velocity([[5, 5, 5]]), [2, 2, 3])
+    with pytest.raises(curlew.Error, match="no tracks"):
+        session.flow().fields([[0, 0, 0]])
+
+
+def test_curves_come_with_where_each_begins(session):
+    session.run("vortex\nscatter box=-0.5,-0.5,-0.5,0.5,0.5,0.5 count=20\ntrace\n")
+    curves = session.curves()
+    assert len(curves) == 20 and curves.closed.all() and curves.offsets[0] == 0
+    assert curves.offsets[-1] == len(curves.vertices) == len(curves.velocities) == len(curves.along)
+    for k in range(20):
+        vertices = curves.vertices[curves.offsets[k] : curves.offsets[k + 1]]
+        radius = np.hypot(vertices[:, 0], vertices[:, 2])
+        assert np.allclose(radius, radius[0], atol=1e-6) and np.allclose(vertices[:, 1], vertices[0, 1], atol=1e-9)
+        assert abs(curves.lengths[k] / (2 * np.pi * radius[0]) - 1) < 1e-3
+
+
+def test_pictures_and_grids(session):
+    session.run("ramp direction=1,10,0\nslice width=40 box=-1,-1,-1,3,1,1\n")
+    image = session.image()
+    height = image.pixels.shape[0]
+    assert image.pixels.shape == (height, 40, 1) and image.channels == ["value"] and 15 < height < 25
+    inside = image.pixels[2:-2, 2:-2, 0]
+    pixel = np.diff(inside, axis=1)
+    assert np.allclose(pixel, pixel[0, 0], atol=1e-5) and 0.1 < pixel[0, 0] < 0.12  # to the right, x grows
+    assert np.allclose(np.diff(inside, axis=0), -10 * pixel[0, 0], atol=1e-4)  # and down, y shrinks
+    session.run(FLOW + "velocity voxel=0.1 density=1 name=wind staggered=1\n")
+    wind, density = session.grids()
+    assert wind["name"] == "wind" and wind["class"] == "staggered" and wind["type"] == "vec3s"
+    assert density["name"] == "density" and density["voxel_size"] == pytest.approx(0.1) and density["active_voxels"] > 0
+    assert session.count("image") == 1
+    with pytest.raises(curlew.Error, match="kinds are"):
+        session.count("volume")
+
+
+def test_frames_are_seen_while_they_are_there(session):
+    seen = []
+
+    def on_frame(frame, same):
+        assert same is session
+        seen.append((frame, same.count("image"), same.points().positions.copy(), same.points().ages))
+
+    session.run(FLOW + "frames 1-4 fps=10\nemit rate=100 life=0.25\nadvect\nslice width=8\n", on_frame=on_frame)
+    assert [frame for frame, *_ in seen] == [1, 2, 3, 4]
+    assert [images for _, images, *_ in seen] == [1, 1, 1, 1]
+    assert [len(p) for _, _, p, _ in seen][:3] == [0, 10, 20]
+    assert seen[3][3].max() <= 0.25
+    assert session.count("image") == 0 and session.report()["frames"] == 4
+    with pytest.raises(curlew.Cancelled):
+        session.run("frames 1-4\nslice width=8\n", on_frame=lambda frame, same: frame == 2)
+
+
+def test_a_mesh_for_each_frame(session):
+    points, faces = octahedron()
+    for frame in (1, 2, 3):
+        session.provide_mesh(f"mesh.{frame}.ply", points + [0.1 * frame, 0, 0], faces)
+    text = "frames 1-3\nread mesh.$F.ply\nmesh2ls dim=16\nnoise\nnoise seed=1\nbound\ndfvn speed=1\nemit rate=200\nadvect\n"
+    session.run(text)
+    assert session.report()["advect"]["outside_most"] == 0 and len(session.points()) > 10
+
+
+def test_advect_in_one_call():
+    positions = np.random.default_rng(5).uniform(-0.9, 0.9, (30, 3))
+    moved = curlew.advect(positions, curlew.Program("vortex turns=0.25 core=1e6"), time=1, steps=200, ids=range(30, 60))
+    quarter = np.stack([positions[:, 2], positions[:, 1], -positions[:, 0]], 1)
+    assert np.allclose(moved.positions, quarter, atol=1e-4)
+    assert moved.ids.tolist() == list(range(30, 60))
+    with pytest.raises(curlew.Error, match="no option 'tim'|steps=-1"):
+        curlew.advect(positions, "vortex", steps=-1)
+
+
+def test_velocity_grid_in_one_call(tmp_path):
+    path = tmp_path / "it's $F {x}.vdb"
+    grid = curlew.velocity_grid(path, FLOW, voxel=0.1, staggered=True, box=[-1, -1, -1, 1, 1, 1], name="v")
+    assert grid["name"] == "v" and grid["class"] == "staggered" and path.stat().st_size > 1000
+    points, faces = octahedron()
+    text = "read m\nmesh2ls dim=16\nnoise\nnoise seed=1\nbound\ndfvn\n"
+    assert curlew.velocity_grid(tmp_path / "m.vdb", text, {"m": (points, faces)}, dim=16)["active_voxels"] > 0

@@ -1,0 +1,160 @@
+"""The package as a whole: the library, the registry, errors."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import curlew
+from conftest import FLOW
+
+ENDLESS = "scatter count=1000\nadvect steps=1e9\n"
+
+
+def test_the_registry_has_all_that_nodes_need():
+    actions = {action["name"]: action for action in curlew.registry()["actions"]}
+    noise = {option["name"]: option for option in actions["noise"]["options"]}
+    assert noise["type"]["choices"][0] == "psrd" and noise["type"]["default"] == "psrd"
+    assert noise["frequency"]["lower"] == 0 and noise["frequency"]["exclusive"] and noise["frequency"]["upper"] is None
+    assert noise["octaves"]["upper"] == 32 and noise["octaves"]["type"] == "integer"
+    f, g, _ = actions["dfvn"]["inputs"]
+    assert f["kinds"] == ["field"] and (f["minimum"], f["maximum"], f["use"]) == (1, 1, "taken")
+    assert g["minimum"] == 0 and actions["dfvn"]["outputs"][0]["kinds"] == ["flow"]
+    noise_input, wall = actions["bound"]["inputs"]
+    assert noise_input["kinds"] == ["noise"] and wall["kinds"] == ["shape", "levelSet"] and wall["use"] == "stays"
+    assert actions["read"]["positional"] == {"what": "FILE …", "minimum": 1, "maximum": 1000}
+    for action in actions.values():
+        assert {"name", "group", "summary", "inputs", "outputs", "options", "positional", "examples"} == set(action)
+
+
+def test_what_is_read_and_written_is_known_to_programs_where_it_is_told_to_readers(tmp_path):
+    """Every action whose help says that it takes or makes something says so in its data."""
+    said = []
+    with curlew.Session() as session:
+        session.run("help format=markdown", on_message=said.append)
+    rows = [line.split(" | ") for line in "".join(said).splitlines() if line.startswith("| `-")]
+    actions = {action["name"]: action for action in curlew.registry()["actions"]}
+    assert len(rows) == len(actions)
+    for row in rows:
+        action = actions[row[0].strip("|` -")]
+        assert (row[2].strip() == "") <= (action["inputs"] == [] or action["name"] == "report"), row
+        assert (row[2].strip() != "") <= (action["inputs"] != []), row
+        assert (row[3].strip(" |") != "") <= (action["outputs"] != []), row
+
+
+def test_a_library_that_is_not_there_is_an_error_that_names_it():
+    environment = dict(os.environ, CURLEW_LIBRARY="/no/such/libcurlew.so")
+    code = "import curlew\ntry: curlew.version()\nexcept curlew.Error as e: print(e)"
+    done = subprocess.run([sys.executable, "-B", "-c", code], env=environment, capture_output=True, text=True, check=True)
+    assert "/no/such/libcurlew.so" in done.stdout
+    # A library, but another.
+    environment["CURLEW_LIBRARY"] = os.path.realpath(np.core._multiarray_umath.__file__)
+    done = subprocess.run([sys.executable, "-B", "-c", code], env=environment, capture_output=True, text=True, check=True)
+    assert "cannot load" in done.stdout
+
+
+def test_nothing_is_printed(capfd):
+    with curlew.Session() as session:
+        session.run(FLOW + "verbose\nhelp\nversion\nlist\nprint\nvelocity dim=16\ncheck samples=100\n")
+        with pytest.raises(curlew.Error):
+            session.run("nonsense")
+    assert capfd.readouterr() == ("", "")
+
+
+def test_errors_tell_the_line_and_the_action(session):
+    with pytest.raises(curlew.Error, match="did you mean 'frequency'") as error:
+        session.run("noise\n\nnoise freqency=2\n")
+    assert (error.value.line, error.value.action) == (3, "noise")
+    with pytest.raises(curlew.Error, match="there is no flow yet") as error:
+        session.run("# first\nnoise\nvelocity\n")
+    assert (error.value.line, error.value.action) == (3, "velocity")
+    with pytest.raises(curlew.Error) as error:
+        session.points()
+    assert (error.value.line, error.value.action) == (None, None)
+    with pytest.raises(curlew.Error, match="character 0"):
+        session.run("noise\0")
+    with pytest.raises(curlew.Error, match="my scene:1"):
+        session.run("nonsense", name="my scene")
+
+
+def test_a_closed_session_says_so():
+    session = curlew.Session()
+    session.close()
+    session.close()
+    with pytest.raises(curlew.Error, match="closed"):
+        session.run("noise")
+
+
+def test_progress_can_cancel_and_callbacks_may_fail(session):
+    seen = []
+    session.run(FLOW + "velocity dim=32\n", progress=lambda title, fraction: seen.append((title, fraction)))
+    assert seen and all(0 <= fraction <= 1 for _, fraction in seen)
+    with pytest.raises(curlew.Cancelled) as error:
+        session.run(ENDLESS, progress=lambda title, fraction: title == "advect")
+    assert error.value.action == "advect"
+    with pytest.raises(ZeroDivisionError):
+        session.run(ENDLESS, progress=lambda title, fraction: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        session.run("print\n" + ENDLESS, on_message=lambda text: 1 / 0)
+    assert len(session.grids()) == 1
+
+
+def test_ctrl_c_ends_a_program():
+    code = f"import curlew\nprint(flush=True)\ncurlew.Program('''{FLOW}{ENDLESS}''').run()"
+    with subprocess.Popen([sys.executable, "-B", "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
+        running.stdout.readline()
+        time.sleep(0.3)
+        running.send_signal(signal.SIGINT)
+        _, complaint = running.communicate(timeout=60)
+    assert b"KeyboardInterrupt" in complaint
+
+
+def test_another_thread_can_cancel(session):
+    started = threading.Event()
+    session.run(FLOW)
+
+    def cancel():
+        started.wait()
+        session.cancel()
+
+    canceller = threading.Thread(target=cancel)
+    canceller.start()
+    with pytest.raises(curlew.Cancelled):
+        session.run(ENDLESS, progress=lambda title, fraction: started.set())
+    canceller.join()
+
+
+def test_sessions_in_threads_do_not_disturb_each_other():
+    results, errors = {}, []
+
+    def work(number):
+        try:
+            with curlew.Session() as session:
+                with pytest.raises(curlew.Error, match=f"-foo{number}'"):
+                    session.run(f"foo{number}")
+                session.run(FLOW + "scatter count=500\nadvect steps=5\n")
+                results[number] = session.points().positions
+        except BaseException as error:
+            errors.append(error)
+
+    threads = [threading.Thread(target=work, args=(number,)) for number in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not errors
+    for number in range(1, 4):
+        assert np.array_equal(results[0], results[number])
+
+
+def test_a_program_is_checked_when_it_is_made():
+    with pytest.raises(curlew.Error) as error:
+        curlew.Program("noise\nnoise seed=x")
+    assert error.value.line == 2
+    program = curlew.Program(FLOW)
+    assert program.flow().velocity([[0.1, 0.2, 0.3]]).shape == (1, 3)

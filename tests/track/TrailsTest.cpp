@@ -1,0 +1,45 @@
+#include "curlew/base/Error.h"
+#include "curlew/track/Scatter.h"
+#include "curlew/track/Trails.h"
+#include "support/Particles.h"
+#include "support/Polynomial.h"
+
+using namespace curlew;
+using namespace curlew::test;
+
+TEST_CASE("trails are where the particles were after each step, and end where they are", "[track]") {
+    const Flow flow = boundFlow(sphereSdf(1), Side::inside);
+    const Particles start = scatter(flow.domain(), 300, 1);
+    Particles along = start;
+    const AdvectOptions options{.time = 0.5, .steps = 20};
+    const Trails trails = advectWithTrails(FlowInTime(flow), along, 0, options);
+    const Curves& c = trails.curves;
+    REQUIRE(c.size() == 300);
+    REQUIRE(c.vertices() == size_t{300} * 21);
+    REQUIRE(c.hasTrack());
+    for (const int step : {0, 7, 20}) {
+        Particles there = start;
+        advect(flow, there, {.time = 0.5 * step / 20, .steps = std::max(step, 1)});
+        for (size_t k = 0; k < c.size(); ++k) {
+            CAPTURE(step, k);
+            const size_t v = c.start[k] + static_cast<size_t>(step);
+            REQUIRE(length(c.position(v) - position(there, k)) < 1e-12); // the same steps, but for their rounding
+            REQUIRE(c.speed(v) == Approx(length(Vec3f{{there.vx[k], there.vy[k], there.vz[k]}})).epsilon(1e-4));
+            REQUIRE(c.along[v] == Approx(0.5 * step / 20));
+            REQUIRE(c.f[v] == along.f[k]);
+        }
+    }
+    for (size_t k = 0; k < c.size(); ++k) {
+        REQUIRE(c.id[k] == along.id[k]);
+        REQUIRE(c.position(c.start[k + 1] - 1) == position(along, k));
+        double length = 0;
+        for (size_t v = c.start[k] + 1; v < c.start[k + 1]; ++v)
+            length += curlew::length(c.position(v) - c.position(v - 1));
+        REQUIRE(c.length[k] == Approx(length));
+        REQUIRE(!c.closed(k));
+    }
+    CHECK(trails.result.outside == 0);
+    CHECK(trails.result.substeps >= size_t{300} * 20);
+    CHECK_THROWS_AS(advectWithTrails(FlowInTime(flow), along, 0, {.steps = 0}), ValueError);
+    CHECK_THROWS_AS(advectWithTrails(FlowInTime(flow), along, 0, {.steps = 1000000000}), ResourceError);
+}
