@@ -5,6 +5,7 @@
 #include "curlew/base/Memory.h"
 #include "curlew/track/Distance.h"
 #include "curlew/track/Scatter.h"
+#include "curlew/track/Snap.h"
 #include "curlew/track/Trails.h"
 #include "curlew/track/VolumeChange.h"
 
@@ -133,6 +134,17 @@ void advectAction(Session& s, const Arguments& a) {
     s.geometry.push(std::make_shared<const Curves>(std::move(trails.curves)), s.now());
 }
 
+void snapAction(Session& s, const Arguments& a) {
+    Particles& particles = s.particles();
+    const double reach = a.real("reach");
+    const ScalarField field = a.given("iso") ? inSpace(s.fields.at().field) : s.newestSdf(reach).distance;
+    const double iso = a.given("iso") ? a.real("iso") : 0;
+    const SnapResult result = snap(field, iso, particles, reach, 1e-9, s.console.follow("snap"));
+    s.console.say(fmt::format("snap: {} points, moved by {:.4g} in the mean; {} are too far away", result.points,
+                              result.moved, result.missed));
+    s.report["snap"] = {{"points", result.points}, {"moved", result.moved}, {"missed", result.missed}};
+}
+
 void distanceAction(Session& s, const Arguments& a) {
     const auto ages = a.ages("geo");
     if (ages.size() != 2) throw ValueError("geo= wants two sets of points or of curves, as 0,1");
@@ -204,6 +216,17 @@ std::vector<Action> pointActions() {
          .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -scatter "
                       "-advect time=2 -write points.ply"},
          .run = advectAction},
+        {.name = "snap",
+         .group = kGroup,
+         .summary = "put the newest points onto the newest shape or level set, or where a field has a value",
+         .inputs = "points; shape, level set or field (which stays)",
+         .outputs = "points",
+         .takes = {stays("surface", {Kind::shape, Kind::levelSet, Kind::field}), changed("points", {Kind::points})},
+         .makes = {made("points", {Kind::points})},
+         .options = {real("iso", "", "", "where the newest field has this value, instead of a shape or level set"),
+                     positive("reach", "1", "world units", "points that are farther away stay where they are")},
+         .examples = {"curlew -torus -scatter count=3000 -snap -splat look=opaque radius=0.02 -write skin.png"},
+         .run = snapAction},
         {.name = "distance",
          .group = kGroup,
          .summary = "measure how far two sets of points are apart, id by id, or the vertices of curves from the other "

@@ -9,6 +9,7 @@
 #include "curlew/image/WallOutline.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace curlew::app {
 
@@ -127,47 +128,38 @@ std::optional<Domain> outlined(Session& s, const Arguments& a) {
     return {};
 }
 
-/// The middle and the half size of what lies between the percentiles 0.5 and 99.5.
-std::pair<double, double> spreadOf(std::vector<double>& values) {
+/// What lies between the percentiles 0.5 and 99.5.
+Range mostOf(std::vector<double> values) {
     const auto percentile = [&](double part) {
         const auto nth = values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
         std::nth_element(values.begin(), nth, values.end());
         return *nth;
     };
-    const double lower = percentile(0.005), upper = percentile(0.995);
-    return {(lower + upper) / 2, (upper - lower) / 2};
+    const double lower = percentile(0.005);
+    return {lower, percentile(0.995)};
 }
 
-/// Nearer than a camera that sees the whole box, which is mostly empty in its corners: nearly all of the splats fill
-/// the picture but for a margin.
+/// The nearest camera that sees nearly all of the splats: strays do not count.
 Camera framing(const Arguments& a, const Splats& splats) {
-    const Box box = splats.bounds().padded(1e-6);
-    Camera camera = cameraOf(a, box);
-    const size_t every = splats.x.size() / 20000 + 1;
-    Vec3d target = box.center();
-    const Vec3d toEye = (camera.eye() - target) * (1 / length(camera.eye() - target));
-    double distance = length(camera.eye() - target);
-    constexpr double kFilled = 0.86; // of the picture
-    for (int k = 0; k < 6; ++k) {
-        std::vector<double> x, y;
-        for (size_t n = 0; n < splats.x.size(); n += every) {
-            const auto p = camera.project({{splats.x[n], splats.y[n], splats.z[n]}});
-            if (!(p.depth > 0) || !std::isfinite(p.x) || !std::isfinite(p.y)) continue;
-            x.push_back(p.x - 0.5 * camera.width());
-            y.push_back(p.y - 0.5 * camera.height());
-        }
-        if (x.empty()) break;
-        const auto [middleX, halfX] = spreadOf(x);
-        const auto [middleY, halfY] = spreadOf(y);
-        const double pixels = camera.project(target).pixelsPerUnit;
-        target = target + camera.right() * (middleX / pixels) - camera.up() * (middleY / pixels);
-        const double filled = std::max(halfX / camera.width(), halfY / camera.height()) * 2 / kFilled;
-        if (!(filled > 1e-3)) break; // a point, or a line towards the camera
-        distance *= filled;
-        camera =
-            Camera(target + toEye * distance, target, a.vector("up"), a.real("fov"), camera.width(), camera.height());
+    const Camera far = cameraOf(a, splats.bounds().padded(1e-6));
+    const size_t every = splats.x.size() / 50000 + 1;
+    std::vector<Vec3d> points;
+    std::vector<double> across, upwards;
+    for (size_t k = 0; k < splats.x.size(); k += every) {
+        const Vec3d p{{splats.x[k], splats.y[k], splats.z[k]}};
+        if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) continue;
+        points.push_back(p);
+        across.push_back(dot(p, far.right()));
+        upwards.push_back(dot(p, far.up()));
     }
-    return camera;
+    if (points.size() < 2) return far;
+    const Range x = mostOf(across), y = mostOf(upwards);
+    std::erase_if(points, [&](const Vec3d& p) {
+        const double right = dot(p, far.right()), up = dot(p, far.up());
+        return !(right >= x.lower && right <= x.upper && up >= y.lower && up <= y.upper);
+    });
+    if (points.size() < 2) return far;
+    return Camera::around(points, a.vector("from"), a.vector("up"), a.real("fov"), far.width(), far.height(), 0.07);
 }
 
 /// What is drawn on: the newest picture, or the background with the wall's outline.

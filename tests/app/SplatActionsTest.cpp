@@ -110,3 +110,15 @@ TEST_CASE("advect keeps the ways of points as curves, whose distance is measured
     folder.mustFail(kFlow + points + "-distance", {"-distance", "both"});
     folder.mustFail("-sphere -scatter -distance geo=0", {"-distance", "two"});
 }
+
+TEST_CASE("snap puts points onto a shape, or onto a terrain", "[app]") {
+    const Folder folder;
+    folder.mustRun(
+        "-torus -scatter count=200 -snap -write r.json -noise dim=2 -height -scatter count=300 "
+        "box=-1,-1,-0.5,1,1,0.5 -snap iso=0 reach=2 -write h.json");
+    CHECK(jsonOf(folder / "r.json").at("snap").at("missed") == 0);
+    CHECK(jsonOf(folder / "h.json").at("snap").at("missed") == 0);
+    folder.mustFail("-scatter count=3 box=0,0,0,1,1,1 -snap", {"-snap", "shape"});
+    folder.mustFail("-torus -snap", {"-snap", "points"});
+    folder.mustFail("-torus -scatter count=3 -snap reach=0", {"-snap", "reach"});
+}
