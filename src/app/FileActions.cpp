@@ -214,6 +214,10 @@ void probe(Session& s, const Arguments& a) {
     const bool spatial = positions.dimension() == 3;
     if (flow > std::max(field, grid)) {
         const AnyFlow probed = spatial && dimensionOf(s.flows.at()) < 3 ? AnyFlow(s.flow()) : s.flows.at();
+        if (spatial && dimensionOf(probed) == 3) {
+            const Vec3d first = s.flow().at(positions.at<3>(0)).velocity;
+            s.report["probe"] = {{"first_vx", first[0]}, {"first_vy", first[1]}, {"first_vz", first[2]}};
+        }
         return probeAny(
             probed, [&](const auto& f) { probeFlow<float>(f, positions, order, output, monitor); },
             [&](const auto& f) { probeFlow<double>(f, positions, order, output, monitor); });

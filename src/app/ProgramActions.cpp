@@ -63,6 +63,9 @@ void checkField(Session& s, const Arguments& a, Report& found) {
             found["field_max"] = check.range.upper;
             found["field_rms"] = check.rms;
             found["field_rms_gradient"] = check.rmsGradient;
+            found["gradient_by_differences"] = check.byDifferences;
+            if (check.byHalfDifferences > 0)
+                found["gradient_by_differences_order"] = std::log2(check.byDifferences / check.byHalfDifferences);
         },
         object.field);
 }

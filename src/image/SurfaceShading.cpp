@@ -29,12 +29,13 @@ Vec3d times(const Vec3d& a, const Vec3d& b) { return {{a[0] * b[0], a[1] * b[1],
 class Lights {
   public:
     Lights(const Camera& camera, const SurfaceLook& look)
-        : mEye(camera.eye()), mUp(camera.up()), mGloss(look.gloss), mOutline(look.outline) {
+        : mEye(camera.eye()), mUp(camera.up()), mGloss(look.gloss), mFinish(look.finish) {
         mKey = unit(length(look.light) > 0 ? look.light
                                            : camera.up() * 0.75 - camera.right() * 0.55 - camera.forward() * 0.65);
         const Vec3d helper = std::abs(mKey[0]) < 0.6 ? Vec3d{{1, 0, 0}} : Vec3d{{0, 1, 0}};
         mAcross = unit(cross(mKey, helper));
         mAlong = cross(mKey, mAcross);
+        mStrip = camera.right() * 0.8 + camera.up() * 0.1 - camera.forward() * 0.25;
     }
 
     const Vec3d& key() const { return mKey; }
@@ -53,7 +54,12 @@ class Lights {
                        static_cast<double>(sample.normal[2])}};
         const Vec3d toEye = unit(mEye - sample.position);
         const double facing = std::clamp(dot(n, toEye), 0.0, 1.0), away = 1 - facing;
-        if (mOutline) return albedo * (0.03 + 0.9 * away * away * away);
+        if (mFinish == Finish::outline) return albedo * (0.03 + 0.9 * away * away * away);
+        if (mFinish == Finish::mirror) {
+            Vec3d light = times(albedo, studio(n * (2 * facing) - toEye));
+            for (double& part : light.c) part = 1 - std::exp(-part); // as a film saturates: at its edge it reflects all
+            return light;
+        }
         const double key = inShadow ? 0 : std::max(dot(n, mKey), 0.0);
         const double sky = 0.5 + 0.5 * dot(n, mUp), rim = away * away * away * away * (0.25 + 0.75 * sky);
         const Vec3d diffuse = Vec3d{{1.05, 1.0, 0.92}} * (0.95 * key) + Vec3d{{0.82, 0.92, 1.08}} * (0.30 * sky) +
@@ -63,9 +69,25 @@ class Lights {
     }
 
   private:
-    Vec3d mEye, mUp, mKey, mAcross, mAlong;
+    /// What a mirror sees there: a window where the key light is, a strip of light opposite, and a room.
+    Vec3d studio(const Vec3d& direction) const {
+        const auto box = [&](const Vec3d& to, double width, double height, double bar) {
+            const double ahead = dot(direction, to);
+            if (!(ahead > 0)) return 0.0;
+            const double u = std::abs(dot(direction, cross(mUp, to))) / ahead,
+                         v = std::abs(dot(direction, mUp) - ahead * dot(to, mUp)) / ahead;
+            const auto within = [](double edge, double x) { return std::clamp((edge - x) / 0.06, 0.0, 1.0); };
+            return within(width, u) * within(height, v) * (bar > 0 ? 1 - within(bar, std::min(u, v)) : 1);
+        };
+        const double sky = 0.5 + 0.5 * dot(direction, mUp);
+        const Vec3d strip = unit(mStrip);
+        return Vec3d{{1.0, 0.98, 0.94}} * (12 * box(mKey, 0.42, 0.42, 0.02) + 7 * box(strip, 0.18, 1.1, 0)) +
+               Vec3d{{0.9, 0.97, 1.06}} * (0.6 + 1.8 * sky * sky);
+    }
+
+    Vec3d mEye, mUp, mKey, mAcross, mAlong, mStrip;
     double mGloss;
-    bool mOutline;
+    Finish mFinish;
 };
 
 /// Whether something is between each of these hits and the light.
@@ -158,6 +180,7 @@ Image shadeSurface(const SurfaceView& view, const std::vector<Vec3f>& colors, co
     const Camera& camera = view.camera;
     if (behind) checkBehind(*behind, camera);
     const Lights lights(camera, look);
+    const bool hides = look.finish == Finish::matt;
     Image image = filledImage(camera.width(), camera.height(), {"R", "G", "B", "A", "Z"});
     const double weight = 1 / static_cast<double>(view.samplesPerPixel());
     const Vec3d plain = linearOf(colors.empty() ? Vec3f{} : colors.front());
@@ -165,22 +188,22 @@ Image shadeSurface(const SurfaceView& view, const std::vector<Vec3f>& colors, co
         const size_t firstPixel = static_cast<size_t>(y) * static_cast<size_t>(camera.width());
         const size_t begin = view.first[firstPixel], end = view.first[firstPixel + static_cast<size_t>(camera.width())];
         const std::vector<bool> dark =
-            shadows && !look.outline ? shadowed(view, lights, *shadows, begin, end) : std::vector<bool>(end - begin);
+            shadows && hides ? shadowed(view, lights, *shadows, begin, end) : std::vector<bool>(end - begin);
         for (int x = 0; x < camera.width(); ++x) {
             const Vec3d background = backgroundAt(look, camera, x, y);
             const Pixel there = behind ? pixelOf(*behind, x, y) : Pixel{.light = background};
             Samples samples;
             const size_t pixel = firstPixel + static_cast<size_t>(x);
-            Pixel rim = there;
+            Pixel added = there;
             for (size_t k = view.first[pixel]; k < view.first[pixel + 1]; ++k) {
                 const Vec3d light =
                     lights.at(view.hits[k], colors.size() == 1 ? plain : linearOf(colors[k]), dark[k - begin]);
-                if (look.outline && view.hits[k].depth < there.depth)
-                    rim.light += light * weight;
-                else
+                if (hides)
                     samples.add(light, view.hits[k].depth, there, weight);
+                else if (view.hits[k].depth < there.depth)
+                    added.light += light * weight;
             }
-            setPixel(image, x, y, look.outline ? rim : samples.over(there, background));
+            setPixel(image, x, y, hides ? samples.over(there, background) : added);
         }
     };
     parallelFor(

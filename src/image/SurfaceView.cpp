@@ -14,6 +14,13 @@ struct RowOfHits {
     std::vector<size_t> counts; ///< By pixel.
 };
 
+SurfaceSample sampleOf(const Ray& ray, const RayHit& hit, const Camera& camera) {
+    SurfaceSample sample{.position = ray.origin + ray.direction * hit.distance, .normal = {}};
+    for (int axis = 0; axis < 3; ++axis) sample.normal[axis] = static_cast<float>(hit.normal[axis]);
+    sample.depth = static_cast<float>(dot(sample.position - camera.eye(), camera.forward()));
+    return sample;
+}
+
 RowOfHits viewRow(const Surface& surface, const Camera& camera, int samples, int y, double resolution) {
     std::vector<Ray> rays;
     rays.reserve(static_cast<size_t>(camera.width() * samples * samples));
@@ -29,12 +36,7 @@ RowOfHits viewRow(const Surface& surface, const Camera& camera, int samples, int
         const size_t before = row.hits.size();
         for (size_t k = begin; k < begin + perPixel; ++k) {
             if (!found[k].found()) continue;
-            Vec3f normal;
-            for (int axis = 0; axis < 3; ++axis) normal[axis] = static_cast<float>(found[k].normal[axis]);
-            row.hits.push_back(
-                {.position = rays[k].origin + rays[k].direction * found[k].distance,
-                 .normal = normal,
-                 .depth = static_cast<float>(found[k].distance * dot(rays[k].direction, camera.forward()))});
+            row.hits.push_back(sampleOf(rays[k], found[k], camera));
         }
         row.counts.push_back(row.hits.size() - before);
     }
@@ -52,6 +54,37 @@ double resolutionOf(const Camera& camera, const Box& box) {
 
 double SurfaceView::coverage() const {
     return static_cast<double>(hits.size()) / static_cast<double>((first.size() - 1) * samplesPerPixel());
+}
+
+SurfaceView viewThrough(const Surface& surface, const SurfaceView& view, const Monitor& monitor) {
+    const Camera& camera = view.camera;
+    const double skin = surface.skin() + 2 * view.resolution;
+    std::vector<SurfaceSample> next(view.hits.size());
+    std::vector<uint8_t> found(view.hits.size());
+    parallelFor(
+        next.size(), 1024,
+        [&](size_t begin, size_t end) {
+            std::vector<Ray> rays;
+            for (size_t k = begin; k < end; ++k) {
+                const Vec3d way = view.hits[k].position - camera.eye(), direction = way * (1 / length(way));
+                rays.push_back({view.hits[k].position + direction * skin, direction});
+            }
+            std::vector<RayHit> hits(rays.size());
+            surface.intersect(rays, view.resolution, hits);
+            for (size_t k = begin; k < end; ++k) {
+                found[k] = hits[k - begin].found();
+                if (found[k]) next[k] = sampleOf(rays[k - begin], hits[k - begin], camera);
+            }
+        },
+        monitor);
+    SurfaceView through{
+        .camera = camera, .samples = view.samples, .resolution = view.resolution, .hits = {}, .first = {0}};
+    for (size_t pixel = 0; pixel + 1 < view.first.size(); ++pixel) {
+        for (size_t k = view.first[pixel]; k < view.first[pixel + 1]; ++k)
+            if (found[k]) through.hits.push_back(next[k]);
+        through.first.push_back(through.hits.size());
+    }
+    return through;
 }
 
 std::vector<Vec3d> visiblePoints(const Surface& surface, const Camera& camera) {

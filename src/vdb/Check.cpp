@@ -125,17 +125,47 @@ void checkWall(const Flow& flow, size_t samples, FlowCheck& check, const Monitor
 
 } // namespace
 
+namespace {
+
+/// The sum of the squares of what central differences over ±h are off the gradients of these jets.
+template <int N>
+double differencesOff(const ScalarFieldN<N>& field, const PointBatchN<N>& points, const JetBatchN<double, N, 1>& jets,
+                      double h) {
+    double sum = 0;
+    for (int axis = 0; axis < N; ++axis) {
+        PointBatchN<N> above = points, below = points;
+        for (int i = 0; i < points.size; ++i) {
+            above.c[static_cast<size_t>(axis)][static_cast<size_t>(i)] += h;
+            below.c[static_cast<size_t>(axis)][static_cast<size_t>(i)] -= h;
+        }
+        JetBatchN<double, N, 0> up, down;
+        field.eval(above, up);
+        field.eval(below, down);
+        for (int i = 0; i < points.size; ++i) {
+            const double off = (up[i].value - down[i].value) / (2 * h) - jets[i].gradient[axis];
+            sum += off * off;
+        }
+    }
+    return sum;
+}
+
+} // namespace
+
 template <int N>
 FieldCheck checkField(const ScalarFieldN<N>& field, const BoxN<N>& box, size_t samples, const Monitor& monitor) {
     if (!box.finite()) throw ValueError("a field is measured in a finite box");
     const auto points = pointsOf(DomainN<N>{.box = box, .wall = {}}, samples, monitor);
+    const Vec<double, N> size = box.size();
+    const double h = *std::max_element(size.c.begin(), size.c.end()) / 4096;
     struct Sums {
         Range range{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
-        double values = 0, gradients = 0;
+        double values = 0, gradients = 0, whole = 0, half = 0;
         Sums& operator+=(const Sums& o) {
             range = {std::min(range.lower, o.range.lower), std::max(range.upper, o.range.upper)};
             values += o.values;
             gradients += o.gradients;
+            whole += o.whole;
+            half += o.half;
             return *this;
         }
     };
@@ -151,11 +181,15 @@ FieldCheck checkField(const ScalarFieldN<N>& field, const BoxN<N>& box, size_t s
                 const auto jet = jets[i];
                 sums += {{jet.value, jet.value}, jet.value * jet.value, dot(jet.gradient, jet.gradient)};
             }
+            sums.whole = differencesOff(field, batch, jets, h);
+            sums.half = differencesOff(field, batch, jets, 0.5 * h);
             return sums;
         },
         monitor);
     const auto n = static_cast<double>(std::max<size_t>(points.size(), 1));
-    return {total.range, std::sqrt(total.values / n), std::sqrt(total.gradients / n)};
+    const double gradients = total.gradients > 0 ? total.gradients : 1;
+    return {total.range, std::sqrt(total.values / n), std::sqrt(total.gradients / n),
+            std::sqrt(total.whole / gradients), std::sqrt(total.half / gradients)};
 }
 
 template <int N>

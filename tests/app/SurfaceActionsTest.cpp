@@ -55,7 +55,35 @@ TEST_CASE("one shaded picture goes into another", "[app][command]") {
     folder.mustFail("-plane -shade", {"infinite"});
     folder.mustFail("-sphere -shade show=value", {"no field"});
     folder.mustFail("-sphere -shade show=speed", {"no flow"});
+    folder.mustFail("-sphere -shade time=1", {"no flow"});
+    folder.mustFail("-sphere -shade texture=lic", {"no flow"});
+    folder.mustFail("-sphere -noise -shade show=value texture=checker", {"do not go together"});
+    folder.mustFail("-sphere -shade texture=film film=-1,2", {"film"});
     folder.mustFail("-sphere -shade color=-1,0,0", {"color"});
     folder.mustFail("-sphere -shade samples=0", {"samples"});
     folder.mustFail("-shade iso=0", {"no field"});
+}
+
+TEST_CASE("a flow carries a texture over a surface", "[app][command]") {
+    const Folder folder;
+    // It turns about the y axis by 2 f' g' t: the bands of latitude stay, and a checker does not.
+    const std::string turning =
+        "-sphere -ramp -surface speed=1 -shade eye=0,0,4 shadow=0 samples=1 width=48 height=36 ";
+    for (const char* texture : {"latitude", "checker edge=0.3"}) {
+        CAPTURE(texture);
+        folder.mustRun(turning + "texture=" + texture + " -write still.exr");
+        folder.mustRun(turning + "texture=" + texture + " time=0.7 steps=8 -write moved.exr moved.json");
+        const Image still = readExr(folder / "still.exr"), moved = readExr(folder / "moved.exr");
+        double worst = 0;
+        for (size_t k = 0; k < still.pixels.size(); ++k)
+            if (std::isfinite(still.pixels[k]))
+                worst = std::max(worst, static_cast<double>(std::abs(still.pixels[k] - moved.pixels[k])));
+        if (std::string(texture) == "latitude")
+            CHECK(worst < 1e-4);
+        else
+            CHECK(worst > 0.1);
+        CHECK(jsonOf(folder / "moved.json")["shade_carried"]["not_converged"] == 0);
+    }
+    folder.mustRun("-sphere -noise -surface -shade texture=lic show=speed" + kSmall + "-write lic.png");
+    folder.mustRun("-sphere -shade texture=film" + kSmall + "-write film.png");
 }

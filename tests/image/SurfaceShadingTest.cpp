@@ -53,7 +53,7 @@ TEST_CASE("whatever is drawn first, the nearer hides the farther", "[image]") {
 
 TEST_CASE("an outline adds light and hides nothing", "[image]") {
     const Image solid = picture(ball(0.6, {}), kRed);
-    const Image rim = picture(ball(1, {}), kBlue, {.outline = true}, &solid);
+    const Image rim = picture(ball(1, {}), kBlue, {.finish = Finish::outline}, &solid);
     for (int y = 0; y < 72; ++y)
         for (int x = 0; x < 96; ++x) {
             REQUIRE(rim.at(x, y, 4) == solid.at(x, y, 4));

@@ -4,13 +4,20 @@
 
 namespace curlew {
 
+/// What a surface does with light.
+enum class Finish {
+    matt,    ///< It scatters it, and hides what is behind it.
+    outline, ///< Only a faint rim where it turns away from the camera, added to what is behind it: hides nothing.
+    mirror,  ///< It reflects it, and hides nothing: its colours are the reflected part of a studio with a window. For
+             ///< films.
+};
+
 /// How a surface looks. Colours are sRGB display values.
 struct SurfaceLook {
     Vec3f background{{0.11f, 0.115f, 0.125f}}; ///< In the middle; a little darker towards the corners.
     Vec3d light{};                             ///< Points to the key light; zero: over the camera's left shoulder.
     double gloss = 0.15;                       ///< Of the highlight; 0 is dull.
-    bool outline = false; ///< Only a faint rim where the surface turns away from the camera: light added to what is
-                          ///< behind, which hides nothing.
+    Finish finish = Finish::matt;
 };
 
 /// The surface by a warm key light, which is as wide as an overcast sun, a cool sky from above and a rim from behind,

@@ -33,6 +33,9 @@ struct SurfaceView {
 /// samples not between 1 and 16; ResourceError where the hits would not fit the memory; Interrupted.
 SurfaceView viewSurface(const Surface& surface, const Camera& camera, int samples = 3, const Monitor& monitor = {});
 
+/// What is seen through the hits of a view: for each ray the next place where it meets the surface, if there is one.
+SurfaceView viewThrough(const Surface& surface, const SurfaceView& view, const Monitor& monitor = {});
+
 /// Where a coarse grid of rays, about 128 across the longer edge, meets the surface.
 std::vector<Vec3d> visiblePoints(const Surface& surface, const Camera& camera);
 
