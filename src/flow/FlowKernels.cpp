@@ -3,11 +3,13 @@
 
 namespace curlew {
 
-#define CURLEW_INSTANTIATE(T)                                                                               \
-    template void runOnLanes<CURLEW_SIMD, CrossKernel<3>, T>(const Flow::Jets<T>&, const int&, const bool&, \
-                                                             VecBatch<T>&);
-CURLEW_INSTANTIATE(float)
-CURLEW_INSTANTIATE(double)
+#define CURLEW_INSTANTIATE(N, T)                                                                                \
+    template void runOnLanes<CURLEW_SIMD, CrossKernel<N>, T>(const FlowN<N>::Jets<T>&, const int&, const bool&, \
+                                                             VecBatchN<T, N>&);
+CURLEW_INSTANTIATE(2, float)
+CURLEW_INSTANTIATE(2, double)
+CURLEW_INSTANTIATE(3, float)
+CURLEW_INSTANTIATE(3, double)
 #undef CURLEW_INSTANTIATE
 
 } // namespace curlew
