@@ -72,6 +72,8 @@ std::vector<Action> curveActions() {
                     "come back",
          .inputs = "flow, points (which stay)",
          .outputs = "curves",
+         .takes = {stays("flow", {Kind::flow}), stays("points", {Kind::points}, "geo")},
+         .makes = {made("curves", {Kind::curves})},
          .options = {choice("by", {"length", "time"}, "what the steps are equal in"),
                      positive("step", "", "world units or s",
                               "how long a step is (default: a 200th of the diagonal of the domain's box, at the rms "

@@ -44,6 +44,8 @@ Action combiningAction(const std::string& name, const std::string& summary, cons
             .summary = summary,
             .inputs = "2 fields",
             .outputs = "field",
+            .takes = {taken("first", {Kind::field}), taken("second", {Kind::field})},
+            .makes = {made("field", {Kind::field})},
             .options = std::move(options),
             .examples = {example},
             .run = [combine](Session& s, const Arguments& a) {
@@ -131,6 +133,7 @@ std::vector<Action> sources() {
              .group = kGroup,
              .summary = "a linear ramp, direction·x + offset",
              .outputs = "field",
+             .makes = {made("field", {Kind::field})},
              .options = {coordinates("direction", "0,1,0", "1 / world unit",
                                      "its gradient: as many numbers as the field has dimensions"),
                          real("offset", "0", "", "its value at the origin")},
@@ -146,6 +149,7 @@ std::vector<Action> sources() {
              .group = kGroup,
              .summary = "the same value everywhere",
              .outputs = "field",
+             .makes = {made("field", {Kind::field})},
              .options = {real("value", "1", "", "the value"), integer("dim", "3", 1, 7, "dimensions of the field")},
              .examples = {"curlew -noise -constant value=0.5 -sum -probe in.csv out.csv"},
              .run = [](Session& s, const Arguments& a) {
@@ -195,6 +199,8 @@ std::vector<Action> fieldActions() {
          .summary = "level the newest field off where it is beyond a range: a distance that only matters nearby",
          .inputs = "field",
          .outputs = "field",
+         .takes = {taken("field", {Kind::field})},
+         .makes = {made("field", {Kind::field})},
          .options = {positive("range", "0.5", "", "where it has levelled off, at half this value, C³"), keep()},
          .examples = {"curlew -sphere radius=0.5 -clip range=0.4 -slice -write clipped.png"},
          .run = [](Session& s, const Arguments& a) {
@@ -205,6 +211,8 @@ std::vector<Action> fieldActions() {
                        .summary = "the newest field as a terrain: the last of one more coordinate, less the field",
                        .inputs = "field",
                        .outputs = "field of one dimension more",
+                       .takes = {taken("field", {Kind::field})},
+                       .makes = {made("field", {Kind::field})},
                        .options = {keep()},
                        .examples = {"curlew -noise dim=2 amplitude=0.3 -height -slice axis=y -write terrain.png"},
                        .run = height});
@@ -214,6 +222,9 @@ std::vector<Action> fieldActions() {
          .summary = "evaluate the newest field on the graph of the field below it: anisotropy, slices, animation",
          .inputs = "field of n dimensions, above 1 or 2 functions of those that are left",
          .outputs = "field of 1 or 2 dimensions less",
+         .takes = {several(taken("functions", {Kind::field}), 1, 2, "as many as functions= says"),
+                   taken("field", {Kind::field})},
+         .makes = {made("field", {Kind::field})},
          .options = {integer("functions", "1", 1, 2, "how many: the last coordinates are their values"), keep()},
          .examples =
              {"curlew -noise dim=2 frequency=3 amplitude=0.4 -noise type=simplex -lift -slice -write lifted.png",
@@ -225,6 +236,8 @@ std::vector<Action> fieldActions() {
          .summary = "scale, turn and move the newest field",
          .inputs = "field",
          .outputs = "field",
+         .takes = {taken("field", {Kind::field})},
+         .makes = {made("field", {Kind::field, Kind::shape})},
          .options = {coordinates("offset", "0", "world units", "where its origin goes"),
                      vector("rotate", "0,0,0", "degrees", "turn about x, then y, then z; in 2D about z"),
                      coordinates("scale", "1", "", "size along each axis, first"), keep()},

@@ -68,6 +68,11 @@ void readPicture(Session& s, const std::string& file) {
 void read(Session& s, const Arguments& a) {
     const std::vector<std::string> wanted = a.given("grids") ? split(a.text("grids"), ',') : std::vector<std::string>();
     for (const auto& file : a.words()) {
+        if (const auto given = s.provided.find(file); given != s.provided.end()) {
+            s.geometry.push(given->second, s.now());
+            continue;
+        }
+        requireKnown(file, {".obj", ".ply", ".stl", ".vdb", ".png", ".exr"});
         if (extensionOf(file) == ".vdb") {
             readGrids(s, file, wanted);
             continue;
@@ -238,22 +243,19 @@ void probe(Session& s, const Arguments& a) {
 } // namespace
 
 std::vector<Action> fileActions() {
-    static const std::vector<std::string> kReadable{".obj", ".ply", ".stl", ".vdb", ".png", ".exr"};
     static const std::vector<std::string> kWritable{".vdb", ".ply", ".obj", ".csv", ".png", ".exr", ".json"};
     return {
         {.name = "read",
          .group = kGroup,
          .summary = "read meshes (.obj .ply .stl), grids and points (.vdb), pictures (.png .exr)",
          .outputs = "meshes, grids, points, images",
+         .makes = {several(made("meshes", {Kind::mesh}), 0, 1000), several(made("grids", {Kind::grid}), 0, 1000),
+                   several(made("points", {Kind::points}), 0, 1000), several(made("images", {Kind::image}), 0, 1000)},
          .options = {text("grids", "", "names of the grids to take from a .vdb, separated by commas (default: all)")},
          .positional = {"FILE …", 1, 1000},
          .examples = {"curlew -read bunny.obj -mesh2ls -write bunny.vdb",
                       "curlew -read smoke.vdb grids=density,vel -print"},
-         .run = read,
-         .prepare =
-             [](const Arguments& a) {
-                 for (const auto& file : a.words()) requireKnown(file, kReadable);
-             }},
+         .run = read},
         {.name = "write",
          .group = kGroup,
          .summary = "write the newest object that a file can hold: grids, points and curves (.vdb), points, curves and "
@@ -261,6 +263,10 @@ std::vector<Action> fileActions() {
                     "report (.json)",
          .inputs = "grids, points, curves, meshes, image (which stay)",
          .outputs = "files",
+         .takes = {several(
+             stays("what", {Kind::grid, Kind::points, Kind::curves, Kind::mesh, Kind::image, Kind::report}), 1, 1000,
+             "the newest that the file can hold; several grids and points for a .vdb, chosen with grid= and geo=")},
+         .makes = {several(made("files", {Kind::file}), 1, 1000)},
          .options = {ages("grid", "", "grids for a .vdb, several in one file"),
                      ages("geo", "", "which of the geometry that the file can hold, the newest being 0"),
                      ages("image", "", "which picture"),
@@ -289,6 +295,8 @@ std::vector<Action> fileActions() {
          .summary = "evaluate the newest field, flow or level set at the points of a file",
          .inputs = "field, flow or level set (which stays)",
          .outputs = "file",
+         .takes = {stays("what", {Kind::field, Kind::flow, Kind::levelSet})},
+         .makes = {made("file", {Kind::file})},
          .options = {integer("order", "1", 0, 2,
                              "highest derivative of the field; of a flow, whose velocity is made of first ones, 2 adds "
                              "the Jacobian"),

@@ -75,7 +75,7 @@ void outline(const Flow& flow, const View& view, Image& picture, const Monitor& 
 // --- slices
 // --------------------------------------------------------------------------------------------------------
 
-const std::vector<std::string> kOfFlows{"speed", "vx", "vy", "vz", "f", "g", "distance", "velocity"};
+const std::vector<std::string> kOfFlows{"speed", "vx", "vy", "vz", "along", "f", "g", "distance", "velocity"};
 const std::vector<std::string> kOfFields{"value", "slope", "gradient"};
 
 bool among(const std::vector<std::string>& names, const std::string& name) {
@@ -89,13 +89,29 @@ struct Subject {
     bool positive = false; ///< What is shown is never negative.
 };
 
+/// The component of the velocity in a direction.
+SliceSource alongSource(const Flow& flow, const Vec3d& direction) {
+    const double size = length(direction);
+    if (!(size > 0)) throw ValueError("direction=0,0,0 is no direction");
+    Vec3f unit;
+    for (int axis = 0; axis < 3; ++axis) unit[axis] = static_cast<float>(direction[axis] / size);
+    return {
+        .channels = {"along"},
+        .eval = [velocity = flowSource(flow, "velocity"), unit](const PointBatch& points, SliceSource::Values& values) {
+            SliceSource::Values v(3);
+            velocity.eval(points, v);
+            for (size_t i = 0; i < kBatch; ++i)
+                values[0][i] = v[0][i] * unit[0] + v[1][i] * unit[1] + v[2][i] * unit[2];
+        }};
+}
+
 Subject flowSubject(Session& s, const Arguments& a) {
     const Flow flow = s.flow();
     const std::string name = a.given("show") ? a.text("show") : "speed";
     if (!among(kOfFlows, name)) throw ValueError(fmt::format("show={} needs a field, and the newest is a flow", name));
     const bool scalar = name == "f" || name == "g" || name == "distance";
     return {.view = viewOf(a, flow),
-            .shown = flowSource(flow, name),
+            .shown = name == "along" ? alongSource(flow, a.vector("direction")) : flowSource(flow, name),
             .contoured = flowSource(flow, scalar ? name : "f"),
             .vectors = flowSource(flow, "velocity"),
             .positive = name == "speed"};
@@ -166,6 +182,7 @@ Action sliceDeclaration() {
     declared.push_back(choice("show", shown,
                               "of a flow: speed, a component, a potential, the distance to the wall, or the velocity "
                               "as colours; of a field (default: value) also slope, the length of its gradient"));
+    declared.push_back(vector("direction", "1,1,1", "", "of the component that show=along shows"));
     declared.push_back(choice("map", {"auto", "viridis", "diverging", "gray"}, "colours of what is one number"));
     declared.push_back(integer("contours", "0", 0, 1000,
                                "so many iso-lines: of what is shown, or of the field, or f, where that is a component, "
@@ -179,6 +196,8 @@ Action sliceDeclaration() {
             .summary = "a picture of the newest flow or field on a plane",
             .inputs = "flow or field (which stays)",
             .outputs = "image",
+            .takes = {stays("what", {Kind::flow, Kind::field})},
+            .makes = {made("image", {Kind::image})},
             .options = std::move(declared),
             .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn -slice show=speed "
                          "-write speed.png speed.exr",
@@ -230,6 +249,8 @@ Action licDeclaration() {
             .summary = "a picture of the newest flow on a plane as streaks: line integral convolution",
             .inputs = "flow (which stays)",
             .outputs = "image",
+            .takes = {stays("flow", {Kind::flow})},
+            .makes = {made("image", {Kind::image})},
             .options = std::move(declared),
             .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn -lic -write lic.png",
                          "curlew -noise dim=2 frequency=2 -dfvn -lic color=none -write lic.png"},

@@ -102,6 +102,8 @@ std::vector<Action> jitterActions() {
              "irregular, well spaced points, none of which crosses the wall",
          .inputs = "flow, shape or level set (which stays), if there is one",
          .outputs = "points",
+         .takes = {maybe(stays("domain", {Kind::flow, Kind::shape, Kind::levelSet}), "without one it is a box")},
+         .makes = {made("points", {Kind::points})},
          .options = {integer("count", "10000", 1, 1e15, "about how many points"),
                      positive("spacing", "", "world units", "of the lattice, instead of count"),
                      integer("dim", "", 2, 3,

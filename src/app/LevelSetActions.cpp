@@ -155,6 +155,9 @@ std::vector<Action> levelSetActions() {
              .summary = "move the newest level set along the newest flow, without diffusing it",
              .inputs = "flow (which stays), grid (level set)",
              .outputs = "grid (level set)",
+             .takes = {maybe(stays("flow", {Kind::flow}), "with flow=enright there is none"),
+                       taken("levelSet", {Kind::levelSet}, "grid")},
+             .makes = {made("levelSet", {Kind::levelSet})},
              .options = followOptions(
                  {choice("method", {"flowmap", "weno5"},
                          "look up where the flow has been, in one step whatever the time; or OpenVDB's advection, to "
@@ -171,6 +174,9 @@ std::vector<Action> levelSetActions() {
              .summary = "move a fog volume, or another grid of numbers or vectors, along the newest flow",
              .inputs = "flow (which stays), grid",
              .outputs = "grid",
+             .takes = {maybe(stays("flow", {Kind::flow}), "with flow=enright there is none"),
+                       taken("grid", {Kind::grid}, "grid")},
+             .makes = {made("grid", {Kind::grid})},
              .options = followOptions({choice("interpolation", {"linear", "quadratic"},
                                               "between voxels; quadratic is sharper, but may overshoot"),
                                        ages("grid", "0", "which grid"), keep()}),
@@ -182,6 +188,8 @@ std::vector<Action> levelSetActions() {
              .summary = "turn a level set into a mesh",
              .inputs = "grid (level set)",
              .outputs = "mesh",
+             .takes = {taken("levelSet", {Kind::levelSet}, "grid")},
+             .makes = {made("mesh", {Kind::mesh})},
              .options = {{.name = "adaptivity",
                           .type = OptionType::real,
                           .fallback = "0",

@@ -275,6 +275,7 @@ std::vector<Action> noiseActions() {
              .group = "fields",
              .summary = "a noise with exact derivatives",
              .outputs = "field",
+             .makes = {made("field", {Kind::field})},
              .options = noiseOptions(),
              .examples = {"curlew -noise frequency=2 octaves=3 seed=7 -slice box=-2,-2,-2,2,2,2 -write noise.png",
                           "curlew -noise type=simplex dim=4 -probe in.csv out.csv",

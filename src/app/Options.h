@@ -72,6 +72,40 @@ inline Option ages(std::string name, std::string fallback, std::string help) {
     return {
         .name = std::move(name), .type = OptionType::ages, .fallback = std::move(fallback), .help = std::move(help)};
 }
+inline Input taken(std::string name, std::vector<Kind> kinds, std::string age = "") {
+    return {.name = std::move(name), .kinds = std::move(kinds), .use = Use::taken, .age = std::move(age)};
+}
+inline Input stays(std::string name, std::vector<Kind> kinds, std::string age = "") {
+    return {.name = std::move(name), .kinds = std::move(kinds), .use = Use::stays, .age = std::move(age)};
+}
+inline Input changed(std::string name, std::vector<Kind> kinds) {
+    return {.name = std::move(name), .kinds = std::move(kinds), .use = Use::changed};
+}
+/// It may be missing; `help` says when.
+inline Input maybe(Input input, std::string help) {
+    input.least = 0;
+    input.help = std::move(help);
+    return input;
+}
+/// `least` to `most` of them; `help` says how many.
+inline Input several(Input input, size_t least, size_t most, std::string help) {
+    input.least = least;
+    input.most = most;
+    input.help = std::move(help);
+    return input;
+}
+inline Output made(std::string name, std::vector<Kind> kinds, std::string flag = "") {
+    return {.name = std::move(name),
+            .kinds = std::move(kinds),
+            .least = flag.empty() ? size_t{1} : 0,
+            .flag = std::move(flag)};
+}
+inline Output several(Output output, size_t least, size_t most) {
+    output.least = least;
+    output.most = most;
+    return output;
+}
+
 inline Option keep() { return flag("keep", "0", "leave what is taken on its stack"); }
 
 constexpr double kAny = std::numeric_limits<double>::infinity();

@@ -61,6 +61,8 @@ Action panelsDeclaration() {
             .summary = "join images into one picture, the oldest of them first",
             .inputs = "images",
             .outputs = "image",
+            .takes = {several(taken("images", {Kind::image}), 1, 10000, "as many as count= says, or all")},
+            .makes = {made("image", {Kind::image})},
             .options = {integer("count", "", 1, 10000, "the newest so many (default: all there are)"),
                         integer("columns", "0", 0, 10000,
                                 "pictures in a row; 0: all of up to three, else about as many columns as rows"),
@@ -116,6 +118,9 @@ Action warpDeclaration() {
             .summary = "move the pixels of an image along the newest flow of 2 dimensions",
             .inputs = "flow of 2 dimensions, image (which stay)",
             .outputs = "image",
+            .takes = {stays("flow", {Kind::flow}),
+                      maybe(stays("image", {Kind::image}, "image"), "not needed with a pattern=")},
+            .makes = {made("image", {Kind::image})},
             .options = {real("time", "0.5", "s",
                              "each pixel shows what is where the flow takes it in this time; negative: where it comes "
                              "from, so that the image moves with the flow"),
@@ -135,7 +140,8 @@ Action warpDeclaration() {
 
 void compareAction(Session& s, const Arguments& a) {
     if (s.images.size() < 2) throw ValueError("needs two images to compare");
-    const ImageDifference difference = differenceOf(s.images.at(0).image, s.images.at(1).image);
+    const ImageDifference difference =
+        differenceOf(s.images.at().image, s.images.at(static_cast<size_t>(a.integer("with"))).image);
     const std::string name = a.text("name");
     s.console.say(fmt::format("{}: root mean square difference {:.4g}, largest {:.4g}", name, difference.rms,
                               difference.largest));
@@ -143,14 +149,18 @@ void compareAction(Session& s, const Arguments& a) {
 }
 
 Action compareDeclaration() {
-    return {.name = "compare",
-            .group = kGroup,
-            .summary = "how the newest two images differ: root mean square and largest difference of their values",
-            .inputs = "2 images (which stay)",
-            .outputs = "report",
-            .options = {text("name", "compare", "of the figures in the report")},
-            .examples = {"curlew -read a.exr b.exr -compare -expect compare/rmse most=0.01"},
-            .run = compareAction};
+    return {
+        .name = "compare",
+        .group = kGroup,
+        .summary = "how the newest image differs from another: root mean square and largest difference of their values",
+        .inputs = "2 images (which stay)",
+        .outputs = "report",
+        .takes = {stays("other", {Kind::image}, "with"), stays("image", {Kind::image})},
+        .makes = {made("report", {Kind::report})},
+        .options = {integer("with", "1", 0, 1000000, "age of the other image: 1 is the one before"),
+                    text("name", "compare", "of the figures in the report")},
+        .examples = {"curlew -read a.exr b.exr -compare -expect compare/rmse most=0.01"},
+        .run = compareAction};
 }
 
 // --- plots
@@ -173,6 +183,7 @@ Action plotDeclaration() {
             .group = kGroup,
             .summary = "curves of a table: the first column of a .csv is x, each other one a curve; into an .svg",
             .outputs = "file",
+            .makes = {made("file", {Kind::file})},
             .options = {text("title", "", "above the plot"),
                         text("x", "", "below it (default: the first column's name)"), text("y", "", "beside it"),
                         flag("logx", "0", "a logarithmic axis"), flag("logy", "0", "a logarithmic axis"),

@@ -32,6 +32,7 @@ std::string readText(const std::string& file) {
 class Parser {
   public:
     Program takeProgram() { return std::move(mProgram); }
+    const Place& place() const { return mPlace; }
 
     void commandLine(const std::vector<std::string>& tokens) {
         for (size_t k = 0; k < tokens.size();) {
@@ -58,6 +59,7 @@ class Parser {
         std::string line, pending;
         for (int number = 1, first = 1; std::getline(lines, line); ++number) {
             if (pending.empty()) first = number;
+            if (mDepth == 1) mPlace = {.line = first};
             if (line.ends_with('\r')) line.pop_back();
             const bool continues = line.ends_with('\\');
             if (continues) line.pop_back();
@@ -81,6 +83,7 @@ class Parser {
     }
 
     void action(const std::string& name, const std::vector<std::string>& tokens, const std::string& place) {
+        mPlace.action = name;
         const Action& declared = inContextOf(place.empty() ? "command line" : place.substr(0, place.size() - 2),
                                              [&]() -> const Action& { return findAction(name); });
         if (name == "set") return inContextOf(place + "-set", [&] { define(tokens); });
@@ -88,6 +91,7 @@ class Parser {
             Arguments given(declared);
             for (const auto& token : tokens) given.add(withConstants(token, mConstants));
             given.finish();
+            given.setLine(mPlace.line);
             return given;
         });
         if (name != "config") {
@@ -106,6 +110,7 @@ class Parser {
 
     Program mProgram;
     Constants mConstants;
+    Place mPlace;
     int mDepth = 0, mScenes = 0;
 };
 
@@ -117,9 +122,14 @@ Program parseCommandLine(const std::vector<std::string>& tokens) {
     return parser.takeProgram();
 }
 
-Program parseScene(const std::string& text, const std::string& name) {
+Program parseScene(const std::string& text, const std::string& name, Place* place) {
     Parser parser;
-    parser.scene(text, name);
+    try {
+        parser.scene(text, name);
+    } catch (...) {
+        if (place) *place = parser.place();
+        throw;
+    }
     return parser.takeProgram();
 }
 

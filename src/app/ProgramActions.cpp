@@ -161,40 +161,43 @@ void check(Session& s, const Arguments& a) {
 }
 
 void print(Session& s, const Arguments&) {
-    for (size_t k = 0; k < s.fields.size(); ++k) fmt::print("field {}: {}\n", k, s.fields.at(k).program);
+    const auto say = [&]<class... T>(fmt::format_string<T...> format, T&&... values) {
+        s.console.print(fmt::format(format, std::forward<T>(values)...));
+    };
+    for (size_t k = 0; k < s.fields.size(); ++k) say("field {}: {}\n", k, s.fields.at(k).program);
     for (size_t k = 0; k < s.flows.size(); ++k) {
         std::visit(
-            [k](const auto& flow) {
+            [&](const auto& flow) {
                 const auto& domain = flow.domain();
-                fmt::print("flow {}: {}{} in {:.4g} to {:.4g}{}\n", k,
-                           flow.hasTracks() ? "with tracks" : fmt::format("sum of {}", flow.terms().size()),
-                           flow.divergenceFree() ? "" : ", normalised", fmt::join(domain.box.lower.c, ","),
-                           fmt::join(domain.box.upper.c, ","),
-                           !domain.wall                         ? ""
-                           : domain.wall->side == Side::inside  ? ", inside a wall"
-                           : domain.wall->side == Side::outside ? ", outside a wall"
-                                                                : ", on both sides of a wall");
+                say("flow {}: {}{} in {:.4g} to {:.4g}{}\n", k,
+                    flow.hasTracks() ? "with tracks" : fmt::format("sum of {}", flow.terms().size()),
+                    flow.divergenceFree() ? "" : ", normalised", fmt::join(domain.box.lower.c, ","),
+                    fmt::join(domain.box.upper.c, ","),
+                    !domain.wall                         ? ""
+                    : domain.wall->side == Side::inside  ? ", inside a wall"
+                    : domain.wall->side == Side::outside ? ", outside a wall"
+                                                         : ", on both sides of a wall");
             },
             s.flows.at(k));
     }
     for (size_t k = 0; k < s.grids.size(); ++k) {
         const auto& grid = *s.grids.at(k).grid;
-        fmt::print("grid {}: '{}' {} {}, {} active voxels of {:.6g}, {}\n", k, grid.getName(), grid.valueType(),
-                   openvdb::GridBase::gridClassToString(grid.getGridClass()), grid.activeVoxelCount(),
-                   grid.voxelSize()[0], formatBytes(static_cast<double>(grid.memUsage())));
+        say("grid {}: '{}' {} {}, {} active voxels of {:.6g}, {}\n", k, grid.getName(), grid.valueType(),
+            openvdb::GridBase::gridClassToString(grid.getGridClass()), grid.activeVoxelCount(), grid.voxelSize()[0],
+            formatBytes(static_cast<double>(grid.memUsage())));
     }
     for (size_t k = 0; k < s.geometry.size(); ++k) {
         if (const auto* mesh = std::get_if<std::shared_ptr<const Mesh>>(&s.geometry.at(k)))
-            fmt::print("geometry {}: mesh, {} points, {} faces\n", k, (*mesh)->points.size(), (*mesh)->faces());
+            say("geometry {}: mesh, {} points, {} faces\n", k, (*mesh)->points.size(), (*mesh)->faces());
         else if (const auto* curves = std::get_if<std::shared_ptr<const Curves>>(&s.geometry.at(k)))
-            fmt::print("geometry {}: {} curves, {} vertices\n", k, (*curves)->size(), (*curves)->vertices());
+            say("geometry {}: {} curves, {} vertices\n", k, (*curves)->size(), (*curves)->vertices());
         else
-            fmt::print("geometry {}: {} points{}\n", k, std::get<Particles>(s.geometry.at(k)).size(),
-                       std::get<Particles>(s.geometry.at(k)).hasVelocity() ? ", with velocity" : "");
+            say("geometry {}: {} points{}\n", k, std::get<Particles>(s.geometry.at(k)).size(),
+                std::get<Particles>(s.geometry.at(k)).hasVelocity() ? ", with velocity" : "");
     }
     for (size_t k = 0; k < s.images.size(); ++k) {
         const Image& image = s.images.at(k).image;
-        fmt::print("image {}: {} x {}, {}\n", k, image.width, image.height, join(image.channels, " "));
+        say("image {}: {} x {}, {}\n", k, image.width, image.height, join(image.channels, " "));
     }
 }
 
@@ -221,17 +224,18 @@ void expect(Session& s, const Arguments& a) {
         throw ValueError(fmt::format("{} is {:.6g}, above {:.6g}", path, value, a.real("most")));
 }
 
-void help(Session&, const Arguments& a) {
+void help(Session& s, const Arguments& a) {
     if (a.choice("format") == 1)
-        fmt::print("{}", helpTable());
+        s.console.print(helpTable());
     else if (a.words().empty())
-        fmt::print("{}", helpOverview());
+        s.console.print(helpOverview());
     for (const auto& name : a.words())
-        fmt::print("{}", helpFor(findAction(name.starts_with('-') ? name.substr(1) : name)));
+        s.console.print(helpFor(findAction(name.starts_with('-') ? name.substr(1) : name)));
 }
 
-void list(Session&, const Arguments&) {
-    for (const auto& action : registry()) fmt::print("{:<12} {}\n", action.name, action.summary);
+void list(Session& s, const Arguments& a) {
+    if (a.choice("format") == 1) return s.console.print(registryJson());
+    for (const auto& action : registry()) s.console.print(fmt::format("{:<12} {}\n", action.name, action.summary));
 }
 
 Action plainAction(std::string name, std::string summary, std::function<void(Session&, const Arguments&)> run) {
@@ -248,6 +252,10 @@ std::vector<Action> programActions() {
          .summary = "measure what is promised: divergence, wall flux, penetration, drift; of a field, its range",
          .inputs = "the newest flow or else field, velocity grid and points (which stay)",
          .outputs = "report",
+         .takes = {maybe(stays("what", {Kind::flow, Kind::field}), "where there is a grid or points"),
+                   maybe(stays("velocity", {Kind::velocity}), "where there is one it is checked too"),
+                   maybe(stays("points", {Kind::points}), "where there are some they are checked too")},
+         .makes = {made("report", {Kind::report})},
          .options = {text("report", "", "a .json file for the figures"),
                      integer("samples", "100000", 1, 1e9, "points at which the flow or field is measured"),
                      box("box", "where a field is measured (default: -1,-1,-1,1,1,1, or its own box)"),
@@ -265,6 +273,8 @@ std::vector<Action> programActions() {
                        .group = kGroup,
                        .summary = "write what has been done so far, with times and measurements",
                        .outputs = "file",
+                       .takes = {stays("report", {Kind::report})},
+                       .makes = {made("file", {Kind::file})},
                        .positional = {"FILE.json", 1, 1},
                        .examples = {"curlew -config scenes/demo.txt -report run.json"},
                        .run =
@@ -287,13 +297,14 @@ std::vector<Action> programActions() {
          .summary = "give names to numbers, for the expressions that follow; the first value of a name counts",
          .positional = {"NAME=VALUE …", 1, 100},
          .examples = {"curlew -set count=1e4 -scatter 'count={count/2}'",
-                      "curlew -set scale=0.5 -config scenes/icn_fig1_stream_curves.txt"},
+                      "curlew -set scale=0.5 -config scenes/demo.txt"},
          .run = [](Session&, const Arguments&) {}, // the parser has put the values in place
          .prepare = {}});
     actions.push_back({.name = "expect",
                        .group = kGroup,
                        .summary = "fail unless a figure of the report is within bounds",
                        .inputs = "report",
+                       .takes = {stays("report", {Kind::report})},
                        .options = {real("least", "", "", "the figure must not be below it"),
                                    real("most", "", "", "the figure must not be above it")},
                        .positional = {"ACTION/FIGURE", 1, 1},
@@ -307,13 +318,15 @@ std::vector<Action> programActions() {
          .positional = {"[ACTION …]", 0, 100},
          .examples = {"curlew -help noise"},
          .run = help});
-    actions.push_back(plainAction("list", "the actions, one a line", list));
+    actions.push_back({.name = "list",
+                       .group = kGroup,
+                       .summary = "the actions, one a line",
+                       .options = {choice("format", {"text", "json"}, "json: all about them, for programs")},
+                       .examples = {"curlew -list format=json"},
+                       .run = list});
     actions.push_back(plainAction("version",
                                   "the versions of this program and of OpenVDB, and the instruction set in use",
-                                  [](Session&, const Arguments&) {
-                                      fmt::print("curlew {} (OpenVDB {}, {})\n", CURLEW_VERSION,
-                                                 openvdb::getLibraryVersionString(), nameOf(activeSimd()));
-                                  }));
+                                  [](Session& s, const Arguments&) { s.console.print(versionText()); }));
     actions.push_back(plainAction("quiet", "say nothing but errors from here on",
                                   [](Session& s, const Arguments&) { s.console.setVerbosity(Verbosity::quiet); }));
     actions.push_back(plainAction("verbose", "say what each action took, and in the end its share of the time",

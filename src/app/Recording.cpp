@@ -121,9 +121,8 @@ FlowInTime Session::flowInTime() {
     return FlowInTime([known, replay, sdfs = mSdfs, cancelled = console.cancelFunction()](double time) {
         for (const auto& [t, flow] : *known)
             if (t == time) return flow;
-        Console quiet(cancelled);
-        quiet.setVerbosity(Verbosity::quiet);
-        Session session(quiet);
+        Console silent(Listener{.cancelled = cancelled});
+        Session session(silent);
         session.mSdfs = sdfs;
         Flow flow = replay.at(time, session);
         if (known->size() == kMostTimes) known->erase(known->begin());
@@ -142,9 +141,9 @@ Stack<GridObject> Session::earlierGrids() const {
             if (step < steps.size()) known.push(object, steps[step].now + offset);
         return known;
     }
-    Console quiet(console.cancelFunction());
-    quiet.setVerbosity(Verbosity::quiet);
-    Session session(quiet);
+    Console silent(Listener{.cancelled = console.cancelFunction()});
+    Session session(silent);
+    session.provided = provided;
     restore(*mRecording, session);
     session.grids = Stack<GridObject>("grid");
     for (const auto& step : steps) {

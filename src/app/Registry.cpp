@@ -2,8 +2,10 @@
 
 #include "curlew/app/Text.h"
 #include "curlew/base/Error.h"
+#include "curlew/base/Simd.h"
 
 #include <fmt/format.h>
+#include <openvdb/openvdb.h>
 
 #include <algorithm>
 
@@ -14,7 +16,7 @@ const std::vector<Action>& registry() {
         std::vector<Action> actions;
         for (auto* room : {&fileActions, &shapeActions, &noiseActions, &fieldActions, &flowActions, &gridActions,
                            &pointActions, &emitActions, &jitterActions, &curveActions, &levelSetActions, &imageActions,
-                           &pictureActions, &frameActions, &programActions})
+                           &pictureActions, &surfaceActions, &frameActions, &programActions})
             for (auto& action : room()) actions.push_back(std::move(action));
         return actions;
     }();
@@ -110,6 +112,11 @@ std::string helpFor(const Action& action) {
     if (!action.examples.empty()) text += "\nfor example\n";
     for (const auto& example : action.examples) text += fmt::format("  {}\n", example);
     return text;
+}
+
+std::string versionText() {
+    return fmt::format("curlew {} (OpenVDB {}, {})\n", CURLEW_VERSION, openvdb::getLibraryVersionString(),
+                       nameOf(activeSimd()));
 }
 
 } // namespace curlew::app

@@ -17,8 +17,14 @@ using Clock = std::chrono::steady_clock;
 
 double secondsSince(Clock::time_point began) { return std::chrono::duration<double>(Clock::now() - began).count(); }
 
-bool makesPoints(const Action& action) { return action.outputs.find("points") != std::string::npos; }
-bool takesPoints(const Action& action) { return action.inputs.find("points") != std::string::npos; }
+template <class T>
+bool havePoints(const std::vector<T>& things) {
+    return std::any_of(things.begin(), things.end(), [](const T& thing) {
+        return std::find(thing.kinds.begin(), thing.kinds.end(), Kind::points) != thing.kinds.end();
+    });
+}
+bool makesPoints(const Action& action) { return havePoints(action.makes); }
+bool takesPoints(const Action& action) { return havePoints(action.takes); }
 
 /// What stood on the stacks at -frames, and is to stand there at the beginning of every frame.
 class Outside {
@@ -75,9 +81,15 @@ Runner::Runner(const Program& program, Session& session)
         const std::string& name = action(k).action().name;
         mResume = mResume || name == "resume";
         if (name != "frames") continue;
+        enter(k);
         if (mFrames != program.actions.size()) throw ValueError("-frames: is given twice; a program has one");
         mFrames = k;
     }
+}
+
+const std::string& Runner::enter(size_t k) const {
+    mSession.place = {.line = action(k).line(), .action = action(k).action().name};
+    return mSession.place.action;
 }
 
 bool Runner::changes(size_t begin, size_t end) const {
@@ -89,9 +101,9 @@ bool Runner::changes(size_t begin, size_t end) const {
 void Runner::prepare() const {
     for (size_t k = 0; k < mFrames; ++k)
         if (action(k).action().prepare)
-            inContextOf("-" + action(k).action().name, [&] { action(k).action().prepare(action(k).at({})); });
+            inContextOf("-" + enter(k), [&] { action(k).action().prepare(action(k).at({})); });
     if (mFrames < mProgram.actions.size())
-        inContextOf("-frames", [&] { prepareFrames(); });
+        inContextOf("-" + enter(mFrames), [&] { prepareFrames(); });
     else if (mResume)
         throw ValueError("-resume: there is nothing to resume without -frames");
 }
@@ -116,7 +128,7 @@ void Runner::prepareFrames() const {
                 declared.name));
         ownPoints = ownPoints || (makesPoints(declared) && !takesPoints(declared));
         if (!declared.prepare) continue;
-        inContextOf("-" + declared.name, [&] {
+        inContextOf("-" + enter(k), [&] {
             for (const int frame : {frames.front(), frames.back()})
                 declared.prepare(action(k).at(plan.clock(frame).moment()));
         });
@@ -126,7 +138,8 @@ void Runner::prepareFrames() const {
 void Runner::runAction(size_t k, const std::string& place) {
     if (mSession.console.cancelled()) throw Interrupted();
     const auto began = Clock::now();
-    inContextOf(place + "-" + action(k).action().name, [&] { mSession.run(action(k)); });
+    if (const Monitor whole = mSession.console.follow(action(k).action().name); whole.report) whole.report(0);
+    inContextOf(place + "-" + enter(k), [&] { mSession.run(action(k)); });
     const double seconds = secondsSince(began);
     Took& took = mTook[k];
     took.seconds += seconds;
@@ -164,6 +177,7 @@ void Runner::runFrames() {
         mSession.beginRecording(changing);
         for (size_t k = mFrames + 1; k < mProgram.actions.size(); ++k)
             runAction(k, fmt::format("frame {}: ", frames[done]));
+        if (mSession.onFrame) mSession.onFrame(frames[done]);
         outside.endFrame(mSession);
         mSession.report["frames"] = done + 1;
         if (!plan.checkpoint.empty()) writeCheckpoint(plan.checkpoint, digest, mSession);

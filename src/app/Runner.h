@@ -19,6 +19,8 @@ class Runner {
     };
 
     const Arguments& action(size_t k) const { return mProgram.actions[k]; }
+    /// The session is at that action from here on. Its name.
+    const std::string& enter(size_t k) const;
     /// Whether one of the actions [begin, end) changes with time.
     bool changes(size_t begin, size_t end) const;
     void prepare() const;

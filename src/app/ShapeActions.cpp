@@ -28,6 +28,7 @@ Action shapeAction(std::string name, std::string summary, std::vector<Option> sh
             .group = kGroup,
             .summary = std::move(summary),
             .outputs = "field (signed distance)",
+            .makes = {made("shape", {Kind::shape})},
             .options = std::move(shape),
             .examples = {std::move(example)},
             .run = [make](Session& s, const Arguments& a) {
@@ -95,6 +96,8 @@ Action combiningAction(const std::string& name, const std::string& summary, cons
             .summary = summary,
             .inputs = "2 shapes",
             .outputs = "field (signed distance, a lower bound on it)",
+            .takes = {taken("first", {Kind::shape}), taken("second", {Kind::shape})},
+            .makes = {made("shape", {Kind::shape})},
             .options = {notNegative("smoothing", "0.1", "world units",
                                     "over how far the edge between them is rounded, C²; with 0 it is a kink"),
                         keep()},

@@ -56,6 +56,34 @@ Camera Camera::around(const Box& box, const Vec3d& from, const Vec3d& up, double
     return {center + unit(from) * distance, center, up, fieldOfView, width, height};
 }
 
+Camera Camera::around(const std::vector<Vec3d>& points, const Vec3d& from, const Vec3d& up, double fieldOfView,
+                      int width, int height, double margin) {
+    if (!(length(from) > 0)) throw ValueError("from=0,0,0 is no direction to look from");
+    const Camera axes({}, -from, up, fieldOfView, width, height);
+    // With the eye at (x, y, -distance) in the camera's axes, a point (px, py, pz) is within the picture where
+    // |px - x| <= slope (pz + distance): each asks for x >= px - slope pz - slope distance, and x <= px + slope pz +
+    // slope distance, and so for y.
+    Vec3d eye;
+    double distance = -std::numeric_limits<double>::infinity();
+    for (const bool across : {true, false}) {
+        const Vec3d& axis = across ? axes.mRight : axes.mUp;
+        const double slope = 0.5 * (1 - 2 * margin) * (across ? width : height) / axes.mFocal;
+        double lower = std::numeric_limits<double>::infinity(), upper = -lower;
+        for (const Vec3d& p : points) {
+            const double place = dot(p, axis), depth = slope * dot(p, axes.mForward);
+            upper = std::max(upper, place - depth);
+            lower = std::min(lower, place + depth);
+        }
+        eye += axis * (0.5 * (lower + upper));
+        distance = std::max(distance, (upper - lower) / (2 * slope));
+    }
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Vec3d& p : points) nearest = std::min(nearest, dot(p, axes.mForward));
+    if (!(nearest + distance > 0)) throw ValueError("what the camera has to see is a point, or nothing");
+    eye -= axes.mForward * distance;
+    return {eye, eye + axes.mForward * (nearest + distance), up, fieldOfView, width, height};
+}
+
 Vec3d Camera::direction(double x, double y) const {
     return unit(mForward * mFocal + mRight * (x - 0.5 * mWidth) + mUp * (0.5 * mHeight - y));
 }

@@ -1,5 +1,6 @@
 #include "curlew/image/ColorMap.h"
 
+#include "Srgb.h"
 #include "curlew/base/Error.h"
 #include "curlew/image/Display.h"
 
@@ -47,8 +48,7 @@ Vec3f displayColor(const Msh& color) {
     const double fy = (L + 16) / 116;
     const double X = 0.95047 * decode(fy + a / 500), Y = decode(fy), Z = 1.08883 * decode(fy - b / 200);
 
-    const Vec3d linear{{3.2404542 * X - 1.5371385 * Y - 0.4985314 * Z, //
-                        -0.9692660 * X + 1.8760108 * Y + 0.0415560 * Z, 0.0556434 * X - 0.2040259 * Y + 1.0572252 * Z}};
+    const Vec3d linear = linearFromXyz({{X, Y, Z}});
     Vec3f display;
     for (int i = 0; i < 3; ++i) display[i] = static_cast<float>(std::clamp(displayFromLinear(linear[i]), 0.0, 1.0));
     return display;

@@ -154,7 +154,7 @@ DifferenceSum differenceOf(float a, float b) {
 ImageDifference differenceOf(const Image& a, const Image& b) {
     checkImage(a);
     checkImage(b);
-    if (a.width != b.width || a.height != b.height || a.channels != b.channels)
+    if (a.width != b.width || a.height != b.height || a.channels.size() != b.channels.size())
         throw ValueError(fmt::format("images of {} x {} pixels ({}) and {} x {} ({}) cannot be compared", a.width,
                                      a.height, fmt::join(a.channels, " "), b.width, b.height,
                                      fmt::join(b.channels, " ")));

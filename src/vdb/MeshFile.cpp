@@ -47,6 +47,19 @@ class Collector {
         }
     }
 
+    void add(const std::vector<openvdb::Vec3s>& points, const std::vector<uint32_t>& corners,
+             const std::vector<uint32_t>& sizes) {
+        for (const auto& p : points) mCorners.emplace_back(p.x() + 0.0f, p.y() + 0.0f, p.z() + 0.0f);
+        const uint32_t* face = corners.data();
+        for (const uint32_t size : sizes) {
+            if (size == 4)
+                mMesh.quads.emplace_back(face[0], face[1], face[2], face[3]);
+            else
+                mMesh.triangles.emplace_back(face[0], face[1], face[2]);
+            face += size;
+        }
+    }
+
     /// Points come in the order in which the file has them.
     Mesh joined() {
         std::vector<uint32_t> used;
@@ -137,16 +150,9 @@ std::string contentOf(const fs::path& path) {
     }
 }
 
-} // namespace
-
-Mesh readMesh(const fs::path& path) {
-    const MeshSource source{path};
-    const std::string extension = extensionOf(path);
-    if (extension != "obj" && extension != "ply" && extension != "stl")
-        throw source.error(fmt::format("it is called .{}; give an .obj, .ply or .stl file", extension));
-    std::string content = contentOf(path);
+/// The mesh in the content of a file of that kind.
+Mesh meshIn(std::string content, const std::string& extension, const MeshSource& source) {
     const size_t faces = checkMesh(content, extension, source);
-
     Assimp::Importer importer;
     const aiScene* scene = importer.ReadFileFromMemory(content.data(), content.size(), 0, extension.c_str());
     if (!scene) {
@@ -160,6 +166,65 @@ Mesh readMesh(const fs::path& path) {
     Mesh mesh = collector.joined();
     if (mesh.faces() == 0) throw source.noFaces();
     return mesh;
+}
+
+/// Throws ValueError for faces that are none.
+void checkFaces(const std::vector<openvdb::Vec3s>& points, const std::vector<uint32_t>& corners,
+                const std::vector<uint32_t>& sizes) {
+    if (sizes.empty()) throw ValueError("the mesh has no faces");
+    size_t needed = 0;
+    for (size_t n = 0; n < sizes.size(); ++n) {
+        if (sizes[n] < 3) throw ValueError(fmt::format("face {} of the mesh has {} corners", n, sizes[n]));
+        needed += sizes[n];
+    }
+    if (needed != corners.size())
+        throw ValueError(
+            fmt::format("the faces of the mesh have {} corners, and {} are given", needed, corners.size()));
+    for (size_t n = 0; n < corners.size(); ++n)
+        if (corners[n] >= points.size())
+            throw ValueError(
+                fmt::format("corner {} of the mesh is point {}, and there are {}", n, corners[n], points.size()));
+    for (size_t n = 0; n < points.size(); ++n)
+        if (!std::isfinite(points[n].x()) || !std::isfinite(points[n].y()) || !std::isfinite(points[n].z()))
+            throw ValueError(fmt::format("point {} of the mesh is not finite; repair it", n));
+}
+
+/// The content of a .ply file with these faces.
+std::string plyOf(const std::vector<openvdb::Vec3s>& points, const std::vector<uint32_t>& corners,
+                  const std::vector<uint32_t>& sizes) {
+    std::string ply = fmt::format(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float "
+        "z\nelement face {}\nproperty list uint uint vertex_indices\nend_header\n",
+        points.size(), sizes.size());
+    const auto put = [&](const void* data, size_t bytes) { ply.append(static_cast<const char*>(data), bytes); };
+    for (const auto& point : points) put(point.asV(), sizeof point);
+    const uint32_t* face = corners.data();
+    for (const uint32_t size : sizes) {
+        put(&size, sizeof size);
+        put(face, size * sizeof *face);
+        face += size;
+    }
+    return ply;
+}
+
+} // namespace
+
+Mesh readMesh(const fs::path& path) {
+    const MeshSource source{path};
+    const std::string extension = extensionOf(path);
+    if (extension != "obj" && extension != "ply" && extension != "stl")
+        throw source.error(fmt::format("it is called .{}; give an .obj, .ply or .stl file", extension));
+    return meshIn(contentOf(path), extension, source);
+}
+
+Mesh meshOf(const std::vector<openvdb::Vec3s>& points, const std::vector<uint32_t>& corners,
+            const std::vector<uint32_t>& sizes) {
+    checkFaces(points, corners, sizes);
+    if (std::any_of(sizes.begin(), sizes.end(), [](uint32_t size) { return size > 4; }))
+        return meshIn(plyOf(points, corners, sizes), "ply", {"polygons"}); // cut as those of files are
+    Collector collector;
+    collector.add(points, corners, sizes);
+    return collector.joined();
 }
 
 MeshTopology topologyOf(const Mesh& mesh) {

@@ -145,3 +145,13 @@ TEST_CASE("plot draws the curves of a table", "[app][command]") {
     CHECK_THAT(bytesOf(folder / "t.svg"), Catch::StartsWith("<svg") && Catch::Contains("the error"));
     folder.mustFail("-plot none.csv n.svg", {"none.csv"});
 }
+
+TEST_CASE("slice shows the component along a direction and compare finds it", "[app][command]") {
+    const Folder folder;
+    const std::string flow = "-constant value=0 -slice width=20 -uniform velocity=3,4,0 -slice width=20 show=along ";
+    folder.mustRun(flow + "direction=0,2,0 -compare -expect compare/rmse least=3.999 most=4.001");
+    folder.mustRun(flow +
+                   "direction=4,-3,0 -slice width=20 -compare with=2 name=speed -compare -expect speed/rmse "
+                   "least=4.999 most=5.001");
+    folder.mustFail(flow + "direction=0,0,0", {"no direction"});
+}

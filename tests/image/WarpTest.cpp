@@ -156,5 +156,5 @@ TEST_CASE("Images differ by the root mean square of their values differences", "
     CHECK(difference.unmatched == 1);
     CHECK(difference.rms == Approx(std::sqrt(0.5)));
     CHECK_THROWS_AS(differenceOf(a, filledImage(2, 3, {"v"})), ValueError);
-    CHECK_THROWS_AS(differenceOf(a, filledImage(2, 2, {"w"})), ValueError);
+    CHECK_THROWS_AS(differenceOf(a, filledImage(2, 2, {"v", "w"})), ValueError);
 }

@@ -48,11 +48,55 @@ struct Positional {
     size_t minimum = 0, maximum = 0;
 };
 
+/// What actions take and make.
+enum class Kind {
+    field,    ///< a scalar field; taken: any, made: one that is no shape
+    noise,    ///< a scalar field that is no shape
+    shape,    ///< a scalar field that is a signed distance
+    flow,     ///< of any dimension
+    grid,     ///< any grid, a level set too
+    levelSet, ///< a grid that is one
+    velocity, ///< a grid that is one
+    mesh,     ///< triangles and quads
+    points,   ///< that may move
+    curves,   ///< polylines
+    image,    ///< a picture
+    report,   ///< the figures that actions have measured
+    file,     ///<
+};
+const char* nameOf(Kind kind);
+
+enum class Use {
+    taken,   ///< It leaves its stack, unless keep=1 is given.
+    stays,   ///< It stays as it is.
+    changed, ///< It stays, and is another afterwards; it is also among what the action makes.
+};
+
+/// Something that an action takes: the newest of these kinds.
+struct Input {
+    std::string name = {};
+    std::vector<Kind> kinds = {}; ///< One of them: whichever is the newest.
+    Use use = Use::stays;
+    size_t least = 1, most = 1;
+    std::string age = {};  ///< The option that chooses another than the newest; "" for none.
+    std::string help = {}; ///< What `least` and `most` do not say.
+};
+
+struct Output {
+    std::string name = {};
+    std::vector<Kind> kinds = {}; ///< One of them.
+    size_t least = 1, most = 1;
+    std::string flag = {}; ///< It is only made where this option is 1.
+};
+
 struct Action {
     std::string name = {};
-    std::string group = {};   ///< Where help lists it.
-    std::string summary = {}; ///< One line.
-    std::string inputs = {}, outputs = {};
+    std::string group = {};                ///< Where help lists it.
+    std::string summary = {};              ///< One line.
+    std::string inputs = {}, outputs = {}; ///< For the reader; `takes` and `makes` say it to programs.
+    /// In the order in which their kinds of stacks have them, the newest last.
+    std::vector<Input> takes = {};
+    std::vector<Output> makes = {};
     std::vector<Option> options = {};
     Positional positional = {};
     std::vector<std::string> examples = {};
@@ -93,6 +137,10 @@ class Arguments {
 
     size_t choice(std::string_view name) const; ///< The position of the word among the choices.
 
+    /// The line of the scene that it is on, from 1 (where scenes include others, of the outermost); 0: of none.
+    int line() const { return mLine; }
+    void setLine(int line) { mLine = line; }
+
     /// Takes one token, option=value or a word. Throws ValueError naming the nearest valid option or the valid values;
     /// values that depend on a variable are only judged by at().
     void add(const std::string& token);
@@ -115,6 +163,7 @@ class Arguments {
     const Action* mAction;
     std::vector<std::string> mWords, mWrittenWords;
     std::map<std::string, std::string> mValues, mWritten;
+    int mLine = 0;
 };
 
 } // namespace curlew::app

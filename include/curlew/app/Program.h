@@ -18,8 +18,8 @@ struct Program {
 Program parseCommandLine(const std::vector<std::string>& tokens);
 
 /// The program of a scene file: one action a line, its dash optional; # starts a comment, \ at the end continues a
-/// line.
-Program parseScene(const std::string& text, const std::string& name);
+/// line. Where it throws, and there is a `place`, that is what the error is about.
+Program parseScene(const std::string& text, const std::string& name, Place* place = nullptr);
 
 /// Runs the actions in order. Errors carry the action's name; what was written before stays.
 void run(const Program& program, Session& session);

@@ -23,6 +23,7 @@ std::vector<Action> jitterActions();
 std::vector<Action> curveActions();
 std::vector<Action> levelSetActions();
 std::vector<Action> imageActions();
+std::vector<Action> surfaceActions();
 std::vector<Action> pictureActions();
 std::vector<Action> frameActions();
 std::vector<Action> programActions();
@@ -31,5 +32,13 @@ std::vector<Action> programActions();
 std::string helpTable();
 std::string helpOverview();
 std::string helpFor(const Action& action);
+
+/// All of them as JSON, for programs that build interfaces: {"actions": [{"name", "group", "summary", "inputs",
+/// "outputs", "options", "positional", "examples"}]}. An option without a bound has null there; its type is a word of
+/// OptionType.
+std::string registryJson();
+
+/// "curlew 0.1.0 (OpenVDB 10.0.1, AVX2)" and a line break.
+std::string versionText();
 
 } // namespace curlew::app

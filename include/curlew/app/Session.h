@@ -7,6 +7,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/flow/FlowInTime.h"
+#include "curlew/image/Camera.h"
 #include "curlew/image/ColorMap.h"
 #include "curlew/image/Image.h"
 #include "curlew/track/Advect.h"
@@ -85,13 +86,20 @@ using Geometry = std::variant<std::shared_ptr<const Mesh>, Particles, std::share
 /// A picture, with how its first channel is shown in colour.
 struct ImageObject {
     Image image;
-    ColorMap map;
+    ColorMap map = ColorMap::viridis;
+    std::optional<Camera> camera = {}; ///< Of a picture in perspective.
 };
 
 /// What -emit remembers from frame to frame.
 struct Emissions {
     std::map<size_t, double> rates;      ///< By action: the sum of its rates over the frames so far, 1/s.
     std::map<uint64_t, int64_t> nextIds; ///< By the set of points (when it was made): the id of its next one.
+};
+
+/// Where a program has come to: what an error is about.
+struct Place {
+    int line = 0;            ///< Of the scene, as Arguments::line() has it.
+    std::string action = {}; ///< Its name; "" before the first one.
 };
 
 struct Recording;
@@ -114,6 +122,12 @@ class Session {
     uint64_t trackedFlow = 0; ///< When the flow was made that the newest particles' tracks belong to.
 
     std::optional<FrameClock> clock = {}; ///< While the actions after -frames run.
+    /// Called at the end of each frame of -frames, while what the frame has made is still there.
+    std::function<void(int frame)> onFrame = {};
+    /// Geometry from the program's caller, which -read takes in the place of files of these names.
+    std::map<std::string, Geometry> provided = {};
+    Place place = {}; ///< The action that runs, or has run last.
+
     Emissions emissions = {};
     /// Level sets that follow a flow from frame to frame, by action.
     std::map<size_t, std::shared_ptr<LevelSetSequence>> sequences = {};
@@ -144,6 +158,8 @@ class Session {
     /// Since the session began.
     double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - mBegan).count(); }
     void setThreads(int threads) { mThreads = std::make_unique<ThreadLimit>(threads); }
+    /// As many as there are again.
+    void resetThreads() { mThreads.reset(); }
 
     /// The flow of that age, in space; ValueError where there is none, or it is of too high a dimension.
     Flow flow(size_t age = 0) const { return inSpace(flows.at(age)); }

@@ -2,6 +2,8 @@
 
 #include "curlew/math/Vec.h"
 
+#include <vector>
+
 namespace curlew {
 
 /// A pinhole camera. Pixel positions are in pixels from the upper left corner of the picture, so that the middle of
@@ -17,6 +19,10 @@ class Camera {
     /// picture's edge stays free, as a part of it. Throws ValueError also for an empty or infinite box.
     static Camera around(const Box& box, const Vec3d& from, const Vec3d& up, double fieldOfView, int width, int height,
                          double margin = 0.04);
+    /// The nearest camera that looks where -`from` points and sees all of these points. Throws ValueError also where
+    /// they all are the same, or there are none.
+    static Camera around(const std::vector<Vec3d>& points, const Vec3d& from, const Vec3d& up, double fieldOfView,
+                         int width, int height, double margin = 0.04);
 
     int width() const { return mWidth; }
     int height() const { return mHeight; }

@@ -41,12 +41,12 @@ Texture2 textureOf(const Image& picture, const BoxN<2>& box);
 Image warpedPicture(const FlowN<2>& flow, const Texture2& texture, const BoxN<2>& box, int width, int height,
                     const WarpOptions& options, const Monitor& monitor = {});
 
-/// How two images of the same size and channels differ, over all values that both have.
+/// How two images of the same size differ, channel by channel, over all values that both have.
 struct ImageDifference {
     double rms = 0, largest = 0;
     size_t unmatched = 0; ///< Values that only one of them has: the other is NaN.
 };
-/// Throws ValueError for images of other sizes or channels than each other's.
+/// Throws ValueError for images of other sizes or numbers of channels than each other's.
 ImageDifference differenceOf(const Image& a, const Image& b);
 
 } // namespace curlew

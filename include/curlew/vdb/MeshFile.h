@@ -26,6 +26,12 @@ struct Mesh {
 /// a whole one, except by its topology. Safe to call from several threads.
 Mesh readMesh(const std::filesystem::path& path);
 
+/// The mesh that readMesh() makes of a file with these points and faces: `corners` has those of all faces, one face
+/// after another, and `sizes` how many each has. Throws ValueError where there are no faces, where one has fewer than
+/// three corners or a corner that does not exist, and for coordinates that are not finite.
+Mesh meshOf(const std::vector<openvdb::Vec3s>& points, const std::vector<uint32_t>& corners,
+            const std::vector<uint32_t>& sizes);
+
 /// Writes a mesh as a binary .ply or an .obj, as the extension says, whole or not at all (see writeAtomically).
 /// Positions keep all their bits, faces their corners in order. Throws ValueError for another extension, positions that
 /// are not finite and corners that do not exist; FileError if the file cannot be written; Interrupted once `cancelled`

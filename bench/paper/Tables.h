@@ -1,0 +1,16 @@
+#pragma once
+#include <filesystem>
+#include <ostream>
+#include <string>
+#include <vector>
+namespace curlew::paper {
+struct TableRun {
+    double scale = 1;                     ///< 1: as in the paper; less: fewer points or pixels, for the tests.
+    std::filesystem::path folder = "out"; ///< For pictures and the data of plots.
+};
+/// Each writes its table to `out` in Markdown, with the paper's figures beside ours, and returns what is not as it is
+/// claimed to be, one line each.
+std::vector<std::string> jitterTable(const TableRun& run, std::ostream& out); // ICN Table 1
+std::vector<std::string> warpTable(const TableRun& run, std::ostream& out);   // ICN Table 2
+std::vector<std::string> torusTable(const TableRun& run, std::ostream& out);  // ICN Fig. 6
+} // namespace curlew::paper

@@ -1,0 +1,62 @@
+#include "Tables.h"
+#include "curlew/base/Error.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <iostream>
+#include <iterator>
+#include <string_view>
+
+namespace {
+
+using namespace curlew;
+using namespace curlew::paper;
+
+struct Table {
+    std::string_view name;
+    std::vector<std::string> (*write)(const TableRun&, std::ostream&);
+};
+constexpr Table kTables[] = {{"jitter", jitterTable}, {"warp", warpTable}};
+
+constexpr const char* kUsage = "usage: curlew_paper jitter|warp [--scale S] [--folder F], S in (0, 1]";
+
+double scaleOf(std::string_view text) {
+    double scale = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), scale);
+    if (error != std::errc() || end != text.data() + text.size() || !(scale > 0 && scale <= 1))
+        throw ValueError(fmt::format("--scale {}; {}", text, kUsage));
+    return scale;
+}
+
+/// The exit code: 1 where something is not as it is claimed to be.
+int run(const std::vector<std::string>& arguments) {
+    const auto* table = std::find_if(std::begin(kTables), std::end(kTables),
+                                     [&](const Table& t) { return !arguments.empty() && t.name == arguments[0]; });
+    if (table == std::end(kTables) || arguments.size() % 2 == 0) throw ValueError(kUsage);
+    TableRun run;
+    for (size_t k = 1; k < arguments.size(); k += 2) {
+        if (arguments[k] == "--scale")
+            run.scale = scaleOf(arguments[k + 1]);
+        else if (arguments[k] == "--folder")
+            run.folder = arguments[k + 1];
+        else
+            throw ValueError(fmt::format("no option '{}'; {}", arguments[k], kUsage));
+    }
+    std::filesystem::create_directories(run.folder);
+    const auto broken = table->write(run, std::cout);
+    for (const auto& line : broken) fmt::print(stderr, "curlew_paper: {}: {}\n", table->name, line);
+    return broken.empty() ? 0 : 1;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    try {
+        return run({argv + 1, argv + argc});
+    } catch (const std::exception& e) {
+        fmt::print(stderr, "curlew_paper: {}\n", e.what());
+        return 2;
+    }
+}

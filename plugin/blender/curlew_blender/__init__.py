@@ -1,0 +1,32 @@
+"""Curlew in Blender: divergence-free flows that conform to walls, as a node tree."""
+
+bl_info = {
+    "name": "Curlew",
+    "author": "The Curlew developers",
+    "version": (1, 0, 0),
+    "blender": (3, 4, 0),
+    "location": "3D View > Sidebar > Curlew, and the node editor",
+    "description": "Divergence-free flows that conform to walls: volumes, particles, streamlines",
+    "category": "Physics",
+}
+
+
+def register() -> None:
+    """Loads the library, and makes a node of each of its actions."""
+    from . import bake, library, nodes, panel, presets, results, scene_io, sockets
+
+    actions = library.actions()
+    sockets.register()
+    nodes.register(actions)
+    for module in (bake, scene_io, presets, results):
+        module.register()
+    panel.register(actions)
+
+
+def unregister() -> None:
+    """Takes all of it back."""
+    from . import bake, nodes, panel, presets, results, scene_io, sockets
+
+    panel.unregister()
+    for module in (results, presets, scene_io, bake, nodes, sockets):
+        module.unregister()

@@ -1,0 +1,118 @@
+"""The panel of the 3D view, the header and the menu of the node editor."""
+
+from typing import Dict, List
+
+import bpy
+import nodeitems_utils
+
+from . import nodes, preview, presets
+from .actions import Action
+from .slots import NO_NODE
+
+
+def _draw_bake(layout: bpy.types.UILayout, tree: bpy.types.NodeTree) -> None:
+    row = layout.row(align=True)
+    row.operator("curlew.bake", icon="PLAY").tree = tree.name
+    row.operator("curlew.clear_cache", text="", icon="TRASH")
+
+
+class CURLEW_PT_view(bpy.types.Panel):
+    """Pick an object, press one button."""
+
+    bl_idname = "CURLEW_PT_view"
+    bl_label = "Curlew"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Curlew"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """The panel."""
+        layout, scene = self.layout, context.scene
+        obj = context.active_object
+        preset = presets.PRESETS[scene.curlew_preset]
+        box = layout.column(align=True)
+        box.label(text=obj.name if obj and preset.needs_mesh else "No object" if preset.needs_mesh else "No object needed",
+                  icon="OBJECT_DATA")
+        box.prop(scene, "curlew_preset", text="")
+        big = box.row()
+        big.scale_y = 1.5
+        big.operator("curlew.quick", icon="FORCE_VORTEX").preset = scene.curlew_preset
+        layout.separator()
+        layout.prop_search(scene, "curlew_tree", bpy.data, "node_groups", text="Tree")
+        tree = scene.curlew_tree
+        if tree is None or tree.bl_idname != nodes.TREE:
+            return
+        _draw_bake(layout, tree)
+        row = layout.row()
+        row.prop(tree, "sequence")
+        sub = row.row()
+        sub.active = tree.sequence
+        sub.prop(tree, "substeps")
+        layout.prop(tree, "preview")
+        if tree.message:
+            layout.label(text=tree.message, icon="INFO")
+
+
+def draw_header(self: bpy.types.Header, context: bpy.types.Context) -> None:
+    """In the header of a node editor with a Curlew tree."""
+    space = context.space_data
+    if space.tree_type != nodes.TREE:
+        return
+    row = self.layout.row(align=True)
+    if space.node_tree:
+        _draw_bake(row, space.node_tree)
+        row.prop(space.node_tree, "sequence", toggle=True)
+        row.prop(space.node_tree, "preview", text="")
+        row.operator("curlew.export_scene", text="", icon="EXPORT")
+    row.operator("curlew.import_scene", text="", icon="IMPORT")
+
+
+class _Category(nodeitems_utils.NodeCategory):
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Only in our editor."""
+        return context.space_data.tree_type == nodes.TREE
+
+
+def categories(actions: Dict[str, Action]) -> List[nodeitems_utils.NodeCategory]:
+    """The registry's groups, and those of Blender's own objects."""
+    item = nodeitems_utils.NodeItem
+    groups: Dict[str, List[str]] = {}
+    for name, action in actions.items():
+        if name not in NO_NODE:
+            groups.setdefault(action.group, []).append(nodes.action_id(name))
+    result = [_Category("CURLEW_SOURCES", "Sources",
+                        items=[item(nodes.CurlewMeshObject.bl_idname), item(nodes.CurlewVolumeObject.bl_idname)])]
+    for group, ids in groups.items():
+        result.append(_Category("CURLEW_" + group.upper().replace(" ", "_"), group.capitalize(),
+                                items=[item(i) for i in ids]))
+    result.append(_Category("CURLEW_RESULTS", "Results", items=[item(cls.bl_idname) for cls in nodes.RESULTS]))
+    result.append(_Category("CURLEW_LAYOUT", "Layout", items=[item(nodes.CurlewGroup.bl_idname), item("NodeFrame"),
+                                                              item("NodeReroute"), item("NodeGroupInput"),
+                                                              item("NodeGroupOutput")]))
+    return result
+
+
+def _is_tree(scene: bpy.types.Scene, tree: bpy.types.NodeTree) -> bool:
+    return tree.bl_idname == nodes.TREE
+
+
+def register(actions: Dict[str, Action]) -> None:
+    """Panel, header, menu, and the scene's choices."""
+    bpy.types.Scene.curlew_preset = bpy.props.EnumProperty(
+        name="Preset", items=[(key, p.name, p.help) for key, p in presets.PRESETS.items()])
+    bpy.types.Scene.curlew_tree = bpy.props.PointerProperty(type=bpy.types.NodeTree, name="Tree", poll=_is_tree)
+    bpy.utils.register_class(CURLEW_PT_view)
+    bpy.types.NODE_HT_header.append(draw_header)
+    nodeitems_utils.register_node_categories("CURLEW", categories(actions))
+    preview.register()
+
+
+def unregister() -> None:
+    """Takes them back."""
+    preview.unregister()
+    nodeitems_utils.unregister_node_categories("CURLEW")
+    bpy.types.NODE_HT_header.remove(draw_header)
+    bpy.utils.unregister_class(CURLEW_PT_view)
+    del bpy.types.Scene.curlew_tree
+    del bpy.types.Scene.curlew_preset

@@ -1,0 +1,171 @@
+"""Trees to begin with. Their lengths are parts of the object's size."""
+
+from dataclasses import dataclass
+from typing import Callable, Dict, Optional, Set
+
+import bpy
+
+from . import nodes, scene_io
+from .actions import number_text
+from .program import GraphNode, TreeError
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A scene; @0.1@ is a tenth of the object's size, @/4@ four in it. What it writes becomes results, what it reads the object."""
+
+    name: str
+    help: str
+    text: str
+    needs_mesh: bool = True
+    thickness: float = 0.004
+
+
+PRESETS: Dict[str, Preset] = {
+    "SWIRL": Preset(
+        "Contained swirl",
+        "Smoke and particles that stay inside the object",
+        """
+        read object.ply
+        mesh2ls dim=96 open=1
+        noise frequency=@/4@ octaves=2 seed=1
+        noise frequency=@/4@ octaves=2 seed=2
+        bound width=@0.06@
+        dfvn speed=@0.35@
+        velocity dim=96 name=velocity density=1
+        write volume.vdb grid=0,1
+        scatter count=30000 seed=7
+        advect time=1.5 steps=40
+        write particles.ply
+        """,
+    ),
+    "WAKE": Preset(
+        "Obstacle wake",
+        "Streamlines of a wind that parts around the object",
+        """
+        read object.ply
+        mesh2ls dim=80 open=1
+        ramp direction=0,0,1
+        noise frequency=@/2@ octaves=2 seed=3 amplitude=@0.16@
+        sum
+        ramp direction=0,1,0
+        noise frequency=@/2@ octaves=2 seed=5 amplitude=@0.16@
+        sum
+        bound side=outside width=@0.3@ amplitude=0 separate=0
+        dfvn speed=@1@ padding=@0.8@
+        scatter count=700 seed=4
+        trace direction=both limit=@1.6@
+        write curves.obj
+        scatter count=6000 seed=9
+        advect time=0.3 steps=12
+        write particles.ply
+        """,
+        thickness=0.0022,
+    ),
+    "SURFACE": Preset(
+        "Surface flow",
+        "Streamlines that wind over the object's surface",
+        """
+        read object.ply
+        mesh2ls dim=112 open=1
+        noise frequency=@/5@ octaves=2 seed=4
+        surface reach=@0.012@ speed=@0.3@
+        scatter count=900 seed=2
+        trace direction=both limit=@0.7@
+        write curves.obj
+        """,
+        thickness=0.0022,
+    ),
+    "GLOBE": Preset(
+        "Globe",
+        "Weather on a sphere; it needs no object",
+        """
+        sphere radius=@0.5@
+        noise frequency=@/4@ octaves=3 seed=11
+        surface reach=@0.02@ speed=@0.25@
+        scatter count=40000 seed=3
+        advect time=0.8 steps=30
+        write particles.ply
+        scatter count=500 seed=5
+        trace direction=both limit=@0.8@
+        write curves.obj
+        """,
+        needs_mesh=False,
+        thickness=0.0016,
+    ),
+}
+
+
+def _scaled(text: str, size: float) -> str:
+    parts = text.split("@")
+    for k in range(1, len(parts), 2):
+        part = parts[k]
+        parts[k] = number_text(float(part[1:]) / size if part.startswith("/") else float(part) * size)
+    return "".join(parts)
+
+
+def make(name: str, obj: Optional[bpy.types.Object]) -> bpy.types.NodeTree:
+    """The tree of a preset, for an object. Throws TreeError where it needs one."""
+    preset = PRESETS[name]
+    if preset.needs_mesh and (obj is None or obj.type not in {"MESH", "CURVE", "SURFACE", "META", "FONT"}):
+        raise TreeError("", f"'{preset.name}' needs a mesh: select one")
+    size = max(obj.dimensions) if preset.needs_mesh and obj else 2.0
+    if not size > 0:
+        raise TreeError("", f"'{obj.name if obj else ''}' has no size")
+
+    def replace(tree: bpy.types.NodeTree, entry: GraphNode) -> Optional[bpy.types.Node]:
+        if entry.action == "read":
+            node = tree.nodes.new(nodes.CurlewMeshObject.bl_idname)
+            node.object = obj
+            return node
+        result = scene_io.as_results(tree, entry)
+        if result:
+            result.thickness = preset.thickness * size
+        return result
+
+    title = f"{preset.name}: {obj.name}" if preset.needs_mesh and obj else preset.name
+    return scene_io.tree_of(_scaled(preset.text, size), title, replace)
+
+
+class CURLEW_OT_quick(bpy.types.Operator):
+    """Make the tree of a preset for the active object, and bake it"""
+
+    bl_idname = "curlew.quick"
+    bl_label = "Make It Flow"
+    bl_options = {"REGISTER", "UNDO"}
+    __annotations__ = {
+        "preset": bpy.props.EnumProperty(name="Preset", items=[(k, p.name, p.help) for k, p in PRESETS.items()]),
+        "bake": bpy.props.BoolProperty(name="Bake", default=True),
+    }
+
+    def _run(self, context: bpy.types.Context, start: Callable[[str], Set[str]]) -> Set[str]:
+        try:
+            tree = make(self.preset, context.active_object)
+        except TreeError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        context.scene.curlew_tree = tree
+        return start(tree.name) if self.bake else {"FINISHED"}
+
+    def execute(self, context: bpy.types.Context) -> Set[str]:
+        """For scripts: comes back when it is baked."""
+        return self._run(context, lambda name: bpy.ops.curlew.bake(tree=name))
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> Set[str]:
+        """From the interface: the bake goes on in its thread."""
+
+        def start(name: str) -> Set[str]:
+            bpy.ops.curlew.bake("INVOKE_DEFAULT", tree=name)
+            return {"FINISHED"}
+
+        return self._run(context, start)
+
+
+def register() -> None:
+    """The operator."""
+    bpy.utils.register_class(CURLEW_OT_quick)
+
+
+def unregister() -> None:
+    """Takes it back."""
+    bpy.utils.unregister_class(CURLEW_OT_quick)

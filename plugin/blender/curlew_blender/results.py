@@ -1,0 +1,207 @@
+"""What a bake has made, as objects: volumes, particles, curves and meshes."""
+
+from pathlib import Path
+from typing import Any, Dict, Optional, Sequence
+
+import bpy
+import numpy as np
+
+from . import cache, looks
+
+Arrays = Dict[str, np.ndarray]
+
+
+def points_arrays(points: Any) -> Arrays:
+    """What is stored of a session's points."""
+    return {
+        "position": np.ascontiguousarray(points.positions, np.float32),
+        "id": None if points.ids is None else np.ascontiguousarray(points.ids, np.int32),
+        "velocity": None if points.velocities is None else np.ascontiguousarray(points.velocities, np.float32),
+        "age": None if points.ages is None else np.ascontiguousarray(points.ages, np.float32),
+    }
+
+
+def curves_arrays(curves: Any) -> Arrays:
+    """What is stored of a session's curves."""
+    return {
+        "position": np.ascontiguousarray(curves.vertices, np.float32),
+        "offsets": np.ascontiguousarray(curves.offsets, np.int64),
+        "closed": np.ascontiguousarray(curves.closed, bool),
+    }
+
+
+def mesh_arrays(mesh: Any) -> Arrays:
+    """What is stored of a session's mesh."""
+    faces = (mesh.triangles, mesh.quads)
+    return {
+        "position": np.ascontiguousarray(mesh.points, np.float32),
+        "indices": np.concatenate([np.asarray(f, np.int32).reshape(-1) for f in faces]),
+        "sizes": np.concatenate([np.full(len(f), corners, np.int32) for f, corners in zip(faces, (3, 4))]),
+    }
+
+
+ARRAYS = {"points": points_arrays, "curves": curves_arrays, "mesh": mesh_arrays}
+_ATTRIBUTES = (("id", "INT", "value"), ("velocity", "FLOAT_VECTOR", "vector"), ("age", "FLOAT", "value"))
+
+
+def _positions(mesh: bpy.types.Mesh, positions: np.ndarray) -> None:
+    flat = positions.reshape(-1)
+    if bpy.app.version >= (4, 0, 0):
+        mesh.attributes["position"].data.foreach_set("vector", flat)
+    else:
+        mesh.vertices.foreach_set("co", flat)
+
+
+def show_points(mesh: bpy.types.Mesh, arrays: Arrays) -> None:
+    """Vertices with the attributes id, velocity and age, as far as there are such."""
+    positions = arrays["position"]
+    names = {name for name, _, _ in _ATTRIBUTES if name in arrays}
+    has = {a.name for a in mesh.attributes} & {name for name, _, _ in _ATTRIBUTES}
+    if len(mesh.vertices) != len(positions) or mesh.edges or has != names:
+        mesh.clear_geometry()
+        mesh.vertices.add(len(positions))
+        for name, kind, _ in _ATTRIBUTES:
+            if name in arrays:
+                mesh.attributes.new(name, kind, "POINT")
+    _positions(mesh, positions)
+    for name, _, part in _ATTRIBUTES:
+        if name in arrays and len(positions):
+            mesh.attributes[name].data.foreach_set(part, arrays[name].reshape(-1))
+    mesh.update_tag()
+
+
+def show_mesh(mesh: bpy.types.Mesh, arrays: Arrays) -> None:
+    """Vertices and faces."""
+    sizes = arrays["sizes"]
+    mesh.clear_geometry()
+    mesh.vertices.add(len(arrays["position"]))
+    mesh.loops.add(len(arrays["indices"]))
+    mesh.polygons.add(len(sizes))
+    _positions(mesh, arrays["position"])
+    mesh.loops.foreach_set("vertex_index", arrays["indices"])
+    mesh.polygons.foreach_set("loop_start", np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int32))
+    if bpy.app.version < (4, 1, 0):
+        mesh.polygons.foreach_set("loop_total", sizes)
+    mesh.polygons.foreach_set("use_smooth", np.ones(len(sizes), bool))
+    mesh.update(calc_edges=True)
+
+
+def show_curves(curve: bpy.types.Curve, arrays: Arrays) -> None:
+    """A poly spline for each."""
+    curve.splines.clear()
+    curve.dimensions = "3D"
+    offsets = arrays["offsets"]
+    for begin, end, closed in zip(offsets[:-1], offsets[1:], arrays["closed"]):
+        spline = curve.splines.new("POLY")
+        spline.points.add(int(end - begin) - 1)
+        points = np.ones((int(end - begin), 4), np.float32)
+        points[:, :3] = arrays["position"][begin:end]
+        spline.points.foreach_set("co", points.reshape(-1))
+        spline.use_cyclic_u = bool(closed)
+    curve.update_tag()
+
+
+def show(obj: bpy.types.Object, arrays: Arrays) -> None:
+    """Arrays of the object's kind."""
+    {"points": show_points, "curves": show_curves, "mesh": show_mesh}[obj["curlew_kind"]](obj.data, arrays)
+
+
+def _link(obj: bpy.types.Object) -> None:
+    if not obj.users_collection:
+        bpy.context.scene.collection.objects.link(obj)
+
+
+def target_of(node: bpy.types.Node) -> bpy.types.Object:
+    """The object of a result node; made where there is none, or one of another kind."""
+    wanted = {"grid": "VOLUME", "points": "MESH", "curves": "CURVE", "mesh": "MESH"}[node.kind]
+    obj = node.target
+    name = node.label or f"{node.id_data.name} {node.bl_label.split(' ')[0]}"
+    if obj is None or obj.type != wanted or obj.get("curlew_kind", node.kind) != node.kind:
+        data = {"VOLUME": bpy.data.volumes, "CURVE": None, "MESH": bpy.data.meshes}[wanted]
+        made = data.new(name) if data is not None else bpy.data.curves.new(name, "CURVE")
+        obj = bpy.data.objects.new(name, made)
+        node.target = obj
+    obj["curlew_kind"] = node.kind
+    _link(obj)
+    return obj
+
+
+def volume(node: bpy.types.Node, file: Path, frames: Optional[Sequence[int]]) -> bpy.types.Object:
+    """The volume object of a file, or of one a frame, with `$F4` in its name. Velocities are per second."""
+    obj = target_of(node)
+    data = obj.data
+    first = str(file).replace("$F4", f"{frames[0]:04d}") if frames else str(file)
+    data.filepath = cache.stored(Path(first))
+    data.is_sequence = bool(frames)
+    if frames:
+        data.frame_start = frames[0]
+        data.frame_duration = frames[-1] - frames[0] + 1
+        data.frame_offset = 0
+        data.sequence_mode = "CLIP"
+    data.grids.load()
+    if data.grids.error_message:
+        raise RuntimeError(f"'{first}': {data.grids.error_message}")
+    vectors = [grid.name for grid in data.grids if grid.data_type.startswith("VECTOR")]
+    if vectors:
+        data.velocity_grid = vectors[0]
+    data.velocity_unit = "SECOND"
+    data.velocity_scale = 1.0
+    if not data.materials:
+        data.materials.append(looks.volume_material())
+    return obj
+
+
+def geometry(node: bpy.types.Node, pattern: Path, frames: Optional[Sequence[int]]) -> bpy.types.Object:
+    """The object of points, curves or a mesh that a bake has stored."""
+    obj = target_of(node)
+    obj["curlew_cache"] = cache.stored(pattern)
+    obj["curlew_frames"] = [frames[0], frames[-1]] if frames else []
+    arrays = _of_frame(obj, bpy.context.scene.frame_current)
+    if arrays is not None:
+        show(obj, arrays)
+    if node.kind == "points":
+        looks.particles(obj, node.thickness, fastest(arrays))
+    elif node.kind == "curves":
+        obj.data.bevel_depth = node.thickness
+        obj.data.bevel_resolution = 1
+    if node.kind != "points" and not obj.data.materials:
+        obj.data.materials.append(looks.surface_material(node.kind))
+    return obj
+
+
+def fastest(arrays: Optional[Arrays]) -> float:
+    """The speed that counts as fast: hardly a particle is faster."""
+    if arrays is None or "velocity" not in arrays or not len(arrays["velocity"]):
+        return 1.0
+    return float(np.percentile(np.linalg.norm(arrays["velocity"], axis=1), 98)) or 1.0
+
+
+def _of_frame(obj: bpy.types.Object, frame: int) -> Optional[Arrays]:
+    """What the object shows in a frame; beyond its frames the nearest. None where the files are gone."""
+    frames = list(obj.get("curlew_frames", []))
+    path = bpy.path.abspath(obj["curlew_cache"])
+    if frames:
+        nearest = min(max(frame, frames[0]), frames[1])
+        path = path.replace("$F4", f"{nearest:04d}")
+    return cache.load(Path(path)) if Path(path).exists() else None
+
+
+@bpy.app.handlers.persistent
+def on_frame(scene: bpy.types.Scene, depsgraph: Optional[bpy.types.Depsgraph] = None) -> None:
+    """Shows what was baked for the frame."""
+    for obj in bpy.data.objects:
+        if "curlew_cache" in obj and len(obj.get("curlew_frames", [])) == 2:
+            arrays = _of_frame(obj, scene.frame_current)
+            if arrays is not None:
+                show(obj, arrays)
+
+
+def register() -> None:
+    """Follows the frames of the scene."""
+    bpy.app.handlers.frame_change_post.append(on_frame)
+
+
+def unregister() -> None:
+    """No longer."""
+    if on_frame in bpy.app.handlers.frame_change_post:
+        bpy.app.handlers.frame_change_post.remove(on_frame)

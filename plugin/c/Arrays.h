@@ -1,0 +1,55 @@
+#pragma once
+
+#include "curlew.h"
+#include "curlew/base/Error.h"
+
+#include <cstddef>
+#include <cstring>
+
+namespace curlew::c {
+
+/// What kinds of numbers an array may have.
+enum class Numbers { floats, integers };
+
+/// Throws ValueError, with its name, for an array that cannot be read, or is not one of such items.
+void checkArray(const curlew_array& array, const char* name, int components, Numbers numbers);
+/// The same of one to write to, which also has to have `count` items.
+void checkBuffer(const curlew_buffer& buffer, const char* name, int64_t count, int components, Numbers numbers);
+
+/// Bytes from item to item.
+ptrdiff_t strideOf(const curlew_array& array);
+ptrdiff_t strideOf(const curlew_buffer& buffer);
+
+template <class T>
+T loadAs(const void* from) {
+    T value;
+    std::memcpy(&value, from, sizeof value);
+    return value;
+}
+template <class T>
+void storeAs(T value, void* to) {
+    std::memcpy(to, &value, sizeof value);
+}
+
+/// A number of an array of floats; it has been checked.
+inline double realAt(const curlew_array& array, ptrdiff_t stride, size_t item, size_t component) {
+    const auto* from = static_cast<const char*>(array.data) + static_cast<ptrdiff_t>(item) * stride;
+    return array.type == CURLEW_FLOAT32 ? static_cast<double>(loadAs<float>(from + component * sizeof(float)))
+                                        : loadAs<double>(from + component * sizeof(double));
+}
+/// A number of an array of integers.
+inline int64_t integerAt(const curlew_array& array, ptrdiff_t stride, size_t item, size_t component) {
+    const auto* from = static_cast<const char*>(array.data) + static_cast<ptrdiff_t>(item) * stride;
+    return array.type == CURLEW_INT32 ? loadAs<int32_t>(from + component * sizeof(int32_t))
+                                      : loadAs<int64_t>(from + component * sizeof(int64_t));
+}
+/// Writes a number to a buffer of floats.
+inline void putReal(double value, const curlew_buffer& buffer, ptrdiff_t stride, size_t item, size_t component) {
+    auto* to = static_cast<char*>(buffer.data) + static_cast<ptrdiff_t>(item) * stride;
+    if (buffer.type == CURLEW_FLOAT32)
+        storeAs(static_cast<float>(value), to + component * sizeof(float));
+    else
+        storeAs(value, to + component * sizeof(double));
+}
+
+} // namespace curlew::c

@@ -1,0 +1,56 @@
+#pragma once
+
+#include "Guard.h"
+
+#include <atomic>
+#include <chrono>
+#include <mutex>
+#include <thread>
+
+namespace curlew::c {
+
+/// The functions of a program's caller, and whether one of them (or curlew_cancel) has asked it to stop.
+class Caller {
+  public:
+    void begin(const curlew_callbacks* callbacks);
+    void end();
+    void cancel() { mCancelled = true; }
+
+    /// What the program is heard with.
+    app::Listener listener();
+    void frame(int frame);
+
+  private:
+    void message(std::string_view text) const;
+    void progress(const app::Progress& progress);
+    bool cancelled();
+    /// Called with the lock held.
+    void tell(bool atOnce);
+
+    curlew_callbacks mCallbacks{};
+    std::atomic<bool> mCancelled = false;
+    std::mutex mTelling;
+    std::string mTitle;
+    double mFraction = 0;
+    std::chrono::steady_clock::time_point mTold{};
+};
+
+} // namespace curlew::c
+
+/// A session of the interface.
+struct curlew_session {
+    /// While it lives, the program of the session runs. Throws ValueError where one runs already.
+    class Running;
+    /// The session, to look at: while it runs, only for its frame callback. Throws ValueError otherwise.
+    const curlew::app::Session& readable() const;
+    /// The session, to change. Throws ValueError while it runs.
+    curlew::app::Session& writable();
+
+    curlew::c::Caller caller;
+    curlew::app::Console console{caller.listener()};
+    curlew::app::Session session{console};
+    mutable std::string text; ///< What it has told last.
+
+    std::atomic<bool> running = false;
+    std::atomic<std::thread::id> inFrame = std::thread::id(); ///< The thread whose frame callback is called.
+};

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "curlew.h"
+#include "curlew/app/Session.h"
+
+namespace curlew::c {
+
+/// Numbers in memory, `step` of them from one to the next.
+struct Column {
+    std::variant<const float*, const double*, const int32_t*, const int64_t*, const uint64_t*, const uint32_t*,
+                 const uint8_t*>
+        data;
+    size_t step = 1;
+};
+
+/// What an object has under a name: `count` items, a column for each of their components.
+struct NamedArray {
+    std::string name;
+    size_t count = 0;
+    std::vector<Column> columns = {};
+    std::shared_ptr<const void> owner = {}; ///< Where the object itself has no such numbers.
+
+    curlew_type type() const;
+};
+
+std::vector<NamedArray> arraysOf(const Particles& particles);
+std::vector<NamedArray> arraysOf(const Curves& curves);
+std::vector<NamedArray> arraysOf(const Mesh& mesh);
+std::vector<NamedArray> arraysOf(const Image& image);
+
+/// Fills the buffer. Throws ValueError where it does not fit.
+void copy(const NamedArray& array, const curlew_buffer& buffer);
+
+} // namespace curlew::c

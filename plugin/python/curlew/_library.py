@@ -1,0 +1,209 @@
+"""The shared library: where it is, what its functions are called with, and how their failures become exceptions."""
+
+import ctypes
+import os
+import platform
+from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_int32, c_int64, c_void_p
+from pathlib import Path
+from typing import Any, List, Optional
+
+import numpy as np
+
+ABI_VERSION = 1
+_NAME = "libcurlew.so"
+
+FLOAT32, FLOAT64, INT32, INT64 = range(4)
+FIELD, FLOW, GRID, MESH, POINTS, CURVES, IMAGE = range(7)
+_OK, _CANCELLED = 0, 4
+_TYPES = {"float32": FLOAT32, "float64": FLOAT64, "int32": INT32, "int64": INT64}
+
+
+class Error(Exception):
+    """What the library says is wrong, in one line.
+
+    Attributes:
+        line: the line of the program's text that has failed, from 1; None where it is no line's fault.
+        action: the name of the action that has failed; None where it is none's fault.
+    """
+
+    def __init__(self, message: str, line: Optional[int] = None, action: Optional[str] = None) -> None:
+        super().__init__(message)
+        self.line = line
+        self.action = action
+
+
+class Cancelled(Error):
+    """A callback, or Session.cancel(), has asked the program to stop."""
+
+
+class Array(ctypes.Structure):
+    """curlew_array and curlew_buffer, which are the same in memory."""
+
+    _fields_ = [
+        ("data", c_void_p),
+        ("count", c_int64),
+        ("stride", c_int64),
+        ("components", c_int32),
+        ("type", c_int32),
+    ]
+
+
+PROGRESS = ctypes.CFUNCTYPE(c_int, c_void_p, c_char_p, c_double)
+FRAME = ctypes.CFUNCTYPE(c_int, c_void_p, c_int32)
+MESSAGE = ctypes.CFUNCTYPE(None, c_void_p, c_char_p)
+
+
+class Callbacks(ctypes.Structure):
+    """curlew_callbacks."""
+
+    _fields_ = [("user", c_void_p), ("progress", PROGRESS), ("frame", FRAME), ("message", MESSAGE)]
+
+
+def _candidates() -> List[Path]:
+    package = Path(__file__).resolve().parent
+    beside = [package / _NAME, package.parent / _NAME]
+    # Installed: prefix/lib/python3/…/curlew; in the checkout: plugin/python/curlew, and the build tree is build/.
+    above = [parent / _NAME for parent in list(package.parents)[:4]]
+    checkout = [top / "build" / _NAME for top in list(package.parents)[2:3]]
+    return beside + above + checkout
+
+
+def find_library() -> str:
+    """The path of the shared library.
+
+    That is what the environment's CURLEW_LIBRARY says, if it is set; else libcurlew.so beside this package or in a
+    folder above it, or in the build tree of the checkout that the package is in. Raises Error where there is none.
+    """
+    given = os.environ.get("CURLEW_LIBRARY")
+    if given:
+        if not Path(given).is_file():
+            raise Error(f"CURLEW_LIBRARY is '{given}', and there is no such file")
+        return given
+    for path in _candidates():
+        if path.is_file():
+            return str(path)
+    raise Error(f"{_NAME} is not beside the package '{Path(__file__).parent}'; say where it is in CURLEW_LIBRARY")
+
+
+_library: Optional[ctypes.CDLL] = None
+
+
+def library() -> ctypes.CDLL:
+    """The loaded library."""
+    global _library
+    if _library is None:
+        _library = _load(find_library())
+    return _library
+
+
+def _load(path: str) -> ctypes.CDLL:
+    try:
+        lib = ctypes.CDLL(path)
+        version = lib.curlew_abi_version()
+    except (OSError, AttributeError) as error:
+        raise Error(f"cannot load '{path}' on {platform.platform()}: {error}") from error
+    if version != ABI_VERSION:
+        raise Error(f"'{path}' has version {version} of the interface, and this package needs {ABI_VERSION}")
+    session, text, array = c_void_p, c_char_p, POINTER(Array)
+    functions = {
+        "version": (text, []),
+        "registry": (text, []),
+        "error_message": (text, []),
+        "error_line": (c_int32, []),
+        "error_action": (text, []),
+        "session_create": (c_int32, [POINTER(session)]),
+        "session_release": (None, [POINTER(session)]),
+        "provide_mesh": (c_int32, [session, text, array, array, array]),
+        "provide_points": (c_int32, [session, text, array, array, array]),
+        "withdraw": (c_int32, [session, text]),
+        "run": (c_int32, [session, text, text, POINTER(Callbacks)]),
+        "check": (c_int32, [text, text]),
+        "cancel": (c_int32, [session]),
+        "count": (c_int32, [session, c_int32, POINTER(c_int64)]),
+        "describe": (c_int32, [session, c_int32, c_int64, POINTER(c_char_p)]),
+        "read": (c_int32, [session, c_int32, c_int64, text, array]),
+        "report": (c_int32, [session, POINTER(c_char_p)]),
+        "session_field": (c_int32, [session, c_int64, POINTER(c_void_p)]),
+        "session_flow": (c_int32, [session, c_int64, POINTER(c_void_p)]),
+        "field_release": (None, [POINTER(c_void_p)]),
+        "flow_release": (None, [POINTER(c_void_p)]),
+        "field_dimension": (c_int32, [c_void_p]),
+        "flow_dimension": (c_int32, [c_void_p]),
+        "field_evaluate": (c_int32, [c_void_p, array, array, array]),
+        "flow_evaluate": (c_int32, [c_void_p, array, array, array]),
+    }
+    for name, (result, arguments) in functions.items():
+        function = getattr(lib, f"curlew_{name}")
+        function.restype, function.argtypes = result, arguments
+    return lib
+
+
+def call(name: str, *arguments: Any) -> None:
+    """Calls a function that returns a status; a failure becomes an exception."""
+    lib = library()
+    status = getattr(lib, f"curlew_{name}")(*arguments)
+    if status == _OK:
+        return
+    kind = Cancelled if status == _CANCELLED else Error
+    raise kind(
+        lib.curlew_error_message().decode(errors="replace"),
+        lib.curlew_error_line() or None,
+        lib.curlew_error_action().decode(errors="replace") or None,
+    )
+
+
+def told(name: str, *arguments: Any) -> str:
+    """The text that a function hands out through its last argument."""
+    text = c_char_p()
+    call(name, *arguments, byref(text))
+    return (text.value or b"").decode()
+
+
+def created(name: str, *arguments: Any) -> c_void_p:
+    """The handle that a function hands out through its last argument."""
+    handle = c_void_p()
+    call(name, *arguments, byref(handle))
+    return handle
+
+
+def plain(text: str, what: str) -> bytes:
+    """Text for the library."""
+    encoded = text.encode()
+    if b"\0" in encoded:
+        raise Error(f"{what} must not have a character 0 in it")
+    return encoded
+
+
+def array_of(values: np.ndarray) -> Array:
+    """The library's view of an array of one or two dimensions whose items are contiguous."""
+    components = 1 if values.ndim == 1 else values.shape[1]
+    view = Array(values.ctypes.data, values.shape[0], values.strides[0], components, _TYPES[values.dtype.name])
+    view.kept = values  # for as long as the view is there
+    return view
+
+
+def usable(values: Any, components: int, what: str, integers: bool = False) -> np.ndarray:
+    """The values as an array that the library can read: themselves where they are one already."""
+    try:
+        array = np.asarray(values)
+        if integers and array.dtype.kind == "u":
+            array = array.astype(np.int64)
+        if array.dtype.name not in (("int32", "int64") if integers else ("float32", "float64")):
+            if integers and array.dtype.kind not in "ib" and array.size:
+                raise Error(f"{what} must be whole numbers, not {array.dtype}")
+            array = array.astype(np.int64 if integers else np.float64)
+    except (TypeError, ValueError) as error:
+        raise Error(f"{what} must be an array of numbers: {error}") from error
+    if not array.dtype.isnative:
+        array = array.astype(array.dtype.newbyteorder("="))
+    shape = array.shape
+    if array.size == 0 and array.ndim < 2:
+        array = array.reshape((0, components) if components > 1 else (0,))
+    elif components == 1 and array.ndim == 2 and shape[1] == 1:
+        array = array[:, 0]
+    if array.ndim != (1 if components == 1 else 2) or (components > 1 and array.shape[1] != components):
+        wanted = "(n,)" if components == 1 else f"(n, {components})"
+        raise Error(f"{what} must have the shape {wanted}, not {shape}")
+    contiguous_items = array.ndim == 1 or array.strides[1] == array.itemsize
+    repeated = array.strides[0] == 0  # which the library takes for "one after another"
+    return array if contiguous_items and not repeated else np.ascontiguousarray(array)

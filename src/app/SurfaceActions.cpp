@@ -1,0 +1,174 @@
+#include "CameraOptions.h"
+#include "Options.h"
+#include "curlew/app/Registry.h"
+#include "curlew/app/Session.h"
+#include "curlew/image/Slice.h"
+#include "curlew/image/SurfaceShading.h"
+
+#include <openvdb/tools/LevelSetFilter.h>
+
+namespace curlew::app {
+
+namespace {
+
+using namespace options;
+
+const std::string kGroup = "pictures";
+
+LevelSet smoothed(LevelSet levelSet, int voxels) {
+    if (voxels == 0) return levelSet;
+    const auto grid = levelSet.grid->deepCopy();
+    openvdb::tools::LevelSetFilter<openvdb::FloatGrid>(*grid).gaussian(voxels);
+    return {.grid = grid, .mesh = nullptr};
+}
+
+/// The surface to show: an isosurface of the newest field, or the newest mesh, level set or shape.
+Surface subjectOf(Session& s, const Arguments& a) {
+    if (a.given("iso")) {
+        const FieldObject& object = s.fields.at();
+        const bool bounded = object.sdf && object.sdf->bounds.finite();
+        const Box box = a.given("box") ? a.box("box") : bounded ? object.sdf->bounds : Domain{}.box;
+        return {inSpace(object.field), a.real("iso"), box, !a.flag("sheet")};
+    }
+    std::shared_ptr<const Mesh> mesh;
+    uint64_t made = 0;
+    for (size_t k = 0; k < s.geometry.size() && !mesh; ++k)
+        if (const auto* found = std::get_if<std::shared_ptr<const Mesh>>(&s.geometry.at(k))) {
+            mesh = *found;
+            made = s.geometry.entry(k).made;
+        }
+    const auto shape = s.newestField(true), grid = s.newestLevelSet();
+    const uint64_t shapeMade = shape ? s.fields.entry(*shape).made : 0;
+    const uint64_t gridMade = grid ? s.grids.entry(*grid).made : 0;
+    if (std::max({made, shapeMade, gridMade}) == 0)
+        throw ValueError("there is no mesh, level set or shape to show; make one, or give iso= for a field");
+    if (shapeMade > std::max(made, gridMade)) {
+        const Sdf& sdf = *s.fields.at(*shape).sdf;
+        return {sdf, a.given("box") && !sdf.bounds.finite() ? a.box("box") : sdf.bounds};
+    }
+    const auto smooth = static_cast<int>(a.integer("smooth"));
+    if (made > gridMade)
+        return Surface(smoothed(meshToLevelSet(mesh, {.dim = static_cast<int>(a.integer("dim")), .open = true},
+                                               s.console.follow("mesh to level set")),
+                                smooth));
+    s.levelSetSdf(*grid, 0); // its band is wide enough for the spline on return
+    return Surface(smoothed(levelSetOf(s.grids.at(*grid).grid), smooth));
+}
+
+/// What of the newest flow or field colours the surface.
+SliceChannel channelOf(const Session& s, const std::string& shown) {
+    if (shown != "value") return flowChannel(s.flow(), shown);
+    const auto age = s.newestField(false);
+    if (!age) throw ValueError("there is no field to show on the surface; make one with -noise");
+    return [field = inSpace(s.fields.at(*age).field)](const PointBatch& points, std::array<float, kBatch>& values) {
+        JetBatch<float, 0> jets;
+        field.eval(points, jets);
+        values = jets.c[0];
+    };
+}
+
+/// The colours of values at the hits, over the range that most of them have.
+std::vector<Vec3f> colorsOf(const SliceChannel& channel, const SurfaceView& view, const Monitor& monitor) {
+    std::vector<float> values(view.hits.size());
+    parallelFor(
+        values.size(), kBatch,
+        [&](size_t begin, size_t end) {
+            PointBatch points;
+            for (size_t k = begin; k < end; ++k) points.push(view.hits[k].position);
+            std::array<float, kBatch> batch;
+            channel(points, batch);
+            std::copy_n(batch.begin(), end - begin, values.begin() + static_cast<std::ptrdiff_t>(begin));
+        },
+        monitor);
+    const bool positive = std::none_of(values.begin(), values.end(), [](float v) { return v < 0; });
+    const ColorScale scale =
+        automaticScale({.width = static_cast<int>(values.size()), .height = 1, .channels = {"value"}, .pixels = values},
+                       positive ? ColorMap::viridis : ColorMap::diverging);
+    std::vector<Vec3f> colors;
+    colors.reserve(values.size());
+    for (const float v : values) colors.push_back(colorAt(scale.map, (v - scale.lower) / (scale.upper - scale.lower)));
+    return colors;
+}
+
+Vec3f colorOption(const Arguments& a, std::string_view name) {
+    const Vec3d given = a.vector(name);
+    Vec3f color;
+    for (int i = 0; i < 3; ++i) {
+        if (!(given[i] >= 0)) throw ValueError(fmt::format("{} has a negative part", name));
+        color[i] = static_cast<float>(given[i]);
+    }
+    return color;
+}
+
+/// The camera that the options ask for; or the nearest one that sees all of the surface.
+Camera cameraFor(const Arguments& a, const Surface& surface) {
+    Camera camera = cameraOf(a, a.given("box") ? a.box("box") : surface.box());
+    if (a.given("eye") || a.given("box")) return camera;
+    const std::vector<Vec3d> seen = visiblePoints(surface, camera);
+    if (seen.size() < 2) return camera;
+    return Camera::around(seen, a.vector("from"), a.vector("up"), a.real("fov"), camera.width(), camera.height(), 0.07);
+}
+
+void shade(Session& s, const Arguments& a) {
+    const Surface surface = subjectOf(s, a);
+    const ImageObject* behind = a.flag("over") ? &s.images.at() : nullptr;
+    if (behind && !behind->camera)
+        throw ValueError("over=1 needs a picture that -shade has made, whose camera it takes");
+    const Camera camera = behind ? *behind->camera : cameraFor(a, surface);
+    std::optional<SliceChannel> channel;
+    if (a.choice("show") > 0) channel = channelOf(s, a.text("show"));
+    const Vec3f color = colorOption(a, "color");
+    SurfaceLook look{
+        .background = colorOption(a, "background"), .gloss = a.real("gloss"), .outline = a.flag("outline")};
+    if (a.given("light")) look.light = a.vector("light");
+    const SurfaceView view =
+        viewSurface(surface, camera, static_cast<int>(a.integer("samples")), s.console.follow("rays"));
+    const Monitor monitor = s.console.follow("shading");
+    const bool colored = channel && !view.hits.empty();
+    const std::vector<Vec3f> colors = colored ? colorsOf(*channel, view, monitor) : std::vector{color};
+    const uint64_t made = s.now();
+    Image image = shadeSurface(view, colors, look, a.flag("shadow") ? &surface : nullptr,
+                               behind ? &behind->image : nullptr, monitor);
+    s.report["shade"] = {{"hits", view.hits.size()}, {"coverage", view.coverage()}};
+    if (view.hits.empty()) s.console.warn("the camera sees nothing of the surface");
+    if (behind) s.images.take();
+    s.images.push({.image = std::move(image), .camera = camera}, made);
+}
+
+} // namespace
+
+std::vector<Action> surfaceActions() {
+    std::vector<Option> options{
+        choice("show", {"color", "value", "speed", "vx", "vy", "vz", "f", "g"},
+               "what colours it: color=, or what the newest field or flow has there"),
+        vector("color", "0.74,0.70,0.65", "", "of the surface: sRGB from 0 to 1"),
+        real("iso", "", "",
+             "show where the newest field has this value, in its box, instead of a mesh, level set or shape"),
+        flag("sheet", "0", "1: an isosurface is open where the box cuts it; 0: what is below the value is solid"),
+        box("box",
+            "where an isosurface, or a shape without end, is cut; and what the camera has to see (default: the "
+            "surface's own)"),
+        integer("dim", "256", 8, 4096, "voxels along the longest edge of a mesh"),
+        integer("smooth", "0", 0, 32,
+                "voxels over which a mesh or level set is smoothed, so that its facets do not show"),
+        flag("outline", "0", "1: only a faint rim, which hides nothing: for what is inside"),
+        flag("over", "0", "1: into the newest picture that -shade has made, by depth and with its camera"),
+        flag("shadow", "1", "whether it throws shadows on itself"),
+        vector("light", "", "", "where the key light is (default: over the camera's left shoulder)"),
+        notNegative("gloss", "0.15", "", "of its highlight"),
+        vector("background", "0.11,0.115,0.125", "", "sRGB from 0 to 1"),
+        integer("samples", "3", 1, 16, "along each edge of a pixel")};
+    for (Option& option : cameraOptions()) options.push_back(std::move(option));
+    return {{.name = "shade",
+             .group = kGroup,
+             .summary = "a picture of the newest mesh, level set or shape, or of where a field has a value",
+             .inputs = "mesh, level set, shape or field (which stays)",
+             .outputs = "image",
+             .options = std::move(options),
+             .examples = {"curlew -read scenes/spot.obj -shade from=-1,0.4,-1 -write spot.png",
+                          "curlew -noise frequency=2 -shade iso=0 sheet=1 -write sheets.png",
+                          "curlew -torus -noise frequency=3 -shade show=value -write torus.png torus.exr"},
+             .run = shade}};
+}
+
+} // namespace curlew::app

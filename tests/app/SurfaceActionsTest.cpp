@@ -1,0 +1,61 @@
+#include "curlew/image/ImageFile.h"
+#include "support/Command.h"
+
+using namespace curlew;
+using test::Folder;
+using test::jsonOf;
+
+namespace {
+
+const std::string kSmall = " width=64 height=48 samples=2 ";
+
+} // namespace
+
+TEST_CASE("shapes, level sets, meshes and isosurfaces of the same ball look the same", "[app][command]") {
+    const Folder folder;
+    const std::string shade = "-shade eye=0,0,4" + kSmall;
+    folder.mustRun("-sphere radius=0.8 " + shade + "-write shape.exr shape.json");
+    folder.mustRun("-sphere radius=1 " + shade + "iso=-0.2 -write iso.exr");
+    const Image shape = readExr(folder / "shape.exr"), iso = readExr(folder / "iso.exr");
+    REQUIRE(shape.channels == std::vector<std::string>{"R", "G", "B", "A", "Z"});
+    double worst = 0;
+    for (size_t k = 0; k < shape.pixels.size(); ++k)
+        if (std::isfinite(shape.pixels[k]))
+            worst = std::max(worst, static_cast<double>(std::abs(shape.pixels[k] - iso.pixels[k])));
+    CHECK(worst < 1e-5);
+    // f tan(asin(r / d)) = 20.7 pixels is its radius.
+    CHECK(jsonOf(folder / "shape.json")["shade"]["coverage"].get<double>() == Approx(0.438).epsilon(0.01));
+}
+
+TEST_CASE("a mesh is shaded", "[app][command]") {
+    const Folder folder;
+    folder.mustRun("-read " CURLEW_SOURCE_DIR "/scenes/spot.obj -shade dim=64 smooth=1" + kSmall +
+                   "-write spot.png spot.json");
+    CHECK(jsonOf(folder / "spot.json")["shade"]["coverage"].get<double>() > 0.1);
+}
+
+TEST_CASE("pictures in perspective are the same for any number of threads and any instruction set", "[app][command]") {
+    const Folder folder;
+    const std::string program = "-torus -noise frequency=3 -shade show=value" + kSmall;
+    folder.mustRun("-threads 1 " + program + "-write one.exr");
+    folder.mustRun("-threads 3 " + program + "-write three.exr");
+    folder.shell("CURLEW_SIMD=scalar curlew " + program + "-write scalar.exr");
+    CHECK(test::bytesOf(folder / "one.exr") == test::bytesOf(folder / "three.exr"));
+    CHECK(test::bytesOf(folder / "one.exr") == test::bytesOf(folder / "scalar.exr"));
+}
+
+TEST_CASE("one shaded picture goes into another", "[app][command]") {
+    const Folder folder;
+    folder.mustRun("-torus -shade eye=0,1,4 target=0,0,0" + kSmall +
+                   "-sphere radius=0.3 -shade over=1 -sphere radius=0.9 -shade over=1 outline=1 -write all.exr");
+    CHECK(readExr(folder / "all.exr").width == 64);
+    folder.mustFail("-noise dim=2 -slice width=16 -sphere -shade over=1", {"-shade", "camera"});
+    folder.mustFail("-sphere -shade over=1", {"-shade", "image"});
+    folder.mustFail("-noise -shade", {"-shade", "iso="});
+    folder.mustFail("-plane -shade", {"infinite"});
+    folder.mustFail("-sphere -shade show=value", {"no field"});
+    folder.mustFail("-sphere -shade show=speed", {"no flow"});
+    folder.mustFail("-sphere -shade color=-1,0,0", {"color"});
+    folder.mustFail("-sphere -shade samples=0", {"samples"});
+    folder.mustFail("-shade iso=0", {"no field"});
+}

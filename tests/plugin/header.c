@@ -1,0 +1,12 @@
+/* The header is all that a C program needs, and it is C99. */
+#include "curlew.h"
+
+int main(void) {
+    curlew_session* session = NULL;
+    int good = curlew_abi_version() == CURLEW_ABI_VERSION && curlew_version() != NULL && curlew_registry() != NULL;
+    good = good && curlew_session_create(&session) == CURLEW_OK && session != NULL;
+    curlew_session_release(&session);
+    good = good && session == NULL;
+    curlew_session_release(&session);
+    return good ? 0 : 1;
+}

@@ -1,0 +1,227 @@
+/* The main job, by a library that is only known when it is loaded: argv[1]. A mesh goes in as arrays; a flow around it,
+   particles that follow it and a velocity grid come out. */
+#include "Check.h"
+#include "curlew.h"
+
+#include <dlfcn.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef void (*function)(void);
+
+static void* library;
+
+static function loaded(const char* name) {
+    function found = NULL;
+    void* symbol = dlsym(library, name);
+    if (!symbol) {
+        fprintf(stderr, "there is no %s\n", name);
+        exit(1);
+    }
+    memcpy(&found, &symbol, sizeof found); /* C99 has no cast for it */
+    return found;
+}
+
+#define LOAD(type, name, arguments)           \
+    typedef type(*name##_function) arguments; \
+    static name##_function name##_
+
+LOAD(const char*, error_message, (void));
+LOAD(curlew_status, session_create, (curlew_session**));
+LOAD(void, session_release, (curlew_session**));
+LOAD(curlew_status, provide_mesh,
+     (curlew_session*, const char*, const curlew_array*, const curlew_array*, const curlew_array*));
+LOAD(curlew_status, run, (curlew_session*, const char*, const char*, const curlew_callbacks*));
+LOAD(curlew_status, count, (const curlew_session*, curlew_kind, int64_t*));
+LOAD(curlew_status, describe, (const curlew_session*, curlew_kind, int64_t, const char**));
+LOAD(curlew_status, read, (const curlew_session*, curlew_kind, int64_t, const char*, const curlew_buffer*));
+LOAD(curlew_status, report, (const curlew_session*, const char**));
+LOAD(curlew_status, session_flow, (const curlew_session*, int64_t, curlew_flow**));
+LOAD(void, flow_release, (curlew_flow**));
+LOAD(curlew_status, flow_evaluate,
+     (const curlew_flow*, const curlew_array*, const curlew_buffer*, const curlew_buffer*));
+
+#define GET(name) name##_ = (name##_function)loaded("curlew_" #name)
+
+/* A sphere of radius 0.5: rings of quads, and triangles at the poles, in one list of faces of different sizes. */
+enum { kRings = 24, kSides = 48, kPoints = 2 + (kRings - 1) * kSides };
+static float points[kPoints][3];
+static int32_t corners[kRings * kSides * 4];
+static int32_t sizes[kRings * kSides];
+
+static int32_t vertex(int ring, int side) {
+    if (ring == 0) return 0;
+    if (ring == kRings) return kPoints - 1;
+    return 1 + (ring - 1) * kSides + side % kSides;
+}
+
+static int64_t makeSphere(int64_t* faces) {
+    const double pi = acos(-1.0);
+    int64_t used = 0;
+    *faces = 0;
+    for (int ring = 0; ring <= kRings; ++ring)
+        for (int side = 0; side < kSides; ++side) {
+            const double polar = pi * ring / kRings, around = 2 * pi * side / kSides;
+            float* p = points[vertex(ring, side)];
+            p[0] = (float)(0.5 * sin(polar) * cos(around));
+            p[1] = (float)(0.5 * cos(polar));
+            p[2] = (float)(0.5 * sin(polar) * sin(around));
+        }
+    for (int ring = 0; ring < kRings; ++ring)
+        for (int side = 0; side < kSides; ++side) {
+            const int64_t before = used;
+            corners[used++] = vertex(ring, side);
+            if (ring > 0) corners[used++] = vertex(ring, side + 1);
+            if (ring < kRings - 1) corners[used++] = vertex(ring + 1, side + 1);
+            corners[used++] = vertex(ring + 1, side);
+            sizes[(*faces)++] = (int32_t)(used - before);
+        }
+    return used;
+}
+
+static int progressCalls = 0;
+static int progress(void* user, const char* title, double fraction) {
+    ++*(int*)user;
+    CHECK(title != NULL && fraction >= 0 && fraction <= 1);
+    return 0;
+}
+
+static char said[4096];
+static void message(void* user, const char* text) {
+    (void)user;
+    strncat(said, text, sizeof said - strlen(said) - 1);
+}
+
+static void mustRun(curlew_session* session, const char* text) {
+    const curlew_callbacks callbacks = {&progressCalls, progress, NULL, message};
+    if (run_(session, text, "job", &callbacks) != CURLEW_OK) {
+        fprintf(stderr, "%s\n", error_message_());
+        exit(1);
+    }
+}
+
+/* Positions as they are in a vertex of a larger struct. */
+typedef struct particle {
+    char tag;
+    float position[3];
+    double velocity[3];
+    int32_t id;
+} particle;
+
+static double lengthOf(const double* v) { return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
+
+static void checkPoints(const curlew_session* session) {
+    enum { kCount = 2000 };
+    static particle particles[kCount];
+    static double velocities[kCount][3];
+    const curlew_buffer position = {particles[0].position, kCount, sizeof(particle), 3, CURLEW_FLOAT32};
+    const curlew_buffer id = {&particles[0].id, kCount, sizeof(particle), 1, CURLEW_INT32};
+    const curlew_buffer velocity = {particles[0].velocity, kCount, sizeof(particle), 3, CURLEW_FLOAT64};
+    const curlew_buffer packed = {velocities, kCount, 0, 3, CURLEW_FLOAT64};
+    int inside = 0, sameIds = 0;
+    CHECK(read_(session, CURLEW_POINTS, 0, "position", &position) == CURLEW_OK);
+    CHECK(read_(session, CURLEW_POINTS, 0, "id", &id) == CURLEW_OK);
+    CHECK(read_(session, CURLEW_POINTS, 0, "velocity", &velocity) == CURLEW_OK);
+    CHECK(read_(session, CURLEW_POINTS, 0, "velocity", &packed) == CURLEW_OK);
+    for (int k = 0; k < kCount; ++k) {
+        double p[3];
+        for (int axis = 0; axis < 3; ++axis) p[axis] = particles[k].position[axis];
+        inside += lengthOf(p) < 0.49; /* the polyhedron lies a little inside of the sphere */
+        sameIds += particles[k].id == k;
+        CHECK(memcmp(particles[k].velocity, velocities[k], sizeof velocities[k]) == 0);
+    }
+    CHECK(inside == 0);
+    CHECK(sameIds == kCount);
+}
+
+/* The flow is evaluated where the particles are: it is their velocity, and along the wall at the wall. */
+static void checkFlow(const curlew_session* session) {
+    enum { kCount = 2000 };
+    static double positions[kCount][3], velocities[kCount][3], velocityThen[kCount][3], potentials[kCount][2];
+    static float asFloat[kCount][3];
+    const curlew_buffer readPositions = {positions, kCount, 0, 3, CURLEW_FLOAT64};
+    const curlew_buffer readVelocities = {velocityThen, kCount, 0, 3, CURLEW_FLOAT64};
+    const curlew_array at = {positions, kCount, 0, 3, CURLEW_FLOAT64};
+    const curlew_buffer v = {velocities, kCount, 0, 3, CURLEW_FLOAT64};
+    const curlew_buffer fg = {potentials, kCount, 0, 2, CURLEW_FLOAT64};
+    const curlew_buffer single = {asFloat, kCount, 0, 3, CURLEW_FLOAT32};
+    double largest = 0, differs = 0, differsSingle = 0;
+    curlew_flow* flow = NULL;
+    CHECK(read_(session, CURLEW_POINTS, 0, "position", &readPositions) == CURLEW_OK);
+    CHECK(read_(session, CURLEW_POINTS, 0, "velocity", &readVelocities) == CURLEW_OK);
+    CHECK(session_flow_(session, 0, &flow) == CURLEW_OK);
+    CHECK(flow_evaluate_(flow, &at, &v, &fg) == CURLEW_OK);
+    CHECK(flow_evaluate_(flow, &at, &single, NULL) == CURLEW_OK);
+    for (int k = 0; k < kCount; ++k) {
+        double difference[3], differenceSingle[3];
+        for (int axis = 0; axis < 3; ++axis) {
+            difference[axis] = velocities[k][axis] - velocityThen[k][axis];
+            differenceSingle[axis] = velocities[k][axis] - asFloat[k][axis];
+        }
+        largest = fmax(largest, lengthOf(velocities[k]));
+        differs = fmax(differs, lengthOf(difference));
+        differsSingle = fmax(differsSingle, lengthOf(differenceSingle));
+    }
+    CHECK(largest > 0.5);
+    CHECK(differs < 1e-5 * largest);       /* particles keep their velocity as float */
+    CHECK(differsSingle < 1e-3 * largest); /* a product of gradients, with the cancellations of both */
+    flow_release_(&flow);
+    CHECK(flow == NULL);
+}
+
+int main(int argc, char** argv) {
+    int64_t faces = 0, number = 0;
+    const char* json = NULL;
+    curlew_session* session = NULL;
+    if (argc != 2 || !(library = dlopen(argv[1], RTLD_NOW | RTLD_LOCAL))) {
+        fprintf(stderr, "usage: job LIBRARY: %s\n", argc == 2 ? dlerror() : "");
+        return 1;
+    }
+    GET(error_message);
+    GET(session_create);
+    GET(session_release);
+    GET(provide_mesh);
+    GET(run);
+    GET(count);
+    GET(describe);
+    GET(read);
+    GET(report);
+    GET(session_flow);
+    GET(flow_release);
+    GET(flow_evaluate);
+
+    CHECK(session_create_(&session) == CURLEW_OK);
+    {
+        const int64_t used = makeSphere(&faces);
+        const curlew_array p = {points, kPoints, 0, 3, CURLEW_FLOAT32}, c = {corners, used, 0, 1, CURLEW_INT32},
+                           n = {sizes, faces, 0, 1, CURLEW_INT32};
+        CHECK(provide_mesh_(session, "no such file.ply", &p, &c, &n) == CURLEW_OK);
+    }
+    mustRun(session,
+            "read 'no such file.ply'\n"
+            "mesh2ls voxel=0.02\n"
+            "noise frequency=2 seed=1\n"
+            "noise frequency=2 seed=2\n"
+            "bound width=0.15 side=outside\n"
+            "dfvn speed=1\n"
+            "velocity voxel=0.1 density=1\n"
+            "scatter count=2000\n"
+            "advect time=0.5 steps=10\n"
+            "check samples=1000 strict=1\n"
+            "print\n");
+    CHECK(progressCalls > 0);
+    CHECK(strstr(said, "with tracks in ") != NULL); /* what -print prints */
+
+    CHECK(count_(session, CURLEW_POINTS, &number) == CURLEW_OK && number == 1);
+    CHECK(count_(session, CURLEW_GRID, &number) == CURLEW_OK && number == 3);
+    CHECK(count_(session, CURLEW_MESH, &number) == CURLEW_OK && number == 0);
+    CHECK(describe_(session, CURLEW_GRID, 0, &json) == CURLEW_OK);
+    CHECK(strstr(json, "\"name\":\"vel\"") && strstr(json, "\"voxel_size\":[0.1,0.1,0.1]"));
+    CHECK(report_(session, &json) == CURLEW_OK && strstr(json, "\"outside\":0"));
+    checkPoints(session);
+    checkFlow(session);
+    session_release_(&session);
+    dlclose(library);
+    return failures == 0 ? 0 : 1;
+}
