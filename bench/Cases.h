@@ -20,6 +20,7 @@ void registerNoise();
 void registerGrid();
 void registerAdvect();
 void registerEnright();
+void registerWarp();
 
 /// So many batches are worked through in turn that branches and tables cannot be learned by heart.
 inline constexpr int kBatches = 64;

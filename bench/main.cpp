@@ -56,6 +56,7 @@ void run(int argc, char** argv) {
     bench::registerGrid();
     bench::registerAdvect();
     bench::registerEnright();
+    bench::registerWarp();
     benchmark::RunSpecifiedBenchmarks();
     benchmark::Shutdown();
 }

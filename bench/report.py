@@ -195,6 +195,12 @@ def comparisons(cases, memory, sets):
               abs(at[ours]["volume_end"]), (">=", 20))
         rows.append(("  surface at the end: ours", at[ours]["surface_end"], " voxels", "", ("<=", 0.05)))
         rows.append(("  surface at the end: OpenVDB's", at[theirs]["surface_end"], " voxels", "", None))
+    for scheme in "euler", "rk4":
+        for corrections in 0, 1:
+            case = f"warp/{scheme}/64steps/{corrections}corrections"
+            if ns(case) is not None:
+                rows.append((f"image warp at 1024 x 576, {scheme}, 64 steps, {corrections} corrections",
+                             cases[case][best].counters["frames_per_second"], " frames/s", "", None))
     if memory:
         grid = cases["velocity/collocated/1thread"][best].counters["bytes"]
         for what, peak in memory.items():

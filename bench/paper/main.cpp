@@ -18,7 +18,7 @@ struct Table {
     std::string_view name;
     std::vector<std::string> (*write)(const TableRun&, std::ostream&);
 };
-constexpr Table kTables[] = {{"jitter", jitterTable}};
+constexpr Table kTables[] = {{"jitter", jitterTable}, {"warp", warpTable}, {"torus", torusTable}};
 
 /// Throws ValueError, with the usage behind what is wrong.
 [[noreturn]] void fail(const std::string& what) {

@@ -59,6 +59,12 @@ void readGrids(Session& s, const std::string& file, const std::vector<std::strin
             fmt::format("'{}' has no grid of that name; it has {}", file, names.empty() ? "none" : join(names, ", ")));
 }
 
+void readPicture(Session& s, const std::string& file) {
+    Image image = extensionOf(file) == ".png" ? readPng(file) : readExr(file);
+    const bool isSigned = std::any_of(image.pixels.begin(), image.pixels.end(), [](float v) { return v < 0; });
+    s.images.push({std::move(image), isSigned ? ColorMap::diverging : ColorMap::viridis}, s.now());
+}
+
 void read(Session& s, const Arguments& a) {
     const std::vector<std::string> wanted = a.given("grids") ? split(a.text("grids"), ',') : std::vector<std::string>();
     for (const auto& file : a.words()) {
@@ -66,9 +72,13 @@ void read(Session& s, const Arguments& a) {
             s.geometry.push(given->second, s.now());
             continue;
         }
-        requireKnown(file, {".obj", ".ply", ".stl", ".vdb"});
+        requireKnown(file, {".obj", ".ply", ".stl", ".vdb", ".png", ".exr"});
         if (extensionOf(file) == ".vdb") {
             readGrids(s, file, wanted);
+            continue;
+        }
+        if (extensionOf(file) == ".png" || extensionOf(file) == ".exr") {
+            readPicture(s, file);
             continue;
         }
         auto mesh = std::make_shared<const Mesh>(readMesh(file));
@@ -143,8 +153,13 @@ void writeVdbFile(Session& s, const Arguments& a, const std::string& file) {
 void writePicture(Session& s, const Arguments& a, const std::string& file) {
     const size_t age = a.given("image") ? a.ages("image").front() : 0;
     const ImageObject& object = s.images.at(age);
-    if (extensionOf(file) == ".exr") return writeExr(file, object.image);
-    const ColorScale scale = automaticScale(object.image, object.map);
+    if (extensionOf(file) == ".exr") return writeExr(file, object.image, {.half = a.flag("half")});
+    ColorScale scale = automaticScale(object.image, object.map);
+    if (a.given("range")) {
+        const Range range = a.interval("range");
+        scale.lower = static_cast<float>(range.lower);
+        scale.upper = static_cast<float>(range.upper);
+    }
     writePng(file,
              a.flag("legend") && object.image.channels.size() == 1
                  ? withLegend(object.image, scale, object.image.channels.front())
@@ -236,10 +251,10 @@ std::vector<Action> fileActions() {
     return {
         {.name = "read",
          .group = kGroup,
-         .summary = "read meshes (.obj .ply .stl), grids and points (.vdb)",
-         .outputs = "meshes, grids, points",
+         .summary = "read meshes (.obj .ply .stl), grids and points (.vdb), pictures (.png .exr)",
+         .outputs = "meshes, grids, points, images",
          .makes = {several(made("meshes", {Kind::mesh}), 0, 1000), several(made("grids", {Kind::grid}), 0, 1000),
-                   several(made("points", {Kind::points}), 0, 1000)},
+                   several(made("points", {Kind::points}), 0, 1000), several(made("images", {Kind::image}), 0, 1000)},
          .options = {text("grids", "", "names of the grids to take from a .vdb, separated by commas (default: all)")},
          .positional = {"FILE …", 1, 1000},
          .examples = {"curlew -read bunny.obj -mesh2ls -write bunny.vdb",
@@ -258,13 +273,16 @@ std::vector<Action> fileActions() {
          .makes = {several(made("files", {Kind::file}), 1, 1000)},
          .options = {ages("grid", "", "grids for a .vdb, several in one file"),
                      ages("geo", "", "which of the geometry that the file can hold, the newest being 0"),
-                     ages("image", "", "which picture"), flag("half", "0", "16 bits a value in a .vdb"),
+                     ages("image", "", "which picture"),
+                     flag("half", "0", "16 bits a value in a .vdb or .exr, but for depth"),
                      choice("codec", {"auto", "none", "zip", "blosc"},
                             "compression of a .vdb; auto is blosc for fog volumes, which shrink to a third, and none "
                             "for the rest: velocities, level sets and points hardly shrink"),
                      choice("target", {"houdini", "blender"},
                             "whose names the attributes of points in a .vdb have: the velocity is v, or velocity"),
-                     flag("legend", "1", "a colour bar below a .png")},
+                     flag("legend", "1", "a colour bar below a .png"),
+                     interval("range", "",
+                              "values at the ends of the colours of a .png (default: those that there are)")},
          .positional = {"FILE …", 1, 1000},
          .examples = {"curlew -noise -noise seed=1 -dfvn -velocity density=1 -write grid=0,1 half=1 smoke.vdb",
                       "curlew -frames 1-24 -noise alpha={T} -noise seed=1 -dfvn -velocity -write 'smoke.$F4.vdb'"},

@@ -1,6 +1,9 @@
 #include "Options.h"
 #include "curlew/app/Registry.h"
 #include "curlew/app/Session.h"
+#include "curlew/image/Display.h"
+#include "curlew/image/Lic.h"
+#include "curlew/image/Lines.h"
 #include "curlew/image/Slice.h"
 
 namespace curlew::app {
@@ -10,57 +13,252 @@ namespace {
 using namespace options;
 
 const std::string kGroup = "pictures";
+constexpr double kMarginAroundWalls = 0.04;
 
-/// A channel of a scalar field: the field itself.
-SliceChannel fieldChannel(const ScalarField& field) {
-    return [field](const PointBatch& points, std::array<float, kBatch>& values) {
-        JetBatch<float, 0> jets;
-        field.eval(points, jets);
-        values = jets.c[0];
-    };
+// --- what both show: the newest flow or field on a plane
+// --------------------------------------------------------------------------
+
+struct View {
+    Box box;
+    SliceOptions slice;
+};
+
+/// `subject`: what there is to see; `shape`: it has an outside, which is shown too.
+View viewOf(const Arguments& a, const Box& subject, bool shape) {
+    View view{.box = a.given("box") ? a.box("box") : subject,
+              .slice = {.axis = static_cast<int>(a.choice("axis")),
+                        .width = static_cast<int>(a.integer("width")),
+                        .margin = shape && !a.given("box") ? kMarginAroundWalls : 0}};
+    view.slice.position = a.given("position") ? a.real("position") : view.box.center()[view.slice.axis];
+    return view;
+}
+
+View viewOf(const Arguments& a, const Flow& flow) {
+    return viewOf(a, flow.domain().box, flow.domain().wall.has_value());
+}
+
+std::vector<Option> viewOptions() {
+    return {choice("axis", {"x", "y", "z"}, "the plane is perpendicular to it", "z"),
+            real("position", "", "world units", "of the plane on that axis (default: the middle)"),
+            integer("width", "800", 1, 32768, "pixels across"),
+            box("box", "what the picture has to show (default: the domain)")};
+}
+
+/// The components of vectors in the plane of a picture, to the right and up.
+Image inPlane(const Image& vectors, const PicturePlane& plane) {
+    Image flat = filledImage(vectors.width, vectors.height, {"right", "up"});
+    for (int y = 0; y < flat.height; ++y)
+        for (int x = 0; x < flat.width; ++x) {
+            flat.at(x, y, 0) = vectors.at(x, y, plane.right());
+            flat.at(x, y, 1) = vectors.at(x, y, plane.up());
+        }
+    return flat;
+}
+
+/// Where the wall of a flow is.
+void outline(const Flow& flow, const View& view, Image& picture, const Monitor& monitor) {
+    if (!flow.domain().wall) return;
+    const SliceSource distance{.channels = {"distance"},
+                               .eval = [&](const PointBatch& points, SliceSource::Values& values) {
+                                   std::array<bool, kBatch> allowed;
+                                   std::array<double, kBatch> found;
+                                   classify(flow.domain(), points, allowed, found);
+                                   for (size_t i = 0; i < kBatch; ++i) values[0][i] = static_cast<float>(found[i]);
+                               }};
+    SliceOptions fine = view.slice;
+    fine.supersampling = 1;
+    const std::array wall{0.0};
+    drawLines(picture, isoLines(slice(view.box, distance, fine, monitor), wall),
+              {.opacity = 0.9f, .width = std::max(1.5, picture.width / 500.0)});
+}
+
+// --- slices
+// --------------------------------------------------------------------------------------------------------
+
+const std::vector<std::string> kOfFlows{"speed", "vx", "vy", "vz", "along", "f", "g", "distance", "velocity"};
+const std::vector<std::string> kOfFields{"value", "slope", "gradient"};
+
+bool among(const std::vector<std::string>& names, const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// What of the newest object is shown, and the sources of lines and arrows on it.
+struct Subject {
+    View view;
+    SliceSource shown, contoured, vectors;
+    bool positive = false; ///< What is shown is never negative.
+};
+
+/// The component of the velocity in a direction.
+SliceSource alongSource(const Flow& flow, const Vec3d& direction) {
+    const double size = length(direction);
+    if (!(size > 0)) throw ValueError("direction=0,0,0 is no direction");
+    Vec3f unit;
+    for (int axis = 0; axis < 3; ++axis) unit[axis] = static_cast<float>(direction[axis] / size);
+    return {
+        .channels = {"along"},
+        .eval = [velocity = flowSource(flow, "velocity"), unit](const PointBatch& points, SliceSource::Values& values) {
+            SliceSource::Values v(3);
+            velocity.eval(points, v);
+            for (size_t i = 0; i < kBatch; ++i)
+                values[0][i] = v[0][i] * unit[0] + v[1][i] * unit[1] + v[2][i] * unit[2];
+        }};
+}
+
+Subject flowSubject(Session& s, const Arguments& a) {
+    const Flow flow = s.flow();
+    const std::string name = a.given("show") ? a.text("show") : "speed";
+    if (!among(kOfFlows, name)) throw ValueError(fmt::format("show={} needs a field, and the newest is a flow", name));
+    const bool scalar = name == "f" || name == "g" || name == "distance";
+    return {.view = viewOf(a, flow),
+            .shown = name == "along" ? alongSource(flow, a.vector("direction")) : flowSource(flow, name),
+            .contoured = flowSource(flow, scalar ? name : "f"),
+            .vectors = flowSource(flow, "velocity"),
+            .positive = name == "speed"};
+}
+
+Subject fieldSubject(Session& s, const Arguments& a) {
+    const FieldObject& object = s.fields.at();
+    const ScalarField field = inSpace(object.field);
+    const std::string name = a.given("show") ? a.text("show") : "value";
+    if (!among(kOfFields, name))
+        throw ValueError(
+            fmt::format("show={} needs a flow; of a field, {} can be seen", name, fmt::join(kOfFields, ", ")));
+    const bool bounded = object.sdf && object.sdf->bounds.finite();
+    return {.view = viewOf(a, bounded ? object.sdf->bounds : Domain{}.box, bounded),
+            .shown = fieldSource(field, name),
+            .contoured = fieldSource(field, "value"),
+            .vectors = fieldSource(field, "gradient"),
+            .positive = name == "slope" || (name == "value" && field.range().lower >= 0)};
+}
+
+Subject subjectOf(Session& s, const Arguments& a) {
+    const bool ofFlow = !s.flows.empty() && (s.fields.empty() || s.flows.entry().made > s.fields.entry().made);
+    if (!ofFlow && s.fields.empty()) throw ValueError("there is no flow or field to show; make one first");
+    return ofFlow ? flowSubject(s, a) : fieldSubject(s, a);
+}
+
+void drawContours(const Subject& subject, int count, const LineStyle& style, Image& picture, const Monitor& monitor) {
+    SliceOptions fine = subject.view.slice;
+    fine.supersampling = 1;
+    const Image scalar = slice(subject.view.box, subject.contoured, fine, monitor);
+    const ColorScale range = automaticScale(scalar, ColorMap::diverging);
+    const std::vector<double> levels =
+        evenLevels(static_cast<double>(range.lower), static_cast<double>(range.upper), count);
+    drawLines(picture, isoLines(scalar, levels), style);
+}
+
+void drawArrows(const Subject& subject, int across, const LineStyle& style, Image& picture, const Monitor& monitor) {
+    SliceOptions fine = subject.view.slice;
+    fine.supersampling = 1;
+    const Image vectors = slice(subject.view.box, subject.vectors, fine, monitor);
+    drawLines(picture, arrows(inPlane(vectors, PicturePlane(subject.view.box, fine)), across), style);
 }
 
 void sliceAction(Session& s, const Arguments& a) {
-    const bool ofFlow = !s.flows.empty() && (s.fields.empty() || s.flows.entry().made > s.fields.entry().made);
-    if (!ofFlow && s.fields.empty()) throw ValueError("there is no flow or field to show; make one first");
-    const std::string shown = a.text("show");
-    Box box = ofFlow ? s.flow().domain().box : Domain{}.box;
-    if (!ofFlow && s.fields.at().sdf && s.fields.at().sdf->bounds.finite()) box = s.fields.at().sdf->bounds;
-    if (a.given("box")) box = a.box("box");
-    if (!ofFlow && a.given("show") && shown != "value")
-        throw ValueError(fmt::format("show={} needs a flow; of a field, only show=value can be seen", shown));
-
-    SliceOptions options{
-        .axis = static_cast<int>(a.choice("axis")), .position = 0, .width = static_cast<int>(a.integer("width"))};
-    options.position = a.given("position") ? a.real("position") : box.center()[options.axis];
-    const std::string name = ofFlow ? shown : "value";
-    const SliceChannel channel = ofFlow ? flowChannel(s.flow(), shown) : fieldChannel(inSpace(s.fields.at().field));
-    Image image = slice(box, channel, name, options, s.console.follow("slice"));
+    const Subject subject = subjectOf(s, a);
+    const Monitor monitor = s.console.follow("slice");
+    Image image = slice(subject.view.box, subject.shown, subject.view.slice, monitor);
     // Two colours for values of both signs, one scale for those that are never negative.
-    const bool positive =
-        ofFlow ? name == "speed" : std::visit([](const auto& f) { return f.range().lower >= 0; }, s.fields.at().field);
-    s.images.push({std::move(image), positive ? ColorMap::viridis : ColorMap::diverging}, s.now());
+    ColorMap map = subject.positive ? ColorMap::viridis : ColorMap::diverging;
+    if (a.choice("map") > 0 && !isVector(image)) map = static_cast<ColorMap>(a.choice("map") - 1);
+    const auto contours = static_cast<int>(a.integer("contours")), across = static_cast<int>(a.integer("arrows"));
+    if (contours > 0 || across > 0) {
+        image = displayed(image, automaticScale(image, map));
+        // Dark on the light middle of the diverging colours, light on the others.
+        const Vec3f ink = map == ColorMap::diverging ? Vec3f{{0.08f, 0.08f, 0.1f}} : Vec3f{{1, 1, 1}};
+        const double width = std::max(1.0, image.width / 640.0);
+        if (contours > 0)
+            drawContours(subject, contours, {.color = ink, .opacity = 0.7f, .width = width}, image, monitor);
+        if (across > 0) drawArrows(subject, across, {.color = ink, .width = 1.6 * width}, image, monitor);
+    }
+    s.images.push({std::move(image), map}, s.now());
+}
+
+Action sliceDeclaration() {
+    std::vector<Option> declared = viewOptions();
+    std::vector<std::string> shown = kOfFlows;
+    shown.insert(shown.end(), kOfFields.begin(), kOfFields.end());
+    declared.push_back(choice("show", shown,
+                              "of a flow: speed, a component, a potential, the distance to the wall, or the velocity "
+                              "as colours; of a field (default: value) also slope, the length of its gradient"));
+    declared.push_back(vector("direction", "1,1,1", "", "of the component that show=along shows"));
+    declared.push_back(choice("map", {"auto", "viridis", "diverging", "gray"}, "colours of what is one number"));
+    declared.push_back(integer("contours", "0", 0, 1000,
+                               "so many iso-lines: of what is shown, or of the field, or f, where that is a component, "
+                               "a vector or its length; the image is then a picture"));
+    declared.push_back(
+        integer("arrows", "0", 0, 1000,
+                "so many arrows in a row: the velocity, or the gradient, in the plane; the longest fills "
+                "its place"));
+    return {.name = "slice",
+            .group = kGroup,
+            .summary = "a picture of the newest flow or field on a plane",
+            .inputs = "flow or field (which stays)",
+            .outputs = "image",
+            .takes = {stays("what", {Kind::flow, Kind::field})},
+            .makes = {made("image", {Kind::image})},
+            .options = std::move(declared),
+            .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn -slice show=speed "
+                         "-write speed.png speed.exr",
+                         "curlew -noise dim=2 frequency=2 -slice show=gradient -write gradient.png"},
+            .run = sliceAction};
+}
+
+// --- line integral convolution
+// --------------------------------------------------------------------------------------------------
+
+void licAction(Session& s, const Arguments& a) {
+    const Flow flow = s.flow();
+    const Monitor monitor = s.console.follow("lic");
+    const View view = viewOf(a, flow);
+    const Image vectors = slice(view.box, flowSource(flow, "velocity"), view.slice, monitor);
+    const PicturePlane plane(view.box, view.slice);
+    Image picture = lic(inPlane(vectors, plane),
+                        {.length = a.given("length") ? a.real("length") : 0.06 * view.slice.width,
+                         .kernel = static_cast<LicKernel>(a.choice("kernel")),
+                         .grain = a.given("grain") ? a.real("grain") : std::max(1.25, view.slice.width / 800.0),
+                         .seed = static_cast<uint64_t>(a.integer("seed"))},
+                        monitor);
+    if (a.choice("color") == 0) {
+        const Image speed = slice(view.box, flowSource(flow, "speed"), view.slice, monitor);
+        ColorScale scale = automaticScale(speed, ColorMap::viridis);
+        scale.lower -= 0.25f * scale.upper; // the darkest colours would hide the streaks
+        picture = litBy(picture, displayed(speed, scale));
+    }
+    const bool outlined = a.flag("outline") && flow.domain().wall;
+    if (outlined) {
+        picture = displayed(picture, {.map = ColorMap::gray});
+        outline(flow, view, picture, monitor);
+    }
+    s.images.push({std::move(picture), ColorMap::gray}, s.now());
+}
+
+Action licDeclaration() {
+    std::vector<Option> declared = viewOptions();
+    for (Option& option :
+         std::vector{positive("length", "", "pixels", "of the streaks (default: 6 % of the width)"),
+                     choice("kernel", {"hann", "box"}, "how the noise is averaged along a streak"),
+                     positive("grain", "", "pixels", "of the noise (default: 1.25, more in wide pictures)"),
+                     integer("seed", "0", 0, 0x1p53 - 1, "another seed, another noise"),
+                     choice("color", {"speed", "none"}, "by what the streaks are coloured"),
+                     flag("outline", "1", "draw the wall")})
+        declared.push_back(std::move(option));
+    return {.name = "lic",
+            .group = kGroup,
+            .summary = "a picture of the newest flow on a plane as streaks: line integral convolution",
+            .inputs = "flow (which stays)",
+            .outputs = "image",
+            .takes = {stays("flow", {Kind::flow})},
+            .makes = {made("image", {Kind::image})},
+            .options = std::move(declared),
+            .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn -lic -write lic.png",
+                         "curlew -noise dim=2 frequency=2 -dfvn -lic color=none -write lic.png"},
+            .run = licAction};
 }
 
 } // namespace
 
-std::vector<Action> imageActions() {
-    return {{.name = "slice",
-             .group = kGroup,
-             .summary = "a picture of the newest flow or field on a plane",
-             .inputs = "flow or field (which stays)",
-             .outputs = "image",
-             .takes = {stays("what", {Kind::flow, Kind::field})},
-             .makes = {made("image", {Kind::image})},
-             .options = {choice("axis", {"x", "y", "z"}, "the plane is perpendicular to it", "z"),
-                         real("position", "", "world units", "of the plane on that axis (default: the middle)"),
-                         choice("show", {"speed", "vx", "vy", "vz", "f", "g", "distance", "value"},
-                                "what of a flow to show; of a field, its value"),
-                         integer("width", "800", 1, 32768, "pixels across"),
-                         box("box", "what the picture has to show (default: the domain)")},
-             .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn -slice show=speed "
-                          "-write speed.png speed.exr"},
-             .run = sliceAction}};
-}
+std::vector<Action> imageActions() { return {sliceDeclaration(), licDeclaration()}; }
 
 } // namespace curlew::app

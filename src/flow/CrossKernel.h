@@ -7,7 +7,6 @@ namespace curlew {
 /// What one term of a flow adds to the velocity, from the jets of its potentials.
 template <int N>
 struct CrossKernel {
-    static constexpr bool kHasLanes = N >= 3;
     template <class T, class Jets>
     static void run(const Jets& jets, const int& size, const bool& first, VecBatchN<NumberOf<T>, N>& velocity) {
         for (int i = 0; i < size; i += kLanes<T>) {

@@ -58,10 +58,7 @@ template <class T>
 void FlowN<N>::eval(const PointBatchN<N>& points, Jets<T>& potentials, VecBatchN<T, N>& velocity) const {
     const auto addTerm = [&](const Potentials& term, Jets<T>& jets, const bool first) {
         for (size_t k = 0; k < kPotentials; ++k) term[k].eval(points, jets[k]);
-        if constexpr (CrossKernel<N>::kHasLanes)
-            runKernel<CrossKernel<N>, T>(std::as_const(jets), points.size, first, velocity);
-        else
-            CrossKernel<N>::template run<T>(jets, points.size, first, velocity);
+        runKernel<CrossKernel<N>, T>(std::as_const(jets), points.size, first, velocity);
     };
     addTerm(mTerms.front(), potentials, true);
     for (size_t t = 1; t < mTerms.size(); ++t) {

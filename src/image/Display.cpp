@@ -31,14 +31,34 @@ std::optional<std::array<size_t, 3>> rgbChannels(const Image& image) {
     return places;
 }
 
+bool isVector(const Image& image) {
+    if (image.channels.size() != 3) return false;
+    const std::string stem =
+        image.channels[0].substr(0, image.channels[0].size() - std::min<size_t>(2, image.channels[0].size()));
+    return image.channels == std::vector<std::string>{stem + ".x", stem + ".y", stem + ".z"};
+}
+
+namespace {
+
+Image components(const Image& vectors, const ColorScale& scale) {
+    Image picture = vectors;
+    picture.channels = {"R", "G", "B"};
+    for (float& value : picture.pixels)
+        if (!std::isnan(value)) value = std::clamp((value - scale.lower) / (scale.upper - scale.lower), 0.0f, 1.0f);
+    return picture;
+}
+
+} // namespace
+
 Image displayed(const Image& image, const ColorScale& scale) {
     checkImage(image);
     if (image.channels.size() == 1) return colorize(image, scale);
+    if (isVector(image)) return components(image, scale);
     const auto places = rgbChannels(image);
     if (!places)
         throw ValueError(
-            fmt::format("an image with channels {} has no colours to show; that takes one channel, or R, G, B among "
-                        "them: write an .exr instead",
+            fmt::format("an image with channels {} has no colours to show; that takes one channel, a vector's "
+                        "three, or R, G, B among them: write an .exr instead",
                         fmt::join(image.channels, ", ")));
     Image picture = filledImage(image.width, image.height, {"R", "G", "B"});
     const size_t count = image.channels.size();

@@ -2,6 +2,7 @@
 
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Error.h"
+#include "curlew/base/Parallel.h"
 #include "curlew/image/Display.h"
 
 #include <OpenEXR/Iex.h>
@@ -11,6 +12,8 @@
 #include <OpenEXR/ImfIO.h>
 #include <OpenEXR/ImfInputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStandardAttributes.h>
+#include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfTestFile.h>
 #include <fmt/format.h>
 #include <png.h>
@@ -23,6 +26,7 @@
 #include <fstream>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 namespace curlew {
 
@@ -120,11 +124,40 @@ std::string reasonOf(const std::exception& exception) {
     return reason;
 }
 
+/// One channel of interleaved pixels.
 template <class Value>
-Imf::Slice floatSlice(Value* first, const Imath::Box2i& window, size_t channels) {
-    const size_t step = channels * sizeof(float);
+Imf::Slice sliceOf(Value* first, const Imath::Box2i& window, size_t channels) {
+    const size_t step = channels * sizeof(Value);
     const auto width = static_cast<size_t>(window.max.x) - static_cast<size_t>(window.min.x) + 1;
-    return Imf::Slice::Make(Imf::FLOAT, first, window, step, step * width);
+    return Imf::Slice::Make(std::is_same_v<std::remove_const_t<Value>, half> ? Imf::HALF : Imf::FLOAT, first, window,
+                            step, step * width);
+}
+
+/// An image whose colours go through a curve.
+Image withColors(Image image, double (*curve)(double)) {
+    const auto places = rgbChannels(image);
+    if (!places) return image;
+    const size_t count = image.channels.size();
+    parallelFor(image.pixels.size() / count, 1 << 14, [&](size_t begin, size_t end) {
+        for (size_t pixel = begin; pixel < end; ++pixel)
+            for (const size_t place : *places) {
+                float& value = image.pixels[pixel * count + place];
+                if (!std::isnan(value)) value = static_cast<float>(curve(static_cast<double>(value)));
+            }
+    });
+    return image;
+}
+
+/// Depth needs all its bits.
+bool storedAsHalf(const std::string& channel, const ExrOptions& options) { return options.half && channel != "Z"; }
+
+/// Rounded; what is finite stays so.
+std::vector<half> halves(const std::vector<float>& values) {
+    std::vector<half> rounded(values.size());
+    std::transform(values.begin(), values.end(), rounded.begin(), [](float value) {
+        return half(std::isinf(value) ? value : std::clamp(value, -float(HALF_MAX), float(HALF_MAX)));
+    });
+    return rounded;
 }
 
 void sortChannels(std::vector<std::string>& names) {
@@ -160,10 +193,10 @@ Image readExrPixels(const fs::path& path) {
     Image image = filledImage(width, height, names);
     Imf::FrameBuffer buffer;
     for (size_t i = 0; i < names.size(); ++i)
-        buffer.insert(names[i], floatSlice(image.pixels.data() + i, window, names.size()));
+        buffer.insert(names[i], sliceOf(image.pixels.data() + i, window, names.size()));
     file.setFrameBuffer(buffer);
     file.readPixels(window.min.y, window.max.y);
-    return image;
+    return withColors(std::move(image), displayFromLinear);
 }
 
 } // namespace
@@ -209,17 +242,24 @@ Image readPng(const fs::path& path) {
     return image;
 }
 
-void writeExr(const fs::path& path, const Image& image) {
+void writeExr(const fs::path& path, const Image& image, const ExrOptions& options) {
     checkImage(image);
+    const Image linear = withColors(image, linearFromDisplay);
+    const std::vector<half> rounded = options.half ? halves(linear.pixels) : std::vector<half>{};
     writeAtomically(path, [&](std::ostream& stream) {
         try {
             Imf::Header header(image.width, image.height);
             header.compression() = Imf::ZIP_COMPRESSION;
+            header.insert("software", Imf::StringAttribute("Curlew"));
+            if (rgbChannels(image)) Imf::addChromaticities(header, Imf::Chromaticities()); // those of sRGB
             Imf::FrameBuffer buffer;
-            for (size_t i = 0; i < image.channels.size(); ++i) {
-                header.channels().insert(image.channels[i], Imf::Channel(Imf::FLOAT));
-                buffer.insert(image.channels[i],
-                              floatSlice(image.pixels.data() + i, header.dataWindow(), image.channels.size()));
+            const Imath::Box2i window = header.dataWindow();
+            const size_t count = image.channels.size();
+            for (size_t i = 0; i < count; ++i) {
+                const bool half = storedAsHalf(image.channels[i], options);
+                header.channels().insert(image.channels[i], Imf::Channel(half ? Imf::HALF : Imf::FLOAT));
+                buffer.insert(image.channels[i], half ? sliceOf(rounded.data() + i, window, count)
+                                                      : sliceOf(linear.pixels.data() + i, window, count));
             }
             ExrStream sink(stream, path);
             Imf::OutputFile file(sink, header);

@@ -79,8 +79,8 @@ Image panels(const std::vector<Image>& pictures, const PanelOptions& o) {
     for (size_t k = 0; k < pictures.size(); ++k) {
         const Image& picture = pictures[k];
         const auto left = static_cast<int>(lefts[column(k)]), top = static_cast<int>(tops[row(k)]);
-        const int across = widths[column(k)], down = heights[row(k)] - band;
-        paste(picture, left + (across - picture.width) / 2, top + band + (down - picture.height) / 2, sheet);
+        const int across = widths[column(k)];
+        paste(picture, left + (across - picture.width) / 2, top + band, sheet);
         if (o.labels.empty()) continue;
         const std::string label = fitted(o.labels[k], across / size);
         drawText(sheet, label, left + (across - textWidth(label) * size) / 2, top + size, size);

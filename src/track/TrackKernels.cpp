@@ -6,18 +6,21 @@ namespace curlew {
 
 using Numbers = std::array<double, kBatch>;
 
-template void runOnLanes<CURLEW_SIMD, MoveKernel<3>, double>(const PointBatch&, const VecBatch<double>&, const double&,
-                                                             const Numbers&, PointBatch&);
-template void runOnLanes<CURLEW_SIMD, CombineKernel<3>, double>(const int&, const std::array<double, 4>&,
-                                                                const std::array<const VecBatch<double>*, 4>&,
-                                                                VecBatch<double>&);
-template void runOnLanes<CURLEW_SIMD, ResidualKernel<3>, double>(const Flow::Jets<double>&, const int&,
-                                                                 const TrackBatch&, const ReprojectOptions&,
-                                                                 Residuals<3>&);
-template void runOnLanes<CURLEW_SIMD, GaussNewtonKernel<3>, double>(const Flow::Jets<double>&, const TrackBatch&,
-                                                                    const Numbers&, const ReprojectOptions&,
-                                                                    PointBatch&);
-template void runOnLanes<CURLEW_SIMD, NewtonKernel<3>, double>(const JetBatch<double, 1>&, const Numbers&,
-                                                               const Numbers&, PointBatch&);
+#define CURLEW_INSTANTIATE(N)                                                                                          \
+    template void runOnLanes<CURLEW_SIMD, MoveKernel<N>, double>(const PointBatchN<N>&, const VecBatchN<double, N>&,   \
+                                                                 const double&, const Numbers&, PointBatchN<N>&);      \
+    template void runOnLanes<CURLEW_SIMD, CombineKernel<N>, double>(const int&, const std::array<double, 4>&,          \
+                                                                    const std::array<const VecBatchN<double, N>*, 4>&, \
+                                                                    VecBatchN<double, N>&);                            \
+    template void runOnLanes<CURLEW_SIMD, ResidualKernel<N>, double>(                                                  \
+        const FlowN<N>::Jets<double>&, const int&, const TrackBatchN<N>&, const ReprojectOptionsN<N>&, Residuals<N>&); \
+    template void runOnLanes<CURLEW_SIMD, GaussNewtonKernel<N>, double>(const FlowN<N>::Jets<double>&,                 \
+                                                                        const TrackBatchN<N>&, const Numbers&,         \
+                                                                        const ReprojectOptionsN<N>&, PointBatchN<N>&); \
+    template void runOnLanes<CURLEW_SIMD, NewtonKernel<N>, double>(const JetBatchN<double, N, 1>&, const Numbers&,     \
+                                                                   const Numbers&, PointBatchN<N>&);
+CURLEW_INSTANTIATE(2)
+CURLEW_INSTANTIATE(3)
+#undef CURLEW_INSTANTIATE
 
 } // namespace curlew

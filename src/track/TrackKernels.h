@@ -127,10 +127,10 @@ struct NewtonKernel {
     }
 };
 
-/// Runs one of these, on lanes in space.
+/// Runs one of these, on lanes in the plane and in space.
 template <int N, class Kernel, class... A>
 void runTrackKernel(A&... arguments) {
-    if constexpr (N == 3)
+    if constexpr (N <= 3)
         runKernel<Kernel, double>(arguments...);
     else
         Kernel::template run<double>(arguments...);

@@ -1,6 +1,8 @@
 #include "curlew/image/ImageFile.h"
 #include "support/Command.h"
 
+#include <cmath>
+
 using namespace curlew;
 using namespace curlew::test;
 
@@ -33,4 +35,123 @@ TEST_CASE("panels takes the newest images, colours them and puts labels above", 
     folder.mustFail("-panels", {"panels", "no image"});
     folder.mustFail(make + "-panels count=3", {"there are 2"});
     folder.mustFail(make + "-panels 'labels=a|b|c'", {"3 labels for 2"});
+}
+
+TEST_CASE("write half halves an exr and read brings pictures back", "[app][command]") {
+    const Folder folder;
+    folder.mustRun(
+        "-noise dim=2 -slice width=100 -write a.exr -write half=1 b.exr -read a.exr b.exr -compare -write "
+        "r.json -expect compare/largest most=0.0005 -expect compare/largest least=1e-9");
+    CHECK(jsonOf(folder / "r.json")["compare"]["unmatched"] == 0);
+    CHECK(readExr(folder / "a.exr").channels == std::vector<std::string>{"value"});
+    CHECK(fs::file_size(folder / "b.exr") < fs::file_size(folder / "a.exr"));
+    folder.mustRun(
+        "-noise dim=2 -slice width=100 contours=5 -write p.png p.exr -read p.png p.exr -compare name=both "
+        "-expect both/largest most=0.003");
+    folder.mustFail("-noise dim=2 -slice width=50 -compare", {"two images"});
+    folder.mustFail("-noise dim=2 -slice width=50 -slice width=60 -compare", {"cannot be compared"});
+    folder.mustFail("-read missing.png", {"missing.png"});
+}
+
+TEST_CASE("write range fixes the colours", "[app][command]") {
+    const Folder folder;
+    folder.mustRun("-constant value=2 -slice width=20 map=gray -write legend=0 range=0,4 a.png");
+    CHECK(readPng(folder / "a.png").at(5, 5) == Approx(0.5).margin(0.005));
+}
+
+TEST_CASE("slice shows vectors as colours with nothing in the middle", "[app][command]") {
+    const Folder folder;
+    // The gradient is (3, -3, 0) everywhere.
+    folder.mustRun("-ramp direction=3,-3,0 -slice width=20 show=gradient -write g.png g.exr");
+    const Image exr = readExr(folder / "g.exr"), png = readPng(folder / "g.png");
+    REQUIRE(exr.channels == std::vector<std::string>{"gradient.x", "gradient.y", "gradient.z"});
+    CHECK(exr.at(4, 4, 1) == -3);
+    CHECK(png.at(4, 4, 0) == 1);
+    CHECK(png.at(4, 4, 1) == 0);
+    CHECK(png.at(4, 4, 2) == Approx(0.5).margin(0.005));
+    folder.mustRun("-ramp direction=3,-4,0 -slice width=20 show=slope -write s.exr");
+    CHECK(readExr(folder / "s.exr").at(3, 3) == 5);
+    folder.mustFail("-ramp -slice show=speed", {"needs a flow"});
+    folder.mustFail("-noise dim=2 -dfvn -slice show=slope", {"needs a field"});
+}
+
+TEST_CASE("a slice without a wall fills the picture and one with a wall has a margin", "[app][command]") {
+    const Folder folder;
+    folder.mustRun("-noise dim=2 -dfvn box=0,0,0,2,1,1 -slice width=64 show=velocity -write a.exr");
+    const Image open = readExr(folder / "a.exr");
+    CHECK((open.width == 64 && open.height == 32));
+    CHECK(std::none_of(open.pixels.begin(), open.pixels.end(), [](float v) { return std::isnan(v); }));
+    folder.mustRun("-sphere -noise -noise seed=1 -bound -dfvn -slice width=64 -write b.exr");
+    const Image walled = readExr(folder / "b.exr");
+    for (int k = 0; k < 64; ++k) REQUIRE(std::isnan(walled.at(k, 0) + walled.at(0, k)));
+    CHECK_FALSE(std::isnan(walled.at(32, 32)));
+}
+
+TEST_CASE("slice draws lines and arrows on a picture", "[app][command]") {
+    const Folder folder;
+    const std::string noise = "-noise dim=2 frequency=2 ";
+    folder.mustRun(noise +
+                   "-slice width=100 -write plain.png legend=0 -slice width=100 contours=7 -write lines.png "
+                   "-slice width=100 arrows=8 -write arrows.png");
+    const Image plain = readPng(folder / "plain.png");
+    for (const char* name : {"lines.png", "arrows.png"}) {
+        const Image drawn = readPng(folder / name);
+        REQUIRE((drawn.width == 100 && drawn.height == 100));
+        size_t other = 0;
+        for (size_t k = 0; k < plain.pixels.size(); ++k) other += std::abs(drawn.pixels[k] - plain.pixels[k]) > 0.1f;
+        CAPTURE(name, other);
+        CHECK(other > 500);
+        CHECK(other < 20000);
+    }
+}
+
+TEST_CASE("lic makes streaks, coloured or not, with the wall around them", "[app][command]") {
+    const Folder folder;
+    const std::string flow = "-sphere -noise -noise seed=1 -bound -dfvn ";
+    folder.mustRun(flow + "-lic width=80 color=none outline=0 -write a.exr -lic width=80 -write b.exr");
+    const Image gray = readExr(folder / "a.exr"), colored = readExr(folder / "b.exr");
+    CHECK(gray.channels == std::vector<std::string>{"lic"});
+    CHECK(std::isnan(gray.at(0, 0)));
+    CHECK(colored.channels == std::vector<std::string>{"R", "G", "B"});
+    // Somewhere on the middle row is the wall, drawn nearly white.
+    float brightest = 0;
+    for (int x = 0; x < 20; ++x) brightest = std::max(brightest, std::min(colored.at(x, 40, 0), colored.at(x, 40, 2)));
+    CHECK(brightest > 0.6f);
+    folder.mustFail("-noise -lic", {"no flow"});
+}
+
+TEST_CASE("warp carries waves and images along a flow in the plane", "[app][command]") {
+    const Folder folder;
+    const std::string flow = "-noise type=gradient dim=2 frequency=3 -dfvn box=0,0,0,2,1,1 ";
+    folder.mustRun(flow +
+                   "-warp pattern=waves width=64 time=0 supersampling=1 -write still.png -warp pattern=waves "
+                   "width=64 -compare -expect compare/rmse least=0.1");
+    const Image still = readPng(folder / "still.png");
+    CHECK((still.width == 64 && still.height == 32));
+    // There and back again: what is left is the blur.
+    folder.mustRun(
+        "-noise dim=2 -slice width=80 box=0,0,0,2,1,1 -write in.png legend=0 " + flow +
+        "-read in.png -warp time=0.02 -warp time=-0.02 -read in.png -compare -expect compare/rmse most=0.05");
+    folder.mustFail(flow + "-warp", {"no image"});
+    folder.mustFail("-noise -noise seed=1 -dfvn -warp pattern=waves", {"3 dimensions"});
+    folder.mustFail("-warp", {"no flow"});
+    folder.mustFail(flow + "-warp pattern=waves image=0", {"two things"});
+}
+
+TEST_CASE("plot draws the curves of a table", "[app][command]") {
+    const Folder folder;
+    store(folder / "t.csv", "n,error\n1,1\n10,0.1\n");
+    folder.mustRun("-plot t.csv t.svg logx=1 logy=1 title='the error'");
+    CHECK_THAT(bytesOf(folder / "t.svg"), Catch::StartsWith("<svg") && Catch::Contains("the error"));
+    folder.mustFail("-plot none.csv n.svg", {"none.csv"});
+}
+
+TEST_CASE("slice shows the component along a direction and compare finds it", "[app][command]") {
+    const Folder folder;
+    const std::string flow = "-constant value=0 -slice width=20 -uniform velocity=3,4,0 -slice width=20 show=along ";
+    folder.mustRun(flow + "direction=0,2,0 -compare -expect compare/rmse least=3.999 most=4.001");
+    folder.mustRun(flow +
+                   "direction=4,-3,0 -slice width=20 -compare with=2 name=speed -compare -expect speed/rmse "
+                   "least=4.999 most=5.001");
+    folder.mustFail(flow + "direction=0,0,0", {"no direction"});
 }

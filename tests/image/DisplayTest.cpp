@@ -31,3 +31,15 @@ TEST_CASE("What one sees of an image are its colours, whatever else it has", "[i
     CHECK_THROWS_WITH(displayed(filledImage(1, 1, {"R", "G"})), Catch::Contains("R, G"));
     CHECK_THROWS_AS(displayed(Image{}), ValueError);
 }
+
+TEST_CASE("The components of a vector are red and green and blue about the middle of the scale", "[image]") {
+    Image vectors = filledImage(2, 1, {"velocity.x", "velocity.y", "velocity.z"});
+    vectors.pixels = {-2, 0, 2, 1, 5, -9};
+    CHECK(isVector(vectors));
+    const Image seen = displayed(vectors, {.map = ColorMap::diverging, .lower = -2, .upper = 2});
+    CHECK(seen.channels == std::vector<std::string>{"R", "G", "B"});
+    CHECK(seen.pixels == std::vector<float>{0, 0.5f, 1, 0.75f, 1, 0});
+    CHECK_FALSE(isVector(filledImage(1, 1, {"a.x", "b.y", "a.z"})));
+    CHECK_FALSE(isVector(filledImage(1, 1, {"R", "G", "B"})));
+    CHECK_FALSE(isVector(filledImage(1, 1, {"a.x", "a.y"})));
+}

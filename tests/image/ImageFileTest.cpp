@@ -5,6 +5,7 @@
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
 #include <catch2/catch.hpp>
 #include <sys/resource.h>
@@ -103,8 +104,67 @@ TEST_CASE("EXR channels keep their names and come in a settled order", "[image]"
     for (int channel = 0; channel < 6; ++channel) {
         CAPTURE(channel);
         for (int y = 0; y < 5; ++y)
-            for (int x = 0; x < 9; ++x) CHECK(back.at(x, y, channel) == image.at(x, y, from[channel]));
+            for (int x = 0; x < 9; ++x) CHECK(back.at(x, y, channel) == Approx(image.at(x, y, from[channel])));
     }
+}
+
+TEST_CASE("Colours in an EXR are linear light and other channels are not touched", "[image]") {
+    const Folder folder;
+    const fs::path path = folder.path / "a.exr";
+    Image image = filledImage(2, 1, {"R", "G", "B", "A", "Z"});
+    image.pixels = {0.5f, 1, 4, 0.5f, 0.1f, quietNaN, -0.5f, 0, 1, std::numeric_limits<float>::infinity()};
+    writeExr(path, image);
+    std::array<float, 4> red{};
+    float depth[2] = {};
+    {
+        Imf::InputFile file(path.c_str());
+        Imf::FrameBuffer buffer;
+        const Imath::Box2i window = file.header().dataWindow();
+        buffer.insert("R", Imf::Slice::Make(Imf::FLOAT, red.data(), window));
+        buffer.insert("B", Imf::Slice::Make(Imf::FLOAT, red.data() + 2, window));
+        buffer.insert("Z", Imf::Slice::Make(Imf::FLOAT, depth, window));
+        file.setFrameBuffer(buffer);
+        file.readPixels(0);
+        CHECK(file.header().find("software") != file.header().end());
+    }
+    CHECK(red[0] == Approx(0.2140411));
+    CHECK(std::isnan(red[1]));
+    CHECK(red[2] == Approx(std::pow((4 + 0.055) / 1.055, 2.4)));
+    CHECK(depth[0] == 0.1f);
+    CHECK(depth[1] == std::numeric_limits<float>::infinity());
+    const Image back = readExr(path);
+    REQUIRE(back.channels == image.channels);
+    for (size_t i = 0; i < image.pixels.size(); ++i) {
+        CAPTURE(i);
+        if (std::isnan(image.pixels[i]))
+            CHECK(std::isnan(back.pixels[i]));
+        else
+            CHECK(back.pixels[i] == Approx(image.pixels[i]));
+    }
+}
+
+TEST_CASE("An EXR of halves is smaller and keeps eleven bits, of depth all", "[image]") {
+    const Folder folder;
+    Image image = randomImage(40, 30, {"Z", "speed"}, 13);
+    image.at(0, 0, 1) = 1e9f, image.at(1, 0, 1) = -std::numeric_limits<float>::infinity(), image.at(2, 0, 1) = quietNaN;
+    writeExr(folder.path / "half.exr", image, {.half = true});
+    writeExr(folder.path / "float.exr", image);
+    CHECK(20 * fs::file_size(folder.path / "half.exr") < 17 * fs::file_size(folder.path / "float.exr"));
+    const Image back = readExr(folder.path / "half.exr");
+    REQUIRE(back.channels == std::vector<std::string>{"Z", "speed"});
+    CHECK(back.at(0, 0, 1) == 65504);
+    CHECK(back.at(1, 0, 1) == -std::numeric_limits<float>::infinity());
+    CHECK(std::isnan(back.at(2, 0, 1)));
+    bool sameDepth = true;
+    float worst = 0;
+    for (int y = 1; y < 30; ++y)
+        for (int x = 0; x < 40; ++x) {
+            sameDepth = sameDepth && back.at(x, y, 0) == image.at(x, y, 0);
+            worst = std::max(worst, std::abs(back.at(x, y, 1) / image.at(x, y, 1) - 1));
+        }
+    CHECK(sameDepth);
+    CHECK(worst > 0);
+    CHECK(worst <= 0x1p-11f);
 }
 
 TEST_CASE("An EXR of halves with a data window elsewhere is read", "[image]") {

@@ -42,11 +42,12 @@ TEST_CASE("Panels stand row by row with gaps between and around them", "[image]"
     CHECK(holds(sheet, 23, 0, 3, 29, ground));
 }
 
-TEST_CASE("A smaller panel stands in the middle of its column and row", "[image]") {
+TEST_CASE("A smaller panel stands in the middle of its column at the top of its row", "[image]") {
     const Image sheet = panels({plain(10, 20, 0.5f), plain(10, 10, 1), plain(30, 5, 2)}, {.columns = 2, .gap = 0});
     REQUIRE((sheet.width == 30 + 10 && sheet.height == 20 + 5));
     CHECK(holds(sheet, 10, 0, 10, 20, 0.5f));
-    CHECK(holds(sheet, 30, 5, 10, 10, 1));
+    CHECK(holds(sheet, 30, 0, 10, 10, 1));
+    CHECK(sheet.at(35, 15) < 0.1f);
     CHECK(holds(sheet, 0, 20, 30, 5, 2));
 }
 

@@ -17,9 +17,13 @@ double linearFromDisplay(double display);
 /// The places of channels R, G and B; nothing where one of them is missing.
 std::optional<std::array<size_t, 3>> rgbChannels(const Image& image);
 
-/// What one sees of an image: a picture with the channels R, G, B and no others, from its channels of those names, or
-/// from its only channel by the scale (colorize). Throws ValueError for an image that is not whole (checkImage), and
-/// for other channels.
+/// Whether the channels are the components of a vector: velocity.x, velocity.y, velocity.z.
+bool isVector(const Image& image);
+
+/// What one sees of an image: a picture with the channels R, G, B and no others, from its channels of those names, from
+/// its only channel by the scale (colorize), or from the three of a vector, x as red, y as green, z as blue, none of it
+/// at the lower end of the scale. Throws ValueError for an image that is not whole (checkImage), and for other
+/// channels.
 Image displayed(const Image& image, const ColorScale& scale = {});
 
 } // namespace curlew

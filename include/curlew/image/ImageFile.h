@@ -17,12 +17,18 @@ void writePng(const std::filesystem::path& path, const Image& image, const Color
 /// Reads any PNG as display values R, G, B in [0, 1]; what is transparent is put on black.
 Image readPng(const std::filesystem::path& path);
 
-/// Writes 32-bit float scan lines, ZIP-compressed, channels by their names; every bit of a value is kept, NaN too.
-/// Throws ValueError for an image that is not whole (checkImage).
-void writeExr(const std::filesystem::path& path, const Image& image);
+struct ExrOptions {
+    bool half = false; ///< 16 bits a value, but for the channel Z, the depth; finite values beyond 65504 become that.
+};
+
+/// Writes scan lines of 32-bit floats, ZIP-compressed, channels by their names. R, G and B, where all three are there,
+/// become linear light of Rec. 709's primaries (linearFromDisplay), as the format has it; of other channels every bit
+/// is kept, NaN too. Throws ValueError for an image that is not whole (checkImage).
+void writeExr(const std::filesystem::path& path, const Image& image, const ExrOptions& options = {});
 
 /// Reads the data window of the (first) flat part of an OpenEXR file. Half and integer channels are converted to float.
-/// Channels come as R, G, B, A first, then by name. Subsampled channels are refused (FileError).
+/// Channels come as R, G, B, A first, then by name; R, G, B as display values. Subsampled channels are refused
+/// (FileError).
 Image readExr(const std::filesystem::path& path);
 
 } // namespace curlew

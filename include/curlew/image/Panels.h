@@ -15,9 +15,10 @@ struct PanelOptions {
 };
 
 /// RGB pictures side by side, row by row, as one RGB picture on a dark ground. A column is as wide as its widest
-/// picture, a row as high as its highest; smaller ones stand in the middle. Labels become smaller, then shorter, where
-/// they have no room. Throws ValueError where there is no picture, for other channels than R, G, B, for labels in
-/// another number and for negative columns; ResourceError where the memory would not do.
+/// picture, a row as high as its highest; smaller ones stand in the middle of their column, at the top of their row.
+/// Labels become smaller, then shorter, where they have no room. Throws ValueError where there is no picture, for other
+/// channels than R, G, B, for labels in another number and for negative columns; ResourceError where the memory would
+/// not do.
 Image panels(const std::vector<Image>& pictures, const PanelOptions& options = {});
 
 } // namespace curlew
