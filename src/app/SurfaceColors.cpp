@@ -16,28 +16,24 @@ namespace {
 enum class Texture { none, checker, waves, latitude, terrain, film, lic };
 
 /// What of the newest flow or field colours the surface.
-SliceChannel channelOf(const Session& s, const std::string& shown) {
-    if (shown != "value") return flowChannel(s.flow(), shown);
+SliceSource sourceOf(const Session& s, const std::string& shown) {
+    if (shown != "value") return flowSource(s.flow(), shown);
     const auto age = s.newestField(false);
     if (!age) throw ValueError("there is no field to show on the surface; make one with -noise");
-    return [field = inSpace(s.fields.at(*age).field)](const PointBatch& points, std::array<float, kBatch>& values) {
-        JetBatch<float, 0> jets;
-        field.eval(points, jets);
-        values = jets.c[0];
-    };
+    return fieldSource(inSpace(s.fields.at(*age).field), shown);
 }
 
 /// The colours of values at these places, over the range that most of them have.
-std::vector<Vec3f> colorsOf(const SliceChannel& channel, const std::vector<Vec3d>& positions, const Monitor& monitor) {
+std::vector<Vec3f> colorsOf(const SliceSource& source, const std::vector<Vec3d>& positions, const Monitor& monitor) {
     std::vector<float> values(positions.size());
     parallelFor(
         values.size(), kBatch,
         [&](size_t begin, size_t end) {
             PointBatch points;
             for (size_t k = begin; k < end; ++k) points.push(positions[k]);
-            std::array<float, kBatch> batch;
-            channel(points, batch);
-            std::copy_n(batch.begin(), end - begin, values.begin() + static_cast<std::ptrdiff_t>(begin));
+            SliceSource::Values batch(1);
+            source.eval(points, batch);
+            std::copy_n(batch[0].begin(), end - begin, values.begin() + static_cast<std::ptrdiff_t>(begin));
         },
         monitor);
     std::vector<Vec3f> colors;
@@ -128,9 +124,9 @@ std::vector<Option> colorOptions() {
 
 Painter painterOf(Session& s, const Arguments& a, const Box& box) {
     const auto texture = static_cast<Texture>(a.choice("texture"));
-    std::optional<SliceChannel> channel;
-    if (a.choice("show") > 0) channel = channelOf(s, a.text("show"));
-    if (channel && texture != Texture::none && texture != Texture::lic)
+    std::optional<SliceSource> source;
+    if (a.choice("show") > 0) source = sourceOf(s, a.text("show"));
+    if (source && texture != Texture::none && texture != Texture::lic)
         throw ValueError(fmt::format("show={} and texture={} do not go together", a.text("show"), a.text("texture")));
     std::optional<Flow> flow;
     if (a.real("time") != 0 || texture == Texture::lic) flow = s.flow();
@@ -164,7 +160,7 @@ Painter painterOf(Session& s, const Arguments& a, const Box& box) {
                 break;
         }
         std::vector<Vec3f> colors =
-            channel && !places.empty() ? colorsOf(*channel, places, monitor) : std::vector{color};
+            source && !places.empty() ? colorsOf(*source, places, monitor) : std::vector{color};
         if (texture == Texture::none) return colors;
         const std::vector<float> streaks =
             surfaceLic(view, *flow, {.seed = static_cast<uint64_t>(a.integer("seed"))}, monitor);

@@ -1,4 +1,5 @@
 #include "CrossKernel.h"
+#include "curlew/field/Dimensions.h"
 #include "curlew/math/LaneKernels.h"
 
 namespace curlew {
