@@ -1,6 +1,7 @@
 #pragma once
 
 #include "curlew/base/Parallel.h"
+#include "curlew/base/Random.h"
 #include "curlew/math/Vec.h"
 
 #include <nanoflann.hpp>
@@ -104,11 +105,12 @@ double shareOfPairsWithin(double radius, double edge) {
 }
 
 /// The radial distribution function: how many pairs of the points have a distance in each bin, relative to as many
-/// independent, uniform points of the cube that they fill. Seen from at most `most` of the points.
+/// independent, uniform points of the cube that they fill. Seen from `most` of the points, chosen at random, or from
+/// all. NaN beyond the edge.
 template <int N>
 std::vector<double> radialDistribution(const Neighbours<N>& neighbours, size_t points, double edge, double width,
                                        size_t bins, size_t most) {
-    const size_t stride = std::max<size_t>(1, points / most), seen = (points + stride - 1) / stride;
+    const size_t seen = std::min(points, most);
     struct Bins {
         std::vector<double> counts;
         Bins& operator+=(const Bins& o) {
@@ -117,15 +119,17 @@ std::vector<double> radialDistribution(const Neighbours<N>& neighbours, size_t p
             return *this;
         }
     };
-    std::vector<double> found = parallelSum(seen, 16, [&](size_t begin, size_t end) {
-                                    Bins part{std::vector<double>(bins)};
-                                    for (size_t k = begin; k < end; ++k)
-                                        neighbours.count(k * stride, width, part.counts);
-                                    return part;
-                                }).counts;
+    std::vector<double> found =
+        parallelSum(seen, 16, [&](size_t begin, size_t end) {
+            Bins part{std::vector<double>(bins)};
+            for (size_t k = begin; k < end; ++k)
+                neighbours.count(seen < points ? randomBits(0, k) % points : k, width, part.counts);
+            return part;
+        }).counts;
     const double pairs = static_cast<double>(seen) * static_cast<double>(points - 1);
     for (size_t k = 0; k < bins; ++k) {
         const auto at = static_cast<double>(k);
+        if (width * (at + 1) > edge) found[k] = std::numeric_limits<double>::quiet_NaN();
         found[k] /= pairs * (shareOfPairsWithin<N>(width * (at + 1), edge) - shareOfPairsWithin<N>(width * at, edge));
     }
     return found;
