@@ -35,20 +35,20 @@ void Caller::progress(const app::Progress& progress) {
     const std::lock_guard lock(mTelling);
     if (mTitle != progress.title) mTitle = progress.title;
     mFraction = progress.fraction;
-    tell(mFraction >= 1);
+    tell();
 }
 
 bool Caller::cancelled() {
     // Also where nothing is reported for long, the caller is asked.
     if (mCallbacks.progress && !mCancelled)
-        if (const std::unique_lock lock(mTelling, std::try_to_lock); lock) tell(false);
+        if (const std::unique_lock lock(mTelling, std::try_to_lock); lock) tell();
     return mCancelled;
 }
 
-void Caller::tell(bool atOnce) {
+void Caller::tell() {
     constexpr auto kEvery = std::chrono::milliseconds(50);
     const auto now = std::chrono::steady_clock::now();
-    if (mCancelled || (!atOnce && now - mTold < kEvery)) return;
+    if (mCancelled || now - mTold < kEvery) return;
     mTold = now;
     if (mCallbacks.progress(mCallbacks.user, mTitle.c_str(), mFraction) != 0) cancel();
 }

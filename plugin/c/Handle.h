@@ -24,8 +24,8 @@ class Caller {
     void message(std::string_view text) const;
     void progress(const app::Progress& progress);
     bool cancelled();
-    /// Called with the lock held.
-    void tell(bool atOnce);
+    /// Calls the caller's progress function, if it is time to. With the lock held.
+    void tell();
 
     curlew_callbacks mCallbacks{};
     std::atomic<bool> mCancelled = false;
