@@ -108,7 +108,7 @@ std::vector<Action> jitterActions() {
                      positive("spacing", "", "world units", "of the lattice, instead of count"),
                      integer("dim", "", 2, 3,
                              "2: a lattice in the plane z = 0 (default: as many as the newest flow has, else 3)"),
-                     real("amount", "1", "", "how far they move: 1 as the method's authors, 0 leaves the lattice"),
+                     real("amount", "1", "", "how far they move: 1 leaves about 0.82 spacings between neighbours, 0 the lattice"),
                      integer("seed", "0", 0, 0x1p53 - 1, "another seed, another flow"),
                      choice("method", {"curl", "random"},
                             "along a flow (curl-noise jittering), or each at random in its cell"),
