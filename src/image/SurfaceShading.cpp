@@ -13,7 +13,7 @@ namespace curlew {
 namespace {
 
 constexpr float kNowhere = std::numeric_limits<float>::infinity();
-constexpr double kLightRadius = 0.05; // radians
+constexpr double kLightRadius = 0.03; // radians
 
 Vec3d linearOf(const Vec3f& display) {
     Vec3d linear;
