@@ -105,7 +105,7 @@ std::vector<std::string> torusTable(const TableRun& run, std::ostream& out) {
                    "| scheme | steps | reprojection | RMSE of colours | of places | off the surface |\n"
                    "|---|---|---|---|---|---|\n",
                    view.hits.size(), kReferenceSteps, kTime);
-    std::vector<std::string> broken;
+    std::vector<std::string> broken; // of the places, since RK4 leaves no difference that one sees in the colours
     for (const Scheme scheme : {Scheme::euler, Scheme::rk4}) {
         const char* name = scheme == Scheme::euler ? "Euler" : "RK4";
         std::array<std::array<Difference, 3>, 2> found;
@@ -114,6 +114,9 @@ std::vector<std::string> torusTable(const TableRun& run, std::ostream& out) {
                 const Way way{scheme, i == 0 ? 32 : 128, j == 0 ? 0 : j == 1 ? 1 : 10};
                 const Carried carried = carry(flow, view, way);
                 found[i][j] = difference(carried, reference);
+                if (way.reprojections > 0 && !(carried.offSurface < 1e-9))
+                    broken.push_back(
+                        fmt::format("{}, {} steps: projected places are off the surface", name, way.steps));
                 fmt::format_to(std::back_inserter(text), "| {} | {} | {} | {:.4f} | {:.2e} | {:.1e} |\n", name,
                                way.steps,
                                j == 0   ? "no"
@@ -122,9 +125,9 @@ std::vector<std::string> torusTable(const TableRun& run, std::ostream& out) {
                                found[i][j].colors, found[i][j].places, carried.offSurface);
             }
         for (size_t i = 0; i < 2; ++i)
-            if (!(found[i][1].colors < found[i][0].colors))
+            if (!(found[i][1].places < found[i][0].places))
                 broken.push_back(fmt::format("{}, {} steps: projection does not lower the error", name, i ? 128 : 32));
-        if (!(found[0][0].colors / found[1][0].colors < found[0][1].colors / found[1][1].colors))
+        if (!(found[0][0].places / found[1][0].places < found[0][1].places / found[1][1].places))
             broken.push_back(fmt::format("{}: with projection, more steps do not help more", name));
     }
     out << std::string_view(text.data(), text.size());

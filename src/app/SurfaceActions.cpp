@@ -112,7 +112,7 @@ std::vector<Action> surfaceActions() {
              flag("over", "0", "1: into the newest picture that -shade has made, by depth and with its camera"),
              flag("shadow", "1", "whether it throws shadows on itself"),
              vector("light", "", "", "where the key light is (default: over the camera's left shoulder)"),
-             notNegative("gloss", "0.15", "", "of its highlight"),
+             notNegative("gloss", "0.15", "", "of its highlight and rim"),
              vector("background", "0.11,0.115,0.125", "", "sRGB from 0 to 1"),
              integer("samples", "3", 1, 16, "along each edge of a pixel")})
         options.push_back(std::move(option));

@@ -13,7 +13,7 @@ namespace curlew {
 namespace {
 
 constexpr float kNowhere = std::numeric_limits<float>::infinity();
-constexpr double kLightRadius = 0.05; // radians
+constexpr double kLightRadius = 0.03; // radians
 
 Vec3d linearOf(const Vec3f& display) {
     Vec3d linear;
@@ -40,11 +40,10 @@ class Lights {
 
     const Vec3d& key() const { return mKey; }
 
-    /// To one of `count` places of the key light, evenly spread (Vogel's spiral).
-    Vec3d toKey(size_t place, size_t count) const {
-        constexpr double kGolden = std::numbers::pi * (3 - 2.23606797749978969);
-        const double k = static_cast<double>(place);
-        const double r = kLightRadius * std::sqrt((k + 0.5) / static_cast<double>(count)), phi = kGolden * k;
+    /// To one of `count` places of the key light, evenly far from its middle, in a random direction from it.
+    Vec3d toKey(size_t place, size_t count, double random) const {
+        const double part = (static_cast<double>(place) + 0.5) / static_cast<double>(count);
+        const double r = kLightRadius * std::sqrt(part), phi = 2 * std::numbers::pi * random;
         return unit(mKey + mAcross * (r * std::cos(phi)) + mAlong * (r * std::sin(phi)));
     }
 
@@ -65,7 +64,7 @@ class Lights {
         const Vec3d diffuse = Vec3d{{1.05, 1.0, 0.92}} * (0.95 * key) + Vec3d{{0.82, 0.92, 1.08}} * (0.30 * sky) +
                               Vec3d{{1.05, 0.98, 0.9}} * (0.09 * (1 - sky)) + Vec3d{{1, 1, 1}} * (0.10 * facing);
         const double shine = key > 0 ? mGloss * std::pow(std::max(dot(n, unit(mKey + toEye)), 0.0), 48.0) : 0;
-        return times(albedo, diffuse) + Vec3d{{1, 1, 1}} * (shine + 0.22 * rim);
+        return times(albedo, diffuse) + Vec3d{{1, 1, 1}} * (shine + 1.4 * mGloss * rim);
     }
 
   private:
@@ -101,7 +100,8 @@ std::vector<bool> shadowed(const SurfaceView& view, const Lights& lights, const 
         Vec3d n;
         for (int axis = 0; axis < 3; ++axis) n[axis] = static_cast<double>(sample.normal[axis]);
         if (!(dot(n, lights.key()) > 0)) continue; // it has no light to lose
-        rays.push_back({sample.position + n * skin, lights.toKey(k % view.samplesPerPixel(), view.samplesPerPixel())});
+        rays.push_back({sample.position + n * skin,
+                        lights.toKey(k % view.samplesPerPixel(), view.samplesPerPixel(), randomUniform(1, k))});
         of.push_back(k);
     }
     std::vector<RayHit> hits(rays.size());

@@ -57,6 +57,18 @@ TEST_CASE("the check finds a potential whose gradient is not one", "[Check]") {
     CHECK(checkFlow(contained(), 5000).divergence.byDifferences < 1e-5);
 }
 
+TEST_CASE("differences come to the gradient of a field with the square of their step", "[Check]") {
+    const Box box = Box{}.padded(1);
+    const FieldCheck good = checkField(noiseField<Psrd3>({.seed = 1}, {.frequency = 2}), box, 5000);
+    CHECK(good.byDifferences < 1e-3);
+    CHECK(good.byDifferences / good.byHalfDifferences == Approx(4).epsilon(0.1));
+    // Not to what is no gradient.
+    const FieldCheck bad =
+        checkField(ScalarField(BlendedGradients{sphereSdf(1).distance, noiseField<Psrd3>()}), box, 5000);
+    CHECK(bad.byDifferences / bad.byHalfDifferences < 1.5);
+    CHECK(checkField(constantField(2.0), box, 100).byDifferences == 0);
+}
+
 TEST_CASE("particles on their tracks, and those that left", "[Check]") {
     const Flow flow = contained();
     Particles particles = scatter(flow.domain(), 2000, 1);

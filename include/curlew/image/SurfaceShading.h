@@ -16,7 +16,7 @@ enum class Finish {
 struct SurfaceLook {
     Vec3f background{{0.11f, 0.115f, 0.125f}}; ///< In the middle; a little darker towards the corners.
     Vec3d light{};                             ///< Points to the key light; zero: over the camera's left shoulder.
-    double gloss = 0.15;                       ///< Of the highlight; 0 is dull.
+    double gloss = 0.15;                       ///< Of the highlight and the rim; 0 is dull.
     Finish finish = Finish::matt;
 };
 
