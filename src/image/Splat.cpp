@@ -159,7 +159,8 @@ void resolveTile(const SplatTile& tile, const std::vector<Sample>& samples, std:
         for (int x = 0; x < tile.width; ++x) {
             const size_t pixel = static_cast<size_t>(tile.top + y) * static_cast<size_t>(image.width) +
                                  static_cast<size_t>(tile.left + x);
-            const float wall = depth.empty() ? kInfinity : depth[pixel];
+            float wall = kInfinity;
+            if (!depth.empty()) wall = depth[pixel];
             Sample sum;
             float count = 0;
             for (int k = 0; k < kFine * kFine; ++k) {

@@ -43,7 +43,7 @@ class SplatBins {
     void project(const Splats& splats, const Camera& camera, const Monitor& monitor);
     void sort(const Monitor& monitor);
     /// The tiles that a splat's footprint may meet, as left, top, right, bottom; none: right below left.
-    std::array<int, 4> tilesOf(size_t splat) const;
+    std::array<int, 4> tilesOf(size_t k) const;
 
     int mWidth, mHeight, mColumns, mRows;
     bool mLines;

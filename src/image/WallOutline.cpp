@@ -104,15 +104,15 @@ Image wallOutline(const Domain& domain, const Camera& camera, const Monitor& mon
     const int width = (camera.width() + 1) / 2, height = (camera.height() + 1) / 2;
     Image small = filledImage(width, height, {"outline"});
     const double focal = camera.project(camera.eye() + camera.forward()).pixelsPerUnit;
-    const Box box = domain.box.padded(1e-3 * length(domain.box.size())); // the wall may touch it
+    const Box box = domain.box.padded(0.02 * length(domain.box.size())); // the wall may touch it
     parallelFor(
         small.pixels.size(), kBatch,
         [&](size_t begin, size_t end) {
             std::array<Ray, kBatch> rays;
             for (size_t k = begin; k < end; ++k) {
                 Ray& ray = rays[k - begin];
-                const auto x = static_cast<double>(k % static_cast<size_t>(width)),
-                           y = static_cast<double>(k / static_cast<size_t>(width));
+                const size_t column = k % static_cast<size_t>(width), row = k / static_cast<size_t>(width);
+                const auto x = static_cast<double>(column), y = static_cast<double>(row);
                 ray = {.direction = camera.direction(2 * x + 1, 2 * y + 1)};
                 ray.unitsPerPixel = dot(ray.direction, camera.forward()) / focal;
                 enter(ray, camera.eye(), box);

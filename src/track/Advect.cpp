@@ -1,5 +1,6 @@
 #include "curlew/track/Advect.h"
 
+#include "AdvectSteps.h"
 #include "BatchAdvector.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/field/Dimensions.h"
@@ -187,9 +188,13 @@ void addVelocity(Particles& p, const std::array<std::vector<double>, 3>& from, d
 } // namespace
 
 AdvectResult advect(const Flow& flow, Particles& particles, const AdvectOptions& options, const Monitor& monitor) {
+    return detail::advectKnowing(flow, magnitudesOf(flow), particles, options, monitor);
+}
+
+AdvectResult detail::advectKnowing(const Flow& flow, const FlowMagnitudes& typical, Particles& particles,
+                                   const AdvectOptions& options, const Monitor& monitor) {
     validate(flow, options);
-    return advectInOrder(flow, magnitudesOf(flow), particles, orderFor(flow, particles), options, options.time,
-                         monitor);
+    return advectInOrder(flow, typical, particles, orderFor(flow, particles), options, options.time, monitor);
 }
 
 AdvectResult advect(const FlowInTime& flow, Particles& particles, double begin, const AdvectOptions& options,

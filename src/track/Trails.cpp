@@ -1,10 +1,12 @@
 #include "curlew/track/Trails.h"
 
+#include "AdvectSteps.h"
 #include "curlew/base/Memory.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 namespace curlew {
 
@@ -62,16 +64,23 @@ Trails advectWithTrails(const FlowInTime& flow, Particles& particles, double beg
     requireMemory(static_cast<double>(particles.size()) * static_cast<double>(vertices) * Curves::kVertexBytes,
                   fmt::format("the ways of {} points, of {} vertices each", particles.size(), vertices),
                   "move fewer points, or in fewer steps");
+    const Flow first = flow.at(begin);
+    const std::optional<FlowMagnitudes> typical =
+        flow.steady() ? std::optional(magnitudesOf(first, monitor)) : std::nullopt; // measured once
+    const auto advance = [&](double from, const AdvectOptions& step, const Monitor& quiet) {
+        return typical ? detail::advectKnowing(first, *typical, particles, step, quiet)
+                       : advect(flow, particles, from, step, quiet);
+    };
     const Monitor unreported{.report = {}, .cancelled = monitor.cancelled};
     AdvectOptions one = options;
     one.steps = 1;
     one.time = 0;
-    advect(flow, particles, begin, one, unreported); // the velocity and the track where they are
+    advance(begin, one, unreported); // the velocity and the track where they are
     Trails trails{.curves = emptyWays(particles, vertices, particles.hasTrack()), .result = {}};
     keep(particles, 0, 0, trails.curves);
     one.time = options.time / options.steps;
     for (int k = 0; k < options.steps; ++k) {
-        add(advect(flow, particles, begin + one.time * k, one, unreported), trails.result);
+        add(advance(begin + one.time * k, one, unreported), trails.result);
         keep(particles, static_cast<size_t>(k) + 1, one.time * (k + 1), trails.curves);
         if (monitor.report) monitor.report((k + 1.0) / options.steps);
     }

@@ -5,11 +5,13 @@
 #include "support/Particles.h"
 #include "support/Polynomial.h"
 
+#include <catch2/catch.hpp>
+
 using namespace curlew;
 using namespace curlew::test;
 
 TEST_CASE("snap puts points onto a surface, to the nearest of its points where the field is a distance", "[track]") {
-    Particles points = scatter({.box = cube(1.5), .wall = {}}, 3000, 1);
+    Particles points = scatter({.box = Box{}.padded(1.5), .wall = {}}, 3000, 1);
     points.f = points.g = std::vector<double>(3000, 1.0);
     const Particles start = points;
     const SnapResult result = snap(sphereSdf(1).distance, 0, points, 3);
@@ -27,7 +29,7 @@ TEST_CASE("snap puts points onto a surface, to the nearest of its points where t
 
 TEST_CASE("snap finds a value of a field that is no distance, within its reach or not at all", "[track]") {
     const ScalarField field = sinesF();
-    Particles points = scatter({.box = cube(1), .wall = {}}, 500, 2);
+    Particles points = scatter({.box = Box{}.padded(1), .wall = {}}, 500, 2);
     const Particles start = points;
     const SnapResult result = snap(field, 0.1, points, 0.2);
     CHECK(result.missed > 0);

@@ -4,6 +4,8 @@
 #include "support/Particles.h"
 #include "support/Polynomial.h"
 
+#include <catch2/catch.hpp>
+
 using namespace curlew;
 using namespace curlew::test;
 
