@@ -67,36 +67,28 @@ def cancel():
 
 
 def arrange():
-    """The tree below, the view above."""
+    """The tree below the view."""
     tree = bpy.data.node_groups[bpy.context.scene.curlew_tree]
     assert tree.message == "cancelled", tree.message
     tree.message = ""
     assert len(results()) == 3
-    bpy.data.objects["Suzanne"].display_type = "WIRE"
-    for kind in ("DOPESHEET_EDITOR", "OUTLINER", "PROPERTIES"):  # room for the tree
-        for other in [a for a in bpy.context.window_manager.windows[0].screen.areas if a.type == kind]:
-            with over(other):
-                bpy.ops.screen.area_close()
     views = sorted((a for a in bpy.context.window_manager.windows[0].screen.areas if a.type == "VIEW_3D"), key=lambda a: a.y)
     views[0].ui_type = "CurlewTree"
     views[0].spaces.active.node_tree = tree
     views[0].spaces.active.show_region_ui = False
-    space = views[1].spaces.active
-    space.show_region_ui, space.show_region_toolbar = True, False
-    space.shading.color_type = "MATERIAL"
-    space.overlay.show_relationship_lines = False
-    next(o for o in results() if o.type == "VOLUME").hide_set(True)
+
+
+def enlarge():
+    """The tree alone."""
+    with over(area("NODE_EDITOR")):
+        bpy.ops.screen.screen_full_area()
 
 
 def look():
-    """All of both."""
+    """All of it."""
     with over(area("NODE_EDITOR")):
         bpy.ops.node.select_all(action="DESELECT")
         bpy.ops.node.view_all()
-    with over(area("VIEW_3D")):
-        bpy.ops.view3d.view_axis(type="FRONT")
-        bpy.ops.view3d.view_orbit(angle=0.5, type="ORBITLEFT")
-        bpy.ops.view3d.view_selected()
 
 
 def picture():
@@ -121,6 +113,6 @@ def run():
     return None
 
 
-steps_left = [press, wait, cancel, wait, arrange, look, picture]
+steps_left = [press, wait, cancel, wait, arrange, enlarge, look, picture]
 bpy.context.preferences.view.show_splash = False
 bpy.app.timers.register(run, first_interval=1.5)

@@ -25,7 +25,7 @@ def folder(name):
 def written(path, *left_out):
     """The files of a folder by name, as digests."""
     return {f.name: hashlib.sha256(f.read_bytes()).hexdigest() for f in sorted(path.iterdir())
-            if f.suffix != ".json" and f.name not in left_out}
+            if f.is_file() and f.suffix != ".json" and f.name not in left_out}
 
 
 class Export(unittest.TestCase):
@@ -108,7 +108,8 @@ class Import(unittest.TestCase):
         one, other = folder("one"), folder("other")
         tree, program = self.again(text, name)
         for path, scene in ((one, text), (other, program)):
-            for mesh in ("spot.obj", "bunny.obj"):
+            (path / "scenes").mkdir()
+            for mesh in ("spot.obj", "bunny.obj", "scenes/spot.obj"):
                 shutil.copy(support.SOURCE / "scenes" / "spot.obj", path / mesh)
             (path / "scene.txt").write_text(scene)
         first, second = support.run_command("scene.txt", one), support.run_command("scene.txt", other)
@@ -155,6 +156,25 @@ class Import(unittest.TestCase):
                    "noise type=simplex dim=4\nnoise type=simplex dim=4 seed=1\nnoise type=simplex dim=4 seed=2\n"
                    "noise dim=2 seed=8\ndfvn\nslice width=40\nwrite b.png\nnoise dim=2\nheight\nslice axis=y width=40\n"
                    "write c.png\nnoise\ncurl offset=100\nslice width=40\nwrite d.png\n", "dimensions")
+
+    def test_pictures_that_are_drawn_into_and_joined(self):
+        text = ("noise\nnoise seed=1\ndfvn speed=1\nscatter count=50 seed=1\nscatter count=50 seed=2\n"
+                "advect time=0.2 steps=4 trails=1\nsplat width=60\nwrite x.png\ntorus\nshade width=60\n"
+                "splat over=1 geo=2\nwrite y.png\nslice width=40\npanels count=2\nwrite z.png\ndistance geo=1,2\n"
+                "expect distance/mean least=0\n")
+        _, program = self.agree(text, "pictures")
+        self.assertIn("over=1\n", program)
+        self.assertIn("panels count=2\n", program)
+
+    def test_every_scene_is_a_tree(self):
+        for path in sorted((support.SOURCE / "scenes").glob("*.txt")):
+            text = path.read_text()
+            tree, program = self.again(text, path.stem)
+            for action in ("write", "expect", "frames"):
+                given = [line for line in text.splitlines() if line.startswith(action + " ")]
+                made = [line for line in program.splitlines() if line.startswith(action + " ")]
+                self.assertGreaterEqual(len(made), len(given), path.name)
+            self.assertEqual(bool(tree.nodes), bool(program))
 
     def test_frames(self):
         _, program = self.agree(

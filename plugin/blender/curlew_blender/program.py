@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from typing import Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
 from .actions import Action, line_of
-from .slots import DOMAIN, EACH_FRAME, FIRST, GRIDS, ONCE, Slot, made_of, pushed, slots_of
-from .stacks import Entry, Ref, Stacks, kinds_read, write_options
+from .slots import DOMAIN, EACH_FRAME, FIRST, GRIDS, ONCE, Slot, made_of, on_request, pairs, pushed, slots_of
+from .stacks import Entry, Ref, Stacks, extension, kinds_read, write_options
 
 _VARIES = re.compile(r"\$F|\{[^}]*\b(F|FF|T)\b[^}]*\}")
 _HEAVY = frozenset({"grid", "levelSet", "mesh", "flow"})
@@ -75,6 +75,11 @@ def program_of(
     """The program of a graph: what leads to a sink (a node that makes nothing), or to what is wanted. `frames`:
     the words of -frames, where it is a sequence. Throws TreeError."""
     return _Planner(graph, actions, frames, wanted).run()
+
+
+def _only_reports(node: GraphNode) -> bool:
+    """Whether it writes the report, which is on no stack."""
+    return node.action == "write" and bool(node.words) and all(extension(word) == ".json" for word in node.words)
 
 
 class _Planner:
@@ -222,7 +227,7 @@ class _Planner:
             if ref:
                 slots.append(slot)
                 refs.append(ref)
-            elif not slot.optional:
+            elif not slot.optional and not _only_reports(node):
                 raise TreeError(node.key, f"nothing is connected to '{slot.name}'")
         return slots, refs
 
@@ -248,6 +253,13 @@ class _Planner:
             if not self._stacks.find(ref):
                 self._emit(ref.key)
         options = dict(node.options)
+        action = self._actions[node.action]
+        if action.has("over"):
+            options.pop("over", None)
+            if any(on_request(action, slot) for slot in slots):
+                options["over"] = "1"
+        if action.has("count") and slots and slots[0].kinds == {"image"}:
+            options["count"] = str(len(slots))
         if node.action == "write":
             self._write(node, refs, options)
         else:
@@ -273,6 +285,8 @@ class _Planner:
 
     def _wrong(self, node: GraphNode, slots: Sequence[Slot], refs: Sequence[Ref], options: Dict[str, str]) -> List[Ref]:
         wrong: List[Ref] = []
+        if pairs(slots):
+            return self._pair(node, slots, refs, options)
         for slot, ref, takes in zip(slots, refs, self._stacks.taken(slots)):
             entry = self._stacks.find(ref)
             if entry is None:
@@ -289,6 +303,18 @@ class _Planner:
         # All that are of these kinds, in their order.
         kinds = [slot.kinds for slot, ref in zip(slots, refs) if ref in wrong]
         return [ref for slot, ref in zip(slots, refs) if slot.kinds in kinds]
+
+    def _pair(self, node: GraphNode, slots: Sequence[Slot], refs: Sequence[Ref], options: Dict[str, str]) -> List[Ref]:
+        """Two objects that one option chooses."""
+        entries = [self._stacks.find(ref) for ref in refs]
+        ages = []
+        for slot, ref, entry in zip(slots, refs, entries):
+            if entry is None:
+                return [ref]
+            self._require_kind(node, slot, entry)
+            ages.insert(0, str(self._stacks.age(entry, slot.among)))
+        options[slots[0].age] = ",".join(ages)
+        return []
 
     def _require_kind(self, node: GraphNode, slot: Slot, entry: Entry) -> None:
         if entry.kind not in slot.kinds:
@@ -328,10 +354,9 @@ class _Planner:
         changed = [entry for entry, slot in zip(taken, slots) if slot.changed]
         for entry in changed:
             entry.ref = Ref(node.key, 0)
-        if changed:
-            return
         for output, kind in self._made(node, action, options, taken):
-            self._stacks.push(Ref(node.key, output), kind)
+            if not any(entry.kind == kind for entry in changed):
+                self._stacks.push(Ref(node.key, output), kind)
 
     def _made(self, node: GraphNode, action: Action, options: Mapping[str, str],
               taken: Sequence[Entry]) -> List[Tuple[int, str]]:

@@ -4,7 +4,7 @@ from typing import Dict, List, Mapping, Optional, Sequence, Tuple
 
 from .actions import Action, split_words
 from .program import GraphNode
-from .slots import EACH_FRAME, FIELDS, Slot, pushed, slots_of
+from .slots import EACH_FRAME, FIELDS, Slot, on_request, pairs, pushed, slots_of
 from .stacks import Entry, Ref, Stacks, kinds_read, written_entries
 
 
@@ -102,6 +102,11 @@ class _Reader:
         entries: List[Optional[Entry]] = [None] * len(slots)
         for k, entry in zip(used, self._stacks.taken([slots[k] for k in used])):
             entries[k] = entry
+        if pairs(slots):
+            ages = node.options.pop(slots[0].age, "0,1").split(",")
+            there = self._stacks.newest(slots[0].among)
+            chosen = [there[int(a)] if a.isdigit() and int(a) < len(there) else None for a in ages]
+            entries = list(reversed(chosen)) if len(chosen) == 2 else entries
         for k, slot in enumerate(slots):
             if slot.age and slot.age in node.options:
                 there = self._stacks.newest(slot.among)
@@ -113,7 +118,11 @@ class _Reader:
     def _used(self, action: Action, node: GraphNode, slots: Sequence[Slot]) -> List[int]:
         """The slots that count with these options."""
         options = node.options
-        indices = list(range(len(slots)))
+        over = options.pop("over", "0") == "1" if action.has("over") else False
+        indices = [k for k, slot in enumerate(slots) if over or not on_request(action, slot)]
+        if slots and slots[0].kinds == {"image"} and len(slots) > 1:
+            count = options.pop("count", "") if action.has("count") else ""
+            return indices[:int(count) if count.isdigit() else len(self._stacks.newest({"image"}))]
         if action.name == "dfvn":
             return indices[:self._potentials()]
         if action.name == "curl":
@@ -145,19 +154,19 @@ class _Reader:
     def _apply(self, action: Action, node: GraphNode, slots: Sequence[Slot], entries: Sequence[Optional[Entry]]) -> None:
         dimensions = _dimensions(node, [entry for entry in entries if entry])
         kept = node.options.get("keep", "0") == "1"
-        changed = False
+        changed = set()
         for slot, entry in zip(slots, entries):
             if entry and slot.changed:
                 entry.ref = Ref(node.key, 0)
-                changed = True
+                changed.add(entry.kind)
             elif entry and not slot.stays and not kept:
                 self._stacks.remove(entry)
-        if changed:
-            return
         kinds = [entry.kind for entry in entries if entry]
         made = kinds_read(action, node.words, node.options) if action.name == "read" else pushed(
             action, node.options, kinds)
         for output, kind in made:
+            if kind in changed:
+                continue
             # A grid from a file may be a level set: it is taken for one where one is wanted.
             self._stacks.push(Ref(node.key, output), "levelSet" if action.name == "read" and kind == "grid" else kind,
                               dimensions)

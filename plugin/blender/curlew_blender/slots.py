@@ -29,7 +29,7 @@ FIRST = ("quiet", "verbose", "threads", "set", "resume")
 # What a tree does not need: the command line does.
 NO_NODE = frozenset({"config", "help", "list", "version"})
 
-_MOST_SOCKETS = 4
+_MOST_SOCKETS, _MOST_IMAGES = 4, 9
 
 
 @dataclass(frozen=True)
@@ -82,10 +82,22 @@ def slots_of(action: Action) -> Tuple[Slot, ...]:
     slots: List[Slot] = []
     for socket in action.inputs:
         kinds = _kinds(socket)
-        for k, name in enumerate(_numbered(_title(socket.name), min(socket.maximum, _MOST_SOCKETS) if kinds else 0)):
+        most = _MOST_IMAGES if kinds == {"image"} else _MOST_SOCKETS if kinds else 0
+        age = socket.age or ("geo" if kinds and kinds < GEOMETRY and action.has("geo") else "")
+        for k, name in enumerate(_numbered(_title(socket.name), min(socket.maximum, most))):
             slots.append(Slot(name, kinds, stays=socket.use == "stays", changed=socket.use == "changed",
-                              optional=k >= socket.minimum, age=socket.age, among=_among(socket.age, kinds)))
+                              optional=k >= socket.minimum, age=age, among=_among(age, kinds)))
     return tuple(slots)
+
+
+def on_request(action: Action, slot: Slot) -> bool:
+    """Whether a slot only counts where over=1 asks for it: the picture that is drawn into."""
+    return slot.changed and slot.optional and action.has("over")
+
+
+def pairs(slots: Sequence[Slot]) -> bool:
+    """Whether one option gives the ages of two slots, that of the second first."""
+    return len(slots) == 2 and slots[0].age != "" and slots[0].age == slots[1].age
 
 
 def made_of(action: Action) -> Tuple[Made, ...]:
