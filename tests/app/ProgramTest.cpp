@@ -173,7 +173,9 @@ TEST_CASE("a program reads what its caller provides before it looks for files", 
     const auto mesh = std::make_shared<const Mesh>(
         meshOf({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3}, {3, 3, 3, 3}));
     session.provided["no such file.ply"] = mesh;
-    session.provided["points"] = Particles{.x = {1}, .y = {2}, .z = {3}, .id = {4}};
+    Particles points;
+    points.x = {1}, points.y = {2}, points.z = {3}, points.id = {4};
+    session.provided["points"] = std::move(points);
     run(parseScene("read 'no such file.ply' points", "scene"), session);
     REQUIRE(session.geometry.size() == 2);
     CHECK(std::get<std::shared_ptr<const Mesh>>(session.geometry.at(1)) == mesh);
