@@ -164,7 +164,7 @@ TEST_CASE("where a program has failed is known by line and action", "[app]") {
     // In a scene that another includes, that one's line counts.
     const test::Folder folder;
     test::store(folder / "inner.txt", "noise\nnoise\nnoise seed=x");
-    CHECK(placeOf("sphere\nconfig '" + (folder / "inner.txt").string() + "'") == std::pair(2, std::string("noise")));
+    CHECK(placeOf("sphere\nconfig \"" + (folder / "inner.txt").string() + "\"") == std::pair(2, std::string("noise")));
 }
 
 TEST_CASE("a program reads what its caller provides before it looks for files", "[app]") {
