@@ -164,7 +164,7 @@ TEST_CASE("where a program has failed is known by line and action", "[app]") {
     // In a scene that another includes, that one's line counts.
     const test::Folder folder;
     test::store(folder / "inner.txt", "noise\nnoise\nnoise seed=x");
-    CHECK(placeOf("sphere\nconfig '" + (folder / "inner.txt").string() + "'") == std::pair(2, std::string("noise")));
+    CHECK(placeOf("sphere\nconfig \"" + (folder / "inner.txt").string() + "\"") == std::pair(2, std::string("noise")));
 }
 
 TEST_CASE("a program reads what its caller provides before it looks for files", "[app]") {
@@ -173,7 +173,9 @@ TEST_CASE("a program reads what its caller provides before it looks for files", 
     const auto mesh = std::make_shared<const Mesh>(
         meshOf({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3}, {3, 3, 3, 3}));
     session.provided["no such file.ply"] = mesh;
-    session.provided["points"] = Particles{.x = {1}, .y = {2}, .z = {3}, .id = {4}};
+    Particles points;
+    points.x = {1}, points.y = {2}, points.z = {3}, points.id = {4};
+    session.provided["points"] = std::move(points);
     run(parseScene("read 'no such file.ply' points", "scene"), session);
     REQUIRE(session.geometry.size() == 2);
     CHECK(std::get<std::shared_ptr<const Mesh>>(session.geometry.at(1)) == mesh);
