@@ -23,7 +23,7 @@ SurfaceSample sampleOf(const Ray& ray, const RayHit& hit, const Camera& camera) 
 
 RowOfHits viewRow(const Surface& surface, const Camera& camera, int samples, int y, double resolution) {
     std::vector<Ray> rays;
-    rays.reserve(static_cast<size_t>(camera.width() * samples * samples));
+    rays.reserve(static_cast<size_t>(camera.width()) * static_cast<size_t>(samples * samples));
     for (int x = 0; x < camera.width(); ++x)
         for (int j = 0; j < samples; ++j)
             for (int i = 0; i < samples; ++i)
@@ -88,11 +88,12 @@ SurfaceView viewThrough(const Surface& surface, const SurfaceView& view, const M
 }
 
 std::vector<Vec3d> visiblePoints(const Surface& surface, const Camera& camera) {
-    const double step = std::max(camera.width(), camera.height()) / 128.0;
+    constexpr int kAcross = 128;
+    const double step = std::max(camera.width(), camera.height()) / static_cast<double>(kAcross);
     std::vector<Ray> rays;
-    for (double y = 0.5 * step; y < camera.height(); y += step)
-        for (double x = 0.5 * step; x < camera.width(); x += step)
-            rays.push_back({camera.eye(), camera.direction(x, y)});
+    for (int j = 0; j < kAcross && (j + 0.5) * step < camera.height(); ++j)
+        for (int i = 0; i < kAcross && (i + 0.5) * step < camera.width(); ++i)
+            rays.push_back({camera.eye(), camera.direction((i + 0.5) * step, (j + 0.5) * step)});
     std::vector<RayHit> hits(rays.size());
     surface.intersect(rays, resolutionOf(camera, surface.box()), hits);
     std::vector<Vec3d> points;

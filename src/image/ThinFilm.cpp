@@ -40,7 +40,8 @@ Vec3d ThinFilm::integrated(double thickness, double cosine, double refractiveInd
     const double s = (outside - n * inside) / (outside + n * inside),
                  p = (n * outside - inside) / (n * outside + inside);
     Vec3d light, white;
-    for (double wavelength = 380; wavelength <= 780; wavelength += 5) {
+    for (int nanometres = 380; nanometres <= 780; nanometres += 5) {
+        const double wavelength = nanometres;
         const double cosPhase = std::cos(4 * std::numbers::pi * n * thickness * inside / wavelength);
         const Vec3d curves = matchingCurves(wavelength);
         light += curves * (0.5 * (airy(s, cosPhase) + airy(p, cosPhase)));
