@@ -57,7 +57,7 @@ PRESETS: Dict[str, Preset] = {
         sum
         bound side=outside width=@0.3@ amplitude=0 separate=0
         dfvn speed=@1@ padding=@0.35@
-        scatter count=260 seed=4
+        scatter count=150 seed=4
         trace direction=both limit=@2@
         write curves.obj
         """,
