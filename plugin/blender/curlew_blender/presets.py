@@ -12,7 +12,8 @@ from .program import GraphNode, TreeError
 
 @dataclass(frozen=True)
 class Preset:
-    """A scene; @0.1@ is a tenth of the object's size, @/4@ four in it. What it writes becomes results, what it reads the object."""
+    """A scene; @0.1@ is a tenth of the object's size, @/4@ four in it. What it writes becomes results, and what it
+    reads the object."""
 
     name: str
     help: str
