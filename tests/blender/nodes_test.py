@@ -1,10 +1,12 @@
 """Every action is a node, with the registry's options; the add-on can be switched on and off."""
 
 import gc
+import importlib
 import json
 import math
 import sys
 import unittest
+import zipfile
 from pathlib import Path
 
 import bpy
@@ -132,4 +134,31 @@ class Cycles(unittest.TestCase):
         self.assertLess(used[-1] - used[1], 4.0)  # of what three cycles leave; the classes of one are about 10
 
 
-support.main(Nodes, Cycles)
+class Extension(unittest.TestCase):
+    def test_the_other_package_under_another_name(self):
+        """An extension is a module within another one: nothing in it may rely on its own name."""
+        support.empty()
+        bpy.ops.preferences.addon_disable(module=support.NAME)
+        packed = next((support.WORK / "packages").glob("*-linux-x64.zip"))
+        place = support.WORK / "extension" / "bl_ext_of_test" / "inner"
+        with zipfile.ZipFile(packed) as archive:
+            archive.extractall(place)
+        manifest = (place / "blender_manifest.toml").read_text()
+        for key in ("schema_version", "id", "version", "name", "tagline", "maintainer", "type", "blender_version_min",
+                    "license", "platforms"):
+            self.assertIn(f"\n{key} = ", "\n" + manifest)
+        (place.parent / "__init__.py").write_text("")
+        sys.path.insert(0, str(place.parents[1]))
+        module = importlib.import_module("bl_ext_of_test.inner")
+        module.register()
+        library = sys.modules["bl_ext_of_test.inner.library"].curlew()
+        self.assertEqual(library.__name__, "bl_ext_of_test.inner.curlew")
+        self.assertTrue(library.find_library().startswith(str(place)))
+        tree = bpy.data.node_groups.new("t", "CurlewTree")
+        tree.nodes.new("CurlewNode_noise")
+        bpy.data.node_groups.remove(tree)
+        module.unregister()
+        bpy.ops.preferences.addon_enable(module=support.NAME)
+
+
+support.main(Nodes, Cycles, Extension)

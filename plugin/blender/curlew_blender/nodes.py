@@ -175,7 +175,8 @@ class ActionNode(CurlewNode):
             change.node, change.option, change.to = self.name, option.name, "DEFAULT"
 
     def _draw_options(self, layout: bpy.types.UILayout, everything: bool) -> None:
-        for k, option in enumerate(self.action.options):
+        by_links = {"keep", "over"} | {slot.age for slot in self.takes}  # the links say it
+        for k, option in enumerate(o for o in self.action.options if o.name not in by_links):
             is_set = self.is_property_set("o_" + option.name) or getattr(self, "t_" + option.name)
             if everything or k < _FEW or is_set:
                 self._draw_option(layout, option)

@@ -12,7 +12,8 @@ from .program import GraphNode, TreeError
 
 @dataclass(frozen=True)
 class Preset:
-    """A scene; @0.1@ is a tenth of the object's size, @/4@ four in it. What it writes becomes results, what it reads the object."""
+    """A scene; @0.1@ is a tenth of the object's size, @/4@ four in it. What it writes becomes results, and what it
+    reads the object."""
 
     name: str
     help: str
@@ -57,7 +58,7 @@ PRESETS: Dict[str, Preset] = {
         sum
         bound side=outside width=@0.3@ amplitude=0 separate=0
         dfvn speed=@1@ padding=@0.35@
-        scatter count=260 seed=4
+        scatter count=150 seed=4
         trace direction=both limit=@2@
         write curves.obj
         """,

@@ -70,7 +70,8 @@ def _program(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> Tuple[Program,
         wanted = Wanted("@@", "image", Ref("@", 0))
     else:
         graph["@"] = GraphNode("@", "scatter", [], {"count": str(PARTICLES)}, [flow])
-        graph["@move"] = GraphNode("@move", "advect", [], {"time": "0.3", "steps": "3"}, [flow, Ref("@", 0)])
+        short = {"time": "0.3", "steps": "2", "scheme": "midpoint"}
+        graph["@move"] = GraphNode("@move", "advect", [], short, [flow, Ref("@", 0)])
         wanted = Wanted("@@", "points", Ref("@move", 0))
     return program_of(graph, library.actions(), None, [wanted]), sampled, wanted
 

@@ -154,7 +154,7 @@ def volume(node: bpy.types.Node, file: Path, frames: Optional[Sequence[int]]) ->
         data.is_sequence = True
         data.frame_start = frames[0]
         data.frame_duration = frames[-1] - frames[0] + 1
-        data.frame_offset = 0
+        data.frame_offset = frames[0] - 1  # the first file would be number 1
         data.sequence_mode = "EXTEND"
     if not data.materials:
         data.materials.append(looks.volume_material())
