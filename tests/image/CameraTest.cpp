@@ -71,8 +71,8 @@ TEST_CASE("a camera that cannot be is refused", "[image]") {
     CHECK_THROWS_AS(Camera({{0, 0, 1}}, {}, kUp, 175, 10, 10), ValueError);
     CHECK_THROWS_AS(Camera({{0, 0, 1}}, {}, kUp, 40, 0, 10), ValueError);
     CHECK_THROWS_AS(Camera({{0, 0, std::numeric_limits<double>::quiet_NaN()}}, {}, kUp, 40, 10, 10), ValueError);
-    CHECK_THROWS_AS(Camera::around({{{0, 0, 0}}, {{0, 0, 0}}}, {{0, 0, 1}}, kUp, 40, 10, 10), ValueError);
+    CHECK_THROWS_AS(Camera::around(Box{{{0, 0, 0}}, {{0, 0, 0}}}, {{0, 0, 1}}, kUp, 40, 10, 10), ValueError);
     const double infinity = std::numeric_limits<double>::infinity();
-    CHECK_THROWS_AS(Camera::around({{{0, 0, 0}}, {{1, 1, infinity}}}, {{0, 0, 1}}, kUp, 40, 10, 10), ValueError);
-    CHECK_THROWS_AS(Camera::around({{{0, 0, 0}}, {{1, 1, 1}}}, {}, kUp, 40, 10, 10), ValueError);
+    CHECK_THROWS_AS(Camera::around(Box{{{0, 0, 0}}, {{1, 1, infinity}}}, {{0, 0, 1}}, kUp, 40, 10, 10), ValueError);
+    CHECK_THROWS_AS(Camera::around(Box{{{0, 0, 0}}, {{1, 1, 1}}}, {}, kUp, 40, 10, 10), ValueError);
 }
