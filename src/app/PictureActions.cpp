@@ -141,7 +141,7 @@ Action warpDeclaration() {
 void compareAction(Session& s, const Arguments& a) {
     if (s.images.size() < 2) throw ValueError("needs two images to compare");
     const ImageDifference difference =
-        differenceOf(s.images.at().image, s.images.at(static_cast<size_t>(a.integer("with"))).image);
+        differenceOf(s.images.at().image, s.images.at(a.ages("with").front()).image);
     const std::string name = a.text("name");
     s.console.say(fmt::format("{}: root mean square difference {:.4g}, largest {:.4g}", name, difference.rms,
                               difference.largest));
@@ -157,7 +157,7 @@ Action compareDeclaration() {
         .outputs = "report",
         .takes = {stays("other", {Kind::image}, "with"), stays("image", {Kind::image})},
         .makes = {made("report", {Kind::report})},
-        .options = {integer("with", "1", 0, 1000000, "age of the other image: 1 is the one before"),
+        .options = {ages("with", "1", "the other image: 1 is the one before"),
                     text("name", "compare", "of the figures in the report")},
         .examples = {"curlew -read a.exr b.exr -compare -expect compare/rmse most=0.01"},
         .run = compareAction};

@@ -284,7 +284,7 @@ std::vector<Action> splatActions() {
                         "around them as a faint outline",
              .inputs = "points or curves; flow, shape or level set, if there is one (all stay)",
              .outputs = "image",
-             .takes = {stays("what", {Kind::points, Kind::curves}),
+             .takes = {stays("what", {Kind::points, Kind::curves}, "geo"),
                        maybe(stays("wall", {Kind::flow, Kind::shape, Kind::levelSet}), "whose outline is shown"),
                        maybe(changed("image", {Kind::image}), "only with over=1: what is drawn on")},
              .makes = {made("image", {Kind::image})},

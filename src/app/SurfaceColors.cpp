@@ -159,8 +159,7 @@ Painter painterOf(Session& s, const Arguments& a, const Box& box) {
             case Texture::lic:
                 break;
         }
-        std::vector<Vec3f> colors =
-            source && !places.empty() ? colorsOf(*source, places, monitor) : std::vector{color};
+        std::vector<Vec3f> colors = source && !places.empty() ? colorsOf(*source, places, monitor) : std::vector{color};
         if (texture == Texture::none) return colors;
         const std::vector<float> streaks =
             surfaceLic(view, *flow, {.seed = static_cast<uint64_t>(a.integer("seed"))}, monitor);

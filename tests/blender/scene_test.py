@@ -130,7 +130,7 @@ class Import(unittest.TestCase):
                         lines[-1].append(token)
                 names = {line[0] for line in lines}
                 text = "\n".join(support.addon("actions").line_of(line[0], line[1:], {}) for line in lines) + "\n"
-                reads_what_is_not_here = any(word.endswith((".vdb", "in.csv", "points.csv")) for line in lines
+                reads_what_is_not_here = any(word.endswith((".vdb", ".png", ".exr", "in.csv", "points.csv")) for line in lines
                                              if line[0] in ("read", "probe") for word in line[1:])
                 made = any(word for line in lines if line[0] == "write" for word in line[1:])
                 if names & {"config", "resume", "help", "list"} or reads_what_is_not_here or not made:

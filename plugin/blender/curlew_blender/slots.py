@@ -72,9 +72,13 @@ def _numbered(name: str, count: int) -> List[str]:
 
 
 def _among(age: str, kinds: FrozenSet[str]) -> FrozenSet[str]:
+    if not age:
+        return frozenset()
+    if kinds == {"image"}:
+        return kinds
     if age == "geo":
         return kinds if kinds == {"points"} else GEOMETRY
-    return FIELDS if age == "field" else GRIDS if age else frozenset()
+    return FIELDS if age == "field" else GRIDS
 
 
 def slots_of(action: Action) -> Tuple[Slot, ...]:
@@ -83,10 +87,9 @@ def slots_of(action: Action) -> Tuple[Slot, ...]:
     for socket in action.inputs:
         kinds = _kinds(socket)
         most = _MOST_IMAGES if kinds == {"image"} else _MOST_SOCKETS if kinds else 0
-        age = socket.age or ("geo" if kinds and kinds < GEOMETRY and action.has("geo") else "")
         for k, name in enumerate(_numbered(_title(socket.name), min(socket.maximum, most))):
             slots.append(Slot(name, kinds, stays=socket.use == "stays", changed=socket.use == "changed",
-                              optional=k >= socket.minimum, age=age, among=_among(age, kinds)))
+                              optional=k >= socket.minimum, age=socket.age, among=_among(socket.age, kinds)))
     return tuple(slots)
 
 

@@ -182,11 +182,10 @@ def test_curves_come_with_where_each_begins(session):
 def test_pictures_and_grids(session):
     session.run("ramp direction=1,10,0\nslice width=40 box=-1,-1,-1,3,1,1\n")
     image = session.image()
-    height = image.pixels.shape[0]
-    assert image.pixels.shape == (height, 40, 1) and image.channels == ["value"] and 15 < height < 25
+    assert image.pixels.shape == (20, 40, 1) and image.channels == ["value"]
     inside = image.pixels[2:-2, 2:-2, 0]
     pixel = np.diff(inside, axis=1)
-    assert np.allclose(pixel, pixel[0, 0], atol=1e-5) and 0.1 < pixel[0, 0] < 0.12  # to the right, x grows
+    assert np.allclose(pixel, pixel[0, 0], atol=1e-5) and pixel[0, 0] == pytest.approx(0.1, abs=1e-5)  # to the right, x grows
     assert np.allclose(np.diff(inside, axis=0), -10 * pixel[0, 0], atol=1e-4)  # and down, y shrinks
     session.run(FLOW + "velocity voxel=0.1 density=1 name=wind staggered=1\n")
     wind, density = session.grids()
