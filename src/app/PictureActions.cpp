@@ -140,8 +140,7 @@ Action warpDeclaration() {
 
 void compareAction(Session& s, const Arguments& a) {
     if (s.images.size() < 2) throw ValueError("needs two images to compare");
-    const ImageDifference difference =
-        differenceOf(s.images.at().image, s.images.at(a.ages("with").front()).image);
+    const ImageDifference difference = differenceOf(s.images.at().image, s.images.at(a.ages("with").front()).image);
     const std::string name = a.text("name");
     s.console.say(fmt::format("{}: root mean square difference {:.4g}, largest {:.4g}", name, difference.rms,
                               difference.largest));
