@@ -112,9 +112,11 @@ def keep(pictures):
         if depth != 8:
             warn(f"{picture.name} has {depth} bits a channel, not 8")
         kept = PICTURES / picture.name
-        shutil.copyfile(picture, kept)
-        if len(data) > MOST_BYTES:  # as it is made, it is in the folder of the run; here 256 colours will do
-            Image.open(picture).convert("RGB").quantize(256).save(kept, optimize=True)
+        if len(data) > MOST_BYTES:
+            image = Image.open(picture).convert("RGB")
+            image.quantize(palette=image.quantize(256), dither=Image.Dither.FLOYDSTEINBERG).save(kept, optimize=True)
+        if len(data) <= MOST_BYTES or kept.stat().st_size >= len(data):
+            shutil.copyfile(picture, kept)
         if kept.stat().st_size > MOST_BYTES:
             warn(f"{picture.name} has {kept.stat().st_size // 1000} KB, more than {MOST_BYTES // 1000}")
     return [picture.name for picture in pictures]
@@ -147,13 +149,26 @@ def run_scene(scene, curlew):
     return "\n\n".join(part for part in parts if part) + "\n\n", names
 
 
-def run_table(name, paper):
+def plots(folder, curlew):
+    """Draws the tables' curves into docs/gallery/; returns the pictures' names."""
+    PICTURES.mkdir(exist_ok=True)
+    names = []
+    for data in sorted(folder.glob("*.csv")):
+        names.append(f"{data.stem}.svg")
+        subprocess.run([curlew, "-quiet", "-plot", data, PICTURES / names[-1], f"title={data.stem.replace('_', ' ')}",
+                        f"width={WIDTH}", f"height={WIDTH // 2}"], check=True)
+    return names
+
+
+def run_table(name, paper, curlew):
     """The same for a table; what is not as claimed fails."""
     with tempfile.TemporaryDirectory() as folder:
         run = subprocess.run([paper, name, "--folder", folder], capture_output=True, text=True)
         if run.returncode != 0:
             raise RuntimeError(run.stderr.strip() or f"ended with {run.returncode}")
-        return run.stdout.strip() + "\n\n", keep(chosen(Path(folder).glob("*.png")))
+        drawn = plots(Path(folder), curlew)
+        shown = "".join(f"![{Path(svg).stem}](gallery/{svg})\n" for svg in drawn)
+        return f"{run.stdout.strip()}\n\n{shown}\n", keep(chosen(Path(folder).glob("*.png"))) + drawn
 
 
 def main():
@@ -167,7 +182,7 @@ def main():
     scenes = sorted((Scene.read(path) for path in (ROOT / "scenes").glob("*.txt")), key=lambda s: natural(s.name))
     tables = subprocess.run([paper_command, "list"], check=True, capture_output=True, text=True).stdout.split()
     work = [(scene.name, lambda scene=scene: run_scene(scene, command)) for scene in scenes]
-    work += [(table, lambda table=table: run_table(table, paper_command)) for table in tables]
+    work += [(table, lambda table=table: run_table(table, paper_command, command)) for table in tables]
     if options.only:
         work = [(name, run) for name, run in work if name == options.only]
         if not work:
@@ -200,7 +215,7 @@ def main():
     gallery.write(order)
     paper.write(tables)
     if not options.only and not failed:
-        for picture in set(PICTURES.glob("*.png")) - {PICTURES / name for name in pictures}:
+        for picture in set(PICTURES.iterdir()) - {PICTURES / name for name in pictures}:
             picture.unlink()
 
     for seconds, name in taken:

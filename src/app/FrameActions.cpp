@@ -33,7 +33,7 @@ std::vector<Action> frameActions() {
         {.name = "resume",
          .group = kGroup,
          .summary = "anywhere: continue -frames after the last frame whose checkpoint there is",
-         .examples = {"curlew -resume -scatter -frames 1-48 checkpoint=run.checkpoint -noise alpha={T} -noise "
+         .examples = {"curlew -resume -sphere -scatter -frames 1-48 checkpoint=run.checkpoint -noise alpha={T} -noise "
                       "seed=1 -dfvn -advect -write 'points.$F4.ply'"},
          .run = [](Session&, const Arguments&) {}}};
 }

@@ -302,7 +302,7 @@ std::vector<Action> programActions() {
          .group = kGroup,
          .summary = "give names to numbers, for the expressions that follow; the first value of a name counts",
          .positional = {"NAME=VALUE …", 1, 100},
-         .examples = {"curlew -set count=1e4 -scatter 'count={count/2}'",
+         .examples = {"curlew -set count=1e4 -torus -scatter 'count={count/2}' -write half.ply",
                       "curlew -set scale=0.5 -config scenes/demo.txt"},
          .run = [](Session&, const Arguments&) {}, // the parser has put the values in place
          .prepare = {}});
