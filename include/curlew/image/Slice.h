@@ -52,7 +52,7 @@ struct SliceSource {
     std::function<void(const PointBatch&, Values&)> eval;
 };
 
-/// Sources on a plane as an image of theirs channels. A pixel of which more than half is nothing is NaN. Throws as
+/// A source on a plane as an image of its channels. A pixel of which more than half is nothing is NaN. Throws as
 /// PicturePlane does, and ResourceError where the memory would not do.
 Image slice(const Box& box, const SliceSource& source, const SliceOptions& options, const Monitor& monitor = {});
 
