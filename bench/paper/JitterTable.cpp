@@ -103,8 +103,8 @@ std::array<Measured, 5> measureRow(const Row& row, double scale) {
     const int power = std::max(6, static_cast<int>(std::lround(row.sobolPower + std::log2(scale))));
     const int sets = scale < 1 ? 1 : row.sets;
 
-    std::array<Measured, 5> kinds{{{.name = "curl noise, as ICN", .published = row.curl, .tolerance = 0.03},
-                                   {.name = "curl noise, Curlew's default"},
+    std::array<Measured, 5> kinds{{{.name = "curl noise as ICN", .published = row.curl, .tolerance = 0.03},
+                                   {.name = "curl noise as Curlew"},
                                    {.name = "at random", .published = row.random, .tolerance = 0.02},
                                    {.name = "Poisson disk", .published = row.disk, .tolerance = 0.02},
                                    {.name = "Sobol", .published = row.sobol, .tolerance = 0.02}}};
@@ -165,7 +165,7 @@ void writeRow(int n, const std::array<Measured, 5>& kinds, std::ostream& out) {
 void writeRdf(const std::filesystem::path& path, const std::array<Measured, 5>& kinds) {
     writeAtomically(path, [&](std::ostream& out) {
         out << "distance";
-        for (const Measured& kind : kinds) out << fmt::format(",\"{}\"", kind.name);
+        for (const Measured& kind : kinds) out << fmt::format(",{}", kind.name);
         for (size_t k = 0; k < kBins; ++k) {
             out << fmt::format("\n{:.4f}", (static_cast<double>(k) + 0.5) * kBinWidth);
             for (const Measured& kind : kinds)
@@ -184,11 +184,11 @@ What the paper leaves open, and how we read it:
 - *The lattice* has its outermost points at 0.05 and 0.95, so its spacing is 0.1 for n = 3, 4, 5, then 0.15 and 0.18, while
   points at random move by u = 0.1 in all dimensions: it is this reading that gives the published figures of points at
   random (0.118 and 0.146 for n = 6 and 7). In 3D the published 0.069 is 2.5 deviations above the mean of such sets.
-- *Curl noise, as ICN*: the published simplex noise (its kernel jumps at the faces of simplices) of wavelength 1, that is one
+- *Curl noise as ICN*: the published simplex noise (its kernel jumps at the faces of simplices) of wavelength 1, that is one
   unit cube and not so many spacings; the cross product of the gradients as it is; one RK4 step of {} d̄, put back onto the
   track. That one number fits all five dimensions. Points that a jump of the noise takes off their tracks, up to 1.5 %, stay
   where they are.
-- *Curl noise, Curlew's default* (`-jitter`, `curlew/track/Jitter.h`): a continuous noise of 0.3 cycles a spacing, and all points
+- *Curl noise as Curlew* by default (`-jitter`, `curlew/track/Jitter.h`): a continuous noise of 0.3 cycles a spacing, and all points
   move equally far, by 0.16 d̄ spacings. The median is 0.81 to 0.84 spacings in all dimensions (ICN's rises to 0.98 in 7D, where its
   noise is weak and most points hardly move), the minimum is larger. Not divergence-free.
 - *Poisson disk*: the cube filled with points, the radius u. SciPy's sampler, which the paper uses, looks for neighbours two
