@@ -57,8 +57,7 @@ AdvectOptions advectOptions(const Session& s, const Arguments& a) {
 double fastest(const Particles& p) {
     double squared = 0;
     for (size_t k = 0; k < p.vx.size(); ++k) {
-        const double x = static_cast<double>(p.vx[k]), y = static_cast<double>(p.vy[k]),
-                     z = static_cast<double>(p.vz[k]);
+        const auto x = static_cast<double>(p.vx[k]), y = static_cast<double>(p.vy[k]), z = static_cast<double>(p.vz[k]);
         squared = std::max(squared, x * x + y * y + z * z);
     }
     return std::sqrt(squared);
