@@ -87,6 +87,8 @@ void registerNoise() {
     addNoise<ValueNoise<3>>("value3");
     addNoise<SimplexNoise<3>>("simplex3");
     addNoise<SimplexNoise<4>>("simplex4");
+    addNoise<SimplexNoise<5>>("simplex5");
+    addNoise<SimplexNoise<7>>("simplex7");
     for (int octaves = 1; octaves <= 8; ++octaves) {
         const auto field = noiseField<Psrd3>({.seed = 1}, {.octaves = octaves});
         add(fmt::format("octaves/{}", octaves), [=](auto& state) { evaluate<float, 1>(state, field); });

@@ -67,37 +67,25 @@ double unitFactor(int dimensions, int power, bool corners) {
     return corners ? kCorners[p][n - 2] : kWide[p][n - 6];
 }
 
-/// Lattice vertices, in skewed coordinates, that come within √(1/2) or √(3/4) of some point of the simplex
-/// 1 >= r_0 >= … >= r_(N-1) >= 0.
-///
-/// With r_N = 0, and e_N = -(1, …, 1), |r - o|² = min over t of Σ (r_i - o_i - t)², i = 0 … N, so all N+1 axes are
-/// alike, and the simplex's corners are e_0 + … + e_(k-1). How near another vertex o comes is then a matter of isotonic
-/// regression: the pooled values in which o rises where r falls; p zeros followed by q ones in the place of q ones
-/// followed by p zeros cost pq/(p+q). Below 3/4 that leaves (p, q) = (1, 1), (2, 1) and (1, 2), once at each corner.
-template <int N>
-std::vector<Vec<int, N>> verticesNear(bool corners) {
-    using V = Vec<int, N>;
-    std::vector<V> vertices;
-    const auto axis = [](int k) {
-        V e;
-        if (k % (N + 1) == N)
-            e.c.fill(-1);
-        else
-            e[k % (N + 1)] = 1;
-        return e;
-    };
-    V corner;
-    for (int k = 0; k <= N; corner += axis(k++)) {
-        vertices.push_back(corner);
-        if (corners) continue;
-        vertices.push_back(corner + axis(k + 1));
-        vertices.push_back(corner + axis(k + 2));
-        vertices.push_back(corner - axis(k + N - 2)); // the last but two that was added
-    }
-    return vertices;
-}
-
 } // namespace
+
+template <int N>
+template <class T>
+auto SimplexNoise<N>::makeLattice() const -> Lattice<T> {
+    Lattice<T> lattice;
+    for (size_t k = 0; k <= N; ++k) {
+        const double beside = -mUnskew * static_cast<double>(k);
+        lattice.along[k] = static_cast<T>(1 + beside);
+        lattice.beside[k] = static_cast<T>(beside);
+    }
+    for (int k = 0; k < kNear; ++k) {
+        const NearVertex<N> v(k);
+        lattice.near[static_cast<size_t>(k)] = {{static_cast<T>(v.corner), static_cast<T>(v.step),
+                                                 static_cast<T>(v.sign), static_cast<T>(v.shift(mUnskew))}};
+    }
+    lattice.near[kNear] = {{T(0), T(N + 1), T(0), T(1000)}};
+    return lattice;
+}
 
 template <int N>
 SimplexNoise<N>::SimplexNoise(const SimplexOptions& options)
@@ -128,23 +116,18 @@ SimplexNoise<N>::SimplexNoise(const SimplexOptions& options)
         }
     }
 
-    const auto near = verticesNear<N>(corners);
-    for (size_t v = 0; v < kVertices; ++v) {
-        // A place that is not used is out of reach.
-        Vec<double, N> p;
-        p.c.fill(1000);
-        if (v < near.size()) {
-            double sum = 0;
-            for (const int o : near[v].c) sum += o;
-            for (int i = 0; i < N; ++i) {
-                p[i] = near[v][i] - mUnskew * sum;
-                mOffsets[v][i] = static_cast<int8_t>(near[v][i]);
-            }
+    mCornersOnly = corners;
+    mLattice = makeLattice<double>();
+    mLatticeFloat = makeLattice<float>();
+    for (int k = 0; k < kNear; ++k) {
+        const NearVertex<N> v(k);
+        double square = 0;
+        for (int r = 0; r < N; ++r) {
+            const double p = v.shift(mUnskew) + (r < v.corner) + (r == v.step ? v.sign : 0);
+            square += p * p;
         }
-        for (size_t i = 0; i < N; ++i) {
-            mVertices[i].c[v] = p.c[i];
-            mVerticesFloat[i].c[v] = static_cast<float>(p.c[i]);
-        }
+        mTilts[static_cast<size_t>(k)] = static_cast<float>(v.tilt(mUnskew));
+        mSquares[static_cast<size_t>(k)] = static_cast<float>(square);
     }
 
     // The program's order before the shuffle: the place of the 0, then the signs of the others, lowest bit first.
@@ -170,7 +153,6 @@ SimplexNoise<N>::SimplexNoise(const SimplexOptions& options)
         for (size_t i = 0; i < N; ++i) {
             const size_t row = k + i / 4 * kGradients;
             mGradients[row].c[i % 4] = gradients[k].c[i];
-            mGradientsFloat[row].c[i % 4] = gradients[k].c[i];
         }
 }
 

@@ -53,7 +53,7 @@ void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N
     Residuals<N> residuals;
     for (int iteration = 0; pending.points.size > 0; ++iteration) {
         flow.eval(pending.points, potentials, velocity);
-        runTrackKernel<N, ResidualKernel<N>>(std::as_const(potentials), std::as_const(pending.points.size),
+        runKernel<ResidualKernel<N>, double>(std::as_const(potentials), std::as_const(pending.points.size),
                                              std::as_const(pending.track), options, residuals);
         const bool last = iteration == options.iterations || options.method == Reprojection::none;
         const auto done = [&](size_t i) { return last || residuals.converged[i] != 0; };
@@ -71,10 +71,10 @@ void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N
         }
         if (left == 0) return;
         if (options.method == Reprojection::newton)
-            runTrackKernel<N, NewtonKernel<N>>(std::as_const(potentials[0]), std::as_const(residuals.value[0]),
+            runKernel<NewtonKernel<N>, double>(std::as_const(potentials[0]), std::as_const(residuals.value[0]),
                                                std::as_const(pending.limit), pending.points);
         else
-            runTrackKernel<N, GaussNewtonKernel<N>>(std::as_const(potentials), std::as_const(residuals.value),
+            runKernel<GaussNewtonKernel<N>, double>(std::as_const(potentials), std::as_const(residuals.value),
                                                     std::as_const(pending.limit), options, pending.points);
         if (left < pending.points.size) pending.keep([&](size_t i) { return !done(i); });
         // Newton takes one function after the other, each where the one before has left the point.
@@ -82,7 +82,7 @@ void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N
             flow.potentials()[p].eval(pending.points, potentials[p]);
             for (size_t i = 0; i < static_cast<size_t>(pending.points.size); ++i)
                 residuals.value[p][i] = potentials[p].c[0][i] - pending.track[p][i];
-            runTrackKernel<N, NewtonKernel<N>>(std::as_const(potentials[p]), std::as_const(residuals.value[p]),
+            runKernel<NewtonKernel<N>, double>(std::as_const(potentials[p]), std::as_const(residuals.value[p]),
                                                std::as_const(pending.limit), pending.points);
         }
     }

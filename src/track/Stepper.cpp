@@ -8,13 +8,13 @@ namespace curlew {
 template <int N>
 void move(const PointBatchN<N>& from, const VecBatchN<double, N>& velocity, double fraction,
           const std::array<double, kBatch>& dt, PointBatchN<N>& to) {
-    runTrackKernel<N, MoveKernel<N>>(from, velocity, std::as_const(fraction), dt, to);
+    runKernel<MoveKernel<N>, double>(from, velocity, std::as_const(fraction), dt, to);
 }
 
 template <int N>
 void combine(int size, const std::array<double, 4>& weights, const std::array<const VecBatchN<double, N>*, 4>& v,
              VecBatchN<double, N>& sum) {
-    runTrackKernel<N, CombineKernel<N>>(std::as_const(size), weights, v, sum);
+    runKernel<CombineKernel<N>, double>(std::as_const(size), weights, v, sum);
 }
 
 #define CURLEW_INSTANTIATE(N)                                                                                         \

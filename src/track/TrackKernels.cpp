@@ -1,5 +1,6 @@
 #include "TrackKernels.h"
 
+#include "curlew/field/Dimensions.h"
 #include "curlew/math/LaneKernels.h"
 
 namespace curlew {
@@ -19,8 +20,7 @@ using Numbers = std::array<double, kBatch>;
                                                                         const ReprojectOptionsN<N>&, PointBatchN<N>&); \
     template void runOnLanes<CURLEW_SIMD, NewtonKernel<N>, double>(const JetBatchN<double, N, 1>&, const Numbers&,     \
                                                                    const Numbers&, PointBatchN<N>&);
-CURLEW_INSTANTIATE(2)
-CURLEW_INSTANTIATE(3)
+CURLEW_FOR_FLOW_DIMENSIONS(CURLEW_INSTANTIATE)
 #undef CURLEW_INSTANTIATE
 
 } // namespace curlew

@@ -127,13 +127,4 @@ struct NewtonKernel {
     }
 };
 
-/// Runs one of these, on lanes in the plane and in space.
-template <int N, class Kernel, class... A>
-void runTrackKernel(A&... arguments) {
-    if constexpr (N <= 3)
-        runKernel<Kernel, double>(arguments...);
-    else
-        Kernel::template run<double>(arguments...);
-}
-
 } // namespace curlew

@@ -2,8 +2,10 @@
 
 #include "curlew/base/Random.h"
 #include "curlew/noise/RadialKernel.h"
+#include "curlew/noise/SimplexVertex.h"
 
 #include <array>
+#include <bit>
 #include <cstdint>
 
 namespace curlew {
@@ -62,12 +64,12 @@ class SimplexNoise {
   public:
     using Options = SimplexOptions;
     static constexpr int kDimension = N;
-    static constexpr bool kHasKernels = N <= 4;
+    static constexpr bool kHasKernels = true;
 
     /// Throws ValueError for a power that the kernel does not have.
     explicit SimplexNoise(const SimplexOptions& options = {});
 
-    /// T may be lanes, where there are kernels.
+    /// T may be lanes.
     template <int Order, class T>
     Jet<T, N, Order> at(const Vec<Rebind<T, double>, N>& x) const;
 
@@ -75,7 +77,6 @@ class SimplexNoise {
     double bound() const { return mBound; }
 
   private:
-    static constexpr int kVertices = N <= 5 ? N + 1 : 4 * (N + 1);          ///< That can be near a point of a simplex.
     static constexpr int kGradients = N << (N - 1), kRows = N <= 4 ? 1 : 2; ///< Rows of 4 for each gradient.
 
     /// The cell of the skewed lattice that a position is in, and where in it. P: double or lanes of it.
@@ -111,17 +112,32 @@ class SimplexNoise {
     /// Of the N + 1 corners of the simplex.
     template <int Order, class T>
     Jet<T, N, Order> sumOfCorners(const Cell<Rebind<T, double>>& cell) const;
-    /// Of all vertices that are listed.
+    /// Of all vertices within reach.
     template <int Order, class T>
-    Jet<T, N, Order> sumOfVertices(const Cell<double>& cell) const;
+    Jet<T, N, Order> sumOfVertices(const Cell<Rebind<T, double>>& cell) const;
 
+    static constexpr int kNear = N <= 5 ? 0 : NearVertex<N>::kCount;
+    /// The bits of those within reach of a position, and perhaps of some that are just beyond.
+    template <class P>
+    std::array<uint32_t, size_t{kLanes<P>}> verticesInReach(const Cell<P>& cell) const;
+
+    /// The lattice in numbers of type T.
     template <class T>
-    const std::array<Vec<NumberOf<T>, kVertices>, N>& vertices() const {
+    struct Lattice {
+        /// The coordinates of corner k, along the axes of rank below k, and along the others.
+        std::array<T, N + 1> along, beside;
+        /// Of near vertices: corner, step, sign, shift. The last one is out of reach of all.
+        std::array<Row<T>, kNear + 1> near;
+    };
+    template <class T>
+    const Lattice<NumberOf<T>>& lattice() const {
         if constexpr (std::is_same_v<NumberOf<T>, float>)
-            return mVerticesFloat;
+            return mLatticeFloat;
         else
-            return mVertices;
+            return mLattice;
     }
+    template <class T>
+    Lattice<T> makeLattice() const;
 
     // Of the lattice: y = x + skew Σx has the vertices at integer points (Gustavson 2005), x = y - unskew Σy.
     double mSkew = (std::sqrt(N + 1.0) - 1) / N, mUnskew = (1 - 1 / std::sqrt(N + 1.0)) / N;
@@ -129,14 +145,13 @@ class SimplexNoise {
     bool mPublishedHash;
     uint64_t mIndex;                  // of the vertex at 0 before it is hashed
     std::array<uint64_t, N> mSteps{}; // what a step along each axis adds to it
+    bool mCornersOnly;
     double mRadius2 = 0, mScale = 0, mBound = 0;
     Vec<double, N> mTranslation{}; // of the lattice, from the seed
-    // Those near a simplex whose coordinates, from its lowest corner, fall from the first axis to the last.
-    std::array<Vec<int8_t, N>, kVertices> mOffsets;  // skewed, by vertex
-    std::array<Vec<double, kVertices>, N> mVertices; // in space, by axis
-    std::array<Vec<float, kVertices>, N> mVerticesFloat;
-    std::array<Row<double>, kGradients * kRows> mGradients;
-    std::array<Row<float>, kGradients * kRows> mGradientsFloat;
+    Lattice<double> mLattice;
+    Lattice<float> mLatticeFloat;
+    std::array<float, kNear> mSquares, mTilts; // of near vertices: |p|² and the tilt
+    std::array<Row<float>, kGradients * kRows> mGradients;
 };
 
 template <int N>
@@ -172,22 +187,18 @@ template <class T>
 Vec<T, N> SimplexNoise<N>::gradient(const Rebind<T, uint64_t>& index) const {
     using Word = Rebind<T, uint64_t>;
     using P = Rebind<T, double>;
+    using F = Rebind<T, float>;
     const Word hash = mPublishedHash ? simplexHash(index) : mixedWord(index);
     // Modulo the number of gradients, in double: the high half first brought to where the low one is, then exact.
     constexpr auto kHigh = static_cast<double>((uint64_t{1} << 32) % kGradients);
     const P folded = mulAdd(convertTo<P>(hash >> 32), P(kHigh), convertTo<P>(hash & Word(0xffffffff)));
     const P place = floorMod(folded, kGradients, 1.0 / kGradients);
-    const auto places = indicesOf(convertTo<Rebind<T, float>>(place), kGradients - 1);
-    const Row<NumberOf<T>>* rows;
-    if constexpr (std::is_same_v<NumberOf<T>, float>)
-        rows = mGradientsFloat.data();
-    else
-        rows = mGradients.data();
+    const auto places = indicesOf(convertTo<F>(place), kGradients - 1);
     Vec<T, N> g;
     unrolled<kRows>([&](auto row) {
         constexpr size_t kFirst = 4 * row, kCount = std::min(size_t{N} - kFirst, size_t{4});
-        const auto part = rowsAt<T, kCount>(rows + row * kGradients, places);
-        for (size_t k = 0; k < kCount; ++k) g.c[kFirst + k] = part[k];
+        const auto part = rowsAt<F, kCount>(mGradients.data() + row * kGradients, places);
+        for (size_t k = 0; k < kCount; ++k) g.c[kFirst + k] = convertTo<T>(part[k]);
     });
     return g;
 }
@@ -208,7 +219,7 @@ Jet<T, N, Order> SimplexNoise<N>::sumOfCorners(const Cell<Rebind<T, double>>& ce
         Vec<T, N> d;
         for (size_t i = 0; i < N; ++i) {
             if constexpr (k > 0) index += select(cell.rank.c[i] < P(int{k}), Word(mSteps[i]), Word(0));
-            const T along(vertices<T>().front()[k]), beside(vertices<T>().back()[k]);
+            const T along(lattice<T>().along[k]), beside(lattice<T>().beside[k]);
             d.c[i] = x.c[i] - (k == 0 ? beside : k == N ? along : select(rank.c[i] < T(int{k}), along, beside));
         }
         add(sum, index, d);
@@ -217,44 +228,84 @@ Jet<T, N, Order> SimplexNoise<N>::sumOfCorners(const Cell<Rebind<T, double>>& ce
 }
 
 template <int N>
-template <int Order, class T>
-Jet<T, N, Order> SimplexNoise<N>::sumOfVertices(const Cell<double>& cell) const {
-    std::array<size_t, N> rank;
-    Vec<T, N> sorted;
-    for (size_t i = 0; i < N; ++i) {
-        rank[i] = static_cast<size_t>(cell.rank.c[i]);
-        sorted.c[rank[i]] = static_cast<T>(cell.x.c[i]);
+template <class P>
+auto SimplexNoise<N>::verticesInReach(const Cell<P>& cell) const -> std::array<uint32_t, size_t{kLanes<P>}> {
+    using F = Rebind<P, float>;
+    using Bits = Rebind<P, uint32_t>;
+    Vec<F, N + 1> sorted;
+    F reach(static_cast<float>(mRadius2) + 1e-5F), sum(0); // all roundings cost less
+    for (int i = 0; i < N; ++i) {
+        const F x = convertTo<F>(cell.x[i]), rank = convertTo<F>(cell.rank[i]);
+        for (int r = 0; r < N; ++r) sorted[r] = select(rank == F(r), x, sorted[r]);
+        reach = negMulAdd(x, x, reach);
+        sum += x;
     }
-    Vec<T, kVertices> kernel; // r² - |d|² of all vertices
-    kernel.c.fill(static_cast<T>(mRadius2));
-    for (size_t i = 0; i < N; ++i)
-        for (int v = 0; v < kVertices; ++v) {
-            const T d = sorted.c[i] - vertices<T>()[i][v];
-            kernel[v] -= d * d;
-        }
+    sorted[N] = -sum;
+    Bits bits(0);
+    F corner(0); // the product of it and the position
+    unrolled<kNear>([&](auto k) {
+        constexpr NearVertex<N> kVertex(k);
+        if constexpr (k > 0 && kVertex.sign == 0) corner += sorted[kVertex.corner - 1];
+        F product = corner;
+        if constexpr (kVertex.sign > 0) product += sorted[kVertex.step];
+        if constexpr (kVertex.sign < 0) product -= sorted[kVertex.step];
+        // r² - |x - p|²
+        const F w = mulAdd(F(2), mulAdd(sum, F(mTilts[k]), product), reach - F(mSquares[k]));
+        bits += select(w <= F(0), Bits(0), Bits(uint32_t{1} << k)); // NaN is within reach
+    });
+    std::array<uint32_t, size_t{kLanes<P>}> inReach;
+    store(bits, inReach.data());
+    return inReach;
+}
+
+template <int N>
+template <int Order, class T>
+Jet<T, N, Order> SimplexNoise<N>::sumOfVertices(const Cell<Rebind<T, double>>& cell) const {
+    using P = Rebind<T, double>;
+    using Word = Rebind<T, uint64_t>;
+    Vec<T, N> x, rank;
+    uint64_t all = 0;
+    for (int i = 0; i < N; ++i) {
+        x[i] = convertTo<T>(cell.x[i]);
+        rank[i] = convertTo<T>(cell.rank[i]);
+        all += mSteps[static_cast<size_t>(i)];
+    }
+    auto inReach = verticesInReach(cell); // of 28 or 32, about 5
     Jet<T, N, Order> sum;
-    for (int v = 0; v < kVertices; ++v) {
-        if (kernel[v] <= T(0)) continue; // NaN goes on
-        uint64_t index = cell.index;
-        Vec<T, N> d;
-        for (size_t i = 0; i < N; ++i) {
-            index += static_cast<uint64_t>(mOffsets[static_cast<size_t>(v)].c[rank[i]]) * mSteps[i];
-            d.c[i] = sorted.c[rank[i]] - vertices<T>()[rank[i]][v];
+    for (;;) { // each lane the next one of its own
+        Indices<T> next;
+        uint32_t any = 0;
+        for (size_t lane = 0; lane < inReach.size(); ++lane) {
+            uint32_t& left = inReach[lane];
+            any |= left;
+            next[lane] = left == 0 ? uint32_t{kNear} : static_cast<uint32_t>(std::countr_zero(left));
+            left &= left - 1;
         }
+        if (any == 0) return sum;
+        const auto [corner, step, sign, shift] = rowsAt<T, 4>(lattice<T>().near.data(), next);
+        const T below = shift + T(1), at = select(step < corner, below, shift) + sign;
+        const P cornerP = convertTo<P>(corner), stepP = convertTo<P>(step);
+        Word index = cell.index, stepped = select(stepP == P(N), Word(-all), Word(0));
+        Vec<T, N> d;
+        for (int i = 0; i < N; ++i) {
+            const Word one(mSteps[static_cast<size_t>(i)]);
+            index += select(cell.rank[i] < cornerP, one, Word(0));
+            stepped += select(cell.rank[i] == stepP, one, Word(0));
+            d[i] = x[i] - select(rank[i] == step, at, select(rank[i] < corner, below, shift));
+        }
+        index += select(convertTo<P>(sign) < P(0), Word(0) - stepped, stepped);
         add(sum, index, d);
     }
-    return sum;
 }
 
 template <int N>
 template <int Order, class T>
 Jet<T, N, Order> SimplexNoise<N>::at(const Vec<Rebind<T, double>, N>& x) const {
     const auto cell = this->cell(x);
-    const auto scale = static_cast<T>(mScale);
-    if constexpr (kVertices == N + 1)
-        return sumOfCorners<Order, T>(cell) * scale;
-    else
-        return sumOfVertices<Order, T>(cell) * scale;
+    const T scale(static_cast<NumberOf<T>>(mScale));
+    if constexpr (kNear > 0)
+        if (!mCornersOnly) return sumOfVertices<Order, T>(cell) * scale;
+    return sumOfCorners<Order, T>(cell) * scale;
 }
 
 extern template class SimplexNoise<2>;

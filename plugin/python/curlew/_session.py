@@ -1,8 +1,10 @@
 """Sessions, which run programs."""
 
 import json
+import signal
 import threading
-from typing import Any, Callable, Dict, List, Optional
+from contextlib import contextmanager
+from typing import Any, Callable, Dict, Iterator, List, Optional
 
 import numpy as np
 
@@ -14,6 +16,30 @@ Progress = Callable[[str, float], Any]
 
 def _proceed(_title: str, _fraction: float) -> bool:
     return False
+
+
+@contextmanager
+def _ctrl_c_cancels(cancel: Callable[[], Any], seen: List[Any]) -> Iterator[None]:
+    """Ctrl-C is seen and asks to stop, and does afterwards what it does otherwise.
+
+    An exception of its own, where a callback has just been entered, would be lost: nothing there can catch it.
+    """
+    usual = signal.getsignal(signal.SIGINT)
+    if not callable(usual) or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def pressed(*what: Any) -> None:
+        seen.append(what)
+        cancel()
+
+    signal.signal(signal.SIGINT, pressed)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, usual)
+        if seen:
+            usual(*seen[0])
 
 
 class Session:
@@ -114,6 +140,7 @@ class Session:
                 exception in a callback ends the program, and is raised here.
         """
         failures: List[BaseException] = []
+        interrupts: List[Any] = []
 
         def guarded(callback: Optional[Callable[..., Any]], kind: Any, *convert: Callable[[Any], Any]) -> Any:
             if callback is None:
@@ -121,7 +148,8 @@ class Session:
 
             def called(_: Any, *values: Any) -> int:
                 try:
-                    return 1 if callback(*[f(value) for f, value in zip(convert, values)]) else 0
+                    stop = callback(*[f(value) for f, value in zip(convert, values)])
+                    return 1 if stop or interrupts else 0
                 except BaseException as failure:  # pylint: disable=broad-except
                     failures.append(failure)
                     lib.library().curlew_cancel(self._handle)
@@ -133,7 +161,7 @@ class Session:
             return text.decode(errors="replace")
 
         if progress is None and threading.current_thread() is threading.main_thread():
-            progress = _proceed  # so that Python gets to see Ctrl-C
+            progress = _proceed  # Python sees Ctrl-C only where it is called
         callbacks = lib.Callbacks(
             None,
             guarded(progress, lib.PROGRESS, decoded, float),
@@ -141,7 +169,8 @@ class Session:
             guarded(on_message, lib.MESSAGE, decoded),
         )
         try:
-            lib.call("run", self._open, lib.plain(text, "the program"), lib.plain(name, "its name"), callbacks)
+            with _ctrl_c_cancels(self.cancel, interrupts):
+                lib.call("run", self._open, lib.plain(text, "the program"), lib.plain(name, "its name"), callbacks)
         except lib.Error:
             if not failures:
                 raise

@@ -104,14 +104,40 @@ def test_progress_can_cancel_and_callbacks_may_fail(session):
     assert len(session.grids()) == 1
 
 
-def test_ctrl_c_ends_a_program():
-    code = f"import curlew\nprint(flush=True)\ncurlew.Program('''{FLOW}{ENDLESS}''').run()"
+def interrupted(arguments):
+    """What a process says that runs an endless program, and is interrupted while it does."""
+    code = f"import curlew\nprint(flush=True)\ncurlew.Program('''{FLOW}{ENDLESS}''').run({arguments})"
     with subprocess.Popen([sys.executable, "-B", "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
         running.stdout.readline()
         time.sleep(0.3)
         running.send_signal(signal.SIGINT)
-        _, complaint = running.communicate(timeout=60)
-    assert b"KeyboardInterrupt" in complaint
+        try:
+            _, complaint = running.communicate(timeout=60)
+        except subprocess.TimeoutExpired:
+            running.kill()
+            raise
+    return complaint.decode()
+
+
+@pytest.mark.parametrize("arguments", ["", "progress=lambda title, fraction: False"])
+def test_ctrl_c_ends_a_program(arguments):
+    for _ in range(5):  # it may come anywhere
+        complaint = interrupted(arguments)
+        assert complaint.endswith("KeyboardInterrupt\n")
+        assert "ignored" not in complaint
+
+
+def test_ctrl_c_does_what_it_did_before():
+    usual = signal.getsignal(signal.SIGINT)
+    seen = []
+    signal.signal(signal.SIGINT, lambda *_: seen.append(1))
+    try:
+        with curlew.Session() as session, pytest.raises(curlew.Cancelled):
+            session.run(FLOW + ENDLESS, progress=lambda title, fraction: signal.raise_signal(signal.SIGINT))
+        signal.raise_signal(signal.SIGINT)
+    finally:
+        signal.signal(signal.SIGINT, usual)
+    assert len(seen) == 2
 
 
 def test_another_thread_can_cancel(session):
