@@ -226,6 +226,22 @@ void expect(Session& s, const Arguments& a) {
     s.report["expect"].push_back(std::move(kept));
 }
 
+Action expectDeclaration() {
+    return {.name = "expect",
+            .group = kGroup,
+            .summary = "fail unless a figure of the report is within bounds",
+            .inputs = "report",
+            .takes = {stays("report", {Kind::report})},
+            .options = {real("least", "", "", "the figure must not be below it"),
+                        real("most", "", "", "the figure must not be above it"),
+                        text("below", "", "another figure, which it must be below")},
+            .positional = {"ACTION/FIGURE", 1, 1},
+            .examples = {"curlew -config scenes/demo.txt -expect check/outside most=0",
+                         "curlew -jitter -spacing name=curl -jitter method=random -spacing name=random "
+                         "-expect random/minimum below=curl/minimum"},
+            .run = expect};
+}
+
 void help(Session& s, const Arguments& a) {
     if (a.choice("format") == 1)
         s.console.print(helpTable());
@@ -301,19 +317,7 @@ std::vector<Action> programActions() {
                       "curlew -set scale=0.5 -config scenes/demo.txt"},
          .run = [](Session&, const Arguments&) {}, // the parser has put the values in place
          .prepare = {}});
-    actions.push_back({.name = "expect",
-                       .group = kGroup,
-                       .summary = "fail unless a figure of the report is within bounds",
-                       .inputs = "report",
-                       .takes = {stays("report", {Kind::report})},
-                       .options = {real("least", "", "", "the figure must not be below it"),
-                                   real("most", "", "", "the figure must not be above it"),
-                                   text("below", "", "another figure, which it must be below")},
-                       .positional = {"ACTION/FIGURE", 1, 1},
-                       .examples = {"curlew -config scenes/demo.txt -expect check/outside most=0",
-                                    "curlew -jitter -spacing name=curl -jitter method=random -spacing name=random "
-                                    "-expect random/minimum below=curl/minimum"},
-                       .run = expect});
+    actions.push_back(expectDeclaration());
     actions.push_back(
         {.name = "help",
          .group = kGroup,

@@ -70,12 +70,14 @@ template <int N>
 struct NeighboursN<N>::Tree {
     struct Cloud {
         const Points<N>& points;
+        // NOLINTBEGIN(readability-identifier-naming): nanoflann's names for them
         size_t kdtree_get_point_count() const { return points.size(); }
         double kdtree_get_pt(size_t k, size_t axis) const { return points[k].c[axis]; }
         template <class Box>
         bool kdtree_get_bbox(Box&) const {
             return false;
         }
+        // NOLINTEND(readability-identifier-naming)
     };
 
     explicit Tree(const Points<N>& points) : cloud{points}, index(N, cloud, {kLeaf}) { index.buildIndex(); }
