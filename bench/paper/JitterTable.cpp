@@ -1,5 +1,5 @@
-#include "Neighbours.h"
 #include "PoissonDisk.h"
+#include "RadialDistribution.h"
 #include "Sobol.h"
 #include "Tables.h"
 #include "curlew/base/AtomicFile.h"
@@ -54,7 +54,7 @@ void measure(Measured& found, int sets, double edge, const Make& make) {
         const std::clock_t begin = std::clock();
         const Points<N> points = make(static_cast<uint32_t>(set + 1));
         found.seconds += static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC / sets;
-        const Neighbours<N> neighbours(points);
+        const NeighboursN<N> neighbours(points);
         const Spacing spacing = spacingOf(neighbours, points.size(), kMostQueries);
         found.points = points.size();
         found.mean.median += spacing.median / sets;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "Neighbours.h"
+#include "RadialDistribution.h"
 
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/uniform_01.hpp>

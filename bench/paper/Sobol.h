@@ -1,6 +1,6 @@
 #pragma once
 
-#include "Neighbours.h"
+#include "RadialDistribution.h"
 #include "curlew/base/Random.h"
 
 #include <boost/random/sobol.hpp>

@@ -1,3 +1,4 @@
+#include "Figures.h"
 #include "Options.h"
 #include "curlew/app/Registry.h"
 #include "curlew/app/Session.h"
@@ -30,6 +31,12 @@ ColorScale commonScale(const std::vector<ImageObject>& images, ColorMap map) {
     return automaticScale(all, map);
 }
 
+/// The text of labels=, with figures of the report in place of their names in brackets.
+std::vector<std::string> labelsOf(const Session& s, const Arguments& a) {
+    if (!a.given("labels")) return {};
+    return split(withFigures(s.report, a.text("labels")), '|');
+}
+
 void panelsAction(Session& s, const Arguments& a) {
     const size_t count = a.given("count") ? static_cast<size_t>(a.integer("count")) : s.images.size();
     if (s.images.empty()) throw ValueError("there is no image yet; make some with -slice");
@@ -47,8 +54,7 @@ void panelsAction(Session& s, const Arguments& a) {
         pictures.push_back(a.flag("legend") ? withLegend(image, scale, image.channels.front())
                                             : colorize(image, scale));
     }
-    PanelOptions options{.columns = static_cast<int>(a.integer("columns")),
-                         .labels = a.given("labels") ? split(a.text("labels"), '|') : std::vector<std::string>{}};
+    PanelOptions options{.columns = static_cast<int>(a.integer("columns")), .labels = labelsOf(s, a)};
     if (a.given("gap")) options.gap = static_cast<int>(a.integer("gap"));
     Image sheet = panels(pictures, options);
     for (size_t k = 0; k < count && !a.flag("keep"); ++k) s.images.take();
@@ -67,7 +73,9 @@ Action panelsDeclaration() {
                         integer("columns", "0", 0, 10000,
                                 "pictures in a row; 0: all of up to three, else about as many columns as rows"),
                         integer("gap", "", 0, 10000, "pixels between them (default: a hundredth of the width)"),
-                        text("labels", "", "a line above each picture: a|b|c"),
+                        text("labels", "",
+                             "a line above each picture: a|b|c; [ACTION/FIGURE] in it is that figure of the report, "
+                             "[[ a plain ["),
                         flag("legend", "1", "a colour bar below those that have one channel"),
                         choice("scale", {"own", "common"},
                                "of those that have one channel: colours by its own values, or by those of all"),

@@ -4,6 +4,7 @@
 #include "curlew/app/Session.h"
 #include "curlew/base/Memory.h"
 #include "curlew/track/Distance.h"
+#include "curlew/track/Neighbours.h"
 #include "curlew/track/Scatter.h"
 #include "curlew/track/Snap.h"
 #include "curlew/track/Trails.h"
@@ -168,6 +169,20 @@ void distanceAction(Session& s, const Arguments& a) {
               {"max", d.max},     {"unmatched", d.unmatched}, {"unmatched_all", earlier + d.unmatched}};
 }
 
+void spacingAction(Session& s, const Arguments& a) {
+    const Particles& particles = s.particles();
+    requireMemory(static_cast<double>(particles.size()) * sizeof(Vec3d), fmt::format("{} points", particles.size()),
+                  "give fewer");
+    std::vector<Vec3d> points(particles.size());
+    for (size_t k = 0; k < points.size(); ++k) points[k] = {{particles.x[k], particles.y[k], particles.z[k]}};
+    const Spacing spacing = spacingOf(points, s.console.follow("spacing"));
+    const std::string name = a.text("name");
+    s.console.say(
+        fmt::format("{}: from each of {} points to the nearest other it is {:.4g} in the median, {:.4g} at least", name,
+                    points.size(), spacing.median, spacing.minimum));
+    s.report[name] = {{"points", points.size()}, {"median", spacing.median}, {"minimum", spacing.minimum}};
+}
+
 } // namespace
 
 std::vector<Action> pointActions() {
@@ -238,7 +253,17 @@ std::vector<Action> pointActions() {
          .examples =
              {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -scatter -advect "
               "steps=20 -scatter -advect steps=40 -distance"},
-         .run = distanceAction}};
+         .run = distanceAction},
+        {.name = "spacing",
+         .group = kGroup,
+         .summary = "measure how far the newest points are from the nearest other one each: the median and the minimum",
+         .inputs = "points (which stay)",
+         .outputs = "report",
+         .takes = {stays("points", {Kind::points})},
+         .makes = {made("report", {Kind::report})},
+         .options = {text("name", "spacing", "of the figures in the report")},
+         .examples = {"curlew -jitter spacing=0.1 -spacing -expect spacing/median least=0.078 most=0.085"},
+         .run = spacingAction}};
 }
 
 } // namespace curlew::app

@@ -1,3 +1,4 @@
+#include "Figures.h"
 #include "Options.h"
 #include "curlew/app/Registry.h"
 #include "curlew/app/Session.h"
@@ -204,23 +205,10 @@ void print(Session& s, const Arguments&) {
     }
 }
 
-/// A figure that the actions have put into the report: by its path, "check/outside".
 void expect(Session& s, const Arguments& a) {
     const std::string& path = a.words()[0];
-    if (!a.given("least") && !a.given("most")) throw ValueError("needs least= or most=, or both");
-    const nlohmann::ordered_json* found = &s.report;
-    for (const auto& name : split(path, '/')) {
-        if (!found->is_object() || !found->contains(name)) {
-            std::vector<std::string> names;
-            if (found->is_object())
-                for (const auto& [known, value] : found->items()) names.push_back(known);
-            throw ValueError(fmt::format("the report has no '{}'{}; there it has {}", path, didYouMean(name, names),
-                                         names.empty() ? "nothing" : join(names, ", ")));
-        }
-        found = &found->at(name);
-    }
-    if (!found->is_number()) throw ValueError(fmt::format("'{}' is not a number in the report", path));
-    const auto value = found->get<double>();
+    if (!a.given("least") && !a.given("most") && !a.given("below")) throw ValueError("needs least=, most= or below=");
+    const double value = figureOf(s.report, path);
     Report kept = {{"figure", path}, {"value", value}};
     for (const char* bound : {"least", "most"})
         if (a.given(bound)) kept[bound] = a.real(bound);
@@ -228,7 +216,30 @@ void expect(Session& s, const Arguments& a) {
         throw ValueError(fmt::format("{} is {:.6g}, below {:.6g}", path, value, a.real("least")));
     if (a.given("most") && !(value <= a.real("most")))
         throw ValueError(fmt::format("{} is {:.6g}, above {:.6g}", path, value, a.real("most")));
+    if (a.given("below")) {
+        const std::string other = a.text("below");
+        const double bound = figureOf(s.report, other);
+        if (!(value < bound))
+            throw ValueError(fmt::format("{} is {:.6g}, not below {}, {:.6g}", path, value, other, bound));
+        kept["below"] = {{"figure", other}, {"value", bound}};
+    }
     s.report["expect"].push_back(std::move(kept));
+}
+
+Action expectDeclaration() {
+    return {.name = "expect",
+            .group = kGroup,
+            .summary = "fail unless a figure of the report is within bounds",
+            .inputs = "report",
+            .takes = {stays("report", {Kind::report})},
+            .options = {real("least", "", "", "the figure must not be below it"),
+                        real("most", "", "", "the figure must not be above it"),
+                        text("below", "", "another figure, which it must be below")},
+            .positional = {"ACTION/FIGURE", 1, 1},
+            .examples = {"curlew -config scenes/demo.txt -expect check/outside most=0",
+                         "curlew -jitter -spacing name=curl -jitter method=random -spacing name=random "
+                         "-expect random/minimum below=curl/minimum"},
+            .run = expect};
 }
 
 void help(Session& s, const Arguments& a) {
@@ -306,16 +317,7 @@ std::vector<Action> programActions() {
                       "curlew -set scale=0.5 -config scenes/demo.txt"},
          .run = [](Session&, const Arguments&) {}, // the parser has put the values in place
          .prepare = {}});
-    actions.push_back({.name = "expect",
-                       .group = kGroup,
-                       .summary = "fail unless a figure of the report is within bounds",
-                       .inputs = "report",
-                       .takes = {stays("report", {Kind::report})},
-                       .options = {real("least", "", "", "the figure must not be below it"),
-                                   real("most", "", "", "the figure must not be above it")},
-                       .positional = {"ACTION/FIGURE", 1, 1},
-                       .examples = {"curlew -config scenes/demo.txt -expect check/outside most=0"},
-                       .run = expect});
+    actions.push_back(expectDeclaration());
     actions.push_back(
         {.name = "help",
          .group = kGroup,

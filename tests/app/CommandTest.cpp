@@ -369,7 +369,13 @@ TEST_CASE("a program fails where a figure is not what it expects", "[command]") 
     folder.mustFail(points + "-expect jitter/points least=1e5", {"-expect", "jitter/points is ", "below 100000"});
     folder.mustFail(points + "-expect jitter/point most=1", {"no 'jitter/point'", "did you mean 'points'"});
     folder.mustFail(points + "-expect jitter most=1", {"'jitter' is not a number"});
-    folder.mustFail(points + "-expect jitter/points", {"least= or most="});
+    folder.mustFail(points + "-expect jitter/points", {"least=, most= or below="});
+    const std::string both = "-sphere -scatter count=90 -spacing name=a -scatter count=9000 -spacing name=b ";
+    folder.mustRun(both + "-expect b/median below=a/median -report run.json");
+    CHECK(test::jsonOf(folder / "run.json").at("expect").at(0).at("below").at("figure") == "a/median");
+    folder.mustFail(both + "-expect a/median below=b/median", {"a/median is ", "not below b/median"});
+    folder.mustFail(both + "-expect a/median below=a/median", {"not below a/median"});
+    folder.mustFail(both + "-expect a/median below=c/median", {"no 'c/median'"});
     folder.mustFail("-set n=1 -set 2=1 -list", {"-set", "2=1"});
 }
 

@@ -35,6 +35,14 @@ TEST_CASE("panels takes the newest images, colours them and puts labels above", 
     folder.mustFail("-panels", {"panels", "no image"});
     folder.mustFail(make + "-panels count=3", {"there are 2"});
     folder.mustFail(make + "-panels 'labels=a|b|c'", {"3 labels for 2"});
+
+    // Figures of the report in labels: the two slices are the same, so that the difference is 0.
+    const std::string alike = "-noise dim=2 -slice width=200 -slice width=200 -compare ";
+    folder.mustRun(alike + "-panels 'labels=[compare/rmse] [compare/unmatched] [[x]|b' -write f.png");
+    folder.mustRun("-noise dim=2 -slice width=200 -slice width=200 -panels 'labels=0.00 0 [[x]|b' -write g.png");
+    CHECK(readPng(folder / "f.png").pixels == readPng(folder / "g.png").pixels);
+    folder.mustFail(alike + "-panels 'labels=[compare/rms]|b'", {"no 'compare/rms'", "did you mean 'rmse'"});
+    folder.mustFail(alike + "-panels 'labels=[compare|b'", {"no ] for its ["});
 }
 
 TEST_CASE("write half halves an exr and read brings pictures back", "[app][command]") {

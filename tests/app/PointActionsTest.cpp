@@ -99,3 +99,18 @@ TEST_CASE("tracks of the flow and of its grid are compared", "[app]") {
     CHECK(check["tracks_outside"] == 0);
     folder.mustFail(inBall("-check tracks=10"), {"-velocity"});
 }
+
+TEST_CASE("how far points are from each other is measured", "[app]") {
+    const Folder folder;
+    folder.mustRun(
+        "-jitter spacing=0.25 amount=0 -spacing -jitter dim=2 spacing=0.125 amount=0 -spacing name=flat "
+        "-report r.json");
+    const auto report = jsonOf(folder / "r.json");
+    CHECK(report["spacing"]["points"] == 512);
+    CHECK(report["spacing"]["median"] == 0.25);
+    CHECK(report["spacing"]["minimum"] == 0.25);
+    CHECK(report["flat"]["points"] == 256);
+    CHECK(report["flat"]["median"] == 0.125);
+    folder.mustFail("-spacing", {"-spacing", "no points"});
+    folder.mustFail("-scatter box=0,0,0,1,1,1 count=1 -spacing", {"-spacing", "at least 2"});
+}

@@ -1,0 +1,75 @@
+#pragma once
+
+#include "curlew/base/Parallel.h"
+#include "curlew/base/Random.h"
+#include "curlew/track/Neighbours.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace curlew::paper {
+
+template <int N>
+using Points = std::vector<Vec<double, N>>;
+
+/// What Table 1 tells of a set of points; of a set of more than `most`, the median of a sample, and of the minimum NaN.
+template <int N>
+Spacing spacingOf(const NeighboursN<N>& neighbours, size_t points, size_t most) {
+    const size_t stride =
+        points <= most ? 1 : 10 * points / most | 1; // odd: sequences have a structure of powers of two
+    Spacing spacing = curlew::spacingOf(neighbours.nearestDistances(stride));
+    if (stride > 1) spacing.minimum = std::numeric_limits<double>::quiet_NaN();
+    return spacing;
+}
+
+/// How many pairs of independent, uniform points of a cube of this edge have a distance up to `radius`, which is not
+/// longer than the edge: as a share of all pairs. The mean over directions u of Π(1 - r |u_i| / edge), the part of the
+/// cube that overlaps with itself moved by r u, expanded: products of k components of u have the mean
+/// π^(-k/2) Γ(n/2) / Γ((n+k)/2); then integrated over the ball.
+template <int N>
+double shareOfPairsWithin(double radius, double edge) {
+    const double r = radius / edge, pi = std::acos(-1.0);
+    double sum = 0, choose = 1;
+    for (int k = 0; k <= N; ++k) {
+        sum += choose * std::pow(-1.0, k) * std::pow(pi, -0.5 * k) / std::tgamma(0.5 * (N + k)) * std::pow(r, N + k) /
+               (N + k);
+        choose *= static_cast<double>(N - k) / (k + 1);
+    }
+    return 2 * std::pow(pi, 0.5 * N) * sum;
+}
+
+/// The radial distribution function: how many pairs of the points have a distance in each bin, relative to as many
+/// independent, uniform points of the cube that they fill. Seen from `most` of the points, chosen at random, or from
+/// all. NaN beyond the edge.
+template <int N>
+std::vector<double> radialDistribution(const NeighboursN<N>& neighbours, size_t points, double edge, double width,
+                                       size_t bins, size_t most) {
+    const size_t seen = std::min(points, most);
+    struct Bins {
+        std::vector<double> counts;
+        Bins& operator+=(const Bins& o) {
+            counts.resize(std::max(counts.size(), o.counts.size()));
+            for (size_t k = 0; k < o.counts.size(); ++k) counts[k] += o.counts[k];
+            return *this;
+        }
+    };
+    std::vector<double> found =
+        parallelSum(seen, 16, [&](size_t begin, size_t end) {
+            Bins part{std::vector<double>(bins)};
+            for (size_t k = begin; k < end; ++k)
+                neighbours.count(seen < points ? randomBits(0, k) % points : k, width, part.counts);
+            return part;
+        }).counts;
+    const double pairs = static_cast<double>(seen) * static_cast<double>(points - 1);
+    for (size_t k = 0; k < bins; ++k) {
+        const auto at = static_cast<double>(k);
+        if (width * (at + 1) > edge) found[k] = std::numeric_limits<double>::quiet_NaN();
+        found[k] /= pairs * (shareOfPairsWithin<N>(width * (at + 1), edge) - shareOfPairsWithin<N>(width * at, edge));
+    }
+    return found;
+}
+
+} // namespace curlew::paper

@@ -1,0 +1,148 @@
+#include "curlew/track/Neighbours.h"
+
+#include "curlew/base/Error.h"
+#include "curlew/base/Memory.h"
+#include "curlew/base/Parallel.h"
+#include "curlew/field/Dimensions.h"
+
+#include <fmt/format.h>
+#include <nanoflann.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace curlew {
+
+namespace {
+
+template <int N>
+using Points = std::vector<Vec<double, N>>;
+
+constexpr size_t kLeaf = 16;             // points
+constexpr double kBytesPerPoint = 48;    // of the tree, and of what is found by it
+constexpr size_t kMostPoints = 1u << 31; // they are counted in 32 bits
+
+// What nanoflann calls result sets: told of each point within worstDist(), and where to stop.
+
+/// The nearest point but one. Ends where nothing can be nearer, so that heaps of points at one place take no longer.
+struct Nearest {
+    size_t self;
+    double squared = std::numeric_limits<double>::infinity();
+
+    bool addPoint(double found, uint32_t k) {
+        if (k != self) squared = std::min(squared, found);
+        return squared > 0;
+    }
+    double worstDist() const { return squared; }
+    bool full() const { return true; }
+};
+
+struct Counter {
+    size_t self;
+    double width, reach;
+    std::vector<double>& bins;
+
+    bool addPoint(double squared, uint32_t k) {
+        const auto bin = static_cast<size_t>(std::sqrt(squared) / width);
+        if (k != self && bin < bins.size()) ++bins[bin];
+        return true;
+    }
+    double worstDist() const { return reach * reach; }
+    bool full() const { return true; }
+};
+
+template <int N>
+void validate(const Points<N>& points) {
+    if (points.size() > kMostPoints)
+        throw ResourceError(fmt::format("{} points are more than {}", points.size(), kMostPoints));
+    requireMemory(kBytesPerPoint * static_cast<double>(points.size()),
+                  fmt::format("a tree of {} points", points.size()), "give fewer");
+    for (size_t k = 0; k < points.size(); ++k)
+        if (!std::all_of(points[k].c.begin(), points[k].c.end(), [](double x) { return std::isfinite(x); }))
+            throw ValueError(fmt::format("point {} is not at a finite place", k));
+}
+
+} // namespace
+
+template <int N>
+struct NeighboursN<N>::Tree {
+    struct Cloud {
+        const Points<N>& points;
+        // NOLINTBEGIN(readability-identifier-naming): nanoflann's names for them
+        size_t kdtree_get_point_count() const { return points.size(); }
+        double kdtree_get_pt(size_t k, size_t axis) const { return points[k].c[axis]; }
+        template <class Box>
+        bool kdtree_get_bbox(Box&) const {
+            return false;
+        }
+        // NOLINTEND(readability-identifier-naming)
+    };
+
+    explicit Tree(const Points<N>& points) : cloud{points}, index(N, cloud, {kLeaf}) { index.buildIndex(); }
+
+    template <class Found>
+    void search(size_t point, Found& found) const {
+        index.findNeighbors(found, cloud.points[point].c.data(), {});
+    }
+
+    Cloud cloud;
+    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Cloud>, Cloud, N, uint32_t> index;
+};
+
+template <int N>
+NeighboursN<N>::NeighboursN(const Points<N>& points) {
+    validate<N>(points);
+    mTree = std::make_unique<const Tree>(points);
+}
+
+template <int N>
+NeighboursN<N>::~NeighboursN() = default;
+
+template <int N>
+std::vector<double> NeighboursN<N>::nearestDistances(size_t stride, const Monitor& monitor) const {
+    if (stride == 0) throw ValueError("a stride of 0 points; give 1 or more");
+    std::vector<double> distances((mTree->cloud.points.size() + stride - 1) / stride);
+    // In the order in which the tree has the points, so that one search finds in the cache what the last one has used.
+    const auto& order = mTree->index.vAcc;
+    parallelFor(
+        order.size(), 1024,
+        [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; ++i) {
+                if (order[i] % stride != 0) continue;
+                Nearest nearest{.self = order[i]};
+                mTree->search(order[i], nearest);
+                distances[order[i] / stride] = std::sqrt(nearest.squared);
+            }
+        },
+        monitor);
+    return distances;
+}
+
+template <int N>
+void NeighboursN<N>::count(size_t point, double width, std::vector<double>& bins) const {
+    Counter counter{.self = point, .width = width, .reach = width * static_cast<double>(bins.size()), .bins = bins};
+    mTree->search(point, counter);
+}
+
+template <int N>
+Spacing spacingOf(const Points<N>& points, const Monitor& monitor) {
+    if (points.size() < 2) throw ValueError(fmt::format("{} points have no distances; give at least 2", points.size()));
+    return spacingOf(NeighboursN<N>(points).nearestDistances(1, monitor));
+}
+
+Spacing spacingOf(std::vector<double> nearestDistances) {
+    if (nearestDistances.empty()) throw ValueError("there are no distances to take the median of");
+    const auto middle = nearestDistances.begin() + static_cast<std::ptrdiff_t>(nearestDistances.size() / 2);
+    std::nth_element(nearestDistances.begin(), middle, nearestDistances.end());
+    return {.median = *middle, .minimum = *std::min_element(nearestDistances.begin(), middle + 1)};
+}
+
+#define CURLEW_INSTANTIATE(N)      \
+    template class NeighboursN<N>; \
+    template Spacing spacingOf(const Points<N>&, const Monitor&);
+CURLEW_FOR_FLOW_DIMENSIONS(CURLEW_INSTANTIATE)
+#undef CURLEW_INSTANTIATE
+
+} // namespace curlew
