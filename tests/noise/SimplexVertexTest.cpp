@@ -1,6 +1,6 @@
 #include "curlew/math/Vec.h"
 #include "curlew/noise/SimplexVertex.h"
-#include "support/Statistics.h"
+#include "support/Points.h"
 
 #include <catch2/catch.hpp>
 
