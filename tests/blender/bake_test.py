@@ -217,7 +217,7 @@ class Frames(unittest.TestCase):
         job.wait()
         self.assertLess(time.monotonic() - began, 30)
         with self.assertRaises(support.addon("program").TreeError):
-            self.bake.finish(build.tree, job)
+            self.bake.finish(build.tree, job, bpy.context.scene)
         self.assertEqual(build.tree.message, "cancelled")
         self.assertFalse([n.name for n in build.tree.nodes if n.error])
 

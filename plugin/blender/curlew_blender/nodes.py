@@ -368,6 +368,13 @@ class CurlewTree(bpy.types.NodeTree):
                                    ("POINTS", "Particles", "2,000 particles in the 3D view"),
                                    ("SLICE", "Slice", "The speed on a coarse plane, as an image")],
             update=lambda self, context: _update_tree(self)),
+        "bake_on_frame": BoolProperty(
+            name="Bake on Frame Change",
+            description="Bake the tree anew for each frame that the scene comes to; a render waits for it. Rendering from the "
+                        "interface needs Render > Lock Interface. A tree with Sequence or a Frames node shows the frames "
+                        "that it has baked instead"),
+        "keep_frames": IntProperty(name="Keep", default=100, min=1, soft_max=1000,
+                                   description="How many frames that were baked on frame change stay in the cache"),
         "bake_number": IntProperty(options={"HIDDEN"}),
     }
 

@@ -58,6 +58,7 @@ def _program(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> Tuple[Program,
     sampled = sample(scene, collected.meshes, collected.places, None)
     for key, options in sampled.options.items():
         collected.graph[key].options.update(options)
+    trees.hold(collected, scene)
     graph: Dict[str, GraphNode] = {}
     waiting = [flow.key]
     while waiting:
@@ -215,7 +216,7 @@ def _later() -> Optional[float]:
             else:
                 show(tree, bpy.context.scene)
         except TreeError as error:
-            trees.show_error(tree, {}, error.key, str(error))
+            trees.show_error(tree, error)
     return None
 
 

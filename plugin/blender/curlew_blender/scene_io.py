@@ -9,7 +9,8 @@ from bpy_extras.io_utils import ExportHelper, ImportHelper
 from . import library, nodes
 from . import tree as trees
 from .actions import quoted
-from .bake import active_tree, frame_numbers
+from .bake import active_tree
+from .job import frame_numbers
 from .layout import placed
 from .program import GraphNode, TreeError
 from .scene import SceneError, graph_of
@@ -78,7 +79,6 @@ def export(tree: bpy.types.NodeTree, path: Path, scene: bpy.types.Scene) -> None
     """Writes the scene of a tree, with its meshes beside it, so that `curlew -config` run in that folder makes the same
     files; results are written beside it too. Throws TreeError, OSError."""
     trees.clear_errors(tree)
-    collected = trees.Collected()
     try:
         stem = path.stem
         sequence = bool(trees.frames_words(tree, scene, trees.collect(tree)))
@@ -97,9 +97,11 @@ def export(tree: bpy.types.NodeTree, path: Path, scene: bpy.types.Scene) -> None
         for node in collected.graph.values():
             if node.action == "read" and node.words[0] in collected.meshes:
                 node.words = [f"{stem}_{node.words[0]}"]
+        if words is None:
+            trees.hold(collected, scene)
         program = collected.program(words)
     except TreeError as error:
-        trees.show_error(tree, collected.nodes, error.key, str(error))
+        trees.show_error(tree, error)
         raise
     for name, mesh in sampled.meshes.items():
         write_ply(path.parent / f"{stem}_{name}", mesh)

@@ -91,25 +91,22 @@ _Pose = Tuple[Tuple[float, ...], Euler, Tuple[float, ...]]
 
 
 def sample(scene: bpy.types.Scene, meshes: Mapping[str, MeshSource], places: Mapping[str, Place],
-           frames: Optional[Sequence[int]]) -> Sampled:
+           frames: Optional[Sequence[int]], depsgraph: Optional[bpy.types.Depsgraph] = None) -> Sampled:
     """What the objects are in each frame, or now. Objects that move make expressions of FF that are linear between frames.
-    Throws TreeError."""
+    `depsgraph`: the one to ask if it is about now; without one that of the context. Throws TreeError."""
     result = Sampled()
     poses: Dict[str, List[_Pose]] = {key: [] for key in places}
     moving = frames is not None and (any(m.animated for m in meshes.values()) or bool(places))
     now = scene.frame_current
-    context = bpy.context
     for k, frame in enumerate(frames if moving and frames else [now]):
         if moving:
             scene.frame_set(frame)
-        depsgraph = context.evaluated_depsgraph_get()
+        graph = depsgraph if depsgraph and not moving else bpy.context.evaluated_depsgraph_get()
         for name, mesh in meshes.items():
-            if mesh.animated and frames is not None:
-                result.meshes[name.replace("$F4", f"{frame:04d}")] = mesh_arrays(mesh, depsgraph)
-            elif k == 0:
-                result.meshes[name.replace("$F4", "0001")] = mesh_arrays(mesh, depsgraph)
+            if mesh.animated or k == 0:
+                result.meshes[name.replace("$F4", f"{frame:04d}")] = mesh_arrays(mesh, graph)
         for key, place in places.items():
-            poses[key].append(_pose(place, depsgraph, poses[key]))
+            poses[key].append(_pose(place, graph, poses[key]))
     if moving:
         scene.frame_set(now)
     for key, place in places.items():
