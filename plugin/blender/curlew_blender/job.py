@@ -117,10 +117,10 @@ class Job:
         self.cancelled = True
         self.wait()
 
-    def wait(self) -> None:
-        """Until it is done."""
+    def wait(self, seconds: Optional[float] = None) -> None:
+        """Until it is done, or for so long."""
         if self._thread is not None:
-            self._thread.join()
+            self._thread.join(seconds)
 
     def finish(self, tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> None:
         """Makes objects of the results, for the nodes that are still there; throws TreeError with what has failed."""

@@ -7,12 +7,13 @@ is cancelled. While Blender renders, and where it has no interface, the frame wa
 import hashlib
 import os
 import sys
+import threading
 from pathlib import Path
 from typing import Any, Dict, Iterator, Optional
 
 import bpy
 
-from . import bake, cache, keyframes, library, nodes
+from . import bake, cache, keyframes, library, nodes, results
 from . import tree as trees
 from .actions import split_words
 from .job import Job, Plan, plan_of
@@ -20,6 +21,7 @@ from .program import TreeError
 
 SEQUENCE_WINS = "a sequence: its baked frames are shown, and none is baked on frame change"
 _PERIOD = 0.02  # seconds between looks at the threads
+_AT_ONCE = 0.005  # seconds in which what is in the cache is there
 
 _waiting: Dict[str, str] = {}  # the scenes whose frame is to be baked next, by the names of trees
 _jobs: Dict[str, "FrameJob"] = {}  # that run, by the names of trees
@@ -64,8 +66,9 @@ def digest(plan: Plan) -> str:
 
 
 def synchronous() -> bool:
-    """Whether a frame waits for its bake."""
-    return bpy.app.background or _rendering
+    """Whether a frame waits for its bake: not one that the user comes to while a render goes on beside."""
+    beside = threading.current_thread() is threading.main_thread() and bpy.app.is_job_running("RENDER")
+    return bpy.app.background or (_rendering and not beside)
 
 
 def idle() -> bool:
@@ -139,24 +142,30 @@ def step() -> Optional[float]:
     """The timer: takes over what is done, and starts what waits."""
     if _rendering:
         return _PERIOD
-    for name in [name for name, job in _jobs.items() if not job.running()]:
-        job, tree = _jobs.pop(name), _tree(name)
-        scene = bpy.data.scenes.get(job.scene)
-        if tree and scene and not job.cancelled:
-            _show(tree, scene, job)
+    _take_over()
     for name in [name for name in _waiting if name not in _jobs and name not in bake.running]:
         tree, scene = _tree(name), bpy.data.scenes.get(_waiting.pop(name))
         job = _job_of(tree, scene) if tree and scene else None
         if job:
             _jobs[name] = job
             job.start()
+            job.wait(_AT_ONCE)
+    _take_over()
     return None if idle() else _PERIOD
+
+
+def _take_over() -> None:
+    for name in [name for name, job in _jobs.items() if not job.running()]:
+        job, tree = _jobs.pop(name), _tree(name)
+        scene = bpy.data.scenes.get(job.scene)
+        if tree and scene and not job.cancelled:
+            _show(tree, scene, job)
 
 
 @bpy.app.handlers.persistent
 def on_frame(scene: bpy.types.Scene, *_: Any) -> None:
     """Bakes the frame; motion blur's moments between frames are not baked."""
-    if scene.frame_subframe:
+    if scene.frame_subframe or not results.can_change(scene):
         return
     for tree in [t for t in bpy.data.node_groups if t.bl_idname == nodes.TREE]:
         keyframes.follow(tree, scene.frame_current)
@@ -186,6 +195,10 @@ def on_render(scene: bpy.types.Scene, *_: Any) -> None:
     """A render begins, and what it shows is to be there."""
     global _rendering
     _rendering = True
+    if not results.can_change(scene):
+        if any(_trees()) or any(obj.get("curlew_frames") for obj in bpy.data.objects):
+            print("Curlew: the render does not follow the frames: it needs Render > Lock Interface", file=sys.stderr)
+        return
     for tree in [_tree(name) for name in {*_waiting, *_jobs}]:
         if tree:
             _now(tree, scene)

@@ -352,6 +352,11 @@ class CurlewGroup(bpy.types.NodeCustomGroup):
         layout.template_ID(self, "node_tree")
 
 
+def _lock_interface(tree: bpy.types.NodeTree, context: bpy.types.Context) -> None:
+    if tree.bake_on_frame:
+        context.scene.render.use_lock_interface = True
+
+
 class CurlewTree(bpy.types.NodeTree):
     """Fields, flows and what follows them."""
 
@@ -370,9 +375,10 @@ class CurlewTree(bpy.types.NodeTree):
             update=lambda self, context: _update_tree(self)),
         "bake_on_frame": BoolProperty(
             name="Bake on Frame Change",
-            description="Bake the tree anew for each frame that the scene comes to; a render waits for it. Rendering from the "
-                        "interface needs Render > Lock Interface. A tree with Sequence or a Frames node shows the frames "
-                        "that it has baked instead"),
+            description="Bake the tree anew for each frame that the scene comes to; renders wait for it. This turns on "
+                        "Render > Lock Interface, without which renders do not follow. Sequences and trees with a Frames "
+                        "node show the frames that they have baked instead",
+            update=_lock_interface),
         "keep_frames": IntProperty(name="Keep", default=100, min=1, soft_max=1000,
                                    description="How many frames that were baked on frame change stay in the cache"),
         "bake_number": IntProperty(options={"HIDDEN"}),

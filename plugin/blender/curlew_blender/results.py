@@ -1,5 +1,6 @@
 """What a bake has made, as objects: volumes, particles, curves and meshes."""
 
+import threading
 from pathlib import Path
 from typing import Any, Dict, Optional, Sequence
 
@@ -135,10 +136,24 @@ def target_of(node: bpy.types.Node, scene: bpy.types.Scene) -> bpy.types.Object:
     return obj
 
 
+def can_change(scene: bpy.types.Scene) -> bool:
+    """Whether a handler may change objects. Renders from the interface call it in a thread of theirs; if Blender draws the
+    same objects meanwhile, because the interface is not locked, it crashes."""
+    return threading.current_thread() is threading.main_thread() or scene.render.use_lock_interface
+
+
+def lock_interface(scene: bpy.types.Scene) -> None:
+    """What changes with the frame can be rendered from the interface."""
+    if not scene.render.use_lock_interface:
+        scene.render.use_lock_interface = True
+
+
 def show_result(node: bpy.types.Node, file: Path, frames: Optional[Sequence[int]], scene: bpy.types.Scene) -> None:
     """What a bake has stored for a result node: a file, or one a frame with `$F4` in its name. RuntimeError where a volume
     cannot be read."""
     (volume if node.kind == "grid" else geometry)(node, file, frames, scene)
+    if frames:
+        lock_interface(scene)
 
 
 def volume(node: bpy.types.Node, file: Path, frames: Optional[Sequence[int]], scene: bpy.types.Scene) -> bpy.types.Object:
@@ -207,6 +222,8 @@ def _of_frame(obj: bpy.types.Object, frame: int) -> Optional[Arrays]:
 @bpy.app.handlers.persistent
 def on_frame(scene: bpy.types.Scene, depsgraph: Optional[bpy.types.Depsgraph] = None) -> None:
     """Shows what was baked for the frame."""
+    if not can_change(scene):
+        return
     for obj in bpy.data.objects:
         if "curlew_cache" in obj and len(obj.get("curlew_frames", [])) == 2:
             arrays = _of_frame(obj, scene.frame_current)
