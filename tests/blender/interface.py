@@ -160,17 +160,25 @@ def picture():
     subprocess.run(["import", "-window", "root", str(WORK / "interface.png")], check=True)
 
 
+def leave():
+    """In the midst of a bake."""
+    tree().bake_on_frame = True
+    bpy.context.scene.frame_set(20)
+
+
 def run():
     """One step after the other, with time for the window to draw."""
     try:
-        if steps_left[0] in (wait, settle, filming):
+        if steps_left and steps_left[0] in (wait, settle, filming):
             if steps_left[0]():
                 return 0.1
             steps_left.pop(0)
-        else:
+        elif steps_left:
             steps_left.pop(0)()
         if steps_left:
             return 1.5
+        if not support.addon("live")._jobs:
+            return 0.01  # the bake begins
         (WORK / "interface.txt").write_text("fine\n")
     except BaseException:
         (WORK / "interface.txt").write_text(traceback.format_exc())
@@ -178,7 +186,8 @@ def run():
     return None
 
 
-steps_left = [press, wait, scrub, settle, film, filming, cancel, wait, arrange, enlarge, look, picture]
+steps_left = [press, wait, scrub, settle, film, filming, cancel, wait, arrange, enlarge, look, picture, leave]
 bpy.context.preferences.view.show_splash = False
+bpy.context.preferences.view.render_display_type = "NONE"  # no window over the picture
 bpy.app.handlers.render_post.append(remember)
 bpy.app.timers.register(run, first_interval=1.5)

@@ -477,6 +477,25 @@ class Renders(Live):
     def test_an_animation_with_motion_blur(self):
         self.animation(True)
 
+    def test_without_a_locked_interface_nothing_changes(self):
+        """Handlers of renders from the interface are called in a thread."""
+        build = growing()
+        self.assertTrue(self.scene.render.use_lock_interface)  # the option has turned it on
+        self.scene.render.use_lock_interface = False
+        said = io.StringIO()
+
+        def render():
+            self.live.on_render(self.scene)
+            self.live.on_frame(self.scene)
+            self.live.on_rendered(self.scene)
+
+        with contextlib.redirect_stderr(said):
+            thread = threading.Thread(target=render)
+            thread.start()
+            thread.join()
+        self.assertIsNone(build.points.target)
+        self.assertIn("needs Render > Lock Interface", said.getvalue())
+
     def test_a_still_waits_for_its_bake(self):
         build = growing()
         self.stage()

@@ -379,7 +379,7 @@ class CurlewTree(bpy.types.NodeTree):
                         "Render > Lock Interface, without which renders do not follow. Sequences and trees with a Frames "
                         "node show the frames that they have baked instead",
             update=_lock_interface),
-        "keep_frames": IntProperty(name="Keep", default=100, min=1, soft_max=1000,
+        "keep_frames": IntProperty(name="Keep Frames", default=100, min=1, soft_max=1000,
                                    description="How many frames that were baked on frame change stay in the cache"),
         "bake_number": IntProperty(options={"HIDDEN"}),
     }

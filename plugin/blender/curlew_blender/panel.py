@@ -18,12 +18,12 @@ def _draw_bake(layout: bpy.types.UILayout, tree: bpy.types.NodeTree) -> None:
 
 
 def _draw_live(layout: bpy.types.UILayout, tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> None:
-    row = layout.row()
-    row.active = not trees.is_sequence(tree)
-    row.prop(tree, "bake_on_frame")
+    column = layout.column()
+    column.active = not trees.is_sequence(tree)
+    column.prop(tree, "bake_on_frame")
     if not tree.bake_on_frame:
         return
-    row.prop(tree, "keep_frames")
+    column.prop(tree, "keep_frames")
     if not scene.render.use_lock_interface:
         warn = layout.row()
         warn.alert = True

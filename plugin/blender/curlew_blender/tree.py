@@ -227,14 +227,7 @@ class _Collector:
         chosen = [g for g in volume.grids if not node.grids or g.name in node.grids.split(",")]
         options = {"grids": ",".join(g.name for g in chosen)} if node.grids else {}
         reads = [(min(k, 3), "velocity" if g.data_type.startswith("VECTOR") else "grid") for k, g in enumerate(chosen)]
-        wanted = self._level_sets(node)
-        reads = [(k, "levelSet" if k in wanted and kind == "grid" else kind) for k, kind in reads]
         self.collected.graph[key] = GraphNode(key, "read", [file], options, reads=reads)
-
-    def _level_sets(self, node: bpy.types.Node) -> Sequence[int]:
-        """The outputs that are used as level sets."""
-        return [k for k, socket in enumerate(node.outputs) for link in socket.links
-                if "levelSet" in _kinds_at(link.to_socket) and "grid" not in _kinds_at(link.to_socket)]
 
     def _result(self, key: str, node: bpy.types.Node, inputs: List[Optional[Ref]]) -> None:
         if node.kind != "grid":
@@ -243,12 +236,6 @@ class _Collector:
             file = self._namer(key, _file_name(node.label or node.name))
             self.collected.files[key] = file
             self.collected.graph[key] = GraphNode(key, "write", [file], {}, inputs, order=1e6)
-
-
-def _kinds_at(socket: bpy.types.NodeSocket) -> Sequence[str]:
-    takes = getattr(socket.node, "takes", ())
-    k = _index(socket.node.inputs, socket)
-    return sorted(takes[k].kinds) if k < len(takes) else []
 
 
 def _index(sockets: Sequence[bpy.types.NodeSocket], socket: bpy.types.NodeSocket) -> int:
