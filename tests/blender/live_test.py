@@ -157,6 +157,27 @@ class Frames(Live):
             for name in seen[5]:
                 self.assertEqual(len({repr(seen[frame][name]) for frame in seen}), 3, name)
 
+    def test_expressions_of_a_moment(self):
+        moment = support.addon("moment").Moment(5, 0.25, 16.0)
+        for text, wanted in (("{2*pi*T}", "{2*pi*(0.25)}"), ("{F<3?FF:fps*T1}", "{(5)<3?(5):(16.0)*T1}"), ("a.$F4.vdb", "a.0005.vdb"),
+                             ("$F", "5"), ("{{T} $$F T", "{{T} $$F T"), ("{floor(F)}$F3", "{floor((5))}005"), ("{T", "{T")):
+            self.assertEqual(moment.at(text), wanted)
+        self.assertEqual(support.addon("moment").Moment(-3, 0, 24).at("$F4{F}"), "-003{(-3)}")
+
+    def test_an_exported_still_is_of_its_frame(self):
+        build = growing()
+        build.tree.bake_on_frame = False
+        build.tree.nodes["Mesh Object"].animated = True
+        self.scene.frame_set(7)
+        there = support.WORK / "exported"
+        there.mkdir(exist_ok=True)
+        support.addon("scene_io").export(build.tree, there / "scene.txt", self.scene)
+        done = support.run_command("scene.txt", there)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        job = self.bake.bake(build.tree)
+        self.assertTrue((there / "scene_Sphere.0007.ply").exists())
+        self.assertEqual((job.folder / "Volume_Result.vdb").read_bytes(), (there / "scene_Volume_Result.vdb").read_bytes())
+
     def test_each_option_counts(self):
         """Keyframes of whole numbers, flags, choices and vectors."""
         build = Tree("keys")
@@ -179,6 +200,40 @@ class Frames(Live):
         self.scene.frame_set(11)
         self.assertEqual((noise.o_octaves, trace.o_direction, mesh.o_open), (5, "both", True))
         self.assertEqual(wind.given()["velocity"], "1,2,4")
+
+    def test_a_sequence_has_keyframes_too(self):
+        build = Tree("keys")
+        wind = build.add("uniform", velocity="0,0,1")
+        keyed(wind, "o_velocity", ((1, (0, 0, 0)), (5, (1, 2, 4))))
+        shape = build.add("sphere")
+        keyed(shape, "o_radius", ((1, 0.25), (5, 0.5)))
+        points = build.add("jitter", shape, box="-1,-1,-1,1,1,1", spacing=0.06)
+        keyed(points, "o_seed", ((1, 3), (5, 7)))
+        node = build.add("CurlewParticlesResult", points)
+        build.tree.sequence = True
+        self.scene.frame_start, self.scene.frame_end = 1, 5
+        self.scene.frame_set(2)
+        self.bake.bake(build.tree)
+        seen = []
+        for frame in range(1, 6):
+            self.scene.frame_set(frame)
+            seen.append(np.array([v.co for v in node.target.data.vertices]))
+        self.assertEqual(len({len(points) for points in seen}), 5)
+        build.tree.sequence = False
+        for frame in (1, 3, 5):
+            self.scene.frame_set(frame)
+            self.bake.bake(build.tree)
+            still = np.array([v.co for v in node.target.data.vertices])
+            self.assertEqual(still.shape, seen[frame - 1].shape)
+            self.assertLess(np.abs(still - seen[frame - 1]).max(), 1e-6)
+        trace = build.add("trace", wind, node.inputs[0].links[0].from_node, limit=1)
+        build.add("CurlewCurvesResult", trace)
+        keyed(trace, "o_direction", ((1, "forward"), (5, "both")))
+        build.tree.sequence = True
+        with self.assertRaises(RuntimeError) as raised:
+            bpy.ops.curlew.bake(tree=build.tree.name)
+        self.assertIn("'direction' changes in the frames of a sequence", str(raised.exception))
+        self.assertTrue(trace.error)
 
     def test_a_sequence_wins(self):
         build = growing()

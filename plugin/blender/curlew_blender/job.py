@@ -4,11 +4,11 @@ import atexit
 import threading
 import time
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, Optional, Set
+from typing import Any, Dict, List, Mapping, Optional, Set, Tuple
 
 import bpy
 
-from . import cache, library, results
+from . import cache, keyframes, library, results
 from . import tree as trees
 from .actions import quoted
 from .program import Program, TreeError
@@ -175,6 +175,21 @@ def stop_all() -> None:
 atexit.register(stop_all)
 
 
+def in_frames(collected: Collected, scene: bpy.types.Scene, words: Optional[str],
+              depsgraph: Optional[bpy.types.Depsgraph] = None) -> Tuple[Sampled, Optional[List[int]]]:
+    """Gives the nodes what objects, keyframes and, in a still, the moment say; returns the meshes, and the frames of a
+    sequence. Throws TreeError."""
+    frames = frame_numbers(words)
+    sampled = sample(scene, collected.meshes, collected.places, frames, depsgraph)
+    keyed = keyframes.over_frames(collected.nodes, frames, scene.frame_current) if frames else {}
+    for changed in (keyed, sampled.options):
+        for key, options in changed.items():
+            collected.graph[key].options.update(options)
+    if frames is None:
+        trees.hold(collected, scene)
+    return sampled, frames
+
+
 def plan_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene, depsgraph: Optional[bpy.types.Depsgraph] = None) -> Plan:
     """What a tree says now. `depsgraph`: the one to ask for objects, if not that of the context. Throws TreeError."""
     names: Set[str] = set()
@@ -192,12 +207,7 @@ def plan_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene, depsgraph: Optiona
     if not collected.wanted and not any(not n.inputs or n.action == "write" for n in collected.graph.values()):
         raise nothing
     words = trees.frames_words(tree, scene, collected)
-    frames = frame_numbers(words)
-    sampled = sample(scene, collected.meshes, collected.places, frames, depsgraph)
-    for key, options in sampled.options.items():
-        collected.graph[key].options.update(options)
-    if frames is None:
-        trees.hold(collected, scene)
+    sampled, frames = in_frames(collected, scene, words, depsgraph)
     plan = Plan(collected, words, sampled, frames)
     if not plan.program.lines:
         raise nothing

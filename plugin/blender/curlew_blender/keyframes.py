@@ -1,8 +1,14 @@
 """Keyframes of nodes' options: Blender itself only follows those of trees that an object or a scene uses."""
 
-from typing import Any, List, Tuple
+from typing import Any, Dict, List, Mapping, Sequence, Tuple
 
 import bpy
+
+from .actions import Option
+from .program import TreeError
+from .sources import in_time
+
+_NUMBERS = ("real", "integer", "flag", "vector", "interval", "box")
 
 
 def follow(tree: bpy.types.NodeTree, frame: float) -> None:
@@ -34,3 +40,29 @@ def _set(owner: Any, name: str, index: int, value: float) -> None:
         wanted = {"BOOLEAN": bool, "INT": round}.get(about.type, float)(value)
     if wanted is not None and getattr(owner, name) != wanted:
         setattr(owner, name, wanted)
+
+
+def over_frames(nodes: Mapping[str, bpy.types.Node], frames: Sequence[int], now: int) -> Dict[str, Dict[str, str]]:
+    """The options that change in these frames, by the keys of their nodes: expressions that are linear between frames.
+    Throws TreeError for what no expression can be."""
+    keyed = {key: node for key, node in nodes.items() if node.id_data.animation_data and hasattr(node, "given")}
+    trees = {node.id_data.name: node.id_data for node in keyed.values()}
+    given: Dict[str, List[Dict[str, str]]] = {key: [] for key in keyed}
+    for frame in frames if trees else ():
+        for tree in trees.values():
+            follow(tree, frame)
+        for key, node in keyed.items():
+            given[key].append(node.given())
+    for tree in trees.values():
+        follow(tree, now)
+    return {key: {name: _expression(key, node.action.option(name), [each[name] for each in given[key]], frames)
+                  for name in given[key][0] if len({each[name] for each in given[key]}) > 1}
+            for key, node in keyed.items()}
+
+
+def _expression(key: str, option: Option, texts: Sequence[str], frames: Sequence[int]) -> str:
+    if option.type not in _NUMBERS:
+        raise TreeError(key, f"'{option.name}' changes in the frames of a sequence, which only numbers can")
+    values = [[float(part) for part in text.split(",")] for text in texts]
+    whole = option.type in ("integer", "flag")
+    return ",".join(in_time(column, frames, whole) for column in zip(*values))

@@ -169,12 +169,12 @@ def on_frame(scene: bpy.types.Scene, *_: Any) -> None:
         return
     for tree in [t for t in bpy.data.node_groups if t.bl_idname == nodes.TREE]:
         keyframes.follow(tree, scene.frame_current)
-    on_undo(scene)
+    on_change(scene)
 
 
 @bpy.app.handlers.persistent
-def on_undo(scene: bpy.types.Scene, *_: Any) -> None:
-    """Objects show another frame's results again."""
+def on_change(scene: bpy.types.Scene, *_: Any) -> None:
+    """Of the frame, or by undo of anything: objects may show the results of another frame again."""
     for tree in _trees():
         (_now if synchronous() else _soon)(tree, scene)
 
@@ -211,7 +211,7 @@ def on_rendered(*_: Any) -> None:
     _rendering = False
 
 
-_HANDLERS = (("frame_change_post", on_frame), ("undo_post", on_undo), ("redo_post", on_undo), ("load_pre", on_load),
+_HANDLERS = (("frame_change_post", on_frame), ("undo_post", on_change), ("redo_post", on_change), ("load_pre", on_load),
              ("render_init", on_render), ("render_complete", on_rendered), ("render_cancel", on_rendered))
 
 

@@ -9,14 +9,14 @@ _NAMES = re.compile(r"\b(?:FF|F|T|fps)\b")
 
 @dataclass(frozen=True)
 class Moment:
-    """A frame, and its time in seconds since the scene's first one."""
+    """A frame, and its time in seconds since the first one. That of a scene without `frames` is the default."""
 
-    frame: int
-    time: float
-    fps: float
+    frame: int = 1
+    time: float = 0.0
+    fps: float = 24.0
 
     def at(self, text: str) -> str:
-        """A word or a value of a scene, as of this moment. Without `frames`, a scene itself is of frame 1."""
+        """A word or a value of a scene, as of this moment."""
 
         def number(found: "re.Match[str]") -> str:
             return f"({ {'T': self.time, 'fps': self.fps}.get(found[0], self.frame)!r})"

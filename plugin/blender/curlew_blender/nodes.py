@@ -16,6 +16,7 @@ from bpy.props import (
 )
 
 from .actions import MOST_INT, Action, Option, numbers, option_range, property_value, value_text
+from .results import lock_interface
 from .slots import FIELDS, GRIDS, NO_NODE, Made, Slot, made_of, slots_of
 from .sockets import socket_type
 
@@ -352,11 +353,6 @@ class CurlewGroup(bpy.types.NodeCustomGroup):
         layout.template_ID(self, "node_tree")
 
 
-def _lock_interface(tree: bpy.types.NodeTree, context: bpy.types.Context) -> None:
-    if tree.bake_on_frame:
-        context.scene.render.use_lock_interface = True
-
-
 class CurlewTree(bpy.types.NodeTree):
     """Fields, flows and what follows them."""
 
@@ -378,7 +374,7 @@ class CurlewTree(bpy.types.NodeTree):
             description="Bake the tree anew for each frame that the scene comes to; renders wait for it. This turns on "
                         "Render > Lock Interface, without which renders do not follow. Sequences and trees with a Frames "
                         "node show the frames that they have baked instead",
-            update=_lock_interface),
+            update=lambda self, context: lock_interface(context.scene) if self.bake_on_frame else None),
         "keep_frames": IntProperty(name="Keep Frames", default=100, min=1, soft_max=1000,
                                    description="How many frames that were baked on frame change stay in the cache"),
         "bake_number": IntProperty(options={"HIDDEN"}),

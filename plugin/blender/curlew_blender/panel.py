@@ -21,10 +21,9 @@ def _draw_live(layout: bpy.types.UILayout, tree: bpy.types.NodeTree, scene: bpy.
     column = layout.column()
     column.active = not trees.is_sequence(tree)
     column.prop(tree, "bake_on_frame")
-    if not tree.bake_on_frame:
-        return
-    column.prop(tree, "keep_frames")
-    if not scene.render.use_lock_interface:
+    if tree.bake_on_frame:
+        column.prop(tree, "keep_frames")
+    if (tree.bake_on_frame or trees.is_sequence(tree)) and not scene.render.use_lock_interface:
         warn = layout.row()
         warn.alert = True
         warn.prop(scene.render, "use_lock_interface", text="Lock Interface, to render")

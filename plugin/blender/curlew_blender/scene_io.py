@@ -10,11 +10,11 @@ from . import library, nodes
 from . import tree as trees
 from .actions import quoted
 from .bake import active_tree
-from .job import frame_numbers
+from .job import in_frames
 from .layout import placed
 from .program import GraphNode, TreeError
 from .scene import SceneError, graph_of
-from .sources import sample, write_ply
+from .sources import write_ply
 from .stacks import extension
 
 # What a node becomes instead of that of its action; None: that one.
@@ -91,14 +91,10 @@ def export(tree: bpy.types.NodeTree, path: Path, scene: bpy.types.Scene) -> None
             collected.graph[want.key] = GraphNode(want.key, "write", [file], {}, [want.ref], order=2e6)
         collected.wanted.clear()
         words = trees.frames_words(tree, scene, collected)
-        sampled = sample(scene, collected.meshes, collected.places, frame_numbers(words))
-        for key, options in sampled.options.items():
-            collected.graph[key].options.update(options)
+        sampled, _ = in_frames(collected, scene, words)
         for node in collected.graph.values():
-            if node.action == "read" and node.words[0] in collected.meshes:
+            if node.reads == [(0, "mesh")]:
                 node.words = [f"{stem}_{node.words[0]}"]
-        if words is None:
-            trees.hold(collected, scene)
         program = collected.program(words)
     except TreeError as error:
         trees.show_error(tree, error)

@@ -261,6 +261,8 @@ def hold(collected: Collected, scene: bpy.types.Scene) -> None:
     """Makes it a still of the scene's frame: expressions of time have its numbers."""
     fps = scene.render.fps / scene.render.fps_base
     moment = Moment(scene.frame_current, (scene.frame_current - scene.frame_start) / fps, fps)
+    if moment == Moment():
+        return
     for node in collected.graph.values():
         node.words = [moment.at(word) for word in node.words]
         node.options = {name: moment.at(text) for name, text in node.options.items()}
