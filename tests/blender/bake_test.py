@@ -217,7 +217,7 @@ class Frames(unittest.TestCase):
         job.wait()
         self.assertLess(time.monotonic() - began, 30)
         with self.assertRaises(support.addon("program").TreeError):
-            self.bake.finish(build.tree, job)
+            self.bake.finish(build.tree, job, bpy.context.scene)
         self.assertEqual(build.tree.message, "cancelled")
         self.assertFalse([n.name for n in build.tree.nodes if n.error])
 
@@ -303,6 +303,42 @@ class Errors(unittest.TestCase):
         grid = build.add("velocity", flow, dim=16, staggered=1)
         build.add("CurlewVolumeResult", (grid, "Velocity"))
         self.fails(build, grid, "staggered=0")
+
+    def test_points_that_would_join_others(self):
+        build = Tree()
+        build.tree.sequence = True
+        flow = build.add("uniform", velocity="0,0,1", box="-1,-1,-1,1,1,1")
+        scattered = build.add("scatter", flow, count=7)
+        build.add("CurlewCurvesResult", build.add("trace", flow, scattered, limit=1))
+        emitted = build.add("emit", build.add("sphere", radius=0.1), rate=240)
+        result = build.add("CurlewParticlesResult", build.add("advect", flow, emitted))
+        self.fails(build, emitted, "would join those of Scatter: link them to 'Points'")
+        build.tree.links.new(scattered.outputs[0], emitted.inputs[1])
+        bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 3
+        bpy.ops.curlew.bake(tree=build.tree.name)
+        bpy.context.scene.frame_set(3)
+        self.assertEqual(len(result.target.data.vertices), 7 + 2 * 10)
+
+    def test_what_a_volume_holds(self):
+        """Level sets are found behind reroutes too; a fog volume or velocities in their place are refused."""
+        build = Tree()
+        level = build.add("mesh2ls", build.add("CurlewMeshObject", object=support.monkey()), dim=24)
+        flow = build.add("uniform", velocity="0,0,1", box="-1,-1,-1,1,1,1")
+        grid = build.add("velocity", flow, dim=8, density=1)
+        level_set = build.add("CurlewVolumeResult", level)
+        others = build.add("CurlewVolumeResult", (grid, "Velocity"), (grid, "Density"))
+        bpy.ops.curlew.bake(tree=build.tree.name)
+        build = Tree()
+        volume = build.add("CurlewVolumeObject", object=level_set.target)
+        result = build.add("CurlewMeshResult", build.add("ls2mesh", build.add("NodeReroute", volume)))
+        bpy.ops.curlew.bake(tree=build.tree.name)
+        self.assertGreater(len(result.target.data.polygons), 100)
+        taker = result.inputs[0].links[0].from_node
+        volume.object = others.target
+        volume.grids = "density"
+        self.fails(build, taker, "there is no level set")
+        volume.grids = next(g.name for g in others.target.data.grids if g.data_type == "VECTOR_FLOAT")
+        self.fails(build, taker, "needs a level set, not a velocity grid")
 
     def test_a_cache_that_cannot_be_written(self):
         path = support.WORK / "locked"

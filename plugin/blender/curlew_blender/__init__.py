@@ -13,20 +13,20 @@ bl_info = {
 
 def register() -> None:
     """Loads the library, and makes a node of each of its actions."""
-    from . import bake, library, nodes, panel, presets, results, scene_io, sockets
+    from . import bake, library, live, nodes, panel, presets, results, scene_io, sockets
 
     actions = library.actions()
     sockets.register()
     nodes.register(actions)
-    for module in (bake, scene_io, presets, results):
+    for module in (bake, scene_io, presets, results, live):
         module.register()
     panel.register(actions)
 
 
 def unregister() -> None:
     """Takes all of it back."""
-    from . import bake, nodes, panel, presets, results, scene_io, sockets
+    from . import bake, live, nodes, panel, presets, results, scene_io, sockets
 
     panel.unregister()
-    for module in (results, presets, scene_io, bake, nodes, sockets):
+    for module in (live, results, presets, scene_io, bake, nodes, sockets):
         module.unregister()

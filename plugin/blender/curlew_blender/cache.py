@@ -1,16 +1,20 @@
-"""Files of bakes: a new folder for each, beside the .blend. Needs no Blender but for its paths."""
+"""Files of bakes: a new folder for each, beside the .blend. Needs no Blender but for its paths.
+
+Bakes on frame change are in folders named after all that they depend on, so that what is in a folder never changes.
+"""
 
 import os
 import re
 import shutil
 import tempfile
 from pathlib import Path
-from typing import Dict, List, Set
+from typing import AbstractSet, Callable, Dict, List, Set
 
 import bpy
 import numpy as np
 
 FOLDER = "//curlew_cache"
+_FRAME, _PART = "frame_", "part_"  # folders of bakes on frame change, and what they are while they are made
 
 
 def root(tree: bpy.types.NodeTree) -> Path:
@@ -60,11 +64,41 @@ def used_folders() -> Set[Path]:
     return {Path(bpy.path.abspath(p)).resolve().parent for p in paths if p}
 
 
-def clear(tree: bpy.types.NodeTree) -> int:
-    """Removes the bakes that nothing shows any more; returns how many."""
-    base, used, removed = root(tree), used_folders(), 0
+def make_once(base: Path, name: str, make: Callable[[Path], None]) -> Path:
+    """The folder of frames' bakes that has this name; where there is none yet, `make` fills it, and it is there whole or
+    not at all. What is used stays longest. OSError where it cannot be made."""
+    folder = base / (_FRAME + name)
+    if not folder.is_dir():
+        base.mkdir(parents=True, exist_ok=True)
+        part = Path(tempfile.mkdtemp(prefix=_PART, dir=base))
+        try:
+            make(part)
+            part.rename(folder)
+        except BaseException:
+            shutil.rmtree(part, ignore_errors=True)
+            raise
+    os.utime(folder)
+    return folder
+
+
+def prune(base: Path, keep: int) -> None:
+    """Removes the bakes of frames but for those used last, and those that something shows."""
+    folders = sorted(base.glob(_FRAME + "*"), key=lambda folder: -folder.stat().st_mtime_ns)
+    used = used_folders() if len(folders) > keep else set()
+    for folder in folders[keep:]:
+        if folder.resolve() not in used:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def _is_bake(name: str) -> bool:
+    return name.isdigit() or name.startswith((_FRAME, _PART))
+
+
+def clear(tree: bpy.types.NodeTree, busy: AbstractSet[Path] = frozenset()) -> int:
+    """Removes the bakes that nothing shows any more, but for the folders that are busy; returns how many."""
+    base, used, removed = root(tree), used_folders() | {folder.resolve() for folder in busy}, 0
     for folder in sorted(base.iterdir()) if base.is_dir() else []:
-        if folder.is_dir() and folder.name.isdigit() and folder.resolve() not in used:
+        if folder.is_dir() and _is_bake(folder.name) and folder.resolve() not in used:
             shutil.rmtree(folder)
             removed += 1
     return removed

@@ -16,6 +16,7 @@ from bpy.props import (
 )
 
 from .actions import MOST_INT, Action, Option, numbers, option_range, property_value, value_text
+from .results import lock_interface
 from .slots import FIELDS, GRIDS, NO_NODE, Made, Slot, made_of, slots_of
 from .sockets import socket_type
 
@@ -368,6 +369,14 @@ class CurlewTree(bpy.types.NodeTree):
                                    ("POINTS", "Particles", "2,000 particles in the 3D view"),
                                    ("SLICE", "Slice", "The speed on a coarse plane, as an image")],
             update=lambda self, context: _update_tree(self)),
+        "bake_on_frame": BoolProperty(
+            name="Bake on Frame Change",
+            description="Bake the tree anew for each frame that the scene comes to; renders wait for it. This turns on "
+                        "Render > Lock Interface, without which renders do not follow. Sequences and trees with a Frames "
+                        "node show the frames that they have baked instead",
+            update=lambda self, context: lock_interface(context.scene) if self.bake_on_frame else None),
+        "keep_frames": IntProperty(name="Keep Frames", default=100, min=1, soft_max=1000,
+                                   description="How many frames that were baked on frame change stay in the cache"),
         "bake_number": IntProperty(options={"HIDDEN"}),
     }
 

@@ -6,6 +6,7 @@ import bpy
 import nodeitems_utils
 
 from . import nodes, preview, presets
+from . import tree as trees
 from .actions import Action
 from .slots import NO_NODE
 
@@ -14,6 +15,18 @@ def _draw_bake(layout: bpy.types.UILayout, tree: bpy.types.NodeTree) -> None:
     row = layout.row(align=True)
     row.operator("curlew.bake", icon="PLAY").tree = tree.name
     row.operator("curlew.clear_cache", text="", icon="TRASH")
+
+
+def _draw_live(layout: bpy.types.UILayout, tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> None:
+    column = layout.column()
+    column.active = not trees.is_sequence(tree)
+    column.prop(tree, "bake_on_frame")
+    if tree.bake_on_frame:
+        column.prop(tree, "keep_frames")
+    if (tree.bake_on_frame or trees.is_sequence(tree)) and not scene.render.use_lock_interface:
+        warn = layout.row()
+        warn.alert = True
+        warn.prop(scene.render, "use_lock_interface", text="Lock Interface, to render")
 
 
 class CURLEW_PT_view(bpy.types.Panel):
@@ -48,6 +61,7 @@ class CURLEW_PT_view(bpy.types.Panel):
         sub = row.row()
         sub.active = tree.sequence
         sub.prop(tree, "substeps")
+        _draw_live(layout, tree, scene)
         layout.prop(tree, "preview")
         if tree.message:
             layout.label(text=tree.message, icon="INFO")
@@ -62,6 +76,9 @@ def draw_header(self: bpy.types.Header, context: bpy.types.Context) -> None:
     if space.node_tree:
         _draw_bake(row, space.node_tree)
         row.prop(space.node_tree, "sequence", toggle=True)
+        live = row.row(align=True)
+        live.active = not trees.is_sequence(space.node_tree)
+        live.prop(space.node_tree, "bake_on_frame", text="", icon="TIME")
         row.prop(space.node_tree, "preview", text="")
         row.operator("curlew.export_scene", text="", icon="EXPORT")
     row.operator("curlew.import_scene", text="", icon="IMPORT")

@@ -10,9 +10,10 @@ import numpy as np
 
 from . import library, looks, nodes, results
 from . import tree as trees
+from .job import in_frames
 from .program import GraphNode, Program, TreeError, Wanted, program_of
 from .slots import made_of
-from .sources import MeshArrays, Sampled, provide, sample
+from .sources import MeshArrays, Sampled, provide
 from .stacks import Ref
 from .tree import Collected
 
@@ -55,9 +56,7 @@ def _program(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> Tuple[Program,
     """What leads to the flow, and what shows it."""
     collected = trees.collect(tree)
     flow = _flow(collected, tree)
-    sampled = sample(scene, collected.meshes, collected.places, None)
-    for key, options in sampled.options.items():
-        collected.graph[key].options.update(options)
+    sampled, _ = in_frames(collected, scene, None)
     graph: Dict[str, GraphNode] = {}
     waiting = [flow.key]
     while waiting:
@@ -215,7 +214,7 @@ def _later() -> Optional[float]:
             else:
                 show(tree, bpy.context.scene)
         except TreeError as error:
-            trees.show_error(tree, {}, error.key, str(error))
+            trees.show_error(tree, error)
     return None
 
 

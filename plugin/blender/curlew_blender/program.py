@@ -263,6 +263,7 @@ class _Planner:
         if node.action == "write":
             self._write(node, refs, options)
         else:
+            self._joins(node)
             taken = self._arrange(node, slots, refs, options)
             self._apply(node, slots, refs, taken, options)
         self._done.add(key)
@@ -282,6 +283,17 @@ class _Planner:
             for ref in wrong:
                 self._emit(ref.key)
         raise TreeError(node.key, "no order of actions gives it what is linked to it")
+
+    def _joins(self, node: GraphNode) -> None:
+        """New points join those that there are, also where nothing is linked: then that must be meant."""
+        for k, slot in enumerate(slots_of(self._actions[node.action])):
+            linked = k < len(node.inputs) and node.inputs[k] is not None
+            if slot.kinds != {"points"} or not slot.changed or not slot.optional or linked:
+                continue
+            for entry in self._stacks.newest(slot.kinds):
+                other = f" of {entry.ref.key}" if entry.ref else ""
+                raise TreeError(node.key, f"its points would join those{other}: link them to '{slot.name}' if they are to, "
+                                          "or else use another tree")
 
     def _wrong(self, node: GraphNode, slots: Sequence[Slot], refs: Sequence[Ref], options: Dict[str, str]) -> List[Ref]:
         wrong: List[Ref] = []
@@ -362,17 +374,17 @@ class _Planner:
               taken: Sequence[Entry]) -> List[Tuple[int, str]]:
         if node.action != "read":
             return pushed(action, options, [entry.kind for entry in taken])
-        if node.reads is not None:
-            return node.reads
-        return [(output, self._grid_kind(Ref(node.key, output)) if kind == "grid" else kind)
-                for output, kind in kinds_read(action, node.words, options)]
+        reads = kinds_read(action, node.words, options) if node.reads is None else node.reads
+        return [(output, self._grid_kind(Ref(node.key, output)) if kind == "grid" else kind) for output, kind in reads]
 
     def _grid_kind(self, ref: Ref) -> str:
-        """A grid that is used as a level set is taken for one."""
+        """Names and types do not tell what a grid is: one that is linked to where only a level set fits is taken for one,
+        and the library says if it is none."""
         for node in self._graph.values():
             for slot, linked in zip(slots_of(self._actions[node.action]), node.inputs):
-                if linked == ref and "levelSet" in slot.kinds and "grid" not in slot.kinds:
-                    return "levelSet"
+                fitting = slot.kinds & GRIDS
+                if linked == ref and len(fitting) == 1:
+                    return next(iter(fitting))
         return "grid"
 
     def _write(self, node: GraphNode, refs: Sequence[Ref], options: Dict[str, str]) -> None:

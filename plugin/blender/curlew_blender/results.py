@@ -1,5 +1,6 @@
 """What a bake has made, as objects: volumes, particles, curves and meshes."""
 
+import threading
 from pathlib import Path
 from typing import Any, Dict, Optional, Sequence
 
@@ -115,12 +116,12 @@ def show(obj: bpy.types.Object, arrays: Arrays) -> None:
     {"points": show_points, "curves": show_curves, "mesh": show_mesh}[obj["curlew_kind"]](obj.data, arrays)
 
 
-def _link(obj: bpy.types.Object) -> None:
+def _link(obj: bpy.types.Object, scene: bpy.types.Scene) -> None:
     if not obj.users_collection:
-        bpy.context.scene.collection.objects.link(obj)
+        scene.collection.objects.link(obj)
 
 
-def target_of(node: bpy.types.Node) -> bpy.types.Object:
+def target_of(node: bpy.types.Node, scene: bpy.types.Scene) -> bpy.types.Object:
     """The object of a result node; made where there is none, or one of another kind."""
     wanted = {"grid": "VOLUME", "points": "MESH", "curves": "CURVE", "mesh": "MESH"}[node.kind]
     obj = node.target
@@ -131,13 +132,33 @@ def target_of(node: bpy.types.Node) -> bpy.types.Object:
         obj = bpy.data.objects.new(name, made)
         node.target = obj
     obj["curlew_kind"] = node.kind
-    _link(obj)
+    _link(obj, scene)
     return obj
 
 
-def volume(node: bpy.types.Node, file: Path, frames: Optional[Sequence[int]]) -> bpy.types.Object:
+def can_change(scene: bpy.types.Scene) -> bool:
+    """Whether a handler may change objects. Renders from the interface call it in a thread of theirs; if Blender draws the
+    same objects meanwhile, because the interface is not locked, it crashes."""
+    return threading.current_thread() is threading.main_thread() or scene.render.use_lock_interface
+
+
+def lock_interface(scene: bpy.types.Scene) -> None:
+    """What changes with the frame can be rendered from the interface."""
+    if not scene.render.use_lock_interface:
+        scene.render.use_lock_interface = True
+
+
+def show_result(node: bpy.types.Node, file: Path, frames: Optional[Sequence[int]], scene: bpy.types.Scene) -> None:
+    """What a bake has stored for a result node: a file, or one a frame with `$F4` in its name. RuntimeError where a volume
+    cannot be read."""
+    (volume if node.kind == "grid" else geometry)(node, file, frames, scene)
+    if frames:
+        lock_interface(scene)
+
+
+def volume(node: bpy.types.Node, file: Path, frames: Optional[Sequence[int]], scene: bpy.types.Scene) -> bpy.types.Object:
     """The volume object of a file, or of one a frame, with `$F4` in its name. Velocities are per second."""
-    obj = target_of(node)
+    obj = target_of(node, scene)
     data = obj.data
     first = str(file).replace("$F4", f"{frames[0]:04d}") if frames else str(file)
     data.filepath = cache.stored(Path(first))
@@ -161,15 +182,16 @@ def volume(node: bpy.types.Node, file: Path, frames: Optional[Sequence[int]]) ->
     return obj
 
 
-def geometry(node: bpy.types.Node, pattern: Path, frames: Optional[Sequence[int]]) -> bpy.types.Object:
+def geometry(node: bpy.types.Node, pattern: Path, frames: Optional[Sequence[int]],
+             scene: bpy.types.Scene) -> bpy.types.Object:
     """The object of points, curves or a mesh that a bake has stored."""
-    obj = target_of(node)
+    obj = target_of(node, scene)
     obj["curlew_cache"] = cache.stored(pattern)
     obj["curlew_frames"] = [frames[0], frames[-1]] if frames else []
     if not obj.data.materials and node.kind != "points":
         for material in looks.curve_materials() if node.kind == "curves" else [looks.surface_material()]:
             obj.data.materials.append(material)
-    arrays = _of_frame(obj, bpy.context.scene.frame_current)
+    arrays = _of_frame(obj, scene.frame_current)
     if arrays is not None:
         show(obj, arrays)
     if node.kind == "points":
@@ -200,6 +222,8 @@ def _of_frame(obj: bpy.types.Object, frame: int) -> Optional[Arrays]:
 @bpy.app.handlers.persistent
 def on_frame(scene: bpy.types.Scene, depsgraph: Optional[bpy.types.Depsgraph] = None) -> None:
     """Shows what was baked for the frame."""
+    if not can_change(scene):
+        return
     for obj in bpy.data.objects:
         if "curlew_cache" in obj and len(obj.get("curlew_frames", [])) == 2:
             arrays = _of_frame(obj, scene.frame_current)

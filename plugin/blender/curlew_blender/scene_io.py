@@ -9,11 +9,12 @@ from bpy_extras.io_utils import ExportHelper, ImportHelper
 from . import library, nodes
 from . import tree as trees
 from .actions import quoted
-from .bake import active_tree, frame_numbers
+from .bake import active_tree
+from .job import in_frames
 from .layout import placed
 from .program import GraphNode, TreeError
 from .scene import SceneError, graph_of
-from .sources import sample, write_ply
+from .sources import write_ply
 from .stacks import extension
 
 # What a node becomes instead of that of its action; None: that one.
@@ -78,7 +79,6 @@ def export(tree: bpy.types.NodeTree, path: Path, scene: bpy.types.Scene) -> None
     """Writes the scene of a tree, with its meshes beside it, so that `curlew -config` run in that folder makes the same
     files; results are written beside it too. Throws TreeError, OSError."""
     trees.clear_errors(tree)
-    collected = trees.Collected()
     try:
         stem = path.stem
         sequence = bool(trees.frames_words(tree, scene, trees.collect(tree)))
@@ -91,15 +91,13 @@ def export(tree: bpy.types.NodeTree, path: Path, scene: bpy.types.Scene) -> None
             collected.graph[want.key] = GraphNode(want.key, "write", [file], {}, [want.ref], order=2e6)
         collected.wanted.clear()
         words = trees.frames_words(tree, scene, collected)
-        sampled = sample(scene, collected.meshes, collected.places, frame_numbers(words))
-        for key, options in sampled.options.items():
-            collected.graph[key].options.update(options)
+        sampled, _ = in_frames(collected, scene, words)
         for node in collected.graph.values():
-            if node.action == "read" and node.words[0] in collected.meshes:
+            if node.reads == [(0, "mesh")]:
                 node.words = [f"{stem}_{node.words[0]}"]
         program = collected.program(words)
     except TreeError as error:
-        trees.show_error(tree, collected.nodes, error.key, str(error))
+        trees.show_error(tree, error)
         raise
     for name, mesh in sampled.meshes.items():
         write_ply(path.parent / f"{stem}_{name}", mesh)

@@ -91,25 +91,22 @@ _Pose = Tuple[Tuple[float, ...], Euler, Tuple[float, ...]]
 
 
 def sample(scene: bpy.types.Scene, meshes: Mapping[str, MeshSource], places: Mapping[str, Place],
-           frames: Optional[Sequence[int]]) -> Sampled:
+           frames: Optional[Sequence[int]], depsgraph: Optional[bpy.types.Depsgraph] = None) -> Sampled:
     """What the objects are in each frame, or now. Objects that move make expressions of FF that are linear between frames.
-    Throws TreeError."""
+    `depsgraph`: the one to ask if it is about now; without one that of the context. Throws TreeError."""
     result = Sampled()
     poses: Dict[str, List[_Pose]] = {key: [] for key in places}
     moving = frames is not None and (any(m.animated for m in meshes.values()) or bool(places))
     now = scene.frame_current
-    context = bpy.context
     for k, frame in enumerate(frames if moving and frames else [now]):
         if moving:
             scene.frame_set(frame)
-        depsgraph = context.evaluated_depsgraph_get()
+        graph = depsgraph if depsgraph and not moving else bpy.context.evaluated_depsgraph_get()
         for name, mesh in meshes.items():
-            if mesh.animated and frames is not None:
-                result.meshes[name.replace("$F4", f"{frame:04d}")] = mesh_arrays(mesh, depsgraph)
-            elif k == 0:
-                result.meshes[name.replace("$F4", "0001")] = mesh_arrays(mesh, depsgraph)
+            if mesh.animated or k == 0:
+                result.meshes[name.replace("$F4", f"{frame:04d}")] = mesh_arrays(mesh, graph)
         for key, place in places.items():
-            poses[key].append(_pose(place, depsgraph, poses[key]))
+            poses[key].append(_pose(place, graph, poses[key]))
     if moving:
         scene.frame_set(now)
     for key, place in places.items():
@@ -137,20 +134,20 @@ def _options(key: str, place: Place, poses: Sequence[_Pose], frames: Sequence[in
             if any(max(v) - min(v) > 1e-4 * max(v) for v in values):
                 raise TreeError(key, f"the scale of '{place.object.name}' differs between axes")
             values = [v[:1] for v in values]
-        text = ",".join(_in_time([v[axis] for v in values], frames) for axis in range(len(values[0])))
+        text = ",".join(in_time([v[axis] for v in values], frames) for axis in range(len(values[0])))
         if text not in ("0,0,0", "1", "1,1,1"):
             options[name] = text
     return options
 
 
-def _in_time(values: Sequence[float], frames: Sequence[int]) -> str:
-    """One number, or an expression that goes from one to the next."""
+def in_time(values: Sequence[float], frames: Sequence[int], whole: bool = False) -> str:
+    """One number, or an expression that goes from one to the next; whole numbers jump."""
     rounded = [float(number_text(0.0 if abs(v) < 1e-7 else v)) for v in values]
     if all(v == rounded[0] for v in rounded):
         return number_text(rounded[0])
     text = number_text(rounded[-1])
     for k in range(len(rounded) - 2, -1, -1):
-        slope = (rounded[k + 1] - rounded[k]) / (frames[k + 1] - frames[k])
+        slope = 0.0 if whole else (rounded[k + 1] - rounded[k]) / (frames[k + 1] - frames[k])
         since = f"max(FF-{frames[k]},0)" if k == 0 else f"(FF-{frames[k]})"
         piece = number_text(rounded[k]) + (f"+{slope:.7g}*{since}" if slope else "")
         text = f"FF<{frames[k + 1]}?{piece}:({text})"

@@ -2,12 +2,13 @@
 
 import re
 from dataclasses import dataclass, field
-from typing import Callable, Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
 
 import bpy
 
 from . import library, nodes
 from .actions import split_words
+from .moment import Moment
 from .program import GraphNode, Program, TreeError, Wanted, program_of
 from .slots import STACKS, Slot
 from .sources import MeshSource, Place
@@ -59,6 +60,32 @@ def _is_group(node: bpy.types.Node) -> bool:
     return node.bl_idname == nodes.CurlewGroup.bl_idname
 
 
+def _walk(level: _Level) -> Iterator[Tuple[_Level, bpy.types.Node]]:
+    """The nodes that count, within groups too: no muted ones, frames, reroutes or ends of groups."""
+    if len(level.path) > _DEEPEST:
+        raise TreeError(level.path[0].name, "the group contains itself")
+    for node in level.tree.nodes:
+        if node.mute:
+            continue
+        if _is_group(node):
+            if node.node_tree:
+                yield level, node
+                yield from _walk(level.inside(node))
+        elif hasattr(node, "makes"):
+            yield level, node
+
+
+def nodes_of(tree: bpy.types.NodeTree) -> Dict[str, bpy.types.Node]:
+    """The nodes by their keys. Undo replaces nodes, so a bake that has ended asks anew."""
+    found: Dict[str, bpy.types.Node] = {}
+    try:
+        for level, node in _walk(_Level(tree)):
+            found[level.key(node)] = node
+    except TreeError:
+        pass  # groups within themselves, which collect() tells of
+    return found
+
+
 def _file_name(text: str) -> str:
     return re.sub(r"[^A-Za-z0-9_-]+", "_", text).strip("_") or "object"
 
@@ -67,23 +94,10 @@ class _Collector:
     def __init__(self, tree: bpy.types.NodeTree, namer: Optional[FileNamer]) -> None:
         self.collected = Collected()
         self._namer = namer
-        self._level(_Level(tree))
-
-    def _level(self, level: _Level) -> None:
-        if len(level.path) > _DEEPEST:
-            raise TreeError(level.path[0].name, "the group contains itself")
-        for node in level.tree.nodes:
-            if node.mute:
-                continue
-            if _is_group(node):
-                if node.node_tree:
-                    self.collected.nodes[level.key(node)] = node
-                    self._level(level.inside(node))
-                continue
-            if not hasattr(node, "makes"):
-                continue  # frames, reroutes, ends of groups
+        for level, node in _walk(_Level(tree)):
             self.collected.nodes[level.key(node)] = node
-            self._node(level, node)
+            if not _is_group(node):
+                self._node(level, node)
 
     # --- links
 
@@ -213,14 +227,7 @@ class _Collector:
         chosen = [g for g in volume.grids if not node.grids or g.name in node.grids.split(",")]
         options = {"grids": ",".join(g.name for g in chosen)} if node.grids else {}
         reads = [(min(k, 3), "velocity" if g.data_type.startswith("VECTOR") else "grid") for k, g in enumerate(chosen)]
-        wanted = self._level_sets(node)
-        reads = [(k, "levelSet" if k in wanted and kind == "grid" else kind) for k, kind in reads]
         self.collected.graph[key] = GraphNode(key, "read", [file], options, reads=reads)
-
-    def _level_sets(self, node: bpy.types.Node) -> Sequence[int]:
-        """The outputs that are used as level sets."""
-        return [k for k, socket in enumerate(node.outputs) for link in socket.links
-                if "levelSet" in _kinds_at(link.to_socket) and "grid" not in _kinds_at(link.to_socket)]
 
     def _result(self, key: str, node: bpy.types.Node, inputs: List[Optional[Ref]]) -> None:
         if node.kind != "grid":
@@ -229,12 +236,6 @@ class _Collector:
             file = self._namer(key, _file_name(node.label or node.name))
             self.collected.files[key] = file
             self.collected.graph[key] = GraphNode(key, "write", [file], {}, inputs, order=1e6)
-
-
-def _kinds_at(socket: bpy.types.NodeSocket) -> Sequence[str]:
-    takes = getattr(socket.node, "takes", ())
-    k = _index(socket.node.inputs, socket)
-    return sorted(takes[k].kinds) if k < len(takes) else []
 
 
 def _index(sockets: Sequence[bpy.types.NodeSocket], socket: bpy.types.NodeSocket) -> int:
@@ -249,6 +250,22 @@ def staggered(collected: Collected) -> None:
             if made and made.options.get("staggered") == "1":
                 raise TreeError(made.key, "Blender ignores staggering and would show this half a voxel off: use "
                                           "staggered=0 for a volume result, or write the grid with a Write node")
+
+
+def is_sequence(tree: bpy.types.NodeTree) -> bool:
+    """Whether its bake is one of frames."""
+    return tree.sequence or any(n.bl_idname == nodes.action_id("frames") and not n.mute for n in tree.nodes)
+
+
+def hold(collected: Collected, scene: bpy.types.Scene) -> None:
+    """Makes it a still of the scene's frame: expressions of time have its numbers."""
+    fps = scene.render.fps / scene.render.fps_base
+    moment = Moment(scene.frame_current, (scene.frame_current - scene.frame_start) / fps, fps)
+    if moment == Moment():
+        return
+    for node in collected.graph.values():
+        node.words = [moment.at(word) for word in node.words]
+        node.options = {name: moment.at(text) for name, text in node.options.items()}
 
 
 def frames_words(tree: bpy.types.NodeTree, scene: bpy.types.Scene, collected: Collected) -> Optional[str]:
@@ -275,13 +292,14 @@ def clear_errors(tree: bpy.types.NodeTree) -> None:
                 node.show_error("")
 
 
-def show_error(tree: bpy.types.NodeTree, collected_nodes: Mapping[str, bpy.types.Node], key: Optional[str],
-               message: str) -> None:
-    """The message on its node and on the groups that it is in, and on the tree."""
-    tree.message = message
-    parts = (key or "").split("/")
+def show_error(tree: bpy.types.NodeTree, error: TreeError) -> None:
+    """What is wrong now: on its node and on the groups that it is in, and on the tree."""
+    clear_errors(tree)
+    tree.message = str(error)
+    found = nodes_of(tree)
+    parts = error.key.split("/")
     for k in range(len(parts)):
         name = "/".join(parts[: k + 1])
-        node = collected_nodes.get(name) or (tree.nodes.get(name) if k == 0 else None)
+        node = found.get(name) or (tree.nodes.get(name) if k == 0 else None)
         if node is not None and hasattr(node, "show_error"):
-            node.show_error(message)
+            node.show_error(str(error))

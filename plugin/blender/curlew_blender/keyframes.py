@@ -1,0 +1,68 @@
+"""Keyframes of nodes' options: Blender itself only follows those of trees that an object or a scene uses."""
+
+from typing import Any, Dict, List, Mapping, Sequence, Tuple
+
+import bpy
+
+from .actions import Option
+from .program import TreeError
+from .sources import in_time
+
+_NUMBERS = ("real", "integer", "flag", "vector", "interval", "box")
+
+
+def follow(tree: bpy.types.NodeTree, frame: float) -> None:
+    """Sets what has keyframes in a tree to its value in a frame. What they are about may be gone."""
+    action = tree.animation_data.action if tree.animation_data else None
+    for curve in action.fcurves if action else ():
+        if curve.mute or not curve.is_valid:
+            continue
+        path, _, name = curve.data_path.rpartition(".")
+        try:
+            owner = tree.path_resolve(path) if path else tree
+        except ValueError:
+            continue
+        _set(owner, name, curve.array_index, curve.evaluate(frame))
+
+
+def _set(owner: Any, name: str, index: int, value: float) -> None:
+    about = owner.bl_rna.properties.get(name)
+    if about is None:
+        return
+    if getattr(about, "is_array", False):
+        if getattr(owner, name)[index] != value:
+            getattr(owner, name)[index] = value
+        return
+    if about.type == "ENUM":
+        items: List[Tuple[int, str]] = [(item.value, item.identifier) for item in about.enum_items]
+        wanted: Any = dict(items).get(round(value))
+    else:
+        wanted = {"BOOLEAN": bool, "INT": round}.get(about.type, float)(value)
+    if wanted is not None and getattr(owner, name) != wanted:
+        setattr(owner, name, wanted)
+
+
+def over_frames(nodes: Mapping[str, bpy.types.Node], frames: Sequence[int], now: int) -> Dict[str, Dict[str, str]]:
+    """The options that change in these frames, by the keys of their nodes: expressions that are linear between frames.
+    Throws TreeError for what no expression can be."""
+    keyed = {key: node for key, node in nodes.items() if node.id_data.animation_data and hasattr(node, "given")}
+    trees = {node.id_data.name: node.id_data for node in keyed.values()}
+    given: Dict[str, List[Dict[str, str]]] = {key: [] for key in keyed}
+    for frame in frames if trees else ():
+        for tree in trees.values():
+            follow(tree, frame)
+        for key, node in keyed.items():
+            given[key].append(node.given())
+    for tree in trees.values():
+        follow(tree, now)
+    return {key: {name: _expression(key, node.action.option(name), [each[name] for each in given[key]], frames)
+                  for name in given[key][0] if len({each[name] for each in given[key]}) > 1}
+            for key, node in keyed.items()}
+
+
+def _expression(key: str, option: Option, texts: Sequence[str], frames: Sequence[int]) -> str:
+    if option.type not in _NUMBERS:
+        raise TreeError(key, f"'{option.name}' changes in the frames of a sequence, which only numbers can")
+    values = [[float(part) for part in text.split(",")] for text in texts]
+    whole = option.type in ("integer", "flag")
+    return ",".join(in_time(column, frames, whole) for column in zip(*values))

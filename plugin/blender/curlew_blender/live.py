@@ -1,0 +1,230 @@
+"""Bake on Frame Change: a tree that wants it is baked for each frame that the scene comes to.
+
+In the interface a thread bakes, and a timer takes over what it has made. The newest frame counts: the bake of an older one
+is cancelled. While Blender renders, and where it has no interface, the frame waits for its bake.
+"""
+
+import hashlib
+import os
+import sys
+import threading
+from pathlib import Path
+from typing import Any, Dict, Iterator, Optional
+
+import bpy
+
+from . import bake, cache, keyframes, library, nodes, results
+from . import tree as trees
+from .actions import split_words
+from .job import Job, Plan, plan_of
+from .program import TreeError
+
+SEQUENCE_WINS = "a sequence: its baked frames are shown, and none is baked on frame change"
+_PERIOD = 0.02  # seconds between looks at the threads
+_AT_ONCE = 0.005  # seconds in which what is in the cache is there
+
+_waiting: Dict[str, str] = {}  # the scenes whose frame is to be baked next, by the names of trees
+_jobs: Dict[str, "FrameJob"] = {}  # that run, by the names of trees
+_rendering = False
+
+
+class FrameJob(Job):
+    """The bake of a frame, which is taken from the cache if it is there."""
+
+    def __init__(self, plan: Plan, base: Path, scene: bpy.types.Scene) -> None:
+        super().__init__(plan, base)
+        self.scene = scene.name
+        self.frame = scene.frame_current
+
+    def make(self) -> None:
+        """Makes the files, if there are none."""
+        base = self.folder
+
+        def fill(folder: Path) -> None:
+            self.folder = folder
+            super(FrameJob, self).make()
+
+        self.folder = cache.make_once(base, digest(self.plan), fill)
+
+
+def digest(plan: Plan) -> str:
+    """A name for all that a bake depends on: the program, the meshes, and the files that it reads."""
+    result = hashlib.blake2b(digest_size=16)
+    result.update(repr((library.curlew().version(), plan.text(Path("@")))).encode())
+    for name, mesh in sorted(plan.sampled.meshes.items()):
+        for array in (mesh.points, mesh.indices, mesh.sizes):
+            result.update(f"{name} {array.shape}".encode())
+            result.update(array)
+    for line in plan.program.lines:
+        action, *words = split_words(line)
+        for word in words if action != "write" else ():
+            for path in (word, word.partition("=")[2]):
+                if path and os.path.isfile(path):
+                    about = os.stat(path)
+                    result.update(f"{path} {about.st_size} {about.st_mtime_ns}".encode())
+    return result.hexdigest()
+
+
+def synchronous() -> bool:
+    """Whether a frame waits for its bake: not one that the user comes to while a render goes on beside."""
+    beside = threading.current_thread() is threading.main_thread() and bpy.app.is_job_running("RENDER")
+    return bpy.app.background or (_rendering and not beside)
+
+
+def idle() -> bool:
+    """Whether all frames that were asked for have been baked."""
+    return not _waiting and not _jobs
+
+
+def _trees() -> Iterator[bpy.types.NodeTree]:
+    """Those that are baked now."""
+    for tree in [t for t in bpy.data.node_groups if t.bl_idname == nodes.TREE and t.bake_on_frame]:
+        if not trees.is_sequence(tree):
+            yield tree
+        elif tree.message != SEQUENCE_WINS:
+            tree.message = SEQUENCE_WINS
+
+
+def _tree(name: str) -> Optional[bpy.types.NodeTree]:
+    tree = bpy.data.node_groups.get(name)
+    return tree if tree and tree.bl_idname == nodes.TREE and tree.bake_on_frame else None
+
+
+def _job_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> Optional[FrameJob]:
+    """The job of the scene's frame; none where the tree is wrong, which its nodes say."""
+    # The layer's own graph, as for any bake: that of a render has no objects that are hidden in renders.
+    layer = bpy.context.view_layer if bpy.context.scene == scene else scene.view_layers[0]
+    layer.update()
+    try:
+        return FrameJob(plan_of(tree, scene, layer.depsgraph), cache.root(tree), scene)
+    except TreeError as error:
+        _fail(tree, scene, error)
+        return None
+
+
+def _show(tree: bpy.types.NodeTree, scene: bpy.types.Scene, job: FrameJob) -> None:
+    try:
+        job.finish(tree, scene)
+    except TreeError as error:
+        _fail(tree, scene, error)
+        return
+    trees.clear_errors(tree)
+    tree.message = f"frame {job.frame} baked in {job.seconds:.2f} s"
+    cache.prune(cache.root(tree), tree.keep_frames)
+
+
+def _fail(tree: bpy.types.NodeTree, scene: bpy.types.Scene, error: TreeError) -> None:
+    """On the node; and once where nobody sees that."""
+    if bpy.app.background and tree.message != str(error):
+        print(f"Curlew: tree '{tree.name}', frame {scene.frame_current}: {error}", file=sys.stderr)
+    trees.show_error(tree, error)
+
+
+def _now(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> None:
+    _waiting.pop(tree.name, None)
+    if tree.name in _jobs:
+        _jobs.pop(tree.name).stop()
+    job = _job_of(tree, scene)
+    if job:
+        job.run()
+        _show(tree, scene, job)
+
+
+def _soon(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> None:
+    _waiting[tree.name] = scene.name
+    if tree.name in _jobs:
+        _jobs[tree.name].cancelled = True
+    if not bpy.app.timers.is_registered(step):
+        bpy.app.timers.register(step, first_interval=0.0)
+
+
+def step() -> Optional[float]:
+    """The timer: takes over what is done, and starts what waits."""
+    if _rendering:
+        return _PERIOD
+    _take_over()
+    for name in [name for name in _waiting if name not in _jobs and name not in bake.running]:
+        tree, scene = _tree(name), bpy.data.scenes.get(_waiting.pop(name))
+        job = _job_of(tree, scene) if tree and scene else None
+        if job:
+            _jobs[name] = job
+            job.start()
+            job.wait(_AT_ONCE)
+    _take_over()
+    return None if idle() else _PERIOD
+
+
+def _take_over() -> None:
+    for name in [name for name, job in _jobs.items() if not job.running()]:
+        job, tree = _jobs.pop(name), _tree(name)
+        scene = bpy.data.scenes.get(job.scene)
+        if tree and scene and not job.cancelled:
+            _show(tree, scene, job)
+
+
+@bpy.app.handlers.persistent
+def on_frame(scene: bpy.types.Scene, *_: Any) -> None:
+    """Bakes the frame; motion blur's moments between frames are not baked."""
+    if scene.frame_subframe or not results.can_change(scene):
+        return
+    for tree in [t for t in bpy.data.node_groups if t.bl_idname == nodes.TREE]:
+        keyframes.follow(tree, scene.frame_current)
+    on_change(scene)
+
+
+@bpy.app.handlers.persistent
+def on_change(scene: bpy.types.Scene, *_: Any) -> None:
+    """Of the frame, or by undo of anything: objects may show the results of another frame again."""
+    for tree in _trees():
+        (_now if synchronous() else _soon)(tree, scene)
+
+
+@bpy.app.handlers.persistent
+def on_load(*_: Any) -> None:
+    """The trees that were baked are gone."""
+    global _rendering
+    _rendering = False
+    _waiting.clear()
+    for job in _jobs.values():
+        job.stop()
+    _jobs.clear()
+
+
+@bpy.app.handlers.persistent
+def on_render(scene: bpy.types.Scene, *_: Any) -> None:
+    """A render begins, and what it shows is to be there."""
+    global _rendering
+    _rendering = True
+    if not results.can_change(scene):
+        if any(_trees()) or any(obj.get("curlew_frames") for obj in bpy.data.objects):
+            print("Curlew: the render does not follow the frames: it needs Render > Lock Interface", file=sys.stderr)
+        return
+    for tree in [_tree(name) for name in {*_waiting, *_jobs}]:
+        if tree:
+            _now(tree, scene)
+
+
+@bpy.app.handlers.persistent
+def on_rendered(*_: Any) -> None:
+    """It has ended."""
+    global _rendering
+    _rendering = False
+
+
+_HANDLERS = (("frame_change_post", on_frame), ("undo_post", on_change), ("redo_post", on_change), ("load_pre", on_load),
+             ("render_init", on_render), ("render_complete", on_rendered), ("render_cancel", on_rendered))
+
+
+def register() -> None:
+    """Follows the frames of the scene."""
+    for name, handler in _HANDLERS:
+        getattr(bpy.app.handlers, name).append(handler)
+
+
+def unregister() -> None:
+    """No longer, and stops what runs."""
+    for name, handler in _HANDLERS:
+        getattr(bpy.app.handlers, name).remove(handler)
+    on_load()
+    if bpy.app.timers.is_registered(step):
+        bpy.app.timers.unregister(step)

@@ -1,0 +1,568 @@
+"""Bake on Frame Change: each frame shows its own bake, whoever changes it and whatever happens meanwhile."""
+
+import contextlib
+import io
+import sys
+import threading
+import time
+import unittest
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent))
+import support  # noqa: E402
+from support import Tree  # noqa: E402
+
+
+def keyed(owner, name, values):
+    """Keyframes of a property."""
+    for frame, value in values:
+        setattr(owner, name, value)
+        owner.keyframe_insert(name, frame=frame)
+
+
+def growing():
+    """A tree whose flow, obstacle and source move, each in a way of its own."""
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=16, ring_count=8)
+    ball = bpy.context.active_object
+    keyed(ball, "scale", ((1, (0.5,) * 3), (11, (1.0,) * 3)))
+    ball.hide_render = True
+    empty = bpy.data.objects.new("empty", None)
+    bpy.context.scene.collection.objects.link(empty)
+    keyed(empty, "location", ((1, (0, 0, 0)), (11, (0.6, 0, 0))))
+    build = Tree("live")
+    mesh = build.add("CurlewMeshObject", object=ball)
+    level = build.add("mesh2ls", mesh, dim=16)
+    f = build.add("noise", alpha="{2*pi*T}")
+    keyed(f, "o_frequency", ((1, 1.0), (11, 2.0)))
+    flow = build.add("dfvn", f, build.add("bound", build.add("noise", seed=2), level, width=0.3), speed=1)
+    source = build.add("sphere", radius=0.2, place=empty)
+    build.points = build.add("CurlewParticlesResult", build.add("scatter", source, count=200), thickness=0.05)
+    build.curves = build.add("CurlewCurvesResult", build.add("trace", flow, build.add("scatter", flow, count=20), limit=1))
+    build.mesh = build.add("CurlewMeshResult", build.add("ls2mesh", level))
+    grid = build.add("velocity", flow, dim=16, name="velocity")
+    build.volume = build.add("CurlewVolumeResult", (grid, "Velocity"))
+    build.tree.bake_on_frame = True
+    return build
+
+
+def long(count=200000, steps=5000):
+    """A tree whose bake takes minutes."""
+    build = Tree("long")
+    flow = build.add("dfvn", build.add("noise"), build.add("noise", seed=1))
+    points = build.add("advect", flow, build.add("scatter", flow, count=count), steps=steps, time="{1+F}")
+    build.points = build.add("CurlewParticlesResult", points)
+    build.tree.bake_on_frame = True
+    return build
+
+
+def shown(node):
+    """The folder of what a result node's object shows."""
+    data = node.target.data
+    return Path(bpy.path.abspath(data.filepath if node.kind == "grid" else node.target["curlew_cache"])).parent
+
+
+def contents(folder):
+    """The files of a bake; those of arrays as what they hold, since a .npz has its time in it."""
+    cache = support.addon("cache")
+    return {path.name: {k: (v.dtype, v.shape, v.tobytes()) for k, v in cache.load(path).items()} if path.suffix == ".npz"
+            else path.read_bytes() for path in sorted(folder.iterdir())}
+
+
+def leftovers():
+    """Threads of bakes that are still there."""
+    return [t.name for t in threading.enumerate() if t.name == "curlew bake"]
+
+
+class Live(unittest.TestCase):
+    def setUp(self):
+        support.empty()
+        self.bake, self.live, self.cache = support.addon("bake"), support.addon("live"), support.addon("cache")
+        self.scene = bpy.context.scene
+        self.synchronous = self.live.synchronous
+
+    def tearDown(self):
+        self.live.synchronous = self.synchronous
+        self.assertEqual(leftovers(), [])
+
+    def threaded(self):
+        """As in the interface, whose timer the tests are."""
+        self.live.synchronous = lambda: False
+
+    def settle(self):
+        began = time.monotonic()
+        while self.live.step() is not None:
+            self.assertLess(time.monotonic() - began, 60)
+            time.sleep(0.002)
+        if bpy.app.timers.is_registered(self.live.step):
+            bpy.app.timers.unregister(self.live.step)
+
+    def folders(self, tree):
+        base = self.cache.root(tree)
+        return sorted(p.name for p in base.iterdir()) if base.is_dir() else []
+
+    def begin_long(self):
+        """A bake that is in the midst of its work."""
+        self.threaded()
+        build = long()
+        self.scene.frame_set(3)
+        self.live.step()
+        job, began = self.live._jobs["long"], time.monotonic()
+        while not job.title and time.monotonic() - began < 20:
+            time.sleep(0.01)
+        self.assertTrue(job.running())
+        return build, job
+
+
+class Frames(Live):
+    def test_nothing_happens_unless_it_is_wanted(self):
+        build = growing()
+        build.tree.bake_on_frame = False
+        self.scene.frame_set(5)
+        self.assertIsNone(build.points.target)
+        self.assertEqual(self.folders(build.tree), [])
+
+    def test_a_frame_is_what_one_bake_of_it_is(self):
+        for threaded in (False, True):
+            support.empty()
+            self.scene = bpy.context.scene
+            build = growing()
+            if threaded:
+                self.threaded()
+            seen = {}
+            for frame in (1, 5, 11):
+                self.scene.frame_set(frame)
+                if threaded:
+                    self.assertIsNone(build.points.target if frame == 1 else None)
+                    self.settle()
+                for node in (build.points, build.curves, build.mesh, build.volume):
+                    self.assertEqual(node.error, "")
+                    self.assertTrue(shown(node).name.startswith("frame_"))
+                seen[frame] = contents(shown(build.points))
+                self.assertEqual(len(seen[frame]), 4)
+                size = max(v.co.x for v in build.mesh.target.data.vertices)
+                self.assertAlmostEqual(size, bpy.data.objects["Sphere"].matrix_world[0][0], delta=0.05)
+                center = np.mean([v.co for v in build.points.target.data.vertices], axis=0)
+                self.assertAlmostEqual(center[0], bpy.data.objects["empty"].matrix_world.translation.x, delta=0.05)
+                self.assertEqual(build.tree.message[:14].split(" baked")[0], f"frame {frame}")
+            self.scene.frame_set(5)
+            if threaded:
+                self.settle()
+            self.assertAlmostEqual(build.tree.nodes["Noise"].o_frequency, 1.352, places=5)  # Blender's ease in and out
+            job = self.bake.bake(build.tree)
+            self.assertNotEqual(shown(build.points), self.cache.root(build.tree))
+            self.assertEqual(contents(job.folder), seen[5])
+            for name in seen[5]:
+                self.assertEqual(len({repr(seen[frame][name]) for frame in seen}), 3, name)
+
+    def test_expressions_of_a_moment(self):
+        moment = support.addon("moment").Moment(5, 0.25, 16.0)
+        for text, wanted in (("{2*pi*T}", "{2*pi*(0.25)}"), ("{F<3?FF:fps*T1}", "{(5)<3?(5):(16.0)*T1}"), ("a.$F4.vdb", "a.0005.vdb"),
+                             ("$F", "5"), ("{{T} $$F T", "{{T} $$F T"), ("{floor(F)}$F3", "{floor((5))}005"), ("{T", "{T")):
+            self.assertEqual(moment.at(text), wanted)
+        self.assertEqual(support.addon("moment").Moment(-3, 0, 24).at("$F4{F}"), "-003{(-3)}")
+
+    def test_an_exported_still_is_of_its_frame(self):
+        build = growing()
+        build.tree.bake_on_frame = False
+        build.tree.nodes["Mesh Object"].animated = True
+        self.scene.frame_set(7)
+        there = support.WORK / "exported"
+        there.mkdir(exist_ok=True)
+        support.addon("scene_io").export(build.tree, there / "scene.txt", self.scene)
+        done = support.run_command("scene.txt", there)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        job = self.bake.bake(build.tree)
+        self.assertTrue((there / "scene_Sphere.0007.ply").exists())
+        self.assertEqual((job.folder / "Volume_Result.vdb").read_bytes(), (there / "scene_Volume_Result.vdb").read_bytes())
+
+    def test_each_option_counts(self):
+        """Keyframes of whole numbers, flags, choices and vectors."""
+        build = Tree("keys")
+        noise = build.add("noise")
+        keyed(noise, "o_octaves", ((1, 1), (11, 5)))
+        wind = build.add("uniform")
+        keyed(wind, "o_velocity", ((1, (0, 0, 0)), (11, (1, 2, 4))))
+        trace = build.add("trace")
+        keyed(trace, "o_direction", ((1, "forward"), (11, "both")))
+        mesh = build.add("mesh2ls")
+        keyed(mesh, "o_open", ((1, False), (11, True)))
+        build.tree.nodes.remove(build.add("noise"))
+        gone = build.add("noise")
+        keyed(gone, "o_frequency", ((1, 1), (2, 2)))
+        build.tree.nodes.remove(gone)
+        self.scene.frame_set(1)
+        self.assertEqual((noise.o_octaves, trace.o_direction, mesh.o_open), (1, "forward", False))
+        self.scene.frame_set(6)
+        self.assertEqual((noise.o_octaves, list(wind.o_velocity)), (3, [0.5, 1, 2]))
+        self.scene.frame_set(11)
+        self.assertEqual((noise.o_octaves, trace.o_direction, mesh.o_open), (5, "both", True))
+        self.assertEqual(wind.given()["velocity"], "1,2,4")
+
+    def test_a_sequence_has_keyframes_too(self):
+        build = Tree("keys")
+        wind = build.add("uniform", velocity="0,0,1")
+        keyed(wind, "o_velocity", ((1, (0, 0, 0)), (5, (1, 2, 4))))
+        shape = build.add("sphere")
+        keyed(shape, "o_radius", ((1, 0.25), (5, 0.5)))
+        points = build.add("jitter", shape, box="-1,-1,-1,1,1,1", spacing=0.06)
+        keyed(points, "o_seed", ((1, 3), (5, 7)))
+        node = build.add("CurlewParticlesResult", points)
+        build.tree.sequence = True
+        self.scene.frame_start, self.scene.frame_end = 1, 5
+        self.scene.frame_set(2)
+        self.bake.bake(build.tree)
+        seen = []
+        for frame in range(1, 6):
+            self.scene.frame_set(frame)
+            seen.append(np.array([v.co for v in node.target.data.vertices]))
+        self.assertEqual(len({len(points) for points in seen}), 5)
+        build.tree.sequence = False
+        for frame in (1, 3, 5):
+            self.scene.frame_set(frame)
+            self.bake.bake(build.tree)
+            still = np.array([v.co for v in node.target.data.vertices])
+            self.assertEqual(still.shape, seen[frame - 1].shape)
+            self.assertLess(np.abs(still - seen[frame - 1]).max(), 1e-6)
+        trace = build.add("trace", wind, node.inputs[0].links[0].from_node, limit=1)
+        build.add("CurlewCurvesResult", trace)
+        keyed(trace, "o_direction", ((1, "forward"), (5, "both")))
+        build.tree.sequence = True
+        with self.assertRaises(RuntimeError) as raised:
+            bpy.ops.curlew.bake(tree=build.tree.name)
+        self.assertIn("'direction' changes in the frames of a sequence", str(raised.exception))
+        self.assertTrue(trace.error)
+
+    def test_a_sequence_wins(self):
+        build = growing()
+        build.tree.sequence = True
+        self.scene.frame_set(5)
+        self.assertEqual(self.folders(build.tree), [])
+        self.assertEqual(build.tree.message, self.live.SEQUENCE_WINS)
+        build.tree.sequence = False
+        build.add("frames", words="1-3")
+        self.scene.frame_set(6)
+        self.assertEqual(self.folders(build.tree), [])
+
+    def test_what_is_in_the_cache_is_not_baked_again(self):
+        build = growing()
+        build.tree.keep_frames = 4
+        times = {}
+        for frame in (1, 2, 3, 2, 1):
+            self.scene.frame_set(frame)
+            times.setdefault(frame, []).append(shown(build.points))
+        self.assertEqual(times[1][0], times[1][1])
+        self.assertEqual(times[2][0], times[2][1])
+        self.assertEqual(len(self.folders(build.tree)), 3)
+        before = (times[1][0] / "Particles_Result.npz").stat().st_mtime_ns
+        self.scene.frame_set(1)
+        self.assertEqual((times[1][0] / "Particles_Result.npz").stat().st_mtime_ns, before)
+        for frame in range(1, 13):
+            self.scene.frame_set(frame)
+            self.assertLessEqual(len(self.folders(build.tree)), 4)
+        self.assertTrue(shown(build.points).is_dir())
+        self.assertEqual(self.cache.clear(build.tree), 3)
+        # A changed mesh, a changed option and a changed place are other bakes.
+        there = {shown(build.points)}
+        bpy.data.objects["Sphere"].data.vertices[0].co.z += 0.1
+        self.scene.frame_set(12)
+        there.add(shown(build.points))
+        build.tree.nodes["Scatter"].set_option("seed", "5")
+        self.scene.frame_set(12)
+        there.add(shown(build.points))
+        self.assertEqual(len(there), 3)
+
+    def test_no_part_of_a_bake_is_left(self):
+        build, _ = self.begin_long()
+        self.assertEqual([name[:5] for name in self.folders(build.tree)], ["part_"])
+        self.live.on_load()
+        self.assertEqual(self.folders(build.tree), [])
+
+
+class Scrubbing(Live):
+    def test_the_newest_frame_wins(self):
+        self.threaded()
+        build = growing()
+        frames, plain = [], self.live._show
+
+        def watched(tree, scene, job):
+            frames.append(job.frame)
+            self.assertEqual(job.frame, scene.frame_current)
+            plain(tree, scene, job)
+
+        self.live._show = watched
+        try:
+            for frame in range(1, 31):
+                self.scene.frame_set(frame)
+                self.live.step()
+                time.sleep(0.005 * (frame % 3))
+            self.settle()
+        finally:
+            self.live._show = plain
+        self.assertEqual(frames[-1], 30)
+        self.assertEqual(frames, sorted(frames))
+        print("frames shown while scrubbing over 30:", frames)
+        result = contents(shown(build.points))
+        self.assertEqual(contents(self.bake.bake(build.tree).folder), result)
+
+    def test_an_older_bake_is_cancelled(self):
+        build, job = self.begin_long()
+        began = time.monotonic()
+        next(n for n in build.tree.nodes if n.bl_idname == "CurlewNode_advect").set_option("steps", "1")
+        self.scene.frame_set(4)
+        job.wait()
+        print(f"a bake of minutes made way after {1000 * (time.monotonic() - began):.0f} ms")
+        self.settle()
+        self.assertFalse(job.running())
+        self.assertTrue(job.cancelled)
+        self.assertTrue(build.tree.message.startswith("frame 4 baked"))
+        self.assertEqual(len(build.points.target.data.vertices), 200000)
+
+    def test_the_main_thread_is_free(self):
+        """Of the obstacle wake around Suzanne: what a change of frame takes, and what it takes to show the result."""
+        support.monkey(closed=False)
+        bpy.ops.curlew.quick(preset="WAKE", bake=False)
+        tree = bpy.data.node_groups[bpy.context.scene.curlew_tree]
+        keyed(tree.nodes["Noise"], "o_seed", ((1, 0), (20, 19)))
+        for scene in bpy.data.scenes:
+            scene.frame_set(1)
+        changes, starts, shows, updates, bakes = [], [], [], [], []
+        for live in (False, True):
+            tree.bake_on_frame = live
+            self.threaded()
+            for frame in range(2, 9):
+                began = time.perf_counter()
+                bpy.context.scene.frame_set(frame)
+                changes.append((live, time.perf_counter() - began))
+                if not live:
+                    continue
+                began = time.perf_counter()
+                self.live.step()
+                starts.append(time.perf_counter() - began)
+                job = self.live._jobs[tree.name]
+                job.wait()
+                bakes.append(job.seconds)
+                began = time.perf_counter()
+                self.settle()
+                shows.append(time.perf_counter() - began)
+                began = time.perf_counter()
+                bpy.context.view_layer.update()
+                updates.append(time.perf_counter() - began)
+        for what, seconds in (("change, off", [s for live, s in changes if not live]),
+                              ("change, on", [s for live, s in changes if live]), ("start", starts), ("bake", bakes),
+                              ("show", shows), ("Blender's evaluation of the curves", updates)):
+            print(f"obstacle wake, {what}: {1000 * np.median(seconds):.1f} ms, at most {1000 * max(seconds):.1f} ms")
+        self.assertGreater(len([o for o in bpy.data.objects if o.get("curlew_kind") == "curves"]), 0)
+
+
+class Meanwhile(Live):
+    """The tree, its file or the add-on go while it is baked."""
+
+    def test_the_tree_is_removed(self):
+        build, job = self.begin_long()
+        bpy.data.node_groups.remove(build.tree)
+        self.scene.frame_set(4)
+        job.cancelled = True
+        self.settle()
+        self.assertTrue(self.live.idle())
+        self.assertNotIn("long Particles", bpy.data.objects)
+
+    def test_a_node_is_removed(self):
+        build, job = self.begin_long()
+        build.tree.nodes.remove(build.points)
+        job.stop()
+        job.cancelled, job.error = False, None
+        self.settle()
+        self.assertTrue(build.tree.message.startswith("frame 3 baked"))
+
+    def test_it_is_switched_off(self):
+        build, job = self.begin_long()
+        build.tree.bake_on_frame = False
+        job.stop()
+        self.settle()
+        self.assertEqual(build.tree.message, "")
+
+    def test_another_file_is_loaded(self):
+        _, job = self.begin_long()
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        self.assertFalse(job.running())
+        self.assertTrue(self.live.idle())
+        self.assertEqual(leftovers(), [])
+        self.assertFalse(bpy.app.timers.is_registered(self.live.step))
+
+    def test_the_addon_is_disabled(self):
+        _, job = self.begin_long()
+        bpy.ops.preferences.addon_disable(module=support.NAME)
+        self.assertFalse(job.running())
+        self.assertEqual(leftovers(), [])
+        for name in ("frame_change_post", "undo_post", "redo_post", "load_pre", "render_init", "render_complete",
+                     "render_cancel"):
+            self.assertEqual([h for h in getattr(bpy.app.handlers, name) if support.NAME in h.__module__], [])
+        self.scene.frame_set(9)
+        bpy.ops.preferences.addon_enable(module=support.NAME)
+
+    def test_undo(self):
+        self.threaded()
+        build = growing()
+        self.scene.frame_set(2)
+        self.settle()
+        bpy.ops.ed.undo_push(message="before")
+        build.tree.nodes["Scatter"].set_option("count", "50")
+        bpy.ops.ed.undo_push(message="after")
+        for k in range(4):
+            bpy.context.scene.frame_set(3 + k)
+            self.live.step()
+            self.assertEqual(len(self.live._jobs), 1)
+            (bpy.ops.ed.undo, bpy.ops.ed.redo)[k % 2]()
+            self.settle()
+            tree = bpy.data.node_groups["live"]
+            result = tree.nodes["Particles Result"]
+            count = len(result.target.data.vertices)
+            self.assertEqual(count, 200 if tree.nodes["Scatter"].o_count == 200 else 50)
+            self.assertTrue(tree.message.startswith(f"frame {bpy.context.scene.frame_current} baked"), tree.message)
+
+    def test_a_manual_bake_goes_first(self):
+        build = growing()
+        self.threaded()
+        job = self.bake.prepare(build.tree, self.scene)
+        self.bake.running[build.tree.name] = job
+        self.scene.frame_set(4)
+        self.live.step()
+        self.assertFalse(self.live._jobs)
+        del self.bake.running[build.tree.name]
+        self.settle()
+        self.assertTrue(build.tree.message.startswith("frame 4 baked"))
+
+
+class Errors(Live):
+    def wrong(self, threaded):
+        build = Tree("wrong")
+        bad = build.add("noise", frequency="{1/(F-5)^2}")
+        flow = build.add("dfvn", bad, build.add("noise", seed=1))
+        build.add("CurlewParticlesResult", build.add("scatter", flow, count=10))
+        build.tree.bake_on_frame = True
+        said = io.StringIO()
+        with contextlib.redirect_stderr(said):
+            for frame in (4, 5, 5, 5, 6, 7):
+                self.scene.frame_set(frame)
+                if threaded:
+                    self.settle()
+                self.assertEqual("frequency" in bad.error, frame == 5)
+                self.assertEqual(bad.use_custom_color, frame == 5)
+                self.assertEqual(build.tree.message.startswith("frame"), frame != 5)
+            build.tree.links.clear()
+            self.scene.frame_set(8)
+            if threaded:
+                self.settle()
+        nodes = [n.name for n in build.tree.nodes if n.error]
+        self.assertEqual(nodes, ["Particles Result"])
+        lines = said.getvalue().splitlines()
+        self.assertEqual(len(lines), 2, lines)
+        self.assertTrue(lines[0].startswith("Curlew: tree 'wrong', frame 5: "), lines)
+
+    def test_they_are_on_the_node_and_said_once(self):
+        self.wrong(False)
+
+    def test_also_from_threads(self):
+        self.wrong(True)
+
+    def test_a_cache_that_cannot_be_written(self):
+        path = support.WORK / "locked_live"
+        path.mkdir(exist_ok=True)
+        build = growing()
+        build.tree.bake_on_frame = False
+        bpy.ops.wm.save_as_mainfile(filepath=str(path / "file.blend"))
+        (path / "curlew_cache").write_text("a file where the folder should be")
+        build.tree.bake_on_frame = True
+        with contextlib.redirect_stderr(io.StringIO()):
+            self.scene.frame_set(3)
+        self.assertIn("cannot write the cache", build.tree.message)
+        (path / "curlew_cache").unlink()
+
+
+class Renders(Live):
+    """Each picture of an animation shows its own frame."""
+
+    def stage(self):
+        scene = self.scene
+        scene.render.engine = "CYCLES"
+        scene.cycles.samples = 2
+        scene.cycles.use_denoising = False
+        scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 64, 48, 100
+        lamp = bpy.data.objects.new("lamp", bpy.data.lights.new("lamp", "SUN"))
+        lamp.data.energy = 5
+        camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+        camera.location, camera.rotation_euler = (0, -4, 0), (np.pi / 2, 0, 0)
+        for obj in (lamp, camera):
+            scene.collection.objects.link(obj)
+        scene.camera = camera
+        scene.frame_start, scene.frame_end = 3, 5
+
+    def frame(self, name):
+        self.scene.render.filepath = str(support.WORK / name)
+        bpy.ops.render.render(write_still=True)
+        return support.image(support.WORK / f"{name}.png")
+
+    def animation(self, blur):
+        build = growing()
+        self.stage()
+        self.scene.render.use_motion_blur = blur
+        self.scene.render.filepath = str(support.WORK / f"live_{blur}_")
+        frames = []
+        bpy.app.handlers.render_pre.append(lambda *_: frames.append(self.scene.frame_current))
+        bpy.ops.render.render(animation=True)
+        bpy.app.handlers.render_pre.pop()
+        self.assertEqual(frames, [3, 4, 5])
+        self.assertFalse(self.live._rendering)
+        moving = [support.image(support.WORK / f"live_{blur}_{frame:04d}.png") for frame in frames]
+        build.tree.bake_on_frame = False
+        for frame, picture in zip(frames, moving):
+            self.scene.frame_set(frame)
+            self.bake.bake(build.tree)
+            still = self.frame(f"still_{blur}_{frame}")
+            self.assertGreater(still[:, :, :3].std(), 0.02)
+            self.assertTrue(np.array_equal(still, picture), np.abs(still - picture).max())
+        self.assertGreater(np.abs(moving[0] - moving[2]).max(), 0.1)
+
+    def test_an_animation(self):
+        self.animation(False)
+
+    def test_an_animation_with_motion_blur(self):
+        self.animation(True)
+
+    def test_without_a_locked_interface_nothing_changes(self):
+        """Handlers of renders from the interface are called in a thread."""
+        build = growing()
+        self.assertTrue(self.scene.render.use_lock_interface)  # the option has turned it on
+        self.scene.render.use_lock_interface = False
+        said = io.StringIO()
+
+        def render():
+            self.live.on_render(self.scene)
+            self.live.on_frame(self.scene)
+            self.live.on_rendered(self.scene)
+
+        with contextlib.redirect_stderr(said):
+            thread = threading.Thread(target=render)
+            thread.start()
+            thread.join()
+        self.assertIsNone(build.points.target)
+        self.assertIn("needs Render > Lock Interface", said.getvalue())
+
+    def test_a_still_waits_for_its_bake(self):
+        build = growing()
+        self.stage()
+        self.threaded()
+        self.scene.frame_set(4)
+        self.live.step()
+        self.live.synchronous = self.synchronous
+        one = self.frame("waited")
+        self.assertTrue(self.live.idle())
+        build.tree.bake_on_frame = False
+        self.bake.bake(build.tree)
+        self.assertTrue(np.array_equal(one, self.frame("baked")))
+
+
+support.main(Frames, Scrubbing, Meanwhile, Errors, Renders)
