@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""Packs the Blender add-on with the library inside: a legacy add-on (Blender 3.4 and later) and an extension (4.2 and later).
+"""Packs the Blender add-on: a legacy add-on (Blender 3.4 and later) and an extension (4.2 and later).
+
+The library is inside, and the libraries that it needs, but for those of the C and C++ compilers and zlib.
 
     plugin/blender/package.py --library build/libcurlew.so --out out/
 """
@@ -7,9 +9,12 @@
 import argparse
 import re
 import sys
+import tempfile
 import zipfile
 from pathlib import Path
 from typing import Dict, Iterator, Tuple
+
+from bundle import bundle, licences
 
 HERE = Path(__file__).resolve().parent
 ADDON = HERE / "curlew_blender"
@@ -32,7 +37,7 @@ license = ["SPDX:GPL-3.0-or-later"]
 platforms = ["linux-x64"]
 
 [permissions]
-files = "Writes bakes beside the .blend file, and scenes where it is told to"
+files = "Writes bakes beside the .blend, and scenes where told to"
 """
 
 
@@ -52,7 +57,11 @@ def files(library: Path) -> Iterator[Tuple[str, bytes]]:
         yield path.name, path.read_bytes()
     for path in sorted(p for p in PYTHON.iterdir() if p.suffix == ".py" or p.name == "py.typed"):
         yield f"curlew/{path.name}", path.read_bytes()
-    yield "curlew/libcurlew.so", library.read_bytes()
+    with tempfile.TemporaryDirectory() as folder:
+        for copy in bundle(library, Path(folder)):
+            yield f"curlew/{copy.relative_to(folder)}", copy.read_bytes()
+    for name, text in licences(library).items():
+        yield f"curlew/licences/{name}.txt", text
 
 
 def write(path: Path, contents: Dict[str, bytes]) -> None:

@@ -1,8 +1,8 @@
 #!/bin/sh
-# The add-on in Blender's interface, on a display of its own: interface_test.sh SOURCE_DIR LIBRARY COMMAND WORK_DIR
+# The add-on in Blender's interface, on a display of its own: interface_test.sh SOURCE_DIR PACKAGES_DIR COMMAND WORK_DIR
 # 77 (skipped) where Blender, Xvfb or ImageMagick are missing.
 set -eu
-source=$1 library=$2 command=$3 work=$4
+source=$1 packages=$2 command=$3 work=$4
 blender=${CURLEW_BLENDER:-blender}
 for program in "$blender" xvfb-run import; do
     if ! command -v "$program" > /dev/null; then
@@ -11,9 +11,9 @@ for program in "$blender" xvfb-run import; do
     fi
 done
 rm -rf "$work" && mkdir -p "$work/scripts/addons" "$work/config"
-/usr/bin/python3 "$source/plugin/blender/package.py" --library "$library" --out "$work/packages"
 export BLENDER_USER_SCRIPTS="$work/scripts" BLENDER_USER_CONFIG="$work/config"
-export CURLEW_COMMAND="$command" CURLEW_WORK="$work" CURLEW_SOURCE="$source" PYTHONDONTWRITEBYTECODE=1
+export CURLEW_COMMAND="$command" CURLEW_WORK="$work" CURLEW_SOURCE="$source" CURLEW_PACKAGES="$packages"
+export PYTHONDONTWRITEBYTECODE=1
 LIBGL_ALWAYS_SOFTWARE=1 timeout 300 xvfb-run -a -s "-screen 0 1600x1000x24" \
     "$blender" --factory-startup -noaudio --window-geometry 0 0 1600 1000 --python "$source/tests/blender/interface.py"
 cat "$work/interface.txt"

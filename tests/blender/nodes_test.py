@@ -139,14 +139,10 @@ class Extension(unittest.TestCase):
         """An extension is a module within another one: nothing in it may rely on its own name."""
         support.empty()
         bpy.ops.preferences.addon_disable(module=support.NAME)
-        packed = next((support.WORK / "packages").glob("*-linux-x64.zip"))
+        packed = next(support.PACKAGES.glob("*-linux-x64.zip"))
         place = support.WORK / "extension" / "bl_ext_of_test" / "inner"
         with zipfile.ZipFile(packed) as archive:
             archive.extractall(place)
-        manifest = (place / "blender_manifest.toml").read_text()
-        for key in ("schema_version", "id", "version", "name", "tagline", "maintainer", "type", "blender_version_min",
-                    "license", "platforms"):
-            self.assertIn(f"\n{key} = ", "\n" + manifest)
         (place.parent / "__init__.py").write_text("")
         sys.path.insert(0, str(place.parents[1]))
         module = importlib.import_module("bl_ext_of_test.inner")

@@ -1,16 +1,16 @@
 #!/bin/sh
 # Runs one of these tests in Blender, with the packed add-on and a configuration of its own:
-#   run.sh TEST.py SOURCE_DIR LIBRARY COMMAND WORK_DIR
+#   run.sh TEST.py SOURCE_DIR PACKAGES_DIR COMMAND WORK_DIR
 # 77 (skipped) where there is no Blender.
 set -eu
-test=$1 source=$2 library=$3 command=$4 work=$5
+test=$1 source=$2 packages=$3 command=$4 work=$5
 blender=${CURLEW_BLENDER:-blender}
 if ! command -v "$blender" > /dev/null; then
     echo "skipped: there is no Blender here (apt-get install blender libegl1 python3-numpy)"
     exit 77
 fi
 rm -rf "$work" && mkdir -p "$work/scripts/addons" "$work/config"
-/usr/bin/python3 "$source/plugin/blender/package.py" --library "$library" --out "$work/packages"
 export BLENDER_USER_SCRIPTS="$work/scripts" BLENDER_USER_CONFIG="$work/config"
-export CURLEW_COMMAND="$command" CURLEW_WORK="$work" CURLEW_SOURCE="$source" PYTHONDONTWRITEBYTECODE=1
+export CURLEW_COMMAND="$command" CURLEW_WORK="$work" CURLEW_SOURCE="$source" CURLEW_PACKAGES="$packages"
+export PYTHONDONTWRITEBYTECODE=1
 exec "$blender" --background --factory-startup -noaudio --python-exit-code 3 --python "$source/tests/blender/$test"

@@ -14,13 +14,14 @@ import numpy as np
 faulthandler.enable()
 WORK = Path(os.environ["CURLEW_WORK"])
 SOURCE = Path(os.environ["CURLEW_SOURCE"])
+PACKAGES = Path(os.environ["CURLEW_PACKAGES"])
 COMMAND = os.environ["CURLEW_COMMAND"]
 NAME = "curlew_blender"
 
 
 def install():
     """Installs the packed add-on as a user would, and enables it."""
-    packed = next((WORK / "packages").glob("*-legacy.zip"))
+    packed = next(PACKAGES.glob("*-legacy.zip"))
     bpy.ops.preferences.addon_install(filepath=str(packed), overwrite=True)
     bpy.ops.preferences.addon_enable(module=NAME)
 

@@ -1,0 +1,74 @@
+"""The shared libraries that a library needs and that a machine may not have, as copies that find each other."""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Dict, List
+
+# What every Linux desktop has, in the version that it needs.
+_BASE = re.compile(r"(linux-vdso|ld-linux-x86-64|lib(c|m|dl|rt|pthread|gcc_s|stdc\+\+|z))\.")
+FOLDER = "lib"  # beside the library
+
+
+def _run(*words: object) -> str:
+    try:
+        done = subprocess.run([str(w) for w in words], capture_output=True, text=True, check=False)
+    except FileNotFoundError:
+        raise ValueError(f"there is no {words[0]}; install it: apt-get install patchelf binutils dpkg") from None
+    if done.returncode != 0:
+        raise ValueError(f"{words[0]} fails: {done.stderr.strip() or done.stdout.strip()}")
+    return done.stdout
+
+
+def needed(library: Path) -> Dict[str, Path]:
+    """Where those are that it needs, directly or through others, by their sonames."""
+    found = {}
+    for line in _run("ldd", library).splitlines():
+        name, arrow, rest = line.strip().partition(" => ")
+        if not arrow or _BASE.match(name):
+            continue
+        path = rest.partition(" (")[0]
+        if path == "not found":
+            raise ValueError(f"'{library}' needs {name}, which is not here")
+        found[name] = Path(path).resolve()
+    return found
+
+
+def _bundled(soname: str) -> str:
+    """Its name in the bundle: a host that has loaded another build of the library under its usual name is not asked."""
+    return f"curlew-{soname}"
+
+
+def _connect(copy: Path, where: str) -> None:
+    """Makes a copy look for what it needs in the bundle."""
+    _run("patchelf", "--set-rpath", where, copy)
+    for name in _run("patchelf", "--print-needed", copy).split():
+        if not _BASE.match(name):
+            _run("patchelf", "--replace-needed", name, _bundled(name), copy)
+
+
+def bundle(library: Path, folder: Path) -> List[Path]:
+    """Copies the library into a folder, and what it needs into FOLDER there; returns all copies."""
+    (folder / FOLDER).mkdir(parents=True)
+    copies = [Path(shutil.copy(library, folder / "libcurlew.so"))]
+    _connect(copies[0], f"$ORIGIN/{FOLDER}")
+    for soname, path in sorted(needed(library).items()):
+        copy = Path(shutil.copy(path, folder / FOLDER / _bundled(soname)))
+        _run("patchelf", "--set-soname", copy.name, copy)
+        _connect(copy, "$ORIGIN")
+        copies.append(copy)
+    return copies
+
+
+def licences(library: Path) -> Dict[str, bytes]:
+    """The licences of what is bundled, by the names of Debian's packages."""
+    texts = {}
+    for soname, path in needed(library).items():
+        owners = _run("dpkg-query", "--search", f"*/{path.name}").splitlines()
+        package = next((o.split(":")[0] for o in owners if o.endswith(f"/{path.name}")), None)
+        text = Path("/usr/share/doc") / (package or "-") / "copyright"
+        if not text.is_file():
+            raise ValueError(f"no licence is known for {soname}, {path}")
+        texts[str(package)] = text.read_bytes()
+    return texts

@@ -1,0 +1,99 @@
+"""What the packed add-on has inside: package_test.py SOURCE_DIR LIBRARY PACKAGES_DIR. Makes the packages for the other tests."""
+
+import subprocess
+import sys
+import tempfile
+import tomllib
+import unittest
+import zipfile
+from pathlib import Path
+
+source, library, packages = (Path(argument) for argument in sys.argv[1:])
+sys.path[:0] = [str(source / "plugin" / "blender")]
+from bundle import needed  # noqa: E402
+
+# Runs in a process of its own: which of the libraries that it has loaded are not the system's.
+PROGRAM = """
+import curlew
+with curlew.Session() as session:
+    session.run("noise frequency=2\\nnoise frequency=2 seed=1\\ndfvn speed=1\\nscatter count=100\\nadvect time=0.1\\n")
+    print(len(session.points().positions))
+print(*sorted({line.split()[-1] for line in open("/proc/self/maps") if ".so" in line}), sep="\\n")
+"""
+
+
+def tearDownModule():
+    """Leaves nothing but the packages."""
+    unpacked.cleanup()
+
+
+class Package(unittest.TestCase):
+    """Of both kinds."""
+
+    def test_the_library_runs_on_what_is_inside(self):
+        self.assertTrue(needed(library), "it needs nothing, so there is nothing to test")
+        done = subprocess.run([sys.executable, "-B", "-c", PROGRAM], env={"PYTHONPATH": str(inside)}, text=True,
+                              capture_output=True, check=True)
+        count, *loaded = done.stdout.split()
+        self.assertEqual(count, "100")
+        names = {Path(path).name for path in loaded}
+        for soname, path in needed(library).items():
+            self.assertIn(f"curlew-{soname}", names)
+            self.assertNotIn(path.name, names - {Path(p).name for p in numpys()}, "the system's is loaded too")
+
+    def test_no_library_looks_for_another_outside(self):
+        for file in [inside / "curlew" / "libcurlew.so", *(inside / "curlew" / "lib").iterdir()]:
+            self.assertEqual({name for name, path in needed(file).items() if inside not in path.parents}, set(), file)
+
+    def test_every_bundled_library_has_its_licence(self):
+        texts = list((inside / "curlew" / "licences").iterdir())
+        self.assertTrue(any("openvdb" in text.name for text in texts))
+        for text in texts:
+            self.assertIn(b"icense", text.read_bytes(), text)
+
+    def test_the_extension_has_the_same_files_and_a_manifest(self):
+        legacy = {name.partition("/")[2]: crc for name, crc in contents("legacy").items()}
+        extension = contents("linux-x64")
+        manifest = extension.pop("blender_manifest.toml")
+        self.assertTrue(manifest)
+        self.assertEqual(legacy, extension)
+        told = tomllib.loads((inside / "blender_manifest.toml").read_text())
+        wanted = {"schema_version", "id", "version", "name", "tagline", "maintainer", "type", "blender_version_min", "license"}
+        self.assertLessEqual(wanted, told.keys())
+        self.assertEqual((told["type"], told["platforms"]), ("add-on", ["linux-x64"]))
+        self.assertLessEqual(len(told["tagline"]), 64)
+        self.assertLessEqual(len(told["permissions"]["files"]), 64)
+
+    def test_the_same_input_gives_the_same_bytes(self):
+        with tempfile.TemporaryDirectory() as folder:
+            pack(folder)
+            for path in packages.iterdir():
+                self.assertEqual(path.read_bytes(), (Path(folder) / path.name).read_bytes())
+
+
+def pack(folder):
+    """Makes both packages."""
+    subprocess.run([sys.executable, "-B", source / "plugin/blender/package.py", "--library", library, "--out", folder],
+                   check=True, stdout=subprocess.DEVNULL)
+
+
+def contents(kind):
+    """The names of the files, with their checksums."""
+    with zipfile.ZipFile(next(packages.glob(f"*-{kind}.zip"))) as archive:
+        return {entry.filename: entry.CRC for entry in archive.infolist()}
+
+
+def numpys():
+    """What NumPy loads by itself."""
+    code = "import numpy\nprint(*{line.split()[-1] for line in open('/proc/self/maps') if '.so' in line})"
+    return subprocess.run([sys.executable, "-c", code], text=True, capture_output=True, check=True).stdout.split()
+
+
+for old in packages.glob("*.zip"):
+    old.unlink()
+pack(packages)
+unpacked = tempfile.TemporaryDirectory()
+inside = Path(unpacked.name)
+with zipfile.ZipFile(next(packages.glob("*-linux-x64.zip"))) as extension_file:
+    extension_file.extractall(inside)
+unittest.main(argv=sys.argv[:1])
