@@ -122,13 +122,21 @@ def remember(scene, *_):
         seen.add(scene.frame_current)
 
 
-def cancel():
-    """Another one, cancelled as Esc does it."""
+def start_long():
+    """One that would take hours."""
     assert len(results()) == 3, results()
+    advect = next(n for n in tree().nodes if n.bl_idname == "CurlewNode_advect")
+    advect.set_option("steps", "100000000")
     with over(area("VIEW_3D")):
         bpy.ops.curlew.bake("INVOKE_DEFAULT")
-    for job in support.addon("bake").running.values():
-        job.cancelled = True
+
+
+def press_escape():
+    """In the window, while it runs."""
+    assert support.addon("bake").running, tree().message
+    window = bpy.context.window_manager.windows[0]
+    for value in ("PRESS", "RELEASE"):
+        window.event_simulate(type="ESC", value=value, x=window.width // 2, y=window.height // 2)
 
 
 def arrange():
@@ -186,7 +194,7 @@ def run():
     return None
 
 
-steps_left = [press, wait, scrub, settle, film, filming, cancel, wait, arrange, enlarge, look, picture, leave]
+steps_left = [press, wait, scrub, settle, film, filming, start_long, press_escape, wait, arrange, enlarge, look, picture, leave]
 bpy.context.preferences.view.show_splash = False
 bpy.context.preferences.view.render_display_type = "NONE"  # no window over the picture
 bpy.app.handlers.render_post.append(remember)
