@@ -10,7 +10,7 @@ namespace curlew::c {
 namespace {
 
 template <class... T>
-NamedArray soa(std::string name, const std::vector<T>&... columns) {
+NamedArray soa(std::string name, const std::vector<T>&... columns) { // NOLINT(performance-unnecessary-value-param): it is moved
     return {.name = std::move(name),
             .count = std::get<0>(std::tie(columns...)).size(),
             .columns = {Column{.data = columns.data()}...}};
