@@ -9,8 +9,8 @@ namespace curlew::c {
 
 namespace {
 
-template <class... T>
-NamedArray soa(std::string name, const std::vector<T>&... columns) { // NOLINT(performance-unnecessary-value-param): it is moved
+template <class... T> // NOLINTNEXTLINE(performance-unnecessary-value-param): it is moved
+NamedArray soa(std::string name, const std::vector<T>&... columns) {
     return {.name = std::move(name),
             .count = std::get<0>(std::tie(columns...)).size(),
             .columns = {Column{.data = columns.data()}...}};
