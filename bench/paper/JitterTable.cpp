@@ -186,7 +186,7 @@ What the paper leaves open, and how we read it:
   random (0.118 and 0.146 for n = 6 and 7). In 3D the published 0.069 is 2.5 deviations above the mean of such sets.
 - *Curl noise as ICN*: the published simplex noise (its kernel jumps at the faces of simplices) of wavelength 1, that is one
   unit cube and not so many spacings; the cross product of the gradients as it is; one RK4 step of {} d̄, put back onto the
-  track. That one number fits all five dimensions. Points that a jump of the noise takes off their tracks, up to 2 %, stay
+  track. That one number fits all five dimensions. Points that a jump of the noise takes off their tracks, 0.5 to 2 %, stay
   where they are.
 - *Curl noise as Curlew* by default (`-jitter`, `curlew/track/Jitter.h`): a continuous noise of 0.3 cycles a spacing, and all points
   move equally far, by 0.16 d̄ spacings. The median is 0.81 to 0.84 spacings in all dimensions (ICN's rises to 0.98 in 7D, where its

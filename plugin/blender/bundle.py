@@ -15,7 +15,7 @@ def _run(*words: object) -> str:
     try:
         done = subprocess.run([str(w) for w in words], capture_output=True, text=True, check=False)
     except FileNotFoundError:
-        raise ValueError(f"there is no {words[0]}; install it: apt-get install patchelf binutils dpkg") from None
+        raise ValueError(f"there is no {words[0]} here; ./dev plugin installs what is needed") from None
     if done.returncode != 0:
         raise ValueError(f"{words[0]} fails: {done.stderr.strip() or done.stdout.strip()}")
     return done.stdout

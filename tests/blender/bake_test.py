@@ -140,7 +140,7 @@ class Frames(unittest.TestCase):
         volume = build.add("CurlewVolumeResult", (grid, "Velocity"))
         build.tree.sequence = True
         job = self.bake.bake(build.tree)
-        self.assertIn("frames 5-9 fps=24", job.program.text)
+        self.assertIn("frames 5-9 fps=24", job.plan.program.text)
         self.assertEqual(len(list(job.folder.iterdir())), 10)
 
         counts, places = [], []
@@ -181,7 +181,7 @@ class Frames(unittest.TestCase):
         build.add("CurlewParticlesResult", build.add("advect", flow, points))
         build.tree.sequence = True
         job = self.bake.bake(build.tree)
-        self.assertIn("FF<", job.program.text)
+        self.assertIn("FF<", job.plan.program.text)
         bpy.ops.mesh.primitive_uv_sphere_add()
         ball = bpy.context.active_object
         for frame, size in ((1, 0.5), (4, 1.0)):
@@ -341,16 +341,13 @@ class Errors(unittest.TestCase):
         self.fails(build, taker, "needs a level set, not a velocity grid")
 
     def test_a_cache_that_cannot_be_written(self):
-        path = support.WORK / "locked"
-        path.mkdir(exist_ok=True)
         build = Tree()
         build.tree.use_fake_user = True
-        bpy.ops.wm.save_as_mainfile(filepath=str(path / "file.blend"))
-        (path / "curlew_cache").write_text("a file where the folder should be")
+        blocking = support.blocked_cache("locked")
         flow = build.add("dfvn", build.add("noise"), build.add("noise", seed=1))
         build.add("CurlewParticlesResult", build.add("scatter", flow, count=10))
         self.fails(build, None, "cannot write the cache")
-        (path / "curlew_cache").unlink()
+        blocking.unlink()
 
 
 class Presets(unittest.TestCase):

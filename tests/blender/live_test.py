@@ -142,17 +142,18 @@ class Frames(Live):
                     self.assertTrue(shown(node).name.startswith("frame_"))
                 seen[frame] = contents(shown(build.points))
                 self.assertEqual(len(seen[frame]), 4)
+                # Within half a voxel of 1/16; the mean of 200 points within 0.2 deviates by 0.006.
                 size = max(v.co.x for v in build.mesh.target.data.vertices)
                 self.assertAlmostEqual(size, bpy.data.objects["Sphere"].matrix_world[0][0], delta=0.05)
                 center = np.mean([v.co for v in build.points.target.data.vertices], axis=0)
                 self.assertAlmostEqual(center[0], bpy.data.objects["empty"].matrix_world.translation.x, delta=0.05)
-                self.assertEqual(build.tree.message[:14].split(" baked")[0], f"frame {frame}")
+                self.assertTrue(build.tree.message.startswith(f"frame {frame} baked"))
             self.scene.frame_set(5)
             if threaded:
                 self.settle()
             self.assertAlmostEqual(build.tree.nodes["Noise"].o_frequency, 1.352, places=5)  # Blender's ease in and out
             job = self.bake.bake(build.tree)
-            self.assertNotEqual(shown(build.points), self.cache.root(build.tree))
+            self.assertEqual(shown(build.points), job.folder)
             self.assertEqual(contents(job.folder), seen[5])
             for name in seen[5]:
                 self.assertEqual(len({repr(seen[frame][name]) for frame in seen}), 3, name)
@@ -163,6 +164,11 @@ class Frames(Live):
                              ("$F", "5"), ("{{T} $$F T", "{{T} $$F T"), ("{floor(F)}$F3", "{floor((5))}005"), ("{T", "{T")):
             self.assertEqual(moment.at(text), wanted)
         self.assertEqual(support.addon("moment").Moment(-3, 0, 24).at("$F4{F}"), "-003{(-3)}")
+        # The library has no other variables than these.
+        curlew = support.addon("library").curlew()
+        with curlew.Session() as session, self.assertRaises(curlew.Error) as raised:
+            session.run("noise frequency={other}")
+        self.assertIn("it has the variables F, T, FF and fps, and pi", str(raised.exception))
 
     def test_an_exported_still_is_of_its_frame(self):
         build = growing()
@@ -225,7 +231,7 @@ class Frames(Live):
             self.bake.bake(build.tree)
             still = np.array([v.co for v in node.target.data.vertices])
             self.assertEqual(still.shape, seen[frame - 1].shape)
-            self.assertLess(np.abs(still - seen[frame - 1]).max(), 1e-6)
+            self.assertLess(np.abs(still - seen[frame - 1]).max(), 1e-6)  # of slopes with 7 digits
         trace = build.add("trace", wind, node.inputs[0].links[0].from_node, limit=1)
         build.add("CurlewCurvesResult", trace)
         keyed(trace, "o_direction", ((1, "forward"), (5, "both")))
@@ -320,8 +326,8 @@ class Scrubbing(Live):
         self.assertTrue(build.tree.message.startswith("frame 4 baked"))
         self.assertEqual(len(build.points.target.data.vertices), 200000)
 
-    def test_the_main_thread_is_free(self):
-        """Of the obstacle wake around Suzanne: what a change of frame takes, and what it takes to show the result."""
+    def test_a_change_of_frame_does_not_wait(self):
+        """Of the obstacle wake around Suzanne; and what it takes the main thread, for the log."""
         support.monkey(closed=False)
         bpy.ops.curlew.quick(preset="WAKE", bake=False)
         tree = bpy.data.node_groups[bpy.context.scene.curlew_tree]
@@ -336,6 +342,8 @@ class Scrubbing(Live):
                 began = time.perf_counter()
                 bpy.context.scene.frame_set(frame)
                 changes.append((live, time.perf_counter() - began))
+                self.assertEqual(self.live.idle(), not live)
+                self.assertFalse(self.live._jobs)  # the change has only been noted
                 if not live:
                     continue
                 began = time.perf_counter()
@@ -411,6 +419,7 @@ class Meanwhile(Live):
         bpy.ops.ed.undo_push(message="before")
         build.tree.nodes["Scatter"].set_option("count", "50")
         bpy.ops.ed.undo_push(message="after")
+        counts = set()
         for k in range(4):
             bpy.context.scene.frame_set(3 + k)
             self.live.step()
@@ -420,8 +429,10 @@ class Meanwhile(Live):
             tree = bpy.data.node_groups["live"]
             result = tree.nodes["Particles Result"]
             count = len(result.target.data.vertices)
-            self.assertEqual(count, 200 if tree.nodes["Scatter"].o_count == 200 else 50)
+            self.assertEqual(count, tree.nodes["Scatter"].o_count)
+            counts.add(count)
             self.assertTrue(tree.message.startswith(f"frame {bpy.context.scene.frame_current} baked"), tree.message)
+        self.assertEqual(counts, {200, 50})
 
     def test_a_manual_bake_goes_first(self):
         build = growing()
@@ -469,17 +480,14 @@ class Errors(Live):
         self.wrong(True)
 
     def test_a_cache_that_cannot_be_written(self):
-        path = support.WORK / "locked_live"
-        path.mkdir(exist_ok=True)
         build = growing()
         build.tree.bake_on_frame = False
-        bpy.ops.wm.save_as_mainfile(filepath=str(path / "file.blend"))
-        (path / "curlew_cache").write_text("a file where the folder should be")
+        blocking = support.blocked_cache("locked_live")
         build.tree.bake_on_frame = True
         with contextlib.redirect_stderr(io.StringIO()):
             self.scene.frame_set(3)
         self.assertIn("cannot write the cache", build.tree.message)
-        (path / "curlew_cache").unlink()
+        blocking.unlink()
 
 
 class Renders(Live):

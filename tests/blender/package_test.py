@@ -1,5 +1,6 @@
 """What the packed add-on has inside: package_test.py SOURCE_DIR LIBRARY PACKAGES_DIR. Makes the packages for the other tests."""
 
+import re
 import subprocess
 import sys
 import tempfile
@@ -44,6 +45,12 @@ class Package(unittest.TestCase):
     def test_no_library_looks_for_another_outside(self):
         for file in [inside / "curlew" / "libcurlew.so", *(inside / "curlew" / "lib").iterdir()]:
             self.assertEqual({name for name, path in needed(file).items() if inside not in path.parents}, set(), file)
+
+    def test_it_asks_no_newer_system_than_the_readme_says(self):
+        for file in [inside / "curlew" / "libcurlew.so", *(inside / "curlew" / "lib").iterdir()]:
+            versions = file.read_bytes()
+            for name, most in ((rb"GLIBC_2\.(\d+)", 35), (rb"GLIBCXX_3\.4\.(\d+)", 30)):  # GCC 12 has 3.4.30
+                self.assertLessEqual(max(map(int, re.findall(name, versions)), default=0), most, file)
 
     def test_every_bundled_library_has_its_licence(self):
         texts = list((inside / "curlew" / "licences").iterdir())

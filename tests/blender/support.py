@@ -83,6 +83,15 @@ class Tree:
         return self.add("dfvn", f, bound, speed=1)
 
 
+def blocked_cache(name):
+    """Saves the file where no cache can be made: a file is in its place, which is returned."""
+    folder = WORK / name
+    folder.mkdir(exist_ok=True)
+    bpy.ops.wm.save_as_mainfile(filepath=str(folder / "file.blend"))
+    (folder / "curlew_cache").write_text("a file where the folder should be")
+    return folder / "curlew_cache"
+
+
 def run_command(scene, folder):
     """The command line on a scene, in a folder."""
     return subprocess.run([COMMAND, "-quiet", "-config", scene], cwd=folder, capture_output=True, text=True, check=False)

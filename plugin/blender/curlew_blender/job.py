@@ -70,8 +70,6 @@ class Job:
     """One run of a plan. Made and finished in the main thread; run() may be called in another one, and needs no Blender."""
 
     def __init__(self, plan: Plan, folder: Path) -> None:
-        self.program = plan.program
-        self.frames = plan.frames
         self.folder = folder
         self.title = ""
         self.fraction = 0.0
@@ -97,8 +95,8 @@ class Job:
         with library.curlew().Session() as session:
             provide(session, self.plan.sampled.meshes.items())
             session.run(self.plan.text(self.folder), name="tree", progress=self._progress,
-                        on_frame=self._store if self.frames else None)
-            if not self.frames:
+                        on_frame=self._store if self.plan.frames else None)
+            if not self.plan.frames:
                 self._store(None, session)
             self.report = session.report()
 
@@ -128,13 +126,13 @@ class Job:
             if isinstance(self.error, OSError):
                 raise cache_error(self.error) from self.error
             line = getattr(self.error, "line", None)
-            raise TreeError(self.program.key_of(line) or "", str(self.error)) from self.error
+            raise TreeError(self.plan.program.key_of(line) or "", str(self.error)) from self.error
         nodes = trees.nodes_of(tree)
         for key, kind in self.plan.kinds.items():
             node = nodes.get(key)
             if getattr(node, "kind", "") == kind:
                 try:
-                    results.show_result(node, self.plan.file(key, self.folder), self.frames, scene)
+                    results.show_result(node, self.plan.file(key, self.folder), self.plan.frames, scene)
                 except RuntimeError as error:
                     raise TreeError(key, str(error)) from error
 
@@ -144,9 +142,9 @@ class Job:
 
     def overall(self) -> float:
         """From 0 to 1, as far as that is known."""
-        if not self.frames:
+        if not self.plan.frames:
             return self.fraction
-        return min(1.0, (self._frames_done + self.fraction) / len(self.frames))
+        return min(1.0, (self._frames_done + self.fraction) / len(self.plan.frames))
 
     def _store(self, frame: Optional[int], session: Any) -> None:
         for want in self.plan.wanted:
@@ -154,7 +152,7 @@ class Job:
             file = self.plan.file(want.key, self.folder)
             if frame is not None:
                 file = file.with_name(file.name.replace("$F4", f"{frame:04d}"))
-            cache.save(file, results.ARRAYS[want.kind](made(self.program.ages[want.key])))
+            cache.save(file, results.ARRAYS[want.kind](made(self.plan.program.ages[want.key])))
         self._frames_done += 1
 
 
