@@ -2,7 +2,7 @@
 
 #include "Cases.h"
 #include "curlew/base/Parallel.h"
-#include "curlew/image/Warp.h"
+#include "curlew/picture/Warp.h"
 
 #include <fmt/format.h>
 

@@ -2,8 +2,8 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/field/NoiseField.h"
 #include "curlew/flow/Flow.h"
-#include "curlew/image/SurfaceTexture.h"
 #include "curlew/noise/GradientNoise.h"
+#include "curlew/render/SurfaceTexture.h"
 #include "curlew/track/Reproject.h"
 #include "curlew/track/Stepper.h"
 

@@ -1,6 +1,6 @@
 #include "Tables.h"
 #include "curlew/field/NoiseField.h"
-#include "curlew/image/Warp.h"
+#include "curlew/picture/Warp.h"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "curlew/app/Action.h"
-#include "curlew/image/Camera.h"
+#include "curlew/render/Camera.h"
 
 namespace curlew::app {
 

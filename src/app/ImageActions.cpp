@@ -1,10 +1,10 @@
 #include "Options.h"
 #include "curlew/app/Registry.h"
 #include "curlew/app/Session.h"
-#include "curlew/image/Display.h"
-#include "curlew/image/Lic.h"
-#include "curlew/image/Lines.h"
-#include "curlew/image/Slice.h"
+#include "curlew/picture/Display.h"
+#include "curlew/picture/Lic.h"
+#include "curlew/picture/Lines.h"
+#include "curlew/picture/Slice.h"
 
 namespace curlew::app {
 

@@ -4,11 +4,11 @@
 #include "curlew/app/Session.h"
 #include "curlew/app/Text.h"
 #include "curlew/base/AtomicFile.h"
-#include "curlew/image/Display.h"
-#include "curlew/image/Legend.h"
-#include "curlew/image/Panels.h"
-#include "curlew/image/Plot.h"
-#include "curlew/image/Warp.h"
+#include "curlew/picture/Display.h"
+#include "curlew/picture/Legend.h"
+#include "curlew/picture/Panels.h"
+#include "curlew/picture/Plot.h"
+#include "curlew/picture/Warp.h"
 
 namespace curlew::app {
 

@@ -3,10 +3,10 @@
 #include "curlew/app/Registry.h"
 #include "curlew/app/Session.h"
 #include "curlew/base/Random.h"
-#include "curlew/image/Display.h"
-#include "curlew/image/Exposure.h"
-#include "curlew/image/Splat.h"
-#include "curlew/image/WallOutline.h"
+#include "curlew/picture/Display.h"
+#include "curlew/picture/Exposure.h"
+#include "curlew/render/Splat.h"
+#include "curlew/render/WallOutline.h"
 
 #include <algorithm>
 #include <cmath>

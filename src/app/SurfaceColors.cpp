@@ -2,10 +2,10 @@
 
 #include "Options.h"
 #include "curlew/app/Session.h"
-#include "curlew/image/Display.h"
-#include "curlew/image/Slice.h"
-#include "curlew/image/SurfaceTexture.h"
-#include "curlew/image/ThinFilm.h"
+#include "curlew/picture/Display.h"
+#include "curlew/picture/Slice.h"
+#include "curlew/render/SurfaceTexture.h"
+#include "curlew/render/ThinFilm.h"
 
 namespace curlew::app {
 

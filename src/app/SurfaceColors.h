@@ -1,7 +1,7 @@
 #pragma once
 
 #include "curlew/app/Action.h"
-#include "curlew/image/SurfaceShading.h"
+#include "curlew/render/SurfaceShading.h"
 
 #include <functional>
 

@@ -1,5 +1,5 @@
 #include "curlew/app/Registry.h"
-#include "curlew/image/ImageFile.h"
+#include "curlew/picture/ImageFile.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
 #include "support/Command.h"

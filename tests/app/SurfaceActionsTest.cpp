@@ -1,4 +1,4 @@
-#include "curlew/image/ImageFile.h"
+#include "curlew/picture/ImageFile.h"
 #include "support/Command.h"
 
 using namespace curlew;

@@ -1,0 +1,288 @@
+#include "curlew/picture/ImageFile.h"
+
+#include "curlew/base/AtomicFile.h"
+#include "curlew/base/Error.h"
+#include "curlew/base/Parallel.h"
+#include "curlew/picture/Display.h"
+
+#include <OpenEXR/Iex.h>
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfIO.h>
+#include <OpenEXR/ImfInputFile.h>
+#include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStandardAttributes.h>
+#include <OpenEXR/ImfStringAttribute.h>
+#include <OpenEXR/ImfTestFile.h>
+#include <fmt/format.h>
+#include <png.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+namespace curlew {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+FileError cannotRead(const fs::path& path, std::string_view reason) {
+    return FileError(fmt::format("cannot read '{}': {}", path.string(), reason));
+}
+
+FileError cannotWrite(const fs::path& path, std::string_view reason) {
+    return FileError(fmt::format("cannot write '{}': {}", path.string(), reason));
+}
+
+uintmax_t fileSize(const fs::path& path) {
+    std::error_code error;
+    const uintmax_t size = fs::file_size(path, error);
+    if (error) throw cannotRead(path, error.message());
+    return size;
+}
+
+/// No compression gets below one byte for this many bytes of pixels: a header that claims more is damaged, and must not
+/// make us ask for its memory.
+constexpr uintmax_t kMostCompressed = 65536;
+
+void checkClaim(const fs::path& path, uintmax_t pixelBytes) {
+    if (pixelBytes / kMostCompressed > fileSize(path))
+        throw cannotRead(path, "it is damaged: its header claims more pixels than the file can hold");
+}
+
+png_byte displayByte(float value, float ifNan) {
+    const float display = std::isnan(value) ? ifNan : std::clamp(value, 0.0f, 1.0f);
+    return static_cast<png_byte>(std::lround(display * 255));
+}
+
+std::vector<png_byte> displayBytes(const Image& rgb) {
+    std::vector<png_byte> bytes(rgb.pixels.size());
+    for (size_t i = 0; i < bytes.size(); ++i)
+        bytes[i] = displayByte(rgb.pixels[i], kNoValueColor[static_cast<int>(i % 3)]);
+    return bytes;
+}
+
+/// libpng's description of an image, together with what it owns.
+struct PngImage : png_image {
+    PngImage() : png_image{} { version = PNG_IMAGE_VERSION; }
+    ~PngImage() { png_image_free(this); }
+    PngImage(const PngImage&) = delete;
+    PngImage& operator=(const PngImage&) = delete;
+};
+
+/// libpng's simplified interface counts bytes in 31 bits.
+constexpr uintmax_t kMostPngBytes = 0x7fffffff;
+
+uintmax_t rgbBytes(uintmax_t width, uintmax_t height) { return width * height * 3; }
+
+std::ifstream opened(const fs::path& path) {
+    if (fileSize(path) == 0) throw cannotRead(path, "it is empty");
+    errno = 0;
+    std::ifstream stream(path, std::ios::binary);
+    if (!stream) throw cannotRead(path, std::strerror(errno));
+    return stream;
+}
+
+std::string readBytes(const fs::path& path) {
+    std::ifstream stream = opened(path);
+    std::string bytes(fileSize(path), '\0');
+    if (!stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size())))
+        throw cannotRead(path, "it ended before its size; is it still being written?");
+    return bytes;
+}
+
+/// Lets OpenEXR write to a stream of ours. OpenEXR writes and seeks in destructors too, where a throw ends the program:
+/// so seeking never throws; once the stream has failed it stays so, for the caller to see.
+class ExrStream : public Imf::OStream {
+  public:
+    ExrStream(std::ostream& stream, const fs::path& path) : OStream(path.c_str()), mStream(stream) {
+        mStream.exceptions(std::ios::goodbit);
+    }
+    void write(const char* bytes, int count) override {
+        if (!mStream.write(bytes, count)) throw std::ios_base::failure("write");
+    }
+    uint64_t tellp() override { return static_cast<uint64_t>(static_cast<std::streamoff>(mStream.tellp())); }
+    void seekp(uint64_t position) override { mStream.seekp(static_cast<std::streamoff>(position)); }
+
+  private:
+    std::ostream& mStream;
+};
+
+/// What OpenEXR says in one line, without the name of the file, which it puts in front.
+std::string reasonOf(const std::exception& exception) {
+    std::string reason = exception.what();
+    if (const size_t name = reason.find("\". "); name != std::string::npos) reason.erase(0, name + 3);
+    std::replace(reason.begin(), reason.end(), '\n', ' ');
+    return reason;
+}
+
+/// One channel of interleaved pixels.
+template <class Value>
+Imf::Slice sliceOf(Value* first, const Imath::Box2i& window, size_t channels) {
+    const size_t step = channels * sizeof(Value);
+    const auto width = static_cast<size_t>(window.max.x) - static_cast<size_t>(window.min.x) + 1;
+    return Imf::Slice::Make(std::is_same_v<std::remove_const_t<Value>, half> ? Imf::HALF : Imf::FLOAT, first, window,
+                            step, step * width);
+}
+
+/// An image whose colours go through a curve.
+Image withColors(Image image, double (*curve)(double)) {
+    const auto places = rgbChannels(image);
+    if (!places) return image;
+    const size_t count = image.channels.size();
+    parallelFor(image.pixels.size() / count, 1 << 14, [&](size_t begin, size_t end) {
+        for (size_t pixel = begin; pixel < end; ++pixel)
+            for (const size_t place : *places) {
+                float& value = image.pixels[pixel * count + place];
+                if (!std::isnan(value)) value = static_cast<float>(curve(static_cast<double>(value)));
+            }
+    });
+    return image;
+}
+
+/// Depth needs all its bits.
+bool storedAsHalf(const std::string& channel, const ExrOptions& options) { return options.half && channel != "Z"; }
+
+/// Rounded; what is finite stays so.
+std::vector<half> halves(const std::vector<float>& values) {
+    std::vector<half> rounded(values.size());
+    std::transform(values.begin(), values.end(), rounded.begin(), [](float value) {
+        return half(std::isinf(value) ? value : std::clamp(value, -float(HALF_MAX), float(HALF_MAX)));
+    });
+    return rounded;
+}
+
+void sortChannels(std::vector<std::string>& names) {
+    constexpr std::string_view colors = "RGBA";
+    const auto rank = [&](const std::string& name) {
+        return name.size() == 1 ? colors.find(name[0]) : std::string_view::npos;
+    };
+    std::sort(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
+        return rank(a) != rank(b) ? rank(a) < rank(b) : a < b;
+    });
+}
+
+std::vector<std::string> channelNames(const Imf::ChannelList& list, const fs::path& path) {
+    std::vector<std::string> names;
+    for (auto channel = list.begin(); channel != list.end(); ++channel) {
+        if (channel.channel().xSampling != 1 || channel.channel().ySampling != 1)
+            throw cannotRead(path,
+                             fmt::format("its channel '{}' is subsampled; convert it to RGB first", channel.name()));
+        names.emplace_back(channel.name());
+    }
+    if (names.empty()) throw cannotRead(path, "it has no channels");
+    sortChannels(names);
+    return names;
+}
+
+Image readExrPixels(const fs::path& path) {
+    Imf::InputFile file(path.c_str());
+    const Imath::Box2i window = file.header().dataWindow();
+    const std::vector<std::string> names = channelNames(file.header().channels(), path);
+    const int width = window.max.x - window.min.x + 1, height = window.max.y - window.min.y + 1;
+    checkClaim(path, static_cast<uintmax_t>(width) * static_cast<uintmax_t>(height) * names.size() * sizeof(float));
+
+    Image image = filledImage(width, height, names);
+    Imf::FrameBuffer buffer;
+    for (size_t i = 0; i < names.size(); ++i)
+        buffer.insert(names[i], sliceOf(image.pixels.data() + i, window, names.size()));
+    file.setFrameBuffer(buffer);
+    file.readPixels(window.min.y, window.max.y);
+    return withColors(std::move(image), displayFromLinear);
+}
+
+} // namespace
+
+void writePng(const fs::path& path, const Image& image, const ColorScale& scale) {
+    checkImage(image);
+    const auto width = static_cast<png_uint_32>(image.width), height = static_cast<png_uint_32>(image.height);
+    if (rgbBytes(width, height) > kMostPngBytes)
+        throw ValueError(
+            fmt::format("an image of {} x {} pixels is too large for a PNG; write an .exr", width, height));
+    const std::vector<png_byte> bytes = displayBytes(displayed(image, scale));
+
+    PngImage png;
+    png.width = width;
+    png.height = height;
+    png.format = PNG_FORMAT_RGB;
+    std::vector<char> encoded(PNG_IMAGE_PNG_SIZE_MAX(png));
+    png_alloc_size_t size = encoded.size();
+    if (!png_image_write_to_memory(&png, encoded.data(), &size, 0, bytes.data(), 0, nullptr))
+        throw cannotWrite(path, png.message);
+    writeAtomically(path,
+                    [&](std::ostream& stream) { stream.write(encoded.data(), static_cast<std::streamsize>(size)); });
+}
+
+Image readPng(const fs::path& path) {
+    const std::string file = readBytes(path);
+    PngImage png;
+    if (!png_image_begin_read_from_memory(&png, file.data(), file.size())) throw cannotRead(path, png.message);
+    const uintmax_t size = rgbBytes(png.width, png.height);
+    if (size > kMostPngBytes)
+        throw cannotRead(path, fmt::format("{} x {} pixels are too many for a PNG here", png.width, png.height));
+    checkClaim(path, size);
+    // libpng stops after the last row, so it would not miss the end.
+    constexpr std::string_view end("\0\0\0\0IEND\xae\x42\x60\x82", 12);
+    if (file.find(end) == std::string::npos) throw cannotRead(path, "it is cut off: its end is missing");
+
+    png.format = PNG_FORMAT_RGB;
+    std::vector<png_byte> bytes(size);
+    if (!png_image_finish_read(&png, nullptr, bytes.data(), 0, nullptr)) throw cannotRead(path, png.message);
+    Image image = filledImage(static_cast<int>(png.width), static_cast<int>(png.height), {"R", "G", "B"});
+    std::transform(bytes.begin(), bytes.end(), image.pixels.begin(),
+                   [](png_byte byte) { return static_cast<float>(byte) / 255; });
+    return image;
+}
+
+void writeExr(const fs::path& path, const Image& image, const ExrOptions& options) {
+    checkImage(image);
+    const Image linear = withColors(image, linearFromDisplay);
+    const std::vector<half> rounded = options.half ? halves(linear.pixels) : std::vector<half>{};
+    writeAtomically(path, [&](std::ostream& stream) {
+        try {
+            Imf::Header header(image.width, image.height);
+            header.compression() = Imf::ZIP_COMPRESSION;
+            header.insert("software", Imf::StringAttribute("Curlew"));
+            if (rgbChannels(image)) Imf::addChromaticities(header, Imf::Chromaticities()); // those of sRGB
+            Imf::FrameBuffer buffer;
+            const Imath::Box2i window = header.dataWindow();
+            const size_t count = image.channels.size();
+            for (size_t i = 0; i < count; ++i) {
+                const bool half = storedAsHalf(image.channels[i], options);
+                header.channels().insert(image.channels[i], Imf::Channel(half ? Imf::HALF : Imf::FLOAT));
+                buffer.insert(image.channels[i], half ? sliceOf(rounded.data() + i, window, count)
+                                                      : sliceOf(linear.pixels.data() + i, window, count));
+            }
+            ExrStream sink(stream, path);
+            Imf::OutputFile file(sink, header);
+            file.setFrameBuffer(buffer);
+            file.writePixels(image.height);
+        } catch (const Iex::BaseExc& exception) {
+            throw cannotWrite(path, reasonOf(exception));
+        }
+        // OutputFile writes its table of offsets in its destructor, which tells nobody of a failure.
+        if (!stream.flush()) throw std::ios_base::failure("offsets");
+    });
+}
+
+Image readExr(const fs::path& path) {
+    opened(path);
+    if (!Imf::isOpenExrFile(path.c_str())) throw cannotRead(path, "it is not an OpenEXR file");
+    try {
+        return readExrPixels(path);
+    } catch (const Error&) {
+        throw;
+    } catch (const std::exception& exception) {
+        throw cannotRead(path, reasonOf(exception));
+    }
+}
+
+} // namespace curlew

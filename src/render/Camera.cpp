@@ -1,0 +1,100 @@
+#include "curlew/render/Camera.h"
+
+#include "curlew/base/Error.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace curlew {
+
+namespace {
+
+Vec3d unit(const Vec3d& v) { return v * (1 / length(v)); }
+
+double focalLength(double fieldOfView, int width, int height) {
+    if (!(fieldOfView > 0 && fieldOfView <= 170))
+        throw ValueError(fmt::format("a field of view of {} degrees; it must be above 0, at most 170", fieldOfView));
+    if (width < 1 || height < 1) throw ValueError(fmt::format("a picture of {} x {} pixels", width, height));
+    return std::max(width, height) / (2 * std::tan(fieldOfView * std::numbers::pi / 360));
+}
+
+} // namespace
+
+Camera::Camera(const Vec3d& eye, const Vec3d& target, const Vec3d& up, double fieldOfView, int width, int height)
+    : mEye(eye), mFocal(focalLength(fieldOfView, width, height)), mWidth(width), mHeight(height) {
+    const Vec3d way = target - eye;
+    if (!(length(way) > 0)) throw ValueError("the camera is at the point that it looks at");
+    mForward = unit(way);
+    const Vec3d across = cross(mForward, up);
+    if (!(length(across) > 1e-9 * length(up)))
+        throw ValueError("the camera looks along its up direction; give another up");
+    mRight = unit(across);
+    mUp = cross(mRight, mForward);
+}
+
+Camera Camera::around(const Box& box, const Vec3d& from, const Vec3d& up, double fieldOfView, int width, int height,
+                      double margin) {
+    if (!box.finite()) throw ValueError("the camera cannot see all of an infinite box; give a box, or eye and target");
+    if (!(length(from) > 0)) throw ValueError("from=0,0,0 is no direction to look from");
+    const Vec3d center = box.center();
+    const Camera far(center + unit(from), center, up, fieldOfView, width, height);
+    // The nearest eye at which every corner is within the picture: each alone asks for a distance.
+    const double halfWidth = 0.5 * (1 - 2 * margin) * width, halfHeight = 0.5 * (1 - 2 * margin) * height;
+    double distance = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+        Vec3d p;
+        for (int axis = 0; axis < 3; ++axis)
+            p[axis] = ((corner >> axis) & 1 ? box.upper : box.lower)[axis] - center[axis];
+        const double needed = std::max(std::abs(dot(p, far.mRight)) * far.mFocal / halfWidth,
+                                       std::abs(dot(p, far.mUp)) * far.mFocal / halfHeight);
+        distance = std::max(distance, needed - dot(p, far.mForward));
+    }
+    if (!(distance > 0)) throw ValueError("the box that the camera has to see is a point");
+    return {center + unit(from) * distance, center, up, fieldOfView, width, height};
+}
+
+Camera Camera::around(const std::vector<Vec3d>& points, const Vec3d& from, const Vec3d& up, double fieldOfView,
+                      int width, int height, double margin) {
+    if (!(length(from) > 0)) throw ValueError("from=0,0,0 is no direction to look from");
+    const Camera axes({}, -from, up, fieldOfView, width, height);
+    // With the eye at (x, y, -distance) in the camera's axes, a point (px, py, pz) is within the picture where
+    // |px - x| <= slope (pz + distance): each asks for x >= px - slope pz - slope distance, and x <= px + slope pz +
+    // slope distance, and so for y.
+    Vec3d eye;
+    double distance = -std::numeric_limits<double>::infinity();
+    for (const bool across : {true, false}) {
+        const Vec3d& axis = across ? axes.mRight : axes.mUp;
+        const double slope = 0.5 * (1 - 2 * margin) * (across ? width : height) / axes.mFocal;
+        double lower = std::numeric_limits<double>::infinity(), upper = -lower;
+        for (const Vec3d& p : points) {
+            const double place = dot(p, axis), depth = slope * dot(p, axes.mForward);
+            upper = std::max(upper, place - depth);
+            lower = std::min(lower, place + depth);
+        }
+        eye += axis * (0.5 * (lower + upper));
+        distance = std::max(distance, (upper - lower) / (2 * slope));
+    }
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Vec3d& p : points) nearest = std::min(nearest, dot(p, axes.mForward));
+    if (!(nearest + distance > 0)) throw ValueError("what the camera has to see is a point, or nothing");
+    eye -= axes.mForward * distance;
+    return {eye, eye + axes.mForward * (nearest + distance), up, fieldOfView, width, height};
+}
+
+Vec3d Camera::direction(double x, double y) const {
+    return unit(mForward * mFocal + mRight * (x - 0.5 * mWidth) + mUp * (0.5 * mHeight - y));
+}
+
+Camera::Projected Camera::project(const Vec3d& position) const {
+    const Vec3d p = position - mEye;
+    const double depth = dot(p, mForward), scale = mFocal / depth;
+    return {.x = 0.5 * mWidth + dot(p, mRight) * scale,
+            .y = 0.5 * mHeight - dot(p, mUp) * scale,
+            .depth = depth,
+            .pixelsPerUnit = scale};
+}
+
+} // namespace curlew

@@ -1,0 +1,245 @@
+#include "curlew/render/Splat.h"
+
+#include "SplatBins.h"
+#include "curlew/base/Parallel.h"
+#include "curlew/picture/Display.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace curlew {
+
+using namespace detail;
+
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+void checkDepth(std::span<const float> depth, const Camera& camera) {
+    const size_t pixels = static_cast<size_t>(camera.width()) * static_cast<size_t>(camera.height());
+    if (!depth.empty() && depth.size() != pixels)
+        throw ValueError(fmt::format("{} depths for {} pixels", depth.size(), pixels));
+}
+
+/// An edge, or a point as one without length, among pixels.
+struct Stroke {
+    Stroke(const SplatBins& bins, size_t k) : a(bins.vertex(k)), b(bins.vertex(bins.lines() ? k + 1 : k)) {
+        const float dx = b.x - a.x, dy = b.y - a.y;
+        length = std::sqrt(dx * dx + dy * dy);
+        if (length > 0) ux = dx / length, uy = dy / length;
+        seen = bins.radius(0.5f * (a.depth + b.depth));
+        radius = std::max(seen, bins.leastRadius());
+    }
+
+    /// Calls `visit(x, y)` for the pixels of a tile, `fine` to a pixel's edge, that the footprint may meet; x and y
+    /// count from the tile's corner.
+    template <class Visit>
+    void forPixels(const SplatTile& tile, int fine, const Visit& visit) const {
+        const auto scale = static_cast<float>(fine);
+        const auto range = [&](float lower, float upper, int origin, int size) {
+            const auto o = static_cast<float>(origin), most = static_cast<float>(size * fine);
+            return std::pair(static_cast<int>(std::clamp((lower - radius - o) * scale, 0.0f, most)),
+                             static_cast<int>(std::clamp((upper + radius - o) * scale + 1, 0.0f, most)));
+        };
+        const auto [left, right] = range(std::min(a.x, b.x), std::max(a.x, b.x), tile.left, tile.width);
+        const auto [top, bottom] = range(std::min(a.y, b.y), std::max(a.y, b.y), tile.top, tile.height);
+        for (int y = top; y < bottom; ++y)
+            for (int x = left; x < right; ++x) visit(x, y);
+    }
+
+    SplatVertex a, b;
+    float length = 0, ux = 1, uy = 0; ///< From a to b.
+    float seen, radius;               ///< Pixels: as large as it is seen, and as it is drawn.
+};
+
+float between(float a, float b, float part) { return a + (b - a) * part; }
+
+/// ∫ (k - t²)² dt, t from 0.
+float kernelIntegral(float k, float t) {
+    const float tt = t * t;
+    return t * (k * k - tt * (2.0f / 3) * k + tt * tt * 0.2f);
+}
+
+/// The light of a stroke at an offset from a, in pixels: that of an endless line is 1 in its middle, that of a point
+/// too. `part`: which part of the way to b is nearest.
+float lightAt(const Stroke& s, bool line, float dx, float dy, float& part) {
+    const float r = 1 / s.radius;
+    if (!line) {
+        part = 0;
+        const float k = std::max(1 - (dx * dx + dy * dy) * r * r, 0.0f);
+        return k * k;
+    }
+    const float along = dx * s.ux + dy * s.uy, across = dx * s.uy - dy * s.ux;
+    const float k = 1 - across * across * r * r;
+    if (!(k > 0)) return 0;
+    const float half = std::sqrt(k), from = std::max(-along * r, -half), to = std::min((s.length - along) * r, half);
+    if (!(to > from)) return 0;
+    part = s.length > 0 ? std::clamp(along / s.length, 0.0f, 1.0f) : 0;
+    return (kernelIntegral(k, to) - kernelIntegral(k, from)) * (15.0f / 16);
+}
+
+/// Adds the light of what a tile shows to the image.
+void addLight(const SplatBins& bins, const SplatTile& tile, std::span<const float> depth, Image& image) {
+    for (const uint32_t index : tile.splats) {
+        const Stroke stroke(bins, index);
+        // What is drawn larger than it is seen has the same energy.
+        const float ratio = stroke.seen / stroke.radius, energy = bins.lines() ? ratio : ratio * ratio;
+        const bool brief = stroke.length < 3; // pixels: one depth and colour will do
+        float z = between(stroke.a.depth, stroke.b.depth, 0.5f), bright = energy * bins.haze(z);
+        Vec3f color = bins.color(between(stroke.a.value, stroke.b.value, 0.5f));
+        stroke.forPixels(tile, 1, [&](int x, int y) {
+            const int column = tile.left + x, row = tile.top + y;
+            float part = 0;
+            const float light = lightAt(stroke, bins.lines(), static_cast<float>(column) + 0.5f - stroke.a.x,
+                                        static_cast<float>(row) + 0.5f - stroke.a.y, part);
+            if (!(light > 0)) return;
+            if (!brief) {
+                z = between(stroke.a.depth, stroke.b.depth, part);
+                bright = energy * bins.haze(z);
+                color = bins.color(between(stroke.a.value, stroke.b.value, part));
+            }
+            const size_t pixel =
+                static_cast<size_t>(row) * static_cast<size_t>(image.width) + static_cast<size_t>(column);
+            if (!depth.empty() && depth[pixel] < z) return;
+            float* const to = &image.pixels[3 * pixel];
+            for (int i = 0; i < 3; ++i) to[i] += light * bright * color[i];
+        });
+    }
+}
+
+/// Of a surface with that normal, seen by a camera that looks along -z, lit from its upper left and a little from all
+/// sides.
+float shade(float nx, float ny, float nz) {
+    constexpr float kX = -0.45f, kY = 0.65f, kZ = 0.612f; // a unit vector
+    const float lit = std::max(nx * kX + ny * kY + nz * kZ, 0.0f);
+    return 0.22f + 0.78f * lit;
+}
+
+constexpr int kFine = 4; ///< Samples along a pixel's edge.
+
+struct Sample {
+    float depth = kInfinity;
+    Vec3f light{};
+};
+
+void coverTile(const SplatBins& bins, const SplatTile& tile, std::vector<Sample>& samples) {
+    const size_t row = static_cast<size_t>(tile.width) * kFine;
+    samples.assign(row * static_cast<size_t>(tile.height) * kFine, {});
+    for (const uint32_t index : tile.splats) {
+        const Stroke stroke(bins, index);
+        const float rr = stroke.radius * stroke.radius, front = std::min(stroke.a.depth, stroke.b.depth);
+        const float nearest = front - stroke.radius / bins.pixelsPerUnit(front);
+        stroke.forPixels(tile, kFine, [&](int x, int y) {
+            Sample& sample = samples[static_cast<size_t>(y) * row + static_cast<size_t>(x)];
+            if (!(nearest < sample.depth)) return;
+            const auto position = [](int origin, int k) {
+                return static_cast<float>(origin) + (static_cast<float>(k) + 0.5f) / kFine;
+            };
+            const float dx = position(tile.left, x) - stroke.a.x, dy = position(tile.top, y) - stroke.a.y;
+            const float along = std::clamp(dx * stroke.ux + dy * stroke.uy, 0.0f, stroke.length);
+            const float nx = dx - along * stroke.ux, ny = dy - along * stroke.uy, left = rr - nx * nx - ny * ny;
+            if (!(left > 0)) return;
+            const float part = stroke.length > 0 ? along / stroke.length : 0, nz = std::sqrt(left);
+            const float middle = between(stroke.a.depth, stroke.b.depth, part);
+            const float z = middle - nz / bins.pixelsPerUnit(middle);
+            if (!(z < sample.depth)) return;
+            const float r = 1 / stroke.radius, light = shade(nx * r, -ny * r, nz * r) * bins.haze(middle);
+            sample = {z, bins.color(between(stroke.a.value, stroke.b.value, part)) * light};
+        });
+    }
+}
+
+/// The mean of a tile's samples that are not hidden, as R, G, B, A, Z.
+void resolveTile(const SplatTile& tile, const std::vector<Sample>& samples, std::span<const float> depth,
+                 Image& image) {
+    const size_t row = static_cast<size_t>(tile.width) * kFine;
+    for (int y = 0; y < tile.height; ++y)
+        for (int x = 0; x < tile.width; ++x) {
+            const size_t pixel = static_cast<size_t>(tile.top + y) * static_cast<size_t>(image.width) +
+                                 static_cast<size_t>(tile.left + x);
+            float wall = kInfinity;
+            if (!depth.empty()) wall = depth[pixel];
+            Sample sum;
+            float count = 0;
+            for (int k = 0; k < kFine * kFine; ++k) {
+                const Sample& s = samples[static_cast<size_t>(y * kFine + k / kFine) * row +
+                                          static_cast<size_t>(x * kFine + k % kFine)];
+                if (!(s.depth < wall)) continue;
+                sum.light = sum.light + s.light;
+                sum.depth = std::min(sum.depth, s.depth);
+                ++count;
+            }
+            float* const to = &image.pixels[5 * pixel];
+            for (int i = 0; i < 3 && count > 0; ++i)
+                to[i] = static_cast<float>(displayFromLinear(static_cast<double>(sum.light[i] / count)));
+            to[3] = count / (kFine * kFine);
+            to[4] = sum.depth;
+        }
+}
+
+} // namespace
+
+Splats Splats::of(const Particles& points) { return {.x = points.x, .y = points.y, .z = points.z}; }
+
+Splats Splats::of(const Curves& curves) {
+    Splats splats{.x = curves.x, .y = curves.y, .z = curves.z, .start = curves.start};
+    for (size_t k = 0; k < curves.size(); ++k) splats.closed.push_back(curves.closed(k) ? 1 : 0);
+    return splats;
+}
+
+Box Splats::bounds() const {
+    Box box{Vec3d{{1, 1, 1}} * HUGE_VAL, Vec3d{{1, 1, 1}} * -HUGE_VAL};
+    for (size_t k = 0; k < x.size(); ++k) {
+        const Vec3d p{{x[k], y[k], z[k]}};
+        if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) continue;
+        for (int axis = 0; axis < 3; ++axis) {
+            box.lower[axis] = std::min(box.lower[axis], p[axis]);
+            box.upper[axis] = std::max(box.upper[axis], p[axis]);
+        }
+    }
+    if (!(box.lower[0] <= box.upper[0])) throw ValueError("there is nothing to draw: no point has a finite position");
+    return box;
+}
+
+SplatImage luminous(const Splats& splats, const Camera& camera, const SplatOptions& options,
+                    std::span<const float> depth, const Monitor& monitor) {
+    checkDepth(depth, camera);
+    const SplatBins bins(splats, camera, options, monitor);
+    Image image = filledImage(camera.width(), camera.height(), {"R", "G", "B"});
+    parallelFor(
+        bins.tiles(), 1,
+        [&](size_t begin, size_t end) {
+            for (size_t k = begin; k < end; ++k) addLight(bins, bins.tile(k), depth, image);
+        },
+        monitor);
+    const auto pixels = static_cast<double>(image.pixels.size()) / 3;
+    size_t covered = 0;
+    for (size_t k = 0; k < image.pixels.size(); k += 3)
+        covered += image.pixels[k] + image.pixels[k + 1] + image.pixels[k + 2] > 0.01f ? 1 : 0;
+    return {std::move(image), bins.drawn(), static_cast<double>(covered) / pixels};
+}
+
+SplatImage opaque(const Splats& splats, const Camera& camera, const SplatOptions& options, std::span<const float> depth,
+                  const Monitor& monitor) {
+    checkDepth(depth, camera);
+    const SplatBins bins(splats, camera, options, monitor);
+    Image image = filledImage(camera.width(), camera.height(), {"R", "G", "B", "A", "Z"});
+    parallelFor(
+        bins.tiles(), 1,
+        [&](size_t begin, size_t end) {
+            std::vector<Sample> samples;
+            for (size_t k = begin; k < end; ++k) {
+                coverTile(bins, bins.tile(k), samples);
+                resolveTile(bins.tile(k), samples, depth, image);
+            }
+        },
+        monitor);
+    const auto pixels = static_cast<double>(image.pixels.size()) / 5;
+    double covered = 0;
+    for (size_t k = 3; k < image.pixels.size(); k += 5) covered += static_cast<double>(image.pixels[k]);
+    return {std::move(image), bins.drawn(), covered / pixels};
+}
+
+} // namespace curlew

@@ -1,0 +1,194 @@
+#include "SplatBins.h"
+
+#include "curlew/base/Memory.h"
+#include "curlew/base/Parallel.h"
+#include "curlew/picture/Display.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace curlew::detail {
+
+namespace {
+
+constexpr size_t kColors = 1024;
+constexpr size_t kGrain = 1 << 14;
+
+Vec3f linear(const Vec3f& display) {
+    Vec3f light;
+    for (int i = 0; i < 3; ++i) light[i] = static_cast<float>(linearFromDisplay(static_cast<double>(display[i])));
+    return light;
+}
+
+void validate(const Splats& s, const SplatOptions& o) {
+    const size_t count = s.x.size();
+    if (s.y.size() != count || s.z.size() != count) throw ValueError("splats need as many x as y and z");
+    if (!s.values.empty() && s.values.size() != count)
+        throw ValueError(fmt::format("{} values for the colours of {} positions", s.values.size(), count));
+    const size_t lines = s.start.empty() ? 0 : s.start.size() - 1;
+    if (!s.closed.empty() && s.closed.size() != lines) throw ValueError("splats need a flag for each polyline");
+    if (!s.start.empty() && (s.start.back() != count || !std::is_sorted(s.start.begin(), s.start.end())))
+        throw ValueError("the polylines do not add up to the positions");
+    if (!s.values.empty() && !(s.scale.lower < s.scale.upper))
+        throw ValueError(fmt::format("a colour scale from {} to {} has no range", s.scale.lower, s.scale.upper));
+    if (!(o.radius >= 0) || !std::isfinite(o.radius))
+        throw ValueError(fmt::format("a radius of {}; it must be positive, or 0", o.radius));
+    if (!(o.pixels > 0) || !std::isfinite(o.pixels))
+        throw ValueError(fmt::format("a radius of {} pixels; it must be positive and finite", o.pixels));
+    if (!(o.fade >= 0 && o.fade <= 1)) throw ValueError(fmt::format("fade is {}; it goes from 0 to 1", o.fade));
+    if (count + lines >= UINT32_MAX) throw ResourceError(fmt::format("{} positions are too many to be drawn", count));
+    requireMemory(static_cast<double>(count + lines) * (sizeof(SplatVertex) + 3 * sizeof(uint32_t)),
+                  fmt::format("a picture of {} positions", count), "draw fewer");
+}
+
+} // namespace
+
+SplatBins::SplatBins(const Splats& splats, const Camera& camera, const SplatOptions& options, const Monitor& monitor)
+    : mWidth(camera.width()),
+      mHeight(camera.height()),
+      mColumns((mWidth + kTile - 1) / kTile),
+      mRows((mHeight + kTile - 1) / kTile),
+      mLines(!splats.start.empty()),
+      mRadius(static_cast<float>(options.radius)),
+      mPixels(static_cast<float>(options.pixels)),
+      mFocal(static_cast<float>(camera.project(camera.eye() + camera.forward()).pixelsPerUnit)),
+      mFade(static_cast<float>(options.fade)) {
+    validate(splats, options);
+    if (splats.values.empty()) mColors = {linear(splats.color)};
+    for (size_t k = 0; k < kColors && !splats.values.empty(); ++k)
+        mColors.push_back(linear(colorAt(splats.scale.map, static_cast<float>(k) / (kColors - 1))));
+    project(splats, camera, monitor);
+    sort(monitor);
+}
+
+float SplatBins::haze(float depth) const {
+    return mFar > mNear ? 1 - mFade * std::clamp((depth - mNear) / (mFar - mNear), 0.0f, 1.0f) : 1;
+}
+
+const Vec3f& SplatBins::color(float value) const {
+    const float t = std::clamp(value, 0.0f, 1.0f) * static_cast<float>(mColors.size() - 1) + 0.5f;
+    return mColors[static_cast<size_t>(t)];
+}
+
+void SplatBins::project(const Splats& s, const Camera& camera, const Monitor& monitor) {
+    const double lower = static_cast<double>(s.scale.lower), range = static_cast<double>(s.scale.upper) - lower;
+    const auto seen = [&](size_t k) {
+        const auto p = camera.project({{s.x[k], s.y[k], s.z[k]}});
+        const double value = s.values.empty() ? 0 : (static_cast<double>(s.values[k]) - lower) / range;
+        return SplatVertex{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.depth),
+                           std::isfinite(value) ? static_cast<float>(value) : 0};
+    };
+    const size_t lines = mLines ? s.start.size() - 1 : 0;
+    std::vector<size_t> begin(lines + 1, 0); // of each polyline, in mVertices
+    for (size_t k = 0; k < lines; ++k) {
+        const size_t count = s.start[k + 1] - s.start[k];
+        begin[k + 1] = begin[k] + count + (count > 0 && !s.closed.empty() && s.closed[k] != 0 ? 1 : 0);
+    }
+    mVertices.resize(mLines ? begin.back() : s.x.size());
+    mShown.resize(mVertices.size());
+    if (!mLines)
+        parallelFor(
+            mVertices.size(), kGrain,
+            [&](size_t from, size_t to) {
+                for (size_t k = from; k < to; ++k) {
+                    mVertices[k] = seen(k);
+                    mShown[k] = mVertices[k].depth > 0 ? 1 : 0;
+                }
+            },
+            monitor);
+    parallelFor(
+        lines, 64,
+        [&](size_t from, size_t to) {
+            for (size_t k = from; k < to; ++k)
+                for (size_t v = begin[k]; v < begin[k + 1]; ++v) {
+                    const size_t n = v - begin[k] + s.start[k];
+                    mVertices[v] = seen(n < s.start[k + 1] ? n : s.start[k]);
+                    if (v > begin[k]) mShown[v - 1] = mVertices[v - 1].depth > 0 && mVertices[v].depth > 0 ? 1 : 0;
+                    mShown[v] = 0;
+                }
+        },
+        monitor);
+}
+
+std::array<int, 4> SplatBins::tilesOf(size_t k) const {
+    constexpr std::array<int, 4> none{0, 0, -1, -1};
+    if (mShown[k] == 0) return none;
+    const SplatVertex &a = mVertices[k], &b = mVertices[mLines ? k + 1 : k];
+    const float reach = std::max(radius(std::min(a.depth, b.depth)), mPixels);
+    const auto width = static_cast<float>(mWidth), height = static_cast<float>(mHeight);
+    const float left = std::min(a.x, b.x) - reach, right = std::max(a.x, b.x) + reach;
+    const float top = std::min(a.y, b.y) - reach, bottom = std::max(a.y, b.y) + reach;
+    if (!(right >= 0 && left < width && bottom >= 0 && top < height)) return none; // NaN, too
+    const auto tile = [](float pixel, int size) {
+        return static_cast<int>(std::clamp(pixel, 0.0f, static_cast<float>(size - 1))) / kTile;
+    };
+    return {tile(left, mWidth), tile(top, mHeight), tile(right, mWidth), tile(bottom, mHeight)};
+}
+
+void SplatBins::sort(const Monitor& monitor) {
+    const size_t count = mVertices.size(), all = static_cast<size_t>(mColumns) * static_cast<size_t>(mRows);
+    const size_t grain = std::max<size_t>(kGrain, count / 64 + 1), chunks = (count + grain - 1) / grain;
+    const auto forTiles = [&](size_t splat, const auto& visit) {
+        const auto [left, top, right, bottom] = tilesOf(splat);
+        for (int row = top; row <= bottom; ++row)
+            for (int column = left; column <= right; ++column)
+                visit(static_cast<size_t>(row) * static_cast<size_t>(mColumns) + static_cast<size_t>(column));
+    };
+    struct Seen {
+        size_t splats = 0;
+        float near = std::numeric_limits<float>::infinity(), far = 0;
+    };
+    std::vector<Seen> seen(chunks);
+    std::vector<size_t> place(chunks * all, 0); // how many of a chunk are in a tile; then where those go
+    parallelFor(
+        count, grain,
+        [&](size_t from, size_t to) {
+            Seen& mine = seen[from / grain];
+            for (size_t k = from; k < to; ++k) {
+                bool any = false;
+                forTiles(k, [&](size_t tile) { ++place[from / grain * all + tile], any = true; });
+                if (!any) continue;
+                ++mine.splats;
+                mine.near = std::min(mine.near, mVertices[k].depth);
+                mine.far = std::max(mine.far, mVertices[k].depth);
+            }
+        },
+        monitor);
+    mNear = std::numeric_limits<float>::infinity();
+    for (const Seen& s : seen) {
+        mDrawn += s.splats;
+        mNear = std::min(mNear, s.near);
+        mFar = std::max(mFar, s.far);
+    }
+    size_t total = 0;
+    for (size_t tile = 0; tile < all; ++tile) {
+        mFirst.push_back(total);
+        for (size_t chunk = 0; chunk < chunks; ++chunk) total += std::exchange(place[chunk * all + tile], total);
+    }
+    mFirst.push_back(total);
+    requireMemory(static_cast<double>(total) * sizeof(uint32_t), "a picture with so large footprints",
+                  "choose a smaller radius, or draw fewer");
+    mSplats.resize(total);
+    parallelFor(
+        count, grain,
+        [&](size_t from, size_t to) {
+            for (size_t k = from; k < to; ++k)
+                forTiles(k,
+                         [&](size_t tile) { mSplats[place[from / grain * all + tile]++] = static_cast<uint32_t>(k); });
+        },
+        monitor);
+}
+
+SplatTile SplatBins::tile(size_t k) const {
+    const int left = static_cast<int>(k) % mColumns * kTile, top = static_cast<int>(k) / mColumns * kTile;
+    return {.left = left,
+            .top = top,
+            .width = std::min(kTile, mWidth - left),
+            .height = std::min(kTile, mHeight - top),
+            .splats = std::span(mSplats).subspan(mFirst[k], mFirst[k + 1] - mFirst[k])};
+}
+
+} // namespace curlew::detail

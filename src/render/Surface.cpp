@@ -1,0 +1,256 @@
+#include "curlew/render/Surface.h"
+
+#include "curlew/base/Error.h"
+#include "curlew/base/Random.h"
+
+#include <openvdb/tools/RayIntersector.h>
+
+#include <optional>
+
+namespace curlew {
+
+class Surface::Model {
+  public:
+    virtual ~Model() = default;
+    virtual void intersect(std::span<const Ray> rays, double resolution, std::span<RayHit> hits) const = 0;
+    virtual double skin() const { return 0; }
+};
+
+namespace {
+
+constexpr int kMaxSteps = 4096; // of a ray through a field; only one along the surface takes hundreds
+constexpr int kRefinements = 40;
+
+Vec3d unit(const Vec3d& v) {
+    const double size = length(v);
+    return size > 0 ? v * (1 / size) : v;
+}
+
+Vec3d facing(const Vec3d& gradient, const Vec3d& direction) {
+    const Vec3d normal = unit(gradient);
+    return dot(normal, direction) > 0 ? -normal : normal;
+}
+
+/// The part of a ray that is in a box.
+struct Part {
+    double begin, end;
+    int axis; ///< Of the face where it enters; -1: it begins inside.
+};
+
+std::optional<Part> partIn(const Box& box, const Ray& ray) {
+    Part part{0, std::numeric_limits<double>::infinity(), -1};
+    for (int axis = 0; axis < 3; ++axis) {
+        const double o = ray.origin[axis], d = ray.direction[axis];
+        if (d == 0) {
+            if (o < box.lower[axis] || o > box.upper[axis]) return {};
+            continue;
+        }
+        const double a = (box.lower[axis] - o) / d, b = (box.upper[axis] - o) / d;
+        if (std::min(a, b) > part.begin) {
+            part.begin = std::min(a, b);
+            part.axis = axis;
+        }
+        part.end = std::min(part.end, std::max(a, b));
+    }
+    if (!(part.begin < part.end)) return {};
+    return part;
+}
+
+/// A ray on its way through a field. `value` is the field's on the side where it began, positive until it crosses.
+struct March {
+    size_t index;
+    Part part;
+    double t;
+    double side = 0;    ///< 1 or -1 times the field's value is positive where it began; 0: not known yet.
+    double below = 0;   ///< The last t on this side.
+    double beyond = -1; ///< The first on the other; negative: none yet.
+    int steps = 0;
+};
+
+/// The zero set of a field less a value.
+class FieldSurface final : public Surface::Model {
+  public:
+    FieldSurface(ScalarField field, double value, double steepness, const Box& box, bool solid)
+        : mField(std::move(field)), mValue(value), mSteepness(steepness), mBox(box), mSolid(solid) {}
+
+    void intersect(std::span<const Ray> rays, double resolution, std::span<RayHit> hits) const override {
+        std::vector<March> marches;
+        for (size_t i = 0; i < rays.size(); ++i) {
+            hits[i] = {};
+            if (const auto part = partIn(mBox, rays[i]))
+                marches.push_back({.index = i, .part = *part, .t = part->begin, .below = part->begin});
+        }
+        PointBatch points;
+        JetBatch<double, 1> jets;
+        while (!marches.empty()) {
+            size_t left = 0;
+            for (size_t begin = 0; begin < marches.size(); begin += kBatch) {
+                const size_t end = std::min<size_t>(begin + kBatch, marches.size());
+                points.size = 0;
+                for (size_t k = begin; k < end; ++k) {
+                    const Ray& ray = rays[marches[k].index];
+                    points.push(ray.origin + ray.direction * marches[k].t);
+                }
+                mField.eval(points, jets);
+                for (size_t k = begin; k < end; ++k) {
+                    March march = marches[k];
+                    const auto jet = jets[static_cast<int>(k - begin)];
+                    if (advance(march, jet, rays[march.index], resolution, hits[march.index])) marches[left++] = march;
+                }
+            }
+            marches.resize(left);
+        }
+    }
+
+  private:
+    /// From a ray's jet where it is now to where it looks next; false: it is done.
+    bool advance(March& march, const Jet<double, 3, 1>& jet, const Ray& ray, double resolution, RayHit& hit) const {
+        const double value = jet.value - mValue;
+        if (march.side == 0) {
+            march.side = value < 0 ? -1 : 1;
+            if (mSolid && value < 0 && march.part.axis >= 0) { // where the box cuts it
+                hit.distance = march.t;
+                hit.normal[march.part.axis] = ray.direction[march.part.axis] > 0 ? -1 : 1;
+                return false;
+            }
+        }
+        const double height = march.side * value, slope = march.side * dot(jet.gradient, ray.direction);
+        if (!(++march.steps < kMaxSteps)) return false;
+        if (march.beyond >= 0) return refine(march, height, slope, jet, ray, resolution, hit);
+        if (height <= 0) {
+            march.beyond = march.t;
+            march.steps = 0;
+            return refine(march, height, slope, jet, ray, resolution, hit);
+        }
+        march.below = march.t;
+        const double least = slope < 0 ? std::min(-height / slope, resolution) : resolution;
+        march.t += std::max(height / mSteepness, std::max(least, 1e-3 * resolution));
+        if (std::isnan(height) || march.below >= march.part.end) return false;
+        march.t = std::min(march.t, march.part.end);
+        return true;
+    }
+
+    /// Newton's method between two places on different sides, halving where it would leave them.
+    static bool refine(March& march, double height, double slope, const Jet<double, 3, 1>& jet, const Ray& ray,
+                       double resolution, RayHit& hit) {
+        (height > 0 ? march.below : march.beyond) = march.t;
+        double next = slope != 0 ? march.t - height / slope : march.t;
+        const bool settled = std::abs(next - march.t) <= 1e-9 * resolution || height == 0;
+        if (settled || march.steps >= kRefinements || march.beyond - march.below <= 1e-12 * march.beyond) {
+            hit = {march.t, facing(jet.gradient, ray.direction)};
+            return false;
+        }
+        if (!(next > march.below && next < march.beyond)) next = 0.5 * (march.below + march.beyond);
+        march.t = next;
+        return true;
+    }
+
+    ScalarField mField;
+    double mValue, mSteepness;
+    Box mBox;
+    bool mSolid;
+};
+
+/// The zero set of a level set's spline, found by OpenVDB on its voxels.
+class LevelSetSurface final : public Surface::Model {
+  public:
+    LevelSetSurface(const LevelSet& levelSet, ScalarField distance)
+        : mGrid(levelSet.grid), mVoxel(levelSet.voxelSize()), mDistance(std::move(distance)), mTracer(*mGrid) {}
+
+    double skin() const override { return mVoxel; }
+
+    void intersect(std::span<const Ray> rays, double, std::span<RayHit> hits) const override {
+        const openvdb::tools::LevelSetRayIntersector<openvdb::FloatGrid> tracer(mTracer); // its accessor is ours alone
+        std::vector<size_t> found;
+        for (size_t i = 0; i < rays.size(); ++i) {
+            hits[i] = {};
+            const auto vec = [](const Vec3d& v) { return openvdb::Vec3d(v[0], v[1], v[2]); };
+            openvdb::Vec3d position;
+            if (!tracer.intersectsWS(openvdb::math::Ray<double>(vec(rays[i].origin), vec(rays[i].direction)), position))
+                continue;
+            hits[i].distance = (position - vec(rays[i].origin)).length();
+            found.push_back(i);
+        }
+        for (size_t begin = 0; begin < found.size(); begin += kBatch)
+            refine(rays, hits, std::span(found).subspan(begin, std::min<size_t>(kBatch, found.size() - begin)));
+    }
+
+  private:
+    /// Newton's method on the spline, which is near what OpenVDB has found, but for grazing rays: these stay.
+    void refine(std::span<const Ray> rays, std::span<RayHit> hits, std::span<const size_t> found) const {
+        constexpr int kNewtonSteps = 4;
+        PointBatch points;
+        JetBatch<double, 1> jets;
+        for (int step = 0; step <= kNewtonSteps; ++step) {
+            points.size = 0;
+            for (const size_t i : found) points.push(rays[i].origin + rays[i].direction * hits[i].distance);
+            mDistance.eval(points, jets);
+            for (int k = 0; k < points.size; ++k) {
+                const size_t i = found[static_cast<size_t>(k)];
+                const auto jet = jets[k];
+                hits[i].normal = facing(jet.gradient, rays[i].direction);
+                const double by = jet.value / dot(jet.gradient, rays[i].direction);
+                if (step < kNewtonSteps && std::abs(by) < 0.5 * mVoxel) hits[i].distance -= by;
+            }
+        }
+    }
+
+    openvdb::FloatGrid::ConstPtr mGrid;
+    double mVoxel;
+    ScalarField mDistance;
+    openvdb::tools::LevelSetRayIntersector<openvdb::FloatGrid> mTracer;
+};
+
+/// Half as much again as the steepest of random places.
+double steepnessOf(const ScalarField& field, const Box& box) {
+    constexpr int kSamples = 4096;
+    double steepest = 0;
+    PointBatch points;
+    JetBatch<double, 1> jets;
+    for (uint64_t i = 0; i < kSamples; ++i) {
+        Vec3d p = box.lower;
+        for (int axis = 0; axis < 3; ++axis)
+            p[axis] += box.size()[axis] * randomUniform(0, i, static_cast<uint64_t>(axis));
+        points.push(p);
+        if (!points.full()) continue;
+        field.eval(points, jets);
+        for (int k = 0; k < points.size; ++k) steepest = std::max(steepest, length(jets[k].gradient));
+        points.size = 0;
+    }
+    if (!(steepest > 0)) throw ValueError("the field is the same everywhere in the box, so it has no surface there");
+    return 1.5 * steepest;
+}
+
+const Box& checked(const Box& box) {
+    if (!box.finite()) throw ValueError("the surface is infinite; give a box");
+    for (int axis = 0; axis < 3; ++axis)
+        if (!(box.size()[axis] > 0)) throw ValueError("the box of the surface is empty");
+    return box;
+}
+
+/// A little wider, so that what touches the box is not cut.
+Box loose(const Box& box) { return box.padded(1e-6 * length(box.size())); }
+
+} // namespace
+
+Surface::Surface(const Sdf& sdf, const Box& box)
+    : mBox(checked(box)), mModel(std::make_shared<FieldSurface>(sdf.distance, 0, sdf.steepness, loose(box), true)) {}
+
+Surface::Surface(const ScalarField& field, double value, const Box& box, bool solid)
+    : mBox(checked(box)),
+      mModel(std::make_shared<FieldSurface>(field, value, steepnessOf(field, box), loose(box), solid)) {}
+
+Surface::Surface(const LevelSet& levelSet) {
+    if (levelSet.grid->tree().empty()) throw ValueError("the level set is empty");
+    const Sdf sdf = sdfOf(levelSet);
+    mBox = checked(sdf.bounds);
+    mModel = std::make_shared<LevelSetSurface>(levelSet, sdf.distance);
+}
+
+double Surface::skin() const { return mModel->skin(); }
+
+void Surface::intersect(std::span<const Ray> rays, double resolution, std::span<RayHit> hits) const {
+    mModel->intersect(rays, resolution, hits);
+}
+
+} // namespace curlew

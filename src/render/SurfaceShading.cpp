@@ -1,0 +1,214 @@
+#include "curlew/render/SurfaceShading.h"
+
+#include "curlew/base/Parallel.h"
+#include "curlew/base/Random.h"
+#include "curlew/picture/Display.h"
+
+#include <fmt/format.h>
+
+#include <numbers>
+
+namespace curlew {
+
+namespace {
+
+constexpr float kNowhere = std::numeric_limits<float>::infinity();
+constexpr double kLightRadius = 0.03; // radians
+
+Vec3d linearOf(const Vec3f& display) {
+    Vec3d linear;
+    for (int i = 0; i < 3; ++i) linear[i] = linearFromDisplay(static_cast<double>(display[i]));
+    return linear;
+}
+
+Vec3d unit(const Vec3d& v) { return v * (1 / length(v)); }
+
+Vec3d times(const Vec3d& a, const Vec3d& b) { return {{a[0] * b[0], a[1] * b[1], a[2] * b[2]}}; }
+
+/// The lights, in linear R, G, B per unit of albedo.
+class Lights {
+  public:
+    Lights(const Camera& camera, const SurfaceLook& look)
+        : mEye(camera.eye()), mUp(camera.up()), mGloss(look.gloss), mFinish(look.finish) {
+        mKey = unit(length(look.light) > 0 ? look.light
+                                           : camera.up() * 0.75 - camera.right() * 0.55 - camera.forward() * 0.65);
+        const Vec3d helper = std::abs(mKey[0]) < 0.6 ? Vec3d{{1, 0, 0}} : Vec3d{{0, 1, 0}};
+        mAcross = unit(cross(mKey, helper));
+        mAlong = cross(mKey, mAcross);
+        mStrip = camera.right() * 0.8 + camera.up() * 0.1 - camera.forward() * 0.25;
+    }
+
+    const Vec3d& key() const { return mKey; }
+
+    /// To one of `count` places of the key light, evenly far from its middle, in a random direction from it.
+    Vec3d toKey(size_t place, size_t count, double random) const {
+        const double part = (static_cast<double>(place) + 0.5) / static_cast<double>(count);
+        const double r = kLightRadius * std::sqrt(part), phi = 2 * std::numbers::pi * random;
+        return unit(mKey + mAcross * (r * std::cos(phi)) + mAlong * (r * std::sin(phi)));
+    }
+
+    /// What comes from a place of the surface to the eye.
+    Vec3d at(const SurfaceSample& sample, const Vec3d& albedo, bool inShadow) const {
+        const Vec3d n{{static_cast<double>(sample.normal[0]), static_cast<double>(sample.normal[1]),
+                       static_cast<double>(sample.normal[2])}};
+        const Vec3d toEye = unit(mEye - sample.position);
+        const double facing = std::clamp(dot(n, toEye), 0.0, 1.0), away = 1 - facing;
+        if (mFinish == Finish::outline) return albedo * (0.03 + 0.9 * away * away * away);
+        if (mFinish == Finish::mirror) {
+            Vec3d light = times(albedo, studio(n * (2 * facing) - toEye));
+            for (double& part : light.c) part = 1 - std::exp(-part); // as a film saturates: at its edge it reflects all
+            return light;
+        }
+        const double key = inShadow ? 0 : std::max(dot(n, mKey), 0.0);
+        const double sky = 0.5 + 0.5 * dot(n, mUp), rim = away * away * away * away * (0.25 + 0.75 * sky);
+        const Vec3d diffuse = Vec3d{{1.05, 1.0, 0.92}} * (0.95 * key) + Vec3d{{0.82, 0.92, 1.08}} * (0.30 * sky) +
+                              Vec3d{{1.05, 0.98, 0.9}} * (0.09 * (1 - sky)) + Vec3d{{1, 1, 1}} * (0.10 * facing);
+        const double shine = key > 0 ? mGloss * std::pow(std::max(dot(n, unit(mKey + toEye)), 0.0), 48.0) : 0;
+        return times(albedo, diffuse) + Vec3d{{1, 1, 1}} * (shine + 1.4 * mGloss * rim);
+    }
+
+  private:
+    /// What a mirror sees there: a window where the key light is, a strip of light opposite, and a room.
+    Vec3d studio(const Vec3d& direction) const {
+        const auto box = [&](const Vec3d& to, double width, double height, double bar) {
+            const double ahead = dot(direction, to);
+            if (!(ahead > 0)) return 0.0;
+            const double u = std::abs(dot(direction, cross(mUp, to))) / ahead,
+                         v = std::abs(dot(direction, mUp) - ahead * dot(to, mUp)) / ahead;
+            const auto within = [](double edge, double x) { return std::clamp((edge - x) / 0.06, 0.0, 1.0); };
+            return within(width, u) * within(height, v) * (bar > 0 ? 1 - within(bar, std::min(u, v)) : 1);
+        };
+        const double sky = 0.5 + 0.5 * dot(direction, mUp);
+        const Vec3d strip = unit(mStrip);
+        return Vec3d{{1.0, 0.98, 0.94}} * (12 * box(mKey, 0.42, 0.42, 0.02) + 7 * box(strip, 0.18, 1.1, 0)) +
+               Vec3d{{0.9, 0.97, 1.06}} * (0.6 + 1.8 * sky * sky);
+    }
+
+    Vec3d mEye, mUp, mKey, mAcross, mAlong, mStrip;
+    double mGloss;
+    Finish mFinish;
+};
+
+/// Whether something is between each of these hits and the light.
+std::vector<bool> shadowed(const SurfaceView& view, const Lights& lights, const Surface& surface, size_t begin,
+                           size_t end) {
+    const double skin = surface.skin() + 2 * view.resolution;
+    std::vector<Ray> rays;
+    std::vector<size_t> of;
+    for (size_t k = begin; k < end; ++k) {
+        const SurfaceSample& sample = view.hits[k];
+        Vec3d n;
+        for (int axis = 0; axis < 3; ++axis) n[axis] = static_cast<double>(sample.normal[axis]);
+        if (!(dot(n, lights.key()) > 0)) continue; // it has no light to lose
+        rays.push_back({sample.position + n * skin,
+                        lights.toKey(k % view.samplesPerPixel(), view.samplesPerPixel(), randomUniform(1, k))});
+        of.push_back(k);
+    }
+    std::vector<RayHit> hits(rays.size());
+    surface.intersect(rays, view.resolution, hits);
+    std::vector<bool> result(end - begin);
+    for (size_t i = 0; i < of.size(); ++i) result[of[i] - begin] = hits[i].found();
+    return result;
+}
+
+/// Light in a picture: what is there, and how much of a pixel it covers, up to which depth.
+struct Pixel {
+    Vec3d light;
+    double cover = 0;
+    float depth = kNowhere;
+};
+
+Vec3d backgroundAt(const SurfaceLook& look, const Camera& camera, int x, int y) {
+    const double u = (x + 0.5) / camera.width() - 0.5, v = (y + 0.5) / camera.height() - 0.45;
+    Vec3f display = look.background * static_cast<float>(1.06 - 0.6 * (u * u + v * v));
+    // Half a level of 8 bits, at random: or its bands would show.
+    const auto pixel = static_cast<uint64_t>(y) * static_cast<uint64_t>(camera.width()) + static_cast<uint64_t>(x);
+    for (float& part : display.c) part += static_cast<float>((randomUniform(0, pixel) - 0.5) / 255);
+    return linearOf(display);
+}
+
+void checkBehind(const Image& behind, const Camera& camera) {
+    checkImage(behind);
+    if (behind.channels != std::vector<std::string>{"R", "G", "B", "A", "Z"})
+        throw ValueError("the picture behind has to have the channels R, G, B, A and Z");
+    if (behind.width != camera.width() || behind.height != camera.height())
+        throw ValueError(fmt::format("the picture behind has {} x {} pixels, and the camera {} x {}", behind.width,
+                                     behind.height, camera.width(), camera.height()));
+}
+
+Pixel pixelOf(const Image& image, int x, int y) {
+    Vec3f display;
+    for (int i = 0; i < 3; ++i) display[i] = image.at(x, y, i);
+    return {linearOf(display), static_cast<double>(image.at(x, y, 3)), image.at(x, y, 4)};
+}
+
+void setPixel(Image& image, int x, int y, const Pixel& pixel) {
+    for (int i = 0; i < 3; ++i)
+        image.at(x, y, i) = static_cast<float>(displayFromLinear(std::max(pixel.light[i], 0.0)));
+    image.at(x, y, 3) = static_cast<float>(std::clamp(pixel.cover, 0.0, 1.0));
+    image.at(x, y, 4) = pixel.depth;
+}
+
+/// Puts samples into a pixel: those before what is there cover it; of the others, that part is seen which it lets
+/// through instead of the background.
+struct Samples {
+    Vec3d before{}, after{};
+    double nearer = 0, farther = 0; ///< How many, over all of a pixel.
+    float depth = kNowhere;
+
+    void add(const Vec3d& light, float sampleDepth, const Pixel& there, double weight) {
+        const bool near = sampleDepth < there.depth;
+        (near ? before : after) += light * weight;
+        (near ? nearer : farther) += weight;
+        depth = std::min(depth, sampleDepth);
+    }
+    Pixel over(const Pixel& there, const Vec3d& background) const {
+        const double through = 1 - there.cover;
+        return {.light = there.light * (1 - nearer) + before + (after - background * farther) * through,
+                .cover = nearer + there.cover * (1 - nearer) + farther * through,
+                .depth = std::min(depth, there.depth)};
+    }
+};
+
+} // namespace
+
+Image shadeSurface(const SurfaceView& view, const std::vector<Vec3f>& colors, const SurfaceLook& look,
+                   const Surface* shadows, const Image* behind, const Monitor& monitor) {
+    if (colors.size() != 1 && colors.size() != view.hits.size())
+        throw ValueError(
+            fmt::format("{} colours for {} hits; give one, or one for each", colors.size(), view.hits.size()));
+    const Camera& camera = view.camera;
+    if (behind) checkBehind(*behind, camera);
+    const Lights lights(camera, look);
+    const bool hides = look.finish == Finish::matt;
+    Image image = filledImage(camera.width(), camera.height(), {"R", "G", "B", "A", "Z"});
+    const double weight = 1 / static_cast<double>(view.samplesPerPixel());
+    const Vec3d plain = linearOf(colors.empty() ? Vec3f{} : colors.front());
+    const auto shadeRow = [&](int y) {
+        const size_t firstPixel = static_cast<size_t>(y) * static_cast<size_t>(camera.width());
+        const size_t begin = view.first[firstPixel], end = view.first[firstPixel + static_cast<size_t>(camera.width())];
+        const std::vector<bool> dark =
+            shadows && hides ? shadowed(view, lights, *shadows, begin, end) : std::vector<bool>(end - begin);
+        for (int x = 0; x < camera.width(); ++x) {
+            const Vec3d background = backgroundAt(look, camera, x, y);
+            const Pixel there = behind ? pixelOf(*behind, x, y) : Pixel{.light = background};
+            Samples samples;
+            const size_t pixel = firstPixel + static_cast<size_t>(x);
+            Pixel added = there;
+            for (size_t k = view.first[pixel]; k < view.first[pixel + 1]; ++k) {
+                const Vec3d light =
+                    lights.at(view.hits[k], colors.size() == 1 ? plain : linearOf(colors[k]), dark[k - begin]);
+                if (hides)
+                    samples.add(light, view.hits[k].depth, there, weight);
+                else if (view.hits[k].depth < there.depth)
+                    added.light += light * weight;
+            }
+            setPixel(image, x, y, hides ? samples.over(there, background) : added);
+        }
+    };
+    parallelFor(
+        static_cast<size_t>(camera.height()), 1, [&](size_t y, size_t) { shadeRow(static_cast<int>(y)); }, monitor);
+    return image;
+}
+
+} // namespace curlew

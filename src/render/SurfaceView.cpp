@@ -1,0 +1,134 @@
+#include "curlew/render/SurfaceView.h"
+
+#include "curlew/base/Memory.h"
+#include "curlew/base/Parallel.h"
+
+#include <fmt/format.h>
+
+namespace curlew {
+
+namespace {
+
+struct RowOfHits {
+    std::vector<SurfaceSample> hits;
+    std::vector<size_t> counts; ///< By pixel.
+};
+
+SurfaceSample sampleOf(const Ray& ray, const RayHit& hit, const Camera& camera) {
+    SurfaceSample sample{.position = ray.origin + ray.direction * hit.distance, .normal = {}};
+    for (int axis = 0; axis < 3; ++axis) sample.normal[axis] = static_cast<float>(hit.normal[axis]);
+    sample.depth = static_cast<float>(dot(sample.position - camera.eye(), camera.forward()));
+    return sample;
+}
+
+RowOfHits viewRow(const Surface& surface, const Camera& camera, int samples, int y, double resolution) {
+    std::vector<Ray> rays;
+    rays.reserve(static_cast<size_t>(camera.width()) * static_cast<size_t>(samples * samples));
+    for (int x = 0; x < camera.width(); ++x)
+        for (int j = 0; j < samples; ++j)
+            for (int i = 0; i < samples; ++i)
+                rays.push_back({camera.eye(), camera.direction(x + (i + 0.5) / samples, y + (j + 0.5) / samples)});
+    std::vector<RayHit> found(rays.size());
+    surface.intersect(rays, resolution, found);
+    RowOfHits row;
+    const size_t perPixel = rays.size() / static_cast<size_t>(camera.width());
+    for (size_t begin = 0; begin < rays.size(); begin += perPixel) {
+        const size_t before = row.hits.size();
+        for (size_t k = begin; k < begin + perPixel; ++k) {
+            if (!found[k].found()) continue;
+            row.hits.push_back(sampleOf(rays[k], found[k], camera));
+        }
+        row.counts.push_back(row.hits.size() - before);
+    }
+    return row;
+}
+
+/// A quarter of a pixel at the middle of a box.
+double resolutionOf(const Camera& camera, const Box& box) {
+    const double depth = dot(box.center() - camera.eye(), camera.forward());
+    const double pixel = 1 / camera.project(camera.eye() + camera.forward()).pixelsPerUnit; // one unit away
+    return 0.25 * pixel * std::max(depth, 0.1 * length(box.size()));
+}
+
+} // namespace
+
+double SurfaceView::coverage() const {
+    return static_cast<double>(hits.size()) / static_cast<double>((first.size() - 1) * samplesPerPixel());
+}
+
+SurfaceView viewThrough(const Surface& surface, const SurfaceView& view, const Monitor& monitor) {
+    const Camera& camera = view.camera;
+    const double skin = surface.skin() + 2 * view.resolution;
+    std::vector<SurfaceSample> next(view.hits.size());
+    std::vector<uint8_t> found(view.hits.size());
+    parallelFor(
+        next.size(), 1024,
+        [&](size_t begin, size_t end) {
+            std::vector<Ray> rays;
+            for (size_t k = begin; k < end; ++k) {
+                const Vec3d way = view.hits[k].position - camera.eye(), direction = way * (1 / length(way));
+                rays.push_back({view.hits[k].position + direction * skin, direction});
+            }
+            std::vector<RayHit> hits(rays.size());
+            surface.intersect(rays, view.resolution, hits);
+            for (size_t k = begin; k < end; ++k) {
+                found[k] = hits[k - begin].found();
+                if (found[k]) next[k] = sampleOf(rays[k - begin], hits[k - begin], camera);
+            }
+        },
+        monitor);
+    SurfaceView through{
+        .camera = camera, .samples = view.samples, .resolution = view.resolution, .hits = {}, .first = {0}};
+    for (size_t pixel = 0; pixel + 1 < view.first.size(); ++pixel) {
+        for (size_t k = view.first[pixel]; k < view.first[pixel + 1]; ++k)
+            if (found[k]) through.hits.push_back(next[k]);
+        through.first.push_back(through.hits.size());
+    }
+    return through;
+}
+
+std::vector<Vec3d> visiblePoints(const Surface& surface, const Camera& camera) {
+    constexpr int kAcross = 128;
+    const double step = std::max(camera.width(), camera.height()) / static_cast<double>(kAcross);
+    std::vector<Ray> rays;
+    for (int j = 0; j < kAcross && (j + 0.5) * step < camera.height(); ++j)
+        for (int i = 0; i < kAcross && (i + 0.5) * step < camera.width(); ++i)
+            rays.push_back({camera.eye(), camera.direction((i + 0.5) * step, (j + 0.5) * step)});
+    std::vector<RayHit> hits(rays.size());
+    surface.intersect(rays, resolutionOf(camera, surface.box()), hits);
+    std::vector<Vec3d> points;
+    for (size_t k = 0; k < rays.size(); ++k)
+        if (hits[k].found()) points.push_back(rays[k].origin + rays[k].direction * hits[k].distance);
+    return points;
+}
+
+SurfaceView viewSurface(const Surface& surface, const Camera& camera, int samples, const Monitor& monitor) {
+    if (samples < 1 || samples > 16)
+        throw ValueError(fmt::format("{} samples along the edge of a pixel are not between 1 and 16", samples));
+    const auto height = static_cast<size_t>(camera.height()), width = static_cast<size_t>(camera.width());
+    SurfaceView view{.camera = camera,
+                     .samples = samples,
+                     .resolution = resolutionOf(camera, surface.box()),
+                     .hits = {},
+                     .first = {0}};
+    requireMemory(1.5 * static_cast<double>(height * width * view.samplesPerPixel() * sizeof(SurfaceSample)),
+                  fmt::format("{} x {} pixels with {} samples each", width, height, view.samplesPerPixel()),
+                  "choose a smaller width and height, or fewer samples");
+    std::vector<RowOfHits> rows(height);
+    parallelFor(
+        height, 1,
+        [&](size_t y, size_t) { rows[y] = viewRow(surface, camera, samples, static_cast<int>(y), view.resolution); },
+        monitor);
+    size_t hits = 0;
+    for (const RowOfHits& row : rows) hits += row.hits.size();
+    view.hits.reserve(hits);
+    view.first.reserve(height * width + 1);
+    for (RowOfHits& row : rows) {
+        view.hits.insert(view.hits.end(), row.hits.begin(), row.hits.end());
+        for (const size_t count : row.counts) view.first.push_back(view.first.back() + count);
+        row = {};
+    }
+    return view;
+}
+
+} // namespace curlew

@@ -1,0 +1,145 @@
+#include "curlew/base/Error.h"
+#include "curlew/base/Parallel.h"
+#include "curlew/picture/Lic.h"
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <limits>
+
+using namespace curlew;
+
+namespace {
+
+constexpr int kSize = 120;
+
+/// A value, less the middle of all.
+double value(const Image& image, int x, int y) { return static_cast<double>(image.at(x, y)) - 0.5; }
+
+template <class F>
+Image vectorsOf(const F& f) {
+    Image image = filledImage(kSize, kSize, {"right", "up"});
+    for (int y = 0; y < kSize; ++y)
+        for (int x = 0; x < kSize; ++x) {
+            const auto [right, up] = f(x + 0.5 - kSize / 2.0, kSize / 2.0 - y - 0.5);
+            image.at(x, y, 0) = static_cast<float>(right);
+            image.at(x, y, 1) = static_cast<float>(up);
+        }
+    return image;
+}
+
+Image along(double right, double up) {
+    return vectorsOf([=](double, double) { return std::pair(right, up); });
+}
+
+/// How alike pixels are that lie (dx, dy) apart: the correlation of their values.
+double correlation(const Image& image, int dx, int dy) {
+    double sum = 0, squares = 0;
+    for (int y = 10; y < kSize - 10; ++y)
+        for (int x = 10; x < kSize - 10; ++x) {
+            const double a = value(image, x, y), b = value(image, x + dx, y + dy);
+            sum += a * b;
+            squares += a * a;
+        }
+    return sum / squares;
+}
+
+} // namespace
+
+TEST_CASE("Streaks run along the vectors and not across them", "[picture]") {
+    const auto kernel = GENERATE(LicKernel::hann, LicKernel::box);
+    const LicOptions options{.length = 40, .kernel = kernel, .grain = 1};
+    const Image level = lic(along(3, 0), options), upright = lic(along(0, -0.01), options),
+                rising = lic(along(1, 1), options);
+    CHECK(correlation(level, 4, 0) > 0.75);
+    CHECK(std::abs(correlation(level, 0, 4)) < 0.2);
+    CHECK(correlation(upright, 0, 4) > 0.75);
+    CHECK(std::abs(correlation(upright, 4, 0)) < 0.2);
+    CHECK(correlation(rising, 3, -3) > 0.7); // up is towards smaller y
+    CHECK(std::abs(correlation(rising, 3, 3)) < 0.2);
+}
+
+TEST_CASE("A box streak is the mean of the noise along it", "[picture]") {
+    // Two pixels that are a apart on one line share the part 1 - a / length of their streaks.
+    const LicOptions options{.length = 40, .kernel = LicKernel::box, .grain = 1, .contrast = 0.1};
+    const Image image = lic(along(1, 0), options);
+    double sum = 0, squares = 0;
+    for (const float pixel : image.pixels) {
+        const auto v = static_cast<double>(pixel);
+        sum += v;
+        squares += v * v;
+    }
+    const double mean = sum / static_cast<double>(image.pixels.size());
+    CHECK(mean == Approx(0.5).margin(0.01));
+    CHECK(std::sqrt(squares / static_cast<double>(image.pixels.size()) - mean * mean) == Approx(0.1).margin(0.005));
+    for (const int apart : {5, 10, 20}) {
+        CAPTURE(apart);
+        CHECK(correlation(image, apart, 0) == Approx(1 - apart / 40.0).margin(0.12));
+    }
+}
+
+TEST_CASE("Streaks follow circles", "[picture]") {
+    const Image image = lic(vectorsOf([](double x, double y) { return std::pair(-y, x); }), {.length = 60, .grain = 1});
+    double alongSum = 0, acrossSum = 0;
+    const auto at = [&](double radius, double angle) {
+        return value(image, static_cast<int>(60 + radius * std::cos(angle)),
+                     static_cast<int>(60 - radius * std::sin(angle)));
+    };
+    for (int k = 0; k < 2000; ++k) {
+        const double angle = 0.00314159 * k, radius = 20 + k % 30;
+        alongSum += at(radius, angle) * at(radius, angle + 6 / radius);
+        acrossSum += at(radius, angle) * at(radius + 6, angle);
+    }
+    CAPTURE(alongSum, acrossSum);
+    CHECK(alongSum > 4 * std::abs(acrossSum));
+}
+
+TEST_CASE("Nothing stays nothing, and ends streaks", "[picture]") {
+    Image vectors = along(1, 0);
+    for (int y = 0; y < kSize; ++y) vectors.at(60, y, 1) = std::numeric_limits<float>::quiet_NaN();
+    const Image cut = lic(vectors, {.length = 40, .contrast = 0.05}),
+                whole = lic(along(1, 0), {.length = 40, .contrast = 0.05});
+    bool same = true;
+    for (int y = 0; y < kSize; ++y)
+        for (int x = 0; x < kSize; ++x) same = same && (x == 60) == std::isnan(cut.at(x, y));
+    CHECK(same);
+    // Both sides of the gap have nothing to do with one another.
+    double sum = 0, squares = 0;
+    for (int y = 0; y < kSize; ++y) {
+        sum += value(cut, 58, y) * value(cut, 62, y);
+        squares += value(cut, 58, y) * value(cut, 58, y);
+    }
+    CHECK(std::abs(sum / squares) < 0.3);
+    CHECK_FALSE(std::isnan(whole.at(60, 60)));
+}
+
+TEST_CASE("A line integral convolution depends on its seed and on no thread", "[picture]") {
+    const Image vectors = along(1, 0.3);
+    const auto pixels = [&](int threads, uint64_t seed) {
+        const ThreadLimit limit(threads);
+        return lic(vectors, {.seed = seed}).pixels;
+    };
+    CHECK(pixels(1, 0) == pixels(2, 0));
+    CHECK_FALSE(pixels(1, 0) == pixels(1, 1));
+    // Where nothing flows there is the noise itself.
+    CHECK(std::abs(correlation(lic(along(0, 0), {.grain = 1}), 2, 0)) < 0.1);
+}
+
+TEST_CASE("The light of a line integral convolution falls on a picture", "[picture]") {
+    Image light = filledImage(2, 1, {"lic"});
+    light.pixels = {1, std::numeric_limits<float>::quiet_NaN()};
+    const Image picture = filledImage(2, 1, {"R", "G", "B"}, 0.5f), lit = litBy(light, picture);
+    CHECK(lit.at(0, 0, 1) > 0.5f);
+    CHECK(lit.at(1, 0, 1) == 0.5f);
+    CHECK_THROWS_AS(litBy(filledImage(3, 1, {"lic"}), picture), ValueError);
+}
+
+TEST_CASE("A line integral convolution refuses what it cannot use", "[picture]") {
+    CHECK_THROWS_AS(lic(filledImage(4, 4, {"speed"})), ValueError);
+    CHECK_THROWS_AS(lic(along(1, 0), {.length = 0}), ValueError);
+    CHECK_THROWS_AS(lic(along(1, 0), {.grain = -1}), ValueError);
+    CHECK_THROWS_AS(lic(along(1, 0), {.contrast = std::numeric_limits<double>::quiet_NaN()}), ValueError);
+    Monitor stop;
+    stop.cancelled = [] { return true; };
+    CHECK_THROWS_AS(lic(along(1, 0), {}, stop), Interrupted);
+}

@@ -1,0 +1,200 @@
+#include "curlew/base/Error.h"
+#include "curlew/base/Parallel.h"
+#include "curlew/base/Random.h"
+#include "curlew/render/Splat.h"
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+using namespace curlew;
+
+namespace {
+
+const Vec3d kUp{{0, 1, 0}};
+
+/// Ten units away from the plane z = 0, where a pixel is a hundredth of a unit, x to the right and y upwards.
+Camera faced(int width = 160, int height = 120) {
+    const double fov = 2 * std::atan(0.5 * width * 0.01 / 10) * 180 / std::numbers::pi;
+    return {{{0, 0, 10}}, {}, kUp, fov, width, height};
+}
+
+/// Positions that own their numbers.
+struct Positions {
+    std::vector<double> x, y, z;
+    std::vector<size_t> start;
+
+    void add(double px, double py, double pz = 0) { x.push_back(px), y.push_back(py), z.push_back(pz); }
+    Splats points() const { return {.x = x, .y = y, .z = z}; }
+    Splats lines() const { return {.x = x, .y = y, .z = z, .start = start}; }
+};
+
+double energyOf(const Image& image) {
+    double sum = 0;
+    for (const float value : image.pixels) sum += static_cast<double>(value);
+    return sum / 3;
+}
+
+Positions randomWalks(size_t lines, size_t vertices) {
+    Positions p;
+    p.start.push_back(0);
+    for (size_t k = 0; k < lines; ++k) {
+        Vec3d at{{1.2 * randomUniform(1, k, 0) - 0.6, randomUniform(1, k, 1) - 0.5, randomUniform(1, k, 2) - 0.5}};
+        for (size_t v = 0; v < vertices; ++v) {
+            p.add(at[0], at[1], at[2]);
+            for (int i = 0; i < 3; ++i)
+                at[i] += 0.1 * (randomUniform(2, k * vertices + v, static_cast<uint64_t>(i)) - 0.5);
+        }
+        p.start.push_back(p.x.size());
+    }
+    return p;
+}
+
+constexpr SplatOptions kClear{.fade = 0};
+
+} // namespace
+
+TEST_CASE("a luminous point has the energy of its kernel wherever it lies among the pixels", "[render]") {
+    for (const double radius : {1.5, 2.5, 7.0})
+        for (int k = 0; k < 25; ++k) {
+            Positions p;
+            p.add(0.01 * randomUniform(3, static_cast<uint64_t>(k), 0),
+                  0.01 * randomUniform(3, static_cast<uint64_t>(k), 1));
+            CAPTURE(radius, k);
+            const auto seen = luminous(p.points(), faced(), {.pixels = radius, .fade = 0});
+            // The integral of (1 - (d/r)²)² over a disc.
+            CHECK(energyOf(seen.image) == Approx(std::numbers::pi * radius * radius / 3).epsilon(0.03));
+            CHECK(seen.drawn == 1);
+        }
+}
+
+TEST_CASE("what is smaller than a pixel gets fainter as its area does", "[render]") {
+    Positions p;
+    p.add(0.003, 0.004);
+    const double whole = energyOf(luminous(p.points(), faced(), {.radius = 0.02, .fade = 0}).image);
+    const double tenth = energyOf(luminous(p.points(), faced(), {.radius = 0.002, .fade = 0}).image);
+    CHECK(tenth / whole == Approx(0.01).epsilon(0.03));
+    // And a line as its width.
+    p.add(0.4, 0.3);
+    p.start = {0, 2};
+    const double line = energyOf(luminous(p.lines(), faced(), {.radius = 0.02, .fade = 0}).image);
+    CHECK(energyOf(luminous(p.lines(), faced(), {.radius = 0.002, .fade = 0}).image) / line ==
+          Approx(0.1).epsilon(0.03));
+}
+
+TEST_CASE("a line has the energy of its length, in any direction and however it is divided", "[render]") {
+    for (int k = 0; k < 20; ++k) {
+        const double angle = 0.05 + 0.3 * k, length = 0.7;
+        const double dx = length * std::cos(angle), dy = length * std::sin(angle);
+        Positions whole, parts;
+        whole.add(-dx / 2, -dy / 2), whole.add(dx / 2, dy / 2);
+        whole.start = {0, 2};
+        for (int part = 0; part <= 37; ++part) parts.add(dx * (part / 37.0 - 0.5), dy * (part / 37.0 - 0.5));
+        parts.start = {0, 38};
+        CAPTURE(angle);
+        const Image one = luminous(whole.lines(), faced(), kClear).image;
+        // The line's profile is (1 - (h/r)²)^2.5, whose integral is 5 pi / 16 of the radius.
+        CHECK(energyOf(one) == Approx(length * 100 * 1.5 * 5 * std::numbers::pi / 16).epsilon(0.02));
+        const Image many = luminous(parts.lines(), faced(), kClear).image;
+        for (size_t i = 0; i < one.pixels.size(); ++i)
+            REQUIRE(std::abs(many.pixels[i] - one.pixels[i]) < 2e-4f); // no seams; float pixel positions
+    }
+}
+
+TEST_CASE("a line is 1 in its middle, and its closing edge is drawn", "[render]") {
+    Positions p;
+    p.add(-0.3, 0.005), p.add(0.3, 0.005), p.add(0.3, 0.205), p.add(-0.3, 0.205);
+    p.start = {0, 4};
+    Splats square = p.lines();
+    const Image open = luminous(square, faced(), kClear).image;
+    square.closed = {1};
+    const Image closed = luminous(square, faced(), kClear).image;
+    CHECK(open.at(80, 59) == Approx(1).epsilon(1e-4)); // the middle of that pixel is at y = 0.005
+    CHECK(open.at(50, 49) < 1e-6f);
+    CHECK(closed.at(50, 49) > 0.7f);
+    CHECK(energyOf(closed) / energyOf(open) == Approx(1.6 / 1.4).epsilon(0.01));
+}
+
+TEST_CASE("light adds up, and what lies behind a surface is not seen", "[render]") {
+    Positions p;
+    p.add(0.105, 0.105), p.add(0.105, 0.105), p.add(0.105, 0.105, -1);
+    std::vector<float> depth(size_t{160} * 120, 10.5f);
+    const Image all = luminous(p.points(), faced(), kClear).image;
+    const Image near = luminous(p.points(), faced(), kClear, depth).image;
+    CHECK(near.at(90, 49) == Approx(2).epsilon(1e-4));
+    CHECK(energyOf(all) / energyOf(near) == Approx(1.5).epsilon(0.02));
+    const Image balls = opaque(p.points(), faced(), {.pixels = 4, .fade = 0}, depth).image;
+    CHECK(balls.at(90, 49, 3) == 1);
+    CHECK(balls.at(90, 49, 4) == Approx(10 - 0.04).epsilon(1e-3)); // the front of the ball
+}
+
+TEST_CASE("opaque balls cover their discs, the nearer ones those behind", "[render]") {
+    Positions p;
+    p.add(0, 0, 0), p.add(0.1, 0, 1), p.add(-5, 0, 0), p.add(0, 0, 11);
+    Splats splats = p.points();
+    splats.values = {0, 1, 0, 0};
+    splats.scale = {.map = ColorMap::gray, .lower = 0, .upper = 1};
+    const auto seen = opaque(splats, faced(), {.radius = 0.2, .fade = 0});
+    CHECK(seen.drawn == 2); // one is beside the picture, one behind the camera
+    CHECK(seen.image.at(80, 60, 0) > 0.3f);
+    CHECK(seen.image.at(80, 60, 4) < 9);
+    CHECK(seen.image.at(61, 60, 0) == 0); // the black one
+    CHECK(seen.image.at(61, 60, 3) == 1);
+    CHECK(std::isinf(seen.image.at(2, 2, 4)));
+    CHECK(seen.image.at(2, 2, 3) == 0);
+    Positions alone;
+    alone.add(0.0012, 0.0034);
+    const auto disc = opaque(alone.points(), faced(), {.radius = 0.3, .fade = 0});
+    CHECK(disc.covered * 160 * 120 == Approx(std::numbers::pi * 900).epsilon(0.003));
+}
+
+TEST_CASE("what is far away is weaker", "[render]") {
+    Positions p;
+    p.add(-0.205, 0.005, 1), p.add(0.205 * 1.1, 0.005 * 1.1, -1);
+    const Image light = luminous(p.points(), faced(), {.fade = 0.75}).image;
+    const auto peak = [&](int from, int to) {
+        float most = 0;
+        for (int x = from; x < to; ++x)
+            for (int y = 0; y < 120; ++y) most = std::max(most, light.at(x, y));
+        return most;
+    };
+    CHECK(peak(80, 160) / peak(0, 80) == Approx(0.25).margin(0.03));
+}
+
+TEST_CASE("splats are the same for any number of threads", "[render]") {
+    const Positions walks = randomWalks(300, 40);
+    const auto draw = [&](int threads) {
+        const ThreadLimit limit(threads);
+        return std::pair(luminous(walks.lines(), faced(333, 222), {}).image.pixels,
+                         opaque(walks.points(), faced(333, 222), {.radius = 0.03}).image.pixels);
+    };
+    const auto one = draw(1), four = draw(4);
+    CHECK(one.first == four.first);
+    CHECK(one.second == four.second);
+}
+
+TEST_CASE("splats refuse what does not fit, and take what is not there", "[render]") {
+    Positions p;
+    p.add(0, 0);
+    Splats splats = p.points();
+    CHECK_THROWS_AS(luminous(splats, faced(), {.pixels = 0}), ValueError);
+    CHECK_THROWS_AS(luminous(splats, faced(), {.radius = -1}), ValueError);
+    CHECK_THROWS_AS(luminous(splats, faced(), {.fade = 2}), ValueError);
+    CHECK_THROWS_AS(luminous(splats, faced(), {}, std::vector<float>(3)), ValueError);
+    splats.values = {1, 2};
+    CHECK_THROWS_AS(opaque(splats, faced(), {}), ValueError);
+    splats.values = {1};
+    splats.scale = {.lower = 1, .upper = 1};
+    CHECK_THROWS_AS(opaque(splats, faced(), {}), ValueError);
+    CHECK(luminous({}, faced(), {}).covered == 0);
+    CHECK_THROWS_AS(Splats{}.bounds(), ValueError);
+    Positions strange;
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN(), far = std::numeric_limits<double>::infinity();
+    strange.add(nan, 0), strange.add(0, far), strange.add(0.1, 0.1), strange.add(0, 0, 10);
+    const auto seen = luminous(strange.points(), faced(), kClear);
+    CHECK(seen.drawn == 1);
+    CHECK(std::isfinite(energyOf(seen.image)));
+    CHECK(strange.points().bounds().upper[0] == 0.1);
+}

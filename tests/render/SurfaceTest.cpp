@@ -1,0 +1,129 @@
+#include "curlew/base/Error.h"
+#include "curlew/field/Algebra.h"
+#include "curlew/field/NoiseField.h"
+#include "curlew/noise/GradientNoise.h"
+#include "curlew/render/Surface.h"
+#include "support/Points.h"
+
+#include <openvdb/tools/LevelSetSphere.h>
+
+using namespace curlew;
+
+namespace {
+
+constexpr double kResolution = 0.002;
+
+Vec3d unit(const Vec3d& v) { return v * (1 / length(v)); }
+
+/// From around the origin to near it.
+std::vector<Ray> raysInwards(size_t count) {
+    std::vector<Ray> rays;
+    for (size_t k = 0; k < count; ++k) {
+        const Vec3d origin = unit(test::randomPoint(test::cube(1), 1, k)) * 3.0;
+        rays.push_back({origin, unit(test::randomPoint(test::cube(0.9), 2, k) - origin)});
+    }
+    return rays;
+}
+
+std::vector<RayHit> hitsOf(const Surface& surface, const std::vector<Ray>& rays) {
+    std::vector<RayHit> hits(rays.size());
+    surface.intersect(rays, kResolution, hits);
+    return hits;
+}
+
+/// How far the hits on a ball about the origin are from the truth, of all rays that pass its edge by more than `edge`.
+double errorOnBall(const Surface& surface, double radius, double edge, double normalTolerance) {
+    const auto rays = raysInwards(1000);
+    const auto hits = hitsOf(surface, rays);
+    double worst = 0;
+    for (size_t k = 0; k < rays.size(); ++k) {
+        CAPTURE(rays[k].origin, rays[k].direction);
+        const double b = dot(rays[k].origin, rays[k].direction);
+        const double miss = std::sqrt(std::max(0.0, dot(rays[k].origin, rays[k].origin) - b * b));
+        if (std::abs(miss - radius) < edge) continue;
+        REQUIRE(hits[k].found() == (miss < radius));
+        if (!hits[k].found()) continue;
+        const double distance = -b - std::sqrt(radius * radius - miss * miss);
+        worst = std::max(worst, std::abs(hits[k].distance - distance));
+        const Vec3d normal = unit(rays[k].origin + rays[k].direction * hits[k].distance);
+        CHECK(length(hits[k].normal - normal) < normalTolerance);
+    }
+    return worst;
+}
+
+} // namespace
+
+TEST_CASE("rays meet a shape where they do", "[render]") {
+    CHECK(errorOnBall(Surface(sphereSdf(0.7)), 0.7, 0, 1e-9) < 1e-9);
+    // The same as an isosurface, whose steepness has to be measured.
+    CHECK(errorOnBall(Surface(sphereSdf(1).distance, -0.3, test::cube(1), true), 0.7, 0, 1e-9) < 1e-9);
+}
+
+TEST_CASE("rays meet a level set where its spline is, which is nearer than its voxels", "[render]") {
+    for (const double voxel : {0.05, 0.025}) {
+        const auto grid =
+            openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(0.7f, {0, 0, 0}, static_cast<float>(voxel), 6.0f);
+        const LevelSet levelSet{.grid = grid, .mesh = nullptr};
+        // The spline's value is off by h⁴ times fourth derivatives (6 / r³ at most) / 180 or so, along the ray by more
+        // where it grazes: cos >= sqrt(2 edge / r). Samples are rounded to float.
+        CAPTURE(voxel);
+        CHECK(errorOnBall(Surface(levelSet), 0.7, 0.5 * voxel, 0.05 * voxel) < 1e-3 * voxel);
+    }
+    CHECK_THROWS_AS(Surface({.grid = openvdb::createLevelSet<openvdb::FloatGrid>(0.1), .mesh = nullptr}), ValueError);
+}
+
+TEST_CASE("of a field, rays find the first place with the value", "[render]") {
+    const ScalarField noise = noiseField<GradientNoise<3>>({}, {.frequency = 2});
+    const Surface surface(noise, 0.1, test::cube(0.8), false);
+    const auto rays = raysInwards(300);
+    const auto hits = hitsOf(surface, rays);
+    size_t found = 0, thin = 0;
+    for (size_t k = 0; k < rays.size(); ++k) {
+        CAPTURE(rays[k].origin, rays[k].direction);
+        double before = 0, expected = std::numeric_limits<double>::infinity();
+        bool within = false;
+        for (double t = 0; t < 6 && std::isinf(expected); t += 0.25 * kResolution) {
+            const Vec3d p = rays[k].origin + rays[k].direction * t;
+            if (!test::cube(0.8).contains(p)) continue;
+            const double value = noise.at<0>(p).value - 0.1;
+            if (within && value * before < 0) expected = t;
+            within = true;
+            before = value;
+        }
+        if (std::isinf(expected) && !hits[k].found()) continue;
+        if (!(std::abs(hits[k].distance - expected) <= kResolution)) {
+            ++thin; // a bump that the ray only just touches, so that one of both has missed it
+            continue;
+        }
+        ++found;
+        const auto jet = noise.at<1>(rays[k].origin + rays[k].direction * hits[k].distance);
+        CHECK(std::abs(jet.value - 0.1) < 1e-9);
+        CHECK(std::abs(std::abs(dot(jet.gradient, hits[k].normal)) - length(jet.gradient)) < 1e-9);
+        CHECK(dot(hits[k].normal, rays[k].direction) <= 0);
+    }
+    CHECK(found > 150);
+    CHECK(thin <= 3);
+}
+
+TEST_CASE("a box cuts what is solid and leaves a sheet open", "[render]") {
+    const Sdf ground = planeSdf({{0, 1, 0}}, 0);
+    const Box box = test::cube(1);
+    const std::vector<Ray> rays{{{{3, -0.5, 0}}, {{-1, 0, 0}}}, {{{0, 3, 0.2}}, {{0, -1, 0}}}};
+    const auto solid = hitsOf(Surface(ground, box), rays);
+    CHECK(solid[0].distance == Approx(2).epsilon(1e-5)); // the box is a little wider than asked for
+    CHECK(solid[0].normal == Vec3d{{1, 0, 0}});
+    CHECK(solid[1].distance == Approx(3).epsilon(1e-12));
+    const auto sheet = hitsOf(Surface(ground.distance, 0, box, false), rays);
+    CHECK_FALSE(sheet[0].found());
+    CHECK(sheet[1].normal == Vec3d{{0, 1, 0}});
+    // From within one sees the far wall, and its normal towards the eye.
+    const auto inside = hitsOf(Surface(sphereSdf(1)), {{{{0.5, 0, 0}}, {{1, 0, 0}}}});
+    CHECK(inside[0].distance == Approx(0.5));
+    CHECK(inside[0].normal[0] == Approx(-1));
+}
+
+TEST_CASE("a surface has an end and a place", "[render]") {
+    CHECK_THROWS_AS(Surface(planeSdf({{0, 1, 0}}, 0)), ValueError);
+    CHECK_THROWS_AS(Surface(sphereSdf(1), Box{}), ValueError);
+    CHECK_THROWS_AS(Surface(constantField(1.0), 1, test::cube(1), true), ValueError);
+}

@@ -1,0 +1,49 @@
+#include "curlew/base/Error.h"
+#include "curlew/base/Parallel.h"
+#include "curlew/render/WallOutline.h"
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+using namespace curlew;
+
+namespace {
+
+const Domain kBall = Domain::of({.sdf = sphereSdf(1), .side = Side::inside, .width = 0.1});
+const Camera kCamera({{0, 0, 6}}, {}, {{0, 1, 0}}, 30, 200, 160);
+
+} // namespace
+
+TEST_CASE("the outline of a ball is a bright ring where it is seen edge on, faint inside, nothing outside",
+          "[render]") {
+    const Image outline = wallOutline(kBall, kCamera);
+    REQUIRE(outline.width == 200);
+    REQUIRE(outline.height == 160);
+    // The edge is seen at the sine 1/6 from the middle.
+    const double focal = kCamera.project({{0, 0, 5}}).pixelsPerUnit, edge = focal * std::tan(std::asin(1 / 6.0));
+    for (int y = 0; y < 160; ++y)
+        for (int x = 0; x < 200; ++x) {
+            const double radius = std::hypot(x + 0.5 - 100, y + 0.5 - 80);
+            CAPTURE(x, y, radius, edge);
+            if (radius < 0.5 * edge) REQUIRE(outline.at(x, y) < 0.02f);
+            if (std::abs(radius - edge) < 0.7) REQUIRE(outline.at(x, y) > 0.25f);
+            if (radius > edge + 6) REQUIRE(outline.at(x, y) < 1e-3f);
+            REQUIRE(outline.at(x, y) <= 1);
+        }
+}
+
+TEST_CASE("an outline is the same for any number of threads", "[render]") {
+    const auto draw = [](int threads) {
+        const ThreadLimit limit(threads);
+        return wallOutline(kBall, kCamera).pixels;
+    };
+    CHECK(draw(1) == draw(3));
+}
+
+TEST_CASE("an outline needs a wall in a finite box", "[render]") {
+    CHECK_THROWS_AS(wallOutline({}, kCamera), ValueError);
+    Domain endless = kBall;
+    endless.box = {{{-HUGE_VAL, -1, -1}}, {{1, 1, 1}}};
+    CHECK_THROWS_AS(wallOutline(endless, kCamera), ValueError);
+}
