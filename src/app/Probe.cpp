@@ -2,9 +2,9 @@
 
 #include "curlew/app/Text.h"
 #include "curlew/base/AtomicFile.h"
+#include "curlew/base/Csv.h"
 #include "curlew/base/Error.h"
 #include "curlew/field/Dimensions.h"
-#include "curlew/vdb/VdbFile.h"
 
 #include <fmt/format.h>
 
@@ -16,43 +16,26 @@ namespace {
 
 constexpr size_t kMostDimensions = 7;
 
-/// The names of N coordinates: those of the header's first word decide which of the two kinds it is.
-std::vector<std::string> coordinateNames(const std::vector<std::string>& header) {
+/// Whether these are the names of N coordinates: x, y, z, or x0, x1, ….
+bool areCoordinates(const std::vector<std::string>& names) {
     static const std::vector<std::string> kLetters{"x", "y", "z"};
-    if (header.size() <= kLetters.size() && std::equal(header.begin(), header.end(), kLetters.begin())) return header;
-    for (size_t k = 0; k < header.size(); ++k)
-        if (header[k] != fmt::format("x{}", k)) return {};
-    return header.size() <= kMostDimensions ? header : std::vector<std::string>{};
+    if (names.size() <= kLetters.size() && std::equal(names.begin(), names.end(), kLetters.begin())) return true;
+    for (size_t k = 0; k < names.size(); ++k)
+        if (names[k] != fmt::format("x{}", k)) return false;
+    return names.size() <= kMostDimensions;
 }
 
 } // namespace
 
 Positions readPositions(const std::filesystem::path& path) {
-    std::ifstream stream = openToRead(path);
-    stream.exceptions(std::ios::goodbit);
-    Positions positions;
-    std::string line;
-    for (int number = 1; std::getline(stream, line); ++number) {
-        if (line.ends_with('\r')) line.pop_back();
-        const auto cells = split(line, ',');
-        if (number == 1) {
-            positions.names = coordinateNames(cells);
-            if (positions.names.empty())
-                throw FileError(fmt::format(
-                    "'{}' is no list of positions: its first line must be x or x,y or x,y,z or x0,x1,… up to x6",
-                    path.string()));
-            continue;
-        }
-        if (line.empty()) continue;
-        bool good = cells.size() == positions.names.size();
-        for (size_t k = 0; k < cells.size() && good; ++k)
-            good = parseReal(cells[k], positions.coordinates.emplace_back());
-        if (!good)
-            throw FileError(fmt::format("'{}' line {}: '{}' is not {} finite number{}", path.string(), number, line,
-                                        positions.dimension(), positions.dimension() == 1 ? "" : "s"));
-    }
-    if (positions.coordinates.empty()) throw FileError(fmt::format("'{}' holds no positions", path.string()));
-    return positions;
+    CsvTable table = readCsv(path, CsvCells::finite, [&](const std::vector<std::string>& names) {
+        if (!areCoordinates(names))
+            throw FileError(fmt::format(
+                "'{}' is no list of positions: its first line must be x or x,y or x,y,z or x0,x1,… up to x6",
+                path.string()));
+    });
+    if (table.values.empty()) throw FileError(fmt::format("'{}' holds no positions", path.string()));
+    return {std::move(table.names), std::move(table.values)};
 }
 
 namespace {

@@ -5,7 +5,7 @@
 #include "curlew/app/Expression.h"
 #include "curlew/app/Registry.h"
 #include "curlew/app/Text.h"
-#include "curlew/vdb/VdbFile.h"
+#include "curlew/base/InputFile.h"
 
 #include <sstream>
 

@@ -1,16 +1,13 @@
 #include "curlew/picture/Plot.h"
 
+#include "curlew/base/Csv.h"
 #include "curlew/base/Error.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <charconv>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <limits>
 #include <string_view>
 
@@ -19,32 +16,6 @@ namespace curlew {
 namespace {
 
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
-
-// --- reading
-// -----------------------------------------------------------------------------------------------------------------------
-
-std::vector<std::string> cells(std::string_view line) {
-    std::vector<std::string> found(1);
-    for (const char c : line) {
-        if (c == ',')
-            found.emplace_back();
-        else if (c != '\r' && c != '"')
-            found.back() += c;
-    }
-    for (std::string& cell : found) {
-        cell.erase(0, std::min(cell.find_first_not_of(" \t"), cell.size()));
-        cell.erase(cell.find_last_not_of(" \t") + 1);
-    }
-    return found;
-}
-
-/// Nothing where it is no number.
-bool parse(const std::string& cell, double& value) {
-    value = kMissing;
-    if (cell.empty()) return true;
-    const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-    return error == std::errc() && end == cell.data() + cell.size();
-}
 
 // --- axes
 // --------------------------------------------------------------------------------------------------------------------------
@@ -192,32 +163,18 @@ void validate(const PlotData& data, const PlotOptions& o) {
 } // namespace
 
 PlotData readPlotData(const std::filesystem::path& path) {
-    const auto wrong = [&](size_t line, const std::string& what) {
-        return FileError(fmt::format("cannot read '{}': line {}: {}", path.string(), line, what));
-    };
-    errno = 0;
-    std::ifstream in(path);
-    if (!in) throw FileError(fmt::format("cannot read '{}': {}", path.string(), std::strerror(errno)));
-    PlotData data;
-    std::string line;
-    for (size_t number = 1; std::getline(in, line); ++number) {
-        if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
-        const auto row = cells(line);
-        if (data.xName.empty() && data.curves.empty()) {
-            if (row.size() < 2) throw wrong(number, "needs a name for x and for at least one curve");
-            data.xName = row[0];
-            for (size_t k = 1; k < row.size(); ++k) data.curves.push_back({row[k], {}});
-            continue;
-        }
-        if (row.size() != data.curves.size() + 1)
-            throw wrong(number, fmt::format("has {} cells, and the header {}", row.size(), data.curves.size() + 1));
-        for (size_t k = 0; k < row.size(); ++k) {
-            double value = 0;
-            if (!parse(row[k], value)) throw wrong(number, fmt::format("'{}' is not a number", row[k]));
-            (k == 0 ? data.x : data.curves[k - 1].y).push_back(value);
-        }
+    const CsvTable table = readCsv(path, CsvCells::optional, [&](const std::vector<std::string>& names) {
+        if (names.size() < 2)
+            throw FileError(fmt::format("cannot read '{}': its header needs a name for x and for at least one curve",
+                                        path.string()));
+    });
+    if (table.values.empty()) throw FileError(fmt::format("cannot read '{}': it has no numbers", path.string()));
+    PlotData data{.xName = table.names[0]};
+    for (size_t k = 1; k < table.names.size(); ++k) data.curves.push_back({.name = table.names[k]});
+    for (size_t k = 0; k < table.values.size(); ++k) {
+        const size_t column = k % table.names.size();
+        (column == 0 ? data.x : data.curves[column - 1].y).push_back(table.values[k]);
     }
-    if (data.x.empty()) throw FileError(fmt::format("cannot read '{}': it has no numbers", path.string()));
     return data;
 }
 

@@ -1,7 +1,7 @@
 #include "curlew/vdb/MeshFile.h"
 
 #include "MeshChecks.h"
-#include "curlew/vdb/VdbFile.h"
+#include "curlew/base/InputFile.h"
 
 #include <assimp/Importer.hpp>
 #include <assimp/postprocess.h>

@@ -3,6 +3,7 @@
 #include "VdbWalk.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Error.h"
+#include "curlew/base/InputFile.h"
 #include "curlew/base/Parallel.h"
 
 #include <boost/uuid/name_generator_sha1.hpp>
@@ -202,23 +203,6 @@ openvdb::GridBase::ConstPtr asWritten(const openvdb::GridBase& grid, const VdbWr
 }
 
 } // namespace
-
-std::ifstream openToRead(const fs::path& path) {
-    const auto fail = [&](const std::string& why) {
-        return FileError(fmt::format("cannot read '{}': {}", path.string(), why));
-    };
-    std::error_code error;
-    const fs::file_status status = fs::status(path, error);
-    if (!fs::exists(status)) throw fail("there is no such file; check the name");
-    if (fs::is_directory(status)) throw fail("it is a folder; give a file in it");
-    if (!fs::is_regular_file(status)) throw fail("it is not a regular file; copy it to one");
-    errno = 0;
-    std::ifstream in(path, std::ios::binary);
-    if (!in) throw fail(fmt::format("{}; check its permissions", std::strerror(errno)));
-    if (in.peek() == std::ifstream::traits_type::eof()) throw fail("it is empty; write or copy it again");
-    in.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
-    return in;
-}
 
 std::vector<openvdb::GridBase::Ptr> readVdb(const fs::path& path) {
     openvdb::initialize();

@@ -23,9 +23,8 @@ struct PlotOptions {
     int width = 760, height = 460;                    ///< Pixels.
 };
 
-/// The table of a CSV file: a header with the names, the first column is x; empty cells are missing. Throws FileError
-/// for a file that cannot be read, has no numbers, a row of another length or a cell that is no number, naming its
-/// line.
+/// The table of a CSV file (readCsv with CsvCells::optional): the first column is x, each other one a curve; empty
+/// cells are missing. Throws FileError as readCsv does, and if there is a single column or no row.
 PlotData readPlotData(const std::filesystem::path& path);
 
 /// The curves as an SVG, with axes, round numbers at them, a grid and a legend; markers on curves of few points. The

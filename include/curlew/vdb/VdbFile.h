@@ -4,7 +4,6 @@
 #include <openvdb/MetaMap.h>
 
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <vector>
 
@@ -42,9 +41,5 @@ std::vector<openvdb::GridBase::Ptr> readVdb(const std::filesystem::path& path);
 void writeVdb(const std::filesystem::path& path, const std::vector<openvdb::GridBase::ConstPtr>& grids,
               const openvdb::MetaMap& fileMetadata = {}, const VdbWriteOptions& options = {},
               const std::function<bool()>& cancelled = {});
-
-/// A binary stream of an existing file that throws std::ios_base::failure if it ends before a read is complete.
-/// Throws FileError if there is no such file, it is not a regular file, it cannot be opened or it is empty.
-std::ifstream openToRead(const std::filesystem::path& path);
 
 } // namespace curlew

@@ -1,0 +1,82 @@
+#include "curlew/base/Csv.h"
+
+#include "curlew/base/Error.h"
+#include "curlew/base/InputFile.h"
+#include "curlew/base/Memory.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <string_view>
+
+namespace curlew {
+
+namespace {
+
+/// The text between two commas.
+std::string cellOf(std::string_view text, CsvCells cells) {
+    std::string cell(text);
+    if (cells == CsvCells::finite) return cell;
+    std::erase(cell, '"');
+    cell.erase(0, std::min(cell.find_first_not_of(" \t"), cell.size()));
+    cell.erase(cell.find_last_not_of(" \t") + 1);
+    return cell;
+}
+
+std::vector<std::string> cellsOf(std::string_view line, CsvCells cells) {
+    std::vector<std::string> row;
+    for (size_t begin = 0;;) {
+        const size_t end = std::min(line.find(',', begin), line.size());
+        row.push_back(cellOf(line.substr(begin, end - begin), cells));
+        if (end == line.size()) return row;
+        begin = end + 1;
+    }
+}
+
+/// Returns false if the cell is not a number of this kind.
+bool parse(std::string_view cell, CsvCells cells, double& value) {
+    value = std::numeric_limits<double>::quiet_NaN();
+    if (cell.empty()) return cells == CsvCells::optional;
+    if (cell.starts_with('+') && !cell.starts_with("+-")) cell.remove_prefix(1);
+    const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+    return error == std::errc() && end == cell.data() + cell.size() &&
+           (cells == CsvCells::optional || std::isfinite(value));
+}
+
+} // namespace
+
+CsvTable readCsv(const std::filesystem::path& path, CsvCells cells,
+                 const std::function<void(const std::vector<std::string>& names)>& checkNames) {
+    std::ifstream in = openToRead(path);
+    in.exceptions(std::ios::goodbit);
+    // A cell and its comma have two bytes at least, a number eight; a vector that grows holds its numbers twice.
+    requireMemory(8 * static_cast<double>(std::filesystem::file_size(path)), fmt::format("'{}'", path.string()),
+                  "split the file");
+    CsvTable table;
+    std::string line;
+    for (size_t number = 1; std::getline(in, line); ++number) {
+        std::erase(line, '\r');
+        if (line.find_first_not_of(" \t") == std::string::npos) continue;
+        const auto row = cellsOf(line, cells);
+        if (table.names.empty()) {
+            table.names = row;
+            if (checkNames) checkNames(row);
+            continue;
+        }
+        const auto wrong = [&](const std::string& what) {
+            return FileError(fmt::format("cannot read '{}': line {}: {}", path.string(), number, what));
+        };
+        if (row.size() != table.names.size())
+            throw wrong(fmt::format("has {} cells, and the header {}", row.size(), table.names.size()));
+        for (const std::string& cell : row)
+            if (!parse(cell, cells, table.values.emplace_back()))
+                throw wrong(fmt::format("'{}' is not a {}number", cell, cells == CsvCells::finite ? "finite " : ""));
+    }
+    if (in.bad()) throw FileError(fmt::format("cannot read '{}': the disk or network failed", path.string()));
+    if (table.names.empty()) throw FileError(fmt::format("cannot read '{}': it is blank", path.string()));
+    return table;
+}
+
+} // namespace curlew

@@ -1,0 +1,29 @@
+#include "curlew/base/InputFile.h"
+
+#include "curlew/base/Error.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+
+namespace curlew {
+
+std::ifstream openToRead(const std::filesystem::path& path) {
+    const auto fail = [&](const std::string& why) {
+        return FileError(fmt::format("cannot read '{}': {}", path.string(), why));
+    };
+    std::error_code error;
+    const std::filesystem::file_status status = std::filesystem::status(path, error);
+    if (!std::filesystem::exists(status)) throw fail("there is no such file; check the name");
+    if (std::filesystem::is_directory(status)) throw fail("it is a folder; give a file in it");
+    if (!std::filesystem::is_regular_file(status)) throw fail("it is not a regular file; copy it to one");
+    errno = 0;
+    std::ifstream in(path, std::ios::binary);
+    if (!in) throw fail(fmt::format("{}; check its permissions", std::strerror(errno)));
+    if (in.peek() == std::ifstream::traits_type::eof()) throw fail("it is empty; write or copy it again");
+    in.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
+    return in;
+}
+
+} // namespace curlew
