@@ -6,28 +6,17 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <optional>
 #include <string>
 #include <type_traits>
 #include <vector>
 
 namespace curlew::test {
 
-/// A file of tests/data, which is always there.
-inline nlohmann::json ownData(const std::string& name) {
+/// A file of tests/data.
+inline nlohmann::json reference(const std::string& name) {
     std::ifstream file(std::filesystem::path(CURLEW_TEST_DATA) / name);
+    CAPTURE(name);
     REQUIRE(file);
-    return nlohmann::json::parse(file);
-}
-
-/// A file of the reference values that lie beside a checkout on the machines of this project; elsewhere nothing.
-inline std::optional<nlohmann::json> reference(const std::string& name) {
-    const std::filesystem::path path = std::filesystem::path(CURLEW_SHARED_DIR) / "reference" / name;
-    if (!std::filesystem::exists(path)) {
-        WARN("skipped: there are no reference values " << path);
-        return std::nullopt;
-    }
-    std::ifstream file(path);
     return nlohmann::json::parse(file);
 }
 
@@ -53,13 +42,12 @@ void inDimension(int n, const Use& use) {
 }
 
 /// Calls `use(row, n)` for every row of a file of reference values whose rows have a dimension n, which is a constant.
-/// Requires that there are rows of all these dimensions, if there is the file.
+/// Requires that there are rows of all these dimensions.
 template <class Use>
 void forRowsInDimensions(const std::string& name, const std::vector<int>& dimensions, const Use& use) {
-    const auto file = reference(name);
-    if (!file) return;
     std::map<int, int> rows;
-    for (const auto& row : file->at("rows")) {
+    const nlohmann::json file = reference(name);
+    for (const auto& row : file.at("rows")) {
         const int n = row.at("n").get<int>();
         ++rows[n];
         inDimension(n, [&](auto dimension) { use(row, dimension); });
