@@ -95,7 +95,7 @@ std::vector<std::string> torusTable(const TableRun& run, std::ostream& out) {
     const ScalarField noise = noiseField<GradientNoise<3>>({}, {.frequency = 2});
     const Flow flow = withSpeed(Flow(noise, torus.distance, {.box = torus.bounds.padded(0.2), .wall = {}}), 1);
     const int width = std::max(48, static_cast<int>(std::lround(480 * std::sqrt(run.scale))));
-    const Camera camera = Camera::around(torus.bounds, {{0.6, 0.45, 1}}, {{0, 1, 0}}, 35, width, 3 * width / 4);
+    const Camera camera = Camera::around(torus.bounds, {.width = width, .height = 3 * width / 4});
     const SurfaceView view = viewSurface(Surface(torus), camera, 1);
 
     const Carried reference = carry(flow, view, {Scheme::rk4, kReferenceSteps, 10});

@@ -19,16 +19,22 @@ std::vector<Option> cameraOptions() {
             integer("height", "720", 1, 32768, "pixels down")};
 }
 
+CameraOptions viewpointOf(const Arguments& a) {
+    if (a.given("target") && !a.given("eye"))
+        throw ValueError("target= needs eye=; without them, the camera sees all of the subject");
+    return {.from = a.vector("from"),
+            .up = a.vector("up"),
+            .fieldOfView = a.real("fov"),
+            .width = static_cast<int>(a.integer("width")),
+            .height = static_cast<int>(a.integer("height"))};
+}
+
 Camera cameraOf(const Arguments& a, const Box& subject) {
-    const auto width = static_cast<int>(a.integer("width")), height = static_cast<int>(a.integer("height"));
-    if (a.given("eye")) {
-        if (!a.given("target") && !subject.finite()) throw ValueError("the subject is infinite; give target=");
-        return {a.vector("eye"), a.given("target") ? a.vector("target") : subject.center(),
-                a.vector("up"),  a.real("fov"),
-                width,           height};
-    }
-    if (a.given("target")) throw ValueError("target= needs eye=; without them, the camera sees all of the subject");
-    return Camera::around(subject, a.vector("from"), a.vector("up"), a.real("fov"), width, height);
+    const CameraOptions o = viewpointOf(a);
+    if (!a.given("eye")) return Camera::around(subject, o);
+    if (!a.given("target") && !subject.finite()) throw ValueError("the subject is infinite; give target=");
+    const Vec3d target = a.given("target") ? a.vector("target") : subject.center();
+    return {a.vector("eye"), target, o.up, o.fieldOfView, o.width, o.height};
 }
 
 } // namespace curlew::app

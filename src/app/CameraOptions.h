@@ -9,6 +9,9 @@ namespace curlew::app {
 /// height.
 std::vector<Option> cameraOptions();
 
+/// What the options say of the camera but for its place; ValueError for a target= without eye=.
+CameraOptions viewpointOf(const Arguments& a);
+
 /// The camera of these options; without eye=, it sees all of the box.
 Camera cameraOf(const Arguments& a, const Box& subject);
 

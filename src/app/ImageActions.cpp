@@ -44,32 +44,11 @@ std::vector<Option> viewOptions() {
             box("box", "what the picture has to show (default: the domain)")};
 }
 
-/// The components of vectors in the plane of a picture, to the right and up.
-Image inPlane(const Image& vectors, const PicturePlane& plane) {
-    Image flat = filledImage(vectors.width, vectors.height, {"right", "up"});
-    for (int y = 0; y < flat.height; ++y)
-        for (int x = 0; x < flat.width; ++x) {
-            flat.at(x, y, 0) = vectors.at(x, y, plane.right());
-            flat.at(x, y, 1) = vectors.at(x, y, plane.up());
-        }
-    return flat;
-}
-
-/// Where the wall of a flow is.
-void outline(const Flow& flow, const View& view, Image& picture, const Monitor& monitor) {
-    if (!flow.domain().wall) return;
-    const SliceSource distance{.channels = {"distance"},
-                               .eval = [&](const PointBatch& points, SliceSource::Values& values) {
-                                   std::array<bool, kBatch> allowed;
-                                   std::array<double, kBatch> found;
-                                   classify(flow.domain(), points, allowed, found);
-                                   for (size_t i = 0; i < kBatch; ++i) values[0][i] = static_cast<float>(found[i]);
-                               }};
-    SliceOptions fine = view.slice;
-    fine.supersampling = 1;
-    const std::array wall{0.0};
-    drawLines(picture, isoLines(slice(view.box, distance, fine, monitor), wall),
-              {.opacity = 0.9f, .width = std::max(1.5, picture.width / 500.0)});
+/// What the view shows of a source, at one sample per pixel: for lines and arrows.
+Image sampled(const View& view, const SliceSource& source, const Monitor& monitor) {
+    SliceOptions single = view.slice;
+    single.supersampling = 1;
+    return slice(view.box, source, single, monitor);
 }
 
 // --- slices
@@ -88,22 +67,6 @@ struct Subject {
     SliceSource shown, contoured, vectors;
     bool positive = false; ///< What is shown is never negative.
 };
-
-/// The component of the velocity in a direction.
-SliceSource alongSource(const Flow& flow, const Vec3d& direction) {
-    const double size = length(direction);
-    if (!(size > 0)) throw ValueError("direction=0,0,0 is no direction");
-    Vec3f unit;
-    for (int axis = 0; axis < 3; ++axis) unit[axis] = static_cast<float>(direction[axis] / size);
-    return {
-        .channels = {"along"},
-        .eval = [velocity = flowSource(flow, "velocity"), unit](const PointBatch& points, SliceSource::Values& values) {
-            SliceSource::Values v(3);
-            velocity.eval(points, v);
-            for (size_t i = 0; i < kBatch; ++i)
-                values[0][i] = v[0][i] * unit[0] + v[1][i] * unit[1] + v[2][i] * unit[2];
-        }};
-}
 
 Subject flowSubject(Session& s, const Arguments& a) {
     const Flow flow = s.flow();
@@ -138,23 +101,6 @@ Subject subjectOf(Session& s, const Arguments& a) {
     return ofFlow ? flowSubject(s, a) : fieldSubject(s, a);
 }
 
-void drawContours(const Subject& subject, int count, const LineStyle& style, Image& picture, const Monitor& monitor) {
-    SliceOptions fine = subject.view.slice;
-    fine.supersampling = 1;
-    const Image scalar = slice(subject.view.box, subject.contoured, fine, monitor);
-    const ColorScale range = automaticScale(scalar, ColorMap::diverging);
-    const std::vector<double> levels =
-        evenLevels(static_cast<double>(range.lower), static_cast<double>(range.upper), count);
-    drawLines(picture, isoLines(scalar, levels), style);
-}
-
-void drawArrows(const Subject& subject, int across, const LineStyle& style, Image& picture, const Monitor& monitor) {
-    SliceOptions fine = subject.view.slice;
-    fine.supersampling = 1;
-    const Image vectors = slice(subject.view.box, subject.vectors, fine, monitor);
-    drawLines(picture, arrows(inPlane(vectors, PicturePlane(subject.view.box, fine)), across), style);
-}
-
 void sliceAction(Session& s, const Arguments& a) {
     const Subject subject = subjectOf(s, a);
     const Monitor monitor = s.console.follow("slice");
@@ -162,15 +108,20 @@ void sliceAction(Session& s, const Arguments& a) {
     // Two colours for values of both signs, one scale for those that are never negative.
     ColorMap map = subject.positive ? ColorMap::viridis : ColorMap::diverging;
     if (a.choice("map") > 0 && !isVector(image)) map = static_cast<ColorMap>(a.choice("map") - 1);
-    const auto contours = static_cast<int>(a.integer("contours")), across = static_cast<int>(a.integer("arrows"));
-    if (contours > 0 || across > 0) {
+    const auto lines = static_cast<int>(a.integer("contours")), across = static_cast<int>(a.integer("arrows"));
+    if (lines > 0 || across > 0) {
         image = displayed(image, automaticScale(image, map));
         // Dark on the light middle of the diverging colours, light on the others.
         const Vec3f ink = map == ColorMap::diverging ? Vec3f{{0.08f, 0.08f, 0.1f}} : Vec3f{{1, 1, 1}};
         const double width = std::max(1.0, image.width / 640.0);
-        if (contours > 0)
-            drawContours(subject, contours, {.color = ink, .opacity = 0.7f, .width = width}, image, monitor);
-        if (across > 0) drawArrows(subject, across, {.color = ink, .width = 1.6 * width}, image, monitor);
+        if (lines > 0)
+            drawLines(image, contours(sampled(subject.view, subject.contoured, monitor), lines),
+                      {.color = ink, .opacity = 0.7f, .width = width});
+        if (across > 0) {
+            const Image vectors = sampled(subject.view, subject.vectors, monitor);
+            const PicturePlane plane(subject.view.box, subject.view.slice);
+            drawLines(image, arrows(inPlane(vectors, plane), across), {.color = ink, .width = 1.6 * width});
+        }
     }
     s.images.push({std::move(image), map}, s.now());
 }
@@ -226,10 +177,10 @@ void licAction(Session& s, const Arguments& a) {
         scale.lower -= 0.25f * scale.upper; // the darkest colours would hide the streaks
         picture = litBy(picture, displayed(speed, scale));
     }
-    const bool outlined = a.flag("outline") && flow.domain().wall;
-    if (outlined) {
+    if (a.flag("outline") && flow.domain().wall) {
         picture = displayed(picture, {.map = ColorMap::gray});
-        outline(flow, view, picture, monitor);
+        drawLines(picture, isoLines(sampled(view, wallSource(flow.domain()), monitor), std::array{0.0}),
+                  {.opacity = 0.9f, .width = std::max(1.5, picture.width / 500.0)});
     }
     s.images.push({std::move(picture), ColorMap::gray}, s.now());
 }
@@ -238,7 +189,7 @@ Action licDeclaration() {
     std::vector<Option> declared = viewOptions();
     for (Option& option :
          std::vector{positive("length", "", "pixels", "of the streaks (default: 6 % of the width)"),
-                     choice("kernel", {"hann", "box"}, "how the noise is averaged along a streak"),
+                     choice("kernel", namesOf(kLicKernelNames), "how the noise is averaged along a streak"),
                      positive("grain", "", "pixels", "of the noise (default: 1.25, more in wide pictures)"),
                      integer("seed", "0", 0, 0x1p53 - 1, "another seed, another noise"),
                      choice("color", {"speed", "none"}, "by what the streaks are coloured"),

@@ -2,6 +2,8 @@
 
 #include "curlew/app/Action.h"
 
+#include <array>
+
 // Short forms in which the actions declare their options.
 namespace curlew::app::options {
 
@@ -63,6 +65,11 @@ inline Option choice(std::string name, std::vector<std::string> choices, std::st
             .fallback = std::move(fallback),
             .help = std::move(help),
             .choices = std::move(choices)};
+}
+/// The names of an enumeration's values as choices.
+template <size_t N>
+std::vector<std::string> namesOf(const std::array<std::string_view, N>& names) {
+    return {names.begin(), names.end()};
 }
 inline Option text(std::string name, std::string fallback, std::string help) {
     return {

@@ -21,16 +21,6 @@ const std::string kGroup = "pictures";
 // --- panels
 // ---------------------------------------------------------------------------------------------------------
 
-/// One scale for the values of all images of one channel.
-ColorScale commonScale(const std::vector<ImageObject>& images, ColorMap map) {
-    Image all{.width = 1, .height = 0, .channels = {"all"}, .pixels = {}};
-    for (const ImageObject& object : images) {
-        const Image& image = object.image;
-        if (image.channels.size() == 1) all.pixels.insert(all.pixels.end(), image.pixels.begin(), image.pixels.end());
-    }
-    return automaticScale(all, map);
-}
-
 /// The text of labels=, with figures of the report in place of their names in brackets.
 std::vector<std::string> labelsOf(const Session& s, const Arguments& a) {
     if (!a.given("labels")) return {};
@@ -40,17 +30,17 @@ std::vector<std::string> labelsOf(const Session& s, const Arguments& a) {
 void panelsAction(Session& s, const Arguments& a) {
     const size_t count = a.given("count") ? static_cast<size_t>(a.integer("count")) : s.images.size();
     if (s.images.empty()) throw ValueError("there is no image yet; make some with -slice");
-    std::vector<ImageObject> images;
-    for (size_t age = count; age-- > 0;) images.push_back(s.images.at(age));
+    std::vector<Image> images, pictures;
+    for (size_t age = count; age-- > 0;) images.push_back(s.images.at(age).image);
     const bool common = a.choice("scale") == 1;
-    std::vector<Image> pictures;
-    for (const ImageObject& object : images) {
-        const Image& image = object.image;
+    for (size_t k = 0; k < count; ++k) {
+        const Image& image = images[k];
+        const ColorMap map = s.images.at(count - 1 - k).map;
         if (image.channels.size() > 1) {
             pictures.push_back(displayed(image, automaticScale(image, ColorMap::diverging)));
             continue;
         }
-        const ColorScale scale = common ? commonScale(images, object.map) : automaticScale(image, object.map);
+        const ColorScale scale = common ? commonScale(images, map) : automaticScale(image, map);
         pictures.push_back(a.flag("legend") ? withLegend(image, scale, image.channels.front())
                                             : colorize(image, scale));
     }

@@ -2,74 +2,18 @@
 #include "Options.h"
 #include "curlew/app/Registry.h"
 #include "curlew/app/Session.h"
-#include "curlew/base/Random.h"
+#include "curlew/picture/Composite.h"
 #include "curlew/picture/Display.h"
 #include "curlew/picture/Exposure.h"
 #include "curlew/render/Splat.h"
+#include "curlew/render/SplatValues.h"
 #include "curlew/render/WallOutline.h"
-
-#include <algorithm>
-#include <cmath>
 
 namespace curlew::app {
 
 namespace {
 
 using namespace options;
-
-enum class By { speed, height, depth, id, index, age };
-
-/// The number that a position is coloured by, for points and for vertices of curves.
-template <class Value>
-std::vector<float> valuesOf(size_t count, const Value& value) {
-    std::vector<float> values(count);
-    for (size_t k = 0; k < count; ++k) values[k] = static_cast<float>(value(k));
-    return values;
-}
-
-double part(size_t k, size_t count) {
-    return count > 1 ? static_cast<double>(k) / static_cast<double>(count - 1) : 0.5;
-}
-
-double randomOf(int64_t id) { return randomUniform(0, static_cast<uint64_t>(id)); }
-
-std::vector<float> ownValues(const Particles& p, By by) {
-    switch (by) {
-        case By::speed:
-            if (!p.hasVelocity()) throw ValueError("these points have no velocity yet; -advect gives them one");
-            return valuesOf(p.size(), [&](size_t k) { return length(Vec3f{{p.vx[k], p.vy[k], p.vz[k]}}); });
-        case By::id:
-            return valuesOf(p.size(), [&](size_t k) { return randomOf(p.id[k]); });
-        case By::age:
-            if (!p.hasAge()) throw ValueError("these points have no age; those of -emit have one");
-            return p.age;
-        default:
-            return valuesOf(p.size(), [&](size_t k) { return part(k, p.size()); });
-    }
-}
-
-std::vector<float> ownValues(const Curves& c, By by) {
-    if (by == By::speed) return valuesOf(c.vertices(), [&](size_t v) { return c.speed(v); });
-    if (by == By::age) return valuesOf(c.vertices(), [&](size_t v) { return c.along[v]; });
-    std::vector<float> values;
-    for (size_t k = 0; k < c.size(); ++k)
-        values.insert(values.end(), c.start[k + 1] - c.start[k],
-                      static_cast<float>(by == By::id ? randomOf(c.id[k]) : part(k, c.size())));
-    return values;
-}
-
-/// What lies between two percentiles of the values, or a little around a constant.
-Range rangeOf(std::vector<float> values) {
-    const auto percentile = [&](double part) {
-        const auto nth = values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
-        std::nth_element(values.begin(), nth, values.end());
-        return static_cast<double>(*nth);
-    };
-    std::erase_if(values, [](float v) { return !std::isfinite(v); });
-    if (values.empty()) return {0, 1};
-    const double lower = percentile(0.02), upper = percentile(0.98);
-    return lower < upper ? Range{lower, upper} : Range{lower - 0.5, lower + 0.5};
-}
 
 void color(Splats& splats, const Arguments& a, const Camera& camera, const Geometry& geometry) {
     if (a.given("color")) {
@@ -79,24 +23,11 @@ void color(Splats& splats, const Arguments& a, const Camera& camera, const Geome
         return;
     }
     const auto* points = std::get_if<Particles>(&geometry);
-    By by = static_cast<By>(a.choice("by"));
-    if (!a.given("by") && points && !points->hasVelocity()) by = By::height;
-    const auto along = [&](const Vec3d& axis) {
-        return valuesOf(splats.x.size(), [&](size_t k) {
-            return dot(axis, Vec3d{{splats.x[k], splats.y[k], splats.z[k]}} - camera.eye());
-        });
-    };
-    if (by == By::height)
-        splats.values = along(camera.up());
-    else if (by == By::depth)
-        splats.values = along(camera.forward());
-    else if (points)
-        splats.values = ownValues(*points, by);
-    else
-        splats.values = ownValues(*std::get<std::shared_ptr<const Curves>>(geometry), by);
-    const Range range = a.given("range")                  ? a.interval("range")
-                        : by == By::id || by == By::index ? Range{0, 1}
-                                                          : rangeOf(splats.values);
+    auto by = static_cast<SplatValue>(a.choice("by"));
+    if (!a.given("by") && points && !points->hasVelocity()) by = SplatValue::height;
+    splats.values = points ? splatValues(*points, by, camera)
+                           : splatValues(*std::get<std::shared_ptr<const Curves>>(geometry), by, camera);
+    const Range range = a.given("range") ? a.interval("range") : splatRange(splats.values, by);
     splats.scale = {.map = static_cast<ColorMap>(a.choice("map")),
                     .lower = static_cast<float>(range.lower),
                     .upper = static_cast<float>(range.upper)};
@@ -128,88 +59,15 @@ std::optional<Domain> outlined(Session& s, const Arguments& a) {
     return {};
 }
 
-/// What lies between the percentiles 0.5 and 99.5.
-Range mostOf(std::vector<double> values) {
-    const auto percentile = [&](double part) {
-        const auto nth = values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
-        std::nth_element(values.begin(), nth, values.end());
-        return *nth;
-    };
-    const double lower = percentile(0.005);
-    return {lower, percentile(0.995)};
-}
-
-/// The nearest camera that sees nearly all of the splats: strays do not count.
-Camera framing(const Arguments& a, const Splats& splats) {
-    const Camera far = cameraOf(a, splats.bounds().padded(1e-6));
-    const size_t every = splats.x.size() / 50000 + 1;
-    std::vector<Vec3d> points;
-    std::vector<double> across, upwards;
-    for (size_t k = 0; k < splats.x.size(); k += every) {
-        const Vec3d p{{splats.x[k], splats.y[k], splats.z[k]}};
-        if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) continue;
-        points.push_back(p);
-        across.push_back(dot(p, far.right()));
-        upwards.push_back(dot(p, far.up()));
-    }
-    if (points.size() < 2) return far;
-    const Range x = mostOf(across), y = mostOf(upwards);
-    std::erase_if(points, [&](const Vec3d& p) {
-        const double right = dot(p, far.right()), up = dot(p, far.up());
-        return !(right >= x.lower && right <= x.upper && up >= y.lower && up <= y.upper);
-    });
-    if (points.size() < 2) return far;
-    return Camera::around(points, a.vector("from"), a.vector("up"), a.real("fov"), far.width(), far.height(), 0.07);
-}
-
 /// What is drawn on: the newest picture, or the background with the wall's outline.
-ImageObject groundOf(Session& s, const Arguments& a, const Camera& camera, const std::optional<Domain>& domain) {
-    if (a.flag("over")) return s.images.take();
-    const Vec3d background = a.vector("background");
-    Image ground = filledImage(camera.width(), camera.height(), {"R", "G", "B"});
-    for (size_t k = 0; k < ground.pixels.size(); ++k)
-        ground.pixels[k] = static_cast<float>(background[static_cast<int>(k % 3)]);
-    if (!domain) return {.image = std::move(ground), .camera = camera};
-    const Image outline = wallOutline(*domain, camera, s.console.follow("the wall's outline"));
-    Image light = filledImage(camera.width(), camera.height(), {"R", "G", "B"});
-    constexpr Vec3f kGlass{{0.45f, 0.62f, 0.85f}};
-    for (size_t k = 0; k < light.pixels.size(); ++k)
-        light.pixels[k] = outline.pixels[k / 3] * kGlass[static_cast<int>(k % 3)];
-    return {.image = developed(light, a.real("outline"), std::move(ground)), .camera = camera};
-}
-
-/// The depth of what the picture shows so far, if it has one.
-std::vector<float> depthOf(const Image& image) {
-    const auto z = std::find(image.channels.begin(), image.channels.end(), "Z");
-    if (z == image.channels.end()) return {};
-    const size_t count = image.channels.size();
-    std::vector<float> depth;
-    for (auto k = static_cast<size_t>(z - image.channels.begin()); k < image.pixels.size(); k += count)
-        depth.push_back(image.pixels[k]);
-    return depth;
-}
-
-/// Puts an R, G, B, A, Z image over the ground, which then has these channels.
-Image laidOver(const Image& top, const Image& ground, const std::vector<float>& depth) {
-    Image picture = top;
-    const size_t channels = ground.channels.size();
-    const auto a = std::find(ground.channels.begin(), ground.channels.end(), "A");
-    const auto places = rgbChannels(ground);
-    for (size_t k = 0; k < picture.pixels.size() / 5; ++k) {
-        float* const to = &picture.pixels[5 * k];
-        const auto cover = static_cast<double>(to[3]);
-        for (size_t i = 0; i < 3; ++i) {
-            const double below = linearFromDisplay(static_cast<double>(ground.pixels[channels * k + (*places)[i]]));
-            to[i] = static_cast<float>(
-                displayFromLinear(below + cover * (linearFromDisplay(static_cast<double>(to[i])) - below)));
-        }
-        const float under = a == ground.channels.end()
-                                ? 0
-                                : ground.pixels[channels * k + static_cast<size_t>(a - ground.channels.begin())];
-        to[3] = 1 - (1 - to[3]) * (1 - under);
-        if (!depth.empty()) to[4] = std::min(to[4], depth[k]);
-    }
-    return picture;
+Image groundOf(Session& s, const Arguments& a, const Camera& camera, const std::optional<Domain>& domain) {
+    if (a.flag("over")) return s.images.take().image;
+    Vec3f background;
+    for (int i = 0; i < 3; ++i) background[i] = static_cast<float>(a.vector("background")[i]);
+    Image ground = plainPicture(camera.width(), camera.height(), background);
+    if (!domain) return ground;
+    return withWallOutline(std::move(ground), *domain, camera, a.real("outline"),
+                           s.console.follow("the wall's outline"));
 }
 
 void splatAction(Session& s, const Arguments& a) {
@@ -222,10 +80,10 @@ void splatAction(Session& s, const Arguments& a) {
     const Camera camera = over ? *s.images.at().camera
                           : a.given("box") || a.given("eye")
                               ? cameraOf(a, a.given("box") ? a.box("box") : splats.bounds())
-                              : framing(a, splats);
+                              : framing(splats, viewpointOf(a));
     color(splats, a, camera, geometry);
-    const ImageObject ground = groundOf(s, a, camera, domain);
-    const std::vector<float> depth = depthOf(ground.image);
+    const Image ground = groundOf(s, a, camera, domain);
+    const std::vector<float> depth = depthOf(ground);
     const SplatOptions options{
         .radius = a.given("radius") ? a.real("radius") : 0, .pixels = a.real("pixels"), .fade = a.real("fade")};
     const bool light = a.choice("look") == 0;
@@ -235,9 +93,9 @@ void splatAction(Session& s, const Arguments& a) {
     Image picture;
     if (light) {
         exposure = a.real("exposure") * automaticExposure(made.image);
-        picture = developed(withGlow(made.image, a.real("glow")), exposure, ground.image);
+        picture = developed(withGlow(made.image, a.real("glow")), exposure, ground);
     } else {
-        picture = laidOver(made.image, ground.image, depth);
+        picture = composite(made.image, ground);
     }
     s.console.say(fmt::format("splat: {} of {} {} in {} x {} pixels, {:.1f} % of which they cover", made.drawn,
                               splats.x.size(), splats.start.empty() ? "points" : "vertices", camera.width(),
@@ -254,10 +112,10 @@ std::vector<Option> splatOptions() {
     };
     std::vector<Option> all{
         choice("look", {"luminous", "opaque"}, "light that adds up, or balls and tubes that hide each other"),
-        choice("by", {"speed", "height", "depth", "id", "index", "age"},
+        choice("by", namesOf(kSplatValueNames),
                "what the colour tells: speed, height or depth in the picture, a random number for each id, the order, "
                "or time since birth (of curves: the way from the seed); points without velocity have the height"),
-        choice("map", {"viridis", "diverging", "gray", "ember", "ice"}, "the colours"),
+        choice("map", namesOf(kColorMapNames), "the colours"),
         interval("range", "", "the values at both ends of the colours (default: percentiles 2 and 98)"),
         vector("color", "", "", "one colour instead, three display values from 0 to 1"),
         positive("radius", "", "world units", "of points and lines (default: as many pixels as pixels= says)"),

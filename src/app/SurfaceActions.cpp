@@ -4,8 +4,6 @@
 #include "curlew/app/Registry.h"
 #include "curlew/app/Session.h"
 
-#include <openvdb/tools/LevelSetFilter.h>
-
 namespace curlew::app {
 
 namespace {
@@ -13,13 +11,6 @@ namespace {
 using namespace options;
 
 const std::string kGroup = "pictures";
-
-LevelSet smoothed(LevelSet levelSet, int voxels) {
-    if (voxels == 0) return levelSet;
-    const auto grid = levelSet.grid->deepCopy();
-    openvdb::tools::LevelSetFilter<openvdb::FloatGrid>(*grid).gaussian(voxels);
-    return {.grid = grid, .mesh = nullptr};
-}
 
 /// The surface to show: an isosurface of the newest field, or the newest mesh, level set or shape.
 Surface subjectOf(Session& s, const Arguments& a) {
@@ -54,21 +45,15 @@ Surface subjectOf(Session& s, const Arguments& a) {
     return Surface(smoothed(levelSetOf(s.grids.at(*grid).grid), smooth));
 }
 
-/// The camera that the options ask for; or the nearest one that sees all of the surface.
-Camera cameraFor(const Arguments& a, const Surface& surface) {
-    Camera camera = cameraOf(a, a.given("box") ? a.box("box") : surface.box());
-    if (a.given("eye") || a.given("box")) return camera;
-    const std::vector<Vec3d> seen = visiblePoints(surface, camera);
-    if (seen.size() < 2) return camera;
-    return Camera::around(seen, a.vector("from"), a.vector("up"), a.real("fov"), camera.width(), camera.height(), 0.07);
-}
-
 void shade(Session& s, const Arguments& a) {
     const Surface surface = subjectOf(s, a);
     const ImageObject* behind = a.flag("over") ? &s.images.at() : nullptr;
     if (behind && !behind->camera)
         throw ValueError("over=1 needs a picture that -shade has made, whose camera it takes");
-    const Camera camera = behind ? *behind->camera : cameraFor(a, surface);
+    const Camera camera = behind ? *behind->camera
+                          : a.given("box") || a.given("eye")
+                              ? cameraOf(a, a.given("box") ? a.box("box") : surface.box())
+                              : framing(surface, viewpointOf(a));
     const Painter painter = painterOf(s, a, surface.box());
     SurfaceLook look{.background = colorOption(a, "background"), .gloss = a.real("gloss")};
     if (a.flag("outline")) look.finish = Finish::outline;

@@ -2,10 +2,7 @@
 
 #include "Options.h"
 #include "curlew/app/Session.h"
-#include "curlew/picture/Display.h"
-#include "curlew/picture/Slice.h"
-#include "curlew/render/SurfaceTexture.h"
-#include "curlew/render/ThinFilm.h"
+#include "curlew/render/SurfacePaint.h"
 
 namespace curlew::app {
 
@@ -13,69 +10,12 @@ using namespace options;
 
 namespace {
 
-enum class Texture { none, checker, waves, latitude, terrain, film, lic };
-
 /// What of the newest flow or field colours the surface.
 SliceSource sourceOf(const Session& s, const std::string& shown) {
     if (shown != "value") return flowSource(s.flow(), shown);
     const auto age = s.newestField(false);
     if (!age) throw ValueError("there is no field to show on the surface; make one with -noise");
     return fieldSource(inSpace(s.fields.at(*age).field), shown);
-}
-
-/// The colours of values at these places, over the range that most of them have.
-std::vector<Vec3f> colorsOf(const SliceSource& source, const std::vector<Vec3d>& positions, const Monitor& monitor) {
-    std::vector<float> values(positions.size());
-    parallelFor(
-        values.size(), kBatch,
-        [&](size_t begin, size_t end) {
-            PointBatch points;
-            for (size_t k = begin; k < end; ++k) points.push(positions[k]);
-            SliceSource::Values batch(1);
-            source.eval(points, batch);
-            std::copy_n(batch[0].begin(), end - begin, values.begin() + static_cast<std::ptrdiff_t>(begin));
-        },
-        monitor);
-    std::vector<Vec3f> colors;
-    if (values.empty()) return colors;
-    const bool positive = std::none_of(values.begin(), values.end(), [](float v) { return v < 0; });
-    const ColorScale scale =
-        automaticScale({.width = static_cast<int>(values.size()), .height = 1, .channels = {"value"}, .pixels = values},
-                       positive ? ColorMap::viridis : ColorMap::diverging);
-    colors.reserve(values.size());
-    for (const float v : values) colors.push_back(colorAt(scale.map, (v - scale.lower) / (scale.upper - scale.lower)));
-    return colors;
-}
-
-/// A colour for each place, by `colorAt(k)`.
-template <class ColorAt>
-std::vector<Vec3f> colorEach(size_t count, const Monitor& monitor, const ColorAt& colorOf) {
-    std::vector<Vec3f> colors(count);
-    parallelFor(
-        count, 1024,
-        [&](size_t begin, size_t end) {
-            for (size_t k = begin; k < end; ++k) colors[k] = colorOf(k);
-        },
-        monitor);
-    return colors;
-}
-
-/// What a film reflects that gets thicker from the top of the box to its bottom.
-std::vector<Vec3f> filmColors(const SurfaceView& view, const std::vector<Vec3d>& positions, const Box& box,
-                              const Range& thickness, const Monitor& monitor) {
-    const ThinFilm film(std::max(thickness.lower, thickness.upper));
-    return colorEach(positions.size(), monitor, [&](size_t k) {
-        const double down = std::clamp((box.upper[1] - positions[k][1]) / box.size()[1], 0.0, 1.0);
-        const SurfaceSample& hit = view.hits[k];
-        const Vec3d toEye = view.camera.eye() - hit.position;
-        Vec3d normal;
-        for (int axis = 0; axis < 3; ++axis) normal[axis] = static_cast<double>(hit.normal[axis]);
-        const Vec3d light = film.reflectance(thickness.lower + down * (thickness.upper - thickness.lower),
-                                             dot(normal, toEye) / length(toEye));
-        Vec3f color;
-        for (int c = 0; c < 3; ++c) color[c] = static_cast<float>(displayFromLinear(std::max(light[c], 0.0)));
-        return color;
-    });
 }
 
 AdvectOptions carryOptions(const Arguments& a) {
@@ -104,7 +44,7 @@ std::vector<Option> colorOptions() {
         vector("color", "0.74,0.70,0.65", "", "of the surface: sRGB from 0 to 1"),
         choice("show", {"color", "value", "speed", "vx", "vy", "vz", "f", "g"},
                "what colours it: color=, or what the newest field or flow has there"),
-        choice("texture", {"none", "checker", "waves", "latitude", "terrain", "film", "lic"},
+        choice("texture", namesOf(kTextureNames),
                "on it: cubes of two colours; waves around the y axis (ICN Fig. 5); the bands of a planet; those of a "
                "landscape, by height in its box; the interference colours of a thin film (the surface is then "
                "clear); streaks along the newest flow"),
@@ -130,42 +70,25 @@ Painter painterOf(Session& s, const Arguments& a, const Box& box) {
         throw ValueError(fmt::format("show={} and texture={} do not go together", a.text("show"), a.text("texture")));
     std::optional<Flow> flow;
     if (a.real("time") != 0 || texture == Texture::lic) flow = s.flow();
-    const Vec3f color = colorOption(a, "color"), second = colorOption(a, "second");
     const Range thickness = a.interval("film");
     if (!(thickness.lower >= 0) || !(thickness.upper >= 0)) throw ValueError("film has a negative thickness");
-    return [=, &s](const SurfaceView& view, const Monitor& monitor) {
-        std::vector<Vec3d> places = positionsOf(view);
-        if (a.real("time") != 0 && !places.empty()) {
-            const AdvectResult carried = advect(*flow, places, carryOptions(a), monitor);
-            s.report["shade_carried"] = {{"not_converged", carried.notConverged},
-                                         {"retries", carried.retries},
-                                         {"iterations_mean", carried.meanIterations}};
-        }
-        const double edge = a.real("edge");
-        switch (texture) {
-            case Texture::checker:
-                return colorEach(places.size(), monitor,
-                                 [&](size_t k) { return checkerAt(places[k], edge, color, second); });
-            case Texture::waves:
-                return colorEach(places.size(), monitor, [&](size_t k) { return wavesAt(places[k], edge); });
-            case Texture::latitude:
-                return colorEach(places.size(), monitor, [&](size_t k) { return latitudeAt(places[k], box.center()); });
-            case Texture::terrain:
-                return colorEach(places.size(), monitor,
-                                 [&](size_t k) { return terrainAt((places[k][1] - box.lower[1]) / box.size()[1]); });
-            case Texture::film:
-                return filmColors(view, places, box, thickness, monitor);
-            case Texture::none:
-            case Texture::lic:
-                break;
-        }
-        std::vector<Vec3f> colors = source && !places.empty() ? colorsOf(*source, places, monitor) : std::vector{color};
-        if (texture == Texture::none) return colors;
-        const std::vector<float> streaks =
-            surfaceLic(view, *flow, {.seed = static_cast<uint64_t>(a.integer("seed"))}, monitor);
-        return colorEach(streaks.size(), monitor, [&](size_t k) {
-            return (colors.size() == 1 ? color : colors[k]) * (0.3f + 0.9f * streaks[k]);
-        });
+    const SurfacePaint paint{.texture = texture,
+                             .color = colorOption(a, "color"),
+                             .second = colorOption(a, "second"),
+                             .edge = a.real("edge"),
+                             .film = thickness,
+                             .box = box,
+                             .seed = static_cast<uint64_t>(a.integer("seed")),
+                             .source = std::move(source),
+                             .flow = std::move(flow),
+                             .carry = carryOptions(a)};
+    return [paint, &s](const SurfaceView& view, const Monitor& monitor) {
+        PaintedColors painted = paintedColors(view, paint, monitor);
+        if (const auto& carried = painted.carried)
+            s.report["shade_carried"] = {{"not_converged", carried->notConverged},
+                                         {"retries", carried->retries},
+                                         {"iterations_mean", carried->meanIterations}};
+        return std::move(painted.colors);
     };
 }
 

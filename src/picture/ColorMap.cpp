@@ -1,6 +1,7 @@
 #include "curlew/picture/ColorMap.h"
 
 #include "curlew/base/Error.h"
+#include "curlew/math/Percentile.h"
 #include "curlew/picture/Display.h"
 
 #include <fmt/format.h>
@@ -89,14 +90,6 @@ Vec3f interpolated(std::span<const Vec3f> table, float t) {
     return table[i] * (1 - weight) + table[i + 1] * weight;
 }
 
-/// The value below which the given part of the values lies (nearest rank). Reorders the values.
-float percentile(std::vector<float>& values, double part) {
-    const auto rank = std::lround(part * static_cast<double>(values.size() - 1));
-    const auto nth = values.begin() + rank;
-    std::nth_element(values.begin(), nth, values.end());
-    return *nth;
-}
-
 /// What is shown where there are no values, or only zeros.
 ColorScale unitScale(ColorMap map) {
     return {.map = map, .lower = map == ColorMap::diverging ? -1.0f : 0.0f, .upper = 1};
@@ -141,7 +134,8 @@ ColorScale automaticScale(const Image& image, ColorMap map) {
 
     const auto [least, greatest] = std::minmax_element(values.begin(), values.end());
     const float minimum = *least, maximum = *greatest;
-    float lower = percentile(values, 0.005), upper = percentile(values, 0.995);
+    float lower = percentile(values, 0.005, PercentileRank::nearest);
+    float upper = percentile(values, 0.995, PercentileRank::nearest);
     // A few bright pixels on a constant ground are all there is to see.
     if (lower == upper) lower = minimum, upper = maximum;
 
@@ -152,6 +146,13 @@ ColorScale automaticScale(const Image& image, ColorMap map) {
     }
     if (lower < upper) return {.map = map, .lower = lower, .upper = upper};
     return upper == 0 ? unitScale(map) : scaleAround(upper, map);
+}
+
+ColorScale commonScale(const std::vector<Image>& images, ColorMap map) {
+    Image all{.width = 1, .height = 0, .channels = {"all"}, .pixels = {}};
+    for (const Image& image : images)
+        if (image.channels.size() == 1) all.pixels.insert(all.pixels.end(), image.pixels.begin(), image.pixels.end());
+    return automaticScale(all, map);
 }
 
 Image colorize(const Image& scalar, const ColorScale& scale) {

@@ -37,6 +37,12 @@ std::optional<std::array<size_t, 3>> rgbChannels(const Image& image) {
     return places;
 }
 
+Image plainPicture(int width, int height, const Vec3f& color) {
+    Image picture = filledImage(width, height, {"R", "G", "B"});
+    for (size_t k = 0; k < picture.pixels.size(); ++k) picture.pixels[k] = color[static_cast<int>(k % 3)];
+    return picture;
+}
+
 bool isVector(const Image& image) {
     if (image.channels.size() != 3) return false;
     const std::string stem =

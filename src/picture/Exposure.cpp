@@ -2,6 +2,7 @@
 
 #include "curlew/base/Parallel.h"
 #include "curlew/base/Require.h"
+#include "curlew/math/Percentile.h"
 #include "curlew/picture/Display.h"
 
 #include <algorithm>
@@ -56,9 +57,7 @@ double automaticExposure(const Image& light) {
         if (most > 0.01f && std::isfinite(most)) lit.push_back(most);
     }
     if (lit.empty()) return 1;
-    const auto nth = lit.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(lit.size() - 1));
-    std::nth_element(lit.begin(), nth, lit.end());
-    return 1 / static_cast<double>(*nth);
+    return 1 / static_cast<double>(percentile(lit, 0.95, PercentileRank::lower));
 }
 
 Image withGlow(const Image& light, double part, const Monitor& monitor) {

@@ -1,6 +1,7 @@
 #include "curlew/picture/Lines.h"
 
 #include "curlew/base/Error.h"
+#include "curlew/picture/ColorMap.h"
 
 #include <fmt/format.h>
 
@@ -109,6 +110,11 @@ std::vector<double> evenLevels(double lower, double upper, int count) {
     std::vector<double> levels;
     for (int k = 1; k <= count; ++k) levels.push_back(std::lerp(lower, upper, k / (count + 1.0)));
     return levels;
+}
+
+std::vector<Segment> contours(const Image& scalar, int count) {
+    const ColorScale range = automaticScale(scalar, ColorMap::diverging);
+    return isoLines(scalar, evenLevels(static_cast<double>(range.lower), static_cast<double>(range.upper), count));
 }
 
 std::vector<Segment> arrows(const Image& vectors, int across, double reference) {

@@ -200,4 +200,38 @@ SliceSource fieldSource(const ScalarField& field, std::string_view name) {
             }};
 }
 
+SliceSource alongSource(const Flow& flow, const Vec3d& direction) {
+    const double size = length(direction);
+    if (!(size > 0)) throw ValueError("direction=0,0,0 is no direction");
+    Vec3f unit;
+    for (int axis = 0; axis < 3; ++axis) unit[axis] = static_cast<float>(direction[axis] / size);
+    return {
+        .channels = {"along"},
+        .eval = [velocity = flowSource(flow, "velocity"), unit](const PointBatch& points, SliceSource::Values& values) {
+            SliceSource::Values v(3);
+            velocity.eval(points, v);
+            for (size_t i = 0; i < kBatch; ++i)
+                values[0][i] = v[0][i] * unit[0] + v[1][i] * unit[1] + v[2][i] * unit[2];
+        }};
+}
+
+SliceSource wallSource(const Domain& domain) {
+    return {.channels = {"distance"}, .eval = [domain](const PointBatch& points, SliceSource::Values& values) {
+                std::array<bool, kBatch> allowed;
+                std::array<double, kBatch> found;
+                classify(domain, points, allowed, found);
+                for (size_t i = 0; i < kBatch; ++i) values[0][i] = static_cast<float>(found[i]);
+            }};
+}
+
+Image inPlane(const Image& vectors, const PicturePlane& plane) {
+    Image flat = filledImage(vectors.width, vectors.height, {"right", "up"});
+    for (int y = 0; y < flat.height; ++y)
+        for (int x = 0; x < flat.width; ++x) {
+            flat.at(x, y, 0) = vectors.at(x, y, plane.right());
+            flat.at(x, y, 1) = vectors.at(x, y, plane.up());
+        }
+    return flat;
+}
+
 } // namespace curlew

@@ -35,14 +35,13 @@ Camera::Camera(const Vec3d& eye, const Vec3d& target, const Vec3d& up, double fi
     mUp = cross(mRight, mForward);
 }
 
-Camera Camera::around(const Box& box, const Vec3d& from, const Vec3d& up, double fieldOfView, int width, int height,
-                      double margin) {
+Camera Camera::around(const Box& box, const CameraOptions& o) {
     if (!box.finite()) throw ValueError("the camera cannot see all of an infinite box; give a box, or eye and target");
-    if (!(length(from) > 0)) throw ValueError("from=0,0,0 is no direction to look from");
+    if (!(length(o.from) > 0)) throw ValueError("from=0,0,0 is no direction to look from");
     const Vec3d center = box.center();
-    const Camera far(center + unit(from), center, up, fieldOfView, width, height);
+    const Camera far(center + unit(o.from), center, o.up, o.fieldOfView, o.width, o.height);
     // The nearest eye at which every corner is within the picture: each alone asks for a distance.
-    const double halfWidth = 0.5 * (1 - 2 * margin) * width, halfHeight = 0.5 * (1 - 2 * margin) * height;
+    const double halfWidth = 0.5 * (1 - 2 * o.margin) * o.width, halfHeight = 0.5 * (1 - 2 * o.margin) * o.height;
     double distance = 0;
     for (int corner = 0; corner < 8; ++corner) {
         Vec3d p;
@@ -53,13 +52,12 @@ Camera Camera::around(const Box& box, const Vec3d& from, const Vec3d& up, double
         distance = std::max(distance, needed - dot(p, far.mForward));
     }
     if (!(distance > 0)) throw ValueError("the box that the camera has to see is a point");
-    return {center + unit(from) * distance, center, up, fieldOfView, width, height};
+    return {center + unit(o.from) * distance, center, o.up, o.fieldOfView, o.width, o.height};
 }
 
-Camera Camera::around(const std::vector<Vec3d>& points, const Vec3d& from, const Vec3d& up, double fieldOfView,
-                      int width, int height, double margin) {
-    if (!(length(from) > 0)) throw ValueError("from=0,0,0 is no direction to look from");
-    const Camera axes({}, -from, up, fieldOfView, width, height);
+Camera Camera::around(const std::vector<Vec3d>& points, const CameraOptions& o) {
+    if (!(length(o.from) > 0)) throw ValueError("from=0,0,0 is no direction to look from");
+    const Camera axes({}, -o.from, o.up, o.fieldOfView, o.width, o.height);
     // With the eye at (x, y, -distance) in the camera's axes, a point (px, py, pz) is within the picture where
     // |px - x| <= slope (pz + distance): each asks for x >= px - slope pz - slope distance, and x <= px + slope pz +
     // slope distance, and so for y.
@@ -67,7 +65,7 @@ Camera Camera::around(const std::vector<Vec3d>& points, const Vec3d& from, const
     double distance = -std::numeric_limits<double>::infinity();
     for (const bool across : {true, false}) {
         const Vec3d& axis = across ? axes.mRight : axes.mUp;
-        const double slope = 0.5 * (1 - 2 * margin) * (across ? width : height) / axes.mFocal;
+        const double slope = 0.5 * (1 - 2 * o.margin) * (across ? o.width : o.height) / axes.mFocal;
         double lower = std::numeric_limits<double>::infinity(), upper = -lower;
         for (const Vec3d& p : points) {
             const double place = dot(p, axis), depth = slope * dot(p, axes.mForward);
@@ -81,7 +79,7 @@ Camera Camera::around(const std::vector<Vec3d>& points, const Vec3d& from, const
     for (const Vec3d& p : points) nearest = std::min(nearest, dot(p, axes.mForward));
     if (!(nearest + distance > 0)) throw ValueError("what the camera has to see is a point, or nothing");
     eye -= axes.mForward * distance;
-    return {eye, eye + axes.mForward * (nearest + distance), up, fieldOfView, width, height};
+    return {eye, eye + axes.mForward * (nearest + distance), o.up, o.fieldOfView, o.width, o.height};
 }
 
 Vec3d Camera::direction(double x, double y) const {

@@ -2,6 +2,7 @@
 
 #include "SplatBins.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/math/Percentile.h"
 #include "curlew/picture/Display.h"
 
 #include <fmt/format.h>
@@ -201,6 +202,26 @@ Box Splats::bounds() const {
     }
     if (!(box.lower[0] <= box.upper[0])) throw ValueError("there is nothing to draw: no point has a finite position");
     return box;
+}
+
+Camera framing(const Splats& splats, CameraOptions options) {
+    const Camera far = Camera::around(splats.bounds().padded(1e-6), options);
+    const size_t every = splats.x.size() / 50000 + 1;
+    std::vector<Vec3d> points;
+    std::vector<double> across, upwards;
+    for (size_t k = 0; k < splats.x.size(); k += every) {
+        const Vec3d p{{splats.x[k], splats.y[k], splats.z[k]}};
+        if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) continue;
+        points.push_back(p);
+        across.push_back(dot(p, far.right()));
+        upwards.push_back(dot(p, far.up()));
+    }
+    if (points.size() < 2) return far;
+    const Range x = percentiles(std::move(across), 0.005, 0.995), y = percentiles(std::move(upwards), 0.005, 0.995);
+    std::erase_if(points,
+                  [&](const Vec3d& p) { return !x.contains(dot(p, far.right())) || !y.contains(dot(p, far.up())); });
+    options.margin = kFramingMargin;
+    return points.size() < 2 ? far : Camera::around(points, options);
 }
 
 SplatImage luminous(const Splats& splats, const Camera& camera, const SplatOptions& options,

@@ -3,6 +3,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/base/Random.h"
 
+#include <openvdb/tools/LevelSetFilter.h>
 #include <openvdb/tools/RayIntersector.h>
 
 #include <optional>
@@ -251,6 +252,13 @@ double Surface::skin() const { return mModel->skin(); }
 
 void Surface::intersect(std::span<const Ray> rays, double resolution, std::span<RayHit> hits) const {
     mModel->intersect(rays, resolution, hits);
+}
+
+LevelSet smoothed(const LevelSet& levelSet, int voxels) {
+    if (voxels == 0) return levelSet;
+    const auto grid = levelSet.grid->deepCopy();
+    openvdb::tools::LevelSetFilter<openvdb::FloatGrid>(*grid).gaussian(voxels);
+    return {.grid = grid, .mesh = nullptr};
 }
 
 } // namespace curlew

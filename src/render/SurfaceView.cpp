@@ -102,6 +102,13 @@ std::vector<Vec3d> visiblePoints(const Surface& surface, const Camera& camera) {
     return points;
 }
 
+Camera framing(const Surface& surface, CameraOptions options) {
+    const Camera far = Camera::around(surface.box(), options);
+    const std::vector<Vec3d> seen = visiblePoints(surface, far);
+    options.margin = kFramingMargin;
+    return seen.size() < 2 ? far : Camera::around(seen, options);
+}
+
 SurfaceView viewSurface(const Surface& surface, const Camera& camera, int samples, const Monitor& monitor) {
     if (samples < 1 || samples > 16)
         throw ValueError(fmt::format("{} samples along the edge of a pixel are not between 1 and 16", samples));

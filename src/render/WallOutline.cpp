@@ -1,6 +1,8 @@
 #include "curlew/render/WallOutline.h"
 
 #include "curlew/base/Parallel.h"
+#include "curlew/picture/Display.h"
+#include "curlew/picture/Exposure.h"
 
 #include <algorithm>
 #include <cmath>
@@ -122,6 +124,15 @@ Image wallOutline(const Domain& domain, const Camera& camera, const Monitor& mon
         },
         monitor);
     return enlarged(small, camera.width(), camera.height());
+}
+
+Image withWallOutline(Image picture, const Domain& domain, const Camera& camera, double brightness,
+                      const Monitor& monitor) {
+    constexpr Vec3f kGlass{{0.45f, 0.62f, 0.85f}};
+    const Image outline = wallOutline(domain, camera, monitor);
+    Image light = plainPicture(outline.width, outline.height, kGlass);
+    for (size_t k = 0; k < light.pixels.size(); ++k) light.pixels[k] *= outline.pixels[k / 3];
+    return developed(light, brightness, std::move(picture));
 }
 
 } // namespace curlew

@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -166,4 +167,16 @@ TEST_CASE("colorize refuses what it cannot map", "[picture]") {
         CAPTURE(lower, upper);
         CHECK_THROWS_AS(colorize(scalar, {.map = ColorMap::gray, .lower = lower, .upper = upper}), ValueError);
     }
+}
+
+TEST_CASE("The common scale is the automatic scale of all values of images with one channel", "[picture]") {
+    Image a = filledImage(100, 10, {"a"}), b = filledImage(30, 20, {"b"});
+    for (size_t k = 0; k < a.pixels.size(); ++k) a.pixels[k] = static_cast<float>(k);
+    for (size_t k = 0; k < b.pixels.size(); ++k) b.pixels[k] = -2 * static_cast<float>(k);
+    Image all = filledImage(1600, 1, {"all"});
+    std::copy(b.pixels.begin(), b.pixels.end(), std::copy(a.pixels.begin(), a.pixels.end(), all.pixels.begin()));
+    const ColorScale common = commonScale({a, filledImage(9, 9, {"R", "G", "B"}, 1e9f), b}, ColorMap::diverging);
+    CHECK(common.upper == automaticScale(all, ColorMap::diverging).upper);
+    CHECK(common.lower == -common.upper);
+    CHECK(common.upper > 1000);
 }

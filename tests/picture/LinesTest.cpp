@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -143,4 +144,19 @@ TEST_CASE("Lines beyond the picture are cut, and those to nowhere are not drawn"
     CHECK(picture.at(0, 5) == Approx(0.9f));
     CHECK(picture.at(9, 5, 2) == Approx(0.9f));
     CHECK(picture.at(5, 3) == 0);
+}
+
+TEST_CASE("Contours are at even levels, symmetric about 0", "[picture]") {
+    Image scalar = filledImage(201, 3, {"x"});
+    for (int y = 0; y < 3; ++y)
+        for (int x = 0; x < 201; ++x) scalar.at(x, y) = static_cast<float>(x - 150) / 100; // -1.5 to 0.5
+    std::vector<double> places;
+    for (const Segment& line : contours(scalar, 3)) places.push_back((line.x0 + line.x1) / 2);
+    std::sort(places.begin(), places.end());
+    // The percentile 0.5 of 603 values in columns of 3 is the second column: -1.49. So the levels are 0 and ±0.745, of
+    // which the upper one is not reached.
+    REQUIRE(places.size() == 4);
+    CHECK(places[1] == Approx(150.5 - 74.5).margin(1e-3));
+    CHECK(places[2] == Approx(150.5).margin(1e-3));
+    CHECK(contours(scalar, 0).empty());
 }

@@ -135,3 +135,41 @@ TEST_CASE("A slice refuses a box or a size that makes no picture", "[picture]") 
     CHECK_THROWS_AS(slice(kBox, source, {.axis = 3}), ValueError);
     CHECK_THROWS_AS(slice({{{0, 0, 0}}, {{1e-6, 1, 1}}}, source, {.margin = 0}), ValueError);
 }
+
+TEST_CASE("alongSource: is the velocity's component in the direction, whatever its length", "[picture]") {
+    const Flow flow = containedFlow();
+    const SliceOptions options{.width = 50, .supersampling = 1};
+    const Image velocity = slice(flow.domain().box, flowSource(flow, "velocity"), options);
+    const Image along = slice(flow.domain().box, alongSource(flow, {{2, -1, 2}}), options);
+    REQUIRE(along.channels == std::vector<std::string>{"along"});
+    for (int y = 0; y < along.height; ++y)
+        for (int x = 0; x < along.width; ++x) {
+            const float expected = (2 * velocity.at(x, y, 0) - velocity.at(x, y, 1) + 2 * velocity.at(x, y, 2)) / 3;
+            REQUIRE(std::isnan(along.at(x, y)) == std::isnan(expected));
+            if (!std::isnan(expected)) REQUIRE(along.at(x, y) == Approx(expected).margin(1e-5));
+        }
+    CHECK_THROWS_AS(alongSource(flow, {}), ValueError);
+}
+
+TEST_CASE("wallSource: is the signed distance to the wall on both of its sides", "[picture]") {
+    const Domain domain = containedFlow().domain();
+    const SliceOptions options{.axis = 1, .width = 40, .supersampling = 1, .margin = 0.5};
+    const PicturePlane plane(domain.box, options);
+    const Image distance = slice(domain.box, wallSource(domain), options);
+    for (int y = 0; y < distance.height; ++y)
+        for (int x = 0; x < distance.width; ++x)
+            REQUIRE(std::abs(distance.at(x, y)) ==
+                    Approx(std::abs(length(plane.at(x + 0.5, y + 0.5)) - 0.8)).margin(1e-6));
+    CHECK(distance.at(0, 0) * distance.at(20, 20) < 0);
+}
+
+TEST_CASE("inPlane: takes the components to the right and up", "[picture]") {
+    const int axis = GENERATE(0, 1, 2);
+    const PicturePlane plane(kBox, {.axis = axis, .width = 4});
+    Image vectors = filledImage(2, 1, {"v.x", "v.y", "v.z"});
+    for (size_t k = 0; k < 6; ++k) vectors.pixels[k] = static_cast<float>(k);
+    const Image flat = inPlane(vectors, plane);
+    CHECK(flat.channels == std::vector<std::string>{"right", "up"});
+    CHECK(flat.at(1, 0, 0) == static_cast<float>(3 + plane.right()));
+    CHECK(flat.at(1, 0, 1) == static_cast<float>(3 + plane.up()));
+}

@@ -49,7 +49,8 @@ TEST_CASE("a camera around a box sees all of it, and no more than it must", "[re
     const Box box{{{-1, 0, -3}}, {{2, 1, 0.5}}};
     for (const Vec3d& from : {Vec3d{{0, 0, 1}}, Vec3d{{0.6, 0.45, 1}}, Vec3d{{-2, 0.5, 0.1}}}) {
         constexpr double kMargin = 0.04;
-        const Camera camera = Camera::around(box, from, kUp, 35, 400, 300, kMargin);
+        const Camera camera =
+            Camera::around(box, {.from = from, .up = kUp, .width = 400, .height = 300, .margin = kMargin});
         double nearest = 1;
         for (int corner = 0; corner < 8; ++corner) {
             Vec3d p;
@@ -71,8 +72,8 @@ TEST_CASE("a camera that cannot be is refused", "[render]") {
     CHECK_THROWS_AS(Camera({{0, 0, 1}}, {}, kUp, 175, 10, 10), ValueError);
     CHECK_THROWS_AS(Camera({{0, 0, 1}}, {}, kUp, 40, 0, 10), ValueError);
     CHECK_THROWS_AS(Camera({{0, 0, std::numeric_limits<double>::quiet_NaN()}}, {}, kUp, 40, 10, 10), ValueError);
-    CHECK_THROWS_AS(Camera::around(Box{{{0, 0, 0}}, {{0, 0, 0}}}, {{0, 0, 1}}, kUp, 40, 10, 10), ValueError);
+    CHECK_THROWS_AS(Camera::around(Box{{{0, 0, 0}}, {{0, 0, 0}}}, {.from = {{0, 0, 1}}}), ValueError);
     const double infinity = std::numeric_limits<double>::infinity();
-    CHECK_THROWS_AS(Camera::around(Box{{{0, 0, 0}}, {{1, 1, infinity}}}, {{0, 0, 1}}, kUp, 40, 10, 10), ValueError);
-    CHECK_THROWS_AS(Camera::around(Box{{{0, 0, 0}}, {{1, 1, 1}}}, {}, kUp, 40, 10, 10), ValueError);
+    CHECK_THROWS_AS(Camera::around(Box{{{0, 0, 0}}, {{1, 1, infinity}}}, {.from = {{0, 0, 1}}}), ValueError);
+    CHECK_THROWS_AS(Camera::around(Box{{{0, 0, 0}}, {{1, 1, 1}}}, {.from = {}}), ValueError);
 }

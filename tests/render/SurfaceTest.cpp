@@ -5,6 +5,7 @@
 #include "curlew/render/Surface.h"
 #include "support/Points.h"
 
+#include <openvdb/tools/LevelSetPlatonic.h>
 #include <openvdb/tools/LevelSetSphere.h>
 
 using namespace curlew;
@@ -126,4 +127,15 @@ TEST_CASE("a surface has an end and a place", "[render]") {
     CHECK_THROWS_AS(Surface(planeSdf({{0, 1, 0}}, 0)), ValueError);
     CHECK_THROWS_AS(Surface(sphereSdf(1), Box{}), ValueError);
     CHECK_THROWS_AS(Surface(constantField(1.0), 1, test::cube(1), true), ValueError);
+}
+
+TEST_CASE("smoothed: rounds off edges and keeps flat faces", "[render]") {
+    const auto grid = openvdb::tools::createLevelSetCube<openvdb::FloatGrid>(2, {0, 0, 0}, 0.1f);
+    const LevelSet box{.grid = grid, .mesh = nullptr};
+    CHECK(smoothed(box, 0).grid == box.grid);
+    const LevelSet smooth = smoothed(box, 1);
+    const auto at = [](const LevelSet& s, int i, int j, int k) { return s.grid->tree().getValue({i, j, k}); };
+    CHECK(at(smooth, 10, 0, 0) == Approx(at(box, 10, 0, 0)).margin(1e-3));
+    CHECK(at(smooth, 10, 10, 10) > at(box, 10, 10, 10) + 0.01f);
+    CHECK(at(box, 10, 10, 10) == Approx(0).margin(1e-3)); // it was not changed
 }

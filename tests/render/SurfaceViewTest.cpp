@@ -50,10 +50,8 @@ TEST_CASE("a view is the same for any number of threads", "[render]") {
 }
 
 TEST_CASE("what a camera is fitted to fills its picture", "[render]") {
-    const Vec3d from{{0.6, 0.45, 1}}, up{{0, 1, 0}};
     const Surface surface(torusSdf(0.7, 0.3));
-    const Camera wide = Camera::around(surface.box(), from, up, 35, 320, 240);
-    const Camera camera = Camera::around(visiblePoints(surface, wide), from, up, 35, 320, 240, 0.07);
+    const Camera camera = framing(surface, {.width = 320, .height = 240});
     const SurfaceView view = viewSurface(surface, camera, 1);
     double left = 320, right = 0;
     for (const SurfaceSample& hit : view.hits) {
@@ -62,8 +60,8 @@ TEST_CASE("what a camera is fitted to fills its picture", "[render]") {
         right = std::max(right, seen.x);
     }
     // The coarse grid of rays is 2.5 pixels wide.
-    CHECK(left == Approx(0.07 * 320).margin(4));
-    CHECK(right == Approx(0.93 * 320).margin(4));
+    CHECK(left == Approx(kFramingMargin * 320).margin(4));
+    CHECK(right == Approx((1 - kFramingMargin) * 320).margin(4));
 }
 
 TEST_CASE("a view refuses what it cannot sample", "[render]") {

@@ -1,5 +1,6 @@
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/picture/Display.h"
 #include "curlew/render/WallOutline.h"
 
 #include <catch2/catch.hpp>
@@ -46,4 +47,19 @@ TEST_CASE("an outline needs a wall in a finite box", "[render]") {
     Domain endless = kBall;
     endless.box = {{{-HUGE_VAL, -1, -1}}, {{1, 1, 1}}};
     CHECK_THROWS_AS(wallOutline(endless, kCamera), ValueError);
+}
+
+TEST_CASE("a wall shines onto a picture where its outline is, and nowhere else", "[render]") {
+    const Image ground = plainPicture(200, 160, {{0.1f, 0.1f, 0.1f}});
+    const Image outline = wallOutline(kBall, kCamera), lit = withWallOutline(ground, kBall, kCamera, 0.5);
+    const Image brighter = withWallOutline(ground, kBall, kCamera, 1);
+    for (int y = 0; y < 160; ++y)
+        for (int x = 0; x < 200; ++x)
+            for (int i = 0; i < 3; ++i) {
+                if (outline.at(x, y) == 0) REQUIRE(lit.at(x, y, i) == ground.at(x, y, i));
+                if (outline.at(x, y) > 0.1f) REQUIRE(lit.at(x, y, i) > ground.at(x, y, i));
+                REQUIRE(brighter.at(x, y, i) >= lit.at(x, y, i));
+            }
+    CHECK_THROWS_AS(withWallOutline(plainPicture(9, 9, {}), kBall, kCamera, 1), ValueError);
+    CHECK_THROWS_AS(withWallOutline(ground, kBall, kCamera, 0), ValueError);
 }

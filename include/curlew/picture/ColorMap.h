@@ -3,6 +3,10 @@
 #include "curlew/math/Vec.h"
 #include "curlew/picture/Image.h"
 
+#include <array>
+#include <string_view>
+#include <vector>
+
 namespace curlew {
 
 /// How a number becomes a colour.
@@ -13,6 +17,7 @@ enum class ColorMap {
     ember,     ///< Dark red over orange to pale yellow: for light on a dark ground.
     ice        ///< Dark blue over cyan to nearly white, likewise.
 };
+inline constexpr std::array<std::string_view, 5> kColorMapNames{"viridis", "diverging", "gray", "ember", "ice"};
 
 /// What a pixel without a value (NaN) looks like: a dark neutral that no map but `gray` contains.
 inline constexpr Vec3f kNoValueColor{{0.12f, 0.12f, 0.12f}};
@@ -31,6 +36,9 @@ struct ColorScale {
 /// `viridis` starts at 0 if no value is negative; `diverging` is symmetric about 0. A constant image gets a range
 /// around its value, one without values [0, 1] or [-1, 1]: always lower < upper.
 ColorScale automaticScale(const Image& image, ColorMap map);
+
+/// One scale for all images of one channel: the automatic scale of their values together.
+ColorScale commonScale(const std::vector<Image>& images, ColorMap map);
 
 /// The image as a picture with channels R, G, B in sRGB display values. Throws ValueError for an image that is not
 /// whole (checkImage) or has more than one channel, and for a scale without a finite range.

@@ -20,6 +20,9 @@ Vec3d linearFromXyz(const Vec3d& xyz);
 /// The places of channels R, G and B; nothing where one of them is missing.
 std::optional<std::array<size_t, 3>> rgbChannels(const Image& image);
 
+/// A picture of one colour: channels R, G, B in display values. Throws ValueError as checkImage does.
+Image plainPicture(int width, int height, const Vec3f& color);
+
 /// Whether the channels are the components of a vector: velocity.x, velocity.y, velocity.z.
 bool isVector(const Image& image);
 

@@ -3,7 +3,9 @@
 #include "curlew/base/Monitor.h"
 #include "curlew/picture/Image.h"
 
+#include <array>
 #include <cstdint>
+#include <string_view>
 
 namespace curlew {
 
@@ -11,6 +13,7 @@ enum class LicKernel {
     hann, ///< Smooth ends: no streaks that begin or end visibly.
     box,  ///< All alike, as in the paper.
 };
+inline constexpr std::array<std::string_view, 2> kLicKernelNames{"hann", "box"};
 
 struct LicOptions {
     double length = 48; ///< Of a streak, pixels of arc: half of it to either side.

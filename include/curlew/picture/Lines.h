@@ -21,6 +21,10 @@ std::vector<Segment> isoLines(const Image& scalar, std::span<const double> level
 /// `count` values that divide the range evenly: neither of its ends, its middle for odd counts.
 std::vector<double> evenLevels(double lower, double upper, int count);
 
+/// `count` iso-lines at even levels of the range that most of the image's values have, symmetric about 0
+/// (automaticScale). Throws as isoLines does.
+std::vector<Segment> contours(const Image& scalar, int count);
+
 /// Arrows of two channels, to the right and up, on a lattice with `across` of them in a row, through the middles of its
 /// cells. The longest is 0.9 cells long, or that which is `reference` long; others in proportion. None where a value is
 /// NaN, or too small to be seen. Throws ValueError for other channels and across < 1.

@@ -64,4 +64,13 @@ SliceSource flowSource(const Flow& flow, std::string_view name);
 /// ValueError for other names.
 SliceSource fieldSource(const ScalarField& field, std::string_view name);
 
+/// The component of a flow's velocity in a direction (of any length): "along". ValueError for a zero direction.
+SliceSource alongSource(const Flow& flow, const Vec3d& direction);
+
+/// The signed distance to the wall of a domain, also outside of the domain and its box: "distance".
+SliceSource wallSource(const Domain& domain);
+
+/// The components of a slice through a vector in the plane of the picture: channels "right" and "up".
+Image inPlane(const Image& vectors, const PicturePlane& plane);
+
 } // namespace curlew

@@ -6,6 +6,18 @@
 
 namespace curlew {
 
+/// Where a camera looks from, but for its distance, and its picture.
+struct CameraOptions {
+    Vec3d from{{0.6, 0.45, 1}};    ///< The direction from the subject to the camera, of any length.
+    Vec3d up{{0, 1, 0}};           ///< What is upwards in the picture.
+    double fieldOfView = 35;       ///< The angle that the longer edge of the picture spans, degrees.
+    int width = 960, height = 720; ///< Pixels.
+    double margin = 0.04;          ///< How much of the picture's edges stays free, as a part of each.
+};
+
+/// The margin of cameras that are fitted to what they see rather than to its box.
+inline constexpr double kFramingMargin = 0.07;
+
 /// A pinhole camera. Pixel positions are in pixels from the upper left corner of the picture, so that the middle of
 /// the first pixel is (0.5, 0.5). Immutable, so safe to use from any number of threads.
 class Camera {
@@ -15,14 +27,12 @@ class Camera {
     /// to the way between them, the angle is not between 0 and 170, or there is no pixel.
     Camera(const Vec3d& eye, const Vec3d& target, const Vec3d& up, double fieldOfView, int width, int height);
 
-    /// The camera that sees all of a box, looking at its centre from where `from` points; `margin` is how much of the
-    /// picture's edge stays free, as a part of it. Throws ValueError also for an empty or infinite box.
-    static Camera around(const Box& box, const Vec3d& from, const Vec3d& up, double fieldOfView, int width, int height,
-                         double margin = 0.04);
-    /// The nearest camera that looks where -`from` points and sees all of these points. Throws ValueError also where
-    /// they all are the same, or there are none.
-    static Camera around(const std::vector<Vec3d>& points, const Vec3d& from, const Vec3d& up, double fieldOfView,
-                         int width, int height, double margin = 0.04);
+    /// The nearest camera that sees all of a box and looks at its centre. Throws ValueError also if the box is empty or
+    /// infinite, or `from` is zero.
+    static Camera around(const Box& box, const CameraOptions& options);
+    /// The nearest camera that sees all of these points. Throws ValueError also if they all are the same, or there are
+    /// none.
+    static Camera around(const std::vector<Vec3d>& points, const CameraOptions& options);
 
     int width() const { return mWidth; }
     int height() const { return mHeight; }

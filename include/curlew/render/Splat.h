@@ -27,6 +27,11 @@ struct Splats {
     Box bounds() const;
 };
 
+/// The nearest camera that sees nearly all of the splats: those outside of the percentiles 0.5 to 99.5 across the
+/// picture, or upwards in it, are strays, which do not count. Its margin is kFramingMargin. Throws ValueError as
+/// Camera::around and Splats::bounds do.
+Camera framing(const Splats& splats, CameraOptions options);
+
 struct SplatOptions {
     double radius = 0;   ///< World units, in perspective; 0: `pixels` alone.
     double pixels = 1.5; ///< The least radius, pixels. Below it a footprint gets fainter, not smaller.

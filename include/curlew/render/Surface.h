@@ -21,6 +21,10 @@ struct RayHit {
     bool found() const { return distance < std::numeric_limits<double>::infinity(); }
 };
 
+/// The level set after a Gaussian filter of this half width, so that the facets of a mesh do not show; the same for 0
+/// voxels. It loses its mesh.
+LevelSet smoothed(const LevelSet& levelSet, int voxels);
+
 /// A surface that rays can be traced to. Immutable, cheap to copy, safe to share between threads.
 ///
 /// A field is followed in steps that cannot cross the surface: its value by its steepness (sphere tracing, Hart 1996),

@@ -36,6 +36,10 @@ SurfaceView viewSurface(const Surface& surface, const Camera& camera, int sample
 /// What is seen through the hits of a view: for each ray the next place where it meets the surface, if there is one.
 SurfaceView viewThrough(const Surface& surface, const SurfaceView& view, const Monitor& monitor = {});
 
+/// The nearest camera that sees all of the surface (visiblePoints), with the margin kFramingMargin; the camera around
+/// the surface's box if it sees next to nothing of the surface. Throws ValueError as Camera::around does.
+Camera framing(const Surface& surface, CameraOptions options);
+
 /// Where a coarse grid of rays, about 128 across the longer edge, meets the surface.
 std::vector<Vec3d> visiblePoints(const Surface& surface, const Camera& camera);
 

@@ -13,4 +13,9 @@ namespace curlew {
 /// pixels. Computed at half the resolution. Throws ValueError for a domain without a wall or with an infinite box.
 Image wallOutline(const Domain& domain, const Camera& camera, const Monitor& monitor = {});
 
+/// The same in the colour of glass, this bright, as light on a picture of the camera's size (developed()). Throws
+/// ValueError also for a brightness that is not positive.
+Image withWallOutline(Image picture, const Domain& domain, const Camera& camera, double brightness,
+                      const Monitor& monitor = {});
+
 } // namespace curlew

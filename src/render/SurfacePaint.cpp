@@ -1,0 +1,113 @@
+#include "curlew/render/SurfacePaint.h"
+
+#include "curlew/base/Error.h"
+#include "curlew/base/Parallel.h"
+#include "curlew/picture/ColorMap.h"
+#include "curlew/picture/Display.h"
+#include "curlew/render/SurfaceTexture.h"
+#include "curlew/render/ThinFilm.h"
+
+#include <algorithm>
+
+namespace curlew {
+
+namespace {
+
+/// The colours of values at these places, over the range that most of them have.
+std::vector<Vec3f> colorsOf(const SliceSource& source, const std::vector<Vec3d>& positions, const Monitor& monitor) {
+    std::vector<float> values(positions.size());
+    parallelFor(
+        values.size(), kBatch,
+        [&](size_t begin, size_t end) {
+            PointBatch points;
+            for (size_t k = begin; k < end; ++k) points.push(positions[k]);
+            SliceSource::Values batch(1);
+            source.eval(points, batch);
+            std::copy_n(batch[0].begin(), end - begin, values.begin() + static_cast<std::ptrdiff_t>(begin));
+        },
+        monitor);
+    std::vector<Vec3f> colors;
+    if (values.empty()) return colors;
+    const bool positive = std::none_of(values.begin(), values.end(), [](float v) { return v < 0; });
+    const ColorScale scale =
+        automaticScale({.width = static_cast<int>(values.size()), .height = 1, .channels = {"value"}, .pixels = values},
+                       positive ? ColorMap::viridis : ColorMap::diverging);
+    colors.reserve(values.size());
+    for (const float v : values) colors.push_back(colorAt(scale.map, (v - scale.lower) / (scale.upper - scale.lower)));
+    return colors;
+}
+
+/// A colour for each place k.
+template <class ColorOf>
+std::vector<Vec3f> colorEach(size_t count, const Monitor& monitor, const ColorOf& colorOf) {
+    std::vector<Vec3f> colors(count);
+    parallelFor(
+        count, 1024,
+        [&](size_t begin, size_t end) {
+            for (size_t k = begin; k < end; ++k) colors[k] = colorOf(k);
+        },
+        monitor);
+    return colors;
+}
+
+/// What a film reflects that gets thicker from the top of the box to its bottom.
+std::vector<Vec3f> filmColors(const SurfaceView& view, const std::vector<Vec3d>& positions, const Box& box,
+                              const Range& thickness, const Monitor& monitor) {
+    const ThinFilm film(std::max(thickness.lower, thickness.upper));
+    return colorEach(positions.size(), monitor, [&](size_t k) {
+        const double down = std::clamp((box.upper[1] - positions[k][1]) / box.size()[1], 0.0, 1.0);
+        const SurfaceSample& hit = view.hits[k];
+        const Vec3d toEye = view.camera.eye() - hit.position;
+        Vec3d normal;
+        for (int axis = 0; axis < 3; ++axis) normal[axis] = static_cast<double>(hit.normal[axis]);
+        const Vec3d light = film.reflectance(thickness.lower + down * (thickness.upper - thickness.lower),
+                                             dot(normal, toEye) / length(toEye));
+        Vec3f color;
+        for (int c = 0; c < 3; ++c) color[c] = static_cast<float>(displayFromLinear(std::max(light[c], 0.0)));
+        return color;
+    });
+}
+
+/// The colours of a texture that needs no flow or source.
+std::vector<Vec3f> textureColors(const SurfaceView& view, const std::vector<Vec3d>& places, const SurfacePaint& paint,
+                                 const Monitor& monitor) {
+    const auto each = [&](const auto& colorOf) { return colorEach(places.size(), monitor, colorOf); };
+    const Box& box = paint.box;
+    switch (paint.texture) {
+        case Texture::checker:
+            return each([&](size_t k) { return checkerAt(places[k], paint.edge, paint.color, paint.second); });
+        case Texture::waves:
+            return each([&](size_t k) { return wavesAt(places[k], paint.edge); });
+        case Texture::latitude:
+            return each([&](size_t k) { return latitudeAt(places[k], box.center()); });
+        case Texture::terrain:
+            return each([&](size_t k) { return terrainAt((places[k][1] - box.lower[1]) / box.size()[1]); });
+        case Texture::film:
+            return filmColors(view, places, box, paint.film, monitor);
+        case Texture::none:
+        case Texture::lic:
+            break;
+    }
+    return {paint.color};
+}
+
+} // namespace
+
+PaintedColors paintedColors(const SurfaceView& view, const SurfacePaint& paint, const Monitor& monitor) {
+    const bool moved = paint.carry.time != 0, streaked = paint.texture == Texture::lic;
+    if ((moved || streaked) && !paint.flow)
+        throw ValueError("a texture of streaks, or one that is carried, needs a flow");
+    std::vector<Vec3d> places = positionsOf(view);
+    PaintedColors painted;
+    if (moved && !places.empty()) painted.carried = advect(*paint.flow, places, paint.carry, monitor);
+    painted.colors = paint.source && !places.empty() ? colorsOf(*paint.source, places, monitor)
+                                                     : textureColors(view, places, paint, monitor);
+    if (!streaked) return painted;
+    const std::vector<float> streaks = surfaceLic(view, *paint.flow, {.seed = paint.seed}, monitor);
+    painted.colors = colorEach(streaks.size(), monitor, [&](size_t k) {
+        return (painted.colors.size() == 1 ? painted.colors[0] : painted.colors[k]) * (0.3f + 0.9f * streaks[k]);
+    });
+    return painted;
+}
+
+} // namespace curlew

@@ -1,0 +1,85 @@
+#include "curlew/base/Error.h"
+#include "curlew/render/SplatValues.h"
+
+#include <catch2/catch.hpp>
+
+#include <limits>
+#include <numeric>
+#include <set>
+
+using namespace curlew;
+
+namespace {
+
+const Camera kCamera({{0, 0, 10}}, {}, {{0, 1, 0}}, 30, 40, 30);
+
+Particles threePoints() {
+    Particles p;
+    p.x = {0, 1, 2};
+    p.y = {5, -3, 0.5};
+    p.z = {0, 2, -4};
+    p.id = {7, 8, 7};
+    return p;
+}
+
+/// Two curves, of two vertices and of one.
+Curves twoCurves() {
+    Curves c;
+    c.x = {0, 1, 2};
+    c.y = {5, -3, 0.5};
+    c.z = {0, 2, -4};
+    c.vx = {3, 0, 0};
+    c.vy = {4, 1, 0};
+    c.vz = {0, 0, 2};
+    c.along = {0, 0.5, 0};
+    c.start = {0, 2, 3};
+    c.id = {7, 8};
+    return c;
+}
+
+} // namespace
+
+TEST_CASE("splatValues: height and depth are measured from the camera", "[render]") {
+    CHECK(splatValues(threePoints(), SplatValue::height, kCamera) == std::vector<float>{5, -3, 0.5f});
+    CHECK(splatValues(threePoints(), SplatValue::depth, kCamera) == std::vector<float>{10, 8, 14});
+    CHECK(splatValues(twoCurves(), SplatValue::height, kCamera) == std::vector<float>{5, -3, 0.5f});
+    CHECK(splatValues(twoCurves(), SplatValue::depth, kCamera) == std::vector<float>{10, 8, 14});
+}
+
+TEST_CASE("splatValues: points have their own speed and age, if they have any", "[render]") {
+    Particles p = threePoints();
+    CHECK_THROWS_AS(splatValues(p, SplatValue::speed, kCamera), ValueError);
+    CHECK_THROWS_AS(splatValues(p, SplatValue::age, kCamera), ValueError);
+    p.vx = {3, 0, 0};
+    p.vy = {4, 1, 0};
+    p.vz = {0, 0, 2};
+    p.age = {1, 2, 3};
+    CHECK(splatValues(p, SplatValue::speed, kCamera) == std::vector<float>{5, 1, 2});
+    CHECK(splatValues(p, SplatValue::age, kCamera) == p.age);
+    CHECK(splatValues(twoCurves(), SplatValue::speed, kCamera) == std::vector<float>{5, 1, 2});
+    CHECK(splatValues(twoCurves(), SplatValue::age, kCamera) == std::vector<float>{0, 0.5f, 0});
+}
+
+TEST_CASE("splatValues: ids give random numbers, and the order even ones", "[render]") {
+    const auto ids = splatValues(threePoints(), SplatValue::id, kCamera);
+    CHECK(ids[0] == ids[2]);
+    CHECK(ids[0] != ids[1]);
+    for (const float value : ids) CHECK((value >= 0 && value <= 1));
+    CHECK(splatValues(threePoints(), SplatValue::index, kCamera) == std::vector<float>{0, 0.5f, 1});
+    // All vertices of a curve have the same.
+    const auto ofCurves = splatValues(twoCurves(), SplatValue::id, kCamera);
+    CHECK(ofCurves == std::vector<float>{ids[0], ids[0], ids[1]});
+    CHECK(splatValues(twoCurves(), SplatValue::index, kCamera) == std::vector<float>{0, 0, 1});
+}
+
+TEST_CASE("splatRange: lies between percentiles of what is finite", "[render]") {
+    std::vector<float> values(101);
+    std::iota(values.begin(), values.end(), 0.0f);
+    CHECK(splatRange(values, SplatValue::speed) == Range{2, 98});
+    values.push_back(std::numeric_limits<float>::infinity());
+    values.push_back(std::numeric_limits<float>::quiet_NaN());
+    CHECK(splatRange(values, SplatValue::speed) == Range{2, 98});
+    CHECK(splatRange(values, SplatValue::index) == Range{0, 1});
+    CHECK(splatRange({3, 3, 3}, SplatValue::depth) == Range{2.5, 3.5});
+    CHECK(splatRange({}, SplatValue::depth) == Range{0, 1});
+}
