@@ -137,7 +137,6 @@ def run_scene(scene, curlew):
     """Runs it in a fresh folder; returns its part of the page and its pictures' names."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        (folder / "out").mkdir()
         (folder / "scenes").symlink_to(ROOT / "scenes")
         run = subprocess.run([curlew, "-quiet", "-set", f"width={WIDTH}", "-config", f"scenes/{scene.name}.txt",
                               "-report", "report.json"], cwd=folder, capture_output=True, text=True)

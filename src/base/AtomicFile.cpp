@@ -23,6 +23,30 @@ fs::path temporaryName(const fs::path& path) {
     return name;
 }
 
+fs::path folderOf(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : fs::path("."); }
+
+/// Makes the folder of a file, which is removed again if it is still empty in the end.
+class FolderOfFile {
+  public:
+    explicit FolderOfFile(const fs::path& path) : mFolder(folderOf(path)) {
+        std::error_code error;
+        mMade = fs::create_directory(mFolder, error);
+        if (error)
+            throw FileError(fmt::format("cannot write '{}': cannot make the folder '{}': {}", path.string(),
+                                        mFolder.string(), error.message()));
+    }
+    ~FolderOfFile() {
+        std::error_code ignored;
+        if (mMade) fs::remove(mFolder, ignored);
+    }
+    FolderOfFile(const FolderOfFile&) = delete;
+    FolderOfFile& operator=(const FolderOfFile&) = delete;
+
+  private:
+    fs::path mFolder;
+    bool mMade = false;
+};
+
 /// Removes the temporary file unless it has been renamed.
 struct Remover {
     const fs::path& file;
@@ -52,8 +76,9 @@ class CancellableBuffer : public std::filebuf {
 void checkWritable(const fs::path& path) {
     if (path.filename().empty())
         throw FileError(fmt::format("cannot write '{}': it names a folder, not a file", path.string()));
-    const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
     std::error_code error;
+    fs::path folder = folderOf(path);
+    if (path.is_relative() && !fs::exists(folder, error)) folder = folderOf(folder); // FolderOfFile makes it there
     if (!fs::is_directory(folder, error))
         throw FileError(
             fmt::format("cannot write '{}': there is no folder '{}'; create it first", path.string(), folder.string()));
@@ -66,6 +91,7 @@ void checkWritable(const fs::path& path) {
 
 void writeAtomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
     checkWritable(path);
+    const FolderOfFile folder(path);
     const fs::path temporary = temporaryName(path);
     const Remover remover{temporary};
     write(temporary);

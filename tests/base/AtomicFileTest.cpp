@@ -168,6 +168,28 @@ TEST_CASE("what cannot be written is said before the work, with the name", "[bas
     CHECK(folder.entries() == 1);
 }
 
+TEST_CASE("the missing folder of a relative path is made, but only with the file and one at a time", "[base]") {
+    const Folder folder;
+    struct InFolder {
+        fs::path before = fs::current_path();
+        explicit InFolder(const fs::path& path) { fs::current_path(path); }
+        ~InFolder() { fs::current_path(before); }
+    } const inFolder(folder.path);
+    CHECK_NOTHROW(checkWritable("out/a.txt"));
+    CHECK(folder.entries() == 0);
+    CHECK_THROWS_AS(writeAtomically("out/a.txt", [](std::ostream&) { throw Interrupted(); }), Interrupted);
+    CHECK(folder.entries() == 0); // a failed write leaves no folder behind
+    writeAtomically("out/a.txt", kWriteNew);
+    writeAtomically("out/more/b.txt", kWriteNew);
+    CHECK(contents("out/a.txt") == "new");
+    CHECK(contents("out/more/b.txt") == "new");
+    CHECK_THROWS_WITH(checkWritable("none/more/a.txt"), Catch::Contains("there is no folder 'none'"));
+    CHECK_THROWS_AS(writeAtomically("none/more/a.txt", kWriteNew), FileError);
+    CHECK_THROWS_AS(checkWritable("out/a.txt/b.txt"), FileError); // a file has that name
+    CHECK_THROWS_AS(checkWritable(folder.path / "none" / "a.txt"), FileError);
+    CHECK(folder.entries() == 1);
+}
+
 TEST_CASE("a folder without permission is a FileError", "[base]") {
     if (::geteuid() == 0) {
         WARN("skipped: root may write anywhere");

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Runs a scene with the values of its line "# reduced:", in a fresh folder: run.sh CURLEW SCENE. The scene has to
-# succeed (what it expects included) and to write something into out/.
+# succeed (what it expects included), and to make out/ and write something into it.
 set -eu
 fail() {
     echo "$scene: $*" >&2
@@ -16,7 +16,6 @@ grep -Eq '^-?expect ' "$scene" || fail "expects nothing: end it with an expect o
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 ln -s "$(cd "$(dirname "$scene")" && pwd)" "$folder/scenes"
-mkdir "$folder/out"
 cd "$folder"
 # shellcheck disable=SC2086  # the values are words
 "$curlew" -set $reduced -config "scenes/$(basename "$scene")"

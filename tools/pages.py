@@ -1,0 +1,97 @@
+#!/usr/bin/env python3
+"""Renews what is made by the command in README.md and docs/noises.md, between <!-- NAME:begin --> and <!-- NAME:end -->.
+
+./dev docs and ./dev noises run it.
+"""
+
+import argparse
+import difflib
+import json
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+NOISES = ROOT / "docs/noises.md"
+# The noises of the table of ranges and their dimensions.
+RANGES = {"psrd": "2 3", "psrd grid=perlin": "3", "psrd rotation=fast": "3", "value": "1 2 3", "perlin": "1 2 3",
+          "perlin gradients=reference": "3", "gradient": "2 3", "simplex": "2 3 4 5 6 7",
+          "simplex power=3": "2 3 4 5 6 7", "sine": "1 2 3"}
+
+
+def replaced(page, name, text):
+    """The page with another text in its part of that name."""
+    begin, end = f"<!-- {name}:begin -->\n", f"<!-- {name}:end -->\n"
+    if page.count(begin) != 1 or page.count(end) != 1 or page.index(begin) > page.index(end):
+        raise ValueError(f"the page needs '{begin.strip()}' and '{end.strip()}', once each, on lines of their own")
+    return page[:page.index(begin) + len(begin)] + f"\n{text}\n" + page[page.index(end):]
+
+
+def readme(curlew, check):
+    """README.md: the table of actions, and the example of the library. Returns whether it is up to date now."""
+    path = ROOT / "README.md"
+    old = path.read_text()
+    actions = subprocess.run([curlew, "-help", "format=markdown"], check=True, capture_output=True, text=True).stdout
+    example = (ROOT / "tests/app/ReadmeExample.cpp").read_text()
+    new = replaced(replaced(old, "actions", actions), "example", f"```cpp\n{example}```\n")
+    if new == old:
+        print("docs: README.md is up to date", file=sys.stderr)
+    elif check:
+        difference = difflib.unified_diff(old.splitlines(), new.splitlines(), "README.md", "generated", lineterm="")
+        print("\n".join(list(difference)[:40]), file=sys.stderr)
+        print("docs: README.md is out of date; run ./dev docs", file=sys.stderr)
+    else:
+        path.write_text(new)
+        print("docs: README.md rewritten", file=sys.stderr)
+    return new == old or not check
+
+
+def range_row(curlew, noise, dim, folder):
+    """A row of the table of ranges: what a million values say."""
+    report = Path(folder) / "report.json"
+    kind, *options = noise.split()
+    subprocess.run([curlew, "-quiet", "-noise", f"type={kind}", f"dim={dim}", *options, "-check",
+                    "box=-500,-500,-500,500,500,500", "samples=1e6", f"report={report}"], check=True)
+    found = json.loads(report.read_text())
+    figures = [found[f"field_{name}"] for name in ("min", "max", "rms", "rms_gradient")]
+    return f"| {noise} | {dim} | " + " | ".join(f"{figure:.3f}" for figure in figures) + " |\n"
+
+
+def noises(curlew):
+    """docs/noises.md: each row with a picture has the actions for it as the last thing between backticks."""
+    page = NOISES.read_text()
+    for name, actions in re.findall(r"^\| !\[([^]]+)\].*`([^`]+)` \|$", page, re.M):
+        print(f"noises: {name}: {actions}", file=sys.stderr)
+        if "-slice" not in actions:
+            actions += " -slice"
+        subprocess.run([curlew, "-quiet", *shlex.split(actions), "box=-2,-2,-2,2,2,2", "width=180", "-write", "legend=0",
+                        ROOT / f"docs/noises/{name}.png"], check=True)
+    table = "| noise | dim | min | max | rms | rms of the gradient |\n|---|---|---|---|---|---|\n"
+    with tempfile.TemporaryDirectory() as folder:
+        for noise, dims in RANGES.items():
+            for dim in dims.split():
+                table += range_row(curlew, noise, dim, folder)
+    NOISES.write_text(replaced(page, "ranges", table))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("page", choices=["readme", "noises"])
+    parser.add_argument("--check", action="store_true", help="only say whether README.md is up to date")
+    parser.add_argument("--command", default=ROOT / "build/curlew", type=Path, help="curlew")
+    options = parser.parse_args()
+    curlew = options.command.resolve()
+    if options.page == "noises":
+        noises(curlew)
+    elif not readme(curlew, options.check):
+        sys.exit(1)
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except (ValueError, OSError, subprocess.CalledProcessError) as problem:
+        sys.exit(f"docs: {problem}")
