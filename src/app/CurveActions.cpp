@@ -21,7 +21,7 @@ TraceOptions traceOptions(Session& s, const Arguments& a, const Flow& flow) {
                    .reprojection = static_cast<Reprojection>(a.choice("reproject")),
                    .tolerance = a.real("tolerance"),
                    .iterations = static_cast<int>(a.integer("iterations")),
-                   .halvings = static_cast<int>(a.integer("halvings"))};
+                   .maxSubdivisions = static_cast<int>(a.integer("halvings"))};
     if (a.given("step")) o.step = a.real("step");
     if (a.given("limit")) o.limit = a.real("limit");
     if (!flow.hasTracks() && !a.given("reproject")) {

@@ -30,7 +30,7 @@ FlowMapOptions mapOptions(const Session& s, const Arguments& a) {
     FlowMapOptions options{.scheme = static_cast<Scheme>(a.choice("scheme")),
                            .tolerance = a.real("tolerance"),
                            .iterations = static_cast<int>(a.integer("iterations")),
-                           .halvings = static_cast<int>(a.integer("halvings"))};
+                           .maxSubdivisions = static_cast<int>(a.integer("halvings"))};
     if (time > 0) options.step = time / static_cast<double>(steps);
     return options;
 }

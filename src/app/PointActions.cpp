@@ -5,9 +5,9 @@
 #include "curlew/base/Memory.h"
 #include "curlew/track/Distance.h"
 #include "curlew/track/Neighbours.h"
+#include "curlew/track/Pathlines.h"
 #include "curlew/track/Scatter.h"
 #include "curlew/track/Snap.h"
-#include "curlew/track/Trails.h"
 #include "curlew/track/VolumeChange.h"
 
 #include <utility>
@@ -43,9 +43,9 @@ AdvectOptions advectOptions(const Session& s, const Arguments& a) {
                           .reprojection = static_cast<Reprojection>(a.choice("reproject")),
                           .tolerance = a.real("tolerance"),
                           .iterations = static_cast<int>(a.integer("iterations")),
-                          .halvings = static_cast<int>(a.integer("halvings")),
+                          .maxSubdivisions = static_cast<int>(a.integer("halvings")),
                           .accuracy = a.real("accuracy"),
-                          .longest = a.given("longest") ? a.real("longest") : 0};
+                          .maxStep = a.given("longest") ? a.real("longest") : 0};
     if (s.clock && !a.given("time")) {
         options.time = s.clock->duration;
         options.byAge = true;
@@ -84,7 +84,7 @@ void reportAdvect(Session& s, const AdvectResult& result, const Particles& parti
     report = {{"points", result.points},
               {"substeps", total("substeps", result.substeps)},
               {"retries", total("retries", result.retries)},
-              {"kept_back", total("kept_back", result.keptBack)},
+              {"kept_back", total("kept_back", result.stalled)},
               {"coarse", total("coarse", result.coarse)},
               {"overrun", total("overrun", result.overrun)},
               {"not_converged", result.notConverged},
@@ -129,9 +129,9 @@ void advectAction(Session& s, const Arguments& a) {
     if (a.integer("jacobian") > 0) reportVolumes(s, a, flow, begin, options, particles);
     const Monitor monitor = s.console.follow("advect");
     if (!a.flag("trails")) return reportAdvect(s, advect(flow, particles, begin, options, monitor), particles);
-    Trails trails = advectWithTrails(flow, particles, begin, options, monitor);
-    reportAdvect(s, trails.result, particles);
-    s.geometry.push(std::make_shared<const Curves>(std::move(trails.curves)), s.now());
+    Pathlines pathlines = advectWithPathlines(flow, particles, begin, options, monitor);
+    reportAdvect(s, pathlines.result, particles);
+    s.geometry.push(std::make_shared<const Curves>(std::move(pathlines.curves)), s.now());
 }
 
 void snapAction(Session& s, const Arguments& a) {

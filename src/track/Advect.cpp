@@ -28,26 +28,28 @@ void validate(const FlowN<N>& flow, const AdvectOptions& o) {
     if (!(o.tolerance > 0)) throw ValueError(fmt::format("tolerance {} must be positive", o.tolerance));
     if (o.iterations < 1) throw ValueError(fmt::format("{} iterations; give at least 1", o.iterations));
     if (!(o.accuracy > 0)) throw ValueError(fmt::format("accuracy {} must be positive", o.accuracy));
-    if (!(o.longest >= 0)) throw ValueError(fmt::format("a longest step of {} must be positive, or 0", o.longest));
-    if (o.halvings < 0 || o.halvings > 20) throw ValueError(fmt::format("{} halvings; give 0 to 20", o.halvings));
+    if (!(o.maxStep >= 0)) throw ValueError(fmt::format("a longest step of {} must be positive, or 0", o.maxStep));
+    if (o.maxSubdivisions < 0 || o.maxSubdivisions > 20)
+        throw ValueError(fmt::format("{} subdivisions of a step; give 0 to 20", o.maxSubdivisions));
     if (o.reprojection != Reprojection::none && !flow.hasTracks())
         throw ValueError("this flow is a sum and has no tracks to put points back onto; choose no reprojection");
 }
 
-/// Moves points in batches: `batch(advector, begin, end)` loads, runs and stores one.
+/// Moves points in batches: `batch(stepper, begin, end)` loads, runs and stores one.
 template <int N, class Batch>
 AdvectResultN<N> advectBatches(const FlowN<N>& flow, const FlowMagnitudesN<N>& typical, size_t count,
                                const AdvectOptions& options, const Batch& batch, const Monitor& monitor) {
     ReprojectOptionsN<N> reprojection{.method = options.reprojection, .iterations = options.iterations};
     for (size_t q = 0; q < typical.potentials.size(); ++q)
         reprojection.tolerance[q] = options.tolerance * typical.potentials[q];
+    const auto stepper = advectionStepper(flow, options, reprojection);
     const Tally<N> sum = parallelSum(
-        count, kBatch, [&](size_t begin, size_t end) { return batch(reprojection, begin, end); }, monitor);
+        count, kBatch, [&](size_t begin, size_t end) { return batch(stepper, begin, end); }, monitor);
     const auto converged = static_cast<double>(std::max<size_t>(count - sum.notConverged, 1));
     AdvectResultN<N> result{
         .points = count,
         .notConverged = sum.notConverged,
-        .keptBack = sum.keptBack,
+        .stalled = sum.stalled,
         .outside = sum.outside,
         .substeps = sum.substeps,
         .retries = sum.retries,
@@ -66,10 +68,10 @@ AdvectResultN<N> advect(const FlowN<N>& flow, Points<N>& points, const AdvectOpt
     validate(flow, options);
     return advectBatches(
         flow, magnitudesOf(flow), points.size(), options,
-        [&](const ReprojectOptionsN<N>& reprojection, size_t begin, size_t end) {
+        [&](const GuardedStepper<N>& stepper, size_t begin, size_t end) {
             PointBatchN<N> start;
             for (size_t k = begin; k < end; ++k) start.push(points[k]);
-            BatchAdvector<N> batch(flow, options, reprojection, start);
+            BatchAdvector<N> batch(stepper, options, start);
             batch.run(monitor);
             for (size_t k = begin; k < end; ++k) points[k] = batch.position()[static_cast<int>(k - begin)];
             return batch.tally();
@@ -129,13 +131,13 @@ AdvectResult advectInOrder(const Flow& flow, const FlowMagnitudes& typical, Part
     const auto particle = [&](size_t k) { return order.empty() ? k : order[k]; };
     return advectBatches(
         flow, typical, count, options,
-        [&](const ReprojectOptions& reprojection, size_t begin, size_t end) {
+        [&](const GuardedStepper<3>& stepper, size_t begin, size_t end) {
             PointBatch start;
             for (size_t n = begin; n < end; ++n) {
                 const size_t k = particle(n);
                 start.push({{p.x[k], p.y[k], p.z[k]}});
             }
-            BatchAdvector<3> batch(flow, options, reprojection, start);
+            BatchAdvector<3> batch(stepper, options, start);
             for (size_t n = begin; n < end; ++n) {
                 const size_t k = particle(n);
                 batch.converged()[n - begin] = p.converged[k] != 0;
@@ -167,8 +169,8 @@ AdvectResult advectInOrder(const Flow& flow, const FlowMagnitudes& typical, Part
 }
 
 /// Gives particles the flow's velocity and track where they are.
-AdvectResult look(const Flow& flow, const FlowMagnitudes& typical, Particles& particles,
-                  const std::vector<uint32_t>& order, AdvectOptions options, const Monitor& monitor) {
+AdvectResult sample(const Flow& flow, const FlowMagnitudes& typical, Particles& particles,
+                    const std::vector<uint32_t>& order, AdvectOptions options, const Monitor& monitor) {
     options.time = 0;
     options.steps = 1;
     particles.f.clear();
@@ -227,7 +229,7 @@ AdvectResult advect(const FlowInTime& flow, Particles& particles, double begin, 
         const AdvectResult step = advectInOrder(middle, typical, particles, order, one, options.time, unreported);
         if (k == options.steps - 1) beforeLast = {particles.x, particles.y, particles.z};
         followed(middle, after);
-        total.keptBack += step.keptBack;
+        total.stalled += step.stalled;
         total.substeps += step.substeps;
         total.retries += step.retries;
         total.coarse += step.coarse;
@@ -236,7 +238,7 @@ AdvectResult advect(const FlowInTime& flow, Particles& particles, double begin, 
         before = after;
         if (monitor.report) monitor.report((k + 1.0) / options.steps);
     }
-    const AdvectResult end = look(before, typical, particles, order, options, unreported);
+    const AdvectResult end = sample(before, typical, particles, order, options, unreported);
     if (one.time != 0) addVelocity(particles, beforeLast, one.time / 2);
     total.points = end.points;
     total.outside = end.outside;

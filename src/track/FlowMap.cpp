@@ -66,7 +66,7 @@ FlowMapResult FlowMap::carry(std::vector<Vec3d>& points, double from, double to,
     const double dt = (to - from) / count;
     const auto middle = [&](int k) { return mFlow.at(from + (k + 0.5) * dt); };
     if (middle(0).hasTracks()) {
-        result.kept = follow(points, from, to, count, monitor);
+        result.stalled = follow(points, from, to, count, monitor);
         return result;
     }
     // What a batch does in these steps stays in the first-level cache.
@@ -96,7 +96,7 @@ size_t FlowMap::follow(std::vector<Vec3d>& points, double from, double to, int c
                                 .scheme = mOptions.scheme,
                                 .tolerance = mOptions.tolerance,
                                 .iterations = mOptions.iterations,
-                                .halvings = mOptions.halvings};
+                                .maxSubdivisions = mOptions.maxSubdivisions};
     const AdvectResult result = advect(both, p, from, options, monitor);
     for (size_t k = 0; k < points.size(); ++k) points[k] = {{p.x[k], p.y[k], p.z[k]}};
     return result.notConverged;

@@ -33,6 +33,7 @@ struct Part {
 
 void append(Part& part, const TraceSetup& setup, int64_t id, TraceLine& forward, TraceLine& backward) {
     Curves& c = part.curves;
+    const bool hasTracks = setup.stepper.flow().hasTracks();
     if (backward.end == CurveEnd::closed) forward = {};
     const bool hasForward = !forward.vertices.empty(), hasBackward = !backward.vertices.empty();
     // Downstream: the way back to the seed, and on from there.
@@ -50,7 +51,7 @@ void append(Part& part, const TraceSetup& setup, int64_t id, TraceLine& forward,
         c.vy.push_back(static_cast<float>(v.velocity[1]));
         c.vz.push_back(static_cast<float>(v.velocity[2]));
         c.along.push_back(v.along);
-        if (!setup.flow.hasTracks()) continue;
+        if (!hasTracks) continue;
         c.f.push_back(v.potentials[0]), c.g.push_back(v.potentials[1]);
         for (size_t q = 0; q < 2; ++q) {
             const double drift = std::abs(v.potentials[q] - only.vertices.front().potentials[q]);
@@ -74,14 +75,14 @@ void append(Part& part, const TraceSetup& setup, int64_t id, TraceLine& forward,
 
 Part traceChunk(const TraceSetup& setup, const Particles& seeds, size_t begin, size_t end, const Monitor& monitor) {
     const Direction direction = setup.options.direction;
-    TraceHeads heads;
-    heads.position.size = 0;
-    for (size_t k = begin; k < end; ++k) heads.position.push({{seeds.x[k], seeds.y[k], seeds.z[k]}});
+    const Flow& flow = setup.stepper.flow();
+    ActiveTipsN<3> tips;
+    for (size_t k = begin; k < end; ++k) tips.position.push({{seeds.x[k], seeds.y[k], seeds.z[k]}});
     Flow::Jets<double> potentials;
-    setup.flow.eval(heads.position, potentials, heads.velocity);
-    for (size_t q = 0; q < 2; ++q) heads.track[q] = potentials[q].c[0];
+    flow.eval(tips.position, potentials, tips.velocity);
+    for (size_t q = 0; q < 2; ++q) tips.track[q] = potentials[q].c[0];
     std::array<bool, kBatch> allowed;
-    classify(setup.flow.domain(), heads.position, allowed, heads.distance);
+    classify(flow.domain(), tips.position, allowed, tips.distance);
 
     Part part;
     std::vector<TraceLine> forward(end - begin), backward(end - begin);
@@ -89,8 +90,8 @@ Part traceChunk(const TraceSetup& setup, const Particles& seeds, size_t begin, s
         Tracer tracer(setup, sign, lines);
         for (size_t k = 0; k < lines.size(); ++k) {
             const auto i = static_cast<int>(k);
-            if (allowed[k] && setup.flow.domain().box.contains(heads.position[i]) && forward[k].end != CurveEnd::closed)
-                tracer.add(k, heads, i);
+            if (allowed[k] && flow.domain().box.contains(tips.position[i]) && forward[k].end != CurveEnd::closed)
+                tracer.add(k, tips, i);
         }
         part.retries += tracer.run(monitor);
     };
@@ -159,7 +160,8 @@ void validate(const Flow& flow, const Particles& seeds, const TraceOptions& o) {
     if (!(o.closure >= 0) || !(o.closure <= 0.1))
         throw ValueError(fmt::format("closure {} must be 0 to 0.1 of a step", o.closure));
     if (o.iterations < 1) throw ValueError(fmt::format("{} iterations; give at least 1", o.iterations));
-    if (o.halvings < 0 || o.halvings > 20) throw ValueError(fmt::format("{} halvings; give 0 to 20", o.halvings));
+    if (o.maxSubdivisions < 0 || o.maxSubdivisions > 20)
+        throw ValueError(fmt::format("{} subdivisions of a step; give 0 to 20", o.maxSubdivisions));
     if (o.reprojection != Reprojection::none && !flow.hasTracks())
         throw ValueError("this flow is a sum and has no tracks to put points back onto; choose no reprojection");
 }
@@ -175,11 +177,9 @@ TraceSetup setupOf(const Flow& flow, TraceOptions o, const Monitor& monitor) {
     ReprojectOptions reprojection{.method = o.reprojection, .iterations = o.iterations};
     for (size_t q = 0; q < 2; ++q) reprojection.tolerance[q] = o.tolerance * typical.potentials[q];
     const auto cosine = [](double angle) { return angle < 3.14 ? std::cos(angle) : -2; }; // so much is no limit
-    return {flow,
-            o.by == StepBy::length ? flow.normalized(1) : flow,
+    return {{flow, o.by, Scheme::rk4, reprojection, StepGuard::forStreamlines(o.reprojection)},
             o,
             typical,
-            reprojection,
             cosine(o.turn),
             cosine(o.turn / 2)};
 }

@@ -1,69 +1,29 @@
 #include "Tracer.h"
 
-#include "ChordRule.h"
-#include "curlew/track/Stepper.h"
-
 #include <algorithm>
 
 namespace curlew {
-
-/// Where one step from each of them leads.
-struct TraceLanding {
-    PointBatch position;
-    ReprojectedBatch track;
-    std::array<double, kBatch> distance;
-    std::array<bool, kBatch> taken;
-};
 
 namespace {
 
 /// A last piece of a curve that is shorter than this, relative to a step, is left out.
 constexpr double kShort = 1e-3;
 
-TraceLanding attempt(const TraceSetup& setup, const TraceHeads& from, const std::array<double, kBatch>& dt) {
-    StagesN<3> stages;
-    for (int i = 0; i < from.position.size; ++i) stages.first.set(i, setup.paced(from.velocity[i]));
-    TraceLanding landing;
-    step(
-        Scheme::rk4, from.position, dt, [&](const PointBatch& p, VecBatch<double>& v) { setup.pace.velocity(p, v); },
-        stages, landing.position);
-    std::array<double, kBatch> limit;
-    for (int i = 0; i < from.position.size; ++i)
-        limit[static_cast<size_t>(i)] = length(landing.position[i] - from.position[i]);
-    const PointBatch stepped = landing.position;
-    reproject(setup.flow, landing.position, from.track, limit, setup.reprojection, landing.track);
-    std::array<bool, kBatch> allowed;
-    classify(setup.flow.domain(), landing.position, allowed, landing.distance);
-    const bool reprojects = setup.options.reprojection != Reprojection::none;
-    for (int i = 0; i < from.position.size; ++i) {
-        const auto k = static_cast<size_t>(i);
-        const Vec3d p = landing.position[i];
-        landing.taken[k] =
-            std::isfinite(p[0] + p[1] + p[2]) && allowed[k] && (landing.distance[k] < 0) == (from.distance[k] < 0);
-        // Near a point where the flow stands still, a correction can take back all that the step has gone.
-        if (reprojects)
-            landing.taken[k] =
-                landing.taken[k] && landing.track.converged[k] && length(p - stepped[i]) <= 0.5 * limit[k];
-    }
-    checkChords(setup.flow.domain(), from.position, landing.position, from.distance, landing.taken);
-    return landing;
-}
-
 } // namespace
 
-void Tracer::add(size_t line, const TraceHeads& seeds, int seed) {
+void Tracer::add(size_t line, const ActiveTipsN<3>& seeds, int seed) {
     TraceLine& l = mLines[line];
     const Vec3d position = seeds.position[seed], velocity = seeds.velocity[seed];
     const auto k = static_cast<size_t>(seed);
     l.vertices = {{position, velocity, {seeds.track[0][k], seeds.track[1][k]}, 0}};
     l.end = CurveEnd::stagnation;
     if (mSetup.stands(velocity)) return;
-    mHeads.copy(mHeads.position.size++, seeds, seed);
-    mLanes.push_back({line, whole(), position, velocity * (mSign / length(velocity))});
+    mTips.copy(mTips.position.size++, seeds, seed);
+    mGrowths.push_back({line, whole(), position, velocity * (mSign / length(velocity))});
 }
 
 size_t Tracer::run(const Monitor& monitor) {
-    while (!mLanes.empty()) {
+    while (!mGrowths.empty()) {
         monitor.check();
         advance();
     }
@@ -73,105 +33,105 @@ size_t Tracer::run(const Monitor& monitor) {
 void Tracer::advance() {
     const TraceOptions& o = mSetup.options;
     std::array<double, kBatch> dt;
-    for (size_t a = 0; a < mLanes.size(); ++a)
-        dt[a] = mSign * std::min(o.step * mLanes[a].part / whole(), o.limit - std::abs(last(mLanes[a]).along));
-    const TraceLanding landing = attempt(mSetup, mHeads, dt);
+    for (size_t a = 0; a < mGrowths.size(); ++a)
+        dt[a] = mSign * std::min(o.step * mGrowths[a].part / whole(), o.limit - std::abs(last(mGrowths[a]).along));
+    const StepResult step = mSetup.stepper(mTips, dt);
     int kept = 0;
-    for (size_t a = 0; a < mLanes.size(); ++a) {
-        Lane& lane = mLanes[a];
+    for (size_t a = 0; a < mGrowths.size(); ++a) {
+        Growth& growth = mGrowths[a];
         const auto i = static_cast<int>(a);
-        if (!landing.taken[a] || (turns(landing, i, mSetup.cosTurn) && lane.part > 1)) {
-            if (lane.part == 1) {
-                mLines[lane.line].end = CurveEnd::stuck;
+        if (!step.accepted[a] || (turns(step, i, mSetup.cosTurn) && growth.part > 1)) {
+            if (growth.part == 1) {
+                mLines[growth.line].end = CurveEnd::stuck;
                 continue;
             }
             ++mRetries;
-            lane.part /= 2;
-        } else if (const auto end = settle(lane, i, landing, dt[a])) {
-            mLines[lane.line].end = *end;
+            growth.part /= 2;
+        } else if (const auto end = acceptStep(growth, i, step, dt[a])) {
+            mLines[growth.line].end = *end;
             continue;
         } else {
-            if (!turns(landing, i, mSetup.cosHalfTurn)) lane.part = std::min(2 * lane.part, whole());
-            mHeads.position.set(i, landing.position[i]);
-            mHeads.velocity.set(i, landing.track.velocity[i]);
-            mHeads.distance[a] = landing.distance[a];
+            if (!turns(step, i, mSetup.cosHalfTurn)) growth.part = std::min(2 * growth.part, whole());
+            mTips.position.set(i, step.position[i]);
+            mTips.velocity.set(i, step.reprojected.velocity[i]);
+            mTips.distance[a] = step.distance[a];
         }
         if (kept != i) {
-            mHeads.copy(kept, mHeads, i);
-            mLanes[static_cast<size_t>(kept)] = lane;
+            mTips.copy(kept, mTips, i);
+            mGrowths[static_cast<size_t>(kept)] = growth;
         }
         ++kept;
     }
-    mHeads.position.size = kept;
-    mLanes.resize(static_cast<size_t>(kept));
+    mTips.position.size = kept;
+    mGrowths.resize(static_cast<size_t>(kept));
 }
 
-bool Tracer::turns(const TraceLanding& landing, int i, double cosine) const {
-    const Vec3d from = mHeads.velocity[i], to = landing.track.velocity[i];
+bool Tracer::turns(const StepResult& step, int i, double cosine) const {
+    const Vec3d from = mTips.velocity[i], to = step.reprojected.velocity[i];
     return dot(from, to) < cosine * length(from) * length(to);
 }
 
-std::optional<CurveEnd> Tracer::settle(const Lane& lane, int i, const TraceLanding& landing, double dt) {
+std::optional<CurveEnd> Tracer::acceptStep(const Growth& growth, int i, const StepResult& step, double dt) {
     const TraceOptions& o = mSetup.options;
-    if (closes(lane, i, landing, dt)) return CurveEnd::closed;
-    if (!mSetup.flow.domain().box.contains(landing.position[i])) {
-        leave(lane, i, landing, dt);
+    if (closes(growth, i, step, dt)) return CurveEnd::closed;
+    if (!mSetup.stepper.flow().domain().box.contains(step.position[i])) {
+        leave(growth, i, step, dt);
         return CurveEnd::box;
     }
-    push(lane, i, landing, i, dt);
-    if (mSetup.stands(landing.track.velocity[i])) return CurveEnd::stagnation;
-    if (o.limit - std::abs(last(lane).along) <= 1e-9 * o.step) return CurveEnd::limit;
-    if (mLines[lane.line].vertices.size() >= o.vertices) return CurveEnd::vertices;
+    push(growth, i, step, i, dt);
+    if (mSetup.stands(step.reprojected.velocity[i])) return CurveEnd::stagnation;
+    if (o.limit - std::abs(last(growth).along) <= 1e-9 * o.step) return CurveEnd::limit;
+    if (mLines[growth.line].vertices.size() >= o.vertices) return CurveEnd::vertices;
     return {};
 }
 
-void Tracer::push(const Lane& lane, int i, const TraceLanding& landing, int k, double dt) {
-    TraceVertex vertex{landing.position[k], landing.track.velocity[k], {}, last(lane).along + dt};
+void Tracer::push(const Growth& growth, int i, const StepResult& step, int k, double dt) {
+    TraceVertex vertex{step.position[k], step.reprojected.velocity[k], {}, last(growth).along + dt};
     for (size_t q = 0; q < 2; ++q)
         vertex.potentials[q] =
-            mHeads.track[q][static_cast<size_t>(i)] + landing.track.residual[q][static_cast<size_t>(k)];
-    mLines[lane.line].vertices.push_back(vertex);
+            mTips.track[q][static_cast<size_t>(i)] + step.reprojected.residual[q][static_cast<size_t>(k)];
+    mLines[growth.line].vertices.push_back(vertex);
 }
 
-std::optional<std::pair<TraceLanding, double>> Tracer::landOn(int i, const Vec3d& point, const Vec3d& normal,
+std::optional<std::pair<StepResult, double>> Tracer::stepOnto(int i, const Vec3d& point, const Vec3d& normal,
                                                               double chord, double dt) const {
-    const TraceHeads one = mHeads.only(i);
+    const ActiveTipsN<3> one = mTips.only(i);
     const double lower = std::min(dt, 0.0), upper = std::max(dt, 0.0);
     Vec3d position = one.position[0], velocity = one.velocity[0];
     double part = 0;
     for (int iteration = 0; iteration < 10; ++iteration) { // Newton's
         const double off = dot(normal, position - point);
-        const double next = part - off / dot(normal, mSetup.paced(velocity));
+        const double next = part - off / dot(normal, mSetup.stepper.paced(velocity));
         if (!std::isfinite(next)) return {};
         part = std::clamp(next, lower, upper);
-        const TraceLanding landing = attempt(mSetup, one, {part});
-        if (!landing.taken[0]) return {};
-        position = landing.position[0], velocity = landing.track.velocity[0];
+        const StepResult step = mSetup.stepper(one, {part});
+        if (!step.accepted[0]) return {};
+        position = step.position[0], velocity = step.reprojected.velocity[0];
         if (std::abs(dot(normal, position - point)) <= 1e-10 * chord + 1e-15 * length(position))
-            return std::pair(landing, part);
+            return std::pair(step, part);
     }
     return {};
 }
 
-bool Tracer::closes(const Lane& lane, int i, const TraceLanding& landing, double dt) {
-    TraceLine& line = mLines[lane.line];
-    const Vec3d from = mHeads.position[i], to = landing.position[i];
+bool Tracer::closes(const Growth& growth, int i, const StepResult& step, double dt) {
+    TraceLine& line = mLines[growth.line];
+    const Vec3d from = mTips.position[i], to = step.position[i];
     const double chord = length(to - from);
-    if (mSetup.options.closure == 0 || line.vertices.size() < 3 || !(length(from - lane.seed) < 2 * chord) ||
-        !(dot(lane.normal, from - lane.seed) < 0) || !(dot(lane.normal, to - lane.seed) >= 0))
+    if (mSetup.options.closure == 0 || line.vertices.size() < 3 || !(length(from - growth.seed) < 2 * chord) ||
+        !(dot(growth.normal, from - growth.seed) < 0) || !(dot(growth.normal, to - growth.seed) >= 0))
         return false;
-    const auto landed = landOn(i, lane.seed, lane.normal, chord, dt);
+    const auto landed = stepOnto(i, growth.seed, growth.normal, chord, dt);
     if (!landed) return false;
-    const double gap = length(landed->first.position[0] - lane.seed);
+    const double gap = length(landed->first.position[0] - growth.seed);
     if (!(gap <= mSetup.options.closure * chord)) return false;
     line.gap = gap;
-    if (length(from - lane.seed) < kShort * chord && line.vertices.size() > 3) line.vertices.pop_back();
+    if (length(from - growth.seed) < kShort * chord && line.vertices.size() > 3) line.vertices.pop_back();
     return true;
 }
 
-void Tracer::leave(const Lane& lane, int i, const TraceLanding& landing, double dt) {
-    const Box& box = mSetup.flow.domain().box;
-    const Vec3d from = mHeads.position[i], to = landing.position[i];
+void Tracer::leave(const Growth& growth, int i, const StepResult& step, double dt) {
+    const Box& box = mSetup.stepper.flow().domain().box;
+    const Vec3d from = mTips.position[i], to = step.position[i];
     double first = std::numeric_limits<double>::infinity(), place = 0;
     int axis = 0;
     for (int k = 0; k < 3; ++k)
@@ -183,13 +143,13 @@ void Tracer::leave(const Lane& lane, int i, const TraceLanding& landing, double 
     Vec3d point, normal;
     point[axis] = place;
     normal[axis] = 1;
-    auto landed = landOn(i, point, normal, length(to - from), dt);
+    auto landed = stepOnto(i, point, normal, length(to - from), dt);
     if (!landed || !(std::abs(landed->second) > kShort * std::abs(dt))) return;
     Vec3d end = landed->first.position[0];
     end[axis] = place;
     if (!box.contains(end)) return;
     landed->first.position.set(0, end);
-    push(lane, i, landed->first, 0, landed->second);
+    push(growth, i, landed->first, 0, landed->second);
 }
 
 } // namespace curlew

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "StepGuard.h"
 #include "curlew/track/Trace.h"
 
 #include <optional>
@@ -9,46 +10,16 @@ namespace curlew {
 
 /// What all curves have in common, with the defaults filled in.
 struct TraceSetup {
-    Flow flow, pace; ///< The flow, and the one of which dt is what the steps are equal in.
+    GuardedStepper<3> stepper;
     TraceOptions options;
     FlowMagnitudes typical;
-    ReprojectOptions reprojection;
     double cosTurn, cosHalfTurn; ///< Of the most that a step may turn, and half of that.
 
-    Vec3d paced(const Vec3d& velocity) const {
-        if (options.by == StepBy::time) return velocity;
-        const double speed = length(velocity);
-        return speed > 0 ? velocity * (1 / speed) : velocity;
-    }
     bool stands(const Vec3d& velocity) const {
         const double speed = length(velocity);
         return !(speed > 0) || !(speed >= options.stagnation * typical.speed);
     }
 };
-
-/// The ends, so far, of curves, side by side.
-struct TraceHeads {
-    PointBatch position;
-    VecBatch<double> velocity;
-    TrackBatch track;
-    std::array<double, kBatch> distance;
-
-    void copy(int to, const TraceHeads& from, int i) {
-        position.set(to, from.position[i]);
-        velocity.set(to, from.velocity[i]);
-        for (size_t q = 0; q < track.size(); ++q)
-            track[q][static_cast<size_t>(to)] = from.track[q][static_cast<size_t>(i)];
-        distance[static_cast<size_t>(to)] = from.distance[static_cast<size_t>(i)];
-    }
-    TraceHeads only(int i) const {
-        TraceHeads one;
-        one.position.size = 1;
-        one.copy(0, *this, i);
-        return one;
-    }
-};
-
-struct TraceLanding;
 
 struct TraceVertex {
     Vec3d position, velocity;
@@ -63,49 +34,52 @@ struct TraceLine {
     double gap = 0;
 };
 
-/// Curves on their way in one direction: +1 along the flow or -1 against it. At most kBatch of them.
+using StepResult = StepResultN<3>;
+
+/// Follows up to kBatch curves at once in one direction: +1 along the flow, -1 against it.
 class Tracer {
   public:
     Tracer(const TraceSetup& setup, double sign, std::vector<TraceLine>& lines)
         : mSetup(setup), mSign(sign), mLines(lines) {}
 
-    /// Begins a line at the head of a seed.
-    void add(size_t line, const TraceHeads& seeds, int seed);
+    /// Begins a line at a seed.
+    void add(size_t line, const ActiveTipsN<3>& seeds, int seed);
 
-    /// Follows all lines to their ends; how many steps were redone.
+    /// Follows all lines to their ends. Returns how many steps were halved.
     size_t run(const Monitor& monitor);
 
   private:
-    struct Lane {
+    /// Which line a tip extends, and what it needs to know of it.
+    struct Growth {
         size_t line;
-        int part; ///< Of a step, in units of 2^-halvings.
+        int part; ///< Of a step, in units of 2^-maxSubdivisions.
         Vec3d seed, normal;
     };
 
-    int whole() const { return 1 << mSetup.options.halvings; }
-    TraceVertex& last(const Lane& lane) { return mLines[lane.line].vertices.back(); }
+    int whole() const { return 1 << mSetup.options.maxSubdivisions; }
+    TraceVertex& last(const Growth& growth) { return mLines[growth.line].vertices.back(); }
 
-    /// A step of every line, or a part of one.
+    /// Takes a step of every line, or a part of one.
     void advance();
     /// Whether step i turns by more than an angle of this cosine.
-    bool turns(const TraceLanding& landing, int i, double cosine) const;
-    /// Adds the end of a step to its line, which ends there if a reason is returned.
-    std::optional<CurveEnd> settle(const Lane& lane, int i, const TraceLanding& landing, double dt);
-    /// Adds point k of a landing, where a step from head i has led.
-    void push(const Lane& lane, int i, const TraceLanding& landing, int k, double dt);
-    /// The step from head i that ends on a plane, no longer than dt; none where there is no such.
-    std::optional<std::pair<TraceLanding, double>> landOn(int i, const Vec3d& point, const Vec3d& normal, double chord,
+    bool turns(const StepResult& step, int i, double cosine) const;
+    /// Adds the end of step i to its line. Returns why the line ends there, if it does.
+    std::optional<CurveEnd> acceptStep(const Growth& growth, int i, const StepResult& step, double dt);
+    /// Adds the end k of a step that began at tip i.
+    void push(const Growth& growth, int i, const StepResult& step, int k, double dt);
+    /// The step from tip i that ends on a plane, no longer than dt, and its length. Returns nullopt if there is none.
+    std::optional<std::pair<StepResult, double>> stepOnto(int i, const Vec3d& point, const Vec3d& normal, double chord,
                                                           double dt) const;
-    /// Whether the line comes back to its seed with this step; then closes it.
-    bool closes(const Lane& lane, int i, const TraceLanding& landing, double dt);
-    /// Takes the line to the face of the box that the step goes through first.
-    void leave(const Lane& lane, int i, const TraceLanding& landing, double dt);
+    /// Whether the line returns to its seed with this step; if so, closes it.
+    bool closes(const Growth& growth, int i, const StepResult& step, double dt);
+    /// Ends the line on the face of the box that the step passes first.
+    void leave(const Growth& growth, int i, const StepResult& step, double dt);
 
     const TraceSetup& mSetup;
     double mSign;
     std::vector<TraceLine>& mLines;
-    TraceHeads mHeads;
-    std::vector<Lane> mLanes;
+    ActiveTipsN<3> mTips;
+    std::vector<Growth> mGrowths; ///< One for each tip.
     size_t mRetries = 0;
 };
 

@@ -80,13 +80,13 @@ void driftBack(const Wall& wall, double size, const ScalarField& a, const Scalar
                std::vector<Vec3d>& points, const Monitor& monitor) {
     const Flow flow(-1.0 * (layerFade(wall) * a), b, {.box = {}, .wall = wall});
     const AdvectOptions options{.time = 1, .steps = stepsFor(way, wall)};
-    const ReprojectOptions reprojection{.tolerance = {1e-9 * way * size, 1e-9 * size}};
+    const auto stepper = advectionStepper(flow, options, {.tolerance = {1e-9 * way * size, 1e-9 * size}});
     parallelFor(
         points.size(), kBatch,
         [&](size_t begin, size_t end) {
             PointBatch start;
             for (size_t k = begin; k < end; ++k) start.push(points[k]);
-            BatchAdvector<3> batch(flow, options, reprojection, start);
+            BatchAdvector<3> batch(stepper, options, start);
             batch.run(monitor);
             for (size_t k = begin; k < end; ++k) points[k] = batch.position()[static_cast<int>(k - begin)];
         },
@@ -194,7 +194,7 @@ std::vector<Place> placesOf(const Wall& wall, const std::vector<Vec3d>& points) 
 }
 
 bool keptIn(const Place& before, const Place& after) {
-    return after.allowed && (before.distance < 0) == (after.distance < 0);
+    return staysOnSide(after.allowed, after.distance, before.distance);
 }
 
 /// Where the point has the distance that it had before, found along the gradient; or where that search ends.

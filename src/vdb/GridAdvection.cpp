@@ -115,7 +115,7 @@ class GridAdvector {
             origins.push_back({{p[0], p[1], p[2]}});
         }
         mTraced += voxels.size();
-        mKept += mMap.carry(origins, mEnd, mBegin, monitor).kept;
+        mKept += mMap.carry(origins, mEnd, mBegin, monitor).stalled;
         std::vector<Value> values(voxels.size());
         parallelFor(voxels.size(), 1024, [&](size_t begin, size_t end) {
             const auto samples = mGrid.getConstUnsafeAccessor();

@@ -103,12 +103,12 @@ TEST_CASE("no particle crosses a wall, however large the steps", "[track]") {
         size_t changed = 0;
         for (size_t k = 0; k < particles.size(); ++k)
             changed += (distance(particles, k) < 0) != (distance(start, k) < 0);
-        CAPTURE(c.name, steps, result.notConverged, result.keptBack, result.retries);
+        CAPTURE(c.name, steps, result.notConverged, result.stalled, result.retries);
         CHECK(result.outside == 0);
         CHECK(countOutside(flow.domain(), particles) == 0);
         CHECK(changed == 0);
         // They move: what is kept back is the exception.
-        CHECK(result.keptBack < start.size() * static_cast<size_t>(steps) / 20);
+        CHECK(result.stalled < start.size() * static_cast<size_t>(steps) / 20);
     }
     // The same without reprojection leaks: the setting is one in which walls have to be guarded.
     Particles free = start;
@@ -319,7 +319,7 @@ TEST_CASE("a step that finds no way leaves its particle, and says so", "[track]"
     particles.g = {0.5};
     const AdvectResult result = advect(flow, particles, {.time = 1, .steps = 3});
     CHECK(result.notConverged == 1);
-    CHECK(result.keptBack == 3);
+    CHECK(result.stalled == 3);
     CHECK(result.substeps == 0);
     CHECK(particles.converged[0] == 0);
     CHECK(position(particles, 0) == Vec3d{{0.1, 0, 0}});
@@ -443,9 +443,9 @@ TEST_CASE("unusable options are errors that name the value", "[track]") {
     for (const double bad : {kInfinity, -kInfinity, std::nan("")}) CHECK_THROWS_AS(run({.time = bad}), ValueError);
     for (const double bad : {0.0, -1e-9, std::nan("")}) CHECK_THROWS_AS(run({.tolerance = bad}), ValueError);
     CHECK_THROWS_AS(run({.iterations = 0}), ValueError);
-    CHECK_THROWS_AS(run({.halvings = -1}), ValueError);
-    CHECK_THROWS_AS(run({.halvings = 21}), ValueError);
-    CHECK_NOTHROW(run({.steps = 1, .iterations = 1, .halvings = 0}));
+    CHECK_THROWS_AS(run({.maxSubdivisions = -1}), ValueError);
+    CHECK_THROWS_AS(run({.maxSubdivisions = 21}), ValueError);
+    CHECK_NOTHROW(run({.steps = 1, .iterations = 1, .maxSubdivisions = 0}));
     const Monitor cancelled{.report = {}, .cancelled = [] { return true; }};
     CHECK_THROWS_AS(advect(sphereFlow(), particles, {}, cancelled), Interrupted);
 }
@@ -549,7 +549,7 @@ TEST_CASE("adaptive steps are as accurate as asked for, and no shorter than need
                                     .scheme = Scheme::bogackiShampine,
                                     .reprojection = reprojection,
                                     .tolerance = 1e-12,
-                                    .halvings = 14,
+                                    .maxSubdivisions = 14,
                                     .accuracy = accuracy});
         std::vector<double> errors;
         for (size_t k = 0; k < points.size(); ++k)
@@ -573,9 +573,9 @@ TEST_CASE("steps that are too coarse, and cannot be made shorter, are counted", 
     Particles particles = particlesAt(randomPoints(cube(1), 100, 7));
     const AdvectResult result =
         advect(smoothFlow(), particles,
-               {.time = 2, .steps = 1, .scheme = Scheme::bogackiShampine, .halvings = 2, .accuracy = 1e-9});
+               {.time = 2, .steps = 1, .scheme = Scheme::bogackiShampine, .maxSubdivisions = 2, .accuracy = 1e-9});
     CHECK(result.coarse > 300); // of 400
-    CHECK(result.keptBack == 0);
+    CHECK(result.stalled == 0);
 }
 
 TEST_CASE("particles that were born on the way move for their age", "[track]") {
@@ -593,13 +593,13 @@ TEST_CASE("particles that were born on the way move for their age", "[track]") {
     for (size_t k = 2; k < points.size(); ++k) CHECK(length(position(aged, k) - position(half, k)) < 1e-12);
 }
 
-TEST_CASE("no step is longer than the longest", "[track]") {
+TEST_CASE("advect: no step is longer than maxStep", "[track]") {
     const auto scheme = GENERATE(Scheme::rk4, Scheme::bogackiShampine);
     const auto points = randomPoints(cube(1), 100, 7);
-    const auto run = [&](double longest) {
+    const auto run = [&](double maxStep) {
         Particles particles = particlesAt(points);
         const AdvectResult result = advect(
-            smoothFlow(), particles, {.time = 1, .steps = 2, .scheme = scheme, .accuracy = 1, .longest = longest});
+            smoothFlow(), particles, {.time = 1, .steps = 2, .scheme = scheme, .accuracy = 1, .maxStep = maxStep});
         CHECK(result.coarse == 0);
         return result.substeps;
     };

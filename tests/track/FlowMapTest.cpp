@@ -65,7 +65,7 @@ TEST_CASE("a uniform flow's map is a translation", "[track]") {
     CHECK(map.steps(3, 2) == 10);
     const FlowMapResult result = map.carry(points, 5, 5.45);
     CHECK(result.points == 100);
-    CHECK(result.kept == 0);
+    CHECK(result.stalled == 0);
     for (size_t k = 0; k < points.size(); ++k) CHECK(length(points[k] - start[k] - Vec3d{{0.45, -0.9, 0.225}}) < 1e-14);
     map.carry(points, 5.45, 5);
     CHECK(greatestDifference(points, start) < 1e-14);

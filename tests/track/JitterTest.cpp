@@ -162,7 +162,7 @@ TEMPLATE_TEST_CASE_SIG("no point enters or leaves the domain in an animation", "
     const double spacing = N == 2 ? 0.1 : 0.2;
     const DomainN<N> bounds = ball<N>(Side::both);
     const auto start = latticePoints(bounds, spacing);
-    size_t keptBack = 0;
+    size_t stalled = 0;
     const auto pops = [&](const DomainN<N>& domain, int stride) {
         std::vector<bool> inside;
         size_t count = 0;
@@ -170,7 +170,7 @@ TEMPLATE_TEST_CASE_SIG("no point enters or leaves the domain in an animation", "
         for (int frame = 0; frame < 300; frame += stride) {
             auto points = start;
             const auto flow = jitterFlow(domain, spacing, {.seed = 7, .time = frame / 24.0});
-            keptBack += jitter(flow, points, spacing).keptBack;
+            stalled += jitter(flow, points, spacing).stalled;
             for (size_t k = 0; k < points.size(); ++k) {
                 const bool now = length(points[k]) < 0.75;
                 count += now != inside[k];
@@ -180,7 +180,7 @@ TEMPLATE_TEST_CASE_SIG("no point enters or leaves the domain in an animation", "
         return count;
     };
     CHECK(pops(bounds, 1) == 0);
-    CHECK(keptBack == 0); // it is the flow that turns along the wall
+    CHECK(stalled == 0); // it is the flow that turns along the wall
     CHECK(pops({.box = bounds.box, .wall = {}}, 30) > 50);
 }
 

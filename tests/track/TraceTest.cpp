@@ -365,7 +365,7 @@ TEST_CASE("what cannot be traced is refused", "[track]") {
     CHECK_THROWS_AS(trace(flow, seeds, {.closure = 0.5}), ValueError);
     CHECK_THROWS_AS(trace(flow, seeds, {.tolerance = 0}), ValueError);
     CHECK_THROWS_AS(trace(flow, seeds, {.iterations = 0}), ValueError);
-    CHECK_THROWS_AS(trace(flow, seeds, {.halvings = 21}), ValueError);
+    CHECK_THROWS_AS(trace(flow, seeds, {.maxSubdivisions = 21}), ValueError);
     CHECK_THROWS_AS(trace(flow + flow, seeds), ValueError);
     CHECK_THROWS_AS(trace(vortexFlow(1, 1, {.box = cube(std::numeric_limits<double>::infinity()), .wall = {}}), seeds),
                     ValueError);

@@ -15,25 +15,25 @@ struct AdvectOptions {
     Reprojection reprojection = Reprojection::gaussNewton;
     double tolerance = 1e-8; ///< On the residuals of f and g, relative to their root mean squares over the domain.
     int iterations = 10;     ///< Corrections per step, at most.
-    int halvings = 8;        ///< A step that fails is redone in halves, down to this power of two.
+    int maxSubdivisions = 8; ///< A step that is not accepted is halved up to this many times.
     /// Of a scheme with steps of adaptive length (then `steps` have the greatest): the estimated error of a step, world
     /// units.
     double accuracy = 1e-4;
     /// A particle that is younger than `time` moves for its age only: it was born on the way.
     bool byAge = false;
-    double longest = 0; ///< World units: a step that moves a point farther is redone in halves; 0: none is.
+    double maxStep = 0; ///< World units: a step that moves a point farther is halved; 0: any length.
 };
 
 template <int N>
 struct AdvectResultN {
     size_t points = 0;
     size_t notConverged = 0; ///< Points that some step left in place: even its smallest part found no way on the track.
-    size_t keptBack = 0;     ///< How often that happened.
+    size_t stalled = 0;      ///< How often that happened.
     size_t outside = 0;      ///< Points on the wrong side of the wall, or exactly on it, at the end.
     size_t substeps = 0;     ///< Steps and parts of steps that were taken.
     size_t retries = 0;      ///< Steps that were redone in halves.
-    size_t coarse = 0;       ///< Substeps beyond `accuracy` or `longest` that `halvings` did not let become shorter.
-    size_t overrun = 0;      ///< How often a moving wall left a point on its wrong side.
+    size_t coarse = 0;  ///< Substeps beyond `accuracy` or `maxStep` that `maxSubdivisions` did not let become shorter.
+    size_t overrun = 0; ///< How often a moving wall left a point on its wrong side.
     double meanIterations = 0; ///< Corrections per substep.
     /// Root mean squares at the end over the points that converged, relative to those of the potentials.
     std::array<double, size_t{N - 1}> residual{};
@@ -47,8 +47,8 @@ using AdvectResult = AdvectResultN<3>;
 ///  - it did not come back onto the track within the tolerance, or it ends on the wrong side;
 ///  - the wall is within reach of it and it is longer than the wall's width, or a point of its chord lies beyond the
 ///    wall by more than 1/16 of its length: so no particle jumps through a wall from one part of the domain to another.
-/// If `halvings` do not help, the particle stays for this step. Particles that start beyond the wall (or on it) stay
-/// where they are, and are counted as outside. Each particle's path is its own: the result does not depend on the
+/// If `maxSubdivisions` do not help, the particle stays for this step. Particles that start beyond the wall (or on it)
+/// stay where they are, and are counted as outside. Each particle's path is its own: the result does not depend on the
 /// others, nor on the number of threads. Throws ValueError for steps < 1, values that are not finite, and reprojection
 /// in a flow without tracks; Interrupted, with the particles in an unspecified state.
 AdvectResult advect(const Flow& flow, Particles& particles, const AdvectOptions& options, const Monitor& monitor = {});

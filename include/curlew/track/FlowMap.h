@@ -6,16 +6,16 @@
 namespace curlew {
 
 struct FlowMapOptions {
-    double step = 0.01; ///< The longest time step, seconds; all steps of a way are equally long.
+    double step = 0.01; ///< The longest time step, seconds; all steps of a pathline are equally long.
     Scheme scheme = Scheme::rk4;
     double tolerance = 1e-8; ///< These three as in AdvectOptions.
     int iterations = 10;
-    int halvings = 8;
+    int maxSubdivisions = 8;
 };
 
 struct FlowMapResult {
     size_t points = 0;
-    size_t kept = 0; ///< Points that some step left in place, since even its smallest part found no way on the track.
+    size_t stalled = 0; ///< Points that some step left in place, since not even its smallest part was accepted.
 };
 
 /// The flow map X: where the points that a flow carries are at another time, later or earlier.
@@ -45,7 +45,7 @@ class FlowMap {
     FlowMapResult carry(std::vector<Vec3d>& points, double from, double to, const Monitor& monitor = {}) const;
 
   private:
-    /// In a flow with tracks. Returns how many points were kept.
+    /// In a flow with tracks. Returns how many points stalled.
     size_t follow(std::vector<Vec3d>& points, double from, double to, int count, const Monitor& monitor) const;
 
     FlowInTime mFlow;

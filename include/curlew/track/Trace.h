@@ -15,14 +15,14 @@ struct TraceOptions {
     double limit = 0;         ///< In each direction, world units or seconds; 0: 1600 default steps, 8 diagonals.
     size_t vertices = 100000; ///< Most in each direction.
     Direction direction = Direction::forward;
-    double turn = 0.25;       ///< A step that turns by more, radians, is redone in halves.
+    double turn = 0.25;       ///< A step that turns by more, radians, is halved.
     double stagnation = 1e-3; ///< Where the flow is slower than this, relative to its rms speed, a curve ends.
     /// A curve that passes its seed nearer than this, relative to the step, is closed; 0: none is.
     double closure = 1e-3;
     Reprojection reprojection = Reprojection::gaussNewton;
     double tolerance = 1e-9; ///< On the residuals of f and g, relative to their root mean squares over the domain.
     int iterations = 10;     ///< Corrections per step, at most.
-    int halvings = 8;        ///< A step that fails is redone in halves, down to this power of two.
+    int maxSubdivisions = 8; ///< A step that is not accepted is halved up to this many times.
 };
 
 struct TraceResult {
@@ -40,9 +40,10 @@ struct TraceResult {
 /// the seed is on (ICN Algorithm 1). Streamlines of a flow in a bounded domain are often closed: that is detected where
 /// a curve passes the plane through its seed across the velocity there, and the polyline is closed at the seed itself.
 ///
-/// No curve goes through a wall: a step is judged as in advect(), and where `halvings` do not help, the curve ends. It
-/// is shorter than the others, too, where the curve bends (`turn`), at the limit and at the face of the domain's box.
-/// Without reprojection, and in a flow without tracks, which allows nothing else, f and g drift.
+/// No curve goes through a wall: a step is judged as in advect(), and has to end at a finite position after a
+/// correction of at most half its length. If `maxSubdivisions` do not help, the curve ends. A step is also shorter
+/// where the curve bends (`turn`), at the limit and at the face of the domain's box. Walls are respected without
+/// reprojection, too, which a flow without tracks requires, but then f and g drift.
 ///
 /// Each curve is its own: the result does not depend on the other seeds, nor on the number of threads. Seeds beyond the
 /// wall, outside the box or not finite give empty curves. Throws ValueError for options that are not positive or not

@@ -1,4 +1,4 @@
-#include "curlew/track/Trails.h"
+#include "curlew/track/Pathlines.h"
 
 #include "AdvectSteps.h"
 #include "curlew/base/Memory.h"
@@ -12,8 +12,8 @@ namespace curlew {
 
 namespace {
 
-/// Curves of so many vertices each, which are still to be set.
-Curves emptyWays(const Particles& p, size_t vertices, bool tracks) {
+/// Curves of `vertices` vertices each, still unset.
+Curves unsetCurves(const Particles& p, size_t vertices, bool tracks) {
     Curves c;
     const size_t all = p.size() * vertices;
     for (auto* array : {&c.x, &c.y, &c.z, &c.along}) array->resize(all);
@@ -29,7 +29,7 @@ Curves emptyWays(const Particles& p, size_t vertices, bool tracks) {
     return c;
 }
 
-void keep(const Particles& p, size_t step, double time, Curves& c) {
+void record(const Particles& p, size_t step, double time, Curves& c) {
     for (size_t k = 0; k < p.size(); ++k) {
         const size_t v = c.start[k] + step;
         c.x[v] = p.x[k], c.y[v] = p.y[k], c.z[v] = p.z[k];
@@ -47,7 +47,7 @@ void add(const AdvectResult& step, AdvectResult& total) {
     total.notConverged = step.notConverged;
     total.outside = step.outside;
     total.residual = step.residual;
-    total.keptBack += step.keptBack;
+    total.stalled += step.stalled;
     total.substeps += step.substeps;
     total.retries += step.retries;
     total.coarse += step.coarse;
@@ -57,12 +57,12 @@ void add(const AdvectResult& step, AdvectResult& total) {
 
 } // namespace
 
-Trails advectWithTrails(const FlowInTime& flow, Particles& particles, double begin, const AdvectOptions& options,
-                        const Monitor& monitor) {
+Pathlines advectWithPathlines(const FlowInTime& flow, Particles& particles, double begin, const AdvectOptions& options,
+                              const Monitor& monitor) {
     if (options.steps < 1) throw ValueError(fmt::format("{} steps; give at least 1", options.steps));
     const auto vertices = static_cast<size_t>(options.steps) + 1;
     requireMemory(static_cast<double>(particles.size()) * static_cast<double>(vertices) * Curves::kVertexBytes,
-                  fmt::format("the ways of {} points, of {} vertices each", particles.size(), vertices),
+                  fmt::format("the pathlines of {} points, of {} vertices each", particles.size(), vertices),
                   "move fewer points, or in fewer steps");
     const Flow first = flow.at(begin);
     const std::optional<FlowMagnitudes> typical =
@@ -76,15 +76,15 @@ Trails advectWithTrails(const FlowInTime& flow, Particles& particles, double beg
     one.steps = 1;
     one.time = 0;
     advance(begin, one, unreported); // the velocity and the track where they are
-    Trails trails{.curves = emptyWays(particles, vertices, particles.hasTrack()), .result = {}};
-    keep(particles, 0, 0, trails.curves);
+    Pathlines pathlines{.curves = unsetCurves(particles, vertices, particles.hasTrack()), .result = {}};
+    record(particles, 0, 0, pathlines.curves);
     one.time = options.time / options.steps;
     for (int k = 0; k < options.steps; ++k) {
-        add(advance(begin + one.time * k, one, unreported), trails.result);
-        keep(particles, static_cast<size_t>(k) + 1, one.time * (k + 1), trails.curves);
+        add(advance(begin + one.time * k, one, unreported), pathlines.result);
+        record(particles, static_cast<size_t>(k) + 1, one.time * (k + 1), pathlines.curves);
         if (monitor.report) monitor.report((k + 1.0) / options.steps);
     }
-    return trails;
+    return pathlines;
 }
 
 } // namespace curlew

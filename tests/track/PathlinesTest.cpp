@@ -1,6 +1,6 @@
 #include "curlew/base/Error.h"
+#include "curlew/track/Pathlines.h"
 #include "curlew/track/Scatter.h"
-#include "curlew/track/Trails.h"
 #include "support/Particles.h"
 #include "support/Polynomial.h"
 
@@ -9,13 +9,13 @@
 using namespace curlew;
 using namespace curlew::test;
 
-TEST_CASE("trails are where the particles were after each step, and end where they are", "[track]") {
+TEST_CASE("pathlines: vertices are the particles' positions after each step", "[track]") {
     const Flow flow = boundFlow(sphereSdf(1), Side::inside);
     const Particles start = scatter(flow.domain(), 300, 1);
     Particles along = start;
     const AdvectOptions options{.time = 0.5, .steps = 20};
-    const Trails trails = advectWithTrails(FlowInTime(flow), along, 0, options);
-    const Curves& c = trails.curves;
+    const Pathlines pathlines = advectWithPathlines(FlowInTime(flow), along, 0, options);
+    const Curves& c = pathlines.curves;
     REQUIRE(c.size() == 300);
     REQUIRE(c.vertices() == size_t{300} * 21);
     REQUIRE(c.hasTrack());
@@ -40,8 +40,8 @@ TEST_CASE("trails are where the particles were after each step, and end where th
         REQUIRE(c.length[k] == Approx(length));
         REQUIRE(!c.closed(k));
     }
-    CHECK(trails.result.outside == 0);
-    CHECK(trails.result.substeps >= size_t{300} * 20);
-    CHECK_THROWS_AS(advectWithTrails(FlowInTime(flow), along, 0, {.steps = 0}), ValueError);
-    CHECK_THROWS_AS(advectWithTrails(FlowInTime(flow), along, 0, {.steps = 1000000000}), ResourceError);
+    CHECK(pathlines.result.outside == 0);
+    CHECK(pathlines.result.substeps >= size_t{300} * 20);
+    CHECK_THROWS_AS(advectWithPathlines(FlowInTime(flow), along, 0, {.steps = 0}), ValueError);
+    CHECK_THROWS_AS(advectWithPathlines(FlowInTime(flow), along, 0, {.steps = 1000000000}), ResourceError);
 }

@@ -1,0 +1,19 @@
+#pragma once
+
+#include "curlew/track/Advect.h"
+#include "curlew/track/Curves.h"
+
+namespace curlew {
+
+struct Pathlines {
+    Curves curves;       ///< One per particle: where it begins, and where it is after each step.
+    AdvectResult result; ///< Of all steps together.
+};
+
+/// Moves particles as advect() does, and records their pathlines as open curves by time, which is 0 where they begin.
+/// In a flow that changes, potentials are those of the flow at each moment. Throws as advect(), and ResourceError if
+/// the pathlines do not fit into memory.
+Pathlines advectWithPathlines(const FlowInTime& flow, Particles& particles, double begin, const AdvectOptions& options,
+                              const Monitor& monitor = {});
+
+} // namespace curlew

@@ -1,0 +1,183 @@
+#pragma once
+
+#include "curlew/track/Curves.h"
+#include "curlew/track/Reproject.h"
+#include "curlew/track/Stepper.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace curlew {
+
+/// Points about to take a step, side by side.
+template <int N>
+struct ActiveTipsN {
+    PointBatchN<N> position;
+    VecBatchN<double, N> velocity;
+    TrackBatchN<N> track;
+    std::array<double, kBatch> distance; ///< From the wall of the domain.
+
+    void copy(int to, const ActiveTipsN& from, int i) {
+        position.set(to, from.position[i]);
+        velocity.set(to, from.velocity[i]);
+        for (size_t q = 0; q < track.size(); ++q)
+            track[q][static_cast<size_t>(to)] = from.track[q][static_cast<size_t>(i)];
+        distance[static_cast<size_t>(to)] = from.distance[static_cast<size_t>(i)];
+    }
+    ActiveTipsN only(int i) const {
+        ActiveTipsN one;
+        one.position.size = 1;
+        one.copy(0, *this, i);
+        return one;
+    }
+};
+
+/// What a step has to satisfy. A caller redoes a step that does not in halves.
+struct StepGuard {
+    bool convergence = true; ///< Reprojection met its tolerance.
+    /// It ends on an allowed side of the wall, the one on which it began, and its chord respects the wall
+    /// (rejectChords).
+    bool walls = true;
+    /// Its end is finite. Implied by `convergence` where the potentials are unbounded.
+    bool finite = false;
+    /// How far reprojection may move its end, relative to its length; 0: any distance. Near a stagnation point a
+    /// correction can undo the whole step, so a streamline would oscillate there.
+    double maxCorrection = 0;
+
+    /// Particles: without reprojection nothing is guarded, the integrator's errors stand.
+    static StepGuard forAdvection(Reprojection method) {
+        const bool guarded = method != Reprojection::none;
+        return {.convergence = guarded, .walls = guarded};
+    }
+    /// Streamlines: they end at a wall even without reprojection.
+    static StepGuard forStreamlines(Reprojection method) {
+        return {.convergence = method != Reprojection::none, .finite = true, .maxCorrection = 0.5};
+    }
+};
+
+/// Whether a point that is allowed where it is now lies on the side of the wall on which it was.
+inline bool staysOnSide(bool allowed, double distance, double distanceBefore) {
+    return allowed && (distance < 0) == (distanceBefore < 0);
+}
+
+/// Rejects steps near the wall that are longer than its width, or whose chord passes through it: a point of the chord
+/// lies beyond the wall by more than 1/16 of its length. `distance` is that from the wall at `from`.
+template <int N>
+void rejectChords(const DomainN<N>& domain, const PointBatchN<N>& from, const PointBatchN<N>& to,
+                  const std::array<double, kBatch>& distance, std::array<bool, kBatch>& accepted) {
+    if (!domain.wall) return;
+    const WallN<N>& wall = *domain.wall;
+    constexpr int kSamples = 3;
+    PointBatchN<N> samples;
+    std::array<int, kBatch> owner;
+    const auto judge = [&] {
+        JetBatchN<double, N, 0> d;
+        wall.sdf.distance.eval(samples, d);
+        for (size_t s = 0; s < static_cast<size_t>(samples.size); ++s) {
+            const auto i = static_cast<size_t>(owner[s]);
+            // On which side the chord has to stay: for `both`, the side on which it began.
+            const Side side = wall.side != Side::both ? wall.side : distance[i] < 0 ? Side::inside : Side::outside;
+            if (!(beyondWall(side, d.c[0][s]) <= length(to[owner[s]] - from[owner[s]]) / 16)) accepted[i] = false;
+        }
+        samples.size = 0;
+    };
+    for (int i = 0; i < from.size; ++i) {
+        if (!accepted[static_cast<size_t>(i)]) continue;
+        const Vec<double, N> move = to[i] - from[i];
+        const double chord = length(move);
+        if (std::abs(distance[static_cast<size_t>(i)]) > chord) continue;
+        if (chord > wall.width) {
+            accepted[static_cast<size_t>(i)] = false;
+            continue;
+        }
+        if (samples.size + kSamples > kBatch) judge();
+        for (int k = 1; k <= kSamples; ++k) {
+            owner[static_cast<size_t>(samples.size)] = i;
+            samples.push(from[i] + move * (double(k) / (kSamples + 1)));
+        }
+    }
+    judge();
+}
+
+/// Where one step of each tip leads.
+template <int N>
+struct StepResultN {
+    PointBatchN<N> position;
+    ReprojectedBatchN<N> reprojected;
+    std::array<double, kBatch> distance; ///< From the wall; unset if the guard ignores walls.
+    std::array<double, kBatch> error;    ///< estimatedError(); 0 if the scheme has none.
+    std::array<bool, kBatch> accepted;
+};
+
+/// Takes one step of every tip of a batch, moves it back onto its track, and judges it: the one place that does so for
+/// particles, streamlines, flow maps and moving walls.
+template <int N>
+class GuardedStepper {
+  public:
+    /// `by`: what dt measures. By length, the flow's directions are integrated at unit speed.
+    GuardedStepper(const FlowN<N>& flow, StepBy by, Scheme scheme, const ReprojectOptionsN<N>& reprojection,
+                   const StepGuard& guard)
+        : mFlow(flow),
+          mPace(by == StepBy::length ? flow.normalized(1) : flow),
+          mBy(by),
+          mScheme(scheme),
+          mReprojection(reprojection),
+          mGuard(guard) {}
+
+    const FlowN<N>& flow() const { return mFlow; }
+    Scheme scheme() const { return mScheme; }
+    bool guardsWalls() const { return mGuard.walls; }
+    /// The derivative of the position by what dt measures.
+    Vec<double, N> paced(const Vec<double, N>& velocity) const {
+        const double speed = mBy == StepBy::length ? length(velocity) : 0;
+        return speed > 0 ? velocity * (1 / speed) : velocity;
+    }
+
+    StepResultN<N> operator()(const ActiveTipsN<N>& from, const std::array<double, kBatch>& dt) const {
+        const int size = from.position.size;
+        StagesN<N> stages;
+        for (int i = 0; i < size; ++i) stages.first.set(i, paced(from.velocity[i]));
+        StepResultN<N> to;
+        step(
+            mScheme, from.position, dt, [&](const PointBatchN<N>& p, VecBatchN<double, N>& v) { mPace.velocity(p, v); },
+            stages, to.position);
+        const PointBatchN<N> stepped = to.position;
+        std::array<double, kBatch> stepLength;
+        for (int i = 0; i < size; ++i) stepLength[static_cast<size_t>(i)] = length(stepped[i] - from.position[i]);
+        reproject(mFlow, to.position, from.track, stepLength, mReprojection, to.reprojected);
+        // The velocity after reprojection differs from that at the end of the step by less than the estimate.
+        if (mScheme == Scheme::bogackiShampine)
+            to.error = estimatedError(size, stages, to.reprojected.velocity, dt);
+        else
+            to.error.fill(0);
+        judge(from, stepped, stepLength, to);
+        return to;
+    }
+
+  private:
+    void judge(const ActiveTipsN<N>& from, const PointBatchN<N>& stepped, const std::array<double, kBatch>& stepLength,
+               StepResultN<N>& to) const {
+        std::array<bool, kBatch> allowed;
+        if (mGuard.walls) classify(mFlow.domain(), to.position, allowed, to.distance);
+        for (int i = 0; i < from.position.size; ++i) {
+            const auto k = static_cast<size_t>(i);
+            const Vec<double, N> p = to.position[i];
+            bool accepted = !mGuard.convergence || to.reprojected.converged[k];
+            if (mGuard.walls) accepted = accepted && staysOnSide(allowed[k], to.distance[k], from.distance[k]);
+            if (mGuard.finite)
+                accepted = accepted && std::all_of(p.c.begin(), p.c.end(), [](double x) { return std::isfinite(x); });
+            if (mGuard.maxCorrection > 0)
+                accepted = accepted && length(p - stepped[i]) <= mGuard.maxCorrection * stepLength[k];
+            to.accepted[k] = accepted;
+        }
+        if (mGuard.walls) rejectChords(mFlow.domain(), from.position, to.position, from.distance, to.accepted);
+    }
+
+    FlowN<N> mFlow, mPace;
+    StepBy mBy;
+    Scheme mScheme;
+    ReprojectOptionsN<N> mReprojection;
+    StepGuard mGuard;
+};
+
+} // namespace curlew
