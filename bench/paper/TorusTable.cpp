@@ -46,7 +46,7 @@ Carried carry(const Flow& flow, const SurfaceView& view, const Way& way) {
         free.fill(std::numeric_limits<double>::infinity());
         Flow::Jets<double> potentials;
         StagesN<3> stages;
-        flow.eval(points, potentials, stages.first);
+        flow.eval(points, potentials, stages[0]);
         const TrackBatch track{potentials[0].c[0], potentials[1].c[0]};
         ReprojectOptions options{.method = way.reprojections > 0 ? Reprojection::newton : Reprojection::none,
                                  .iterations = std::max(way.reprojections, 1)};
@@ -57,7 +57,7 @@ Carried carry(const Flow& flow, const SurfaceView& view, const Way& way) {
             ReprojectedBatch result;
             reproject<3>(flow, next, track, free, options, result);
             points = next;
-            stages.first = result.velocity;
+            stages[0] = result.velocity;
         }
         JetBatch<double, 0> distance;
         flow.g().eval(points, distance);

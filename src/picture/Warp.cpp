@@ -25,8 +25,7 @@ void validate(const FlowN<2>& flow, const WarpOptions& o) {
     if (o.steps < 1) throw ValueError(fmt::format("{} steps; give at least 1", o.steps));
     if (!std::isfinite(o.time)) throw ValueError("time must be finite");
     if (o.reprojections < 0) throw ValueError(fmt::format("{} reprojections; give 0 or more", o.reprojections));
-    if (o.scheme == Scheme::bogackiShampine)
-        throw ValueError("a warp has steps of equal length; choose another scheme");
+    if (tableauOf(o.scheme).embedded()) throw ValueError("a warp has steps of equal length; choose another scheme");
     if (o.reprojections > 0 && !flow.hasTracks())
         throw ValueError("this flow is a sum and has no tracks to be put back onto; choose 0 reprojections");
 }
@@ -40,7 +39,7 @@ void moveBatch(const FlowN<2>& flow, const ReprojectOptionsN<2>& reprojection, c
     TrackBatchN<2> track{};
     FlowN<2>::Jets<double> potentials;
     StagesN<2> stages;
-    flow.eval(points, potentials, stages.first);
+    flow.eval(points, potentials, stages[0]);
     track[0] = potentials[0].c[0];
     ReprojectedBatchN<2> landed;
     for (int k = 0; k < o.steps; ++k) {
@@ -48,7 +47,7 @@ void moveBatch(const FlowN<2>& flow, const ReprojectOptionsN<2>& reprojection, c
         step(o.scheme, points, dt, velocity, stages, next);
         reproject(flow, next, track, unlimited, reprojection, landed);
         points = next;
-        stages.first = landed.velocity;
+        stages[0] = landed.velocity;
     }
 }
 

@@ -89,7 +89,7 @@ class BatchAdvector {
         return potentials;
     }
 
-    bool adapts() const { return mOptions.scheme == Scheme::bogackiShampine; }
+    bool adapts() const { return tableauOf(mOptions.scheme).embedded(); }
     int whole() const { return 1 << mOptions.maxSubdivisions; }
 
     /// What becomes of a step that was tried.
@@ -160,9 +160,10 @@ class BatchAdvector {
         const auto i = static_cast<int>(a);
         const bool tooLong = mOptions.maxStep > 0 && length(to.position[i] - from.position[i]) > mOptions.maxStep;
         if (tooLong || to.error[a] > mOptions.accuracy) return Outcome::refine;
-        constexpr double kTwiceAsLong = 8, kSafety = 2; // a third-order error grows by 2³
-        return adapts() && to.error[a] * kTwiceAsLong * kSafety < mOptions.accuracy ? Outcome::coarsen
-                                                                                    : Outcome::accept;
+        if (!adapts()) return Outcome::accept;
+        constexpr double kSafety = 2;
+        const int twiceAsLong = 1 << tableauOf(mOptions.scheme).errorOrder; // by which the error grows
+        return to.error[a] * twiceAsLong * kSafety < mOptions.accuracy ? Outcome::coarsen : Outcome::accept;
     }
 
     const GuardedStepper<N>& mStepper;

@@ -33,7 +33,7 @@ void drift(const std::vector<Flow>& flows, Scheme scheme, double dt, std::vector
                 monitor.check();
                 const auto velocity = [&](const PointBatch& p, VecBatch<double>& v) { flow.velocity(p, v); };
                 StagesN<3> stages;
-                velocity(batch, stages.first);
+                velocity(batch, stages[0]);
                 step(scheme, batch, dts, velocity, stages, next);
                 batch = next;
             }

@@ -105,7 +105,7 @@ struct StepResultN {
     PointBatchN<N> position;
     ReprojectedBatchN<N> reprojected;
     std::array<double, kBatch> distance; ///< From the wall; unset if the guard ignores walls.
-    std::array<double, kBatch> error;    ///< estimatedError(); 0 if the scheme has none.
+    std::array<double, kBatch> error;    ///< estimatedError().
     std::array<bool, kBatch> accepted;
 };
 
@@ -136,7 +136,7 @@ class GuardedStepper {
     StepResultN<N> operator()(const ActiveTipsN<N>& from, const std::array<double, kBatch>& dt) const {
         const int size = from.position.size;
         StagesN<N> stages;
-        for (int i = 0; i < size; ++i) stages.first.set(i, paced(from.velocity[i]));
+        for (int i = 0; i < size; ++i) stages[0].set(i, paced(from.velocity[i]));
         StepResultN<N> to;
         step(
             mScheme, from.position, dt, [&](const PointBatchN<N>& p, VecBatchN<double, N>& v) { mPace.velocity(p, v); },
@@ -146,10 +146,7 @@ class GuardedStepper {
         for (int i = 0; i < size; ++i) stepLength[static_cast<size_t>(i)] = length(stepped[i] - from.position[i]);
         reproject(mFlow, to.position, from.track, stepLength, mReprojection, to.reprojected);
         // The velocity after reprojection differs from that at the end of the step by less than the estimate.
-        if (mScheme == Scheme::bogackiShampine)
-            to.error = estimatedError(size, stages, to.reprojected.velocity, dt);
-        else
-            to.error.fill(0);
+        to.error = estimatedError(mScheme, size, stages, to.reprojected.velocity, dt);
         judge(from, stepped, stepLength, to);
         return to;
     }

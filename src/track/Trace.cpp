@@ -186,12 +186,6 @@ TraceSetup setupOf(const Flow& flow, TraceOptions o, const Monitor& monitor) {
 
 } // namespace
 
-const char* nameOf(CurveEnd end) {
-    constexpr std::array<const char*, kCurveEnds> kNames{"seed", "closed",     "limit", "vertices",
-                                                         "box",  "stagnation", "stuck", "outside"};
-    return kNames[static_cast<size_t>(end)];
-}
-
 TraceResult trace(const Flow& flow, const Particles& seeds, const TraceOptions& options, const Monitor& monitor) {
     validate(flow, seeds, options);
     const TraceSetup setup = setupOf(flow, options, monitor);

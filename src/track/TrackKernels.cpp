@@ -10,9 +10,8 @@ using Numbers = std::array<double, kBatch>;
 #define CURLEW_INSTANTIATE(N)                                                                                          \
     template void runOnLanes<CURLEW_SIMD, MoveKernel<N>, double>(const PointBatchN<N>&, const VecBatchN<double, N>&,   \
                                                                  const double&, const Numbers&, PointBatchN<N>&);      \
-    template void runOnLanes<CURLEW_SIMD, CombineKernel<N>, double>(const int&, const std::array<double, 4>&,          \
-                                                                    const std::array<const VecBatchN<double, N>*, 4>&, \
-                                                                    VecBatchN<double, N>&);                            \
+    template void runOnLanes<CURLEW_SIMD, CombineKernel<N>, double>(                                                   \
+        const int&, const std::array<double, Tableau::kMaxStages>&, const StagesN<N>&, VecBatchN<double, N>&);         \
     template void runOnLanes<CURLEW_SIMD, ResidualKernel<N>, double>(                                                  \
         const FlowN<N>::Jets<double>&, const int&, const TrackBatchN<N>&, const ReprojectOptionsN<N>&, Residuals<N>&); \
     template void runOnLanes<CURLEW_SIMD, GaussNewtonKernel<N>, double>(const FlowN<N>::Jets<double>&,                 \

@@ -2,6 +2,7 @@
 
 #include "curlew/math/MinimumNorm.h"
 #include "curlew/track/Reproject.h"
+#include "curlew/track/Stepper.h"
 
 namespace curlew {
 
@@ -24,12 +25,15 @@ struct MoveKernel {
 template <int N>
 struct CombineKernel {
     template <class T>
-    static void run(const int& size, const std::array<double, 4>& weights,
-                    const std::array<const VecBatchN<double, N>*, 4>& v, VecBatchN<double, N>& sum) {
+    static void run(const int& size, const std::array<double, Tableau::kMaxStages>& weights, const StagesN<N>& stages,
+                    VecBatchN<double, N>& sum) {
+        size_t first = 0;
+        while (weights[first] == 0 && first + 1 < weights.size()) ++first;
         for (int i = 0; i < size; i += kLanes<T>) {
-            Vec<T, N> total = v[0]->template lanes<T>(i) * T(weights[0]);
-            for (size_t k = 1; k < 4; ++k) {
-                const Vec<T, N> part = v[k]->template lanes<T>(i);
+            Vec<T, N> total = stages[first].template lanes<T>(i) * T(weights[first]);
+            for (size_t k = first + 1; k < weights.size(); ++k) {
+                if (weights[k] == 0) continue;
+                const Vec<T, N> part = stages[k].template lanes<T>(i);
                 for (int axis = 0; axis < N; ++axis) total[axis] = mulAdd(part[axis], T(weights[k]), total[axis]);
             }
             sum.set(i, total);

@@ -159,11 +159,9 @@ void WallMotion::carryAlongNormals(std::vector<Vec3d>& points, const Monitor& mo
             for (size_t k = begin; k < end; ++k) p.push(points[k]);
             for (int k = 0; k < steps; ++k) {
                 StagesN<3> stages;
-                velocity(p, static_cast<double>(k) / steps, stages.first);
-                // RK4 asks at half the step twice, then at its end.
-                int asked = 0;
-                const auto later = [&](const PointBatch& at, VecBatch<double>& v) {
-                    velocity(at, (k + (++asked < 3 ? 0.5 : 1.0)) / steps, v);
+                velocity(p, static_cast<double>(k) / steps, stages[0]);
+                const auto later = [&](const PointBatch& at, double node, VecBatch<double>& v) {
+                    velocity(at, (k + node) / steps, v);
                 };
                 step(Scheme::rk4, p, dt, later, stages, to);
                 p = to;

@@ -49,7 +49,7 @@ void checkIds(const Curves& c) {
                         c.vertices()));
 }
 
-const char* alongName(const Curves& curves) { return curves.by == StepBy::length ? "length" : "time"; }
+const char* alongName(const Curves& curves) { return kStepByNames[static_cast<size_t>(curves.by)].data(); }
 
 /// The curve of each vertex.
 std::vector<size_t> owners(const Curves& c) {

@@ -224,7 +224,7 @@ TEST_CASE("the potential of a reshaped flow is constant along the same streamlin
     const auto follow = [&](const Flow& along, PointBatch at) {
         for (int k = 0; k < 300; ++k) {
             const auto velocity = [&](const PointBatch& p, VecBatch<double>& v) { along.velocity(p, v); };
-            velocity(at, stages.first);
+            velocity(at, stages[0]);
             step(Scheme::rk4, at, dt, velocity, stages, to);
             at = to;
         }

@@ -221,7 +221,7 @@ TEST_CASE("steps and reprojection keep to the track in every dimension", "[track
         const auto velocity = [&](const PointBatchN<N>& p, VecBatchN<double, N>& v) { flow.velocity(p, v); };
         size_t kept = 0;
         for (int s = 0; s < kSteps; ++s) {
-            velocity(from, stages.first);
+            velocity(from, stages[0]);
             step(scheme, from, time, velocity, stages, to);
             for (int i = 0; i < kBatch; ++i) limit[static_cast<size_t>(i)] = length(to[i] - from[i]);
             reproject(flow, to, track, limit, within<N>(kTolerance, method == Reprojection::newton ? 400 : 20, method),
@@ -232,7 +232,7 @@ TEST_CASE("steps and reprojection keep to the track in every dimension", "[track
                 else
                     ++kept;
             }
-            velocity(loose, stages.first);
+            velocity(loose, stages[0]);
             step(scheme, loose, time, velocity, stages, to);
             loose = to;
         }

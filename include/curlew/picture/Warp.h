@@ -12,7 +12,7 @@ namespace curlew {
 struct WarpOptions {
     double time = 0.5; ///< Seconds that the positions of the pixels move along the flow; negative: against it.
     int steps = 64;
-    Scheme scheme = Scheme::rk4; ///< Of equal steps: not bogackiShampine.
+    Scheme scheme = Scheme::rk4; ///< Of equal steps: not an embedded one.
     /// Corrections by Newton's method after each step (ICN Eq. 12), always as many: without tolerances and limits, as
     /// the paper has it. For particles, which must not jump, there is track/Advect.h.
     int reprojections = 1;

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string_view>
 #include <vector>
 
 namespace curlew {
@@ -20,12 +21,14 @@ enum class CurveEnd : uint8_t {
     outside     ///< The seed is not in the domain: the curve has no vertices.
 };
 inline constexpr size_t kCurveEnds = 8;
-
-/// In lower case, as files and reports have it.
-const char* nameOf(CurveEnd end);
+/// As files and reports have them.
+inline constexpr std::array<std::string_view, kCurveEnds> kCurveEndNames{"seed", "closed",     "limit", "vertices",
+                                                                         "box",  "stagnation", "stuck", "outside"};
+constexpr const char* nameOf(CurveEnd end) { return kCurveEndNames[static_cast<size_t>(end)].data(); }
 
 /// What the steps along a curve are equal in.
 enum class StepBy { length, time };
+inline constexpr std::array<std::string_view, 2> kStepByNames{"length", "time"};
 
 /// Polylines as a structure of arrays. Curve k has the vertices start[k] … start[k + 1] - 1, in the order in which the
 /// flow passes them. The closing edge of a closed curve leads from its last vertex to its first; no vertex is there

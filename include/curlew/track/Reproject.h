@@ -2,6 +2,8 @@
 
 #include "curlew/flow/Flow.h"
 
+#include <string_view>
+
 namespace curlew {
 
 enum class Reprojection {
@@ -9,6 +11,8 @@ enum class Reprojection {
     newton,      ///< One function after the other (ICN Eq. 12).
     gaussNewton, ///< Both at once, by the smallest correction (ICN Eq. 10 and 11).
 };
+/// In the order of the enumerators.
+inline constexpr std::array<std::string_view, 3> kReprojectionNames{"none", "newton", "gauss-newton"};
 
 template <int N>
 struct ReprojectOptionsN {

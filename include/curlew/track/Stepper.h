@@ -2,64 +2,94 @@
 
 #include "curlew/flow/Flow.h"
 
+#include <cstdint>
+#include <string_view>
+#include <type_traits>
+
 namespace curlew {
 
+/// Explicit Runge-Kutta schemes. Orders hold where the velocity is smooth enough.
 enum class Scheme {
     euler,           ///< First order (ICN Eq. 9).
     midpoint,        ///< Second order.
-    rk4,             ///< Classical Runge-Kutta, fourth order where the velocity is smooth enough.
-    bogackiShampine, ///< Third order, with an embedded second-order one that tells its error, for steps of adaptive
-                     ///< length (Bogacki and Shampine, "A 3(2) pair of Runge-Kutta formulas", 1989).
+    rk4,             ///< The classical fourth-order scheme.
+    bogackiShampine, ///< Third order with an embedded second-order solution (Bogacki and Shampine, "A 3(2) pair of
+                     ///< Runge-Kutta formulas", 1989).
+    dormandPrince,   ///< Fifth order with an embedded fourth-order solution (Dormand and Prince, "A family of embedded
+                     ///< Runge-Kutta formulae", 1980).
 };
+/// In the order of the enumerators. Those from kEmbeddedSchemes on estimate their error, for adaptive steps.
+inline constexpr std::array<std::string_view, 5> kSchemeNames{"euler", "midpoint", "rk4", "rk23", "rk45"};
+
+/// The Butcher tableau of a scheme. Each row is stored as weights and one factor: a stage is evaluated at
+/// from + (row.factor dt) Σ row.weights[j] k_j.
+struct Tableau {
+    static constexpr int kMaxStages = 7; ///< With the velocity at the end, which error estimates use.
+    struct Row {
+        double node = 0;   ///< When the stage is evaluated, as a fraction of the step: the sum of its coefficients.
+        double factor = 1; ///< Of the weights.
+        std::array<double, kMaxStages> weights{};
+    };
+    int order = 1;
+    int stages = 1; ///< Velocities that a step needs, the one at its beginning included.
+    /// Rows 1 … stages - 1 lead to the stages after the first, row `stages` to the end of the step.
+    std::array<Row, kMaxStages> rows{};
+    /// Of an embedded pair: the weights of the difference of both solutions. The last stage is the velocity at the end
+    /// of the step, which the next step begins with (first same as last).
+    std::array<double, kMaxStages> error{};
+    int errorOrder = 0; ///< In dt, of that difference; 0 if there is none.
+
+    constexpr bool embedded() const { return errorOrder > 0; }
+};
+
+/// Immutable; lives as long as the program.
+const Tableau& tableauOf(Scheme scheme);
 
 /// to = from + (fraction dt) velocity, for each point with its own time step.
 template <int N>
 void move(const PointBatchN<N>& from, const VecBatchN<double, N>& velocity, double fraction,
           const std::array<double, kBatch>& dt, PointBatchN<N>& to);
 
-/// sum = Σ weights_k v_k, for `size` points; the sum may be one of them.
+/// The velocities at the stages of a step.
 template <int N>
-void combine(int size, const std::array<double, 4>& weights, const std::array<const VecBatchN<double, N>*, 4>& v,
+using StagesN = std::array<VecBatchN<double, N>, Tableau::kMaxStages>;
+
+/// sum = Σ weights_j stages_j for `size` points. Stages of weight 0 are not read.
+template <int N>
+void combine(int size, const std::array<double, Tableau::kMaxStages>& weights, const StagesN<N>& stages,
              VecBatchN<double, N>& sum);
 
-/// The velocities that a step looks at, as many as its scheme has.
-template <int N>
-struct StagesN {
-    VecBatchN<double, N> first, second, third, fourth;
-};
-
-/// One explicit step of every point from `from`, each with its own time step dt[i], to `to`. stages.first is the
-/// velocity at `from`; `velocity(points, velocities)` gives it elsewhere.
+/// One explicit step of every point from `from`, each with its own time step dt[i], to `to`. stages[0] is the velocity
+/// at `from`; `velocity(points, velocities)` gives it elsewhere, or `velocity(points, node, velocities)` if it depends
+/// on the time, which is `node` (0 to 1) of the step.
 template <int N, class VelocityFunction>
 void step(Scheme scheme, const PointBatchN<N>& from, const std::array<double, kBatch>& dt,
           const VelocityFunction& velocity, StagesN<N>& stages, PointBatchN<N>& to) {
-    auto& [k1, k2, k3, k4] = stages;
-    if (scheme == Scheme::euler) return move(from, k1, 1, dt, to);
-    move(from, k1, 0.5, dt, to);
-    velocity(to, k2);
-    if (scheme == Scheme::midpoint) return move(from, k2, 1, dt, to);
-    const bool pair = scheme == Scheme::bogackiShampine;
-    move(from, k2, pair ? 0.75 : 0.5, dt, to);
-    velocity(to, k3);
-    if (pair) {
-        combine<N>(from.size, {2, 3, 4, 0}, {&k1, &k2, &k3, &k3}, k4);
-        return move(from, k4, 1.0 / 9, dt, to);
+    const Tableau& tableau = tableauOf(scheme);
+    for (int s = 1; s <= tableau.stages; ++s) {
+        const Tableau::Row& row = tableau.rows[static_cast<size_t>(s)];
+        VecBatchN<double, N> sum;
+        combine<N>(from.size, row.weights, stages, sum);
+        move(from, sum, row.factor, dt, to);
+        if (s == tableau.stages) return;
+        if constexpr (std::is_invocable_v<VelocityFunction, PointBatchN<N>&, double, VecBatchN<double, N>&>)
+            velocity(to, row.node, stages[static_cast<size_t>(s)]);
+        else
+            velocity(to, stages[static_cast<size_t>(s)]);
     }
-    move(from, k3, 1, dt, to);
-    velocity(to, k4);
-    combine<N>(from.size, {1, 2, 2, 1}, {&k1, &k2, &k3, &k4}, k4);
-    move(from, k4, 1.0 / 6, dt, to);
 }
 
-/// The length of the difference of both solutions of the embedded pair, world units, after a step of it; `last`: the
-/// velocity where it ended.
+/// After a step of an embedded scheme: the length of the difference of its two solutions, world units. `last`: the
+/// velocity at the end. Zeros for other schemes.
 template <int N>
-std::array<double, kBatch> estimatedError(int size, const StagesN<N>& stages, const VecBatchN<double, N>& last,
+std::array<double, kBatch> estimatedError(Scheme scheme, int size, StagesN<N>& stages, const VecBatchN<double, N>& last,
                                           const std::array<double, kBatch>& dt) {
+    const Tableau& tableau = tableauOf(scheme);
+    std::array<double, kBatch> error{};
+    if (!tableau.embedded()) return error;
+    stages[static_cast<size_t>(tableau.stages)] = last;
     VecBatchN<double, N> difference;
-    combine<N>(size, {-5.0 / 72, 1.0 / 12, 1.0 / 9, -1.0 / 8}, {&stages.first, &stages.second, &stages.third, &last},
-               difference);
-    std::array<double, kBatch> error;
+    combine<N>(size, tableau.error, stages, difference);
     for (int i = 0; i < size; ++i)
         error[static_cast<size_t>(i)] = std::abs(dt[static_cast<size_t>(i)]) * length(difference[i]);
     return error;

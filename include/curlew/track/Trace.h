@@ -8,6 +8,7 @@
 namespace curlew {
 
 enum class Direction { forward, backward, both };
+inline constexpr std::array<std::string_view, 3> kDirectionNames{"forward", "backward", "both"};
 
 struct TraceOptions {
     StepBy by = StepBy::length;
