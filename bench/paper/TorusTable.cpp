@@ -38,9 +38,7 @@ Carried carry(const Flow& flow, const SurfaceView& view, const Way& way) {
     const auto velocityOf = [&](const PointBatch& points, VecBatch<double>& velocity) {
         flow.velocity(points, velocity);
     };
-    const double squares = parallelSum(carried.places.size(), kBatch, [&](size_t begin, size_t end) {
-        PointBatch points;
-        for (size_t k = begin; k < end; ++k) points.push(carried.places[k]);
+    const double squares = sumOverBatches(carried.places, [&](PointBatch points, size_t begin) {
         std::array<double, kBatch> steps, free;
         steps.fill(dt);
         free.fill(std::numeric_limits<double>::infinity());
@@ -62,10 +60,8 @@ Carried carry(const Flow& flow, const SurfaceView& view, const Way& way) {
         JetBatch<double, 0> distance;
         flow.g().eval(points, distance);
         double sum = 0;
-        for (int i = 0; i < points.size; ++i) {
-            carried.places[begin + static_cast<size_t>(i)] = points[i];
-            sum += distance[i].value * distance[i].value;
-        }
+        for (int i = 0; i < points.size; ++i) sum += distance[i].value * distance[i].value;
+        storeBatch(points, carried.places, begin);
         return sum;
     });
     carried.offSurface = std::sqrt(squares / static_cast<double>(std::max<size_t>(carried.places.size(), 1)));

@@ -2,6 +2,7 @@
 
 #include "curlew/base/Memory.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/field/ForEachBatch.h"
 #include "curlew/picture/Display.h"
 #include "curlew/track/Reproject.h"
 
@@ -58,13 +59,11 @@ void warp(const FlowN<2>& flow, std::vector<Position>& positions, const WarpOpti
     ReprojectOptionsN<2> reprojection{.method = options.reprojections > 0 ? Reprojection::newton : Reprojection::none,
                                       .iterations = options.reprojections};
     reprojection.tolerance[0] = kRounding * magnitudesOf(flow).potentials[0];
-    parallelFor(
-        positions.size(), kBatch,
-        [&](size_t begin, size_t end) {
-            PointBatchN<2> points;
-            for (size_t k = begin; k < end; ++k) points.push(positions[k]);
+    forEachBatch(
+        positions,
+        [&](PointBatchN<2> points, size_t begin) {
             moveBatch(flow, reprojection, options, points);
-            for (size_t k = begin; k < end; ++k) positions[k] = points[static_cast<int>(k - begin)];
+            storeBatch(points, positions, begin);
         },
         monitor);
 }

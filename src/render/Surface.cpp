@@ -2,6 +2,7 @@
 
 #include "curlew/base/Error.h"
 #include "curlew/base/Random.h"
+#include "curlew/field/ForEachBatch.h"
 
 #include <openvdb/tools/LevelSetFilter.h>
 #include <openvdb/tools/RayIntersector.h>
@@ -81,18 +82,16 @@ class FieldSurface final : public Surface::Model {
             if (const auto part = partIn(mBox, rays[i]))
                 marches.push_back({.index = i, .part = *part, .t = part->begin, .below = part->begin});
         }
-        PointBatch points;
         JetBatch<double, 1> jets;
         while (!marches.empty()) {
             size_t left = 0;
             for (size_t begin = 0; begin < marches.size(); begin += kBatch) {
                 const size_t end = std::min<size_t>(begin + kBatch, marches.size());
-                points.size = 0;
-                for (size_t k = begin; k < end; ++k) {
+                const auto at = [&](size_t k) {
                     const Ray& ray = rays[marches[k].index];
-                    points.push(ray.origin + ray.direction * marches[k].t);
-                }
-                mField.eval(points, jets);
+                    return ray.origin + ray.direction * marches[k].t;
+                };
+                mField.eval(batchOf(PointsBy{end, at}, begin, end), jets);
                 for (size_t k = begin; k < end; ++k) {
                     March march = marches[k];
                     const auto jet = jets[static_cast<int>(k - begin)];

@@ -1,8 +1,8 @@
 #include "curlew/render/SurfaceTexture.h"
 
-#include "curlew/base/Parallel.h"
 #include "curlew/base/Random.h"
 #include "curlew/base/Require.h"
+#include "curlew/field/ForEachBatch.h"
 #include "curlew/picture/ColorMap.h"
 
 #include <numbers>
@@ -151,13 +151,12 @@ std::vector<float> surfaceLic(const SurfaceView& view, const Flow& flow, const S
     const int steps = std::max(1, static_cast<int>(std::lround(std::min(0.5 * o.length / (0.75 * o.grain), 1e4))));
     const SolidNoise noise(grain, o.seed);
     std::vector<float> values(view.hits.size());
-    parallelFor(
-        values.size(), kBatch,
-        [&](size_t begin, size_t end) {
-            PointBatch points;
-            for (size_t k = begin; k < end; ++k) points.push(view.hits[k].position);
+    forEachBatch(
+        PointsBy{values.size(), [&](size_t k) { return view.hits[k].position; }},
+        [&](const PointBatch& points, size_t begin) {
             const auto batch = convolved(flow, points, noise, step, steps);
-            for (size_t k = begin; k < end; ++k) values[k] = static_cast<float>(batch[k - begin]);
+            for (size_t i = 0; i < static_cast<size_t>(points.size); ++i)
+                values[begin + i] = static_cast<float>(batch[i]);
         },
         monitor);
     double sum = 0, squares = 0;

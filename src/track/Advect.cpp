@@ -2,8 +2,8 @@
 
 #include "AdvectSteps.h"
 #include "BatchAdvector.h"
-#include "curlew/base/Parallel.h"
 #include "curlew/field/Dimensions.h"
+#include "curlew/field/ForEachBatch.h"
 #include "curlew/track/WallMotion.h"
 
 #include <fmt/format.h>
@@ -35,16 +35,27 @@ void validate(const FlowN<N>& flow, const AdvectOptions& o) {
         throw ValueError("this flow is a sum and has no tracks to put points back onto; choose no reprojection");
 }
 
-/// Moves points in batches: `batch(stepper, begin, end)` loads, runs and stores one.
-template <int N, class Batch>
-AdvectResultN<N> advectBatches(const FlowN<N>& flow, const FlowMagnitudesN<N>& typical, size_t count,
-                               const AdvectOptions& options, const Batch& batch, const Monitor& monitor) {
+/// Moves points in batches: `load(advector, begin)` before all steps, `store(advector, begin)` after them.
+template <int N, class Points, class Load, class Store>
+AdvectResultN<N> advectBatches(const FlowN<N>& flow, const FlowMagnitudesN<N>& typical, const Points& points,
+                               const AdvectOptions& options, const Load& load, const Store& store,
+                               const Monitor& monitor) {
     ReprojectOptionsN<N> reprojection{.method = options.reprojection, .iterations = options.iterations};
     for (size_t q = 0; q < typical.potentials.size(); ++q)
         reprojection.tolerance[q] = options.tolerance * typical.potentials[q];
     const auto stepper = advectionStepper(flow, options, reprojection);
-    const Tally<N> sum = parallelSum(
-        count, kBatch, [&](size_t begin, size_t end) { return batch(stepper, begin, end); }, monitor);
+    const Tally<N> sum = sumOverBatches(
+        points,
+        [&](const PointBatchN<N>& start, size_t begin) {
+            BatchAdvector<N> batch(stepper, options, start);
+            load(batch, begin);
+            batch.run(monitor);
+            const Tally<N> tally = batch.tally();
+            store(batch, begin);
+            return tally;
+        },
+        monitor);
+    const size_t count = points.size();
     const auto converged = static_cast<double>(std::max<size_t>(count - sum.notConverged, 1));
     AdvectResultN<N> result{
         .points = count,
@@ -64,19 +75,28 @@ AdvectResultN<N> advectBatches(const FlowN<N>& flow, const FlowMagnitudesN<N>& t
 } // namespace
 
 template <int N>
+AdvectResultN<N>& AdvectResultN<N>::operator+=(const AdvectResultN& later) {
+    const double iterations =
+        meanIterations * static_cast<double>(substeps) + later.meanIterations * static_cast<double>(later.substeps);
+    points = later.points;
+    notConverged = later.notConverged;
+    outside = later.outside;
+    residual = later.residual;
+    stalled += later.stalled;
+    substeps += later.substeps;
+    retries += later.retries;
+    coarse += later.coarse;
+    overrun += later.overrun;
+    meanIterations = iterations / static_cast<double>(std::max<size_t>(substeps, 1));
+    return *this;
+}
+
+template <int N>
 AdvectResultN<N> advect(const FlowN<N>& flow, Points<N>& points, const AdvectOptions& options, const Monitor& monitor) {
     validate(flow, options);
     return advectBatches(
-        flow, magnitudesOf(flow), points.size(), options,
-        [&](const GuardedStepper<N>& stepper, size_t begin, size_t end) {
-            PointBatchN<N> start;
-            for (size_t k = begin; k < end; ++k) start.push(points[k]);
-            BatchAdvector<N> batch(stepper, options, start);
-            batch.run(monitor);
-            for (size_t k = begin; k < end; ++k) points[k] = batch.position()[static_cast<int>(k - begin)];
-            return batch.tally();
-        },
-        monitor);
+        flow, magnitudesOf(flow), points, options, [](BatchAdvector<N>&, size_t) {},
+        [&](BatchAdvector<N>& batch, size_t begin) { storeBatch(batch.position(), points, begin); }, monitor);
 }
 
 namespace {
@@ -130,40 +150,23 @@ AdvectResult advectInOrder(const Flow& flow, const FlowMagnitudes& typical, Part
     Particles& p = particles;
     const auto particle = [&](size_t k) { return order.empty() ? k : order[k]; };
     return advectBatches(
-        flow, typical, count, options,
-        [&](const GuardedStepper<3>& stepper, size_t begin, size_t end) {
-            PointBatch start;
-            for (size_t n = begin; n < end; ++n) {
-                const size_t k = particle(n);
-                start.push({{p.x[k], p.y[k], p.z[k]}});
+        flow, typical, PointsBy{count, [&](size_t n) { return p.position(particle(n)); }}, options,
+        [&](BatchAdvector<3>& batch, size_t begin) {
+            for (size_t i = 0; i < static_cast<size_t>(batch.position().size); ++i) {
+                const size_t k = particle(begin + i);
+                batch.converged()[i] = p.converged[k] != 0;
+                if (options.byAge && p.hasAge()) batch.pace()[i] = paceOf(p.age[k], wholeTime);
+                if (onTrack) batch.track()[0][i] = p.f[k], batch.track()[1][i] = p.g[k];
             }
-            BatchAdvector<3> batch(stepper, options, start);
-            for (size_t n = begin; n < end; ++n) {
-                const size_t k = particle(n);
-                batch.converged()[n - begin] = p.converged[k] != 0;
-                if (options.byAge && p.hasAge()) batch.pace()[n - begin] = paceOf(p.age[k], wholeTime);
-                if (!onTrack) continue;
-                batch.track()[0][n - begin] = p.f[k];
-                batch.track()[1][n - begin] = p.g[k];
+        },
+        [&](BatchAdvector<3>& batch, size_t begin) {
+            for (size_t i = 0; i < static_cast<size_t>(batch.position().size); ++i) {
+                const size_t k = particle(begin + i);
+                p.setPosition(k, batch.position()[static_cast<int>(i)]);
+                p.setVelocity(k, batch.velocity()[static_cast<int>(i)]);
+                p.converged[k] = batch.converged()[i] ? 1 : 0;
+                if (flow.hasTracks()) p.f[k] = batch.track()[0][i], p.g[k] = batch.track()[1][i];
             }
-            batch.run(monitor);
-            const Tally<3> tally = batch.tally();
-            for (size_t n = begin; n < end; ++n) {
-                const size_t k = particle(n);
-                const auto lane = static_cast<int>(n - begin);
-                const Vec3d x = batch.position()[lane], v = batch.velocity()[lane];
-                p.x[k] = x[0];
-                p.y[k] = x[1];
-                p.z[k] = x[2];
-                p.vx[k] = static_cast<float>(v[0]);
-                p.vy[k] = static_cast<float>(v[1]);
-                p.vz[k] = static_cast<float>(v[2]);
-                p.converged[k] = batch.converged()[n - begin] ? 1 : 0;
-                if (!flow.hasTracks()) continue;
-                p.f[k] = batch.track()[0][n - begin];
-                p.g[k] = batch.track()[1][n - begin];
-            }
-            return tally;
         },
         monitor);
 }
@@ -229,11 +232,7 @@ AdvectResult advect(const FlowInTime& flow, Particles& particles, double begin, 
         const AdvectResult step = advectInOrder(middle, typical, particles, order, one, options.time, unreported);
         if (k == options.steps - 1) beforeLast = {particles.x, particles.y, particles.z};
         followed(middle, after);
-        total.stalled += step.stalled;
-        total.substeps += step.substeps;
-        total.retries += step.retries;
-        total.coarse += step.coarse;
-        total.residual = step.residual;
+        total += step;
         iterations += step.meanIterations * static_cast<double>(step.substeps);
         before = after;
         if (monitor.report) monitor.report((k + 1.0) / options.steps);
@@ -243,11 +242,12 @@ AdvectResult advect(const FlowInTime& flow, Particles& particles, double begin, 
     total.points = end.points;
     total.outside = end.outside;
     total.notConverged = end.notConverged;
-    total.meanIterations = iterations / static_cast<double>(std::max<size_t>(total.substeps, 1));
+    total.meanIterations = iterations / static_cast<double>(std::max<size_t>(total.substeps, 1)); // divided once
     return total;
 }
 
-#define CURLEW_INSTANTIATE(N) \
+#define CURLEW_INSTANTIATE(N)         \
+    template struct AdvectResultN<N>; \
     template AdvectResultN<N> advect(const FlowN<N>&, Points<N>&, const AdvectOptions&, const Monitor&);
 CURLEW_FOR_FLOW_DIMENSIONS(CURLEW_INSTANTIATE)
 #undef CURLEW_INSTANTIATE

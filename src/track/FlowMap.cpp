@@ -1,9 +1,7 @@
 #include "curlew/track/FlowMap.h"
 
-#include "curlew/base/Parallel.h"
 #include "curlew/base/Require.h"
-
-#include <fmt/format.h>
+#include "curlew/field/ForEachBatch.h"
 
 #include <utility>
 
@@ -24,11 +22,10 @@ void drift(const std::vector<Flow>& flows, Scheme scheme, double dt, std::vector
            const Monitor& monitor) {
     std::array<double, kBatch> dts;
     dts.fill(dt);
-    parallelFor(
-        points.size(), kBatch,
-        [&](size_t begin, size_t end) {
-            PointBatch batch, next;
-            for (size_t k = begin; k < end; ++k) batch.push(points[k]);
+    forEachBatch(
+        points,
+        [&](PointBatch batch, size_t begin) {
+            PointBatch next;
             for (const Flow& flow : flows) {
                 monitor.check();
                 const auto velocity = [&](const PointBatch& p, VecBatch<double>& v) { flow.velocity(p, v); };
@@ -37,7 +34,7 @@ void drift(const std::vector<Flow>& flows, Scheme scheme, double dt, std::vector
                 step(scheme, batch, dts, velocity, stages, next);
                 batch = next;
             }
-            for (size_t k = begin; k < end; ++k) points[k] = batch[static_cast<int>(k - begin)];
+            storeBatch(batch, points, begin);
         },
         monitor);
 }
@@ -48,16 +45,7 @@ FlowMap::FlowMap(FlowInTime flow, const FlowMapOptions& options) : mFlow(std::mo
     requirePositive(options.step, "the time step");
 }
 
-int FlowMap::steps(double from, double to) const {
-    constexpr double kMost = 1e9;
-    const double count = std::ceil(std::abs(to - from) / mOptions.step - 1e-9);
-    if (!(count <= kMost)) // NaN, too
-        throw ValueError(
-            fmt::format("from {} s to {} s in steps of {} s is impossible; give finite times, and at "
-                        "most {:g} steps",
-                        from, to, mOptions.step, kMost));
-    return static_cast<int>(std::max(count, 0.0));
-}
+int FlowMap::steps(double from, double to) const { return stepsOf(to - from, mOptions.step); }
 
 FlowMapResult FlowMap::carry(std::vector<Vec3d>& points, double from, double to, const Monitor& monitor) const {
     FlowMapResult result{.points = points.size()};
@@ -84,13 +72,7 @@ FlowMapResult FlowMap::carry(std::vector<Vec3d>& points, double from, double to,
 size_t FlowMap::follow(std::vector<Vec3d>& points, double from, double to, int count, const Monitor& monitor) const {
     const FlowInTime both = mFlow.steady() ? FlowInTime(onBothSides(mFlow.at(from)))
                                            : FlowInTime([this](double t) { return onBothSides(mFlow.at(t)); });
-    Particles p;
-    for (size_t k = 0; k < points.size(); ++k) {
-        p.x.push_back(points[k][0]);
-        p.y.push_back(points[k][1]);
-        p.z.push_back(points[k][2]);
-        p.id.push_back(static_cast<int64_t>(k));
-    }
+    Particles p = Particles::at(points);
     const AdvectOptions options{.time = to - from,
                                 .steps = count,
                                 .scheme = mOptions.scheme,
@@ -98,7 +80,7 @@ size_t FlowMap::follow(std::vector<Vec3d>& points, double from, double to, int c
                                 .iterations = mOptions.iterations,
                                 .maxSubdivisions = mOptions.maxSubdivisions};
     const AdvectResult result = advect(both, p, from, options, monitor);
-    for (size_t k = 0; k < points.size(); ++k) points[k] = {{p.x[k], p.y[k], p.z[k]}};
+    for (size_t k = 0; k < points.size(); ++k) points[k] = p.position(k);
     return result.notConverged;
 }
 

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace curlew {
@@ -20,6 +22,26 @@ void appendArray(std::vector<T>& values, size_t size, const std::vector<T>& more
 }
 
 } // namespace
+
+Particles Particles::at(const std::vector<Vec3d>& positions) {
+    Particles p;
+    for (auto* array : {&p.x, &p.y, &p.z}) array->resize(positions.size());
+    p.id.resize(positions.size());
+    for (size_t k = 0; k < positions.size(); ++k) {
+        p.setPosition(k, positions[k]);
+        p.id[k] = static_cast<int64_t>(k);
+    }
+    return p;
+}
+
+double Particles::maxSpeed() const {
+    double squared = 0;
+    for (size_t k = 0; k < vx.size(); ++k) {
+        const auto a = static_cast<double>(vx[k]), b = static_cast<double>(vy[k]), c = static_cast<double>(vz[k]);
+        squared = std::max(squared, a * a + b * b + c * c);
+    }
+    return std::sqrt(squared);
+}
 
 void Particles::remove(const std::vector<uint8_t>& flags) {
     if (flags.size() != size())

@@ -40,21 +40,6 @@ void record(const Particles& p, size_t step, double time, Curves& c) {
     }
 }
 
-void add(const AdvectResult& step, AdvectResult& total) {
-    const double iterations = total.meanIterations * static_cast<double>(total.substeps) +
-                              step.meanIterations * static_cast<double>(step.substeps);
-    total.points = step.points;
-    total.notConverged = step.notConverged;
-    total.outside = step.outside;
-    total.residual = step.residual;
-    total.stalled += step.stalled;
-    total.substeps += step.substeps;
-    total.retries += step.retries;
-    total.coarse += step.coarse;
-    total.overrun += step.overrun;
-    total.meanIterations = iterations / static_cast<double>(std::max<size_t>(total.substeps, 1));
-}
-
 } // namespace
 
 Pathlines advectWithPathlines(const FlowInTime& flow, Particles& particles, double begin, const AdvectOptions& options,
@@ -80,7 +65,7 @@ Pathlines advectWithPathlines(const FlowInTime& flow, Particles& particles, doub
     record(particles, 0, 0, pathlines.curves);
     one.time = options.time / options.steps;
     for (int k = 0; k < options.steps; ++k) {
-        add(advance(begin + one.time * k, one, unreported), pathlines.result);
+        pathlines.result += advance(begin + one.time * k, one, unreported);
         record(particles, static_cast<size_t>(k) + 1, one.time * (k + 1), pathlines.curves);
         if (monitor.report) monitor.report((k + 1.0) / options.steps);
     }

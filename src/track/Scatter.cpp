@@ -72,9 +72,7 @@ Particles scatterFrom(const Domain& domain, int64_t first, size_t count, uint64_
                         waiting[again++] = k;
                         continue;
                     }
-                    particles.x[k] = p[0];
-                    particles.y[k] = p[1];
-                    particles.z[k] = p[2];
+                    particles.setPosition(k, p);
                     particles.id[k] = first + static_cast<int64_t>(k);
                 }
                 left = again;

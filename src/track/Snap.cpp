@@ -1,7 +1,7 @@
 #include "curlew/track/Snap.h"
 
-#include "curlew/base/Parallel.h"
 #include "curlew/base/Require.h"
+#include "curlew/field/ForEachBatch.h"
 
 #include <array>
 #include <cmath>
@@ -54,21 +54,19 @@ SnapResult snap(const ScalarField& field, double value, Particles& p, double rea
     if (!std::isfinite(value)) throw ValueError(fmt::format("the value {} is not finite", value));
     requirePositive(reach, "the reach");
     requirePositive(tolerance, "the tolerance");
-    const Sums sums = parallelSum(
-        p.size(), kBatch,
-        [&](size_t begin, size_t end) {
-            PointBatch start;
-            for (size_t k = begin; k < end; ++k) start.push({{p.x[k], p.y[k], p.z[k]}});
+    const Sums sums = sumOverBatches(
+        p,
+        [&](const PointBatch& start, size_t begin) {
             const auto found = snapped(field, value, start, reach, tolerance);
             Sums mine;
-            for (size_t k = begin; k < end; ++k) {
-                const auto& to = found[k - begin];
+            for (int i = 0; i < start.size; ++i) {
+                const auto& to = found[static_cast<size_t>(i)];
                 if (!to) {
                     ++mine.missed;
                     continue;
                 }
-                mine.moved += length(*to - start[static_cast<int>(k - begin)]);
-                p.x[k] = (*to)[0], p.y[k] = (*to)[1], p.z[k] = (*to)[2];
+                mine.moved += length(*to - start[i]);
+                p.setPosition(begin + static_cast<size_t>(i), *to);
             }
             return mine;
         },

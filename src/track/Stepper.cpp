@@ -1,7 +1,13 @@
 #include "curlew/track/Stepper.h"
 
 #include "TrackKernels.h"
+#include "curlew/base/Error.h"
 #include "curlew/field/Dimensions.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
 
 namespace curlew {
 
@@ -43,6 +49,14 @@ const Tableau& tableauOf(Scheme scheme) {
     static constexpr std::array<const Tableau*, kSchemeNames.size()> kTableaus{&kEuler, &kMidpoint, &kRk4,
                                                                                &kBogackiShampine, &kDormandPrince};
     return *kTableaus[static_cast<size_t>(scheme)];
+}
+
+int stepsOf(double time, double maxStep) {
+    const double steps = std::ceil(std::abs(time) / maxStep - 1e-9);
+    if (!(steps <= 1e9)) // NaN, too
+        throw ValueError(fmt::format(
+            "{} s in steps of {} s are {:.3g} steps; give a finite time, and at most 1e9 steps", time, maxStep, steps));
+    return static_cast<int>(std::max(steps, 0.0));
 }
 
 template <int N>

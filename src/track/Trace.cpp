@@ -2,8 +2,8 @@
 
 #include "Tracer.h"
 #include "curlew/base/Memory.h"
-#include "curlew/base/Parallel.h"
 #include "curlew/base/Require.h"
+#include "curlew/field/ForEachBatch.h"
 
 #include <algorithm>
 #include <utility>
@@ -77,7 +77,7 @@ Part traceChunk(const TraceSetup& setup, const Particles& seeds, size_t begin, s
     const Direction direction = setup.options.direction;
     const Flow& flow = setup.stepper.flow();
     ActiveTipsN<3> tips;
-    for (size_t k = begin; k < end; ++k) tips.position.push({{seeds.x[k], seeds.y[k], seeds.z[k]}});
+    tips.position = batchOf(seeds, begin, end);
     Flow::Jets<double> potentials;
     flow.eval(tips.position, potentials, tips.velocity);
     for (size_t q = 0; q < 2; ++q) tips.track[q] = potentials[q].c[0];

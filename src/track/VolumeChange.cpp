@@ -11,17 +11,16 @@ VolumeChange volumeChange(const FlowInTime& flow, const std::vector<Vec3d>& posi
     if (!(h > 0) || !std::isfinite(h)) throw ValueError("differences need a finite step: give the domain a finite box");
     // What reprojection leaves has to be small against h.
     options.tolerance = std::min(options.tolerance, 1e-11);
-    Particles around;
-    for (const Vec3d& p : positions)
+    std::vector<Vec3d> neighbours;
+    for (Vec3d p : positions)
         for (int axis = 0; axis < 3; ++axis)
             for (const double side : {h, -h}) {
-                around.id.push_back(static_cast<int64_t>(around.size()));
-                around.x.push_back(p[0] + (axis == 0 ? side : 0));
-                around.y.push_back(p[1] + (axis == 1 ? side : 0));
-                around.z.push_back(p[2] + (axis == 2 ? side : 0));
+                neighbours.push_back(p);
+                neighbours.back()[axis] += side;
             }
+    Particles around = Particles::at(neighbours);
     advect(flow, around, begin, options, monitor);
-    const auto end = [&](size_t k) { return Vec3d{{around.x[k], around.y[k], around.z[k]}}; };
+    const auto end = [&](size_t k) { return around.position(k); };
     std::vector<double> determinants;
     for (size_t k = 0; k < around.size(); k += 6) {
         const auto* converged = &around.converged[k];

@@ -1,9 +1,9 @@
 #include "curlew/track/WallMotion.h"
 
 #include "BatchAdvector.h"
-#include "curlew/base/Parallel.h"
 #include "curlew/base/Random.h"
 #include "curlew/field/Algebra.h"
+#include "curlew/field/ForEachBatch.h"
 #include "curlew/field/Formula.h"
 #include "curlew/flow/Flows.h"
 #include "curlew/math/Fade.h"
@@ -81,14 +81,12 @@ void driftBack(const Wall& wall, double size, const ScalarField& a, const Scalar
     const Flow flow(-1.0 * (layerFade(wall) * a), b, {.box = {}, .wall = wall});
     const AdvectOptions options{.time = 1, .steps = stepsFor(way, wall)};
     const auto stepper = advectionStepper(flow, options, {.tolerance = {1e-9 * way * size, 1e-9 * size}});
-    parallelFor(
-        points.size(), kBatch,
-        [&](size_t begin, size_t end) {
-            PointBatch start;
-            for (size_t k = begin; k < end; ++k) start.push(points[k]);
+    forEachBatch(
+        points,
+        [&](const PointBatch& start, size_t begin) {
             BatchAdvector<3> batch(stepper, options, start);
             batch.run(monitor);
-            for (size_t k = begin; k < end; ++k) points[k] = batch.position()[static_cast<int>(k - begin)];
+            storeBatch(batch.position(), points, begin);
         },
         monitor);
 }
@@ -152,11 +150,10 @@ void WallMotion::carryAlongNormals(std::vector<Vec3d>& points, const Monitor& mo
     const int steps = stepsFor(greatestDifference(mFrom, mTo, mBox, same), mFrom);
     std::array<double, kBatch> dt;
     dt.fill(1.0 / steps);
-    parallelFor(
-        points.size(), kBatch,
-        [&](size_t begin, size_t end) {
-            PointBatch p, to;
-            for (size_t k = begin; k < end; ++k) p.push(points[k]);
+    forEachBatch(
+        points,
+        [&](PointBatch p, size_t begin) {
+            PointBatch to;
             for (int k = 0; k < steps; ++k) {
                 StagesN<3> stages;
                 velocity(p, static_cast<double>(k) / steps, stages[0]);
@@ -166,7 +163,7 @@ void WallMotion::carryAlongNormals(std::vector<Vec3d>& points, const Monitor& mo
                 step(Scheme::rk4, p, dt, later, stages, to);
                 p = to;
             }
-            for (size_t k = begin; k < end; ++k) points[k] = p[static_cast<int>(k - begin)];
+            storeBatch(p, points, begin);
         },
         monitor);
 }
@@ -180,13 +177,12 @@ struct Place {
 
 std::vector<Place> placesOf(const Wall& wall, const std::vector<Vec3d>& points) {
     std::vector<Place> places(points.size());
-    parallelFor(points.size(), kBatch, [&](size_t begin, size_t end) {
-        PointBatch p;
-        for (size_t k = begin; k < end; ++k) p.push(points[k]);
+    const Domain domain{.wall = wall};
+    forEachBatch(points, [&](const PointBatch& p, size_t begin) {
         std::array<bool, kBatch> allowed;
         std::array<double, kBatch> distance;
-        classify(Domain{.wall = wall}, p, allowed, distance);
-        for (size_t k = begin; k < end; ++k) places[k] = {allowed[k - begin], distance[k - begin]};
+        classify(domain, p, allowed, distance);
+        for (size_t i = 0; i < static_cast<size_t>(p.size); ++i) places[begin + i] = {allowed[i], distance[i]};
     });
     return places;
 }
@@ -242,13 +238,9 @@ size_t WallMotion::carry(std::vector<Vec3d>& points, const Monitor& monitor) con
 size_t WallMotion::carry(Particles& p, const Monitor& monitor) const {
     if (mStill) return 0;
     std::vector<Vec3d> points(p.size());
-    for (size_t k = 0; k < points.size(); ++k) points[k] = {{p.x[k], p.y[k], p.z[k]}};
+    for (size_t k = 0; k < points.size(); ++k) points[k] = p.position(k);
     const size_t overrun = carry(points, monitor);
-    for (size_t k = 0; k < points.size(); ++k) {
-        p.x[k] = points[k][0];
-        p.y[k] = points[k][1];
-        p.z[k] = points[k][2];
-    }
+    for (size_t k = 0; k < points.size(); ++k) p.setPosition(k, points[k]);
     return overrun;
 }
 

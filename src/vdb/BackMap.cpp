@@ -2,6 +2,7 @@
 
 #include "curlew/base/Memory.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/field/ForEachBatch.h"
 
 #include <fmt/format.h>
 
@@ -117,14 +118,12 @@ void BackMap::follow(const std::vector<openvdb::Vec3d>& seeds, const Trace& trac
 }
 
 void BackMap::evaluate(size_t begin, const Monitor& monitor) {
-    parallelFor(
-        mVoxels.size() - begin, kBatch,
-        [&](size_t from, size_t to) {
-            PointBatch points;
-            for (size_t n = from; n < to; ++n) points.push(origin(begin + n));
+    forEachBatch(
+        PointsBy{mVoxels.size() - begin, [&](size_t n) { return origin(begin + n); }},
+        [&](const PointBatch& points, size_t from) {
             JetBatch<double, 0> jets;
             mSource.eval(points, jets);
-            for (size_t n = from; n < to; ++n) mNodes[begin + n][3] = jets.c[0][n - from];
+            for (size_t i = 0; i < static_cast<size_t>(points.size); ++i) mNodes[begin + from + i][3] = jets.c[0][i];
         },
         monitor);
 }
@@ -191,8 +190,8 @@ Vec3d originOf(const Vec<double, 4>& node) { return {{node[0], node[1], node[2]}
 
 /// Finds the roots of up to kBatch edges.
 void solve(const ScalarField& source, std::span<Edge> edges) {
-    PointBatch middles;
-    for (const Edge& edge : edges) middles.push(originOf(edge.at(Lagrange(0.5).value)));
+    const auto middle = [&](size_t n) { return originOf(edges[n].at(Lagrange(0.5).value)); };
+    const PointBatch middles = batchOf(PointsBy{edges.size(), middle}, 0, edges.size());
     JetBatch<double, 1> jets;
     source.eval(middles, jets);
     for (size_t n = 0; n < edges.size(); ++n) {

@@ -37,6 +37,9 @@ struct AdvectResultN {
     double meanIterations = 0; ///< Corrections per substep.
     /// Root mean squares at the end over the points that converged, relative to those of the potentials.
     std::array<double, size_t{N - 1}> residual{};
+
+    /// Adds what the same points did next: counts of steps add up, and what describes the end is that of `later`.
+    AdvectResultN& operator+=(const AdvectResultN& later);
 };
 using AdvectResult = AdvectResultN<3>;
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "curlew/math/Vec.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -17,7 +19,17 @@ struct Particles {
     std::vector<float> age;         ///< Seconds since the particle's birth.
     std::vector<float> life;        ///< The age at which it dies, seconds; infinite or empty: never.
 
+    /// Particles at these positions, with ids 0 … size-1.
+    static Particles at(const std::vector<Vec3d>& positions);
+
     size_t size() const { return x.size(); }
+    Vec3d position(size_t k) const { return {{x[k], y[k], z[k]}}; }
+    void setPosition(size_t k, const Vec3d& p) { x[k] = p[0], y[k] = p[1], z[k] = p[2]; }
+    void setVelocity(size_t k, const Vec3d& v) {
+        vx[k] = static_cast<float>(v[0]), vy[k] = static_cast<float>(v[1]), vz[k] = static_cast<float>(v[2]);
+    }
+    /// World units per second; 0 without velocities.
+    double maxSpeed() const;
     bool hasVelocity() const { return !vx.empty(); }
     bool hasTrack() const { return !f.empty(); }
     bool hasAge() const { return !age.empty(); }

@@ -45,6 +45,10 @@ struct Tableau {
 /// Immutable; lives as long as the program.
 const Tableau& tableauOf(Scheme scheme);
 
+/// How many equal steps, none longer than maxStep, divide a time of either sign, seconds: 0 for no time. Throws
+/// ValueError if they are not finite or more than 1e9.
+int stepsOf(double time, double maxStep);
+
 /// to = from + (fraction dt) velocity, for each point with its own time step.
 template <int N>
 void move(const PointBatchN<N>& from, const VecBatchN<double, N>& velocity, double fraction,

@@ -1,0 +1,72 @@
+#pragma once
+
+#include "curlew/base/Parallel.h"
+#include "curlew/field/Batch.h"
+
+namespace curlew {
+
+/// Points that are computed when they are needed: at(k) for k < count.
+template <class At>
+struct PointsBy {
+    size_t count;
+    At at;
+    size_t size() const { return count; }
+    auto position(size_t k) const { return at(k); }
+};
+template <class At>
+PointsBy(size_t, At) -> PointsBy<At>;
+
+/// Position k of points: points.position(k) of a structure of arrays, else points[k].
+template <class Points>
+auto positionOf(const Points& points, size_t k) {
+    if constexpr (requires { points.position(k); })
+        return points.position(k);
+    else
+        return points[k];
+}
+
+namespace detail {
+template <class Vector>
+struct BatchOf;
+template <int N>
+struct BatchOf<Vec<double, N>> {
+    using type = PointBatchN<N>;
+};
+} // namespace detail
+
+/// The points begin … end - 1, at most kBatch of them.
+template <class Points>
+auto batchOf(const Points& points, size_t begin, size_t end) {
+    typename detail::BatchOf<decltype(positionOf(points, begin))>::type batch;
+    for (size_t k = begin; k < end; ++k) batch.push(positionOf(points, k));
+    return batch;
+}
+
+/// Writes a batch back: points[begin + i] = batch[i], or points.setPosition(begin + i, batch[i]).
+template <int N, class Points>
+void storeBatch(const PointBatchN<N>& batch, Points& points, size_t begin) {
+    for (int i = 0; i < batch.size; ++i)
+        if constexpr (requires { points.setPosition(begin, batch[i]); })
+            points.setPosition(begin + static_cast<size_t>(i), batch[i]);
+        else
+            points[begin + static_cast<size_t>(i)] = batch[i];
+}
+
+/// Calls body(batch, begin) for the points in batches of kBatch, on all threads: batch[i] is point begin + i. The body
+/// may move those points. Throws Interrupted if the monitor is cancelled, and what the body throws.
+template <class Points, class Body>
+void forEachBatch(const Points& points, const Body& body, const Monitor& monitor = {}) {
+    parallelFor(
+        points.size(), kBatch, [&](size_t begin, size_t end) { body(batchOf(points, begin, end), begin); }, monitor);
+}
+
+/// The sum of what body(batch, begin) returns, added in the order of the points: the same bits for any number of
+/// threads (parallelSum).
+template <class Points, class Body>
+auto sumOverBatches(const Points& points, const Body& body, const Monitor& monitor = {}) {
+    return parallelSum(
+        points.size(), kBatch, [&](size_t begin, size_t end) { return body(batchOf(points, begin, end), begin); },
+        monitor);
+}
+
+} // namespace curlew
