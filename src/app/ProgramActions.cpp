@@ -6,7 +6,7 @@
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Memory.h"
 #include "curlew/base/Simd.h"
-#include "curlew/vdb/Check.h"
+#include "curlew/vdb/GridDiagnostics.h"
 
 #include <chrono>
 
@@ -58,8 +58,8 @@ void checkField(Session& s, const Arguments& a, Report& found) {
             } else if constexpr (kN == 3) {
                 if (object.sdf && object.sdf->bounds.finite()) box = object.sdf->bounds;
             }
-            const FieldCheck check = curlew::checkField(field, box, static_cast<size_t>(a.integer("samples")),
-                                                        s.console.follow("checking the field"));
+            const FieldDiagnostics check = diagnoseField(field, box, static_cast<size_t>(a.integer("samples")),
+                                                         s.console.follow("checking the field"));
             found["field_min"] = check.range.lower;
             found["field_max"] = check.range.upper;
             found["field_rms"] = check.rms;
@@ -76,7 +76,7 @@ void checkFlow(Session& s, const Arguments& a, Report& found) {
     const auto samples = static_cast<size_t>(a.integer("samples"));
     const Monitor monitor = s.console.follow("checking the flow");
     found["divergence_free"] = std::visit([](const auto& flow) { return flow.divergenceFree(); }, s.flows.at());
-    const auto report = [&](const DivergenceCheck& divergence, bool wall) {
+    const auto report = [&](const DivergenceDiagnostics& divergence, bool wall) {
         found["divergence_analytic"] = divergence.trace;
         found["divergence_by_differences"] = divergence.byDifferences;
         if (wall) found["divergence_analytic_beyond_wall_layer"] = divergence.traceBeyond;
@@ -84,14 +84,14 @@ void checkFlow(Session& s, const Arguments& a, Report& found) {
     if (dimensionOf(s.flows.at()) > 3) {
         std::visit(
             [&](const auto& flow) {
-                report(checkDivergence(flow, samples, monitor), false);
+                report(diagnoseDivergence(flow, samples, monitor), false);
                 found["rms_speed"] = magnitudesOf(flow, monitor).speed;
             },
             s.flows.at());
         return;
     }
     const Flow flow = s.flow();
-    const FlowCheck check = curlew::checkFlow(flow, samples, monitor);
+    const FlowDiagnostics check = diagnoseFlow(flow, samples, monitor);
     const bool wall = flow.domain().wall.has_value();
     report(check.divergence, wall);
     if (wall) {
@@ -106,8 +106,8 @@ void checkTracks(Session& s, int steps, Report& found) {
     const auto velocity = s.velocity();
     if (s.flows.empty() || !velocity)
         throw ValueError("tracks= compares a flow with its grid; make one with -velocity");
-    const TrackCheck check =
-        curlew::checkTracks(s.flow(), *velocity, steps, 1000, s.console.follow("checking the tracks"));
+    const TrackDiagnostics check =
+        diagnoseTracks(s.flow(), *velocity, steps, 1000, s.console.follow("checking the tracks"));
     found["tracks_steps"] = check.steps;
     found["tracks_time"] = check.time;
     found["tracks_drift_f"] = check.field.driftF;
@@ -130,7 +130,7 @@ void check(Session& s, const Arguments& a) {
     else if (!s.fields.empty())
         checkField(s, a, found);
     if (const auto velocity = s.velocity()) {
-        const GridCheck grid = checkVelocity(*velocity);
+        const GridDiagnostics grid = diagnoseGrid(*velocity);
         staggered = velocity->getGridClass() == openvdb::GRID_STAGGERED;
         found["divergence_grid"] = grid.divergence;
         found["divergence_grid_overall"] = grid.divergenceOverall;
@@ -139,7 +139,8 @@ void check(Session& s, const Arguments& a) {
     }
     if (const int64_t steps = a.integer("tracks"); steps > 0) checkTracks(s, static_cast<int>(steps), found);
     if (s.hasParticles() && !s.flows.empty()) {
-        const ParticleCheck points = checkParticles(s.flow(), s.particles(), s.console.follow("checking the points"));
+        const ParticleDiagnostics points =
+            diagnoseParticles(s.flow(), s.particles(), s.console.follow("checking the points"));
         found["points"] = points.points;
         if (s.flow().domain().wall) {
             found["outside"] = points.outside;

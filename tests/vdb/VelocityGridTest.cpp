@@ -1,7 +1,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/field/NoiseField.h"
-#include "curlew/vdb/Check.h"
+#include "curlew/vdb/GridDiagnostics.h"
 #include "curlew/vdb/VelocityGrid.h"
 
 #include <catch2/catch.hpp>
@@ -43,7 +43,7 @@ Vec3d centreOf(const openvdb::Vec3SGrid& grid, const openvdb::Coord& ijk) {
 }
 
 /// rms of div · voxel / rms |c| over all active voxels, by OpenVDB's operator.
-double overallDivergence(const openvdb::Vec3SGrid& grid) { return checkVelocity(grid).divergenceOverall; }
+double overallDivergence(const openvdb::Vec3SGrid& grid) { return diagnoseGrid(grid).divergenceOverall; }
 
 } // namespace
 
@@ -93,13 +93,13 @@ TEST_CASE("staggered velocities are divergence-free to rounding, by OpenVDB's ow
     }
     SECTION("around an obstacle, in a box, on both sides: but for the last layer") {
         for (const Flow& flow : {contained(Side::outside), contained(Side::both), waves()}) {
-            const GridCheck check = checkVelocity(*velocityGrid(flow, {.voxel = 0.05, .layout = Layout::staggered}));
+            const GridDiagnostics check = diagnoseGrid(*velocityGrid(flow, {.voxel = 0.05, .layout = Layout::staggered}));
             CHECK(check.interior > 10000);
             CHECK(check.divergence < 1e-6);
         }
     }
     SECTION("collocated is not: the measure can tell") {
-        CHECK(checkVelocity(*velocityGrid(contained(), {.voxel = 0.04})).divergence > 1e-4);
+        CHECK(diagnoseGrid(*velocityGrid(contained(), {.voxel = 0.04})).divergence > 1e-4);
     }
 }
 

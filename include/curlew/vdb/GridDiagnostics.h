@@ -1,54 +1,12 @@
 #pragma once
 
-#include "curlew/base/Monitor.h"
-#include "curlew/flow/Flow.h"
-#include "curlew/track/Particles.h"
+#include "curlew/track/Diagnostics.h"
 
 #include <openvdb/openvdb.h>
 
 namespace curlew {
 
-/// Measurements of what the library promises. All from seeded samples: the same for every call.
-
-struct FieldCheck {
-    Range range;            ///< Of the values seen.
-    double rms = 0;         ///< Root mean square of the values,
-    double rmsGradient = 0; ///< and of the length of the gradient.
-    /// How far gradients by central differences are from the exact ones: root mean square, relative to rmsGradient, for
-    /// h = 1/4096 of the box's longest edge, and for half of it. Their ratio tells the order: 4 for the second.
-    double byDifferences = 0, byHalfDifferences = 0;
-};
-
-/// From `samples` positions in the box.
-template <int N>
-FieldCheck checkField(const ScalarFieldN<N>& field, const BoxN<N>& box, size_t samples = 100000,
-                      const Monitor& monitor = {});
-
-struct DivergenceCheck {
-    double trace = 0; ///< Greatest |trace| / Frobenius norm of the velocity's Jacobian, in the domain.
-    /// rms of the divergence by central differences of the velocity, relative to the same norm. The trace above
-    /// vanishes for any symmetric Hessians; this one also tells whether the gradients are those of a function. Its own
-    /// error is O(h²) with h = 1e-5 of the box, more where the flow is only C¹.
-    double byDifferences = 0;
-    double traceBeyond = 0; ///< The first, where the wall has no part: deeper than its width.
-};
-
-/// From `samples` points of the domain, with Hessians in double. The points of a domain in space are scattered;
-/// elsewhere they are uniform in its box, and those beyond a wall do not count.
-template <int N>
-DivergenceCheck checkDivergence(const FlowN<N>& flow, size_t samples = 100000, const Monitor& monitor = {});
-
-struct FlowCheck {
-    DivergenceCheck divergence;
-    double wallFlux = 0;    ///< Greatest |c · grad d| on the wall, relative to the rms speed.
-    size_t wallSamples = 0; ///< How many points of the wall that is from.
-    FlowMagnitudes magnitudes;
-};
-
-/// From `samples` points of the domain, and as many on its wall, found by Newton's method on d.
-FlowCheck checkFlow(const Flow& flow, size_t samples = 100000, const Monitor& monitor = {});
-
-struct GridCheck {
+struct GridDiagnostics {
     size_t voxels = 0;   ///< Active ones.
     size_t interior = 0; ///< Active ones whose neighbours in the stencil are active too.
     double divergence =
@@ -57,32 +15,19 @@ struct GridCheck {
     double rmsSpeed = 0;
 };
 
-GridCheck checkVelocity(const openvdb::Vec3SGrid& velocity);
+GridDiagnostics diagnoseGrid(const openvdb::Vec3SGrid& velocity);
 
-struct ParticleCheck {
-    size_t points = 0;
-    size_t outside = 0;      ///< On the wrong side of the wall, or on it.
-    size_t notConverged = 0; ///< Of which some step could not be brought back onto the track.
-    double penetration =
-        0; ///< Greatest distance beyond the wall, world units; negative: all keep clear of it by so much.
-    double driftF = 0, driftG = 0; ///< rms of f - f0 and g - g0 over the converged points, relative to the rms of f and
-                                   ///< g over the domain.
-};
-
-/// Compares particles with the flow that moved them. Drift needs their track (zero without).
-ParticleCheck checkParticles(const Flow& flow, const Particles& particles, const Monitor& monitor = {});
-
-struct TrackCheck {
+struct TrackDiagnostics {
     int steps = 0;
     double time = 0; ///< Seconds: in a step a point moves by a quarter of a voxel at the rms speed.
-    ParticleCheck field = {},
-                  onGrid = {}; ///< After steps of advect(); and of OpenVDB's VelocityIntegrator on the grid.
+    ParticleDiagnostics field = {},
+                        onGrid = {}; ///< After steps of advect(); and of OpenVDB's VelocityIntegrator on the grid.
 };
 
 /// Moves `points` points of the flow's domain twice through `steps` RK4 steps of the same length: by the flow itself,
 /// with Gauss-Newton reprojection, and by a velocity grid of it, as hosts do. Throws ValueError for a flow without
 /// tracks.
-TrackCheck checkTracks(const Flow& flow, const openvdb::Vec3SGrid& velocity, int steps, size_t points = 1000,
-                       const Monitor& monitor = {});
+TrackDiagnostics diagnoseTracks(const Flow& flow, const openvdb::Vec3SGrid& velocity, int steps, size_t points = 1000,
+                                const Monitor& monitor = {});
 
 } // namespace curlew
