@@ -1,12 +1,10 @@
 #include "Options.h"
 #include "ScatterDomain.h"
 #include "curlew/app/Registry.h"
-#include "curlew/base/Memory.h"
-#include "curlew/base/Random.h"
-#include "curlew/track/Scatter.h"
+#include "curlew/track/Emission.h"
 
 #include <algorithm>
-#include <cmath>
+#include <optional>
 
 namespace curlew::app {
 
@@ -15,7 +13,6 @@ namespace {
 using namespace options;
 
 const std::string kGroup = "points";
-constexpr uint64_t kLifeStream = uint64_t{1} << 32; // of random numbers: beyond those of the positions
 
 // --- births
 // ----------------------------------------------------------------------------------------------------------
@@ -30,56 +27,11 @@ Stack<Geometry>::Entry& carriedPoints(Session& s) {
     return s.geometry.entries().back();
 }
 
-/// When particles are born in a frame: their ages at its end, in the order of their births.
-std::vector<float> agesOfBirths(Session& s, double rate) {
-    const double duration = s.clock->duration;
-    if (duration == 0) return {};
-    double& rates = s.emissions.rates[s.recorded()];
-    // Products of a sum: for a rate that stays, as many births after any number of frames as there should be.
-    const double before = rates * duration;
-    rates += rate;
-    const double after = rates * duration, born = std::floor(before), count = std::floor(after) - born;
-    requireMemory(count * Particles::kBytes, fmt::format("{} births in a frame", count), "choose a smaller rate");
-    std::vector<float> ages(static_cast<size_t>(count));
-    for (size_t k = 0; k < ages.size(); ++k)
-        ages[k] = static_cast<float>(std::max(0.0, after - born - static_cast<double>(k + 1)) / rate);
-    return ages;
-}
-
-/// Newborn particles have the velocity and track of those that they join.
-void joinFlow(Session& s, const Particles& others, Particles& born) {
-    const auto& flows = s.flows.entries();
-    const auto tracked =
-        std::find_if(flows.begin(), flows.end(), [&](const auto& entry) { return entry.made == s.trackedFlow; });
-    if (tracked == flows.end() || !others.hasVelocity()) return;
-    const Flow flow = inSpace(tracked->object);
-    for (auto* array : {&born.vx, &born.vy, &born.vz}) array->resize(born.size());
-    if (others.hasTrack())
-        for (auto* array : {&born.f, &born.g}) array->resize(born.size());
-    parallelFor(born.size(), kBatch, [&](size_t begin, size_t end) {
-        PointBatch points;
-        for (size_t k = begin; k < end; ++k) points.push({{born.x[k], born.y[k], born.z[k]}});
-        Flow::Jets<double> potentials;
-        VecBatch<double> velocity;
-        flow.eval(points, potentials, velocity);
-        for (size_t k = begin; k < end; ++k) {
-            const int i = static_cast<int>(k - begin);
-            born.vx[k] = static_cast<float>(velocity[i][0]);
-            born.vy[k] = static_cast<float>(velocity[i][1]);
-            born.vz[k] = static_cast<float>(velocity[i][2]);
-            if (born.f.empty()) continue;
-            born.f[k] = potentials[0][i].value;
-            born.g[k] = potentials[1][i].value;
-        }
-    });
-}
-
-void giveLives(Particles& born, double life, double spread, uint64_t seed) {
-    born.life.resize(born.size());
-    for (size_t k = 0; k < born.size(); ++k) {
-        const double part = 2 * randomUniform(seed, static_cast<uint64_t>(born.id[k]), kLifeStream) - 1;
-        born.life[k] = static_cast<float>(life * (1 + spread * part));
-    }
+/// The flow whose tracks the points are on.
+std::optional<Flow> trackedFlow(const Session& s) {
+    for (const auto& entry : s.flows.entries())
+        if (entry.made == s.trackedFlow) return inSpace(entry.object);
+    return {};
 }
 
 void emit(Session& s, const Arguments& a) {
@@ -93,14 +45,14 @@ void emit(Session& s, const Arguments& a) {
 
     if (!particles.hasAge()) particles.age.assign(particles.size(), 0); // they begin with the frames
 
-    std::vector<float> ages = agesOfBirths(s, a.real("rate"));
-    const auto seed = static_cast<uint64_t>(a.integer("seed"));
-    Particles born = scatterFrom(domain, nextId->second, ages.size(), seed, s.console.follow("emit"));
-    nextId->second += static_cast<int64_t>(ages.size());
-    born.age = std::move(ages);
-    if (a.given("life")) giveLives(born, a.real("life"), a.real("spread"), seed);
-    born.grow(0); // those whose life was shorter than what is left of the frame
-    joinFlow(s, particles, born);
+    EmissionOptions options{.rate = a.real("rate"), .seed = static_cast<uint64_t>(a.integer("seed"))};
+    if (a.given("life")) options.life = a.real("life"), options.spread = a.real("spread");
+    double& rates = s.emissions.rates[s.recorded()];
+    EmissionState state{rates, nextId->second};
+    Particles born = emitted(domain, options, s.clock->duration, state, s.console.follow("emit"));
+    rates = state.rates;
+    nextId->second = state.nextId;
+    if (const auto flow = trackedFlow(s)) joinFlow(*flow, particles, born);
     const size_t count = born.size();
     particles.append(born);
     s.console.say(fmt::format("emit: {} points born, {} in all", count, particles.size()));
@@ -110,23 +62,6 @@ void emit(Session& s, const Arguments& a) {
 // --- deaths and returns
 // ----------------------------------------------------------------------------------------------------------
 
-/// Flags those that the domain does not allow; the box is not judged.
-std::vector<uint8_t> beyond(const Particles& particles, const Domain& domain, const Monitor& monitor) {
-    std::vector<uint8_t> flags(particles.size());
-    parallelFor(
-        particles.size(), kBatch,
-        [&](size_t begin, size_t end) {
-            PointBatch points;
-            for (size_t k = begin; k < end; ++k) points.push({{particles.x[k], particles.y[k], particles.z[k]}});
-            std::array<bool, kBatch> allowed;
-            std::array<double, kBatch> distance;
-            classify(domain, points, allowed, distance);
-            for (size_t k = begin; k < end; ++k) flags[k] = static_cast<uint8_t>(!allowed[k - begin]);
-        },
-        monitor);
-    return flags;
-}
-
 void kill(Session& s, const Arguments& a) {
     Particles& particles = s.particles();
     const bool outside = a.choice("side") == 0;
@@ -135,12 +70,11 @@ void kill(Session& s, const Arguments& a) {
         const Box box = a.box("box");
         flags.resize(particles.size());
         for (size_t k = 0; k < flags.size(); ++k)
-            flags[k] =
-                static_cast<uint8_t>(box.contains({{particles.x[k], particles.y[k], particles.z[k]}}) != outside);
+            flags[k] = static_cast<uint8_t>(box.contains(particles.position(k)) != outside);
     } else {
         const Sdf sdf = a.given("grid") ? s.levelSetSdf(a.ages("grid").front(), 0) : s.newestSdf(0);
         const Domain kept{.wall = Wall{.sdf = sdf, .side = outside ? Side::inside : Side::outside}};
-        flags = beyond(particles, kept, s.console.follow("kill"));
+        flags = flagBeyondWall(particles, kept, s.console.follow("kill"));
     }
     const size_t before = particles.size();
     particles.remove(flags);
@@ -152,14 +86,7 @@ void wrap(Session& s, const Arguments& a) {
     Particles& particles = s.particles();
     const Box box = a.given("box") ? a.box("box") : s.flow().domain().box;
     if (!box.finite()) throw ValueError("the box of the flow is infinite; give box=");
-    const std::array<std::vector<double>*, 3> axes{&particles.x, &particles.y, &particles.z};
-    for (int axis = 0; axis < 3; ++axis) {
-        const double lower = box.lower[axis], upper = box.upper[axis], period = upper - lower;
-        for (double& value : *axes[static_cast<size_t>(axis)]) {
-            value -= period * std::floor((value - lower) / period);
-            if (value >= upper) value = lower; // by rounding
-        }
-    }
+    curlew::wrap(particles, box);
 }
 
 } // namespace

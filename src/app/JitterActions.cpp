@@ -1,9 +1,9 @@
 #include "Options.h"
 #include "curlew/app/Registry.h"
 #include "curlew/app/Session.h"
-#include "curlew/field/Algebra.h"
-#include "curlew/field/Map.h"
 #include "curlew/track/Jitter.h"
+
+#include <utility>
 
 namespace curlew::app {
 
@@ -21,74 +21,30 @@ Domain spatialDomain(Session& s) {
     return {};
 }
 
-/// What of a domain in space lies in the plane z = 0.
-DomainN<2> inPlane(const Domain& domain) {
-    const auto flat = [](const Vec3d& v) { return Vec<double, 2>{{v[0], v[1]}}; };
-    const auto flatBox = [&](const Box& box) { return BoxN<2>{flat(box.lower), flat(box.upper)}; };
-    DomainN<2> plane{.box = flatBox(domain.box), .wall = {}};
-    if (!domain.wall) return plane;
-    const Sdf& sdf = domain.wall->sdf;
-    plane.wall = WallN<2>{.sdf = {.distance = lifted<2>(sdf.distance, {constantField<2>(0)}),
-                                  .bounds = flatBox(sdf.bounds),
-                                  .reach = 0, // in the plane, the surface may be farther away than in space
-                                  .steepness = sdf.steepness},
-                          .side = domain.wall->side};
-    return plane;
-}
-
-/// The spacing at which the lattice has about so many points of the domain.
-template <int N>
-double spacingFor(const DomainN<N>& domain, double count, const Monitor& monitor) {
-    double volume = 1;
-    for (int axis = 0; axis < N; ++axis) volume *= domain.box.size()[axis];
-    const double guess = std::pow(volume / count, 1.0 / N);
-    const auto there = static_cast<double>(latticePoints(domain, guess, monitor).size());
-    if (there == 0) throw ValueError("no point of the lattice is in the domain; give a larger count");
-    return guess * std::pow(there / count, 1.0 / N);
-}
-
-template <int N>
-Particles jitteredLattice(Session& s, const Arguments& a, DomainN<N> domain) {
-    if (domain.wall && a.given("side")) domain.wall->side = static_cast<Side>(a.choice("side"));
-    if (!domain.box.finite()) throw ValueError("the domain is infinite; give a box");
-    const Monitor monitor = s.console.follow("jitter");
-    const double spacing =
-        a.given("spacing") ? a.real("spacing") : spacingFor(domain, static_cast<double>(a.integer("count")), monitor);
-    auto points = latticePoints(domain, spacing, monitor);
-    if (points.empty()) throw ValueError("no point of the lattice is in the domain; choose a smaller spacing");
-    const auto seed = static_cast<uint64_t>(a.integer("seed"));
-    const bool conforms = domain.wall && a.flag("conform") && a.choice("method") == 0;
-    if (domain.wall) domain.wall->width = a.real("width") * spacing;
-    DomainN<N> flowDomain = domain;
-    if (!conforms) flowDomain.wall.reset();
-    if (a.choice("method") == 1) {
-        jitterRandomly(points, spacing, a.real("amount"), seed);
-    } else {
-        JitterFlowOptions o{.seed = seed, .frequency = a.real("frequency"), .uniform = a.choice("speed") == 0};
-        if (a.given("time")) o.time = a.real("time");
-        jitter(jitterFlow(flowDomain, spacing, o), points, spacing, a.real("amount"), monitor);
-    }
-    s.console.say(fmt::format("jitter: {} points at a spacing of {:.6g}{}", points.size(), spacing,
-                              conforms ? ", none of which crosses the wall" : ""));
-    s.report["jitter"] = {{"points", points.size()}, {"spacing", spacing}, {"conforms", conforms}};
-    Particles particles;
-    for (const auto& p : points) {
-        particles.id.push_back(static_cast<int64_t>(particles.size()));
-        particles.x.push_back(p[0]), particles.y.push_back(p[1]);
-        if constexpr (N == 3)
-            particles.z.push_back(p[2]);
-        else
-            particles.z.push_back(0);
-    }
-    return particles;
-}
-
 void jitterAction(Session& s, const Arguments& a) {
     if (a.given("count") && a.given("spacing")) throw ValueError("give count or spacing, not both");
     Domain domain = spatialDomain(s);
     if (a.given("box")) domain.box = a.box("box");
     const int64_t dimensions = a.given("dim") ? a.integer("dim") : s.flows.empty() ? 3 : dimensionOf(s.flows.at());
-    s.geometry.push(dimensions == 2 ? jitteredLattice(s, a, inPlane(domain)) : jitteredLattice(s, a, domain), s.now());
+    if (domain.wall && a.given("side")) domain.wall->side = static_cast<Side>(a.choice("side"));
+    JitteredLatticeOptions options{.count = static_cast<double>(a.integer("count")),
+                                   .spacing = a.given("spacing") ? a.real("spacing") : 0,
+                                   .amount = a.real("amount"),
+                                   .random = a.choice("method") == 1,
+                                   .conform = a.flag("conform"),
+                                   .width = a.real("width"),
+                                   .flow = {.seed = static_cast<uint64_t>(a.integer("seed")),
+                                            .frequency = a.real("frequency"),
+                                            .uniform = a.choice("speed") == 0}};
+    if (a.given("time")) options.flow.time = a.real("time");
+    const Monitor monitor = s.console.follow("jitter");
+    JitteredLattice lattice = dimensions == 2 ? jitteredLattice(inPlane(domain), options, monitor)
+                                              : jitteredLattice(domain, options, monitor);
+    s.console.say(fmt::format("jitter: {} points at a spacing of {:.6g}{}", lattice.points.size(), lattice.spacing,
+                              lattice.conforms ? ", none of which crosses the wall" : ""));
+    s.report["jitter"] = {
+        {"points", lattice.points.size()}, {"spacing", lattice.spacing}, {"conforms", lattice.conforms}};
+    s.geometry.push(std::move(lattice.points), s.now());
 }
 
 } // namespace

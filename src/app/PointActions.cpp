@@ -31,9 +31,7 @@ void scatterAction(Session& s, const Arguments& a) {
 /// How many steps of at most dt= there are in a time.
 int stepsOf(double time, const Arguments& a) {
     if (a.given("steps")) throw ValueError("steps= and dt= say the same; give one of them");
-    const double steps = std::ceil(std::abs(time) / a.real("dt") - 1e-9);
-    if (steps > 1e9) throw ValueError(fmt::format("dt={} makes {:.3g} steps; give a longer one", a.real("dt"), steps));
-    return std::max(1, static_cast<int>(steps));
+    return std::max(1, curlew::stepsOf(time, a.real("dt")));
 }
 
 AdvectOptions advectOptions(const Session& s, const Arguments& a) {
@@ -53,15 +51,6 @@ AdvectOptions advectOptions(const Session& s, const Arguments& a) {
     if (s.clock && !a.given("steps")) options.steps = s.clock->substeps;
     if (a.given("dt")) options.steps = stepsOf(options.time, a);
     return options;
-}
-
-double fastest(const Particles& p) {
-    double squared = 0;
-    for (size_t k = 0; k < p.vx.size(); ++k) {
-        const auto x = static_cast<double>(p.vx[k]), y = static_cast<double>(p.vy[k]), z = static_cast<double>(p.vz[k]);
-        squared = std::max(squared, x * x + y * y + z * z);
-    }
-    return std::sqrt(squared);
 }
 
 void reportAdvect(Session& s, const AdvectResult& result, const Particles& particles) {
@@ -91,7 +80,7 @@ void reportAdvect(Session& s, const AdvectResult& result, const Particles& parti
               {"iterations_mean", result.meanIterations},
               {"residual_f", result.residual[0]},
               {"residual_g", result.residual[1]},
-              {"speed_max", fastest(particles)},
+              {"speed_max", particles.maxSpeed()},
               {"outside", result.outside},
               {"outside_most", outsideMost}};
 }

@@ -2,6 +2,7 @@
 
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/field/ForEachBatch.h"
 #include "curlew/picture/ColorMap.h"
 #include "curlew/picture/Display.h"
 #include "curlew/render/SurfaceTexture.h"
@@ -16,14 +17,12 @@ namespace {
 /// The colours of values at these places, over the range that most of them have.
 std::vector<Vec3f> colorsOf(const SliceSource& source, const std::vector<Vec3d>& positions, const Monitor& monitor) {
     std::vector<float> values(positions.size());
-    parallelFor(
-        values.size(), kBatch,
-        [&](size_t begin, size_t end) {
-            PointBatch points;
-            for (size_t k = begin; k < end; ++k) points.push(positions[k]);
+    forEachBatch(
+        positions,
+        [&](const PointBatch& points, size_t begin) {
             SliceSource::Values batch(1);
             source.eval(points, batch);
-            std::copy_n(batch[0].begin(), end - begin, values.begin() + static_cast<std::ptrdiff_t>(begin));
+            std::copy_n(batch[0].begin(), points.size, values.begin() + static_cast<std::ptrdiff_t>(begin));
         },
         monitor);
     std::vector<Vec3f> colors;

@@ -1,11 +1,11 @@
 #include "curlew/track/Jitter.h"
 
 #include "curlew/base/Memory.h"
-#include "curlew/base/Parallel.h"
 #include "curlew/base/Random.h"
 #include "curlew/base/Require.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Dimensions.h"
+#include "curlew/field/ForEachBatch.h"
 #include "curlew/field/NoiseField.h"
 
 #include <algorithm>
@@ -31,6 +31,17 @@ ScalarFieldN<N> noiseOf(size_t potential, double spacing, const JitterFlowOption
                          {constantField<N>(*o.time / octaves.frequency)});
     else
         throw ValueError("a flow in 7 dimensions has no time: the noise of 8 that it would be a slice of is not there");
+}
+
+/// The spacing at which the lattice has about `count` points in the domain.
+template <int N>
+double spacingFor(const DomainN<N>& domain, double count, const Monitor& monitor) {
+    double volume = 1;
+    for (int axis = 0; axis < N; ++axis) volume *= domain.box.size()[axis];
+    const double guess = std::pow(volume / count, 1.0 / N);
+    const auto found = static_cast<double>(latticePoints(domain, guess, monitor).size());
+    if (found == 0) throw ValueError("no point of the lattice is in the domain; give a larger count");
+    return guess * std::pow(found / count, 1.0 / N);
 }
 
 } // namespace
@@ -65,6 +76,15 @@ Points<N> latticePoints(const DomainN<N>& domain, double spacing, const Monitor&
         count *= static_cast<size_t>(fit);
         first[axis] = domain.box.center()[axis] - 0.5 * spacing * (fit - 1);
     }
+    const PointsBy lattice{count, [&](size_t k) {
+                               Vec<double, N> p = first;
+                               for (int axis = 0; axis < N; ++axis) {
+                                   const size_t n = cells[static_cast<size_t>(axis)];
+                                   p[axis] += spacing * static_cast<double>(k % n);
+                                   k /= n;
+                               }
+                               return p;
+                           }};
     // By chunks, so that each can leave out what is not in the domain.
     constexpr size_t kGrain = 1024;
     std::vector<Points<N>> chunks((count + kGrain - 1) / kGrain);
@@ -72,17 +92,7 @@ Points<N> latticePoints(const DomainN<N>& domain, double spacing, const Monitor&
         count, kGrain,
         [&](size_t begin, size_t end) {
             for (size_t from = begin; from < end; from += kBatch) {
-                PointBatchN<N> points;
-                for (size_t k = from; k < std::min(end, from + kBatch); ++k) {
-                    Vec<double, N> p = first;
-                    size_t rest = k;
-                    for (int axis = 0; axis < N; ++axis) {
-                        const size_t n = cells[static_cast<size_t>(axis)];
-                        p[axis] += spacing * static_cast<double>(rest % n);
-                        rest /= n;
-                    }
-                    points.push(p);
-                }
+                const PointBatchN<N> points = batchOf(lattice, from, std::min(end, from + kBatch));
                 std::array<bool, kBatch> allowed;
                 std::array<double, kBatch> distance;
                 classify(domain, points, allowed, distance);
@@ -125,6 +135,40 @@ void jitterRandomly(Points<N>& points, double spacing, double amount, uint64_t s
         for (int axis = 0; axis < N; ++axis)
             points[k][axis] += amount * spacing * (randomUniform(seed, k, static_cast<uint64_t>(axis)) - 0.5);
 }
+
+DomainN<2> inPlane(const Domain& domain) {
+    const auto flat = [](const Vec3d& v) { return Vec<double, 2>{{v[0], v[1]}}; };
+    const auto flatBox = [&](const Box& box) { return BoxN<2>{flat(box.lower), flat(box.upper)}; };
+    DomainN<2> plane{.box = flatBox(domain.box), .wall = {}};
+    if (!domain.wall) return plane;
+    const Sdf& sdf = domain.wall->sdf;
+    plane.wall = WallN<2>{.sdf = {.distance = lifted<2>(sdf.distance, {constantField<2>(0)}),
+                                  .bounds = flatBox(sdf.bounds),
+                                  .reach = 0, // in the plane, the surface may be farther away than in space
+                                  .steepness = sdf.steepness},
+                          .side = domain.wall->side};
+    return plane;
+}
+
+template <int N>
+JitteredLattice jitteredLattice(DomainN<N> domain, const JitteredLatticeOptions& o, const Monitor& monitor) {
+    if (!domain.box.finite()) throw ValueError("the domain is infinite; give a box");
+    const double spacing = o.spacing != 0 ? o.spacing : spacingFor(domain, o.count, monitor);
+    auto points = latticePoints(domain, spacing, monitor);
+    if (points.empty()) throw ValueError("no point of the lattice is in the domain; choose a smaller spacing");
+    const bool conforms = domain.wall && o.conform && !o.random;
+    if (domain.wall) domain.wall->width = o.width * spacing;
+    if (!conforms) domain.wall.reset();
+    if (o.random)
+        jitterRandomly(points, spacing, o.amount, o.flow.seed);
+    else
+        jitter(jitterFlow(domain, spacing, o.flow), points, spacing, o.amount, monitor);
+    std::vector<Vec3d> inSpace(points.size());
+    for (size_t k = 0; k < points.size(); ++k) std::copy(points[k].c.begin(), points[k].c.end(), inSpace[k].c.begin());
+    return {Particles::at(inSpace), spacing, conforms};
+}
+template JitteredLattice jitteredLattice(DomainN<2>, const JitteredLatticeOptions&, const Monitor&);
+template JitteredLattice jitteredLattice(DomainN<3>, const JitteredLatticeOptions&, const Monitor&);
 
 #define CURLEW_INSTANTIATE(N)                                                                      \
     template Points<N> latticePoints(const DomainN<N>&, double, const Monitor&);                   \

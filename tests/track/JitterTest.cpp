@@ -221,3 +221,25 @@ TEST_CASE("jitter: threads, nothing, and what is refused", "[track]") {
     CHECK_THROWS_AS(jitterFlow(unitCube<3>(), 1, {.frequency = 0}), ValueError);
     CHECK_THROWS_AS(jitterFlow(unitCube<3>(), 1, {.time = nan}), ValueError);
 }
+
+TEST_CASE("jitteredLattice: as many points as asked for, on their side of the wall, in space and in a plane",
+          "[track]") {
+    const Domain ball{.box = cube(1), .wall = Wall{.sdf = sphereSdf(0.8), .side = Side::inside}};
+    const auto space = jitteredLattice(ball, {.count = 2000, .flow = {.seed = 3}});
+    const auto plane = jitteredLattice(inPlane(ball), {.count = 2000, .flow = {.seed = 3}});
+    for (const JitteredLattice& lattice : {space, plane}) {
+        CHECK(lattice.conforms);
+        CHECK(static_cast<double>(lattice.points.size()) == Approx(2000).epsilon(0.1));
+        for (size_t k = 0; k < lattice.points.size(); ++k) {
+            CHECK(lattice.points.id[k] == static_cast<int64_t>(k));
+            CHECK(length(lattice.points.position(k)) < 0.8);
+        }
+    }
+    CHECK(std::all_of(plane.points.z.begin(), plane.points.z.end(), [](double z) { return z == 0; }));
+    const auto random = jitteredLattice(ball, {.spacing = 0.1, .random = true});
+    CHECK(random.spacing == 0.1);
+    CHECK(!random.conforms);
+    const Domain elsewhere{.box = {{{2, 2, 2}}, {{3, 3, 3}}}, .wall = ball.wall};
+    CHECK_THROWS_AS(jitteredLattice(elsewhere, {.spacing = 0.1}), ValueError);
+    CHECK_THROWS_AS(jitteredLattice(elsewhere, {.count = 100}), ValueError);
+}

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "curlew/track/Advect.h"
+#include "curlew/track/Particles.h"
 
 #include <optional>
 
@@ -48,5 +49,29 @@ AdvectResultN<N> jitter(const FlowN<N>& flow, std::vector<Vec<double, N>>& point
 /// and k alone. Throws ValueError for a spacing that is not positive.
 template <int N>
 void jitterRandomly(std::vector<Vec<double, N>>& points, double spacing, double amount, uint64_t seed);
+
+/// The intersection of a domain in space with the plane z = 0.
+DomainN<2> inPlane(const Domain& domain);
+
+struct JitteredLatticeOptions {
+    double count = 10000;        ///< About how many points, if no spacing is given.
+    double spacing = 0;          ///< Of the lattice, world units; 0: from `count`.
+    double amount = 1;           ///< How far points move, as in jitter() and jitterRandomly().
+    bool random = false;         ///< By jitterRandomly() instead of a flow.
+    bool conform = true;         ///< The flow does not cross the domain's wall.
+    double width = 1;            ///< Of the wall's layer, in spacings.
+    JitterFlowOptions flow = {}; ///< Its seed is that of jitterRandomly(), too.
+};
+
+struct JitteredLattice {
+    Particles points; ///< With ids in the order of the lattice; those of a plane have z = 0.
+    double spacing = 0;
+    bool conforms = false; ///< Whether there is a wall that no point crossed.
+};
+
+/// The points of the domain on a lattice, jittered. N = 2 or 3. Throws ValueError if no point of the lattice is in the
+/// domain, and as the functions above.
+template <int N>
+JitteredLattice jitteredLattice(DomainN<N> domain, const JitteredLatticeOptions& options, const Monitor& monitor = {});
 
 } // namespace curlew

@@ -1,0 +1,95 @@
+#include "curlew/track/Emission.h"
+
+#include "curlew/base/Memory.h"
+#include "curlew/base/Random.h"
+#include "curlew/field/ForEachBatch.h"
+#include "curlew/track/Scatter.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace curlew {
+
+namespace {
+
+constexpr uint64_t kLifeStream = uint64_t{1} << 32; // of random numbers: beyond those of the positions
+
+/// Of the births in a frame, at its end, in their order.
+std::vector<float> agesOfBirths(double rate, double duration, double& rates) {
+    if (duration == 0) return {};
+    // Products of a sum: for a constant rate, the number of births after any number of frames is exact.
+    const double before = rates * duration;
+    rates += rate;
+    const double after = rates * duration, born = std::floor(before), count = std::floor(after) - born;
+    requireMemory(count * Particles::kBytes, fmt::format("{} births in a frame", count), "choose a smaller rate");
+    std::vector<float> ages(static_cast<size_t>(count));
+    for (size_t k = 0; k < ages.size(); ++k)
+        ages[k] = static_cast<float>(std::max(0.0, after - born - static_cast<double>(k + 1)) / rate);
+    return ages;
+}
+
+} // namespace
+
+Particles emitted(const Domain& domain, const EmissionOptions& o, double duration, EmissionState& state,
+                  const Monitor& monitor) {
+    std::vector<float> ages = agesOfBirths(o.rate, duration, state.rates);
+    Particles born = scatterFrom(domain, state.nextId, ages.size(), o.seed, monitor);
+    state.nextId += static_cast<int64_t>(ages.size());
+    born.age = std::move(ages);
+    if (!std::isfinite(o.life)) return born;
+    born.life.resize(born.size());
+    for (size_t k = 0; k < born.size(); ++k) {
+        const double part = 2 * randomUniform(o.seed, static_cast<uint64_t>(born.id[k]), kLifeStream) - 1;
+        born.life[k] = static_cast<float>(o.life * (1 + o.spread * part));
+    }
+    born.grow(0);
+    return born;
+}
+
+void joinFlow(const Flow& flow, const Particles& others, Particles& born) {
+    if (!others.hasVelocity()) return;
+    for (auto* array : {&born.vx, &born.vy, &born.vz}) array->resize(born.size());
+    if (others.hasTrack())
+        for (auto* array : {&born.f, &born.g}) array->resize(born.size());
+    forEachBatch(born, [&](const PointBatch& points, size_t begin) {
+        Flow::Jets<double> potentials;
+        VecBatch<double> velocity;
+        flow.eval(points, potentials, velocity);
+        for (int i = 0; i < points.size; ++i) {
+            const size_t k = begin + static_cast<size_t>(i);
+            born.setVelocity(k, velocity[i]);
+            if (others.hasTrack()) born.f[k] = potentials[0][i].value, born.g[k] = potentials[1][i].value;
+        }
+    });
+}
+
+std::vector<uint8_t> flagBeyondWall(const Particles& particles, const Domain& domain, const Monitor& monitor) {
+    std::vector<uint8_t> flags(particles.size());
+    forEachBatch(
+        particles,
+        [&](const PointBatch& points, size_t begin) {
+            std::array<bool, kBatch> allowed;
+            std::array<double, kBatch> distance;
+            classify(domain, points, allowed, distance);
+            for (size_t i = 0; i < static_cast<size_t>(points.size); ++i)
+                flags[begin + i] = static_cast<uint8_t>(!allowed[i]);
+        },
+        monitor);
+    return flags;
+}
+
+void wrap(Particles& particles, const Box& box) {
+    if (!box.finite()) throw ValueError("particles cannot wrap around in an infinite box");
+    const std::array<std::vector<double>*, 3> axes{&particles.x, &particles.y, &particles.z};
+    for (int axis = 0; axis < 3; ++axis) {
+        const double lower = box.lower[axis], upper = box.upper[axis], period = upper - lower;
+        for (double& value : *axes[static_cast<size_t>(axis)]) {
+            value -= period * std::floor((value - lower) / period);
+            if (value >= upper) value = lower; // by rounding
+        }
+    }
+}
+
+} // namespace curlew

@@ -1,0 +1,86 @@
+#include "curlew/track/Advect.h"
+#include "curlew/track/Emission.h"
+#include "curlew/track/Scatter.h"
+#include "support/Flows.h"
+#include "support/Particles.h"
+#include "support/Points.h"
+
+using namespace curlew;
+using namespace curlew::test;
+
+TEST_CASE("emitted: frames together give the births of one long frame", "[track]") {
+    const Domain domain{.box = cube(1), .wall = {}};
+    const double rate = GENERATE(0.0, 7.3, 100.0, 1234.5);
+    const EmissionOptions options{.rate = rate, .seed = 5};
+    EmissionState frames, whole;
+    size_t count = 0;
+    for (int k = 0; k < 24; ++k) {
+        const int64_t first = frames.nextId;
+        const Particles born = emitted(domain, options, 1.0 / 24, frames);
+        count += born.size();
+        for (size_t n = 0; n < born.size(); ++n) {
+            CHECK(born.id[n] == first + static_cast<int64_t>(n));
+            CHECK(born.age[n] >= 0);
+            CHECK(born.age[n] <= 1 / 24.0F);
+            if (n > 0) CHECK(born.age[n - 1] - born.age[n] == Approx(1 / rate).margin(1e-6));
+        }
+        CHECK(!born.hasLife());
+    }
+    const Particles all = emitted(domain, options, 1, whole);
+    CHECK(count == all.size());
+    CHECK(count == static_cast<size_t>(rate));
+    const Particles scattered = scatter(domain, all.size(), 5);
+    CHECK(all.x == scattered.x); // position by seed and id alone
+}
+
+TEST_CASE("emitted: lives are spread around their mean, and none has ended", "[track]") {
+    EmissionState state;
+    const Particles born = emitted({.box = cube(1), .wall = {}}, {.rate = 4000, .life = 0.6, .spread = 0.5}, 1, state);
+    CHECK(state.nextId == 4000);
+    CHECK(born.size() < 4000); // the oldest of the frame have died in it
+    for (size_t k = 0; k < born.size(); ++k) {
+        REQUIRE(born.life[k] >= 0.3F);
+        REQUIRE(born.life[k] <= 0.9F);
+        REQUIRE(born.age[k] <= born.life[k]);
+    }
+    CHECK(emitted({.box = cube(1), .wall = {}}, {}, 0, state).size() == 0);
+    CHECK_THROWS_AS(emitted({.box = cube(1), .wall = {}}, {.rate = 1e15}, 1, state), ResourceError);
+}
+
+TEST_CASE("joinFlow: newborn particles get the velocity and track that advection would give them", "[track]") {
+    const Flow flow(sinesF(), sinesG());
+    Particles others = particlesAt({{{0, 0, 0}}}), born = particlesAt(randomPoints(cube(1), 100, 1)), plain = born;
+    joinFlow(flow, others, plain);
+    CHECK(!plain.hasVelocity()); // the others have none either
+    Particles expected = born;
+    advect(flow, others, {.time = 0, .steps = 1});
+    advect(flow, expected, {.time = 0, .steps = 1});
+    joinFlow(flow, others, born);
+    CHECK(born.vx == expected.vx);
+    CHECK(born.f == expected.f);
+    CHECK(born.g == expected.g);
+}
+
+TEST_CASE("flagBeyondWall: what the distance says", "[track]") {
+    const Particles points = particlesAt(randomPoints(cube(2), 500, 3));
+    const auto flags = flagBeyondWall(points, {.box = {}, .wall = Wall{.sdf = sphereSdf(1), .side = Side::inside}});
+    for (size_t k = 0; k < points.size(); ++k) CHECK((flags[k] != 0) == (length(points.position(k)) > 1));
+}
+
+TEST_CASE("wrap: positions are moved by whole periods into the box", "[track]") {
+    const Box box{{{0, -1, 2}}, {{2, 1, 2.5}}};
+    const auto before = randomPoints(cube(10), 500, 4);
+    Particles points = particlesAt(before);
+    wrap(points, box);
+    for (size_t k = 0; k < points.size(); ++k)
+        for (int axis = 0; axis < 3; ++axis) {
+            const double x = points.position(k)[axis], period = box.size()[axis];
+            CHECK(x >= box.lower[axis]);
+            CHECK(x < box.upper[axis]);
+            const double periods = (before[k][axis] - x) / period;
+            CHECK(periods == Approx(std::round(periods)).margin(1e-12));
+        }
+    Box infinite = box;
+    infinite.upper[0] = std::numeric_limits<double>::infinity();
+    CHECK_THROWS_AS(wrap(points, infinite), ValueError);
+}
