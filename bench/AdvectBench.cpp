@@ -43,7 +43,8 @@ void advection(benchmark::State& state, size_t count, int steps, Reprojection me
     AdvectResult result;
     for (auto _ : state) {
         Particles particles = start;
-        result = advect(flow, particles, {.time = kTravel * steps / kSteps, .steps = steps, .reprojection = method});
+        result = advect(flow, particles,
+                        {.time = kTravel * steps / kSteps, .steps = steps, .reprojection = {.method = method}});
     }
     state.SetItemsProcessed(state.iterations() * steps * static_cast<int64_t>(count));
     setDrift(state, result.residual[0], result.residual[1]);

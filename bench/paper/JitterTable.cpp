@@ -110,7 +110,8 @@ std::array<Measured, 5> measureRow(const Row& row, double scale) {
                                    {.name = "Sobol", .published = row.sobol, .tolerance = 0.02}}};
     measure<N>(kinds[0], sets, lattice.edge(), [&](uint64_t seed) {
         auto points = lattice.points();
-        advect(publishedFlow(lattice.domain, seed), points, {.time = step, .steps = 1, .maxSubdivisions = 0});
+        advect(publishedFlow(lattice.domain, seed), points,
+               {.time = step, .steps = 1, .reprojection = {.maxSubdivisions = 0}});
         return points;
     });
     measure<N>(kinds[1], sets, lattice.edge(), [&](uint64_t seed) {

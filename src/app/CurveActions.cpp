@@ -18,14 +18,14 @@ TraceOptions traceOptions(Session& s, const Arguments& a, const Flow& flow) {
                    .turn = a.real("turn") * (std::numbers::pi / 180),
                    .stagnation = a.real("stagnation"),
                    .closure = a.real("closure"),
-                   .reprojection = static_cast<Reprojection>(a.choice("reproject")),
-                   .tolerance = a.real("tolerance"),
-                   .iterations = static_cast<int>(a.integer("iterations")),
-                   .maxSubdivisions = static_cast<int>(a.integer("halvings"))};
+                   .reprojection = {.method = static_cast<Reprojection>(a.choice("reproject")),
+                                    .tolerance = a.real("tolerance"),
+                                    .iterations = static_cast<int>(a.integer("iterations")),
+                                    .maxSubdivisions = static_cast<int>(a.integer("halvings"))}};
     if (a.given("step")) o.step = a.real("step");
     if (a.given("limit")) o.limit = a.real("limit");
     if (!flow.hasTracks() && !a.given("reproject")) {
-        o.reprojection = Reprojection::none;
+        o.reprojection.method = Reprojection::none;
         s.console.warn("this flow is a sum and has no tracks: curves drift, and may not close");
     }
     return o;

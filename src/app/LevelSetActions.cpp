@@ -28,9 +28,9 @@ FlowMapOptions mapOptions(const Session& s, const Arguments& a) {
     const double time = std::abs(byFrame(s, a) ? s.clock->duration : a.real("time"));
     const int64_t steps = byFrame(s, a) && !a.given("steps") ? s.clock->substeps : a.integer("steps");
     FlowMapOptions options{.scheme = static_cast<Scheme>(a.choice("scheme")),
-                           .tolerance = a.real("tolerance"),
-                           .iterations = static_cast<int>(a.integer("iterations")),
-                           .maxSubdivisions = static_cast<int>(a.integer("halvings"))};
+                           .reprojection = {.tolerance = a.real("tolerance"),
+                                            .iterations = static_cast<int>(a.integer("iterations")),
+                                            .maxSubdivisions = static_cast<int>(a.integer("halvings"))}};
     if (time > 0) options.step = time / static_cast<double>(steps);
     return options;
 }

@@ -38,10 +38,10 @@ AdvectOptions advectOptions(const Session& s, const Arguments& a) {
     AdvectOptions options{.time = a.real("time"),
                           .steps = static_cast<int>(a.integer("steps")),
                           .scheme = static_cast<Scheme>(a.choice("scheme")),
-                          .reprojection = static_cast<Reprojection>(a.choice("reproject")),
-                          .tolerance = a.real("tolerance"),
-                          .iterations = static_cast<int>(a.integer("iterations")),
-                          .maxSubdivisions = static_cast<int>(a.integer("halvings")),
+                          .reprojection = {.method = static_cast<Reprojection>(a.choice("reproject")),
+                                           .tolerance = a.real("tolerance"),
+                                           .iterations = static_cast<int>(a.integer("iterations")),
+                                           .maxSubdivisions = static_cast<int>(a.integer("halvings"))},
                           .accuracy = a.real("accuracy"),
                           .maxStep = a.given("longest") ? a.real("longest") : 0};
     if (s.clock && !a.given("time")) {
@@ -109,7 +109,7 @@ void advectAction(Session& s, const Arguments& a) {
     const Flow first = flow.at(begin);
     AdvectOptions options = advectOptions(s, a);
     if (!first.hasTracks() && !a.given("reproject")) {
-        options.reprojection = Reprojection::none;
+        options.reprojection.method = Reprojection::none;
         s.console.warn("this flow is a sum and has no tracks: points drift, and may cross walls");
     }
     const uint64_t made = s.flows.entry().made;

@@ -25,14 +25,9 @@ template <int N>
 void validate(const FlowN<N>& flow, const AdvectOptions& o) {
     if (o.steps < 1) throw ValueError(fmt::format("{} steps; give at least 1", o.steps));
     if (!std::isfinite(o.time)) throw ValueError("time must be finite");
-    if (!(o.tolerance > 0)) throw ValueError(fmt::format("tolerance {} must be positive", o.tolerance));
-    if (o.iterations < 1) throw ValueError(fmt::format("{} iterations; give at least 1", o.iterations));
     if (!(o.accuracy > 0)) throw ValueError(fmt::format("accuracy {} must be positive", o.accuracy));
     if (!(o.maxStep >= 0)) throw ValueError(fmt::format("a longest step of {} must be positive, or 0", o.maxStep));
-    if (o.maxSubdivisions < 0 || o.maxSubdivisions > 20)
-        throw ValueError(fmt::format("{} subdivisions of a step; give 0 to 20", o.maxSubdivisions));
-    if (o.reprojection != Reprojection::none && !flow.hasTracks())
-        throw ValueError("this flow is a sum and has no tracks to put points back onto; choose no reprojection");
+    o.reprojection.validate(flow.hasTracks());
 }
 
 /// Moves points in batches: `load(advector, begin)` before all steps, `store(advector, begin)` after them.
@@ -40,10 +35,7 @@ template <int N, class Points, class Load, class Store>
 AdvectResultN<N> advectBatches(const FlowN<N>& flow, const FlowMagnitudesN<N>& typical, const Points& points,
                                const AdvectOptions& options, const Load& load, const Store& store,
                                const Monitor& monitor) {
-    ReprojectOptionsN<N> reprojection{.method = options.reprojection, .iterations = options.iterations};
-    for (size_t q = 0; q < typical.potentials.size(); ++q)
-        reprojection.tolerance[q] = options.tolerance * typical.potentials[q];
-    const auto stepper = advectionStepper(flow, options, reprojection);
+    const auto stepper = advectionStepper(flow, options, inUnitsOf(typical, options.reprojection));
     const Tally<N> sum = sumOverBatches(
         points,
         [&](const PointBatchN<N>& start, size_t begin) {

@@ -30,7 +30,7 @@ struct Tally {
 template <int N>
 GuardedStepper<N> advectionStepper(const FlowN<N>& flow, const AdvectOptions& options,
                                    const ReprojectOptionsN<N>& reprojection) {
-    return {flow, StepBy::time, options.scheme, reprojection, StepGuard::forAdvection(options.reprojection)};
+    return {flow, StepBy::time, options.scheme, reprojection, StepGuard::forAdvection(options.reprojection.method)};
 }
 
 /// Moves the points of one batch through all steps.
@@ -90,7 +90,7 @@ class BatchAdvector {
     }
 
     bool adapts() const { return tableauOf(mOptions.scheme).embedded(); }
-    int whole() const { return 1 << mOptions.maxSubdivisions; }
+    int whole() const { return 1 << mOptions.reprojection.maxSubdivisions; }
 
     /// What becomes of a step that was tried.
     enum class Outcome : uint8_t {

@@ -73,12 +73,8 @@ size_t FlowMap::follow(std::vector<Vec3d>& points, double from, double to, int c
     const FlowInTime both = mFlow.steady() ? FlowInTime(onBothSides(mFlow.at(from)))
                                            : FlowInTime([this](double t) { return onBothSides(mFlow.at(t)); });
     Particles p = Particles::at(points);
-    const AdvectOptions options{.time = to - from,
-                                .steps = count,
-                                .scheme = mOptions.scheme,
-                                .tolerance = mOptions.tolerance,
-                                .iterations = mOptions.iterations,
-                                .maxSubdivisions = mOptions.maxSubdivisions};
+    const AdvectOptions options{
+        .time = to - from, .steps = count, .scheme = mOptions.scheme, .reprojection = mOptions.reprojection};
     const AdvectResult result = advect(both, p, from, options, monitor);
     for (size_t k = 0; k < points.size(); ++k) points[k] = p.position(k);
     return result.notConverged;

@@ -1,7 +1,7 @@
 #include "curlew/track/Reproject.h"
 
 #include "TrackKernels.h"
-#include "curlew/base/Error.h"
+#include "curlew/base/Require.h"
 #include "curlew/field/Dimensions.h"
 
 #include <numeric>
@@ -38,6 +38,22 @@ struct Pending {
 };
 
 } // namespace
+
+void ReprojectionOptions::validate(bool hasTracks) const {
+    requirePositive(tolerance, "tolerance");
+    if (iterations < 1) throw ValueError(fmt::format("{} iterations; give at least 1", iterations));
+    if (maxSubdivisions < 0 || maxSubdivisions > 20)
+        throw ValueError(fmt::format("{} subdivisions of a step; give 0 to 20", maxSubdivisions));
+    if (method != Reprojection::none && !hasTracks)
+        throw ValueError("this flow is a sum and has no tracks to put points back onto; choose no reprojection");
+}
+
+template <int N>
+ReprojectOptionsN<N> inUnitsOf(const FlowMagnitudesN<N>& rms, const ReprojectionOptions& options) {
+    ReprojectOptionsN<N> absolute{.method = options.method, .iterations = options.iterations};
+    for (size_t q = 0; q < rms.potentials.size(); ++q) absolute.tolerance[q] = options.tolerance * rms.potentials[q];
+    return absolute;
+}
 
 template <int N>
 void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N>& track,
@@ -88,8 +104,9 @@ void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N
     }
 }
 
-#define CURLEW_INSTANTIATE(N)                                                        \
-    template void reproject(const FlowN<N>&, PointBatchN<N>&, const TrackBatchN<N>&, \
+#define CURLEW_INSTANTIATE(N)                                                                       \
+    template ReprojectOptionsN<N> inUnitsOf(const FlowMagnitudesN<N>&, const ReprojectionOptions&); \
+    template void reproject(const FlowN<N>&, PointBatchN<N>&, const TrackBatchN<N>&,                \
                             const std::array<double, kBatch>&, const ReprojectOptionsN<N>&, ReprojectedBatchN<N>&);
 CURLEW_FOR_FLOW_DIMENSIONS(CURLEW_INSTANTIATE)
 #undef CURLEW_INSTANTIATE

@@ -152,18 +152,13 @@ void validate(const Flow& flow, const Particles& seeds, const TraceOptions& o) {
         throw ValueError("the arrays of the seeds differ in length; give each x, y, z and id");
     if (o.step != 0) requirePositive(o.step, "step");
     if (o.limit != 0) requirePositive(o.limit, "limit");
-    requirePositive(o.tolerance, "tolerance");
     requirePositive(o.turn, "turn");
     if (o.vertices < 2) throw ValueError(fmt::format("{} vertices; give at least 2", o.vertices));
     if (!(o.stagnation >= 0) || !std::isfinite(o.stagnation))
         throw ValueError(fmt::format("stagnation {} must be 0 or more", o.stagnation));
     if (!(o.closure >= 0) || !(o.closure <= 0.1))
         throw ValueError(fmt::format("closure {} must be 0 to 0.1 of a step", o.closure));
-    if (o.iterations < 1) throw ValueError(fmt::format("{} iterations; give at least 1", o.iterations));
-    if (o.maxSubdivisions < 0 || o.maxSubdivisions > 20)
-        throw ValueError(fmt::format("{} subdivisions of a step; give 0 to 20", o.maxSubdivisions));
-    if (o.reprojection != Reprojection::none && !flow.hasTracks())
-        throw ValueError("this flow is a sum and has no tracks to put points back onto; choose no reprojection");
+    o.reprojection.validate(flow.hasTracks());
 }
 
 TraceSetup setupOf(const Flow& flow, TraceOptions o, const Monitor& monitor) {
@@ -174,14 +169,13 @@ TraceSetup setupOf(const Flow& flow, TraceOptions o, const Monitor& monitor) {
     if (o.step == 0) o.step = unit / 200;
     if (o.limit == 0) o.limit = unit * 8;
     requirePositive(o.step, "step"); // of a box without extent
-    ReprojectOptions reprojection{.method = o.reprojection, .iterations = o.iterations};
-    for (size_t q = 0; q < 2; ++q) reprojection.tolerance[q] = o.tolerance * typical.potentials[q];
     const auto cosine = [](double angle) { return angle < 3.14 ? std::cos(angle) : -2; }; // so much is no limit
-    return {{flow, o.by, Scheme::rk4, reprojection, StepGuard::forStreamlines(o.reprojection)},
-            o,
-            typical,
-            cosine(o.turn),
-            cosine(o.turn / 2)};
+    return {
+        {flow, o.by, Scheme::rk4, inUnitsOf(typical, o.reprojection), StepGuard::forStreamlines(o.reprojection.method)},
+        o,
+        typical,
+        cosine(o.turn),
+        cosine(o.turn / 2)};
 }
 
 } // namespace

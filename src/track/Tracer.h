@@ -56,7 +56,7 @@ class Tracer {
         Vec3d seed, normal;
     };
 
-    int whole() const { return 1 << mSetup.options.maxSubdivisions; }
+    int whole() const { return 1 << mSetup.options.reprojection.maxSubdivisions; }
     TraceVertex& last(const Growth& growth) { return mLines[growth.line].vertices.back(); }
 
     /// Takes a step of every line, or a part of one.

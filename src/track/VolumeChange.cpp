@@ -10,7 +10,7 @@ VolumeChange volumeChange(const FlowInTime& flow, const std::vector<Vec3d>& posi
     if (h == 0) h = 1e-4 * std::max({size[0], size[1], size[2]});
     if (!(h > 0) || !std::isfinite(h)) throw ValueError("differences need a finite step: give the domain a finite box");
     // What reprojection leaves has to be small against h.
-    options.tolerance = std::min(options.tolerance, 1e-11);
+    options.reprojection.tolerance = std::min(options.reprojection.tolerance, 1e-11);
     std::vector<Vec3d> neighbours;
     for (Vec3d p : positions)
         for (int axis = 0; axis < 3; ++axis)

@@ -27,7 +27,7 @@ Flow turning(double t, const Wall& wall, double padding = 0.5) {
 double orderInTime(const FlowInTime& flow, const std::vector<Vec3d>& points) {
     const auto end = [&](int steps) {
         Particles particles = particlesAt(points);
-        advect(flow, particles, 0.1, {.time = 0.4, .steps = steps, .tolerance = 1e-12});
+        advect(flow, particles, 0.1, {.time = 0.4, .steps = steps, .reprojection = {.tolerance = 1e-12}});
         return particles;
     };
     const Particles exact = end(256);

@@ -42,7 +42,8 @@ TEST_CASE("particles keep to their track within the tolerance", "[track]") {
     Particles particles = scatter(flow.domain(), 2000, 1);
     const Particles start = particles;
     // One iteration more of Newton's alternating corrections gains only a factor: it gets more of them.
-    const AdvectOptions options{.time = 1, .steps = 32, .reprojection = method, .tolerance = 1e-9, .iterations = 40};
+    const AdvectOptions options{
+        .time = 1, .steps = 32, .reprojection = {.method = method, .tolerance = 1e-9, .iterations = 40}};
     const AdvectResult result = advect(flow, particles, options);
     const FlowMagnitudes typical = magnitudesOf(flow);
     double travelled = 0;
@@ -54,8 +55,8 @@ TEST_CASE("particles keep to their track within the tolerance", "[track]") {
         REQUIRE(particles.f[k] == flow.f().at<0>(from).value);
         REQUIRE(particles.g[k] == flow.g().at<0>(from).value);
         // What does not converge keeps its position, which is on the track too.
-        REQUIRE(std::abs(f - particles.f[k]) <= options.tolerance * typical.potentials[0]);
-        REQUIRE(std::abs(g - particles.g[k]) <= options.tolerance * typical.potentials[1]);
+        REQUIRE(std::abs(f - particles.f[k]) <= options.reprojection.tolerance * typical.potentials[0]);
+        REQUIRE(std::abs(g - particles.g[k]) <= options.reprojection.tolerance * typical.potentials[1]);
         const Vec3d c = flow.at(p).velocity;
         REQUIRE(particles.vx[k] == static_cast<float>(c[0]));
         REQUIRE(particles.vy[k] == static_cast<float>(c[1]));
@@ -65,13 +66,14 @@ TEST_CASE("particles keep to their track within the tolerance", "[track]") {
     CHECK(travelled / 2000 > 0.1);
     CHECK(result.points == 2000);
     CHECK(result.outside == 0);
-    CHECK(result.residual[0] <= options.tolerance);
-    CHECK(result.residual[1] <= options.tolerance);
+    CHECK(result.residual[0] <= options.reprojection.tolerance);
+    CHECK(result.residual[1] <= options.reprojection.tolerance);
     CHECK(result.notConverged < 20);
     CHECK(result.meanIterations > 0.5);
     // Without reprojection the error is the integrator's.
     Particles free = start;
-    CHECK(advect(flow, free, {.time = 1, .steps = 32, .reprojection = Reprojection::none}).residual[0] > 1e-6);
+    CHECK(advect(flow, free, {.time = 1, .steps = 32, .reprojection = {.method = Reprojection::none}}).residual[0] >
+          1e-6);
 }
 
 TEST_CASE("no particle crosses a wall, however large the steps", "[track]") {
@@ -112,7 +114,8 @@ TEST_CASE("no particle crosses a wall, however large the steps", "[track]") {
     }
     // The same without reprojection leaks: the setting is one in which walls have to be guarded.
     Particles free = start;
-    advect(flow, free, {.time = 4, .steps = 8, .scheme = Scheme::euler, .reprojection = Reprojection::none});
+    advect(flow, free,
+           {.time = 4, .steps = 8, .scheme = Scheme::euler, .reprojection = {.method = Reprojection::none}});
     size_t changed = 0;
     for (size_t k = 0; k < free.size(); ++k) changed += (distance(free, k) < 0) != (distance(start, k) < 0);
     CAPTURE(c.name);
@@ -161,7 +164,7 @@ TEST_CASE("no particle jumps through a wall that is thinner than its steps", "[t
             if (std::abs(p[0]) > 19 || std::abs(p[2]) > 19) FAIL("reached the edge of the plate");
             count += region(p) != region(points[k]);
         }
-        if (options.reprojection != Reprojection::none) CHECK(result.outside == 0);
+        if (options.reprojection.method != Reprojection::none) CHECK(result.outside == 0);
         return count;
     };
     for (const Scheme scheme : {Scheme::euler, Scheme::rk4})
@@ -169,7 +172,7 @@ TEST_CASE("no particle jumps through a wall that is thinner than its steps", "[t
             CAPTURE(static_cast<int>(side), static_cast<int>(scheme), steps);
             CHECK(jumps({.time = 2, .steps = steps, .scheme = scheme}) == 0);
         }
-    CHECK(jumps({.time = 2, .steps = 4, .scheme = Scheme::euler, .reprojection = Reprojection::none}) > 5);
+    CHECK(jumps({.time = 2, .steps = 4, .scheme = Scheme::euler, .reprojection = {.method = Reprojection::none}}) > 5);
 }
 
 TEST_CASE("the result does not depend on threads, order or company", "[track]") {
@@ -217,8 +220,7 @@ TEST_CASE("the order in time is that of the scheme, with and without reprojectio
                {.time = 0.8,
                 .steps = steps,
                 .scheme = scheme,
-                .reprojection = reprojection,
-                .tolerance = 1e-13,
+                .reprojection = {.method = reprojection, .tolerance = 1e-13},
                 .accuracy = 1}); // no step is shortened
         return particles;
     };
@@ -247,7 +249,8 @@ TEST_CASE("a closed streamline in closed form is followed", "[track]") {
     // (2 dt)^5 / 120 a step, and the projection does not touch it to leading order.
     const Flow flow(polynomial("x0**2 + x1**2"), polynomial("x2"), {.box = cube(1), .wall = {}});
     Particles particles = particlesAt({{{1, 0, 0.5}}});
-    const AdvectResult result = advect(flow, particles, {.time = 0.5, .steps = 50, .tolerance = 1e-13});
+    const AdvectResult result =
+        advect(flow, particles, {.time = 0.5, .steps = 50, .reprojection = {.tolerance = 1e-13}});
     const double tolerance = 50 * std::pow(2 * 0.01, 5) / 120 * 2 + 1e-12;
     CHECK(length(position(particles, 0) - Vec3d{{0.54030230586813977, -0.8414709848078965, 0.5}}) < tolerance);
     CHECK(result.substeps == 50);
@@ -259,7 +262,7 @@ TEST_CASE("negative time runs back to the start", "[track]") {
     const auto points = randomPoints(cube(1), 300, 8);
     const auto back = [&](int steps) {
         Particles particles = particlesAt(points);
-        AdvectOptions options{.time = 1, .steps = steps, .tolerance = 1e-12};
+        AdvectOptions options{.time = 1, .steps = steps, .reprojection = {.tolerance = 1e-12}};
         advect(smoothFlow(), particles, options);
         options.time = -1;
         advect(smoothFlow(), particles, options);
@@ -336,7 +339,7 @@ TEST_CASE("a flow without tracks moves particles freely, and refuses to put them
     // Values of another flow's track, which mean nothing here.
     particles.f.assign(points.size(), 1);
     particles.g.assign(points.size(), 2);
-    const AdvectOptions options{.time = time, .steps = 50, .reprojection = Reprojection::none};
+    const AdvectOptions options{.time = time, .steps = 50, .reprojection = {.method = Reprojection::none}};
     const AdvectResult result = advect(screw, particles, options);
     CHECK(result.notConverged == 0);
     CHECK(result.substeps == 50 * points.size());
@@ -356,8 +359,9 @@ TEST_CASE("a flow without tracks moves particles freely, and refuses to put them
 
     for (const auto method : {Reprojection::newton, Reprojection::gaussNewton}) {
         Particles untouched = particlesAt(points);
-        CHECK_THROWS_AS(advect(screw, untouched, {.time = time, .reprojection = method}), ValueError);
-        CHECK_THROWS_WITH(advect(screw, untouched, {.time = time, .reprojection = method}), Catch::Contains("sum"));
+        CHECK_THROWS_AS(advect(screw, untouched, {.time = time, .reprojection = {.method = method}}), ValueError);
+        CHECK_THROWS_WITH(advect(screw, untouched, {.time = time, .reprojection = {.method = method}}),
+                          Catch::Contains("sum"));
         for (size_t k = 0; k < points.size(); ++k) REQUIRE(position(untouched, k) == points[k]);
     }
     // Then on in a flow with tracks: they start new ones.
@@ -368,7 +372,8 @@ TEST_CASE("a flow without tracks moves particles freely, and refuses to put them
     const Flow sum = curlFlow(std::array{sinesF(), sinesG(), sinesF() * sinesG()}, {.box = cube(3), .wall = {}});
     const auto end = [&](Scheme scheme, int steps) {
         Particles p = particlesAt(points);
-        advect(sum, p, {.time = 0.05, .steps = steps, .scheme = scheme, .reprojection = Reprojection::none});
+        advect(sum, p,
+               {.time = 0.05, .steps = steps, .scheme = scheme, .reprojection = {.method = Reprojection::none}});
         return p;
     };
     const Particles exact = end(Scheme::rk4, 512);
@@ -441,11 +446,12 @@ TEST_CASE("unusable options are errors that name the value", "[track]") {
     CHECK_THROWS_WITH(run({.steps = 0}), Catch::Contains("0 steps"));
     CHECK_THROWS_AS(run({.steps = -5}), ValueError);
     for (const double bad : {kInfinity, -kInfinity, std::nan("")}) CHECK_THROWS_AS(run({.time = bad}), ValueError);
-    for (const double bad : {0.0, -1e-9, std::nan("")}) CHECK_THROWS_AS(run({.tolerance = bad}), ValueError);
-    CHECK_THROWS_AS(run({.iterations = 0}), ValueError);
-    CHECK_THROWS_AS(run({.maxSubdivisions = -1}), ValueError);
-    CHECK_THROWS_AS(run({.maxSubdivisions = 21}), ValueError);
-    CHECK_NOTHROW(run({.steps = 1, .iterations = 1, .maxSubdivisions = 0}));
+    for (const double bad : {0.0, -1e-9, std::nan("")})
+        CHECK_THROWS_AS(run({.reprojection = {.tolerance = bad}}), ValueError);
+    CHECK_THROWS_AS(run({.reprojection = {.iterations = 0}}), ValueError);
+    CHECK_THROWS_AS(run({.reprojection = {.maxSubdivisions = -1}}), ValueError);
+    CHECK_THROWS_AS(run({.reprojection = {.maxSubdivisions = 21}}), ValueError);
+    CHECK_NOTHROW(run({.steps = 1, .reprojection = {.iterations = 1, .maxSubdivisions = 0}}));
     const Monitor cancelled{.report = {}, .cancelled = [] { return true; }};
     CHECK_THROWS_AS(advect(sphereFlow(), particles, {}, cancelled), Interrupted);
 }
@@ -458,7 +464,7 @@ TEST_CASE("advection preserves volume", "[track]") {
             for (int axis = 0; axis < 3; ++axis)
                 for (const double sign : {-1.0, 1.0}) around.push_back(p + unit(axis) * (sign * h));
         Particles particles = particlesAt(around);
-        advect(flow, particles, {.time = 0.3, .steps = 60, .tolerance = 1e-13});
+        advect(flow, particles, {.time = 0.3, .steps = 60, .reprojection = {.tolerance = 1e-13}});
         std::vector<double> errors;
         for (size_t k = 0; k < points.size(); ++k) {
             std::array<Vec3d, 3> columns;
@@ -541,16 +547,14 @@ TEST_CASE("adaptive steps are as accurate as asked for, and no shorter than need
     const auto scheme = GENERATE(Scheme::bogackiShampine, Scheme::dormandPrince);
     const auto points = randomPoints(cube(1), 200, 7);
     Particles exact = particlesAt(points);
-    advect(smoothFlow(), exact, {.time = 2, .steps = 2000, .tolerance = 1e-13});
+    advect(smoothFlow(), exact, {.time = 2, .steps = 2000, .reprojection = {.tolerance = 1e-13}});
     const auto run = [&](double accuracy) {
         Particles particles = particlesAt(points);
         const auto result = advect(smoothFlow(), particles,
                                    {.time = 2,
                                     .steps = 2,
                                     .scheme = scheme,
-                                    .reprojection = reprojection,
-                                    .tolerance = 1e-12,
-                                    .maxSubdivisions = 14,
+                                    .reprojection = {.method = reprojection, .tolerance = 1e-12, .maxSubdivisions = 14},
                                     .accuracy = accuracy});
         std::vector<double> errors;
         for (size_t k = 0; k < points.size(); ++k)
@@ -573,9 +577,12 @@ TEST_CASE("adaptive steps are as accurate as asked for, and no shorter than need
 
 TEST_CASE("steps that are too coarse, and cannot be made shorter, are counted", "[track]") {
     Particles particles = particlesAt(randomPoints(cube(1), 100, 7));
-    const AdvectResult result =
-        advect(smoothFlow(), particles,
-               {.time = 2, .steps = 1, .scheme = Scheme::bogackiShampine, .maxSubdivisions = 2, .accuracy = 1e-9});
+    const AdvectResult result = advect(smoothFlow(), particles,
+                                       {.time = 2,
+                                        .steps = 1,
+                                        .scheme = Scheme::bogackiShampine,
+                                        .reprojection = {.maxSubdivisions = 2},
+                                        .accuracy = 1e-9});
     CHECK(result.coarse > 300); // of 400
     CHECK(result.stalled == 0);
 }

@@ -182,7 +182,7 @@ TEST_CASE("over 2000 steps the potentials do not drift", "[track]") {
     CHECK(result.driftMax[0] <= 1e-9);
     CHECK(result.driftMax[1] <= 1e-9);
     // The integrator alone drifts.
-    options.reprojection = Reprojection::none;
+    options.reprojection.method = Reprojection::none;
     CHECK(trace(flow, seeds, options).driftRms[0] > 1e-7);
 }
 
@@ -199,8 +199,12 @@ TEST_CASE("no curve goes through a wall that is thinner than its steps", "[track
             points.push_back(p);
     const auto region = [&](const Vec3d& p) { return std::abs(p[1]) < half ? 0 : p[1] < 0 ? -1 : 1; };
     for (const auto reprojection : {Reprojection::gaussNewton, Reprojection::none}) {
-        const TraceResult result = trace(
-            flow, seedsAt(points), {.step = 0.5, .limit = 5, .turn = 4, .closure = 0, .reprojection = reprojection});
+        const TraceResult result = trace(flow, seedsAt(points),
+                                         {.step = 0.5,
+                                          .limit = 5,
+                                          .turn = 4,
+                                          .closure = 0,
+                                          .reprojection = {.method = reprojection, .tolerance = 1e-9}});
         const Curves& c = result.curves;
         size_t jumps = 0;
         for (size_t k = 0; k < c.size(); ++k)
@@ -291,7 +295,8 @@ TEST_CASE("a curve ends on the face of the box, at the limit, or with its last v
 TEST_CASE("a curve that comes near its seed, but not back to it, is not closed", "[track]") {
     // A helix whose pitch is a fifth of a step.
     const Flow helix = circles() + uniformFlow({{0, 0.01, 0}});
-    const TraceOptions options{.step = 0.05, .limit = 20, .reprojection = Reprojection::none};
+    const TraceOptions options{
+        .step = 0.05, .limit = 20, .reprojection = {.method = Reprojection::none, .tolerance = 1e-9}};
     const TraceResult open = trace(helix, seedsAt({{{0.5, 0, 0}}}), options);
     CHECK(open.count(CurveEnd::limit) == 1);
     CHECK_FALSE(open.curves.hasTrack());
@@ -363,9 +368,9 @@ TEST_CASE("what cannot be traced is refused", "[track]") {
     CHECK_THROWS_AS(trace(flow, seeds, {.turn = 0}), ValueError);
     CHECK_THROWS_AS(trace(flow, seeds, {.stagnation = nan}), ValueError);
     CHECK_THROWS_AS(trace(flow, seeds, {.closure = 0.5}), ValueError);
-    CHECK_THROWS_AS(trace(flow, seeds, {.tolerance = 0}), ValueError);
-    CHECK_THROWS_AS(trace(flow, seeds, {.iterations = 0}), ValueError);
-    CHECK_THROWS_AS(trace(flow, seeds, {.maxSubdivisions = 21}), ValueError);
+    CHECK_THROWS_AS(trace(flow, seeds, {.reprojection = {.tolerance = 0}}), ValueError);
+    CHECK_THROWS_AS(trace(flow, seeds, {.reprojection = {.tolerance = 1e-9, .iterations = 0}}), ValueError);
+    CHECK_THROWS_AS(trace(flow, seeds, {.reprojection = {.tolerance = 1e-9, .maxSubdivisions = 21}}), ValueError);
     CHECK_THROWS_AS(trace(flow + flow, seeds), ValueError);
     CHECK_THROWS_AS(trace(vortexFlow(1, 1, {.box = cube(std::numeric_limits<double>::infinity()), .wall = {}}), seeds),
                     ValueError);

@@ -12,10 +12,7 @@ struct AdvectOptions {
     double time = 1; ///< Seconds; negative runs backward.
     int steps = 100;
     Scheme scheme = Scheme::rk4;
-    Reprojection reprojection = Reprojection::gaussNewton;
-    double tolerance = 1e-8; ///< On the residuals of f and g, relative to their root mean squares over the domain.
-    int iterations = 10;     ///< Corrections per step, at most.
-    int maxSubdivisions = 8; ///< A step that is not accepted is halved up to this many times.
+    ReprojectionOptions reprojection = {};
     /// Of a scheme with steps of adaptive length (then `steps` have the greatest): the estimated error of a step, world
     /// units.
     double accuracy = 1e-4;

@@ -8,9 +8,7 @@ namespace curlew {
 struct FlowMapOptions {
     double step = 0.01; ///< The longest time step, seconds; all steps of a pathline are equally long.
     Scheme scheme = Scheme::rk4;
-    double tolerance = 1e-8; ///< These three as in AdvectOptions.
-    int iterations = 10;
-    int maxSubdivisions = 8;
+    ReprojectionOptions reprojection = {}; ///< In a flow with tracks.
 };
 
 struct FlowMapResult {

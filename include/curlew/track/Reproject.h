@@ -14,6 +14,18 @@ enum class Reprojection {
 /// In the order of the enumerators.
 inline constexpr std::array<std::string_view, 3> kReprojectionNames{"none", "newton", "gauss-newton"};
 
+/// How the steps along a flow are moved back onto tracks; part of the options of all who follow one.
+struct ReprojectionOptions {
+    Reprojection method = Reprojection::gaussNewton;
+    double tolerance = 1e-8; ///< On the residuals of f and g, relative to their root mean squares over the domain.
+    int iterations = 10;     ///< Corrections per step, at most.
+    int maxSubdivisions = 8; ///< A step that is not accepted is halved up to this many times.
+
+    /// Throws ValueError for a value out of range, and for reprojection in a flow without tracks.
+    void validate(bool hasTracks) const;
+};
+
+/// The same with tolerances in the units of each potential, for reproject().
 template <int N>
 struct ReprojectOptionsN {
     Reprojection method = Reprojection::gaussNewton;
@@ -29,6 +41,10 @@ struct ReprojectOptionsN {
     }
 };
 using ReprojectOptions = ReprojectOptionsN<3>;
+
+/// Options for reproject() in a flow whose potentials have these root mean squares.
+template <int N>
+ReprojectOptionsN<N> inUnitsOf(const FlowMagnitudesN<N>& rms, const ReprojectionOptions& options);
 
 /// The track that each point of a batch belongs to: the value of every potential (in 3D of f, then g).
 template <int N>

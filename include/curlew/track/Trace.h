@@ -20,10 +20,7 @@ struct TraceOptions {
     double stagnation = 1e-3; ///< Where the flow is slower than this, relative to its rms speed, a curve ends.
     /// A curve that passes its seed nearer than this, relative to the step, is closed; 0: none is.
     double closure = 1e-3;
-    Reprojection reprojection = Reprojection::gaussNewton;
-    double tolerance = 1e-9; ///< On the residuals of f and g, relative to their root mean squares over the domain.
-    int iterations = 10;     ///< Corrections per step, at most.
-    int maxSubdivisions = 8; ///< A step that is not accepted is halved up to this many times.
+    ReprojectionOptions reprojection = {.tolerance = 1e-9};
 };
 
 struct TraceResult {
