@@ -1,6 +1,6 @@
 #include "curlew/vdb/CurveFile.h"
 
-#include "Pieces.h"
+#include "ChunkedWriter.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Error.h"
 
@@ -94,7 +94,7 @@ void writePly(const fs::path& path, const Curves& c) {
         if (c.hasTrack()) out << "property float f\nproperty float g\n";
         out << "property float " << alongName(c) << "\nproperty int curve\nelement edge " << c.edges()
             << "\nproperty int vertex1\nproperty int vertex2\nend_header\n";
-        writePieces(out, c.vertices(), [&](size_t begin, size_t end, std::string& piece) {
+        writeChunks(out, c.vertices(), [&](size_t begin, size_t end, std::string& piece) {
             for (size_t v = begin; v < end; ++v) {
                 for (const double x : {c.x[v], c.y[v], c.z[v]}) appendBytes(piece, static_cast<float>(x));
                 appendBytes(piece, c.speed(v));
@@ -105,7 +105,7 @@ void writePly(const fs::path& path, const Curves& c) {
             }
         });
         // An edge for each vertex but the last of open curves.
-        writePieces(out, c.vertices(), [&](size_t begin, size_t end, std::string& piece) {
+        writeChunks(out, c.vertices(), [&](size_t begin, size_t end, std::string& piece) {
             for (size_t v = begin; v < end; ++v) {
                 const size_t k = owner[v];
                 const bool last = v + 1 == c.start[k + 1];
@@ -121,13 +121,13 @@ void writeObj(const fs::path& path, const Curves& c) {
     checkArrays(c);
     const auto owner = owners(c);
     writeAtomically(path, [&](std::ostream& out) {
-        writePieces(out, c.vertices(), [&](size_t begin, size_t end, std::string& piece) {
+        writeChunks(out, c.vertices(), [&](size_t begin, size_t end, std::string& piece) {
             for (size_t v = begin; v < end; ++v)
                 fmt::format_to(std::back_inserter(piece), FMT_COMPILE("v {:.9g} {:.9g} {:.9g}\n"), c.x[v], c.y[v],
                                c.z[v]);
         });
         // Each vertex adds its number to its curve's line.
-        writePieces(out, c.vertices(), [&](size_t begin, size_t end, std::string& piece) {
+        writeChunks(out, c.vertices(), [&](size_t begin, size_t end, std::string& piece) {
             const auto to = std::back_inserter(piece);
             for (size_t v = begin; v < end; ++v) {
                 const size_t k = owner[v], first = c.start[k], last = c.start[k + 1] - 1;
@@ -145,7 +145,7 @@ void writeCsv(const fs::path& path, const Curves& c) {
     const auto owner = owners(c);
     writeAtomically(path, [&](std::ostream& out) {
         out << "curve,vertex,closed,x,y,z,vx,vy,vz,speed," << (c.hasTrack() ? "f,g," : "") << alongName(c) << '\n';
-        writePieces(out, c.vertices(), [&](size_t begin, size_t end, std::string& piece) {
+        writeChunks(out, c.vertices(), [&](size_t begin, size_t end, std::string& piece) {
             const auto to = std::back_inserter(piece);
             for (size_t v = begin; v < end; ++v) {
                 const size_t k = owner[v];

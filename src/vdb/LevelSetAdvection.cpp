@@ -1,6 +1,6 @@
 #include "curlew/vdb/LevelSetAdvection.h"
 
-#include "BackMap.h"
+#include "BackwardMap.h"
 #include "Redistance.h"
 
 #include <fmt/format.h>
@@ -66,8 +66,8 @@ class LevelSetSequence::Implementation {
         seeds.reserve(surface.size());
         for (const Vec3d& p : surface) seeds.push_back(mTemplate->worldToIndex(toOpenVdb(p)));
 
-        auto stored = std::make_unique<BackMap>(mSource->distance);
-        BackMap& map = *stored;
+        auto stored = std::make_unique<BackwardMap>(mSource->distance);
+        BackwardMap& map = *stored;
         bool first = true;
         map.follow(
             seeds,
@@ -142,7 +142,7 @@ class LevelSetSequence::Implementation {
         return origins;
     }
 
-    void measureShift(const openvdb::FloatGrid& grid, const std::vector<BackMap::Crossing>& crossings,
+    void measureShift(const openvdb::FloatGrid& grid, const std::vector<BackwardMap::Crossing>& crossings,
                       AdvectedLevelSet& result) const {
         const openvdb::tree::ValueAccessor<const openvdb::FloatTree> samples(grid.tree());
         double sum = 0;
@@ -164,8 +164,8 @@ class LevelSetSequence::Implementation {
     std::optional<Sdf> mSource;             // φ₀
     double mBegan = 0;                      // when it was
     double mTime = 0;
-    std::vector<Vec3d> mSurface;      // points on it at mTime
-    std::unique_ptr<BackMap> mStored; // of a steady flow, from mTime to mBegan
+    std::vector<Vec3d> mSurface;          // points on it at mTime
+    std::unique_ptr<BackwardMap> mStored; // of a steady flow, from mTime to mBegan
 };
 
 LevelSetSequence::LevelSetSequence(const LevelSet& levelSet, FlowInTime flow, double begin,

@@ -1,6 +1,6 @@
 #include "curlew/vdb/PointFile.h"
 
-#include "Pieces.h"
+#include "ChunkedWriter.h"
 #include "VoxelSize.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Error.h"
@@ -370,7 +370,7 @@ void writePly(const fs::path& path, const Particles& particles) {
         out << "property int id\n";
         for (const Scalar& scalar : scalars) out << "property float " << scalar.name << '\n';
         out << "end_header\n";
-        writePieces(out, particles.size(), [&](size_t begin, size_t end, std::string& piece) {
+        writeChunks(out, particles.size(), [&](size_t begin, size_t end, std::string& piece) {
             const auto append = [&piece](auto value) {
                 piece.append(reinterpret_cast<const char*>(&value), sizeof value);
             };
@@ -392,7 +392,7 @@ void writeCsv(const fs::path& path, const Particles& particles) {
         out << (velocity ? "x,y,z,vx,vy,vz,id" : "x,y,z,id");
         for (const Scalar& scalar : scalars) out << ',' << scalar.name;
         out << '\n';
-        writePieces(out, particles.size(), [&](size_t begin, size_t end, std::string& piece) {
+        writeChunks(out, particles.size(), [&](size_t begin, size_t end, std::string& piece) {
             const auto to = std::back_inserter(piece);
             for (size_t n = begin; n < end; ++n) {
                 fmt::format_to(to, FMT_COMPILE("{:.9g},{:.9g},{:.9g},"), particles.x[n], particles.y[n],

@@ -16,7 +16,7 @@ namespace curlew {
 namespace {
 
 using openvdb::Coord;
-using Accessor = BackMap::Accessor;
+using Accessor = BackwardMap::Accessor;
 using Entry = ClosestPoints::Entry;
 
 const auto& kNeighbours = openvdb::util::COORD_OFFSETS; ///< All 26 of them.
@@ -31,7 +31,7 @@ class Slider {
     bool settled() const { return mWay.length() < kSlow; }
 
     /// Goes on from a sample at at(), if it is known; false at the end of the way.
-    bool next(bool known, const BackMap::Sample& sample) {
+    bool next(bool known, const BackwardMap::Sample& sample) {
         const double steepness = sample.gradient.length();
         if (!known || !(steepness > 0)) return retreat(); // too far from the surface
         const openvdb::Vec3d normal = sample.gradient / steepness;
@@ -83,7 +83,7 @@ class Slider {
 
 /// Slides the points of entries, which are on the surface, to the places closest to their voxels; they come out no
 /// farther than they went in. Returns how many did not settle.
-size_t settle(const BackMap& map, std::span<Entry> entries) {
+size_t settle(const BackwardMap& map, std::span<Entry> entries) {
     constexpr int kMost = 40;
     const Accessor index(map.index());
     std::vector<Slider> sliders;
@@ -94,7 +94,7 @@ size_t settle(const BackMap& map, std::span<Entry> entries) {
         sliders.emplace_back(entry);
     }
     std::vector<openvdb::Vec3d> positions;
-    std::vector<BackMap::Sample> samples;
+    std::vector<BackwardMap::Sample> samples;
     std::vector<uint8_t> known;
     for (int k = 0; k < kMost && !moving.empty(); ++k) {
         positions.clear();
@@ -127,8 +127,8 @@ const Entry* bestAround(const openvdb::Coord& voxel, const Accessor& index, cons
 
 } // namespace
 
-ClosestPoints::ClosestPoints(const BackMap& map, const std::vector<BackMap::Crossing>& crossings, double halfWidth,
-                             const Monitor& monitor) {
+ClosestPoints::ClosestPoints(const BackwardMap& map, const std::vector<BackwardMap::Crossing>& crossings,
+                             double halfWidth, const Monitor& monitor) {
     begin(map, crossings, monitor);
     improve(map, monitor);
     for (size_t first = 0; first < mEntries.size();) {
@@ -146,7 +146,8 @@ void ClosestPoints::insert(const std::vector<Entry>& entries) {
 }
 
 /// The voxels at both ends of each crossed edge, with the nearest of their crossings.
-void ClosestPoints::begin(const BackMap& map, const std::vector<BackMap::Crossing>& crossings, const Monitor& monitor) {
+void ClosestPoints::begin(const BackwardMap& map, const std::vector<BackwardMap::Crossing>& crossings,
+                          const Monitor& monitor) {
     std::vector<Entry> entries;
     openvdb::Int32Tree index(-1);
     openvdb::tree::ValueAccessor<openvdb::Int32Tree> access(index);
@@ -175,7 +176,7 @@ void ClosestPoints::begin(const BackMap& map, const std::vector<BackMap::Crossin
 }
 
 /// Takes over closest points of neighbours that are closer: another part of the surface may be.
-void ClosestPoints::improve(const BackMap& map, const Monitor& monitor) {
+void ClosestPoints::improve(const BackwardMap& map, const Monitor& monitor) {
     constexpr double kCloser = 1e-3; // voxels
     std::vector<Entry> improved = mEntries;
     parallelFor(
@@ -200,7 +201,7 @@ void ClosestPoints::improve(const BackMap& map, const Monitor& monitor) {
 }
 
 /// The voxels around those from `first` on that are within the band; false where there are none.
-bool ClosestPoints::addRing(const BackMap& map, size_t first, double halfWidth, const Monitor& monitor) {
+bool ClosestPoints::addRing(const BackwardMap& map, size_t first, double halfWidth, const Monitor& monitor) {
     openvdb::MaskTree ring;
     {
         const Accessor index(mIndex);

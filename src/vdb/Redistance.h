@@ -1,10 +1,10 @@
 #pragma once
 
-#include "BackMap.h"
+#include "BackwardMap.h"
 
 namespace curlew {
 
-/// The signed distance to the surface φ = 0 of a BackMap, by the closest point of each voxel of a narrow band; the
+/// The signed distance to the surface φ = 0 of a BackwardMap, by the closest point of each voxel of a narrow band; the
 /// surface itself stays where it is.
 ///
 /// Voxels beside an edge that the surface crosses start with the crossing; each ring of voxels around takes the best
@@ -14,7 +14,7 @@ namespace curlew {
 class ClosestPoints {
   public:
     /// Up to `halfWidth` voxels from the surface.
-    ClosestPoints(const BackMap& map, const std::vector<BackMap::Crossing>& crossings, double halfWidth,
+    ClosestPoints(const BackwardMap& map, const std::vector<BackwardMap::Crossing>& crossings, double halfWidth,
                   const Monitor& monitor);
 
     /// Values are distances in world units for that voxel size, less than `halfWidth` voxels, which is the background.
@@ -32,9 +32,9 @@ class ClosestPoints {
     };
 
   private:
-    void begin(const BackMap& map, const std::vector<BackMap::Crossing>& crossings, const Monitor& monitor);
-    bool addRing(const BackMap& map, size_t first, double halfWidth, const Monitor& monitor);
-    void improve(const BackMap& map, const Monitor& monitor);
+    void begin(const BackwardMap& map, const std::vector<BackwardMap::Crossing>& crossings, const Monitor& monitor);
+    bool addRing(const BackwardMap& map, size_t first, double halfWidth, const Monitor& monitor);
+    void improve(const BackwardMap& map, const Monitor& monitor);
     void insert(const std::vector<Entry>& entries);
 
     std::vector<Entry> mEntries;

@@ -1,6 +1,6 @@
 #include "curlew/vdb/VdbFile.h"
 
-#include "VdbWalk.h"
+#include "VdbValidation.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Error.h"
 #include "curlew/base/InputFile.h"
@@ -208,7 +208,7 @@ std::vector<openvdb::GridBase::Ptr> readVdb(const fs::path& path) {
     openvdb::initialize();
     std::ifstream in = openToRead(path);
     try {
-        walkVdb(in, path);
+        validateVdb(in, path);
         openvdb::io::Stream stream(in, /*delayLoad=*/false);
         const openvdb::GridPtrVecPtr grids = stream.getGrids();
         for (const openvdb::GridBase::Ptr& grid : *grids) checkPoints(*grid);

@@ -19,7 +19,7 @@ namespace curlew {
 /// itself, of degree 3 (O(h⁴), and fewer voxels count): whichever differs less between those two degrees, as far as φ
 /// is concerned. Where the flow has pressed matter together, φ has kinks and levels off within a voxel but X is smooth;
 /// where it has sheared matter along the surface, as along a wall, it is the other way around.
-class BackMap {
+class BackwardMap {
   public:
     /// The origins of voxels, in their order.
     using Trace = std::function<std::vector<Vec3d>(const std::vector<openvdb::Coord>&)>;
@@ -42,7 +42,7 @@ class BackMap {
         openvdb::Vec3d gradient{0};
     };
 
-    explicit BackMap(ScalarField source) : mSource(std::move(source)) {}
+    explicit BackwardMap(ScalarField source) : mSource(std::move(source)) {}
 
     /// Traces all voxels from which X can be interpolated where the surface is. It begins in the cells (cubes between
     /// eight voxels) of `seeds`, and goes on where the surface leaves what it knows, until that is closed. Throws

@@ -12,7 +12,7 @@ namespace curlew {
 /// Lets `format(begin, end, text)` append the records [begin, end) to a text, on all threads, and writes the pieces in
 /// order. Only a few of them exist at a time.
 template <class Format>
-void writePieces(std::ostream& out, size_t count, const Format& format) {
+void writeChunks(std::ostream& out, size_t count, const Format& format) {
     constexpr size_t kPieces = 64, kGrain = 4096;
     std::array<std::string, kPieces> pieces;
     for (size_t first = 0; first < count; first += kPieces * kGrain) {

@@ -15,7 +15,7 @@ constexpr std::streamoff kUuidLength = 36;
 /// it allocates gigabytes or writes past the end of an array. Only what is in the leaves of point, mask and bool grids
 /// is not looked at.
 /// Leaves the stream at its beginning. Throws FileError for a file that is damaged, foreign, or of another version.
-void walkVdb(std::istream& in, const std::filesystem::path& path);
+void validateVdb(std::istream& in, const std::filesystem::path& path);
 
 /// Text out of a file, fit for a line of a message.
 inline std::string oneLine(std::string text) {

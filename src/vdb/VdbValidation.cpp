@@ -1,4 +1,4 @@
-#include "VdbWalk.h"
+#include "VdbValidation.h"
 
 #include "curlew/base/Error.h"
 
@@ -36,9 +36,9 @@ constexpr std::array<ValueLayout, 11> kLayouts{{{"bool", 1, 1, false},
                                                 {"ptidx32", 4, 4, false},
                                                 {"ptdataidx32", 4, 4, false}}};
 
-class Walk {
+class Validation {
   public:
-    Walk(std::istream& in, const fs::path& path) : mIn(in), mPath(path) {
+    Validation(std::istream& in, const fs::path& path) : mIn(in), mPath(path) {
         in.seekg(0, std::ios::end);
         mSize = in.tellg();
         in.seekg(0);
@@ -240,6 +240,6 @@ class Walk {
 
 } // namespace
 
-void walkVdb(std::istream& in, const fs::path& path) { Walk(in, path).check(); }
+void validateVdb(std::istream& in, const fs::path& path) { Validation(in, path).check(); }
 
 } // namespace curlew

@@ -1,4 +1,4 @@
-#include "BackMap.h"
+#include "BackwardMap.h"
 
 #include "curlew/base/Memory.h"
 #include "curlew/base/Parallel.h"
@@ -81,7 +81,7 @@ std::array<Coord, 8> cornersOf(const Coord& cell) {
 
 } // namespace
 
-void BackMap::follow(const std::vector<openvdb::Vec3d>& seeds, const Trace& trace, const Monitor& monitor) {
+void BackwardMap::follow(const std::vector<openvdb::Vec3d>& seeds, const Trace& trace, const Monitor& monitor) {
     std::vector<Coord> cells;
     for (const auto& seed : seeds)
         if (seed.lengthSqr() < 0x1p60) cells.push_back(Coord::floor(seed)); // not NaN, nor beyond all coordinates
@@ -117,7 +117,7 @@ void BackMap::follow(const std::vector<openvdb::Vec3d>& seeds, const Trace& trac
     }
 }
 
-void BackMap::evaluate(size_t begin, const Monitor& monitor) {
+void BackwardMap::evaluate(size_t begin, const Monitor& monitor) {
     forEachBatch(
         PointsBy{mVoxels.size() - begin, [&](size_t n) { return origin(begin + n); }},
         [&](const PointBatch& points, size_t from) {
@@ -129,7 +129,7 @@ void BackMap::evaluate(size_t begin, const Monitor& monitor) {
 }
 
 /// The cells with corners of both signs, of which some corner is one of the voxels from `begin` on.
-std::vector<Coord> BackMap::crossedCells(size_t begin, const Monitor& monitor) const {
+std::vector<Coord> BackwardMap::crossedCells(size_t begin, const Monitor& monitor) const {
     constexpr size_t kGrain = 1024;
     const size_t count = mVoxels.size() - begin;
     std::vector<std::vector<Coord>> found((count + kGrain - 1) / kGrain);
@@ -225,7 +225,7 @@ void solve(const ScalarField& source, std::span<Edge> edges) {
 
 } // namespace
 
-std::vector<BackMap::Crossing> BackMap::crossings(const Monitor& monitor) const {
+std::vector<BackwardMap::Crossing> BackwardMap::crossings(const Monitor& monitor) const {
     constexpr size_t kGrain = 1024;
     std::vector<std::vector<Crossing>> found((size() + kGrain - 1) / kGrain);
     const auto search = [&](size_t from, size_t to) {
@@ -260,7 +260,7 @@ std::vector<BackMap::Crossing> BackMap::crossings(const Monitor& monitor) const 
     return all;
 }
 
-bool BackMap::interpolate(const openvdb::Vec3d& position, const Accessor& index, Interpolated& result) const {
+bool BackwardMap::interpolate(const openvdb::Vec3d& position, const Accessor& index, Interpolated& result) const {
     const Coord base = Coord::floor(position);
     const Lagrange x(position[0] - base[0]), y(position[1] - base[1]), z(position[2] - base[2]);
     // Of the differences between the degrees along each axis, which make up that in space but for their products.
@@ -292,8 +292,8 @@ bool BackMap::interpolate(const openvdb::Vec3d& position, const Accessor& index,
     return true;
 }
 
-void BackMap::sample(const std::vector<openvdb::Vec3d>& positions, const Accessor& index, std::vector<Sample>& samples,
-                     std::vector<uint8_t>& known) const {
+void BackwardMap::sample(const std::vector<openvdb::Vec3d>& positions, const Accessor& index,
+                         std::vector<Sample>& samples, std::vector<uint8_t>& known) const {
     samples.assign(positions.size(), {});
     known.assign(positions.size(), 0);
     PointBatch points;
