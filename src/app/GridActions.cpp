@@ -1,6 +1,7 @@
 #include "Options.h"
 #include "curlew/app/Registry.h"
 #include "curlew/app/Session.h"
+#include "curlew/vdb/ScalarGrids.h"
 #include "curlew/vdb/VelocityGrid.h"
 
 namespace curlew::app {
@@ -41,7 +42,7 @@ void velocity(Session& s, const Arguments& a) {
                                 .dim = static_cast<int>(a.integer("dim")),
                                 .layout = a.flag("staggered") ? Layout::staggered : Layout::collocated,
                                 .mask = a.given("mask") ? s.grids.at(a.ages("mask").front()).grid : nullptr,
-                                .skin = a.real("skin")};
+                                .wallFade = a.real("skin")};
     const auto grid = velocityGrid(flow, options, s.console.follow("velocity"));
     if (grid->activeVoxelCount() == 0)
         throw ValueError("the grid has no active voxel: the domain is thinner than a voxel; choose smaller voxels");

@@ -2,6 +2,7 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/field/NoiseField.h"
 #include "curlew/vdb/GridDiagnostics.h"
+#include "curlew/vdb/ScalarGrids.h"
 #include "curlew/vdb/VelocityGrid.h"
 
 #include <catch2/catch.hpp>
@@ -49,7 +50,7 @@ double overallDivergence(const openvdb::Vec3SGrid& grid) { return diagnoseGrid(g
 
 TEST_CASE("collocated velocities are those of the flow, and only where it is", "[VelocityGrid]") {
     const Flow flow = contained();
-    const auto grid = velocityGrid(flow, {.voxel = 0.04, .skin = 3});
+    const auto grid = velocityGrid(flow, {.voxel = 0.04, .wallFade = 3});
     CHECK(grid->getName() == "vel");
     CHECK(grid->getVectorType() == openvdb::VEC_CONTRAVARIANT_RELATIVE);
     CHECK(grid->getGridClass() == openvdb::GRID_UNKNOWN);
@@ -75,7 +76,7 @@ TEST_CASE("collocated velocities are those of the flow, and only where it is", "
 }
 
 TEST_CASE("the velocity fades to the background beyond the wall", "[VelocityGrid]") {
-    const auto grid = velocityGrid(contained(), {.voxel = 0.04, .skin = 3});
+    const auto grid = velocityGrid(contained(), {.voxel = 0.04, .wallFade = 3});
     double last = 0, most = 0;
     for (auto value = grid->cbeginValueOn(); value; ++value) {
         const double d = length(centreOf(*grid, value.getCoord())) - 0.8, speed = static_cast<double>(value->length());
@@ -179,7 +180,7 @@ TEST_CASE("scalars go onto the voxels of a velocity grid", "[VelocityGrid]") {
 TEST_CASE("impossible grids are refused", "[VelocityGrid]") {
     CHECK_THROWS_AS(velocityGrid(waves(), {.voxel = -1}), ValueError);
     CHECK_THROWS_AS(velocityGrid(waves(), {.dim = 0}), ValueError);
-    CHECK_THROWS_AS(velocityGrid(waves(), {.voxel = 0.1, .skin = 0}), ValueError);
+    CHECK_THROWS_AS(velocityGrid(waves(), {.voxel = 0.1, .wallFade = 0}), ValueError);
     CHECK_THROWS_WITH(velocityGrid(waves(), {.voxel = 1e-5}), Catch::Contains("memory"));
     CHECK_THROWS_AS(velocityGrid(waves(), {.voxel = 1e-12}), Error);
     CHECK_THROWS_WITH(velocityGrid(contained(), {.voxel = 2e-4}), Catch::Contains("larger voxels"));

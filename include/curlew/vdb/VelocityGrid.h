@@ -5,8 +5,6 @@
 
 #include <openvdb/openvdb.h>
 
-#include <string>
-
 namespace curlew {
 
 enum class Layout {
@@ -19,33 +17,25 @@ struct VelocityGridOptions {
     int dim = 128;    ///< Voxels along the longest edge of the domain's box, where no voxel size is given.
     Layout layout = Layout::collocated;
     openvdb::GridBase::ConstPtr mask =
-        {};          ///< If given: exactly its active voxels, in its transform; voxel and dim do not count.
-    double skin = 3; ///< Voxels by which the grid reaches beyond a one-sided wall, while the flow fades to zero.
+        {};              ///< If given: exactly its active voxels, in its transform; voxel and dim do not count.
+    double wallFade = 3; ///< Voxels by which the grid reaches beyond a one-sided wall, while the flow fades to zero.
 };
 
-/// The flow on a sparse grid over its domain: world units per second, contravariant, background 0.
+/// Samples the flow on a sparse grid over its domain: world units per second, contravariant, background 0.
 ///
-/// Active are the voxels whose centres lie in the domain's box and on the flow's side of its wall or within the skin.
-/// In the skin f is multiplied by a fade β(d) from 1 to 0: c there is still ∇(βf) × ∇g, divergence-free; it keeps its
-/// direction along the wall as far as trilinear interpolation reaches (1.75 voxels) and ends in the background without
-/// a jump.
+/// A voxel is active if its centre is in the domain's box and on the flow's side of its wall or within the wall fade.
+/// In the wall fade f is multiplied by a factor β(d) that falls from 1 to 0. The flow there is ∇(βf) × ∇g, which is
+/// divergence-free; it stays tangential to the wall as far as trilinear interpolation reaches (1.75 voxels) and meets
+/// the background without a jump.
 ///
 /// Staggered: the flux through a face is the circulation of f dg around its edges (Stokes, c = curl(f ∇g);
-/// docs/math.md), from f and g at the voxels' corners in double: second-order accurate, and the fluxes of each voxel
-/// cancel. Where the flow is inside a wall that holds for all voxels; else for all but the last layer of the box or
+/// docs/math.md), with f and g at the voxels' corners in double: second-order accurate, and the fluxes of each voxel
+/// cancel. If the flow is inside a wall, that holds for all voxels; otherwise for all but the last layer of the box or
 /// mask.
 ///
-/// Same bytes for any number of threads. Throws ValueError for sizes that are not positive, an infinite box, a mask
-/// that is not on cubic, axis-aligned voxels, and a staggered grid of a normalised flow; ResourceError where the grid
-/// would not fit the memory.
+/// Same bytes for any number of threads. Throws ValueError for a size that is not positive, an infinite box, a mask
+/// whose voxels are not axis-aligned cubes, and a staggered grid of a normalised flow; ResourceError if the grid would
+/// not fit the memory.
 openvdb::Vec3SGrid::Ptr velocityGrid(const Flow& flow, const VelocityGridOptions& options, const Monitor& monitor = {});
-
-/// A field at the voxel centres of the active voxels of `where`.
-openvdb::FloatGrid::Ptr sampledGrid(const ScalarField& field, const openvdb::GridBase& where, const std::string& name,
-                                    const Monitor& monitor = {});
-
-/// A fog volume of the domain on the active voxels of `where`: 1 where the flow is, falling to 0 over the last two
-/// voxels before the wall.
-openvdb::FloatGrid::Ptr densityGrid(const Domain& domain, const openvdb::GridBase& where, const Monitor& monitor = {});
 
 } // namespace curlew

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "curlew/base/Monitor.h"
+#include "curlew/flow/Domain.h"
+
+#include <openvdb/openvdb.h>
+
+#include <string>
+
+namespace curlew {
+
+/// Samples a field at the voxel centres of the active voxels of `where`. Same bytes for any number of threads.
+openvdb::FloatGrid::Ptr sampledGrid(const ScalarField& field, const openvdb::GridBase& where, const std::string& name,
+                                    const Monitor& monitor = {});
+
+/// A fog volume of the domain on the active voxels of `where`: 1 on the flow's side of the wall, falling to 0 over the
+/// last two voxels before it.
+openvdb::FloatGrid::Ptr densityGrid(const Domain& domain, const openvdb::GridBase& where, const Monitor& monitor = {});
+
+} // namespace curlew

@@ -1,0 +1,81 @@
+#include "FlowSampler.h"
+
+#include <bit>
+
+namespace curlew {
+
+namespace {
+
+/// The voxels of one plane of a leaf are a batch, and a word of the leaf's mask of active voxels.
+static_assert(kBatch == kLeafEdge * kLeafEdge);
+
+constexpr uint64_t kAll = ~uint64_t{0};
+using Factors = std::array<float, kBatch>;
+
+PointBatch centresOfPlane(const openvdb::Coord& origin, int plane, double voxel) {
+    PointBatch points;
+    points.size = kBatch;
+    points.c[0].fill((origin[0] + plane) * voxel);
+    for (int j = 0; j < kLeafEdge; ++j)
+        for (int k = 0; k < kLeafEdge; ++k) {
+            points.c[1][static_cast<size_t>(j * kLeafEdge + k)] = (origin[1] + j) * voxel;
+            points.c[2][static_cast<size_t>(j * kLeafEdge + k)] = (origin[2] + k) * voxel;
+        }
+    return points;
+}
+
+/// The mask of the points where the velocity is not zero, and its factor there. `whole`: all points are in the box;
+/// `fades`: the factor differs from 1 somewhere.
+uint64_t activePoints(const FlowOnVoxels& sampled, const PointBatch& points, bool whole, bool fades, Factors& factors) {
+    const Domain& domain = sampled.flow.domain();
+    uint64_t active = kAll;
+    if (!whole)
+        for (int i = 0; i < kBatch; ++i)
+            if (!domain.box.contains(points[i])) active &= ~(uint64_t{1} << i);
+    factors.fill(1);
+    if (active == 0 || !fades) return active;
+    JetBatch<float, 0> d;
+    wallDistances(domain, points, d);
+    for (size_t i = 0; i < kBatch; ++i)
+        factors[i] = static_cast<float>(sampled.fade.at(static_cast<double>(d.c[0][i])));
+    for (size_t i = 0; i < kBatch; ++i)
+        if (!(factors[i] > 0)) active &= ~(uint64_t{1} << i);
+    return active;
+}
+
+/// Moves the active points and their factors to the front, and stores which voxels of the plane they belong to.
+void compact(uint64_t active, PointBatch& points, Factors& factors, std::array<uint8_t, kBatch>& voxel) {
+    points.size = 0;
+    for (; active != 0; active &= active - 1) {
+        const int i = std::countr_zero(active);
+        const auto to = static_cast<size_t>(points.size);
+        factors[to] = factors[static_cast<size_t>(i)];
+        voxel[to] = static_cast<uint8_t>(i);
+        points.push(points[i]);
+    }
+}
+
+} // namespace
+
+void sampleCollocated(const FlowOnVoxels& sampled, VelocityLeaf& leaf) {
+    const bool whole = sampled.inBox(leaf.origin()), fades = !sampled.isFar(leaf.origin());
+    for (int plane = 0; plane < kLeafEdge; ++plane) {
+        PointBatch points = centresOfPlane(leaf.origin(), plane, sampled.voxel);
+        Factors factors;
+        const uint64_t active = activePoints(sampled, points, whole, fades, factors);
+        if (active == 0) continue;
+        std::array<uint8_t, kBatch> voxel; // in the plane
+        if (active != kAll) compact(active, points, factors, voxel);
+        VecBatch<float> v;
+        sampled.flow.velocity(points, v);
+        if (fades)
+            for (auto& axis : v.c)
+                for (size_t i = 0; i < kBatch; ++i) axis[i] *= factors[i];
+        openvdb::Vec3s* values = leaf.buffer().data() + plane * kBatch;
+        for (size_t i = 0; i < static_cast<size_t>(points.size); ++i)
+            values[active == kAll ? i : voxel[i]] = {v.c[0][i], v.c[1][i], v.c[2][i]};
+        leaf.getValueMask().getWord<uint64_t>(plane) = active;
+    }
+}
+
+} // namespace curlew

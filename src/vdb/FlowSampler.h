@@ -1,0 +1,88 @@
+#pragma once
+
+#include "WallFade.h"
+#include "curlew/flow/Flow.h"
+
+#include <openvdb/openvdb.h>
+
+#include <bitset>
+#include <cmath>
+#include <vector>
+
+namespace curlew {
+
+using VelocityLeaf = openvdb::Vec3STree::LeafNodeType;
+
+constexpr int kLeafEdge = VelocityLeaf::DIM;
+
+/// A flow on the voxels of a grid: the centre of voxel ijk is voxel * ijk. Refers to the flow and the fade.
+struct FlowOnVoxels {
+    const Flow& flow;
+    double voxel;
+    const WallFade& fade;
+
+    Vec3d centre(const openvdb::Coord& ijk) const { return {{ijk[0] * voxel, ijk[1] * voxel, ijk[2] * voxel}}; }
+
+    /// Whether the centres of all voxels of the leaf are in the domain's box.
+    bool inBox(const openvdb::Coord& origin) const {
+        const Box& box = flow.domain().box;
+        return box.contains(centre(origin)) && box.contains(centre(origin.offsetBy(kLeafEdge - 1)));
+    }
+    /// Whether nothing fades at the centres and corners of the voxels of a cube with that many voxels along an edge.
+    bool isFar(const openvdb::Coord& origin, int edge = kLeafEdge) const {
+        if (!fade.oneSided()) return true;
+        const double half = 0.5 * edge;
+        const Vec3d middle = centre(origin) + Vec3d{{1, 1, 1}} * ((half - 0.5) * voxel);
+        return fade.isFar(flow.domain().wall->sdf.distance.at<0>(middle).value, half * std::sqrt(3.0) * voxel);
+    }
+};
+
+/// Fills a leaf with velocities at the centres of its voxels.
+void sampleCollocated(const FlowOnVoxels& sampled, VelocityLeaf& leaf);
+
+/// Fills the leaves of a brick with velocities at the faces of their voxels. Each potential is computed once at each
+/// corner of a voxel, when the first leaf needs it.
+class StaggeredBrick {
+  public:
+    static constexpr int kLeaves = 4; ///< Along an edge: 33³ corners for up to 32³ voxels.
+    static constexpr size_t kAllLeaves = size_t{kLeaves} * kLeaves * kLeaves;
+
+    /// `origin`: the lowest voxel of the brick.
+    StaggeredBrick(const FlowOnVoxels& sampled, const openvdb::Coord& origin);
+
+    /// Computes the potentials at all corners: faster for a brick that has all its leaves.
+    void evaluateAll();
+
+    /// The flux through a face is the circulation of f dg around it; the velocity is that over the face's area.
+    void sample(VelocityLeaf& leaf);
+
+  private:
+    static constexpr int kEdge = kLeaves * kLeafEdge + 1;
+    static constexpr size_t kCount = size_t{kEdge} * kEdge * kEdge;
+    struct Term {
+        std::vector<double> f, g;
+    };
+    // Integrals over the edges from the 9³ corners of a leaf to the next corner along each axis, z fastest.
+    static constexpr size_t kEdgeY = kLeafEdge + 1, kEdgeX = kEdgeY * kEdgeY;
+    using Edges = std::array<std::array<double, kEdgeX*(kLeafEdge + 1)>, 3>;
+
+    using Values = std::array<double, kBatch>;
+
+    Vec3d cornerOf(const openvdb::Coord& ijk) const;
+    static size_t cornerAt(const openvdb::Coord& c) {
+        return (static_cast<size_t>(c[0]) * kEdge + static_cast<size_t>(c[1])) * kEdge + static_cast<size_t>(c[2]);
+    }
+    void evaluateCornersOf(const openvdb::Coord& leaf);
+    void store(PointBatch& points, bool fades, const std::array<size_t, kBatch>& corner);
+    template <class Use>
+    void evaluate(const PointBatch& points, bool fades, const Use& use) const;
+    void integrate(const openvdb::Coord& leaf, Edges& edges) const;
+    void activate(VelocityLeaf& leaf) const;
+
+    const FlowOnVoxels& mSampled;
+    openvdb::Coord mOrigin;
+    std::vector<Term> mTerms;
+    std::bitset<kCount> mKnown;
+};
+
+} // namespace curlew

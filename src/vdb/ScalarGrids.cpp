@@ -1,0 +1,99 @@
+#include "curlew/vdb/ScalarGrids.h"
+
+#include "GridTopology.h"
+#include "WallFade.h"
+#include "curlew/base/Error.h"
+#include "curlew/base/Parallel.h"
+
+#include <fmt/format.h>
+#include <openvdb/tree/LeafManager.h>
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <memory>
+
+namespace curlew {
+
+namespace {
+
+using Values = std::array<float, kBatch>;
+
+/// A grid on the active voxels of `where`, filled with what `evaluate` makes of their centres.
+openvdb::FloatGrid::Ptr filledGrid(const openvdb::GridBase& where, const std::string& name,
+                                   const std::function<void(const PointBatch&, Values&)>& evaluate,
+                                   const Monitor& monitor) {
+    const auto topology = activeVoxels(where);
+    auto grid =
+        openvdb::FloatGrid::create(std::make_shared<openvdb::FloatTree>(*topology, 0.0f, openvdb::TopologyCopy()));
+    grid->setTransform(where.transform().copy());
+    grid->setName(name);
+    const openvdb::tree::LeafManager<openvdb::FloatTree> leaves(grid->tree());
+    const auto fill = [&](openvdb::FloatTree::LeafNodeType& leaf) {
+        PointBatch points;
+        std::array<openvdb::Index, kBatch> offset;
+        Values values;
+        const auto flush = [&] {
+            evaluate(points, values);
+            for (int i = 0; i < points.size; ++i)
+                leaf.setValueOnly(offset[static_cast<size_t>(i)], values[static_cast<size_t>(i)]);
+            points.size = 0;
+        };
+        for (auto voxel = leaf.cbeginValueOn(); voxel; ++voxel) {
+            const auto p = grid->transform().indexToWorld(voxel.getCoord());
+            offset[static_cast<size_t>(points.size)] = voxel.pos();
+            points.push({{p[0], p[1], p[2]}});
+            if (points.full()) flush();
+        }
+        if (points.size > 0) flush();
+    };
+    parallelFor(
+        leaves.leafCount(), 8,
+        [&](size_t begin, size_t end) {
+            for (size_t n = begin; n < end; ++n) fill(leaves.leaf(n));
+        },
+        monitor);
+    return grid;
+}
+
+} // namespace
+
+openvdb::MaskTree::Ptr activeVoxels(const openvdb::GridBase& grid) {
+    openvdb::MaskTree::Ptr topology;
+    const bool known = grid.apply<openvdb::GridTypes>([&](const auto& typed) {
+        topology = std::make_shared<openvdb::MaskTree>(typed.tree(), false, true, openvdb::TopologyCopy());
+    });
+    if (!known) throw ValueError(fmt::format("grid '{}' of type {} cannot be a mask", grid.getName(), grid.type()));
+    topology->voxelizeActiveTiles();
+    return topology;
+}
+
+openvdb::FloatGrid::Ptr sampledGrid(const ScalarField& field, const openvdb::GridBase& where, const std::string& name,
+                                    const Monitor& monitor) {
+    return filledGrid(
+        where, name,
+        [&](const PointBatch& points, Values& values) {
+            JetBatch<float, 0> jets;
+            field.eval(points, jets);
+            values = jets.c[0];
+        },
+        monitor);
+}
+
+openvdb::FloatGrid::Ptr densityGrid(const Domain& domain, const openvdb::GridBase& where, const Monitor& monitor) {
+    const double edge = 2 * where.transform().voxelSize()[0];
+    const auto grid = filledGrid(
+        where, "density",
+        [&](const PointBatch& points, Values& values) {
+            if (!domain.wall) return values.fill(1.0f);
+            JetBatch<double, 0> d;
+            wallDistances(domain, points, d);
+            for (size_t i = 0; i < values.size(); ++i)
+                values[i] = static_cast<float>(std::clamp(-beyondWall(domain.wall->side, d.c[0][i]) / edge, 0.0, 1.0));
+        },
+        monitor);
+    grid->setGridClass(openvdb::GRID_FOG_VOLUME);
+    return grid;
+}
+
+} // namespace curlew
