@@ -2,12 +2,11 @@
 
 #include "VdbValidation.h"
 #include "curlew/base/AtomicFile.h"
+#include "curlew/base/Digest.h"
 #include "curlew/base/Error.h"
 #include "curlew/base/InputFile.h"
 #include "curlew/base/Parallel.h"
 
-#include <boost/uuid/name_generator_sha1.hpp>
-#include <boost/uuid/uuid_io.hpp>
 #include <fmt/format.h>
 #include <openvdb/io/Archive.h>
 #include <openvdb/io/GridDescriptor.h>
@@ -44,15 +43,15 @@ void checkPoints(const openvdb::GridBase& grid) {
 
 // ---- Writing
 
-/// Gathers what is written into blocks; another thread, if there is one, takes a digest of a block that is blind to the
-/// UUID, and writes it to the target, while the next is filled. (A std::filebuf would write each leaf by itself.)
+/// Gathers what is written into blocks. While one is filled, another thread, if there is one, adds the one before to a
+/// digest, with zeros for the UUID, and writes it to the target. (A std::filebuf would write each leaf by itself.)
 class DigestBuffer : public std::streambuf {
   public:
     explicit DigestBuffer(std::streambuf& target) : mTarget(target) {
         for (std::vector<char>* block : {&mFilling, &mLeaving}) block->reserve(kBlock);
     }
     /// Of all that has been flushed.
-    uint64_t digest() const { return mDigest; }
+    Digest digest() const { return mDigest.digest(); }
 
   protected:
     std::streamsize xsputn(const char* data, std::streamsize size) override {
@@ -84,10 +83,6 @@ class DigestBuffer : public std::streambuf {
   private:
     static constexpr size_t kBlock = size_t(1) << 20;
 
-    static uint64_t hash(const void* data, size_t size) {
-        return std::hash<std::string_view>{}({static_cast<const char*>(data), size});
-    }
-
     pos_type moved(pos_type to) {
         mPosition = to;
         return to;
@@ -118,8 +113,7 @@ class DigestBuffer : public std::streambuf {
             return std::clamp(position - begin, std::streamoff(0), size);
         };
         std::fill(mLeaving.begin() + inBlock(kUuidBegin), mLeaving.begin() + inBlock(kUuidBegin + kUuidLength), '0');
-        const std::array link{mDigest, hash(mLeaving.data(), mLeaving.size())};
-        mDigest = hash(link.data(), sizeof link);
+        mDigest.addBytes(mLeaving.data(), mLeaving.size());
         errno = 0;
         if (mTarget.sputn(mLeaving.data(), size) != size) mError = errno;
     }
@@ -127,10 +121,19 @@ class DigestBuffer : public std::streambuf {
     std::streambuf& mTarget;
     std::vector<char> mFilling, mLeaving;
     std::streamoff mPosition = 0; ///< Where the next byte goes.
-    uint64_t mDigest = 0;
+    DigestBuilder mDigest;
     std::optional<int> mError; ///< The errno of a write that failed.
     Background mWriting;       ///< Last, for it ends first.
 };
+
+/// A UUID of version 8 (RFC 9562): 122 bits of the digest, the others say so.
+std::string uuidOf(const Digest& digest) {
+    std::string text = digest.hex();
+    text[12] = '8';
+    text[16] = "89ab"[digest.words[1] >> 60 & 3];
+    for (const size_t hyphen : {8, 13, 18, 23}) text.insert(hyphen, 1, '-');
+    return text;
+}
 
 uint32_t compressionFlags(Codec codec, const openvdb::GridBase& grid) {
     switch (codec) {
@@ -250,8 +253,7 @@ void writeVdb(const fs::path& path, const std::vector<openvdb::GridBase::ConstPt
             archive.writeTo(digested, written, metadata, options.codec);
             digested.flush();
             // OpenVDB's own UUID is random: the same content would never give the same bytes.
-            const std::string uuid = boost::uuids::to_string(
-                boost::uuids::name_generator_sha1(boost::uuids::ns::oid())(std::to_string(buffer.digest())));
+            const std::string uuid = uuidOf(buffer.digest());
             out.seekp(kUuidBegin);
             out.write(uuid.data(), kUuidLength);
         },

@@ -164,7 +164,9 @@ TEST_CASE("VdbFile: the bytes are those of OpenVDB but for the UUID, and always 
     other->tree().setValueOnly({0, 0, 0}, 7);
     writeVdb(folder / "d.vdb", {other});
     writeVdb(folder / "e.vdb", {sphere()});
-    CHECK(bytesOf(folder / "d.vdb").substr(21, 36) != bytesOf(folder / "e.vdb").substr(21, 36));
+    const std::string uuid = bytesOf(folder / "d.vdb").substr(21, 36);
+    CHECK(uuid != bytesOf(folder / "e.vdb").substr(21, 36));
+    CHECK_THAT(uuid, Catch::Matches("[0-9a-f]{8}-[0-9a-f]{4}-8[0-9a-f]{3}-[89ab][0-9a-f]{3}-[0-9a-f]{12}"));
 }
 
 TEST_CASE("VdbFile: half floats are an option of the file, not of the grid", "[vdb][VdbFile]") {
