@@ -4,27 +4,35 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <ostream>
 #include <string>
 
 namespace curlew {
 
-/// Lets `format(begin, end, text)` append the records [begin, end) to a text, on all threads, and writes the pieces in
-/// order. Only a few of them exist at a time.
+/// Lets `format(begin, end, text)` append the records [begin, end) to a text, on all threads, and writes the texts in
+/// order. At most 64 of them exist at a time.
 template <class Format>
 void writeChunks(std::ostream& out, size_t count, const Format& format) {
-    constexpr size_t kPieces = 64, kGrain = 4096;
-    std::array<std::string, kPieces> pieces;
-    for (size_t first = 0; first < count; first += kPieces * kGrain) {
-        const size_t size = std::min(count - first, kPieces * kGrain);
+    constexpr size_t kChunks = 64, kGrain = 4096;
+    std::array<std::string, kChunks> chunks;
+    for (size_t first = 0; first < count; first += kChunks * kGrain) {
+        const size_t size = std::min(count - first, kChunks * kGrain);
         parallelFor(size, kGrain, [&](size_t begin, size_t end) {
-            std::string& piece = pieces[begin / kGrain];
-            piece.clear();
-            format(first + begin, first + end, piece);
+            std::string& chunk = chunks[begin / kGrain];
+            chunk.clear();
+            format(first + begin, first + end, chunk);
         });
         for (size_t n = 0; n * kGrain < size; ++n)
-            out.write(pieces[n].data(), static_cast<std::streamsize>(pieces[n].size()));
+            out.write(chunks[n].data(), static_cast<std::streamsize>(chunks[n].size()));
     }
+}
+
+/// Appends a value to a binary record, little-endian.
+template <class T>
+void appendBytes(std::string& bytes, T value) {
+    static_assert(std::endian::native == std::endian::little, "values are written as they are in memory");
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
 } // namespace curlew

@@ -10,7 +10,6 @@
 #include <openvdb/points/AttributeArray.h>
 #include <openvdb/points/PointAttribute.h>
 
-#include <bit>
 #include <iterator>
 #include <numeric>
 #include <utility>
@@ -60,13 +59,7 @@ std::vector<size_t> owners(const Curves& c) {
     return owner;
 }
 
-template <class T>
-void appendBytes(std::string& piece, T value) {
-    static_assert(std::endian::native == std::endian::little, "the records are written as they are in memory");
-    piece.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-
-/// Gives every point of a grid an attribute: `value(id)`.
+/// Gives every point of a grid an attribute with the value value(id).
 template <class T, class Value>
 void addAttribute(points::PointDataGrid& grid, const std::string& name, const Value& value) {
     using Leaf = points::PointDataTree::LeafNodeType;
@@ -94,24 +87,24 @@ void writePly(const fs::path& path, const Curves& c) {
         if (c.hasTrack()) out << "property float f\nproperty float g\n";
         out << "property float " << alongName(c) << "\nproperty int curve\nelement edge " << c.edges()
             << "\nproperty int vertex1\nproperty int vertex2\nend_header\n";
-        writeChunks(out, c.vertices(), [&](size_t begin, size_t end, std::string& piece) {
+        writeChunks(out, c.vertices(), [&](size_t begin, size_t end, std::string& chunk) {
             for (size_t v = begin; v < end; ++v) {
-                for (const double x : {c.x[v], c.y[v], c.z[v]}) appendBytes(piece, static_cast<float>(x));
-                appendBytes(piece, c.speed(v));
+                for (const double x : {c.x[v], c.y[v], c.z[v]}) appendBytes(chunk, static_cast<float>(x));
+                appendBytes(chunk, c.speed(v));
                 if (c.hasTrack())
-                    for (const double x : {c.f[v], c.g[v]}) appendBytes(piece, static_cast<float>(x));
-                appendBytes(piece, static_cast<float>(c.along[v]));
-                appendBytes(piece, static_cast<int32_t>(c.id[owner[v]]));
+                    for (const double x : {c.f[v], c.g[v]}) appendBytes(chunk, static_cast<float>(x));
+                appendBytes(chunk, static_cast<float>(c.along[v]));
+                appendBytes(chunk, static_cast<int32_t>(c.id[owner[v]]));
             }
         });
         // An edge for each vertex but the last of open curves.
-        writeChunks(out, c.vertices(), [&](size_t begin, size_t end, std::string& piece) {
+        writeChunks(out, c.vertices(), [&](size_t begin, size_t end, std::string& chunk) {
             for (size_t v = begin; v < end; ++v) {
                 const size_t k = owner[v];
                 const bool last = v + 1 == c.start[k + 1];
                 if (last && !c.closed(k)) continue;
-                appendBytes(piece, static_cast<int32_t>(v));
-                appendBytes(piece, static_cast<int32_t>(last ? c.start[k] : v + 1));
+                appendBytes(chunk, static_cast<int32_t>(v));
+                appendBytes(chunk, static_cast<int32_t>(last ? c.start[k] : v + 1));
             }
         });
     });
@@ -121,20 +114,20 @@ void writeObj(const fs::path& path, const Curves& c) {
     checkArrays(c);
     const auto owner = owners(c);
     writeAtomically(path, [&](std::ostream& out) {
-        writeChunks(out, c.vertices(), [&](size_t begin, size_t end, std::string& piece) {
+        writeChunks(out, c.vertices(), [&](size_t begin, size_t end, std::string& chunk) {
             for (size_t v = begin; v < end; ++v)
-                fmt::format_to(std::back_inserter(piece), FMT_COMPILE("v {:.9g} {:.9g} {:.9g}\n"), c.x[v], c.y[v],
+                fmt::format_to(std::back_inserter(chunk), FMT_COMPILE("v {:.9g} {:.9g} {:.9g}\n"), c.x[v], c.y[v],
                                c.z[v]);
         });
         // Each vertex adds its number to its curve's line.
-        writeChunks(out, c.vertices(), [&](size_t begin, size_t end, std::string& piece) {
-            const auto to = std::back_inserter(piece);
+        writeChunks(out, c.vertices(), [&](size_t begin, size_t end, std::string& chunk) {
+            const auto to = std::back_inserter(chunk);
             for (size_t v = begin; v < end; ++v) {
                 const size_t k = owner[v], first = c.start[k], last = c.start[k + 1] - 1;
-                if (v == first) piece += first == last ? 'p' : 'l';
+                if (v == first) chunk += first == last ? 'p' : 'l';
                 fmt::format_to(to, FMT_COMPILE(" {}"), v + 1);
                 if (v == last && c.closed(k)) fmt::format_to(to, FMT_COMPILE(" {}"), first + 1);
-                if (v == last) piece += '\n';
+                if (v == last) chunk += '\n';
             }
         });
     });
@@ -145,8 +138,8 @@ void writeCsv(const fs::path& path, const Curves& c) {
     const auto owner = owners(c);
     writeAtomically(path, [&](std::ostream& out) {
         out << "curve,vertex,closed,x,y,z,vx,vy,vz,speed," << (c.hasTrack() ? "f,g," : "") << alongName(c) << '\n';
-        writeChunks(out, c.vertices(), [&](size_t begin, size_t end, std::string& piece) {
-            const auto to = std::back_inserter(piece);
+        writeChunks(out, c.vertices(), [&](size_t begin, size_t end, std::string& chunk) {
+            const auto to = std::back_inserter(chunk);
             for (size_t v = begin; v < end; ++v) {
                 const size_t k = owner[v];
                 fmt::format_to(to, FMT_COMPILE("{},{},{:d},{},{},{},{},{},{},{},"), c.id[k], v - c.start[k],

@@ -16,6 +16,7 @@
 #include <iterator>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <random>
 #include <set>
 
@@ -203,6 +204,115 @@ TEST_CASE("MeshFile: larger polygons become triangles and leave quads alone", "[
     CHECK(volumeOf(mesh) == Approx(3));
 }
 
+TEST_CASE("MeshFile: triangles of a polygon cover it once", "[vdb][MeshFile]") {
+    std::mt19937 random(3);
+    std::uniform_real_distribution<float> radius(0.3f, 1.5f);
+    for (int run = 0; run < 50; ++run) {
+        // A star around the origin in a tilted plane, and quads that share its corners.
+        const auto corners = size_t(5 + run);
+        const openvdb::Vec3d u(0.6, 0, 0.8), v(0.48, 0.8, -0.36);
+        std::vector<openvdb::Vec3s> points;
+        for (size_t k = 0; k < corners; ++k) {
+            const double t = 2 * M_PI * double(k) / double(corners);
+            points.emplace_back(double(radius(random)) * (std::cos(t) * u + std::sin(t) * v));
+        }
+        double area = 0;
+        for (size_t k = 0; k < corners; ++k)
+            area += openvdb::Vec3d(points[k]).cross(openvdb::Vec3d(points[(k + 1) % corners])).length() / 2;
+        std::vector<uint32_t> indices(corners), sizes{uint32_t(corners), 4, 4};
+        std::iota(indices.begin(), indices.end(), 0u);
+        for (const uint32_t corner : {0u, 1u, 2u, 3u, 0u, 2u, 3u, 4u}) indices.push_back(corner);
+        CAPTURE(corners);
+        const Mesh mesh = meshOf(points, indices, sizes);
+        REQUIRE(mesh.triangles.size() == corners - 2);
+        REQUIRE(mesh.quads == std::vector<openvdb::Vec4I>{{0, 1, 2, 3}, {0, 2, 3, 4}});
+        double covered = 0;
+        const openvdb::Vec3d normal = u.cross(v);
+        for (const auto& t : mesh.triangles) {
+            const openvdb::Vec3d a(mesh.points[t[0]]), b(mesh.points[t[1]]), c(mesh.points[t[2]]);
+            const double signedArea = (b - a).cross(c - a).dot(normal) / 2;
+            REQUIRE(signedArea > -1e-6); // positions are floats
+            covered += signedArea;
+        }
+        CHECK(covered == Approx(area).epsilon(1e-6));
+    }
+}
+
+TEST_CASE("MeshFile: a polygon that crosses itself still closes the mesh", "[vdb][MeshFile]") {
+    // A pentagram over a fan of triangles with the same border.
+    std::vector<openvdb::Vec3s> points;
+    for (int k = 0; k < 5; ++k) points.emplace_back(std::cos(0.8 * M_PI * k), std::sin(0.8 * M_PI * k), 0.0);
+    points.emplace_back(0, 0, -1);
+    std::vector<uint32_t> corners{0, 1, 2, 3, 4}, sizes{5, 3, 3, 3, 3, 3};
+    for (uint32_t k = 0; k < 5; ++k) corners.insert(corners.end(), {(k + 1) % 5, k, 5});
+    CHECK(topologyOf(meshOf(points, corners, sizes)).closed());
+}
+
+TEST_CASE("MeshFile: numbers in text may have any form", "[vdb][MeshFile]") {
+    const Folder folder;
+    const std::string text =
+        "v .5 -0.25e+1 +3\nv 1. 1E-2 12345678901234567890123\nv 1e-50 -0 0.1234567890123456789\nf 1 2 3\n";
+    const Mesh mesh = readMesh(store(folder / "forms.obj", text));
+    CHECK(mesh.points ==
+          std::vector<openvdb::Vec3s>{{0.5f, -2.5f, 3}, {1, 0.01f, 12345678901234567890123.0f}, {0, 0, 0.12345679f}});
+    for (const std::string word : {".", "1e", "1e+", "--1", "1-", "0x10", "1,5", "e5", "in"}) {
+        CAPTURE(word);
+        CHECK_THAT(errorOf(folder, "a.obj", "v 0 0 " + word + "\n" + objBox()), Contains("not a number"));
+    }
+
+    // Within 2 units in the last place of the correctly rounded value.
+    std::mt19937 random(4);
+    std::string points;
+    std::vector<float> expected;
+    for (int n = 0; n < 3000; ++n) {
+        const float value = std::ldexp(std::uniform_real_distribution<float>(-1, 1)(random), int(random() % 40) - 20);
+        const char* format = n % 3 == 0 ? "{:.6f}" : n % 3 == 1 ? "{:.8e}" : "{}";
+        const std::string word = fmt::format(fmt::runtime(format), value);
+        expected.push_back(std::stof(word));
+        points += (n % 3 == 0 ? "v " : " ") + word + (n % 3 == 2 ? "\n" : "");
+    }
+    for (int n = 1; n <= 1000; ++n) points += fmt::format("f {} {} {}\n", n, n % 1000 + 1, (n + 1) % 1000 + 1);
+    const Mesh many = readMesh(store(folder / "many.obj", points));
+    REQUIRE(many.points.size() == 1000);
+    for (size_t n = 0; n < expected.size(); ++n) {
+        const float read = many.points[n / 3][int(n % 3)];
+        const float ulp = std::nextafter(std::abs(expected[n]), INFINITY) - std::abs(expected[n]);
+        REQUIRE(std::abs(read - expected[n]) <= 2 * ulp);
+    }
+}
+
+TEST_CASE("MeshFile: other properties and elements of a PLY are skipped, and doubles are read", "[vdb][MeshFile]") {
+    const Folder folder;
+    for (const std::string format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
+        CAPTURE(format);
+        const bool text = format == "ascii", big = format == "binary_big_endian";
+        std::string bytes = "ply\nformat " + format +
+                            " 1.0\nelement camera 1\nproperty short view\nelement vertex 8\nproperty float nx\n"
+                            "property double x\nproperty double y\nproperty double z\nproperty uchar red\n"
+                            "element face 6\nproperty list uchar float uv\nproperty list uint ushort vertex_index\n"
+                            "end_header\n";
+        const auto put = [&](auto value) {
+            if (text)
+                bytes += fmt::format("{} ", value);
+            else
+                append(bytes, value, big);
+        };
+        const auto endLine = [&] { bytes += text ? "\n" : ""; };
+        put(int16_t(-7)), endLine();
+        for (int n = 0; n < 8; ++n) {
+            put(0.5f);
+            for (const float x : corner(n)) put(double(x));
+            put(uint8_t(200)), endLine();
+        }
+        for (const auto& q : kBox) {
+            put(uint8_t(2)), put(0.25f), put(0.75f), put(uint32_t(4));
+            for (const int c : q) put(uint16_t(c));
+            endLine();
+        }
+        requireBox(readMesh(store(folder / "more.ply", bytes)));
+    }
+}
+
 TEST_CASE("MeshFile: arrays give the mesh that a file of them gives", "[vdb][MeshFile]") {
     const Folder folder;
     // A box, one of whose corners is there twice, with a point of no face; then with two of its quads as triangles, and
@@ -280,6 +390,7 @@ TEST_CASE("MeshFile: points that are no numbers are counted", "[vdb][MeshFile]")
         CHECK_THAT(errorOf(folder, "a.ply", replaced(plyBox("ascii"))), Contains("2 of its 8 points"));
         CHECK_THAT(errorOf(folder, "a.stl", replaced(stlBox(true))), Contains("2 of its 36 points"));
     }
+    CHECK_THAT(errorOf(folder, "weight.obj", "v 1 2 3 0\n" + objBox()), Contains("1 of its 9 points"));
     for (const float bad : {std::numeric_limits<float>::quiet_NaN(), -std::numeric_limits<float>::infinity()}) {
         std::string ply = plyHead("binary_little_endian"), stl = stlBox(false), raw;
         append(raw, bad);
@@ -307,7 +418,7 @@ TEST_CASE("MeshFile: corners that do not exist", "[vdb][MeshFile]") {
     }
 }
 
-TEST_CASE("MeshFile: lines that Assimp would pass over or stop the program at", "[vdb][MeshFile]") {
+TEST_CASE("MeshFile: damaged lines and headers are errors", "[vdb][MeshFile]") {
     const Folder folder;
     CHECK_THAT(errorOf(folder, "a.obj", "v 1 2\n" + objBox()), Contains("line 1 ") && Contains("2 numbers"));
     CHECK_THAT(errorOf(folder, "b.obj", "v 1 2 x\n" + objBox()), Contains("not a number"));

@@ -1,0 +1,240 @@
+#include "MeshParser.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+namespace curlew {
+
+namespace {
+
+constexpr double kLargest = std::numeric_limits<float>::max();
+
+enum class PlyFormat { text, little, big };
+
+struct PlyType {
+    std::string_view name, alias;
+    size_t size;
+    bool real, isSigned;
+};
+
+constexpr std::array<PlyType, 8> kPlyTypes{{{"char", "int8", 1, false, true},
+                                            {"uchar", "uint8", 1, false, false},
+                                            {"short", "int16", 2, false, true},
+                                            {"ushort", "uint16", 2, false, false},
+                                            {"int", "int32", 4, false, true},
+                                            {"uint", "uint32", 4, false, false},
+                                            {"float", "float32", 4, true, true},
+                                            {"double", "float64", 8, true, true}}};
+
+struct PlyProperty {
+    std::string_view name;
+    const PlyType* type;
+    const PlyType* count; ///< Null unless it is a list.
+};
+
+struct PlyElement {
+    std::string_view name;
+    size_t count;
+    std::vector<PlyProperty> properties;
+};
+
+class PlyParser {
+  public:
+    PlyParser(std::string_view data, const MeshSource& source) : mRest(data), mSource(source) {}
+
+    Polygons parse() {
+        readHeader();
+        const PlyElement* points = find("vertex");
+        const PlyElement* faces = find("face");
+        if (!faces || faces->count == 0) throw mSource.noFaces();
+        if (!points) throw badHeader("has no element vertex");
+        for (const std::string_view axis : kAxes)
+            if (std::none_of(points->properties.begin(), points->properties.end(),
+                             [&](const PlyProperty& p) { return p.name == axis && !p.count; }))
+                throw badHeader(fmt::format("has no property {} of a vertex", axis));
+        if (std::count_if(faces->properties.begin(), faces->properties.end(), isCorners) != 1)
+            throw badHeader("does not have one list vertex_indices of a face");
+        mPoints = points->count;
+        for (const PlyElement& element : mElements) readElements(element);
+        mSource.checkPoints(mBad, mPoints);
+        return std::move(mPolygons);
+    }
+
+  private:
+    static constexpr std::array<std::string_view, 3> kAxes{"x", "y", "z"};
+
+    static bool isCorners(const PlyProperty& p) {
+        return p.count && !p.type->real && (p.name == "vertex_indices" || p.name == "vertex_index");
+    }
+
+    FileError badHeader(const std::string& why) const {
+        return mSource.error(fmt::format("its PLY header {}; it is damaged or of another kind", why));
+    }
+
+    const PlyElement* find(std::string_view name) const {
+        const auto found =
+            std::find_if(mElements.begin(), mElements.end(), [&](const auto& e) { return e.name == name; });
+        return found == mElements.end() ? nullptr : &*found;
+    }
+
+    const PlyType* typeOf(std::string_view name) const {
+        for (const PlyType& type : kPlyTypes)
+            if (name == type.name || name == type.alias) return &type;
+        throw badHeader("has a property of an unknown type");
+    }
+
+    void readHeader() {
+        std::string_view line = takeLine(mRest);
+        if (takeWord(line) != "ply") throw mSource.error("it does not begin as a PLY; give a .ply file");
+        bool hasFormat = false;
+        for (;;) {
+            if (mRest.empty()) throw mSource.cutShort();
+            line = takeLine(mRest);
+            const std::string_view keyword = takeWord(line);
+            if (keyword == "end_header") break;
+            if (keyword == "format") {
+                readFormat(takeWord(line));
+                hasFormat = true;
+            } else if (keyword == "element") {
+                readElement(line);
+            } else if (keyword == "property" && !mElements.empty()) {
+                readProperty(line);
+            } else if (keyword != "comment" && keyword != "obj_info") {
+                throw badHeader("has a line that is no part of one");
+            }
+        }
+        if (!hasFormat) throw badHeader("has no format");
+    }
+
+    void readFormat(std::string_view format) {
+        if (format == "ascii")
+            mFormat = PlyFormat::text;
+        else if (format == "binary_little_endian")
+            mFormat = PlyFormat::little;
+        else if (format == "binary_big_endian")
+            mFormat = PlyFormat::big;
+        else
+            throw badHeader("has an unknown format");
+    }
+
+    void readElement(std::string_view line) {
+        const std::string_view name = takeWord(line);
+        int64_t count = 0;
+        if (!curlew::parse(takeWord(line), count) || !std::in_range<uint32_t>(count) || find(name))
+            throw badHeader("has an unusable element");
+        mElements.push_back({name, size_t(count), {}});
+    }
+
+    void readProperty(std::string_view line) {
+        std::string_view word = takeWord(line);
+        const PlyType* count = nullptr;
+        if (word == "list") {
+            count = typeOf(takeWord(line));
+            if (count->real) throw badHeader("has a list with an unusable count");
+            word = takeWord(line);
+        }
+        const PlyType* type = typeOf(word);
+        const std::string_view name = takeWord(line);
+        if (name.empty()) throw badHeader("has a property without a name");
+        std::vector<PlyProperty>& properties = mElements.back().properties;
+        if (std::any_of(properties.begin(), properties.end(), [&](const PlyProperty& p) { return p.name == name; }))
+            throw badHeader("has a property twice");
+        properties.push_back({name, type, count});
+    }
+
+    void readElements(const PlyElement& element) {
+        if (element.properties.empty() && element.count > 0) throw badHeader("has an element without properties");
+        const bool isPoint = element.name == "vertex", isFace = element.name == "face";
+        for (size_t n = 0; n < element.count; ++n) {
+            if (mFormat == PlyFormat::text) nextLine();
+            openvdb::Vec3s point(0);
+            for (const PlyProperty& property : element.properties) {
+                if (property.count) {
+                    readList(property, isFace && isCorners(property));
+                } else {
+                    const double value = next(*property.type);
+                    for (int axis = 0; axis < 3; ++axis)
+                        if (property.name == kAxes[static_cast<size_t>(axis)]) point[axis] = static_cast<float>(value);
+                }
+            }
+            if (isPoint) {
+                mBad += !point.isFinite();
+                mPolygons.points.push_back(point);
+            }
+            if (!takeWord(mLine).empty()) throw mSource.error("a line of it has too many numbers; it is damaged");
+        }
+    }
+
+    void readList(const PlyProperty& property, bool corners) {
+        const double given = next(*property.count);
+        if (!(given >= 0 && given <= double(std::numeric_limits<uint32_t>::max()))) throw mSource.cutShort();
+        const auto count = static_cast<uint32_t>(given);
+        if (corners && count < 3) throw mSource.error(fmt::format("it has a face of {} corners; it is damaged", count));
+        for (uint32_t n = 0; n < count; ++n) {
+            const double value = next(*property.type);
+            if (!corners) continue;
+            if (!(value >= 0 && value < double(mPoints)))
+                throw mSource.error(fmt::format("it has a face with the corner {:g}, and points 0 to {}; it is damaged",
+                                                value, double(mPoints) - 1));
+            mPolygons.corners.push_back(static_cast<uint32_t>(value));
+        }
+        if (corners) mPolygons.sizes.push_back(count);
+    }
+
+    void nextLine() {
+        do {
+            if (mRest.empty()) throw mSource.cutShort();
+            mLine = takeLine(mRest);
+        } while (isBlank(mLine));
+    }
+
+    /// The next number of the data; infinite if it is beyond the range of a float.
+    double next(const PlyType& type) {
+        if (mFormat == PlyFormat::text) return nextWord(type);
+        if (mRest.size() < type.size) throw mSource.cutShort();
+        uint64_t bits = 0;
+        for (size_t k = 0; k < type.size; ++k) {
+            const char byte = mRest[mFormat == PlyFormat::big ? type.size - 1 - k : k];
+            bits |= uint64_t(static_cast<unsigned char>(byte)) << 8 * k;
+        }
+        mRest.remove_prefix(type.size);
+        if (type.real) {
+            const double value =
+                type.size == 4 ? double(std::bit_cast<float>(uint32_t(bits))) : std::bit_cast<double>(bits);
+            return std::abs(value) > kLargest ? HUGE_VAL : value;
+        }
+        const uint64_t sign = type.isSigned ? uint64_t(1) << ((8 * type.size - 1) & 63) : 0;
+        return double(int64_t(bits ^ sign) - int64_t(sign)); // integers have 4 bytes at most
+    }
+
+    double nextWord(const PlyType& type) {
+        const std::string_view word = takeWord(mLine);
+        if (word.empty()) throw mSource.cutShort();
+        float single = 0;
+        double value = 0;
+        const bool isFloat = type.real && type.size == 4;
+        const bool isNumber = isFloat ? curlew::parse(word, single) : curlew::parse(word, value);
+        if (isFloat) value = static_cast<double>(single);
+        if (!isNumber || (!type.real && value != std::floor(value)))
+            throw mSource.error("it has something that is not a number where there should be one; it is damaged");
+        return std::abs(value) > kLargest ? HUGE_VAL : value;
+    }
+
+    std::string_view mRest, mLine;
+    const MeshSource& mSource;
+    PlyFormat mFormat = PlyFormat::text;
+    std::vector<PlyElement> mElements;
+    Polygons mPolygons;
+    size_t mPoints = 0, mBad = 0;
+};
+
+} // namespace
+
+Polygons parsePly(std::string_view data, const MeshSource& source) { return PlyParser(data, source).parse(); }
+
+} // namespace curlew

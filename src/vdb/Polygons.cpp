@@ -1,0 +1,160 @@
+#include "Polygons.h"
+
+#include <tbb/parallel_sort.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+#include <tuple>
+#include <utility>
+
+namespace curlew {
+
+namespace {
+
+using Point = std::array<double, 2>;
+using Corners = std::span<const uint32_t>;
+
+/// Twice the area of a triangle; negative if it runs clockwise.
+double area(const Point& a, const Point& b, const Point& c) {
+    return a[0] * (b[1] - c[1]) + b[0] * (c[1] - a[1]) + c[0] * (a[1] - b[1]);
+}
+
+/// The corners of a polygon, counter-clockwise, without the axis along which its normal (Newell's) is longest.
+std::vector<Point> projected(const std::vector<openvdb::Vec3s>& points, Corners corners) {
+    openvdb::Vec3d normal(0);
+    for (size_t k = 0; k < corners.size(); ++k) {
+        const openvdb::Vec3d here(points[corners[k]]), next(points[corners[(k + 1) % corners.size()]]);
+        normal += here.cross(next);
+    }
+    const double x = std::abs(normal[0]), y = std::abs(normal[1]), z = std::abs(normal[2]);
+    const int axis = x > y && x > z ? 0 : y > z ? 1 : 2;
+    int first = (axis + 1) % 3, second = (axis + 2) % 3;
+    if (normal[axis] < 0) std::swap(first, second);
+    std::vector<Point> result;
+    result.reserve(corners.size());
+    for (const uint32_t c : corners)
+        result.push_back({static_cast<double>(points[c][first]), static_cast<double>(points[c][second])});
+    return result;
+}
+
+/// Cuts the ears off a polygon.
+class EarClipper {
+  public:
+    explicit EarClipper(std::vector<Point> points) : mPoints(std::move(points)), mRing(mPoints.size()) {
+        const size_t size = mPoints.size();
+        for (size_t k = 0; k < size; ++k) mRing[k] = {(k + size - 1) % size, (k + 1) % size};
+    }
+
+    /// Calls emit(a, b, c) for each triangle, with the numbers of its corners.
+    template <class Emit>
+    void cut(const Emit& emit) {
+        size_t ear = 0, left = mPoints.size(), tries = 0;
+        while (left > 3) {
+            const auto [previous, next] = mRing[ear];
+            if (tries < left && !isEar(previous, ear, next)) {
+                ++tries;
+            } else {
+                emit(previous, ear, next);
+                mRing[previous].next = next;
+                mRing[next].previous = previous;
+                --left, tries = 0;
+            }
+            ear = next;
+        }
+        std::array<size_t, 3> last{ear, mRing[ear].next, mRing[ear].previous};
+        std::rotate(last.begin(), std::min_element(last.begin(), last.end()), last.end());
+        emit(last[0], last[1], last[2]);
+    }
+
+  private:
+    struct Neighbours {
+        size_t previous, next;
+    };
+
+    /// Whether the corner is convex, and no other corner lies in the triangle of it and its neighbours.
+    bool isEar(size_t previous, size_t corner, size_t next) const {
+        const Point &a = mPoints[previous], &b = mPoints[corner], &c = mPoints[next];
+        if (area(a, b, c) < 0) return false;
+        for (size_t k = mRing[next].next; k != previous; k = mRing[k].next) {
+            const Point& p = mPoints[k]; // corners may share a position
+            if (p != a && p != b && p != c && area(a, b, p) > 0 && area(b, c, p) > 0 && area(c, a, p) > 0) return false;
+        }
+        return true;
+    }
+
+    std::vector<Point> mPoints;
+    std::vector<Neighbours> mRing;
+};
+
+/// Appends the triangles of a polygon. None begins with the corner with which the one before begins.
+void appendTriangles(const std::vector<openvdb::Vec3s>& points, Corners corners,
+                     std::vector<openvdb::Vec3I>& triangles) {
+    size_t before = corners.size();
+    EarClipper(projected(points, corners)).cut([&](size_t a, size_t b, size_t c) {
+        if (a == before) std::tie(a, b, c) = std::tuple(c, a, b);
+        before = a;
+        triangles.emplace_back(corners[a], corners[b], corners[c]);
+    });
+}
+
+/// Calls use(corner) for every corner of every face.
+template <class Use>
+void forEachCorner(Mesh& mesh, const Use& use) {
+    for (auto& face : mesh.triangles)
+        for (int k = 0; k < 3; ++k) use(face[k]);
+    for (auto& face : mesh.quads)
+        for (int k = 0; k < 4; ++k) use(face[k]);
+}
+
+/// Joins points with the same position into the first of them, and drops those of no face.
+void joinPoints(Mesh& mesh) {
+    constexpr uint32_t kNone = ~uint32_t(0);
+    std::vector<openvdb::Vec3s> points = std::move(mesh.points);
+    for (auto& p : points) p += openvdb::Vec3s(0.0f); // -0 becomes 0
+    std::vector<uint32_t> joined(points.size(), kNone), used;
+    forEachCorner(mesh, [&](uint32_t corner) {
+        if (joined[corner] != kNone) return;
+        joined[corner] = corner;
+        used.push_back(corner);
+    });
+    tbb::parallel_sort(used, [&](uint32_t i, uint32_t j) {
+        const openvdb::Vec3s &a = points[i], &b = points[j];
+        return std::tuple(a.x(), a.y(), a.z(), i) < std::tuple(b.x(), b.y(), b.z(), j);
+    });
+    for (size_t n = 1; n < used.size(); ++n)
+        if (points[used[n]] == points[used[n - 1]]) joined[used[n]] = joined[used[n - 1]];
+    mesh.points.clear();
+    for (uint32_t n = 0; n < joined.size(); ++n) {
+        if (joined[n] == kNone) continue;
+        if (joined[n] == n) {
+            joined[n] = static_cast<uint32_t>(mesh.points.size());
+            mesh.points.push_back(points[n]);
+        } else {
+            joined[n] = joined[joined[n]];
+        }
+    }
+    forEachCorner(mesh, [&](uint32_t& corner) { corner = joined[corner]; });
+}
+
+} // namespace
+
+Mesh meshOf(const Polygons& polygons) {
+    Mesh mesh;
+    mesh.points = polygons.points;
+    const uint32_t* face = polygons.corners.data();
+    for (const uint32_t size : polygons.sizes) {
+        if (size == 3)
+            mesh.triangles.emplace_back(face[0], face[1], face[2]);
+        else if (size == 4)
+            mesh.quads.emplace_back(face[0], face[1], face[2], face[3]);
+        else
+            appendTriangles(polygons.points, {face, size}, mesh.triangles);
+        face += size;
+    }
+    joinPoints(mesh);
+    return mesh;
+}
+
+} // namespace curlew

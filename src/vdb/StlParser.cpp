@@ -1,0 +1,71 @@
+#include "MeshParser.h"
+
+#include <bit>
+#include <cstring>
+#include <numeric>
+
+namespace curlew {
+
+namespace {
+
+/// Three points for each face.
+Polygons triangles(std::vector<openvdb::Vec3s> points, const MeshSource& source) {
+    if (points.empty()) throw source.noFaces();
+    size_t bad = 0;
+    for (const auto& point : points) bad += !point.isFinite();
+    source.checkPoints(bad, points.size());
+    Polygons polygons;
+    polygons.points = std::move(points);
+    polygons.corners.resize(polygons.points.size());
+    std::iota(polygons.corners.begin(), polygons.corners.end(), uint32_t{0});
+    polygons.sizes.assign(polygons.points.size() / 3, 3);
+    return polygons;
+}
+
+Polygons parseTextStl(std::string_view text, const MeshSource& source) {
+    if (!text.starts_with("solid") || text.find('\0') != std::string_view::npos)
+        throw source.error(
+            "it is neither a text STL nor a binary one of the size that it says; write or copy it again");
+    std::vector<openvdb::Vec3s> points;
+    size_t number = 0, facets = 0;
+    bool closed = false;
+    while (!text.empty()) {
+        ++number;
+        std::string_view line = takeLine(text);
+        const std::string_view keyword = takeWord(line);
+        if (keyword.empty()) continue;
+        closed = keyword == "endsolid";
+        if (keyword == "facet") {
+            if (points.size() != 3 * facets++)
+                throw source.badLine(number, "begins a facet where the last one has no three points");
+        } else if (keyword == "vertex") {
+            openvdb::Vec3s& point = points.emplace_back(0.0f);
+            for (int axis = 0; axis < 3; ++axis)
+                if (!parse(takeWord(line), point[axis]))
+                    throw source.badLine(number, "has a point without three numbers");
+            if (points.size() > 3 * facets) throw source.badLine(number, "has a point too many");
+        } else if (keyword != "solid" && keyword != "outer" && keyword != "endloop" && keyword != "endfacet" &&
+                   !closed) {
+            throw source.badLine(number, "begins with no keyword of STL");
+        }
+    }
+    if (!closed || points.size() != 3 * facets) throw source.cutShort();
+    return triangles(std::move(points), source);
+}
+
+} // namespace
+
+/// A binary STL has 80 bytes of anything, a count of triangles and 50 bytes for each: normal, points, 2 bytes.
+Polygons parseStl(std::string_view data, const MeshSource& source) {
+    static_assert(std::endian::native == std::endian::little, "binary STL is little-endian");
+    constexpr size_t kHeader = 84, kNormal = 12, kFacet = 50;
+    uint32_t count = 0;
+    if (data.size() >= kHeader) std::memcpy(&count, data.data() + kHeader - sizeof count, sizeof count);
+    if (data.size() != kHeader + kFacet * count) return parseTextStl(data, source);
+    std::vector<openvdb::Vec3s> points(size_t{3} * count);
+    for (size_t n = 0; n < count; ++n)
+        std::memcpy(points[3 * n].asV(), data.data() + kHeader + kFacet * n + kNormal, 3 * sizeof points[0]);
+    return triangles(std::move(points), source);
+}
+
+} // namespace curlew
