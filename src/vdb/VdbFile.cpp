@@ -207,26 +207,49 @@ openvdb::GridBase::ConstPtr asWritten(const openvdb::GridBase& grid, const VdbWr
 
 } // namespace
 
-std::vector<openvdb::GridBase::Ptr> readVdb(const fs::path& path) {
+namespace {
+
+/// Returns use(stream of the file). Turns what OpenVDB and the stream throw into FileErrors.
+template <class Use>
+auto readSafely(const fs::path& path, const Use& use) {
     openvdb::initialize();
     std::ifstream in = openToRead(path);
+    const auto fail = [&](std::string_view why) {
+        return FileError(fmt::format("'{}' {}; write or copy it again", path.string(), why));
+    };
     try {
+        return use(in);
+    } catch (const std::ios_base::failure&) {
+        throw fail("is cut short or damaged");
+    } catch (const std::bad_alloc&) {
+        throw FileError(fmt::format("'{}' needs more memory than there is, or is damaged; free some or write it again",
+                                    path.string()));
+    } catch (const openvdb::Exception& error) {
+        throw fail(fmt::format("is damaged ({})", oneLine(error.what())));
+    } catch (const std::length_error&) {
+        throw fail("is damaged");
+    }
+}
+
+} // namespace
+
+std::vector<openvdb::GridBase::Ptr> readVdb(const fs::path& path) {
+    return readSafely(path, [&](std::istream& in) {
         validateVdb(in, path);
         openvdb::io::Stream stream(in, /*delayLoad=*/false);
         const openvdb::GridPtrVecPtr grids = stream.getGrids();
         for (const openvdb::GridBase::Ptr& grid : *grids) checkPoints(*grid);
         return *grids;
-    } catch (const std::ios_base::failure&) {
-        throw FileError(fmt::format("'{}' is cut short or damaged; write or copy it again", path.string()));
-    } catch (const std::bad_alloc&) {
-        throw FileError(fmt::format("'{}' needs more memory than there is, or is damaged; free some or write it again",
-                                    path.string()));
-    } catch (const openvdb::Exception& error) {
-        throw FileError(
-            fmt::format("'{}' is damaged ({}); write or copy it again", path.string(), oneLine(error.what())));
-    } catch (const std::length_error&) {
-        throw FileError(fmt::format("'{}' is damaged; write or copy it again", path.string()));
-    }
+    });
+}
+
+std::vector<GridInfo> vdbContents(const fs::path& path) {
+    if (auto infos = readSafely(path, [&](std::istream& in) { return validateVdbHeaders(in, path); }))
+        return std::move(*infos);
+    std::vector<GridInfo> infos;
+    for (const auto& grid : readVdb(path))
+        infos.push_back({grid->getName(), grid->type(), gridKind(grid->type(), grid->getGridClass())});
+    return infos;
 }
 
 void writeVdb(const fs::path& path, const std::vector<openvdb::GridBase::ConstPtr>& grids,

@@ -6,6 +6,7 @@
 #include <openvdb/io/Archive.h>
 #include <openvdb/io/GridDescriptor.h>
 #include <openvdb/openvdb.h>
+#include <openvdb/points/PointDataGrid.h>
 
 #include <array>
 #include <bit>
@@ -44,7 +45,34 @@ class Validation {
         in.seekg(0);
     }
 
-    void check() {
+    /// Checks all of the file.
+    void checkAll() {
+        const bool hasOffsets = checkHeader();
+        for (int32_t left = readCount(); left > 0; --left)
+            if (!checkGrid(hasOffsets)) break;
+        mIn.seekg(0);
+    }
+
+    /// Checks the headers of the grids; nullopt if the file has no offsets to find them by.
+    std::optional<std::vector<GridInfo>> checkHeaders() {
+        if (!checkHeader()) return {};
+        std::vector<GridInfo> infos;
+        for (int32_t left = readCount(); left > 0; --left) {
+            const GridHeader header = readGridHeader(true);
+            if (header.end < mIn.tellg()) damaged();
+            mIn.seekg(header.end);
+            infos.push_back(header.info);
+        }
+        return infos;
+    }
+
+  private:
+    [[noreturn]] void damaged() const {
+        throw FileError(fmt::format("'{}' is cut short or damaged; write or copy it again", mPath.string()));
+    }
+
+    /// The header of the file. Returns whether its grids have offsets.
+    bool checkHeader() {
         if (mSize < std::streamoff(sizeof(int64_t)) || read<int64_t>() != openvdb::OPENVDB_MAGIC)
             throw FileError(fmt::format("'{}' is not a .vdb file; give one that OpenVDB wrote", mPath.string()));
         constexpr uint32_t oldest = openvdb::OPENVDB_FILE_VERSION_NODE_MASK_COMPRESSION;
@@ -60,16 +88,13 @@ class Validation {
         const bool hasOffsets = read<char>() != 0;
         skip(kUuidLength);
         checkMetadata();
-        const auto count = read<int32_t>();
-        if (count < 0) damaged();
-        for (int32_t i = 0; i < count; ++i)
-            if (!checkGrid(hasOffsets)) break;
-        mIn.seekg(0);
+        return hasOffsets;
     }
 
-  private:
-    [[noreturn]] void damaged() const {
-        throw FileError(fmt::format("'{}' is cut short or damaged; write or copy it again", mPath.string()));
+    int32_t readCount() {
+        const auto count = read<int32_t>();
+        if (count < 0) damaged();
+        return count;
     }
 
     std::streamoff left() const { return mSize - mIn.tellg(); }
@@ -100,21 +125,34 @@ class Validation {
         return text;
     }
 
-    void checkMetadata() {
+    /// Returns the class of the grid whose metadata it is.
+    openvdb::GridClass checkMetadata() {
+        auto gridClass = openvdb::GRID_UNKNOWN;
         for (auto count = read<uint32_t>(); count > 0; --count) {
-            readString(); // name
-            const std::string type = readString();
-            const std::streamoff size = read<uint32_t>(), value = mIn.tellg();
+            const std::string name = readString(), type = readString();
+            const std::streamoff value = mIn.tellg();
+            if (name == openvdb::GridBase::META_GRID_CLASS && type == "string")
+                gridClass = openvdb::GridBase::stringToGridClass(readString());
+            mIn.seekg(value);
+            const std::streamoff size = read<uint32_t>(), begin = mIn.tellg();
             // Makes OpenVDB allocate for a number of leaves; each has a mask of 64 bytes in the file.
             if (type == "__delayedload" && size > 0 && read<uint32_t>() > mSize / 64) damaged();
-            mIn.seekg(value);
+            mIn.seekg(begin);
             skip(size);
         }
+        return gridClass;
     }
 
-    /// Returns whether the stream is at the end of the grid.
-    bool checkGrid(bool hasOffsets) {
-        const std::string name = oneLine(openvdb::io::GridDescriptor::nameAsString(readString()));
+    struct GridHeader {
+        GridInfo info;
+        bool half, isInstance;
+        int64_t blocks, end; ///< Where its values begin, and where it ends.
+    };
+
+    /// All that is before the tree.
+    GridHeader readGridHeader(bool hasOffsets) {
+        const std::string uniqueName = readString();
+        const std::string name = oneLine(openvdb::io::GridDescriptor::nameAsString(uniqueName));
         std::string type = readString();
         constexpr std::string_view suffix = "_HalfFloat";
         const bool half = type.ends_with(suffix);
@@ -131,15 +169,24 @@ class Validation {
             if (begin != mIn.tellg() || end < begin) damaged();
         }
         mCompression = read<uint32_t>();
-        checkMetadata();
+        const openvdb::GridClass gridClass = checkMetadata();
         const std::streamoff transform = mIn.tellg();
         readString(); // type
         mIn.seekg(transform);
         openvdb::math::Transform().read(mIn);
+        return {{openvdb::io::GridDescriptor::stripSuffix(uniqueName), type, gridKind(type, gridClass)},
+                half,
+                isInstance,
+                blocks,
+                end};
+    }
 
+    /// Returns whether the stream is at the end of the grid.
+    bool checkGrid(bool hasOffsets) {
+        const auto [info, half, isInstance, blocks, end] = readGridHeader(hasOffsets);
         bool atEnd = isInstance;
         for (const ValueLayout& layout : kLayouts) {
-            if (isInstance || type != fmt::format("Tree_{}_5_4_3", layout.name)) continue;
+            if (isInstance || info.type != fmt::format("Tree_{}_5_4_3", layout.name)) continue;
             const size_t leaves = checkTopology(layout, half);
             if (hasOffsets && blocks != mIn.tellg()) damaged();
             atEnd = layout.inLeaves;
@@ -240,6 +287,17 @@ class Validation {
 
 } // namespace
 
-void validateVdb(std::istream& in, const fs::path& path) { Validation(in, path).check(); }
+GridKind gridKind(std::string_view type, openvdb::GridClass gridClass) {
+    if (type == openvdb::points::PointDataGrid::gridType()) return GridKind::points;
+    if (type == openvdb::Vec3SGrid::gridType()) return GridKind::velocity;
+    if (gridClass == openvdb::GRID_LEVEL_SET) return GridKind::levelSet;
+    return gridClass == openvdb::GRID_FOG_VOLUME ? GridKind::fogVolume : GridKind::other;
+}
+
+void validateVdb(std::istream& in, const fs::path& path) { Validation(in, path).checkAll(); }
+
+std::optional<std::vector<GridInfo>> validateVdbHeaders(std::istream& in, const fs::path& path) {
+    return Validation(in, path).checkHeaders();
+}
 
 } // namespace curlew

@@ -15,6 +15,7 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <random>
 #include <sstream>
 #include <string>
 
@@ -336,6 +337,70 @@ TEST_CASE("VdbFile: files that are no .vdb", "[vdb][VdbFile]") {
     broken.replace(broken.find("UniformScaleMap"), 7, "Uni\norm");
     store(folder / "broken.vdb", broken);
     error("broken.vdb", "Uni?ormScaleMap");
+}
+
+TEST_CASE("VdbFile: the contents of a file by its headers", "[vdb][VdbFile]") {
+    const Folder folder;
+    Grids grids = variety();
+    auto fog = sphere(), nameless = sphere();
+    fog->setGridClass(openvdb::GRID_FOG_VOLUME);
+    nameless->setName("");
+    auto staggered = velocity();
+    staggered->setGridClass(openvdb::GRID_STAGGERED);
+    for (const openvdb::GridBase::ConstPtr& grid : Grids{fog, nameless, nameless->copyGrid(), staggered})
+        grids.push_back(grid);
+    using enum GridKind;
+    const std::vector<GridKind> kinds{levelSet, velocity,  levelSet, velocity, other,   other,
+                                      points,   fogVolume, levelSet, levelSet, velocity};
+    const auto requireContents = [&](const fs::path& path) {
+        const auto infos = vdbContents(path);
+        REQUIRE(infos.size() == grids.size());
+        for (size_t n = 0; n < infos.size(); ++n) {
+            CAPTURE(n);
+            CHECK(infos[n].name == grids[n]->getName());
+            CHECK(infos[n].type == grids[n]->type());
+            CHECK(infos[n].kind == kinds[n]);
+        }
+    };
+    writeVdb(folder / "a.vdb", grids, {}, {.half = GENERATE(false, true), .codec = Codec::zip});
+    requireContents(folder / "a.vdb");
+    {
+        std::ofstream out(folder / "stream.vdb", std::ios::binary); // has no offsets
+        openvdb::io::Stream(out).write(openvdb::GridCPtrVec(grids.begin(), grids.end()));
+    }
+    requireContents(folder / "stream.vdb");
+    writeVdb(folder / "none.vdb", {});
+    CHECK(vdbContents(folder / "none.vdb").empty());
+}
+
+TEST_CASE("VdbFile: damaged headers are noticed without reading the grids", "[vdb][VdbFile]") {
+    const Folder folder;
+    writeVdb(folder / "a.vdb", {velocity(), points()});
+    const std::string bytes = bytesOf(folder / "a.vdb");
+    const fs::path damaged = folder / "damaged.vdb";
+    for (size_t size = 1; size < bytes.size(); size += size < 1000 ? 7 : 997) {
+        CAPTURE(size);
+        store(damaged, bytes.substr(0, size));
+        REQUIRE_THROWS_AS(vdbContents(damaged), FileError);
+    }
+    for (const size_t at : {57, 61, 65}) { // metadata, grids, letters of a name
+        CAPTURE(at);
+        store(damaged, std::string(bytes).replace(at, 4, 4, '\x7f'));
+        REQUIRE_THROWS_AS(vdbContents(damaged), FileError);
+    }
+    std::mt19937 random(1);
+    for (int n = 0; n < 2000; ++n) { // no damage ends the program
+        std::string changed = bytes;
+        changed[random() % 1000] = static_cast<char>(random());
+        try {
+            vdbContents(store(damaged, changed));
+        } catch (const FileError&) {
+        }
+    }
+    store(damaged, std::string(bytes).replace(bytes.find("Tree_vec3s"), 10, "Tree_quark"));
+    REQUIRE_THROWS_WITH(vdbContents(damaged), Contains("Tree_quark_5_4_3"));
+    REQUIRE_THROWS_WITH(vdbContents(folder / "missing.vdb"), Contains("no such file"));
+    REQUIRE_THROWS_WITH(vdbContents(store(damaged, "v 0 0 0\n")), Contains("not a .vdb"));
 }
 
 TEST_CASE("VdbFile: what cannot be written leaves nothing behind", "[vdb][VdbFile]") {

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <string>
 #include <vector>
 
 namespace curlew {
@@ -32,6 +33,26 @@ struct VdbWriteOptions {
 /// OpenVDB 3 or newer than this OpenVDB, or if it holds a type of grid that this program does not know. Safe to call
 /// from several threads.
 std::vector<openvdb::GridBase::Ptr> readVdb(const std::filesystem::path& path);
+
+/// What a grid is used as. A grid of points may hold curves (see CurveFile.h): its header does not say so.
+enum class GridKind {
+    levelSet,
+    fogVolume,
+    velocity, ///< Vectors of three floats, collocated or staggered.
+    points,
+    other
+};
+
+struct GridInfo {
+    std::string name; ///< As the grid's getName().
+    std::string type; ///< As the grid's type(), such as "Tree_float_5_4_3".
+    GridKind kind;
+};
+
+/// What the grids of a .vdb file are, in the order of the file, by their headers alone. If the file was written without
+/// offsets between its grids, all of it is read. Throws FileError as readVdb(), but damage in what is not read goes
+/// unnoticed. Safe to call from several threads.
+std::vector<GridInfo> vdbContents(const std::filesystem::path& path);
 
 /// Writes the grids as one .vdb file: whole or not at all (see writeAtomically). The same grids, metadata and options
 /// give the same bytes, for the UUID in the file is made from its content. Grids may share a name or a tree. The grids
