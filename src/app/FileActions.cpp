@@ -123,7 +123,8 @@ constexpr const char* kNoPoints = "there are no points and no curves to write; m
 std::vector<openvdb::GridBase::ConstPtr> gridsToWrite(Session& s, const Arguments& a) {
     const auto gridOf = [&](size_t age) -> openvdb::GridBase::ConstPtr {
         return withGeometry<Particles, CurvesPointer>(s, age, kNoPoints, [&]<class T>(const T& geometry) {
-            PointGridOptions options{.velocity = a.choice("target") == 1 ? "velocity" : "v"};
+            PointGridOptions options;
+            options.velocity = kHostProfiles[static_cast<size_t>(a.choice("target"))].pointVelocity;
             if constexpr (std::same_as<T, CurvesPointer>) options.name = "curves";
             return pointGrid(thing(geometry), options);
         });
@@ -278,7 +279,7 @@ std::vector<Action> fileActions() {
                      choice("codec", {"auto", "none", "zip", "blosc"},
                             "compression of a .vdb; auto is blosc for fog volumes, which shrink to a third, and none "
                             "for the rest: velocities, level sets and points hardly shrink"),
-                     choice("target", {"houdini", "blender"},
+                     choice("target", hostNames(),
                             "whose names the attributes of points in a .vdb have: the velocity is v, or velocity"),
                      flag("legend", "1", "a colour bar below a .png"),
                      interval("range", "",

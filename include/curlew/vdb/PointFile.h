@@ -1,6 +1,7 @@
 #pragma once
 
 #include "curlew/track/Particles.h"
+#include "curlew/vdb/HostProfile.h"
 
 #include <openvdb/points/PointDataGrid.h>
 
@@ -12,7 +13,7 @@ namespace curlew {
 struct PointGridOptions {
     double voxelSize = 0;        ///< World units, at least 1.5e-5; 0: about 8 particles share an occupied voxel.
     std::string name = "points"; ///< Of the grid.
-    std::string velocity = "v";  ///< Of the attribute: Houdini's name; Blender's is "velocity".
+    std::string velocity = std::string(kHostProfiles.front().pointVelocity); ///< Of the velocity attribute.
 };
 
 /// The particles as OpenVDB points with the attributes that hosts expect: P, `id` (32 bits), and of those that the
@@ -22,11 +23,10 @@ struct PointGridOptions {
 /// unusable for these positions.
 openvdb::points::PointDataGrid::Ptr pointGrid(const Particles& particles, const PointGridOptions& options = {});
 
-/// The points of a grid in world units, with their velocity (`v` or `velocity`) if they have one, and with `age`,
-/// `life`, `f` and `g` where those are floats. With an `id` attribute (32 or 64 bits) they come sorted by it; otherwise
-/// they are numbered from 0 in the order of the grid.
-/// Throws ValueError if an attribute is missing from a part of the grid, or P, id or the velocity has an unexpected
-/// type.
+/// The points of a grid in world units, with their velocity (under the name of any host profile) if they have one, and
+/// with `age`, `life`, `f` and `g` where those are floats. With an `id` attribute (32 or 64 bits) they come sorted by
+/// it; otherwise they are numbered from 0 in the order of the grid. Throws ValueError if an attribute is missing from a
+/// part of the grid, or P, id or the velocity has an unexpected type.
 Particles particlesOf(const openvdb::points::PointDataGrid& grid);
 
 /// Writes binary little-endian PLY: float x, y, z; float vx, vy, vz; int id; float age, life, f, g: all but position

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace curlew {
+
+/// What a host program expects in the files that it reads.
+struct HostProfile {
+    std::string_view name;
+    std::string_view pointVelocity; ///< The attribute of points that holds their velocity.
+};
+
+/// The hosts that Curlew writes for, the default first.
+inline constexpr std::array kHostProfiles{
+    HostProfile{.name = "houdini", .pointVelocity = "v"},
+    HostProfile{.name = "blender", .pointVelocity = "velocity"},
+};
+
+inline std::vector<std::string> hostNames() {
+    std::vector<std::string> names;
+    for (const HostProfile& host : kHostProfiles) names.emplace_back(host.name);
+    return names;
+}
+
+} // namespace curlew

@@ -1,0 +1,203 @@
+#include "PointArrays.h"
+#include "VoxelSize.h"
+#include "curlew/base/Error.h"
+#include "curlew/base/Parallel.h"
+#include "curlew/vdb/PointFile.h"
+
+#include <fmt/format.h>
+#include <openvdb/openvdb.h>
+#include <openvdb/points/AttributeArray.h>
+#include <openvdb/points/PointAttribute.h>
+#include <openvdb/points/PointConversion.h>
+#include <tbb/parallel_sort.h>
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+namespace curlew {
+
+namespace {
+
+namespace points = openvdb::points;
+
+/// The particles' arrays as OpenVDB's point tools ask for them.
+struct Positions {
+    using value_type = openvdb::Vec3d; // NOLINT: OpenVDB's name for it
+    using PosType = openvdb::Vec3d;
+    const Particles& particles;
+
+    size_t size() const { return particles.size(); }
+    void getPos(size_t n, PosType& position) const { position = {particles.x[n], particles.y[n], particles.z[n]}; }
+};
+
+struct Velocities {
+    using value_type = openvdb::Vec3s; // NOLINT: OpenVDB's name for it
+    const Particles& particles;
+
+    void get(value_type& v, openvdb::Index64 n, openvdb::Index) const {
+        v = {particles.vx[n], particles.vy[n], particles.vz[n]};
+    }
+};
+
+struct Ids {
+    using value_type = int32_t; // NOLINT: OpenVDB's name for it
+    const Particles& particles;
+
+    void get(value_type& id, openvdb::Index64 n, openvdb::Index) const { id = int32_t(particles.id[n]); }
+};
+
+struct ScalarValues {
+    using value_type = float; // NOLINT: OpenVDB's name for it
+    const Particles& particles;
+    const Scalar& scalar;
+
+    void get(value_type& value, openvdb::Index64 n, openvdb::Index) const { value = scalar.of(particles, n); }
+};
+
+const points::AttributeArray& attributeOf(const points::PointDataTree::LeafNodeType& leaf, const std::string& name) {
+    const size_t position = leaf.attributeSet().find(name);
+    if (position >= leaf.attributeSet().size())
+        throw ValueError(
+            fmt::format("some points of the grid have no attribute '{}'; give all of them one, or none", name));
+    return leaf.constAttributeArray(position);
+}
+
+template <typename T>
+points::AttributeHandle<T> handleOf(const points::AttributeArray& array, const std::string& name) {
+    if (array.valueType() != openvdb::typeNameAsString<T>())
+        throw ValueError(fmt::format("the attribute '{}' of the points is of type {}; give it the type {}", name,
+                                     array.valueType(), openvdb::typeNameAsString<T>()));
+    return points::AttributeHandle<T>(array);
+}
+
+template <typename T>
+void readIds(const points::AttributeArray& array, int64_t* ids) {
+    const points::AttributeHandle<T> handle(array);
+    for (openvdb::Index n = 0; n < handle.size(); ++n) ids[n] = handle.get(n);
+}
+
+template <typename T>
+void reorder(std::vector<T>& values, const std::vector<size_t>& order) {
+    if (values.empty()) return;
+    std::vector<T> sorted(values.size());
+    parallelFor(values.size(), 4096, [&](size_t begin, size_t end) {
+        for (size_t n = begin; n < end; ++n) sorted[n] = values[order[n]];
+    });
+    values = std::move(sorted);
+}
+
+void sortById(Particles& particles) {
+    if (std::is_sorted(particles.id.begin(), particles.id.end())) return;
+    std::vector<size_t> order(particles.size());
+    std::iota(order.begin(), order.end(), size_t(0));
+    tbb::parallel_sort(
+        order, [&](size_t a, size_t b) { return std::pair(particles.id[a], a) < std::pair(particles.id[b], b); });
+    forEachArray(particles, [&](auto& values) { reorder(values, order); });
+}
+
+} // namespace
+
+points::PointDataGrid::Ptr pointGrid(const Particles& particles, const PointGridOptions& options) {
+    openvdb::initialize();
+    checkArrays(particles);
+    checkIds(particles);
+    auto grid = points::PointDataGrid::create();
+    if (particles.size() > 0) {
+        const auto transform =
+            openvdb::math::Transform::createLinearTransform(voxelSizeFor(particles, options.voxelSize));
+        const Positions positions{particles};
+        const auto index = openvdb::tools::createPointIndexGrid<openvdb::tools::PointIndexGrid>(positions, *transform);
+        grid = points::createPointDataGrid<points::NullCodec, points::PointDataGrid>(*index, positions, *transform);
+        if (particles.hasVelocity()) {
+            points::appendAttribute<openvdb::Vec3s>(grid->tree(), options.velocity);
+            points::populateAttribute(grid->tree(), index->tree(), options.velocity, Velocities{particles});
+        }
+        points::appendAttribute<int32_t>(grid->tree(), "id");
+        points::populateAttribute(grid->tree(), index->tree(), "id", Ids{particles});
+        for (const Scalar& scalar : scalarsOf(particles)) {
+            points::appendAttribute<float>(grid->tree(), scalar.name);
+            points::populateAttribute(grid->tree(), index->tree(), scalar.name, ScalarValues{particles, scalar});
+        }
+    }
+    grid->setName(options.name);
+    if (particles.hasVelocity()) grid->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
+    return grid;
+}
+
+Particles particlesOf(const points::PointDataGrid& grid) {
+    using Leaf = points::PointDataTree::LeafNodeType;
+    std::vector<const Leaf*> leaves;
+    std::vector<size_t> starts{0};
+    std::string velocity; // its name, if there is one
+    bool hasIds = false;
+    std::vector<Scalar> scalars;
+    for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
+        if (leaf->getLastValue() == 0) continue;
+        leaves.push_back(&*leaf);
+        starts.push_back(starts.back() + leaf->getLastValue());
+        const auto host = std::find_if(kHostProfiles.begin(), kHostProfiles.end(), [&](const HostProfile& profile) {
+            return leaf->hasAttribute(std::string(profile.pointVelocity));
+        });
+        if (host != kHostProfiles.end()) velocity = host->pointVelocity;
+        hasIds = hasIds || leaf->hasAttribute("id");
+    }
+
+    for (const Scalar& scalar : kScalars)
+        if (!leaves.empty() && leaves.front()->hasAttribute(scalar.name) &&
+            attributeOf(*leaves.front(), scalar.name).valueType() == openvdb::typeNameAsString<float>())
+            scalars.push_back(scalar);
+    Particles particles;
+    const size_t size = starts.back();
+    for (auto* values : {&particles.x, &particles.y, &particles.z}) values->resize(size);
+    if (!velocity.empty())
+        for (auto* values : {&particles.vx, &particles.vy, &particles.vz}) values->resize(size);
+    for (const Scalar& scalar : scalars) scalar.resize(particles, size);
+    particles.id.resize(size);
+    if (!hasIds) std::iota(particles.id.begin(), particles.id.end(), int64_t(0));
+
+    const auto readLeaf = [&](const Leaf& leaf, size_t start) {
+        leaf.validateOffsets();
+        const auto positions = handleOf<openvdb::Vec3s>(attributeOf(leaf, "P"), "P");
+        openvdb::Index n = 0;
+        for (openvdb::Index voxel = 0; voxel < Leaf::SIZE; ++voxel) {
+            const openvdb::Vec3d corner = leaf.offsetToGlobalCoord(voxel).asVec3d();
+            for (const openvdb::Index end = leaf.getValue(voxel); n < end; ++n) {
+                const openvdb::Vec3d world = grid.indexToWorld(corner + openvdb::Vec3d(positions.get(n)));
+                particles.x[start + n] = world.x(), particles.y[start + n] = world.y(),
+                                    particles.z[start + n] = world.z();
+            }
+        }
+        if (!velocity.empty()) {
+            const auto velocities = handleOf<openvdb::Vec3s>(attributeOf(leaf, velocity), velocity);
+            for (openvdb::Index k = 0; k < n; ++k) {
+                const openvdb::Vec3s v = velocities.get(k);
+                particles.vx[start + k] = v.x(), particles.vy[start + k] = v.y(), particles.vz[start + k] = v.z();
+            }
+        }
+        for (const Scalar& scalar : scalars) {
+            const auto values = handleOf<float>(attributeOf(leaf, scalar.name), scalar.name);
+            for (openvdb::Index k = 0; k < n; ++k) scalar.set(particles, start + k, values.get(k));
+        }
+        if (hasIds) {
+            const points::AttributeArray& ids = attributeOf(leaf, "id");
+            if (ids.valueType() == openvdb::typeNameAsString<int64_t>())
+                readIds<int64_t>(ids, &particles.id[start]);
+            else if (ids.valueType() == openvdb::typeNameAsString<int32_t>())
+                readIds<int32_t>(ids, &particles.id[start]);
+            else
+                throw ValueError(
+                    fmt::format("the attribute 'id' of the points is of type {}; give it the type int32 or int64",
+                                ids.valueType()));
+        }
+    };
+    parallelFor(leaves.size(), 16, [&](size_t begin, size_t end) {
+        for (size_t n = begin; n < end; ++n) readLeaf(*leaves[n], starts[n]);
+    });
+    if (particles.f.size() != particles.g.size())
+        for (auto* half : {&particles.f, &particles.g}) half->clear(); // no track
+    if (hasIds) sortById(particles);
+    return particles;
+}
+
+} // namespace curlew

@@ -1,0 +1,23 @@
+#include "curlew/vdb/HostProfile.h"
+#include "curlew/vdb/PointFile.h"
+
+#include <catch2/catch.hpp>
+
+using namespace curlew;
+
+TEST_CASE("HostProfile: points come back with their velocity, whatever the host calls it", "[vdb][HostProfile]") {
+    Particles particles;
+    particles.x = {1}, particles.y = {2}, particles.z = {3}, particles.id = {0};
+    particles.vx = {4}, particles.vy = {5}, particles.vz = {6};
+    for (const HostProfile& host : kHostProfiles) {
+        CAPTURE(host.name);
+        PointGridOptions options;
+        options.velocity = host.pointVelocity;
+        const auto grid = pointGrid(particles, options);
+        CHECK(grid->tree().cbeginLeaf()->hasAttribute(std::string(host.pointVelocity)));
+        const Particles read = particlesOf(*grid);
+        REQUIRE(read.hasVelocity());
+        CHECK(read.vy[0] == 5);
+    }
+    CHECK(hostNames() == std::vector<std::string>{"houdini", "blender"});
+}
