@@ -1,5 +1,5 @@
 #include "Tables.h"
-#include "curlew/base/Parallel.h"
+#include "curlew/field/ForEachBatch.h"
 #include "curlew/field/NoiseField.h"
 #include "curlew/flow/Flow.h"
 #include "curlew/noise/GradientNoise.h"
@@ -38,7 +38,7 @@ Carried carry(const Flow& flow, const SurfaceView& view, const Way& way) {
     const auto velocityOf = [&](const PointBatch& points, VecBatch<double>& velocity) {
         flow.velocity(points, velocity);
     };
-    const double squares = sumOverBatches(carried.places, [&](PointBatch points, size_t begin) {
+    const double squares = sumOverBatches(carried.places, [&](PointBatch& points, size_t begin) {
         std::array<double, kBatch> steps, free;
         steps.fill(dt);
         free.fill(std::numeric_limits<double>::infinity());

@@ -61,7 +61,7 @@ void warp(const FlowN<2>& flow, std::vector<Position>& positions, const WarpOpti
     reprojection.tolerance[0] = kRounding * magnitudesOf(flow).potentials[0];
     forEachBatch(
         positions,
-        [&](PointBatchN<2> points, size_t begin) {
+        [&](PointBatchN<2>& points, size_t begin) {
             moveBatch(flow, reprojection, options, points);
             storeBatch(points, positions, begin);
         },

@@ -24,7 +24,7 @@ void drift(const std::vector<Flow>& flows, Scheme scheme, double dt, std::vector
     dts.fill(dt);
     forEachBatch(
         points,
-        [&](PointBatch batch, size_t begin) {
+        [&](PointBatch& batch, size_t begin) {
             PointBatch next;
             for (const Flow& flow : flows) {
                 monitor.check();

@@ -125,7 +125,6 @@ class GuardedStepper {
           mGuard(guard) {}
 
     const FlowN<N>& flow() const { return mFlow; }
-    Scheme scheme() const { return mScheme; }
     bool guardsWalls() const { return mGuard.walls; }
     /// The derivative of the position by what dt measures.
     Vec<double, N> paced(const Vec<double, N>& velocity) const {

@@ -168,7 +168,7 @@ TraceSetup setupOf(const Flow& flow, TraceOptions o, const Monitor& monitor) {
                                                                                    : 1);
     if (o.step == 0) o.step = unit / 200;
     if (o.limit == 0) o.limit = unit * 8;
-    requirePositive(o.step, "step"); // of a box without extent
+    requirePositive(o.step, "step");                                                      // of a box without extent
     const auto cosine = [](double angle) { return angle < 3.14 ? std::cos(angle) : -2; }; // so much is no limit
     return {
         {flow, o.by, Scheme::rk4, inUnitsOf(typical, o.reprojection), StepGuard::forStreamlines(o.reprojection.method)},

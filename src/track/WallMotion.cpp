@@ -152,7 +152,7 @@ void WallMotion::carryAlongNormals(std::vector<Vec3d>& points, const Monitor& mo
     dt.fill(1.0 / steps);
     forEachBatch(
         points,
-        [&](PointBatch p, size_t begin) {
+        [&](PointBatch& p, size_t begin) {
             PointBatch to;
             for (int k = 0; k < steps; ++k) {
                 StagesN<3> stages;

@@ -9,7 +9,7 @@ TEST_CASE("forEachBatch: every point once, in batches that begin where they say"
     CAPTURE(count);
     std::vector<Vec<double, 2>> points;
     for (size_t k = 0; k < count; ++k) points.push_back({{double(k), 1}});
-    forEachBatch(points, [&](PointBatchN<2> batch, size_t begin) {
+    forEachBatch(points, [&](PointBatchN<2>& batch, size_t begin) {
         for (int i = 0; i < batch.size; ++i) {
             const Vec<double, 2> p = batch[i];
             batch.set(i, Vec<double, 2>{{p[0], p[1] + double(begin) + i}});

@@ -53,11 +53,17 @@ void storeBatch(const PointBatchN<N>& batch, Points& points, size_t begin) {
 }
 
 /// Calls body(batch, begin) for the points in batches of kBatch, on all threads: batch[i] is point begin + i. The body
-/// may move those points. Throws Interrupted if the monitor is cancelled, and what the body throws.
+/// may change the batch, and move those points. Throws Interrupted if the monitor is cancelled, and what the body
+/// throws.
 template <class Points, class Body>
 void forEachBatch(const Points& points, const Body& body, const Monitor& monitor = {}) {
     parallelFor(
-        points.size(), kBatch, [&](size_t begin, size_t end) { body(batchOf(points, begin, end), begin); }, monitor);
+        points.size(), kBatch,
+        [&](size_t begin, size_t end) {
+            auto batch = batchOf(points, begin, end);
+            body(batch, begin);
+        },
+        monitor);
 }
 
 /// The sum of what body(batch, begin) returns, added in the order of the points: the same bits for any number of
@@ -65,7 +71,11 @@ void forEachBatch(const Points& points, const Body& body, const Monitor& monitor
 template <class Points, class Body>
 auto sumOverBatches(const Points& points, const Body& body, const Monitor& monitor = {}) {
     return parallelSum(
-        points.size(), kBatch, [&](size_t begin, size_t end) { return body(batchOf(points, begin, end), begin); },
+        points.size(), kBatch,
+        [&](size_t begin, size_t end) {
+            auto batch = batchOf(points, begin, end);
+            return body(batch, begin);
+        },
         monitor);
 }
 
