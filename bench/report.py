@@ -4,6 +4,8 @@
 What is compared runs in turns, round after round, and the median of the rounds counts: so a load that comes and goes
 hits all alike. Times of one thread are processor times; those of two are real times, which count for little while others
 use the processor: so the processor time of the main thread, which takes part in the work, is compared as well.
+
+The preview of the Blender add-on is timed in Blender, by bench/blender_preview.py.
 """
 
 import argparse

@@ -1,5 +1,5 @@
-#include "curlew/app/Program.h"
-#include "curlew/app/Registry.h"
+#include "curlew/app/actions/Actions.h"
+#include "curlew/app/run/Session.h"
 #include "curlew/base/Simd.h"
 
 #include <fcntl.h>
@@ -53,8 +53,9 @@ int main(int argc, char** argv) {
         openvdb::initialize();
         const std::vector<std::string> tokens(argv + 1, argv + argc);
         app::Console console([] { return interrupted != 0; });
-        app::Session session(console);
-        app::run(app::parseCommandLine(tokens.empty() ? std::vector<std::string>{"-help"} : tokens), session);
+        app::Session session(console, /*keeps=*/false);
+        session.run(app::graphOfCommandLine(tokens.empty() ? std::vector<std::string>{"-help"} : tokens,
+                                            {.registry = app::registry(), .world = session.world()}));
         return std::fflush(stdout) == 0 ? EXIT_SUCCESS : fail("cannot write to the standard output", EXIT_FAILURE);
     } catch (const Interrupted&) {
         return fail("interrupted; files that were not finished have been removed", 130);

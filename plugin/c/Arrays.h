@@ -52,4 +52,13 @@ inline void putReal(double value, const curlew_buffer& buffer, ptrdiff_t stride,
         storeAs(value, to + component * sizeof(double));
 }
 
+/// Writes a number to a buffer of integers.
+inline void putInteger(int64_t value, const curlew_buffer& buffer, ptrdiff_t stride, size_t item, size_t component) {
+    auto* to = static_cast<char*>(buffer.data) + static_cast<ptrdiff_t>(item) * stride;
+    if (buffer.type == CURLEW_INT32)
+        storeAs(static_cast<int32_t>(value), to + component * sizeof(int32_t));
+    else
+        storeAs(value, to + component * sizeof(int64_t));
+}
+
 } // namespace curlew::c

@@ -1,7 +1,8 @@
 #include "Arrays.h"
 #include "Handle.h"
+#include "curlew/field/ForEachBatch.h"
 
-#include <optional>
+#include <algorithm>
 
 using namespace curlew;
 using namespace curlew::c;
@@ -15,27 +16,17 @@ struct curlew_flow {
 
 namespace {
 
-/// The positions of a call, in batches.
+/// The positions of a call.
 struct Positions {
     const curlew_array& array;
     ptrdiff_t stride = strideOf(array);
 
     size_t size() const { return static_cast<size_t>(array.count); }
-    /// Those from `begin` on; `finite` tells for which what is computed counts.
     template <int N>
-    PointBatchN<N> batch(size_t begin, std::array<bool, kBatch>& finite) const {
-        PointBatchN<N> points;
-        for (size_t k = begin; k < std::min(size(), begin + kBatch); ++k) {
-            Vec<double, N> p;
-            bool good = true;
-            for (int axis = 0; axis < N; ++axis) {
-                p[axis] = realAt(array, stride, k, static_cast<size_t>(axis));
-                good = good && std::isfinite(p[axis]);
-            }
-            finite[k - begin] = good;
-            points.push(good ? p : Vec<double, N>{});
-        }
-        return points;
+    Vec<double, N> at(size_t k) const {
+        Vec<double, N> p;
+        for (int axis = 0; axis < N; ++axis) p[axis] = realAt(array, stride, k, static_cast<size_t>(axis));
+        return p;
     }
 };
 
@@ -53,22 +44,28 @@ void checkTarget(const curlew_buffer* buffer, const char* name, const Positions&
     if (buffer) checkBuffer(*buffer, name, positions.array.count, components, Numbers::floats);
 }
 
-/// Calls `work(begin)` for the batches of the positions.
-template <class Work>
-void forEachBatch(const Positions& positions, const Work& work) {
-    constexpr size_t kGrain = size_t{16} * kBatch;
-    parallelFor(positions.size(), kGrain, [&](size_t begin, size_t end) {
-        for (size_t k = begin; k < end; k += kBatch) work(k);
-    });
+/// Calls `work(points, begin, finite)` for batches of the positions; those that are not finite are the origin, and what
+/// is computed for them is replaced by NaN.
+template <int N, class Work>
+void forEachFinite(const Positions& positions, const Work& work) {
+    forEachBatch(PointsBy{positions.size(), [&](size_t k) { return positions.at<N>(k); }},
+                 [&](PointBatchN<N> points, size_t begin) {
+                     std::array<bool, kBatch> finite{};
+                     for (int i = 0; i < points.size; ++i) {
+                         const Vec<double, N> p = points[i];
+                         finite[static_cast<size_t>(i)] =
+                             std::all_of(p.c.begin(), p.c.end(), [](double x) { return std::isfinite(x); });
+                         if (!finite[static_cast<size_t>(i)]) points.set(i, {});
+                     }
+                     work(points, begin, finite);
+                 });
 }
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 template <class T, int N>
 void evaluate(const ScalarFieldN<N>& field, const Positions& positions, const Target& values, const Target& gradients) {
-    forEachBatch(positions, [&](size_t begin) {
-        std::array<bool, kBatch> finite{};
-        const PointBatchN<N> points = positions.batch<N>(begin, finite);
+    forEachFinite<N>(positions, [&](const PointBatchN<N>& points, size_t begin, const auto& finite) {
         JetBatchN<T, N, 1> jets;
         if (gradients.wanted()) {
             field.eval(points, jets);
@@ -77,23 +74,18 @@ void evaluate(const ScalarFieldN<N>& field, const Positions& positions, const Ta
             field.eval(points, plain);
             jets.c[0] = plain.c[0];
         }
-        for (int i = 0; i < points.size; ++i) {
-            const size_t item = begin + static_cast<size_t>(i);
-            const auto number = [&](size_t component) {
-                return finite[static_cast<size_t>(i)] ? static_cast<double>(jets.c[component][static_cast<size_t>(i)])
-                                                      : kNan;
-            };
-            if (values.wanted()) values.put(number(0), item, 0);
-            for (size_t axis = 0; axis < N && gradients.wanted(); ++axis) gradients.put(number(1 + axis), item, axis);
+        for (size_t i = 0; i < static_cast<size_t>(points.size); ++i) {
+            const auto number = [&](size_t k) { return finite[i] ? static_cast<double>(jets.c[k][i]) : kNan; };
+            if (values.wanted()) values.put(number(0), begin + i, 0);
+            for (size_t axis = 0; axis < N && gradients.wanted(); ++axis)
+                gradients.put(number(1 + axis), begin + i, axis);
         }
     });
 }
 
 template <class T, int N>
 void evaluate(const FlowN<N>& flow, const Positions& positions, const Target& velocities, const Target& potentials) {
-    forEachBatch(positions, [&](size_t begin) {
-        std::array<bool, kBatch> finite{};
-        const PointBatchN<N> points = positions.batch<N>(begin, finite);
+    forEachFinite<N>(positions, [&](const PointBatchN<N>& points, size_t begin, const auto& finite) {
         typename FlowN<N>::template Jets<T> jets;
         VecBatchN<T, N> velocity;
         flow.eval(points, jets, velocity);
@@ -122,16 +114,16 @@ extern "C" {
 curlew_status curlew_session_field(const curlew_session* session, int64_t age, curlew_field** field) {
     return guarded([&] {
         required(field, "the pointer to the field") = nullptr;
-        const app::Session& s = required(session, "the session").readable();
-        *field = new curlew_field{s.fields.at(static_cast<size_t>(std::max<int64_t>(age, -1))).field};
+        const app::Session::Held& held = required(session, "the session").object(CURLEW_FIELD, age);
+        *field = new curlew_field{std::get<app::FieldValue>(held.value).field};
     });
 }
 
 curlew_status curlew_session_flow(const curlew_session* session, int64_t age, curlew_flow** flow) {
     return guarded([&] {
         required(flow, "the pointer to the flow") = nullptr;
-        const app::Session& s = required(session, "the session").readable();
-        *flow = new curlew_flow{s.flows.at(static_cast<size_t>(std::max<int64_t>(age, -1)))};
+        const app::Session::Held& held = required(session, "the session").object(CURLEW_FLOW, age);
+        *flow = new curlew_flow{std::get<app::AnyFlow>(held.value)};
     });
 }
 

@@ -50,6 +50,16 @@ struct curlew_session {
     curlew::app::Console console{caller.listener()};
     curlew::app::Session session{console};
     mutable std::string text; ///< What it has told last.
+    /// Results that curlew_find() has been asked for; their positions begin at kFound.
+    mutable std::vector<curlew::app::Session::Held> found;
+    mutable std::vector<const void*> leaves; ///< Of the grid that was last asked for its leaves.
+    mutable openvdb::GridBase::ConstPtr leavesOf;
+    static constexpr int64_t kFound = int64_t{1} << 32;
+
+    /// The object of a kind at a position: its age among those of that kind, or what curlew_find() has told. Throws
+    /// ValueError if there is none.
+    const curlew::app::Session::Held& object(curlew_kind kind, int64_t position) const;
+    size_t count(curlew_kind kind) const;
 
     std::atomic<bool> running = false;
     std::mutex starting;                                      ///< Held where `running` changes, or must not.

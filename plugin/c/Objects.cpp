@@ -1,6 +1,6 @@
 #include "Handle.h"
 #include "Results.h"
-#include "curlew/app/Text.h"
+#include "curlew/app/registry/Text.h"
 
 using namespace curlew;
 using namespace curlew::c;
@@ -9,73 +9,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-size_t ageOf(int64_t age) {
-    if (age < 0) throw ValueError(fmt::format("an age cannot be {}; the newest is 0", age));
-    return static_cast<size_t>(age);
-}
-
-/// The geometry of that kind and age, or null.
-template <class T>
-const T* geometryOf(const app::Session& s, size_t age) {
-    for (size_t k = 0; k < s.geometry.size(); ++k)
-        if (const auto* held = std::get_if<T>(&s.geometry.at(k)); held && age-- == 0) return held;
-    return nullptr;
-}
-
-template <class T>
-size_t countOf(const app::Session& s) {
-    size_t count = 0;
-    while (geometryOf<T>(s, count)) ++count;
-    return count;
-}
-
-using MeshPointer = std::shared_ptr<const Mesh>;
-using CurvesPointer = std::shared_ptr<const Curves>;
-
-template <class T>
-const T& requiredGeometry(const app::Session& s, int64_t age, const char* what) {
-    if (const T* held = geometryOf<T>(s, ageOf(age))) return *held;
-    throw ValueError(fmt::format("there are no {} of age {}; there are {}", what, age, countOf<T>(s)));
-}
-
-size_t countOf(const app::Session& s, curlew_kind kind) {
-    switch (kind) {
-        case CURLEW_FIELD:
-            return s.fields.size();
-        case CURLEW_FLOW:
-            return s.flows.size();
-        case CURLEW_GRID:
-            return s.grids.size();
-        case CURLEW_MESH:
-            return countOf<MeshPointer>(s);
-        case CURLEW_POINTS:
-            return countOf<Particles>(s);
-        case CURLEW_CURVES:
-            return countOf<CurvesPointer>(s);
-        case CURLEW_IMAGE:
-            return s.images.size();
-    }
-    throw ValueError(fmt::format("there is no kind {} of objects", static_cast<int>(kind)));
-}
-
-std::vector<NamedArray> arraysAt(const app::Session& s, curlew_kind kind, int64_t age) {
-    switch (kind) {
-        case CURLEW_MESH:
-            return arraysOf(*requiredGeometry<MeshPointer>(s, age, "meshes"));
-        case CURLEW_POINTS:
-            return arraysOf(requiredGeometry<Particles>(s, age, "points"));
-        case CURLEW_CURVES:
-            return arraysOf(*requiredGeometry<CurvesPointer>(s, age, "curves"));
-        case CURLEW_IMAGE:
-            return arraysOf(s.images.at(ageOf(age)).image);
-        default:
-            countOf(s, kind); // there is such a kind
-            return {};
-    }
-}
-
-Json describe(const app::FieldObject& object) {
-    return {{"dimension", app::dimensionOf(object.field)}, {"program", object.program}};
+std::vector<NamedArray> arraysOf(const app::Value& value) {
+    if (const auto* mesh = std::get_if<app::MeshPointer>(&value)) return c::arraysOf(**mesh);
+    if (const auto* points = std::get_if<app::PointsPointer>(&value)) return c::arraysOf((*points)->particles);
+    if (const auto* curves = std::get_if<app::CurvesPointer>(&value)) return c::arraysOf(**curves);
+    if (const auto* image = std::get_if<std::shared_ptr<const app::ImageValue>>(&value))
+        return c::arraysOf((*image)->image);
+    return {};
 }
 
 Json describe(const app::AnyFlow& any) {
@@ -92,26 +32,41 @@ Json describe(const app::AnyFlow& any) {
 
 Json describe(const openvdb::GridBase& grid) {
     const openvdb::Vec3d voxel = grid.voxelSize();
+    const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
+    const bool empty = box.empty();
+    const auto corner = [&](const openvdb::Coord& c, int more) {
+        return empty ? std::array<int, 3>{0, 0, 0} : std::array<int, 3>{c[0] + more, c[1] + more, c[2] + more};
+    };
+    Json matrix = Json::array();
+    if (grid.transform().isLinear()) {
+        const openvdb::Mat4R m = grid.transform().baseMap()->getAffineMap()->getMat4();
+        for (int row = 0; row < 4; ++row) matrix.push_back({m(0, row), m(1, row), m(2, row), m(3, row)}); // of columns
+    }
     return {{"name", grid.getName()},
             {"type", grid.valueType()},
+            {"value_type", grid.valueType()},
             {"class", openvdb::GridBase::gridClassToString(grid.getGridClass())},
             {"voxel_size", {voxel[0], voxel[1], voxel[2]}},
             {"active_voxels", grid.activeVoxelCount()},
-            {"level_set", grid.getGridClass() == openvdb::GRID_LEVEL_SET}};
+            {"level_set", grid.getGridClass() == openvdb::GRID_LEVEL_SET},
+            {"lower", corner(box.min(), 0)},
+            {"upper", corner(box.max(), 1)},
+            {"transform", matrix}};
 }
 
-Json describe(const app::Session& s, curlew_kind kind, int64_t age) {
+Json describe(const app::Value& value) {
     Json about = Json::object();
-    if (kind == CURLEW_FIELD) return describe(s.fields.at(ageOf(age)));
-    if (kind == CURLEW_FLOW) return describe(s.flows.at(ageOf(age)));
-    if (kind == CURLEW_GRID) return describe(*s.grids.at(ageOf(age)).grid);
-    if (kind == CURLEW_IMAGE) {
-        const Image& image = s.images.at(ageOf(age)).image;
-        about = {{"width", image.width}, {"height", image.height}, {"channels", image.channels}};
-    }
+    if (const auto* field = std::get_if<app::FieldValue>(&value))
+        return {{"dimension", app::dimensionOf(field->field)}, {"program", field->program}};
+    if (const auto* flow = std::get_if<app::AnyFlow>(&value)) return describe(*flow);
+    if (const auto* grid = std::get_if<app::GridValue>(&value)) return describe(*grid->grid);
+    if (const auto* image = std::get_if<std::shared_ptr<const app::ImageValue>>(&value))
+        about = {{"width", (*image)->image.width},
+                 {"height", (*image)->image.height},
+                 {"channels", (*image)->image.channels}};
     constexpr std::array kTypes{"float32", "float64", "int32", "int64"};
     about["arrays"] = Json::object();
-    for (const NamedArray& array : arraysAt(s, kind, age))
+    for (const NamedArray& array : arraysOf(value))
         about["arrays"][array.name] = {{"type", kTypes.at(static_cast<size_t>(array.type()))},
                                        {"components", array.columns.size()},
                                        {"count", array.count}};
@@ -121,14 +76,85 @@ Json describe(const app::Session& s, curlew_kind kind, int64_t age) {
 /// Text that is no UTF-8 becomes some.
 std::string textOf(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
+curlew_kind abiKindOf(const app::Value& value) {
+    switch (app::kindOf(value)) {
+        case app::Kind::flow:
+            return CURLEW_FLOW;
+        case app::Kind::mesh:
+            return CURLEW_MESH;
+        case app::Kind::points:
+            return CURLEW_POINTS;
+        case app::Kind::curves:
+            return CURLEW_CURVES;
+        case app::Kind::image:
+            return CURLEW_IMAGE;
+        case app::Kind::noise:
+        case app::Kind::shape:
+            return CURLEW_FIELD;
+        default:
+            return CURLEW_GRID;
+    }
+}
+
+const char* nameOf(curlew_kind kind) {
+    constexpr std::array kNames{"field", "flow", "grid", "mesh", "points", "curves", "image"};
+    if (kind < 0 || static_cast<size_t>(kind) >= kNames.size())
+        throw ValueError(fmt::format("there is no kind {} of objects", kind));
+    return kNames[static_cast<size_t>(kind)];
+}
+
 } // namespace
+
+size_t curlew_session::count(curlew_kind kind) const {
+    nameOf(kind);
+    const auto& all = readable().objects();
+    return static_cast<size_t>(
+        std::count_if(all.begin(), all.end(), [&](const auto& held) { return abiKindOf(held.value) == kind; }));
+}
+
+const app::Session::Held& curlew_session::object(curlew_kind kind, int64_t position) const {
+    const std::string what = nameOf(kind);
+    const auto& all = readable().objects();
+    if (position < 0) throw ValueError(fmt::format("an age cannot be {}; the newest is 0", position));
+    if (position >= kFound && static_cast<size_t>(position - kFound) < found.size())
+        if (const auto& held = found[static_cast<size_t>(position - kFound)]; abiKindOf(held.value) == kind)
+            return held;
+    int64_t age = position;
+    for (size_t k = all.size(); k-- > 0;)
+        if (abiKindOf(all[k].value) == kind && age-- == 0) return all[k];
+    const size_t there = count(kind);
+    throw ValueError(there == 0 ? fmt::format("there is no {} yet", what)
+                                : fmt::format("there is no {} of age {}; there {} {}", what, position,
+                                              there == 1 ? "is" : "are", there));
+}
 
 extern "C" {
 
 curlew_status curlew_count(const curlew_session* session, curlew_kind kind, int64_t* count) {
     return guarded([&] {
         required(count, "the pointer to the count") = 0;
-        *count = static_cast<int64_t>(countOf(required(session, "the session").readable(), kind));
+        *count = static_cast<int64_t>(required(session, "the session").count(kind));
+    });
+}
+
+curlew_status curlew_find(const curlew_session* session, const char* name, curlew_kind* kind, int64_t* position) {
+    return guarded([&] {
+        const curlew_session& s = required(session, "the session");
+        curlew_kind& foundKind = required(kind, "the pointer to the kind");
+        int64_t& foundPosition = required(position, "the pointer to the position");
+        app::Session::Held held = s.readable().result(&required(name, "the name"));
+        foundKind = abiKindOf(held.value);
+        foundPosition = curlew_session::kFound + static_cast<int64_t>(s.found.size());
+        s.found.push_back(std::move(held));
+    });
+}
+
+curlew_status curlew_evaluated(const curlew_session* session, const char** json) {
+    return guarded([&] {
+        required(json, "the pointer to the text") = nullptr;
+        const curlew_session& s = required(session, "the session");
+        s.text = textOf(Json(s.readable().evaluated()));
+        *json = s.text.c_str();
     });
 }
 
@@ -136,7 +162,7 @@ curlew_status curlew_describe(const curlew_session* session, curlew_kind kind, i
     return guarded([&] {
         required(json, "the pointer to the text") = nullptr;
         const curlew_session& s = required(session, "the session");
-        s.text = textOf(describe(s.readable(), kind, age));
+        s.text = textOf(describe(s.object(kind, age).value));
         *json = s.text.c_str();
     });
 }
@@ -145,7 +171,7 @@ curlew_status curlew_read(const curlew_session* session, curlew_kind kind, int64
                           const curlew_buffer* buffer) {
     return guarded([&] {
         const std::string name = &required(array, "the name of the array");
-        const auto arrays = arraysAt(required(session, "the session").readable(), kind, age);
+        const auto arrays = arraysOf(required(session, "the session").object(kind, age).value);
         std::vector<std::string> names;
         for (const NamedArray& known : arrays) {
             if (known.name == name) return copy(known, required(buffer, "the buffer"));

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "curlew.h"
-#include "curlew/app/Session.h"
+#include "curlew/app/run/Session.h"
 
 namespace curlew::c {
 

@@ -1,7 +1,6 @@
 #include "Arrays.h"
 #include "Handle.h"
-#include "curlew/app/Program.h"
-#include "curlew/app/Registry.h"
+#include "curlew/app/actions/Actions.h"
 #include "curlew/base/Memory.h"
 
 using namespace curlew;
@@ -16,11 +15,12 @@ class curlew_session::Running {
             session.caller.begin(callbacks);
             session.running = true;
         }
-        session.session.clock.reset();
-        session.session.place = {};
+        session.session.location = {};
+        session.found.clear();
         session.console.setVerbosity(app::Verbosity::normal);
         session.session.onFrame = [&session](int frame) {
             session.inFrame = std::this_thread::get_id();
+            session.found.clear();
             session.caller.frame(frame);
             session.inFrame = std::thread::id();
         };
@@ -123,6 +123,25 @@ Particles particlesOf(const curlew_array& positions, const curlew_array* ids, co
     return particles;
 }
 
+Digest contentOf(const Mesh& mesh) {
+    DigestBuilder digest;
+    const auto add = [&](const auto& items) {
+        digest.add(items.size());
+        if (!items.empty()) digest.addBytes(items.data(), items.size() * sizeof items.front());
+    };
+    add(mesh.points), add(mesh.triangles), add(mesh.quads);
+    return digest.digest();
+}
+
+Digest contentOf(const Particles& particles) {
+    DigestBuilder digest;
+    forEachArray(particles, [&](const auto& values) {
+        digest.add(values.size());
+        if (!values.empty()) digest.addBytes(values.data(), values.size() * sizeof values.front());
+    });
+    return digest.digest();
+}
+
 /// What a function has made once, or NULL.
 template <class Make>
 const char* onceText(const Make& make) {
@@ -136,6 +155,36 @@ const char* onceText(const Make& make) {
            }) == CURLEW_OK
                ? text.c_str()
                : nullptr;
+}
+
+/// Files that are not there are accepted: they may come later.
+app::Reading lenient(app::SourceLocation& location) {
+    return {.registry = app::registry(), .world = {.lenient = true}, .location = &location};
+}
+
+/// Runs a text on what the session has, or with `anew` a graph in its place.
+curlew_status ran(curlew_session* session, const char* text, const char* name, const curlew_callbacks* callbacks,
+                  bool anew) {
+    app::SourceLocation location;
+    return guarded(
+        [&] {
+            curlew_session& s = required(session, "the session");
+            const curlew_session::Running running(s, callbacks);
+            if (anew) s.session.clear();
+            app::Reading reading{.registry = app::registry(),
+                                 .world = s.session.world(),
+                                 .given = s.session.given(),
+                                 .location = &location};
+            app::Graph graph = anew ? app::graphOfText(&required(text, "the graph"), nameOr(name), reading)
+                                    : app::graphOfScene(&required(text, "the text"), nameOr(name), reading);
+            try {
+                s.session.run(std::move(graph));
+            } catch (...) {
+                location = s.session.location;
+                throw;
+            }
+        },
+        location);
 }
 
 } // namespace
@@ -153,7 +202,7 @@ const char* curlew_version(void) {
 }
 
 const char* curlew_registry(void) {
-    return onceText([] { return app::registryJson(); });
+    return onceText([] { return app::registryJson(app::registry()); });
 }
 
 curlew_status curlew_session_create(curlew_session** session) {
@@ -172,8 +221,10 @@ curlew_status curlew_provide_mesh(curlew_session* session, const char* name, con
     return guarded([&] {
         app::Session& s = required(session, "the session").writable();
         const std::string key = nameOfProvided(name);
-        s.provided.insert_or_assign(
-            key, std::make_shared<const Mesh>(meshOf(required(points, "points"), required(corners, "corners"), sizes)));
+        auto mesh =
+            std::make_shared<const Mesh>(meshOf(required(points, "points"), required(corners, "corners"), sizes));
+        const Digest content = contentOf(*mesh);
+        s.provide(key, std::move(mesh), content);
     });
 }
 
@@ -182,39 +233,49 @@ curlew_status curlew_provide_points(curlew_session* session, const char* name, c
     return guarded([&] {
         app::Session& s = required(session, "the session").writable();
         const std::string key = nameOfProvided(name);
-        s.provided.insert_or_assign(key, particlesOf(required(positions, "positions"), ids, velocities));
+        auto set = std::make_shared<app::PointSet>();
+        set->particles = particlesOf(required(positions, "positions"), ids, velocities);
+        const Digest content = contentOf(set->particles);
+        s.provide(key, std::move(set), content);
     });
 }
 
 curlew_status curlew_withdraw(curlew_session* session, const char* name) {
     return guarded([&] {
         app::Session& s = required(session, "the session").writable();
-        if (s.provided.erase(nameOfProvided(name)) == 0)
-            throw ValueError(fmt::format("nothing is provided as '{}'", name));
+        if (!s.withdraw(nameOfProvided(name))) throw ValueError(fmt::format("nothing is provided as '{}'", name));
     });
 }
 
 curlew_status curlew_run(curlew_session* session, const char* text, const char* name,
                          const curlew_callbacks* callbacks) {
-    app::Place place;
-    return guarded(
-        [&] {
-            curlew_session& s = required(session, "the session");
-            const curlew_session::Running running(s, callbacks);
-            const app::Program program = app::parseScene(&required(text, "the text"), nameOr(name), &place);
-            try {
-                app::run(program, s.session);
-            } catch (...) {
-                place = s.session.place;
-                throw;
-            }
-        },
-        place);
+    return ran(session, text, name, callbacks, false);
+}
+
+curlew_status curlew_run_graph(curlew_session* session, const char* graph, const char* name,
+                               const curlew_callbacks* callbacks) {
+    return ran(session, graph, name, callbacks, true);
 }
 
 curlew_status curlew_check(const char* text, const char* name) {
-    app::Place place;
-    return guarded([&] { app::parseScene(&required(text, "the text"), nameOr(name), &place); }, place);
+    app::SourceLocation location;
+    return guarded([&] { app::graphOfText(&required(text, "the text"), nameOr(name), lenient(location)); }, location);
+}
+
+curlew_status curlew_translate(const char* graph, const char* name, const char* form, const char** text) {
+    app::SourceLocation location;
+    return guarded(
+        [&] {
+            static thread_local std::string translated;
+            required(text, "the pointer to the text") = nullptr;
+            const std::string wanted = &required(form, "the form");
+            if (wanted != "json" && wanted != "scene")
+                throw ValueError(fmt::format("there is no form '{}'; there are json and scene", wanted));
+            const app::Graph read = app::graphOfText(&required(graph, "the graph"), nameOr(name), lenient(location));
+            translated = wanted == "json" ? app::jsonOf(read) : app::sceneOf(read);
+            *text = translated.c_str();
+        },
+        location);
 }
 
 curlew_status curlew_cancel(curlew_session* session) {

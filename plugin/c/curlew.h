@@ -1,7 +1,7 @@
 /*
- * Curlew as a library, for programs in C and for whatever can call C: sessions that run programs (the text of a scene:
- * one action a line, as `curlew -config` takes it), geometry in and out as arrays, and fields and flows that are
- * evaluated at positions.
+ * Curlew as a library, for programs in C and for whatever can call C: sessions that run programs (a graph as JSON, or
+ * the text of a scene: one action a line, as `curlew -config` takes it), geometry in and out as arrays, and fields and
+ * flows that are evaluated at positions.
  *
  * Every function that can fail returns a status. What went wrong is told by curlew_error_message() and its siblings, on
  * the same thread, until the next failure there. A pointer that is NULL where it may not be is a failure like any
@@ -33,7 +33,7 @@ extern "C" {
 /* --- the library ------------------------------------------------------------------------------------------------ */
 
 /** Of this header. A library of another version may not be used through it: compare with curlew_abi_version(). */
-#define CURLEW_ABI_VERSION 1
+#define CURLEW_ABI_VERSION 2
 
 CURLEW_API int32_t curlew_abi_version(void);
 
@@ -68,6 +68,9 @@ CURLEW_API int32_t curlew_error_line(void);
 
 /** The name of the action that has failed; "" where it is none's fault. */
 CURLEW_API const char* curlew_error_action(void);
+
+/** The name of the node that has failed; "" if it is no node's fault. */
+CURLEW_API const char* curlew_error_node(void);
 
 /* --- arrays ----------------------------------------------------------------------------------------------------- */
 
@@ -141,7 +144,23 @@ typedef struct curlew_callbacks {
 CURLEW_API curlew_status curlew_run(curlew_session* session, const char* text, const char* name,
                                     const curlew_callbacks* callbacks);
 
-/** Whether curlew_run() would begin to run the text: only what is wrong before anything has run is found. */
+/** Runs a graph in place of all that the session has: as JSON ({"curlew": 1, "nodes": [{"name", "action", "words",
+    "options", "inputs": {INPUT: [NAME, …]}}], "frames", "moment", "wanted", "effects"}, see docs/graph.md), or the text
+    of a scene. Values of the run before whose node, options and inputs are the same are taken from there, so running an
+    edited graph evaluates only what depends on the edit. Provided geometry counts by its content. */
+CURLEW_API curlew_status curlew_run_graph(curlew_session* session, const char* graph, const char* name,
+                                          const curlew_callbacks* callbacks);
+
+/** The names of the nodes that the last run has evaluated, as a JSON list, without those whose values were known. It
+    stays until the next call for the session. */
+CURLEW_API curlew_status curlew_evaluated(const curlew_session* session, const char** json);
+
+/** A graph or scene in the other form: "json" or "scene". It stays until the next call on this thread. Files that are
+    not there are accepted. */
+CURLEW_API curlew_status curlew_translate(const char* graph, const char* name, const char* form, const char** text);
+
+/** Whether curlew_run() would begin to run the text, or curlew_run_graph() the graph: only what is wrong before
+   anything is evaluated is found, and files that are not there are accepted. */
 CURLEW_API curlew_status curlew_check(const char* text, const char* name);
 
 /** Asks the program that the session runs to stop, from any thread. Where none runs, it does nothing. */
@@ -149,7 +168,8 @@ CURLEW_API curlew_status curlew_cancel(curlew_session* session);
 
 /* --- results ---------------------------------------------------------------------------------------------------- */
 
-/** What is on the stacks. Of each kind, age 0 is the newest. */
+/** What is on the stacks. Of each kind, age 0 is the newest. Where a function takes an age, it also takes the position
+    of a node's result, which curlew_find() tells. */
 typedef int32_t curlew_kind;
 enum {
     CURLEW_FIELD = 0,
@@ -164,10 +184,16 @@ enum {
 /** How many there are. */
 CURLEW_API curlew_status curlew_count(const curlew_session* session, curlew_kind kind, int64_t* count);
 
+/** The result of a node: "NAME", or "NAME.output" for one of several. The position is valid until the session runs
+   again and, in a frame callback, until the callback returns. */
+CURLEW_API curlew_status curlew_find(const curlew_session* session, const char* name, curlew_kind* kind,
+                                     int64_t* position);
+
 /** About one of them, as JSON, which stays until the next call for the session. Fields: {"dimension", "program"};
     flows: {"dimension", "tracks", "divergence_free", "lower", "upper"} (of the box of the domain); grids: {"name",
-    "type", "class", "voxel_size", "active_voxels", "level_set"}; images: {"width", "height", "channels"}. All others,
-    and images: "arrays": {NAME: {"type": "float32", "components", "count"}}, those that curlew_read() knows:
+    "type", "value_type", "class", "voxel_size", "active_voxels", "level_set", "lower", "upper", "transform"} (as of
+    curlew_grid_box(), and the matrix from indices to the world by rows); images: {"width", "height", "channels"}. All
+   others, and images: "arrays": {NAME: {"type": "float32", "components", "count"}}, those that curlew_read() knows:
 
     points: "position" 3 float64; "id" 1 int64; and where they have them, "velocity" 3 float32, "age" and "life" 1
         float32 (seconds; infinite: it never dies), "track" 2 float64 (f and g), "converged" 1 int32.
@@ -186,6 +212,26 @@ CURLEW_API curlew_status curlew_read(const curlew_session* session, curlew_kind 
 
 /** What the actions have measured, as JSON by action, which stays until the next call for the session. */
 CURLEW_API curlew_status curlew_report(const curlew_session* session, const char** json);
+
+/* --- grids ------------------------------------------------------------------------------------------------------ */
+
+/** The box of the active voxels, in voxels; `upper` is exclusive. An empty grid has an empty box at the origin. */
+CURLEW_API curlew_status curlew_grid_box(const curlew_session* session, int64_t age, int64_t lower[3],
+                                         int64_t upper[3]);
+
+/** Copies the values of a box, x slowest and z fastest, to a buffer of as many items: 1 or 3 components, floats for
+   grids of real numbers and vectors, integers for those of integers. */
+CURLEW_API curlew_status curlew_grid_read(const curlew_session* session, int64_t age, const int64_t lower[3],
+                                          const int64_t upper[3], const curlew_buffer* buffer);
+
+/** How many leaves a grid has: blocks of 8 x 8 x 8 voxels. */
+CURLEW_API curlew_status curlew_grid_leaves(const curlew_session* session, int64_t age, int64_t* count);
+
+/** A leaf without a copy: the voxel that it begins at, its 512 values (of the grid's "value_type", x slowest and z
+    fastest; 3 numbers each for vectors), and 512 bits that tell which are active. Valid until the session runs again or
+    is released, and in a frame callback until that returns. */
+CURLEW_API curlew_status curlew_grid_leaf(const curlew_session* session, int64_t age, int64_t leaf, int64_t origin[3],
+                                          const void** values, const uint64_t** active);
 
 /* --- fields and flows ------------------------------------------------------------------------------------------- */
 

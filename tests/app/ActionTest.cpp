@@ -1,149 +1,38 @@
-#include "curlew/app/Action.h"
-#include "curlew/app/Text.h"
-#include "curlew/base/Error.h"
+#include "curlew/app/registry/Action.h"
 
 #include <catch2/catch.hpp>
 
 #include <stdexcept>
 
-using namespace curlew;
 using namespace curlew::app;
-using Catch::Matchers::Contains;
 
-namespace {
-
-/// One option of every type.
-const Action& sample() {
-    static const Action action{
-        .name = "sample",
-        .options = {{.name = "flag", .type = OptionType::flag, .fallback = "1"},
-                    {.name = "count", .type = OptionType::integer, .fallback = "3", .lower = 1, .upper = 1e6},
-                    {.name = "size", .type = OptionType::real, .fallback = "0.5", .lower = 0, .exclusive = true},
-                    {.name = "slope", .type = OptionType::real, .fallback = "-2"},
-                    {.name = "offset", .type = OptionType::vector, .fallback = "1,2,3"},
-                    {.name = "box", .type = OptionType::box},
-                    {.name = "scheme", .type = OptionType::choice, .fallback = "rk4", .choices = {"euler", "rk4"}},
-                    {.name = "name", .type = OptionType::text, .fallback = "vel"},
-                    {.name = "grid", .type = OptionType::ages},
-                    {.name = "grids", .type = OptionType::text}},
-        .positional = {"FILE …", 1, 2}};
-    return action;
+TEST_CASE("an input of kind field accepts any field, and of kind grid any grid", "[app]") {
+    for (const Kind field : {Kind::field, Kind::noise, Kind::shape}) CHECK(accepts(Kind::field, field));
+    for (const Kind grid : {Kind::grid, Kind::levelSet, Kind::velocity}) CHECK(accepts(Kind::grid, grid));
+    CHECK(accepts(Kind::points, Kind::points));
+    CHECK_FALSE(accepts(Kind::noise, Kind::shape));
+    CHECK_FALSE(accepts(Kind::shape, Kind::noise));
+    CHECK_FALSE(accepts(Kind::levelSet, Kind::grid));
+    CHECK_FALSE(accepts(Kind::field, Kind::flow));
+    CHECK_FALSE(accepts(Kind::points, Kind::mesh));
+    CHECK(accepts({Kind::flow, Kind::field}, Kind::shape));
+    CHECK_FALSE(accepts({Kind::flow, Kind::shape}, Kind::noise));
+    CHECK_FALSE(accepts(std::vector<Kind>{}, Kind::noise));
 }
 
-Arguments given(const std::vector<std::string>& tokens) {
-    Arguments arguments(sample());
-    for (const auto& token : tokens) arguments.add(token);
-    return arguments;
-}
-
-std::string complaintAbout(const std::string& token) {
-    try {
-        given({token});
-    } catch (const ValueError& e) {
-        return e.what();
-    }
-    return "nothing was wrong with " + token;
-}
-
-} // namespace
-
-TEST_CASE("options that are not given have their defaults", "[app]") {
-    const Arguments a = given({});
-    CHECK(a.flag("flag"));
-    CHECK(a.integer("count") == 3);
-    CHECK(a.real("size") == 0.5);
-    CHECK(a.vector("offset") == Vec3d{{1, 2, 3}});
-    CHECK(a.text("scheme") == "rk4");
-    CHECK(a.choice("scheme") == 1);
-    CHECK(a.text("name") == "vel");
-    CHECK(a.ages("grid").empty());
-    CHECK(a.words().empty());
-    CHECK_FALSE(a.given("count"));
-}
-
-TEST_CASE("an option of every type is read as it was typed", "[app]") {
-    const Arguments a = given({"flag=0", "count=1e6", "size=1e-3", "slope=-.25", "offset=-1,0,2.5",
-                               "box=-1,-2,-3,1,2,3", "scheme=euler", "name=a=b c", "grid=0,2", "x y.obj"});
-    CHECK_FALSE(a.flag("flag"));
-    CHECK(a.integer("count") == 1000000);
-    CHECK(a.real("size") == 1e-3);
-    CHECK(a.real("slope") == -0.25);
-    CHECK(a.vector("offset") == Vec3d{{-1, 0, 2.5}});
-    CHECK(a.box("box").lower == Vec3d{{-1, -2, -3}});
-    CHECK(a.box("box").upper == Vec3d{{1, 2, 3}});
-    CHECK(a.text("scheme") == "euler");
-    CHECK(a.choice("scheme") == 0);
-    CHECK(a.text("name") == "a=b c");
-    CHECK(a.ages("grid") == std::vector<size_t>{0, 2});
-    CHECK(a.words() == std::vector<std::string>{"x y.obj"});
-    CHECK(a.given("count"));
-    CHECK(given({"offset=4"}).vector("offset") == Vec3d{{4, 4, 4}});
-    CHECK(given({"name="}).text("name").empty());
-}
-
-TEST_CASE("a bad value is refused with its name and what would be good", "[app]") {
-    struct Case {
-        std::string token, says;
-    };
-    const auto c = GENERATE(
-        Case{"flag=2", "0 or 1"}, Case{"flag=yes", "0 or 1"}, Case{"flag=", "0 or 1"}, Case{"count=0", "at least 1"},
-        Case{"count=1000001", "at most 1000000"}, Case{"count=1.5", "whole number"}, Case{"count=-1", "at least 1"},
-        Case{"count=abc", "whole number"}, Case{"count=1,2", "whole number"}, Case{"count=9007199254740993", "whole"},
-        Case{"size=0", "above 0"}, Case{"size=-1", "above 0"}, Case{"size=nan", "a number"},
-        Case{"size=inf", "a number"}, Case{"size=1e999", "a number"}, Case{"size=", "a number"},
-        Case{"slope=1e999", "a number"}, Case{"offset=1,2", "x,y,z"}, Case{"offset=1,2,3,4", "x,y,z"},
-        Case{"offset=a,b,c", "x,y,z"}, Case{"offset=1,,3", "x,y,z"}, Case{"offset=1,2,inf", "x,y,z"},
-        Case{"box=0,0,0,1,1", "xmin"}, Case{"box=1,0,0,0,1,1", "empty"}, Case{"box=0,0,0,1,1,0", "empty"},
-        Case{"scheme=euller", "did you mean 'euler'"}, Case{"scheme=banana", "euler, rk4"},
-        Case{"grid=-1", "positions on the stack"}, Case{"grid=1.5", "positions"}, Case{"grid=", "positions"},
-        Case{"grid=a", "positions"}, Case{"grid=0,1e9", "positions"});
-    CAPTURE(c.token);
-    CHECK_THAT(complaintAbout(c.token), Contains(c.token) && Contains(c.says));
-}
-
-TEST_CASE("a unique beginning of an option's name is enough", "[app]") {
-    CHECK(given({"c=7"}).integer("count") == 7);
-    CHECK(given({"off=7"}).vector("offset")[0] == 7);
-    CHECK(given({"grid=1"}).ages("grid").at(0) == 1); // a whole name, though it begins another
-    CHECK_THAT(complaintAbout("s=1"), Contains("'s' could be size or slope or scheme"));
-    CHECK_THAT(complaintAbout("gri=1"), Contains("grid or grids"));
-}
-
-TEST_CASE("an option that is unknown, or given twice, is an error", "[app]") {
-    CHECK_THAT(complaintAbout("cuont=1"), Contains("'cuont'") && Contains("did you mean 'count'") && Contains("slope"));
-    CHECK_THAT(complaintAbout("banana=1"), Contains("'banana'") && !Contains("did you mean") && Contains("./banana=1"));
-    CHECK_THROWS_WITH(given({"count=1", "cou=2"}), Contains("'count' is given twice"));
-}
-
-TEST_CASE("words are counted", "[app]") {
-    CHECK_THROWS_WITH(given({}).finish(), Contains("needs FILE"));
-    CHECK_NOTHROW(given({"a"}).finish());
-    CHECK_THROWS_WITH(given({"a", "b", "c"}), Contains("'c' is one word too many"));
-    CHECK(given({"./a=b.obj"}).words() == std::vector<std::string>{"./a=b.obj"});
-    Action wordless = sample();
-    wordless.positional = {};
-    CHECK_THROWS_WITH(Arguments(wordless).add("a.obj"), Contains("options only") && Contains("a.obj"));
-}
-
-TEST_CASE("reading what was not declared is a mistake of the programmer", "[app]") {
-    const Arguments a = given({});
-    CHECK_THROWS_AS(a.real("nothing"), std::logic_error);
-    CHECK_THROWS_AS(a.real("count"), std::logic_error); // of another type
-}
-
-TEST_CASE("what was given can be written as a line that gives it again", "[app]") {
-    const std::vector<std::string> tokens{"count=7", "name=it's \"a\" name#1\\", "my file.obj", "offset=1,2,3", ""};
-    const Arguments a = given(tokens);
-    auto words = wordsOf(a.program(false));
-    CAPTURE(a.program());
-    REQUIRE(!words.empty());
-    CHECK(words.front() == "sample");
-    CHECK(a.program() == "-" + a.program(false));
-    words.erase(words.begin());
-    const Arguments again = given(words);
-    CHECK(again.words() == a.words());
-    CHECK(again.text("name") == a.text("name"));
-    CHECK(again.integer("count") == 7);
-    CHECK_FALSE(again.given("size"));
-    CHECK(again.program() == a.program());
+TEST_CASE("an action finds its options and inputs by name", "[app]") {
+    const Action action{.name = "bend",
+                        .takes = {{.name = "noise", .kinds = {Kind::noise}}, {.name = "wall", .kinds = {Kind::shape}}},
+                        .makes = {{.name = "field", .kinds = {Kind::field}}},
+                        .options = {{.name = "width"}, {.name = "side"}}};
+    CHECK(action.option("side") == &action.options[1]);
+    CHECK(action.option("sid") == nullptr);
+    CHECK(action.input("wall") == &action.takes[1]);
+    CHECK(action.input("width") == nullptr);
+    CHECK(action.inputIndex("wall") == 1);
+    CHECK_THROWS_AS(action.inputIndex("walls"), std::logic_error); // a mistake of the programmer
+    CHECK(action.takesKind(Kind::noise));
+    CHECK_FALSE(action.takesKind(Kind::flow));
+    CHECK(action.makesKind(Kind::shape)); // a field may be one
+    CHECK_FALSE(action.makesKind(Kind::points));
 }

@@ -1,4 +1,4 @@
-#include "curlew/app/AnyField.h"
+#include "curlew/app/run/AnyField.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/NoiseField.h"
 #include "support/Points.h"

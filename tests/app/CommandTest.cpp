@@ -1,4 +1,4 @@
-#include "curlew/app/Registry.h"
+#include "curlew/app/actions/Actions.h"
 #include "curlew/picture/ImageFile.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
@@ -299,9 +299,9 @@ TEST_CASE("pictures have the size and channel that were asked for", "[command]")
 
 TEST_CASE("help tells all actions, and each of them in full", "[command]") {
     const Folder folder;
-    CHECK(folder.mustRun("-help").out == app::helpOverview());
-    CHECK(folder.mustRun("").out == app::helpOverview()); // who types nothing wants to know more
-    CHECK(folder.mustRun("-help format=markdown").out == app::helpTable());
+    CHECK(folder.mustRun("-help").out == app::helpOverview(app::registry()));
+    CHECK(folder.mustRun("").out == app::helpOverview(app::registry())); // who types nothing wants to know more
+    CHECK(folder.mustRun("-help format=markdown").out == app::helpTable(app::registry()));
     std::string names, all;
     for (const auto& action : app::registry()) {
         names += " " + action.name;

@@ -1,4 +1,4 @@
-#include "curlew/app/Console.h"
+#include "curlew/app/run/Console.h"
 #include "support/Command.h"
 
 #include <catch2/catch.hpp>

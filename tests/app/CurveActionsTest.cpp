@@ -104,13 +104,13 @@ TEST_CASE("trace of what has no tracks, and of nothing", "[app]") {
     CHECK_THAT(sum.err, Contains("no tracks"));
     CHECK(tableOf(folder / "a.csv").header == "curve,vertex,closed,x,y,z,vx,vy,vz,speed,length");
     CHECK_FALSE(jsonOf(folder / "r.json").at("trace").contains("drift_f_rms"));
-    folder.mustFail(kFlow + "-trace", {"-trace", "no points", "-scatter"});
-    folder.mustFail("-scatter box=0,0,0,1,1,1 -trace", {"-trace", "no flow"});
+    folder.mustFail(kFlow + "-trace", {"-trace", "needs points", "-scatter"});
+    folder.mustFail("-scatter box=0,0,0,1,1,1 -trace", {"-trace", "needs a flow", "-dfvn"});
     folder.mustFail(kFlow + "-scatter count=2 -trace closure=0.5", {"-trace", "closure"});
     folder.mustFail(kFlow + "-scatter count=2 -trace step=0", {"-trace", "step"});
-    folder.mustFail(kFlow + "-write a.obj", {"-write", "no curves", "-trace"});
+    folder.mustFail(kFlow + "-write a.obj", {"-write", "mesh or curves", "-trace"});
     folder.mustFail(kFlow + "-scatter count=2 -trace limit=0.1 -scatter count=2 -write geo=1 a.obj",
-                    {"-write", "no curves"});
+                    {"-write", "geo=1", "there is 1"});
     folder.mustFail("-noise -curl offset=10 -scatter count=5 -trace reproject=newton", {"-trace", "no tracks"});
 }
 

@@ -1,5 +1,5 @@
-#include "curlew/app/Program.h"
 #include "support/Command.h"
+#include "support/SessionCommand.h"
 
 #include <catch2/catch.hpp>
 #include <fmt/format.h>
@@ -13,22 +13,19 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// The particles at the end of every frame of a scene (its last action calls for them).
+/// The particles at the end of every frame of a scene.
 std::vector<Particles> framesOf(const std::string& before, const std::string& block) {
-    static Console console(nullptr);
-    console.setVerbosity(Verbosity::quiet);
+    test::Scenes scenes;
     std::vector<Particles> frames;
-    const Action keep{.name = "keep", .group = "points", .run = [&](Session& s, const Arguments&) {
-                          frames.push_back(s.particles());
-                      }};
-    Program program = parseScene(before + "\n" + block, "scene");
-    program.actions.emplace_back(keep);
-    Session session(console);
-    run(program, session);
+    scenes.session.onFrame = [&](int) { frames.push_back(test::particlesOf(scenes.session)); };
+    scenes.run(before + "\n" + block);
     return frames;
 }
 
-Particles afterwards(const std::string& scene) { return framesOf("", scene).front(); }
+Particles afterwards(const std::string& scene) {
+    test::Scenes scenes;
+    return test::particlesOf(scenes.run(scene));
+}
 
 } // namespace
 
@@ -139,7 +136,7 @@ TEST_CASE("emission from a shape that moves follows it", "[app]") {
 
 TEST_CASE("what cannot be emitted is an error", "[app]") {
     CHECK_THROWS_WITH(afterwards("sphere\nemit"), Contains("-frames"));
-    CHECK_THROWS_WITH(afterwards("frames 1-2\nemit"), Contains("frame 1: -emit") && Contains("shape"));
+    CHECK_THROWS_WITH(afterwards("frames 1-2\nemit"), Contains("scene:2: -emit") && Contains("shape"));
     CHECK_THROWS_WITH(afterwards("frames 1-2\nsphere\nemit rate=1e15"), Contains("births in a frame"));
     CHECK_THROWS_WITH(afterwards("frames 1-2\nsphere\nemit rate=-1"), Contains("rate=-1"));
     CHECK_THROWS_WITH(afterwards("frames 1-2\nsphere\nemit life=0"), Contains("life=0"));
@@ -187,7 +184,7 @@ TEST_CASE("points come back in at the other side of a periodic box", "[app]") {
     // By default, the box of the flow.
     const Particles home = afterwards("scatter count=100 box=3,3,3,4,4,4\nnoise\nnoise seed=1\ndfvn\nwrap");
     for (size_t k = 0; k < home.size(); ++k) REQUIRE(std::abs(home.x[k]) <= 1);
-    CHECK_THROWS_WITH(afterwards("scatter box=0,0,0,1,1,1\nwrap"), Contains("no flow"));
+    CHECK_THROWS_WITH(afterwards("scatter box=0,0,0,1,1,1\nwrap"), Contains("-wrap") && Contains("needs a flow"));
 }
 
 TEST_CASE("a periodic flow sees no difference between a point and the one that came back in", "[app]") {

@@ -1,6 +1,6 @@
-#include "curlew/app/Action.h"
-#include "curlew/app/Expression.h"
-#include "curlew/app/Program.h"
+#include "curlew/app/actions/Actions.h"
+#include "curlew/app/language/Program.h"
+#include "curlew/app/registry/Expression.h"
 #include "curlew/base/Error.h"
 #include "curlew/base/Random.h"
 
@@ -25,7 +25,10 @@ double valueOf(const std::string& expression, const Moment& moment = {}) {
     return value;
 }
 
-Arguments given(const std::string& line) { return parseScene(line, "line").actions.front(); }
+Graph graphOf(const std::string& scene) { return graphOfScene(scene, "scene", {.registry = registry()}); }
+
+/// The options of an action that takes nothing.
+Arguments given(const std::string& line) { return graphOf(line).nodes.at(0).arguments; }
 
 } // namespace
 
@@ -122,11 +125,11 @@ TEST_CASE("options and words are read as of a moment", "[app]") {
     CHECK(now.integer("seed") == 5);
     CHECK(now.coordinates<3>("offset") == Vec3d{{0.25, 0, 1}});
     CHECK(now.at({.frame = 6, .time = 0}).integer("seed") == 6);
-    CHECK(given("write a.$F4.vdb b.{F}.ply").at({.frame = 5}).words() ==
-          std::vector<std::string>{"a.0005.vdb", "b.5.ply"});
+    CHECK(given("report a.$F4.json").at({.frame = 5}).words() == std::vector<std::string>{"a.0005.json"});
+    CHECK(given("report b.{F}.json").at({.frame = 5}).words() == std::vector<std::string>{"b.5.json"});
     CHECK_FALSE(given("noise alpha={2*pi} seed={7}").changes());
     CHECK_FALSE(given("noise alpha={fps}").changes());
-    CHECK(given("write a.$F.vdb").changes());
+    CHECK(given("report a.$F.json").changes());
 }
 
 TEST_CASE("a value is judged as soon as it is known", "[app]") {
@@ -142,10 +145,11 @@ TEST_CASE("a value is judged as soon as it is known", "[app]") {
 }
 
 TEST_CASE("a scene keeps expressions as they were written", "[app]") {
-    const std::string text = "noise alpha={2*pi*T} seed={F}\nwrite out.$F4.vdb\n";
-    const Program program = parseScene(text, "scene");
-    CHECK(sceneOf(program) == text);
-    CHECK(sceneOf({{program.actions[0].at({.time = 3}), program.actions[1].at({.frame = 3})}}) == text);
+    const std::string text = "noise alpha={2*pi*T} seed={F}\nreport out.$F4.json\n";
+    Graph graph = graphOf(text);
+    CHECK(sceneOf(graph) == text);
+    for (Node& node : graph.nodes) node.arguments = node.arguments.at({.frame = 3, .time = 3});
+    CHECK(sceneOf(graph) == text);
 }
 
 TEST_CASE("constants take the place of their names, in expressions only", "[app]") {
@@ -164,12 +168,12 @@ TEST_CASE("constants take the place of their names, in expressions only", "[app]
     }
 }
 
-TEST_CASE("the first value of a name counts, and the program that is kept has values only", "[app]") {
-    const Program program = parseScene("set n=3\nset n=5 m={n+1}\nscatter count={n*m}\nscatter count={T+n}\n", "scene");
-    REQUIRE(program.actions.size() == 2);
-    CHECK(program.actions[0].integer("count") == 12);
-    CHECK(program.actions[1].at({.frame = 25, .time = 2}).integer("count") == 5);
-    CHECK(sceneOf(program) == "scatter count={(3)*(4)}\nscatter count={T+(3)}\n");
-    CHECK_THROWS_WITH(parseScene("scatter count={k}\n", "scene"), Contains("scene:1") && Contains("{k}"));
-    CHECK_THROWS_WITH(parseScene("set\n", "scene"), Contains("NAME=VALUE"));
+TEST_CASE("the first value of a name counts, and the graph that is kept has values only", "[app]") {
+    const Graph graph = graphOf("sphere\nset n=3\nset n=5 m={n+1}\nscatter count={n*m}\nscatter count={T+n}\n");
+    REQUIRE(graph.nodes.size() == 3);
+    CHECK(graph.nodes[1].arguments.integer("count") == 12);
+    CHECK(graph.nodes[2].arguments.at({.frame = 25, .time = 2}).integer("count") == 5);
+    CHECK(sceneOf(graph) == "sphere\nscatter count={(3)*(4)}\nscatter count={T+(3)}\n");
+    CHECK_THROWS_WITH(graphOf("scatter count={k}\n"), Contains("scene:1") && Contains("{k}"));
+    CHECK_THROWS_WITH(graphOf("set\n"), Contains("NAME=VALUE"));
 }

@@ -64,17 +64,17 @@ TEST_CASE("shapes are united, intersected and subtracted", "[app][command]") {
 TEST_CASE("fields that do not fit are refused, and stay", "[app][command]") {
     const Folder folder;
     folder.mustFail("-noise type=simplex dim=4 -noise -sum", {"-sum", "4 and 3 dimensions"});
-    folder.mustFail("-noise -quotient", {"-quotient", "two fields"});
+    folder.mustFail("-noise -quotient", {"-quotient", "a field", "only one"});
     folder.mustFail(kTwo + "-quotient", {"-quotient", "may be zero", "constant"});
     folder.mustFail(kTwo + "-min smoothing=-1", {"-min", "smoothing=-1"});
     folder.mustFail(kTwo + "-displace keep=1 -displace", {"-displace", "third derivatives"});
-    folder.mustFail("-noise -lift", {"-lift", "below it"});
+    folder.mustFail("-noise -lift", {"-lift", "graph=", "only one"});
     folder.mustFail("-noise -noise -lift", {"-lift", "functions of 2", "has 3"});
-    folder.mustFail("-noise -noise type=simplex dim=4 -lift functions=2", {"-lift", "below it"});
+    folder.mustFail("-noise -noise type=simplex dim=4 -lift functions=2", {"-lift", "graph=", "2 objects"});
     folder.mustFail("-noise type=value dim=1 -noise type=value dim=1 -lift", {"-lift"});
     folder.mustFail("-noise type=simplex dim=7 -height", {"-height", "7 dimensions"});
-    folder.mustFail("-clip", {"-clip", "no field"});
-    folder.mustFail("-sphere -noise -union", {"-union", "two shapes"});
+    folder.mustFail("-clip", {"-clip", "a field", "none"});
+    folder.mustFail("-sphere -noise -union", {"-union", "a shape", "only one"});
     folder.mustFail("-sphere -transform scale=0", {"-transform", "zero"});
     folder.mustFail("-noise type=simplex dim=4 -slice width=8", {"-slice", "4 dimensions", "-lift"});
     folder.mustFail("-noise type=simplex dim=4 -sphere -bound field=1", {"-bound", "4 dimensions"});

@@ -112,21 +112,21 @@ TEST_CASE("a flow on a surface keeps its distance from it", "[app][command]") {
 
 TEST_CASE("flows that cannot be made say why", "[app][command]") {
     const Folder folder;
-    folder.mustFail("-noise type=simplex dim=5 -dfvn", {"-dfvn", "4 fields of 5 dimensions", "one"});
+    folder.mustFail("-noise type=simplex dim=5 -dfvn", {"-dfvn", "n - 1 fields of n dimensions"});
     folder.mustFail("-noise -noise -noise type=simplex dim=4 -dfvn", {"-dfvn", "4 dimensions", "has 3"});
     folder.mustFail("-noise type=simplex dim=4 -noise -dfvn", {"-dfvn", "4 dimensions"});
-    folder.mustFail(kTwo + "-curl", {"-curl", "three noises", "offset=100"});
+    folder.mustFail(kTwo + "-curl", {"-curl", "x=", "offset=100"});
     folder.mustFail("-noise dim=2 -noise -noise -curl", {"-curl", "all have 2 or all have 3"});
     folder.mustFail("-noise type=simplex dim=4 -curl offset=1", {"-curl", "3 dimensions"});
-    folder.mustFail("-sphere -surface", {"-surface", "no field"});
-    folder.mustFail("-noise -surface", {"-surface", "no shape"});
+    folder.mustFail("-sphere -surface", {"-surface", "a field", "none"});
+    folder.mustFail("-noise -surface", {"-surface", "a shape", "none"});
     folder.mustFail(kTwo + "-dfvn -reshape", {"-reshape", "limit="});
     folder.mustFail(kTwo + "-dfvn -reshape f=1,0", {"-reshape", "f=1,0", "empty"});
-    folder.mustFail(kTwo + "-dfvn -superpose", {"-superpose", "two flows"});
+    folder.mustFail(kTwo + "-dfvn -superpose", {"-superpose", "a flow", "only one"});
     folder.mustFail("-uniform velocity=0", {"-uniform"});
     folder.mustFail("-vortex core=0", {"-vortex", "core=0"});
     folder.mustFail("-updraft height=-1", {"-updraft", "height=-1"});
-    folder.mustFail("-sphere -blend", {"-blend", "no noise"});
+    folder.mustFail("-sphere -blend", {"-blend", "a field for noise=", "none"});
 }
 
 TEST_CASE("DeWolf's product keeps a flow within its wall", "[app][command]") {

@@ -66,7 +66,7 @@ TEST_CASE("jitter moves the points of a lattice, in space and in a plane", "[app
 
 TEST_CASE("jitter refuses what it cannot do", "[app]") {
     const Folder folder;
-    folder.mustFail("-jitter count=10 spacing=1", {"-jitter", "not both"});
+    folder.mustFail("-jitter count=10 spacing=1", {"-jitter", "count=", "spacing=", "one of them"});
     folder.mustFail("-jitter spacing=1e-9", {"-jitter", "memory", "spacing"});
     folder.mustFail("-jitter spacing=0", {"-jitter", "spacing"});
     folder.mustFail("-jitter dim=4", {"-jitter", "dim"});

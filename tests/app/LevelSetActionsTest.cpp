@@ -34,7 +34,7 @@ const std::string kRead = "-read sphere.vdb ";
 TEST_CASE("Enright's test by the command", "[app][command]") {
     const Folder folder;
     storeSphere(folder);
-    folder.mustRun(kRead + "-advectLevelSet time=3 steps=60 flow=enright -write end.vdb end.json");
+    folder.mustRun(kRead + "-enright -advectLevelSet time=3 steps=60 -write end.vdb end.json");
     const auto report = jsonOf(folder / "end.json")["advect_level_set"];
     CHECK(std::abs(report["volume_change"].get<double>()) < 1e-3);
     CHECK(report["kept_back"] == 0);
@@ -44,10 +44,10 @@ TEST_CASE("Enright's test by the command", "[app][command]") {
     CHECK(grids[0]->getGridClass() == openvdb::GRID_LEVEL_SET);
     // Backward from another time than 0.
     folder.mustRun(kRead +
-                   "-advectLevelSet time=0.4 steps=10 flow=enright -advectLevelSet begin=0.4 time=-0.4 steps=10 "
-                   "flow=enright -write back.json");
+                   "-enright -advectLevelSet time=0.4 steps=10 -advectLevelSet begin=0.4 time=-0.4 steps=10 "
+                   "-write back.json");
     CHECK(std::abs(jsonOf(folder / "back.json")["advect_level_set"]["volume_change"].get<double>()) < 0.05);
-    folder.mustRun(kRead + "-advectLevelSet method=weno5 time=0.1 flow=enright -write weno.json");
+    folder.mustRun(kRead + "-enright -advectLevelSet method=weno5 time=0.1 -write weno.json");
     CHECK(std::abs(jsonOf(folder / "weno.json")["advect_level_set"]["volume_change"].get<double>()) < 0.05);
 }
 
@@ -84,16 +84,16 @@ TEST_CASE("fog is carried by the newest flow", "[app][command]") {
 TEST_CASE("what cannot be followed says why", "[app][command]") {
     const Folder folder;
     storeSphere(folder);
-    folder.mustFail("-uniform -advectLevelSet", {"-advectLevelSet", "no level set"});
+    folder.mustFail("-uniform -advectLevelSet", {"-advectLevelSet", "a level set", "none"});
     folder.mustFail(kRead + "-advectLevelSet", {"-advectLevelSet", "flow"});
-    folder.mustFail("-read fog.vdb -uniform -advectLevelSet grid=0", {"-advectLevelSet", "density", "level set"});
+    folder.mustFail("-read fog.vdb -uniform -advectLevelSet grid=0", {"-advectLevelSet", "level set", "is a grid"});
     folder.mustFail(kRead + "-uniform -advectLevelSet method=magic", {"method", "flowmap"});
     folder.mustFail(kRead + "-uniform -advectLevelSet steps=0", {"steps"});
     folder.mustFail(kRead + "-uniform -advectGrid", {"-advectGrid", "-advectLevelSet"});
     folder.mustFail("-uniform -advectGrid", {"-advectGrid", "no grid"});
-    folder.mustFail("-ls2mesh", {"-ls2mesh", "no level set"});
+    folder.mustFail("-ls2mesh", {"-ls2mesh", "a level set", "none"});
     folder.mustFail(kRead + "-ls2mesh adaptivity=2", {"adaptivity"});
-    folder.mustFail(kRead + "-write a.obj", {"-write", "no mesh", "-ls2mesh"});
+    folder.mustFail(kRead + "-write a.obj", {"-write", "a mesh", "-ls2mesh"});
     folder.mustFail(kRead + "-write a.ply", {"-write", "-ls2mesh"});
 }
 

@@ -1,5 +1,5 @@
-#include "curlew/app/Probe.h"
-#include "curlew/app/Text.h"
+#include "curlew/app/registry/Text.h"
+#include "curlew/app/run/Probe.h"
 #include "curlew/base/Error.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Bound.h"

@@ -1,6 +1,7 @@
-#include "curlew/app/Program.h"
-#include "curlew/app/Registry.h"
-#include "curlew/app/Text.h"
+#include "curlew/app/actions/Actions.h"
+#include "curlew/app/language/Program.h"
+#include "curlew/app/registry/Registry.h"
+#include "curlew/app/registry/Text.h"
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -24,7 +25,7 @@ TEST_CASE("every action is declared in full, once", "[app]") {
         CHECK(action.run);
         CHECK(action.positional.minimum <= action.positional.maximum);
         CHECK(action.positional.what.empty() == (action.positional.maximum == 0));
-        CHECK(&findAction(action.name) == &action);
+        CHECK(&findAction(registry(), action.name) == &action);
     }
     // The names that the design fixes and this version has.
     for (const char* name :
@@ -61,45 +62,64 @@ TEST_CASE("every option has help, and a default that it would accept", "[app]") 
     }
 }
 
-TEST_CASE("what help says that an action takes and makes, programs are told too", "[app]") {
+TEST_CASE("what an action takes and makes is declared in full", "[app]") {
     for (const auto& action : registry()) {
         CAPTURE(action.name);
-        CHECK(action.inputs.empty() == action.takes.empty());
-        CHECK(action.outputs.empty() == action.makes.empty());
+        CHECK(inputsOf(action).empty() == action.takes.empty());
+        CHECK(outputsOf(action).empty() == action.makes.empty());
         const auto declared = [&](const std::string& name, OptionType type) {
-            return name.empty() || std::any_of(action.options.begin(), action.options.end(), [&](const Option& option) {
-                       return option.name == name && option.type == type;
-                   });
+            const Option* option = action.option(name);
+            return name.empty() || (option && option->type == type);
         };
         std::set<std::string> names;
-        bool takesAway = false;
+        bool takesAway = false, changes = false;
         for (const Input& input : action.takes) {
             CAPTURE(input.name);
             CHECK(names.insert(input.name).second);
+            CHECK_THAT(inputsOf(action), Contains(input.name + ": "));
             CHECK(!input.kinds.empty());
-            CHECK(input.least <= input.most);
-            CHECK((input.least == 1 && input.most == 1) == input.help.empty());
+            CHECK(input.amount.least <= input.amount.most);
             CHECK(declared(input.age, OptionType::ages));
             takesAway = takesAway || input.use == Use::taken;
+            changes = changes || input.use == Use::changed;
             if (input.use == Use::changed)
                 CHECK(std::any_of(action.makes.begin(), action.makes.end(),
                                   [&](const Output& output) { return output.kinds == input.kinds; }));
+            // INPUT=NAME must not be taken for an option, nor as= for an input.
+            CHECK(input.name != "as");
+            const Option* same = action.option(input.name);
+            CHECK((!same || same->type == OptionType::ages));
         }
-        CHECK(takesAway == std::any_of(action.options.begin(), action.options.end(),
-                                       [](const Option& option) { return option.name == "keep"; }));
+        CHECK((!takesAway || action.option("keep")));
+        CHECK((takesAway || changes || !action.option("keep")));
+        CHECK_FALSE(action.option("as"));
         names.clear();
         for (const Output& output : action.makes) {
             CAPTURE(output.name);
             CHECK(names.insert(output.name).second);
             CHECK(!output.kinds.empty());
             CHECK(declared(output.flag, OptionType::flag));
-            CHECK((output.least == 0) <= (output.most > 1 || !output.flag.empty()));
+            CHECK((output.amount.least == 0) <= (output.amount.most > 1 || !output.flag.empty()));
         }
+        for (const Option& option : action.options)
+            for (const std::string& other : option.instead) {
+                CAPTURE(option.name, other);
+                CHECK(action.option(other));
+            }
     }
 }
 
+TEST_CASE("an input that is not always one object says when", "[app]") {
+    for (const auto& action : registry())
+        for (const Input& input : action.takes) {
+            CAPTURE(action.name, input.name, input.help);
+            const bool one = input.amount.least == 1 && input.amount.most == 1;
+            CHECK((one || !input.help.empty()));
+        }
+}
+
 TEST_CASE("the registry as JSON holds all that is declared", "[app]") {
-    const auto json = nlohmann::json::parse(registryJson());
+    const auto json = nlohmann::json::parse(registryJson(registry()));
     REQUIRE(json["actions"].size() == registry().size());
     for (size_t k = 0; k < registry().size(); ++k) {
         const Action& action = registry()[k];
@@ -113,6 +133,9 @@ TEST_CASE("the registry as JSON holds all that is declared", "[app]") {
         REQUIRE(entry["inputs"].size() == action.takes.size());
         for (size_t n = 0; n < action.takes.size(); ++n)
             CHECK(entry["inputs"][n]["kinds"][0] == nameOf(action.takes[n].kinds.front()));
+        CHECK(entry["setting"] == action.setting);
+        CHECK(entry["evaluation"].is_string());
+        CHECK(entry["in_frames"].is_string());
         REQUIRE(entry["outputs"].size() == action.makes.size());
         REQUIRE(entry["options"].size() == action.options.size());
         for (size_t n = 0; n < action.options.size(); ++n) {
@@ -124,6 +147,7 @@ TEST_CASE("the registry as JSON holds all that is declared", "[app]") {
             CHECK(made["lower"].is_null() == !std::isfinite(option.lower));
             CHECK((made["type"] == "choice") == (option.type == OptionType::choice));
             CHECK((made["type"] == "ages") == (option.type == OptionType::ages));
+            CHECK(made["selects"] == (option.selects || option.type == OptionType::ages)); // not for a graph
         }
     }
     CHECK(std::string(nameOf(Kind::file)) == "file");
@@ -155,7 +179,7 @@ TEST_CASE("every example is a program", "[app]") {
             words.erase(words.begin());
             std::erase(words, "-config"); // the scene would be looked for from the folder in which the tests run
             std::erase(words, "scenes/demo.txt");
-            CHECK_NOTHROW(parseCommandLine(words));
+            CHECK_NOTHROW(graphOfCommandLine(words, {.registry = registry(), .world = {.lenient = true}}));
             CHECK_THAT(example, Contains("-" + action.name));
             ++examples;
         }
@@ -163,7 +187,7 @@ TEST_CASE("every example is a program", "[app]") {
 }
 
 TEST_CASE("help tells all that is declared", "[app]") {
-    const std::string table = helpTable(), overview = helpOverview();
+    const std::string table = helpTable(registry()), overview = helpOverview(registry());
     for (const auto& action : registry()) {
         CAPTURE(action.name);
         CHECK_THAT(table, Contains("| `-" + action.name + "` | " + action.summary + " |"));
@@ -183,8 +207,8 @@ TEST_CASE("help tells all that is declared", "[app]") {
 }
 
 TEST_CASE("an unknown action is an error that knows a better name", "[app]") {
-    CHECK_THROWS_WITH(findAction("nosie"), Contains("'-nosie'") && Contains("did you mean 'noise'"));
-    CHECK_THROWS_WITH(findAction("Mesh2LS"), Contains("did you mean 'mesh2ls'"));
-    CHECK_THROWS_WITH(findAction("teapot"), Contains("teapot") && !Contains("did you mean"));
-    CHECK_THROWS_WITH(findAction(""), Contains("''") || Contains("'-'"));
+    CHECK_THROWS_WITH(findAction(registry(), "nosie"), Contains("'-nosie'") && Contains("did you mean 'noise'"));
+    CHECK_THROWS_WITH(findAction(registry(), "Mesh2LS"), Contains("did you mean 'mesh2ls'"));
+    CHECK_THROWS_WITH(findAction(registry(), "teapot"), Contains("teapot") && !Contains("did you mean"));
+    CHECK_THROWS_WITH(findAction(registry(), ""), Contains("''") || Contains("'-'"));
 }

@@ -1,121 +1,311 @@
-#include "curlew/app/Session.h"
-#include "curlew/field/Algebra.h"
+#include "curlew/app/run/Session.h"
+#include "support/Command.h"
+#include "support/SessionCommand.h"
 
 #include <catch2/catch.hpp>
-#include <openvdb/tools/LevelSetSphere.h>
 
 using namespace curlew;
 using namespace curlew::app;
 using Catch::Matchers::Contains;
+using test::countOf;
+using test::Folder;
+using test::Scenes;
+using Names = std::vector<std::string>;
 
 namespace {
 
-Console& silent() {
-    static Console console(nullptr);
-    console.setVerbosity(Verbosity::quiet);
-    return console;
+std::shared_ptr<const Mesh> tetrahedron(float x = 0) {
+    Mesh mesh =
+        meshOf({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3}, {3, 3, 3, 3});
+    for (auto& point : mesh.points) point.x() += x;
+    return std::make_shared<const Mesh>(std::move(mesh));
 }
 
-openvdb::FloatGrid::Ptr ball(float halfWidth = 3) {
-    return openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(1, openvdb::Vec3f(0), 0.1f, halfWidth);
+Digest digestOf(const std::string& text) { return DigestBuilder().add(text).digest(); }
+
+std::string replaced(std::string text, const std::string& what, const std::string& by) {
+    REQUIRE(text.find(what) != std::string::npos);
+    return text.replace(text.find(what), what.size(), by);
 }
 
-FieldObject shape(double radius) {
-    const Sdf sdf = sphereSdf(radius);
-    return {sdf.distance, "sphere", sdf, {}};
-}
+/// From a mesh to points that move in it.
+const std::string kJob =
+    "read tetrahedron as=mesh\nmesh2ls dim=16 as=ls\nnoise frequency=2 as=f\nnoise frequency=2 seed=1 as=n\n"
+    "bound noise=n wall=ls width=0.1 as=g\ndfvn f=f g=g speed=1 as=flow\nscatter domain=flow count=50 as=seeds\n"
+    "advect flow=flow points=seeds time=0.1 steps=2 as=dust";
+
+Names jobNames() { return {"mesh", "ls", "f", "n", "g", "flow", "seeds", "dust"}; }
+
+struct Job : Scenes {
+    Job() { session.provide("tetrahedron", tetrahedron(), digestOf("one")); }
+    /// The nodes that are evaluated for a text.
+    Names evaluated(const std::string& text) { return runAnew(text).evaluated(); }
+};
 
 } // namespace
 
-TEST_CASE("the newest object of a stack has age 0", "[app]") {
-    Stack<int> stack("thing");
-    CHECK(stack.empty());
-    CHECK_THROWS_WITH(stack.at(), "there is no thing yet");
-    CHECK_THROWS_AS(stack.take(), ValueError);
-    for (int k = 0; k < 4; ++k) stack.push(k, 10 + static_cast<uint64_t>(k));
-    CHECK(stack.at() == 3);
-    CHECK(stack.at(3) == 0);
-    CHECK(stack.entry(1).made == 12);
-    CHECK(stack.take(1) == 2); // the others move up
-    CHECK(stack.size() == 3);
-    CHECK(stack.at(1) == 1);
-    CHECK_THROWS_WITH(stack.at(3), Contains("thing of age 3") && Contains("are 3"));
-    stack.at() = 7;
-    CHECK(stack.take() == 7);
-    CHECK(stack.take() == 1);
-    CHECK_THROWS_WITH(stack.at(1), Contains("is 1"));
+// --- what a program leaves
+
+TEST_CASE("actions run in order, and an error carries the action's name", "[app]") {
+    Scenes scenes;
+    Session& session = scenes.run("sphere\nnoise seed=1\nnoise seed=2\nbound width=0.2");
+    CHECK(countOf(session, Kind::field) == 3);
+    CHECK(std::get<FieldValue>(test::valueOf(session, Kind::field)).wall);
+    CHECK(session.report["actions"].size() == 4);
+    CHECK(session.report["actions"][3]["action"] == "-bound width=0.2");
+    CHECK_THROWS_WITH(scenes.run("velocity"), Contains("-velocity: ") && Contains("a flow") && Contains("-dfvn"));
+    // A scene that cannot write what it says does not begin.
+    CHECK_THROWS_WITH(scenes.run("noise\nslice width=4\nwrite missing/too/a.png"), Contains("missing/too/a.png"));
+    CHECK(countOf(session, Kind::field) == 3);
+    CHECK(countOf(session, Kind::image) == 0);
+    // What OpenVDB throws carries it too.
+    Scenes failing([](Context&) { OPENVDB_THROW(openvdb::IoError, "why"); });
+    CHECK_THROWS_WITH(failing.run("here"), Contains("-here: ") && Contains("why"));
 }
 
-TEST_CASE("a session finds the newest of a kind among others", "[app]") {
-    Session session(silent());
-    CHECK_FALSE(session.hasParticles());
-    CHECK_FALSE(session.velocity());
-    CHECK_FALSE(session.newestLevelSet());
-    CHECK_FALSE(session.newestField(true));
-    CHECK_THROWS_WITH(session.particles(), Contains("-scatter"));
-    CHECK_THROWS_WITH(session.newestSdf(0), Contains("no shape or level set"));
-
-    Particles one, two;
-    one.x = {1};
-    two.x = {1, 2};
-    session.geometry.push(one, session.now());
-    session.geometry.push(two, session.now());
-    session.geometry.push(std::make_shared<const Mesh>(), session.now());
-    CHECK(session.hasParticles());
-    CHECK(session.particles().size() == 2);
-    CHECK(session.particles(1).size() == 1);
-    CHECK_THROWS_AS(session.particles(2), ValueError);
-
-    const auto velocity = openvdb::Vec3SGrid::create();
-    session.grids.push({velocity, nullptr}, session.now());
-    session.grids.push({ball(), nullptr}, session.now());
-    session.grids.push({openvdb::FloatGrid::create(), nullptr}, session.now());
-    CHECK(session.velocity() == velocity);
-    CHECK(session.newestLevelSet() == 1);
-
-    session.fields.push(shape(1), session.now());
-    session.fields.push({constantField(1), "constant", {}, {}}, session.now());
-    session.fields.push(shape(2), session.now());
-    CHECK(session.newestField(true) == 0);
-    CHECK(session.newestField(false) == 1);
+TEST_CASE("a program goes on with what the one before has left, as if it were one", "[app]") {
+    Scenes apart, whole;
+    apart.run("noise\nnoise seed=1\nscatter box=-1,-1,-1,1,1,1 count=20 as=dust");
+    apart.run("dfvn as=wind");
+    CHECK(countOf(apart.session, Kind::field) == 0); // they have been taken
+    apart.run("noise\nadvect time=0.1 steps=2 flow=wind points=dust");
+    CHECK(countOf(apart.session, Kind::points) == 1);
+    whole.run("noise\nnoise seed=1\nscatter box=-1,-1,-1,1,1,1 count=20\ndfvn\nadvect time=0.1 steps=2");
+    CHECK(test::particlesOf(apart.session).x == test::particlesOf(whole.session).x);
+    CHECK(countOf(apart.session, Kind::flow) == 1);
+    apart.session.clear();
+    CHECK(apart.session.objects().empty());
+    CHECK_THROWS_AS(apart.run("velocity"), ValueError);
 }
 
-TEST_CASE("of a shape and a level set, the one made last is the wall", "[app]") {
-    Session session(silent());
-    const Vec3d origin{};
-    session.grids.push({ball(10), nullptr}, session.now());
-    CHECK(std::abs(session.newestSdf(0).distance.at<0>({{0.9, 0, 0}}).value + 0.1) < 1e-3);
-    session.fields.push(shape(3), session.now());
-    CHECK(session.newestSdf(0).distance.at<0>(origin).value == -3);
-    session.grids.push({ball(10), nullptr}, session.now());
-    CHECK(std::abs(session.newestSdf(0).distance.at<0>({{0.9, 0, 0}}).value + 0.1) < 1e-3);
+TEST_CASE("what a program has made and taken is there when it fails or is cancelled", "[app]") {
+    Scenes scenes;
+    scenes.run("noise\nnoise seed=1\ndfvn\nscatter count=20");
+    CHECK_THROWS_WITH(scenes.run("sphere\nadvect time=0.1 steps=1\nnoise\nnoise\ndfvn"), Contains("does not move"));
+    CHECK(countOf(scenes.session, Kind::shape) == 1);
+    CHECK(countOf(scenes.session, Kind::points) == 1);
+    CHECK(countOf(scenes.session, Kind::noise) == 2); // which -dfvn could not make a flow of
+    CHECK(countOf(scenes.session, Kind::flow) == 1);
 }
 
-TEST_CASE("a level set's band is widened where it does not reach, once", "[app]") {
-    Session session(silent());
-    session.grids.push({ball(3), nullptr}, session.now());
-    const auto narrow = session.grids.at().grid;
-    // Within the spline's support of the surface nothing has to be done.
-    session.levelSetSdf(0, 0);
-    CHECK(session.grids.at().grid == narrow);
-    const Sdf sdf = session.levelSetSdf(0, 0.5);
-    CHECK(sdf.reach >= 0.5 - 1e-6);
-    const auto wide = session.grids.at().grid;
-    CHECK(wide != narrow);
-    CHECK(session.grids.size() == 1);
-    session.levelSetSdf(0, 0.4);
-    CHECK(session.grids.at().grid == wide);
-    CHECK_THROWS_AS(session.levelSetSdf(1, 0), ValueError);
-    session.grids.push({openvdb::Vec3SGrid::create(), nullptr}, session.now());
-    CHECK_THROWS_WITH(session.levelSetSdf(0, 0), Contains("vec3s"));
+TEST_CASE("a result is found by the name of its node", "[app]") {
+    Scenes scenes;
+    Session& session = scenes.run(
+        "sphere as=ball\nnoise as=f\nnoise seed=1\nbound as=g\ndfvn f=f g=g as=wind\n"
+        "velocity dim=4 density=1 as=smoke\nscatter count=7");
+    CHECK(kindOf(session.result("ball").value) == Kind::shape);
+    CHECK(session.result("g").object.kind == Kind::noise);
+    CHECK(session.result("noise").name == "noise"); // which -bound has taken
+    CHECK(std::get<GridValue>(session.result("smoke.density").value).grid->getName() == "density");
+    CHECK(std::get<GridValue>(session.result("smoke").value).grid->getName() == "vel");
+    CHECK(test::particlesOf(session.result("scatter").value).size() == 7);
+    CHECK_THROWS_WITH(session.result("wnid"), Contains("'wnid'") && Contains("did you mean 'wind'"));
+    CHECK_THROWS_WITH(session.result("smoke.densty"), Contains("did you mean 'density'"));
 }
 
-TEST_CASE("the session's moments and time go forward", "[app]") {
-    Session session(silent());
-    const uint64_t first = session.now();
-    CHECK(session.now() > first);
-    CHECK(first > 0); // 0 stands for never
-    const double seconds = session.seconds();
+TEST_CASE("a program that is cancelled stops at the next node", "[app]") {
+    int asked = 0;
+    Console console([&] { return ++asked > 1; });
+    console.setVerbosity(Verbosity::quiet);
+    Scenes scenes({}, console);
+    CHECK_THROWS_AS(scenes.run("noise\nnoise\nnoise"), Interrupted);
+    CHECK(countOf(scenes.session, Kind::field) == 1);
+}
+
+TEST_CASE("where a program has failed is known by line, action and node", "[app]") {
+    const auto placeOf = [](const std::string& text) {
+        Scenes scenes;
+        CHECK_THROWS_AS(scenes.run(text), Error);
+        const SourceLocation& location = scenes.session.location;
+        return std::tuple(location.line, location.action, location.node);
+    };
+    using Place = std::tuple<int, std::string, std::string>;
+    CHECK(placeOf("noise\n\nnoise as=same\ndfvn as=stuck") == Place(4, "dfvn", "stuck"));
+    CHECK(placeOf("noise\n\nnoise\ndfvn") == Place(4, "dfvn", "dfvn"));
+    CHECK(placeOf("noise\nslice width=4\nwrite no/such/folder.png") == Place(3, "write", "write"));
+    CHECK(placeOf("noise\nframes 4-9\nsphere radius={2-T*24} as=ball") == Place(3, "sphere", "ball"));
+}
+
+TEST_CASE("a caller sees each frame while what it has made is there", "[app]") {
+    Scenes scenes;
+    std::vector<int> frames;
+    scenes.session.onFrame = [&](int frame) {
+        frames.push_back(frame);
+        CHECK(countOf(scenes.session, Kind::field) == 2);
+        CHECK(std::get<FieldValue>(scenes.session.result("late").value).program == "-noise seed={F}");
+        if (frame == 5) throw Interrupted();
+    };
+    CHECK_THROWS_AS(scenes.run("noise\nframes 1-9x2\nnoise seed={F} as=late"), Interrupted);
+    CHECK(frames == std::vector{1, 3, 5});
+}
+
+TEST_CASE("a program reads what its caller provides before it looks for files", "[app]") {
+    Scenes scenes;
+    Session& session = scenes.session;
+    const auto mesh = tetrahedron();
+    session.provide("no such file.ply", mesh, digestOf("mesh"));
+    auto points = std::make_shared<PointSet>();
+    points->particles.x = {1}, points->particles.y = {2}, points->particles.z = {3}, points->particles.id = {4};
+    session.provide("points", points, digestOf("points"));
+    scenes.run("read 'no such file.ply' points");
+    REQUIRE(session.objects().size() == 2);
+    CHECK(std::get<MeshPointer>(session.objects()[0].value) == mesh);
+    CHECK(test::particlesOf(session).id == std::vector<int64_t>{4});
+    CHECK_THROWS_WITH(scenes.run("read other.ply"), Contains("other.ply"));
+    CHECK_THROWS_WITH(scenes.run("read other"), Contains("no known extension"));
+    CHECK(session.withdraw("points"));
+    CHECK_FALSE(session.withdraw("points"));
+    CHECK_THROWS_WITH(scenes.run("read points"), Contains("no known extension"));
+    // Meshes that change from frame to frame are those of the frame before at its beginning.
+    Scenes moving;
+    for (int frame = 1; frame <= 2; ++frame)
+        moving.session.provide("mesh" + std::to_string(frame), tetrahedron(0.1f * static_cast<float>(frame)),
+                               digestOf(std::to_string(frame)));
+    moving.run("frames 1-2\nread mesh$F\nmesh2ls dim=16\nnoise\nnoise seed=1\nbound\ndfvn\nscatter count=20\nadvect");
+    CHECK(moving.session.report["advect"]["outside"] == 0);
+}
+
+TEST_CASE("the session's time goes forward", "[app]") {
+    Scenes scenes;
+    const double seconds = scenes.session.seconds();
     CHECK(seconds >= 0);
-    CHECK(session.seconds() >= seconds);
+    CHECK(scenes.session.seconds() >= seconds);
+}
+
+// --- values by content
+
+TEST_CASE("running the same program again evaluates no value", "[app]") {
+    Job job;
+    CHECK(job.evaluated(kJob) == jobNames());
+    const Particles first = test::particlesOf(job.session);
+    CHECK(job.evaluated(kJob).empty());
+    CHECK(test::particlesOf(job.session).x == first.x);
+    CHECK(job.evaluated(kJob).empty()); // they are kept for as many runs as they are in
+    // Effects are evaluated each time, and see the same.
+    int looked = 0;
+    Scenes scenes([&](Context& c) {
+        ++looked;
+        CHECK(c.points("points").particles.size() == 20);
+    });
+    for (int k = 1; k <= 3; ++k) {
+        CHECK(scenes.runAnew("sphere\nscatter count=20\nhere").evaluated() ==
+              (k == 1 ? Names{"sphere", "scatter", "here"} : Names{"here"}));
+        CHECK(looked == k);
+    }
+}
+
+TEST_CASE("an edit evaluates what depends on it and nothing else", "[app]") {
+    Job job;
+    job.run(kJob);
+    const auto edited = [&](const std::string& what, const std::string& by) {
+        return job.evaluated(replaced(kJob, what, by));
+    };
+    // The frequency of a noise: the mesh is not voxelised again.
+    CHECK(edited("noise frequency=2 as=f", "noise frequency=3 as=f") == Names{"f", "flow", "seeds", "dust"});
+    CHECK(job.evaluated(kJob) == Names{"f", "flow", "seeds", "dust"}); // the values of one run are kept
+    CHECK(edited("steps=2", "steps=3") == Names{"dust"});              // and nothing above it
+    CHECK(edited("count=50", "count=60") == Names{"seeds", "dust"});
+    job.runAnew(kJob);
+    CHECK(edited("width=0.1", "width=0.2") == Names{"g", "flow", "seeds", "dust"});
+    job.runAnew(kJob);
+    CHECK(edited("dim=16", "dim=17") == Names{"ls", "g", "flow", "seeds", "dust"});
+    // What an option has by default, or how a node is called, is not an edit of a value.
+    job.runAnew(kJob);
+    CHECK(job.evaluated(replaced(kJob, "as=dust", "as=smoke")).empty());
+    CHECK(job.evaluated(kJob + "\nslice width=4 as=picture") == Names{"picture"});
+    CHECK(job.evaluated(kJob).empty());
+}
+
+TEST_CASE("other content under the same name is another value", "[app]") {
+    Job job;
+    job.run(kJob);
+    job.session.provide("tetrahedron", tetrahedron(), digestOf("one")); // the same once more
+    CHECK(job.evaluated(kJob).empty());
+    job.session.provide("tetrahedron", tetrahedron(1), digestOf("two"));
+    const Names all = job.evaluated(kJob);
+    CHECK(all == Names{"mesh", "ls", "g", "flow", "seeds", "dust"}); // but not the noises
+    // A file that has changed, too.
+    const Folder folder;
+    const std::string read = "read \"" + (folder / "a.vdb").string() + "\" as=p\nspacing";
+    job.runAnew("sphere\nscatter count=10\nwrite \"" + (folder / "a.vdb").string() + "\"");
+    CHECK(job.evaluated(read) == Names{"p", "spacing"});
+    CHECK(job.evaluated(read) == Names{"spacing"});
+    job.runAnew("sphere\nscatter count=11\nwrite \"" + (folder / "a.vdb").string() + "\"");
+    CHECK(job.evaluated(read) == Names{"p", "spacing"});
+    CHECK(test::particlesOf(job.session).size() == 11);
+}
+
+TEST_CASE("an edit gives what a new session gives", "[app]") {
+    Job edited;
+    edited.run(kJob);
+    for (const auto& [what, by] : {std::pair<std::string, std::string>{"frequency=2 as=f", "frequency=3 as=f"},
+                                   {"count=50", "count=51"},
+                                   {"steps=2", "steps=1"},
+                                   {"seed=1", "seed=2"},
+                                   {"dim=16", "dim=20"}}) {
+        CAPTURE(what, by);
+        Job anew;
+        const std::string text = replaced(kJob, what, by);
+        edited.runAnew(text), anew.run(text);
+        const Particles a = test::particlesOf(edited.session), b = test::particlesOf(anew.session);
+        CHECK(a.x == b.x);
+        CHECK(a.f == b.f);
+        CHECK(a.vx == b.vx);
+    }
+}
+
+TEST_CASE("points that are moved do not change the value that they were made from", "[app]") {
+    Job job;
+    const std::string text = "sphere\nscatter count=9 as=seeds\npush as=moved";
+    const auto xOf = [&](const std::string& name) { return test::particlesOf(job.session.result(name).value).x; };
+    job.run(text);
+    const auto seeds = xOf("seeds"), moved = xOf("moved");
+    CHECK(moved[0] == seeds[0] + 1);
+    for (int k = 0; k < 3; ++k) {
+        CHECK(job.evaluated(text + (k == 1 ? "\npush as=again" : "")) == (k == 1 ? Names{"again"} : Names{}));
+        CHECK(xOf("seeds") == seeds);
+        CHECK(xOf("moved") == moved);
+    }
+}
+
+TEST_CASE("in frames, what does not change with time is evaluated once, and an edit elsewhere not again", "[app]") {
+    Scenes scenes;
+    const std::string text = "noise as=n\nframes 1-4\nnoise seed=1 as=still\nnoise alpha={T} as=moving\ndfvn as=flow";
+    const Names first = scenes.runAnew(text).evaluated();
+    CHECK(std::count(first.begin(), first.end(), "n") == 1);
+    CHECK(std::count(first.begin(), first.end(), "still") == 1);
+    CHECK(std::count(first.begin(), first.end(), "moving") == 4);
+    CHECK(std::count(first.begin(), first.end(), "flow") == 4);
+    const Names again = scenes.runAnew(text + "\nslice width=4 as=s").evaluated();
+    CHECK(std::count(again.begin(), again.end(), "n") == 0);
+    CHECK(std::count(again.begin(), again.end(), "still") == 0);
+    CHECK(std::count(again.begin(), again.end(), "s") == 4);
+}
+
+TEST_CASE("only what is wanted, and effects, are evaluated", "[app]") {
+    int looked = 0;
+    Scenes scenes([&](Context&) { ++looked; });
+    const std::string nodes =
+        R"({"nodes": [{"name": "f", "action": "noise"}, {"name": "g", "action": "noise", "options": {"seed": 1}},
+        {"name": "unused", "action": "sphere"}, {"name": "wind", "action": "dfvn", "inputs": {"f": ["f"], "g": ["g"]}},
+        {"name": "seen", "action": "here", "inputs": {"what": ["f"]}}, {"action": "quiet"}])";
+    const auto evaluated = [&](const std::string& members) {
+        Names names = scenes.runAnew(nodes + members + "}").evaluated();
+        std::erase(names, "quiet");
+        return names;
+    };
+    CHECK(evaluated("").size() == 5);
+    CHECK(looked == 1);
+    scenes.runAnew("{}"); // forgets the values
+    CHECK(evaluated(R"(, "wanted": ["g"])") == Names{"f", "g", "seen"});
+    CHECK(looked == 2);
+    scenes.runAnew("{}");
+    CHECK(evaluated(R"(, "wanted": ["wind"], "effects": false)") == Names{"f", "g", "wind"});
+    CHECK(looked == 2);
+    CHECK(kindOf(scenes.session.result("wind").value) == Kind::flow);
+    CHECK_THROWS_WITH(scenes.session.result("unused"), Contains("'unused' has not been made"));
+    scenes.runAnew("{}");
+    CHECK(evaluated(R"(, "effects": false)").empty()); // nothing is wanted
+    CHECK(looked == 2);
+    CHECK_THROWS_WITH(evaluated(R"(, "wanted": ["wnid"])"), Contains("did you mean 'wind'"));
 }

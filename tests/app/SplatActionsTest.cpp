@@ -84,11 +84,11 @@ TEST_CASE("splat has colours by speed, id, index, height, depth and age, and the
 
 TEST_CASE("splat refuses what it cannot draw", "[app]") {
     const Folder folder;
-    folder.mustFail("-splat -write a.png", {"-splat", "no points or curves"});
+    folder.mustFail("-splat -write a.png", {"-splat", "points or curves", "none"});
     folder.mustFail("-sphere -scatter count=5 -splat by=speed", {"-splat", "velocity"});
     folder.mustFail("-sphere -scatter count=5 -splat by=age", {"-splat", "age"});
-    folder.mustFail("-sphere -scatter count=5 -splat by=id color=1,1,1", {"-splat", "not both"});
-    folder.mustFail("-sphere -scatter count=5 -splat over=1", {"-splat", "no image"});
+    folder.mustFail("-sphere -scatter count=5 -splat by=id color=1,1,1", {"-splat", "by=", "color=", "one of them"});
+    folder.mustFail("-sphere -scatter count=5 -splat over=1", {"-splat", "an image", "none"});
     folder.mustFail("-noise -slice width=20 -sphere -scatter count=5 -splat over=1", {"-splat", "perspective"});
     folder.mustFail("-sphere -scatter count=5 -splat pixels=0", {"-splat", "pixels"});
     folder.mustFail("-sphere -scatter count=5 -splat geo=1", {"-splat", "geometry"});
@@ -108,7 +108,7 @@ TEST_CASE("advect keeps the ways of points as curves, whose distance is measured
     CHECK(curves.at("mean").get<double>() < 0.02);
     folder.mustFail("-sphere -scatter -distance", {"-distance", "geometry"});
     folder.mustFail(kFlow + points + "-distance", {"-distance", "both"});
-    folder.mustFail("-sphere -scatter -distance geo=0", {"-distance", "two"});
+    folder.mustFail("-sphere -scatter -distance geo=0", {"-distance", "2 objects", "there is 1"});
 }
 
 TEST_CASE("snap puts points onto a shape, or onto a terrain", "[app]") {

@@ -53,15 +53,15 @@ TEST_CASE("one shaded picture goes into another", "[app][command]") {
     folder.mustFail("-sphere -shade over=1", {"-shade", "image"});
     folder.mustFail("-noise -shade", {"-shade", "iso="});
     folder.mustFail("-plane -shade", {"infinite"});
-    folder.mustFail("-sphere -shade show=value", {"no field"});
-    folder.mustFail("-sphere -shade show=speed", {"no flow"});
-    folder.mustFail("-sphere -shade time=1", {"no flow"});
-    folder.mustFail("-sphere -shade texture=lic", {"no flow"});
+    folder.mustFail("-sphere -shade show=value", {"a field", "none"});
+    folder.mustFail("-sphere -shade show=speed", {"a flow", "none"});
+    folder.mustFail("-sphere -shade time=1", {"a flow", "none"});
+    folder.mustFail("-sphere -shade texture=lic", {"a flow", "none"});
     folder.mustFail("-sphere -noise -shade show=value texture=checker", {"do not go together"});
     folder.mustFail("-sphere -shade texture=film film=-1,2", {"film"});
     folder.mustFail("-sphere -shade color=-1,0,0", {"color"});
     folder.mustFail("-sphere -shade samples=0", {"samples"});
-    folder.mustFail("-shade iso=0", {"no field"});
+    folder.mustFail("-shade iso=0", {"a field", "none"});
 }
 
 TEST_CASE("a flow carries a texture over a surface", "[app][command]") {

@@ -1,4 +1,4 @@
-#include "curlew/app/Text.h"
+#include "curlew/app/registry/Text.h"
 #include "curlew/base/Error.h"
 
 #include <catch2/catch.hpp>

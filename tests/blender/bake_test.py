@@ -1,5 +1,6 @@
 """Bakes: what they make is what was promised, and what goes wrong is said where it is wrong."""
 
+import json
 import os
 import sys
 import time
@@ -140,7 +141,7 @@ class Frames(unittest.TestCase):
         volume = build.add("CurlewVolumeResult", (grid, "Velocity"))
         build.tree.sequence = True
         job = self.bake.bake(build.tree)
-        self.assertIn("frames 5-9 fps=24", job.plan.program.text)
+        self.assertEqual(job.plan.graph["frames"], {"words": ["5-9"], "options": {"fps": "24"}})
         self.assertEqual(len(list(job.folder.iterdir())), 10)
 
         counts, places = [], []
@@ -181,7 +182,7 @@ class Frames(unittest.TestCase):
         build.add("CurlewParticlesResult", build.add("advect", flow, points))
         build.tree.sequence = True
         job = self.bake.bake(build.tree)
-        self.assertIn("FF<", job.plan.program.text)
+        self.assertIn("FF<", json.dumps(job.plan.graph))
         bpy.ops.mesh.primitive_uv_sphere_add()
         ball = bpy.context.active_object
         for frame, size in ((1, 0.5), (4, 1.0)):
@@ -201,6 +202,59 @@ class Frames(unittest.TestCase):
             self.assertAlmostEqual(size, ball.matrix_world[0][0], delta=0.03)
         self.assertEqual(scene.frame_current, 4)
 
+    def heights(self, result, axis=2):
+        """The mean height of a result's points in the frames of the scene, and how many there are."""
+        seen = []
+        for frame in range(bpy.context.scene.frame_start, bpy.context.scene.frame_end + 1):
+            bpy.context.scene.frame_set(frame)
+            points = np.array([v.co for v in result.target.data.vertices])
+            seen.append((len(points), float(points[:, axis].mean()) if len(points) else 0.0))
+        return seen
+
+    def test_curves_from_points_do_not_freeze_them(self):
+        """In whatever order the branches are: the points move in every frame."""
+        bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 4
+        for curves_first in (True, False):
+            support.empty()
+            bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 4
+            build = Tree("both")
+            flow = build.add("uniform", velocity="0,0,2.4", box="-9,-9,-9,9,9,9")
+            points = build.add("scatter", flow, count=50, box="-1,-1,-1,1,1,1")
+
+            def add_curves():
+                return build.add("CurlewCurvesResult", build.add("trace", flow, points, limit=1))
+
+            curves = add_curves() if curves_first else None
+            result = build.add("CurlewParticlesResult", build.add("advect", flow, points))
+            curves = curves or add_curves()
+            build.tree.sequence = True
+            self.bake.bake(build.tree)
+            seen = self.heights(result)
+            self.assertEqual([count for count, _ in seen], [50] * 4)
+            self.assertTrue(np.allclose(np.diff([height for _, height in seen]), 0.1, atol=1e-5), seen)
+            self.assertEqual(len(curves.target.data.splines), 50)
+
+    def test_points_join_others_only_by_links(self):
+        bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 3
+        build = Tree()
+        flow = build.add("uniform", velocity="0,0,1", box="-1,-1,-1,1,1,1")
+        scattered = build.add("scatter", flow, count=7)
+        build.add("CurlewCurvesResult", build.add("trace", flow, scattered, limit=1))
+        results, emitters = [], []
+        for x, rate in ((-0.5, 240), (0.5, 480)):
+            emitters.append(build.add("emit", build.add("sphere", radius=0.1, offset=f"{x},0,0"), rate=rate))
+            results.append(build.add("CurlewParticlesResult", build.add("advect", flow, emitters[-1]), label=f"at {x}"))
+        build.tree.sequence = True
+        self.bake.bake(build.tree)
+        for result, x, rate in zip(results, (-0.5, 0.5), (240, 480)):
+            seen = self.heights(result, axis=0)
+            self.assertEqual([count for count, _ in seen], [0, rate / 24, 2 * rate / 24])
+            self.assertAlmostEqual(seen[-1][1], x, delta=0.1)
+        build.tree.links.new(scattered.outputs[0], emitters[0].inputs[1])
+        self.bake.bake(build.tree)
+        self.assertEqual([count for count, _ in self.heights(results[0])], [7, 7 + 10, 7 + 20])
+        self.assertEqual([count for count, _ in self.heights(results[1])], [0, 20, 40])
+
     def test_a_thread_can_be_cancelled(self):
         build = Tree("long")
         flow = build.add("dfvn", build.add("noise"), build.add("noise", seed=1))
@@ -216,7 +270,7 @@ class Frames(unittest.TestCase):
         job.cancelled = True
         job.wait()
         self.assertLess(time.monotonic() - began, 30)
-        with self.assertRaises(support.addon("program").TreeError):
+        with self.assertRaises(support.addon("actions").TreeError):
             self.bake.finish(build.tree, job, bpy.context.scene)
         self.assertEqual(build.tree.message, "cancelled")
         self.assertFalse([n.name for n in build.tree.nodes if n.error])
@@ -244,7 +298,21 @@ class Errors(unittest.TestCase):
         self.fails(build, node, "nothing is connected")
         advect = build.add("advect")
         build.tree.links.new(advect.outputs[0], node.inputs[0])
-        self.fails(build, advect, "nothing is connected to 'Flow'")
+        self.fails(build, advect, "nothing is connected to 'flow'")
+
+    def test_what_nothing_needs_may_be_unfinished(self):
+        build = Tree()
+        flow = build.add("dfvn", build.add("noise"), build.add("noise", seed=1))
+        build.add("CurlewParticlesResult", build.add("scatter", flow, count=10))
+        build.add("advect", flow)
+        build.add("CurlewMeshObject")
+        self.assertEqual(bpy.ops.curlew.bake(tree=build.tree.name), {"FINISHED"})
+
+    def test_a_result_of_another_kind(self):
+        build = Tree()
+        flow = build.add("dfvn", build.add("noise"), build.add("noise", seed=1))
+        result = build.add("CurlewParticlesResult", build.add("trace", flow, build.add("scatter", flow, count=10), limit=1))
+        self.fails(build, result, "is of kind 'curves', not 'points'")
 
     def test_circles(self):
         build = Tree()
@@ -267,11 +335,11 @@ class Errors(unittest.TestCase):
         build = Tree()
         node = build.add("advect", build.add("noise"), build.add("noise"))
         build.add("CurlewParticlesResult", node)
-        self.fails(build, node, "'Flow' cannot take a link from Field")
+        self.fails(build, node, "flow= needs a flow, and 'Noise' is a field")
         build = Tree()
         node = build.add("bound", build.add("noise"), build.add("noise", seed=1))
         build.add("CurlewParticlesResult", build.add("scatter", build.add("dfvn", build.add("noise"), node)))
-        self.fails(build, node, "'Wall' needs a level set or a shape, not a field")
+        self.fails(build, node, "wall= needs a shape or a level set, and 'Noise.001' is a field")
 
     def test_no_mesh(self):
         build = Tree()
@@ -304,21 +372,6 @@ class Errors(unittest.TestCase):
         build.add("CurlewVolumeResult", (grid, "Velocity"))
         self.fails(build, grid, "staggered=0")
 
-    def test_points_that_would_join_others(self):
-        build = Tree()
-        build.tree.sequence = True
-        flow = build.add("uniform", velocity="0,0,1", box="-1,-1,-1,1,1,1")
-        scattered = build.add("scatter", flow, count=7)
-        build.add("CurlewCurvesResult", build.add("trace", flow, scattered, limit=1))
-        emitted = build.add("emit", build.add("sphere", radius=0.1), rate=240)
-        result = build.add("CurlewParticlesResult", build.add("advect", flow, emitted))
-        self.fails(build, emitted, "would join those of Scatter: link them to 'Points'")
-        build.tree.links.new(scattered.outputs[0], emitted.inputs[1])
-        bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 3
-        bpy.ops.curlew.bake(tree=build.tree.name)
-        bpy.context.scene.frame_set(3)
-        self.assertEqual(len(result.target.data.vertices), 7 + 2 * 10)
-
     def test_what_a_volume_holds(self):
         """Level sets are found behind reroutes too; a fog volume or velocities in their place are refused."""
         build = Tree()
@@ -336,9 +389,9 @@ class Errors(unittest.TestCase):
         taker = result.inputs[0].links[0].from_node
         volume.object = others.target
         volume.grids = "density"
-        self.fails(build, taker, "there is no level set")
+        self.fails(build, taker, "needs a level set, and 'Volume Object' is a grid")
         volume.grids = next(g.name for g in others.target.data.grids if g.data_type == "VECTOR_FLOAT")
-        self.fails(build, taker, "needs a level set, not a velocity grid")
+        self.fails(build, taker, "needs a level set, and 'Volume Object' is a velocity grid")
 
     def test_a_cache_that_cannot_be_written(self):
         build = Tree()

@@ -98,11 +98,11 @@ class Import(unittest.TestCase):
         self.trees = support.addon("tree")
 
     def again(self, text, name="scene"):
-        """The scene as a tree, and its program."""
+        """The scene as a tree, and the scene of that."""
         tree = self.io.tree_of(text, name)
         collected = self.trees.collect(tree)
-        words = self.trees.frames_words(tree, bpy.context.scene, collected)
-        return tree, collected.program(words).text
+        graph = collected.document(bpy.context.scene, self.trees.frames_of(tree, bpy.context.scene, collected))
+        return tree, support.addon("library").curlew().translate(graph, "scene")
 
     def agree(self, text, name):
         one, other = folder("one"), folder("other")
@@ -129,7 +129,7 @@ class Import(unittest.TestCase):
                     else:
                         lines[-1].append(token)
                 names = {line[0] for line in lines}
-                text = "\n".join(support.addon("actions").line_of(line[0], line[1:], {}) for line in lines) + "\n"
+                text = "".join(shlex.join(line) + "\n" for line in lines)
                 reads_what_is_not_here = any(word.endswith((".vdb", ".png", ".exr", "in.csv", "points.csv")) for line in lines
                                              if line[0] in ("read", "probe") for word in line[1:])
                 made = any(word for line in lines if line[0] == "write" for word in line[1:])
@@ -163,8 +163,8 @@ class Import(unittest.TestCase):
                 "splat over=1 geo=2\nwrite y.png\nslice width=40\npanels count=2\nwrite z.png\ndistance geo=1,2\n"
                 "expect distance/mean least=0\n")
         _, program = self.agree(text, "pictures")
-        self.assertIn("over=1\n", program)
-        self.assertIn("panels count=2\n", program)
+        self.assertIn("image=Shade\n", program)
+        self.assertIn("panels images=Shade,Slice", program)
 
     def test_every_scene_is_a_tree(self):
         for path in sorted((support.SOURCE / "scenes").glob("*.txt")):
@@ -205,35 +205,36 @@ class Import(unittest.TestCase):
         del tree
 
     def test_lines_that_are_wrong(self):
-        for text, words in (("noise\nnois\n", "line 2: there is no action 'nois'"), ("noise freq=1 gai='2\n", "line 1"),
-                            ("noise colour=3\n", "has no option 'colour'"), ("noise \\\n", "last line")):
-            with self.assertRaises(support.addon("scene").SceneError) as raised:
+        for text, words in (("noise\nnois\n", "wrong:2: there is no action '-nois'"), ("noise freq=1 gai='2\n", "wrong:1"),
+                            ("noise colour=3\n", "no option 'colour'"), ("noise \\\n", "last line")):
+            with self.assertRaises(support.addon("actions").TreeError) as raised:
                 self.io.tree_of(text, "wrong")
             self.assertIn(words, str(raised.exception))
         self.assertFalse(bpy.data.node_groups)
 
 
 class Walk(unittest.TestCase):
-    """Reroutes, groups, muted nodes and frames do not change a program."""
+    """Reroutes, groups, muted nodes and frames do not change a graph."""
 
     def setUp(self):
         support.empty()
         self.trees = support.addon("tree")
 
-    def text(self, tree):
-        return self.trees.collect(tree).program().text
+    def said(self, tree):
+        """The graph: by the names of nodes their actions, with options and links."""
+        return {key: (node["action"], node["options"], node["inputs"]) for key, node in self.trees.collect(tree).graph.items()}
 
     def test_reroutes_and_frames(self):
         build = Tree()
         plain = build.add("noise", frequency=2)
         flow = build.add("dfvn", plain, build.add("noise", seed=1))
         build.add("write", build.add("slice", flow), words="a.png")
-        expected = self.text(build.tree)
+        expected = self.said(build.tree)
         route = build.add("NodeReroute", plain)
         second = build.add("NodeReroute", route)
         build.tree.links.new(second.outputs[0], flow.inputs[0])
         plain.parent = build.add("NodeFrame")
-        self.assertEqual(self.text(build.tree), expected)
+        self.assertEqual(self.said(build.tree), expected)
 
     def test_muted_nodes_hand_on(self):
         build = Tree()
@@ -242,12 +243,15 @@ class Walk(unittest.TestCase):
         flow = build.add("dfvn", clip, build.add("noise", seed=1))
         build.add("write", build.add("slice", flow), words="a.png")
         muted = build.add("write", build.add("slice", flow, axis="x"), words="b.png")
-        self.assertIn("clip range=0.3", self.text(build.tree))
+        self.assertEqual(self.said(build.tree)["Clip"], ("clip", {"range": "0.3"}, {"field": ["Noise"]}))
         clip.mute = muted.mute = True
-        self.assertEqual(self.text(build.tree), "noise\nnoise seed=1\ndfvn\nslice\nwrite a.png\n")
+        self.assertEqual(self.said(build.tree), {
+            "Noise": ("noise", {}, {}), "Noise.001": ("noise", {"seed": "1"}, {}),
+            "Flow (∇f × ∇g)": ("dfvn", {}, {"f": ["Noise"], "g": ["Noise.001"]}),
+            "Slice": ("slice", {}, {"what": ["Flow (∇f × ∇g)"]}), "Write": ("write", {}, {"what": ["Slice"]})})
         noise.mute = True
-        with self.assertRaises(support.addon("program").TreeError) as raised:
-            self.text(build.tree)
+        with self.assertRaises(support.addon("actions").TreeError) as raised:
+            self.said(build.tree)
         self.assertIn("muted", str(raised.exception))
 
     def test_groups_within_groups(self):
@@ -268,7 +272,10 @@ class Walk(unittest.TestCase):
         group = build.add("CurlewGroup", node_tree=outer.tree)
         build.tree.links.new(build.add("noise", seed=7).outputs[0], group.inputs[0])
         build.add("write", build.add("slice", group), words="a.png")
-        self.assertEqual(self.text(build.tree), "noise seed=7\nclip range=0.25\nnoise seed=1\ndfvn\nslice\nwrite a.png\n")
+        said = self.said(build.tree)
+        self.assertEqual(said["Slice"][2], {"what": ["Group/Flow (∇f × ∇g)"]})
+        self.assertEqual(said["Group/Flow (∇f × ∇g)"][2], {"f": ["Group/Group/Clip"], "g": ["Group/Noise"]})
+        self.assertEqual(said["Group/Group/Clip"], ("clip", {"range": "0.25"}, {"field": ["Noise"]}))
         result = build.add("CurlewParticlesResult", build.add("scatter", group, count=5))
         flow.set_option("speed", "{1/0}")
         with self.assertRaises(RuntimeError):

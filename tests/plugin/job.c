@@ -33,6 +33,12 @@ LOAD(void, session_release, (curlew_session**));
 LOAD(curlew_status, provide_mesh,
      (curlew_session*, const char*, const curlew_array*, const curlew_array*, const curlew_array*));
 LOAD(curlew_status, run, (curlew_session*, const char*, const char*, const curlew_callbacks*));
+LOAD(curlew_status, run_graph, (curlew_session*, const char*, const char*, const curlew_callbacks*));
+LOAD(curlew_status, evaluated, (const curlew_session*, const char**));
+LOAD(curlew_status, translate, (const char*, const char*, const char*, const char**));
+LOAD(curlew_status, find, (const curlew_session*, const char*, curlew_kind*, int64_t*));
+LOAD(curlew_status, grid_leaves, (const curlew_session*, int64_t, int64_t*));
+LOAD(curlew_status, grid_leaf, (const curlew_session*, int64_t, int64_t, int64_t*, const void**, const uint64_t**));
 LOAD(curlew_status, count, (const curlew_session*, curlew_kind, int64_t*));
 LOAD(curlew_status, describe, (const curlew_session*, curlew_kind, int64_t, const char**));
 LOAD(curlew_status, read, (const curlew_session*, curlew_kind, int64_t, const char*, const curlew_buffer*));
@@ -170,6 +176,56 @@ static void checkFlow(const curlew_session* session) {
     CHECK(flow == NULL);
 }
 
+/* A graph as hosts hand it over. `frequency` is of the first noise. */
+static void runGraph(curlew_session* session, const char* frequency) {
+    char graph[4000];
+    snprintf(graph, sizeof graph,
+             "{\"curlew\": 1, \"nodes\": ["
+             "{\"name\": \"ball\", \"action\": \"read\", \"words\": [\"no such file.ply\"]},"
+             "{\"name\": \"wall\", \"action\": \"mesh2ls\", \"options\": {\"voxel\": 0.05}, \"inputs\": {\"mesh\": "
+             "[\"ball\"]}},"
+             "{\"name\": \"f\", \"action\": \"noise\", \"options\": {\"frequency\": %s}},"
+             "{\"name\": \"n\", \"action\": \"noise\", \"options\": {\"seed\": 2}},"
+             "{\"name\": \"g\", \"action\": \"bound\", \"options\": {\"width\": 0.15, \"side\": \"outside\"},"
+             " \"inputs\": {\"noise\": [\"n\"], \"wall\": [\"wall\"]}},"
+             "{\"name\": \"wind\", \"action\": \"dfvn\", \"options\": {\"speed\": 1}, \"inputs\": {\"f\": [\"f\"], "
+             "\"g\": [\"g\"]}},"
+             "{\"name\": \"smoke\", \"action\": \"velocity\", \"options\": {\"voxel\": 0.1, \"density\": true},"
+             " \"inputs\": {\"flow\": [\"wind\"]}}]}",
+             frequency);
+    if (run_graph_(session, graph, "graph", NULL) != CURLEW_OK) {
+        fprintf(stderr, "%s\n", error_message_());
+        exit(1);
+    }
+}
+
+/* An edited graph evaluates what depends on the edit; results are found by the names of nodes. */
+static void checkGraph(curlew_session* session) {
+    const char* json = NULL;
+    const void* values = NULL;
+    const uint64_t* active = NULL;
+    curlew_kind kind = -1;
+    int64_t position = -1, leaves = 0, origin[3] = {1, 1, 1}, set = 0;
+    runGraph(session, "2");
+    CHECK(evaluated_(session, &json) == CURLEW_OK && strstr(json, "\"wall\"") && strstr(json, "\"smoke\""));
+    runGraph(session, "2");
+    CHECK(evaluated_(session, &json) == CURLEW_OK && strcmp(json, "[]") == 0);
+    runGraph(session, "3");
+    CHECK(evaluated_(session, &json) == CURLEW_OK && strcmp(json, "[\"f\",\"wind\",\"smoke\"]") == 0);
+    CHECK(find_(session, "wind", &kind, &position) == CURLEW_OK && kind == CURLEW_FLOW);
+    CHECK(find_(session, "smoke.density", &kind, &position) == CURLEW_OK && kind == CURLEW_GRID);
+    CHECK(describe_(session, kind, position, &json) == CURLEW_OK && strstr(json, "\"name\":\"density\""));
+    CHECK(grid_leaves_(session, position, &leaves) == CURLEW_OK && leaves > 0);
+    for (int64_t leaf = 0; leaf < leaves; ++leaf) {
+        CHECK(grid_leaf_(session, position, leaf, origin, &values, &active) == CURLEW_OK);
+        CHECK(values != NULL && active != NULL && origin[0] % 8 == 0 && origin[1] % 8 == 0 && origin[2] % 8 == 0);
+        for (int word = 0; word < 8; ++word)
+            for (int bit = 0; bit < 64; ++bit) set += (int64_t)(active[word] >> bit & 1);
+    }
+    CHECK(set > 1000);
+    CHECK(translate_("noise\nslice width=8\n", NULL, "json", &json) == CURLEW_OK && strstr(json, "\"nodes\""));
+}
+
 int main(int argc, char** argv) {
     int64_t faces = 0, number = 0;
     const char* json = NULL;
@@ -183,6 +239,12 @@ int main(int argc, char** argv) {
     GET(session_release);
     GET(provide_mesh);
     GET(run);
+    GET(run_graph);
+    GET(evaluated);
+    GET(translate);
+    GET(find);
+    GET(grid_leaves);
+    GET(grid_leaf);
     GET(count);
     GET(describe);
     GET(read);
@@ -221,6 +283,7 @@ int main(int argc, char** argv) {
     CHECK(report_(session, &json) == CURLEW_OK && strstr(json, "\"outside\":0"));
     checkPoints(session);
     checkFlow(session);
+    checkGraph(session);
     session_release_(&session);
     dlclose(library);
     return failures == 0 ? 0 : 1;

@@ -42,6 +42,7 @@ static void nullPointers(void) {
     curlew_flow* flow = NULL;
     const char* text = NULL;
     int64_t count = 0;
+    curlew_kind kind = 0;
     double numbers[6] = {0};
     const curlew_array array = {numbers, 2, 0, 3, CURLEW_FLOAT64};
     const curlew_buffer buffer = {numbers, 2, 0, 3, CURLEW_FLOAT64};
@@ -58,6 +59,17 @@ static void nullPointers(void) {
     FAILS(curlew_run(NULL, "noise", NULL, NULL), CURLEW_VALUE_ERROR, "NULL");
     FAILS(curlew_run(session, NULL, NULL, NULL), CURLEW_VALUE_ERROR, "text is NULL");
     FAILS(curlew_check(NULL, NULL), CURLEW_VALUE_ERROR, "NULL");
+    FAILS(curlew_run_graph(NULL, "{}", NULL, NULL), CURLEW_VALUE_ERROR, "session is NULL");
+    FAILS(curlew_run_graph(session, NULL, NULL, NULL), CURLEW_VALUE_ERROR, "graph is NULL");
+    FAILS(curlew_evaluated(NULL, &text), CURLEW_VALUE_ERROR, "NULL");
+    FAILS(curlew_evaluated(session, NULL), CURLEW_VALUE_ERROR, "NULL");
+    FAILS(curlew_translate(NULL, NULL, "json", &text), CURLEW_VALUE_ERROR, "NULL");
+    FAILS(curlew_translate("noise", NULL, NULL, &text), CURLEW_VALUE_ERROR, "NULL");
+    FAILS(curlew_translate("noise", NULL, "json", NULL), CURLEW_VALUE_ERROR, "NULL");
+    FAILS(curlew_find(NULL, "a", &kind, &count), CURLEW_VALUE_ERROR, "NULL");
+    FAILS(curlew_find(session, NULL, &kind, &count), CURLEW_VALUE_ERROR, "NULL");
+    FAILS(curlew_grid_leaves(NULL, 0, &count), CURLEW_VALUE_ERROR, "NULL");
+    FAILS(curlew_grid_leaves(session, 0, &count), CURLEW_VALUE_ERROR, "grid");
     FAILS(curlew_cancel(NULL), CURLEW_VALUE_ERROR, "NULL");
     FAILS(curlew_count(NULL, CURLEW_FIELD, &count), CURLEW_VALUE_ERROR, "NULL");
     FAILS(curlew_count(session, CURLEW_FIELD, NULL), CURLEW_VALUE_ERROR, "NULL");
@@ -93,7 +105,8 @@ static void wrongPrograms(void) {
     CHECK(curlew_error_line() == 1 && strcmp(curlew_error_action(), "noise") == 0);
     FAILS(curlew_run(session, "noise\n# dfvn\n  dfvn \\\n speed=1", NULL, NULL), CURLEW_VALUE_ERROR, "-dfvn");
     CHECK(curlew_error_line() == 3 && strcmp(curlew_error_action(), "dfvn") == 0);
-    FAILS(curlew_run(session, "sphere\nwrite /no/such/folder/a.vdb", NULL, NULL), CURLEW_FILE_ERROR, "/no/such/folder");
+    FAILS(curlew_run(session, "scatter box=0,0,0,1,1,1 count=9\nwrite /no/such/folder/a.vdb", NULL, NULL),
+          CURLEW_FILE_ERROR, "/no/such/folder");
     CHECK(curlew_error_line() == 2 && strcmp(curlew_error_action(), "write") == 0);
     FAILS(curlew_run(session, "sphere\nread missing.obj", NULL, NULL), CURLEW_FILE_ERROR, "missing.obj");
     FAILS(curlew_run(session, "read strange", NULL, NULL), CURLEW_VALUE_ERROR, "no known extension");
@@ -109,6 +122,58 @@ static void wrongPrograms(void) {
     SUCCEEDS(curlew_run(session, "help\nlist format=json\nversion\nverbose\nnoise\nprint", NULL, NULL)); /* silently */
     SUCCEEDS(curlew_count(session, CURLEW_FIELD, &count));
     CHECK(count > 0); /* it is usable after all that */
+    curlew_session_release(&session);
+}
+
+static void wrongGraphs(void) {
+    curlew_session* session = newSession();
+    const char* text = NULL;
+    curlew_kind kind = 0;
+    int64_t position = 0;
+    char deep[4000];
+    FAILS(curlew_run_graph(session, "{", NULL, NULL), CURLEW_VALUE_ERROR, "JSON");
+    FAILS(curlew_run_graph(session, "{\"nodes\": 1}", NULL, NULL), CURLEW_VALUE_ERROR, "list");
+    FAILS(curlew_run_graph(session, "{\"knots\": []}", NULL, NULL), CURLEW_VALUE_ERROR, "'knots'");
+    FAILS(curlew_run_graph(session, "{\"curlew\": 99}", NULL, NULL), CURLEW_VALUE_ERROR, "version 99");
+    FAILS(curlew_run_graph(session, "{\"nodes\": [{\"name\": \"a\", \"action\": \"noize\"}]}", NULL, NULL),
+          CURLEW_VALUE_ERROR, "did you mean 'noise'");
+    CHECK(curlew_error_line() == 0 && strcmp(curlew_error_node(), "a") == 0);
+    FAILS(curlew_run_graph(session,
+                           "{\"nodes\": [{\"name\": \"a\", \"action\": \"noise\", \"options\": {\"seed\": -1}}]}", NULL,
+                           NULL),
+          CURLEW_VALUE_ERROR, "seed=-1");
+    CHECK(strcmp(curlew_error_node(), "a") == 0 && strcmp(curlew_error_action(), "noise") == 0);
+    FAILS(curlew_run_graph(session,
+                           "{\"nodes\": [{\"name\": \"a\", \"action\": \"clip\", \"inputs\": {\"field\": [\"a\"]}}]}",
+                           NULL, NULL),
+          CURLEW_VALUE_ERROR, "circle");
+    memset(deep, '[', sizeof deep - 1);
+    deep[sizeof deep - 1] = 0;
+    memcpy(deep, "{\"nodes\":", 9);
+    FAILS(curlew_run_graph(session, deep, NULL, NULL), CURLEW_VALUE_ERROR, "");
+    FAILS(curlew_run_graph(session, "\xff\xfe{", NULL, NULL), CURLEW_VALUE_ERROR, "");
+    FAILS(curlew_check("{\"nodes\": [{\"action\": \"dfvn\"}]}", NULL), CURLEW_VALUE_ERROR, "-dfvn");
+    SUCCEEDS(curlew_check("{\"nodes\": [{\"action\": \"read\", \"words\": [\"missing.obj\"]}]}", NULL));
+    FAILS(curlew_translate("noise", NULL, "xml", &text), CURLEW_VALUE_ERROR, "json and scene");
+    CHECK(text == NULL);
+    FAILS(curlew_translate("noise\nnoize", "x.txt", "json", &text), CURLEW_VALUE_ERROR, "x.txt:2");
+    SUCCEEDS(curlew_translate("noise seed=1\nslice width=4\n", NULL, "json", &text));
+    CHECK(text && strstr(text, "\"action\": \"slice\""));
+    SUCCEEDS(curlew_run_graph(session, text, NULL, NULL)); /* what a translation says can be run */
+    SUCCEEDS(curlew_evaluated(session, &text));
+    CHECK(strstr(text, "noise") && strstr(text, "slice"));
+    SUCCEEDS(curlew_run_graph(session, "noise seed=1\nslice width=4\n", NULL, NULL)); /* the same as a scene */
+    SUCCEEDS(curlew_evaluated(session, &text));
+    CHECK(strcmp(text, "[]") == 0);
+    SUCCEEDS(curlew_find(session, "slice", &kind, &position));
+    CHECK(kind == CURLEW_IMAGE);
+    FAILS(curlew_find(session, "slice", NULL, &position), CURLEW_VALUE_ERROR, "NULL");
+    FAILS(curlew_find(session, "slice", &kind, NULL), CURLEW_VALUE_ERROR, "NULL");
+    SUCCEEDS(curlew_describe(session, kind, position, &text));
+    CHECK(strstr(text, "\"width\":4"));
+    FAILS(curlew_find(session, "slise", &kind, &position), CURLEW_VALUE_ERROR, "did you mean 'slice'");
+    FAILS(curlew_find(session, "slice.mask", &kind, &position), CURLEW_VALUE_ERROR, "'mask'");
+    FAILS(curlew_describe(session, CURLEW_IMAGE, 1 << 20, &text), CURLEW_VALUE_ERROR, "image");
     curlew_session_release(&session);
 }
 
@@ -211,13 +276,13 @@ static void wrongReads(void) {
     const curlew_buffer one = {small, 1, 0, 1, CURLEW_INT32};
     const char* text = NULL;
     int64_t count = 0;
-    FAILS(curlew_read(session, CURLEW_POINTS, 0, "position", &b), CURLEW_VALUE_ERROR, "there are 0");
+    FAILS(curlew_read(session, CURLEW_POINTS, 0, "position", &b), CURLEW_VALUE_ERROR, "no points");
     SUCCEEDS(curlew_run(session, "scatter box=0,0,0,1,1,1 count=10", NULL, NULL));
-    FAILS(curlew_read(session, CURLEW_POINTS, 1, "position", &b), CURLEW_VALUE_ERROR, "there are 1");
+    FAILS(curlew_read(session, CURLEW_POINTS, 1, "position", &b), CURLEW_VALUE_ERROR, "points of age 1");
     FAILS(curlew_read(session, CURLEW_POINTS, -1, "position", &b), CURLEW_VALUE_ERROR, "-1");
     FAILS(curlew_read(session, CURLEW_POINTS, 0, "colour", &b), CURLEW_VALUE_ERROR, "there are position, id");
     FAILS(curlew_read(session, CURLEW_POINTS, 0, "position", NULL), CURLEW_VALUE_ERROR, "NULL");
-    FAILS(curlew_read(session, CURLEW_FIELD, 0, "position", &b), CURLEW_VALUE_ERROR, "there are none");
+    FAILS(curlew_read(session, CURLEW_FIELD, 0, "position", &b), CURLEW_VALUE_ERROR, "no field");
     FAILS(curlew_read(session, 99, 0, "position", &b), CURLEW_VALUE_ERROR, "kind 99");
     FAILS(curlew_count(session, -1, &count), CURLEW_VALUE_ERROR, "kind -1");
     FAILS(curlew_describe(session, CURLEW_FLOW, 0, &text), CURLEW_VALUE_ERROR, "no flow");
@@ -256,7 +321,7 @@ static void wrongPositions(void) {
                         s = {single, 5, 0, 1, CURLEW_FLOAT32}, u = {velocities, 5, 0, 3, CURLEW_FLOAT64},
                         wrong = {values, 5, 0, 2, CURLEW_FLOAT64}, few = {values, 4, 0, 1, CURLEW_FLOAT64};
     FAILS(curlew_session_field(session, 0, &field), CURLEW_VALUE_ERROR, "no field");
-    FAILS(curlew_session_flow(session, -1, &flow), CURLEW_VALUE_ERROR, "no flow");
+    FAILS(curlew_session_flow(session, -1, &flow), CURLEW_VALUE_ERROR, "-1");
     SUCCEEDS(curlew_run(session, kFlow, NULL, NULL));
     SUCCEEDS(curlew_run(session, "uniform\nsuperpose keep=1\nnoise dim=2\n", NULL, NULL));
     FAILS(curlew_session_field(session, 1, &field), CURLEW_VALUE_ERROR, "no field of age 1");
@@ -422,6 +487,7 @@ int main(void) {
     CHECK(curlew_error_status() == CURLEW_OK && strcmp(curlew_error_message(), "") == 0);
     nullPointers();
     wrongPrograms();
+    wrongGraphs();
     wrongMeshes();
     wrongPoints();
     wrongReads();

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "curlew/app/Text.h"
+#include "curlew/app/registry/Text.h"
 #include "curlew/flow/Flow.h"
 #include "support/Command.h"
 #include "support/Points.h"

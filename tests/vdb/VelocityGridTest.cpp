@@ -94,7 +94,8 @@ TEST_CASE("staggered velocities are divergence-free to rounding, by OpenVDB's ow
     }
     SECTION("around an obstacle, in a box, on both sides: but for the last layer") {
         for (const Flow& flow : {contained(Side::outside), contained(Side::both), waves()}) {
-            const GridDiagnostics check = diagnoseGrid(*velocityGrid(flow, {.voxel = 0.05, .layout = Layout::staggered}));
+            const GridDiagnostics check =
+                diagnoseGrid(*velocityGrid(flow, {.voxel = 0.05, .layout = Layout::staggered}));
             CHECK(check.interior > 10000);
             CHECK(check.divergence < 1e-6);
         }

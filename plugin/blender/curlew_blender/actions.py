@@ -1,12 +1,25 @@
-"""What the registry says about actions and their options, and values as a scene writes them. Needs no Blender."""
+"""What the registry says about actions, their sockets and options, and values as text. Needs no Blender."""
 
 import math
+import shlex
 from dataclasses import dataclass
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Dict, FrozenSet, List, Mapping, Optional, Tuple
 
 import numpy as np
 
 MOST_INT = 2**31 - 1  # of Blender's properties
+# What only texts and the command line need.
+NO_NODE = frozenset({"config", "help", "list", "set", "version"})
+_NO_SOCKET = frozenset({"report", "file"})
+_MOST_SOCKETS, _MOST_IMAGES = 4, 9
+
+
+class TreeError(Exception):
+    """Something is wrong with a node; "" is the key of none."""
+
+    def __init__(self, key: str, message: str) -> None:
+        super().__init__(message)
+        self.key = key
 
 
 @dataclass(frozen=True)
@@ -31,15 +44,13 @@ class Option:
 
 @dataclass(frozen=True)
 class Socket:
-    """What an action takes or makes, in the registry's words."""
+    """A socket of a node: one object that its action takes or makes."""
 
-    name: str
-    kinds: Tuple[str, ...]
-    minimum: int
-    maximum: int
-    use: str  # of what is taken: "stays", "taken" or "changed"
-    age: str
-    flag: str
+    label: str
+    name: str  # of the input or the output; several sockets may share one
+    kinds: FrozenSet[str]
+    number: int = 0  # among the sockets of that name
+    primary: bool = False  # of an output: what a link by the node's name alone means
 
 
 @dataclass(frozen=True)
@@ -49,8 +60,8 @@ class Action:
     name: str
     group: str
     summary: str
-    inputs: Tuple[Socket, ...]
-    outputs: Tuple[Socket, ...]
+    takes: Tuple[Socket, ...]
+    makes: Tuple[Socket, ...]
     options: Tuple[Option, ...]
     words: str  # what its words are; "" for none
     fewest_words: int
@@ -73,19 +84,22 @@ def _bound(value: Any, otherwise: float) -> float:
     return otherwise if value is None else float(value)
 
 
-def _sockets(entries: Sequence[Mapping[str, Any]]) -> Tuple[Socket, ...]:
-    return tuple(
-        Socket(
-            name=e["name"],
-            kinds=tuple(e["kinds"]),
-            minimum=int(e["minimum"]),
-            maximum=int(e["maximum"]),
-            use=e.get("use", ""),
-            age=e.get("age", ""),
-            flag=e.get("flag", ""),
-        )
-        for e in entries
-    )
+def _label(name: str, number: int) -> str:
+    known = {"levelSet": "Level Set", "what": "Object"}
+    label = name if len(name) == 1 else known.get(name, name.capitalize())
+    return f"{label} {number + 1}" if number else label
+
+
+def _sockets(entries: List[Mapping[str, Any]]) -> Tuple[Socket, ...]:
+    """Those of inputs or outputs, a few for one that takes or makes many objects."""
+    always = [e["name"] for e in entries if e["minimum"] > 0 and not e.get("flag")]
+    sockets: List[Socket] = []
+    for entry in entries:
+        name, kinds = entry["name"], frozenset(entry["kinds"]) - _NO_SOCKET
+        most = _MOST_IMAGES if kinds == {"image"} else _MOST_SOCKETS
+        for number in range(min(entry["maximum"], most) if kinds else 0):
+            sockets.append(Socket(_label(name, number), name, kinds, number, name in always[-1:]))
+    return tuple(sockets)
 
 
 def actions_of(registry: Mapping[str, Any]) -> Dict[str, Action]:
@@ -93,30 +107,22 @@ def actions_of(registry: Mapping[str, Any]) -> Dict[str, Action]:
     result: Dict[str, Action] = {}
     for entry in registry["actions"]:
         options = tuple(
-            Option(
-                name=o["name"],
-                type=o["type"],
-                default=o.get("default") or "",
-                help=o.get("help") or "",
-                unit=o.get("unit") or "",
-                choices=tuple(o.get("choices") or ()),
-                lower=_bound(o.get("lower"), -math.inf),
-                upper=_bound(o.get("upper"), math.inf),
-                exclusive=bool(o.get("exclusive")),
-            )
-            for o in entry.get("options", ())
+            Option(**{**{name: o[name] for name in Option.__dataclass_fields__}, "choices": tuple(o["choices"]),
+                      "lower": _bound(o["lower"], -math.inf), "upper": _bound(o["upper"], math.inf)})
+            for o in entry["options"]
+            if not o["selects"]  # links say what is taken
         )
-        words = entry.get("positional") or {}
+        words = entry["positional"]
         result[entry["name"]] = Action(
             name=entry["name"],
-            group=entry.get("group") or "other",
-            summary=entry.get("summary") or "",
-            inputs=_sockets(entry["inputs"]),
-            outputs=_sockets(entry["outputs"]),
+            group=entry["group"],
+            summary=entry["summary"],
+            takes=_sockets(entry["inputs"]),
+            makes=_sockets(entry["outputs"]),
             options=options,
-            words=words.get("what") or "",
-            fewest_words=int(words.get("minimum") or 0),
-            most_words=int(words.get("maximum") or 0),
+            words=words["what"],
+            fewest_words=words["minimum"],
+            most_words=words["maximum"],
         )
     return result
 
@@ -183,42 +189,8 @@ def option_range(option: Option) -> Tuple[float, float]:
     return lower, upper
 
 
-def quoted(word: str) -> str:
-    """The word as a scene has it, so that it is read as one."""
-    if word and not any(c in " \t\r\n#'\"\\" for c in word):
-        return word
-    return '"' + word.replace('"', '"\'"\'"') + '"'
-
-
-def split_words(line: str) -> List[str]:
-    """The words of a line of a scene: quotes join, # begins a comment. ValueError where a quote does not end."""
-    words: List[str] = []
-    word, inside, quote = "", False, ""
-    for c in line:
-        if quote:
-            if c == quote:
-                quote = ""
-            else:
-                word += c
-        elif c in "\"'":
-            quote, inside = c, True
-        elif c in " \t\r":
-            if inside:
-                words.append(word)
-            word, inside = "", False
-        elif c == "#" and not inside:
-            break
-        else:
-            word += c
-            inside = True
-    if quote:
-        raise ValueError(f"a quote {quote} does not end")
-    if inside:
-        words.append(word)
-    return words
-
-
-def line_of(action: str, words: Sequence[str], options: Mapping[str, str]) -> str:
-    """One line of a scene."""
-    parts = [action] + [quoted(w) for w in words] + [quoted(f"{k}={v}") for k, v in options.items()]
-    return " ".join(parts)
+def split_words(text: str) -> List[str]:
+    """The words of a text, as shlex.join() writes them: quotes join. Throws ValueError if a quote does not end."""
+    lexer = shlex.shlex(text, posix=True)
+    lexer.whitespace_split, lexer.escape, lexer.commenters = True, "", ""
+    return list(lexer)

@@ -5,10 +5,9 @@ from typing import Dict, Optional, Set
 import bpy
 
 from . import cache
-from .actions import number_text
+from .actions import TreeError, number_text
 from .job import Job, bake, finish, prepare, running_folders, stop_all
 from .nodes import TREE
-from .program import TreeError
 
 # Bakes that a button has started and that run, by the name of their tree.
 running: Dict[str, Job] = {}
@@ -165,10 +164,12 @@ def on_load(*_: object) -> None:
     running.clear()
 
 
+_register, _unregister = bpy.utils.register_classes_factory(CLASSES)
+
+
 def register() -> None:
     """The operators."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+    _register()
     bpy.app.handlers.load_pre.append(on_load)
 
 
@@ -176,5 +177,4 @@ def unregister() -> None:
     """Stops what runs, and takes them back."""
     on_load()
     bpy.app.handlers.load_pre.remove(on_load)
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+    _unregister()

@@ -1,8 +1,9 @@
-"""One bake: a tree becomes a program, the library runs it, and its results become objects."""
+"""One bake: a tree becomes a graph, the library evaluates it, and its results become objects."""
 
 import atexit
 import threading
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, Optional, Set, Tuple
 
@@ -10,27 +11,24 @@ import bpy
 
 from . import cache, keyframes, library, results
 from . import tree as trees
-from .actions import quoted
-from .program import Program, TreeError
-from .sources import Sampled, provide, sample
-from .tree import Collected
+from .actions import TreeError
+from .sources import MeshArrays, sample
+from .tree import Collected, Graph
 
 _HERE = "@"  # stands for the folder of a bake, until there is one
 _started: List["Job"] = []
 
 
-def frame_numbers(words: Optional[str]) -> Optional[List[int]]:
-    """The frames of the words of -frames: "1-48x2 fps=24"."""
-    if words is None:
+def frame_numbers(said: Optional[Mapping[str, Any]]) -> Optional[List[int]]:
+    """The frames of {"words": ["1-48x2"], …}."""
+    if said is None:
         return None
-    parts = words.split(" ")
-    options = dict(p.split("=", 1) for p in parts[1:] if "=" in p)
-    span, _, by = parts[0].partition("x")
+    span, _, by = said["words"][0].partition("x")
     first, _, last = span.rpartition("-") if span.rfind("-") > 0 else (span, "", span)
     try:
-        return list(range(int(first), int(last) + 1, int(by or options.get("by", "1"))))
+        return list(range(int(first), int(last) + 1, int(by or said["options"].get("by", "1"))))
     except ValueError:
-        raise TreeError("", f"frames: '{words}' is not FIRST-LAST") from None
+        raise TreeError("", f"frames: '{said['words'][0]}' is not FIRST-LAST") from None
 
 
 def cache_error(error: OSError) -> TreeError:
@@ -38,25 +36,23 @@ def cache_error(error: OSError) -> TreeError:
     return TreeError("", f"cannot write the cache: {error.strerror}: {error.filename}")
 
 
+@dataclass
 class Plan:
     """What a bake needs of Blender. Made in the main thread."""
 
-    def __init__(self, collected: Collected, words: Optional[str], sampled: Sampled, frames: Optional[List[int]]) -> None:
-        self.program: Program = collected.program(words)
-        self.sampled = sampled
-        self.frames = frames
-        self.volumes = collected.files
-        self.wanted = [want for want in collected.wanted if want.key in self.program.ages]
-        self.kinds = {**{key: "grid" for key in self.volumes}, **{want.key: want.kind for want in self.wanted}}
+    tree: str
+    graph: Graph
+    meshes: Dict[str, MeshArrays]
+    frames: Optional[List[int]]
+    volumes: Dict[str, str]  # files by the keys of results
+    wanted: Dict[str, Tuple[str, str]]  # kinds and links of the other results
 
-    def text(self, folder: Path) -> str:
-        """The program, with its volumes in a folder."""
-        lines = list(self.program.lines)
-        for k, key in enumerate(self.program.keys):
-            if key in self.volumes:
-                file = self.volumes[key]
-                lines[k] = lines[k].replace(quoted(file), quoted(file.replace(_HERE, str(folder), 1)), 1)
-        return "".join(line + "\n" for line in lines)
+    def graph_in(self, folder: Path) -> Graph:
+        """The graph that writes its volumes into a folder."""
+        place = trees.plain(str(folder))
+        return {**self.graph, "nodes": [
+            {**node, "words": [self.volumes[node["name"]].replace(_HERE, place, 1)]} if node["name"] in self.volumes else node
+            for node in self.graph["nodes"]]}
 
     def file(self, key: str, folder: Path) -> Path:
         """Where a result is stored; of a sequence with `$F4` in its name."""
@@ -69,7 +65,7 @@ class Plan:
 class Job:
     """One run of a plan. Made and finished in the main thread; run() may be called in another one, and needs no Blender."""
 
-    def __init__(self, plan: Plan, folder: Path) -> None:
+    def __init__(self, plan: Plan, folder: Path, sessions: Optional[library.Sessions] = None) -> None:
         self.folder = folder
         self.title = ""
         self.fraction = 0.0
@@ -78,11 +74,12 @@ class Job:
         self.report: Mapping[str, Any] = {}
         self.seconds = 0.0
         self.plan = plan
+        self._sessions = sessions  # that go on with what they have evaluated; None: a new one
         self._frames_done = 0
         self._thread: Optional[threading.Thread] = None
 
     def run(self) -> None:
-        """Runs the program and stores what is wanted of it. Errors are kept."""
+        """Evaluates the graph and stores what is wanted of it. Errors are kept."""
         began = time.perf_counter()
         try:
             self.make()
@@ -92,10 +89,10 @@ class Job:
 
     def make(self) -> None:
         """Makes the files."""
-        with library.curlew().Session() as session:
-            provide(session, self.plan.sampled.meshes.items())
-            session.run(self.plan.text(self.folder), name="tree", progress=self._progress,
-                        on_frame=self._store if self.plan.frames else None)
+        sessions = self._sessions or library.Sessions()
+        with sessions.of(self.plan.tree, self.plan.meshes) as session:
+            session.run_graph(self.plan.graph_in(self.folder), name="tree", progress=self._progress,
+                              on_frame=self._store if self.plan.frames else None)
             if not self.plan.frames:
                 self._store(None, session)
             self.report = session.report()
@@ -125,10 +122,11 @@ class Job:
         if self.error is not None:
             if isinstance(self.error, OSError):
                 raise cache_error(self.error) from self.error
-            line = getattr(self.error, "line", None)
-            raise TreeError(self.plan.program.key_of(line) or "", str(self.error)) from self.error
+            key = getattr(self.error, "key", None) or getattr(self.error, "node", None) or ""
+            raise TreeError(key, str(self.error)) from self.error
         nodes = trees.nodes_of(tree)
-        for key, kind in self.plan.kinds.items():
+        kinds = {**dict.fromkeys(self.plan.volumes, "grid"), **{key: kind for key, (kind, _) in self.plan.wanted.items()}}
+        for key, kind in kinds.items():
             node = nodes.get(key)
             if getattr(node, "kind", "") == kind:
                 try:
@@ -147,12 +145,15 @@ class Job:
         return min(1.0, (self._frames_done + self.fraction) / len(self.plan.frames))
 
     def _store(self, frame: Optional[int], session: Any) -> None:
-        for want in self.plan.wanted:
-            made = {"points": session.points, "curves": session.curves, "mesh": session.mesh}[want.kind]
-            file = self.plan.file(want.key, self.folder)
+        for key, (kind, link) in self.plan.wanted.items():
+            file = self.plan.file(key, self.folder)
             if frame is not None:
                 file = file.with_name(file.name.replace("$F4", f"{frame:04d}"))
-            cache.save(file, results.ARRAYS[want.kind](made(self.plan.program.ages[want.key])))
+            try:
+                made = {"points": session.points, "curves": session.curves, "mesh": session.mesh}[kind](link)
+            except library.curlew().Error as error:
+                raise TreeError(key, str(error)) from error
+            cache.save(file, results.ARRAYS[kind](made))
         self._frames_done += 1
 
 
@@ -173,19 +174,18 @@ def stop_all() -> None:
 atexit.register(stop_all)
 
 
-def in_frames(collected: Collected, scene: bpy.types.Scene, words: Optional[str],
-              depsgraph: Optional[bpy.types.Depsgraph] = None) -> Tuple[Sampled, Optional[List[int]]]:
-    """Gives the nodes what objects, keyframes and, in a still, the moment say; returns the meshes, and the frames of a
-    sequence. Throws TreeError."""
-    frames = frame_numbers(words)
+def planned(tree: bpy.types.NodeTree, scene: bpy.types.Scene, collected: Collected,
+            depsgraph: Optional[bpy.types.Depsgraph] = None, still: bool = False) -> Plan:
+    """The plan of what was collected, with what objects and keyframes say. Throws TreeError."""
+    said = None if still else trees.frames_of(tree, scene, collected)
+    frames = frame_numbers(said)
     sampled = sample(scene, collected.meshes, collected.places, frames, depsgraph)
-    keyed = keyframes.over_frames(collected.nodes, frames, scene.frame_current) if frames else {}
+    keyed = keyframes.over_frames(collected, frames, scene.frame_current) if frames else {}
     for changed in (keyed, sampled.options):
         for key, options in changed.items():
-            collected.graph[key].options.update(options)
-    if frames is None:
-        trees.hold(collected, scene)
-    return sampled, frames
+            collected.graph[key]["options"].update(options)
+    graph = collected.document(scene, said)
+    return Plan(tree.name, graph, sampled.meshes, frames, collected.files, collected.wanted)
 
 
 def plan_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene, depsgraph: Optional[bpy.types.Depsgraph] = None) -> Plan:
@@ -201,15 +201,9 @@ def plan_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene, depsgraph: Optiona
 
     collected = trees.collect(tree, namer)
     trees.staggered(collected)
-    nothing = TreeError("", "nothing to do: add a result node, and connect it")
-    if not collected.wanted and not any(not n.inputs or n.action == "write" for n in collected.graph.values()):
-        raise nothing
-    words = trees.frames_words(tree, scene, collected)
-    sampled, frames = in_frames(collected, scene, words, depsgraph)
-    plan = Plan(collected, words, sampled, frames)
-    if not plan.program.lines:
-        raise nothing
-    return plan
+    if not collected.graph and not collected.wanted:
+        raise TreeError("", "nothing to do: add a result node, and connect it")
+    return planned(tree, scene, collected, depsgraph)
 
 
 def prepare(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> Job:

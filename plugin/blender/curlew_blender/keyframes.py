@@ -1,12 +1,12 @@
 """Keyframes of nodes' options: Blender itself only follows those of trees that an object or a scene uses."""
 
-from typing import Any, Dict, List, Mapping, Sequence, Tuple
+from typing import Any, Dict, List, Sequence, Tuple
 
 import bpy
 
-from .actions import Option
-from .program import TreeError
+from .actions import Option, TreeError
 from .sources import in_time
+from .tree import Collected
 
 _NUMBERS = ("real", "integer", "flag", "vector", "interval", "box")
 
@@ -42,9 +42,10 @@ def _set(owner: Any, name: str, index: int, value: float) -> None:
         setattr(owner, name, wanted)
 
 
-def over_frames(nodes: Mapping[str, bpy.types.Node], frames: Sequence[int], now: int) -> Dict[str, Dict[str, str]]:
+def over_frames(collected: Collected, frames: Sequence[int], now: int) -> Dict[str, Dict[str, str]]:
     """The options that change in these frames, by the keys of their nodes: expressions that are linear between frames.
     Throws TreeError for what no expression can be."""
+    nodes = {key: collected.nodes[key] for key in collected.graph}
     keyed = {key: node for key, node in nodes.items() if node.id_data.animation_data and hasattr(node, "given")}
     trees = {node.id_data.name: node.id_data for node in keyed.values()}
     given: Dict[str, List[Dict[str, str]]] = {key: [] for key in keyed}

@@ -4,7 +4,9 @@ In the interface a thread bakes, and a timer takes over what it has made. The ne
 is cancelled. While Blender renders, and where it has no interface, the frame waits for its bake.
 """
 
+import atexit
 import hashlib
+import json
 import os
 import sys
 import threading
@@ -15,9 +17,8 @@ import bpy
 
 from . import bake, cache, keyframes, library, nodes, results
 from . import tree as trees
-from .actions import split_words
+from .actions import TreeError
 from .job import Job, Plan, plan_of
-from .program import TreeError
 
 SEQUENCE_WINS = "a sequence: its baked frames are shown, and none is baked on frame change"
 _PERIOD = 0.02  # seconds between looks at the threads
@@ -26,13 +27,15 @@ _AT_ONCE = 0.005  # seconds in which what is in the cache is there
 _waiting: Dict[str, str] = {}  # the scenes whose frame is to be baked next, by the names of trees
 _jobs: Dict[str, "FrameJob"] = {}  # that run, by the names of trees
 _rendering = False
+_sessions = library.Sessions()
+atexit.register(_sessions.keep, {})
 
 
 class FrameJob(Job):
     """The bake of a frame, which is taken from the cache if it is there."""
 
     def __init__(self, plan: Plan, base: Path, scene: bpy.types.Scene) -> None:
-        super().__init__(plan, base)
+        super().__init__(plan, base, _sessions)
         self.scene = scene.name
         self.frame = scene.frame_current
 
@@ -48,20 +51,18 @@ class FrameJob(Job):
 
 
 def digest(plan: Plan) -> str:
-    """A name for all that a bake depends on: the program, the meshes, and the files that it reads."""
+    """A name for all that a bake depends on: the graph, the meshes, and the files that it reads."""
     result = hashlib.blake2b(digest_size=16)
-    result.update(repr((library.curlew().version(), plan.text(Path("@")))).encode())
-    for name, mesh in sorted(plan.sampled.meshes.items()):
+    result.update(f"{library.curlew().version()}\n{json.dumps(plan.graph)}".encode())
+    for name, mesh in sorted(plan.meshes.items()):
         for array in (mesh.points, mesh.indices, mesh.sizes):
             result.update(f"{name} {array.shape}".encode())
             result.update(array)
-    for line in plan.program.lines:
-        action, *words = split_words(line)
-        for word in words if action != "write" else ():
-            for path in (word, word.partition("=")[2]):
-                if path and os.path.isfile(path):
-                    about = os.stat(path)
-                    result.update(f"{path} {about.st_size} {about.st_mtime_ns}".encode())
+    for node in plan.graph["nodes"]:
+        for path in (*node["words"], *node["options"].values()) if node["action"] != "write" else ():
+            if os.path.isfile(path):
+                about = os.stat(path)
+                result.update(f"{path} {about.st_size} {about.st_mtime_ns}".encode())
     return result.hexdigest()
 
 
@@ -95,6 +96,7 @@ def _job_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> Optional[FrameJ
     # The layer's own graph, as for any bake: that of a render has no objects that are hidden in renders.
     layer = bpy.context.view_layer if bpy.context.scene == scene else scene.view_layers[0]
     layer.update()
+    _sessions.keep(bpy.data.node_groups)
     try:
         return FrameJob(plan_of(tree, scene, layer.depsgraph), cache.root(tree), scene)
     except TreeError as error:
@@ -188,6 +190,7 @@ def on_load(*_: Any) -> None:
     for job in _jobs.values():
         job.stop()
     _jobs.clear()
+    _sessions.keep({})
 
 
 @bpy.app.handlers.persistent

@@ -160,7 +160,7 @@ def particles(obj: bpy.types.Object, size: float, fastest: float) -> None:
     sockets = group.interface.items_tree if hasattr(group, "interface") else group.inputs
     values = {"Size": size, "Fastest": fastest}
     for socket in sockets:
-        if socket.name in values:
+        if socket.name in values and modifier.get(socket.identifier) != values[socket.name]:
             modifier[socket.identifier] = values[socket.name]
     if obj.data.materials:
         obj.data.materials[0] = particle_material()

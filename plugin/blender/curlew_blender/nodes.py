@@ -15,9 +15,8 @@ from bpy.props import (
     StringProperty,
 )
 
-from .actions import MOST_INT, Action, Option, numbers, option_range, property_value, value_text
+from .actions import MOST_INT, NO_NODE, Action, Option, Socket, numbers, option_range, property_value, value_text
 from .results import lock_interface
-from .slots import FIELDS, GRIDS, NO_NODE, Made, Slot, made_of, slots_of
 from .sockets import socket_type
 
 TREE = "CurlewTree"
@@ -28,9 +27,9 @@ _FEW = 5  # options that a node shows before it is told to show all
 changed: List[Callable[[bpy.types.NodeTree], None]] = []
 
 
-def _update(self: bpy.types.Node, context: Optional[bpy.types.Context]) -> None:
+def _update(self: bpy.types.bpy_struct, context: Optional[bpy.types.Context]) -> None:
     for listener in changed:
-        listener(self.id_data)
+        listener(self.id_data)  # a tree's is itself
 
 
 def title_of(name: str) -> str:
@@ -66,8 +65,9 @@ class CurlewNode:
     """What all nodes of a Curlew tree share."""
 
     bl_width_default = 190
-    takes: Tuple[Slot, ...] = ()
-    makes: Tuple[Made, ...] = ()
+    takes: Tuple[Socket, ...] = ()
+    makes: Tuple[Socket, ...] = ()
+    shown: Tuple[str, ...] = ()  # properties; the first, an object, without its name
 
     @classmethod
     def poll(cls, tree: bpy.types.NodeTree) -> bool:
@@ -76,11 +76,13 @@ class CurlewNode:
 
     def init(self, context: Optional[bpy.types.Context]) -> None:
         """Makes the sockets."""
-        for slot in self.takes:
-            self.inputs.new(socket_type(slot.kinds), slot.name)
-        for made in self.makes:
-            kinds = FIELDS if made.as_taken and made.kind == "noise" else {made.kind}
-            self.outputs.new(socket_type(kinds), made.name)
+        for sockets, declared in ((self.inputs, self.takes), (self.outputs, self.makes)):
+            for socket in declared:
+                sockets.new(socket_type(socket.kinds), socket.label)
+
+    def output_name(self, index: int) -> str:
+        """What a link to an output socket has after the node's name; "" if that is enough."""
+        return ""
 
     def copy(self, node: bpy.types.Node) -> None:
         """A copy has no error yet."""
@@ -106,6 +108,8 @@ class CurlewNode:
     def draw_buttons(self, context: bpy.types.Context, layout: bpy.types.UILayout) -> None:
         """In the node."""
         self.draw_error(layout)
+        for k, name in enumerate(self.shown):
+            layout.prop(self, name, **({"text": ""} if k == 0 else {}))
 
     def draw_label(self) -> str:
         """The header."""
@@ -117,8 +121,16 @@ class ActionNode(CurlewNode):
 
     action: Action
 
+    def output_name(self, index: int) -> str:
+        """The output's name; of a file the grids that were chosen by their names, or else what is its last."""
+        made = self.makes[index]
+        if self.action.name == "read":
+            names = [name for name in self.given().get("grids", "").split(",") if name]
+            return names[made.number] if made.name == "grids" and made.number < len(names) else ""
+        return "" if made.primary else made.name
+
     def given(self) -> Dict[str, str]:
-        """The options that have been set, as a scene has them."""
+        """The options that have been set, as texts."""
         options: Dict[str, str] = {}
         for option in self.action.options:
             written = getattr(self, "t_" + option.name)
@@ -131,7 +143,7 @@ class ActionNode(CurlewNode):
         return options
 
     def set_option(self, name: str, text: str) -> None:
-        """Sets an option as a scene writes it: its property, or where that cannot hold it exactly the text itself."""
+        """Sets an option from a text: its property, or where that cannot hold it exactly the text itself."""
         option = self.action.option(name)
         value = property_value(option, text)
         lower, upper = option_range(option)
@@ -148,38 +160,33 @@ class ActionNode(CurlewNode):
         self.property_unset("o_" + name)
         self.property_unset("t_" + name)
 
+    def _is_given(self, option: Option) -> bool:
+        return self.is_property_set("o_" + option.name) or bool(getattr(self, "t_" + option.name))
+
     def _draw_option(self, layout: bpy.types.UILayout, option: Option) -> None:
         row = layout.row(align=True)
-        is_set = self.is_property_set("o_" + option.name)
+        body = row.row(align=True)
+        body.active = given = self._is_given(option)
         written = bool(getattr(self, "t_" + option.name))
         many = option.type in ("vector", "interval", "box")
-        if not is_set and not written and (many or not option.default) and option.type != "text":
-            body = row.row(align=True)
-            body.active = False
+
+        def button(icon: str, to: str) -> None:
+            change = row.operator("curlew.option", text="", icon=icon, emboss=False)
+            change.node, change.option, change.to = self.name, option.name, to
+
+        if not given and (many or not option.default) and option.type != "text":
             body.label(text=f"{option.name}: {option.default or 'as it comes'}")
-            change = row.operator("curlew.option", text="", icon="ADD", emboss=False)
-            change.node, change.option, change.to = self.name, option.name, "VALUE"
+            button("ADD", "VALUE")
             return
-        body = row.row(align=True)
-        body.active = is_set or written
-        if written:
-            body.prop(self, "t_" + option.name, text=option.name)
-        elif many:
-            body.column(align=True).prop(self, "o_" + option.name)
-        else:
-            body.prop(self, "o_" + option.name)
+        (body.column(align=True) if many else body).prop(self, ("t_" if written else "o_") + option.name, text=option.name)
         if not written:
-            change = row.operator("curlew.option", text="", icon="DRIVER_TRANSFORM", emboss=False)
-            change.node, change.option, change.to = self.name, option.name, "TEXT"
-        if is_set or written:
-            change = row.operator("curlew.option", text="", icon="LOOP_BACK", emboss=False)
-            change.node, change.option, change.to = self.name, option.name, "DEFAULT"
+            button("DRIVER_TRANSFORM", "TEXT")
+        if given:
+            button("LOOP_BACK", "DEFAULT")
 
     def _draw_options(self, layout: bpy.types.UILayout, everything: bool) -> None:
-        by_links = {"keep", "over"} | {slot.age for slot in self.takes}  # the links say it
-        for k, option in enumerate(o for o in self.action.options if o.name not in by_links):
-            is_set = self.is_property_set("o_" + option.name) or getattr(self, "t_" + option.name)
-            if everything or k < _FEW or is_set:
+        for k, option in enumerate(self.action.options):
+            if everything or k < _FEW or self._is_given(option):
                 self._draw_option(layout, option)
 
     def draw_buttons(self, context: bpy.types.Context, layout: bpy.types.UILayout) -> None:
@@ -248,9 +255,12 @@ def _action_class(action: Action) -> Type[bpy.types.Node]:
         "bl_label": title_of(action.name),
         "bl_description": action.summary,
         "action": action,
-        "takes": slots_of(action),
-        "makes": made_of(action),
+        "takes": action.takes,
+        "makes": action.makes,
     })
+
+
+_FOUR_GRIDS = tuple(Socket(name, "what", frozenset({"grid"})) for name in ("Grid", "Grid 2", "Grid 3", "Grid 4"))
 
 
 class CurlewMeshObject(CurlewNode, bpy.types.Node):
@@ -258,7 +268,8 @@ class CurlewMeshObject(CurlewNode, bpy.types.Node):
 
     bl_idname = "CurlewMeshObject"
     bl_label = "Mesh Object"
-    makes = (Made("Mesh", "mesh"),)
+    makes = (Socket("Mesh", "mesh", frozenset({"mesh"})),)
+    shown = ("object", "animated")
     __annotations__ = {
         **_shared_properties(),
         "object": PointerProperty(type=bpy.types.Object, name="Object", update=_update,
@@ -266,19 +277,14 @@ class CurlewMeshObject(CurlewNode, bpy.types.Node):
         "animated": BoolProperty(name="In each frame", description="It moves or deforms in a sequence", update=_update),
     }
 
-    def draw_buttons(self, context: bpy.types.Context, layout: bpy.types.UILayout) -> None:
-        """In the node."""
-        self.draw_error(layout)
-        layout.prop(self, "object", text="")
-        layout.prop(self, "animated")
-
 
 class CurlewVolumeObject(CurlewNode, bpy.types.Node):
     """The grids of a volume object's file, where they are in that file."""
 
     bl_idname = "CurlewVolumeObject"
     bl_label = "Volume Object"
-    makes = (Made("Grid", "grid"), Made("Grid 2", "grid"), Made("Grid 3", "grid"), Made("Grid 4", "grid"))
+    makes = _FOUR_GRIDS
+    shown = ("object", "grids")
     __annotations__ = {
         **_shared_properties(),
         "object": PointerProperty(type=bpy.types.Object, name="Object", update=_update,
@@ -286,28 +292,18 @@ class CurlewVolumeObject(CurlewNode, bpy.types.Node):
         "grids": StringProperty(name="Grids", description="Names, separated by commas; none: all", update=_update),
     }
 
-    def draw_buttons(self, context: bpy.types.Context, layout: bpy.types.UILayout) -> None:
-        """In the node."""
-        self.draw_error(layout)
-        layout.prop(self, "object", text="")
-        layout.prop(self, "grids")
+    def output_name(self, index: int) -> str:
+        """Its number among those that are read."""
+        return str(index)
 
 
-def _result_class(kind: str, label: str, takes: Tuple[Slot, ...], doc: str) -> Type[bpy.types.Node]:
-    def draw_buttons(self, context, layout):  # noqa: ANN001
-        self.draw_error(layout)
-        layout.prop(self, "target", text="")
-        if kind == "curves":
-            layout.prop(self, "thickness")
-        if kind == "points":
-            layout.prop(self, "thickness", text="Size")
-
+def _result_class(kind: str, label: str, takes: Tuple[Socket, ...], doc: str) -> Type[bpy.types.Node]:
     return type(f"Curlew{label.replace(' ', '')}Result", (CurlewNode, bpy.types.Node), {
         "__annotations__": {
             **_shared_properties(),
             "target": PointerProperty(type=bpy.types.Object, name="Object",
                                       description="The object that shows it; made by the first bake"),
-            "thickness": FloatProperty(name="Thickness", default=0.006, min=0.0, precision=4, step=0.1,
+            "thickness": FloatProperty(name="Size" if kind == "points" else "Thickness", default=0.006, min=0.0, precision=4, step=0.1,
                                        description="Radius, in world units"),
         },
         "__doc__": doc,
@@ -316,40 +312,33 @@ def _result_class(kind: str, label: str, takes: Tuple[Slot, ...], doc: str) -> T
         "bl_label": f"{label} Result",
         "takes": takes,
         "kind": kind,
-        "draw_buttons": draw_buttons,
+        "shown": ("target", "thickness") if kind in ("points", "curves") else ("target",),
     })
 
 
+def _one(label: str, kind: str) -> Tuple[Socket, ...]:
+    return (Socket(label, "what", frozenset({kind})),)
+
+
 RESULTS: Tuple[Type[bpy.types.Node], ...] = (
-    _result_class("grid", "Volume", tuple(Slot(name, GRIDS, optional=k > 0) for k, name in
-                                          enumerate(("Grid", "Grid 2", "Grid 3", "Grid 4"))),
-                  "Grids as a volume object, velocities with motion blur"),
-    _result_class("points", "Particles", (Slot("Points", frozenset({"points"})),),
+    _result_class("grid", "Volume", _FOUR_GRIDS, "Grids as a volume object, velocities with motion blur"),
+    _result_class("points", "Particles", _one("Points", "points"),
                   "Points as a mesh of vertices with id, velocity and age, shown by Geometry Nodes"),
-    _result_class("curves", "Curves", (Slot("Curves", frozenset({"curves"})),), "Streamlines as a curve object"),
-    _result_class("mesh", "Mesh", (Slot("Mesh", frozenset({"mesh"})),), "A mesh object"),
+    _result_class("curves", "Curves", _one("Curves", "curves"), "Streamlines as a curve object"),
+    _result_class("mesh", "Mesh", _one("Mesh", "mesh"), "A mesh object"),
 )
 
 
-class CurlewGroup(bpy.types.NodeCustomGroup):
+class CurlewGroup(CurlewNode, bpy.types.NodeCustomGroup):
     """A tree within a tree."""
 
     bl_idname = "CurlewGroup"
     bl_label = "Group"
-    bl_width_default = 190
     __annotations__ = {"error": StringProperty(options={"SKIP_SAVE"})}
-
-    @classmethod
-    def poll(cls, tree: bpy.types.NodeTree) -> bool:
-        """Only in our trees."""
-        return tree.bl_idname == TREE
-
-    show_error = CurlewNode.show_error
-    draw_error = CurlewNode.draw_error
 
     def draw_buttons(self, context: bpy.types.Context, layout: bpy.types.UILayout) -> None:
         """In the node."""
-        CurlewNode.draw_error(self, layout)
+        self.draw_error(layout)
         layout.template_ID(self, "node_tree")
 
 
@@ -368,7 +357,7 @@ class CurlewTree(bpy.types.NodeTree):
             name="Preview", items=[("NONE", "Off", "No preview"),
                                    ("POINTS", "Particles", "2,000 particles in the 3D view"),
                                    ("SLICE", "Slice", "The speed on a coarse plane, as an image")],
-            update=lambda self, context: _update_tree(self)),
+            update=_update),
         "bake_on_frame": BoolProperty(
             name="Bake on Frame Change",
             description="Bake the tree anew for each frame that the scene comes to; renders wait for it. This turns on "
@@ -379,11 +368,6 @@ class CurlewTree(bpy.types.NodeTree):
                                    description="How many frames that were baked on frame change stay in the cache"),
         "bake_number": IntProperty(options={"HIDDEN"}),
     }
-
-
-def _update_tree(tree: bpy.types.NodeTree) -> None:
-    for listener in changed:
-        listener(tree)
 
 
 OWN: Tuple[type, ...] = (CurlewTree, CurlewMeshObject, CurlewVolumeObject, *RESULTS, CurlewGroup)

@@ -7,8 +7,7 @@ import nodeitems_utils
 
 from . import nodes, preview, presets
 from . import tree as trees
-from .actions import Action
-from .slots import NO_NODE
+from .actions import NO_NODE, Action
 
 
 def _draw_bake(layout: bpy.types.UILayout, tree: bpy.types.NodeTree) -> None:

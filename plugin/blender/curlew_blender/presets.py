@@ -6,8 +6,7 @@ from typing import Callable, Dict, Optional, Set
 import bpy
 
 from . import nodes, scene_io
-from .actions import number_text
-from .program import GraphNode, TreeError
+from .actions import TreeError, number_text
 
 
 @dataclass(frozen=True)
@@ -118,8 +117,8 @@ def make(name: str, obj: Optional[bpy.types.Object]) -> bpy.types.NodeTree:
     if not size > 0:
         raise TreeError("", f"'{obj.name if obj else ''}' has no size")
 
-    def replace(tree: bpy.types.NodeTree, entry: GraphNode) -> Optional[bpy.types.Node]:
-        if entry.action == "read":
+    def replace(tree: bpy.types.NodeTree, entry: scene_io.Entry) -> Optional[bpy.types.Node]:
+        if entry["action"] == "read":
             node = tree.nodes.new(nodes.CurlewMeshObject.bl_idname)
             node.object = obj
             return node
@@ -166,11 +165,4 @@ class CURLEW_OT_quick(bpy.types.Operator):
         return self._run(context, start)
 
 
-def register() -> None:
-    """The operator."""
-    bpy.utils.register_class(CURLEW_OT_quick)
-
-
-def unregister() -> None:
-    """Takes it back."""
-    bpy.utils.unregister_class(CURLEW_OT_quick)
+register, unregister = bpy.utils.register_classes_factory((CURLEW_OT_quick,))

@@ -2,149 +2,78 @@
 
 import atexit
 import time
-from dataclasses import replace
-from typing import Any, Dict, List, Optional, Tuple
+from typing import List, Optional
 
 import bpy
 import numpy as np
 
-from . import library, looks, nodes, results
+from . import job, library, looks, nodes, results
 from . import tree as trees
-from .job import in_frames
-from .program import GraphNode, Program, TreeError, Wanted, program_of
-from .slots import made_of
-from .sources import MeshArrays, Sampled, provide
-from .stacks import Ref
-from .tree import Collected
+from .actions import TreeError
+from .tree import Collected, graph_node
 
 NAME = "Curlew Preview"
 PARTICLES, PIXELS, COARSE = 2000, 72, 32
 _DELAY = 0.01
-_MOST_RUNS = 200  # before a session is made anew: its stacks grow
+_POINTS, _SHOWN = "@points", "@preview"  # the nodes that are added
 
 _pending: List[str] = []
+_sessions = library.Sessions()
+atexit.register(_sessions.keep, {})
 last_seconds = 0.0  # what the last preview took
 
 
-def _flow(collected: Collected, tree: bpy.types.NodeTree) -> Ref:
-    """The flow of the active node, or else the one that the results are made of."""
-    actions = library.actions()
-    flows = {
-        key: Ref(key, 0) for key, node in collected.graph.items()
-        if any(made.kind == "flow" for made in made_of(actions[node.action]))
-    }
-    active = tree.nodes.active.name if tree.nodes.active else ""
-    if active in flows:
-        return flows[active]
-    for key, node in collected.graph.items():
-        for ref in node.inputs:
-            if ref and ref.key in flows and key not in flows:
-                return ref
-    for ref in flows.values():
-        return ref
+def _makes_flow(node: bpy.types.Node) -> bool:
+    return any(made.kinds == {"flow"} for made in getattr(node, "makes", ()))
+
+
+def _flow(tree: bpy.types.NodeTree) -> str:
+    """The flow of the active node, or else one that the results are made of."""
+    active = tree.nodes.active
+    if active and not active.mute and _makes_flow(active):
+        return active.name
+    collected = trees.collect(tree, lambda key, name: name)  # results first, then what they need
+    for key in collected.graph:
+        if _makes_flow(collected.nodes[key]):
+            return key
+    for key, node in trees.nodes_of(tree).items():
+        if _makes_flow(node):
+            return key
     raise TreeError("", "there is no flow to preview")
 
 
-def _coarse(node: GraphNode) -> GraphNode:
-    if node.action != "mesh2ls":
-        return node
-    options = {name: text for name, text in node.options.items() if name not in ("dim", "voxel")}
-    return replace(node, options={**options, "dim": str(COARSE)})
-
-
-def _program(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> Tuple[Program, Sampled, Wanted]:
-    """What leads to the flow, and what shows it."""
-    collected = trees.collect(tree)
-    flow = _flow(collected, tree)
-    sampled, _ = in_frames(collected, scene, None)
-    graph: Dict[str, GraphNode] = {}
-    waiting = [flow.key]
-    while waiting:
-        node = collected.graph[waiting.pop()]
-        if node.key not in graph:
-            graph[node.key] = _coarse(node)
-            waiting += [ref.key for ref in node.inputs if ref]
-    if tree.preview == "SLICE":
-        graph["@"] = GraphNode("@", "slice", [], {"width": str(PIXELS)}, [flow])
-        wanted = Wanted("@@", "image", Ref("@", 0))
+def _add(collected: Collected, flow: str, is_slice: bool) -> None:
+    """What shows the flow, of a coarser mesh."""
+    graph = collected.graph
+    for node in graph.values():
+        if node["action"] == "mesh2ls":
+            node["options"].pop("voxel", None)
+            node["options"]["dim"] = str(COARSE)
+    if is_slice:
+        graph[_SHOWN] = graph_node(_SHOWN, "slice", [], {"width": str(PIXELS)}, {"what": [flow]})
     else:
-        graph["@"] = GraphNode("@", "scatter", [], {"count": str(PARTICLES)}, [flow])
         short = {"time": "0.3", "steps": "2", "scheme": "midpoint"}
-        graph["@move"] = GraphNode("@move", "advect", [], short, [flow, Ref("@", 0)])
-        wanted = Wanted("@@", "points", Ref("@move", 0))
-    return program_of(graph, library.actions(), None, [wanted]), sampled, wanted
-
-
-class _Warm:
-    """A session that has the level sets already: what comes after them is run again and again."""
-
-    def __init__(self) -> None:
-        self._session: Any = None
-        self._lines: List[str] = []
-        self._meshes: Dict[str, MeshArrays] = {}
-        self._runs = 0
-
-    def close(self) -> None:
-        """Gives the session back."""
-        if self._session is not None:
-            self._session.close()
-        self._session = None
-
-    def run(self, program: Program, meshes: Dict[str, MeshArrays]) -> Any:
-        """The session, after it has run the program."""
-        actions = [line.split(" ")[0] for line in program.lines]
-        heavy = [k for k, name in enumerate(actions) if name in ("read", "mesh2ls")]
-        begin = heavy[-1] + 1 if heavy else 0
-        if begin == 0 or not all(_leaves_nothing(name) for name in actions[begin:]):
-            begin = 0
-        lines = program.lines[:begin]
-        known = self._session is not None and lines == self._lines and begin > 0 and self._runs < _MOST_RUNS
-        if not known or not _same(meshes, self._meshes):
-            self.close()
-            self._session = library.curlew().Session()
-            provide(self._session, meshes.items())
-            self._lines, self._meshes, self._runs = lines, meshes, 0
-            self._part(program, 0, begin)
-        self._runs += 1
-        self._part(program, begin, len(program.lines))
-        return self._session
-
-    def _part(self, program: Program, begin: int, end: int) -> None:
-        curlew = library.curlew()
-        try:
-            self._session.run("".join(line + "\n" for line in program.lines[begin:end]), name="preview")
-        except curlew.Error as error:
-            self.close()
-            key = program.key_of(begin + error.line) if error.line else None
-            raise TreeError(key or "", str(error)) from error
-
-
-def _leaves_nothing(name: str) -> bool:
-    """Whether a second run of an action cannot find what a first one has left, and take it for a wall."""
-    return all(made.kind in ("noise", "flow", "points", "curves", "image") for made in made_of(library.actions()[name]))
-
-
-def _same(a: Dict[str, MeshArrays], b: Dict[str, MeshArrays]) -> bool:
-    return a.keys() == b.keys() and all(
-        np.array_equal(a[k].points, b[k].points) and np.array_equal(a[k].indices, b[k].indices) for k in a)
-
-
-_warm = _Warm()
-atexit.register(_warm.close)
+        graph[_POINTS] = graph_node(_POINTS, "scatter", [], {"count": str(PARTICLES)}, {"domain": [flow]})
+        graph[_SHOWN] = graph_node(_SHOWN, "advect", [], short, {"flow": [flow], "points": [_POINTS]})
+    collected.wanted[_SHOWN] = ("image" if is_slice else "points", _SHOWN)
 
 
 def show(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> bpy.types.Object:
     """Makes or renews the preview object. Throws TreeError."""
     global last_seconds
     began = time.perf_counter()
-    program, sampled, wanted = _program(tree, scene)
-    session = _warm.run(program, sampled.meshes)
-    age = program.ages[wanted.key]
-    if wanted.kind == "points":
-        obj = _points(results.points_arrays(session.points(age)), scene)
-    else:
-        flow = session.flow()
-        obj = _slice(session.image(age).pixels[:, :, 0], flow.lower, flow.upper, scene)
+    flow, is_slice = _flow(tree), tree.preview == "SLICE"
+    collected = trees.collect(tree, roots=[flow])
+    _add(collected, flow, is_slice)
+    plan = job.planned(tree, scene, collected, still=True)
+    _sessions.keep(bpy.data.node_groups)
+    with library.said_of_nodes(), _sessions.of(tree.name, plan.meshes) as session:
+        session.run_graph(plan.graph, name="preview")
+        if is_slice:
+            about = session.flow(flow)
+            obj = _slice(session.image(_SHOWN).pixels[:, :, 0], about.lower, about.upper, scene)
+        else:
+            obj = _points(results.points_arrays(session.points(_SHOWN)), scene)
     last_seconds = time.perf_counter() - began
     return obj
 
@@ -239,4 +168,4 @@ def unregister() -> None:
     if bpy.app.timers.is_registered(_later):
         bpy.app.timers.unregister(_later)
     _pending.clear()
-    _warm.close()
+    _sessions.keep({})

@@ -1,60 +1,112 @@
-"""Scenes as trees, and trees as scenes."""
+"""Scenes as trees, and trees as scenes: the library translates between their texts and graphs."""
 
+import json
+import shlex
 from pathlib import Path
-from typing import Callable, Dict, Mapping, Optional, Sequence, Set
+from typing import Any, Callable, Dict, List, Mapping, Optional, Set, Tuple
 
 import bpy
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from . import library, nodes
 from . import tree as trees
-from .actions import quoted
+from .actions import NO_NODE, Socket, TreeError
 from .bake import active_tree
-from .job import in_frames
+from .job import planned
 from .layout import placed
-from .program import GraphNode, TreeError
-from .scene import SceneError, graph_of
-from .sources import write_ply
-from .stacks import extension
+from .tree import Graph, graph_node
 
+Entry = Dict[str, Any]  # a node of a graph
 # What a node becomes instead of that of its action; None: that one.
-Replace = Callable[[bpy.types.NodeTree, GraphNode], Optional[bpy.types.Node]]
+Replace = Callable[[bpy.types.NodeTree, Entry], Optional[bpy.types.Node]]
+_GRIDS = frozenset({"grid", "velocity", "levelSet"})
 
 
 def tree_of(text: str, name: str, replace: Optional[Replace] = None) -> bpy.types.NodeTree:
-    """A new tree that does what a scene says. Throws SceneError."""
-    graph = graph_of(text, library.actions())
+    """A new tree that does what a scene (or a graph as JSON) says. Throws TreeError."""
+    with library.said_of_nodes():
+        graph = json.loads(library.curlew().translate(text, "json", name))
+    entries, links = _entries(graph), _links(graph)
     tree = bpy.data.node_groups.new(name, nodes.TREE)
     tree.use_fake_user = True
     made: Dict[str, bpy.types.Node] = {}
-    try:
-        for entry in graph:
-            made[entry.key] = (replace and replace(tree, entry)) or _node(tree, entry)
-    except (TypeError, ValueError) as error:
-        bpy.data.node_groups.remove(tree)
-        raise SceneError(str(error)) from None
-    for entry in graph:
-        _link(tree, made, entry)
-    _lay_out(graph, made)
-    tree.sequence = any(entry.action == "frames" for entry in graph)
+    for number, entry in enumerate(entries):
+        made[entry["name"]] = (replace and replace(tree, entry)) or _node(tree, entry, number)
+    feeds: Dict[str, List[str]] = {key: [] for key in made}
+    for entry in entries:
+        for name, link in ((name, links(text)) for name, texts in entry.get("inputs", {}).items() for text in texts):
+            if link:
+                _link(tree, made[link[0]], link[1], made[entry["name"]], name)
+                feeds[entry["name"]].append(link[0])
+    for key, place in placed(feeds, {key: _height(node) for key, node in made.items()}).items():
+        made[key].location = place
+    tree.sequence = "frames" in graph
     return tree
 
 
-def _node(tree: bpy.types.NodeTree, entry: GraphNode) -> bpy.types.Node:
-    node = tree.nodes.new(nodes.action_id(entry.action))
-    node.words = " ".join(quoted(word) for word in entry.words)
-    node.when = entry.when or "auto"
-    node.order = int(entry.order) if not node.makes else 0
-    for option, text in entry.options.items():
+def _entries(graph: Graph) -> List[Entry]:
+    """The nodes of a graph that become nodes of a tree; a file each where they read several that hold one object."""
+    entries: List[Entry] = []
+    for entry in graph["nodes"]:
+        words = entry.get("words", [])
+        if entry["action"] == "read" and not any(word.lower().endswith(".vdb") for word in words) and len(words) > 1:
+            entries += [{**entry, "name": f"{entry['name']}.{k}", "words": [word]} for k, word in enumerate(words)]
+        elif entry["action"] not in NO_NODE:
+            entries.append(entry)
+    if "frames" in graph:
+        entries.append({"name": "frames", "action": "frames", **graph["frames"]})
+    if graph.get("resume"):
+        entries.append({"name": "resume", "action": "resume"})
+    return entries
+
+
+def _links(graph: Graph) -> Callable[[str], Optional[Tuple[str, str]]]:
+    """A function from the text of a link to the name of a node and what follows it. Points that are carried along by frames
+    are those from before them, which nodes carry along by themselves."""
+    keys = {entry["name"] for entry in _entries(graph)}
+    last = {entry["name"]: f"{entry['name']}.{len(entry.get('words', [])) - 1}" for entry in graph["nodes"]}
+    before = {state["name"]: state.get("initial") for state in graph.get("states", ())}
+
+    def resolve(text: str) -> Optional[Tuple[str, str]]:
+        if text in before:
+            return resolve(before[text]) if before[text] else None
+        if text in keys:
+            return text, ""
+        key, _, output = text.rpartition(".")
+        return (key, output) if key in keys else (last[text], "")
+
+    return resolve
+
+
+def _node(tree: bpy.types.NodeTree, entry: Entry, number: int) -> bpy.types.Node:
+    node = tree.nodes.new(nodes.action_id(entry["action"]))
+    node.words = shlex.join(entry.get("words", []))
+    node.when = entry.get("when", "auto")
+    node.order = 0 if node.makes else number
+    for option, text in entry.get("options", {}).items():
         node.set_option(option, text)
     return node
 
 
-def _link(tree: bpy.types.NodeTree, made: Mapping[str, bpy.types.Node], entry: GraphNode) -> None:
-    for k, ref in enumerate(entry.inputs):
-        if ref and k < len(made[entry.key].inputs):
-            source = made[ref.key]
-            tree.links.new(source.outputs[min(ref.output, len(source.outputs) - 1)], made[entry.key].inputs[k])
+def _link(tree: bpy.types.NodeTree, source: bpy.types.Node, output: str, target: bpy.types.Node, name: str) -> None:
+    """Links an output to the next free socket of an input."""
+    for declared, socket in zip(target.takes, target.inputs):
+        if declared.name == name and not socket.is_linked:
+            tree.links.new(source.outputs[_output(source, output, declared)], socket)
+            return
+
+
+def _output(source: bpy.types.Node, output: str, wanted: Socket) -> int:
+    fitting = [k for k, made in enumerate(source.makes) if made.kinds & wanted.kinds or (
+        "grid" in made.kinds and wanted.kinds & _GRIDS)] or [0]
+    if getattr(source, "action", None) and source.action.name == "read":
+        names = [name for name in source.given().get("grids", "").split(",") if name]
+        if output and not output.isdigit() and output not in names:
+            names.append(output)
+            source.set_option("grids", ",".join(names))
+        number = names.index(output) if output in names else int(output or 0)
+        return fitting[min(number, len(fitting) - 1)]
+    return next((k for k, made in enumerate(source.makes) if made.name == output or (made.primary and not output)), 0)
 
 
 def _height(node: bpy.types.Node) -> float:
@@ -69,39 +121,34 @@ def _height(node: bpy.types.Node) -> float:
     return 40 + 22 * rows
 
 
-def _lay_out(graph: Sequence[GraphNode], made: Mapping[str, bpy.types.Node]) -> None:
-    feeds = {entry.key: list(dict.fromkeys(ref.key for ref in entry.inputs if ref)) for entry in graph}
-    for key, place in placed(feeds, {key: _height(node) for key, node in made.items()}).items():
-        made[key].location = place
-
-
 def export(tree: bpy.types.NodeTree, path: Path, scene: bpy.types.Scene) -> None:
     """Writes the scene of a tree, with its meshes beside it, so that `curlew -config` run in that folder makes the same
     files; results are written beside it too. Throws TreeError, OSError."""
     trees.clear_errors(tree)
+    stem, frame = path.stem, ".$F4" if trees.is_sequence(tree) else ""
     try:
-        stem = path.stem
-        sequence = bool(trees.frames_words(tree, scene, trees.collect(tree)))
-        frame = ".$F4" if sequence else ""
         collected = trees.collect(tree, lambda key, name: f"{stem}_{name}{frame}.vdb")
-        for want in collected.wanted:
-            ending = {"points": ".ply", "curves": ".obj", "mesh": ".ply"}[want.kind]
-            label = collected.nodes[want.key].label or collected.nodes[want.key].bl_label.split(" ")[0]
-            file = f"{stem}_{label.lower()}{frame}{ending}"
-            collected.graph[want.key] = GraphNode(want.key, "write", [file], {}, [want.ref], order=2e6)
-        collected.wanted.clear()
-        words = trees.frames_words(tree, scene, collected)
-        sampled, _ = in_frames(collected, scene, words)
-        for node in collected.graph.values():
-            if node.reads == [(0, "mesh")]:
-                node.words = [f"{stem}_{node.words[0]}"]
-        program = collected.program(words)
+        plan = planned(tree, scene, collected)
+        graph = plan.graph
+        for node in graph["nodes"]:
+            if node["action"] == "read" and node["words"][0] in collected.meshes:
+                node["words"] = [f"{stem}_{node['words'][0]}"]
+        for key, (kind, link) in collected.wanted.items():
+            ending = {"points": ".ply", "curves": ".obj", "mesh": ".ply"}[kind]
+            label = collected.nodes[key].label or collected.nodes[key].bl_label.split(" ")[0]
+            graph["nodes"].append(graph_node(key, "write", [f"{stem}_{label.lower()}{frame}{ending}"], {}, {"what": [link]}))
+        graph.pop("wanted", None)
+        with library.said_of_nodes():
+            text = library.curlew().translate(graph, "scene")
     except TreeError as error:
         trees.show_error(tree, error)
         raise
-    for name, mesh in sampled.meshes.items():
-        write_ply(path.parent / f"{stem}_{name}", mesh)
-    path.write_text(f"# {tree.name}\n# Run it in its folder: curlew -config {quoted(path.name)}\n\n" + program.text)
+    files = [trees.plain(str(path.parent / f"{stem}_{name}")) for name in plan.meshes]
+    copies = [[graph_node(name, "read", [name], {}, {}), graph_node(file, "write", [file], {}, {"what": [name]})]
+              for name, file in zip(plan.meshes, files)]
+    with library.said_of_nodes(), library.Sessions().of("", plan.meshes) as session:
+        session.run_graph({"nodes": sum(copies, [])})
+    path.write_text(f"# {tree.name}\n# Run it in its folder: curlew -config {shlex.quote(path.name)}\n\n{text}")
 
 
 class CURLEW_OT_export_scene(bpy.types.Operator, ExportHelper):
@@ -139,7 +186,7 @@ class CURLEW_OT_import_scene(bpy.types.Operator, ImportHelper):
         try:
             path = Path(self.filepath)
             tree = tree_of(path.read_text(), path.stem)
-        except (SceneError, OSError, UnicodeDecodeError) as error:
+        except (TreeError, OSError, UnicodeDecodeError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         context.scene.curlew_tree = tree.name
@@ -148,11 +195,11 @@ class CURLEW_OT_import_scene(bpy.types.Operator, ImportHelper):
         return {"FINISHED"}
 
 
-def as_results(tree: bpy.types.NodeTree, entry: GraphNode) -> Optional[bpy.types.Node]:
+def as_results(tree: bpy.types.NodeTree, entry: Entry) -> Optional[bpy.types.Node]:
     """Result nodes instead of files."""
-    if entry.action != "write" or len(entry.words) != 1:
+    if entry["action"] != "write" or len(entry["words"]) != 1:
         return None
-    kind = {".vdb": "grid", ".ply": "points", ".obj": "curves", ".stl": "mesh"}.get(extension(entry.words[0]))
+    kind = {".vdb": "grid", ".ply": "points", ".obj": "curves", ".stl": "mesh"}.get(Path(entry["words"][0]).suffix)
     result = next((cls for cls in nodes.RESULTS if cls.kind == kind), None)
     return tree.nodes.new(result.bl_idname) if result else None
 
@@ -160,13 +207,4 @@ def as_results(tree: bpy.types.NodeTree, entry: GraphNode) -> Optional[bpy.types
 CLASSES = (CURLEW_OT_export_scene, CURLEW_OT_import_scene)
 
 
-def register() -> None:
-    """The operators."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """Takes them back."""
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -18,7 +18,7 @@ COLORS: Dict[str, Color] = {
     "Any": (0.35, 0.35, 0.35, 1.0),
 }
 _OF_KIND = {
-    "noise": "Field", "shape": "Shape", "flow": "Flow", "mesh": "Geometry", "grid": "Grid",
+    "field": "Field", "noise": "Field", "shape": "Shape", "flow": "Flow", "mesh": "Geometry", "grid": "Grid",
     "velocity": "Grid", "levelSet": "Grid", "points": "Points", "curves": "Curves", "image": "Image",
 }
 
@@ -58,15 +58,4 @@ def _socket_class(name: str) -> Type[bpy.types.NodeSocket]:
 
 
 CLASSES: List[Type[bpy.types.NodeSocket]] = [_socket_class(name) for name in COLORS]
-
-
-def register() -> None:
-    """Makes the socket types known to Blender."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """Takes them back."""
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

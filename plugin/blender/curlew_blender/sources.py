@@ -1,15 +1,13 @@
 """Meshes and places of the scene's objects, at its frames."""
 
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
+from typing import Dict, List, Mapping, Optional, Sequence, Tuple
 
 import bpy
 import numpy as np
 from mathutils import Euler
 
-from .actions import Action, number_text
-from .program import TreeError
+from .actions import Action, TreeError, number_text
 
 
 @dataclass
@@ -37,6 +35,10 @@ class MeshArrays:
     indices: np.ndarray
     sizes: np.ndarray
 
+    def same(self, other: "MeshArrays") -> bool:
+        """Whether all numbers are."""
+        return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in ("points", "indices", "sizes"))
+
 
 def mesh_arrays(source: MeshSource, depsgraph: bpy.types.Depsgraph) -> MeshArrays:
     """The object as it is evaluated. Throws TreeError where it has no faces."""
@@ -60,23 +62,6 @@ def mesh_arrays(source: MeshSource, depsgraph: bpy.types.Depsgraph) -> MeshArray
         order = np.concatenate([np.arange(end - 1, end - size - 1, -1) for end, size in zip(ends, sizes)])
         indices = indices[order]
     return MeshArrays(np.ascontiguousarray(world, np.float32), indices, sizes)
-
-
-def write_ply(path: Path, mesh: MeshArrays) -> None:
-    """The mesh as a binary .ply, with the same floats."""
-    header = (
-        f"ply\nformat binary_little_endian 1.0\nelement vertex {len(mesh.points)}\n"
-        "property float x\nproperty float y\nproperty float z\n"
-        f"element face {len(mesh.sizes)}\nproperty list uchar int vertex_indices\nend_header\n"
-    )
-    if len(mesh.sizes) and mesh.sizes.max() > 255:
-        raise ValueError("a face has more than 255 corners; triangulate it")
-    faces = bytearray()
-    at = 0
-    for size in mesh.sizes:
-        faces += bytes((int(size),)) + mesh.indices[at:at + size].astype("<i4").tobytes()
-        at += size
-    path.write_bytes(header.encode("ascii") + mesh.points.astype("<f4").tobytes() + bytes(faces))
 
 
 @dataclass
@@ -152,9 +137,3 @@ def in_time(values: Sequence[float], frames: Sequence[int], whole: bool = False)
         piece = number_text(rounded[k]) + (f"+{slope:.7g}*{since}" if slope else "")
         text = f"FF<{frames[k + 1]}?{piece}:({text})"
     return "{" + text.replace("+-", "-") + "}"
-
-
-def provide(session: Any, meshes: Iterable[Tuple[str, MeshArrays]]) -> None:
-    """Hands meshes to a session, under the names that its program reads."""
-    for name, mesh in meshes:
-        session.provide_mesh(name, mesh.points, (mesh.indices, mesh.sizes))

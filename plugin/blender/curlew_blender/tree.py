@@ -1,45 +1,72 @@
-"""From a node tree to a graph: reroutes, groups and muted nodes are followed, objects of the scene become files."""
+"""From a node tree to a graph: reroutes, groups and muted nodes are followed, objects of the scene become files.
+
+Everything else is the library's: the order of the nodes, what is evaluated in each frame, and whether links fit.
+"""
 
 import re
 from dataclasses import dataclass, field
-from typing import Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
 
 import bpy
 
-from . import library, nodes
-from .actions import split_words
-from .moment import Moment
-from .program import GraphNode, Program, TreeError, Wanted, program_of
-from .slots import STACKS, Slot
+from . import nodes
+from .actions import TreeError, split_words
 from .sources import MeshSource, Place
-from .stacks import Ref
 
 _DEEPEST = 32  # groups within groups
-_STILL = (nodes.CurlewMeshObject.bl_idname, nodes.CurlewVolumeObject.bl_idname)
 
 # The file that a volume result is written into, by the key and the label of its node.
 FileNamer = Callable[[str, str], str]
+Graph = Dict[str, Any]  # as the library has it (docs/graph.md)
 
 
 @dataclass
 class Collected:
     """What a tree says."""
 
-    graph: Dict[str, GraphNode] = field(default_factory=dict)
-    wanted: List[Wanted] = field(default_factory=list)
+    graph: Dict[str, Dict[str, Any]] = field(default_factory=dict)  # nodes of the graph by their names
+    frames: Optional[Dict[str, Any]] = None  # what the Frames node says
+    resume: bool = False
+    wanted: Dict[str, Tuple[str, Optional[str]]] = field(default_factory=dict)  # kinds and links of other results
     nodes: Dict[str, bpy.types.Node] = field(default_factory=dict)
-    meshes: Dict[str, MeshSource] = field(default_factory=dict)  # by the name that the program reads
+    meshes: Dict[str, MeshSource] = field(default_factory=dict)  # by the name that the graph reads
     places: Dict[str, Place] = field(default_factory=dict)  # by the key of the node that takes it
     files: Dict[str, str] = field(default_factory=dict)  # of volume results, by key
 
-    def program(self, frames: Optional[str] = None) -> Program:
-        """The scene. Throws TreeError."""
-        return program_of(self.graph, library.actions(), frames, self.wanted)
+    def document(self, scene: bpy.types.Scene, frames: Optional[Mapping[str, Any]]) -> Graph:
+        """The graph for the library: of frames, or a still of the scene's frame. Throws TreeError."""
+        graph: Graph = {"curlew": 1, "nodes": list(self.graph.values())}
+        if frames:
+            graph["frames"] = frames
+        elif any(set("{$") & set(text) for node in self.graph.values() for text in (*node["words"], *node["options"].values())):
+            fps = _fps(scene)
+            graph["moment"] = {"frame": scene.frame_current, "fps": fps,
+                               "time": (scene.frame_current - scene.frame_start) / fps}
+        for key, (kind, link) in self.wanted.items():
+            if link is None:
+                raise TreeError(key, f"nothing is connected: it needs {kind}")
+            graph.setdefault("wanted", []).append(link)
+        if self.resume:
+            graph["resume"] = True
+        return graph
 
 
-def collect(tree: bpy.types.NodeTree, namer: Optional[FileNamer] = None) -> Collected:
-    """The graph of a tree. `namer`: into which files volumes go; without one they are left out. Throws TreeError."""
-    return _Collector(tree, namer).collected
+def graph_node(key: str, action: str, words: Sequence[str], options: Mapping[str, str],
+               inputs: Mapping[str, Sequence[str]]) -> Dict[str, Any]:
+    """A node as the library has it; links are "KEY" or "KEY.OUTPUT"."""
+    return {"name": key, "action": action, "words": words, "options": dict(options), "inputs": inputs}
+
+
+def plain(text: str) -> str:
+    """A word that is meant as it is, without expressions."""
+    return text.replace("{", "{{").replace("$", "$$")
+
+
+def collect(tree: bpy.types.NodeTree, namer: Optional[FileNamer] = None,
+            roots: Optional[Sequence[str]] = None) -> Collected:
+    """The graph of what results and nodes without outputs need, or the nodes with these keys. `namer`: into which files
+    volumes go; without one they are left out. Throws TreeError."""
+    return _Collector(tree, namer, roots).collected
 
 
 @dataclass(frozen=True)
@@ -91,18 +118,29 @@ def _file_name(text: str) -> str:
 
 
 class _Collector:
-    def __init__(self, tree: bpy.types.NodeTree, namer: Optional[FileNamer]) -> None:
+    def __init__(self, tree: bpy.types.NodeTree, namer: Optional[FileNamer], roots: Optional[Sequence[str]]) -> None:
         self.collected = Collected()
         self._namer = namer
+        self._levels: Dict[str, _Level] = {}
+        ends: List[Tuple[float, str]] = []
         for level, node in _walk(_Level(tree)):
-            self.collected.nodes[level.key(node)] = node
-            if not _is_group(node):
-                self._node(level, node)
+            key = level.key(node)
+            self.collected.nodes[key], self._levels[key] = node, level
+            if not _is_group(node) and not node.makes:
+                order = 1e6 if hasattr(node, "kind") else node.order
+                ends.append((order + 1e-6 * node.location.x - 1e-9 * node.location.y, key))
+        self._waiting = list(roots or [key for _, key in sorted(ends)])
+        done = set()
+        while self._waiting:
+            key = self._waiting.pop(0)
+            if key not in done:
+                done.add(key)
+                self._node(self._levels[key], key, self.collected.nodes[key])
 
     # --- links
 
-    def _source(self, level: _Level, socket: bpy.types.NodeSocket, depth: int = 0) -> Optional[Ref]:
-        """The output that feeds an input socket; None where nothing does."""
+    def _source(self, level: _Level, socket: bpy.types.NodeSocket, depth: int = 0) -> Optional[str]:
+        """The link to the output that feeds an input socket; None where nothing does."""
         if depth > 150:
             raise TreeError(level.key(socket.node), "the links go in a circle")
         for link in socket.links:
@@ -111,7 +149,7 @@ class _Collector:
             return self._output(level, link.from_node, link.from_socket, depth + 1)
         return None
 
-    def _output(self, level: _Level, node: bpy.types.Node, socket: bpy.types.NodeSocket, depth: int) -> Optional[Ref]:
+    def _output(self, level: _Level, node: bpy.types.Node, socket: bpy.types.NodeSocket, depth: int) -> Optional[str]:
         if node.bl_idname == "NodeReroute":
             return self._source(level, node.inputs[0], depth)
         if node.bl_idname == "NodeGroupInput":
@@ -125,9 +163,11 @@ class _Collector:
             return self._of_group(level, node, _index(node.outputs, socket), depth)
         if not hasattr(node, "makes"):
             raise TreeError(level.key(node), "is not a node of Curlew")
-        return Ref(level.key(node), _index(node.outputs, socket))
+        self._waiting.append(level.key(node))
+        output = node.output_name(_index(node.outputs, socket))
+        return f"{level.key(node)}.{output}" if output else level.key(node)
 
-    def _of_group(self, level: _Level, group: bpy.types.Node, index: int, depth: int) -> Optional[Ref]:
+    def _of_group(self, level: _Level, group: bpy.types.Node, index: int, depth: int) -> Optional[str]:
         if not group.node_tree:
             raise TreeError(level.key(group), "the group has no tree")
         ends = sorted((n for n in group.node_tree.nodes if n.bl_idname == "NodeGroupOutput"),
@@ -136,7 +176,7 @@ class _Collector:
             raise TreeError(level.key(group), "the group has no Group Output node")
         return self._source(level.inside(group), ends[0].inputs[index], depth)
 
-    def _through(self, level: _Level, node: bpy.types.Node, socket: bpy.types.NodeSocket, depth: int) -> Optional[Ref]:
+    def _through(self, level: _Level, node: bpy.types.Node, socket: bpy.types.NodeSocket, depth: int) -> Optional[str]:
         """A muted node hands on the first input that has what the output has."""
         for given in node.inputs:
             alike = {given.bl_idname, socket.bl_idname} <= {"CurlewFieldSocket", "CurlewShapeSocket"}
@@ -144,40 +184,32 @@ class _Collector:
                 return self._source(level, given, depth)
         raise TreeError(level.key(node), f"is muted, and has nothing to hand on as '{socket.name}'")
 
-    def _inputs(self, level: _Level, node: bpy.types.Node) -> List[Optional[Ref]]:
-        refs: List[Optional[Ref]] = []
-        for slot, socket in zip(node.takes, node.inputs):
-            ref = self._source(level, socket)
-            if ref:
-                self._check_link(level, node, slot, socket)
-            refs.append(ref)
-        return refs
-
-    def _check_link(self, level: _Level, node: bpy.types.Node, slot: Slot, socket: bpy.types.NodeSocket) -> None:
-        """What no object of that socket could ever be, before anything runs."""
-        source = next(link.from_socket for link in socket.links)
-        kind = source.bl_idname.replace("Curlew", "").replace("Socket", "")
-        able = {"Field": {"fields"}, "Shape": {"fields"}, "Flow": {"flows"}, "Grid": {"grids"}, "Image": {"images"},
-                "Geometry": {"geometry"}, "Points": {"geometry"}, "Curves": {"geometry"}}.get(kind)
-        if able is not None and not able & {STACKS[k] for k in slot.kinds}:
-            raise TreeError(level.key(node), f"'{slot.name}' cannot take a link from {kind} ({source.node.name})")
+    def _inputs(self, level: _Level, node: bpy.types.Node) -> Dict[str, List[str]]:
+        inputs: Dict[str, List[str]] = {}
+        for declared, socket in zip(node.takes, node.inputs):
+            link = self._source(level, socket)
+            if link:
+                inputs.setdefault(declared.name, []).append(link)
+        return inputs
 
     # --- nodes
 
-    def _node(self, level: _Level, node: bpy.types.Node) -> None:
-        key = level.key(node)
-        when = {"auto": "", "once": "once", "frame": "frame"}[node.when]
+    def _node(self, level: _Level, key: str, node: bpy.types.Node) -> None:
         if node.bl_idname == nodes.CurlewMeshObject.bl_idname:
             self._mesh_object(key, node)
         elif node.bl_idname == nodes.CurlewVolumeObject.bl_idname:
             self._volume_object(key, node)
         elif hasattr(node, "kind"):
             self._result(key, node, self._inputs(level, node))
+        elif node.action.name == "frames":
+            self.collected.frames = {"words": self._words(key, node), "options": node.given()}
+        elif node.action.name == "resume":
+            self.collected.resume = True
         else:
-            words = self._words(key, node)
-            made = GraphNode(key, node.action.name, words, node.given(), self._inputs(level, node), when,
-                             node.order + 1e-6 * node.location.x - 1e-9 * node.location.y)
+            made = graph_node(key, node.action.name, self._words(key, node), node.given(), self._inputs(level, node))
             self.collected.graph[key] = made
+            if node.when != "auto":
+                made["when"] = node.when
             if node.places() and node.place:
                 self.collected.places[key] = Place(node.place, node.action)
 
@@ -186,20 +218,16 @@ class _Collector:
             words = split_words(node.words)
         except ValueError as error:
             raise TreeError(key, str(error)) from None
-        if len(words) < node.action.fewest_words and node.action.name != "frames":
-            raise TreeError(key, f"needs {node.action.words}")
         return [bpy.path.abspath(word) if word.startswith("//") else word for word in words]
 
     def _mesh_object(self, key: str, node: bpy.types.Node) -> None:
         if node.object is None:
-            if self._is_used(node):
-                raise TreeError(key, "choose a mesh object")
-            return
+            raise TreeError(key, "choose a mesh object")
         same = next((name for name, mesh in self.collected.meshes.items()
                      if mesh.object == node.object and mesh.animated == node.animated), None)
         name = same or self._unused(_file_name(node.object.name), node.animated)
         self.collected.meshes[name] = MeshSource(node.object, node.animated, key)
-        self.collected.graph[key] = GraphNode(key, "read", [name], reads=[(0, "mesh")])
+        self.collected.graph[key] = graph_node(key, "read", [name], {}, {})
 
     def _unused(self, name: str, animated: bool) -> str:
         ending = ".$F4.ply" if animated else ".ply"
@@ -209,33 +237,27 @@ class _Collector:
             result = f"{name}_{k}{ending}"
         return result
 
-    def _is_used(self, node: bpy.types.Node) -> bool:
-        return any(socket.is_linked for socket in node.outputs)
-
     def _volume_object(self, key: str, node: bpy.types.Node) -> None:
         if node.object is None or node.object.type != "VOLUME":
-            if self._is_used(node):
-                raise TreeError(key, "choose a volume object")
-            return
+            raise TreeError(key, "choose a volume object")
         volume = node.object.data
-        file = bpy.path.abspath(volume.filepath)
+        file = plain(bpy.path.abspath(volume.filepath))
         if volume.is_sequence:
             file = re.sub(r"(\d+)(?=\.vdb$)", lambda m: f"$F{len(m[1])}", file)
         volume.grids.load()
         if volume.grids.error_message:
             raise TreeError(key, f"'{file}': {volume.grids.error_message}")
-        chosen = [g for g in volume.grids if not node.grids or g.name in node.grids.split(",")]
-        options = {"grids": ",".join(g.name for g in chosen)} if node.grids else {}
-        reads = [(min(k, 3), "velocity" if g.data_type.startswith("VECTOR") else "grid") for k, g in enumerate(chosen)]
-        self.collected.graph[key] = GraphNode(key, "read", [file], options, reads=reads)
+        options = {"grids": node.grids} if node.grids else {}
+        self.collected.graph[key] = graph_node(key, "read", [file], options, {})
 
-    def _result(self, key: str, node: bpy.types.Node, inputs: List[Optional[Ref]]) -> None:
-        if node.kind != "grid":
-            self.collected.wanted.append(Wanted(key, node.kind, inputs[0]))
-        elif self._namer:
-            file = self._namer(key, _file_name(node.label or node.name))
-            self.collected.files[key] = file
-            self.collected.graph[key] = GraphNode(key, "write", [file], {}, inputs, order=1e6)
+    def _result(self, key: str, node: bpy.types.Node, inputs: Dict[str, List[str]]) -> None:
+        if node.kind == "grid":
+            if self._namer:
+                file = self._namer(key, _file_name(node.label or node.name))
+                self.collected.files[key] = file
+                self.collected.graph[key] = graph_node(key, "write", [file], {}, inputs)
+        else:
+            self.collected.wanted[key] = (node.kind, inputs.get("what", [None])[0])
 
 
 def _index(sockets: Sequence[bpy.types.NodeSocket], socket: bpy.types.NodeSocket) -> int:
@@ -245,11 +267,10 @@ def _index(sockets: Sequence[bpy.types.NodeSocket], socket: bpy.types.NodeSocket
 def staggered(collected: Collected) -> None:
     """Throws TreeError where a volume result would show staggered velocities, which Blender takes for centred ones."""
     for key in collected.files:
-        for ref in collected.graph[key].inputs:
-            made = collected.graph.get(ref.key) if ref else None
-            if made and made.options.get("staggered") == "1":
-                raise TreeError(made.key, "Blender ignores staggering and would show this half a voxel off: use "
-                                          "staggered=0 for a volume result, or write the grid with a Write node")
+        for name in collected.graph[key]["inputs"].get("what", ()):
+            if collected.graph.get(name, {"options": {}})["options"].get("staggered") == "1":
+                raise TreeError(name, "Blender ignores staggering and would show this half a voxel off: use staggered=0 "
+                                      "for a volume result, or write the grid with a Write node")
 
 
 def is_sequence(tree: bpy.types.NodeTree) -> bool:
@@ -257,30 +278,19 @@ def is_sequence(tree: bpy.types.NodeTree) -> bool:
     return tree.sequence or any(n.bl_idname == nodes.action_id("frames") and not n.mute for n in tree.nodes)
 
 
-def hold(collected: Collected, scene: bpy.types.Scene) -> None:
-    """Makes it a still of the scene's frame: expressions of time have its numbers."""
-    fps = scene.render.fps / scene.render.fps_base
-    moment = Moment(scene.frame_current, (scene.frame_current - scene.frame_start) / fps, fps)
-    if moment == Moment():
-        return
-    for node in collected.graph.values():
-        node.words = [moment.at(word) for word in node.words]
-        node.options = {name: moment.at(text) for name, text in node.options.items()}
+def _fps(scene: bpy.types.Scene) -> float:
+    return scene.render.fps / scene.render.fps_base
 
 
-def frames_words(tree: bpy.types.NodeTree, scene: bpy.types.Scene, collected: Collected) -> Optional[str]:
-    """The words of -frames: the scene's, unless a Frames node says more. None for a still."""
-    node = next((n for n in collected.graph.values() if n.action == "frames"), None)
-    if not tree.sequence and not node:
+def frames_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene, collected: Collected) -> Optional[Dict[str, Any]]:
+    """The frames of a sequence: the scene's, unless a Frames node says more. None for a still."""
+    said = collected.frames or {"words": [], "options": {}}
+    if not tree.sequence and not collected.frames:
         return None
-    options: Dict[str, str] = {"fps": f"{scene.render.fps / scene.render.fps_base:.9g}"}
+    options = {"fps": f"{_fps(scene):.9g}"}
     if tree.substeps != 1:
         options["substeps"] = str(tree.substeps)
-    words = [f"{scene.frame_start}-{scene.frame_end}"]
-    if node:
-        words = node.words or words
-        options.update(node.options)
-    return " ".join(words + [f"{name}={value}" for name, value in options.items()])
+    return {"words": said["words"] or [f"{scene.frame_start}-{scene.frame_end}"], "options": {**options, **said["options"]}}
 
 
 def clear_errors(tree: bpy.types.NodeTree) -> None:

@@ -12,18 +12,19 @@
             bound width=0.2 side=outside
             dfvn speed=1
             scatter count=1e5
-            advect time=1
+            advect time=1 as=dust
         ''')
-        moved = session.points().positions
+        moved = session.points("dust").positions
 
-A program is the text of a scene: one action a line. `curlew -help` and registry() tell what there is. The library is
+A program is the text of a scene, one action a line, or a graph of nodes as a dict: Session.run_graph() evaluates only what
+has changed since the run before. `curlew -help` and registry() tell what there is. The library is
 loaded when it is first needed; see find_library().
 """
 
 from ._library import Cancelled, Error, find_library
-from ._objects import Curves, Field, Flow, Image, Mesh, Points
+from ._objects import Curves, Field, Flow, Grid, Image, Leaf, Mesh, Points
 from ._session import Session
-from ._shortcuts import Program, advect, registry, velocity_grid, version
+from ._shortcuts import Program, advect, registry, translate, velocity_grid, version
 
 __all__ = [
     "Cancelled",
@@ -31,7 +32,9 @@ __all__ = [
     "Error",
     "Field",
     "Flow",
+    "Grid",
     "Image",
+    "Leaf",
     "Mesh",
     "Points",
     "Program",
@@ -39,6 +42,7 @@ __all__ = [
     "advect",
     "find_library",
     "registry",
+    "translate",
     "velocity_grid",
     "version",
 ]

@@ -1,6 +1,7 @@
 """The shared library: where it is, what its functions are called with, and how their failures become exceptions."""
 
 import ctypes
+import json
 import os
 import platform
 from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_int32, c_int64, c_void_p
@@ -9,11 +10,12 @@ from typing import Any, List, Optional
 
 import numpy as np
 
-ABI_VERSION = 1
+ABI_VERSION = 2
 _NAME = "libcurlew.so"
 
 FLOAT32, FLOAT64, INT32, INT64 = range(4)
 FIELD, FLOW, GRID, MESH, POINTS, CURVES, IMAGE = range(7)
+KINDS = ("field", "flow", "grid", "mesh", "points", "curves", "image")
 _OK, _CANCELLED = 0, 4
 _TYPES = {"float32": FLOAT32, "float64": FLOAT64, "int32": INT32, "int64": INT64}
 
@@ -24,12 +26,16 @@ class Error(Exception):
     Attributes:
         line: the line of the program's text that has failed, from 1; None where it is no line's fault.
         action: the name of the action that has failed; None where it is none's fault.
+        node: the name of the node that has failed; None where the program has no names, or it is no node's fault.
     """
 
-    def __init__(self, message: str, line: Optional[int] = None, action: Optional[str] = None) -> None:
+    def __init__(
+        self, message: str, line: Optional[int] = None, action: Optional[str] = None, node: Optional[str] = None
+    ) -> None:
         super().__init__(message)
         self.line = line
         self.action = action
+        self.node = node
 
 
 class Cancelled(Error):
@@ -104,25 +110,34 @@ def _load(path: str) -> ctypes.CDLL:
         raise Error(f"cannot load '{path}' on {platform.platform()}: {error}") from error
     if version != ABI_VERSION:
         raise Error(f"'{path}' has version {version} of the interface, and this package needs {ABI_VERSION}")
-    session, text, array = c_void_p, c_char_p, POINTER(Array)
+    session, text, array, place = c_void_p, c_char_p, POINTER(Array), POINTER(c_int64)
     functions = {
         "version": (text, []),
         "registry": (text, []),
         "error_message": (text, []),
         "error_line": (c_int32, []),
         "error_action": (text, []),
+        "error_node": (text, []),
         "session_create": (c_int32, [POINTER(session)]),
         "session_release": (None, [POINTER(session)]),
         "provide_mesh": (c_int32, [session, text, array, array, array]),
         "provide_points": (c_int32, [session, text, array, array, array]),
         "withdraw": (c_int32, [session, text]),
         "run": (c_int32, [session, text, text, POINTER(Callbacks)]),
+        "run_graph": (c_int32, [session, text, text, POINTER(Callbacks)]),
         "check": (c_int32, [text, text]),
+        "translate": (c_int32, [text, text, text, POINTER(c_char_p)]),
         "cancel": (c_int32, [session]),
         "count": (c_int32, [session, c_int32, POINTER(c_int64)]),
         "describe": (c_int32, [session, c_int32, c_int64, POINTER(c_char_p)]),
         "read": (c_int32, [session, c_int32, c_int64, text, array]),
         "report": (c_int32, [session, POINTER(c_char_p)]),
+        "find": (c_int32, [session, text, POINTER(c_int32), POINTER(c_int64)]),
+        "evaluated": (c_int32, [session, POINTER(c_char_p)]),
+        "grid_box": (c_int32, [session, c_int64, place, place]),
+        "grid_read": (c_int32, [session, c_int64, place, place, array]),
+        "grid_leaves": (c_int32, [session, c_int64, POINTER(c_int64)]),
+        "grid_leaf": (c_int32, [session, c_int64, c_int64, place, POINTER(c_void_p), POINTER(c_void_p)]),
         "session_field": (c_int32, [session, c_int64, POINTER(c_void_p)]),
         "session_flow": (c_int32, [session, c_int64, POINTER(c_void_p)]),
         "field_release": (None, [POINTER(c_void_p)]),
@@ -149,6 +164,7 @@ def call(name: str, *arguments: Any) -> None:
         lib.curlew_error_message().decode(errors="replace"),
         lib.curlew_error_line() or None,
         lib.curlew_error_action().decode(errors="replace") or None,
+        lib.curlew_error_node().decode(errors="replace") or None,
     )
 
 
@@ -172,6 +188,16 @@ def plain(text: str, what: str) -> bytes:
     if b"\0" in encoded:
         raise Error(f"{what} must not have a character 0 in it")
     return encoded
+
+
+def graph_text(graph: Any) -> str:
+    """A graph as text: text itself, or the JSON of a dict, in which NumPy's numbers and arrays may be values."""
+    return graph if isinstance(graph, str) else json.dumps(graph, default=lambda value: value.tolist())
+
+
+def triple(values: Any = (0, 0, 0)) -> Any:
+    """Three indices for the library."""
+    return (c_int64 * 3)(*(int(value) for value in values))
 
 
 def array_of(values: np.ndarray) -> Array:

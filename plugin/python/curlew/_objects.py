@@ -1,8 +1,9 @@
 """What a session has made, as NumPy arrays, and the fields and flows that can be evaluated."""
 
+import ctypes
 import json
 from dataclasses import dataclass
-from typing import Any, Dict, List, Optional, Tuple
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -129,6 +130,87 @@ def _evaluated(kind: str, what: Any, positions: Any, components: Any) -> Tuple[A
     views = [None if array is None else lib.array_of(array) for array in made]
     lib.call(f"{kind}_evaluate", what._handle, lib.array_of(points), *views)
     return made[0], made[1]
+
+
+_VALUES: Dict[str, Tuple[Any, Tuple[int, ...]]] = {  # what a grid's voxels have
+    "float": (np.dtype(np.float32), ()),
+    "double": (np.dtype(np.float64), ()),
+    "int32": (np.dtype(np.int32), ()),
+    "int64": (np.dtype(np.int64), ()),
+    "vec3s": (np.dtype(np.float32), (3,)),
+    "vec3d": (np.dtype(np.float64), (3,)),
+}
+
+
+class Leaf(NamedTuple):
+    """One block of 8 x 8 x 8 voxels of a grid, those of the smallest indices first."""
+
+    origin: Tuple[int, int, int]  #: the indices of its first voxel
+    values: np.ndarray  #: (8, 8, 8) or (8, 8, 8, 3), indexed by x, y, z: a view of the grid, which cannot be written to
+    active: np.ndarray  #: (8, 8, 8) bool, whether a voxel has a value of its own
+
+
+class Grid:
+    """A sparse grid of a session.
+
+    What it reads is there until the session runs again or is closed; after that its methods raise Error.
+    """
+
+    def __init__(self, session: Any, position: int) -> None:
+        self._session, self._position, self._run = session, position, session.runs
+        self.about: Dict[str, Any] = Reader(session.handle, lib.GRID, position).about
+        self.name: str = self.about["name"]
+        self.type: str = self.about["type"]  #: "float", "vec3s", …
+        self.grid_class: str = self.about["class"]  #: "level set", "fog volume", "staggered", …
+        self.voxel_size = np.array(self.about["voxel_size"])  #: (3,) world units
+        self.lower = tuple(self.about["lower"])  #: of the box of the active voxels, in indices
+        self.upper = tuple(self.about["upper"])  #: exclusive
+        self.transform = np.array(self.about["transform"])  #: (4, 4): transform @ (i, j, k, 1) is (x, y, z, 1)
+        self._dtype, self._shape = _VALUES.get(self.about["value_type"], (np.dtype(np.float64), ()))
+
+    def _open(self) -> Any:
+        if self._session.runs != self._run:
+            raise lib.Error(f"the session has run since it was asked for the grid '{self.name}': ask again")
+        return self._session.handle
+
+    def array(self, lower: Optional[Sequence[int]] = None, upper: Optional[Sequence[int]] = None) -> np.ndarray:
+        """The values of a box of voxels: (x, y, z), or (x, y, z, 3) for vectors.
+
+        Args:
+            lower: the indices of its first voxel; those of the active voxels' box if None.
+            upper: those after its last voxel; those of the active voxels' box if None.
+        """
+        low = self.lower if lower is None else tuple(lower)
+        high = self.upper if upper is None else tuple(upper)
+        size = tuple(max(0, int(b) - int(a)) for a, b in zip(low, high))
+        values = np.empty((int(np.prod(size)), *self._shape), self._dtype)
+        session = self._open()
+        if len(values):
+            lib.call("grid_read", session, self._position, lib.triple(low), lib.triple(high), lib.array_of(values))
+        return values.reshape(*size, *self._shape)
+
+    def leaves(self) -> Iterator[Leaf]:
+        """The blocks that have active voxels, without copies: `for origin, values, active in grid.leaves()`.
+
+        The values are the grid's own memory. They may be used until the session runs again or is closed; copy what has
+        to live longer.
+        """
+        count = lib.c_int64()
+        lib.call("grid_leaves", self._open(), self._position, lib.byref(count))
+        origin, values, bits = lib.triple(), lib.c_void_p(), lib.c_void_p()
+        size = 512 * int(np.prod(self._shape, dtype=int)) * self._dtype.itemsize
+        for k in range(count.value):
+            lib.call("grid_leaf", self._open(), self._position, k, origin, lib.byref(values), lib.byref(bits))
+            active = np.unpackbits(self._memory(bits, 64).view(np.uint8), bitorder="little").reshape(8, 8, 8)
+            block = self._memory(values, size).view(self._dtype).reshape(8, 8, 8, *self._shape)
+            yield Leaf((origin[0], origin[1], origin[2]), block, active.astype(bool))
+
+    def _memory(self, address: Any, size: int) -> np.ndarray:
+        memory = (ctypes.c_uint8 * size).from_address(address.value)
+        memory.kept = self._session  # for as long as the view is there
+        array = np.frombuffer(memory, np.uint8)
+        array.flags.writeable = False
+        return array
 
 
 _DTYPES = {"float32": np.float32, "float64": np.float64, "int32": np.int32, "int64": np.int64}

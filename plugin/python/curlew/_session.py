@@ -4,14 +4,16 @@ import json
 import signal
 import threading
 from contextlib import contextmanager
-from typing import Any, Callable, Dict, Iterator, List, Optional
+from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Union
 
 import numpy as np
 
 from . import _library as lib
-from ._objects import Curves, Field, Flow, Image, Mesh, Points, Reader
+from ._objects import Curves, Field, Flow, Grid, Image, Mesh, Points, Reader
 
 Progress = Callable[[str, float], Any]
+Graph = Union[str, Mapping[str, Any]]
+Which = Union[int, str]
 
 
 def _proceed(_title: str, _fraction: float) -> bool:
@@ -45,12 +47,14 @@ def _ctrl_c_cancels(cancel: Callable[[], Any], seen: List[Any]) -> Iterator[None
 class Session:
     """Runs programs, and has what they have made.
 
-    Use it in a `with` statement, or call close(). Different sessions may be used by different threads at the same
+    What it has made is read by name ("dust", "smoke.density": a node, or one of its outputs) or by age (0 is the newest
+    of its kind). Use it in a `with` statement, or call close(). Different sessions may be used by different threads at the same
     time; one session is used by one thread at a time, but for cancel(). While a program runs, other threads of Python
     go on.
     """
 
     def __init__(self) -> None:
+        self.runs = 0  #: how often a program has been run
         self._handle: Any = None
         self._handle = lib.created("session_create")
 
@@ -59,6 +63,7 @@ class Session:
         if self._handle is not None:
             lib.library().curlew_session_release(self._handle)
             self._handle = None
+            self.runs += 1
 
     def __enter__(self) -> "Session":
         return self
@@ -70,7 +75,8 @@ class Session:
         self.close()
 
     @property
-    def _open(self) -> Any:
+    def handle(self) -> Any:
+        """Its curlew_session. Raises Error if it is closed."""
         if self._handle is None:
             raise lib.Error("the session is closed")
         return self._handle
@@ -95,7 +101,7 @@ class Session:
             sizes = lib.array_of(lib.usable(sizes, 1, "the faces' sizes", integers=True))
         points = lib.usable(points, 3, "points")
         name = lib.plain(name, "the name")
-        lib.call("provide_mesh", self._open, name, lib.array_of(points), lib.array_of(corners), sizes)
+        lib.call("provide_mesh", self.handle, name, lib.array_of(points), lib.array_of(corners), sizes)
 
     def provide_points(self, name: str, positions: Any, ids: Any = None, velocities: Any = None) -> None:
         """From now on, `read NAME` in programs takes these points, and no file.
@@ -111,24 +117,25 @@ class Session:
             None if velocities is None else lib.usable(velocities, 3, "velocities"),
         ]
         views = [None if array is None else lib.array_of(array) for array in given]
-        lib.call("provide_points", self._open, lib.plain(name, "the name"), *views)
+        lib.call("provide_points", self.handle, lib.plain(name, "the name"), *views)
 
     def withdraw(self, name: str) -> None:
         """What was provided under that name is not there any more."""
-        lib.call("withdraw", self._open, lib.plain(name, "the name"))
+        lib.call("withdraw", self.handle, lib.plain(name, "the name"))
 
     def run(
         self,
-        text: str,
+        graph: Graph,
         name: str = "scene",
         progress: Optional[Progress] = None,
         on_frame: Optional[Callable[[int, "Session"], Any]] = None,
         on_message: Optional[Callable[[str], Any]] = None,
     ) -> None:
-        """Runs a program, one action a line as in a scene file, on what the session has.
+        """Runs a program on what the session has: the text of a scene, one action a line. A dict is run by run_graph().
 
         Args:
-            name: stands for the text in messages.
+            graph: the program.
+            name: stands for it in messages.
             progress: called as progress(title, fraction) about 20 times a second, from any thread; something true
                 cancels the program.
             on_frame: called as on_frame(frame, session) at the end of each frame of `frames`, while what it has made
@@ -139,6 +146,29 @@ class Session:
             Cancelled: where a callback or cancel() has asked for it. Error: for everything else that fails. An
                 exception in a callback ends the program, and is raised here.
         """
+        self._run("run" if isinstance(graph, str) else "run_graph", graph, name, progress, on_frame, on_message)
+
+    def run_graph(self, graph: Graph, name: str = "graph", **callbacks: Any) -> None:
+        """Runs a program in place of all that the session has made so far.
+
+        Nodes whose options and inputs are those of the run before are not evaluated again: `evaluated` has the others.
+
+        Args:
+            graph: nodes and links as a dict or as JSON text (docs/graph.md), or the text of a scene.
+            name: stands for it in messages.
+            callbacks: those of run(), which raises the same.
+        """
+        self._run("run_graph", graph, name, **callbacks)
+
+    def _run(
+        self,
+        function: str,
+        graph: Graph,
+        name: str,
+        progress: Optional[Progress] = None,
+        on_frame: Optional[Callable[[int, "Session"], Any]] = None,
+        on_message: Optional[Callable[[str], Any]] = None,
+    ) -> None:
         failures: List[BaseException] = []
         interrupts: List[Any] = []
 
@@ -168,9 +198,11 @@ class Session:
             guarded(None if on_frame is None else lambda frame: on_frame(frame, self), lib.FRAME, int),
             guarded(on_message, lib.MESSAGE, decoded),
         )
+        text = lib.plain(lib.graph_text(graph), "the program")
+        self.runs += 1
         try:
             with _ctrl_c_cancels(self.cancel, interrupts):
-                lib.call("run", self._open, lib.plain(text, "the program"), lib.plain(name, "its name"), callbacks)
+                lib.call(function, self.handle, text, lib.plain(name, "its name"), callbacks)
         except lib.Error:
             if not failures:
                 raise
@@ -179,22 +211,35 @@ class Session:
 
     def cancel(self) -> None:
         """Asks the program that runs to stop. From any thread; where none runs it does nothing."""
-        lib.call("cancel", self._open)
+        lib.call("cancel", self.handle)
 
-    def _read(self, kind: int, age: int) -> Reader:
-        return Reader(self._open, kind, age)
+    @property
+    def evaluated(self) -> List[str]:
+        """The names of the nodes that the last run has evaluated; the values of the others were known."""
+        return list(json.loads(lib.told("evaluated", self.handle)))
+
+    def _position(self, kind: int, which: Which) -> int:
+        if not isinstance(which, str):
+            return which
+        found, position = lib.c_int32(), lib.c_int64()
+        lib.call("find", self.handle, lib.plain(which, "the name"), lib.byref(found), lib.byref(position))
+        if found.value != kind:
+            raise lib.Error(f"'{which}' is of kind '{lib.KINDS[found.value]}', not '{lib.KINDS[kind]}'")
+        return position.value
+
+    def _read(self, kind: int, which: Which) -> Reader:
+        return Reader(self.handle, kind, self._position(kind, which))
 
     def count(self, kind: str) -> int:
         """How many there are: of "field", "flow", "grid", "mesh", "points", "curves" or "image"."""
-        kinds = ["field", "flow", "grid", "mesh", "points", "curves", "image"]
-        if kind not in kinds:
-            raise lib.Error(f"there are no objects of kind '{kind}'; kinds are {', '.join(kinds)}")
+        if kind not in lib.KINDS:
+            raise lib.Error(f"there are no objects of kind '{kind}'; kinds are {', '.join(lib.KINDS)}")
         number = lib.c_int64()
-        lib.call("count", self._open, kinds.index(kind), lib.byref(number))
+        lib.call("count", self.handle, lib.KINDS.index(kind), lib.byref(number))
         return number.value
 
-    def points(self, age: int = 0) -> Points:
-        """Points; those of age 0 are the newest."""
+    def points(self, age: Which = 0) -> Points:
+        """Points, by name or by age."""
         read = self._read(lib.POINTS, age).array
         return Points(
             positions=read("position"),
@@ -205,8 +250,8 @@ class Session:
             tracks=read("track"),
         )
 
-    def curves(self, age: int = 0) -> Curves:
-        """Curves; those of age 0 are the newest."""
+    def curves(self, age: Which = 0) -> Curves:
+        """Curves, by name or by age."""
         read = self._read(lib.CURVES, age).array
         return Curves(
             vertices=read("position"),
@@ -219,18 +264,22 @@ class Session:
             tracks=read("track"),
         )
 
-    def mesh(self, age: int = 0) -> Mesh:
-        """A mesh; that of age 0 is the newest."""
+    def mesh(self, age: Which = 0) -> Mesh:
+        """A mesh, by name or by age."""
         read = self._read(lib.MESH, age).array
         return Mesh(points=read("position"), triangles=read("triangles"), quads=read("quads"))
 
-    def image(self, age: int = 0) -> Image:
-        """A picture; that of age 0 is the newest."""
+    def image(self, age: Which = 0) -> Image:
+        """A picture, by name or by age."""
         reader = self._read(lib.IMAGE, age)
         width, height, channels = (reader.about[name] for name in ("width", "height", "channels"))
         pixels = np.empty((width * height, len(channels)), np.float32)
         reader.into("pixels", pixels)
         return Image(pixels.reshape(height, width, len(channels)), channels)
+
+    def grid(self, age: Which = 0) -> Grid:
+        """A grid to look into, by name or by age."""
+        return Grid(self, self._position(lib.GRID, age))
 
     def grids(self) -> List[Dict[str, Any]]:
         """What there is to know about each grid, the newest first: "name", "type", "class", "voxel_size" (the edge
@@ -241,14 +290,15 @@ class Session:
                 grid["voxel_size"] = grid["voxel_size"][0]
         return found
 
-    def field(self, age: int = 0) -> Field:
-        """A field, to evaluate; that of age 0 is the newest."""
-        return Field(lib.created("session_field", self._open, age))
+    def field(self, age: Which = 0) -> Field:
+        """A field to evaluate, by name or by age."""
+        return Field(lib.created("session_field", self.handle, self._position(lib.FIELD, age)))
 
-    def flow(self, age: int = 0) -> Flow:
-        """A flow, to evaluate; that of age 0 is the newest."""
-        return Flow(lib.created("session_flow", self._open, age), self._read(lib.FLOW, age).about)
+    def flow(self, age: Which = 0) -> Flow:
+        """A flow to evaluate, by name or by age."""
+        position = self._position(lib.FLOW, age)
+        return Flow(lib.created("session_flow", self.handle, position), self._read(lib.FLOW, position).about)
 
     def report(self) -> Dict[str, Any]:
         """What the actions have measured, by action."""
-        return json.loads(lib.told("report", self._open))
+        return json.loads(lib.told("report", self.handle))

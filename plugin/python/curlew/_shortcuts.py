@@ -5,7 +5,7 @@ from typing import Any, Dict, Mapping, Optional, Tuple, Union
 
 from . import _library as lib
 from ._objects import Flow, Points
-from ._session import Progress, Session
+from ._session import Graph, Progress, Session
 
 Meshes = Mapping[str, Tuple[Any, Any]]
 
@@ -18,6 +18,20 @@ def version() -> str:
 def registry() -> Dict[str, Any]:
     """All actions, with their inputs, outputs, options, defaults, ranges and help."""
     return json.loads(_text("registry"))
+
+
+def translate(graph: Graph, form: str, name: str = "graph") -> str:
+    """A program as JSON text (form "json": nodes and links, docs/graph.md) or as the text of a scene (form "scene").
+
+    Args:
+        graph: a dict, JSON text or the text of a scene.
+        form: "json" or "scene".
+        name: stands for it in messages.
+
+    Raises Error for what is wrong with it. Files that it reads need not be there.
+    """
+    text = lib.plain(lib.graph_text(graph), "the graph")
+    return lib.told("translate", text, lib.plain(name, "its name"), lib.plain(form, "the form"))
 
 
 def _text(name: str) -> str:

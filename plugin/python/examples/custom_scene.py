@@ -7,16 +7,16 @@ import curlew
 SCENE = """
 torus radius=0.7 tube=0.3
 noise frequency=2 seed=1
-surface speed=1 reach=0.1
+surface speed=1 reach=0.1 as=wind
 slice axis=y show=speed width=400
 write speed.png
 torus radius=0.7 tube=0.3
 scatter count=200 seed=3
-trace limit=2
+trace limit=2 as=threads
 """
 
 with curlew.Program(SCENE, name="my scene").run() as session:
-    flow, curves = session.flow(), session.curves()
+    flow, curves = session.flow("wind"), session.curves("threads")
 
 # The flow at any positions; f and g, its potentials, stay the same along each curve.
 velocity, fields = flow.velocity_and_fields(curves.vertices)

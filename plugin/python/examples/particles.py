@@ -17,7 +17,7 @@ bound width=0.2 side=outside
 dfvn speed=1
 scatter count=5000
 frames 1-12 substeps=4
-advect
+advect as=dust
 """
 
 frames = []
@@ -25,7 +25,7 @@ frames = []
 
 def keep(frame: int, session: curlew.Session) -> None:
     """Positions are there as an array at the end of each frame."""
-    frames.append(session.points().positions)
+    frames.append(session.points("dust").positions)
 
 
 def show(title: str, fraction: float) -> bool:

@@ -23,13 +23,15 @@ def test_the_registry_has_all_that_nodes_need():
     assert noise["frequency"]["lower"] == 0 and noise["frequency"]["exclusive"] and noise["frequency"]["upper"] is None
     assert noise["octaves"]["upper"] == 32 and noise["octaves"]["type"] == "integer"
     f, g, _ = actions["dfvn"]["inputs"]
-    assert f["kinds"] == ["field"] and (f["minimum"], f["maximum"], f["use"]) == (1, 1, "taken")
+    assert f["kinds"] == ["field"] and (f["maximum"], f["use"]) == (1, "taken")
     assert g["minimum"] == 0 and actions["dfvn"]["outputs"][0]["kinds"] == ["flow"]
     noise_input, wall = actions["bound"]["inputs"]
     assert noise_input["kinds"] == ["noise"] and wall["kinds"] == ["shape", "levelSet"] and wall["use"] == "stays"
     assert actions["read"]["positional"] == {"what": "FILE …", "minimum": 1, "maximum": 1000}
     for action in actions.values():
-        assert {"name", "group", "summary", "inputs", "outputs", "options", "positional", "examples"} == set(action)
+        about = {"name", "group", "summary", "inputs", "outputs", "options", "positional", "examples"}
+        assert about | {"evaluation", "in_frames", "setting"} == set(action)
+        assert all(option["selects"] for option in action["options"] if option["type"] == "ages")
 
 
 def test_what_is_read_and_written_is_known_to_programs_where_it_is_told_to_readers(tmp_path):
@@ -70,7 +72,7 @@ def test_errors_tell_the_line_and_the_action(session):
     with pytest.raises(curlew.Error, match="did you mean 'frequency'") as error:
         session.run("noise\n\nnoise freqency=2\n")
     assert (error.value.line, error.value.action) == (3, "noise")
-    with pytest.raises(curlew.Error, match="there is no flow yet") as error:
+    with pytest.raises(curlew.Error, match="flow") as error:
         session.run("# first\nnoise\nvelocity\n")
     assert (error.value.line, error.value.action) == (3, "velocity")
     with pytest.raises(curlew.Error) as error:

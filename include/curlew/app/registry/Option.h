@@ -1,0 +1,44 @@
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace curlew::app {
+
+enum class OptionType {
+    flag,        ///< 0 or 1
+    integer,     ///< a whole number; 1e6 is one
+    real,        ///< a finite number
+    vector,      ///< x,y,z; or one number for all three
+    coordinates, ///< a number for each of 1 to 7 axes; or one for all of them
+    interval,    ///< lower,upper
+    box,         ///< xmin,ymin,zmin,xmax,ymax,zmax
+    choice,      ///< one of a list of words
+    text,        ///< anything
+    ages,        ///< positions on a stack, 0 the newest: 0 or 0,2. Resolved to links when the graph is made.
+};
+
+/// One option of an action, declared once: the parser, the help, the documentation and the nodes of hosts are made from
+/// it.
+struct Option {
+    std::string name = {};
+    OptionType type = OptionType::real;
+    std::string fallback = {}; ///< The default, as one would type it; "" if there is none.
+    std::string help = {};
+    std::string unit = {};
+    std::vector<std::string> choices = {};
+    double lower = -std::numeric_limits<double>::infinity(), upper = std::numeric_limits<double>::infinity();
+    bool exclusive = false;                ///< The lower bound itself is not allowed.
+    std::vector<std::string> instead = {}; ///< Options that have no effect beside this one: giving both is an error.
+    /// It only selects what the action takes from the stacks. A graph has links instead.
+    bool selects = false;
+};
+
+/// The words that an action takes beside its options: `minimum` to `maximum` of them (file names).
+struct Positional {
+    std::string what = {};
+    size_t minimum = 0, maximum = 0;
+};
+
+} // namespace curlew::app

@@ -1,0 +1,154 @@
+#pragma once
+
+#include "curlew/app/registry/Action.h"
+
+#include <array>
+
+// Short forms in which the actions declare their options.
+namespace curlew::app::options {
+
+inline Option flag(std::string name, std::string fallback, std::string help) {
+    return {
+        .name = std::move(name), .type = OptionType::flag, .fallback = std::move(fallback), .help = std::move(help)};
+}
+inline Option integer(std::string name, std::string fallback, double lower, double upper, std::string help) {
+    return {.name = std::move(name),
+            .type = OptionType::integer,
+            .fallback = std::move(fallback),
+            .help = std::move(help),
+            .lower = lower,
+            .upper = upper};
+}
+inline Option real(std::string name, std::string fallback, std::string unit, std::string help) {
+    return {.name = std::move(name),
+            .type = OptionType::real,
+            .fallback = std::move(fallback),
+            .help = std::move(help),
+            .unit = std::move(unit)};
+}
+inline Option positive(std::string name, std::string fallback, std::string unit, std::string help) {
+    Option option = real(std::move(name), std::move(fallback), std::move(unit), std::move(help));
+    option.lower = 0;
+    option.exclusive = true;
+    return option;
+}
+inline Option notNegative(std::string name, std::string fallback, std::string unit, std::string help) {
+    Option option = real(std::move(name), std::move(fallback), std::move(unit), std::move(help));
+    option.lower = 0;
+    return option;
+}
+inline Option vector(std::string name, std::string fallback, std::string unit, std::string help) {
+    return {.name = std::move(name),
+            .type = OptionType::vector,
+            .fallback = std::move(fallback),
+            .help = std::move(help),
+            .unit = std::move(unit)};
+}
+inline Option coordinates(std::string name, std::string fallback, std::string unit, std::string help) {
+    return {.name = std::move(name),
+            .type = OptionType::coordinates,
+            .fallback = std::move(fallback),
+            .help = std::move(help),
+            .unit = std::move(unit)};
+}
+inline Option interval(std::string name, std::string unit, std::string help) {
+    return {.name = std::move(name), .type = OptionType::interval, .help = std::move(help), .unit = std::move(unit)};
+}
+inline Option box(std::string name, std::string help) {
+    return {.name = std::move(name), .type = OptionType::box, .help = std::move(help), .unit = "world units"};
+}
+/// The choices in the order of the enumeration that they stand for.
+inline Option choice(std::string name, std::vector<std::string> choices, std::string help, std::string fallback = "") {
+    if (fallback.empty()) fallback = choices.front();
+    return {.name = std::move(name),
+            .type = OptionType::choice,
+            .fallback = std::move(fallback),
+            .help = std::move(help),
+            .choices = std::move(choices)};
+}
+/// The names of an enumeration's values as choices.
+template <size_t N>
+std::vector<std::string> namesOf(const std::array<std::string_view, N>& names) {
+    return {names.begin(), names.end()};
+}
+/// The choices are the names of an enumeration, which stand beside it.
+template <size_t N>
+Option choice(std::string name, const std::array<std::string_view, N>& names, std::string help, size_t count = N) {
+    return choice(std::move(name), std::vector<std::string>(names.begin(), names.begin() + static_cast<long>(count)),
+                  std::move(help));
+}
+inline Option text(std::string name, std::string fallback, std::string help) {
+    return {
+        .name = std::move(name), .type = OptionType::text, .fallback = std::move(fallback), .help = std::move(help)};
+}
+inline Option ages(std::string name, std::string fallback, std::string help) {
+    return {
+        .name = std::move(name), .type = OptionType::ages, .fallback = std::move(fallback), .help = std::move(help)};
+}
+inline Input taken(std::string name, std::vector<Kind> kinds, std::string age = "") {
+    return {.name = std::move(name), .kinds = std::move(kinds), .use = Use::taken, .age = std::move(age)};
+}
+inline Input stays(std::string name, std::vector<Kind> kinds, std::string age = "") {
+    return {.name = std::move(name), .kinds = std::move(kinds), .use = Use::stays, .age = std::move(age)};
+}
+inline Input changed(std::string name, std::vector<Kind> kinds) {
+    return {.name = std::move(name), .kinds = std::move(kinds), .use = Use::changed};
+}
+/// It may be missing; `help` says when.
+inline Input maybe(Input input, std::string help) {
+    input.amount.least = 0;
+    input.help = std::move(help);
+    return input;
+}
+/// Whether it counts depends on the options: 1 object if `counts` returns true, none otherwise; `help` says when.
+inline Input onlyIf(Input input, std::string help, std::function<bool(const Arguments&)> counts) {
+    const Amount amount = input.amount;
+    input.help = std::move(help);
+    input.amount.least = 0;
+    input.amountWith = [counts = std::move(counts), amount](const Arguments& a, const Scope&) {
+        return counts(a) ? amount : Amount{0, 0};
+    };
+    return input;
+}
+/// It is taken from the stacks only if options ask for it, as `help` says; a link asks for itself.
+inline Input onRequest(Input input, std::string help, std::function<bool(const Arguments&)> asked) {
+    const Amount amount = input.amount;
+    input.help = std::move(help);
+    input.amount.least = 0;
+    input.amountWith = [asked = std::move(asked), amount](const Arguments& a, const Scope& scope) {
+        return scope.linked() ? Amount{0, amount.most} : asked(a) ? amount : Amount{0, 0};
+    };
+    return input;
+}
+/// `least` to `most` objects; `help` says how many.
+inline Input several(Input input, size_t least, size_t most, std::string help) {
+    input.amount = {least, most};
+    input.help = std::move(help);
+    return input;
+}
+inline Output made(std::string name, std::vector<Kind> kinds, std::string flag = "") {
+    return {.name = std::move(name),
+            .kinds = std::move(kinds),
+            .amount = {.least = flag.empty() ? size_t{1} : 0},
+            .flag = std::move(flag)};
+}
+inline Output several(Output output, size_t least, size_t most) {
+    output.amount = {least, most};
+    return output;
+}
+
+/// An option that only says what is taken from the stacks.
+inline Option selector(Option option) {
+    option.selects = true;
+    return option;
+}
+inline Option keep() { return selector(flag("keep", "0", "leave what is taken or changed as it is")); }
+/// Options that have no effect beside this one.
+inline Option instead(Option option, std::vector<std::string> others) {
+    option.instead = std::move(others);
+    return option;
+}
+
+constexpr double kAny = std::numeric_limits<double>::infinity();
+
+} // namespace curlew::app::options

@@ -1,0 +1,127 @@
+#include "Actions.h"
+#include "ScatterDomain.h"
+#include "curlew/track/Emission.h"
+
+#include <algorithm>
+
+namespace curlew::app {
+
+namespace {
+
+using namespace options;
+
+const std::string kGroup = "points";
+
+void emit(Context& c, const Arguments& a) {
+    if (!c.clock()) throw ValueError("needs frames in which to emit; put it after -frames");
+    const Domain domain = scatterDomain(c, a);
+    PointSet set = c.takePoints("points");
+    Particles& particles = set.particles;
+    if (set.nextId == 0)
+        for (const int64_t id : particles.id) set.nextId = std::max(set.nextId, id + 1);
+    if (!particles.hasAge()) particles.age.assign(particles.size(), 0); // they begin with the frames
+    EmissionOptions options{.rate = a.real("rate"), .seed = static_cast<uint64_t>(a.integer("seed"))};
+    if (a.given("life")) options.life = a.real("life"), options.spread = a.real("spread");
+    EmissionState state{c.memory().sum, set.nextId};
+    Particles born = emitted(domain, options, c.clock()->duration, state, c.follow("emit"));
+    c.memory().sum = state.rates;
+    set.nextId = state.nextId;
+    if (const AnyFlow* flow = c.trackedFlow(set)) joinFlow(inSpace(*flow), particles, born);
+    const size_t count = born.size();
+    particles.append(born);
+    c.say(fmt::format("emit: {} points born, {} in all", count, particles.size()));
+    c.report("emit") = {{"born", count}, {"points", particles.size()}};
+    c.give(std::make_shared<PointSet>(std::move(set)));
+}
+
+void kill(Context& c, const Arguments& a) {
+    PointSet set = c.takePoints("points");
+    Particles& particles = set.particles;
+    const bool outside = a.choice("side") == 0;
+    std::vector<uint8_t> flags;
+    if (a.given("box")) {
+        const Box box = a.box("box");
+        flags.resize(particles.size());
+        for (size_t k = 0; k < flags.size(); ++k)
+            flags[k] = static_cast<uint8_t>(box.contains(particles.position(k)) != outside);
+    } else {
+        const Domain kept{.wall = Wall{.sdf = c.sdf("shape", 0), .side = outside ? Side::inside : Side::outside}};
+        flags = flagBeyondWall(particles, kept, c.follow("kill"));
+    }
+    const size_t before = particles.size();
+    particles.remove(flags);
+    c.say(fmt::format("kill: {} points, {} are left", before - particles.size(), particles.size()));
+    c.report("kill") = {{"killed", before - particles.size()}, {"points", particles.size()}};
+    c.give(std::make_shared<PointSet>(std::move(set)));
+}
+
+void wrap(Context& c, const Arguments& a) {
+    PointSet set = c.takePoints("points");
+    const Box box = a.given("box") ? a.box("box") : c.flow("flow").domain().box;
+    if (!box.finite()) throw ValueError("the box of the flow is infinite; give box=");
+    curlew::wrap(set.particles, box);
+    c.give(std::make_shared<PointSet>(std::move(set)));
+}
+
+/// The points that new ones join.
+Input joinedPoints() {
+    Input input =
+        maybe(changed("points", {Kind::points}), "that the new ones join; without any they are a set of their own");
+    input.accumulates = true;
+    return input;
+}
+
+bool withoutBox(const Arguments& a) { return !a.given("box"); }
+
+} // namespace
+
+Registry emitActions() {
+    return {
+        {.name = "emit",
+         .group = kGroup,
+         .summary = "in each frame, new points in the domain of the newest flow, shape or level set; those whose "
+                    "age is above their life are removed",
+         .takes = {domainInput(), joinedPoints()},
+         .makes = {made("points", {Kind::points})},
+         .options = {notNegative("rate", "1000", "1 / s", "births"),
+                     positive("life", "", "s", "the age at which they die (default: never)"),
+                     {.name = "spread",
+                      .type = OptionType::real,
+                      .fallback = "0",
+                      .help = "lives differ by up to this part of them, at random",
+                      .lower = 0,
+                      .upper = 1},
+                     integer("seed", "0", 0, 0x1p53 - 1, "another seed, other points"),
+                     box("box", "the box to fill (default: that of the domain)"),
+                     ages("grid", "", "a level set to fill"),
+                     keep()},
+         .examples = {"curlew -noise -noise seed=1 -dfvn speed=1 -frames 1-48 -sphere radius=0.2 -emit rate=1e4 "
+                      "life=1.5 spread=0.3 -advect -write 'smoke.$F4.ply'"},
+         .inFrames = InFrames::each,
+         .run = emit},
+        {.name = "kill",
+         .group = kGroup,
+         .summary = "remove the newest points that are outside (or inside) of a box, or else of the newest shape or "
+                    "level set",
+         .takes = {changed("points", {Kind::points}), onlyIf(stays("shape", {Kind::shape, Kind::levelSet}, "grid"),
+                                                             "with box= there is none", withoutBox)},
+         .makes = {made("points", {Kind::points})},
+         .options = {choice("side", {"outside", "inside"}, "where points are removed"),
+                     box("box", "instead of a shape"), ages("grid", "", "a level set instead of a shape"), keep()},
+         .examples = {"curlew -scatter box=-2,-2,-2,2,2,2 -sphere -kill side=inside -write around.ply"},
+         .inFrames = InFrames::each,
+         .run = kill},
+        {.name = "wrap",
+         .group = kGroup,
+         .summary = "put the newest points that have left a box back in at its other side: for noises with a period",
+         .takes = {changed("points", {Kind::points}),
+                   onlyIf(stays("flow", {Kind::flow}), "with box= there is none", withoutBox)},
+         .makes = {made("points", {Kind::points})},
+         .options = {box("box", "whose edges are periods of the noise (default: the box of the newest flow)"), keep()},
+         .examples = {"curlew -noise period=2 -noise period=2 seed=1 -dfvn -scatter -advect -wrap box=0,0,0,2,2,2 "
+                      "-write tile.ply"},
+         .inFrames = InFrames::each,
+         .run = wrap}};
+}
+
+} // namespace curlew::app

@@ -1,0 +1,260 @@
+#include "Actions.h"
+#include "curlew/field/Algebra.h"
+#include "curlew/field/Map.h"
+
+namespace curlew::app {
+
+namespace {
+
+using namespace options;
+
+const std::string kGroup = "fields";
+
+/// Calls `make` with `dim` as a std::integral_constant.
+template <int N = 1, class Make>
+AnyField inDimension(int dim, const Make& make) {
+    if constexpr (N < 7)
+        if (dim != N) return inDimension<N + 1>(dim, make);
+    return make(std::integral_constant<int, N>());
+}
+
+/// An action that makes one field of two, of any dimension.
+template <class Combine>
+Action combiningAction(const std::string& name, const std::string& summary, const std::string& example, Combine combine,
+                       std::vector<Option> options = {}) {
+    options.push_back(keep());
+    return {.name = name,
+            .group = kGroup,
+            .summary = summary,
+            .takes = {taken("first", {Kind::field}), taken("second", {Kind::field})},
+            .makes = {made("field", {Kind::field})},
+            .options = std::move(options),
+            .examples = {example},
+            .evaluation = Evaluation::anyTime,
+            .run = [combine](Context& c, const Arguments& a) {
+                c.give(FieldValue{combined(c.field("first").field, c.field("second").field,
+                                           [&](const auto& f, const auto& g) { return combine(f, g, a); })});
+            }};
+}
+
+Option smoothing() {
+    return notNegative("smoothing", "0.1", "",
+                       "differences below which the corner is rounded, C²; with 0 it is a kink");
+}
+
+/// What `map` makes of the field.
+template <class Map>
+AnyField mapped(const Context& c, const Map& map) {
+    return std::visit([&](const auto& f) -> AnyField { return map(f); }, c.field("field").field);
+}
+
+/// Whether all axes are scaled alike: then a distance stays one.
+bool similar(const Arguments& a) {
+    const int count = a.count("scale");
+    if (count != 1 && count != 3) return false;
+    const auto scale = a.coordinates<3>("scale");
+    return scale[0] > 0 && scale[0] == scale[1] && scale[0] == scale[2];
+}
+
+void transform(Context& c, const Arguments& a) {
+    FieldValue moved{mapped(c, [&](const auto& field) {
+        constexpr int kN = std::remove_cvref_t<decltype(field)>::kDimension;
+        return placed(field, PlacementN<kN>{.offset = a.coordinates<kN>("offset"),
+                                            .rotate = a.vector("rotate"),
+                                            .scale = a.coordinates<kN>("scale")});
+    })};
+    if (const auto& sdf = c.field("field").sdf; sdf && similar(a)) {
+        moved.sdf = placed(
+            *sdf,
+            {.offset = a.coordinates<3>("offset"), .rotate = a.vector("rotate"), .scale = a.coordinates<3>("scale")});
+        moved.field = moved.sdf->distance;
+    }
+    c.give(std::move(moved));
+}
+
+/// A field on the graph of one or two functions of the coordinates that are left.
+void lift(Context& c, const Arguments&) {
+    const AnyField& high = c.field("field").field;
+    const size_t count = c.count("graph");
+    const int wanted = dimensionOf(high) - static_cast<int>(count);
+    for (size_t k = 0; k < count; ++k)
+        if (const int n = dimensionOf(c.field("graph", k).field); n != wanted)
+            throw ValueError(
+                fmt::format("the field has {} dimensions, so the graph needs functions of {}, and one has {}",
+                            dimensionOf(high), wanted, n));
+    c.give(FieldValue{std::visit(
+        [&](const auto& field) -> AnyField {
+            constexpr int kM = std::remove_cvref_t<decltype(field)>::kDimension;
+            const auto graph = [&](auto dimension, size_t k) {
+                return std::get<ScalarFieldN<decltype(dimension)::value>>(c.field("graph", k).field);
+            };
+            if constexpr (kM >= 2)
+                if (count == 1) return lifted<kM - 1>(field, {graph(std::integral_constant<int, kM - 1>(), 0)});
+            if constexpr (kM >= 3)
+                if (count == 2) {
+                    constexpr std::integral_constant<int, kM - 2> kLow;
+                    return lifted<kM - 2>(field, {graph(kLow, 0), graph(kLow, 1)});
+                }
+            throw ValueError("the field has too few dimensions to be lifted");
+        },
+        high)});
+}
+
+void height(Context& c, const Arguments&) {
+    c.give(FieldValue{mapped(c, [](const auto& field) -> AnyField {
+        constexpr int kN = std::remove_cvref_t<decltype(field)>::kDimension + 1;
+        if constexpr (kN <= 7) return heightField<kN>(field);
+        throw ValueError("a field of 7 dimensions is not the height of anything");
+    })});
+}
+
+using Objects = std::vector<std::vector<Object>>;
+
+/// One field of so many dimensions.
+std::vector<Object> fieldOf(int dimension, Kind kind = Kind::noise) {
+    return {{.kind = kind, .dimension = dimension, .name = "field"}};
+}
+
+int dimensionOfInput(const Objects& inputs, size_t input) {
+    return inputs.at(input).empty() ? 3 : inputs[input].front().dimension;
+}
+
+Input graphInput() {
+    Input input = several(taken("graph", {Kind::field}), 1, 2, "as many functions as functions= says");
+    input.amountWith = [](const Arguments& a, const Scope& scope) {
+        const auto count = static_cast<size_t>(a.integer("functions"));
+        return scope.linked() ? Amount{1, 2} : Amount{count, count};
+    };
+    return input;
+}
+
+Registry sources() {
+    return {
+        {.name = "ramp",
+         .group = kGroup,
+         .summary = "a linear ramp, direction·x + offset",
+         .makes = {made("field", {Kind::field})},
+         .options = {coordinates("direction", "0,1,0", "1 / world unit",
+                                 "its gradient: as many numbers as the field has dimensions"),
+                     real("offset", "0", "", "its value at the origin")},
+         .examples = {"curlew -noise -ramp direction=0,0,1 -dfvn -velocity -write sheets.vdb"},
+         .evaluation = Evaluation::anyTime,
+         .run =
+             [](Context& c, const Arguments& a) {
+                 c.give(FieldValue{inDimension(a.count("direction"), [&](auto n) {
+                     return rampField(a.coordinates<n>("direction"), a.real("offset"));
+                 })});
+             },
+         .makesWith = [](const Arguments& a, const Objects&, const World&) { return fieldOf(a.count("direction")); }},
+        {.name = "constant",
+         .group = kGroup,
+         .summary = "the same value everywhere",
+         .makes = {made("field", {Kind::field})},
+         .options = {real("value", "1", "", "the value"), integer("dim", "3", 1, 7, "dimensions of the field")},
+         .examples = {"curlew -noise -constant value=0.5 -sum -probe in.csv out.csv"},
+         .evaluation = Evaluation::anyTime,
+         .run =
+             [](Context& c, const Arguments& a) {
+                 c.give(FieldValue{inDimension(static_cast<int>(a.integer("dim")),
+                                               [&](auto n) { return constantField<n>(a.real("value")); })});
+             },
+         .makesWith = [](const Arguments& a, const Objects&,
+                         const World&) { return fieldOf(static_cast<int>(a.integer("dim"))); }}};
+}
+
+Registry combinations() {
+    return {combiningAction("sum", "the sum of two fields",
+                            "curlew -noise -ramp direction=0,2,0 -sum -noise seed=1 -dfvn -velocity -write drift.vdb",
+                            [](const auto& f, const auto& g, const Arguments&) { return f + g; }),
+            combiningAction("subtract", "the newest field but one less the newest",
+                            "curlew -noise dim=2 -noise dim=2 seed=1 -subtract -slice -write difference.png",
+                            [](const auto& f, const auto& g, const Arguments&) { return f - g; }),
+            combiningAction("product", "the product of two fields",
+                            "curlew -noise -constant value=3 -product -probe in.csv out.csv",
+                            [](const auto& f, const auto& g, const Arguments&) { return f * g; }),
+            combiningAction("quotient", "the newest field but one over the newest, which must not be zero anywhere",
+                            "curlew -noise -noise seed=1 -constant value=2 -sum -quotient -slice -write quotient.png",
+                            [](const auto& f, const auto& g, const Arguments&) { return f / g; }),
+            combiningAction(
+                "min", "the smaller of two fields, rounded where they meet",
+                "curlew -noise -noise seed=1 -min smoothing=0.2 -slice -write smaller.png",
+                [](const auto& f, const auto& g, const Arguments& a) { return smoothMin(f, g, a.real("smoothing")); },
+                {smoothing()}),
+            combiningAction(
+                "max", "the larger of two fields, rounded where they meet",
+                "curlew -noise -noise seed=1 -max smoothing=0.2 -slice -write larger.png",
+                [](const auto& f, const auto& g, const Arguments& a) { return smoothMax(f, g, a.real("smoothing")); },
+                {smoothing()}),
+            combiningAction(
+                "displace", "the newest field but one, displaced by the gradient of the newest",
+                "curlew -noise frequency=2 -noise frequency=1 seed=1 -displace amount=0.1 -slice -write displaced.png",
+                [](const auto& f, const auto& g, const Arguments& a) { return displaced(f, g, a.real("amount")); },
+                {real("amount", "0.1", "world units²", "factor on the gradient")})};
+}
+
+} // namespace
+
+Registry fieldActions() {
+    Registry actions = sources();
+    for (auto& action : combinations()) actions.push_back(std::move(action));
+    actions.push_back(
+        {.name = "clip",
+         .group = kGroup,
+         .summary = "level the newest field off where it is beyond a range: a distance that only matters nearby",
+         .takes = {taken("field", {Kind::field})},
+         .makes = {made("field", {Kind::field})},
+         .options = {positive("range", "0.5", "", "where it has levelled off, at half this value, C³"), keep()},
+         .examples = {"curlew -sphere radius=0.5 -clip range=0.4 -slice -write clipped.png"},
+         .evaluation = Evaluation::anyTime,
+         .run = [](Context& c, const Arguments& a) {
+             c.give(FieldValue{mapped(c, [&](const auto& f) { return clipped(f, a.real("range")); })});
+         }});
+    actions.push_back({.name = "height",
+                       .group = kGroup,
+                       .summary = "the newest field as a terrain: the last of one more coordinate, less the field",
+                       .takes = {taken("field", {Kind::field})},
+                       .makes = {made("field", {Kind::field})},
+                       .options = {keep()},
+                       .examples = {"curlew -noise dim=2 amplitude=0.3 -height -slice axis=y -write terrain.png"},
+                       .evaluation = Evaluation::anyTime,
+                       .run = height,
+                       .makesWith = [](const Arguments&, const Objects& inputs, const World&) {
+                           return fieldOf(dimensionOfInput(inputs, 0) + 1);
+                       }});
+    actions.push_back(
+        {.name = "lift",
+         .group = kGroup,
+         .summary = "evaluate the newest field on the graph of the field below it: anisotropy, slices, animation",
+         .takes = {graphInput(), taken("field", {Kind::field})},
+         .makes = {made("field", {Kind::field})},
+         .options = {selector(integer("functions", "1", 1, 2, "how many: the last coordinates are their values")),
+                     keep()},
+         .examples =
+             {"curlew -noise dim=2 frequency=3 amplitude=0.4 -noise type=simplex -lift -slice -write lifted.png",
+              "curlew -constant value=0.3 -noise type=simplex dim=4 -lift -slice -write slice.png"},
+         .evaluation = Evaluation::anyTime,
+         .run = lift,
+         .makesWith = [](const Arguments&, const Objects& inputs, const World&) {
+             return fieldOf(std::max(1, dimensionOfInput(inputs, 1) - static_cast<int>(inputs[0].size())));
+         }});
+    actions.push_back(
+        {.name = "transform",
+         .group = kGroup,
+         .summary = "scale, turn and move the newest field",
+         .takes = {taken("field", {Kind::field})},
+         .makes = {made("field", {Kind::field, Kind::shape})},
+         .options = {coordinates("offset", "0", "world units", "where its origin goes"),
+                     vector("rotate", "0,0,0", "degrees", "turn about x, then y, then z; in 2D about z"),
+                     coordinates("scale", "1", "", "size along each axis, first"), keep()},
+         .examples =
+             {"curlew -noise -transform scale=1,4,1 rotate=0,0,30 -slice box=-2,-2,-2,2,2,2 -write stretched.png"},
+         .evaluation = Evaluation::anyTime,
+         .run = transform,
+         .makesWith = [](const Arguments& a, const Objects& inputs, const World&) {
+             const bool shape = !inputs[0].empty() && inputs[0].front().kind == Kind::shape && similar(a);
+             return fieldOf(dimensionOfInput(inputs, 0), shape ? Kind::shape : Kind::noise);
+         }});
+    return actions;
+}
+
+} // namespace curlew::app

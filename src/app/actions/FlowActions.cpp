@@ -1,0 +1,379 @@
+#include "Actions.h"
+#include "curlew/field/Map.h"
+#include "curlew/flow/Flows.h"
+#include "curlew/flow/Reshape.h"
+
+namespace curlew::app {
+
+namespace {
+
+using namespace options;
+
+const std::string kGroup = "flows";
+
+/// A noise that conforms to a wall.
+template <class Make>
+void conform(Context& c, const Arguments& a, double width, const Make& make) {
+    const Wall wall{.sdf = c.sdf("wall", width), .side = static_cast<Side>(a.choice("side")), .width = width};
+    c.give(FieldValue{.field = make(inSpace(c.field("noise").field), wall), .wall = wall});
+}
+
+void bound(Context& c, const Arguments& a) {
+    BoundOptions options{.separate = a.flag("separate")};
+    if (a.given("amplitude")) options.amplitude = a.real("amplitude");
+    conform(c, a, a.real("width"),
+            [&](const ScalarField& noise, const Wall& wall) { return bounded(noise, wall, options); });
+}
+
+/// DeWolf's product of a noise and a distance.
+void blend(Context& c, const Arguments& a) {
+    conform(c, a, a.real("range"),
+            [](const ScalarField& noise, const Wall& wall) { return productBounded(noise, wall.sdf, wall.width); });
+}
+
+/// All fields that an action takes, in the order of its inputs.
+std::vector<FieldValue> fieldsOf(const Context& c, const Action& action) {
+    std::vector<FieldValue> fields;
+    for (const Input& input : action.takes)
+        for (size_t k = 0; k < c.count(input.name); ++k) fields.push_back(c.field(input.name, k));
+    return fields;
+}
+
+/// The wall that bounds one of the fields, if there is one.
+std::optional<Wall> wallOf(const std::vector<FieldValue>& fields) {
+    std::optional<Wall> wall;
+    for (const auto& field : fields) {
+        if (!field.wall) continue;
+        if (wall)
+            throw ValueError(
+                "two of the fields are bounded by a wall, and the flow would stand still at it; bound one of them");
+        wall = field.wall;
+    }
+    return wall;
+}
+
+/// The options that all flows have.
+std::vector<Option> paceOptions(std::vector<Option> own = {}) {
+    own.push_back(positive("speed", "", "world units / s",
+                           "scale the flow to this root mean square speed over its domain (default: as it comes)"));
+    own.push_back(flag("normalize", "0",
+                       "1: the same speed everywhere; the flow keeps its tracks but is no longer divergence-free"));
+    own.push_back(box("box", "the domain (default: the box of the wall; without a wall -1,-1,-1,1,1,1)"));
+    return own;
+}
+
+/// Gives a flow of any dimension at the pace that the options ask for.
+template <int N>
+void giveFlow(Context& c, const Arguments& a, const FlowN<N>& flow) {
+    const Monitor monitor = c.follow("measuring the speed");
+    const double speed = a.given("speed") ? a.real("speed") : magnitudesOf(flow, monitor).speed;
+    const FlowN<N> paced = withSpeed(flow, speed, monitor); // also where the speed stays as it is: a flow has to move
+    c.give(AnyFlow(a.flag("normalize") ? flow.normalized(speed) : paced));
+}
+
+/// The domain of a flow in space.
+Domain domainOf(const Arguments& a, const std::optional<Wall>& wall = {}, double padding = -1) {
+    Domain domain;
+    if (wall) domain = Domain::of(*wall, padding);
+    if (a.given("box")) domain.box = a.box("box");
+    return domain;
+}
+
+/// N - 1 fields of N dimensions, and not 3.
+template <int N>
+void dfvnInDimension(Context& c, const Arguments& a) {
+    const auto fields = fieldsOf(c, a.action());
+    typename FlowN<N>::Potentials potentials = [&]<size_t... K>(std::index_sequence<K...>) {
+        const auto potential = [&](const FieldValue& value) {
+            if (const auto* field = std::get_if<ScalarFieldN<N>>(&value.field)) return *field;
+            throw ValueError(fmt::format("the newest field has {} dimensions, so it needs {} of them, and one has {}",
+                                         N, N - 1, dimensionOf(value.field)));
+        };
+        return typename FlowN<N>::Potentials{potential(fields.at(K))...};
+    }
+    (std::make_index_sequence<size_t{N - 1}>());
+    DomainN<N> domain;
+    if (a.given("box")) {
+        if (N != 2) throw ValueError("box= is for 2 and 3 dimensions; in others the domain is the cube from -1 to 1");
+        const Box box = a.box("box");
+        for (int i = 0; i < std::min(N, 2); ++i) {
+            domain.box.lower[i] = box.lower[i];
+            domain.box.upper[i] = box.upper[i];
+        }
+    }
+    giveFlow(c, a, FlowN<N>(std::move(potentials), domain));
+}
+
+/// How many fields make a flow, by the dimension of the newest; a second field in space makes one of 2 dimensions f or
+/// g.
+size_t fieldsForFlow(const Scope& scope) {
+    const auto newest = scope.newest({Kind::field});
+    if (!newest || newest->dimension == 3 || newest->dimension < 2) return 2;
+    if (newest->dimension > 3) return static_cast<size_t>(newest->dimension - 1);
+    const auto before = scope.second({Kind::field});
+    return before && before->dimension == 3 ? 2 : 1;
+}
+
+/// The input that has the fields number `first` to `last` of a flow.
+Input potentialInput(std::string name, size_t first, size_t last, std::string help) {
+    Input input = several(taken(std::move(name), {Kind::field}), first == 0 ? 1 : 0, last - first, std::move(help));
+    input.amountWith = [first, last](const Arguments&, const Scope& scope) {
+        const size_t wanted = fieldsForFlow(scope), count = std::min(wanted, last) - std::min(wanted, first);
+        return Amount{count, count};
+    };
+    return input;
+}
+
+void dfvn(Context& c, const Arguments& a) {
+    const size_t count = c.count("f") + c.count("g") + c.count("more");
+    if (count == 1) return dfvnInDimension<2>(c, a);
+    if (count > 2) {
+        switch (count) {
+            case 3:
+                return dfvnInDimension<4>(c, a);
+            case 4:
+                return dfvnInDimension<5>(c, a);
+            case 5:
+                return dfvnInDimension<6>(c, a);
+            default:
+                return dfvnInDimension<7>(c, a);
+        }
+    }
+    const auto fields = fieldsOf(c, a.action());
+    Domain domain = domainOf(a, wallOf(fields), a.given("padding") ? a.real("padding") : -1);
+    // On a surface: g is a distance, and every one of its level sets has a flow of its own.
+    if (fields[1].sdf && !a.given("box") && !domain.wall && fields[1].sdf->bounds.finite()) {
+        const Box& shape = fields[1].sdf->bounds;
+        const Vec3d size = shape.size();
+        domain.box = shape.padded(0.1 * std::max({size[0], size[1], size[2]}));
+    }
+    giveFlow(c, a, Flow(inSpace(fields[0].field), inSpace(fields[1].field), domain));
+}
+
+/// Flow on a surface: f, and a shape or level set as g.
+void surface(Context& c, const Arguments& a) {
+    const double reach = a.real("reach");
+    const Sdf sdf = c.sdf("surface", reach);
+    Domain domain;
+    if (a.given("box"))
+        domain.box = a.box("box");
+    else if (sdf.bounds.finite())
+        domain.box = sdf.bounds.padded(reach);
+    giveFlow(c, a, Flow(inSpace(c.field("noise").field), sdf.distance, domain));
+}
+
+void curl(Context& c, const Arguments& a) {
+    const double offset = a.real("offset");
+    const auto fields = fieldsOf(c, a.action());
+    const Domain domain = domainOf(a, wallOf(fields));
+    const size_t second = fields.size() > 1 ? 1 : 0, third = fields.size() > 1 ? 2 : 0;
+    const auto flow = std::visit(
+        [&](const auto& first) -> Flow {
+            using Field = std::remove_cvref_t<decltype(first)>;
+            if constexpr (Field::kDimension == 2 || Field::kDimension == 3) {
+                const auto moved = [&](size_t k, int axis) {
+                    const auto* field = std::get_if<Field>(&fields.at(k).field);
+                    if (!field) throw ValueError("the three noises must all have 2 or all have 3 dimensions");
+                    PlacementN<Field::kDimension> placement;
+                    if (axis >= 0) placement.offset[axis] = -offset;
+                    return placed(*field, placement);
+                };
+                return curlFlow(std::array{moved(0, -1), moved(second, 0), moved(third, 1)}, domain);
+            } else {
+                throw ValueError("curl noise is made of noises of 3 dimensions, or of 2 (three of them: cheaper)");
+            }
+        },
+        fields[0].field);
+    giveFlow(c, a, flow);
+}
+
+void reshape(Context& c, const Arguments& a) {
+    ReshapeOptions options{.softness = a.real("softness")};
+    if (a.given("limit")) options.limit = a.real("limit");
+    if (a.given("f")) options.f = a.interval("f");
+    if (a.given("g")) options.g = a.interval("g");
+    if (!a.given("limit") && !a.given("f") && !a.given("g")) throw ValueError("give limit=, f= or g=");
+    c.give(AnyFlow(reshaped(c.flow("flow"), options, c.follow("reshape"))));
+}
+
+void addFlows(Context& c, const Arguments&) {
+    const Flow first = c.flow("first"), second = c.flow("second");
+    // The one with the wall decides on the domain.
+    const Domain domain = first.domain().wall || !second.domain().wall ? first.domain() : second.domain();
+    c.give(AnyFlow((first + second).within(domain)));
+}
+
+std::vector<Object> flowInSpace(const Arguments&, const std::vector<std::vector<Object>>&, const World&) {
+    return {{.kind = Kind::flow, .dimension = 3, .name = "flow"}};
+}
+
+Action simpleFlow(std::string name, std::string summary, std::vector<Option> options, std::string example,
+                  Flow (*make)(const Arguments&, const Domain&)) {
+    options.push_back(box("box", "the domain"));
+    return {.name = std::move(name),
+            .group = kGroup,
+            .summary = std::move(summary),
+            .makes = {made("flow", {Kind::flow})},
+            .options = std::move(options),
+            .examples = {std::move(example)},
+            .evaluation = Evaluation::anyTime,
+            .run = [make](Context& c, const Arguments& a) { c.give(AnyFlow(make(a, domainOf(a)))); }};
+}
+
+Registry wallActions() {
+    return {
+        {.name = "bound",
+         .group = kGroup,
+         .summary = "make the newest noise conform to the newest signed distance (Eq. 13)",
+         .takes = {taken("noise", {Kind::noise}, "field"), stays("wall", {Kind::shape, Kind::levelSet}, "grid")},
+         .makes = {made("field", {Kind::field})},
+         .options = {positive("width", "0.1", "world units",
+                              "depth of the layer in which the flow turns along the wall"),
+                     choice("side", {"inside", "outside", "both"},
+                            "where the flow is: contained, around an obstacle, or on both sides"),
+                     flag("separate", "1",
+                          "keep the noise's values on each side of the wall apart, so that none is found on the other"),
+                     notNegative("amplitude", "", "world units",
+                                 "the noise is scaled to this size; 0 leaves it as it is (default: the width)"),
+                     ages("field", "", "which field is the noise (default: the newest that is no distance)"),
+                     ages("grid", "", "which level set is the wall (default: the newest shape or level set)"), keep()},
+         .examples = {"curlew -read bunny.obj -mesh2ls -noise -noise seed=1 -bound width=0.05 -dfvn speed=1 -velocity "
+                      "-write vel.vdb"},
+         .evaluation = Evaluation::anyTime,
+         .conforms = true,
+         .run = bound},
+        {.name = "blend",
+         .group = kGroup,
+         .summary = "the newest noise times the newest distance, clipped (DeWolf's way to conform to a wall)",
+         .takes = {taken("noise", {Kind::noise}), stays("wall", {Kind::shape, Kind::levelSet})},
+         .makes = {made("field", {Kind::field})},
+         .options = {positive("range", "0.5", "world units", "beyond it the distance no longer matters"),
+                     choice("side", {"inside", "outside", "both"}, "where the flow is"), keep()},
+         .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -blend range=0.3 -dfvn speed=1 "
+                      "-slice -write dewolf.png"},
+         .evaluation = Evaluation::anyTime,
+         .conforms = true,
+         .run = blend}};
+}
+
+Registry potentialActions() {
+    const auto ofThree = [](const Arguments& a) { return !(a.real("offset") > 0); };
+    return {
+        {.name = "dfvn",
+         .group = kGroup,
+         .summary = "the newest two fields f, g become the flow grad f x grad g; in n dimensions the newest n - 1",
+         .takes = {potentialInput("f", 0, 1, ""), potentialInput("g", 1, 2, "in 2 dimensions there is none"),
+                   potentialInput("more", 2, 6, "a flow in n dimensions takes n - 1 fields of n dimensions")},
+         .makes = {made("flow", {Kind::flow})},
+         .options = paceOptions({notNegative("padding", "", "world units",
+                                             "how far the domain reaches around an obstacle (default: half its size)"),
+                                 keep()}),
+         .examples =
+             {"curlew -noise frequency=2 -noise frequency=2 seed=1 -dfvn speed=1 -velocity voxel=0.02 -write vel.vdb",
+              "curlew -noise dim=2 frequency=2 octaves=3 -dfvn -slice -write swirls.png"},
+         .evaluation = Evaluation::anyTime,
+         .run = dfvn},
+        {.name = "surface",
+         .group = kGroup,
+         .summary = "the newest noise flows on the newest shape or level set, and on its parallels",
+         .takes = {taken("noise", {Kind::noise}), stays("surface", {Kind::shape, Kind::levelSet})},
+         .makes = {made("flow", {Kind::flow})},
+         .options =
+             paceOptions({positive("reach", "0.2", "world units", "how far from the surface the flow goes"), keep()}),
+         .examples = {"curlew -torus -noise frequency=3 -surface speed=1 -velocity voxel=0.02 -write skin.vdb"},
+         .evaluation = Evaluation::anyTime,
+         .run = surface,
+         .makesWith = flowInSpace},
+        {.name = "curl",
+         .group = kGroup,
+         .summary =
+             "classical curl noise of the newest three noises, of 3 dimensions or (cheaper) of 2; it has no tracks",
+         .takes = {several(taken("x", {Kind::field}), 1, 1, "with offset=100 it is the only one, taken three times"),
+                   onlyIf(taken("y", {Kind::field}), "not with offset=100, which takes one noise three times", ofThree),
+                   onlyIf(taken("z", {Kind::field}), "not with offset=100, which takes one noise three times",
+                          ofThree)},
+         .makes = {made("flow", {Kind::flow})},
+         .options = paceOptions({notNegative("offset", "0", "world units",
+                                             "above 0: take one noise three times, moved by so much (Catlike: 100)"),
+                                 keep()}),
+         .examples = {"curlew -noise frequency=2 -curl offset=100 speed=1 -velocity voxel=0.02 -write curl.vdb",
+                      "curlew -noise dim=2 -noise dim=2 seed=1 -noise dim=2 seed=2 -curl -velocity -write cheap.vdb"},
+         .evaluation = Evaluation::anyTime,
+         .run = curl,
+         .makesWith = flowInSpace}};
+}
+
+Registry otherActions() {
+    return {
+        {.name = "reshape",
+         .group = kGroup,
+         .summary = "slow streamlines of the newest flow down, or stop them; it stays divergence-free",
+         .takes = {taken("flow", {Kind::flow})},
+         .makes = {made("flow", {Kind::flow})},
+         .options = {positive("limit", "", "world units / s", "no streamline goes faster"),
+                     interval("f", "", "only streamlines with f in this interval move"),
+                     interval("g", "", "only streamlines with g in this interval move"),
+                     {.name = "softness",
+                      .type = OptionType::real,
+                      .fallback = "0.25",
+                      .help = "over this part of an interval, at each end, they fade in",
+                      .lower = 0,
+                      .upper = 0.5},
+                     keep()},
+         .examples = {"curlew -noise frequency=2 -noise frequency=2 seed=1 -dfvn speed=1 -reshape limit=1.5 -slice "
+                      "-write limited.png"},
+         .evaluation = Evaluation::anyTime,
+         .run = reshape,
+         .makesWith = flowInSpace},
+        {.name = "superpose",
+         .group = kGroup,
+         .summary = "the sum of the newest two flows; it is divergence-free, but has no tracks",
+         .takes = {taken("first", {Kind::flow}), taken("second", {Kind::flow})},
+         .makes = {made("flow", {Kind::flow})},
+         .options = {keep()},
+         .examples = {"curlew -noise -noise seed=1 -dfvn speed=1 -uniform velocity=0,1,0 -superpose -velocity "
+                      "-write wind.vdb"},
+         .evaluation = Evaluation::anyTime,
+         .run = addFlows,
+         .makesWith = flowInSpace},
+        simpleFlow("uniform", "the same velocity everywhere",
+                   {vector("velocity", "0,1,0", "world units / s", "the velocity")},
+                   "curlew -uniform velocity=1,0,0 -velocity -write wind.vdb",
+                   [](const Arguments& a, const Domain& domain) { return uniformFlow(a.vector("velocity"), domain); }),
+        simpleFlow("vortex", "a vortex about the y axis, like a rigid body near it and slower away from it",
+                   {real("turns", "1", "1 / s", "at the axis"),
+                    positive("core", "0.3", "world units", "where half of the turning speed is left")},
+                   "curlew -vortex turns=0.5 -slice axis=y -write vortex.png",
+                   [](const Arguments& a, const Domain& domain) {
+                       return vortexFlow(a.real("turns"), a.real("core"), domain);
+                   }),
+        simpleFlow("updraft", "a column that rises along y at speed / (1 + y / height), and spreads; it has no tracks",
+                   {real("speed", "1", "world units / s", "at y = 0"),
+                    positive("height", "1", "world units", "where half of it is left")},
+                   "curlew -noise -noise seed=1 -dfvn speed=0.5 -updraft -superpose -velocity -write smoke.vdb",
+                   [](const Arguments& a, const Domain& domain) {
+                       return updraftFlow(a.real("speed"), a.real("height"), domain);
+                   }),
+        {.name = "enright",
+         .group = kGroup,
+         .summary = "the deformation field of Enright's test, which changes with time and takes all back in its period",
+         .makes = {made("flow", {Kind::flow})},
+         .options = {positive("period", "3", "s", "after which everything is back where it was")},
+         .examples = {"curlew -sphere radius=0.15 offset=0.35,0.35,0.35 -enright -slice -write enright.png"},
+         .evaluation = Evaluation::anyTime,
+         .varies = true,
+         .run = [](Context& c, const Arguments& a) {
+             c.give(AnyFlow(enrightFlowInTime(a.real("period")).at(c.moment().time)));
+         }}};
+}
+
+} // namespace
+
+Registry flowActions() {
+    Registry actions = wallActions();
+    for (auto* group : {&potentialActions, &otherActions})
+        for (auto& action : group()) actions.push_back(std::move(action));
+    return actions;
+}
+
+} // namespace curlew::app

@@ -1,0 +1,109 @@
+#include "Actions.h"
+#include "curlew/vdb/ScalarGrids.h"
+#include "curlew/vdb/VelocityGrid.h"
+
+namespace curlew::app {
+
+namespace {
+
+using namespace options;
+
+const std::string kGroup = "grids";
+
+void meshToLevelSetAction(Context& c, const Arguments& a) {
+    const LevelSet levelSet = meshToLevelSet(c.mesh("mesh"),
+                                             {.voxel = a.given("voxel") ? a.real("voxel") : 0,
+                                              .dim = static_cast<int>(a.integer("dim")),
+                                              .halfWidth = a.real("width"),
+                                              .open = a.flag("open")},
+                                             c.follow("mesh to level set"));
+    c.say(fmt::format("level set: {} voxels of {:.6g}", levelSet.grid->activeVoxelCount(), levelSet.voxelSize()));
+    c.give(GridValue{levelSet.grid, levelSet.mesh});
+}
+
+void velocity(Context& c, const Arguments& a) {
+    Flow flow = c.flow("flow");
+    Domain domain = flow.domain();
+    if (a.given("padding") && domain.wall) domain = Domain::of(*domain.wall, a.real("padding"));
+    if (a.given("box")) domain.box = a.box("box");
+    flow = flow.within(domain);
+    const VelocityGridOptions options{.voxel = a.given("voxel") ? a.real("voxel") : 0,
+                                      .dim = static_cast<int>(a.integer("dim")),
+                                      .layout = a.flag("staggered") ? Layout::staggered : Layout::collocated,
+                                      .mask = c.has("mask") ? c.grid("mask").grid : nullptr,
+                                      .wallFade = a.real("skin")};
+    const auto grid = velocityGrid(flow, options, c.follow("velocity"));
+    if (grid->activeVoxelCount() == 0)
+        throw ValueError("the grid has no active voxel: the domain is thinner than a voxel; choose smaller voxels");
+    grid->setName(a.text("name"));
+    c.say(fmt::format("velocity: {} active voxels of {:.6g}", grid->activeVoxelCount(), grid->voxelSize()[0]));
+    const auto give = [&](const openvdb::GridBase::Ptr& made) {
+        made->setSaveFloatAsHalf(a.flag("half"));
+        made->setCreator("Curlew");
+        c.give(GridValue{made});
+    };
+    if (a.flag("potentials")) {
+        if (!flow.hasTracks()) throw ValueError("potentials=1 needs a flow with tracks, and this one is a sum");
+        give(sampledGrid(flow.g(), *grid, "g", c.follow("g")));
+        give(sampledGrid(flow.f(), *grid, "f", c.follow("f")));
+    }
+    if (a.flag("density")) give(densityGrid(flow.domain(), *grid, c.follow("density")));
+    give(grid);
+}
+
+} // namespace
+
+Registry gridActions() {
+    return {
+        {.name = "mesh2ls",
+         .group = kGroup,
+         .summary = "turn a closed mesh into a level set",
+         .takes = {taken("mesh", {Kind::mesh}, "geo")},
+         .makes = {made("levelSet", {Kind::levelSet})},
+         .options = {integer("dim", "256", 1, 1e6, "voxels along the longest edge of the mesh's box"),
+                     instead(positive("voxel", "", "world units", "voxel size (default: from dim)"), {"dim"}),
+                     {.name = "width",
+                      .type = OptionType::real,
+                      .fallback = "3",
+                      .help = "half width of the narrow band; -bound widens it where it needs more",
+                      .unit = "voxels",
+                      .lower = 1,
+                      .upper = 1000},
+                     flag("open", "0", "accept a mesh with holes; those narrower than a voxel close by themselves"),
+                     ages("geo", "", "which geometry (default: the newest mesh)"),
+                     keep()},
+         .examples = {"curlew -read bunny.obj -mesh2ls voxel=0.01 -write bunny.vdb"},
+         .run = meshToLevelSetAction},
+        {.name = "velocity",
+         .group = kGroup,
+         .summary = "sample the newest flow on a sparse grid",
+         .takes = {stays("flow", {Kind::flow}), onRequest(stays("mask", {Kind::grid}, "mask"), "if mask= chooses one",
+                                                          [](const Arguments& given) { return given.given("mask"); })},
+         .makes = {made("g", {Kind::grid}, "potentials"), made("f", {Kind::grid}, "potentials"),
+                   made("density", {Kind::grid}, "density"), made("velocity", {Kind::velocity})},
+         .options = {integer("dim", "128", 1, 1e6, "voxels along the longest edge of the domain's box"),
+                     instead(positive("voxel", "", "world units", "voxel size (default: from dim)"), {"dim"}),
+                     flag("staggered", "0",
+                          "1: components on voxel faces (MAC), divergence-free to rounding; for solvers. 0: at "
+                          "centres; for Blender, RenderMan and most others"),
+                     text("name", "vel", "of the grid; hosts look for vel, v or velocity"),
+                     flag("half", "0", "write with 16 bits a value"),
+                     box("box", "sample here (default: the domain of the flow)"),
+                     notNegative("padding", "", "world units",
+                                 "how far around an obstacle to sample (default: the domain of the flow)"),
+                     ages("mask", "", "a grid whose active voxels, and no others, are sampled, in its resolution"),
+                     {.name = "skin",
+                      .type = OptionType::real,
+                      .fallback = "3",
+                      .help = "how far the grid reaches beyond the wall, fading to zero",
+                      .unit = "voxels",
+                      .lower = 1,
+                      .upper = 100},
+                     flag("density", "0", "also make a fog volume 'density' of the domain"),
+                     flag("potentials", "0", "also make grids 'f' and 'g' of the potentials")},
+         .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -velocity "
+                      "voxel=0.02 density=1 -write grid=0,1 smoke.vdb"},
+         .run = velocity}};
+}
+
+} // namespace curlew::app

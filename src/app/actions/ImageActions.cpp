@@ -1,0 +1,203 @@
+#include "Actions.h"
+#include "curlew/picture/Display.h"
+#include "curlew/picture/Lic.h"
+#include "curlew/picture/Lines.h"
+#include "curlew/picture/Slice.h"
+
+namespace curlew::app {
+
+namespace {
+
+using namespace options;
+
+const std::string kGroup = "pictures";
+constexpr double kMarginAroundWalls = 0.04;
+
+// --- what both show: a flow or field on a plane
+// --------------------------------------------------------------------------
+
+struct View {
+    Box box;
+    SliceOptions slice;
+};
+
+/// `subject`: what there is to see; `shape`: it has an outside, which is shown too.
+View viewOf(const Arguments& a, const Box& subject, bool shape) {
+    View view{.box = a.given("box") ? a.box("box") : subject,
+              .slice = {.axis = static_cast<int>(a.choice("axis")),
+                        .width = static_cast<int>(a.integer("width")),
+                        .margin = shape && !a.given("box") ? kMarginAroundWalls : 0}};
+    view.slice.position = a.given("position") ? a.real("position") : view.box.center()[view.slice.axis];
+    return view;
+}
+
+View viewOf(const Arguments& a, const Flow& flow) {
+    return viewOf(a, flow.domain().box, flow.domain().wall.has_value());
+}
+
+/// The options that both have, and then those of one.
+std::vector<Option> viewOptions(const std::vector<Option>& own) {
+    std::vector<Option> all{choice("axis", {"x", "y", "z"}, "the plane is perpendicular to it", "z"),
+                            real("position", "", "world units", "of the plane on that axis (default: the middle)"),
+                            integer("width", fmt::format("{}", SliceOptions{}.width), 1, 32768, "pixels across"),
+                            box("box", "what the picture has to show (default: the domain)")};
+    all.insert(all.end(), own.begin(), own.end());
+    return all;
+}
+
+/// What the view shows of a source, at one sample per pixel: for lines and arrows.
+Image sampled(const View& view, const SliceSource& source, const Monitor& monitor) {
+    SliceOptions single = view.slice;
+    single.supersampling = 1;
+    return slice(view.box, source, single, monitor);
+}
+
+// --- slices
+// --------------------------------------------------------------------------------------------------------
+
+const std::vector<std::string> kOfFlows{"speed", "vx", "vy", "vz", "along", "f", "g", "distance", "velocity"};
+const std::vector<std::string> kOfFields{"value", "slope", "gradient"};
+
+bool among(const std::vector<std::string>& names, const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// What of the object is shown, and the sources of lines and arrows on it.
+struct Subject {
+    View view;
+    SliceSource shown, contoured, vectors;
+    bool positive = false; ///< What is shown is never negative.
+};
+
+Subject flowSubject(const Context& c, const Arguments& a) {
+    const Flow flow = c.flow("what");
+    const std::string name = a.given("show") ? a.text("show") : "speed";
+    if (!among(kOfFlows, name)) throw ValueError(fmt::format("show={} needs a field, and the newest is a flow", name));
+    const bool scalar = name == "f" || name == "g" || name == "distance";
+    return {.view = viewOf(a, flow),
+            .shown = name == "along" ? alongSource(flow, a.vector("direction")) : flowSource(flow, name),
+            .contoured = flowSource(flow, scalar ? name : "f"),
+            .vectors = flowSource(flow, "velocity"),
+            .positive = name == "speed"};
+}
+
+Subject fieldSubject(const Context& c, const Arguments& a) {
+    const FieldValue& value = c.field("what");
+    const ScalarField field = inSpace(value.field);
+    const std::string name = a.given("show") ? a.text("show") : "value";
+    if (!among(kOfFields, name))
+        throw ValueError(
+            fmt::format("show={} needs a flow; of a field, {} can be seen", name, fmt::join(kOfFields, ", ")));
+    const bool bounded = value.sdf && value.sdf->bounds.finite();
+    return {.view = viewOf(a, bounded ? value.sdf->bounds : Domain{}.box, bounded),
+            .shown = fieldSource(field, name),
+            .contoured = fieldSource(field, "value"),
+            .vectors = fieldSource(field, "gradient"),
+            .positive = name == "slope" || (name == "value" && field.range().lower >= 0)};
+}
+
+void sliceAction(Context& c, const Arguments& a) {
+    const Subject subject = c.kind("what") == Kind::flow ? flowSubject(c, a) : fieldSubject(c, a);
+    const Monitor monitor = c.follow("slice");
+    Image image = slice(subject.view.box, subject.shown, subject.view.slice, monitor);
+    // Two colours for values of both signs, one scale for those that are never negative.
+    ColorMap map = subject.positive ? ColorMap::viridis : ColorMap::diverging;
+    if (a.choice("map") > 0 && !isVector(image)) map = static_cast<ColorMap>(a.choice("map") - 1);
+    const auto lines = static_cast<int>(a.integer("contours")), across = static_cast<int>(a.integer("arrows"));
+    if (lines > 0 || across > 0) {
+        image = displayed(image, automaticScale(image, map));
+        // Dark on the light middle of the diverging colours, light on the others.
+        const Vec3f ink = map == ColorMap::diverging ? Vec3f{{0.08f, 0.08f, 0.1f}} : Vec3f{{1, 1, 1}};
+        const double width = std::max(1.0, image.width / 640.0);
+        if (lines > 0)
+            drawLines(image, contours(sampled(subject.view, subject.contoured, monitor), lines),
+                      {.color = ink, .opacity = 0.7f, .width = width});
+        if (across > 0) {
+            const Image vectors = sampled(subject.view, subject.vectors, monitor);
+            const PicturePlane plane(subject.view.box, subject.view.slice);
+            drawLines(image, arrows(inPlane(vectors, plane), across), {.color = ink, .width = 1.6 * width});
+        }
+    }
+    c.give(std::make_shared<const ImageValue>(ImageValue{std::move(image), map}));
+}
+
+Action sliceDeclaration() {
+    std::vector<std::string> shown = kOfFlows, maps = namesOf(kColorMapNames);
+    shown.insert(shown.end(), kOfFields.begin(), kOfFields.end());
+    maps.resize(3); // the others are for light on a dark ground
+    maps.insert(maps.begin(), "auto");
+    return {.name = "slice",
+            .group = kGroup,
+            .summary = "a picture of the newest flow or field on a plane",
+            .takes = {stays("what", {Kind::flow, Kind::field})},
+            .makes = {made("image", {Kind::image})},
+            .options = viewOptions(
+                {choice("show", shown,
+                        "of a flow: speed, a component, a potential, the distance to the wall, or the velocity as "
+                        "colours; of a field (default: value) also slope, the length of its gradient"),
+                 vector("direction", "1,1,1", "", "of the component that show=along shows"),
+                 choice("map", maps, "colours of what is one number"),
+                 integer("contours", "0", 0, 1000,
+                         "so many iso-lines: of what is shown, or of the field, or f, where that is a component, a "
+                         "vector or its length; the image is then a picture"),
+                 integer("arrows", "0", 0, 1000,
+                         "so many arrows in a row: the velocity, or the gradient, in the plane; the longest fills its "
+                         "place")}),
+            .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn -slice show=speed "
+                         "-write speed.png speed.exr",
+                         "curlew -noise dim=2 frequency=2 -slice show=gradient -write gradient.png"},
+            .run = sliceAction};
+}
+
+// --- line integral convolution
+// --------------------------------------------------------------------------------------------------
+
+void licAction(Context& c, const Arguments& a) {
+    const Flow flow = c.flow("flow");
+    const Monitor monitor = c.follow("lic");
+    const View view = viewOf(a, flow);
+    const Image vectors = slice(view.box, flowSource(flow, "velocity"), view.slice, monitor);
+    const PicturePlane plane(view.box, view.slice);
+    Image picture = lic(inPlane(vectors, plane),
+                        {.length = a.given("length") ? a.real("length") : 0.06 * view.slice.width,
+                         .kernel = static_cast<LicKernel>(a.choice("kernel")),
+                         .grain = a.given("grain") ? a.real("grain") : std::max(1.25, view.slice.width / 800.0),
+                         .seed = static_cast<uint64_t>(a.integer("seed"))},
+                        monitor);
+    if (a.choice("color") == 0) {
+        const Image speed = slice(view.box, flowSource(flow, "speed"), view.slice, monitor);
+        ColorScale scale = automaticScale(speed, ColorMap::viridis);
+        scale.lower -= 0.25f * scale.upper; // the darkest colours would hide the streaks
+        picture = litBy(picture, displayed(speed, scale));
+    }
+    if (a.flag("outline") && flow.domain().wall) {
+        picture = displayed(picture, {.map = ColorMap::gray});
+        drawLines(picture, isoLines(sampled(view, wallSource(flow.domain()), monitor), std::array{0.0}),
+                  {.opacity = 0.9f, .width = std::max(1.5, picture.width / 500.0)});
+    }
+    c.give(std::make_shared<const ImageValue>(ImageValue{std::move(picture), ColorMap::gray}));
+}
+
+Action licDeclaration() {
+    return {
+        .name = "lic",
+        .group = kGroup,
+        .summary = "a picture of the newest flow on a plane as streaks: line integral convolution",
+        .takes = {stays("flow", {Kind::flow})},
+        .makes = {made("image", {Kind::image})},
+        .options = viewOptions({positive("length", "", "pixels", "of the streaks (default: 6 % of the width)"),
+                                choice("kernel", kLicKernelNames, "how the noise is averaged along a streak"),
+                                positive("grain", "", "pixels", "of the noise (default: 1.25, more in wide pictures)"),
+                                integer("seed", "0", 0, 0x1p53 - 1, "another seed, another noise"),
+                                choice("color", {"speed", "none"}, "by what the streaks are coloured"),
+                                flag("outline", "1", "draw the wall")}),
+        .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn -lic -write lic.png",
+                     "curlew -noise dim=2 frequency=2 -dfvn -lic color=none -write lic.png"},
+        .run = licAction};
+}
+
+} // namespace
+
+Registry imageActions() { return {sliceDeclaration(), licDeclaration()}; }
+
+} // namespace curlew::app

@@ -1,0 +1,288 @@
+#include "Actions.h"
+#include "curlew/app/registry/Text.h"
+#include "curlew/field/Algebra.h"
+#include "curlew/field/Map.h"
+#include "curlew/field/NoiseField.h"
+
+#include <numbers>
+
+namespace curlew::app {
+
+namespace {
+
+using namespace options;
+
+/// How time enters a noise.
+enum class Animate { automatic, alpha, slice, offset };
+
+/// A type of noise: its name, its dimensions, those of the options below that only some types have, and its maker.
+struct NoiseType {
+    std::string name, what;
+    std::vector<std::string> options;
+    Animate animate; ///< The default.
+    int lowest, highest;
+    AnyField (*make)(Context&, const Arguments&);
+};
+
+const std::vector<NoiseType>& noiseTypes();
+
+const NoiseType& typeOf(const Arguments& a) { return noiseTypes()[a.choice("type")]; }
+int dimension(const Arguments& a) { return static_cast<int>(a.integer("dim")); }
+
+/// Refuses options that the type of noise does not have.
+void requireOptionsOfType(const Arguments& a) {
+    const NoiseType& type = typeOf(a);
+    if (dimension(a) < type.lowest || dimension(a) > type.highest)
+        throw ValueError(
+            fmt::format("type={} has {} to {} dimensions, not {}", type.name, type.lowest, type.highest, dimension(a)));
+    for (const auto& other : noiseTypes())
+        for (const auto& option : other.options)
+            if (a.given(option) && std::find(type.options.begin(), type.options.end(), option) == type.options.end())
+                throw ValueError(
+                    fmt::format("type={} has no option '{}'; it has {}", type.name, option, join(type.options, ", ")));
+}
+
+/// The options of the noise's own that it has. Periods are those of the first N axes.
+template <class Noise, int N>
+typename Noise::Options optionsOf(const Arguments& a) {
+    typename Noise::Options o;
+    o.seed = static_cast<uint64_t>(a.integer("seed"));
+    if constexpr (requires { o.period; }) {
+        const auto period = a.coordinates<N>("period");
+        for (int axis = 0; axis < N; ++axis) {
+            if (period[axis] != std::floor(period[axis]) || std::abs(period[axis]) > 1e6)
+                throw ValueError(fmt::format("period={} must be whole numbers of cells, 0 for none", period[axis]));
+            o.period[axis] = static_cast<int>(period[axis]);
+        }
+    }
+    if constexpr (requires { o.alpha; }) o.alpha = a.real("alpha");
+    if constexpr (requires { o.rotation; }) o.rotation = static_cast<decltype(o.rotation)>(a.choice("rotation"));
+    if constexpr (requires { o.grid; }) o.grid = static_cast<decltype(o.grid)>(a.choice("grid"));
+    if constexpr (requires { o.gradients; }) o.gradients = static_cast<decltype(o.gradients)>(a.choice("gradients"));
+    if constexpr (requires { o.power; }) o.power = static_cast<int>(a.integer("power"));
+    if constexpr (requires { o.kernel; }) o.kernel = static_cast<decltype(o.kernel)>(a.choice("kernel"));
+    if constexpr (requires { o.waves; }) o.waves = static_cast<int>(a.integer("waves"));
+    if (Noise::kDimension == 2 && (a.given("rotation") || a.given("grid")))
+        throw ValueError("rotation and grid are choices in 3D; in 2D there is only one of each");
+    return o;
+}
+
+OctaveOptions octaveOptions(const Arguments& a) {
+    return {.frequency = a.real("frequency"),
+            .octaves = static_cast<int>(a.integer("octaves")),
+            .lacunarity = a.real("lacunarity"),
+            .gain = a.real("gain"),
+            .amplitude = a.real("amplitude"),
+            .normalize = a.flag("normalize"),
+            .turbulence = a.real("turbulence"),
+            .warp = a.real("warp")};
+}
+
+/// Says where the noise tiles with another period than was asked for.
+template <class Noise>
+void tellTiling([[maybe_unused]] Context& c, [[maybe_unused]] const typename Noise::Options& options) {
+    if constexpr (requires(const Noise& n) { n.tilingPeriod(); }) {
+        const auto tiling = Noise(options).tilingPeriod();
+        for (int axis = 0; axis < Noise::kDimension; ++axis)
+            if (options.period[axis] > 0 && tiling[axis] != options.period[axis])
+                c.say(fmt::format("noise: a period of {} along {} tiles only after {}", options.period[axis],
+                                  "xyz"[axis], tiling[axis]));
+    }
+}
+
+/// The last coordinates of a noise of more dimensions, as functions of time: a straight line, or for a loop a circle,
+/// passed at one unit a second. In cells, so time is not scaled with the frequency.
+template <int N, class Noise>
+ScalarFieldN<N> sliceAt(const Arguments& a, double time, double loop) {
+    constexpr int kExtra = Noise::kDimension - N;
+    const OctaveOptions octaves = octaveOptions(a);
+    const auto field = noiseField<Noise>(optionsOf<Noise, N>(a), octaves);
+    const auto constant = [&](double cells) { return constantField<N>(cells / octaves.frequency); };
+    if constexpr (kExtra == 1) {
+        return lifted<N>(field, {constant(time)});
+    } else {
+        const double radius = loop / (2 * std::numbers::pi), angle = time / radius;
+        return lifted<N>(field, {constant(radius * std::cos(angle)), constant(radius * std::sin(angle))});
+    }
+}
+
+/// The noise of N dimensions at a time, where that is one of N + 1 or N + 2.
+template <template <int> class Noise, int N, int Lowest, int Highest>
+ScalarFieldN<N> sliced(const Arguments& a, double time) {
+    const bool loops = a.given("loop");
+    if constexpr (N + 1 <= Highest && N + 1 >= Lowest)
+        if (!loops) return sliceAt<N, Noise<N + 1>>(a, time, 0);
+    if constexpr (N + 2 <= Highest && N + 2 >= Lowest)
+        if (loops) return sliceAt<N, Noise<N + 2>>(a, time, a.real("loop"));
+    throw ValueError(
+        fmt::format("time as a slice{} needs {} dimensions, and type={} has {} at most; choose another "
+                    "animate=, or type=simplex",
+                    loops ? " that loops" : "", N + (loops ? 2 : 1), typeOf(a).name, Highest));
+}
+
+/// The noise, moved along its last axis by one unit a second, or in a loop by one period.
+template <class Noise>
+double movedBy(const Arguments& a, const typename Noise::Options& options, double time) {
+    double period = 0; // cells
+    if constexpr (requires { options.period; }) {
+        period = options.period[Noise::kDimension - 1];
+        if constexpr (requires(const Noise& n) { n.tilingPeriod(); })
+            period = static_cast<double>(Noise(options).tilingPeriod()[Noise::kDimension - 1]);
+        if constexpr (requires { Noise::kOwnPeriod; })
+            if (period == 0) period = Noise::kOwnPeriod;
+    }
+    if (a.given("loop")) {
+        if (!(period > 0))
+            throw ValueError(
+                "a loop by an offset needs a period along the last axis; give period=, or another animate=");
+        return period / a.real("frequency") * (time / a.real("loop"));
+    }
+    return period > 0 ? std::fmod(time, period / a.real("frequency")) : time;
+}
+
+/// The noise of N dimensions with all its options.
+template <template <int> class Noise, int N, int Lowest, int Highest>
+AnyField makeInDimension(Context& c, const Arguments& a) {
+    auto options = optionsOf<Noise<N>, N>(a);
+    tellTiling<Noise<N>>(c, options);
+    PlacementN<N> placement{.offset = a.coordinates<N>("offset"), .rotate = a.vector("rotate")};
+    if (a.given("loop") && !a.given("time")) throw ValueError("loop= needs time=, the place in the loop in seconds");
+    if (!a.given("time")) {
+        if (a.given("animate")) throw ValueError("animate= needs time=, in seconds");
+        return placed(noiseField<Noise<N>>(options, octaveOptions(a)), placement);
+    }
+    double time = a.real("time");
+    if (a.given("loop")) time -= a.real("loop") * std::floor(time / a.real("loop")); // so that it closes to the bit
+    auto how = static_cast<Animate>(a.choice("animate"));
+    if (how == Animate::automatic) how = typeOf(a).animate;
+    switch (how) {
+        case Animate::automatic:
+        case Animate::alpha:
+            if constexpr (requires { options.alpha; })
+                options.alpha += a.given("loop") ? 2 * std::numbers::pi * time / a.real("loop") : time;
+            else
+                throw ValueError(
+                    fmt::format("type={} has no gradients that turn; animate=alpha is for psrd", typeOf(a).name));
+            break;
+        case Animate::slice:
+            return placed(sliced<Noise, N, Lowest, Highest>(a, time), placement);
+        case Animate::offset:
+            placement.offset[N - 1] -= movedBy<Noise<N>>(a, options, time);
+            break;
+    }
+    return placed(noiseField<Noise<N>>(options, octaveOptions(a)), placement);
+}
+
+template <template <int> class Noise, int Lowest, int Highest, int N = Lowest>
+AnyField make(Context& c, const Arguments& a) {
+    if constexpr (N < Highest)
+        if (dimension(a) != N) return make<Noise, Lowest, Highest, N + 1>(c, a);
+    return makeInDimension<Noise, N, Lowest, Highest>(c, a);
+}
+
+template <template <int> class Noise, int Lowest, int Highest>
+NoiseType noiseType(std::string name, std::string what, std::vector<std::string> options, Animate animate) {
+    return {std::move(name),
+            std::move(what),
+            std::move(options),
+            animate,
+            Lowest,
+            Highest,
+            [](Context& c, const Arguments& a) { return make<Noise, Lowest, Highest>(c, a); }};
+}
+
+const std::vector<NoiseType>& noiseTypes() {
+    static const std::vector<NoiseType> types{
+        noiseType<PsrdN, 2, 3>("psrd", "tiling simplex noise with rotating gradients (Gustavson and McEwan 2021)",
+                               {"period", "alpha", "rotation", "grid"}, Animate::alpha),
+        noiseType<ValueNoise, 1, 3>("value", "values at lattice vertices (Catlike Coding)", {"period"},
+                                    Animate::offset),
+        noiseType<PerlinNoise, 1, 3>("perlin", "gradients at lattice vertices (Perlin 2002, Catlike Coding)",
+                                     {"period", "gradients"}, Animate::offset),
+        noiseType<GradientNoise, 2, 3>("gradient", "gradient noise with an integer hash (Quilez)", {"period"},
+                                       Animate::offset),
+        noiseType<SimplexNoise, 2, 7>("simplex", "simplex noise in up to 7 dimensions", {"power", "kernel"},
+                                      Animate::slice),
+        noiseType<SineNoise, 1, 7>("sine", "a sum of plane waves, infinitely smooth", {"period", "waves"},
+                                   Animate::slice)};
+    return types;
+}
+
+AnyField makeNoise(Context& c, const Arguments& a) {
+    requireOptionsOfType(a);
+    return typeOf(a).make(c, a);
+}
+
+Option typeOption() {
+    std::vector<std::string> names;
+    std::string help;
+    for (const auto& type : noiseTypes()) {
+        names.push_back(type.name);
+        help += fmt::format("{}{} ({}D to {}D): {}", help.empty() ? "" : "; ", type.name, type.lowest, type.highest,
+                            type.what);
+    }
+    return choice("type", names, help);
+}
+
+std::vector<Option> noiseOptions() {
+    return {
+        typeOption(),
+        integer("dim", "3", 1, 7, "its dimensions"),
+        positive("frequency", "1", "1 / world unit", "cells per world unit of the first octave"),
+        integer("octaves", "1", 1, 32, "copies at rising frequency that are summed"),
+        positive("lacunarity", "2", "", "each octave's frequency over the one before"),
+        real("gain", "0.5", "", "each octave's amplitude over the one before"),
+        integer("seed", "0", 0, 0x1p53 - 1,
+                "0 is the published function; others are independent of it and of each other"),
+        coordinates("offset", "0", "world units", "where the origin of the noise goes"),
+        vector("rotate", "0,0,0", "degrees", "turn about x, then y, then z; in 2D about z"),
+        real("amplitude", "1", "", "factor on the whole"),
+        flag("normalize", "1", "divide by the sum of the octaves' amplitudes"),
+        notNegative("turbulence", "0", "",
+                    "above 0: sum |n| of each octave, its crease rounded where |n| is below about this value, so that "
+                    "it stays C²"),
+        real("warp", "0", "cells",
+             "gradient advection: displace each octave by so much times the gradient of the octaves before it"),
+        coordinates("period", "0", "cells",
+                    "tile after so many cells of the first octave along each axis; 0: never (value and perlin: 256)"),
+        real("time", "", "s", "a moment of an animation of the noise"),
+        positive("loop", "", "s", "the animation is back where it began after this time"),
+        choice(
+            "animate", {"auto", "alpha", "slice", "offset"},
+            "time turns the gradients, by a radian a second (alpha; psrd's default); or is one more coordinate (slice; "
+            "simplex and sine), for a loop two on a circle; or moves the noise along its last axis (offset; the "
+            "others)"),
+        real("alpha", "0", "radians", "psrd: rotation of the gradients (flow noise); a full turn is 6.2832"),
+        choice("rotation", {"default", "fast"}, "psrd 3D: how alpha turns them; fast is another noise"),
+        choice("grid", {"axis", "perlin"},
+               "psrd 3D: axis tiles with any period, and shows its grid in axis-parallel slices; perlin tiles with "
+               "multiples of 3, and does not"),
+        choice("gradients", {"catlike", "reference"}, "perlin 3D: the tutorial's order of gradients, or Perlin's"),
+        integer("power", "4", 3, 4, "simplex: of the kernel; 3 is C², 4 is C³"),
+        choice(
+            "kernel", {"smooth", "corners", "published", "published-continuous"},
+            "simplex: smooth has no empty regions, corners has some in 6D and 7D; the published ones are Macomber's, "
+            "with his radius (which jumps) or with r² = 1/2"),
+        integer("waves", "8", 1, SineNoise<3>::kMostWaves, "sine: how many")};
+}
+
+} // namespace
+
+Registry noiseActions() {
+    return {{.name = "noise",
+             .group = "fields",
+             .summary = "a noise with exact derivatives",
+             .makes = {made("field", {Kind::field})},
+             .options = noiseOptions(),
+             .examples = {"curlew -noise frequency=2 octaves=3 seed=7 -slice box=-2,-2,-2,2,2,2 -write noise.png",
+                          "curlew -noise type=simplex dim=4 -probe in.csv out.csv",
+                          "curlew -noise dim=2 period=4 octaves=4 warp=-0.3 time=0.5 loop=2 -slice -write loop.png"},
+             .evaluation = Evaluation::anyTime,
+             .run = [](Context& c, const Arguments& a) { c.give(FieldValue{makeNoise(c, a)}); },
+             .makesWith =
+                 [](const Arguments& a, const auto&, const World&) {
+                     return std::vector{Object{.kind = Kind::noise, .dimension = dimension(a), .name = "field"}};
+                 }}};
+}
+
+} // namespace curlew::app

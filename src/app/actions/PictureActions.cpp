@@ -1,0 +1,190 @@
+#include "../run/Figures.h"
+#include "Actions.h"
+#include "curlew/app/registry/Text.h"
+#include "curlew/base/AtomicFile.h"
+#include "curlew/picture/Display.h"
+#include "curlew/picture/Legend.h"
+#include "curlew/picture/Panels.h"
+#include "curlew/picture/Plot.h"
+#include "curlew/picture/Warp.h"
+
+namespace curlew::app {
+
+namespace {
+
+using namespace options;
+
+const std::string kGroup = "pictures";
+
+// --- panels
+// ---------------------------------------------------------------------------------------------------------
+
+void panelsAction(Context& c, const Arguments& a) {
+    std::vector<Image> images, pictures;
+    for (size_t k = 0; k < c.count("images"); ++k) images.push_back(c.image("images", k).image);
+    const bool common = a.choice("scale") == 1;
+    for (size_t k = 0; k < images.size(); ++k) {
+        const Image& image = images[k];
+        const ColorMap map = c.image("images", k).map;
+        if (image.channels.size() > 1) {
+            pictures.push_back(displayed(image, automaticScale(image, ColorMap::diverging)));
+            continue;
+        }
+        const ColorScale scale = common ? commonScale(images, map) : automaticScale(image, map);
+        pictures.push_back(a.flag("legend") ? withLegend(image, scale, image.channels.front())
+                                            : colorize(image, scale));
+    }
+    PanelOptions options{.columns = static_cast<int>(a.integer("columns"))};
+    if (a.given("gap")) options.gap = static_cast<int>(a.integer("gap"));
+    if (a.given("labels")) options.labels = split(withFigures(c.wholeReport(), a.text("labels")), '|');
+    c.give(std::make_shared<const ImageValue>(ImageValue{panels(pictures, options), ColorMap::gray}));
+}
+
+Input panelInput() {
+    Input input = several(taken("images", {Kind::image}), 1, 10000, "as many as count= says, or all there are");
+    input.amountWith = [amount = input.amount](const Arguments& a, const Scope& scope) {
+        if (scope.linked()) return amount;
+        const size_t count = a.given("count") ? static_cast<size_t>(a.integer("count")) : scope.count({Kind::image});
+        return Amount{std::max(count, size_t{1}), std::max(count, size_t{1})};
+    };
+    return input;
+}
+
+Action panelsDeclaration() {
+    return {.name = "panels",
+            .group = kGroup,
+            .summary = "join images into one picture, the oldest of them first",
+            .takes = {panelInput()},
+            .makes = {made("image", {Kind::image})},
+            .options = {selector(integer("count", "", 1, 10000, "the newest so many (default: all there are)")),
+                        integer("columns", fmt::format("{}", PanelOptions{}.columns), 0, 10000,
+                                "pictures in a row; 0: all of up to three, else about as many columns as rows"),
+                        integer("gap", "", 0, 10000, "pixels between them (default: a hundredth of the width)"),
+                        text("labels", "",
+                             "a line above each picture: a|b|c; [ACTION/FIGURE] in it is that figure of the report, "
+                             "[[ a plain ["),
+                        flag("legend", "1", "a colour bar below those that have one channel"),
+                        choice("scale", {"own", "common"},
+                               "of those that have one channel: colours by its own values, or by those of all"),
+                        keep()},
+            .examples = {"curlew -noise dim=2 frequency=2 -slice -noise dim=2 frequency=4 -slice -panels "
+                         "labels='two cells|four cells' -write noises.png"},
+            .readsReport = true,
+            .run = panelsAction};
+}
+
+// --- warps
+// ----------------------------------------------------------------------------------------------------------
+
+void warpAction(Context& c, const Arguments& a) {
+    const AnyFlow& any = c.anyFlow("flow");
+    const auto* flow = std::get_if<FlowN<2>>(&any);
+    if (!flow)
+        throw ValueError(fmt::format("the newest flow has {} dimensions; a warp needs one of 2, made of a -noise dim=2",
+                                     dimensionOf(any)));
+    const BoxN<2>& box = flow->domain().box;
+    const ImageValue* source = c.has("image") ? &c.image("image") : nullptr;
+    int width = source ? source->image.width : 960, height = source ? source->image.height : 0;
+    if (a.given("width")) width = static_cast<int>(a.integer("width"));
+    if (a.given("width") || !source)
+        height = std::max(1, static_cast<int>(std::lround(width * box.size()[1] / box.size()[0])));
+    const Texture2 texture =
+        source ? textureOf(displayed(source->image, automaticScale(source->image, source->map)), box) : wavePattern;
+    Image picture = warpedPicture(*flow, texture, box, width, height,
+                                  {.time = a.real("time"),
+                                   .steps = static_cast<int>(a.integer("steps")),
+                                   .scheme = static_cast<Scheme>(a.choice("scheme")),
+                                   .reprojections = static_cast<int>(a.integer("reprojections")),
+                                   .supersampling = static_cast<int>(a.integer("supersampling"))},
+                                  c.follow("warp"));
+    c.give(std::make_shared<const ImageValue>(ImageValue{std::move(picture), ColorMap::gray}));
+}
+
+Action warpDeclaration() {
+    const WarpOptions o;
+    const auto noPattern = [](const Arguments& a) { return a.choice("pattern") == 0; };
+    return {.name = "warp",
+            .group = kGroup,
+            .summary = "move the pixels of an image along the newest flow of 2 dimensions",
+            .takes = {onlyIf(stays("image", {Kind::image}, "image"), "only with pattern=none", noPattern),
+                      stays("flow", {Kind::flow})},
+            .makes = {made("image", {Kind::image})},
+            .options = {real("time", fmt::format("{}", o.time), "s",
+                             "each pixel shows what is where the flow takes it in this time; negative: where it comes "
+                             "from, so that the image moves with the flow"),
+                        integer("steps", fmt::format("{}", o.steps), 1, 1e6, "steps of equal length"),
+                        choice("scheme", {kSchemeNames.begin(), kSchemeNames.begin() + 3}, "integrator",
+                               std::string(kSchemeNames[static_cast<size_t>(o.scheme)])),
+                        integer("reprojections", fmt::format("{}", o.reprojections), 0, 1000,
+                                "corrections of Newton's method after each step"),
+                        choice("pattern", {"none", "waves"}, "instead of an image: coloured waves"),
+                        ages("image", "", "which image (default: the newest); it fills the box of the flow"),
+                        integer("width", "", 1, 32768, "pixels across (default: those of the image; of waves 960)"),
+                        integer("supersampling", "2", 1, 16, "places in a pixel along each edge, averaged")},
+            .examples = {"curlew -noise type=gradient dim=2 frequency=7 -dfvn box=0,0,0,1.7778,1,1 -warp pattern=waves "
+                         "-write warped.png",
+                         "curlew -read plate.png -noise dim=2 frequency=3 -dfvn box=0,0,0,1.5,1,1 -warp time=-0.05 "
+                         "-write warped.exr"},
+            .run = warpAction};
+}
+
+void compareAction(Context& c, const Arguments& a) {
+    const ImageDifference difference = differenceOf(c.image("image").image, c.image("other").image);
+    const std::string name = a.text("name");
+    c.say(fmt::format("{}: root mean square difference {:.4g}, largest {:.4g}", name, difference.rms,
+                      difference.largest));
+    c.report(name) = {{"rmse", difference.rms}, {"largest", difference.largest}, {"unmatched", difference.unmatched}};
+}
+
+Action compareDeclaration() {
+    return {
+        .name = "compare",
+        .group = kGroup,
+        .summary = "how the newest image differs from another: root mean square and largest difference of their values",
+        .takes = {stays("other", {Kind::image}, "with"), stays("image", {Kind::image})},
+        .makes = {made("report", {Kind::report})},
+        .options = {ages("with", "1", "the other image: 1 is the one before"),
+                    text("name", "compare", "of the figures in the report")},
+        .examples = {"curlew -read a.exr b.exr -compare -expect compare/rmse most=0.01"},
+        .evaluation = Evaluation::effect,
+        .run = compareAction};
+}
+
+// --- plots
+// ----------------------------------------------------------------------------------------------------------
+
+void plotAction(Context& c, const Arguments& a) {
+    const std::string svg = plotSvg(readPlotData(a.words()[0]), {.title = a.text("title"),
+                                                                 .xLabel = a.text("x"),
+                                                                 .yLabel = a.text("y"),
+                                                                 .logX = a.flag("logx"),
+                                                                 .logY = a.flag("logy"),
+                                                                 .width = static_cast<int>(a.integer("width")),
+                                                                 .height = static_cast<int>(a.integer("height"))});
+    writeAtomically(a.words()[1], [&](std::ostream& out) { out << svg; });
+    c.say(fmt::format("wrote {}", a.words()[1]));
+}
+
+Action plotDeclaration() {
+    const PlotOptions o;
+    return {.name = "plot",
+            .group = kGroup,
+            .summary = "curves of a table: the first column of a .csv is x, each other one a curve; into an .svg",
+            .makes = {made("file", {Kind::file})},
+            .options = {text("title", "", "above the plot"),
+                        text("x", "", "below it (default: the first column's name)"), text("y", "", "beside it"),
+                        flag("logx", "0", "a logarithmic axis"), flag("logy", "0", "a logarithmic axis"),
+                        integer("width", fmt::format("{}", o.width), 200, 10000, "pixels"),
+                        integer("height", fmt::format("{}", o.height), 200, 10000, "pixels")},
+            .positional = {"IN.csv OUT.svg", 2, 2},
+            .examples = {"curlew -plot errors.csv errors.svg logx=1 logy=1 title='error of the track' y=error"},
+            .evaluation = Evaluation::effect,
+            .run = plotAction,
+            .prepare = [](const Arguments& a) { checkWritable(a.words()[1]); }};
+}
+
+} // namespace
+
+Registry pictureActions() { return {panelsDeclaration(), warpDeclaration(), compareDeclaration(), plotDeclaration()}; }
+
+} // namespace curlew::app

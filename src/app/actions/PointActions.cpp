@@ -1,0 +1,258 @@
+#include "Actions.h"
+#include "ScatterDomain.h"
+#include "TrackOptions.h"
+#include "curlew/app/registry/InContext.h"
+#include "curlew/base/Memory.h"
+#include "curlew/track/Distance.h"
+#include "curlew/track/Neighbours.h"
+#include "curlew/track/Pathlines.h"
+#include "curlew/track/Scatter.h"
+#include "curlew/track/Snap.h"
+#include "curlew/track/VolumeChange.h"
+
+#include <utility>
+
+namespace curlew::app {
+
+namespace {
+
+using namespace options;
+
+const std::string kGroup = "points";
+
+void scatterAction(Context& c, const Arguments& a) {
+    const auto count = static_cast<size_t>(a.integer("count"));
+    const Domain domain = scatterDomain(c, a);
+    requireMemory(static_cast<double>(count) * Particles::kBytes, fmt::format("{} points", count), "scatter fewer");
+    givePoints(c, scatter(domain, count, static_cast<uint64_t>(a.integer("seed")), c.follow("scatter")));
+}
+
+const Binding<AdvectOptions>& advectBinding() {
+    static const auto binding =
+        Binding<AdvectOptions>()
+            .add(
+                real("time", "", "s",
+                     "how long; negative runs backward; after -frames the default is from frame to frame"),
+                [](auto& o) -> auto& { return o.time; })
+            .add(
+                integer("steps", "", 1, 1e9, "steps of equal length; after -frames the default is its substeps"),
+                [](auto& o) -> auto& { return o.steps; })
+            .add(
+                choice("scheme", kSchemeNames,
+                       "integrator; rk23 (Bogacki-Shampine) and rk45 (Dormand-Prince) shorten their steps until they "
+                       "are accurate"),
+                [](auto& o) -> auto& { return o.scheme; })
+            .add(
+                positive("accuracy", "", "world units", "of rk23 and rk45: the error of a step"),
+                [](auto& o) -> auto& { return o.accuracy; })
+            .addOptional(
+                positive("longest", "", "world units", "no step moves a point farther (default: any)"),
+                [](auto& o) -> auto& { return o.maxStep; })
+            .include(
+                reprojectionBinding({},
+                                    "how points are kept on their track; with none, and in flows that are sums, "
+                                    "they drift, and cross walls",
+                                    "point waits"),
+                [](auto& o) -> auto& { return o.reprojection; });
+    return binding;
+}
+
+AdvectOptions advectOptions(const Context& c, const Arguments& a) {
+    AdvectOptions options = advectBinding().read(a);
+    if (c.clock() && !a.given("time")) {
+        options.time = c.clock()->duration;
+        options.byAge = true;
+    }
+    if (c.clock() && !a.given("steps")) options.steps = c.clock()->substeps;
+    if (a.given("dt"))
+        options.steps =
+            inContextOf("dt=" + a.written().at("dt"), [&] { return std::max(1, stepsOf(options.time, a.real("dt"))); });
+    return options;
+}
+
+void reportAdvect(Context& c, const AdvectResult& result, const Particles& particles) {
+    c.say(
+        fmt::format("advect: {} points, {:.3g} corrections a step, residuals f {:.1e} g {:.1e}, {} steps redone, {} "
+                    "points not converged, {} outside",
+                    result.points, result.meanIterations, result.residual[0], result.residual[1], result.retries,
+                    result.notConverged, result.outside));
+    if (result.coarse > 0)
+        c.warn(fmt::format("{} of {} steps are coarser than asked for; give more steps or halvings", result.coarse,
+                           result.substeps));
+    if (result.overrun > 0) c.warn(fmt::format("a moving wall ran over {} points; give more steps", result.overrun));
+    auto& report = c.report("advect");
+    if (!report.is_object()) report = nlohmann::ordered_json::object();
+    const auto total = [&](const char* name, size_t now) {
+        return (c.clock() ? report.value(name, size_t{0}) : 0) + now;
+    };
+    const size_t outsideMost = std::max(c.clock() ? report.value("outside_most", size_t{0}) : 0, result.outside);
+    report = {{"points", result.points},
+              {"substeps", total("substeps", result.substeps)},
+              {"retries", total("retries", result.retries)},
+              {"kept_back", total("kept_back", result.stalled)},
+              {"coarse", total("coarse", result.coarse)},
+              {"overrun", total("overrun", result.overrun)},
+              {"not_converged", result.notConverged},
+              {"iterations_mean", result.meanIterations},
+              {"residual_f", result.residual[0]},
+              {"residual_g", result.residual[1]},
+              {"speed_max", particles.maxSpeed()},
+              {"outside", result.outside},
+              {"outside_most", outsideMost}};
+}
+
+/// How the flow changes volumes on the way that some of the points are about to go.
+void reportVolumes(Context& c, const Arguments& a, const FlowInTime& flow, double begin, const AdvectOptions& options,
+                   const Particles& particles) {
+    const auto count = std::min(static_cast<size_t>(a.integer("jacobian")), particles.size());
+    std::vector<Vec3d> sample;
+    for (size_t k = 0; k < count; ++k) {
+        const size_t n = k * particles.size() / count;
+        sample.push_back({{particles.x[n], particles.y[n], particles.z[n]}});
+    }
+    const VolumeChange change = volumeChange(flow, sample, begin, options, 0, c.follow("volumes"));
+    c.say(fmt::format("advect: volumes change by a factor of {:.6g}, from {:.6g} to {:.6g} for 90 % of {} samples",
+                      change.median, change.lower, change.upper, change.samples));
+    c.report("volume") = {
+        {"samples", change.samples}, {"median", change.median}, {"lower", change.lower}, {"upper", change.upper}};
+}
+
+void advectAction(Context& c, const Arguments& a) {
+    const FlowInTime flow = c.flowInTime("flow");
+    const double begin = c.clock() ? c.clock()->begin : 0;
+    AdvectOptions options = advectOptions(c, a);
+    if (!flow.at(begin).hasTracks() && !a.given("reproject")) {
+        options.reprojection.method = Reprojection::none;
+        c.warn("this flow is a sum and has no tracks: points drift, and may cross walls");
+    }
+    PointSet set = c.takePoints("points");
+    Particles& particles = set.particles;
+    const TrackedFlow tracked = c.tracked("flow");
+    if (tracked.identity != set.tracked.identity || tracked.frame != set.tracked.frame)
+        for (auto* track : {&particles.f, &particles.g}) track->clear(); // of another flow
+    set.tracked = tracked;
+    if (a.integer("jacobian") > 0) reportVolumes(c, a, flow, begin, options, particles);
+    const Monitor monitor = c.follow("advect");
+    if (!a.flag("trails")) {
+        reportAdvect(c, advect(flow, particles, begin, options, monitor), particles);
+        return c.give(std::make_shared<PointSet>(std::move(set)));
+    }
+    Pathlines pathlines = advectWithPathlines(flow, particles, begin, options, monitor);
+    reportAdvect(c, pathlines.result, particles);
+    c.give(std::make_shared<PointSet>(std::move(set)));
+    c.give(std::make_shared<const Curves>(std::move(pathlines.curves)));
+}
+
+void snapAction(Context& c, const Arguments& a) {
+    PointSet set = c.takePoints("points");
+    const double reach = a.real("reach");
+    const ScalarField field = a.given("iso") ? inSpace(c.field("field").field) : c.sdf("surface", reach).distance;
+    const SnapResult result =
+        snap(field, a.given("iso") ? a.real("iso") : 0, set.particles, reach, 1e-9, c.follow("snap"));
+    c.say(fmt::format("snap: {} points, moved by {:.4g} in the mean; {} are too far away", result.points, result.moved,
+                      result.missed));
+    c.report("snap") = {{"points", result.points}, {"moved", result.moved}, {"missed", result.missed}};
+    c.give(std::make_shared<PointSet>(std::move(set)));
+}
+
+void distanceAction(Context& c, const Arguments&) {
+    const Monitor monitor = c.follow("distance");
+    if (kindOf(c.value("what", 0)) != kindOf(c.value("what", 1)))
+        throw ValueError("both have to be points, or both curves");
+    const Distance d = c.kind("what") == Kind::points
+                           ? distanceBetween(c.points("what", 0).particles, c.points("what", 1).particles, monitor)
+                           : distanceBetween(*c.curves("what", 0), *c.curves("what", 1), monitor);
+    c.say(fmt::format("distance: {:.6g} in the mean, {:.6g} at most, of {} pairs", d.mean, d.max, d.pairs));
+    auto& report = c.report("distance");
+    const size_t earlier = c.clock() && report.is_object() ? report.value("unmatched_all", size_t{0}) : 0;
+    report = {{"pairs", d.pairs}, {"mean", d.mean},           {"rms", d.rms},
+              {"max", d.max},     {"unmatched", d.unmatched}, {"unmatched_all", earlier + d.unmatched}};
+}
+
+void spacingAction(Context& c, const Arguments& a) {
+    const Particles& particles = c.points("points").particles;
+    requireMemory(static_cast<double>(particles.size()) * sizeof(Vec3d), fmt::format("{} points", particles.size()),
+                  "give fewer");
+    std::vector<Vec3d> points(particles.size());
+    for (size_t k = 0; k < points.size(); ++k) points[k] = {{particles.x[k], particles.y[k], particles.z[k]}};
+    const Spacing spacing = spacingOf(points, c.follow("spacing"));
+    const std::string name = a.text("name");
+    c.say(fmt::format("{}: from each of {} points to the nearest other it is {:.4g} in the median, {:.4g} at least",
+                      name, points.size(), spacing.median, spacing.minimum));
+    c.report(name) = {{"points", points.size()}, {"median", spacing.median}, {"minimum", spacing.minimum}};
+}
+
+std::vector<Option> advectDeclared() {
+    std::vector<Option> all = advectBinding().options();
+    all.insert(all.begin() + 2,
+               instead(positive("dt", "", "s", "instead of steps: how long one is, at most"), {"steps"}));
+    all.push_back(integer("jacobian", "0", 0, 1e6,
+                          "for so many of the points, measure how the flow changes volumes on their way"));
+    all.push_back(flag("trails", "0", "1: also make curves of the ways that they go, with a vertex at each step"));
+    all.push_back(keep());
+    return all;
+}
+
+} // namespace
+
+Registry pointActions() {
+    return {
+        {.name = "scatter",
+         .group = kGroup,
+         .summary = "random points in the domain of the newest flow, shape or level set",
+         .takes = {domainInput()},
+         .makes = {made("points", {Kind::points})},
+         .options = {integer("count", "10000", 1, 1e15, "how many"),
+                     integer("seed", "0", 0, 0x1p53 - 1, "another seed, other points"),
+                     box("box", "the box to fill (default: that of the domain)"),
+                     ages("grid", "", "a level set to fill")},
+         .examples = {"curlew -torus -scatter count=1e5 seed=3 -write torus.ply"},
+         .inFrames = InFrames::once,
+         .run = scatterAction},
+        {.name = "advect",
+         .group = kGroup,
+         .summary = "move the newest points along the newest flow, each on its own track",
+         .takes = {stays("flow", {Kind::flow}), changed("points", {Kind::points})},
+         .makes = {made("points", {Kind::points}), made("curves", {Kind::curves}, "trails")},
+         .options = advectDeclared(),
+         .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -scatter "
+                      "-advect time=2 -write points.ply"},
+         .inFrames = InFrames::each,
+         .run = advectAction},
+        {.name = "snap",
+         .group = kGroup,
+         .summary = "put the newest points onto the newest shape or level set, or where a field has a value",
+         .takes = {onlyIf(stays("surface", {Kind::shape, Kind::levelSet}), "with iso= there is none",
+                          [](const Arguments& a) { return !a.given("iso"); }),
+                   onlyIf(stays("field", {Kind::field}),
+                          "only with iso=", [](const Arguments& a) { return a.given("iso"); }),
+                   changed("points", {Kind::points})},
+         .makes = {made("points", {Kind::points})},
+         .options = {real("iso", "", "", "where the newest field has this value, instead of a shape or level set"),
+                     positive("reach", "1", "world units", "points that are farther away stay where they are"), keep()},
+         .examples = {"curlew -torus -scatter count=3000 -snap -splat look=opaque radius=0.02 -write skin.png"},
+         .run = snapAction},
+        {.name = "distance",
+         .group = kGroup,
+         .summary = "measure how far two sets of points are apart, id by id, or the vertices of curves from the other "
+                    "curve of their id, and how many ids only one of the two has",
+         .takes = {several(stays("what", {Kind::points, Kind::curves}, "geo"), 2, 2, "both of one kind")},
+         .makes = {made("report", {Kind::report})},
+         .options = {ages("geo", "0,1", "which two")},
+         .examples =
+             {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -scatter -advect "
+              "steps=20 -scatter -advect steps=40 -distance"},
+         .evaluation = Evaluation::effect,
+         .run = distanceAction},
+        {.name = "spacing",
+         .group = kGroup,
+         .summary = "measure how far the newest points are from the nearest other one each: the median and the minimum",
+         .takes = {stays("points", {Kind::points})},
+         .makes = {made("report", {Kind::report})},
+         .options = {text("name", "spacing", "of the figures in the report")},
+         .examples = {"curlew -jitter spacing=0.1 -spacing -expect spacing/median least=0.078 most=0.085"},
+         .evaluation = Evaluation::effect,
+         .run = spacingAction}};
+}
+
+} // namespace curlew::app

@@ -1,0 +1,205 @@
+#include "../run/Figures.h"
+#include "Actions.h"
+#include "curlew/app/actions/Actions.h"
+#include "curlew/app/registry/Text.h"
+#include "curlew/base/Memory.h"
+
+namespace curlew::app {
+
+namespace {
+
+using namespace options;
+
+const std::string kGroup = "program";
+
+/// "flow 'wind': with tracks in -1,-1,-1 to 1,1,1" and the like.
+std::string described(const Value& value) {
+    struct Describe {
+        std::string operator()(std::monostate) const { return "nothing"; }
+        std::string operator()(const FieldValue& field) const { return field.program; }
+        std::string operator()(const AnyFlow& any) const {
+            return std::visit(
+                [](const auto& flow) {
+                    const auto& domain = flow.domain();
+                    return fmt::format("{}{} in {:.4g} to {:.4g}{}",
+                                       flow.hasTracks() ? "with tracks" : fmt::format("sum of {}", flow.terms().size()),
+                                       flow.divergenceFree() ? "" : ", normalised", fmt::join(domain.box.lower.c, ","),
+                                       fmt::join(domain.box.upper.c, ","),
+                                       !domain.wall                         ? ""
+                                       : domain.wall->side == Side::inside  ? ", inside a wall"
+                                       : domain.wall->side == Side::outside ? ", outside a wall"
+                                                                            : ", on both sides of a wall");
+                },
+                any);
+        }
+        std::string operator()(const GridValue& value) const {
+            const auto& grid = *value.grid;
+            return fmt::format("'{}' {} {}, {} active voxels of {:.6g}, {}", grid.getName(), grid.valueType(),
+                               openvdb::GridBase::gridClassToString(grid.getGridClass()), grid.activeVoxelCount(),
+                               grid.voxelSize()[0], formatBytes(static_cast<double>(grid.memUsage())));
+        }
+        std::string operator()(const MeshPointer& mesh) const {
+            return fmt::format("mesh, {} points, {} faces", mesh->points.size(), mesh->faces());
+        }
+        std::string operator()(const PointsPointer& points) const {
+            return fmt::format("{} points{}", points->particles.size(),
+                               points->particles.hasVelocity() ? ", with velocity" : "");
+        }
+        std::string operator()(const CurvesPointer& curves) const {
+            return fmt::format("{} curves, {} vertices", curves->size(), curves->vertices());
+        }
+        std::string operator()(const std::shared_ptr<const ImageValue>& value) const {
+            const Image& image = value->image;
+            return fmt::format("{} x {}, {}", image.width, image.height, join(image.channels, " "));
+        }
+    };
+    return std::visit(Describe(), value);
+}
+
+void print(Context& c, const Arguments& a) {
+    if (a.flag("graph")) return c.console().print(sceneOf(c.graph()));
+    const std::vector<std::pair<const char*, std::vector<Kind>>> stacks{
+        {"field", {Kind::field}},
+        {"flow", {Kind::flow}},
+        {"grid", {Kind::grid}},
+        {"geometry", {Kind::mesh, Kind::points, Kind::curves}},
+        {"image", {Kind::image}}};
+    for (const auto& [name, kinds] : stacks) {
+        size_t age = 0;
+        for (size_t k = c.count("what"); k-- > 0;)
+            if (accepts(kinds, kindOf(c.value("what", k))))
+                c.console().print(fmt::format("{} {}: {}\n", name, age++, described(c.value("what", k))));
+    }
+}
+
+void help(Context& c, const Arguments& a) {
+    if (a.choice("format") == 1)
+        c.console().print(helpTable(registry()));
+    else if (a.words().empty())
+        c.console().print(helpOverview(registry()));
+    for (const auto& name : a.words())
+        c.console().print(helpFor(findAction(registry(), name.starts_with('-') ? name.substr(1) : name)));
+}
+
+void list(Context& c, const Arguments& a) {
+    if (a.choice("format") == 1) return c.console().print(registryJson(registry()));
+    for (const auto& action : registry()) c.console().print(fmt::format("{:<12} {}\n", action.name, action.summary));
+}
+
+Action setting(std::string name, std::string summary, std::function<void(Context&, const Arguments&)> run) {
+    return {.name = std::move(name),
+            .group = kGroup,
+            .summary = std::move(summary),
+            .evaluation = Evaluation::effect,
+            .setting = true,
+            .run = std::move(run)};
+}
+
+Action printDeclaration() {
+    return {.name = "print",
+            .group = kGroup,
+            .summary = "list what is on the stacks; or the program as a graph",
+            .takes = {several(stays("what", {Kind::field, Kind::flow, Kind::grid, Kind::mesh, Kind::points,
+                                             Kind::curves, Kind::image}),
+                              0, 100000, "all that there is")},
+            .options = {flag("graph", "0",
+                             "1: the whole program as a scene, with names where the newest object would not do")},
+            .examples = {"curlew -sphere -noise -print", "curlew -config scenes/demo.txt -print graph=1"},
+            .evaluation = Evaluation::effect,
+            .run = print};
+}
+
+/// The parser and the evaluator do what these ask for.
+Registry declaredOnly() {
+    return {
+        {.name = "frames",
+         .group = kGroup,
+         .summary = "run all that follows once for each frame, on the points that the last frame left",
+         .options = {positive("fps", "24", "1 / s", "frames per second; T of a frame is 0 in the first one"),
+                     integer("by", "1", 1, 1e6, "every so many frames, as FIRST-LASTxBY"),
+                     integer("substeps", "1", 1, 1e6, "in how many steps points move from frame to frame"),
+                     text("checkpoint", "", "a file that after each frame holds what the next one needs, for -resume"),
+                     text("part", "",
+                          "3/8: only the third of eight parts, where frames do not depend on each other; each part "
+                          "has every eighth frame")},
+         .positional = {"FIRST-LAST", 1, 1},
+         .examples = {"curlew -frames 1-48 fps=24 -noise 'alpha={2*pi*T}' -noise seed=1 -dfvn -velocity -write "
+                      "'vel.$F4.vdb'",
+                      "curlew -noise -noise seed=1 -dfvn speed=1 -scatter -frames 1-48 substeps=4 "
+                      "checkpoint=points.checkpoint -advect -write 'points.$F4.vdb' -resume"},
+         .run = [](Context&, const Arguments&) {}},
+        {.name = "resume",
+         .group = kGroup,
+         .summary = "anywhere: continue -frames after the last frame whose checkpoint there is",
+         .examples = {"curlew -resume -sphere -scatter -frames 1-48 checkpoint=run.checkpoint -noise alpha={T} -noise "
+                      "seed=1 -dfvn -advect -write 'points.$F4.ply'"},
+         .run = [](Context&, const Arguments&) {}}};
+}
+
+} // namespace
+
+Registry programActions() {
+    Registry actions = declaredOnly();
+    actions.push_back(printDeclaration());
+    actions.push_back({.name = "config",
+                       .group = kGroup,
+                       .summary = "run the actions of a scene file: one a line, # comments",
+                       .positional = {"SCENE …", 1, 100},
+                       .examples = {"curlew -config scenes/demo.txt"},
+                       .run = [](Context&, const Arguments&) {}, // the parser has put the scene's actions in its place
+                       .prepare = {}});
+    actions.push_back(
+        {.name = "set",
+         .group = kGroup,
+         .summary = "give names to numbers, for the expressions that follow; the first value of a name counts",
+         .positional = {"NAME=VALUE …", 1, 100},
+         .examples = {"curlew -set count=1e4 -torus -scatter 'count={count/2}' -write half.ply",
+                      "curlew -set scale=0.5 -config scenes/demo.txt"},
+         .run = [](Context&, const Arguments&) {}, // the parser has put the values in place
+         .prepare = {}});
+    actions.push_back(
+        {.name = "help",
+         .group = kGroup,
+         .summary = "all actions, or those named in full",
+         .options = {choice("format", {"text", "markdown"}, "markdown: the table of actions in the README")},
+         .positional = {"[ACTION …]", 0, 100},
+         .examples = {"curlew -help noise"},
+         .evaluation = Evaluation::effect,
+         .run = help});
+    actions.push_back({.name = "list",
+                       .group = kGroup,
+                       .summary = "the actions, one a line",
+                       .options = {choice("format", {"text", "json"}, "json: all about them, for programs")},
+                       .examples = {"curlew -list format=json"},
+                       .evaluation = Evaluation::effect,
+                       .run = list});
+    actions.push_back({.name = "version",
+                       .group = kGroup,
+                       .summary = "the versions of this program and of OpenVDB, and the instruction set in use",
+                       .evaluation = Evaluation::effect,
+                       .run = [](Context& c, const Arguments&) { c.console().print(versionText()); }});
+    actions.push_back(setting("quiet", "say nothing but errors from here on", [](Context& c, const Arguments&) {
+        c.session().console.setVerbosity(Verbosity::quiet);
+    }));
+    actions.push_back(
+        setting("verbose", "say what each action took, and in the end its share of the time",
+                [](Context& c, const Arguments&) { c.session().console.setVerbosity(Verbosity::verbose); }));
+    actions.push_back(
+        {.name = "threads",
+         .group = kGroup,
+         .summary = "use so many threads from here on; results do not depend on it",
+         .positional = {"COUNT", 1, 1},
+         .examples = {"curlew -threads 2 -config scenes/demo.txt"},
+         .evaluation = Evaluation::effect,
+         .setting = true,
+         .run = [](Context& c, const Arguments& a) {
+             double count = 0;
+             if (!parseReal(a.words()[0], count) || count != std::floor(count) || count < 0 || count > 4096)
+                 throw ValueError(fmt::format(
+                     "'{}' must be a whole number of threads up to 4096; 0 for one per processor", a.words()[0]));
+             c.session().setThreads(static_cast<int>(count));
+         }});
+    return actions;
+}
+
+} // namespace curlew::app

@@ -1,0 +1,253 @@
+#include "../run/Figures.h"
+#include "Actions.h"
+#include "curlew/app/registry/Text.h"
+#include "curlew/base/AtomicFile.h"
+#include "curlew/base/Memory.h"
+#include "curlew/vdb/GridDiagnostics.h"
+
+namespace curlew::app {
+
+namespace {
+
+using namespace options;
+
+const std::string kGroup = "program";
+
+void writeJson(const std::string& file, const nlohmann::ordered_json& json) {
+    writeAtomically(file, [&](std::ostream& out) { out << json.dump(2) << '\n'; });
+}
+
+std::string plain(const nlohmann::ordered_json& value) {
+    return value.is_number_float() ? fmt::format("{:.3g}", value.get<double>()) : value.dump();
+}
+
+/// What the check found wrong: the promises that do not hold.
+std::vector<std::string> brokenPromises(const nlohmann::ordered_json& check, bool staggered) {
+    std::vector<std::string> broken;
+    const auto require = [&](const char* name, double limit) {
+        if (check.contains(name) && !(check[name].get<double>() <= limit))
+            broken.push_back(fmt::format("{} is {:.3g}, above {:.3g}", name, check[name].get<double>(), limit));
+    };
+    if (check.value("divergence_free", true)) require("divergence_analytic", 1e-6);
+    require("wall_flux", 1e-6);
+    require("outside", 0);
+    if (staggered) require("divergence_grid", 1e-6);
+    return broken;
+}
+
+bool ofFlow(const Context& c) { return c.has("what") && c.kind("what") == Kind::flow; }
+
+openvdb::Vec3SGrid::ConstPtr velocityOf(const Context& c) {
+    return openvdb::GridBase::grid<openvdb::Vec3SGrid>(c.grid("velocity").grid);
+}
+
+/// The newest field: what values it takes.
+void checkField(const Context& c, const Arguments& a, Report& found) {
+    const FieldValue& object = c.field("what");
+    std::visit(
+        [&](const auto& field) {
+            constexpr int kN = std::remove_cvref_t<decltype(field)>::kDimension;
+            BoxN<kN> box = BoxN<kN>{}.padded(1);
+            if (a.given("box")) {
+                const Box given = a.box("box");
+                for (int i = 0; i < kN; ++i) { // beyond z, as along x
+                    box.lower[i] = given.lower[i < 3 ? i : 0];
+                    box.upper[i] = given.upper[i < 3 ? i : 0];
+                }
+            } else if constexpr (kN == 3) {
+                if (object.sdf && object.sdf->bounds.finite()) box = object.sdf->bounds;
+            }
+            const FieldDiagnostics check =
+                diagnoseField(field, box, static_cast<size_t>(a.integer("samples")), c.follow("checking the field"));
+            found["field_min"] = check.range.lower;
+            found["field_max"] = check.range.upper;
+            found["field_rms"] = check.rms;
+            found["field_rms_gradient"] = check.rmsGradient;
+            found["gradient_by_differences"] = check.byDifferences;
+            if (check.byHalfDifferences > 0)
+                found["gradient_by_differences_order"] = std::log2(check.byDifferences / check.byHalfDifferences);
+        },
+        object.field);
+}
+
+/// The newest flow: divergence, and in space what happens at the wall.
+void checkFlow(const Context& c, const Arguments& a, Report& found) {
+    const auto samples = static_cast<size_t>(a.integer("samples"));
+    const Monitor monitor = c.follow("checking the flow");
+    found["divergence_free"] = std::visit([](const auto& flow) { return flow.divergenceFree(); }, c.anyFlow("what"));
+    const auto report = [&](const DivergenceDiagnostics& divergence, bool wall) {
+        found["divergence_analytic"] = divergence.trace;
+        found["divergence_by_differences"] = divergence.byDifferences;
+        if (wall) found["divergence_analytic_beyond_wall_layer"] = divergence.traceBeyond;
+    };
+    if (dimensionOf(c.anyFlow("what")) > 3) {
+        std::visit(
+            [&](const auto& flow) {
+                report(diagnoseDivergence(flow, samples, monitor), false);
+                found["rms_speed"] = magnitudesOf(flow, monitor).speed;
+            },
+            c.anyFlow("what"));
+        return;
+    }
+    const Flow flow = c.flow("what");
+    const FlowDiagnostics check = diagnoseFlow(flow, samples, monitor);
+    const bool wall = flow.domain().wall.has_value();
+    report(check.divergence, wall);
+    if (wall) {
+        found["wall_flux"] = check.wallFlux;
+        found["wall_samples"] = check.wallSamples;
+    }
+    found["rms_speed"] = check.magnitudes.speed;
+}
+
+/// How far points leave their tracks: by the flow itself, and by a grid of it.
+void checkTracks(const Context& c, int steps, Report& found) {
+    if (!ofFlow(c) || !c.has("velocity"))
+        throw ValueError("tracks= compares a flow with its grid; make one with -velocity");
+    const Flow flow = c.flow("what");
+    const TrackDiagnostics check = diagnoseTracks(flow, *velocityOf(c), steps, 1000, c.follow("checking the tracks"));
+    found["tracks_steps"] = check.steps;
+    found["tracks_time"] = check.time;
+    found["tracks_drift_f"] = check.field.driftF;
+    found["tracks_drift_g"] = check.field.driftG;
+    found["tracks_grid_drift_f"] = check.onGrid.driftF;
+    found["tracks_grid_drift_g"] = check.onGrid.driftG;
+    if (flow.domain().wall) {
+        found["tracks_outside"] = check.field.outside;
+        found["tracks_grid_outside"] = check.onGrid.outside;
+    }
+}
+
+void check(Context& c, const Arguments& a) {
+    Report found = Report::object();
+    bool staggered = false;
+    requireMemory(static_cast<double>(a.integer("samples")) * (Particles::kBytes + 64),
+                  fmt::format("{} samples", a.integer("samples")), "give fewer");
+    if (ofFlow(c))
+        checkFlow(c, a, found);
+    else if (c.has("what"))
+        checkField(c, a, found);
+    if (c.has("velocity")) {
+        const auto velocity = velocityOf(c);
+        const GridDiagnostics grid = diagnoseGrid(*velocity);
+        staggered = velocity->getGridClass() == openvdb::GRID_STAGGERED;
+        found["divergence_grid"] = grid.divergence;
+        found["divergence_grid_overall"] = grid.divergenceOverall;
+        found["staggered"] = staggered;
+        found["voxels"] = grid.voxels;
+    }
+    if (const int64_t steps = a.integer("tracks"); steps > 0) checkTracks(c, static_cast<int>(steps), found);
+    if (c.has("points") && ofFlow(c)) {
+        const Flow flow = c.flow("what");
+        const Particles& particles = c.points("points").particles;
+        const ParticleDiagnostics points = diagnoseParticles(flow, particles, c.follow("checking the points"));
+        found["points"] = points.points;
+        if (flow.domain().wall) {
+            found["outside"] = points.outside;
+            found["penetration_max"] = points.penetration;
+        }
+        if (particles.hasTrack()) {
+            found["drift_f"] = points.driftF;
+            found["drift_g"] = points.driftG;
+        }
+        found["not_converged"] = points.notConverged;
+    }
+    if (found.empty()) throw ValueError("there is nothing to check yet: no field, flow, velocity grid or points");
+    if (c.wholeReport().contains("advect")) found["advect"] = c.wholeReport()["advect"];
+    found["seconds"] = c.session().seconds();
+    found["peak_memory_bytes"] = peakMemory();
+    for (const auto& [name, value] : found.items())
+        if (!value.is_object()) c.say(fmt::format("check: {:<38} {}", name, plain(value)));
+    c.report("check") = found;
+    if (a.given("report")) writeJson(a.text("report"), found);
+    const auto broken = brokenPromises(found, staggered);
+    for (const auto& promise : broken) c.warn(promise);
+    if (a.flag("strict") && !broken.empty()) throw ValueError(join(broken, "; "));
+}
+
+void expect(Context& c, const Arguments& a) {
+    const std::string& path = a.words()[0];
+    if (!a.given("least") && !a.given("most") && !a.given("below")) throw ValueError("needs least=, most= or below=");
+    const double value = figureOf(c.wholeReport(), path);
+    Report kept = {{"figure", path}, {"value", value}};
+    for (const char* bound : {"least", "most"})
+        if (a.given(bound)) kept[bound] = a.real(bound);
+    if (a.given("least") && !(value >= a.real("least")))
+        throw ValueError(fmt::format("{} is {:.6g}, below {:.6g}", path, value, a.real("least")));
+    if (a.given("most") && !(value <= a.real("most")))
+        throw ValueError(fmt::format("{} is {:.6g}, above {:.6g}", path, value, a.real("most")));
+    if (a.given("below")) {
+        const std::string other = a.text("below");
+        const double bound = figureOf(c.wholeReport(), other);
+        if (!(value < bound))
+            throw ValueError(fmt::format("{} is {:.6g}, not below {}, {:.6g}", path, value, other, bound));
+        kept["below"] = {{"figure", other}, {"value", bound}};
+    }
+    Report& all = c.wholeReport()["expect"];
+    all.push_back(std::move(kept));
+}
+
+Action expectDeclaration() {
+    return {.name = "expect",
+            .group = kGroup,
+            .summary = "fail unless a figure of the report is within bounds",
+            .options = {real("least", "", "", "the figure must not be below it"),
+                        real("most", "", "", "the figure must not be above it"),
+                        text("below", "", "another figure, which it must be below")},
+            .positional = {"ACTION/FIGURE", 1, 1},
+            .examples = {"curlew -config scenes/demo.txt -expect check/outside most=0",
+                         "curlew -jitter -spacing name=curl -jitter method=random -spacing name=random "
+                         "-expect random/minimum below=curl/minimum"},
+            .evaluation = Evaluation::effect,
+            .run = expect};
+}
+
+/// A flow if there is one, otherwise the newest field.
+Input flowOrField() {
+    Input input = maybe(stays("what", {Kind::flow, Kind::field}), "if there is a grid or points");
+    input.firstKindFirst = true;
+    return input;
+}
+
+} // namespace
+
+Registry reportActions() {
+    return {
+        {.name = "check",
+         .group = kGroup,
+         .summary = "measure what is promised: divergence, wall flux, penetration, drift; of a field, its range",
+         .takes = {flowOrField(), maybe(stays("velocity", {Kind::velocity}), "where there is one it is checked too"),
+                   maybe(stays("points", {Kind::points}), "where there are some they are checked too")},
+         .makes = {made("report", {Kind::report})},
+         .options = {text("report", "", "a .json file for the figures"),
+                     integer("samples", "100000", 1, 1e9, "points at which the flow or field is measured"),
+                     box("box", "where a field is measured (default: -1,-1,-1,1,1,1, or its own box)"),
+                     integer("tracks", "0", 0, 1e7,
+                             "so many RK4 steps of 1000 points, by the flow and by its newest grid: how far they leave "
+                             "their tracks"),
+                     flag("strict", "0", "fail where a promise does not hold")},
+         .examples = {"curlew -config scenes/demo.txt -check report=check.json strict=1"},
+         .evaluation = Evaluation::effect,
+         .run = check,
+         .prepare =
+             [](const Arguments& a) {
+                 if (a.given("report")) checkWritable(a.text("report"));
+             }},
+        expectDeclaration(),
+        {.name = "report",
+         .group = kGroup,
+         .summary = "write what has been done so far, with times and measurements",
+         .makes = {made("file", {Kind::file})},
+         .positional = {"FILE.json", 1, 1},
+         .examples = {"curlew -config scenes/demo.txt -report run.json"},
+         .evaluation = Evaluation::effect,
+         .run =
+             [](Context& c, const Arguments& a) {
+                 c.wholeReport()["seconds"] = c.session().seconds();
+                 c.wholeReport()["peak_memory_bytes"] = peakMemory();
+                 writeJson(a.words()[0], c.wholeReport());
+             },
+         .prepare = [](const Arguments& a) { checkWritable(a.words()[0]); }}};
+}
+
+} // namespace curlew::app

@@ -1,0 +1,110 @@
+#include "Actions.h"
+
+namespace curlew::app {
+
+namespace {
+
+using namespace options;
+
+const std::string kGroup = "shapes";
+
+std::vector<Option> placementOptions() {
+    return {vector("offset", "0,0,0", "world units", "where its origin goes"),
+            vector("rotate", "0,0,0", "degrees", "turn about x, then y, then z"),
+            positive("scale", "1", "", "size, before it is turned and moved")};
+}
+
+Placement placementOf(const Arguments& a) {
+    const double scale = a.real("scale");
+    return {.offset = a.vector("offset"), .rotate = a.vector("rotate"), .scale = {{scale, scale, scale}}};
+}
+
+Action shapeAction(std::string name, std::string summary, std::vector<Option> shape, std::string example,
+                   Sdf (*make)(const Arguments&)) {
+    for (auto& option : placementOptions()) shape.push_back(option);
+    return {.name = std::move(name),
+            .group = kGroup,
+            .summary = std::move(summary),
+            .makes = {made("shape", {Kind::shape})},
+            .options = std::move(shape),
+            .examples = {std::move(example)},
+            .evaluation = Evaluation::anyTime,
+            .run = [make](Context& c, const Arguments& a) {
+                const Sdf sdf = placed(make(a), placementOf(a));
+                c.give(FieldValue{sdf.distance, sdf});
+            }};
+}
+
+Registry primitives() {
+    return {
+        shapeAction("sphere", "a sphere as an exact signed distance",
+                    {positive("radius", "1", "world units", "radius")},
+                    "curlew -sphere radius=0.5 -noise -noise seed=1 -bound -dfvn -velocity -write ball.vdb",
+                    [](const Arguments& a) { return sphereSdf(a.real("radius")); }),
+        shapeAction(
+            "box", "a rounded box as an exact signed distance",
+            {vector("size", "2,2,2", "world units", "edge lengths"),
+             notNegative("rounding", "0.2", "world units", "radius of its edges; keep a wall's width below it")},
+            "curlew -box size=2,1,1 rounding=0.2 -noise -noise seed=1 -bound width=0.15 -dfvn -velocity -write box.vdb",
+            [](const Arguments& a) { return boxSdf(a.vector("size"), a.real("rounding")); }),
+        shapeAction("torus", "a torus about the y axis as an exact signed distance",
+                    {positive("radius", "0.7", "world units", "from the centre to the middle of the tube"),
+                     positive("tube", "0.3", "world units", "radius of the tube")},
+                    "curlew -torus radius=1 tube=0.4 rotate=90,0,0 -slice -write torus.png",
+                    [](const Arguments& a) { return torusSdf(a.real("radius"), a.real("tube")); }),
+        shapeAction("capsule", "a capsule along y as an exact signed distance",
+                    {positive("length", "1", "world units", "of the cylinder between the hemispheres"),
+                     positive("radius", "0.5", "world units", "radius")},
+                    "curlew -capsule length=2 radius=0.5 -noise -noise seed=1 -bound -dfvn -velocity -write pill.vdb",
+                    [](const Arguments& a) { return capsuleSdf(a.real("length"), a.real("radius")); }),
+        shapeAction("plane", "a half space, inside below the height along its normal",
+                    {vector("normal", "0,1,0", "", "points outside"),
+                     real("height", "0", "world units", "of the plane along its normal")},
+                    "curlew -plane -noise -noise seed=1 -bound side=outside -dfvn -velocity box=-1,-0.1,-1,1,1,1 "
+                    "-write ground.vdb",
+                    [](const Arguments& a) { return planeSdf(a.vector("normal"), a.real("height")); }),
+        shapeAction("gyroid", "a sheet of a gyroid as a signed distance (a lower bound on it)",
+                    {positive("wavelength", "1", "world units", "period along each axis"),
+                     positive("thickness", "0.2", "world units", "of the sheet")},
+                    "curlew -gyroid wavelength=1 thickness=0.3 -slice box=-1,-1,-1,1,1,1 -write gyroid.png",
+                    [](const Arguments& a) { return gyroidSdf(a.real("wavelength"), a.real("thickness")); }),
+    };
+}
+
+template <Sdf (*Combine)(const Sdf&, const Sdf&, double)>
+Action combiningAction(const std::string& name, const std::string& summary, const std::string& example) {
+    return {.name = name,
+            .group = kGroup,
+            .summary = summary,
+            .takes = {taken("first", {Kind::shape}), taken("second", {Kind::shape})},
+            .makes = {made("shape", {Kind::shape})},
+            .options = {notNegative("smoothing", "0.1", "world units",
+                                    "over how far the edge between them is rounded, C²; with 0 it is a kink"),
+                        keep()},
+            .examples = {example},
+            .evaluation = Evaluation::anyTime,
+            .run = [](Context& c, const Arguments& a) {
+                const Sdf sdf = Combine(*c.field("first").sdf, *c.field("second").sdf, a.real("smoothing"));
+                c.give(FieldValue{sdf.distance, sdf});
+            }};
+}
+
+} // namespace
+
+Registry shapeActions() {
+    Registry actions = primitives();
+    actions.push_back(combiningAction<unite>("union", "the newest two shapes as one, their edge rounded",
+                                             "curlew -sphere radius=0.5 -box offset=0,-0.6,0 size=2,0.6,2 -union "
+                                             "smoothing=0.2 -slice axis=z -write union.png"));
+    actions.push_back(combiningAction<intersect>(
+        "intersection", "what the newest two shapes share, its edge rounded",
+        "curlew -gyroid -sphere radius=1 -intersection -noise -noise seed=1 -bound width=0.05 -dfvn -velocity "
+        "-write ball.vdb"));
+    actions.push_back(combiningAction<subtract>(
+        "difference", "the newest shape but one without the newest, its edge rounded",
+        "curlew -sphere radius=1 -capsule radius=0.4 length=3 -difference -noise -noise seed=1 -bound -dfvn -velocity "
+        "-write bead.vdb"));
+    return actions;
+}
+
+} // namespace curlew::app

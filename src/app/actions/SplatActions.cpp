@@ -1,0 +1,146 @@
+#include "Actions.h"
+#include "CameraOptions.h"
+#include "SurfaceColors.h"
+#include "curlew/picture/Composite.h"
+#include "curlew/picture/Display.h"
+#include "curlew/picture/Exposure.h"
+#include "curlew/render/Splat.h"
+#include "curlew/render/SplatValues.h"
+#include "curlew/render/WallOutline.h"
+
+namespace curlew::app {
+
+namespace {
+
+using namespace options;
+
+/// Null if curves are drawn.
+const Particles* pointsOf(const Context& c) {
+    return c.kind("what") == Kind::points ? &c.points("what").particles : nullptr;
+}
+
+void color(Splats& splats, const Context& c, const Arguments& a, const Camera& camera) {
+    if (a.given("color")) {
+        splats.color = colorOption(a, "color");
+        return;
+    }
+    const Particles* points = pointsOf(c);
+    auto by = static_cast<SplatValue>(a.choice("by"));
+    if (!a.given("by") && points && !points->hasVelocity()) by = SplatValue::height;
+    splats.values = points ? splatValues(*points, by, camera) : splatValues(*c.curves("what"), by, camera);
+    const Range range = a.given("range") ? a.interval("range") : splatRange(splats.values, by);
+    splats.scale = {.map = static_cast<ColorMap>(a.choice("map")),
+                    .lower = static_cast<float>(range.lower),
+                    .upper = static_cast<float>(range.upper)};
+}
+
+/// The domain whose wall is outlined: that of a flow in space, or the inside of a shape or level set.
+std::optional<Domain> outlined(const Context& c, const Arguments& a) {
+    if (!c.has("wall") || c.has("image") || a.real("outline") == 0) return {};
+    Domain domain;
+    if (c.kind("wall") != Kind::flow)
+        domain = Domain::of({.sdf = c.sdf("wall", 0), .side = Side::inside});
+    else if (dimensionOf(c.anyFlow("wall")) == 3)
+        domain = c.flow("wall").domain();
+    if (domain.wall && domain.box.finite()) return domain;
+    return {};
+}
+
+void splatAction(Context& c, const Arguments& a) {
+    const Particles* points = pointsOf(c);
+    Splats splats = points ? Splats::of(*points) : Splats::of(*c.curves("what"));
+    const ImageValue* behind = c.has("image") ? &c.image("image") : nullptr;
+    if (behind && (!behind->camera || !rgbChannels(behind->image)))
+        throw ValueError("over=1 wants a picture in perspective as the newest one, of -shade or -splat");
+    const auto domain = outlined(c, a);
+    const Camera camera = behind ? *behind->camera
+                          : a.given("box") || a.given("eye")
+                              ? cameraOf(a, a.given("box") ? a.box("box") : splats.bounds())
+                              : framing(splats, viewpointOf(a));
+    color(splats, c, a, camera);
+    Image ground = behind ? behind->image : plainPicture(camera.width(), camera.height(), colorOption(a, "background"));
+    if (domain)
+        ground = withWallOutline(std::move(ground), *domain, camera, a.real("outline"), c.follow("the wall's outline"));
+    const bool light = a.choice("look") == 0;
+    const SplatImage made = (light ? luminous : opaque)(
+        splats, camera,
+        {.radius = a.given("radius") ? a.real("radius") : 0, .pixels = a.real("pixels"), .fade = a.real("fade")},
+        depthOf(ground), c.follow("splat"));
+    double exposure = 0;
+    Image picture;
+    if (light) {
+        exposure = a.real("exposure") * automaticExposure(made.image);
+        picture = developed(withGlow(made.image, a.real("glow")), exposure, std::move(ground));
+    } else {
+        picture = composite(made.image, ground);
+    }
+    c.say(fmt::format("splat: {} of {} {} in {} x {} pixels, {:.1f} % of which they cover", made.drawn, splats.x.size(),
+                      points ? "points" : "vertices", camera.width(), camera.height(), 100 * made.covered));
+    c.report("splat") = {{"drawn", made.drawn}, {"covered", made.covered}, {"exposure", exposure}};
+    c.give(std::make_shared<const ImageValue>(ImageValue{.image = std::move(picture), .camera = camera}));
+}
+
+std::vector<Option> splatOptions() {
+    const auto upToOne = [](std::string name, std::string fallback, std::string help) {
+        Option option = notNegative(std::move(name), std::move(fallback), "", std::move(help));
+        option.upper = 1;
+        return option;
+    };
+    const SplatOptions o;
+    std::vector<Option> all{
+        choice("look", {"luminous", "opaque"}, "light that adds up, or balls and tubes that hide each other"),
+        choice("by", kSplatValueNames,
+               "what the colour tells: speed, height or depth in the picture, a random number for each id, the order, "
+               "or time since birth (of curves: the way from the seed); points without velocity have the height"),
+        choice("map", kColorMapNames, "the colours"),
+        interval("range", "", "the values at both ends of the colours (default: percentiles 2 and 98)"),
+        instead(vector("color", "", "", "one colour instead, three display values from 0 to 1"), {"by", "map"}),
+        positive("radius", "", "world units", "of points and lines (default: as many pixels as pixels= says)"),
+        positive("pixels", fmt::format("{}", o.pixels), "pixels",
+                 "their least radius; what is smaller gets fainter, not smaller"),
+        upToOne("fade", fmt::format("{}", o.fade), "how much weaker the farthest are than the nearest"),
+        positive("exposure", "1", "", "luminous: brighter or darker than the automatic exposure by this factor"),
+        upToOne("glow", "0.15", "luminous: part of the light that makes a halo"),
+        notNegative("outline", "0.35", "",
+                    "brightness of the edges of the flow's wall, or without a flow of the shape; 0: not seen"),
+        vector("background", "0.012,0.016,0.03", "", "display values from 0 to 1"),
+        selector(flag("over", "0", "draw on the newest picture, with its camera, hidden behind what is nearer there")),
+        ages("geo", "", "which points or curves (default: the newest)"),
+        box("box", "what the camera has to see (default: nearly all that is drawn)")};
+    const auto camera = cameraOptions();
+    all.insert(all.end(), camera.begin(), camera.end());
+    return all;
+}
+
+Input wallInput() {
+    Input wall = maybe(stays("wall", {Kind::flow, Kind::shape, Kind::levelSet}),
+                       "whose outline is shown if outline= is above 0");
+    wall.firstKindFirst = true;
+    wall.amountWith = [](const Arguments& a, const Scope& scope) {
+        const bool shown = everNonzero(a, "outline") && (scope.linked() || !a.flag("over"));
+        return Amount{0, shown ? size_t{1} : 0};
+    };
+    return wall;
+}
+
+} // namespace
+
+Registry splatActions() {
+    return {{.name = "splat",
+             .group = "pictures",
+             .summary = "a picture of the newest points or curves, as light or as balls and tubes, and of the wall "
+                        "around them as a faint outline",
+             .takes = {stays("what", {Kind::points, Kind::curves}, "geo"), wallInput(),
+                       onRequest(changed("image", {Kind::image}), "only with over=1: what is drawn on",
+                                 [](const Arguments& a) { return a.flag("over"); })},
+             .makes = {made("image", {Kind::image})},
+             .options = splatOptions(),
+             .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -scatter "
+                          "count=2000 -trace limit=3 -splat -write curves.png",
+                          "curlew -torus -jitter count=3000 -splat look=opaque radius=0.02 map=ember -write balls.png",
+                          "curlew -noise dim=2 -dfvn -scatter count=3000 -trace -splat from=0,0,1 fov=0.1 "
+                          "-write flat.png"},
+             .run = splatAction}};
+}
+
+} // namespace curlew::app

@@ -1,0 +1,90 @@
+#include "SurfaceColors.h"
+
+#include "Actions.h"
+
+namespace curlew::app {
+
+using namespace options;
+
+namespace {
+
+Texture textureOf(const Arguments& a) { return static_cast<Texture>(a.choice("texture")); }
+
+bool showsValue(const Arguments& a) { return a.text("show") == "value"; }
+bool showsFlow(const Arguments& a) { return a.text("show") != "color" && !showsValue(a); }
+
+} // namespace
+
+bool everNonzero(const Arguments& a, std::string_view name) {
+    const auto written = a.written().find(name);
+    return (written != a.written().end() && variablesOf(written->second).any) || a.real(name) != 0;
+}
+
+Vec3f colorOption(const Arguments& a, std::string_view name) {
+    const Vec3d given = a.vector(name);
+    Vec3f color;
+    for (int i = 0; i < 3; ++i) {
+        if (!(given[i] >= 0)) throw ValueError(fmt::format("{} has a negative part", name));
+        color[i] = static_cast<float>(given[i]);
+    }
+    return color;
+}
+
+std::vector<Option> colorOptions() {
+    const SurfacePaint paint;
+    const AdvectOptions& carry = paint.carry;
+    return {
+        vector("color", fmt::format("{:.2f}", fmt::join(paint.color.c, ",")), "", "of the surface: sRGB from 0 to 1"),
+        choice("show", {"color", "value", "speed", "vx", "vy", "vz", "f", "g"},
+               "what colours it: color=, or what the newest field or flow has there"),
+        choice("texture", kTextureNames,
+               "on it: cubes of two colours; waves around the y axis (ICN Fig. 5); the bands of a planet; those of a "
+               "landscape, by height in its box; the interference colours of a thin film (the surface is then "
+               "clear); streaks along the newest flow"),
+        positive("edge", fmt::format("{}", paint.edge), "world units", "of the cubes, or the width of the waves"),
+        vector("second", fmt::format("{:.2f}", fmt::join(paint.second.c, ",")), "", "the other colour of the cubes"),
+        {.name = "film",
+         .type = OptionType::interval,
+         .fallback = fmt::format("{},{}", paint.film.lower, paint.film.upper),
+         .help = "thickness of the film at its top and bottom",
+         .unit = "nm"},
+        integer("seed", fmt::format("{}", paint.seed), 0, 0x1p53 - 1, "of the streaks"),
+        real("time", fmt::format("{}", carry.time), "s",
+             "for how long the newest flow has carried the texture, or what show= shows, along"),
+        integer("steps", "64", 1, 1e9, "steps of equal length on that way"),
+        choice("scheme", {kSchemeNames.begin(), kSchemeNames.begin() + 3}, "integrator",
+               std::string(kSchemeNames[static_cast<size_t>(carry.scheme)])),
+        choice("reproject", namesOf(kReprojectionNames), "how it keeps to the surface",
+               std::string(kReprojectionNames[static_cast<size_t>(carry.reprojection.method)]))};
+}
+
+std::vector<Input> colorInputs() {
+    return {
+        onlyIf(stays("value", {Kind::noise}), "only with show=value", showsValue),
+        onlyIf(stays("flow", {Kind::flow}), "only for show= of a flow, time= or texture=lic", [](const Arguments& a) {
+            return showsFlow(a) || everNonzero(a, "time") || textureOf(a) == Texture::lic;
+        })};
+}
+
+SurfacePaint paintOf(const Context& c, const Arguments& a, const Box& box) {
+    SurfacePaint paint{.texture = textureOf(a),
+                       .color = colorOption(a, "color"),
+                       .second = colorOption(a, "second"),
+                       .edge = a.real("edge"),
+                       .film = a.interval("film"),
+                       .box = box,
+                       .seed = static_cast<uint64_t>(a.integer("seed")),
+                       .carry = {.time = -a.real("time"), // to where the colours come from
+                                 .steps = static_cast<int>(a.integer("steps")),
+                                 .scheme = static_cast<Scheme>(a.choice("scheme")),
+                                 .reprojection = {.method = static_cast<Reprojection>(a.choice("reproject"))}}};
+    if (!(paint.film.lower >= 0) || !(paint.film.upper >= 0)) throw ValueError("film has a negative thickness");
+    if (c.has("flow")) paint.flow = c.flow("flow");
+    if (showsValue(a)) paint.source = fieldSource(inSpace(c.field("value").field), "value");
+    if (showsFlow(a)) paint.source = flowSource(*paint.flow, a.text("show"));
+    if (paint.source && paint.texture != Texture::none && paint.texture != Texture::lic)
+        throw ValueError(fmt::format("show={} and texture={} do not go together", a.text("show"), a.text("texture")));
+    return paint;
+}
+
+} // namespace curlew::app

@@ -1,0 +1,414 @@
+#include "Builder.h"
+
+#include "curlew/app/language/Frames.h"
+#include "curlew/app/registry/InContext.h"
+#include "curlew/app/registry/Text.h"
+
+#include <algorithm>
+
+namespace curlew::app {
+
+namespace {
+
+/// The kinds among which an option of type `ages` counts.
+std::vector<Kind> countedBy(const std::string& option, const std::vector<Kind>& taken) {
+    if (option == "field") return {Kind::field};
+    if (option == "image" || option == "with") return {Kind::image};
+    if (option != "geo") return {Kind::grid};
+    if (taken == std::vector{Kind::points}) return taken;
+    return {Kind::mesh, Kind::points, Kind::curves};
+}
+
+/// What makes objects of these kinds.
+std::string hintFor(const std::vector<Kind>& kinds) {
+    const auto actionsFor = [](Kind kind) {
+        switch (kind) {
+            case Kind::field:
+            case Kind::noise:
+                return "-noise, -ramp or a shape";
+            case Kind::shape:
+                return "-sphere, -box, …";
+            case Kind::flow:
+                return "-dfvn, -curl, …";
+            case Kind::levelSet:
+                return "-mesh2ls, or -read one";
+            case Kind::grid:
+            case Kind::velocity:
+                return "-velocity or -mesh2ls, or -read one";
+            case Kind::mesh:
+                return "-ls2mesh, or -read one";
+            case Kind::points:
+                return "-scatter, or -read a .vdb that has them";
+            case Kind::curves:
+                return "-trace";
+            case Kind::image:
+                return "-slice, -lic, …, or -read one";
+            default:
+                return "other actions";
+        }
+    };
+    std::vector<std::string> hints;
+    for (const Kind kind : kinds)
+        if (const std::string hint = actionsFor(kind); std::find(hints.begin(), hints.end(), hint) == hints.end())
+            hints.push_back(hint);
+    return join(hints, "; or ");
+}
+
+/// `found` objects are there for an input that needs more; `others`: that are there but taken by another input.
+std::string missing(const Input& input, size_t wanted, size_t found, size_t others) {
+    const std::string what = phraseOf(input.kinds), note = input.help.empty() ? "" : fmt::format(" ({})", input.help);
+    if (wanted == 1 && others == 0)
+        return fmt::format("needs {} for {}={}, and there is none; make one with {}", what, input.name, note,
+                           hintFor(input.kinds));
+    if (wanted == 1)
+        return fmt::format("needs {} for {}={} as well, and there {} only {}; make another with {}", what, input.name,
+                           note, others == 1 ? "is" : "are", others == 1 ? "one" : std::to_string(others),
+                           hintFor(input.kinds));
+    return fmt::format("needs {} objects for {}= ({} each{}), and there {} {}; make them with {}", wanted, input.name,
+                       what, input.help.empty() ? "" : "; " + input.help, found == 1 ? "is" : "are",
+                       found == 0 ? "none" : std::to_string(found), hintFor(input.kinds));
+}
+
+/// Whether options of type `ages` choose what is written.
+bool anyAges(const Arguments& arguments) {
+    const auto& options = arguments.action().options;
+    return std::any_of(options.begin(), options.end(), [&](const Option& option) {
+        return option.type == OptionType::ages && arguments.given(option.name);
+    });
+}
+
+} // namespace
+
+Builder::Builder(const Reading& reading) : mReading(reading) {
+    mGraph.given = reading.given;
+    for (size_t k = 0; k < reading.given.size(); ++k) {
+        const Link link{.from = Link::From::given, .index = k};
+        mEntries.push_back({.link = link, .object = reading.given[k].object, .made = mClock++});
+        if (!reading.given[k].name.empty()) mNames[reading.given[k].name] = link;
+    }
+}
+
+size_t Builder::count(const std::vector<Kind>& kinds) const {
+    return static_cast<size_t>(
+        std::count_if(mEntries.begin(), mEntries.end(), [&](const Entry& entry) { return fits(kinds, entry.object); }));
+}
+
+std::optional<Object> Builder::newest(const std::vector<Kind>& kinds) const { return ofAge(kinds, 0); }
+std::optional<Object> Builder::second(const std::vector<Kind>& kinds) const { return ofAge(kinds, 1); }
+
+std::optional<Object> Builder::ofAge(const std::vector<Kind>& kinds, size_t age) const {
+    for (size_t k = mEntries.size(); k-- > 0;)
+        if (fits(kinds, mEntries[k].object) && age-- == 0) return mEntries[k].object;
+    return {};
+}
+
+World Builder::world() const {
+    return {.contents = [this](const std::string& file) -> std::optional<std::vector<Object>> {
+                if (const auto found = mWritten.find(file); found != mWritten.end()) return found->second;
+                return mReading.world.contents ? mReading.world.contents(file) : std::nullopt;
+            },
+            .lenient = mReading.world.lenient};
+}
+
+Link Builder::resolved(const std::string& name) const {
+    // An object that was moved keeps its name; the other outputs of the node stay what they were.
+    const auto found = mNames.find(name);
+    return found == mNames.end() ? linkOf(mGraph, name) : found->second;
+}
+
+std::string Builder::nameFor(const Link& link) const {
+    if (link.from == Link::From::node && link.output != mGraph.nodes[link.index].primaryOutput())
+        return nameOf(mGraph, link);
+    for (const auto& [name, target] : mNames)
+        if (target == link) return name;
+    return nameOf(mGraph, link);
+}
+
+// --- what an action takes
+
+std::vector<Link> Builder::atAges(const std::string& option, const std::vector<size_t>& ages,
+                                  const std::vector<Kind>& kinds) const {
+    std::vector<Link> newestFirst, links;
+    for (size_t k = mEntries.size(); k-- > 0;)
+        if (fits(kinds, mEntries[k].object)) newestFirst.push_back(mEntries[k].link);
+    const std::string kind = accepts(kinds, Kind::noise) ? "field" : kinds.size() > 1 ? "geometry" : nameOf(kinds[0]);
+    for (const size_t age : ages) {
+        if (age >= newestFirst.size())
+            throw ValueError(newestFirst.empty()
+                                 ? fmt::format("{}={}: there is no {} yet", option, age, kind)
+                                 : fmt::format("{}={}: there is no {} of age {}; there {} {}", option, age, kind, age,
+                                               newestFirst.size() == 1 ? "is" : "are", newestFirst.size()));
+        links.push_back(newestFirst[age]);
+    }
+    return links;
+}
+
+std::vector<Link> Builder::newestOf(const Input& input, const Amount& amount, std::vector<const Entry*>& used) const {
+    std::vector<Link> links;
+    const auto takeOf = [&](const std::vector<Kind>& kinds) {
+        for (size_t k = mEntries.size(); k-- > 0 && links.size() < amount.most;) {
+            const Entry& entry = mEntries[k];
+            if (!fits(kinds, entry.object) || (input.accumulates && !entry.carried)) continue;
+            if (std::find(used.begin(), used.end(), &entry) != used.end()) continue;
+            links.insert(links.begin(), entry.link);
+            if (input.use == Use::taken) used.push_back(&entry);
+        }
+    };
+    if (input.firstKindFirst) takeOf({input.kinds.front()});
+    if (links.empty()) takeOf(input.kinds);
+    if (links.size() < amount.least) throw ValueError(missing(input, amount.least, links.size(), count(input.kinds)));
+    return links;
+}
+
+std::vector<Link> Builder::chosen(const Input& input, const Statement& statement,
+                                  std::vector<const Entry*>& used) const {
+    const Arguments& a = statement.arguments;
+    std::vector<Link> links;
+    if (const auto named = statement.inputs.find(input.name); named != statement.inputs.end()) {
+        if (named->second != std::vector<std::string>{"none"})
+            for (const auto& name : named->second)
+                links.push_back(inContextOf(input.name + "=" + name, [&] { return resolved(name); }));
+        return links;
+    }
+    const Amount amount = input.amountWith ? input.amountWith(a, *this) : input.amount;
+    const bool aged = !input.age.empty() && a.given(input.age);
+    if (amount.most == 0 && aged) throw ValueError(fmt::format("{}= has no effect here: {}", input.age, input.help));
+    if (amount.most == 0) return {};
+    const Option* ages = input.age.empty() ? nullptr : a.action().option(input.age);
+    if (ages && (aged || (!ages->fallback.empty() && amount.least > 0))) {
+        links = atAges(input.age, a.ages(input.age), countedBy(input.age, input.kinds));
+        if (links.size() > amount.most)
+            throw ValueError(fmt::format("{}={} chooses {} objects, and '{}' takes {}", input.age,
+                                         a.written().at(input.age), links.size(), input.name, amount.most));
+        for (const Entry& entry : mEntries)
+            if (std::find(links.begin(), links.end(), entry.link) != links.end() && input.use == Use::taken)
+                used.push_back(&entry);
+        return links;
+    }
+    return newestOf(input, amount, used);
+}
+
+std::vector<std::vector<Link>> Builder::inputsOf(const Statement& statement) const {
+    const auto& takes = statement.arguments.action().takes;
+    std::vector<std::vector<Link>> inputs(takes.size());
+    std::vector<const Entry*> used;
+    for (const auto& [name, names] : statement.inputs)
+        if (names != std::vector<std::string>{"none"})
+            for (const auto& one : names) {
+                const Link link = inContextOf(name + "=" + one, [&] { return resolved(one); });
+                for (const Entry& entry : mEntries)
+                    if (entry.link == link) used.push_back(&entry);
+            }
+    for (size_t k = takes.size(); k-- > 0;) inputs[k] = chosen(takes[k], statement, used);
+    return inputs;
+}
+
+std::vector<std::vector<Link>> Builder::defaultInputs(const Arguments& arguments) const {
+    const Statement statement{.arguments = arguments.at(mMoment)};
+    if (!arguments.action().holds) return inputsOf(statement);
+    std::vector<Link> links = written(statement, statement.arguments.words().front());
+    for (const auto& file : statement.arguments.words())
+        if (written(statement, file) != links) throw ValueError("the files of one action would hold different objects");
+    return {std::move(links)};
+}
+
+// --- what an action does
+
+Link Builder::addState(std::optional<Link> initial, const std::string& name) {
+    const Link link{.from = Link::From::state, .index = mGraph.states.size()};
+    mGraph.states.push_back({.initial = initial, .next = link, .name = unusedName(mGraph, name)});
+    mEntries.push_back({.link = link, .object = mGraph.objectOf(link), .made = mClock++, .carried = true});
+    return link;
+}
+
+void Builder::place(Node node, bool keep) {
+    if (node.name.empty()) node.name = unusedName(mGraph, node.action().name);
+    const auto& takes = node.action().takes;
+    for (size_t k = 0; k < takes.size() && framed(); ++k)
+        if (takes[k].accumulates && node.inputs[k].empty()) node.inputs[k] = {addState({}, node.name + "_before")};
+    std::vector<std::vector<Object>> objects(node.inputs.size());
+    for (size_t k = 0; k < node.inputs.size(); ++k)
+        for (const Link& link : node.inputs[k]) objects[k].push_back(mGraph.objectOf(link));
+    if (node.outputs.empty()) node.outputs = outputsOf(node.arguments.at(mMoment), objects, world());
+    const size_t index = mGraph.nodes.size();
+    std::vector<size_t> replaced; // outputs that take the place of what they were made from
+    for (size_t k = 0; k < takes.size() && !keep; ++k)
+        for (const Link& link : node.inputs[k]) {
+            for (const Entry& entry : mEntries)
+                if (entry.link == link && takes[k].use != Use::stays) node.took.push_back(entry);
+            if (takes[k].use == Use::taken)
+                std::erase_if(mEntries, [&](const Entry& entry) { return entry.link == link; });
+            if (takes[k].use != Use::changed) continue;
+            for (size_t o = 0; o < node.outputs.size(); ++o) {
+                if (!accepts(takes[k].kinds, node.outputs[o].kind)) continue;
+                const Link changed{.index = index, .output = o};
+                for (Entry& entry : mEntries)
+                    if (entry.link == link) {
+                        entry = {changed, node.outputs[o], entry.made, entry.carried};
+                        replaced.push_back(o);
+                    }
+                for (auto& [name, target] : mNames)
+                    if (target == link) target = changed;
+                break;
+            }
+        }
+    for (size_t o = 0; o < node.outputs.size(); ++o)
+        if (std::find(replaced.begin(), replaced.end(), o) == replaced.end())
+            mEntries.push_back({.link = {.index = index, .output = o}, .object = node.outputs[o], .made = mClock++});
+    const bool makes = !node.outputs.empty();
+    if (node.named && makes) mNames[node.name] = {.index = index, .output = node.primaryOutput()};
+    node.location.node = node.named ? node.name : "";
+    mGraph.nodes.push_back(std::move(node));
+    if (!framed()) mGraph.frames = mGraph.nodes.size();
+    validate(mGraph, index);
+}
+
+void Builder::beginFrames(const Arguments& range, SourceLocation location, bool carry) {
+    if (framed()) throw ValueError("is given twice; a program has one");
+    mGraph.frameRange = range;
+    mGraph.frameLocation = std::move(location);
+    mGraph.frames = mGraph.nodes.size();
+    mMoment = framePlanOf(range.at({})).firstClock().moment();
+    for (Entry& entry : mEntries) {
+        if (!carry || entry.object.kind != Kind::points) continue;
+        const Link initial = entry.link;
+        const std::string name = initial.from == Link::From::node ? mGraph.nodes[initial.index].name : "points";
+        entry.link = {.from = Link::From::state, .index = mGraph.states.size()};
+        entry.carried = true;
+        mGraph.states.push_back({.initial = initial, .next = entry.link, .name = unusedName(mGraph, name + "_before")});
+        for (auto& [known, target] : mNames)
+            if (target == initial) target = entry.link;
+    }
+    mOutside = mEntries;
+}
+
+// --- statements
+
+void Builder::addNode(const Statement& statement) {
+    const Arguments& a = statement.arguments;
+    const Statement now{.arguments = a.at(mMoment), .inputs = statement.inputs};
+    Node node{.arguments = a, .inputs = inputsOf(now), .location = statement.location};
+    node.name = statement.as.empty() ? "" : statement.as;
+    node.named = !statement.as.empty();
+    for (Given& given : mGraph.given) // a new object may have the name of an older program's
+        if (node.named && given.name == node.name) given.name.clear();
+    if (node.named && unusedName(mGraph, node.name) != node.name)
+        throw ValueError(fmt::format("as={}: there is a '{}' already; choose another name", node.name, node.name));
+    place(std::move(node), a.action().option("keep") && now.arguments.flag("keep"));
+}
+
+std::vector<Link> Builder::written(const Statement& statement, const std::string& file) const {
+    const Arguments& a = statement.arguments;
+    const std::vector<Kind> able = a.action().holds(file);
+    if (able.empty()) return {};
+    const Input& what = a.action().takes.front();
+    std::vector<Link> links;
+    if (const auto named = statement.inputs.find(what.name); named != statement.inputs.end()) {
+        for (const auto& name : named->second) links.push_back(resolved(name));
+    } else if (anyAges(a)) {
+        for (const char* option : {"grid", "geo", "image"}) {
+            if (!a.given(option)) continue;
+            std::vector<Kind> held; // ages of geometry count what the file can hold
+            for (const Kind kind : able)
+                if (accepts(countedBy(option, {}), kind)) held.push_back(kind);
+            if (held.empty()) continue;
+            const auto chosen = atAges(option, a.ages(option), held);
+            links.insert(links.end(), chosen.begin(), chosen.end());
+        }
+    }
+    if (links.empty()) {
+        Input newestHeld = what;
+        newestHeld.kinds = able;
+        std::vector<const Entry*> used;
+        links = inContextOf(file, [&] { return newestOf(newestHeld, {1, 1}, used); });
+    }
+    return links;
+}
+
+/// A node for each choice of objects: files of one statement may hold different ones.
+void Builder::addWriter(const Statement& statement) {
+    const Statement now{.arguments = statement.arguments.at(mMoment), .inputs = statement.inputs};
+    const auto& words = statement.arguments.writtenWords();
+    std::vector<std::pair<std::vector<Link>, std::vector<std::string>>> groups;
+    for (size_t k = 0; k < words.size(); ++k) {
+        std::vector<Link> links = written(now, now.arguments.words()[k]);
+        auto& contents = mWritten[now.arguments.words()[k]];
+        contents.clear();
+        for (const Link& link : links) contents.push_back(mGraph.objectOf(link));
+        if (groups.empty() || groups.back().first != links) groups.push_back({std::move(links), {}});
+        groups.back().second.push_back(words[k]);
+    }
+    for (auto& [links, files] : groups) {
+        Arguments a(statement.arguments.action());
+        for (const auto& file : files) a.addWord(file);
+        for (const auto& [name, value] : statement.arguments.written()) a.set(name, value);
+        place({.arguments = std::move(a), .inputs = {links}, .location = statement.location}, true);
+    }
+}
+
+void Builder::add(const Statement& statement) {
+    const Action& action = statement.arguments.action();
+    inContextOf(contextOf(statement.location), [&] {
+        if (mReading.location) *mReading.location = statement.location;
+        if (action.name == "frames")
+            beginFrames(statement.arguments, statement.location);
+        else if (action.name == "resume")
+            mGraph.resume = true;
+        else if (action.holds)
+            addWriter(statement);
+        else
+            addNode(statement);
+    });
+}
+
+void Builder::add(Graph graph) {
+    const bool onlySettings =
+        std::all_of(mGraph.nodes.begin(), mGraph.nodes.end(), [](const Node& node) { return node.action().setting; });
+    if (!onlySettings || framed() || !mGraph.given.empty())
+        throw ValueError("a graph has to come first: nothing but settings (-quiet, -threads, …) may stand before it");
+    const size_t before = mGraph.nodes.size();
+    for (Node& node : graph.nodes)
+        for (auto& links : node.inputs)
+            for (Link& link : links)
+                if (link.from == Link::From::node) link.index += before;
+    const auto shift = [&](Link& link) {
+        if (link.from == Link::From::node) link.index += before;
+    };
+    for (State& state : graph.states) {
+        shift(state.next);
+        if (state.initial) shift(*state.initial);
+    }
+    for (auto* entries : {&graph.left, &graph.leftInFrame})
+        for (Entry& entry : *entries) shift(entry.link);
+    graph.nodes.insert(graph.nodes.begin(), mGraph.nodes.begin(), mGraph.nodes.end());
+    graph.frames += before;
+    mGraph = std::move(graph);
+    mEntries = framed() ? mGraph.leftInFrame : mGraph.left;
+    mOutside = mGraph.left;
+    for (const Entry& entry : mEntries) mClock = std::max(mClock, entry.made + 1);
+    for (size_t k = 0; k < mGraph.nodes.size(); ++k)
+        if (const Node& node = mGraph.nodes[k]; !node.outputs.empty())
+            mNames[node.name] = {.index = k, .output = node.primaryOutput()};
+    if (framed()) mMoment = framePlanOf(mGraph.frameRange->at({})).firstClock().moment();
+}
+
+Graph Builder::finish() {
+    if (!framed()) {
+        mGraph.left = mEntries;
+        return std::move(mGraph);
+    }
+    mGraph.leftInFrame = mEntries;
+    for (const Entry& entry : mOutside)
+        if (!entry.carried) mGraph.left.push_back(entry);
+    size_t carried = 0; // states keep their order among the entries that are carried
+    for (const Entry& entry : mEntries)
+        if (entry.carried) {
+            mGraph.states.at(carried).next = entry.link;
+            mGraph.left.push_back(
+                {.link = {.from = Link::From::state, .index = carried++}, .object = entry.object, .made = entry.made});
+        }
+    std::sort(mGraph.left.begin(), mGraph.left.end(), [](const Entry& a, const Entry& b) { return a.made < b.made; });
+    return std::move(mGraph);
+}
+
+} // namespace curlew::app

@@ -1,0 +1,95 @@
+#include "curlew/app/language/Frames.h"
+
+#include "curlew/app/registry/Text.h"
+#include "curlew/base/Error.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <optional>
+
+namespace curlew::app {
+
+namespace {
+
+constexpr int kMostFrames = 10'000'000;
+
+std::optional<int> wholeNumber(std::string_view text) {
+    int number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc() || end != text.data() + text.size() || number < 0 || number > kMostFrames) return {};
+    return number;
+}
+
+/// Sets first, last and by from "1-240", "1-240x2" or "7".
+void setRange(FramePlan& plan, const std::string& text) {
+    const auto wrong = [&](const char* what) {
+        return ValueError(
+            fmt::format("'{}' {}; write FIRST-LAST, as in 1-240, or 1-240x2 for every other frame, with "
+                        "whole numbers from 0 to {}",
+                        text, what, kMostFrames));
+    };
+    const size_t times = text.find('x');
+    const auto ends = split(std::string_view(text).substr(0, times), '-');
+    const auto first = wholeNumber(ends.front()), last = wholeNumber(ends.back());
+    const auto by = times == std::string::npos ? 1 : wholeNumber(std::string_view(text).substr(times + 1));
+    if (ends.size() > 2 || !first || !last || !by) throw wrong("is no range of frames");
+    if (*by == 0) throw wrong("has a step of 0");
+    if (*last < *first) throw wrong("runs backward");
+    plan.first = *first;
+    plan.last = *last;
+    plan.by = *by;
+}
+
+void setPart(FramePlan& plan, const std::string& text) {
+    const auto numbers = split(text, '/');
+    const auto part = wholeNumber(numbers.front()), parts = wholeNumber(numbers.back());
+    if (numbers.size() != 2 || !part || !parts || *part < 1 || *part > *parts)
+        throw ValueError(fmt::format("part={} must be one part of several, as in 3/8 or 8/8", text));
+    plan.part = *part;
+    plan.parts = *parts;
+}
+
+} // namespace
+
+std::vector<int> FramePlan::frames() const {
+    std::vector<int> frames;
+    const int count = (last - first) / by + 1;
+    for (int k = part - 1; k < count; k += parts) frames.push_back(first + k * by);
+    if (frames.empty())
+        throw ValueError(fmt::format("there are fewer frames than parts: none is left for part={}/{}", part, parts));
+    return frames;
+}
+
+FrameClock FramePlan::clockAt(double seconds) const {
+    constexpr double kRounding = 1e-9;
+    const double steps = std::ceil(seconds * fps / by - kRounding);
+    return clock(first + by * std::clamp(static_cast<int>(steps), 0, (last - first) / by));
+}
+
+FrameClock FramePlan::clock(int frame) const {
+    const auto seconds = [&](int f) { return (f - first) / fps; };
+    return {.frame = frame,
+            .fps = fps,
+            .begin = frame == first ? 0 : seconds(frame - by),
+            .duration = frame == first ? 0 : by / fps,
+            .time = seconds(frame),
+            .substeps = substeps};
+}
+
+FramePlan framePlanOf(const Arguments& frames) {
+    FramePlan plan{.fps = frames.real("fps"),
+                   .substeps = static_cast<int>(frames.integer("substeps")),
+                   .checkpoint = frames.text("checkpoint")};
+    setRange(plan, frames.words().front());
+    if (frames.given("by")) {
+        if (plan.by != 1) throw ValueError("the step is given twice: in the range, and as by=");
+        plan.by = static_cast<int>(frames.integer("by"));
+    }
+    if (frames.given("part")) setPart(plan, frames.text("part"));
+    return plan;
+}
+
+} // namespace curlew::app

@@ -1,0 +1,177 @@
+#include "Statement.h"
+#include "curlew/app/registry/Expression.h"
+#include "curlew/app/registry/InContext.h"
+#include "curlew/app/registry/Registry.h"
+#include "curlew/app/registry/Text.h"
+#include "curlew/base/InputFile.h"
+
+#include <algorithm>
+#include <sstream>
+
+namespace curlew::app {
+
+namespace {
+
+constexpr int kDeepestScene = 16, kMostScenes = 10000;
+
+/// -1.5 is a value, -1x an action.
+bool isAction(const std::string& token) {
+    double number = 0;
+    return token.size() > 1 && token[0] == '-' && !parseReal(token, number);
+}
+
+std::string readText(const std::string& file) {
+    std::ostringstream text;
+    text << openToRead(file).rdbuf();
+    if (text.str().find('\0') != std::string::npos)
+        throw FileError(fmt::format("'{}' is not a scene: it is not text", file));
+    return text.str();
+}
+
+class Parser {
+  public:
+    explicit Parser(const Reading& reading) : mReading(reading) {}
+
+    std::vector<Included> take() { return std::move(mStatements); }
+
+    void commandLine(const std::vector<std::string>& tokens) {
+        for (size_t k = 0; k < tokens.size();) {
+            if (!isAction(tokens[k]))
+                throw ValueError(
+                    fmt::format("'{}' is not an action; actions begin with a dash: curlew -help", tokens[k]));
+            const size_t begin = k++;
+            while (k < tokens.size() && !isAction(tokens[k])) ++k;
+            const size_t dashes = tokens[begin].starts_with("--") ? 2 : 1;
+            action(tokens[begin].substr(dashes), {tokens.begin() + static_cast<std::ptrdiff_t>(begin) + 1,
+                                                  tokens.begin() + static_cast<std::ptrdiff_t>(k)});
+        }
+    }
+
+    void scene(const std::string& text, const std::string& name) {
+        if (++mDepth > kDeepestScene)
+            throw ValueError(
+                fmt::format("scene '{}': scenes include each other more than {} deep", name, kDeepestScene));
+        if (++mScenes > kMostScenes)
+            throw ValueError(fmt::format("scene '{}': more than {} scenes are included", name, kMostScenes));
+        const std::string outerFile = mLocation.file;
+        std::istringstream lines(text);
+        std::string line, pending;
+        for (int number = 1, first = 1; std::getline(lines, line); ++number) {
+            if (pending.empty()) first = number;
+            locate({.line = mDepth == 1 ? first : mLocation.line, .file = fmt::format("{}:{}", name, first)});
+            if (line.ends_with('\r')) line.pop_back();
+            const bool continues = line.ends_with('\\');
+            if (continues) line.pop_back();
+            pending += line + " ";
+            if (!continues) sceneLine(std::exchange(pending, {}));
+        }
+        if (!pending.empty())
+            throw ValueError(fmt::format("scene '{}' ends with a \\: its last line is missing", name));
+        mLocation.file = outerFile;
+        --mDepth;
+    }
+
+  private:
+    void locate(SourceLocation location) {
+        mLocation = std::move(location);
+        if (mReading.location) *mReading.location = mLocation;
+    }
+
+    void sceneLine(const std::string& line) {
+        auto words = inContextOf(mLocation.file, [&] { return wordsOf(line); });
+        if (words.empty()) return;
+        std::string name = words.front();
+        if (name.starts_with('-')) name.erase(0, 1);
+        words.erase(words.begin());
+        action(name, words);
+    }
+
+    void action(const std::string& name, const std::vector<std::string>& tokens) {
+        SourceLocation location = mLocation;
+        location.action = name;
+        locate(location);
+        const Action& declared = inContextOf(location.file.empty() ? "command line" : location.file,
+                                             [&]() -> const Action& { return findAction(mReading.registry, name); });
+        inContextOf(contextOf(location), [&] {
+            if (name == "set") return define(tokens);
+            Statement statement{.arguments = Arguments(declared), .location = location};
+            for (const auto& token : tokens) add(statement, withConstants(token, mConstants));
+            statement.arguments.finish();
+            if (!statement.as.empty() && declared.makes.empty())
+                throw ValueError(fmt::format("as={}: it makes nothing that could have a name", statement.as));
+            if (name != "config")
+                mStatements.push_back({.statement = std::move(statement), .location = location});
+            else
+                include(statement.arguments.words());
+        });
+    }
+
+    void include(const std::vector<std::string>& files) {
+        for (const auto& file : files) {
+            const SourceLocation here = mLocation;
+            const std::string text = readText(file);
+            if (file.ends_with(".json"))
+                mStatements.push_back({.json = text, .location = {.file = file}});
+            else
+                scene(text, file);
+            locate(here);
+        }
+    }
+
+    /// Adds one token: the name of the result, the names of inputs, an option or a word.
+    static void add(Statement& statement, const std::string& token) {
+        const Action& action = statement.arguments.action();
+        const size_t equals = token.find('=');
+        const std::string name = token.substr(0, equals),
+                          value = equals == std::string::npos ? "" : token.substr(equals + 1);
+        if (equals == std::string::npos) return statement.arguments.add(token);
+        if (name == "as") {
+            if (!isNodeName(value))
+                throw ValueError(fmt::format(
+                    "as={} is not a name; names have letters, digits, _ and -, and begin with a letter", value));
+            if (!std::exchange(statement.as, value).empty()) throw ValueError("as= is given twice");
+            return;
+        }
+        const Option* option = action.option(name);
+        const bool ages = option && option->type == OptionType::ages;
+        const auto input = std::find_if(action.takes.begin(), action.takes.end(), [&](const Input& i) {
+            return i.name == name || (ages && i.age == name && areNames(value));
+        });
+        if (input == action.takes.end() || (option && !areNames(value))) return statement.arguments.add(token);
+        if (!statement.inputs.emplace(input->name, split(value, ',')).second)
+            throw ValueError(fmt::format("input '{}' is given twice", input->name));
+    }
+
+    /// The first definition of a name counts: a scene's own is what it has unless one before -config says otherwise.
+    void define(const std::vector<std::string>& definitions) {
+        if (definitions.empty()) throw ValueError("needs NAME=VALUE");
+        for (const auto& definition : definitions) mConstants.insert(constantOf(withConstants(definition, mConstants)));
+    }
+
+    const Reading& mReading;
+    std::vector<Included> mStatements;
+    Constants mConstants;
+    SourceLocation mLocation;
+    int mDepth = 0, mScenes = 0;
+};
+
+} // namespace
+
+bool areNames(const std::string& value) {
+    return !value.empty() && std::isdigit(static_cast<unsigned char>(value.front())) == 0 && value.front() != '-' &&
+           value.front() != '{' && value.front() != '+' && value.front() != '.';
+}
+
+std::vector<Included> statementsOf(const std::vector<std::string>& tokens, const Reading& reading) {
+    Parser parser(reading);
+    parser.commandLine(tokens);
+    return parser.take();
+}
+
+std::vector<Included> statementsOfScene(const std::string& text, const std::string& name, const Reading& reading) {
+    Parser parser(reading);
+    parser.scene(text, name);
+    return parser.take();
+}
+
+} // namespace curlew::app

@@ -1,0 +1,193 @@
+#include "curlew/app/registry/Expression.h"
+
+#include "curlew/app/registry/Text.h"
+#include "curlew/base/Error.h"
+
+#include <fmt/format.h>
+#include <muParser.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace curlew::app {
+
+namespace {
+
+/// The remainder of a / b with the sign of b.
+double modulo(double a, double b) { return a - b * std::floor(a / b); }
+double clamped(double value, double lower, double upper) { return std::max(lower, std::min(value, upper)); }
+double floorOf(double value) { return std::floor(value); }
+double ceilOf(double value) { return std::ceil(value); }
+
+/// Its value, which may not be finite.
+double evaluated(const std::string& expression, Moment moment, Variables& variables) {
+    double frame = moment.wholeFrame();
+    try {
+        mu::Parser parser;
+        parser.DefineConst("pi", std::numbers::pi);
+        parser.DefineFun("floor", floorOf);
+        parser.DefineFun("ceil", ceilOf);
+        parser.DefineFun("mod", modulo);
+        parser.DefineFun("clamp", clamped);
+        parser.DefineVar("F", &frame);
+        parser.DefineVar("FF", &moment.frame);
+        parser.DefineVar("T", &moment.time);
+        parser.DefineVar("fps", &moment.fps);
+        parser.SetExpr(expression);
+        const double value = parser.Eval();
+        for (const auto& [name, address] : parser.GetUsedVar()) {
+            variables.any = true;
+            if (name != "fps") variables.time = true;
+        }
+        return value;
+    } catch (const mu::ParserError& error) {
+        std::string message = error.GetMsg();
+        while (message.ends_with('.')) message.pop_back();
+        throw ValueError(fmt::format("{{{}}}: {}; it has the variables F, T, FF and fps, and pi", expression, message));
+    }
+}
+
+class Expander {
+  public:
+    Expander(std::string_view text, const Moment& moment) : mText(text), mMoment(moment) {}
+
+    const Variables& variables() const { return mVariables; }
+    /// The last expression whose value was not finite, and its value; "" if all were.
+    const std::string& notFinite() const { return mNotFinite; }
+
+    std::string result() {
+        std::string result;
+        while (mAt < mText.size()) {
+            if (mText[mAt] == '{')
+                result += expression();
+            else if (mText[mAt] == '$')
+                result += frame();
+            else
+                result += mText[mAt++];
+        }
+        return result;
+    }
+
+  private:
+    std::string expression() {
+        if (mText.substr(mAt).starts_with("{{")) {
+            mAt += 2;
+            return "{";
+        }
+        const size_t end = mText.find('}', mAt);
+        if (end == std::string_view::npos)
+            throw ValueError(fmt::format("'{}' has no }} for its {{; for a plain {{ write {{{{", mText.substr(mAt)));
+        const std::string inner(mText.substr(mAt + 1, end - mAt - 1));
+        mAt = end + 1;
+        const double value = evaluated(inner, mMoment, mVariables);
+        if (!std::isfinite(value)) mNotFinite = fmt::format("{{{}}} is {}", inner, value);
+        return fmt::format("{}", value);
+    }
+
+    std::string frame() {
+        ++mAt;
+        if (mText.substr(mAt).starts_with('$')) {
+            ++mAt;
+            return "$";
+        }
+        if (!mText.substr(mAt).starts_with('F'))
+            throw ValueError(
+                fmt::format("'{}' has a $ that means nothing; $F is the frame, $F4 the frame with four "
+                            "digits, $$ a plain $",
+                            mText));
+        ++mAt;
+        size_t width = 0;
+        if (mAt < mText.size() && mText[mAt] >= '1' && mText[mAt] <= '9')
+            width = static_cast<size_t>(mText[mAt++] - '0');
+        mVariables = {.any = true, .time = true};
+        return fmt::format("{:0{}}", static_cast<long>(mMoment.wholeFrame()), width);
+    }
+
+    std::string_view mText;
+    Moment mMoment;
+    Variables mVariables;
+    std::string mNotFinite;
+    size_t mAt = 0;
+};
+
+bool beginsName(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_'; }
+bool continuesName(char c) { return beginsName(c) || std::isdigit(static_cast<unsigned char>(c)) != 0; }
+
+/// Where the word that begins at `at` ends: a name, a number with its exponent, or one other character.
+size_t endOfWord(std::string_view text, size_t at) {
+    const auto whole = [&](size_t end) {
+        return std::find_if_not(text.begin() + static_cast<std::ptrdiff_t>(end), text.end(), continuesName) -
+               text.begin();
+    };
+    if (continuesName(text[at])) return static_cast<size_t>(whole(at));
+    // .5e3 has no name in it, nor has the e3 of 1.e3.
+    return text[at] == '.' ? static_cast<size_t>(whole(at + 1)) : at + 1;
+}
+
+} // namespace
+
+double Moment::wholeFrame() const {
+    const double nearest = std::round(frame);
+    return std::abs(frame - nearest) < 1e-6 ? nearest : std::ceil(frame); // times are rounded
+}
+
+std::string expanded(std::string_view text, const Moment& moment) {
+    if (text.find_first_of("{$") == std::string_view::npos) return std::string(text);
+    Expander expander(text, moment);
+    std::string result = expander.result();
+    if (!expander.notFinite().empty())
+        throw ValueError(fmt::format("{} at F={}, T={}; it must be a finite number", expander.notFinite(), moment.frame,
+                                     moment.time));
+    return result;
+}
+
+Variables variablesOf(std::string_view text) {
+    Expander expander(text, {});
+    expander.result();
+    if (!expander.variables().any) expanded(text, {});
+    return expander.variables();
+}
+
+std::string withConstants(std::string_view text, const Constants& constants) {
+    std::string result;
+    bool inside = false;
+    for (size_t at = 0; at < text.size();) {
+        if (!inside && text.substr(at).starts_with("{{")) {
+            result += "{{";
+            at += 2;
+            continue;
+        }
+        if (text[at] == '{') inside = true;
+        if (text[at] == '}') inside = false;
+        const size_t end = inside ? endOfWord(text, at) : at + 1;
+        const std::string word(text.substr(at, end - at));
+        const auto found = inside ? constants.find(word) : constants.end();
+        result += found == constants.end() ? word : fmt::format("({})", found->second);
+        at = end;
+    }
+    return result;
+}
+
+std::pair<std::string, double> constantOf(const std::string& definition) {
+    const size_t equals = definition.find('=');
+    const std::string name = definition.substr(0, equals);
+    if (equals == std::string::npos || name.empty() || !beginsName(name.front()) ||
+        !std::all_of(name.begin(), name.end(), continuesName))
+        throw ValueError(fmt::format("'{}' is no definition; write NAME=VALUE", definition));
+    Variables variables;
+    bool taken = true;
+    try {
+        evaluated(name, {}, variables);
+    } catch (const ValueError&) {
+        taken = false;
+    }
+    if (taken) throw ValueError(fmt::format("'{}' already has a meaning in expressions; choose another name", name));
+    const std::string text = definition.substr(equals + 1);
+    double value = 0;
+    if (variablesOf(text).any || !parseReal(expanded(text, {}), value))
+        throw ValueError(fmt::format("{}: the value must be a number or an expression of numbers", definition));
+    return {name, value};
+}
+
+} // namespace curlew::app

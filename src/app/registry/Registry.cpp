@@ -1,0 +1,143 @@
+#include "curlew/app/registry/Registry.h"
+
+#include "curlew/app/registry/Text.h"
+#include "curlew/base/Error.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace curlew::app {
+
+const Action& findAction(const Registry& registry, std::string_view name) {
+    std::vector<std::string> names;
+    for (const auto& action : registry) {
+        if (action.name == name) return action;
+        names.push_back(action.name);
+    }
+    throw ValueError(fmt::format("there is no action '-{}'{}; see curlew -list", name, didYouMean(name, names)));
+}
+
+namespace {
+
+std::string typeName(const Option& o) {
+    switch (o.type) {
+        case OptionType::flag:
+            return "0|1";
+        case OptionType::integer:
+            return "whole number";
+        case OptionType::real:
+            return "number";
+        case OptionType::vector:
+            return "x,y,z";
+        case OptionType::coordinates:
+            return "x,y,…";
+        case OptionType::interval:
+            return "lower,upper";
+        case OptionType::box:
+            return "xmin,ymin,zmin,xmax,ymax,zmax";
+        case OptionType::choice:
+            return join(o.choices, "|");
+        case OptionType::text:
+            return "text";
+        case OptionType::ages:
+            return "ages";
+    }
+    return "";
+}
+
+std::string describe(const Option& o) {
+    std::string text = o.help;
+    if (!o.unit.empty()) text += fmt::format(" [{}]", o.unit);
+    if (!o.fallback.empty()) text += fmt::format(" (default {})", o.fallback);
+    return text;
+}
+
+std::string optionsOf(const Action& action) {
+    std::vector<std::string> names;
+    if (!action.positional.what.empty()) names.push_back(action.positional.what);
+    for (const auto& o : action.options) names.push_back(o.name + "=");
+    return join(names, " ");
+}
+
+std::string phraseOf(const std::vector<Kind>& kinds) {
+    std::vector<std::string> names;
+    for (const Kind kind : kinds)
+        names.emplace_back(kind == Kind::levelSet ? "level set" : kind == Kind::noise ? "field" : nameOf(kind));
+    return join(names, " or ");
+}
+
+/// "2 fields", "1 or 2 fields", "flow".
+std::string countedPhrase(const std::vector<Kind>& kinds, const Amount& amount) {
+    if (amount.most <= 1) return phraseOf(kinds);
+    return amount.most >= 100            ? fmt::format("{}, any number", phraseOf(kinds))
+           : amount.least == amount.most ? fmt::format("{} × {}", amount.most, phraseOf(kinds))
+                                         : fmt::format("{} to {} × {}", amount.least, amount.most, phraseOf(kinds));
+}
+
+} // namespace
+
+std::string inputsOf(const Action& action) {
+    std::vector<std::string> parts;
+    for (const Input& input : action.takes) {
+        std::string part = fmt::format("{}: {}", input.name, countedPhrase(input.kinds, input.amount));
+        std::vector<std::string> notes;
+        if (input.amount.least == 0) notes.push_back(input.help.empty() ? "optional" : input.help);
+        if (input.use == Use::stays) notes.emplace_back("stays");
+        if (input.use == Use::changed) notes.emplace_back("is changed");
+        if (!notes.empty()) part += fmt::format(" ({})", join(notes, "; "));
+        parts.push_back(std::move(part));
+    }
+    return join(parts, ", ");
+}
+
+std::string outputsOf(const Action& action) {
+    std::vector<std::string> parts;
+    for (const Output& output : action.makes) {
+        std::string part = countedPhrase({output.kinds.front()}, output.amount);
+        if (output.name != nameOf(output.kinds.front())) part = fmt::format("{}: {}", output.name, part);
+        if (!output.flag.empty()) part += fmt::format(" (with {}=1)", output.flag);
+        parts.push_back(std::move(part));
+    }
+    return join(parts, ", ");
+}
+
+std::string helpTable(const Registry& registry) {
+    std::string table = "| action | does | takes | makes | options |\n|---|---|---|---|---|\n";
+    for (const auto& a : registry)
+        table += fmt::format("| `-{}` | {} | {} | {} | {} |\n", a.name, a.summary, inputsOf(a), outputsOf(a),
+                             optionsOf(a).empty() ? "" : "`" + optionsOf(a) + "`");
+    return table;
+}
+
+std::string helpOverview(const Registry& registry) {
+    std::string text =
+        "curlew -action [option=value …] -action …\n\n"
+        "Actions run from left to right on stacks of fields, flows, grids, geometry and images.\n"
+        "grid=0 is the newest grid; a unique beginning of an option's name is enough.\n"
+        "{2*pi*T} in a value is an expression: F is the frame, T its time in seconds, 0 in the first frame; without\n"
+        "-frames, F is 1 and T is 0. In file names, $F4 is the frame with four digits.\n";
+    std::string group;
+    for (const auto& a : registry) {
+        if (a.group != group) text += fmt::format("\n{}\n", group = a.group);
+        text += fmt::format("  -{:<12} {}\n", a.name, a.summary);
+    }
+    return text + "\ncurlew -help ACTION tells its options and shows examples.\n";
+}
+
+std::string helpFor(const Action& action) {
+    std::string text = fmt::format("-{}", action.name);
+    if (!action.positional.what.empty()) text += " " + action.positional.what;
+    if (!action.options.empty()) text += " [option=value …]";
+    text += fmt::format("\n  {}\n", action.summary);
+    if (!action.takes.empty()) text += fmt::format("  takes: {}\n", inputsOf(action));
+    if (!action.makes.empty()) text += fmt::format("  makes: {}\n", outputsOf(action));
+    if (!action.options.empty()) text += "\n";
+    for (const auto& o : action.options)
+        text += fmt::format("  {}={}\n{}\n", o.name, typeName(o), wrapped(describe(o), 6, 100));
+    if (!action.examples.empty()) text += "\nfor example\n";
+    for (const auto& example : action.examples) text += fmt::format("  {}\n", example);
+    return text;
+}
+
+} // namespace curlew::app

@@ -1,0 +1,56 @@
+#include "curlew/app/run/AnyField.h"
+
+#include "curlew/field/Algebra.h"
+#include "curlew/field/Map.h"
+
+#include <algorithm>
+
+namespace curlew::app {
+
+namespace {
+
+[[noreturn]] void refuse(const char* what, int dimension) {
+    throw ValueError(fmt::format(
+        "this wants a {0} in space, and the newest {0} has {1} dimensions; -lift brings fields down", what, dimension));
+}
+
+} // namespace
+
+ScalarField inSpace(const AnyField& field) {
+    return std::visit(
+        [](const auto& f) -> ScalarField {
+            constexpr int kN = std::remove_cvref_t<decltype(f)>::kDimension;
+            if constexpr (kN == 3)
+                return f;
+            else if constexpr (kN < 3)
+                return projected(f, Matrix<kN, 3>{});
+            else
+                refuse("field", kN);
+        },
+        field);
+}
+
+Flow inSpace(const AnyFlow& flow) {
+    return std::visit(
+        [](const auto& f) -> Flow {
+            constexpr int kN = std::remove_cvref_t<decltype(f)>::kDimension;
+            if constexpr (kN == 3) {
+                return f;
+            } else if constexpr (kN == 2) {
+                std::vector<Flow::Potentials> terms;
+                for (const auto& term : f.terms())
+                    terms.push_back({projected(term[0], Matrix<2, 3>{}), rampField({{0, 0, 1}})});
+                const auto& box = f.domain().box;
+                const double half = std::max(box.size()[0], box.size()[1]) / 16;
+                const Flow spatial(
+                    std::move(terms),
+                    {.box = {{{box.lower[0], box.lower[1], -half}}, {{box.upper[0], box.upper[1], half}}}, .wall = {}});
+                return f.divergenceFree() ? spatial : spatial.normalized(f.uniformSpeed());
+            } else {
+                refuse("flow", kN);
+            }
+        },
+        flow);
+}
+
+} // namespace curlew::app

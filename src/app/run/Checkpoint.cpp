@@ -1,0 +1,135 @@
+#include "Evaluator.h"
+#include "curlew/base/AtomicFile.h"
+
+#include <bit>
+#include <cstring>
+#include <fstream>
+
+namespace curlew::app {
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "numbers are written as they are in memory");
+
+constexpr uint64_t kMagic = 0x32746b63776c7243; // "Crlwckt2"; the last one is the version
+
+class Writer {
+  public:
+    explicit Writer(std::ostream& out) : mOut(out) {}
+
+    template <class T>
+    void number(T value) {
+        raw(&value, sizeof value);
+    }
+    template <class T>
+    void array(const std::vector<T>& values) {
+        number(uint64_t{values.size()});
+        raw(values.data(), values.size() * sizeof(T));
+    }
+    Digest digest() const { return mDigest.digest(); }
+
+  private:
+    void raw(const void* data, size_t bytes) {
+        mDigest.addBytes(data, bytes);
+        mOut.write(static_cast<const char*>(data), static_cast<std::streamsize>(bytes));
+    }
+    std::ostream& mOut;
+    DigestBuilder mDigest;
+};
+
+class Reader {
+  public:
+    explicit Reader(const std::filesystem::path& path)
+        : mPath(path), mIn(path, std::ios::binary), mLeft(std::filesystem::file_size(path)) {
+        if (!mIn)
+            throw FileError(fmt::format("cannot read the checkpoint '{}': {}", path.string(), std::strerror(errno)));
+    }
+
+    template <class T>
+    T number() {
+        T value{};
+        raw(&value, sizeof value);
+        return value;
+    }
+    template <class T>
+    void array(std::vector<T>& values) {
+        const auto size = number<uint64_t>();
+        if (size > mLeft / sizeof(T)) throw damaged();
+        values.resize(size);
+        raw(values.data(), size * sizeof(T));
+    }
+    /// Of what has been read.
+    Digest digest() const { return mDigest.digest(); }
+    uintmax_t left() const { return mLeft; }
+    FileError damaged() const {
+        return FileError(
+            fmt::format("'{}' is damaged, or no checkpoint; remove it, and run again without -resume", mPath.string()));
+    }
+
+  private:
+    void raw(void* data, size_t bytes) {
+        if (bytes > mLeft || !mIn.read(static_cast<char*>(data), static_cast<std::streamsize>(bytes))) throw damaged();
+        mLeft -= bytes;
+        mDigest.addBytes(data, bytes);
+    }
+    const std::filesystem::path& mPath;
+    std::ifstream mIn;
+    uintmax_t mLeft;
+    DigestBuilder mDigest;
+};
+
+/// Writes or reads what a set of points has beside its arrays; the flow of its track is found again by its identity.
+template <class Set, class Number>
+void eachNumber(Set& set, const Number& number) {
+    number(set.nextId);
+    number(set.tracked.identity);
+    number(set.tracked.frame);
+}
+
+} // namespace
+
+void writeCheckpoint(const std::filesystem::path& path, const Digest& program, const Checkpoint& checkpoint,
+                     const std::function<bool()>& cancelled) {
+    writeAtomically(
+        path,
+        [&](std::ostream& out) {
+            Writer writer(out);
+            const auto number = [&](const auto& value) { writer.number(value); };
+            number(kMagic);
+            number(program);
+            number(int32_t{checkpoint.frame});
+            number(uint64_t{checkpoint.states.size()});
+            for (const auto& [set, key] : checkpoint.states) {
+                number(key);
+                eachNumber(set, number);
+                forEachArray(set.particles, [&](const auto& values) { writer.array(values); });
+            }
+            writer.array(checkpoint.sums);
+            number(writer.digest());
+        },
+        cancelled);
+}
+
+std::optional<Checkpoint> readCheckpoint(const std::filesystem::path& path, const Digest& program) {
+    if (!std::filesystem::exists(path)) return {};
+    Reader reader(path);
+    const auto number = [&](auto& value) { value = reader.number<std::remove_cvref_t<decltype(value)>>(); };
+    if (reader.number<uint64_t>() != kMagic) throw reader.damaged();
+    if (reader.number<Digest>() != program)
+        throw FileError(
+            fmt::format("the checkpoint '{}' is of another program; remove it, or run that one", path.string()));
+    Checkpoint checkpoint{.frame = reader.number<int32_t>()};
+    const auto states = reader.number<uint64_t>();
+    for (uint64_t k = 0; k < states; ++k) {
+        auto& [set, key] = checkpoint.states.emplace_back();
+        number(key);
+        eachNumber(set, number);
+        forEachArray(set.particles, [&](auto& values) { reader.array(values); });
+    }
+    reader.array(checkpoint.sums);
+    const Digest digest = reader.digest();
+    if (reader.number<Digest>() != digest || reader.left() != 0) throw reader.damaged();
+    return checkpoint;
+}
+
+} // namespace curlew::app

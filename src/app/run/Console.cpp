@@ -1,0 +1,103 @@
+#include "curlew/app/run/Console.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+
+namespace curlew::app {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using namespace std::chrono_literals;
+
+bool onTerminal() {
+    static const bool terminal = isatty(STDERR_FILENO) != 0;
+    return terminal;
+}
+
+/// That nobody can hear is no reason to stop.
+void put(const std::string& text) {
+    std::fputs(text.c_str(), stderr);
+    std::fflush(stderr);
+}
+
+/// The standard streams, and the bar that may stand on the last line.
+class Terminal {
+  public:
+    void say(std::string_view line) {
+        clearBar();
+        put(fmt::format("{}\n", line));
+    }
+    void show(const Progress& progress);
+
+  private:
+    void clearBar() {
+        if (mBarShown) put("\r\x1b[K");
+        mBarShown = false;
+    }
+
+    bool mBarShown = false;
+    Clock::time_point mLastShown{};
+};
+
+void Terminal::show(const Progress& progress) {
+    const auto now = Clock::now();
+    const double fraction = progress.fraction;
+    if (progress.seconds < 1 || now - mLastShown < (onTerminal() ? 100ms : 5000ms)) {
+        if (fraction >= 1) clearBar();
+        return;
+    }
+    mLastShown = now;
+    const double left = fraction > 0 ? progress.seconds * (1 - fraction) / fraction : 0;
+    if (!onTerminal()) {
+        put(fmt::format("{}: {:.0f} %, about {:.0f} s left\n", progress.title, 100 * fraction, left));
+        return;
+    }
+    constexpr int kWidth = 32;
+    const int filled = std::clamp(static_cast<int>(fraction * kWidth), 0, kWidth);
+    put(fmt::format("\r\x1b[K{} [{}{}] {:3.0f} %  {:.0f} s left", progress.title,
+                    std::string(static_cast<size_t>(filled), '#'),
+                    std::string(static_cast<size_t>(kWidth - filled), '.'), 100 * fraction, left));
+    mBarShown = true;
+    if (fraction >= 1) clearBar();
+}
+
+} // namespace
+
+Listener terminal(std::function<bool()> cancelled) {
+    const auto terminal = std::make_shared<Terminal>();
+    return {.say = [terminal](std::string_view line) { terminal->say(line); },
+            .print = [](std::string_view text) { fmt::print("{}", text); },
+            .progress = [terminal](const Progress& progress) { terminal->show(progress); },
+            .cancelled = std::move(cancelled)};
+}
+
+void Console::print(std::string_view text) const {
+    if (mListener.print) mListener.print(text);
+}
+
+void Console::say(std::string_view line) const {
+    if (mVerbosity != Verbosity::quiet && mListener.say) mListener.say(line);
+}
+
+void Console::detail(std::string_view line) const {
+    if (mVerbosity == Verbosity::verbose) say(line);
+}
+
+Monitor Console::follow(std::string title) const {
+    Monitor monitor{.report = {}, .cancelled = mListener.cancelled};
+    if (mVerbosity != Verbosity::quiet && mListener.progress)
+        monitor.report = [progress = mListener.progress, title = std::move(title),
+                          began = Clock::now()](double fraction) {
+            const double seconds = std::chrono::duration<double>(Clock::now() - began).count();
+            progress({.title = title, .fraction = fraction, .seconds = seconds});
+        };
+    return monitor;
+}
+
+} // namespace curlew::app

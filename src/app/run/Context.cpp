@@ -1,0 +1,133 @@
+#include "curlew/app/run/Context.h"
+
+#include "Evaluator.h"
+#include "SdfCache.h"
+#include "curlew/app/registry/Text.h"
+
+#include <algorithm>
+
+namespace curlew::app {
+
+Context::Context(Evaluator& evaluator, Console& console, size_t node, const Moment& moment, NodeResult& result)
+    : mEvaluator(evaluator), mConsole(console), mNode(node), mMoment(moment), mResult(result) {}
+
+const std::vector<Link>& Context::links(std::string_view input) const {
+    const Node& node = graph().nodes[mNode];
+    return node.inputs.at(node.action().inputIndex(input));
+}
+
+const Link& Context::link(std::string_view input, size_t index) const {
+    const auto& all = links(input);
+    if (index >= all.size()) throw ValueError(fmt::format("nothing is connected to '{}'", input));
+    return all[index];
+}
+
+size_t Context::count(std::string_view input) const { return links(input).size(); }
+
+namespace {
+
+/// The object of type T in a value. The value of an input is held by the evaluator for as long as the action runs.
+template <class T>
+const T& held(const Value& value, std::string_view input, const char* what) {
+    if (const auto* found = std::get_if<T>(&value)) return *found;
+    throw ValueError(fmt::format("'{}' is not {}", input, what));
+}
+
+} // namespace
+
+const Value& Context::value(std::string_view input, size_t index) const {
+    const Link& wanted = link(input, index);
+    for (const auto& [known, value] : mHeld)
+        if (known == wanted) return value;
+    return mHeld.emplace_back(wanted, mEvaluator.value(wanted, mMoment)).second;
+}
+
+Kind Context::kind(std::string_view input) const { return kindOf(value(input)); }
+
+const FieldValue& Context::field(std::string_view input, size_t index) const {
+    return held<FieldValue>(value(input, index), input, "a field");
+}
+const AnyFlow& Context::anyFlow(std::string_view input, size_t index) const {
+    return held<AnyFlow>(value(input, index), input, "a flow");
+}
+Flow Context::flow(std::string_view input, size_t index) const { return inSpace(anyFlow(input, index)); }
+const GridValue& Context::grid(std::string_view input, size_t index) const {
+    return held<GridValue>(value(input, index), input, "a grid");
+}
+MeshPointer Context::mesh(std::string_view input) const { return held<MeshPointer>(value(input), input, "a mesh"); }
+CurvesPointer Context::curves(std::string_view input, size_t index) const {
+    return held<CurvesPointer>(value(input, index), input, "curves");
+}
+const ImageValue& Context::image(std::string_view input, size_t index) const {
+    return *held<std::shared_ptr<const ImageValue>>(value(input, index), input, "an image");
+}
+const PointSet& Context::points(std::string_view input, size_t index) const {
+    return *held<PointsPointer>(value(input, index), input, "points");
+}
+
+PointSet Context::takePoints(std::string_view input) {
+    const Link& wanted = link(input, 0);
+    std::erase_if(mHeld, [&](const auto& known) { return known.first == wanted; });
+    return mEvaluator.take(wanted, mNode);
+}
+
+FlowInTime Context::flowInTime(std::string_view input) const {
+    const Link wanted = link(input, 0);
+    Evaluator& evaluator = mEvaluator;
+    if (evaluator.steady(wanted)) return flow(input);
+    return FlowInTime([&evaluator, wanted](double time) {
+        const Value value = evaluator.value(wanted, evaluator.momentAt(time));
+        return inSpace(std::get<AnyFlow>(value));
+    });
+}
+
+Sdf Context::sdf(std::string_view input, double distance) const {
+    const Value& wall = value(input);
+    if (const auto* shape = std::get_if<FieldValue>(&wall); shape && shape->sdf) return *shape->sdf;
+    return session().mSdfs->sdf(held<GridValue>(wall, input, "a shape or level set"), distance, mConsole);
+}
+
+LevelSet Context::levelSet(std::string_view input, double distance) const {
+    return session().mSdfs->levelSet(grid(input), distance, mConsole);
+}
+
+std::string Context::programOf(std::string_view input, size_t index) const {
+    const auto* field = std::get_if<FieldValue>(&value(input, index));
+    return field ? field->program : "";
+}
+
+TrackedFlow Context::tracked(std::string_view input) const {
+    const Link& flow = link(input, 0);
+    const bool inFrames = clock() && flow.from == Link::From::node && graph().inFrames(flow.index);
+    return {.identity = mEvaluator.keyOf(flow),
+            .frame = inFrames ? clock()->frame : -1,
+            .flow = std::make_shared<const AnyFlow>(anyFlow(input))};
+}
+
+const AnyFlow* Context::trackedFlow(const PointSet& points) const {
+    const TrackedFlow& tracked = points.tracked;
+    const bool now = tracked.frame == -1 || (clock() && tracked.frame == clock()->frame);
+    return now ? tracked.flow.get() : nullptr;
+}
+
+Value Context::provided(const std::string& name) const {
+    const auto& provided = session().mProvided;
+    const auto found = provided.find(name);
+    return found == provided.end() ? Value{} : found->second.value;
+}
+
+Report& Context::report(const std::string& name) {
+    for (auto& [known, figures] : mResult.figures)
+        if (known == name) return figures;
+    const Report& all = session().report;
+    const auto before = all.find(name);
+    return mResult.figures.emplace_back(name, before == all.end() ? Report::object() : *before).second;
+}
+
+Report& Context::wholeReport() const { return session().report; }
+const std::optional<FrameClock>& Context::clock() const { return mEvaluator.mClock; }
+Memory& Context::memory() const { return mEvaluator.mMemories[mNode]; }
+Session& Context::session() const { return mEvaluator.mSession; }
+const Graph& Context::graph() const { return mEvaluator.mGraph; }
+
+} // namespace curlew::app

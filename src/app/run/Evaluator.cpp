@@ -1,0 +1,360 @@
+#include "Evaluator.h"
+
+#include "SdfCache.h"
+#include "curlew/app/registry/InContext.h"
+#include "curlew/app/registry/Text.h"
+#include "curlew/base/AtomicFile.h"
+#include "curlew/base/Memory.h"
+
+#include <algorithm>
+
+namespace curlew::app {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr size_t kMostRemembered = 8; ///< Results of a node at other times.
+constexpr size_t kWantedLater = std::numeric_limits<size_t>::max();
+
+double secondsSince(Clock::time_point began) { return std::chrono::duration<double>(Clock::now() - began).count(); }
+
+} // namespace
+
+Evaluator::Evaluator(Session& session, const Graph& graph)
+    : mSession(session),
+      mGraph(graph),
+      mResults(session.mResults),
+      mStates(graph.states.size()),
+      mMemories(graph.nodes.size()),
+      mVaries(graph.nodes.size()),
+      mAdvances(graph.nodes.size()),
+      mNeeded(graph.nodes.size(), true),
+      mTimings(graph.nodes.size()) {
+    mResults.assign(graph.nodes.size(), nullptr);
+    analyse();
+}
+
+void Evaluator::analyse() {
+    for (size_t k = 0; k < mGraph.nodes.size(); ++k) {
+        const Node& node = mGraph.nodes[k];
+        mVaries[k] = node.action().varies || node.arguments.changes() ||
+                     (mGraph.inFrames(k) && node.action().inFrames == InFrames::each);
+        mAdvances[k] = mGraph.inFrames(k) && node.action().inFrames == InFrames::each;
+        for (const auto& links : node.inputs)
+            for (const Link& link : links) {
+                // A field or flow may be evaluated again, at another time.
+                const bool again = node.action().evaluation == Evaluation::anyTime;
+                size_t& last = mLastUse[link];
+                last = again || last == kWantedLater ? kWantedLater : k;
+                const bool state = link.from == Link::From::state && mGraph.inFrames(k);
+                const bool sameSection =
+                    link.from == Link::From::node && mGraph.inFrames(link.index) == mGraph.inFrames(k);
+                mVaries[k] = mVaries[k] || state || (sameSection && mVaries[link.index]);
+                mAdvances[k] = mAdvances[k] || state || (sameSection && mAdvances[link.index]);
+            }
+    }
+    // What is made once, or is the same in each frame, is there for every frame.
+    for (auto& [link, last] : mLastUse) {
+        const bool node = link.from == Link::From::node && last != kWantedLater;
+        if (link.from == Link::From::given ||
+            (node && mGraph.inFrames(last) && (!mGraph.inFrames(link.index) || !mVaries[link.index])))
+            last = kWantedLater;
+    }
+    for (const State& state : mGraph.states) {
+        if (state.initial) mLastUse[*state.initial] = kWantedLater;
+        if (state.next.from == Link::From::node) mLastUse[state.next] = kWantedLater;
+    }
+    if (mGraph.wanted.empty() && mGraph.effects) return;
+    mNeeded.assign(mGraph.nodes.size(), false);
+    for (const auto& name : mGraph.wanted)
+        if (const Link link = linkOf(mGraph, name); link.from == Link::From::node) mNeeded[link.index] = true;
+    for (size_t k = mGraph.nodes.size(); k-- > 0;) {
+        const Node& node = mGraph.nodes[k];
+        const bool effect = node.action().evaluation == Evaluation::effect;
+        if (effect && (mGraph.effects || node.action().setting)) mNeeded[k] = true;
+        if (effect && !mNeeded[k]) continue;
+        if (!mNeeded[k]) continue;
+        for (const auto& links : node.inputs)
+            for (const Link& link : links) {
+                if (link.from == Link::From::node) mNeeded[link.index] = true;
+                if (link.from == Link::From::state) {
+                    const State& state = mGraph.states[link.index];
+                    if (state.initial && state.initial->from == Link::From::node) mNeeded[state.initial->index] = true;
+                    if (state.next.from == Link::From::node) mNeeded[state.next.index] = true;
+                }
+            }
+    }
+}
+
+// --- values
+
+Value Evaluator::value(const Link& link, const Moment& moment) {
+    if (link.from == Link::From::given) return mSession.mGiven.at(link.index).value;
+    if (link.from == Link::From::state) return mStates[link.index].points;
+    const bool wholeFrames = mGraph.nodes[link.index].action().evaluation != Evaluation::anyTime;
+    if (!isNow(moment) && wholeFrames) return betweenFrames(link, moment);
+    const ResultPointer result = resultAt(link.index, moment);
+    if (!result || link.output >= result->outputs.size())
+        throw ValueError(fmt::format("'{}' has not been made", app::nameOf(mGraph, link)));
+    return result->outputs[link.output];
+}
+
+bool Evaluator::steady(const Link& link) const {
+    return link.from != Link::From::node || !mVaries[link.index] || (mClock && !mGraph.inFrames(link.index));
+}
+
+Moment Evaluator::momentAt(double seconds) const { return mClock.value_or(FrameClock{}).moment(seconds); }
+
+ResultPointer Evaluator::resultAt(size_t node, const Moment& moment) {
+    const bool fixed = isNow(moment) || mAdvances[node] || steady({.index = node});
+    if (fixed) return mResults[node];
+    size_t known = 0;
+    for (auto found = mRemembered.begin(); found != mRemembered.end(); ++found) {
+        if (found->node != node) continue;
+        if (found->time == moment.time) return found->result;
+        ++known;
+    }
+    if (known >= kMostRemembered)
+        mRemembered.erase(std::find_if(mRemembered.begin(), mRemembered.end(),
+                                       [&](const Remembered& one) { return one.node == node; }));
+    Console silent(Listener{.cancelled = mSession.console.cancelFunction()});
+    ResultPointer result = computed(node, moment, silent, {});
+    mRemembered.push_back({node, moment.time, result});
+    return result;
+}
+
+ResultPointer Evaluator::resultInFrame(size_t node, const FrameClock& clock) {
+    return mClock && clock.frame == mClock->frame ? mResults[node] : resultAt(node, clock.moment());
+}
+
+/// Level sets that are read in each frame stand between that of the frame before and their own; other objects are those
+/// of the frame.
+Value Evaluator::betweenFrames(const Link& link, const Moment& moment) {
+    const bool moves = mClock && !mAdvances[link.index] && !steady(link);
+    if (!moves) return resultAt(link.index, mNow)->outputs.at(link.output);
+    const bool ofThisFrame = moment.time >= mClock->begin && moment.time <= mClock->time;
+    const FrameClock clock = ofThisFrame ? *mClock : mPlan->clockAt(moment.time);
+    const auto outputOf = [&](const FrameClock& at) -> Value {
+        const auto& outputs = resultInFrame(link.index, at)->outputs;
+        return link.output < outputs.size() ? outputs[link.output] : Value{};
+    };
+    Value there = outputOf(clock);
+    auto* grid = std::get_if<GridValue>(&there);
+    if (!grid || grid->grid->getGridClass() != openvdb::GRID_LEVEL_SET || clock.duration == 0) return there;
+    const double part = std::clamp((moment.time - clock.begin) / clock.duration, 0.0, 1.0);
+    if (part >= 1) return there;
+    FrameClock before = clock;
+    before.frame = static_cast<int>(std::round(clock.moment(clock.begin).frame));
+    before.time = clock.begin;
+    Value earlier = outputOf(before);
+    if (const auto* from = std::get_if<GridValue>(&earlier)) grid->earlier = std::make_shared<const GridValue>(*from);
+    grid->part = part;
+    return there;
+}
+
+PointSet Evaluator::take(const Link& link, size_t node) {
+    const bool last = mLastUse.at(link) == node;
+    if (last && link.from == Link::From::state && mClock) {
+        PointsPointer& points = mStates[link.index].points;
+        if (points.use_count() == 1) return std::move(*points);
+        return *points;
+    }
+    if (last && link.from == Link::From::node && !mSession.mKeeps) {
+        auto& points = std::get<PointsPointer>(mResults[link.index]->outputs.at(link.output));
+        if (points.use_count() == 1) return std::move(*points);
+    }
+    const Value held = value(link, mNow);
+    return *std::get<PointsPointer>(held);
+}
+
+// --- evaluation
+
+const SourceLocation& Evaluator::enter(size_t node) const {
+    mSession.location = mGraph.nodes[node].location;
+    if (mSession.location.node.empty()) mSession.location.node = mGraph.nodes[node].name;
+    return mSession.location;
+}
+
+std::string Evaluator::contextOf(size_t node) const { return curlew::app::contextOf(mGraph.nodes[node].location); }
+
+ResultPointer Evaluator::computed(size_t index, const Moment& moment, Console& console, const Digest& key) {
+    const Node& node = mGraph.nodes[index];
+    auto result = std::make_shared<NodeResult>();
+    result->key = key;
+    const Arguments now = node.arguments.at(moment);
+    Context context(*this, console, index, moment, *result);
+    node.action().run(context, now);
+    for (Value& value : result->outputs) {
+        auto* field = std::get_if<FieldValue>(&value);
+        if (!field) continue;
+        std::vector<std::string> programs;
+        for (size_t k = 0; k < node.inputs.size(); ++k)
+            for (size_t n = 0; n < node.inputs[k].size() && node.action().takes[k].use == Use::taken; ++n)
+                programs.push_back(fmt::format("({})", context.programOf(node.action().takes[k].name, n)));
+        field->program = now.program() + (programs.empty() ? "" : " of " + join(programs, " and "));
+    }
+    return result;
+}
+
+void Evaluator::apply(const NodeResult& result, const Node& node) {
+    for (const auto& [name, figures] : result.figures) {
+        mSession.report[name] = figures;
+        if (node.named && node.name != name) mSession.report[node.name] = figures;
+    }
+}
+
+void Evaluator::record(size_t index, double seconds) {
+    const Node& node = mGraph.nodes[index];
+    Timing& timing = mTimings[index];
+    timing.seconds += seconds;
+    auto& entries = mSession.report["actions"];
+    if (!timing.entry) {
+        timing.entry = entries.size();
+        entries.push_back({{"action", node.arguments.program()}});
+        if (node.named) entries.back()["node"] = node.name;
+    }
+    entries[*timing.entry]["seconds"] = timing.seconds;
+    mSession.console.detail(fmt::format("{}: {:.3f} s, peak memory {}", node.arguments.program(), seconds,
+                                        formatBytes(static_cast<double>(peakMemory()))));
+}
+
+void Evaluator::evaluate(size_t index, const std::string& place) {
+    const Node& node = mGraph.nodes[index];
+    if (!mNeeded[index]) return;
+    enter(index);
+    if (mSession.console.cancelled()) throw Interrupted();
+    const bool effect = node.action().evaluation == Evaluation::effect;
+    if (!effect && !mVaries[index] && mResults[index]) return; // as it was in the frame before
+    const auto began = Clock::now();
+    inContextOf(place + contextOf(index), [&] {
+        const Digest key = keyOf(index);
+        // What advances with the frames has a memory, which a known value would leave behind.
+        const bool advances = mClock && node.action().inFrames == InFrames::each;
+        const auto known = effect || advances ? mSession.mKnown.end() : mSession.mKnown.find(key);
+        if (known != mSession.mKnown.end()) {
+            mResults[index] = known->second;
+        } else {
+            if (const Monitor whole = mSession.console.follow(node.action().name); whole.report) whole.report(0);
+            mResults[index] = computed(index, mNow, mSession.console, key);
+            mSession.mEvaluated.push_back(node.name);
+        }
+    });
+    apply(*mResults[index], node);
+    record(index, secondsSince(began));
+    release(index);
+}
+
+/// A command reads no results afterwards, so what nothing wants any more goes.
+void Evaluator::release(size_t index) {
+    if (mSession.mKeeps) return;
+    for (const auto& links : mGraph.nodes[index].inputs)
+        for (const Link& link : links)
+            if (link.from == Link::From::node && mLastUse.at(link) == index)
+                mResults[link.index]->outputs.at(link.output) = {};
+}
+
+void Evaluator::prepare() {
+    for (size_t k = 0; k < mGraph.frames; ++k)
+        if (const auto& check = mGraph.nodes[k].action().prepare; check && mNeeded[k]) {
+            enter(k);
+            inContextOf(contextOf(k), [&] { check(mGraph.nodes[k].arguments.at({})); });
+        }
+    if (mGraph.frameRange)
+        inContextOf("-frames", [&] { prepareFrames(); });
+    else if (mGraph.resume)
+        throw ValueError("-resume: there is nothing to resume without -frames");
+}
+
+void Evaluator::prepareFrames() const {
+    const std::vector<int> frames = mPlan->frames();
+    mSession.location = mGraph.frameLocation;
+    if (mGraph.frames == mGraph.nodes.size()) throw ValueError("there is nothing to do for a frame: no action follows");
+    if (!mPlan->checkpoint.empty()) checkWritable(mPlan->checkpoint);
+    if (mGraph.resume && mPlan->checkpoint.empty())
+        throw ValueError("-resume needs the checkpoint that an earlier run has written; give both checkpoint=FILE");
+    for (size_t k = 0; k < mGraph.states.size() && mPlan->parts > 1; ++k)
+        if (const Link& next = mGraph.states[k].next; next.from == Link::From::node)
+            throw ValueError(fmt::format(
+                "part= splits frames that do not depend on each other, but -{} carries points from frame to frame",
+                mGraph.nodes[next.index].action().name));
+    for (size_t k = mGraph.frames; k < mGraph.nodes.size(); ++k) {
+        const Node& node = mGraph.nodes[k];
+        if (!node.action().prepare || !mNeeded[k]) continue;
+        enter(k);
+        inContextOf(contextOf(k), [&] {
+            for (const int frame : {frames.front(), frames.back()})
+                node.action().prepare(node.arguments.at(mPlan->clock(frame).moment()));
+        });
+    }
+}
+
+/// The objects of these entries, as far as they have been made.
+void Evaluator::collect(const std::vector<Entry>& entries) {
+    mSession.mObjects.clear();
+    for (const Entry& entry : entries) {
+        const Link& link = entry.link;
+        if (link.from == Link::From::node &&
+            (!mResults[link.index] || link.output >= mResults[link.index]->outputs.size()))
+            continue;
+        if (link.from == Link::From::state && !mStates[link.index].points) continue;
+        std::string name;
+        if (link.from == Link::From::node && mGraph.nodes[link.index].named) name = app::nameOf(mGraph, link);
+        if (link.from == Link::From::given) name = mGraph.given[link.index].name;
+        mSession.mObjects.push_back(
+            {.object = entry.object, .value = value(link, mNow), .name = name, .key = keyOf(link)});
+    }
+}
+
+/// What is on the stacks without the nodes that have not been evaluated: what those would have taken is still there.
+std::vector<Entry> Evaluator::leftOnFailure() const {
+    std::vector<Entry> left = mGraph.left;
+    for (size_t k = mGraph.frames; k-- > 0;) {
+        if (mResults[k]) continue;
+        std::erase_if(left,
+                      [&](const Entry& entry) { return entry.link.from == Link::From::node && entry.link.index == k; });
+        left.insert(left.end(), mGraph.nodes[k].took.begin(), mGraph.nodes[k].took.end());
+    }
+    for (Entry& entry : left) // before the frames have begun, points are what the first one would begin with
+        if (entry.link.from == Link::From::state && !mStates[entry.link.index].points)
+            entry.link = mGraph.states[entry.link.index].initial.value_or(entry.link);
+    std::sort(left.begin(), left.end(), [](const Entry& a, const Entry& b) { return a.made < b.made; });
+    return left;
+}
+
+/// Where the time went, for -verbose: a line for each node that took a thousandth of it.
+void Evaluator::sayShares() const {
+    double total = 0;
+    for (const Timing& one : mTimings) total += one.seconds;
+    for (size_t k = 0; k < mTimings.size(); ++k)
+        if (mTimings[k].entry && mTimings[k].seconds >= 1e-3 * total)
+            mSession.console.detail(fmt::format("{:>9.3f} s {:5.1f} %  -{}", mTimings[k].seconds,
+                                                100 * mTimings[k].seconds / total, mGraph.nodes[k].action().name));
+}
+
+void Evaluator::run() {
+    const auto finish = [&](const std::vector<Entry>& left) {
+        if (!mSession.mKeeps) return;
+        collect(left);
+        mSession.mKnown.clear();
+        for (const ResultPointer& result : mResults)
+            if (result && !(result->key == Digest{})) mSession.mKnown.emplace(result->key, result);
+    };
+    try {
+        if (mGraph.frameRange)
+            inContextOf("-frames", [&] {
+                mSession.location = mGraph.frameLocation;
+                mPlan = framePlanOf(mGraph.frameRange->at({}));
+            });
+        prepare();
+        for (size_t k = 0; k < mGraph.frames; ++k) evaluate(k, "");
+        if (mGraph.frameRange) runFrames();
+    } catch (...) {
+        finish(leftOnFailure());
+        throw;
+    }
+    finish(mGraph.left);
+    sayShares();
+}
+
+} // namespace curlew::app

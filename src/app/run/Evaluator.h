@@ -1,0 +1,100 @@
+#pragma once
+
+#include "curlew/app/run/Context.h"
+
+#include <list>
+
+namespace curlew::app {
+
+/// Evaluates one graph: once what comes before -frames, then the rest for each frame.
+class Evaluator {
+  public:
+    Evaluator(Session& session, const Graph& graph);
+    void run();
+
+  private:
+    friend class Context;
+
+    struct StateValue {
+        PointsPointer points;
+        Digest key;
+    };
+    struct Timing {
+        std::optional<size_t> entry = {}; ///< In the report.
+        double seconds = 0;
+    };
+    /// A result at another time than now.
+    struct Remembered {
+        size_t node;
+        double time;
+        ResultPointer result;
+    };
+
+    void analyse();
+    void prepare();
+    void prepareFrames() const;
+    const SourceLocation& enter(size_t node) const;
+    std::string contextOf(size_t node) const;
+
+    void evaluate(size_t node, const std::string& place);
+    ResultPointer computed(size_t node, const Moment& moment, Console& console, const Digest& key);
+    void apply(const NodeResult& result, const Node& node);
+    void record(size_t node, double seconds);
+    void release(size_t node);
+    void findTrackedFlow(TrackedFlow& tracked) const;
+    void runFrames();
+    void beginFrame(const FrameClock& clock);
+    void endFrame();
+    void keepForNextFrame();
+    void collect(const std::vector<Entry>& entries);
+    std::vector<Entry> leftOnFailure() const;
+    void sayShares() const;
+
+    // --- values, for Context
+    /// What a link leads to at a moment.
+    Value value(const Link& link, const Moment& moment);
+    ResultPointer resultAt(size_t node, const Moment& moment);
+    ResultPointer resultInFrame(size_t node, const FrameClock& clock);
+    Value betweenFrames(const Link& link, const Moment& moment);
+    bool isNow(const Moment& moment) const { return moment.time == mNow.time && moment.frame == mNow.frame; }
+    bool steady(const Link& link) const;
+    Moment momentAt(double seconds) const;
+    PointSet take(const Link& link, size_t node);
+
+    Digest keyOf(size_t node) const;
+    Digest keyOf(const Link& link) const;
+    Digest programDigest() const;
+
+    Session& mSession;
+    const Graph& mGraph;
+    std::optional<FramePlan> mPlan;
+    std::optional<FrameClock> mClock;
+    Moment mNow;
+    std::vector<ResultPointer>& mResults;
+    std::vector<StateValue> mStates;
+    std::vector<Memory> mMemories;
+    std::vector<bool> mVaries;   ///< With time, within its part of the program.
+    std::vector<bool> mAdvances; ///< It depends on what the last frame has left.
+    std::vector<bool> mNeeded;
+    std::map<Link, size_t> mLastUse; ///< The last node that an object is an input of; beyond all: it is wanted later.
+    std::list<Remembered> mRemembered;
+    std::vector<Timing> mTimings;
+};
+
+/// Writes what the next frame needs to know of those before it, bit by bit. Throws FileError as writeAtomically().
+struct Checkpoint {
+    int frame = 0;
+    struct Points {
+        PointSet set;
+        Digest key;
+    };
+    std::vector<Points> states = {};
+    std::vector<double> sums = {}; ///< Of the memories, by node.
+};
+void writeCheckpoint(const std::filesystem::path& path, const Digest& program, const Checkpoint& checkpoint,
+                     const std::function<bool()>& cancelled);
+/// What was written; nullopt if there is no such file. Throws FileError if the file is damaged, not a checkpoint or of
+/// another program.
+std::optional<Checkpoint> readCheckpoint(const std::filesystem::path& path, const Digest& program);
+
+} // namespace curlew::app

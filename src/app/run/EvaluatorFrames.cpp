@@ -1,0 +1,106 @@
+#include "Evaluator.h"
+#include "curlew/app/registry/InContext.h"
+
+namespace curlew::app {
+
+// What is evaluated once for each frame, and what goes on from one to the next.
+
+void Evaluator::beginFrame(const FrameClock& clock) {
+    mClock = clock;
+    mNow = clock.moment();
+    for (size_t k = mGraph.frames; k < mGraph.nodes.size(); ++k)
+        if (mVaries[k]) mResults[k].reset(); // so that points that are carried have one owner
+    for (StateValue& state : mStates) {
+        if (!state.points->particles.hasAge()) continue;
+        if (state.points.use_count() > 1) state.points = std::make_shared<PointSet>(*state.points);
+        state.points->particles.grow(clock.duration);
+        state.key = DigestBuilder().add(state.key).add(clock.duration).digest();
+    }
+}
+
+/// What is read in each frame is wanted once more, as that of the frame before.
+void Evaluator::keepForNextFrame() {
+    std::list<Remembered> kept;
+    for (size_t k = mGraph.frames; k < mGraph.nodes.size(); ++k) {
+        const Evaluation evaluation = mGraph.nodes[k].action().evaluation;
+        const bool whole = evaluation == Evaluation::file || evaluation == Evaluation::value;
+        if (whole && mVaries[k] && !mAdvances[k] && mResults[k]) kept.push_back({k, mNow.time, mResults[k]});
+    }
+    mRemembered = std::move(kept);
+}
+
+void Evaluator::endFrame() {
+    std::vector<StateValue> next;
+    for (const State& state : mGraph.states) {
+        const bool evaluated = state.next.from != Link::From::node || mResults[state.next.index];
+        if (!evaluated) {
+            next.push_back({std::make_shared<PointSet>(), {}});
+            continue;
+        }
+        next.push_back({std::get<PointsPointer>(value(state.next, mNow)), keyOf(state.next)});
+    }
+    mStates = std::move(next);
+    keepForNextFrame();
+}
+
+/// After -resume: the flow made before the frames that points carry the track of.
+void Evaluator::findTrackedFlow(TrackedFlow& tracked) const {
+    for (size_t k = 0; k < mGraph.frames; ++k)
+        for (size_t o = 0; mResults[k] && o < mResults[k]->outputs.size(); ++o)
+            if (const auto* flow = std::get_if<AnyFlow>(&mResults[k]->outputs[o]);
+                flow && tracked.frame == -1 && keyOf(Link{.index = k, .output = o}) == tracked.identity)
+                tracked.flow = std::make_shared<const AnyFlow>(*flow);
+}
+
+void Evaluator::runFrames() {
+    const std::vector<int> frames = mPlan->frames();
+    const Digest program = programDigest();
+    for (size_t k = 0; k < mStates.size(); ++k) {
+        const auto& initial = mGraph.states[k].initial;
+        const bool there = initial && (initial->from != Link::From::node || mResults[initial->index]);
+        mStates[k] = {there ? std::get<PointsPointer>(value(*initial, mNow)) : std::make_shared<PointSet>(),
+                      there ? keyOf(*initial) : Digest{}};
+    }
+    size_t done = 0;
+    if (mGraph.resume) {
+        const auto checkpoint = inContextOf("-resume", [&] { return readCheckpoint(mPlan->checkpoint, program); });
+        if (checkpoint) {
+            for (size_t k = 0; k < mStates.size() && k < checkpoint->states.size(); ++k)
+                mStates[k] = {std::make_shared<PointSet>(checkpoint->states[k].set), checkpoint->states[k].key};
+            size_t remembered = 0; // settings may differ from run to run
+            for (size_t k = 0; k < mMemories.size(); ++k)
+                if (!mGraph.nodes[k].action().setting && remembered < checkpoint->sums.size())
+                    mMemories[k].sum = checkpoint->sums[remembered++];
+            for (StateValue& state : mStates) findTrackedFlow(state.points->tracked);
+        }
+        while (checkpoint && done < frames.size() && frames[done] <= checkpoint->frame) ++done;
+        mSession.console.say(checkpoint
+                                 ? fmt::format("resuming after frame {}", checkpoint->frame)
+                                 : fmt::format("there is no '{}' yet: starting at the first frame", mPlan->checkpoint));
+    }
+    const double began = mSession.seconds();
+    for (const size_t first = done; done < frames.size(); ++done) {
+        const double left = (mSession.seconds() - began) / static_cast<double>(std::max<size_t>(done - first, 1)) *
+                            static_cast<double>(frames.size() - done);
+        mSession.console.say(fmt::format("frame {}, {} of {}{}", frames[done], done + 1, frames.size(),
+                                         done > first ? fmt::format(", about {:.0f} s left", left) : ""));
+        beginFrame(mPlan->clock(frames[done]));
+        for (size_t k = mGraph.frames; k < mGraph.nodes.size(); ++k)
+            evaluate(k, fmt::format("frame {}: ", frames[done]));
+        if (mSession.onFrame) {
+            collect(mGraph.leftInFrame);
+            mSession.onFrame(frames[done]);
+            mSession.mObjects.clear();
+        }
+        endFrame();
+        mSession.report["frames"] = done + 1;
+        if (mPlan->checkpoint.empty()) continue;
+        Checkpoint checkpoint{.frame = frames[done]};
+        for (const StateValue& state : mStates) checkpoint.states.push_back({*state.points, state.key});
+        for (size_t k = 0; k < mMemories.size(); ++k)
+            if (!mGraph.nodes[k].action().setting) checkpoint.sums.push_back(mMemories[k].sum);
+        writeCheckpoint(mPlan->checkpoint, program, checkpoint, mSession.console.cancelFunction());
+    }
+}
+
+} // namespace curlew::app

@@ -1,0 +1,85 @@
+#include "Evaluator.h"
+
+namespace curlew::app {
+
+// What a value depends on, as a digest.
+
+namespace {
+
+void addMoment(DigestBuilder& key, const Moment& moment) { key.add(moment.frame).add(moment.time).add(moment.fps); }
+
+/// What a file is like, so that a changed one is read again.
+void addFile(DigestBuilder& key, const std::string& file) {
+    std::error_code error;
+    const auto size = std::filesystem::file_size(file, error);
+    key.add(file).add(error ? uint64_t{0} : size);
+    const auto time = std::filesystem::last_write_time(file, error);
+    key.add(error ? int64_t{0} : static_cast<int64_t>(time.time_since_epoch().count()));
+}
+
+} // namespace
+
+Digest Evaluator::keyOf(const Link& link) const {
+    switch (link.from) {
+        case Link::From::node:
+            return mResults[link.index] ? DigestBuilder().add(mResults[link.index]->key).add(link.output).digest()
+                                        : Digest{};
+        case Link::From::state:
+            return mStates[link.index].key;
+        case Link::From::given:
+            break;
+    }
+    return mSession.mGiven.at(link.index).key;
+}
+
+Digest Evaluator::keyOf(size_t index) const {
+    const Node& node = mGraph.nodes[index];
+    const Action& action = node.action();
+    DigestBuilder key;
+    key.add(action.name);
+    for (const auto& word : node.arguments.writtenWords()) key.add(word);
+    for (const auto& [name, value] : node.arguments.written())
+        if (const Option& option = *action.option(name); !option.selects && option.type != OptionType::ages)
+            key.add(name).add(value);
+    for (const auto& links : node.inputs) {
+        key.add(links.size());
+        for (const Link& link : links) key.add(keyOf(link));
+    }
+    if (action.varies || node.arguments.changes()) addMoment(key, mNow);
+    // How the inputs go on changing between frames counts too, and a key of now has it: it is of their expressions.
+    if (mClock && action.inFrames == InFrames::each) {
+        addMoment(key, mNow);
+        key.add(mClock->begin).add(mClock->duration).add(mClock->substeps).add(mMemories[index].sum);
+    }
+    if (action.evaluation == Evaluation::file) {
+        const Arguments now = node.arguments.at(mNow);
+        for (const auto& word : now.words()) {
+            const auto provided = mSession.mProvided.find(word);
+            if (provided != mSession.mProvided.end())
+                key.add(provided->second.content);
+            else
+                addFile(key, word);
+        }
+    }
+    if (action.readsReport) {
+        Report figures = mSession.report;
+        figures.erase("actions"); // which has times
+        key.add(figures.dump());
+    }
+    return key.digest();
+}
+
+Digest Evaluator::programDigest() const {
+    DigestBuilder key;
+    key.add(fmt::format("frames {}x{} fps={} substeps={} part={}/{}", mPlan->first, mPlan->by, mPlan->fps,
+                        mPlan->substeps, mPlan->part, mPlan->parts));
+    for (const Node& node : mGraph.nodes) {
+        if (node.action().setting) continue;
+        key.add(node.name).add(node.arguments.program());
+        for (const auto& links : node.inputs)
+            for (const Link& link : links) key.add(app::nameOf(mGraph, link));
+    }
+    return key.digest();
+}
+
+} // namespace curlew::app

@@ -1,0 +1,72 @@
+#include "curlew/app/run/Session.h"
+
+#include "Evaluator.h"
+#include "SdfCache.h"
+#include "curlew/app/registry/Text.h"
+#include "curlew/vdb/VdbFile.h"
+
+namespace curlew::app {
+
+Kind kindOf(const Value& value) {
+    struct KindOf {
+        Kind operator()(std::monostate) const { return Kind::file; }
+        Kind operator()(const FieldValue& field) const { return field.sdf ? Kind::shape : Kind::noise; }
+        Kind operator()(const AnyFlow&) const { return Kind::flow; }
+        Kind operator()(const GridValue& grid) const {
+            if (grid.grid->getGridClass() == openvdb::GRID_LEVEL_SET) return Kind::levelSet;
+            return grid.grid->isType<openvdb::Vec3SGrid>() ? Kind::velocity : Kind::grid;
+        }
+        Kind operator()(const MeshPointer&) const { return Kind::mesh; }
+        Kind operator()(const PointsPointer&) const { return Kind::points; }
+        Kind operator()(const CurvesPointer&) const { return Kind::curves; }
+        Kind operator()(const std::shared_ptr<const ImageValue>&) const { return Kind::image; }
+    };
+    return std::visit(KindOf(), value);
+}
+
+Session::Session(Console& output, bool keeps) : console(output), mKeeps(keeps), mSdfs(std::make_unique<SdfCache>()) {}
+Session::~Session() = default;
+
+void Session::run(Graph graph) {
+    mGiven = std::move(mObjects);
+    mObjects.clear();
+    if (graph.given.size() > mGiven.size()) throw std::logic_error("a graph of another session");
+    mGraph = std::move(graph);
+    mEvaluated.clear();
+    mEvaluator = std::make_unique<Evaluator>(*this, mGraph); // lives on: flows in time are evaluated by it
+    mEvaluator->run();
+}
+
+void Session::clear() {
+    mObjects.clear();
+    report = Report::object();
+}
+
+Session::Held Session::result(const std::string& name) const {
+    const Link link = linkOf(mGraph, name);
+    if (link.from == Link::From::given) return mGiven.at(link.index);
+    if (link.from == Link::From::state) throw ValueError(fmt::format("'{}' is a state, not a result", name));
+    const ResultPointer& result = mResults.at(link.index);
+    if (!result || link.output >= result->outputs.size()) throw ValueError(fmt::format("'{}' has not been made", name));
+    return {.object = mGraph.objectOf(link), .value = result->outputs[link.output], .name = name, .key = result->key};
+}
+
+World Session::world() const {
+    return {.contents = [this](const std::string& file) -> std::optional<std::vector<Object>> {
+        if (const auto found = mProvided.find(file); found != mProvided.end())
+            return std::vector{Object{.kind = kindOf(found->second.value)}};
+        return {};
+    }};
+}
+
+std::vector<Given> Session::given() const {
+    std::vector<Given> given;
+    for (const Held& held : mObjects) given.push_back({held.object, held.name});
+    return given;
+}
+
+void Session::provide(const std::string& name, Value value, const Digest& content) {
+    mProvided.insert_or_assign(name, Provided{std::move(value), content});
+}
+
+} // namespace curlew::app

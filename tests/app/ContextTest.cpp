@@ -1,0 +1,206 @@
+#include "curlew/app/run/Context.h"
+#include "curlew/vdb/VdbFile.h"
+#include "support/Command.h"
+#include "support/SessionCommand.h"
+
+#include <catch2/catch.hpp>
+#include <openvdb/tools/LevelSetSphere.h>
+
+using namespace curlew;
+using namespace curlew::app;
+using Catch::Matchers::Contains;
+using test::Folder;
+using test::Scenes;
+using test::velocitiesOf;
+
+namespace {
+
+/// Runs a scene, calling `look` at each line `here`.
+void runWith(const std::string& scene, std::function<void(Context&)> look) { Scenes(std::move(look)).run(scene); }
+
+openvdb::FloatGrid::Ptr ball(float x = 0, float halfWidth = 3) {
+    return openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(1, openvdb::Vec3f(x, 0, 0), 0.1F, halfWidth);
+}
+
+} // namespace
+
+// --- inputs
+
+TEST_CASE("an action reads its inputs by name", "[app]") {
+    int looked = 0;
+    Scenes scenes([&](Context& c) {
+        ++looked;
+        CHECK(c.count("what") == 3);
+        CHECK(c.has("points"));
+        CHECK_FALSE(c.has("flow"));
+        CHECK(c.points("points").particles.size() == 7);
+        CHECK(c.kind("what") == Kind::shape); // the oldest
+        CHECK(c.field("what", 1).program == "-noise seed=2");
+        CHECK(c.programOf("what", 1) == "-noise seed=2");
+        CHECK_THROWS_WITH(c.flow("flow"), Contains("nothing is connected to 'flow'"));
+        CHECK_THROWS_WITH(c.grid("what", 1), Contains("'what' is not a grid"));
+        CHECK_THROWS_AS(c.has("wath"), std::logic_error); // a mistake of the programmer
+    });
+    scenes.run("sphere\nnoise seed=2\nscatter count=7\nhere");
+    CHECK(looked == 1);
+}
+
+TEST_CASE("what made a field is known, with what it was made of", "[app]") {
+    Scenes scenes;
+    scenes.run("noise seed=1\nnoise seed=2\nsum\nclip");
+    CHECK(std::get<FieldValue>(test::valueOf(scenes.session, Kind::field)).program ==
+          "-clip of (-sum of (-noise seed=1) and (-noise seed=2))");
+}
+
+TEST_CASE("a shape or a level set is a distance", "[app]") {
+    const auto distanceAt = [](const std::string& scene, double x) {
+        double found = 0;
+        Scenes scenes([&](Context& c) { found = c.sdf("what", 0).distance.at<0>({{x, 0, 0}}).value; });
+        scenes.session.provide("ball", GridValue{ball(0, 10)}, {});
+        scenes.run(scene);
+        return found;
+    };
+    CHECK(distanceAt("sphere radius=3 as=s\nhere what=s", 0) == -3);
+    CHECK(std::abs(distanceAt("read ball as=b\nsphere radius=3\nhere what=b", 0.9) + 0.1) < 1e-3);
+    Scenes scenes([](Context& c) { c.sdf("what", 0); });
+    CHECK_THAT(scenes.complaint("noise\nhere"), Contains("-here: 'what' is not a shape or level set"));
+    CHECK_THAT(scenes.complaint("noise\nnoise seed=1\ndfvn\nvelocity dim=4 as=v\nhere what=v"),
+               Contains("'vel'") && Contains("vec3s"));
+}
+
+TEST_CASE("a level set's band is widened where it does not reach, once, and the grid stays", "[app]") {
+    int looked = 0;
+    Scenes scenes([&](Context& c) {
+        ++looked;
+        const auto narrow = c.grid("what").grid;
+        CHECK(c.sdf("what", 0.5).reach >= 0.5 - 1e-6);
+        CHECK(c.grid("what").grid == narrow);
+        const LevelSet wide = c.levelSet("what", 0.5);
+        CHECK(wide.grid != narrow);
+        CHECK(c.levelSet("what", 0.5).grid == wide.grid);
+        CHECK(wide.halfWidth() > levelSetOf(narrow).halfWidth());
+    });
+    scenes.session.provide("ball", GridValue{ball()}, {});
+    scenes.run("read ball\nhere");
+    CHECK(looked == 1);
+}
+
+// --- flows in time
+
+TEST_CASE("a flow in time is, at any time, that of a program with the time written in it", "[app]") {
+    const auto scene = [](const std::string& t) {
+        return "sphere offset=" + t + ",0,0\nnoise seed=1 alpha={2*pi}\nnoise seed=2 alpha=" + t +
+               "\nbound width=0.3\ndfvn speed=2\n";
+    };
+    const auto still = [&](double t) {
+        std::vector<Vec3d> velocities;
+        runWith(scene(fmt::format("{}", t)) + "here", [&](Context& c) { velocities = velocitiesOf(c.flow("flow")); });
+        return velocities;
+    };
+    int seen = 0;
+    runWith("noise seed=3\nframes 1-2 fps=8\nslice width=8\n" + scene("{T}") + "here", [&](Context& c) {
+        const FlowInTime flow = c.flowInTime("flow");
+        CHECK_FALSE(flow.steady());
+        CHECK((velocitiesOf(flow.at(c.clock()->time)) == velocitiesOf(c.flow("flow"))));
+        // More times than are remembered, and some of them twice.
+        for (const double t : {0.0, 0.0625, 0.125, 0.3, -0.2, 0.01, 0.02, 0.03, 0.04, 0.05, 0.3, 0.0625}) {
+            CAPTURE(t, c.clock()->frame);
+            CHECK((velocitiesOf(flow.at(t)) == still(t)));
+        }
+        CHECK((velocitiesOf(flow.at(c.clock()->time)) == velocitiesOf(c.flow("flow"))));
+        ++seen;
+    });
+    CHECK(seen == 2);
+    // Without frames, time begins at 0.
+    runWith(scene("{T}") + "here", [&](Context& c) {
+        const FlowInTime flow = c.flowInTime("flow");
+        CHECK((velocitiesOf(flow.at(0)) == velocitiesOf(c.flow("flow"))));
+        CHECK((velocitiesOf(flow.at(0.3)) == still(0.3)));
+    });
+}
+
+TEST_CASE("between frames F is that of the frame in which the time is, and FF has its fraction", "[app]") {
+    const auto scene = [](const std::string& f, const std::string& ff) {
+        return "noise seed=" + f + "\nnoise seed=3 alpha=" + ff + "\ndfvn\nhere";
+    };
+    const auto still = [&](const std::string& f, const std::string& ff) {
+        std::vector<Vec3d> velocities;
+        runWith(scene(f, ff), [&](Context& c) { velocities = velocitiesOf(c.flow("flow")); });
+        return velocities;
+    };
+    runWith("frames 5-6 fps=10\n" + scene("{F}", "{FF}"), [&](Context& c) {
+        if (c.clock()->frame == 5) return;
+        const FlowInTime flow = c.flowInTime("flow");
+        CHECK((velocitiesOf(flow.at(c.clock()->begin)) == still("5", "5")));
+        CHECK((velocitiesOf(flow.at(0.05)) == still("6", "5.5")));
+        CHECK((velocitiesOf(flow.at(c.clock()->time)) == still("6", "6")));
+    });
+}
+
+TEST_CASE("a flow that nothing changes is steady", "[app]") {
+    const auto steady = [](const std::string& scene) {
+        bool found = true;
+        runWith(scene + "\nhere", [&](Context& c) { found = c.flowInTime("flow").steady(); });
+        return found;
+    };
+    CHECK(steady("noise\nnoise seed=1\ndfvn"));
+    CHECK(steady("frames 1-2\nnoise alpha={2*pi}\nnoise seed=1\ndfvn"));
+    CHECK(steady("noise alpha={T}\nnoise seed=1\ndfvn\nframes 1-2\nnoise seed=3"));    // it has been made once
+    CHECK(steady("frames 1-2\nnoise\nnoise seed=1\ndfvn\nscatter seed={F} count=10")); // points are no flow
+    CHECK_FALSE(steady("frames 1-2\nnoise alpha={F/24}\nnoise seed=1\ndfvn"));
+    CHECK_FALSE(steady("noise alpha={T}\nnoise seed=1\ndfvn"));
+    CHECK_FALSE(steady("enright")); // whatever its options
+    CHECK_THROWS_WITH(steady("noise alpha={T}"), Contains("-here") && Contains("'flow'"));
+}
+
+TEST_CASE("a program that goes on from another one takes its flow as it is", "[app]") {
+    Scenes scenes([](Context& c) { CHECK(c.flowInTime("flow").steady()); });
+    scenes.run("noise alpha={T}\nnoise seed=1\ndfvn");
+    scenes.run("here");
+}
+
+TEST_CASE("a level set that is read in each frame moves from the one before to it", "[app]") {
+    const Folder folder;
+    for (int frame = 1; frame <= 3; ++frame)
+        writeVdb(folder / fmt::format("c.{:04}.vdb", frame), {ball(0.1F * static_cast<float>(frame))});
+    const std::string read = "read \"" + (folder / "c.$F4.vdb").string() + "\"\n";
+    // Where the wall meets the x axis: |d| is small there, so one step of Newton's method is enough.
+    const auto surface = [](const Flow& flow) {
+        const auto at = flow.domain().wall->sdf.distance.at<1>({{1.2, 0, 0}});
+        return 1.2 - at.value / at.gradient[0];
+    };
+    const std::string block = read + "noise\nnoise seed=1\nbound width=0.2\ndfvn\nslice width=8\nhere";
+    int seen = 0;
+    std::vector<Vec3d> second;
+    runWith("frames 1-3 fps=10\n" + block, [&](Context& c) {
+        const int frame = c.clock()->frame;
+        const FlowInTime flow = c.flowInTime("flow");
+        REQUIRE_FALSE(flow.steady());
+        ++seen;
+        if (frame == 1) return;
+        for (const double part : {0.0, 0.25, 0.5, 1.0}) {
+            CAPTURE(frame, part);
+            // A hundredth of a voxel for the samples of a sphere; the mean of two is off by much less.
+            CHECK(surface(flow.at(c.clock()->begin + part * c.clock()->duration)) ==
+                  Approx(1 + 0.1 * (frame - 1 + part)).margin(1e-3));
+        }
+        CHECK((velocitiesOf(flow.at(c.clock()->time)) == velocitiesOf(c.flow("flow"))));
+        if (frame == 2) second = velocitiesOf(flow.at(0.03));
+    });
+    CHECK(seen == 3);
+    // Whoever has not run the first frame reads its file.
+    runWith("frames 1-2 fps=10 part=2/2\n" + block,
+            [&](Context& c) { CHECK((velocitiesOf(c.flowInTime("flow").at(0.03)) == second)); });
+}
+
+TEST_CASE("what a frame finds at its beginning is that of the last one as it ended", "[app]") {
+    // The flow at the time of the frame before is the one that that frame had, walls and all.
+    std::vector<std::vector<Vec3d>> newest, earlier;
+    runWith("frames 1-4 fps=10\nsphere offset={T},0,0\nnoise alpha={T}\nnoise seed=1\nbound width=0.3\ndfvn\nhere",
+            [&](Context& c) {
+                newest.push_back(velocitiesOf(c.flow("flow")));
+                earlier.push_back(velocitiesOf(c.flowInTime("flow").at(c.clock()->begin)));
+            });
+    REQUIRE(newest.size() == 4);
+    for (size_t k = 1; k < 4; ++k) CHECK((earlier[k] == newest[k - 1]));
+}

@@ -1,0 +1,23 @@
+#include "curlew/app/registry/InContext.h"
+
+#include <catch2/catch.hpp>
+
+using namespace curlew;
+using namespace curlew::app;
+
+TEST_CASE("an error gets its context in front and keeps its type", "[app]") {
+    CHECK(inContextOf("-noise", [] { return 7; }) == 7);
+    const auto run = [](const auto& work) { inContextOf("-noise", work); };
+    CHECK_THROWS_AS(run([] { throw ValueError("why"); }), ValueError);
+    CHECK_THROWS_AS(run([] { throw FileError("why"); }), FileError);
+    CHECK_THROWS_AS(run([] { throw ResourceError("why"); }), ResourceError);
+    CHECK_THROWS_AS(run([] { throw Interrupted(); }), Interrupted);
+    CHECK_THROWS_WITH(run([] { throw ValueError("why"); }), "-noise: why");
+    CHECK_THROWS_WITH(run([] { throw FileError("why"); }), "-noise: why");
+    CHECK_THROWS_WITH(run([] { throw ResourceError("why"); }), "-noise: why");
+    // What OpenVDB throws carries it too.
+    CHECK_THROWS_AS(run([] { OPENVDB_THROW(openvdb::IoError, "why"); }), ValueError);
+    CHECK_THROWS_WITH(run([] { OPENVDB_THROW(openvdb::IoError, "why"); }),
+                      Catch::StartsWith("-noise: ") && Catch::Contains("why"));
+    CHECK_THROWS_WITH(inContextOf("a.txt:3", [&] { run([] { throw ValueError("why"); }); }), "a.txt:3: -noise: why");
+}

@@ -1,0 +1,318 @@
+#include "curlew/app/actions/Actions.h"
+#include "curlew/app/language/Program.h"
+#include "support/SessionCommand.h"
+
+#include <catch2/catch.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+using namespace curlew;
+using namespace curlew::app;
+using Catch::Matchers::Contains;
+using test::Scenes;
+
+namespace {
+
+const Reading& lenient() {
+    static const Reading reading{.registry = registry(), .world = {.lenient = true}};
+    return reading;
+}
+
+Graph graphOf(const std::string& json) { return graphOfJson(json, lenient()); }
+
+std::string complaint(const std::string& json) {
+    try {
+        graphOf(json);
+    } catch (const ValueError& e) {
+        return e.what();
+    }
+    return "nothing is wrong with " + json;
+}
+
+/// A document of these nodes, and of other members: `,"frames": …`.
+std::string document(const std::string& nodes, const std::string& others = "") {
+    return "{\"curlew\": 1, \"nodes\": [" + nodes + "]" + others + "}";
+}
+
+/// Two noises and a flow.
+const std::string kFlow =
+    R"({"name": "f", "action": "noise"}, {"name": "g", "action": "noise", "options": {"seed": 1}},
+       {"name": "wind", "action": "dfvn", "inputs": {"f": ["f"], "g": ["g"]}})";
+const std::string kDust =
+    kFlow + R"(, {"name": "seeds", "action": "scatter", "options": {"count": 20}, "inputs": {"domain": ["wind"]}})";
+const std::string kThreeFrames = R"(, "frames": {"words": ["1-3"], "options": {"fps": 10}})";
+
+std::vector<std::string> namesOf(const Graph& graph) {
+    std::vector<std::string> names;
+    for (const Node& node : graph.nodes) names.push_back(node.name);
+    return names;
+}
+
+} // namespace
+
+TEST_CASE("nodes of JSON have names, actions, words, options and links", "[app]") {
+    const Graph graph = graphOf(document(
+        R"({"name": "hull", "action": "sphere", "options": {"radius": 0.5, "offset": [1, 2.5, -3]}},
+           {"name": "f", "action": "noise", "options": {"seed": 7, "normalize": false}},
+           {"action": "noise", "options": {"frequency": "{1+1}"}},
+           {"name": "my wall", "action": "bound", "inputs": {"noise": "noise", "wall": ["hull"]}},
+           {"name": "wind", "action": "dfvn", "inputs": {"f": ["f"], "g": ["my wall"]}},
+           {"name": "smoke", "action": "velocity", "options": {"density": true}, "inputs": {"flow": ["wind"]}},
+           {"action": "write", "words": ["a b.vdb"], "inputs": {"what": ["smoke", "smoke.density"]}})"));
+    CHECK(namesOf(graph) == std::vector<std::string>{"hull", "f", "noise", "my wall", "wind", "smoke", "write"});
+    CHECK(graph.nodes[0].arguments.real("radius") == 0.5);
+    CHECK(graph.nodes[0].arguments.vector("offset") == Vec3d{{1, 2.5, -3}});
+    CHECK(graph.nodes[1].arguments.integer("seed") == 7);
+    CHECK_FALSE(graph.nodes[1].arguments.flag("normalize"));
+    CHECK(graph.nodes[2].arguments.real("frequency") == 2);
+    CHECK(graph.nodes[3].inputs[1] == std::vector{Link{.index = 0}});
+    CHECK(graph.nodes[4].inputs[1] == std::vector{Link{.index = 3}});
+    CHECK(graph.nodes[6].arguments.words() == std::vector<std::string>{"a b.vdb"});
+    REQUIRE(graph.nodes[6].inputs[0].size() == 2);
+    CHECK(graph.nodes[6].inputs[0][1] == Link{.index = 5, .output = 0});
+    CHECK(graph.objectOf(graph.nodes[6].inputs[0][0]).kind == Kind::velocity);
+    CHECK(graphOf("{}").nodes.empty());
+}
+
+TEST_CASE("nodes of JSON may come in any order, and are evaluated after what they need", "[app]") {
+    const Graph graph = graphOf(document(
+        R"({"name": "wind", "action": "dfvn", "inputs": {"f": ["f"], "g": ["g"]}}, {"name": "g", "action": "noise"},
+           {"name": "f", "action": "noise"}, {"action": "quiet"})"));
+    CHECK(namesOf(graph) == std::vector<std::string>{"quiet", "f", "g", "wind"}); // settings first
+}
+
+TEST_CASE("a graph written as JSON is read as the same graph", "[app]") {
+    const std::string scenes[] = {
+        "",
+        "noise alpha={T} seed={F}\nnoise\ndfvn speed=1\nvelocity density=1 dim=8\nwrite 'it is.vdb' grid=0,1 half=1",
+        "sphere as=ball\nnoise\nnoise\nbound wall=ball\ndfvn as=wind\nscatter as=dust\nadvect keep=1\nadvect flow=wind "
+        "points=dust",
+        "quiet\nsphere\nnoise\nnoise\ndfvn\nscatter\nframes 1-9x2 fps=10 checkpoint=a.ckpt\nadvect\nsphere "
+        "offset={T},0,0\n"
+        "emit rate=9\nwrite 'a.$F4.ply' b.vdb geo=0\nresume",
+        "noise dim=2\nslice width=8\nslice width=8\npanels labels='a|b'\nwrite a.png b.exr"};
+    for (const auto& scene : scenes) {
+        CAPTURE(scene);
+        const std::string json = jsonOf(graphOfScene(scene, "scene", lenient()));
+        CHECK(jsonOf(graphOf(json)) == json);
+    }
+    const std::string wanted = document(kDust, R"(, "wanted": ["wind"], "effects": false)");
+    CHECK(jsonOf(graphOf(jsonOf(graphOf(wanted)))) == jsonOf(graphOf(wanted)));
+    CHECK_THAT(jsonOf(graphOf(wanted)), Contains("wanted") && Contains("\"effects\": false"));
+}
+
+TEST_CASE("what changes with time is evaluated in each frame, the rest once, unless when says otherwise", "[app]") {
+    const auto inFrames = [](const std::string& nodes, const std::string& name) {
+        const Graph graph = graphOf(document(nodes, kThreeFrames));
+        REQUIRE(graph.find(name));
+        return graph.inFrames(*graph.find(name));
+    };
+    const std::string still = R"({"action": "noise"})", moving = R"({"action": "noise", "options": {"alpha": "{T}"}})";
+    CHECK_FALSE(inFrames(still, "noise"));
+    CHECK(inFrames(moving, "noise"));
+    CHECK(inFrames(moving + R"(, {"action": "slice", "inputs": {"what": ["noise"]}})", "slice"));
+    CHECK_FALSE(inFrames(still + R"(, {"action": "slice", "inputs": {"what": ["noise"]}})", "slice"));
+    CHECK(inFrames(R"({"action": "noise", "when": "frame"})", "noise"));
+    CHECK_FALSE(inFrames(R"({"action": "noise", "options": {"alpha": "{T}"}, "when": "once"})", "noise"));
+    CHECK(inFrames(kDust + R"(, {"action": "advect", "inputs": {"flow": ["wind"], "points": ["seeds"]}})", "advect"));
+    CHECK_FALSE(inFrames(kDust, "seeds"));
+    CHECK(inFrames(still + R"(, {"action": "report", "words": ["a.$F.json"]})", "report")); // a file for each frame
+    CHECK_THAT(complaint(document(R"({"action": "noise", "when": "often"})")),
+               Contains("-noise") && Contains("\"when\" is 'often'") && Contains("once or frame"));
+}
+
+TEST_CASE("what is made once from what moves is made from that of the first frame", "[app]") {
+    // The points are there from the first frame on; the shape that they fill moves on.
+    const Graph graph = graphOf(document(R"({"name": "ball", "action": "sphere", "options": {"offset": "{T},0,0"}},
+        {"name": "seeds", "action": "scatter", "inputs": {"domain": ["ball"]}},
+        {"name": "picture", "action": "slice", "inputs": {"what": ["ball"]}})",
+                                         kThreeFrames));
+    REQUIRE(graph.find("seeds"));
+    CHECK_FALSE(graph.inFrames(*graph.find("seeds")));
+    REQUIRE(graph.find("ball"));
+    CHECK(graph.inFrames(*graph.find("ball")));
+    const Link domain = graph.nodes[*graph.find("seeds")].inputs[0].at(0);
+    CHECK_FALSE(graph.inFrames(domain.index));
+    CHECK(graph.nodes[domain.index].arguments.vector("offset") == Vec3d{});
+    CHECK_THAT(complaint(document(kDust + R"(, {"name": "dust", "action": "advect",
+                                                "inputs": {"flow": ["wind"], "points": ["seeds"]}},
+        {"name": "late", "action": "snap", "options": {"iso": 0}, "when": "once",
+         "inputs": {"field": ["f"], "points": ["dust"]}})",
+                                  kThreeFrames)),
+               Contains("'dust'") && Contains("advances with the frames"));
+}
+
+TEST_CASE("a still has expressions as they are at its moment", "[app]") {
+    const Graph graph = graphOf(document(R"({"action": "noise", "options": {"seed": "{F}", "alpha": "{T*fps}"}},
+        {"action": "report", "words": ["a.$F4.json"]})",
+                                         R"(, "moment": {"frame": 12, "time": 0.5, "fps": 10})"));
+    CHECK(graph.nodes[0].arguments.integer("seed") == 12);
+    CHECK(graph.nodes[0].arguments.real("alpha") == 5);
+    CHECK(graph.nodes[1].arguments.words() == std::vector<std::string>{"a.0012.json"});
+    CHECK_THAT(complaint(document("", R"(, "moment": {"frame": 1})" + kThreeFrames)), Contains("without frames"));
+    CHECK_THAT(complaint(document("", R"(, "moment": {"frames": 1})")), Contains("did you mean 'frame'"));
+    CHECK_THAT(complaint(document("", R"(, "moment": {"time": "1"})")), Contains("'time'") && Contains("number"));
+}
+
+TEST_CASE("errors in JSON name the node and what would be good", "[app]") {
+    CHECK_THAT(complaint(document(R"({"name": "n", "action": "nosie"})")),
+               Contains("'n'") && Contains("did you mean 'noise'"));
+    CHECK_THAT(complaint(document(R"({"name": "swirl", "action": "noise", "options": {"sede": 1}})")),
+               Contains("-noise 'swirl'") && Contains("did you mean 'seed'"));
+    CHECK_THAT(complaint(document(R"({"name": "swirl", "action": "noise", "options": {"seed": 0.5}})")),
+               Contains("-noise 'swirl'") && Contains("seed=0.5") && Contains("whole number"));
+    CHECK_THAT(complaint(document(R"({"name": "swirl", "action": "noise", "inputs": {"f": []}})")),
+               Contains("-noise 'swirl'") && Contains("no input 'f'"));
+    CHECK_THAT(complaint(document(kFlow + R"(, {"name": "w", "action": "dfvn", "inputs": {"ff": ["f"]}})")),
+               Contains("-dfvn 'w'") && Contains("no input 'ff'") && Contains("did you mean 'f'"));
+    CHECK_THAT(complaint(document(kFlow + R"(, {"name": "v", "action": "velocity", "inputs": {"flow": ["wnid"]}})")),
+               Contains("-velocity 'v'") && Contains("'wnid'") && Contains("did you mean 'wind'"));
+    CHECK_THAT(complaint(document(kFlow + R"(, {"name": "v", "action": "velocity", "inputs": {"flow": ["wind.x"]}})")),
+               Contains("-velocity 'v'") && Contains("'wind' has no output 'x'") && Contains("flow"));
+    CHECK_THAT(complaint(document(kFlow + R"(, {"name": "v", "action": "velocity", "inputs": {"flow": ["f"]}})")),
+               Contains("-velocity 'v'") && Contains("flow= needs a flow, and 'f' is a field"));
+    CHECK_THAT(complaint(document(R"({"name": "v", "action": "velocity"})")),
+               Contains("-velocity 'v'") && Contains("nothing is connected to 'flow'") && Contains("a flow"));
+    CHECK_THAT(complaint(document(R"({"name": "a", "action": "noise"}, {"name": "a", "action": "sphere"})")),
+               Contains("two nodes are called 'a'"));
+    CHECK_THAT(complaint(document(R"({"action": "write"})")), Contains("-write") && Contains("needs FILE"));
+    CHECK_THAT(complaint(document(kFlow + R"(, {"name": "out", "action": "write", "words": ["a.vdb"],
+                                                "inputs": {"what": ["wind"]}})")),
+               Contains("-write 'out'"));
+    CHECK_THAT(complaint(document(R"({"name": "n", "action": "noise"}, {"name": "s", "action": "slice",
+        "inputs": {"what": ["n"]}}, {"name": "out", "action": "write", "words": ["a.vdb"],
+        "inputs": {"what": ["s"]}})")),
+               Contains("-write 'out'") && Contains("'a.vdb' cannot hold 's'") && Contains("image"));
+    SourceLocation location;
+    CHECK_THROWS(graphOfJson(document(R"({"name": "swirl", "action": "noise", "options": {"seed": -1}})"),
+                             {.registry = registry(), .location = &location}));
+    CHECK(location.node == "swirl");
+    CHECK(location.action == "noise");
+}
+
+TEST_CASE("members that JSON does not have are errors", "[app]") {
+    CHECK_THAT(complaint(R"({"curlew": 1, "node": []})"),
+               Contains("the graph has no member 'node'") && Contains("did you mean 'nodes'"));
+    CHECK_THAT(complaint(document(R"({"action": "noise", "option": {}})")),
+               Contains("no member 'option'") && Contains("did you mean 'options'"));
+    CHECK_THAT(complaint(document("", R"(, "states": [{"nam": "a"}])")), Contains("did you mean 'name'"));
+    CHECK_THAT(complaint(document("", R"(, "frames": {"words": ["1-2"], "options": {"fsp": 24}})")),
+               Contains("frames") && Contains("did you mean 'fps'"));
+    CHECK_THAT(complaint(R"({"curlew": 2})"), Contains("version 2") && Contains("version 1"));
+    CHECK_THAT(complaint(document("7")), Contains("a node must be an object"));
+    for (const char* wrong : {R"({"nodes": {}})",
+                              R"({"nodes": 1})",
+                              R"({"nodes": [{"action": 7}]})",
+                              R"({"nodes": [{"action": "noise", "options": []}]})",
+                              R"({"nodes": [{"action": "noise", "options": {"seed": null}}]})",
+                              R"({"nodes": [{"action": "noise", "options": {"seed": {}}}]})",
+                              R"({"nodes": [{"action": "noise", "inputs": 7}]})",
+                              R"({"nodes": [{"action": "noise", "name": ["a"], "words": 7}]})",
+                              R"({"nodes": [{"action": "noise", "name": ""}]})",
+                              R"({"states": 7})",
+                              R"({"resume": "yes"})",
+                              R"({"effects": 1.5})",
+                              R"({"wanted": {}})",
+                              R"({"wanted": ["x"]})",
+                              R"({"frames": 7})",
+                              R"({"frames": {}})",
+                              "[]",
+                              "{",
+                              "{]",
+                              "{\"a\": 1e}"}) {
+        CAPTURE(wrong);
+        CHECK_THROWS_AS(graphOf(wrong), ValueError);
+    }
+    CHECK_THAT(complaint("{\"nodes\": ["), Contains("not a graph in JSON"));
+    // What is for stacks, not for a graph.
+    for (const char* option : {"keep", "field", "grid"})
+        CHECK_THAT(complaint(document(
+                       fmt::format(R"({{"name": "wall", "action": "bound", "options": {{"{}": 1}}}})", option))),
+                   Contains("-bound 'wall'") && Contains(option) && Contains("links"));
+    for (const char* action : {"frames", "config", "set", "resume"})
+        CHECK_THAT(complaint(document(fmt::format(R"({{"action": "{}", "words": ["a=1"]}})", action))),
+                   Contains(action) && Contains("not a node"));
+}
+
+TEST_CASE("links that go in a circle are an error", "[app]") {
+    CHECK_THAT(complaint(document(
+                   R"({"name": "a", "action": "clip", "inputs": {"field": ["b"]}},
+                      {"name": "b", "action": "clip", "inputs": {"field": ["a"]}})")),
+               Contains("-clip '") && Contains("in a circle"));
+    CHECK_THAT(complaint(document(R"({"name": "a", "action": "clip", "inputs": {"field": ["a"]}})")),
+               Contains("-clip 'a'") && Contains("in a circle"));
+}
+
+TEST_CASE("no depth of nesting and no length of a chain ends the process", "[app]") {
+    for (const size_t depth : {size_t{100}, size_t{1'000'000}}) {
+        const std::string nested = std::string(depth, '[') + std::string(depth, ']');
+        CHECK_THROWS_AS(graphOf("{\"nodes\": " + nested + "}"), ValueError);
+        CHECK_THROWS_AS(graphOf(document(R"({"action": "noise", "options": {"seed": )" + nested + "}}")), ValueError);
+        CHECK_THROWS_AS(graphOf(document(R"({"action": "noise", "name": )" + nested + "}")), ValueError);
+    }
+    CHECK_THROWS_AS(graphOf(std::string(1'000'000, '{')), ValueError);
+    // Each node is linked to the one that comes after it.
+    std::string chain;
+    constexpr int kLength = 20'000;
+    for (int k = 0; k < kLength; ++k)
+        chain += fmt::format(R"({{"name": "n{}", "action": "clip", "inputs": {{"field": ["n{}"]}}}},)", k, k + 1);
+    chain += fmt::format(R"({{"name": "n{}", "action": "noise"}})", kLength);
+    std::string found = "none";
+    try {
+        CHECK(graphOf(document(chain)).nodes.size() == kLength + 1);
+    } catch (const ValueError& e) {
+        found = e.what(); // a limit that is named is good, too
+    }
+    CAPTURE(found);
+    CHECK((found == "none" || found.size() < 2000));
+}
+
+TEST_CASE("a graph of JSON runs as the scene does", "[app]") {
+    Scenes scene, json;
+    const std::string text =
+        "sphere\nnoise\nnoise seed=1\nbound\ndfvn\nscatter count=50\nframes 1-3 fps=10\nadvect steps=2";
+    scene.run(text);
+    json.run(jsonOf(graphOfScene(text, "scene", lenient())));
+    const Particles a = test::particlesOf(scene.session), b = test::particlesOf(json.session);
+    REQUIRE(a.size() == 50);
+    CHECK(a.x == b.x);
+    CHECK(a.f == b.f);
+}
+
+// --- states
+
+TEST_CASE("points that are changed in frames are carried, without a word about it", "[app]") {
+    const std::string advected = kDust + R"(, {"name": "dust", "action": "advect",
+                                               "inputs": {"flow": ["wind"], "points": ["seeds"]}})";
+    const Graph graph = graphOf(document(advected, kThreeFrames));
+    REQUIRE(graph.states.size() == 1);
+    CHECK(nameOf(graph, *graph.states[0].initial) == "seeds");
+    CHECK(nameOf(graph, graph.states[0].next) == "dust");
+}
+
+TEST_CASE("two emitters without links have points of their own", "[app]") {
+    const Graph graph = graphOf(document(R"({"name": "ball", "action": "sphere"},
+        {"name": "a", "action": "emit", "inputs": {"domain": ["ball"]}},
+        {"name": "b", "action": "emit", "options": {"rate": 10}, "inputs": {"domain": ["ball"]}})",
+                                         kThreeFrames));
+    REQUIRE(graph.states.size() == 2);
+    CHECK(nameOf(graph, graph.states[0].next) == "a");
+    CHECK(nameOf(graph, graph.states[1].next) == "b");
+}
+
+TEST_CASE("two nodes that change the same points in frames are refused", "[app]") {
+    const std::string two = R"({"name": "ball", "action": "sphere"}, {"name": "wind", "action": "uniform"},
+        {"name": "born", "action": "emit", "inputs": {"domain": ["ball"]}},
+        {"name": "a", "action": "advect", "inputs": {"flow": ["wind"], "points": ["born"]}},
+        {"name": "b", "action": "advect", "inputs": {"flow": ["wind"], "points": ["born"]}})";
+    CHECK_THAT(complaint(document(two, kThreeFrames)),
+               Contains("-advect 'b'") && Contains("'born'") && Contains("its own points"));
+    // Points from before the frames are each node's own: both go on from what they have made themselves.
+    const std::string apart =
+        kDust + R"(, {"name": "a", "action": "advect", "inputs": {"flow": ["wind"], "points": ["seeds"]}},
+        {"name": "b", "action": "advect", "options": {"steps": 2}, "inputs": {"flow": ["wind"], "points": ["seeds"]}})";
+    const Graph graph = graphOf(document(apart, kThreeFrames));
+    REQUIRE(graph.states.size() == 2);
+    CHECK(graph.states[0].initial == graph.states[1].initial);
+    CHECK(nameOf(graph, graph.states[1].next) == "b");
+}
