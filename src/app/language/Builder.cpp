@@ -1,5 +1,6 @@
 #include "Builder.h"
 
+#include "Missing.h"
 #include "curlew/app/language/Frames.h"
 #include "curlew/app/registry/InContext.h"
 #include "curlew/app/registry/Text.h"
@@ -17,56 +18,6 @@ std::vector<Kind> countedBy(const std::string& option, const std::vector<Kind>& 
     if (option != "geo") return {Kind::grid};
     if (taken == std::vector{Kind::points}) return taken;
     return {Kind::mesh, Kind::points, Kind::curves};
-}
-
-/// What makes objects of these kinds.
-std::string hintFor(const std::vector<Kind>& kinds) {
-    const auto actionsFor = [](Kind kind) {
-        switch (kind) {
-            case Kind::field:
-            case Kind::noise:
-                return "-noise, -ramp or a shape";
-            case Kind::shape:
-                return "-sphere, -box, …";
-            case Kind::flow:
-                return "-dfvn, -curl, …";
-            case Kind::levelSet:
-                return "-mesh2ls, or -read one";
-            case Kind::grid:
-            case Kind::velocity:
-                return "-velocity or -mesh2ls, or -read one";
-            case Kind::mesh:
-                return "-ls2mesh, or -read one";
-            case Kind::points:
-                return "-scatter, or -read a .vdb that has them";
-            case Kind::curves:
-                return "-trace";
-            case Kind::image:
-                return "-slice, -lic, …, or -read one";
-            default:
-                return "other actions";
-        }
-    };
-    std::vector<std::string> hints;
-    for (const Kind kind : kinds)
-        if (const std::string hint = actionsFor(kind); std::find(hints.begin(), hints.end(), hint) == hints.end())
-            hints.push_back(hint);
-    return join(hints, "; or ");
-}
-
-/// `found` objects are there for an input that needs more; `others`: that are there but taken by another input.
-std::string missing(const Input& input, size_t wanted, size_t found, size_t others) {
-    const std::string what = phraseOf(input.kinds), note = input.help.empty() ? "" : fmt::format(" ({})", input.help);
-    if (wanted == 1 && others == 0)
-        return fmt::format("needs {} for {}={}, and there is none; make one with {}", what, input.name, note,
-                           hintFor(input.kinds));
-    if (wanted == 1)
-        return fmt::format("needs {} for {}={} as well, and there {} only {}; make another with {}", what, input.name,
-                           note, others == 1 ? "is" : "are", others == 1 ? "one" : std::to_string(others),
-                           hintFor(input.kinds));
-    return fmt::format("needs {} objects for {}= ({} each{}), and there {} {}; make them with {}", wanted, input.name,
-                       what, input.help.empty() ? "" : "; " + input.help, found == 1 ? "is" : "are",
-                       found == 0 ? "none" : std::to_string(found), hintFor(input.kinds));
 }
 
 /// Whether options of type `ages` choose what is written.
