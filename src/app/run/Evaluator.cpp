@@ -67,23 +67,26 @@ void Evaluator::analyse() {
     }
     if (mGraph.wanted.empty() && mGraph.effects) return;
     mNeeded.assign(mGraph.nodes.size(), false);
-    for (const auto& name : mGraph.wanted)
-        if (const Link link = linkOf(mGraph, name); link.from == Link::From::node) mNeeded[link.index] = true;
-    for (size_t k = mGraph.nodes.size(); k-- > 0;) {
-        const Node& node = mGraph.nodes[k];
-        const bool effect = node.action().evaluation == Evaluation::effect;
-        if (effect && (mGraph.effects || node.action().setting)) mNeeded[k] = true;
-        if (effect && !mNeeded[k]) continue;
-        if (!mNeeded[k]) continue;
-        for (const auto& links : node.inputs)
-            for (const Link& link : links) {
-                if (link.from == Link::From::node) mNeeded[link.index] = true;
-                if (link.from == Link::From::state) {
-                    const State& state = mGraph.states[link.index];
-                    if (state.initial && state.initial->from == Link::From::node) mNeeded[state.initial->index] = true;
-                    if (state.next.from == Link::From::node) mNeeded[state.next.index] = true;
-                }
-            }
+    std::vector<Link> needed;
+    for (const auto& name : mGraph.wanted) needed.push_back(linkOf(mGraph, name));
+    for (size_t k = 0; k < mGraph.nodes.size(); ++k)
+        if (const Action& action = mGraph.nodes[k].action();
+            action.evaluation == Evaluation::effect && (mGraph.effects || action.setting))
+            needed.push_back({.index = k});
+    std::vector<bool> followed(mGraph.states.size());
+    while (!needed.empty()) {
+        const Link link = needed.back();
+        needed.pop_back();
+        if (link.from == Link::From::state && !followed[link.index]) {
+            followed[link.index] = true;
+            const State& state = mGraph.states[link.index];
+            if (state.initial) needed.push_back(*state.initial);
+            needed.push_back(state.next); // what the next frame begins with, wherever it is made
+        }
+        if (link.from != Link::From::node || mNeeded[link.index]) continue;
+        mNeeded[link.index] = true;
+        for (const auto& links : mGraph.nodes[link.index].inputs)
+            needed.insert(needed.end(), links.begin(), links.end());
     }
 }
 

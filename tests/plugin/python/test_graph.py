@@ -183,6 +183,23 @@ def test_emitters_without_links_stay_apart(session):
     assert counts[-1] == [7, 20, 10]
 
 
+def test_wanted_points_need_what_carries_them_to_the_next_frame(session):
+    """The flow that moves emitted points on is evaluated although only the emitter is wanted."""
+    nodes = [
+        node("source", "emit", words=(), rate=100, box="-1,0,0,-0.9,1,1"),
+        node("moved", "advect", {"flow": "wind", "points": "source"}),
+        node("wind", "uniform", velocity="0,0,1", box="-1,-1,-1,1,1,1"),
+    ]
+    heights = []
+    session.run_graph(
+        {"curlew": 1, "nodes": nodes, "frames": {"words": ["1-3"], "options": {"fps": 10}}, "wanted": ["source"]},
+        on_frame=lambda frame, same: heights.append(sorted(same.points("source").positions[:10, 2].tolist())),
+    )
+    assert len(heights[-1]) == 10
+    # Born at even intervals of 0.01 s, they have moved at speed 1 for 0 to 0.09 s.
+    assert np.subtract(heights[2], heights[1]).mean() == pytest.approx(0.045, abs=1e-6)
+
+
 def test_a_branch_that_traces_first_does_not_freeze_the_points(session):
     """Curves from points that are also moved on: the points move in every frame, whichever branch comes first."""
     moved = []
