@@ -27,7 +27,7 @@ constexpr int kVelocityDim = 128; ///< Voxels of that grid along an edge.
 Flow driftingFlow() {
     return withSpeed(freeFlow({.box = Box{}.padded(kCovered), .wall = std::nullopt}, kFrequency), 1);
 }
-Particles scattered(size_t count) { return scatter({.box = Box{}.padded(kScattered), .wall = std::nullopt}, count, 1); }
+Points scattered(size_t count) { return scatter({.box = Box{}.padded(kScattered), .wall = std::nullopt}, count, 1); }
 
 // ---- Ours
 
@@ -39,10 +39,10 @@ void setDrift(benchmark::State& state, double f, double g) {
 void advection(benchmark::State& state, size_t count, int steps, Reprojection method, int threads) {
     const ThreadLimit limit(threads);
     const Flow flow = driftingFlow();
-    const Particles start = scattered(count);
+    const Points start = scattered(count);
     AdvectResult result;
     for (auto _ : state) {
-        Particles particles = start;
+        Points particles = start;
         result = advect(flow, particles,
                         {.time = kTravel * steps / kSteps, .steps = steps, .reprojection = {.method = method}});
     }
@@ -53,7 +53,7 @@ void advection(benchmark::State& state, size_t count, int steps, Reprojection me
 
 // ---- OpenVDB's
 
-using Points = points::PointDataGrid;
+using PointGrid = points::PointDataGrid;
 
 /// What id is to the point tools: the index of each point.
 struct Indices {
@@ -63,14 +63,14 @@ struct Indices {
 
 /// The particles as OpenVDB's points, about 8 to a voxel as its own tools have it; with ids if they are to be found
 /// again.
-Points::Ptr pointGrid(const Particles& particles, bool withIds) {
+PointGrid::Ptr pointGrid(const Points& particles, bool withIds) {
     std::vector<openvdb::Vec3f> positions;
     for (size_t i = 0; i < particles.size(); ++i)
         positions.emplace_back(openvdb::Vec3d(particles.x[i], particles.y[i], particles.z[i]));
     const points::PointAttributeVector<openvdb::Vec3f> wrapped(positions);
     const auto transform = openvdb::math::Transform::createLinearTransform(points::computeVoxelSize(wrapped, 8));
     const auto index = openvdb::tools::createPointIndexGrid<openvdb::tools::PointIndexGrid>(wrapped, *transform);
-    const auto grid = points::createPointDataGrid<points::NullCodec, Points>(*index, wrapped, *transform);
+    const auto grid = points::createPointDataGrid<points::NullCodec, PointGrid>(*index, wrapped, *transform);
     if (withIds) {
         points::appendAttribute<int32_t>(grid->tree(), "id");
         points::populateAttribute(grid->tree(), index->tree(), "id", Indices{});
@@ -78,16 +78,16 @@ Points::Ptr pointGrid(const Particles& particles, bool withIds) {
     return grid;
 }
 
-void advectInCalls(Points& grid, const openvdb::Vec3SGrid& velocity, int calls) {
+void advectInCalls(PointGrid& grid, const openvdb::Vec3SGrid& velocity, int calls) {
     constexpr openvdb::Index kRungeKutta4 = 4;
     for (int call = 0; call < calls; ++call)
         points::advectPoints(grid, velocity, kRungeKutta4, kTravel / kSteps,
                              static_cast<openvdb::Index>(kSteps / calls));
 }
 
-/// How far the points are from where they should be on f and g: root mean squares, relative to those of f and g. Points
-/// that have left the grid of velocities do not count.
-void measureDrift(benchmark::State& state, const Flow& flow, const Particles& start, const Points& grid) {
+/// How far the points are from where they should be on f and g: root mean squares, relative to those of f and g.
+/// PointGrid that have left the grid of velocities do not count.
+void measureDrift(benchmark::State& state, const Flow& flow, const Points& start, const PointGrid& grid) {
     double f2 = 0, g2 = 0;
     size_t count = 0;
     for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
@@ -115,7 +115,7 @@ void measureDrift(benchmark::State& state, const Flow& flow, const Particles& st
 void advectPoints(benchmark::State& state, int calls, Layout layout) {
     const ThreadLimit limit(1);
     const Flow flow = driftingFlow();
-    const Particles start = scattered(kParticles);
+    const Points start = scattered(kParticles);
     const auto velocity = velocityGrid(flow, {.dim = kVelocityDim, .layout = layout});
     const auto timed = pointGrid(start, false);
     for (auto _ : state) advectInCalls(*timed, *velocity, calls);

@@ -52,7 +52,7 @@ void measure(Measured& found, int sets, double edge, const Make& make) {
     double squares = 0;
     for (int set = 0; set < sets; ++set) {
         const std::clock_t begin = std::clock();
-        const Points<N> points = make(static_cast<uint32_t>(set + 1));
+        const Positions<N> points = make(static_cast<uint32_t>(set + 1));
         found.seconds += static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC / sets;
         const NeighboursN<N> neighbours(points);
         const Spacing spacing = spacingOf(neighbours, points.size(), kMostQueries);
@@ -77,7 +77,7 @@ struct Lattice {
             domain.box.upper[axis] = domain.box.lower[axis] + spacing * pointsPerAxis;
         }
     }
-    Points<N> points() const { return latticePoints(domain, spacing); }
+    Positions<N> points() const { return latticePoints(domain, spacing); }
     double edge() const { return domain.box.size()[0]; }
 };
 

@@ -63,7 +63,7 @@ curlew_type NamedArray::type() const {
         columns.front().data);
 }
 
-std::vector<NamedArray> arraysOf(const Particles& p) {
+std::vector<NamedArray> arraysOf(const Points& p) {
     std::vector<NamedArray> arrays{soa("position", p.x, p.y, p.z), soa("id", p.id)};
     if (p.hasVelocity()) arrays.push_back(soa("velocity", p.vx, p.vy, p.vz));
     if (p.hasAge()) arrays.push_back(soa("age", p.age));

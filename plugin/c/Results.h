@@ -23,7 +23,7 @@ struct NamedArray {
     curlew_type type() const;
 };
 
-std::vector<NamedArray> arraysOf(const Particles& particles);
+std::vector<NamedArray> arraysOf(const Points& particles);
 std::vector<NamedArray> arraysOf(const Curves& curves);
 std::vector<NamedArray> arraysOf(const Mesh& mesh);
 std::vector<NamedArray> arraysOf(const Image& image);

@@ -97,8 +97,8 @@ Mesh meshOf(const curlew_array& points, const curlew_array& corners, const curle
     return curlew::meshOf(positions, indices, faces);
 }
 
-Particles particlesOf(const curlew_array& positions, const curlew_array* ids, const curlew_array* velocities) {
-    Particles particles;
+Points pointsOf(const curlew_array& positions, const curlew_array* ids, const curlew_array* velocities) {
+    Points particles;
     for (const Vec3d& p : vectorsOf(positions, "positions")) {
         particles.id.push_back(static_cast<int64_t>(particles.size()));
         particles.x.push_back(p[0]), particles.y.push_back(p[1]), particles.z.push_back(p[2]);
@@ -133,7 +133,7 @@ Digest contentOf(const Mesh& mesh) {
     return digest.digest();
 }
 
-Digest contentOf(const Particles& particles) {
+Digest contentOf(const Points& particles) {
     DigestBuilder digest;
     forEachArray(particles, [&](const auto& values) {
         digest.add(values.size());
@@ -234,7 +234,7 @@ curlew_status curlew_provide_points(curlew_session* session, const char* name, c
         app::Session& s = required(session, "the session").writable();
         const std::string key = nameOfProvided(name);
         auto set = std::make_shared<app::PointSet>();
-        set->particles = particlesOf(required(positions, "positions"), ids, velocities);
+        set->particles = pointsOf(required(positions, "positions"), ids, velocities);
         const Digest content = contentOf(set->particles);
         s.provide(key, std::move(set), content);
     });

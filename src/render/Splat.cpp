@@ -182,7 +182,7 @@ void resolveTile(const SplatTile& tile, const std::vector<Sample>& samples, std:
 
 } // namespace
 
-Splats Splats::of(const Particles& points) { return {.x = points.x, .y = points.y, .z = points.z}; }
+Splats Splats::of(const Points& points) { return {.x = points.x, .y = points.y, .z = points.z}; }
 
 Splats Splats::of(const Curves& curves) {
     Splats splats{.x = curves.x, .y = curves.y, .z = curves.z, .start = curves.start};

@@ -31,7 +31,7 @@ double randomOf(int64_t id) { return randomUniform(0, static_cast<uint64_t>(id))
 
 } // namespace
 
-std::vector<float> splatValues(const Particles& p, SplatValue by, const Camera& camera) {
+std::vector<float> splatValues(const Points& p, SplatValue by, const Camera& camera) {
     switch (by) {
         case SplatValue::speed:
             if (!p.hasVelocity()) throw ValueError("these points have no velocity yet; -advect gives them one");

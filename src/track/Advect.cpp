@@ -19,7 +19,7 @@ using namespace detail;
 namespace {
 
 template <int N>
-using Points = std::vector<Vec<double, N>>;
+using Positions = std::vector<Vec<double, N>>;
 
 template <int N>
 void validate(const FlowN<N>& flow, const AdvectOptions& o) {
@@ -31,8 +31,8 @@ void validate(const FlowN<N>& flow, const AdvectOptions& o) {
 }
 
 /// Moves points in batches: `load(advector, begin)` before all steps, `store(advector, begin)` after them.
-template <int N, class Points, class Load, class Store>
-AdvectResultN<N> advectBatches(const FlowN<N>& flow, const FlowMagnitudesN<N>& typical, const Points& points,
+template <int N, class Positions, class Load, class Store>
+AdvectResultN<N> advectBatches(const FlowN<N>& flow, const FlowMagnitudesN<N>& typical, const Positions& points,
                                const AdvectOptions& options, const Load& load, const Store& store,
                                const Monitor& monitor) {
     const auto stepper = advectionStepper(flow, options, inUnitsOf(typical, options.reprojection));
@@ -84,7 +84,8 @@ AdvectResultN<N>& AdvectResultN<N>::operator+=(const AdvectResultN& later) {
 }
 
 template <int N>
-AdvectResultN<N> advect(const FlowN<N>& flow, Points<N>& points, const AdvectOptions& options, const Monitor& monitor) {
+AdvectResultN<N> advect(const FlowN<N>& flow, Positions<N>& points, const AdvectOptions& options,
+                        const Monitor& monitor) {
     validate(flow, options);
     return advectBatches(
         flow, magnitudesOf(flow), points, options, [](BatchAdvector<N>&, size_t) {},
@@ -95,7 +96,7 @@ namespace {
 
 /// The particles in the order of a Z-curve (Morton 1966) through the box: those of a batch are then near each other,
 /// and look up the same parts of a level set.
-std::vector<uint32_t> alongCurve(const Particles& p, const Box& box) {
+std::vector<uint32_t> alongCurve(const Points& p, const Box& box) {
     constexpr int kBits = 10;
     const auto cell = [](double x, double lower, double size) {
         const double c = (x - lower) / size * (1 << kBits);
@@ -118,7 +119,7 @@ std::vector<uint32_t> alongCurve(const Particles& p, const Box& box) {
 }
 
 /// No particle depends on another, so the order changes nothing but the time.
-std::vector<uint32_t> orderFor(const Flow& flow, const Particles& particles) {
+std::vector<uint32_t> orderFor(const Flow& flow, const Points& particles) {
     const bool pays = flow.domain().wall && flow.domain().box.finite() && particles.size() <= UINT32_MAX;
     return pays ? alongCurve(particles, flow.domain().box) : std::vector<uint32_t>{};
 }
@@ -131,7 +132,7 @@ double paceOf(float age, double time) {
 
 /// Particles that are near each other in the order, which holds all or is empty, are moved together.
 /// `wholeTime`: that of all steps, of which these may be some.
-AdvectResult advectInOrder(const Flow& flow, const FlowMagnitudes& typical, Particles& particles,
+AdvectResult advectInOrder(const Flow& flow, const FlowMagnitudes& typical, Points& particles,
                            const std::vector<uint32_t>& order, const AdvectOptions& options, double wholeTime,
                            const Monitor& monitor) {
     const size_t count = particles.size();
@@ -139,7 +140,7 @@ AdvectResult advectInOrder(const Flow& flow, const FlowMagnitudes& typical, Part
     for (auto* array : {&particles.vx, &particles.vy, &particles.vz}) array->resize(count);
     for (auto* array : {&particles.f, &particles.g}) array->resize(flow.hasTracks() ? count : 0);
     particles.converged.resize(count, 1);
-    Particles& p = particles;
+    Points& p = particles;
     const auto particle = [&](size_t k) { return order.empty() ? k : order[k]; };
     return advectBatches(
         flow, typical, PointsBy{count, [&](size_t n) { return p.position(particle(n)); }}, options,
@@ -164,7 +165,7 @@ AdvectResult advectInOrder(const Flow& flow, const FlowMagnitudes& typical, Part
 }
 
 /// Gives particles the flow's velocity and track where they are.
-AdvectResult sample(const Flow& flow, const FlowMagnitudes& typical, Particles& particles,
+AdvectResult sample(const Flow& flow, const FlowMagnitudes& typical, Points& particles,
                     const std::vector<uint32_t>& order, AdvectOptions options, const Monitor& monitor) {
     options.time = 0;
     options.steps = 1;
@@ -174,7 +175,7 @@ AdvectResult sample(const Flow& flow, const FlowMagnitudes& typical, Particles& 
 }
 
 /// Adds that with which the particles have come from there in this time.
-void addVelocity(Particles& p, const std::array<std::vector<double>, 3>& from, double time) {
+void addVelocity(Points& p, const std::array<std::vector<double>, 3>& from, double time) {
     for (size_t k = 0; k < p.size(); ++k) {
         p.vx[k] += static_cast<float>((p.x[k] - from[0][k]) / time);
         p.vy[k] += static_cast<float>((p.y[k] - from[1][k]) / time);
@@ -184,17 +185,17 @@ void addVelocity(Particles& p, const std::array<std::vector<double>, 3>& from, d
 
 } // namespace
 
-AdvectResult advect(const Flow& flow, Particles& particles, const AdvectOptions& options, const Monitor& monitor) {
+AdvectResult advect(const Flow& flow, Points& particles, const AdvectOptions& options, const Monitor& monitor) {
     return detail::advectKnowing(flow, magnitudesOf(flow), particles, options, monitor);
 }
 
-AdvectResult detail::advectKnowing(const Flow& flow, const FlowMagnitudes& typical, Particles& particles,
+AdvectResult detail::advectKnowing(const Flow& flow, const FlowMagnitudes& typical, Points& particles,
                                    const AdvectOptions& options, const Monitor& monitor) {
     validate(flow, options);
     return advectInOrder(flow, typical, particles, orderFor(flow, particles), options, options.time, monitor);
 }
 
-AdvectResult advect(const FlowInTime& flow, Particles& particles, double begin, const AdvectOptions& options,
+AdvectResult advect(const FlowInTime& flow, Points& particles, double begin, const AdvectOptions& options,
                     const Monitor& monitor) {
     if (!std::isfinite(begin)) throw ValueError("the time to begin at must be finite");
     Flow before = flow.at(begin);
@@ -240,7 +241,7 @@ AdvectResult advect(const FlowInTime& flow, Particles& particles, double begin, 
 
 #define CURLEW_INSTANTIATE(N)         \
     template struct AdvectResultN<N>; \
-    template AdvectResultN<N> advect(const FlowN<N>&, Points<N>&, const AdvectOptions&, const Monitor&);
+    template AdvectResultN<N> advect(const FlowN<N>&, Positions<N>&, const AdvectOptions&, const Monitor&);
 CURLEW_FOR_FLOW_DIMENSIONS(CURLEW_INSTANTIATE)
 #undef CURLEW_INSTANTIATE
 

@@ -65,7 +65,7 @@ template <int N>
 std::vector<Vec<double, N>> pointsOf(const DomainN<N>& domain, size_t count, const Monitor& monitor) {
     std::vector<Vec<double, N>> points(count);
     if constexpr (N == 3) {
-        const Particles scattered = scatter(domain, count, kSeed, monitor);
+        const Points scattered = scatter(domain, count, kSeed, monitor);
         for (size_t k = 0; k < count; ++k) points[k] = scattered.position(k);
         return points;
     }
@@ -99,7 +99,7 @@ void diagnoseWall(const Flow& flow, size_t samples, FlowDiagnostics& check, cons
     // Start near the wall: anywhere within its width, on both sides.
     Domain layer{.box = flow.domain().box, .wall = wall};
     layer.wall->side = Side::both;
-    const Particles seeds = scatter(layer, samples, kSeed + 1, monitor);
+    const Points seeds = scatter(layer, samples, kSeed + 1, monitor);
     std::vector<uint8_t> onWall(samples);
     check.wallFlux = greatest(
                          samples,
@@ -228,7 +228,7 @@ FlowDiagnostics diagnoseFlow(const Flow& flow, size_t samples, const Monitor& mo
     return check;
 }
 
-ParticleDiagnostics diagnoseParticles(const Flow& flow, const Particles& particles, const Monitor& monitor) {
+ParticleDiagnostics diagnoseParticles(const Flow& flow, const Points& particles, const Monitor& monitor) {
     struct Tally {
         std::array<double, Flow::kPotentials> squares{}; // of the drift
         double penetration = -std::numeric_limits<double>::infinity();

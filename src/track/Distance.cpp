@@ -79,7 +79,7 @@ double distanceTo(const Curves& c, size_t curve, const Vec3d& p) {
 
 } // namespace
 
-Distance distanceBetween(const Particles& a, const Particles& b, const Monitor& monitor) {
+Distance distanceBetween(const Points& a, const Points& b, const Monitor& monitor) {
     const auto pairs = pairsOf(a.id, b.id);
     const Sums sums = parallelSum(
         pairs.size(), 4096,

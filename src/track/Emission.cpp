@@ -23,7 +23,7 @@ std::vector<float> agesOfBirths(double rate, double duration, double& rates) {
     const double before = rates * duration;
     rates += rate;
     const double after = rates * duration, born = std::floor(before), count = std::floor(after) - born;
-    requireMemory(count * Particles::kBytes, fmt::format("{} births in a frame", count), "choose a smaller rate");
+    requireMemory(count * Points::kBytes, fmt::format("{} births in a frame", count), "choose a smaller rate");
     std::vector<float> ages(static_cast<size_t>(count));
     for (size_t k = 0; k < ages.size(); ++k)
         ages[k] = static_cast<float>(std::max(0.0, after - born - static_cast<double>(k + 1)) / rate);
@@ -32,10 +32,10 @@ std::vector<float> agesOfBirths(double rate, double duration, double& rates) {
 
 } // namespace
 
-Particles emitted(const Domain& domain, const EmissionOptions& o, double duration, EmissionState& state,
-                  const Monitor& monitor) {
+Points emitted(const Domain& domain, const EmissionOptions& o, double duration, EmissionState& state,
+               const Monitor& monitor) {
     std::vector<float> ages = agesOfBirths(o.rate, duration, state.rates);
-    Particles born = scatterFrom(domain, state.nextId, ages.size(), o.seed, monitor);
+    Points born = scatterFrom(domain, state.nextId, ages.size(), o.seed, monitor);
     state.nextId += static_cast<int64_t>(ages.size());
     born.age = std::move(ages);
     if (!std::isfinite(o.life)) return born;
@@ -48,7 +48,7 @@ Particles emitted(const Domain& domain, const EmissionOptions& o, double duratio
     return born;
 }
 
-void joinFlow(const Flow& flow, const Particles& others, Particles& born) {
+void joinFlow(const Flow& flow, const Points& others, Points& born) {
     if (!others.hasVelocity()) return;
     for (auto* array : {&born.vx, &born.vy, &born.vz}) array->resize(born.size());
     if (others.hasTrack())
@@ -65,7 +65,7 @@ void joinFlow(const Flow& flow, const Particles& others, Particles& born) {
     });
 }
 
-std::vector<uint8_t> flagBeyondWall(const Particles& particles, const Domain& domain, const Monitor& monitor) {
+std::vector<uint8_t> flagBeyondWall(const Points& particles, const Domain& domain, const Monitor& monitor) {
     std::vector<uint8_t> flags(particles.size());
     forEachBatch(
         particles,
@@ -80,7 +80,7 @@ std::vector<uint8_t> flagBeyondWall(const Particles& particles, const Domain& do
     return flags;
 }
 
-void wrap(Particles& particles, const Box& box) {
+void wrap(Points& particles, const Box& box) {
     if (!box.finite()) throw ValueError("particles cannot wrap around in an infinite box");
     const std::array<std::vector<double>*, 3> axes{&particles.x, &particles.y, &particles.z};
     for (int axis = 0; axis < 3; ++axis) {

@@ -72,7 +72,7 @@ FlowMapResult FlowMap::carry(std::vector<Vec3d>& points, double from, double to,
 size_t FlowMap::follow(std::vector<Vec3d>& points, double from, double to, int count, const Monitor& monitor) const {
     const FlowInTime both = mFlow.steady() ? FlowInTime(onBothSides(mFlow.at(from)))
                                            : FlowInTime([this](double t) { return onBothSides(mFlow.at(t)); });
-    Particles p = Particles::at(points);
+    Points p = Points::at(points);
     const AdvectOptions options{
         .time = to - from, .steps = count, .scheme = mOptions.scheme, .reprojection = mOptions.reprojection};
     const AdvectResult result = advect(both, p, from, options, monitor);

@@ -16,7 +16,7 @@ namespace curlew {
 namespace {
 
 template <int N>
-using Points = std::vector<Vec<double, N>>;
+using Positions = std::vector<Vec<double, N>>;
 
 constexpr double kStep = 0.16; // of the mean distance to the neighbours
 
@@ -59,7 +59,7 @@ double meanNeighbourDistance(int n) {
 }
 
 template <int N>
-Points<N> latticePoints(const DomainN<N>& domain, double spacing, const Monitor& monitor) {
+Positions<N> latticePoints(const DomainN<N>& domain, double spacing, const Monitor& monitor) {
     requirePositive(spacing, "spacing");
     if (!domain.box.finite()) throw ValueError("the domain is infinite; give a box");
     std::array<size_t, N> cells;
@@ -87,7 +87,7 @@ Points<N> latticePoints(const DomainN<N>& domain, double spacing, const Monitor&
                            }};
     // By chunks, so that each can leave out what is not in the domain.
     constexpr size_t kGrain = 1024;
-    std::vector<Points<N>> chunks((count + kGrain - 1) / kGrain);
+    std::vector<Positions<N>> chunks((count + kGrain - 1) / kGrain);
     parallelFor(
         count, kGrain,
         [&](size_t begin, size_t end) {
@@ -101,7 +101,7 @@ Points<N> latticePoints(const DomainN<N>& domain, double spacing, const Monitor&
             }
         },
         monitor);
-    Points<N> all;
+    Positions<N> all;
     for (const auto& chunk : chunks) all.insert(all.end(), chunk.begin(), chunk.end());
     return all;
 }
@@ -121,14 +121,14 @@ FlowN<N> jitterFlow(const DomainN<N>& domain, double spacing, const JitterFlowOp
 }
 
 template <int N>
-AdvectResultN<N> jitter(const FlowN<N>& flow, Points<N>& points, double spacing, double amount,
+AdvectResultN<N> jitter(const FlowN<N>& flow, Positions<N>& points, double spacing, double amount,
                         const Monitor& monitor) {
     requirePositive(spacing, "spacing");
     return advect(flow, points, {.time = amount * kStep * meanNeighbourDistance(N) * spacing, .steps = 1}, monitor);
 }
 
 template <int N>
-void jitterRandomly(Points<N>& points, double spacing, double amount, uint64_t seed) {
+void jitterRandomly(Positions<N>& points, double spacing, double amount, uint64_t seed) {
     requirePositive(spacing, "spacing");
     if (!std::isfinite(amount)) throw ValueError("amount must be finite");
     for (size_t k = 0; k < points.size(); ++k)
@@ -165,16 +165,16 @@ JitteredLattice jitteredLattice(DomainN<N> domain, const JitteredLatticeOptions&
         jitter(jitterFlow(domain, spacing, o.flow), points, spacing, o.amount, monitor);
     std::vector<Vec3d> inSpace(points.size());
     for (size_t k = 0; k < points.size(); ++k) std::copy(points[k].c.begin(), points[k].c.end(), inSpace[k].c.begin());
-    return {Particles::at(inSpace), spacing, conforms};
+    return {Points::at(inSpace), spacing, conforms};
 }
 template JitteredLattice jitteredLattice(DomainN<2>, const JitteredLatticeOptions&, const Monitor&);
 template JitteredLattice jitteredLattice(DomainN<3>, const JitteredLatticeOptions&, const Monitor&);
 
-#define CURLEW_INSTANTIATE(N)                                                                      \
-    template Points<N> latticePoints(const DomainN<N>&, double, const Monitor&);                   \
-    template FlowN<N> jitterFlow(const DomainN<N>&, double, const JitterFlowOptions&);             \
-    template AdvectResultN<N> jitter(const FlowN<N>&, Points<N>&, double, double, const Monitor&); \
-    template void jitterRandomly(Points<N>&, double, double, uint64_t);
+#define CURLEW_INSTANTIATE(N)                                                                         \
+    template Positions<N> latticePoints(const DomainN<N>&, double, const Monitor&);                   \
+    template FlowN<N> jitterFlow(const DomainN<N>&, double, const JitterFlowOptions&);                \
+    template AdvectResultN<N> jitter(const FlowN<N>&, Positions<N>&, double, double, const Monitor&); \
+    template void jitterRandomly(Positions<N>&, double, double, uint64_t);
 CURLEW_FOR_FLOW_DIMENSIONS(CURLEW_INSTANTIATE)
 #undef CURLEW_INSTANTIATE
 

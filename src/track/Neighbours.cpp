@@ -18,7 +18,7 @@ namespace curlew {
 namespace {
 
 template <int N>
-using Points = std::vector<Vec<double, N>>;
+using Positions = std::vector<Vec<double, N>>;
 
 constexpr size_t kLeaf = 16;             // points
 constexpr double kBytesPerPoint = 48;    // of the tree, and of what is found by it
@@ -54,7 +54,7 @@ struct Counter {
 };
 
 template <int N>
-void validate(const Points<N>& points) {
+void validate(const Positions<N>& points) {
     if (points.size() > kMostPoints)
         throw ResourceError(fmt::format("{} points are more than {}", points.size(), kMostPoints));
     requireMemory(kBytesPerPoint * static_cast<double>(points.size()),
@@ -69,7 +69,7 @@ void validate(const Points<N>& points) {
 template <int N>
 struct NeighboursN<N>::Tree {
     struct Cloud {
-        const Points<N>& points;
+        const Positions<N>& points;
         // NOLINTBEGIN(readability-identifier-naming): nanoflann's names for them
         size_t kdtree_get_point_count() const { return points.size(); }
         double kdtree_get_pt(size_t k, size_t axis) const { return points[k].c[axis]; }
@@ -80,7 +80,7 @@ struct NeighboursN<N>::Tree {
         // NOLINTEND(readability-identifier-naming)
     };
 
-    explicit Tree(const Points<N>& points) : cloud{points}, index(N, cloud, {kLeaf}) { index.buildIndex(); }
+    explicit Tree(const Positions<N>& points) : cloud{points}, index(N, cloud, {kLeaf}) { index.buildIndex(); }
 
     template <class Found>
     void search(size_t point, Found& found) const {
@@ -92,7 +92,7 @@ struct NeighboursN<N>::Tree {
 };
 
 template <int N>
-NeighboursN<N>::NeighboursN(const Points<N>& points) {
+NeighboursN<N>::NeighboursN(const Positions<N>& points) {
     validate<N>(points);
     mTree = std::make_unique<const Tree>(points);
 }
@@ -127,7 +127,7 @@ void NeighboursN<N>::count(size_t point, double width, std::vector<double>& bins
 }
 
 template <int N>
-Spacing spacingOf(const Points<N>& points, const Monitor& monitor) {
+Spacing spacingOf(const Positions<N>& points, const Monitor& monitor) {
     if (points.size() < 2) throw ValueError(fmt::format("{} points have no distances; give at least 2", points.size()));
     return spacingOf(NeighboursN<N>(points).nearestDistances(1, monitor));
 }
@@ -141,7 +141,7 @@ Spacing spacingOf(std::vector<double> nearestDistances) {
 
 #define CURLEW_INSTANTIATE(N)      \
     template class NeighboursN<N>; \
-    template Spacing spacingOf(const Points<N>&, const Monitor&);
+    template Spacing spacingOf(const Positions<N>&, const Monitor&);
 CURLEW_FOR_FLOW_DIMENSIONS(CURLEW_INSTANTIATE)
 #undef CURLEW_INSTANTIATE
 

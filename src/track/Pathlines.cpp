@@ -13,7 +13,7 @@ namespace curlew {
 namespace {
 
 /// Curves of `vertices` vertices each, still unset.
-Curves unsetCurves(const Particles& p, size_t vertices, bool tracks) {
+Curves unsetCurves(const Points& p, size_t vertices, bool tracks) {
     Curves c;
     const size_t all = p.size() * vertices;
     for (auto* array : {&c.x, &c.y, &c.z, &c.along}) array->resize(all);
@@ -29,7 +29,7 @@ Curves unsetCurves(const Particles& p, size_t vertices, bool tracks) {
     return c;
 }
 
-void record(const Particles& p, size_t step, double time, Curves& c) {
+void record(const Points& p, size_t step, double time, Curves& c) {
     for (size_t k = 0; k < p.size(); ++k) {
         const size_t v = c.start[k] + step;
         c.x[v] = p.x[k], c.y[v] = p.y[k], c.z[v] = p.z[k];
@@ -42,7 +42,7 @@ void record(const Particles& p, size_t step, double time, Curves& c) {
 
 } // namespace
 
-Pathlines advectWithPathlines(const FlowInTime& flow, Particles& particles, double begin, const AdvectOptions& options,
+Pathlines advectWithPathlines(const FlowInTime& flow, Points& particles, double begin, const AdvectOptions& options,
                               const Monitor& monitor) {
     if (options.steps < 1) throw ValueError(fmt::format("{} steps; give at least 1", options.steps));
     const auto vertices = static_cast<size_t>(options.steps) + 1;

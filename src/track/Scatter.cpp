@@ -26,11 +26,11 @@ Vec3d candidate(const std::vector<Vec<int, 3>>& cells, const Vec3d& origin, doub
 
 } // namespace
 
-Particles scatter(const Domain& domain, size_t count, uint64_t seed, const Monitor& monitor) {
+Points scatter(const Domain& domain, size_t count, uint64_t seed, const Monitor& monitor) {
     return scatterFrom(domain, 0, count, seed, monitor);
 }
 
-Particles scatterFrom(const Domain& domain, int64_t first, size_t count, uint64_t seed, const Monitor& monitor) {
+Points scatterFrom(const Domain& domain, int64_t first, size_t count, uint64_t seed, const Monitor& monitor) {
     if (first < 0) throw ValueError(fmt::format("the first id is {}; it must not be negative", first));
     if (!domain.box.finite()) throw ValueError("the domain is infinite; give a box");
     const Vec3d extent = domain.box.size();
@@ -45,7 +45,7 @@ Particles scatterFrom(const Domain& domain, int64_t first, size_t count, uint64_
     const auto cells = coveringCells(domain, domain.box.lower, size, range, size_t{1} << 22);
     if (cells.empty()) throw ValueError("the domain is empty");
 
-    Particles particles;
+    Points particles;
     for (auto* array : {&particles.x, &particles.y, &particles.z}) array->resize(count);
     particles.id.resize(count);
     parallelFor(

@@ -49,7 +49,7 @@ struct Sums {
 
 } // namespace
 
-SnapResult snap(const ScalarField& field, double value, Particles& p, double reach, double tolerance,
+SnapResult snap(const ScalarField& field, double value, Points& p, double reach, double tolerance,
                 const Monitor& monitor) {
     if (!std::isfinite(value)) throw ValueError(fmt::format("the value {} is not finite", value));
     requirePositive(reach, "the reach");

@@ -73,7 +73,7 @@ void append(Part& part, const TraceSetup& setup, int64_t id, TraceLine& forward,
     c.gap.push_back(only.gap);
 }
 
-Part traceChunk(const TraceSetup& setup, const Particles& seeds, size_t begin, size_t end, const Monitor& monitor) {
+Part traceChunk(const TraceSetup& setup, const Points& seeds, size_t begin, size_t end, const Monitor& monitor) {
     const Direction direction = setup.options.direction;
     const Flow& flow = setup.stepper.flow();
     ActiveTipsN<3> tips;
@@ -147,7 +147,7 @@ void summarize(TraceResult& result) {
     result.gapRms = std::sqrt(result.gapRms / static_cast<double>(std::max<size_t>(result.count(CurveEnd::closed), 1)));
 }
 
-void validate(const Flow& flow, const Particles& seeds, const TraceOptions& o) {
+void validate(const Flow& flow, const Points& seeds, const TraceOptions& o) {
     if (seeds.y.size() != seeds.size() || seeds.z.size() != seeds.size() || seeds.id.size() != seeds.size())
         throw ValueError("the arrays of the seeds differ in length; give each x, y, z and id");
     if (o.step != 0) requirePositive(o.step, "step");
@@ -180,7 +180,7 @@ TraceSetup setupOf(const Flow& flow, TraceOptions o, const Monitor& monitor) {
 
 } // namespace
 
-TraceResult trace(const Flow& flow, const Particles& seeds, const TraceOptions& options, const Monitor& monitor) {
+TraceResult trace(const Flow& flow, const Points& seeds, const TraceOptions& options, const Monitor& monitor) {
     validate(flow, seeds, options);
     const TraceSetup setup = setupOf(flow, options, monitor);
     const double steps = std::min(setup.options.limit / setup.options.step + 2, double(setup.options.vertices));

@@ -18,7 +18,7 @@ VolumeChange volumeChange(const FlowInTime& flow, const std::vector<Vec3d>& posi
                 neighbours.push_back(p);
                 neighbours.back()[axis] += side;
             }
-    Particles around = Particles::at(neighbours);
+    Points around = Points::at(neighbours);
     advect(flow, around, begin, options, monitor);
     const auto end = [&](size_t k) { return around.position(k); };
     std::vector<double> determinants;

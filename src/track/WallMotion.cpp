@@ -235,7 +235,7 @@ size_t WallMotion::carry(std::vector<Vec3d>& points, const Monitor& monitor) con
     return overrun;
 }
 
-size_t WallMotion::carry(Particles& p, const Monitor& monitor) const {
+size_t WallMotion::carry(Points& p, const Monitor& monitor) const {
     if (mStill) return 0;
     std::vector<Vec3d> points(p.size());
     for (size_t k = 0; k < points.size(); ++k) points[k] = p.position(k);

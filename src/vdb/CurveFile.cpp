@@ -154,7 +154,7 @@ void writeCsv(const fs::path& path, const Curves& c) {
 points::PointDataGrid::Ptr pointGrid(const Curves& c, const PointGridOptions& options) {
     checkArrays(c);
     checkIds(c);
-    Particles vertices;
+    Points vertices;
     vertices.x = c.x, vertices.y = c.y, vertices.z = c.z;
     vertices.vx = c.vx, vertices.vy = c.vy, vertices.vz = c.vz;
     vertices.f = c.f, vertices.g = c.g;

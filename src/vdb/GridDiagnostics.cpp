@@ -46,7 +46,7 @@ GridDiagnostics diagnoseGrid(const openvdb::Vec3SGrid& velocity) {
 namespace {
 
 template <bool Staggered>
-void advectOnGrid(const openvdb::Vec3SGrid& velocity, double dt, int steps, Particles& p, const Monitor& monitor) {
+void advectOnGrid(const openvdb::Vec3SGrid& velocity, double dt, int steps, Points& p, const Monitor& monitor) {
     parallelFor(
         p.size(), 16,
         [&](size_t begin, size_t end) {
@@ -70,9 +70,9 @@ TrackDiagnostics diagnoseTracks(const Flow& flow, const openvdb::Vec3SGrid& velo
     const double speed = magnitudesOf(flow).speed;
     if (!(speed > 0)) throw ValueError("the flow does not move");
     TrackDiagnostics check{.steps = steps, .time = 0.25 * velocity.voxelSize()[0] / speed * steps};
-    Particles ours = scatter(flow.domain(), points, kSeed);
+    Points ours = scatter(flow.domain(), points, kSeed);
     advect(flow, ours, {.time = 0, .steps = 1}); // learn their tracks
-    Particles theirs = ours;
+    Points theirs = ours;
     advect(flow, ours, {.time = check.time, .steps = steps}, monitor);
     const bool staggered = velocity.getGridClass() == openvdb::GRID_STAGGERED;
     (staggered ? advectOnGrid<true> : advectOnGrid<false>)(velocity, check.time / steps, steps, theirs, monitor);

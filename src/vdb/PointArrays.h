@@ -1,6 +1,6 @@
 #pragma once
 
-#include "curlew/track/Particles.h"
+#include "curlew/track/Points.h"
 
 #include <array>
 #include <vector>
@@ -8,23 +8,21 @@
 namespace curlew {
 
 /// Throws ValueError if the arrays of the particles differ in length.
-void checkArrays(const Particles& particles);
+void checkArrays(const Points& particles);
 
 /// Throws ValueError if an id does not fit in 32 bits.
-void checkIds(const Particles& particles);
+void checkIds(const Points& particles);
 
 /// One number for each particle, in files a float of this name.
 struct Scalar {
     const char* name;
-    std::vector<float> Particles::*floats = nullptr;
-    std::vector<double> Particles::*doubles = nullptr;
+    std::vector<float> Points::*floats = nullptr;
+    std::vector<double> Points::*doubles = nullptr;
 
-    bool in(const Particles& p) const { return floats ? !(p.*floats).empty() : !(p.*doubles).empty(); }
-    float of(const Particles& p, size_t n) const {
-        return floats ? (p.*floats)[n] : static_cast<float>((p.*doubles)[n]);
-    }
-    void resize(Particles& p, size_t size) const { floats ? (p.*floats).resize(size) : (p.*doubles).resize(size); }
-    void set(Particles& p, size_t n, float value) const {
+    bool in(const Points& p) const { return floats ? !(p.*floats).empty() : !(p.*doubles).empty(); }
+    float of(const Points& p, size_t n) const { return floats ? (p.*floats)[n] : static_cast<float>((p.*doubles)[n]); }
+    void resize(Points& p, size_t size) const { floats ? (p.*floats).resize(size) : (p.*doubles).resize(size); }
+    void set(Points& p, size_t n, float value) const {
         if (floats)
             (p.*floats)[n] = value;
         else
@@ -32,12 +30,12 @@ struct Scalar {
     }
 };
 
-inline const std::array<Scalar, 4> kScalars{{{"age", &Particles::age, nullptr},
-                                             {"life", &Particles::life, nullptr},
-                                             {"f", nullptr, &Particles::f},
-                                             {"g", nullptr, &Particles::g}}};
+inline const std::array<Scalar, 4> kScalars{{{"age", &Points::age, nullptr},
+                                             {"life", &Points::life, nullptr},
+                                             {"f", nullptr, &Points::f},
+                                             {"g", nullptr, &Points::g}}};
 
 /// Those that the particles have.
-std::vector<Scalar> scalarsOf(const Particles& particles);
+std::vector<Scalar> scalarsOf(const Points& particles);
 
 } // namespace curlew

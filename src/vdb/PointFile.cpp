@@ -15,7 +15,7 @@ namespace curlew {
 
 namespace fs = std::filesystem;
 
-void checkArrays(const Particles& particles) {
+void checkArrays(const Points& particles) {
     const size_t size = particles.size();
     const auto whole = [size](const auto&... arrays) { return ((arrays.size() == size) && ...); };
     const auto wholeOrNone = [&](const auto&... arrays) { return (arrays.empty() && ...) || whole(arrays...); };
@@ -32,7 +32,7 @@ void checkArrays(const Particles& particles) {
                         size, particles.age.size(), particles.life.size(), particles.f.size(), particles.g.size()));
 }
 
-void checkIds(const Particles& particles) {
+void checkIds(const Points& particles) {
     for (const int64_t id : particles.id)
         if (!std::in_range<int32_t>(id))
             throw ValueError(
@@ -41,14 +41,14 @@ void checkIds(const Particles& particles) {
                             id));
 }
 
-std::vector<Scalar> scalarsOf(const Particles& particles) {
+std::vector<Scalar> scalarsOf(const Points& particles) {
     std::vector<Scalar> scalars;
     for (const Scalar& scalar : kScalars)
         if (scalar.in(particles)) scalars.push_back(scalar);
     return scalars;
 }
 
-void writePly(const fs::path& path, const Particles& particles) {
+void writePly(const fs::path& path, const Points& particles) {
     checkArrays(particles);
     checkIds(particles);
     const bool velocity = particles.hasVelocity();
@@ -74,7 +74,7 @@ void writePly(const fs::path& path, const Particles& particles) {
     });
 }
 
-void writeCsv(const fs::path& path, const Particles& particles) {
+void writeCsv(const fs::path& path, const Points& particles) {
     checkArrays(particles);
     const bool velocity = particles.hasVelocity();
     const std::vector<Scalar> scalars = scalarsOf(particles);

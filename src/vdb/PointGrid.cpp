@@ -25,7 +25,7 @@ namespace points = openvdb::points;
 struct Positions {
     using value_type = openvdb::Vec3d; // NOLINT: OpenVDB's name for it
     using PosType = openvdb::Vec3d;
-    const Particles& particles;
+    const Points& particles;
 
     size_t size() const { return particles.size(); }
     void getPos(size_t n, PosType& position) const { position = {particles.x[n], particles.y[n], particles.z[n]}; }
@@ -33,7 +33,7 @@ struct Positions {
 
 struct Velocities {
     using value_type = openvdb::Vec3s; // NOLINT: OpenVDB's name for it
-    const Particles& particles;
+    const Points& particles;
 
     void get(value_type& v, openvdb::Index64 n, openvdb::Index) const {
         v = {particles.vx[n], particles.vy[n], particles.vz[n]};
@@ -42,14 +42,14 @@ struct Velocities {
 
 struct Ids {
     using value_type = int32_t; // NOLINT: OpenVDB's name for it
-    const Particles& particles;
+    const Points& particles;
 
     void get(value_type& id, openvdb::Index64 n, openvdb::Index) const { id = int32_t(particles.id[n]); }
 };
 
 struct ScalarValues {
     using value_type = float; // NOLINT: OpenVDB's name for it
-    const Particles& particles;
+    const Points& particles;
     const Scalar& scalar;
 
     void get(value_type& value, openvdb::Index64 n, openvdb::Index) const { value = scalar.of(particles, n); }
@@ -87,7 +87,7 @@ void reorder(std::vector<T>& values, const std::vector<size_t>& order) {
     values = std::move(sorted);
 }
 
-void sortById(Particles& particles) {
+void sortById(Points& particles) {
     if (std::is_sorted(particles.id.begin(), particles.id.end())) return;
     std::vector<size_t> order(particles.size());
     std::iota(order.begin(), order.end(), size_t(0));
@@ -98,7 +98,7 @@ void sortById(Particles& particles) {
 
 } // namespace
 
-points::PointDataGrid::Ptr pointGrid(const Particles& particles, const PointGridOptions& options) {
+points::PointDataGrid::Ptr pointGrid(const Points& particles, const PointGridOptions& options) {
     openvdb::initialize();
     checkArrays(particles);
     checkIds(particles);
@@ -125,7 +125,7 @@ points::PointDataGrid::Ptr pointGrid(const Particles& particles, const PointGrid
     return grid;
 }
 
-Particles particlesOf(const points::PointDataGrid& grid) {
+Points pointsOf(const points::PointDataGrid& grid) {
     using Leaf = points::PointDataTree::LeafNodeType;
     std::vector<const Leaf*> leaves;
     std::vector<size_t> starts{0};
@@ -147,7 +147,7 @@ Particles particlesOf(const points::PointDataGrid& grid) {
         if (!leaves.empty() && leaves.front()->hasAttribute(scalar.name) &&
             attributeOf(*leaves.front(), scalar.name).valueType() == openvdb::typeNameAsString<float>())
             scalars.push_back(scalar);
-    Particles particles;
+    Points particles;
     const size_t size = starts.back();
     for (auto* values : {&particles.x, &particles.y, &particles.z}) values->resize(size);
     if (!velocity.empty())

@@ -23,7 +23,7 @@ struct Bounds {
     std::array<double, 3> low, high;
 
     /// Throws ValueError if a position is not finite.
-    explicit Bounds(const Particles& particles) {
+    explicit Bounds(const Points& particles) {
         const std::array<const std::vector<double>*, 3> axes{&particles.x, &particles.y, &particles.z};
         size_t bad = 0;
         for (size_t axis = 0; axis < 3; ++axis) {
@@ -58,7 +58,7 @@ uint64_t spread(uint64_t bits21) {
 
 /// Two neighbours in Morton order (Morton 1966) occupy two cells of the octree from the level on at which their codes
 /// differ: one sort counts the occupied cells of all levels.
-double chosenVoxelSize(const Particles& particles, const Bounds& bounds) {
+double chosenVoxelSize(const Points& particles, const Bounds& bounds) {
     constexpr int kLevels = 21;
     constexpr double kPointsPerVoxel = 8;
     const double extent = bounds.extent();
@@ -102,7 +102,7 @@ void requireVoxel(double voxel) {
                         voxel, kSmallestVoxel));
 }
 
-double voxelSizeFor(const Particles& particles, double given) {
+double voxelSizeFor(const Points& particles, double given) {
     const Bounds bounds(particles);
     const double smallest = std::max(kSmallestVoxel, bounds.largest() / kMaxCoordinate);
     const double voxel = given == 0 ? std::max(smallest, chosenVoxelSize(particles, bounds)) : given;

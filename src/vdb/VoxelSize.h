@@ -1,6 +1,6 @@
 #pragma once
 
-#include "curlew/track/Particles.h"
+#include "curlew/track/Points.h"
 
 namespace curlew {
 
@@ -15,6 +15,6 @@ void requireVoxel(double voxel);
 /// It is up to four times as fast for points that fill a box (10⁶: 0.04 s, this one 0.14 s; 10⁷: 0.5 s, 2.0 s) but
 /// slow where they are sparse: 0.4 s and 0.2 s for 10⁶ on a sphere, 4.5 s and 0.2 s on a curve; 122 s and 3.2 s for 10⁷
 /// on a curve. It also misses the eight by more: 7.3 to 10.6 points for each occupied voxel, this one 7.1 to 8.1.
-double voxelSizeFor(const Particles& particles, double given);
+double voxelSizeFor(const Points& particles, double given);
 
 } // namespace curlew

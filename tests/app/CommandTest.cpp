@@ -102,7 +102,7 @@ TEST_CASE("the main job: from a mesh to velocities and points that conform to it
         const auto points =
             openvdb::GridBase::grid<openvdb::points::PointDataGrid>(readVdb(folder / "points.vdb").at(0));
         REQUIRE(points);
-        CHECK(particlesOf(*points).size() == 5000);
+        CHECK(pointsOf(*points).size() == 5000);
     }
 }
 
@@ -212,7 +212,7 @@ TEST_CASE("points keep their positions, velocities and ids through every file", 
     folder.mustRun(kSmall + "-scatter count=300 -advect time=0.2 steps=2 -write p.vdb p.ply p.csv");
     const auto grid = openvdb::GridBase::grid<openvdb::points::PointDataGrid>(readVdb(folder / "p.vdb").at(0));
     REQUIRE(grid);
-    const Particles points = particlesOf(*grid);
+    const Points points = pointsOf(*grid);
     REQUIRE(points.size() == 300);
     REQUIRE(points.hasVelocity());
     CHECK_THAT(test::bytesOf(folder / "p.ply"), Contains("element vertex 300") && Contains("property float vx"));

@@ -56,7 +56,7 @@ TEST_CASE("trace makes curves that every kind of file holds", "[app]") {
     const auto grid = openvdb::gridPtrCast<openvdb::points::PointDataGrid>(readVdb(folder / "a.vdb").at(0));
     REQUIRE(grid);
     CHECK(grid->getName() == "curves");
-    CHECK(particlesOf(*grid).size() == vertices);
+    CHECK(pointsOf(*grid).size() == vertices);
 }
 
 TEST_CASE("trace takes its options", "[app]") {

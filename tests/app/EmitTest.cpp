@@ -14,17 +14,17 @@ using Catch::Matchers::Contains;
 namespace {
 
 /// The particles at the end of every frame of a scene.
-std::vector<Particles> framesOf(const std::string& before, const std::string& block) {
+std::vector<Points> framesOf(const std::string& before, const std::string& block) {
     test::Scenes scenes;
-    std::vector<Particles> frames;
-    scenes.session.onFrame = [&](int) { frames.push_back(test::particlesOf(scenes.session)); };
+    std::vector<Points> frames;
+    scenes.session.onFrame = [&](int) { frames.push_back(test::pointsOf(scenes.session)); };
     scenes.run(before + "\n" + block);
     return frames;
 }
 
-Particles afterwards(const std::string& scene) {
+Points afterwards(const std::string& scene) {
     test::Scenes scenes;
-    return test::particlesOf(scenes.run(scene));
+    return test::pointsOf(scenes.run(scene));
 }
 
 } // namespace
@@ -34,7 +34,7 @@ TEST_CASE("as many are born as the rate says, each at its own time", "[app]") {
     const auto frames = framesOf("sphere", fmt::format("frames 1-49 fps=24\nemit rate={}", rate));
     REQUIRE(frames.size() == 49);
     for (size_t frame = 0; frame < frames.size(); ++frame) {
-        const Particles& p = frames[frame];
+        const Points& p = frames[frame];
         const double time = static_cast<double>(frame) / 24;
         CAPTURE(rate, frame);
         CHECK(std::abs(static_cast<double>(p.size()) - rate * time) < 1 + 1e-9);
@@ -60,7 +60,7 @@ TEST_CASE("particles die at their age, and those that are left keep their ids an
     std::map<int64_t, std::pair<float, double>> known;
     size_t shortest = 0, longest = 0;
     for (size_t frame = 0; frame < frames.size(); ++frame) {
-        const Particles& p = frames[frame];
+        const Points& p = frames[frame];
         CAPTURE(frame);
         REQUIRE(std::is_sorted(p.id.begin(), p.id.end()));
         for (size_t k = 0; k < p.size(); ++k) {
@@ -81,7 +81,7 @@ TEST_CASE("particles die at their age, and those that are left keep their ids an
     // Born at 100 / s, living for 1 s on average: 100 of them, of lives that vary.
     CHECK(frames.back().size() > 85);
     CHECK(frames.back().size() < 115);
-    for (const Particles& p : frames) // without a spread, all have the same life
+    for (const Points& p : frames) // without a spread, all have the same life
         CHECK(p.size() <= 151);
 }
 
@@ -102,7 +102,7 @@ TEST_CASE("points that were there join those that are born", "[app]") {
     const auto frames = framesOf("noise\nnoise seed=1\ndfvn\nscatter count=20\nadvect time=0.1 steps=1",
                                  "frames 1-3 fps=10\nemit rate=50\nadvect time=0.1 steps=2");
     REQUIRE(frames.back().size() == 30);
-    const Particles& p = frames.back();
+    const Points& p = frames.back();
     for (size_t k = 0; k < 30; ++k) CHECK(p.id[k] == static_cast<int64_t>(k));
     for (size_t k = 0; k < 20; ++k) CHECK(p.age[k] == Approx(0.2));
     // Those who are born are on tracks of their own, in the same flow.
@@ -120,7 +120,7 @@ TEST_CASE("two emitters add to the same points, and each keeps its count", "[app
     const auto frames = framesOf("",
                                  "frames 1-11 fps=10\nsphere radius=0.1\nemit rate=10\n"
                                  "sphere radius=0.1 offset=5,0,0\nemit rate=30");
-    const Particles& p = frames.back();
+    const Points& p = frames.back();
     REQUIRE(p.size() == 40);
     const auto right = static_cast<size_t>(std::count_if(p.x.begin(), p.x.end(), [](double x) { return x > 2; }));
     CHECK(right == 30);
@@ -129,7 +129,7 @@ TEST_CASE("two emitters add to the same points, and each keeps its count", "[app
 
 TEST_CASE("emission from a shape that moves follows it", "[app]") {
     const auto frames = framesOf("", "frames 1-4 fps=1\nsphere radius=0.1 offset={10*T},0,0\nemit rate=10");
-    const Particles& p = frames.back();
+    const Points& p = frames.back();
     REQUIRE(p.size() == 30);
     for (size_t k = 0; k < 30; ++k) CHECK(std::abs(p.x[k] - 10 * std::ceil((static_cast<double>(k) + 0.5) / 10)) < 0.1);
 }
@@ -144,12 +144,12 @@ TEST_CASE("what cannot be emitted is an error", "[app]") {
 
 TEST_CASE("points are removed outside or inside of a box or a shape", "[app]") {
     const std::string some = "sphere radius=2\nscatter count=3000\n";
-    const Particles all = afterwards(some);
-    const auto radius = [](const Particles& p, size_t k) { return std::hypot(p.x[k], p.y[k], p.z[k]); };
-    const Particles inBox = afterwards(some + "kill box=0,-1,-1,1,1,1");
-    const Particles offBox = afterwards(some + "kill side=inside box=0,-1,-1,1,1,1");
-    const Particles inShape = afterwards(some + "sphere radius=1\nkill");
-    const Particles offShape = afterwards(some + "sphere radius=1\nkill side=inside");
+    const Points all = afterwards(some);
+    const auto radius = [](const Points& p, size_t k) { return std::hypot(p.x[k], p.y[k], p.z[k]); };
+    const Points inBox = afterwards(some + "kill box=0,-1,-1,1,1,1");
+    const Points offBox = afterwards(some + "kill side=inside box=0,-1,-1,1,1,1");
+    const Points inShape = afterwards(some + "sphere radius=1\nkill");
+    const Points offShape = afterwards(some + "sphere radius=1\nkill side=inside");
     CHECK(inBox.size() > 100);
     CHECK(inBox.size() + offBox.size() == all.size());
     CHECK(inShape.size() > 100);
@@ -159,7 +159,7 @@ TEST_CASE("points are removed outside or inside of a box or a shape", "[app]") {
     for (size_t k = 0; k < inShape.size(); ++k) REQUIRE(radius(inShape, k) < 1);
     for (size_t k = 0; k < offShape.size(); ++k) REQUIRE(radius(offShape, k) > 1);
     // Those that are left keep their ids.
-    for (const Particles* part : {&inBox, &offBox, &inShape, &offShape})
+    for (const Points* part : {&inBox, &offBox, &inShape, &offShape})
         for (size_t k = 0; k < part->size(); ++k) REQUIRE(part->x[k] == all.x[static_cast<size_t>(part->id[k])]);
     CHECK_THROWS_WITH(afterwards("sphere\nkill"), Contains("-scatter"));
     CHECK_THROWS_WITH(afterwards("scatter box=0,0,0,1,1,1\nkill"), Contains("shape"));
@@ -167,7 +167,7 @@ TEST_CASE("points are removed outside or inside of a box or a shape", "[app]") {
 
 TEST_CASE("points come back in at the other side of a periodic box", "[app]") {
     const std::string some = "scatter count=2000 box=-7,-7,-7,9,9,9\n";
-    const Particles all = afterwards(some), wrapped = afterwards(some + "wrap box=0,-1,2,1.5,1,3");
+    const Points all = afterwards(some), wrapped = afterwards(some + "wrap box=0,-1,2,1.5,1,3");
     const double lower[3] = {0, -1, 2}, upper[3] = {1.5, 1, 3};
     REQUIRE(wrapped.size() == all.size());
     for (size_t k = 0; k < all.size(); ++k) {
@@ -182,7 +182,7 @@ TEST_CASE("points come back in at the other side of a periodic box", "[app]") {
         if (from[0] >= 0 && from[0] < 1.5) REQUIRE(to[0] == from[0]);
     }
     // By default, the box of the flow.
-    const Particles home = afterwards("scatter count=100 box=3,3,3,4,4,4\nnoise\nnoise seed=1\ndfvn\nwrap");
+    const Points home = afterwards("scatter count=100 box=3,3,3,4,4,4\nnoise\nnoise seed=1\ndfvn\nwrap");
     for (size_t k = 0; k < home.size(); ++k) REQUIRE(std::abs(home.x[k]) <= 1);
     CHECK_THROWS_WITH(afterwards("scatter box=0,0,0,1,1,1\nwrap"), Contains("-wrap") && Contains("needs a flow"));
 }
@@ -190,8 +190,8 @@ TEST_CASE("points come back in at the other side of a periodic box", "[app]") {
 TEST_CASE("a periodic flow sees no difference between a point and the one that came back in", "[app]") {
     const std::string flow = "noise period=2 frequency=1 seed=1\nnoise period=2 frequency=1 seed=2\ndfvn\n";
     const std::string move = "advect time=0.5 steps=5\n";
-    const Particles straight = afterwards(flow + "scatter count=200 box=0,0,0,2,2,2\n" + move + move);
-    const Particles wrapped =
+    const Points straight = afterwards(flow + "scatter count=200 box=0,0,0,2,2,2\n" + move + move);
+    const Points wrapped =
         afterwards(flow + "scatter count=200 box=0,0,0,2,2,2\n" + move + "wrap box=0,0,0,2,2,2\n" + move);
     for (size_t k = 0; k < straight.size(); ++k) {
         const double periods = (straight.x[k] - wrapped.x[k]) / 2;

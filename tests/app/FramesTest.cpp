@@ -127,7 +127,7 @@ TEST_CASE("what stands before the frames runs once, and stays as it is in every 
     CHECK(firstPoint[1] == firstPoint[0] + 1); // the points are those that the last frame left
     CHECK(firstPoint[2] == firstPoint[1] + 1);
     CHECK(test::countOf(scenes.session, Kind::points) == 1); // afterwards, what the frames carried
-    CHECK(test::particlesOf(scenes.session).x[0] == firstPoint[2]);
+    CHECK(test::pointsOf(scenes.session).x[0] == firstPoint[2]);
 }
 
 TEST_CASE("meshes and level sets from before the frames are there in every frame", "[app]") {
@@ -176,9 +176,7 @@ TEST_CASE("streamlines before the particles do not freeze them", "[app]") {
     const auto positions = [](const std::string& trace) {
         Scenes scenes;
         std::vector<std::vector<double>> frames;
-        scenes.session.onFrame = [&](int) {
-            frames.push_back(test::particlesOf(scenes.session.result("dust").value).x);
-        };
+        scenes.session.onFrame = [&](int) { frames.push_back(test::pointsOf(scenes.session.result("dust").value).x); };
         scenes.run(
             R"({"nodes": [{"name": "f", "action": "noise"}, {"name": "g", "action": "noise", "options": {"seed": 1}},
             {"name": "wind", "action": "dfvn", "inputs": {"f": ["f"], "g": ["g"]}},
@@ -204,7 +202,7 @@ TEST_CASE("points that two nodes move from frame to frame are each node's own", 
     Scenes scenes;
     scenes.run(
         "sphere\nscatter count=3 as=a\nscatter count=5 as=b\nframes 1-3\npush points=a\npush points=b\npush points=b");
-    const auto xOf = [&](size_t age) { return test::particlesOf(scenes.session, age).x[0]; };
+    const auto xOf = [&](size_t age) { return test::pointsOf(scenes.session, age).x[0]; };
     const double moved[2] = {xOf(1), xOf(0)};
     scenes.runAnew("sphere\nscatter count=3\nscatter count=5");
     CHECK(moved[0] == Approx(xOf(1) + 3));

@@ -273,7 +273,7 @@ TEST_CASE("a graph of JSON runs as the scene does", "[app]") {
         "sphere\nnoise\nnoise seed=1\nbound\ndfvn\nscatter count=50\nframes 1-3 fps=10\nadvect steps=2";
     scene.run(text);
     json.run(jsonOf(graphOfScene(text, "scene", lenient())));
-    const Particles a = test::particlesOf(scene.session), b = test::particlesOf(json.session);
+    const Points a = test::pointsOf(scene.session), b = test::pointsOf(json.session);
     REQUIRE(a.size() == 50);
     CHECK(a.x == b.x);
     CHECK(a.f == b.f);

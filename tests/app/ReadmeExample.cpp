@@ -21,7 +21,7 @@ int main() {
     writeVdb("velocity.vdb", {velocityGrid(flow, {.voxel = 0.05, .layout = Layout::staggered})});
 
     // As particles, each of which stays on its own streamline: none leaves the sphere.
-    Particles particles = scatter(flow.domain(), 10000, /*seed=*/7);
+    Points particles = scatter(flow.domain(), 10000, /*seed=*/7);
     const AdvectResult result = advect(flow, particles, {.time = 2, .steps = 20});
     writePly("particles.ply", particles);
     std::printf("%zu particles, %zu outside\n", result.points, result.outside);

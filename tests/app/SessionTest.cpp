@@ -71,7 +71,7 @@ TEST_CASE("a program goes on with what the one before has left, as if it were on
     apart.run("noise\nadvect time=0.1 steps=2 flow=wind points=dust");
     CHECK(countOf(apart.session, Kind::points) == 1);
     whole.run("noise\nnoise seed=1\nscatter box=-1,-1,-1,1,1,1 count=20\ndfvn\nadvect time=0.1 steps=2");
-    CHECK(test::particlesOf(apart.session).x == test::particlesOf(whole.session).x);
+    CHECK(test::pointsOf(apart.session).x == test::pointsOf(whole.session).x);
     CHECK(countOf(apart.session, Kind::flow) == 1);
     apart.session.clear();
     CHECK(apart.session.objects().empty());
@@ -98,7 +98,7 @@ TEST_CASE("a result is found by the name of its node", "[app]") {
     CHECK(session.result("noise").name == "noise"); // which -bound has taken
     CHECK(std::get<GridValue>(session.result("smoke.density").value).grid->getName() == "density");
     CHECK(std::get<GridValue>(session.result("smoke").value).grid->getName() == "vel");
-    CHECK(test::particlesOf(session.result("scatter").value).size() == 7);
+    CHECK(test::pointsOf(session.result("scatter").value).size() == 7);
     CHECK_THROWS_WITH(session.result("wnid"), Contains("'wnid'") && Contains("did you mean 'wind'"));
     CHECK_THROWS_WITH(session.result("smoke.densty"), Contains("did you mean 'density'"));
 }
@@ -150,7 +150,7 @@ TEST_CASE("a program reads what its caller provides before it looks for files", 
     scenes.run("read 'no such file.ply' points");
     REQUIRE(session.objects().size() == 2);
     CHECK(std::get<MeshPointer>(session.objects()[0].value) == mesh);
-    CHECK(test::particlesOf(session).id == std::vector<int64_t>{4});
+    CHECK(test::pointsOf(session).id == std::vector<int64_t>{4});
     CHECK_THROWS_WITH(scenes.run("read other.ply"), Contains("other.ply"));
     CHECK_THROWS_WITH(scenes.run("read other"), Contains("no known extension"));
     CHECK(session.withdraw("points"));
@@ -177,9 +177,9 @@ TEST_CASE("the session's time goes forward", "[app]") {
 TEST_CASE("running the same program again evaluates no value", "[app]") {
     Job job;
     CHECK(job.evaluated(kJob) == jobNames());
-    const Particles first = test::particlesOf(job.session);
+    const Points first = test::pointsOf(job.session);
     CHECK(job.evaluated(kJob).empty());
-    CHECK(test::particlesOf(job.session).x == first.x);
+    CHECK(test::pointsOf(job.session).x == first.x);
     CHECK(job.evaluated(kJob).empty()); // they are kept for as many runs as they are in
     // Effects are evaluated each time, and see the same.
     int looked = 0;
@@ -232,7 +232,7 @@ TEST_CASE("other content under the same name is another value", "[app]") {
     CHECK(job.evaluated(read) == Names{"spacing"});
     job.runAnew("sphere\nscatter count=11\nwrite \"" + (folder / "a.vdb").string() + "\"");
     CHECK(job.evaluated(read) == Names{"p", "spacing"});
-    CHECK(test::particlesOf(job.session).size() == 11);
+    CHECK(test::pointsOf(job.session).size() == 11);
 }
 
 TEST_CASE("an edit gives what a new session gives", "[app]") {
@@ -247,7 +247,7 @@ TEST_CASE("an edit gives what a new session gives", "[app]") {
         Job anew;
         const std::string text = replaced(kJob, what, by);
         edited.runAnew(text), anew.run(text);
-        const Particles a = test::particlesOf(edited.session), b = test::particlesOf(anew.session);
+        const Points a = test::pointsOf(edited.session), b = test::pointsOf(anew.session);
         CHECK(a.x == b.x);
         CHECK(a.f == b.f);
         CHECK(a.vx == b.vx);
@@ -257,7 +257,7 @@ TEST_CASE("an edit gives what a new session gives", "[app]") {
 TEST_CASE("points that are moved do not change the value that they were made from", "[app]") {
     Job job;
     const std::string text = "sphere\nscatter count=9 as=seeds\npush as=moved";
-    const auto xOf = [&](const std::string& name) { return test::particlesOf(job.session.result(name).value).x; };
+    const auto xOf = [&](const std::string& name) { return test::pointsOf(job.session.result(name).value).x; };
     job.run(text);
     const auto seeds = xOf("seeds"), moved = xOf("moved");
     CHECK(moved[0] == seeds[0] + 1);

@@ -13,8 +13,8 @@ namespace {
 
 const Camera kCamera({{0, 0, 10}}, {}, {{0, 1, 0}}, 30, 40, 30);
 
-Particles threePoints() {
-    Particles p;
+Points threePoints() {
+    Points p;
     p.x = {0, 1, 2};
     p.y = {5, -3, 0.5};
     p.z = {0, 2, -4};
@@ -47,7 +47,7 @@ TEST_CASE("splatValues: height and depth are measured from the camera", "[render
 }
 
 TEST_CASE("splatValues: points have their own speed and age, if they have any", "[render]") {
-    Particles p = threePoints();
+    Points p = threePoints();
     CHECK_THROWS_AS(splatValues(p, SplatValue::speed, kCamera), ValueError);
     CHECK_THROWS_AS(splatValues(p, SplatValue::age, kCamera), ValueError);
     p.vx = {3, 0, 0};

@@ -97,9 +97,9 @@ inline app::Value valueOf(const app::Session& session, app::Kind kind, size_t ag
     REQUIRE(age < all.size());
     return all[all.size() - 1 - age].value;
 }
-inline Particles particlesOf(const app::Value& value) { return std::get<app::PointsPointer>(value)->particles; }
-inline Particles particlesOf(const app::Session& session, size_t age = 0) {
-    return particlesOf(valueOf(session, app::Kind::points, age));
+inline Points pointsOf(const app::Value& value) { return std::get<app::PointsPointer>(value)->particles; }
+inline Points pointsOf(const app::Session& session, size_t age = 0) {
+    return pointsOf(valueOf(session, app::Kind::points, age));
 }
 
 /// Velocities at some positions.

@@ -5,7 +5,7 @@
 #include "curlew/track/Advect.h"
 #include "curlew/track/Scatter.h"
 #include "support/FiniteDifference.h"
-#include "support/Particles.h"
+#include "support/MovingPoints.h"
 #include "support/Statistics.h"
 
 #include <numbers>
@@ -26,13 +26,13 @@ Flow turning(double t, const Wall& wall, double padding = 0.5) {
 /// The order that halving the steps shows, against a solution with many more.
 double orderInTime(const FlowInTime& flow, const std::vector<Vec3d>& points) {
     const auto end = [&](int steps) {
-        Particles particles = particlesAt(points);
+        Points particles = particlesAt(points);
         advect(flow, particles, 0.1, {.time = 0.4, .steps = steps, .reprojection = {.tolerance = 1e-12}});
         return particles;
     };
-    const Particles exact = end(256);
+    const Points exact = end(256);
     const auto error = [&](int steps) {
-        const Particles particles = end(steps);
+        const Points particles = end(steps);
         std::vector<double> errors;
         for (size_t k = 0; k < points.size(); ++k)
             errors.push_back(length(position(particles, k) - position(exact, k)));
@@ -48,14 +48,14 @@ double orderInTime(const FlowInTime& flow, const std::vector<Vec3d>& points) {
 
 TEST_CASE("a flow that does not change is the same in time", "[track]") {
     const Flow flow = turning(0, {.sdf = sphereSdf(1), .side = Side::inside, .width = 0.2});
-    Particles a = scatter(flow.domain(), 200, 1), b = a;
+    Points a = scatter(flow.domain(), 200, 1), b = a;
     advect(flow, a, {.steps = 5});
     advect(FlowInTime(flow), b, 7, {.steps = 5});
     CHECK(a.x == b.x);
     CHECK(a.vz == b.vz);
     CHECK(a.f == b.f);
     // Step by step on new tracks, it is nearly so.
-    Particles c = scatter(flow.domain(), 200, 1);
+    Points c = scatter(flow.domain(), 200, 1);
     advect(FlowInTime([&](double) { return flow; }), c, 7, {.steps = 5});
     std::vector<double> apart; // a few part at stagnation points
     for (size_t k = 0; k < a.size(); ++k) apart.push_back(length(position(a, k) - position(c, k)));
@@ -93,7 +93,7 @@ TEST_CASE("no particle crosses a wall that moves, however large the steps", "[tr
     };
     const FlowInTime flow([&](double t) { return turning(t, wallAt(t), 1); });
     const auto steps = GENERATE(3, 20);
-    Particles particles = scatter(flow.at(0).domain(), 500, 2);
+    Points particles = scatter(flow.at(0).domain(), 500, 2);
     const auto start = particles;
     const AdvectResult result = advect(flow, particles, 0, {.time = 1, .steps = steps});
     CAPTURE(static_cast<int>(side), steps);
@@ -114,7 +114,7 @@ TEST_CASE("particles at a moving wall have its velocity", "[track]") {
     });
     std::vector<Vec3d> points;
     for (const Vec3d& p : randomPoints(cube(1), 300, 4)) points.push_back(p * (0.501 / length(p)));
-    Particles particles = particlesAt(points);
+    Points particles = particlesAt(points);
     advect(flow, particles, 0, {.time = 0.05, .steps = 5});
     Worst worst;
     for (size_t k = 0; k < particles.size(); ++k) {
@@ -132,7 +132,7 @@ TEST_CASE("a wall that comes and goes is an error", "[track]") {
         const Flow bound = turning(0, {.sdf = sphereSdf(1), .side = Side::inside, .width = 0.2});
         return t < 0.5 ? bound : bound.within({.box = cube(1), .wall = {}});
     });
-    Particles particles = particlesAt({{{0, 0, 0}}});
+    Points particles = particlesAt({{{0, 0, 0}}});
     CHECK_THROWS_AS(advect(flow, particles, 0, {.time = 1, .steps = 4}), ValueError);
     CHECK_THROWS_AS(advect(flow, particles, std::nan(""), {.time = 1, .steps = 4}), ValueError);
 }

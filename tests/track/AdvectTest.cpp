@@ -6,7 +6,7 @@
 #include "curlew/track/Advect.h"
 #include "curlew/track/Scatter.h"
 #include "support/FiniteDifference.h"
-#include "support/Particles.h"
+#include "support/MovingPoints.h"
 #include "support/Polynomial.h"
 
 #include <limits>
@@ -28,7 +28,7 @@ const Flow& smoothFlow() {
     return flow;
 }
 
-bool same(const Particles& a, const Particles& b) {
+bool same(const Points& a, const Points& b) {
     return a.x == b.x && a.y == b.y && a.z == b.z && a.vx == b.vx && a.vy == b.vy && a.vz == b.vz && a.id == b.id &&
            a.f == b.f && a.g == b.g && a.converged == b.converged;
 }
@@ -39,8 +39,8 @@ TEST_CASE("particles keep to their track within the tolerance", "[track]") {
     const auto method = GENERATE(Reprojection::gaussNewton, Reprojection::newton);
     CAPTURE(static_cast<int>(method));
     const Flow& flow = sphereFlow();
-    Particles particles = scatter(flow.domain(), 2000, 1);
-    const Particles start = particles;
+    Points particles = scatter(flow.domain(), 2000, 1);
+    const Points start = particles;
     // One iteration more of Newton's alternating corrections gains only a factor: it gets more of them.
     const AdvectOptions options{
         .time = 1, .steps = 32, .reprojection = {.method = method, .tolerance = 1e-9, .iterations = 40}};
@@ -71,7 +71,7 @@ TEST_CASE("particles keep to their track within the tolerance", "[track]") {
     CHECK(result.notConverged < 20);
     CHECK(result.meanIterations > 0.5);
     // Without reprojection the error is the integrator's.
-    Particles free = start;
+    Points free = start;
     CHECK(advect(flow, free, {.time = 1, .steps = 32, .reprojection = {.method = Reprojection::none}}).residual[0] >
           1e-6);
 }
@@ -94,13 +94,13 @@ TEST_CASE("no particle crosses a wall, however large the steps", "[track]") {
         {"both sides of a box", boxSdf({{1.6, 2, 1.2}}, 0.15), Side::both},
     }));
     const Flow flow = boundFlow(c.sdf, c.side);
-    const Particles start = scatter(flow.domain(), 4000, 2);
-    const auto distance = [&](const Particles& p, size_t k) { return c.sdf.distance.at<0>(position(p, k)).value; };
+    const Points start = scatter(flow.domain(), 4000, 2);
+    const auto distance = [&](const Points& p, size_t k) { return c.sdf.distance.at<0>(position(p, k)).value; };
     // Steps of 1/2 and 1/16 at a mean speed of 1: as long as the shape, and shorter than the layer.
     for (const auto& [steps, scheme] :
          {std::pair(8, Scheme::euler), {64, Scheme::euler}, {4, Scheme::bogackiShampine}}) {
         const AdvectOptions options{.time = 4, .steps = steps, .scheme = scheme, .accuracy = 0.1};
-        Particles particles = start;
+        Points particles = start;
         const AdvectResult result = advect(flow, particles, options);
         size_t changed = 0;
         for (size_t k = 0; k < particles.size(); ++k)
@@ -113,7 +113,7 @@ TEST_CASE("no particle crosses a wall, however large the steps", "[track]") {
         CHECK(result.stalled < start.size() * static_cast<size_t>(steps) / 20);
     }
     // The same without reprojection leaks: the setting is one in which walls have to be guarded.
-    Particles free = start;
+    Points free = start;
     advect(flow, free,
            {.time = 4, .steps = 8, .scheme = Scheme::euler, .reprojection = {.method = Reprojection::none}});
     size_t changed = 0;
@@ -128,8 +128,8 @@ TEST_CASE("no particle changes sides even where its track exists on both", "[tra
     const ScalarField f = noiseField<Psrd3>({.seed = 1}),
                       g = bounded(noiseField<Psrd3>({.seed = 2}), wall, {.separate = false});
     const Flow flow = withSpeed(Flow(f, g, Domain::of(wall)), 1);
-    const Particles start = scatter(flow.domain(), 4000, 6);
-    Particles particles = start;
+    const Points start = scatter(flow.domain(), 4000, 6);
+    Points particles = start;
     const AdvectResult result = advect(flow, particles, {.time = 4, .steps = 8, .scheme = Scheme::euler});
     size_t changed = 0;
     for (size_t k = 0; k < start.size(); ++k)
@@ -156,7 +156,7 @@ TEST_CASE("no particle jumps through a wall that is thinner than its steps", "[t
             points.push_back(p);
     const auto region = [&](const Vec3d& p) { return std::abs(p[1]) < half ? 0 : p[1] < 0 ? -1 : 1; };
     const auto jumps = [&](const AdvectOptions& options) {
-        Particles particles = particlesAt(points);
+        Points particles = particlesAt(points);
         const AdvectResult result = advect(flow, particles, options);
         size_t count = 0;
         for (size_t k = 0; k < points.size(); ++k) {
@@ -178,8 +178,8 @@ TEST_CASE("no particle jumps through a wall that is thinner than its steps", "[t
 TEST_CASE("the result does not depend on threads, order or company", "[track]") {
     const Flow& flow = sphereFlow();
     const AdvectOptions options{.time = 1, .steps = 10, .scheme = Scheme::midpoint};
-    const Particles start = scatter(flow.domain(), 1000, 3);
-    Particles one = start, two = start;
+    const Points start = scatter(flow.domain(), 1000, 3);
+    Points one = start, two = start;
     AdvectResult resultOne, resultTwo;
     {
         const ThreadLimit limit(1);
@@ -197,7 +197,7 @@ TEST_CASE("the result does not depend on threads, order or company", "[track]") 
     // 617 and 1000 have no common factor: a permutation that mixes the batches.
     std::vector<Vec3d> shuffled;
     for (size_t k = 0; k < 1000; ++k) shuffled.push_back(position(start, k * 617 % 1000));
-    Particles mixed = particlesAt(shuffled);
+    Points mixed = particlesAt(shuffled);
     advect(flow, mixed, options);
     for (size_t k = 0; k < 1000; ++k) {
         const size_t from = k * 617 % 1000;
@@ -206,7 +206,7 @@ TEST_CASE("the result does not depend on threads, order or company", "[track]") 
         REQUIRE(mixed.vx[k] == one.vx[from]);
         REQUIRE(mixed.converged[k] == one.converged[from]);
     }
-    Particles alone = particlesAt({position(start, 500)});
+    Points alone = particlesAt({position(start, 500)});
     advect(flow, alone, options);
     CHECK(position(alone, 0) == position(one, 500));
 }
@@ -215,7 +215,7 @@ TEST_CASE("the order in time is that of the scheme, with and without reprojectio
     const auto reprojection = GENERATE(Reprojection::none, Reprojection::gaussNewton);
     const auto points = randomPoints(cube(1), 200, 7);
     const auto end = [&](Scheme scheme, int steps) {
-        Particles particles = particlesAt(points);
+        Points particles = particlesAt(points);
         advect(smoothFlow(), particles,
                {.time = 0.8,
                 .steps = steps,
@@ -225,9 +225,9 @@ TEST_CASE("the order in time is that of the scheme, with and without reprojectio
         return particles;
     };
     // RK4 with 16 times as many steps stands for the exact end; it is 10^-10 or so off.
-    const Particles exact = end(Scheme::rk4, 512);
+    const Points exact = end(Scheme::rk4, 512);
     const auto error = [&](Scheme scheme, int steps) {
-        const Particles particles = end(scheme, steps);
+        const Points particles = end(scheme, steps);
         std::vector<double> errors;
         for (size_t k = 0; k < points.size(); ++k)
             errors.push_back(length(position(particles, k) - position(exact, k)));
@@ -248,7 +248,7 @@ TEST_CASE("a closed streamline in closed form is followed", "[track]") {
     // f = x² + y², g = z: a rotation by -2t. Reprojected, the radius stays; the angle has the error of RK4 in phase,
     // (2 dt)^5 / 120 a step, and the projection does not touch it to leading order.
     const Flow flow(polynomial("x0**2 + x1**2"), polynomial("x2"), {.box = cube(1), .wall = {}});
-    Particles particles = particlesAt({{{1, 0, 0.5}}});
+    Points particles = particlesAt({{{1, 0, 0.5}}});
     const AdvectResult result =
         advect(flow, particles, {.time = 0.5, .steps = 50, .reprojection = {.tolerance = 1e-13}});
     const double tolerance = 50 * std::pow(2 * 0.01, 5) / 120 * 2 + 1e-12;
@@ -261,7 +261,7 @@ TEST_CASE("a closed streamline in closed form is followed", "[track]") {
 TEST_CASE("negative time runs back to the start", "[track]") {
     const auto points = randomPoints(cube(1), 300, 8);
     const auto back = [&](int steps) {
-        Particles particles = particlesAt(points);
+        Points particles = particlesAt(points);
         AdvectOptions options{.time = 1, .steps = steps, .reprojection = {.tolerance = 1e-12}};
         advect(smoothFlow(), particles, options);
         options.time = -1;
@@ -275,7 +275,7 @@ TEST_CASE("negative time runs back to the start", "[track]") {
     CHECK(fine < 1e-5);
     CHECK(observedOrder(coarse, fine) > 3.8);
     // And it is the way back, not nothing: half of it is elsewhere.
-    Particles particles = particlesAt(points);
+    Points particles = particlesAt(points);
     advect(smoothFlow(), particles, {.time = -1, .steps = 20});
     CHECK(length(position(particles, 0) - points[0]) > 0.1);
 }
@@ -284,12 +284,12 @@ TEST_CASE("a given track is the one that is kept", "[track]") {
     // Particles that lie a little off their track come onto it with the first step.
     const Flow& flow = smoothFlow();
     const FlowMagnitudes typical = magnitudesOf(flow);
-    Particles particles = particlesAt(randomPoints(cube(0.5), 100, 9));
+    Points particles = particlesAt(randomPoints(cube(0.5), 100, 9));
     for (size_t k = 0; k < 100; ++k) {
         particles.f.push_back(flow.f().at<0>(position(particles, k)).value + 1e-4 * typical.potentials[0]);
         particles.g.push_back(flow.g().at<0>(position(particles, k)).value - 1e-4 * typical.potentials[1]);
     }
-    const Particles start = particles;
+    const Points start = particles;
     const AdvectResult result = advect(flow, particles, {.time = 0.1, .steps = 5});
     CHECK((particles.f == start.f && particles.g == start.g));
     CHECK(result.residual[0] <= 1e-8);
@@ -303,12 +303,12 @@ TEST_CASE("a given track is the one that is kept", "[track]") {
 TEST_CASE("particles that start beyond the wall stay, and are counted", "[track]") {
     const Flow& flow = sphereFlow();
     const std::vector<Vec3d> points{{{0.5, 0, 0}}, {{1.5, 0, 0}}, {{0, 1, 0}}, {{0, 0.3, 0.2}}, {{0, 0, -7}}};
-    Particles particles = particlesAt(points);
+    Points particles = particlesAt(points);
     const AdvectResult result = advect(flow, particles, {.time = 0.5, .steps = 10});
     CHECK(result.outside == 3);
     for (const size_t k : {size_t{1}, size_t{2}, size_t{4}}) CHECK(position(particles, k) == points[k]);
     for (const size_t k : {size_t{0}, size_t{3}}) CHECK(position(particles, k) != points[k]);
-    Particles nan = particlesAt({{{std::nan(""), 0, 0}}, {{0.5, 0, 0}}});
+    Points nan = particlesAt({{{std::nan(""), 0, 0}}, {{0.5, 0, 0}}});
     const AdvectResult strange = advect(flow, nan, {.time = 0.5, .steps = 10});
     CHECK(strange.outside == 1);
     CHECK(position(nan, 1) == position(particles, 0));
@@ -317,7 +317,7 @@ TEST_CASE("particles that start beyond the wall stay, and are counted", "[track]
 TEST_CASE("a step that finds no way leaves its particle, and says so", "[track]") {
     // f and g are multiples of one another, and the track is one that no point has.
     const Flow flow(polynomial("x0"), polynomial("2*x0"), {.box = cube(1), .wall = {}});
-    Particles particles = particlesAt({{{0.1, 0, 0}}});
+    Points particles = particlesAt({{{0.1, 0, 0}}});
     particles.f = {0.5};
     particles.g = {0.5};
     const AdvectResult result = advect(flow, particles, {.time = 1, .steps = 3});
@@ -335,7 +335,7 @@ TEST_CASE("a flow without tracks moves particles freely, and refuses to put them
     const double turns = 0.25, rise = 0.4, time = 1;
     const Flow screw = vortexFlow(turns, 1e4, {.box = cube(2), .wall = {}}) + uniformFlow({{0, rise, 0}});
     const auto points = randomPoints(cube(1), 200, 11);
-    Particles particles = particlesAt(points);
+    Points particles = particlesAt(points);
     // Values of another flow's track, which mean nothing here.
     particles.f.assign(points.size(), 1);
     particles.g.assign(points.size(), 2);
@@ -358,7 +358,7 @@ TEST_CASE("a flow without tracks moves particles freely, and refuses to put them
     CHECK(particles.vx.size() == points.size());
 
     for (const auto method : {Reprojection::newton, Reprojection::gaussNewton}) {
-        Particles untouched = particlesAt(points);
+        Points untouched = particlesAt(points);
         CHECK_THROWS_AS(advect(screw, untouched, {.time = time, .reprojection = {.method = method}}), ValueError);
         CHECK_THROWS_WITH(advect(screw, untouched, {.time = time, .reprojection = {.method = method}}),
                           Catch::Contains("sum"));
@@ -371,15 +371,15 @@ TEST_CASE("a flow without tracks moves particles freely, and refuses to put them
     // Order in time, of a sum without symmetry.
     const Flow sum = curlFlow(std::array{sinesF(), sinesG(), sinesF() * sinesG()}, {.box = cube(3), .wall = {}});
     const auto end = [&](Scheme scheme, int steps) {
-        Particles p = particlesAt(points);
+        Points p = particlesAt(points);
         advect(sum, p,
                {.time = 0.05, .steps = steps, .scheme = scheme, .reprojection = {.method = Reprojection::none}});
         return p;
     };
-    const Particles exact = end(Scheme::rk4, 512);
+    const Points exact = end(Scheme::rk4, 512);
     for (const auto& [scheme, order] : {std::pair{Scheme::euler, 1.0}, {Scheme::midpoint, 2.0}, {Scheme::rk4, 4.0}}) {
         const auto error = [&, scheme = scheme](int steps) {
-            const Particles p = end(scheme, steps);
+            const Points p = end(scheme, steps);
             std::vector<double> errors;
             for (size_t k = 0; k < points.size(); ++k) errors.push_back(length(position(p, k) - position(exact, k)));
             return median(errors);
@@ -395,7 +395,7 @@ TEST_CASE("particles of a normalised flow keep their tracks, all at one speed", 
     const double speed = 2, time = 0.25;
     const Flow flow = smoothFlow().normalized(speed);
     const auto points = randomPoints(cube(1), 500, 12);
-    Particles particles = particlesAt(points);
+    Points particles = particlesAt(points);
     const AdvectResult result = advect(flow, particles, {.time = time, .steps = 100});
     const FlowMagnitudes typical = magnitudesOf(flow);
     CHECK(typical.speed == Approx(speed).epsilon(1e-12));
@@ -419,7 +419,7 @@ TEST_CASE("particles of a normalised flow keep their tracks, all at one speed", 
     CHECK(chord.value < 1 + 1e-4); // no chord is longer than the way
     CHECK(median(ways) > 0.7 * speed * time);
     // The same streamlines as those of the flow itself: the end of each lies on its track, to RK4's order in time.
-    Particles half = particlesAt(points);
+    Points half = particlesAt(points);
     advect(flow, half, {.time = time, .steps = 200});
     std::vector<double> errors;
     for (size_t k = 0; k < points.size(); ++k) errors.push_back(length(position(half, k) - position(particles, k)));
@@ -427,20 +427,20 @@ TEST_CASE("particles of a normalised flow keep their tracks, all at one speed", 
 }
 
 TEST_CASE("no particles and no time are no problem", "[track]") {
-    Particles none;
+    Points none;
     const AdvectResult result = advect(sphereFlow(), none, {});
     CHECK(result.points == 0);
     CHECK(result.substeps == 0);
     CHECK(result.residual[0] == 0);
-    Particles particles = scatter(sphereFlow().domain(), 100, 4);
-    const Particles start = particles;
+    Points particles = scatter(sphereFlow().domain(), 100, 4);
+    const Points start = particles;
     advect(sphereFlow(), particles, {.time = 0, .steps = 3});
     CHECK((particles.x == start.x && particles.y == start.y && particles.z == start.z));
     CHECK(particles.hasVelocity());
 }
 
 TEST_CASE("unusable options are errors that name the value", "[track]") {
-    Particles particles = scatter(sphereFlow().domain(), 10, 5);
+    Points particles = scatter(sphereFlow().domain(), 10, 5);
     const auto run = [&](const AdvectOptions& options) { advect(sphereFlow(), particles, options); };
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     CHECK_THROWS_WITH(run({.steps = 0}), Catch::Contains("0 steps"));
@@ -463,7 +463,7 @@ TEST_CASE("advection preserves volume", "[track]") {
         for (const Vec3d& p : points)
             for (int axis = 0; axis < 3; ++axis)
                 for (const double sign : {-1.0, 1.0}) around.push_back(p + unit(axis) * (sign * h));
-        Particles particles = particlesAt(around);
+        Points particles = particlesAt(around);
         advect(flow, particles, {.time = 0.3, .steps = 60, .reprojection = {.tolerance = 1e-13}});
         std::vector<double> errors;
         for (size_t k = 0; k < points.size(); ++k) {
@@ -492,7 +492,7 @@ TEST_CASE("advection preserves volume", "[track]") {
 
 TEST_CASE("points alone are moved as particles are, to the bit", "[track]") {
     const Flow& flow = sphereFlow();
-    Particles particles = scatter(flow.domain(), 300, 3);
+    Points particles = scatter(flow.domain(), 300, 3);
     std::vector<Vec3d> points;
     for (size_t k = 0; k < particles.size(); ++k) points.push_back(position(particles, k));
     const AdvectOptions options{.time = 0.7, .steps = 5};
@@ -546,10 +546,10 @@ TEST_CASE("adaptive steps are as accurate as asked for, and no shorter than need
     const auto reprojection = GENERATE(Reprojection::none, Reprojection::gaussNewton);
     const auto scheme = GENERATE(Scheme::bogackiShampine, Scheme::dormandPrince);
     const auto points = randomPoints(cube(1), 200, 7);
-    Particles exact = particlesAt(points);
+    Points exact = particlesAt(points);
     advect(smoothFlow(), exact, {.time = 2, .steps = 2000, .reprojection = {.tolerance = 1e-13}});
     const auto run = [&](double accuracy) {
-        Particles particles = particlesAt(points);
+        Points particles = particlesAt(points);
         const auto result = advect(smoothFlow(), particles,
                                    {.time = 2,
                                     .steps = 2,
@@ -576,7 +576,7 @@ TEST_CASE("adaptive steps are as accurate as asked for, and no shorter than need
 }
 
 TEST_CASE("steps that are too coarse, and cannot be made shorter, are counted", "[track]") {
-    Particles particles = particlesAt(randomPoints(cube(1), 100, 7));
+    Points particles = particlesAt(randomPoints(cube(1), 100, 7));
     const AdvectResult result = advect(smoothFlow(), particles,
                                        {.time = 2,
                                         .steps = 1,
@@ -589,7 +589,7 @@ TEST_CASE("steps that are too coarse, and cannot be made shorter, are counted", 
 
 TEST_CASE("particles that were born on the way move for their age", "[track]") {
     const auto points = randomPoints(cube(1), 100, 7);
-    Particles whole = particlesAt(points), half = whole, aged = whole;
+    Points whole = particlesAt(points), half = whole, aged = whole;
     const AdvectOptions options{.time = 0.4, .steps = 4, .byAge = true};
     advect(smoothFlow(), whole, options); // without ages
     aged.age.assign(points.size(), 0.2f);
@@ -606,7 +606,7 @@ TEST_CASE("advect: no step is longer than maxStep", "[track]") {
     const auto scheme = GENERATE(Scheme::rk4, Scheme::bogackiShampine);
     const auto points = randomPoints(cube(1), 100, 7);
     const auto run = [&](double maxStep) {
-        Particles particles = particlesAt(points);
+        Points particles = particlesAt(points);
         const AdvectResult result = advect(
             smoothFlow(), particles, {.time = 1, .steps = 2, .scheme = scheme, .accuracy = 1, .maxStep = maxStep});
         CHECK(result.coarse == 0);
@@ -622,8 +622,8 @@ TEST_CASE("advect: no step is longer than maxStep", "[track]") {
 }
 
 TEST_CASE("f and g do not drift over thousands of steps", "[track]") {
-    Particles particles = scatter(sphereFlow().domain(), 64, 3);
-    const Particles start = particles;
+    Points particles = scatter(sphereFlow().domain(), 64, 3);
+    const Points start = particles;
     const AdvectResult result = advect(sphereFlow(), particles, {.time = 20, .steps = 2000});
     const FlowMagnitudes typical = magnitudesOf(sphereFlow());
     double squares = 0;

@@ -70,7 +70,7 @@ TEST_CASE("differences come to the gradient of a field with the square of their 
 
 TEST_CASE("particles on their tracks, and those that left", "[Diagnostics]") {
     const Flow flow = contained();
-    Particles particles = scatter(flow.domain(), 2000, 1);
+    Points particles = scatter(flow.domain(), 2000, 1);
     advect(flow, particles, {.time = 1, .steps = 10});
     const ParticleDiagnostics good = diagnoseParticles(flow, particles);
     CHECK(good.points == 2000);

@@ -11,8 +11,8 @@ using namespace curlew;
 
 namespace {
 
-Particles pointsAt(std::initializer_list<Vec3d> positions, std::vector<int64_t> ids) {
-    Particles p;
+Points pointsAt(std::initializer_list<Vec3d> positions, std::vector<int64_t> ids) {
+    Points p;
     for (const Vec3d& x : positions) p.x.push_back(x[0]), p.y.push_back(x[1]), p.z.push_back(x[2]);
     p.id = std::move(ids);
     return p;
@@ -34,8 +34,8 @@ Curves circle(double radius, size_t vertices, double turned, bool closed) {
 } // namespace
 
 TEST_CASE("the distance of points is that of equal ids", "[track]") {
-    const Particles a = pointsAt({{{0, 0, 0}}, {{1, 0, 0}}, {{5, 5, 5}}}, {3, 1, 9});
-    const Particles b = pointsAt({{{1, 0, 3}}, {{7, 7, 7}}, {{0, 4, 0}}}, {1, 2, 3});
+    const Points a = pointsAt({{{0, 0, 0}}, {{1, 0, 0}}, {{5, 5, 5}}}, {3, 1, 9});
+    const Points b = pointsAt({{{1, 0, 3}}, {{7, 7, 7}}, {{0, 4, 0}}}, {1, 2, 3});
     const Distance d = distanceBetween(a, b);
     CHECK(d.pairs == 2);
     CHECK(d.mean == 3.5);

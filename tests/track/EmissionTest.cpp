@@ -2,7 +2,7 @@
 #include "curlew/track/Emission.h"
 #include "curlew/track/Scatter.h"
 #include "support/Flows.h"
-#include "support/Particles.h"
+#include "support/MovingPoints.h"
 #include "support/Points.h"
 
 using namespace curlew;
@@ -16,7 +16,7 @@ TEST_CASE("emitted: frames together give the births of one long frame", "[track]
     size_t count = 0;
     for (int k = 0; k < 24; ++k) {
         const int64_t first = frames.nextId;
-        const Particles born = emitted(domain, options, 1.0 / 24, frames);
+        const Points born = emitted(domain, options, 1.0 / 24, frames);
         count += born.size();
         for (size_t n = 0; n < born.size(); ++n) {
             CHECK(born.id[n] == first + static_cast<int64_t>(n));
@@ -26,16 +26,16 @@ TEST_CASE("emitted: frames together give the births of one long frame", "[track]
         }
         CHECK(!born.hasLife());
     }
-    const Particles all = emitted(domain, options, 1, whole);
+    const Points all = emitted(domain, options, 1, whole);
     CHECK(count == all.size());
     CHECK(count == static_cast<size_t>(rate));
-    const Particles scattered = scatter(domain, all.size(), 5);
+    const Points scattered = scatter(domain, all.size(), 5);
     CHECK(all.x == scattered.x); // position by seed and id alone
 }
 
 TEST_CASE("emitted: lives are spread around their mean, and none has ended", "[track]") {
     EmissionState state;
-    const Particles born = emitted({.box = cube(1), .wall = {}}, {.rate = 4000, .life = 0.6, .spread = 0.5}, 1, state);
+    const Points born = emitted({.box = cube(1), .wall = {}}, {.rate = 4000, .life = 0.6, .spread = 0.5}, 1, state);
     CHECK(state.nextId == 4000);
     CHECK(born.size() < 4000); // the oldest of the frame have died in it
     for (size_t k = 0; k < born.size(); ++k) {
@@ -49,10 +49,10 @@ TEST_CASE("emitted: lives are spread around their mean, and none has ended", "[t
 
 TEST_CASE("joinFlow: newborn particles get the velocity and track that advection would give them", "[track]") {
     const Flow flow(sinesF(), sinesG());
-    Particles others = particlesAt({{{0, 0, 0}}}), born = particlesAt(randomPoints(cube(1), 100, 1)), plain = born;
+    Points others = particlesAt({{{0, 0, 0}}}), born = particlesAt(randomPoints(cube(1), 100, 1)), plain = born;
     joinFlow(flow, others, plain);
     CHECK(!plain.hasVelocity()); // the others have none either
-    Particles expected = born;
+    Points expected = born;
     advect(flow, others, {.time = 0, .steps = 1});
     advect(flow, expected, {.time = 0, .steps = 1});
     joinFlow(flow, others, born);
@@ -62,7 +62,7 @@ TEST_CASE("joinFlow: newborn particles get the velocity and track that advection
 }
 
 TEST_CASE("flagBeyondWall: what the distance says", "[track]") {
-    const Particles points = particlesAt(randomPoints(cube(2), 500, 3));
+    const Points points = particlesAt(randomPoints(cube(2), 500, 3));
     const auto flags = flagBeyondWall(points, {.box = {}, .wall = Wall{.sdf = sphereSdf(1), .side = Side::inside}});
     for (size_t k = 0; k < points.size(); ++k) CHECK((flags[k] != 0) == (length(points.position(k)) > 1));
 }
@@ -70,7 +70,7 @@ TEST_CASE("flagBeyondWall: what the distance says", "[track]") {
 TEST_CASE("wrap: positions are moved by whole periods into the box", "[track]") {
     const Box box{{{0, -1, 2}}, {{2, 1, 2.5}}};
     const auto before = randomPoints(cube(10), 500, 4);
-    Particles points = particlesAt(before);
+    Points points = particlesAt(before);
     wrap(points, box);
     for (size_t k = 0; k < points.size(); ++k)
         for (int axis = 0; axis < 3; ++axis) {

@@ -1,7 +1,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/track/Pathlines.h"
 #include "curlew/track/Scatter.h"
-#include "support/Particles.h"
+#include "support/MovingPoints.h"
 #include "support/Polynomial.h"
 
 #include <catch2/catch.hpp>
@@ -11,8 +11,8 @@ using namespace curlew::test;
 
 TEST_CASE("pathlines: vertices are the particles' positions after each step", "[track]") {
     const Flow flow = boundFlow(sphereSdf(1), Side::inside);
-    const Particles start = scatter(flow.domain(), 300, 1);
-    Particles along = start;
+    const Points start = scatter(flow.domain(), 300, 1);
+    Points along = start;
     const AdvectOptions options{.time = 0.5, .steps = 20};
     const Pathlines pathlines = advectWithPathlines(FlowInTime(flow), along, 0, options);
     const Curves& c = pathlines.curves;
@@ -20,7 +20,7 @@ TEST_CASE("pathlines: vertices are the particles' positions after each step", "[
     REQUIRE(c.vertices() == size_t{300} * 21);
     REQUIRE(c.hasTrack());
     for (const int step : {0, 7, 20}) {
-        Particles there = start;
+        Points there = start;
         advect(flow, there, {.time = 0.5 * step / 20, .steps = std::max(step, 1)});
         for (size_t k = 0; k < c.size(); ++k) {
             CAPTURE(step, k);

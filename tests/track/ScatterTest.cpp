@@ -2,7 +2,7 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/track/Scatter.h"
-#include "support/Particles.h"
+#include "support/MovingPoints.h"
 #include "support/Points.h"
 
 #include <limits>
@@ -27,7 +27,7 @@ TEST_CASE("scattered points lie in the domain, and have their ids", "[track]") {
     const Sdf shape = placed(torusSdf(0.7, 0.25), {.offset = {{3, 0, -1}}, .rotate = {{30, 40, 50}}});
     const Side side = GENERATE(Side::inside, Side::outside, Side::both);
     const Domain domain = domainOf(shape, side);
-    const Particles particles = scatter(domain, 20000, 1);
+    const Points particles = scatter(domain, 20000, 1);
     REQUIRE(particles.size() == 20000);
     CHECK_FALSE(particles.hasTrack());
     CHECK_FALSE(particles.hasVelocity());
@@ -44,7 +44,7 @@ TEST_CASE("scattered points lie in the domain, and have their ids", "[track]") {
 TEST_CASE("scattered points are uniform", "[track]") {
     constexpr size_t kCount = 80000;
     SECTION("in a sphere: octants and radii") {
-        const Particles particles = scatter(domainOf(sphereSdf(1), Side::inside), kCount, 2);
+        const Points particles = scatter(domainOf(sphereSdf(1), Side::inside), kCount, 2);
         std::array<double, 8> octants{};
         double within = 0;
         for (size_t k = 0; k < kCount; ++k) {
@@ -56,7 +56,7 @@ TEST_CASE("scattered points are uniform", "[track]") {
         requireShare(within, kCount, 0.125);
     }
     SECTION("in a box without a wall") {
-        const Particles particles = scatter({.box = {{{-1, 0, 2}}, {{1, 5, 2.5}}}, .wall = {}}, kCount, 3);
+        const Points particles = scatter({.box = {{{-1, 0, 2}}, {{1, 5, 2.5}}}, .wall = {}}, kCount, 3);
         double low = 0, corner = 0;
         for (size_t k = 0; k < kCount; ++k) {
             const Vec3d p = position(particles, k);
@@ -68,7 +68,7 @@ TEST_CASE("scattered points are uniform", "[track]") {
     }
     SECTION("on both sides of a sphere") {
         const Domain domain = domainOf(sphereSdf(1), Side::both); // in the box from -2 to 2
-        const Particles particles = scatter(domain, kCount, 4);
+        const Points particles = scatter(domain, kCount, 4);
         double inside = 0;
         for (size_t k = 0; k < kCount; ++k) inside += length(position(particles, k)) < 1;
         requireShare(inside, kCount, 4 * std::numbers::pi / 3 / 64);
@@ -77,9 +77,9 @@ TEST_CASE("scattered points are uniform", "[track]") {
 
 TEST_CASE("point k depends on the seed and k alone", "[track]") {
     const Domain domain = domainOf(sphereSdf(1), Side::inside);
-    const Particles many = scatter(domain, 1000, 7), few = scatter(domain, 100, 7), other = scatter(domain, 100, 8);
+    const Points many = scatter(domain, 1000, 7), few = scatter(domain, 100, 7), other = scatter(domain, 100, 8);
     const ThreadLimit limit(1);
-    const Particles alone = scatter(domain, 1000, 7);
+    const Points alone = scatter(domain, 1000, 7);
     CHECK((alone.x == many.x && alone.y == many.y && alone.z == many.z));
     int same = 0;
     for (size_t k = 0; k < 100; ++k) {
@@ -88,7 +88,7 @@ TEST_CASE("point k depends on the seed and k alone", "[track]") {
     }
     CHECK(same == 0);
     CHECK(scatter(domain, 0, 7).size() == 0);
-    const Particles later = scatterFrom(domain, 900, 100, 7);
+    const Points later = scatterFrom(domain, 900, 100, 7);
     for (size_t k = 0; k < 100; ++k) {
         CHECK(later.id[k] == static_cast<int64_t>(900 + k));
         CHECK(position(later, k) == position(many, 900 + k));

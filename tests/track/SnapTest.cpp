@@ -2,7 +2,7 @@
 #include "curlew/field/Shapes.h"
 #include "curlew/track/Scatter.h"
 #include "curlew/track/Snap.h"
-#include "support/Particles.h"
+#include "support/MovingPoints.h"
 #include "support/Polynomial.h"
 
 #include <catch2/catch.hpp>
@@ -11,9 +11,9 @@ using namespace curlew;
 using namespace curlew::test;
 
 TEST_CASE("snap puts points onto a surface, to the nearest of its points where the field is a distance", "[track]") {
-    Particles points = scatter({.box = Box{}.padded(1.5), .wall = {}}, 3000, 1);
+    Points points = scatter({.box = Box{}.padded(1.5), .wall = {}}, 3000, 1);
     points.f = points.g = std::vector<double>(3000, 1.0);
-    const Particles start = points;
+    const Points start = points;
     const SnapResult result = snap(sphereSdf(1).distance, 0, points, 3);
     CHECK(result.points == 3000);
     CHECK(result.missed == 0);
@@ -29,8 +29,8 @@ TEST_CASE("snap puts points onto a surface, to the nearest of its points where t
 
 TEST_CASE("snap finds a value of a field that is no distance, within its reach or not at all", "[track]") {
     const ScalarField field = sinesF();
-    Particles points = scatter({.box = Box{}.padded(1), .wall = {}}, 500, 2);
-    const Particles start = points;
+    Points points = scatter({.box = Box{}.padded(1), .wall = {}}, 500, 2);
+    const Points start = points;
     const SnapResult result = snap(field, 0.1, points, 0.2);
     CHECK(result.missed > 0);
     CHECK(result.missed < 500);

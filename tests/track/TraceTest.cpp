@@ -6,7 +6,7 @@
 #include "curlew/track/Scatter.h"
 #include "curlew/track/Trace.h"
 #include "support/FiniteDifference.h"
-#include "support/Particles.h"
+#include "support/MovingPoints.h"
 #include "support/Polynomial.h"
 #include "support/Reference.h"
 
@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-Particles seedsAt(const std::vector<Vec3d>& points) { return particlesAt(points, 100); }
+Points seedsAt(const std::vector<Vec3d>& points) { return particlesAt(points, 100); }
 
 const Flow& ballFlow() {
     static const Flow flow = boundFlow(sphereSdf(1), Side::inside);
@@ -43,7 +43,7 @@ bool same(const Curves& a, const Curves& b) {
 TEST_CASE("circles close, with their length, in each direction and by length and time", "[track]") {
     const auto by = GENERATE(StepBy::length, StepBy::time);
     const auto direction = GENERATE(Direction::forward, Direction::backward, Direction::both);
-    const Particles seeds = seedsAt(randomPoints(cube(1), 100, 1));
+    const Points seeds = seedsAt(randomPoints(cube(1), 100, 1));
     const TraceResult result = trace(circles(), seeds, {.by = by, .direction = direction});
     const Curves& c = result.curves;
     CAPTURE(static_cast<int>(by), static_cast<int>(direction), result.gapMax);
@@ -131,7 +131,7 @@ TEST_CASE("the time along a vortex is its angle", "[track]") {
 
 TEST_CASE("streamlines in a ball stay inside and on their track, and many close", "[track]") {
     const Flow& flow = ballFlow();
-    const Particles seeds = scatter(flow.domain(), 200, 3);
+    const Points seeds = scatter(flow.domain(), 200, 3);
     const TraceResult result = trace(flow, seeds, {.limit = 30});
     const Curves& c = result.curves;
     const size_t closed = result.count(CurveEnd::closed);
@@ -175,7 +175,7 @@ TEST_CASE("streamlines in a ball stay inside and on their track, and many close"
 
 TEST_CASE("over 2000 steps the potentials do not drift", "[track]") {
     const Flow& flow = ballFlow();
-    const Particles seeds = scatter(flow.domain(), 20, 8);
+    const Points seeds = scatter(flow.domain(), 20, 8);
     TraceOptions options{.step = 0.02, .limit = 40, .closure = 0};
     const TraceResult result = trace(flow, seeds, options);
     CHECK(result.count(CurveEnd::limit) >= 19);
@@ -262,7 +262,7 @@ TEST_CASE("no correction holds a curve in one place", "[track]") {
 
 TEST_CASE("a curve ends on the face of the box, at the limit, or with its last vertex", "[track]") {
     const Flow flow = uniformFlow({{2, 1, 0}}, {.box = cube(1), .wall = {}});
-    const Particles seeds = seedsAt({{{0.3, 0.2, 0.1}}});
+    const Points seeds = seedsAt({{{0.3, 0.2, 0.1}}});
     const Curves out = trace(flow, seeds, {.step = 0.04}).curves;
     CHECK(out.downstream[0] == CurveEnd::box);
     CHECK(out.x.back() == 1);
@@ -333,7 +333,7 @@ TEST_CASE("seeds that are not in the domain give empty curves", "[track]") {
 
 TEST_CASE("curves do not depend on threads, order or company", "[track]") {
     const Flow& flow = ballFlow();
-    const Particles seeds = scatter(flow.domain(), 100, 4);
+    const Points seeds = scatter(flow.domain(), 100, 4);
     const TraceOptions options{.limit = 3, .direction = Direction::both};
     TraceResult one, two;
     {
@@ -358,7 +358,7 @@ TEST_CASE("curves do not depend on threads, order or company", "[track]") {
 }
 
 TEST_CASE("what cannot be traced is refused", "[track]") {
-    const Particles seeds = seedsAt({{{0.1, 0, 0}}});
+    const Points seeds = seedsAt({{{0.1, 0, 0}}});
     const Flow flow = circles();
     const double nan = std::numeric_limits<double>::quiet_NaN();
     CHECK_THROWS_AS(trace(flow, seeds, {.step = -1}), ValueError);
@@ -374,7 +374,7 @@ TEST_CASE("what cannot be traced is refused", "[track]") {
     CHECK_THROWS_AS(trace(flow + flow, seeds), ValueError);
     CHECK_THROWS_AS(trace(vortexFlow(1, 1, {.box = cube(std::numeric_limits<double>::infinity()), .wall = {}}), seeds),
                     ValueError);
-    Particles ragged = seeds;
+    Points ragged = seeds;
     ragged.y.clear();
     CHECK_THROWS_AS(trace(flow, ragged), ValueError);
     CHECK_THROWS_AS(trace(flow, seeds, {}, {{}, [] { return true; }}), Interrupted);

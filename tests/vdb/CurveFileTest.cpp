@@ -151,7 +151,7 @@ TEST_CASE("CurveFile: points of a .vdb carry what the vertices have", "[vdb][Cur
     const auto grid = openvdb::gridPtrCast<points::PointDataGrid>(readVdb(folder / "a.vdb").at(0));
     REQUIRE(grid);
     CHECK(grid->getName() == "lines");
-    const Particles back = particlesOf(*grid); // by id, which is the number of the vertex
+    const Points back = pointsOf(*grid); // by id, which is the number of the vertex
     REQUIRE(back.size() == c.vertices());
     std::vector<size_t> owner(c.vertices());
     for (size_t k = 0; k < c.size(); ++k)
@@ -193,7 +193,7 @@ TEST_CASE("CurveFile: no curves are fine everywhere", "[vdb][CurveFile]") {
     CHECK(bytesOf(folder / "a.obj").empty());
     writeCsv(folder / "a.csv", none);
     CHECK(test::bytesOf(folder / "a.csv") == "curve,vertex,closed,x,y,z,vx,vy,vz,speed,length\n");
-    CHECK(particlesOf(*pointGrid(none)).size() == 0);
+    CHECK(pointsOf(*pointGrid(none)).size() == 0);
 }
 
 TEST_CASE("CurveFile: the same bytes for any number of threads", "[vdb][CurveFile]") {

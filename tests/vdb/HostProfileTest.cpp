@@ -6,7 +6,7 @@
 using namespace curlew;
 
 TEST_CASE("HostProfile: points come back with their velocity, whatever the host calls it", "[vdb][HostProfile]") {
-    Particles particles;
+    Points particles;
     particles.x = {1}, particles.y = {2}, particles.z = {3}, particles.id = {0};
     particles.vx = {4}, particles.vy = {5}, particles.vz = {6};
     for (const HostProfile& host : kHostProfiles) {
@@ -15,7 +15,7 @@ TEST_CASE("HostProfile: points come back with their velocity, whatever the host 
         options.velocity = host.pointVelocity;
         const auto grid = pointGrid(particles, options);
         CHECK(grid->tree().cbeginLeaf()->hasAttribute(std::string(host.pointVelocity)));
-        const Particles read = particlesOf(*grid);
+        const Points read = pointsOf(*grid);
         REQUIRE(read.hasVelocity());
         CHECK(read.vy[0] == 5);
     }

@@ -28,8 +28,8 @@ using Folder = test::ScratchFolder;
 namespace {
 
 /// `surface` puts them on a sphere, where most of their bounding box is empty.
-Particles cloud(size_t count, bool velocity = true, bool surface = false) {
-    Particles particles;
+Points cloud(size_t count, bool velocity = true, bool surface = false) {
+    Points particles;
     std::mt19937_64 random(7);
     const auto number = [&] { return double(random() >> 11) * 0x1p-52 - 1; };
     for (size_t n = 0; n < count; ++n) {
@@ -50,8 +50,8 @@ Particles cloud(size_t count, bool velocity = true, bool surface = false) {
 }
 
 /// With ages, lives and tracks that floats hold exactly.
-Particles agedCloud(size_t count) {
-    Particles particles = cloud(count);
+Points agedCloud(size_t count) {
+    Points particles = cloud(count);
     for (size_t n = 0; n < count; ++n) {
         const auto number = static_cast<float>(n);
         particles.age.push_back(number / 8);
@@ -72,14 +72,14 @@ TEST_CASE("PointFile: particles come back from a grid and a file, sorted by id",
     const Folder folder;
     const bool velocity = GENERATE(true, false);
     CAPTURE(velocity);
-    const Particles particles = cloud(5000, velocity);
+    const Points particles = cloud(5000, velocity);
     const auto grid = pointGrid(particles, {.name = "dust"});
     CHECK(grid->getName() == "dust");
     CHECK((grid->getVectorType() == openvdb::VEC_CONTRAVARIANT_RELATIVE) == velocity);
     writeVdb(folder / "a.vdb", {grid});
     const auto read = openvdb::gridPtrCast<openvdb::points::PointDataGrid>(readVdb(folder / "a.vdb").at(0));
     REQUIRE(read);
-    const Particles back = particlesOf(*read);
+    const Points back = pointsOf(*read);
     REQUIRE(back.size() == particles.size());
     REQUIRE(back.hasVelocity() == velocity);
     const double tolerance = grid->voxelSize()[0] * 0x1p-25 + 100 * 0x1p-50; // P in voxels; world to voxels and back
@@ -108,12 +108,12 @@ TEST_CASE("PointFile: the chosen voxels hold about 8 particles, in a volume and 
 
 TEST_CASE("PointFile: odd places of particles", "[vdb][PointFile]") {
     const auto back = [](std::vector<double> x) {
-        Particles particles;
+        Points particles;
         particles.x = x;
         particles.y = particles.z = std::vector<double>(x.size());
         particles.id.resize(x.size());
         for (size_t n = 0; n < x.size(); ++n) particles.id[n] = int64_t(n);
-        return particlesOf(*pointGrid(particles)).x;
+        return pointsOf(*pointGrid(particles)).x;
     };
     CHECK(back({2}).at(0) == Approx(2));
     CHECK(back({2, 2, 2}).at(2) == Approx(2));
@@ -126,11 +126,11 @@ TEST_CASE("PointFile: odd places of particles", "[vdb][PointFile]") {
 
 TEST_CASE("PointFile: no particles are fine everywhere", "[vdb][PointFile]") {
     const Folder folder;
-    const Particles none;
+    const Points none;
     writeVdb(folder / "a.vdb", {pointGrid(none)});
     const auto read = openvdb::gridPtrCast<openvdb::points::PointDataGrid>(readVdb(folder / "a.vdb").at(0));
     REQUIRE(read);
-    CHECK(particlesOf(*read).size() == 0);
+    CHECK(pointsOf(*read).size() == 0);
     writePly(folder / "a.ply", none);
     CHECK_THAT(bytesOf(folder / "a.ply"), Contains("element vertex 0\n"));
     writeCsv(folder / "a.csv", none);
@@ -139,7 +139,7 @@ TEST_CASE("PointFile: no particles are fine everywhere", "[vdb][PointFile]") {
 
 TEST_CASE("PointFile: the same bytes for any number of threads", "[vdb][PointFile]") {
     const Folder folder;
-    const Particles particles = cloud(70000);
+    const Points particles = cloud(70000);
     const auto writeAll = [&](const std::string& name) {
         writeVdb(folder / (name + ".vdb"), {pointGrid(particles)});
         writePly(folder / (name + ".ply"), particles);
@@ -159,7 +159,7 @@ TEST_CASE("PointFile: the same bytes for any number of threads", "[vdb][PointFil
 
 TEST_CASE("PointFile: PLY holds the particles in order", "[vdb][PointFile]") {
     const Folder folder;
-    const Particles particles = cloud(300000); // more than one round of pieces
+    const Points particles = cloud(300000); // more than one round of pieces
     writePly(folder / "a.ply", particles);
     const std::string bytes = bytesOf(folder / "a.ply");
     const std::string end = "end_header\n";
@@ -187,7 +187,7 @@ TEST_CASE("PointFile: PLY holds the particles in order", "[vdb][PointFile]") {
 
 TEST_CASE("PointFile: CSV has nine digits and any id", "[vdb][PointFile]") {
     const Folder folder;
-    Particles particles = cloud(300000);
+    Points particles = cloud(300000);
     particles.id[1] = 1LL << 60;
     writeCsv(folder / "a.csv", particles);
     std::ifstream in(folder / "a.csv");
@@ -213,7 +213,7 @@ TEST_CASE("PointFile: CSV has nine digits and any id", "[vdb][PointFile]") {
     CHECK(wrong == 0);
     CHECK(!std::getline(in, line));
 
-    Particles one;
+    Points one;
     one.x = {0.1}, one.y = {-1.0 / 3}, one.z = {1e-7}, one.id = {-1};
     writeCsv(folder / "one.csv", one);
     CHECK(bytesOf(folder / "one.csv") == "x,y,z,id\n0.1,-0.333333333,1e-07,-1\n");
@@ -221,16 +221,16 @@ TEST_CASE("PointFile: CSV has nine digits and any id", "[vdb][PointFile]") {
 
 TEST_CASE("PointFile: unusable particles", "[vdb][PointFile]") {
     const Folder folder;
-    Particles big = cloud(3);
+    Points big = cloud(3);
     big.id[1] = int64_t(std::numeric_limits<int32_t>::max()) + 1;
     REQUIRE_THROWS_AS(pointGrid(big), ValueError);
     REQUIRE_THROWS_WITH(writePly(folder / "a.ply", big), Contains("2147483648"));
-    Particles ragged = cloud(3);
+    Points ragged = cloud(3);
     ragged.vy.pop_back();
     REQUIRE_THROWS_AS(pointGrid(ragged), ValueError);
     REQUIRE_THROWS_AS(writePly(folder / "a.ply", ragged), ValueError);
     REQUIRE_THROWS_AS(writeCsv(folder / "a.csv", ragged), ValueError);
-    Particles bad = cloud(3);
+    Points bad = cloud(3);
     bad.y[2] = std::nan("");
     REQUIRE_THROWS_AS(pointGrid(bad), ValueError);
     bad.y[2] = -std::numeric_limits<double>::infinity();
@@ -244,31 +244,31 @@ TEST_CASE("PointFile: unusable particles", "[vdb][PointFile]") {
 
 TEST_CASE("PointFile: grids of points that others made", "[vdb][PointFile]") {
     namespace points = openvdb::points;
-    Particles particles = cloud(100, false);
+    Points particles = cloud(100, false);
     const auto grid = pointGrid(particles);
 
     const auto withoutIds = grid->deepCopy();
     points::dropAttribute(withoutIds->tree(), "id");
-    const Particles numbered = particlesOf(*withoutIds);
+    const Points numbered = pointsOf(*withoutIds);
     REQUIRE(numbered.size() == 100);
     CHECK(numbered.id.front() == 0);
     CHECK(numbered.id.back() == 99);
 
     const auto longIds = withoutIds->deepCopy();
     points::appendAttribute<int64_t>(longIds->tree(), "id", int64_t(1) << 40);
-    CHECK(particlesOf(*longIds).id.at(5) == int64_t(1) << 40);
+    CHECK(pointsOf(*longIds).id.at(5) == int64_t(1) << 40);
 
     const auto wrongIds = withoutIds->deepCopy();
     points::appendAttribute<float>(wrongIds->tree(), "id");
-    REQUIRE_THROWS_WITH(particlesOf(*wrongIds), Contains("'id'") && Contains("float"));
+    REQUIRE_THROWS_WITH(pointsOf(*wrongIds), Contains("'id'") && Contains("float"));
 
     const auto wrongVelocity = grid->deepCopy();
     points::appendAttribute<openvdb::Vec3d>(wrongVelocity->tree(), "v");
-    REQUIRE_THROWS_AS(particlesOf(*wrongVelocity), ValueError);
+    REQUIRE_THROWS_AS(pointsOf(*wrongVelocity), ValueError);
 
     const auto packed = grid->deepCopy();
     points::appendAttribute<openvdb::Vec3s, points::TruncateCodec>(packed->tree(), "v", openvdb::Vec3s(0.5f, 1, 2));
-    CHECK(particlesOf(*packed).vx.at(7) == 0.5f);
+    CHECK(pointsOf(*packed).vx.at(7) == 0.5f);
 }
 
 TEST_CASE("PointFile: what cannot be written leaves nothing behind", "[vdb][PointFile]") {
@@ -280,13 +280,13 @@ TEST_CASE("PointFile: what cannot be written leaves nothing behind", "[vdb][Poin
 
 TEST_CASE("PointFile: ages, lives and tracks come back from a file, in the order of the ids", "[vdb][PointFile]") {
     const Folder folder;
-    const Particles particles = agedCloud(3000);
+    const Points particles = agedCloud(3000);
     writeVdb(folder / "a.vdb", {pointGrid(particles)});
     const auto read = openvdb::gridPtrCast<openvdb::points::PointDataGrid>(readVdb(folder / "a.vdb").at(0));
     REQUIRE(read);
     for (const char* name : {"P", "v", "id", "age", "life", "f", "g"})
         CHECK(read->tree().cbeginLeaf()->hasAttribute(name));
-    const Particles back = particlesOf(*read);
+    const Points back = pointsOf(*read);
     REQUIRE(back.size() == particles.size());
     REQUIRE((back.hasAge() && back.hasLife() && back.hasTrack()));
     for (size_t n = 0; n < back.size(); ++n) {
@@ -301,11 +301,11 @@ TEST_CASE("PointFile: ages, lives and tracks come back from a file, in the order
 }
 
 TEST_CASE("PointFile: the velocity has the name that the host wants", "[vdb][PointFile]") {
-    const Particles particles = cloud(50);
+    const Points particles = cloud(50);
     const auto grid = pointGrid(particles, {.velocity = "velocity"});
     CHECK(grid->tree().cbeginLeaf()->hasAttribute("velocity"));
     CHECK_FALSE(grid->tree().cbeginLeaf()->hasAttribute("v"));
-    const Particles back = particlesOf(*grid);
+    const Points back = pointsOf(*grid);
     REQUIRE(back.hasVelocity());
     CHECK(back.vx.front() == particles.vx.back());
 }
@@ -316,7 +316,7 @@ TEST_CASE("PointFile: attributes of others that only share a name are left alone
     points::appendAttribute<int32_t>(grid->tree(), "age", 7);
     points::appendAttribute<float>(grid->tree(), "f", 0.5F); // without a g
     points::appendAttribute<float>(grid->tree(), "life", 3.0F);
-    const Particles back = particlesOf(*grid);
+    const Points back = pointsOf(*grid);
     CHECK_FALSE(back.hasAge());
     CHECK_FALSE(back.hasTrack());
     CHECK(back.life == std::vector<float>(50, 3.0F));
@@ -324,7 +324,7 @@ TEST_CASE("PointFile: attributes of others that only share a name are left alone
 
 TEST_CASE("PointFile: ages, lives and tracks follow the id in flat files", "[vdb][PointFile]") {
     const Folder folder;
-    Particles one;
+    Points one;
     one.x = {1}, one.y = {2}, one.z = {3}, one.id = {4};
     one.age = {0.1F}, one.life = {std::numeric_limits<float>::infinity()};
     one.f = {1.0 / 3}, one.g = {-2};

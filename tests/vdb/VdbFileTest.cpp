@@ -46,7 +46,7 @@ openvdb::Vec3SGrid::Ptr velocity() {
 }
 
 openvdb::points::PointDataGrid::Ptr points() {
-    Particles particles;
+    Points particles;
     particles.x = {0.1, 3, -7}, particles.y = {0, 3, 0}, particles.z = {0, 3, 0}, particles.id = {0, 1, 2};
     return pointGrid(particles, {.voxelSize = 0.5});
 }
@@ -114,7 +114,7 @@ TEST_CASE("VdbFile: grids come back as they were written", "[vdb][VdbFile]") {
     const auto vel = openvdb::gridPtrCast<openvdb::Vec3SGrid>(read[1]);
     CHECK(vel->tree().getValue({19, 8, 152}) == openvdb::Vec3s(19.0f / 7, 8.0f / 3, 1));
     CHECK(vel->tree().getValue({641, 1, 1}) == openvdb::Vec3s(1, 2, 3));
-    CHECK(particlesOf(*openvdb::gridPtrCast<openvdb::points::PointDataGrid>(read[6])).size() == 3);
+    CHECK(pointsOf(*openvdb::gridPtrCast<openvdb::points::PointDataGrid>(read[6])).size() == 3);
 
     openvdb::io::File file((folder / "a.vdb").string());
     file.open();

@@ -17,8 +17,8 @@ template <class At>
 PointsBy(size_t, At) -> PointsBy<At>;
 
 /// Position k of points: points.position(k) of a structure of arrays, else points[k].
-template <class Points>
-auto positionOf(const Points& points, size_t k) {
+template <class Positions>
+auto positionOf(const Positions& points, size_t k) {
     if constexpr (requires { points.position(k); })
         return points.position(k);
     else
@@ -35,16 +35,16 @@ struct BatchOf<Vec<double, N>> {
 } // namespace detail
 
 /// The points begin … end - 1, at most kBatch of them.
-template <class Points>
-auto batchOf(const Points& points, size_t begin, size_t end) {
+template <class Positions>
+auto batchOf(const Positions& points, size_t begin, size_t end) {
     typename detail::BatchOf<decltype(positionOf(points, begin))>::type batch;
     for (size_t k = begin; k < end; ++k) batch.push(positionOf(points, k));
     return batch;
 }
 
 /// Writes a batch back: points[begin + i] = batch[i], or points.setPosition(begin + i, batch[i]).
-template <int N, class Points>
-void storeBatch(const PointBatchN<N>& batch, Points& points, size_t begin) {
+template <int N, class Positions>
+void storeBatch(const PointBatchN<N>& batch, Positions& points, size_t begin) {
     for (int i = 0; i < batch.size; ++i)
         if constexpr (requires { points.setPosition(begin, batch[i]); })
             points.setPosition(begin + static_cast<size_t>(i), batch[i]);
@@ -55,8 +55,8 @@ void storeBatch(const PointBatchN<N>& batch, Points& points, size_t begin) {
 /// Calls body(batch, begin) for the points in batches of kBatch, on all threads: batch[i] is point begin + i. The body
 /// may change the batch, and move those points. Throws Interrupted if the monitor is cancelled, and what the body
 /// throws.
-template <class Points, class Body>
-void forEachBatch(const Points& points, const Body& body, const Monitor& monitor = {}) {
+template <class Positions, class Body>
+void forEachBatch(const Positions& points, const Body& body, const Monitor& monitor = {}) {
     parallelFor(
         points.size(), kBatch,
         [&](size_t begin, size_t end) {
@@ -68,8 +68,8 @@ void forEachBatch(const Points& points, const Body& body, const Monitor& monitor
 
 /// The sum of what body(batch, begin) returns, added in the order of the points: the same bits for any number of
 /// threads (parallelSum).
-template <class Points, class Body>
-auto sumOverBatches(const Points& points, const Body& body, const Monitor& monitor = {}) {
+template <class Positions, class Body>
+auto sumOverBatches(const Positions& points, const Body& body, const Monitor& monitor = {}) {
     return parallelSum(
         points.size(), kBatch,
         [&](size_t begin, size_t end) {

@@ -5,7 +5,7 @@
 #include "curlew/picture/Image.h"
 #include "curlew/render/Camera.h"
 #include "curlew/track/Curves.h"
-#include "curlew/track/Particles.h"
+#include "curlew/track/Points.h"
 
 #include <span>
 
@@ -20,7 +20,7 @@ struct Splats {
     ColorScale scale = {};
     Vec3f color{{1, 1, 1}}; ///< Display values.
 
-    static Splats of(const Particles& points);
+    static Splats of(const Points& points);
     static Splats of(const Curves& curves);
 
     /// Around all positions that are finite. ValueError where there is none.

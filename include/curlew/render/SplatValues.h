@@ -3,7 +3,7 @@
 #include "curlew/math/Range.h"
 #include "curlew/render/Camera.h"
 #include "curlew/track/Curves.h"
-#include "curlew/track/Particles.h"
+#include "curlew/track/Points.h"
 
 #include <array>
 #include <string_view>
@@ -23,7 +23,7 @@ enum class SplatValue {
 inline constexpr std::array<std::string_view, 6> kSplatValueNames{"speed", "height", "depth", "id", "index", "age"};
 
 /// One value for each point. Throws ValueError if the points have no velocity, or no age, and that is asked for.
-std::vector<float> splatValues(const Particles& points, SplatValue by, const Camera& camera);
+std::vector<float> splatValues(const Points& points, SplatValue by, const Camera& camera);
 /// One value for each vertex.
 std::vector<float> splatValues(const Curves& curves, SplatValue by, const Camera& camera);
 

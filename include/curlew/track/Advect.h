@@ -2,7 +2,7 @@
 
 #include "curlew/base/Monitor.h"
 #include "curlew/flow/FlowInTime.h"
-#include "curlew/track/Particles.h"
+#include "curlew/track/Points.h"
 #include "curlew/track/Reproject.h"
 #include "curlew/track/Stepper.h"
 
@@ -51,13 +51,13 @@ using AdvectResult = AdvectResultN<3>;
 /// stay where they are, and are counted as outside. Each particle's path is its own: the result does not depend on the
 /// others, nor on the number of threads. Throws ValueError for steps < 1, values that are not finite, and reprojection
 /// in a flow without tracks; Interrupted, with the particles in an unspecified state.
-AdvectResult advect(const Flow& flow, Particles& particles, const AdvectOptions& options, const Monitor& monitor = {});
+AdvectResult advect(const Flow& flow, Points& particles, const AdvectOptions& options, const Monitor& monitor = {});
 
 /// The same in a flow that changes, from the time `begin` on (seconds). Each step takes the flow frozen as it stands in
 /// the middle of the step, and each particle on the track on which it then is: second order in time, on track within
 /// each step. A wall that moves takes the particles near it along (WallMotion.h), half of its way before the step and
 /// half after, so none ends up beyond it. Tolerances are relative to the flow at the beginning.
-AdvectResult advect(const FlowInTime& flow, Particles& particles, double begin, const AdvectOptions& options,
+AdvectResult advect(const FlowInTime& flow, Points& particles, double begin, const AdvectOptions& options,
                     const Monitor& monitor = {});
 
 /// The same for points alone, in 2 to 7 dimensions.

@@ -2,7 +2,7 @@
 
 #include "curlew/base/Monitor.h"
 #include "curlew/flow/Flow.h"
-#include "curlew/track/Particles.h"
+#include "curlew/track/Points.h"
 
 namespace curlew {
 
@@ -57,6 +57,6 @@ struct ParticleDiagnostics {
 };
 
 /// Compares particles with the flow that moved them. Drift needs their track (zero without).
-ParticleDiagnostics diagnoseParticles(const Flow& flow, const Particles& particles, const Monitor& monitor = {});
+ParticleDiagnostics diagnoseParticles(const Flow& flow, const Points& particles, const Monitor& monitor = {});
 
 } // namespace curlew

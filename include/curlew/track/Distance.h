@@ -2,7 +2,7 @@
 
 #include "curlew/base/Monitor.h"
 #include "curlew/track/Curves.h"
-#include "curlew/track/Particles.h"
+#include "curlew/track/Points.h"
 
 namespace curlew {
 
@@ -14,7 +14,7 @@ struct Distance {
 };
 
 /// Between the points that have the same id in both. Throws ValueError where there are none, or one occurs twice.
-Distance distanceBetween(const Particles& a, const Particles& b, const Monitor& monitor = {});
+Distance distanceBetween(const Points& a, const Points& b, const Monitor& monitor = {});
 
 /// From each vertex of the curves in `a` to the nearest point on that curve of `b` which has the same id, wherever
 /// along it that is: how far they are apart as lines, not as motions. Throws as the other; the time goes with the

@@ -2,7 +2,7 @@
 
 #include "curlew/base/Monitor.h"
 #include "curlew/flow/Flow.h"
-#include "curlew/track/Particles.h"
+#include "curlew/track/Points.h"
 
 #include <limits>
 
@@ -26,17 +26,17 @@ struct EmissionState {
 /// seed and its id alone. After any number of frames of equal rate and duration the number of births is that of one
 /// long frame. A particle whose life ended within the frame is left out. Throws as scatter(), and ResourceError if the
 /// births do not fit into memory.
-Particles emitted(const Domain& domain, const EmissionOptions& options, double duration, EmissionState& state,
-                  const Monitor& monitor = {});
+Points emitted(const Domain& domain, const EmissionOptions& options, double duration, EmissionState& state,
+               const Monitor& monitor = {});
 
 /// Gives `born` what the particles that they join have: the velocity of the flow, and the track on which they start.
-void joinFlow(const Flow& flow, const Particles& others, Particles& born);
+void joinFlow(const Flow& flow, const Points& others, Points& born);
 
 /// One flag per particle: 1 if it is on a side of the domain's wall that is not allowed. The box is not judged.
-std::vector<uint8_t> flagBeyondWall(const Particles& particles, const Domain& domain, const Monitor& monitor = {});
+std::vector<uint8_t> flagBeyondWall(const Points& particles, const Domain& domain, const Monitor& monitor = {});
 
 /// Moves particles that have left the box back in at its opposite face, as in a space whose periods are its edges.
 /// Throws ValueError if the box is infinite.
-void wrap(Particles& particles, const Box& box);
+void wrap(Points& particles, const Box& box);
 
 } // namespace curlew

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "curlew/track/Advect.h"
-#include "curlew/track/Particles.h"
+#include "curlew/track/Points.h"
 
 #include <optional>
 
@@ -64,7 +64,7 @@ struct JitteredLatticeOptions {
 };
 
 struct JitteredLattice {
-    Particles points; ///< With ids in the order of the lattice; those of a plane have z = 0.
+    Points points; ///< With ids in the order of the lattice; those of a plane have z = 0.
     double spacing = 0;
     bool conforms = false; ///< Whether there is a wall that no point crossed.
 };

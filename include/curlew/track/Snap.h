@@ -2,7 +2,7 @@
 
 #include "curlew/base/Monitor.h"
 #include "curlew/field/ScalarField.h"
-#include "curlew/track/Particles.h"
+#include "curlew/track/Points.h"
 
 namespace curlew {
 
@@ -15,7 +15,7 @@ struct SnapResult {
 /// Moves particles to where a field has a value, by Newton steps along its gradient (ICN Eq. 12) of at most `reach`
 /// world units together, to within `tolerance` in the value. Velocities and tracks are forgotten. Throws ValueError for
 /// a value that is not finite, and a reach or tolerance that is not positive.
-SnapResult snap(const ScalarField& field, double value, Particles& particles, double reach = 1, double tolerance = 1e-9,
+SnapResult snap(const ScalarField& field, double value, Points& particles, double reach = 1, double tolerance = 1e-9,
                 const Monitor& monitor = {});
 
 } // namespace curlew

@@ -2,7 +2,7 @@
 
 #include "curlew/base/Monitor.h"
 #include "curlew/track/Curves.h"
-#include "curlew/track/Particles.h"
+#include "curlew/track/Points.h"
 #include "curlew/track/Reproject.h"
 
 namespace curlew {
@@ -47,7 +47,6 @@ struct TraceResult {
 /// wall, outside the box or not finite give empty curves. Throws ValueError for options that are not positive or not
 /// finite, for an infinite domain, and for reprojection in a flow without tracks; ResourceError where the memory would
 /// not do; Interrupted.
-TraceResult trace(const Flow& flow, const Particles& seeds, const TraceOptions& options = {},
-                  const Monitor& monitor = {});
+TraceResult trace(const Flow& flow, const Points& seeds, const TraceOptions& options = {}, const Monitor& monitor = {});
 
 } // namespace curlew

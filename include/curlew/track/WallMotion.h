@@ -2,7 +2,7 @@
 
 #include "curlew/base/Monitor.h"
 #include "curlew/field/Bound.h"
-#include "curlew/track/Particles.h"
+#include "curlew/track/Points.h"
 
 #include <vector>
 
@@ -28,7 +28,7 @@ class WallMotion {
     /// Moves the points. Points beyond the wall at the start stay where they are. Returns how many, not counting those,
     /// the wall left on its wrong side: it moved by more than its samples reach, and fewer or shorter steps may help.
     size_t carry(std::vector<Vec3d>& points, const Monitor& monitor = {}) const;
-    size_t carry(Particles& particles, const Monitor& monitor = {}) const;
+    size_t carry(Points& particles, const Monitor& monitor = {}) const;
 
   private:
     void carryRigidly(std::vector<Vec3d>& points, const Monitor& monitor) const;

@@ -16,14 +16,14 @@ void emit(Context& c, const Arguments& a) {
     if (!c.clock()) throw ValueError("needs frames in which to emit; put it after -frames");
     const Domain domain = scatterDomain(c, a);
     PointSet set = c.takePoints("points");
-    Particles& particles = set.particles;
+    Points& particles = set.particles;
     if (set.nextId == 0)
         for (const int64_t id : particles.id) set.nextId = std::max(set.nextId, id + 1);
     if (!particles.hasAge()) particles.age.assign(particles.size(), 0); // they begin with the frames
     EmissionOptions options{.rate = a.real("rate"), .seed = static_cast<uint64_t>(a.integer("seed"))};
     if (a.given("life")) options.life = a.real("life"), options.spread = a.real("spread");
     EmissionState state{c.memory().sum, set.nextId};
-    Particles born = emitted(domain, options, c.clock()->duration, state, c.follow("emit"));
+    Points born = emitted(domain, options, c.clock()->duration, state, c.follow("emit"));
     c.memory().sum = state.rates;
     set.nextId = state.nextId;
     if (const AnyFlow* flow = c.trackedFlow(set)) joinFlow(inSpace(*flow), particles, born);
@@ -36,7 +36,7 @@ void emit(Context& c, const Arguments& a) {
 
 void kill(Context& c, const Arguments& a) {
     PointSet set = c.takePoints("points");
-    Particles& particles = set.particles;
+    Points& particles = set.particles;
     const bool outside = a.choice("side") == 0;
     std::vector<uint8_t> flags;
     if (a.given("box")) {

@@ -88,7 +88,7 @@ void readGrids(Context& c, const Arguments& a, const std::string& file) {
             c.give(GridValue{grid});
             continue;
         }
-        Particles particles = particlesOf(*points);
+        Points particles = pointsOf(*points);
         // The track is of a flow that is not here, and rounded to float.
         for (auto* track : {&particles.f, &particles.g}) track->clear();
         givePoints(c, std::move(particles));
@@ -186,8 +186,8 @@ void writePicture(const Context& c, const Arguments& a, const std::string& file)
 }
 
 /// Meshes, points and curves, each by its own function.
-template <class Points, class CurvesWriter>
-void writeGeometry(const Context& c, const std::string& file, const Points& points, const CurvesWriter& curves) {
+template <class PointsWriter, class CurvesWriter>
+void writeGeometry(const Context& c, const std::string& file, const PointsWriter& points, const CurvesWriter& curves) {
     switch (c.kind("what")) {
         case Kind::mesh:
             return writeMesh(file, *c.mesh("what"), c.console().cancelFunction());
@@ -200,15 +200,15 @@ void writeGeometry(const Context& c, const std::string& file, const Points& poin
 
 void writePlyFile(const Context& c, const Arguments&, const std::string& file) {
     writeGeometry(
-        c, file, [&](const Particles& p) { writePly(file, p); }, [&](const Curves& k) { writePly(file, k); });
+        c, file, [&](const Points& p) { writePly(file, p); }, [&](const Curves& k) { writePly(file, k); });
 }
 void writeCsvFile(const Context& c, const Arguments&, const std::string& file) {
     writeGeometry(
-        c, file, [&](const Particles& p) { writeCsv(file, p); }, [&](const Curves& k) { writeCsv(file, k); });
+        c, file, [&](const Points& p) { writeCsv(file, p); }, [&](const Curves& k) { writeCsv(file, k); });
 }
 void writeObjFile(const Context& c, const Arguments&, const std::string& file) {
     writeGeometry(
-        c, file, [](const Particles&) {}, [&](const Curves& k) { writeObj(file, k); });
+        c, file, [](const Points&) {}, [&](const Curves& k) { writeObj(file, k); });
 }
 
 /// The report; or the graph, if the file's name ends so.

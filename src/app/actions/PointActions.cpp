@@ -23,7 +23,7 @@ const std::string kGroup = "points";
 void scatterAction(Context& c, const Arguments& a) {
     const auto count = static_cast<size_t>(a.integer("count"));
     const Domain domain = scatterDomain(c, a);
-    requireMemory(static_cast<double>(count) * Particles::kBytes, fmt::format("{} points", count), "scatter fewer");
+    requireMemory(static_cast<double>(count) * Points::kBytes, fmt::format("{} points", count), "scatter fewer");
     givePoints(c, scatter(domain, count, static_cast<uint64_t>(a.integer("seed")), c.follow("scatter")));
 }
 
@@ -70,7 +70,7 @@ AdvectOptions advectOptions(const Context& c, const Arguments& a) {
     return options;
 }
 
-void reportAdvect(Context& c, const AdvectResult& result, const Particles& particles) {
+void reportAdvect(Context& c, const AdvectResult& result, const Points& particles) {
     c.say(
         fmt::format("advect: {} points, {:.3g} corrections a step, residuals f {:.1e} g {:.1e}, {} steps redone, {} "
                     "points not converged, {} outside",
@@ -103,7 +103,7 @@ void reportAdvect(Context& c, const AdvectResult& result, const Particles& parti
 
 /// How the flow changes volumes on the way that some of the points are about to go.
 void reportVolumes(Context& c, const Arguments& a, const FlowInTime& flow, double begin, const AdvectOptions& options,
-                   const Particles& particles) {
+                   const Points& particles) {
     const auto count = std::min(static_cast<size_t>(a.integer("jacobian")), particles.size());
     std::vector<Vec3d> sample;
     for (size_t k = 0; k < count; ++k) {
@@ -126,7 +126,7 @@ void advectAction(Context& c, const Arguments& a) {
         c.warn("this flow is a sum and has no tracks: points drift, and may cross walls");
     }
     PointSet set = c.takePoints("points");
-    Particles& particles = set.particles;
+    Points& particles = set.particles;
     const TrackedFlow tracked = c.tracked("flow");
     if (tracked.identity != set.tracked.identity || tracked.frame != set.tracked.frame)
         for (auto* track : {&particles.f, &particles.g}) track->clear(); // of another flow
@@ -170,7 +170,7 @@ void distanceAction(Context& c, const Arguments&) {
 }
 
 void spacingAction(Context& c, const Arguments& a) {
-    const Particles& particles = c.points("points").particles;
+    const Points& particles = c.points("points").particles;
     requireMemory(static_cast<double>(particles.size()) * sizeof(Vec3d), fmt::format("{} points", particles.size()),
                   "give fewer");
     std::vector<Vec3d> points(particles.size());

@@ -121,7 +121,7 @@ void checkTracks(const Context& c, int steps, Report& found) {
 void check(Context& c, const Arguments& a) {
     Report found = Report::object();
     bool staggered = false;
-    requireMemory(static_cast<double>(a.integer("samples")) * (Particles::kBytes + 64),
+    requireMemory(static_cast<double>(a.integer("samples")) * (Points::kBytes + 64),
                   fmt::format("{} samples", a.integer("samples")), "give fewer");
     if (ofFlow(c))
         checkFlow(c, a, found);
@@ -139,7 +139,7 @@ void check(Context& c, const Arguments& a) {
     if (const int64_t steps = a.integer("tracks"); steps > 0) checkTracks(c, static_cast<int>(steps), found);
     if (c.has("points") && ofFlow(c)) {
         const Flow flow = c.flow("what");
-        const Particles& particles = c.points("points").particles;
+        const Points& particles = c.points("points").particles;
         const ParticleDiagnostics points = diagnoseParticles(flow, particles, c.follow("checking the points"));
         found["points"] = points.points;
         if (flow.domain().wall) {

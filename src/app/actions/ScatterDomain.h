@@ -14,7 +14,7 @@ Domain scatterDomain(const Context& c, const Arguments& a);
 Domain domainOfInput(const Context& c, std::string_view input);
 
 /// Gives new points.
-inline void givePoints(Context& c, Particles particles) {
+inline void givePoints(Context& c, Points particles) {
     c.give(std::make_shared<PointSet>(PointSet{.particles = std::move(particles)}));
 }
 

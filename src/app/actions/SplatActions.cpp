@@ -15,7 +15,7 @@ namespace {
 using namespace options;
 
 /// Null if curves are drawn.
-const Particles* pointsOf(const Context& c) {
+const Points* pointsOf(const Context& c) {
     return c.kind("what") == Kind::points ? &c.points("what").particles : nullptr;
 }
 
@@ -24,7 +24,7 @@ void color(Splats& splats, const Context& c, const Arguments& a, const Camera& c
         splats.color = colorOption(a, "color");
         return;
     }
-    const Particles* points = pointsOf(c);
+    const Points* points = pointsOf(c);
     auto by = static_cast<SplatValue>(a.choice("by"));
     if (!a.given("by") && points && !points->hasVelocity()) by = SplatValue::height;
     splats.values = points ? splatValues(*points, by, camera) : splatValues(*c.curves("what"), by, camera);
@@ -47,7 +47,7 @@ std::optional<Domain> outlined(const Context& c, const Arguments& a) {
 }
 
 void splatAction(Context& c, const Arguments& a) {
-    const Particles* points = pointsOf(c);
+    const Points* points = pointsOf(c);
     Splats splats = points ? Splats::of(*points) : Splats::of(*c.curves("what"));
     const ImageValue* behind = c.has("image") ? &c.image("image") : nullptr;
     if (behind && (!behind->camera || !rgbChannels(behind->image)))

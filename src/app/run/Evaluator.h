@@ -84,11 +84,11 @@ class Evaluator {
 /// Writes what the next frame needs to know of those before it, bit by bit. Throws FileError as writeAtomically().
 struct Checkpoint {
     int frame = 0;
-    struct Points {
+    struct State {
         PointSet set;
         Digest key;
     };
-    std::vector<Points> states = {};
+    std::vector<State> states = {};
     std::vector<double> sums = {}; ///< Of the memories, by node.
 };
 void writeCheckpoint(const std::filesystem::path& path, const Digest& program, const Checkpoint& checkpoint,

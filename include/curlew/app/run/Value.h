@@ -7,7 +7,7 @@
 #include "curlew/picture/Image.h"
 #include "curlew/render/Camera.h"
 #include "curlew/track/Curves.h"
-#include "curlew/track/Particles.h"
+#include "curlew/track/Points.h"
 #include "curlew/vdb/LevelSet.h"
 
 #include <memory>
@@ -39,7 +39,7 @@ struct TrackedFlow {
 };
 
 struct PointSet {
-    Particles particles = {};
+    Points particles = {};
     TrackedFlow tracked = {};
     int64_t nextId = 0; ///< Of the next point that -emit adds; 0 before its first.
 };

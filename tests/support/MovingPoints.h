@@ -2,16 +2,16 @@
 
 #include "curlew/field/NoiseField.h"
 #include "curlew/flow/Flow.h"
-#include "curlew/track/Particles.h"
+#include "curlew/track/Points.h"
 
 #include <vector>
 
 namespace curlew::test {
 
-inline Vec3d position(const Particles& p, size_t k) { return {{p.x[k], p.y[k], p.z[k]}}; }
+inline Vec3d position(const Points& p, size_t k) { return {{p.x[k], p.y[k], p.z[k]}}; }
 
-inline Particles particlesAt(const std::vector<Vec3d>& points, int64_t firstId = 0) {
-    Particles particles;
+inline Points particlesAt(const std::vector<Vec3d>& points, int64_t firstId = 0) {
+    Points particles;
     for (const Vec3d& p : points) {
         particles.id.push_back(firstId + static_cast<int64_t>(particles.size()));
         particles.x.push_back(p[0]);
@@ -21,7 +21,7 @@ inline Particles particlesAt(const std::vector<Vec3d>& points, int64_t firstId =
     return particles;
 }
 
-inline size_t countOutside(const Domain& domain, const Particles& particles) {
+inline size_t countOutside(const Domain& domain, const Points& particles) {
     size_t outside = 0;
     for (size_t k = 0; k < particles.size(); ++k)
         outside += !(beyondWall(domain.wall->side, domain.wall->sdf.distance.at<0>(position(particles, k)).value) < 0);

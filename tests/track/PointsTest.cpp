@@ -1,5 +1,5 @@
 #include "curlew/base/Error.h"
-#include "curlew/track/Particles.h"
+#include "curlew/track/Points.h"
 
 #include <catch2/catch.hpp>
 
@@ -11,8 +11,8 @@ using namespace curlew;
 namespace {
 
 /// Particles whose every array has values that belong to their id.
-Particles some(int64_t first, size_t count) {
-    Particles p;
+Points some(int64_t first, size_t count) {
+    Points p;
     for (size_t k = 0; k < count; ++k) p.id.push_back(first + static_cast<int64_t>(k));
     forEachArray(p, [&](auto& values) {
         if constexpr (!std::is_same_v<std::decay_t<decltype(values)>, std::vector<int64_t>>)
@@ -29,7 +29,7 @@ std::vector<T> numbers(const std::vector<int64_t>& ids) {
     return values;
 }
 
-void requireIds(const Particles& p, const std::vector<int64_t>& ids) {
+void requireIds(const Points& p, const std::vector<int64_t>& ids) {
     forEachArray(p, [&](const auto& values) {
         CHECK(values == numbers<typename std::decay_t<decltype(values)>::value_type>(ids));
     });
@@ -38,7 +38,7 @@ void requireIds(const Particles& p, const std::vector<int64_t>& ids) {
 } // namespace
 
 TEST_CASE("particles know what they carry", "[track]") {
-    Particles particles;
+    Points particles;
     CHECK(particles.size() == 0);
     CHECK_FALSE(particles.hasVelocity());
     CHECK_FALSE(particles.hasTrack());
@@ -48,23 +48,23 @@ TEST_CASE("particles know what they carry", "[track]") {
     particles.f = particles.g = {0, 0};
     CHECK(particles.hasVelocity());
     CHECK(particles.hasTrack());
-    CHECK(Particles::kBytes == 3 * 8 + 3 * 4 + 8 + 2 * 8 + 1 + 2 * 4);
+    CHECK(Points::kBytes == 3 * 8 + 3 * 4 + 8 + 2 * 8 + 1 + 2 * 4);
 }
 
 TEST_CASE("every array of particles is visited once", "[track]") {
     size_t bytes = 0;
-    Particles p;
+    Points p;
     forEachArray(p, [&](auto& values) {
         CHECK(values.empty());
         values.resize(1);
         bytes += sizeof values[0];
     });
-    CHECK(bytes == Particles::kBytes);
+    CHECK(bytes == Points::kBytes);
     forEachArray(p, [&](const auto& values) { CHECK(values.size() == 1); });
 }
 
 TEST_CASE("particles are removed from all arrays, and the others keep their order", "[track]") {
-    Particles p = some(0, 6);
+    Points p = some(0, 6);
     p.remove({0, 1, 0, 0, 1, 0});
     requireIds(p, {0, 2, 3, 5});
     p.remove({0, 0, 0, 0});
@@ -72,7 +72,7 @@ TEST_CASE("particles are removed from all arrays, and the others keep their orde
     CHECK_THROWS_AS(p.remove({0, 0}), ValueError);
     p.remove({1, 1, 1, 1});
     CHECK(p.size() == 0);
-    Particles bare; // empty arrays stay empty
+    Points bare; // empty arrays stay empty
     bare.x = bare.y = bare.z = {1, 2};
     bare.id = {1, 2};
     bare.remove({1, 0});
@@ -81,7 +81,7 @@ TEST_CASE("particles are removed from all arrays, and the others keep their orde
 }
 
 TEST_CASE("particles are appended with all they have", "[track]") {
-    Particles p;
+    Points p;
     p.append(some(3, 2));
     requireIds(p, {3, 4});
     p.append(some(7, 1));
@@ -89,10 +89,10 @@ TEST_CASE("particles are appended with all they have", "[track]") {
     p.append({});
     requireIds(p, {3, 4, 7});
 
-    Particles bare;
+    Points bare;
     bare.x = bare.y = bare.z = {9};
     bare.id = {9};
-    Particles mixed = p;
+    Points mixed = p;
     mixed.append(bare);
     CHECK(mixed.id == std::vector<int64_t>{3, 4, 7, 9});
     CHECK(mixed.vy == std::vector<float>{3, 4, 7, 0});
@@ -108,7 +108,7 @@ TEST_CASE("particles are appended with all they have", "[track]") {
 }
 
 TEST_CASE("particles grow older and die after their life", "[track]") {
-    Particles p = some(0, 4);
+    Points p = some(0, 4);
     p.age = {0, 0, 1, 1};
     p.life = {1, 0.4F, 1.5F, std::numeric_limits<float>::infinity()};
     CHECK(p.grow(0.5) == 1);
@@ -118,7 +118,7 @@ TEST_CASE("particles grow older and die after their life", "[track]") {
     CHECK(p.id == std::vector<int64_t>{0, 3});
     CHECK(p.grow(1000) == 1);
     CHECK(p.id == std::vector<int64_t>{3});
-    Particles ageless;
+    Points ageless;
     ageless.x = ageless.y = ageless.z = {1};
     ageless.id = {1};
     CHECK(ageless.grow(5) == 0);

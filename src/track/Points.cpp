@@ -1,4 +1,4 @@
-#include "curlew/track/Particles.h"
+#include "curlew/track/Points.h"
 
 #include "curlew/base/Error.h"
 
@@ -23,8 +23,8 @@ void appendArray(std::vector<T>& values, size_t size, const std::vector<T>& more
 
 } // namespace
 
-Particles Particles::at(const std::vector<Vec3d>& positions) {
-    Particles p;
+Points Points::at(const std::vector<Vec3d>& positions) {
+    Points p;
     for (auto* array : {&p.x, &p.y, &p.z}) array->resize(positions.size());
     p.id.resize(positions.size());
     for (size_t k = 0; k < positions.size(); ++k) {
@@ -34,7 +34,7 @@ Particles Particles::at(const std::vector<Vec3d>& positions) {
     return p;
 }
 
-double Particles::maxSpeed() const {
+double Points::maxSpeed() const {
     double squared = 0;
     for (size_t k = 0; k < vx.size(); ++k) {
         const auto a = static_cast<double>(vx[k]), b = static_cast<double>(vy[k]), c = static_cast<double>(vz[k]);
@@ -43,7 +43,7 @@ double Particles::maxSpeed() const {
     return std::sqrt(squared);
 }
 
-void Particles::remove(const std::vector<uint8_t>& flags) {
+void Points::remove(const std::vector<uint8_t>& flags) {
     if (flags.size() != size())
         throw ValueError(fmt::format("{} flags for {} particles; give one for each", flags.size(), size()));
     forEachArray(*this, [&](auto& values) {
@@ -55,7 +55,7 @@ void Particles::remove(const std::vector<uint8_t>& flags) {
     });
 }
 
-void Particles::append(const Particles& more) {
+void Points::append(const Points& more) {
     const size_t size = this->size(), moreSize = more.size();
     if (moreSize == 0) return;
     const bool tracks = (size == 0 || hasTrack()) && more.hasTrack();
@@ -77,7 +77,7 @@ void Particles::append(const Particles& more) {
     add(x, more.x, 0.0), add(y, more.y, 0.0), add(z, more.z, 0.0);
 }
 
-size_t Particles::grow(double duration) {
+size_t Points::grow(double duration) {
     if (!hasAge()) return 0;
     for (float& a : age) a = static_cast<float>(static_cast<double>(a) + duration);
     if (!hasLife()) return 0;

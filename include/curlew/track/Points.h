@@ -10,7 +10,7 @@ namespace curlew {
 
 /// Points that move, as a structure of arrays. Every array has size() entries, except those after the position and the
 /// id, which are empty until something has set them.
-struct Particles {
+struct Points {
     std::vector<double> x, y, z;    ///< Position, world units.
     std::vector<float> vx, vy, vz;  ///< Velocity at that position, world units per second.
     std::vector<int64_t> id;        ///< Stable for the life of a particle.
@@ -20,7 +20,7 @@ struct Particles {
     std::vector<float> life;        ///< The age at which it dies, seconds; infinite or empty: never.
 
     /// Particles at these positions, with ids 0 … size-1.
-    static Particles at(const std::vector<Vec3d>& positions);
+    static Points at(const std::vector<Vec3d>& positions);
 
     size_t size() const { return x.size(); }
     Vec3d position(size_t k) const { return {{x[k], y[k], z[k]}}; }
@@ -40,7 +40,7 @@ struct Particles {
     void remove(const std::vector<uint8_t>& flags);
     /// Puts `more` after the particles that there are. What only one of the two has is filled up for the other: no
     /// velocity, age 0, an infinite life; but of tracks either all have one or none keeps it.
-    void append(const Particles& more);
+    void append(const Points& more);
     /// Time goes by: all are `duration` seconds older, and those that are now older than their life are removed.
     /// Particles without an age do not change. Returns how many were removed.
     size_t grow(double duration);
@@ -51,8 +51,8 @@ struct Particles {
 };
 
 /// Calls `visit` with each array of the particles, in the order in which they are declared.
-template <class AnyParticles, class Visit>
-void forEachArray(AnyParticles& p, const Visit& visit) {
+template <class AnyPoints, class Visit>
+void forEachArray(AnyPoints& p, const Visit& visit) {
     visit(p.x), visit(p.y), visit(p.z);
     visit(p.vx), visit(p.vy), visit(p.vz);
     visit(p.id);
