@@ -27,8 +27,8 @@ CameraOptions viewpointOf(const Arguments& a) {
     return {.from = a.vector("from"),
             .up = a.vector("up"),
             .fieldOfView = a.real("fov"),
-            .width = static_cast<int>(a.integer("width")),
-            .height = static_cast<int>(a.integer("height"))};
+            .width = a.integer<int>("width"),
+            .height = a.integer<int>("height")};
 }
 
 Camera cameraOf(const Arguments& a, const Box& subject) {

@@ -20,7 +20,7 @@ void emit(Context& c, const Arguments& a) {
     if (set.nextId == 0)
         for (const int64_t id : particles.id) set.nextId = std::max(set.nextId, id + 1);
     if (!particles.hasAge()) particles.age.assign(particles.size(), 0); // they begin with the frames
-    EmissionOptions options{.rate = a.real("rate"), .seed = static_cast<uint64_t>(a.integer("seed"))};
+    EmissionOptions options{.rate = a.real("rate"), .seed = a.integer<uint64_t>("seed")};
     if (a.given("life")) options.life = a.real("life"), options.spread = a.real("spread");
     EmissionState state{c.memory().sum, set.nextId};
     Points born = emitted(domain, options, c.clock()->duration, state, c.follow("emit"));

@@ -122,7 +122,7 @@ int dimensionOfInput(const Objects& inputs, size_t input) {
 Input graphInput() {
     Input input = several(taken("graph", {Kind::field}), 1, 2, "as many functions as functions= says");
     input.amountWith = [](const Arguments& a, const Scope& scope) {
-        const auto count = static_cast<size_t>(a.integer("functions"));
+        const auto count = a.integer<size_t>("functions");
         return scope.linked() ? Amount{1, 2} : Amount{count, count};
     };
     return input;
@@ -155,11 +155,10 @@ Registry sources() {
          .evaluation = Evaluation::anyTime,
          .run =
              [](Context& c, const Arguments& a) {
-                 c.give(FieldValue{inDimension(static_cast<int>(a.integer("dim")),
-                                               [&](auto n) { return constantField<n>(a.real("value")); })});
+                 c.give(FieldValue{
+                     inDimension(a.integer<int>("dim"), [&](auto n) { return constantField<n>(a.real("value")); })});
              },
-         .makesWith = [](const Arguments& a, const Objects&,
-                         const World&) { return fieldOf(static_cast<int>(a.integer("dim"))); }}};
+         .makesWith = [](const Arguments& a, const Objects&, const World&) { return fieldOf(a.integer<int>("dim")); }}};
 }
 
 Registry combinations() {

@@ -165,7 +165,7 @@ void writeVdbFile(const Context& c, const Arguments& a, const std::string& file)
     metadata.insertMeta("creator", openvdb::StringMetadata("Curlew"));
     std::vector<openvdb::GridBase::ConstPtr> grids;
     for (size_t k = 0; k < c.count("what"); ++k) grids.push_back(gridOf(c, a, k));
-    writeVdb(file, grids, metadata, {.half = a.flag("half"), .codec = static_cast<Codec>(a.choice("codec"))},
+    writeVdb(file, grids, metadata, {.half = a.flag("half"), .codec = a.choice<Codec>("codec")},
              c.console().cancelFunction());
 }
 
@@ -245,7 +245,7 @@ void write(Context& c, const Arguments& a) {
 
 void probe(Context& c, const Arguments& a) {
     const auto positions = readPositions(a.words()[0]);
-    const int order = static_cast<int>(a.integer("order"));
+    const int order = a.integer<int>("order");
     const std::string& output = a.words()[1];
     const bool isFloat = a.choice("precision") == 1;
     const Monitor monitor = c.follow("probe");

@@ -14,7 +14,7 @@ const std::string kGroup = "flows";
 /// A noise that conforms to a wall.
 template <class Make>
 void conform(Context& c, const Arguments& a, double width, const Make& make) {
-    const Wall wall{.sdf = c.sdf("wall", width), .side = static_cast<Side>(a.choice("side")), .width = width};
+    const Wall wall{.sdf = c.sdf("wall", width), .side = a.choice<Side>("side"), .width = width};
     c.give(FieldValue{.field = make(inSpace(c.field("noise").field), wall), .wall = wall});
 }
 

@@ -13,7 +13,7 @@ const std::string kGroup = "grids";
 void meshToLevelSetAction(Context& c, const Arguments& a) {
     const LevelSet levelSet = meshToLevelSet(c.mesh("mesh"),
                                              {.voxel = a.given("voxel") ? a.real("voxel") : 0,
-                                              .dim = static_cast<int>(a.integer("dim")),
+                                              .dim = a.integer<int>("dim"),
                                               .halfWidth = a.real("width"),
                                               .open = a.flag("open")},
                                              c.follow("mesh to level set"));
@@ -28,7 +28,7 @@ void velocity(Context& c, const Arguments& a) {
     if (a.given("box")) domain.box = a.box("box");
     flow = flow.within(domain);
     const VelocityGridOptions options{.voxel = a.given("voxel") ? a.real("voxel") : 0,
-                                      .dim = static_cast<int>(a.integer("dim")),
+                                      .dim = a.integer<int>("dim"),
                                       .layout = a.flag("staggered") ? Layout::staggered : Layout::collocated,
                                       .mask = c.has("mask") ? c.grid("mask").grid : nullptr,
                                       .wallFade = a.real("skin")};

@@ -24,8 +24,8 @@ struct View {
 /// `subject`: what there is to see; `shape`: it has an outside, which is shown too.
 View viewOf(const Arguments& a, const Box& subject, bool shape) {
     View view{.box = a.given("box") ? a.box("box") : subject,
-              .slice = {.axis = static_cast<int>(a.choice("axis")),
-                        .width = static_cast<int>(a.integer("width")),
+              .slice = {.axis = a.choice<int>("axis"),
+                        .width = a.integer<int>("width"),
                         .margin = shape && !a.given("box") ? kMarginAroundWalls : 0}};
     view.slice.position = a.given("position") ? a.real("position") : view.box.center()[view.slice.axis];
     return view;
@@ -103,7 +103,7 @@ void sliceAction(Context& c, const Arguments& a) {
     // Two colours for values of both signs, one scale for those that are never negative.
     ColorMap map = subject.positive ? ColorMap::viridis : ColorMap::diverging;
     if (a.choice("map") > 0 && !isVector(image)) map = static_cast<ColorMap>(a.choice("map") - 1);
-    const auto lines = static_cast<int>(a.integer("contours")), across = static_cast<int>(a.integer("arrows"));
+    const auto lines = a.integer<int>("contours"), across = a.integer<int>("arrows");
     if (lines > 0 || across > 0) {
         image = displayed(image, automaticScale(image, map));
         // Dark on the light middle of the diverging colours, light on the others.
@@ -160,9 +160,9 @@ void licAction(Context& c, const Arguments& a) {
     const PicturePlane plane(view.box, view.slice);
     Image picture = lic(inPlane(vectors, plane),
                         {.length = a.given("length") ? a.real("length") : 0.06 * view.slice.width,
-                         .kernel = static_cast<LicKernel>(a.choice("kernel")),
+                         .kernel = a.choice<LicKernel>("kernel"),
                          .grain = a.given("grain") ? a.real("grain") : std::max(1.25, view.slice.width / 800.0),
-                         .seed = static_cast<uint64_t>(a.integer("seed"))},
+                         .seed = a.integer<uint64_t>("seed")},
                         monitor);
     if (a.choice("color") == 0) {
         const Image speed = slice(view.box, flowSource(flow, "speed"), view.slice, monitor);

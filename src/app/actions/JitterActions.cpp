@@ -54,7 +54,7 @@ void jitterAction(Context& c, const Arguments& a) {
     if (a.given("box")) domain.box = a.box("box");
     const bool flow = c.has("domain") && c.kind("domain") == Kind::flow;
     const int64_t dimensions = a.given("dim") ? a.integer("dim") : flow ? dimensionOf(c.anyFlow("domain")) : 3;
-    if (domain.wall && a.given("side")) domain.wall->side = static_cast<Side>(a.choice("side"));
+    if (domain.wall && a.given("side")) domain.wall->side = a.choice<Side>("side");
     const JitteredLatticeOptions options = jitterBinding().read(a);
     const Monitor monitor = c.follow("jitter");
     JitteredLattice lattice = dimensions == 2 ? jitteredLattice(inPlane(domain), options, monitor)

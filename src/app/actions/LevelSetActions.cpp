@@ -102,7 +102,7 @@ void advectGridAction(Context& c, const Arguments& a) {
     const openvdb::GridBase::ConstPtr grid = c.grid("grid").grid;
     const AdvectedGrid result =
         advectGrid(*grid, c.flowInTime("flow"), a.real("begin"), timeOf(c, a),
-                   {.map = mapOptions(c, a), .interpolation = static_cast<Interpolation>(a.choice("interpolation"))},
+                   {.map = mapOptions(c, a), .interpolation = a.choice<Interpolation>("interpolation")},
                    c.follow("following the grid"));
     c.say(fmt::format("grid '{}': {} active voxels", grid->getName(), result.grid->activeVoxelCount()));
     c.report("advect_grid") = {

@@ -27,7 +27,7 @@ struct NoiseType {
 const std::vector<NoiseType>& noiseTypes();
 
 const NoiseType& typeOf(const Arguments& a) { return noiseTypes()[a.choice("type")]; }
-int dimension(const Arguments& a) { return static_cast<int>(a.integer("dim")); }
+int dimension(const Arguments& a) { return a.integer<int>("dim"); }
 
 /// Refuses options that the type of noise does not have.
 void requireOptionsOfType(const Arguments& a) {
@@ -46,7 +46,7 @@ void requireOptionsOfType(const Arguments& a) {
 template <class Noise, int N>
 typename Noise::Options optionsOf(const Arguments& a) {
     typename Noise::Options o;
-    o.seed = static_cast<uint64_t>(a.integer("seed"));
+    o.seed = a.integer<uint64_t>("seed");
     if constexpr (requires { o.period; }) {
         const auto period = a.coordinates<N>("period");
         for (int axis = 0; axis < N; ++axis) {
@@ -56,12 +56,12 @@ typename Noise::Options optionsOf(const Arguments& a) {
         }
     }
     if constexpr (requires { o.alpha; }) o.alpha = a.real("alpha");
-    if constexpr (requires { o.rotation; }) o.rotation = static_cast<decltype(o.rotation)>(a.choice("rotation"));
-    if constexpr (requires { o.grid; }) o.grid = static_cast<decltype(o.grid)>(a.choice("grid"));
-    if constexpr (requires { o.gradients; }) o.gradients = static_cast<decltype(o.gradients)>(a.choice("gradients"));
-    if constexpr (requires { o.power; }) o.power = static_cast<int>(a.integer("power"));
-    if constexpr (requires { o.kernel; }) o.kernel = static_cast<decltype(o.kernel)>(a.choice("kernel"));
-    if constexpr (requires { o.waves; }) o.waves = static_cast<int>(a.integer("waves"));
+    if constexpr (requires { o.rotation; }) o.rotation = a.choice<decltype(o.rotation)>("rotation");
+    if constexpr (requires { o.grid; }) o.grid = a.choice<decltype(o.grid)>("grid");
+    if constexpr (requires { o.gradients; }) o.gradients = a.choice<decltype(o.gradients)>("gradients");
+    if constexpr (requires { o.power; }) o.power = a.integer<int>("power");
+    if constexpr (requires { o.kernel; }) o.kernel = a.choice<decltype(o.kernel)>("kernel");
+    if constexpr (requires { o.waves; }) o.waves = a.integer<int>("waves");
     if (Noise::kDimension == 2 && (a.given("rotation") || a.given("grid")))
         throw ValueError("rotation and grid are choices in 3D; in 2D there is only one of each");
     return o;
@@ -69,7 +69,7 @@ typename Noise::Options optionsOf(const Arguments& a) {
 
 OctaveOptions octaveOptions(const Arguments& a) {
     return {.frequency = a.real("frequency"),
-            .octaves = static_cast<int>(a.integer("octaves")),
+            .octaves = a.integer<int>("octaves"),
             .lacunarity = a.real("lacunarity"),
             .gain = a.real("gain"),
             .amplitude = a.real("amplitude"),
@@ -153,7 +153,7 @@ AnyField makeInDimension(Context& c, const Arguments& a) {
     }
     double time = a.real("time");
     if (a.given("loop")) time -= a.real("loop") * std::floor(time / a.real("loop")); // so that it closes to the bit
-    auto how = static_cast<Animate>(a.choice("animate"));
+    auto how = a.choice<Animate>("animate");
     if (how == Animate::automatic) how = typeOf(a).animate;
     switch (how) {
         case Animate::automatic:

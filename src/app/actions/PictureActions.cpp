@@ -34,8 +34,8 @@ void panelsAction(Context& c, const Arguments& a) {
         pictures.push_back(a.flag("legend") ? withLegend(image, scale, image.channels.front())
                                             : colorize(image, scale));
     }
-    PanelOptions options{.columns = static_cast<int>(a.integer("columns"))};
-    if (a.given("gap")) options.gap = static_cast<int>(a.integer("gap"));
+    PanelOptions options{.columns = a.integer<int>("columns")};
+    if (a.given("gap")) options.gap = a.integer<int>("gap");
     if (a.given("labels")) options.labels = split(withFigures(c.wholeReport(), a.text("labels")), '|');
     c.give(std::make_shared<const ImageValue>(ImageValue{panels(pictures, options), ColorMap::gray}));
 }
@@ -44,7 +44,7 @@ Input panelInput() {
     Input input = several(taken("images", {Kind::image}), 1, 10000, "as many as count= says, or all there are");
     input.amountWith = [amount = input.amount](const Arguments& a, const Scope& scope) {
         if (scope.linked()) return amount;
-        const size_t count = a.given("count") ? static_cast<size_t>(a.integer("count")) : scope.count({Kind::image});
+        const size_t count = a.given("count") ? a.integer<size_t>("count") : scope.count({Kind::image});
         return Amount{std::max(count, size_t{1}), std::max(count, size_t{1})};
     };
     return input;
@@ -85,17 +85,17 @@ void warpAction(Context& c, const Arguments& a) {
     const BoxN<2>& box = flow->domain().box;
     const ImageValue* source = c.has("image") ? &c.image("image") : nullptr;
     int width = source ? source->image.width : 960, height = source ? source->image.height : 0;
-    if (a.given("width")) width = static_cast<int>(a.integer("width"));
+    if (a.given("width")) width = a.integer<int>("width");
     if (a.given("width") || !source)
         height = std::max(1, static_cast<int>(std::lround(width * box.size()[1] / box.size()[0])));
     const Texture2 texture =
         source ? textureOf(displayed(source->image, automaticScale(source->image, source->map)), box) : wavePattern;
     Image picture = warpedPicture(*flow, texture, box, width, height,
                                   {.time = a.real("time"),
-                                   .steps = static_cast<int>(a.integer("steps")),
-                                   .scheme = static_cast<Scheme>(a.choice("scheme")),
-                                   .reprojections = static_cast<int>(a.integer("reprojections")),
-                                   .supersampling = static_cast<int>(a.integer("supersampling"))},
+                                   .steps = a.integer<int>("steps"),
+                                   .scheme = a.choice<Scheme>("scheme"),
+                                   .reprojections = a.integer<int>("reprojections"),
+                                   .supersampling = a.integer<int>("supersampling")},
                                   c.follow("warp"));
     c.give(std::make_shared<const ImageValue>(ImageValue{std::move(picture), ColorMap::gray}));
 }
@@ -159,8 +159,8 @@ void plotAction(Context& c, const Arguments& a) {
                                                                  .yLabel = a.text("y"),
                                                                  .logX = a.flag("logx"),
                                                                  .logY = a.flag("logy"),
-                                                                 .width = static_cast<int>(a.integer("width")),
-                                                                 .height = static_cast<int>(a.integer("height"))});
+                                                                 .width = a.integer<int>("width"),
+                                                                 .height = a.integer<int>("height")});
     writeAtomically(a.words()[1], [&](std::ostream& out) { out << svg; });
     c.say(fmt::format("wrote {}", a.words()[1]));
 }

@@ -21,10 +21,10 @@ using namespace options;
 const std::string kGroup = "points";
 
 void scatterAction(Context& c, const Arguments& a) {
-    const auto count = static_cast<size_t>(a.integer("count"));
+    const auto count = a.integer<size_t>("count");
     const Domain domain = scatterDomain(c, a);
     requireMemory(static_cast<double>(count) * Points::kBytes, fmt::format("{} points", count), "scatter fewer");
-    givePoints(c, scatter(domain, count, static_cast<uint64_t>(a.integer("seed")), c.follow("scatter")));
+    givePoints(c, scatter(domain, count, a.integer<uint64_t>("seed"), c.follow("scatter")));
 }
 
 const Binding<AdvectOptions>& advectBinding() {
@@ -104,7 +104,7 @@ void reportAdvect(Context& c, const AdvectResult& result, const Points& particle
 /// How the flow changes volumes on the way that some of the points are about to go.
 void reportVolumes(Context& c, const Arguments& a, const FlowInTime& flow, double begin, const AdvectOptions& options,
                    const Points& particles) {
-    const auto count = std::min(static_cast<size_t>(a.integer("jacobian")), particles.size());
+    const auto count = std::min(a.integer<size_t>("jacobian"), particles.size());
     std::vector<Vec3d> sample;
     for (size_t k = 0; k < count; ++k) {
         const size_t n = k * particles.size() / count;

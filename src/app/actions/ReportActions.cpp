@@ -58,7 +58,7 @@ void checkField(const Context& c, const Arguments& a, Report& found) {
                 if (object.sdf && object.sdf->bounds.finite()) box = object.sdf->bounds;
             }
             const FieldDiagnostics check =
-                diagnoseField(field, box, static_cast<size_t>(a.integer("samples")), c.follow("checking the field"));
+                diagnoseField(field, box, a.integer<size_t>("samples"), c.follow("checking the field"));
             found["field_min"] = check.range.lower;
             found["field_max"] = check.range.upper;
             found["field_rms"] = check.rms;
@@ -72,7 +72,7 @@ void checkField(const Context& c, const Arguments& a, Report& found) {
 
 /// The newest flow: divergence, and in space what happens at the wall.
 void checkFlow(const Context& c, const Arguments& a, Report& found) {
-    const auto samples = static_cast<size_t>(a.integer("samples"));
+    const auto samples = a.integer<size_t>("samples");
     const Monitor monitor = c.follow("checking the flow");
     found["divergence_free"] = std::visit([](const auto& flow) { return flow.divergenceFree(); }, c.anyFlow("what"));
     const auto report = [&](const DivergenceDiagnostics& divergence, bool wall) {
@@ -121,8 +121,8 @@ void checkTracks(const Context& c, int steps, Report& found) {
 void check(Context& c, const Arguments& a) {
     Report found = Report::object();
     bool staggered = false;
-    requireMemory(static_cast<double>(a.integer("samples")) * (Points::kBytes + 64),
-                  fmt::format("{} samples", a.integer("samples")), "give fewer");
+    requireMemory(a.integer<double>("samples") * (Points::kBytes + 64), fmt::format("{} samples", a.integer("samples")),
+                  "give fewer");
     if (ofFlow(c))
         checkFlow(c, a, found);
     else if (c.has("what"))

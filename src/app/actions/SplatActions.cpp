@@ -25,11 +25,11 @@ void color(Splats& splats, const Context& c, const Arguments& a, const Camera& c
         return;
     }
     const Points* points = pointsOf(c);
-    auto by = static_cast<SplatValue>(a.choice("by"));
+    auto by = a.choice<SplatValue>("by");
     if (!a.given("by") && points && !points->hasVelocity()) by = SplatValue::height;
     splats.values = points ? splatValues(*points, by, camera) : splatValues(*c.curves("what"), by, camera);
     const Range range = a.given("range") ? a.interval("range") : splatRange(splats.values, by);
-    splats.scale = {.map = static_cast<ColorMap>(a.choice("map")),
+    splats.scale = {.map = a.choice<ColorMap>("map"),
                     .lower = static_cast<float>(range.lower),
                     .upper = static_cast<float>(range.upper)};
 }

@@ -21,12 +21,11 @@ Surface subjectOf(const Context& c, const Arguments& a) {
         const Sdf sdf = c.sdf("surface", 0);
         return {sdf, a.given("box") && !sdf.bounds.finite() ? a.box("box") : sdf.bounds};
     }
-    const LevelSet levelSet =
-        c.kind("surface") == Kind::levelSet
-            ? c.levelSet("surface", 0) // its band is wide enough for the spline
-            : meshToLevelSet(c.mesh("surface"), {.dim = static_cast<int>(a.integer("dim")), .open = true},
-                             c.follow("mesh to level set"));
-    return Surface(smoothed(levelSet, static_cast<int>(a.integer("smooth"))));
+    const LevelSet levelSet = c.kind("surface") == Kind::levelSet
+                                  ? c.levelSet("surface", 0) // its band is wide enough for the spline
+                                  : meshToLevelSet(c.mesh("surface"), {.dim = a.integer<int>("dim"), .open = true},
+                                                   c.follow("mesh to level set"));
+    return Surface(smoothed(levelSet, a.integer<int>("smooth")));
 }
 
 void shade(Context& c, const Arguments& a) {
@@ -43,7 +42,7 @@ void shade(Context& c, const Arguments& a) {
     if (a.flag("outline")) look.finish = Finish::outline;
     if (paint.texture == Texture::film) look.finish = Finish::mirror;
     if (a.given("light")) look.light = a.vector("light");
-    const SurfaceView view = viewSurface(surface, camera, static_cast<int>(a.integer("samples")), c.follow("rays"));
+    const SurfaceView view = viewSurface(surface, camera, a.integer<int>("samples"), c.follow("rays"));
     const Image* before = behind ? &behind->image : nullptr;
     const auto shaded = [&](const SurfaceView& seen) {
         const Monitor monitor = c.follow("shading");

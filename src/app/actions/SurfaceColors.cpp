@@ -8,7 +8,7 @@ using namespace options;
 
 namespace {
 
-Texture textureOf(const Arguments& a) { return static_cast<Texture>(a.choice("texture")); }
+Texture textureOf(const Arguments& a) { return a.choice<Texture>("texture"); }
 
 bool showsValue(const Arguments& a) { return a.text("show") == "value"; }
 bool showsFlow(const Arguments& a) { return a.text("show") != "color" && !showsValue(a); }
@@ -73,11 +73,11 @@ SurfacePaint paintOf(const Context& c, const Arguments& a, const Box& box) {
                        .edge = a.real("edge"),
                        .film = a.interval("film"),
                        .box = box,
-                       .seed = static_cast<uint64_t>(a.integer("seed")),
+                       .seed = a.integer<uint64_t>("seed"),
                        .carry = {.time = -a.real("time"), // to where the colours come from
-                                 .steps = static_cast<int>(a.integer("steps")),
-                                 .scheme = static_cast<Scheme>(a.choice("scheme")),
-                                 .reprojection = {.method = static_cast<Reprojection>(a.choice("reproject"))}}};
+                                 .steps = a.integer<int>("steps"),
+                                 .scheme = a.choice<Scheme>("scheme"),
+                                 .reprojection = {.method = a.choice<Reprojection>("reproject")}}};
     if (!(paint.film.lower >= 0) || !(paint.film.upper >= 0)) throw ValueError("film has a negative thickness");
     if (c.has("flow")) paint.flow = c.flow("flow");
     if (showsValue(a)) paint.source = fieldSource(inSpace(c.field("value").field), "value");

@@ -28,6 +28,10 @@ class Arguments {
     bool given(std::string_view name) const { return mValues.contains(name); }
     bool flag(std::string_view name) const;
     int64_t integer(std::string_view name) const;
+    template <class T>
+    T integer(std::string_view name) const {
+        return static_cast<T>(integer(name));
+    }
     double real(std::string_view name) const;
     Vec3d vector(std::string_view name) const;
     Box box(std::string_view name) const;
@@ -46,6 +50,11 @@ class Arguments {
     std::vector<size_t> ages(std::string_view name) const;
 
     size_t choice(std::string_view name) const; ///< The position of the word among the choices.
+    /// The enumerator whose name is the word: the choices are the names of an enumeration, in its order.
+    template <class Enum>
+    Enum choice(std::string_view name) const {
+        return static_cast<Enum>(choice(name));
+    }
 
     /// Adds one token, option=value or a word. Throws ValueError naming the nearest valid option or the valid values;
     /// values that depend on a variable are only checked by at().
