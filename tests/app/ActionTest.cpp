@@ -31,8 +31,6 @@ TEST_CASE("an action finds its options and inputs by name", "[app]") {
     CHECK(action.input("width") == nullptr);
     CHECK(action.inputIndex("wall") == 1);
     CHECK_THROWS_AS(action.inputIndex("walls"), std::logic_error); // a mistake of the programmer
-    CHECK(action.takesKind(Kind::noise));
-    CHECK_FALSE(action.takesKind(Kind::flow));
-    CHECK(action.makesKind(Kind::shape)); // a field may be one
+    CHECK(action.makesKind(Kind::shape));                          // a field may be one
     CHECK_FALSE(action.makesKind(Kind::points));
 }

@@ -37,10 +37,6 @@ size_t Action::inputIndex(std::string_view inputName) const {
     return static_cast<size_t>(found - takes.data());
 }
 
-bool Action::takesKind(Kind kind) const {
-    return std::any_of(takes.begin(), takes.end(), [&](const Input& input) { return accepts(input.kinds, kind); });
-}
-
 bool Action::makesKind(Kind kind) const {
     return std::any_of(makes.begin(), makes.end(), [&](const Output& output) { return accepts(output.kinds, kind); });
 }

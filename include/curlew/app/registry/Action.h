@@ -141,7 +141,6 @@ struct Action {
     const Option* option(std::string_view optionName) const;
     const Input* input(std::string_view inputName) const;
     size_t inputIndex(std::string_view inputName) const; ///< Throws std::logic_error if there is none.
-    bool takesKind(Kind kind) const;
     bool makesKind(Kind kind) const;
 };
 

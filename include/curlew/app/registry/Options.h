@@ -149,6 +149,4 @@ inline Option instead(Option option, std::vector<std::string> others) {
     return option;
 }
 
-constexpr double kAny = std::numeric_limits<double>::infinity();
-
 } // namespace curlew::app::options
