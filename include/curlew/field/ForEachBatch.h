@@ -26,18 +26,15 @@ auto positionOf(const Positions& points, size_t k) {
 }
 
 namespace detail {
-template <class Vector>
-struct BatchOf;
+/// Only declared: its type is the batch for such positions.
 template <int N>
-struct BatchOf<Vec<double, N>> {
-    using type = PointBatchN<N>;
-};
+PointBatchN<N> batchFor(const Vec<double, N>& position);
 } // namespace detail
 
 /// The points begin … end - 1, at most kBatch of them.
 template <class Positions>
 auto batchOf(const Positions& points, size_t begin, size_t end) {
-    typename detail::BatchOf<decltype(positionOf(points, begin))>::type batch;
+    decltype(detail::batchFor(positionOf(points, begin))) batch;
     for (size_t k = begin; k < end; ++k) batch.push(positionOf(points, k));
     return batch;
 }
