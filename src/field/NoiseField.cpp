@@ -74,31 +74,13 @@ ScalarFieldN<Noise::kDimension> noiseField(const typename Noise::Options& noise,
     return ScalarFieldN<kN>(WarpedOctaves<Noise>{std::move(octaves), options.warp, period});
 }
 
-#define CURLEW_INSTANTIATE(Noise) \
-    template ScalarFieldN<Noise::kDimension> noiseField<Noise>(const Noise::Options&, const OctaveOptions&);
-CURLEW_INSTANTIATE(Psrd2)
-CURLEW_INSTANTIATE(Psrd3)
-CURLEW_INSTANTIATE(ValueNoise<1>)
-CURLEW_INSTANTIATE(ValueNoise<2>)
-CURLEW_INSTANTIATE(ValueNoise<3>)
-CURLEW_INSTANTIATE(PerlinNoise<1>)
-CURLEW_INSTANTIATE(PerlinNoise<2>)
-CURLEW_INSTANTIATE(PerlinNoise<3>)
-CURLEW_INSTANTIATE(GradientNoise<2>)
-CURLEW_INSTANTIATE(GradientNoise<3>)
-CURLEW_INSTANTIATE(SimplexNoise<2>)
-CURLEW_INSTANTIATE(SimplexNoise<3>)
-CURLEW_INSTANTIATE(SimplexNoise<4>)
-CURLEW_INSTANTIATE(SimplexNoise<5>)
-CURLEW_INSTANTIATE(SimplexNoise<6>)
-CURLEW_INSTANTIATE(SimplexNoise<7>)
-CURLEW_INSTANTIATE(SineNoise<1>)
-CURLEW_INSTANTIATE(SineNoise<2>)
-CURLEW_INSTANTIATE(SineNoise<3>)
-CURLEW_INSTANTIATE(SineNoise<4>)
-CURLEW_INSTANTIATE(SineNoise<5>)
-CURLEW_INSTANTIATE(SineNoise<6>)
-CURLEW_INSTANTIATE(SineNoise<7>)
-#undef CURLEW_INSTANTIATE
+// NOLINTBEGIN(bugprone-macro-parentheses): the arguments are template arguments
+#define CURLEW_INSTANTIATE(...)                                                                         \
+    template ScalarFieldN<__VA_ARGS__::kDimension> noiseField<__VA_ARGS__>(const __VA_ARGS__::Options&, \
+                                                                           const OctaveOptions&);
+#define CURLEW_NOISE(name, Noise, lowest, highest, summary) \
+    CURLEW_NOISE_DIMENSIONS(CURLEW_INSTANTIATE, Noise, lowest, highest)
+// NOLINTEND(bugprone-macro-parentheses)
+CURLEW_NOISES(CURLEW_NOISE)
 
 } // namespace curlew

@@ -45,7 +45,7 @@ J folded(const J& n, double fold) {
 template <class Noise, int N = Noise::kDimension>
 struct Octaves {
     static constexpr int kDimension = N;
-    static constexpr bool kHasKernels = LaneModel<Noise>;
+    static constexpr bool kHasKernels = true;
     std::vector<Octave<Noise>> octaves;
     double turbulence;
 

@@ -1,12 +1,7 @@
 #pragma once
 
+#include "curlew/field/Noises.h"
 #include "curlew/field/ScalarField.h"
-#include "curlew/noise/GradientNoise.h"
-#include "curlew/noise/PerlinNoise.h"
-#include "curlew/noise/Psrd.h"
-#include "curlew/noise/SimplexNoise.h"
-#include "curlew/noise/SineNoise.h"
-#include "curlew/noise/ValueNoise.h"
 
 namespace curlew {
 

@@ -25,7 +25,6 @@ class GradientNoise {
   public:
     using Options = GradientNoiseOptions<N>;
     static constexpr int kDimension = N;
-    static constexpr bool kHasKernels = true;
     /// No ramp exceeds |d|_1 at a distance d from its vertex. The blend of these over the corners is the sum over the
     /// axes of s (1 - fade) + (1 - s) fade = 1/2 - 2 (s - 1/2) (fade - 1/2) <= 1/2. It takes 2^N gradients in corners
     /// of the cube to reach it: seen are 0.89 (N = 2) and 0.87 (N = 3).

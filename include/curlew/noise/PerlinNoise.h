@@ -33,7 +33,6 @@ class PerlinNoise {
   public:
     using Options = PerlinNoiseOptions<N>;
     static constexpr int kDimension = N;
-    static constexpr bool kHasKernels = true;
     static constexpr int kOwnPeriod = 256; ///< Where no other is asked for.
     /// The largest value of all fields with such gradients, but for rounding. N = 1, 2: in the middle of a cell whose
     /// ramps all rise towards it. There the mean of the squared distances to the corners, weighted as in the blend, is

@@ -53,7 +53,6 @@ class PsrdN {
   public:
     using Options = PsrdOptionsN<N>;
     static constexpr int kDimension = N;
-    static constexpr bool kHasKernels = true;
     /// What gradients that all point the worst way would give, at the middle of a simplex's edge: in 2D 10.9 · 0.55⁴,
     /// in 3D 39.5 · √3/2 · (5/16)³. The noise comes within 0.3 % of it.
     static constexpr double kBound = N == 2 ? 0.9975 : 1.0440;

@@ -64,7 +64,6 @@ class SimplexNoise {
   public:
     using Options = SimplexOptions;
     static constexpr int kDimension = N;
-    static constexpr bool kHasKernels = true;
 
     /// Throws ValueError for a power that the kernel does not have.
     explicit SimplexNoise(const SimplexOptions& options = {});

@@ -36,7 +36,6 @@ class SineNoise {
   public:
     using Options = SineNoiseOptions<N>;
     static constexpr int kDimension = N;
-    static constexpr bool kHasKernels = N <= 3;
     static constexpr double kBound = 1;
     static constexpr int kMostWaves = 64;
 

@@ -28,7 +28,6 @@ class ValueNoise {
   public:
     using Options = ValueNoiseOptions<N>;
     static constexpr int kDimension = N;
-    static constexpr bool kHasKernels = true;
     static constexpr int kOwnPeriod = 256; ///< Where no other is asked for.
     static constexpr double kBound = 1;
 

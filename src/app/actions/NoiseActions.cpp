@@ -1,4 +1,5 @@
 #include "Actions.h"
+#include "curlew/app/registry/Bind.h"
 #include "curlew/app/registry/Text.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Map.h"
@@ -15,10 +16,10 @@ using namespace options;
 /// How time enters a noise.
 enum class Animate { automatic, alpha, slice, offset };
 
-/// A type of noise: its name, its dimensions, those of the options below that only some types have, and its maker.
+/// A type of noise: its name, its dimensions, the options that only some types have, and its maker.
 struct NoiseType {
-    std::string name, what;
-    std::vector<std::string> options;
+    std::string name, summary;
+    std::vector<Option> options;
     Animate animate; ///< The default.
     int lowest, highest;
     AnyField (*make)(Context&, const Arguments&);
@@ -29,25 +30,72 @@ const std::vector<NoiseType>& noiseTypes();
 const NoiseType& typeOf(const Arguments& a) { return noiseTypes()[a.choice("type")]; }
 int dimension(const Arguments& a) { return a.integer<int>("dim"); }
 
+bool has(const std::vector<Option>& options, const std::string& name) {
+    return std::any_of(options.begin(), options.end(), [&](const Option& option) { return option.name == name; });
+}
+
 /// Refuses options that the type of noise does not have.
 void requireOptionsOfType(const Arguments& a) {
     const NoiseType& type = typeOf(a);
     if (dimension(a) < type.lowest || dimension(a) > type.highest)
         throw ValueError(
             fmt::format("type={} has {} to {} dimensions, not {}", type.name, type.lowest, type.highest, dimension(a)));
+    std::vector<std::string> names;
+    for (const Option& option : type.options) names.push_back(option.name);
     for (const auto& other : noiseTypes())
-        for (const auto& option : other.options)
-            if (a.given(option) && std::find(type.options.begin(), type.options.end(), option) == type.options.end())
+        for (const Option& option : other.options)
+            if (a.given(option.name) && !has(type.options, option.name))
                 throw ValueError(
-                    fmt::format("type={} has no option '{}'; it has {}", type.name, option, join(type.options, ", ")));
+                    fmt::format("type={} has no option '{}'; it has {}", type.name, option.name, join(names, ", ")));
 }
 
-/// The options of the noise's own that it has. Periods are those of the first N axes.
+/// Binds an option to a member that only the Options of some noises have.
+template <class Options, class Get>
+void bindIfThere(Binding<Options>& own, Option option, const Get& get) {
+    if constexpr (requires(Options & o) { get(o); }) own.add(std::move(option), get);
+}
+
+/// The options that only some noises have. An option of a new noise is added here.
+template <class Options>
+Binding<Options> ownOptions() {
+    Binding<Options> own;
+    bindIfThere(own,
+                real("alpha", "", "radians", "psrd: rotation of the gradients (flow noise); a full turn is 6.2832"),
+                [](auto& o) -> decltype((o.alpha)) { return o.alpha; });
+    bindIfThere(own, choice("rotation", {"default", "fast"}, "psrd 3D: how alpha turns them; fast is another noise"),
+                [](auto& o) -> decltype((o.rotation)) { return o.rotation; });
+    bindIfThere(own,
+                choice("grid", {"axis", "perlin"},
+                       "psrd 3D: axis tiles with any period, and shows its grid in axis-parallel slices; perlin tiles "
+                       "with multiples of 3, and does not"),
+                [](auto& o) -> decltype((o.grid)) { return o.grid; });
+    bindIfThere(
+        own, choice("gradients", {"catlike", "reference"}, "perlin 3D: the tutorial's order of gradients, or Perlin's"),
+        [](auto& o) -> decltype((o.gradients)) { return o.gradients; });
+    bindIfThere(own, integer("power", "", 3, 4, "simplex: of the kernel; 3 is C², 4 is C³"),
+                [](auto& o) -> decltype((o.power)) { return o.power; });
+    bindIfThere(own,
+                choice("kernel", {"smooth", "corners", "published", "published-continuous"},
+                       "simplex: smooth has no empty regions, corners has some in 6D and 7D; the published ones are "
+                       "Macomber's, with his radius (which jumps) or with r² = 1/2"),
+                [](auto& o) -> decltype((o.kernel)) { return o.kernel; });
+    bindIfThere(own, integer("waves", "", 1, SineNoise<3>::kMostWaves, "sine: how many"),
+                [](auto& o) -> decltype((o.waves)) { return o.waves; });
+    return own;
+}
+
+template <class Options>
+constexpr bool kHasPeriod = requires(Options o) {
+    o.period;
+};
+
 template <class Noise, int N>
 typename Noise::Options optionsOf(const Arguments& a) {
-    typename Noise::Options o;
+    using Options = typename Noise::Options;
+    static const Binding<Options> own = ownOptions<Options>();
+    Options o = own.read(a);
     o.seed = a.integer<uint64_t>("seed");
-    if constexpr (requires { o.period; }) {
+    if constexpr (kHasPeriod<Options>) { // of the first N axes
         const auto period = a.coordinates<N>("period");
         for (int axis = 0; axis < N; ++axis) {
             if (period[axis] != std::floor(period[axis]) || std::abs(period[axis]) > 1e6)
@@ -55,13 +103,6 @@ typename Noise::Options optionsOf(const Arguments& a) {
             o.period[axis] = static_cast<int>(period[axis]);
         }
     }
-    if constexpr (requires { o.alpha; }) o.alpha = a.real("alpha");
-    if constexpr (requires { o.rotation; }) o.rotation = a.choice<decltype(o.rotation)>("rotation");
-    if constexpr (requires { o.grid; }) o.grid = a.choice<decltype(o.grid)>("grid");
-    if constexpr (requires { o.gradients; }) o.gradients = a.choice<decltype(o.gradients)>("gradients");
-    if constexpr (requires { o.power; }) o.power = a.integer<int>("power");
-    if constexpr (requires { o.kernel; }) o.kernel = a.choice<decltype(o.kernel)>("kernel");
-    if constexpr (requires { o.waves; }) o.waves = a.integer<int>("waves");
     if (Noise::kDimension == 2 && (a.given("rotation") || a.given("grid")))
         throw ValueError("rotation and grid are choices in 3D; in 2D there is only one of each");
     return o;
@@ -181,10 +222,19 @@ AnyField make(Context& c, const Arguments& a) {
 }
 
 template <template <int> class Noise, int Lowest, int Highest>
-NoiseType noiseType(std::string name, std::string what, std::vector<std::string> options, Animate animate) {
+NoiseType noiseType(std::string name, std::string summary) {
+    using Options = typename Noise<Highest>::Options;
+    std::vector<Option> own;
+    if constexpr (kHasPeriod<Options>)
+        own.push_back(coordinates("period", "0", "cells",
+                                  "tile after so many cells of the first octave along each axis; 0: never (value and "
+                                  "perlin: 256)"));
+    const Binding<Options> bound = ownOptions<Options>();
+    own.insert(own.end(), bound.options().begin(), bound.options().end());
+    const Animate animate = has(own, "alpha") ? Animate::alpha : Highest > 3 ? Animate::slice : Animate::offset;
     return {std::move(name),
-            std::move(what),
-            std::move(options),
+            std::move(summary),
+            std::move(own),
             animate,
             Lowest,
             Highest,
@@ -192,19 +242,9 @@ NoiseType noiseType(std::string name, std::string what, std::vector<std::string>
 }
 
 const std::vector<NoiseType>& noiseTypes() {
-    static const std::vector<NoiseType> types{
-        noiseType<PsrdN, 2, 3>("psrd", "tiling simplex noise with rotating gradients (Gustavson and McEwan 2021)",
-                               {"period", "alpha", "rotation", "grid"}, Animate::alpha),
-        noiseType<ValueNoise, 1, 3>("value", "values at lattice vertices (Catlike Coding)", {"period"},
-                                    Animate::offset),
-        noiseType<PerlinNoise, 1, 3>("perlin", "gradients at lattice vertices (Perlin 2002, Catlike Coding)",
-                                     {"period", "gradients"}, Animate::offset),
-        noiseType<GradientNoise, 2, 3>("gradient", "gradient noise with an integer hash (Quilez)", {"period"},
-                                       Animate::offset),
-        noiseType<SimplexNoise, 2, 7>("simplex", "simplex noise in up to 7 dimensions", {"power", "kernel"},
-                                      Animate::slice),
-        noiseType<SineNoise, 1, 7>("sine", "a sum of plane waves, infinitely smooth", {"period", "waves"},
-                                   Animate::slice)};
+#define CURLEW_NOISE(name, Noise, lowest, highest, summary) noiseType<Noise, lowest, highest>(name, summary),
+    static const std::vector<NoiseType> types{CURLEW_NOISES(CURLEW_NOISE)};
+#undef CURLEW_NOISE
     return types;
 }
 
@@ -219,13 +259,13 @@ Option typeOption() {
     for (const auto& type : noiseTypes()) {
         names.push_back(type.name);
         help += fmt::format("{}{} ({}D to {}D): {}", help.empty() ? "" : "; ", type.name, type.lowest, type.highest,
-                            type.what);
+                            type.summary);
     }
     return choice("type", names, help);
 }
 
 std::vector<Option> noiseOptions() {
-    return {
+    std::vector<Option> all{
         typeOption(),
         integer("dim", "3", 1, 7, "its dimensions"),
         positive("frequency", "1", "1 / world unit", "cells per world unit of the first octave"),
@@ -243,27 +283,17 @@ std::vector<Option> noiseOptions() {
                     "it stays C²"),
         real("warp", "0", "cells",
              "gradient advection: displace each octave by so much times the gradient of the octaves before it"),
-        coordinates("period", "0", "cells",
-                    "tile after so many cells of the first octave along each axis; 0: never (value and perlin: 256)"),
         real("time", "", "s", "a moment of an animation of the noise"),
         positive("loop", "", "s", "the animation is back where it began after this time"),
         choice(
             "animate", {"auto", "alpha", "slice", "offset"},
             "time turns the gradients, by a radian a second (alpha; psrd's default); or is one more coordinate (slice; "
             "simplex and sine), for a loop two on a circle; or moves the noise along its last axis (offset; the "
-            "others)"),
-        real("alpha", "0", "radians", "psrd: rotation of the gradients (flow noise); a full turn is 6.2832"),
-        choice("rotation", {"default", "fast"}, "psrd 3D: how alpha turns them; fast is another noise"),
-        choice("grid", {"axis", "perlin"},
-               "psrd 3D: axis tiles with any period, and shows its grid in axis-parallel slices; perlin tiles with "
-               "multiples of 3, and does not"),
-        choice("gradients", {"catlike", "reference"}, "perlin 3D: the tutorial's order of gradients, or Perlin's"),
-        integer("power", "4", 3, 4, "simplex: of the kernel; 3 is C², 4 is C³"),
-        choice(
-            "kernel", {"smooth", "corners", "published", "published-continuous"},
-            "simplex: smooth has no empty regions, corners has some in 6D and 7D; the published ones are Macomber's, "
-            "with his radius (which jumps) or with r² = 1/2"),
-        integer("waves", "8", 1, SineNoise<3>::kMostWaves, "sine: how many")};
+            "others)")};
+    for (const NoiseType& type : noiseTypes())
+        for (const Option& option : type.options)
+            if (!has(all, option.name)) all.push_back(option);
+    return all;
 }
 
 } // namespace

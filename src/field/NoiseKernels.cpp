@@ -1,0 +1,12 @@
+#include "NoiseModels.h"
+#include "curlew/field/Kernels.h"
+
+// The noises in three dimensions. Those in fewer and in more are in files of their own, to be compiled at the same
+// time.
+namespace curlew {
+
+#define CURLEW_OCTAVES(...) CURLEW_MODEL_KERNELS(detail::Octaves<__VA_ARGS__>)
+#define CURLEW_NOISE(name, Noise, lowest, highest, summary) CURLEW_OCTAVES(Noise<3>)
+CURLEW_NOISES(CURLEW_NOISE)
+
+} // namespace curlew
