@@ -1,8 +1,8 @@
 #include "AlgebraModels.h"
 #include "BoundModel.h"
 #include "MapModels.h"
-#include "ShapeModels.h"
 #include "curlew/field/Kernels.h"
+#include "curlew/field/ShapeModels.h"
 
 namespace curlew {
 
@@ -19,10 +19,8 @@ CURLEW_MODEL_KERNELS(Unary<3, Scaled>)
 CURLEW_MODEL_KERNELS(Unary<3, Clip>)
 CURLEW_MODEL_KERNELS(Bounded<3>)
 CURLEW_MODEL_KERNELS(Affine<3, 3>)
-CURLEW_MODEL_KERNELS(Formula<3, Sphere>)
-CURLEW_MODEL_KERNELS(Formula<3, RoundedBox>)
-CURLEW_MODEL_KERNELS(Formula<3, Torus>)
-CURLEW_MODEL_KERNELS(Formula<3, Capsule>)
-CURLEW_MODEL_KERNELS(Formula<3, Gyroid>)
+
+#define CURLEW_SHAPE_KERNELS(Shape) CURLEW_MODEL_KERNELS(Formula<3, shapes::Shape>)
+CURLEW_SHAPES(CURLEW_SHAPE_KERNELS)
 
 } // namespace curlew

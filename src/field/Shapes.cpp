@@ -1,67 +1,39 @@
 #include "curlew/field/Shapes.h"
 
-#include "ShapeModels.h"
-#include "curlew/base/Require.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Dimensions.h"
-
-#include <fmt/format.h>
+#include "curlew/field/ShapeModels.h"
 
 namespace curlew {
 
-using namespace detail;
+template <class Shape>
+Sdf sdfOf(const Shape& shape) {
+    shape.check();
+    Sdf sdf{formulaField(shape), shape.bounds()};
+    if constexpr (requires { Shape::kReach; }) sdf.reach = Shape::kReach;
+    return sdf;
+}
 
-namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr Box kEverywhere{{{-kInfinity, -kInfinity, -kInfinity}}, {{kInfinity, kInfinity, kInfinity}}};
-
-Box boxOfSize(const Vec3d& size) { return {size * -0.5, size * 0.5}; }
-
-} // namespace
+#define CURLEW_INSTANTIATE(Shape) template Sdf sdfOf(const shapes::Shape&);
+CURLEW_SHAPES(CURLEW_INSTANTIATE)
+#undef CURLEW_INSTANTIATE
 
 template <int N>
 SdfN<N> sphereSdf(double radius) {
-    requirePositive(radius, "radius");
-    return {formulaField<N>(Sphere{radius}), BoxN<N>{}.padded(radius)};
+    const shapes::Sphere sphere{radius};
+    sphere.check();
+    return {formulaField<N>(sphere), BoxN<N>{}.padded(radius)};
 }
 
-Sdf boxSdf(const Vec3d& size, double rounding) {
-    double shortest = kInfinity;
-    for (const double edge : size.c) {
-        requirePositive(edge, "size");
-        shortest = std::min(shortest, edge);
-    }
-    if (!(rounding >= 0) || rounding > shortest / 2)
-        throw ValueError(
-            fmt::format("rounding {} must lie between 0 and half the shortest edge, {}", rounding, shortest / 2));
-    const Vec3d inner = size * 0.5 - Vec3d{{rounding, rounding, rounding}};
-    return {formulaField(RoundedBox{inner, rounding}), boxOfSize(size)};
-}
-
-Sdf torusSdf(double radius, double tube) {
-    requirePositive(radius, "radius");
-    requirePositive(tube, "tube");
-    if (tube >= radius) throw ValueError(fmt::format("tube {} must be below the radius {}", tube, radius));
-    return {formulaField(Torus{radius, tube}), boxOfSize({{2 * (radius + tube), 2 * tube, 2 * (radius + tube)}})};
-}
-
-Sdf capsuleSdf(double length, double radius) {
-    requirePositive(length, "length");
-    requirePositive(radius, "radius");
-    return {formulaField(Capsule{length, radius}), boxOfSize({{2 * radius, length + 2 * radius, 2 * radius}})};
-}
+Sdf boxSdf(const Vec3d& size, double rounding) { return sdfOf(shapes::RoundedBox{size, rounding}); }
+Sdf torusSdf(double radius, double tube) { return sdfOf(shapes::Torus{radius, tube}); }
+Sdf capsuleSdf(double length, double radius) { return sdfOf(shapes::Capsule{length, radius}); }
+Sdf gyroidSdf(double wavelength, double thickness) { return sdfOf(shapes::Gyroid{wavelength, thickness}); }
 
 Sdf planeSdf(const Vec3d& normal, double offset) {
     const double size = length(normal);
     requirePositive(size, "length of the normal");
-    return {rampField(normal * (1 / size), -offset / size), kEverywhere};
-}
-
-Sdf gyroidSdf(double wavelength, double thickness) {
-    requirePositive(wavelength, "wavelength");
-    requirePositive(thickness, "thickness");
-    return {formulaField(Gyroid{wavelength, thickness}), kEverywhere, 0};
+    return {rampField(normal * (1 / size), -offset / size), shapes::everywhere()};
 }
 
 Sdf placed(const Sdf& sdf, const Placement& placement) {

@@ -1,4 +1,5 @@
 #include "Actions.h"
+#include "curlew/field/ShapeModels.h"
 
 namespace curlew::app {
 
@@ -40,23 +41,29 @@ Registry primitives() {
         shapeAction("sphere", "a sphere as an exact signed distance",
                     {positive("radius", "1", "world units", "radius")},
                     "curlew -sphere radius=0.5 -noise -noise seed=1 -bound -dfvn -velocity -write ball.vdb",
-                    [](const Arguments& a) { return sphereSdf(a.real("radius")); }),
+                    [](const Arguments& a) { return sdfOf(shapes::Sphere{a.real("radius")}); }),
         shapeAction(
             "box", "a rounded box as an exact signed distance",
             {vector("size", "2,2,2", "world units", "edge lengths"),
              notNegative("rounding", "0.2", "world units", "radius of its edges; keep a wall's width below it")},
             "curlew -box size=2,1,1 rounding=0.2 -noise -noise seed=1 -bound width=0.15 -dfvn -velocity -write box.vdb",
-            [](const Arguments& a) { return boxSdf(a.vector("size"), a.real("rounding")); }),
+            [](const Arguments& a) {
+                return sdfOf(shapes::RoundedBox{a.vector("size"), a.real("rounding")});
+            }),
         shapeAction("torus", "a torus about the y axis as an exact signed distance",
                     {positive("radius", "0.7", "world units", "from the centre to the middle of the tube"),
                      positive("tube", "0.3", "world units", "radius of the tube")},
                     "curlew -torus radius=1 tube=0.4 rotate=90,0,0 -slice -write torus.png",
-                    [](const Arguments& a) { return torusSdf(a.real("radius"), a.real("tube")); }),
+                    [](const Arguments& a) {
+                        return sdfOf(shapes::Torus{a.real("radius"), a.real("tube")});
+                    }),
         shapeAction("capsule", "a capsule along y as an exact signed distance",
                     {positive("length", "1", "world units", "of the cylinder between the hemispheres"),
                      positive("radius", "0.5", "world units", "radius")},
                     "curlew -capsule length=2 radius=0.5 -noise -noise seed=1 -bound -dfvn -velocity -write pill.vdb",
-                    [](const Arguments& a) { return capsuleSdf(a.real("length"), a.real("radius")); }),
+                    [](const Arguments& a) {
+                        return sdfOf(shapes::Capsule{a.real("length"), a.real("radius")});
+                    }),
         shapeAction("plane", "a half space, inside below the height along its normal",
                     {vector("normal", "0,1,0", "", "points outside"),
                      real("height", "0", "world units", "of the plane along its normal")},
@@ -67,7 +74,9 @@ Registry primitives() {
                     {positive("wavelength", "1", "world units", "period along each axis"),
                      positive("thickness", "0.2", "world units", "of the sheet")},
                     "curlew -gyroid wavelength=1 thickness=0.3 -slice box=-1,-1,-1,1,1,1 -write gyroid.png",
-                    [](const Arguments& a) { return gyroidSdf(a.real("wavelength"), a.real("thickness")); }),
+                    [](const Arguments& a) {
+                        return sdfOf(shapes::Gyroid{a.real("wavelength"), a.real("thickness")});
+                    }),
     };
 }
 

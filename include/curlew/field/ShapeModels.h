@@ -1,0 +1,131 @@
+#pragma once
+
+#include "curlew/base/Require.h"
+#include "curlew/field/Formula.h"
+#include "curlew/field/Shapes.h"
+
+#include <algorithm>
+#include <numbers>
+
+/// The shapes: each has its sizes as members; `check()`, which throws ValueError for sizes out of range; `bounds()`, a
+/// box that contains the inside; and its signed distance as a formula on coordinates p that are jets, where k turns
+/// constants into jets. A formula that gives only a lower bound on the distance says `static constexpr double kReach =
+/// 0` (SdfN::reach). Units are world units. A shape is added here, at the end of CURLEW_SHAPES too.
+namespace curlew::shapes {
+
+/// The root of a sum of squares; zero, without derivatives, where the sum is zero.
+template <class J>
+J norm(const J& squares) {
+    return select(squares.value > decltype(squares.value)(0), sqrt(squares), J());
+}
+
+inline Box boxOfSize(const Vec3d& size) { return {size * -0.5, size * 0.5}; }
+inline Box everywhere() {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    return boxOfSize({{kInfinity, kInfinity, kInfinity}});
+}
+
+/// See sphereSdf().
+struct Sphere {
+    static constexpr bool kHasKernels = true;
+    double radius;
+    void check() const { requirePositive(radius, "radius"); }
+    Box bounds() const { return Box{}.padded(radius); }
+    template <class X, class K>
+    auto operator()(const X& p, const K& k) const {
+        return norm(dot(p, p)) - k(radius);
+    }
+};
+
+/// See boxSdf().
+struct RoundedBox {
+    static constexpr bool kHasKernels = true;
+    Vec3d size;
+    double rounding;
+    void check() const {
+        for (const double edge : size.c) requirePositive(edge, "size");
+        const double shortest = std::min({size[0], size[1], size[2]});
+        if (!(rounding >= 0) || rounding > shortest / 2)
+            throw ValueError(
+                fmt::format("rounding {} must lie between 0 and half the shortest edge, {}", rounding, shortest / 2));
+    }
+    Box bounds() const { return boxOfSize(size); }
+    template <class X, class K>
+    auto operator()(const X& p, const K& k) const {
+        const auto zero = k(0);
+        const auto beyond = [&](int i) { return abs(p[i]) - k(size[i] * 0.5 - rounding); };
+        auto squares = zero, deepest = beyond(0);
+        for (int i = 0; i < 3; ++i) {
+            const auto q = beyond(i), out = max(q, zero);
+            squares = squares + out * out;
+            deepest = max(deepest, q);
+        }
+        return select(deepest.value > zero.value, norm(squares), deepest) - k(rounding);
+    }
+};
+
+/// See torusSdf().
+struct Torus {
+    static constexpr bool kHasKernels = true;
+    double radius, tube;
+    void check() const {
+        requirePositive(radius, "radius");
+        requirePositive(tube, "tube");
+        if (tube >= radius) throw ValueError(fmt::format("tube {} must be below the radius {}", tube, radius));
+    }
+    Box bounds() const { return boxOfSize({{2 * (radius + tube), 2 * tube, 2 * (radius + tube)}}); }
+    template <class X, class K>
+    auto operator()(const X& p, const K& k) const {
+        const auto ring = norm(p[0] * p[0] + p[2] * p[2]) - k(radius);
+        return norm(ring * ring + p[1] * p[1]) - k(tube);
+    }
+};
+
+/// See capsuleSdf().
+struct Capsule {
+    static constexpr bool kHasKernels = true;
+    double length, radius;
+    void check() const {
+        requirePositive(length, "length");
+        requirePositive(radius, "radius");
+    }
+    Box bounds() const { return boxOfSize({{2 * radius, length + 2 * radius, 2 * radius}}); }
+    template <class X, class K>
+    auto operator()(const X& p, const K& k) const {
+        const auto beyond = max(abs(p[1]) - k(length / 2), k(0));
+        return norm(p[0] * p[0] + beyond * beyond + p[2] * p[2]) - k(radius);
+    }
+};
+
+/// See gyroidSdf().
+struct Gyroid {
+    static constexpr bool kHasKernels = true;
+    static constexpr double kReach = 0;
+    double wavelength, thickness;
+    void check() const {
+        requirePositive(wavelength, "wavelength");
+        requirePositive(thickness, "thickness");
+    }
+    Box bounds() const { return everywhere(); }
+    template <class X, class K>
+    auto operator()(const X& p, const K& c) const {
+        const double k = 2 * std::numbers::pi / wavelength;
+        // sin x cos y + sin y cos z + sin z cos x has a gradient of at most √3 in these coordinates (at the origin).
+        const double scale = 1 / (std::numbers::sqrt3 * k);
+        const auto x = p[0] * c(k), y = p[1] * c(k), z = p[2] * c(k);
+        return abs(sin(x) * cos(y) + sin(y) * cos(z) + sin(z) * cos(x)) * c(scale) - c(thickness / 2);
+    }
+};
+
+/// DO(Shape) for each shape: sdfOf() and the kernels on lanes are instantiated for those in this list.
+#define CURLEW_SHAPES(DO) DO(Sphere) DO(RoundedBox) DO(Torus) DO(Capsule) DO(Gyroid)
+
+} // namespace curlew::shapes
+
+namespace curlew {
+
+/// The signed distance of one of the shapes above. Throws ValueError for sizes out of range.
+template <class Shape>
+Sdf sdfOf(const Shape& shape);
+
+} // namespace curlew
