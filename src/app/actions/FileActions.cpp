@@ -30,23 +30,45 @@ std::string extensionOf(const std::string& file) {
 // --- reading
 // ----------------------------------------------------------------------------------------------------------
 
-/// What a format holds, and how files of it are read and written. A format is added here.
+/// What files of a format can be read as and what they can hold, and the functions for it; null if it cannot be read or
+/// written. A format is added in formats(), from which the help is made too.
 struct Format {
     std::string extension;
-    std::vector<Kind> holds; ///< What can be written.
-    void (*read)(Context&, const Arguments&, const std::string& file) = nullptr;
-    void (*write)(const Context&, const Arguments&, const std::string& file) = nullptr;
+    std::vector<Kind> reads;
+    void (*read)(Context&, const Arguments&, const std::string& file);
+    std::vector<Kind> holds;
+    void (*write)(const Context&, const Arguments&, const std::string& file);
+    std::string note = {}; ///< What it holds, if that is no object.
 };
 const std::vector<Format>& formats();
 
-const Format& formatOf(const std::string& file, bool toRead) {
+enum class Access { read, write };
+
+bool allows(const Format& format, Access access) {
+    return access == Access::read ? format.read != nullptr : format.write != nullptr;
+}
+
+const Format& formatOf(const std::string& file, Access access) {
     std::vector<std::string> extensions;
     for (const Format& format : formats()) {
-        if (!(toRead ? format.read != nullptr : format.write != nullptr)) continue;
+        if (!allows(format, access)) continue;
         if (format.extension == extensionOf(file)) return format;
         extensions.push_back(format.extension);
     }
     throw ValueError(fmt::format("'{}' has no known extension; it can be {}", file, join(extensions, " ")));
+}
+
+/// ".vdb (grid, points), .ply (mesh), …".
+std::string listOfFormats(Access access) {
+    std::vector<std::string> parts;
+    for (const Format& format : formats()) {
+        if (!allows(format, access)) continue;
+        std::vector<std::string> kinds;
+        for (const Kind kind : access == Access::read ? format.reads : format.holds) kinds.emplace_back(nameOf(kind));
+        parts.push_back(
+            fmt::format("{} ({})", format.extension, format.note.empty() ? join(kinds, ", ") : format.note));
+    }
+    return join(parts, ", ");
 }
 
 std::vector<std::string> wantedGrids(const Arguments& a) {
@@ -114,7 +136,7 @@ void read(Context& c, const Arguments& a) {
         if (Value given = c.provided(file); !std::holds_alternative<std::monostate>(given))
             c.give(std::move(given));
         else
-            formatOf(file, true).read(c, a, file);
+            formatOf(file, Access::read).read(c, a, file);
 }
 
 /// What the files of -read hold: from the header of a .vdb, otherwise by the extension.
@@ -125,9 +147,9 @@ std::vector<Object> readObjects(const Arguments& a, const std::vector<std::vecto
             objects.insert(objects.end(), known->begin(), known->end());
             continue;
         }
-        const Format& format = formatOf(file, true);
+        const Format& format = formatOf(file, Access::read);
         if (format.extension != ".vdb") {
-            objects.push_back({.kind = format.holds.front()});
+            objects.push_back({.kind = format.reads.front()});
         } else if (world.lenient && !std::filesystem::exists(file)) {
             objects.push_back({.kind = Kind::grid, .uncertain = true});
         } else {
@@ -221,21 +243,21 @@ void writeJsonFile(const Context& c, const Arguments&, const std::string& file) 
 
 const std::vector<Format>& formats() {
     static const std::vector<Format> all{
-        {".vdb", {Kind::grid, Kind::points, Kind::curves}, readGrids, writeVdbFile},
-        {".ply", {Kind::mesh, Kind::points, Kind::curves}, readMeshFile, writePlyFile},
-        {".obj", {Kind::mesh, Kind::curves}, readMeshFile, writeObjFile},
-        {".stl", {Kind::mesh}, readMeshFile, nullptr},
-        {".csv", {Kind::points, Kind::curves}, nullptr, writeCsvFile},
-        {".png", {Kind::image}, readPicture, writePicture},
-        {".exr", {Kind::image}, readPicture, writePicture},
-        {".json", {}, nullptr, writeJsonFile},
+        {".vdb", {Kind::grid, Kind::points}, readGrids, {Kind::grid, Kind::points, Kind::curves}, writeVdbFile},
+        {".ply", {Kind::mesh}, readMeshFile, {Kind::mesh, Kind::points, Kind::curves}, writePlyFile},
+        {".obj", {Kind::mesh}, readMeshFile, {Kind::mesh, Kind::curves}, writeObjFile},
+        {".stl", {Kind::mesh}, readMeshFile, {}, nullptr},
+        {".csv", {}, nullptr, {Kind::points, Kind::curves}, writeCsvFile},
+        {".png", {Kind::image}, readPicture, {Kind::image}, writePicture},
+        {".exr", {Kind::image}, readPicture, {Kind::image}, writePicture},
+        {".json", {}, nullptr, {}, writeJsonFile, "the report; graph.json and NAME.graph.json: the graph"},
     };
     return all;
 }
 
 void write(Context& c, const Arguments& a) {
     for (const auto& file : a.words()) {
-        formatOf(file, false).write(c, a, file);
+        formatOf(file, Access::write).write(c, a, file);
         c.say(fmt::format("wrote {}", file));
     }
 }
@@ -278,7 +300,7 @@ Registry fileActions() {
     return {
         {.name = "read",
          .group = kGroup,
-         .summary = "read meshes (.obj .ply .stl), grids and points (.vdb), pictures (.png .exr)",
+         .summary = "read files: " + listOfFormats(Access::read),
          .makes = {several(made("meshes", {Kind::mesh}), 0, 1000), several(made("grids", {Kind::grid}), 0, 1000),
                    several(made("points", {Kind::points}), 0, 1000), several(made("images", {Kind::image}), 0, 1000)},
          .options = {text("grids", "", "names of the grids to take from a .vdb, separated by commas (default: all)")},
@@ -290,9 +312,7 @@ Registry fileActions() {
          .makesWith = readObjects},
         {.name = "write",
          .group = kGroup,
-         .summary = "write the newest object that a file can hold: grids, points and curves (.vdb), points, curves and "
-                    "meshes (.ply), points and curves (.csv), meshes and curves (.obj), pictures (.png .exr), the "
-                    "report (.json), the graph (graph.json, NAME.graph.json)",
+         .summary = "write the newest object that a file can hold: " + listOfFormats(Access::write),
          .takes = {several(
              stays("what", {Kind::grid, Kind::points, Kind::curves, Kind::mesh, Kind::image}), 0, 1000,
              "the newest that the file can hold; several grids and points for a .vdb, chosen with grid= and geo=")},
@@ -317,11 +337,11 @@ Registry fileActions() {
          .prepare =
              [](const Arguments& a) {
                  for (const auto& file : a.words()) {
-                     formatOf(file, false);
+                     formatOf(file, Access::write);
                      checkWritable(file);
                  }
              },
-         .holds = [](const std::string& file) { return formatOf(file, false).holds; }},
+         .holds = [](const std::string& file) { return formatOf(file, Access::write).holds; }},
         {.name = "probe",
          .group = kGroup,
          .summary = "evaluate the newest field, flow or level set at the points of a file",
