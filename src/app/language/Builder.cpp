@@ -146,7 +146,7 @@ std::vector<std::vector<Link>> Builder::inputsOf(const Statement& statement) con
     for (const auto& [name, names] : statement.inputs)
         if (names != std::vector<std::string>{"none"})
             for (const auto& one : names) {
-                const Link link = inContextOf(name + "=" + one, [&] { return resolved(one); });
+                const Link link = inContextOf(fmt::format("{}={}", name, one), [&] { return resolved(one); });
                 for (const Entry& entry : mEntries)
                     if (entry.link == link) used.push_back(&entry);
             }
@@ -286,7 +286,8 @@ void Builder::addWriter(const Statement& statement) {
         auto& contents = mWritten[now.arguments.words()[k]];
         contents.clear();
         for (const Link& link : links) contents.push_back(mGraph.objectOf(link));
-        if (groups.empty() || groups.back().first != links) groups.push_back({std::move(links), {}});
+        if (groups.empty() || groups.back().first != links)
+            groups.emplace_back(std::move(links), std::vector<std::string>());
         groups.back().second.push_back(words[k]);
     }
     for (auto& [links, files] : groups) {

@@ -135,9 +135,9 @@ class Document {
         if (!mIndices.emplace(name, mRecords.size()).second)
             throw ValueError(fmt::format("two nodes are called '{}'", name));
         if (action.name == "frames" || action.name == "config" || action.name == "set" || action.name == "resume")
-            throw ValueError("is not a node: a graph has \"frames\" and \"resume\" beside its nodes");
+            throw ValueError(R"(is not a node: a graph has "frames" and "resume" beside its nodes)");
         Record record{.arguments = argumentsOf(action, node), .name = name, .when = textOf(memberOf(node, "when", ""))};
-        if (record.when != "" && record.when != "once" && record.when != "frame")
+        if (!record.when.empty() && record.when != "once" && record.when != "frame")
             throw ValueError(fmt::format("\"when\" is '{}'; it must be once or frame", record.when));
         record.inputs.resize(action.takes.size());
         const Json inputs = memberOf(node, "inputs", Json::object());
@@ -261,7 +261,8 @@ class Document {
             mRecords.push_back(std::move(copy));
             return copies[k];
         };
-        for (size_t k = 0; k < mRecords.size(); ++k) {
+        const size_t count = mRecords.size(); // copies are appended, with their links
+        for (size_t k = 0; k < count; ++k) {
             if (mRecords[k].inFrames) continue;
             auto inputs = mRecords[k].inputs;
             for (auto& names : inputs)

@@ -28,7 +28,8 @@ struct Link {
     size_t index = 0;  ///< Of the node, the state or the given object.
     size_t output = 0; ///< Of the node.
 
-    auto operator<=>(const Link&) const = default;
+    // clang-tidy 14 takes the 0 in the comparison that the compiler makes of it for a null pointer.
+    auto operator<=>(const Link&) const = default; // NOLINT(modernize-use-nullptr)
 };
 
 /// An object on a stack, and when it was pushed.
@@ -111,6 +112,6 @@ std::vector<Object> outputsOf(const Arguments& arguments, const std::vector<std:
 
 /// Throws ValueError if the objects that a node is linked to do not fit its inputs, or if some are missing or have no
 /// effect with its options.
-void validate(const Graph& graph, size_t node);
+void validate(const Graph& graph, size_t index);
 
 } // namespace curlew::app
