@@ -1,10 +1,10 @@
 #include "curlew/app/actions/Actions.h"
 #include "curlew/app/run/Session.h"
 #include "curlew/base/Simd.h"
+#include "curlew/base/Text.h"
 
 #include <fcntl.h>
 
-#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -23,8 +23,7 @@ void onInterrupt(int signal) {
 /// Names that the message repeats may hold anything; it stays one line all the same.
 int fail(std::string message, int status) {
     constexpr size_t kLongest = 2000;
-    std::replace_if(
-        message.begin(), message.end(), [](unsigned char c) { return c < ' ' || c == 0x7f; }, '?');
+    message = curlew::printable(message);
     if (message.size() > kLongest) message.replace(kLongest, std::string::npos, " …");
     std::fputs(("curlew: " + message + "\n").c_str(), stderr);
     return status;
@@ -46,6 +45,8 @@ int main(int argc, char** argv) {
 #endif
     std::signal(SIGINT, onInterrupt);
     std::signal(SIGTERM, onInterrupt);
+    std::signal(SIGHUP, onInterrupt);
+    std::signal(SIGPIPE, SIG_IGN); // whoever has read enough of what is printed does not end the work
     std::signal(SIGXFSZ, SIG_IGN); // a file beyond the limit of its size is an error like a full disk
     occupyStandardStreams();
     try {
@@ -56,7 +57,7 @@ int main(int argc, char** argv) {
         app::Session session(console, /*keeps=*/false);
         session.run(app::graphOfCommandLine(tokens.empty() ? std::vector<std::string>{"-help"} : tokens,
                                             {.registry = app::registry(), .world = session.world()}));
-        return std::fflush(stdout) == 0 ? EXIT_SUCCESS : fail("cannot write to the standard output", EXIT_FAILURE);
+        return EXIT_SUCCESS;
     } catch (const Interrupted&) {
         return fail("interrupted; files that were not finished have been removed", 130);
     } catch (const std::bad_alloc&) {

@@ -212,8 +212,16 @@ curlew_status curlew_session_create(curlew_session** session) {
     });
 }
 
-void curlew_session_release(curlew_session** session) {
-    if (session) delete std::exchange(*session, nullptr);
+curlew_status curlew_session_release(curlew_session** session) {
+    return guarded([&] {
+        if (!session || !*session) return;
+        {
+            const std::lock_guard lock((*session)->starting);
+            if ((*session)->running)
+                throw ValueError("the session is running; cancel it, and release it when the run has returned");
+        }
+        delete std::exchange(*session, nullptr);
+    });
 }
 
 curlew_status curlew_provide_mesh(curlew_session* session, const char* name, const curlew_array* points,

@@ -105,8 +105,9 @@ typedef struct curlew_session curlew_session;
 /** A new session with nothing in it. Release it. */
 CURLEW_API curlew_status curlew_session_create(curlew_session** session);
 
-/** Releases the session, and sets the pointer to NULL: doing it again does nothing. Not while it runs. */
-CURLEW_API void curlew_session_release(curlew_session** session);
+/** Releases the session, and sets the pointer to NULL: doing it again does nothing. While the session runs, in its own
+    callbacks, too, this is refused: it stays as it is. */
+CURLEW_API curlew_status curlew_session_release(curlew_session** session);
 
 /** `read NAME` in programs of this session takes this mesh from now on, and no file. It is the mesh that would be read
     from a file of these points (3 components, floats) and faces: points with the same position become one, those of no

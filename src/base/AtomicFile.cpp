@@ -1,27 +1,28 @@
 #include "curlew/base/AtomicFile.h"
 
+#include "WriteTarget.h"
+#include "curlew/base/Digest.h"
 #include "curlew/base/Error.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/random.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <ctime>
 #include <fstream>
+#include <locale>
+#include <optional>
 
 namespace curlew {
 
 namespace {
 
 namespace fs = std::filesystem;
-
-fs::path temporaryName(const fs::path& path) {
-    static std::atomic<unsigned> count = 0; // two threads may write the same file
-    fs::path name = path;
-    name.replace_filename(fmt::format(".{}.{}-{}.part", path.filename().string(), ::getpid(), count++));
-    return name;
-}
 
 fs::path folderOf(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : fs::path("."); }
 
@@ -47,14 +48,109 @@ class FolderOfFile {
     bool mMade = false;
 };
 
-/// Removes the temporary file unless it has been renamed.
-struct Remover {
-    const fs::path& file;
-    ~Remover() {
-        std::error_code ignored;
-        fs::remove(file, ignored);
+/// How the names of the temporary files for a path begin. They are as short for a long name.
+std::string prefixFor(const fs::path& path) {
+    return fmt::format(".curlew-{:.16}-", DigestBuilder().add(path.filename().string()).digest().hex());
+}
+
+/// Removes the temporary files that a process which was killed has left for this path. One that is being written is
+/// locked; a young one may be about to be.
+void removeStale(const fs::path& path) {
+    constexpr std::time_t kYoung = 60; // seconds
+    const std::string prefix = prefixFor(path);
+    std::error_code ignored;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folderOf(path), ignored)) {
+        if (!entry.path().filename().string().starts_with(prefix)) continue;
+        const Descriptor file(::open(entry.path().c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
+        struct stat status {};
+        if (!file.valid() || ::fstat(*file, &status) != 0 || !S_ISREG(status.st_mode)) continue;
+        if (std::time(nullptr) - status.st_mtime >= kYoung && ::flock(*file, LOCK_EX | LOCK_NB) == 0)
+            fs::remove(entry.path(), ignored);
     }
+}
+
+uint64_t randomNumber() {
+    uint64_t number = 0;
+    if (::getrandom(&number, sizeof(number), 0) != sizeof(number)) number = static_cast<uint64_t>(::getpid());
+    return number;
+}
+
+/// A new, empty, locked file in a folder, with a name that nobody can guess; removed with this object unless it has
+/// been renamed.
+class TemporaryFile {
+  public:
+    /// `path`: what it will be, or what errors name. `mode`: its permissions, less those of the umask.
+    TemporaryFile(const fs::path& folder, const fs::path& path, mode_t mode)
+        : mName(folder / fmt::format("{}{:016x}.part", prefixFor(path), randomNumber())),
+          mFile(::open(mName.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, mode)) {
+        if (!mFile.valid())
+            throw FileError(
+                fmt::format("cannot write '{}': {}; choose another folder", path.string(), std::strerror(errno)));
+        ::flock(*mFile, LOCK_EX | LOCK_NB);
+    }
+    ~TemporaryFile() {
+        std::error_code ignored;
+        if (!mMoved) fs::remove(mName, ignored);
+    }
+    TemporaryFile(const TemporaryFile&) = delete;
+    TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+    const fs::path& name() const { return mName; }
+    bool empty() const {
+        struct stat status {};
+        return ::fstat(*mFile, &status) != 0 || status.st_size == 0;
+    }
+
+    /// Puts it where `path` is, with the permissions of a file that it replaces. What is on the disk afterwards, even
+    /// after a power failure, is the whole file.
+    void moveTo(const fs::path& path) {
+        struct stat before {};
+        if (::stat(path.c_str(), &before) == 0) ::fchmod(*mFile, before.st_mode & 07777);
+        const auto check = [&](int result) {
+            if (result != 0)
+                throw FileError(fmt::format("cannot write '{}': {}; free some space or choose another folder",
+                                            path.string(), std::strerror(errno)));
+        };
+        check(::fsync(*mFile));
+        check(::rename(mName.c_str(), path.c_str()));
+        mMoved = true;
+        const Descriptor folder(::open(folderOf(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+        if (folder.valid()) ::fsync(*folder); // some file systems cannot: EINVAL
+    }
+
+  private:
+    fs::path mName;
+    Descriptor mFile;
+    bool mMoved = false;
 };
+
+/// The permissions that a file at `path` begins with: never more than those of a file that it replaces.
+mode_t modeFor(const fs::path& path) {
+    struct stat before {};
+    return ::stat(path.c_str(), &before) == 0 ? before.st_mode & 0777 : 0666;
+}
+
+using WriteFile = std::function<void(const fs::path& temporary)>;
+
+void write(const fs::path& path, const WriteFile& writer, bool mayBeEmpty, const std::function<bool()>& cancelled) {
+    checkWritable(path);
+    const WriteTarget target = WriteTarget::of(path);
+    const bool stream = target.kind == WriteTarget::Kind::stream;
+    std::optional<FolderOfFile> folder;
+    if (!stream) {
+        folder.emplace(target.path);
+        removeStale(target.path);
+    }
+    TemporaryFile temporary(stream ? fs::temp_directory_path() : folderOf(target.path), target.path,
+                            stream ? 0600 : modeFor(target.path));
+    writer(temporary.name());
+    if (!mayBeEmpty && temporary.empty())
+        throw FileError(fmt::format("cannot write '{}': nothing was written", path.string()));
+    if (stream)
+        copyInto(target, temporary.name(), path, cancelled);
+    else
+        temporary.moveTo(target.path);
+}
 
 /// A file buffer that gives up as soon as it is cancelled; the stream above it turns that into Interrupted.
 class CancellableBuffer : public std::filebuf {
@@ -76,42 +172,43 @@ class CancellableBuffer : public std::filebuf {
 void checkWritable(const fs::path& path) {
     if (path.filename().empty())
         throw FileError(fmt::format("cannot write '{}': it names a folder, not a file", path.string()));
+    const WriteTarget target = WriteTarget::of(path);
+    const auto noPermission = [&](const fs::path& at) {
+        throw FileError(fmt::format("cannot write '{}': no permission to write in '{}'", path.string(), at.string()));
+    };
+    if (target.kind == WriteTarget::Kind::stream) {
+        if (target.descriptor < 0 && ::access(target.path.c_str(), W_OK) != 0) noPermission(target.path);
+        return;
+    }
     std::error_code error;
-    fs::path folder = folderOf(path);
-    if (path.is_relative() && !fs::exists(folder, error)) folder = folderOf(folder); // FolderOfFile makes it there
+    fs::path folder = folderOf(target.path);
+    if (target.path.is_relative() && !fs::exists(folder, error))
+        folder = folderOf(folder); // FolderOfFile makes it there
     if (!fs::is_directory(folder, error))
         throw FileError(
             fmt::format("cannot write '{}': there is no folder '{}'; create it first", path.string(), folder.string()));
-    if (fs::is_directory(path, error))
+    if (fs::is_directory(target.path, error))
         throw FileError(fmt::format("cannot write '{}': a folder has that name; choose another", path.string()));
-    if (::access(folder.c_str(), W_OK) != 0)
-        throw FileError(
-            fmt::format("cannot write '{}': no permission to write in '{}'", path.string(), folder.string()));
+    if (::access(folder.c_str(), W_OK) != 0) noPermission(folder);
 }
 
-void writeAtomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
-    checkWritable(path);
-    const FolderOfFile folder(path);
-    const fs::path temporary = temporaryName(path);
-    const Remover remover{temporary};
-    write(temporary);
-    std::error_code error;
-    fs::rename(temporary, path, error);
-    if (error) throw FileError(fmt::format("cannot write '{}': {}", path.string(), error.message()));
+void writeAtomically(const fs::path& path, const std::function<void(const fs::path&)>& writer) {
+    write(path, writer, /*mayBeEmpty=*/false, {});
 }
 
-void writeAtomically(const fs::path& path, const std::function<void(std::ostream&)>& write,
+void writeAtomically(const fs::path& path, const std::function<void(std::ostream&)>& writer,
                      const std::function<bool()>& cancelled) {
-    writeAtomically(path, [&](const fs::path& temporary) {
+    const auto toStream = [&](const fs::path& temporary) {
         CancellableBuffer buffer(cancelled);
         errno = 0;
         if (!buffer.open(temporary, std::ios::binary | std::ios::out | std::ios::trunc))
             throw FileError(
                 fmt::format("cannot write '{}': {}; choose another folder", path.string(), std::strerror(errno)));
         std::ostream stream(&buffer);
+        stream.imbue(std::locale::classic());
         stream.exceptions(std::ios::badbit | std::ios::failbit);
         try {
-            write(stream);
+            writer(stream);
             stream.flush();
             if (!buffer.close()) throw std::ios_base::failure("close");
         } catch (const std::ios_base::failure&) {
@@ -120,7 +217,8 @@ void writeAtomically(const fs::path& path, const std::function<void(std::ostream
                                         path.string(),
                                         cause ? std::strerror(cause) : "the disk did not take all of it"));
         }
-    });
+    };
+    write(path, toStream, /*mayBeEmpty=*/true, cancelled);
 }
 
 } // namespace curlew

@@ -17,13 +17,6 @@ namespace {
 
 constexpr size_t kUnlimited = std::numeric_limits<size_t>::max();
 
-/// The number that a file holds; `kUnlimited` where there is no such file or it says "max".
-size_t numberIn(const char* file) {
-    std::ifstream stream(file);
-    size_t number = 0;
-    return stream >> number ? number : kUnlimited;
-}
-
 size_t systemMemory() {
     std::ifstream stream("/proc/meminfo");
     std::string key;
@@ -35,12 +28,21 @@ size_t systemMemory() {
     return static_cast<size_t>(sysconf(_SC_AVPHYS_PAGES)) * static_cast<size_t>(sysconf(_SC_PAGESIZE));
 }
 
+/// What is left of the limit on the address space (ulimit -v).
+size_t addressSpace() {
+    rlimit limit{};
+    if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kUnlimited;
+    std::ifstream stream("/proc/self/statm");
+    size_t pages = 0;
+    stream >> pages;
+    const size_t used = pages * static_cast<size_t>(sysconf(_SC_PAGESIZE));
+    return limit.rlim_cur - std::min<size_t>(limit.rlim_cur, used);
+}
+
 } // namespace
 
 size_t availableMemory() {
-    const size_t limit = numberIn("/sys/fs/cgroup/memory.max"), used = numberIn("/sys/fs/cgroup/memory.current");
-    const size_t left = limit == kUnlimited || used == kUnlimited ? kUnlimited : limit > used ? limit - used : 0;
-    return std::min(systemMemory(), left);
+    return std::min({systemMemory(), controlGroupMemory("/proc/self/cgroup", "/sys/fs/cgroup"), addressSpace()});
 }
 
 size_t peakMemory() {

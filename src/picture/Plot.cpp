@@ -2,6 +2,7 @@
 
 #include "curlew/base/Csv.h"
 #include "curlew/base/Error.h"
+#include "curlew/base/Text.h"
 
 #include <fmt/format.h>
 
@@ -95,7 +96,7 @@ constexpr std::array<std::string_view, 7> kColors{"#0072b2", "#d55e00", "#009e73
 
 std::string escaped(std::string_view text) {
     std::string out;
-    for (const char c : text) {
+    for (const char c : printable(text)) {
         if (c == '&')
             out += "&amp;";
         else if (c == '<')

@@ -112,6 +112,10 @@ TEST_CASE("a wrong expression is named with what is wrong", "[app]") {
     CHECK_NOTHROW(variablesOf("{1/T}"));
     CHECK_THROWS_WITH(expanded("{1/T}", {}), Contains("T=0") && Contains("finite"));
     CHECK(expanded("{1/T}", {.time = 2}) == "0.5");
+    CHECK_THROWS_WITH(expanded("{F=3}", {}), Contains("nothing can be assigned"));
+    CHECK_THROWS_WITH(expanded("{F+=3}", {}), Contains("nothing can be assigned"));
+    CHECK_THROWS_WITH(expanded("{1,2,3}", {}), Contains("has 3 values"));
+    for (const char* comparison : {"{1==1}", "{1<=2}", "{2>=1}", "{1!=2}"}) CHECK(expanded(comparison, {}) == "1");
     const std::string parentheses(100000, '(');
     CHECK_THAT(complaint("{" + parentheses + "}"), Contains("{(("));
 }

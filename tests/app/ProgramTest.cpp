@@ -133,6 +133,22 @@ TEST_CASE("scenes can include scenes, but not for ever", "[app]") {
     CHECK_THROWS_WITH(config("0"), Contains("10000 scenes"));
 }
 
+TEST_CASE("programs that are too deep or too long are refused before they are evaluated", "[app]") {
+    const auto sums = [](int count) {
+        std::string lines = "noise";
+        for (int k = 0; k < count; ++k) lines += "\nnoise\nsum";
+        return lines;
+    };
+    CHECK_NOTHROW(graphOfLines(sums(499)));
+    CHECK_THROWS_WITH(graphOfLines(sums(500)), Contains("-sum") && Contains("more than 500 fields"));
+    std::string sideBySide; // not deep
+    for (int k = 0; k < 600; ++k) sideBySide += "noise\n";
+    CHECK_NOTHROW(graphOfLines(sideBySide));
+    std::string many;
+    for (int k = 0; k <= 20000; ++k) many += "verbose\n";
+    CHECK_THROWS_WITH(graphOfLines(many), Contains("more than 20000 actions"));
+}
+
 TEST_CASE("a graph in a .json file can be included, after nothing but settings", "[app]") {
     const test::Folder folder;
     const std::string file = (folder / "flow.json").string();

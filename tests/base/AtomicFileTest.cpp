@@ -2,13 +2,18 @@
 #include "curlew/base/Error.h"
 
 #include <catch2/catch.hpp>
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
 #include <csignal>
 #include <fstream>
+#include <locale>
 #include <sstream>
+#include <thread>
 
 using namespace curlew;
 namespace fs = std::filesystem;
@@ -188,6 +193,121 @@ TEST_CASE("the missing folder of a relative path is made, but only with the file
     CHECK_THROWS_AS(checkWritable("out/a.txt/b.txt"), FileError); // a file has that name
     CHECK_THROWS_AS(checkWritable(folder.path / "none" / "a.txt"), FileError);
     CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("a replaced file hands on its permissions, a new one has those of the umask", "[base]") {
+    const Folder folder;
+    const fs::path secret = folder.path / "secret", plain = folder.path / "plain";
+    std::ofstream(secret) << "old";
+    fs::permissions(secret, fs::perms::owner_read | fs::perms::owner_write);
+    const mode_t before = ::umask(027);
+    writeAtomically(secret, [&](const fs::path& temporary) {
+        CHECK((fs::status(temporary).permissions() & fs::perms::group_all) == fs::perms::none); // not even meanwhile
+        std::ofstream(temporary) << "new";
+    });
+    writeAtomically(plain, kWriteNew);
+    ::umask(before);
+    CHECK(fs::status(secret).permissions() == (fs::perms::owner_read | fs::perms::owner_write));
+    CHECK(fs::status(plain).permissions() == static_cast<fs::perms>(0640));
+    CHECK(contents(secret) == "new");
+}
+
+TEST_CASE("of a symbolic link the target is replaced, and the link stays", "[base]") {
+    const Folder folder;
+    fs::create_directory(folder.path / "there");
+    const fs::path target = folder.path / "there" / "target", link = folder.path / "link", loop = folder.path / "loop";
+    const bool dangling = GENERATE(false, true);
+    if (!dangling) std::ofstream(target) << "old";
+    fs::create_symlink("there/target", folder.path / "second");
+    fs::create_symlink(folder.path / "second", link);
+    CHECK_NOTHROW(checkWritable(link));
+    writeAtomically(link, kWriteNew);
+    CHECK(fs::is_symlink(link));
+    CHECK(contents(target) == "new");
+    fs::create_symlink(loop, loop);
+    CHECK_THROWS_WITH(writeAtomically(loop, kWriteNew), Catch::Contains("in a circle"));
+    CHECK_THROWS_AS(checkWritable(loop), FileError);
+}
+
+TEST_CASE("a pipe is written into and not replaced", "[base]") {
+    const Folder folder;
+    const fs::path pipe = folder.path / "pipe";
+    REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
+    CHECK_NOTHROW(checkWritable(pipe));
+    std::string text;
+    std::thread reader([&] { text = contents(pipe); });
+    const std::string much(300000, 'x');
+    writeAtomically(pipe, [&](std::ostream& out) { out << much; });
+    reader.join();
+    CHECK(text == much);
+    CHECK(fs::is_fifo(pipe));
+    CHECK(folder.entries() == 1);
+    writeAtomically("/dev/null", kWriteNew);
+    CHECK(fs::is_character_file("/dev/null"));
+    CHECK_THROWS_AS(writeAtomically("/dev/full", kWriteNew), FileError);
+}
+
+TEST_CASE("an open descriptor is written into where it stands", "[base]") {
+    const Folder folder;
+    const fs::path file = folder.path / "a";
+    const int open = ::open(file.c_str(), O_RDWR | O_CREAT, 0600);
+    REQUIRE(open >= 0);
+    REQUIRE(::write(open, "before ", 7) == 7);
+    writeAtomically("/dev/fd/" + std::to_string(open), kWriteNew);
+    REQUIRE(::write(open, " after", 6) == 6);
+    ::close(open);
+    CHECK(contents(file) == "before new after");
+    CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("a name as long as the file system takes can be written", "[base]") {
+    const Folder folder;
+    const fs::path file = folder.path / std::string(255, 'n');
+    writeAtomically(file, kWriteNew);
+    CHECK(contents(file) == "new");
+    CHECK_THROWS_AS(writeAtomically(folder.path / std::string(256, 'n'), kWriteNew), FileError);
+    CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("what a killed process has left is removed, what another writes is not", "[base]") {
+    const Folder folder;
+    const fs::path file = folder.path / "a.vdb";
+    std::array<fs::path, 3> left;
+    for (fs::path& name : left)
+        writeAtomically(file, [&](const fs::path& temporary) {
+            name = temporary;
+            std::ofstream(temporary) << "x";
+        });
+    for (const fs::path& name : left) std::ofstream(name) << "half";
+    const auto longAgo = fs::file_time_type::clock::now() - std::chrono::hours(1);
+    for (size_t k : {0, 1}) fs::last_write_time(left[k], longAgo);
+    const int lock = ::open(left[1].c_str(), O_RDONLY);
+    REQUIRE(::flock(lock, LOCK_EX | LOCK_NB) == 0);
+    const fs::path other = folder.path / ".curlew-of-the-user.part";
+    std::ofstream(other) << "mine";
+    fs::last_write_time(other, longAgo);
+    writeAtomically(file, kWriteNew);
+    CHECK_FALSE(fs::exists(left[0]));
+    CHECK(fs::exists(left[1])); // locked
+    CHECK(fs::exists(left[2])); // young
+    CHECK(fs::exists(other));
+    ::close(lock);
+}
+
+TEST_CASE("numbers are written the same in any global locale", "[base]") {
+    struct Grouped : std::numpunct<char> {
+        char do_thousands_sep() const override { return '.'; }
+        char do_decimal_point() const override { return ','; }
+        std::string do_grouping() const override { return "\3"; }
+    };
+    const Folder folder;
+    const std::locale before = std::locale::global(std::locale(std::locale::classic(), new Grouped));
+    std::ostringstream grouped;
+    grouped << 12345;
+    writeAtomically(folder.path / "a", [](std::ostream& out) { out << 12345 << ' ' << 0.5; });
+    std::locale::global(before);
+    CHECK(grouped.str() == "12.345"); // the locale is in force
+    CHECK(contents(folder.path / "a") == "12345 0.5");
 }
 
 TEST_CASE("a folder without permission is a FileError", "[base]") {

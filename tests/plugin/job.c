@@ -29,7 +29,7 @@ static function loaded(const char* name) {
 
 LOAD(const char*, error_message, (void));
 LOAD(curlew_status, session_create, (curlew_session**));
-LOAD(void, session_release, (curlew_session**));
+LOAD(curlew_status, session_release, (curlew_session**));
 LOAD(curlew_status, provide_mesh,
      (curlew_session*, const char*, const curlew_array*, const curlew_array*, const curlew_array*));
 LOAD(curlew_status, run, (curlew_session*, const char*, const char*, const curlew_callbacks*));

@@ -378,6 +378,8 @@ static int countFrames(void* user, int32_t frame) {
     CHECK(count >= 1);
     FAILS(curlew_run(c->session, "noise", NULL, NULL), CURLEW_VALUE_ERROR, "running");
     FAILS(curlew_withdraw(c->session, "x"), CURLEW_VALUE_ERROR, "running");
+    FAILS(curlew_session_release(&c->session), CURLEW_VALUE_ERROR, "running");
+    CHECK(c->session != NULL);
     if (c->cancelInside && frame == 2) SUCCEEDS(curlew_cancel(c->session));
     return !c->cancelInside && frame == 3;
 }
@@ -387,6 +389,7 @@ static void* cancelSoon(void* session) {
     int64_t count = 0;
     while (curlew_count(s, CURLEW_FIELD, &count) == CURLEW_OK) continue; /* until it runs */
     CHECK(strstr(curlew_error_message(), "running"));
+    FAILS(curlew_session_release(&s), CURLEW_VALUE_ERROR, "running");
     SUCCEEDS(curlew_cancel(s));
     return NULL;
 }

@@ -119,7 +119,7 @@ def _load(path: str) -> ctypes.CDLL:
         "error_action": (text, []),
         "error_node": (text, []),
         "session_create": (c_int32, [POINTER(session)]),
-        "session_release": (None, [POINTER(session)]),
+        "session_release": (c_int32, [POINTER(session)]),
         "provide_mesh": (c_int32, [session, text, array, array, array]),
         "provide_points": (c_int32, [session, text, array, array, array]),
         "withdraw": (c_int32, [session, text]),

@@ -59,9 +59,12 @@ class Session:
         self._handle = lib.created("session_create")
 
     def close(self) -> None:
-        """Gives everything back. Arrays, fields and flows that came from the session live on."""
+        """Gives everything back. Arrays, fields and flows that came from the session live on.
+
+        Raises Error while the session runs, in its callbacks, too.
+        """
         if self._handle is not None:
-            lib.library().curlew_session_release(self._handle)
+            lib.call("session_release", self._handle)
             self._handle = None
             self.runs += 1
 

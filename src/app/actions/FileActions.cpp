@@ -237,8 +237,10 @@ void writeObjFile(const Context& c, const Arguments&, const std::string& file) {
 void writeJsonFile(const Context& c, const Arguments&, const std::string& file) {
     const std::string name = std::filesystem::path(file).filename().string();
     const bool graph = name == "graph.json" || name.ends_with(".graph.json");
-    writeAtomically(file,
-                    [&](std::ostream& out) { out << (graph ? jsonOf(c.graph()) : c.wholeReport().dump(2) + "\n"); });
+    writeAtomically(file, [&](std::ostream& out) {
+        out << (graph ? jsonOf(c.graph())
+                      : c.wholeReport().dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+    });
 }
 
 const std::vector<Format>& formats() {

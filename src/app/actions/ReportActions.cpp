@@ -14,7 +14,9 @@ using namespace options;
 const std::string kGroup = "program";
 
 void writeJson(const std::string& file, const nlohmann::ordered_json& json) {
-    writeAtomically(file, [&](std::ostream& out) { out << json.dump(2) << '\n'; });
+    writeAtomically(file, [&](std::ostream& out) {
+        out << json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n';
+    });
 }
 
 std::string plain(const nlohmann::ordered_json& value) {

@@ -212,6 +212,25 @@ void Builder::place(Node node, bool keep) {
     mGraph.nodes.push_back(std::move(node));
     if (!framed()) mGraph.frames = mGraph.nodes.size();
     validate(mGraph, index);
+    limitDepth(index);
+}
+
+/// Throws ValueError if an evaluation at a point would need too much of the stack.
+void Builder::limitDepth(size_t node) {
+    constexpr size_t kDeepest = 500;
+    const std::vector<Kind> functions{Kind::field, Kind::flow};
+    for (size_t k = mDepths.size(); k <= node; ++k) {
+        mDepths.push_back(1);
+        for (const auto& links : mGraph.nodes[k].inputs)
+            for (const Link& link : links)
+                if (link.from == Link::From::node && fits(functions, mGraph.objectOf(link)))
+                    mDepths[k] = std::max(mDepths[k], mDepths[link.index] + 1);
+    }
+    if (mDepths[node] > kDeepest)
+        throw ValueError(
+            fmt::format("more than {} fields are made of one another; use fewer, or write a grid and go "
+                        "on with that",
+                        kDeepest));
 }
 
 void Builder::beginFrames(const Arguments& range, SourceLocation location, bool carry) {
@@ -333,6 +352,7 @@ void Builder::add(Graph graph) {
     for (auto* entries : {&graph.left, &graph.leftInFrame})
         for (Entry& entry : *entries) shift(entry.link);
     graph.nodes.insert(graph.nodes.begin(), mGraph.nodes.begin(), mGraph.nodes.end());
+    mDepths.clear();
     graph.frames += before;
     mGraph = std::move(graph);
     mEntries = framed() ? mGraph.leftInFrame : mGraph.left;

@@ -50,6 +50,7 @@ class Builder : private Scope {
     std::vector<Link> written(const Statement& statement, const std::string& file) const;
     Link resolved(const std::string& name) const;
     World world() const;
+    void limitDepth(size_t node);
 
     const Reading& mReading;
     Graph mGraph;
@@ -59,6 +60,7 @@ class Builder : private Scope {
     std::map<std::string, std::vector<Object>> mWritten; ///< What files hold that the program writes.
     std::map<std::string, Link> mNames;                  ///< Where a name leads: an object that is changed keeps it.
     uint64_t mClock = 1;
+    std::vector<size_t> mDepths; ///< By node: how many fields and flows are evaluated one within another.
 };
 
 } // namespace curlew::app

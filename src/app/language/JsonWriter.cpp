@@ -43,7 +43,7 @@ std::string jsonOf(const Graph& graph) {
     if (graph.resume) json["resume"] = true;
     if (!graph.effects) json["effects"] = false;
     if (!graph.wanted.empty()) json["wanted"] = graph.wanted;
-    return json.dump(1) + "\n";
+    return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 } // namespace curlew::app

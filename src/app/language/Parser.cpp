@@ -13,6 +13,7 @@ namespace curlew::app {
 namespace {
 
 constexpr int kDeepestScene = 16, kMostScenes = 10000;
+constexpr size_t kMostActions = 20000; ///< Of a program; each takes a few kilobytes.
 
 /// -1.5 is a value, -1x an action.
 bool isAction(const std::string& token) {
@@ -99,6 +100,8 @@ class Parser {
             statement.arguments.finish();
             if (!statement.as.empty() && declared.makes.empty())
                 throw ValueError(fmt::format("as={}: it makes nothing that could have a name", statement.as));
+            if (mStatements.size() == kMostActions)
+                throw ValueError(fmt::format("the program has more than {} actions", kMostActions));
             if (name != "config")
                 mStatements.push_back({.statement = std::move(statement), .location = location});
             else

@@ -20,9 +20,22 @@ double clamped(double value, double lower, double upper) { return std::max(lower
 double floorOf(double value) { return std::floor(value); }
 double ceilOf(double value) { return std::ceil(value); }
 
+/// Whether a text has a = that is not part of ==, <=, >= or !=.
+bool assigns(std::string_view expression) {
+    for (size_t k = 0; k < expression.size(); ++k) {
+        if (expression[k] != '=') continue;
+        if (k + 1 < expression.size() && expression[k + 1] == '=')
+            ++k;
+        else if (k == 0 || std::string_view("<>!").find(expression[k - 1]) == std::string_view::npos)
+            return true;
+    }
+    return false;
+}
+
 /// Its value, which may not be finite.
 double evaluated(const std::string& expression, Moment moment, Variables& variables) {
     double frame = moment.wholeFrame();
+    if (assigns(expression)) throw ValueError(fmt::format("{{{}}}: nothing can be assigned; == compares", expression));
     try {
         mu::Parser parser;
         parser.DefineConst("pi", std::numbers::pi);
@@ -35,7 +48,9 @@ double evaluated(const std::string& expression, Moment moment, Variables& variab
         parser.DefineVar("T", &moment.time);
         parser.DefineVar("fps", &moment.fps);
         parser.SetExpr(expression);
-        const double value = parser.Eval();
+        int values = 0;
+        const double value = *parser.Eval(values);
+        if (values != 1) throw ValueError(fmt::format("{{{}}} has {} values; it must have one", expression, values));
         for (const auto& [name, address] : parser.GetUsedVar()) {
             variables.any = true;
             if (name != "fps") variables.time = true;

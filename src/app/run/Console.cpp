@@ -1,11 +1,16 @@
 #include "curlew/app/run/Console.h"
 
+#include "curlew/base/Error.h"
+#include "curlew/base/Text.h"
+
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cstdio>
+#include <cstring>
 #include <memory>
 
 namespace curlew::app {
@@ -26,12 +31,20 @@ void put(const std::string& text) {
     std::fflush(stderr);
 }
 
+/// Throws FileError if the standard output does not take it all. A reader who has closed a pipe has read enough.
+void print(std::string_view text) {
+    errno = 0;
+    const bool whole = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
+    if (!whole && errno != EPIPE)
+        throw FileError(fmt::format("cannot write to the standard output: {}", std::strerror(errno)));
+}
+
 /// The standard streams, and the bar that may stand on the last line.
 class Terminal {
   public:
     void say(std::string_view line) {
         clearBar();
-        put(fmt::format("{}\n", line));
+        put(fmt::format("{}\n", printable(line)));
     }
     void show(const Progress& progress);
 
@@ -72,7 +85,7 @@ void Terminal::show(const Progress& progress) {
 Listener terminal(std::function<bool()> cancelled) {
     const auto terminal = std::make_shared<Terminal>();
     return {.say = [terminal](std::string_view line) { terminal->say(line); },
-            .print = [](std::string_view text) { fmt::print("{}", text); },
+            .print = print,
             .progress = [terminal](const Progress& progress) { terminal->show(progress); },
             .cancelled = std::move(cancelled)};
 }

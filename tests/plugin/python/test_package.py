@@ -186,3 +186,25 @@ def test_a_program_is_checked_when_it_is_made():
     assert error.value.line == 2
     program = curlew.Program(FLOW)
     assert program.flow().velocity([[0.1, 0.2, 0.3]]).shape == (1, 3)
+
+
+def test_a_session_that_runs_cannot_be_closed():
+    session = curlew.Session()
+    refused = []
+
+    def close(*_):
+        with pytest.raises(curlew.Error, match="running") as error:
+            session.close()
+        refused.append(error.value)
+
+    def close_beside(*_):
+        other = threading.Thread(target=close)
+        other.start()
+        other.join()
+
+    session.run("noise\nframes 1-2\nslice width=4\n", on_frame=close)
+    session.run("noise\nframes 1-2\nslice width=4\n", on_frame=close_beside)
+    assert len(refused) == 4
+    assert session.image().pixels.shape[:2] == (4, 4)  # and it is as it was
+    session.close()
+    session.close()

@@ -1,0 +1,91 @@
+#include "curlew/base/Error.h"
+#include "curlew/base/Memory.h"
+
+#include <catch2/catch.hpp>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <limits>
+
+using namespace curlew;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Control groups as the kernel shows them, in a folder of their own.
+struct Groups {
+    fs::path root = fs::temp_directory_path() / ("curlew-groups-" + std::to_string(::getpid()));
+    Groups() {
+        fs::remove_all(root);
+        fs::create_directories(root);
+    }
+    ~Groups() { fs::remove_all(root); }
+    Groups(const Groups&) = delete;
+    Groups& operator=(const Groups&) = delete;
+
+    void store(const std::string& file, const std::string& text) const {
+        fs::create_directories((root / file).parent_path());
+        std::ofstream(root / file) << text;
+    }
+    size_t left(const std::string& ownGroups) const {
+        store("cgroup", ownGroups);
+        return controlGroupMemory(root / "cgroup", root);
+    }
+};
+
+constexpr size_t kUnlimited = std::numeric_limits<size_t>::max();
+
+} // namespace
+
+TEST_CASE("control groups: the tightest limit of all nested groups counts", "[base]") {
+    const Groups groups;
+    CHECK(groups.left("0::/\n") == kUnlimited);
+    groups.store("slurm/job/step/memory.max", "max\n");
+    groups.store("slurm/job/step/memory.current", "300\n");
+    groups.store("slurm/job/memory.max", "1000\n");
+    groups.store("slurm/job/memory.current", "400\n");
+    groups.store("slurm/memory.max", "5000\n");
+    groups.store("slurm/memory.current", "4500\n");
+    CHECK(groups.left("0::/slurm/job/step\n") == 500);
+    groups.store("slurm/memory.stat", "anon 4100\ninactive_file 400\nactive_file 7\n"); // can be dropped
+    CHECK(groups.left("0::/slurm/job/step\n") == 600);
+    groups.store("slurm/job/memory.current", "1200\n"); // over its limit
+    CHECK(groups.left("0::/slurm/job/step\n") == 0);
+    CHECK(groups.left("0::/elsewhere\n") == kUnlimited);
+}
+
+TEST_CASE("control groups of version 1, and a container's own under a name of the host", "[base]") {
+    const Groups groups;
+    groups.store("memory/docker/memory.limit_in_bytes", "2000\n");
+    groups.store("memory/docker/memory.usage_in_bytes", "1500\n");
+    groups.store("memory/docker/memory.stat", "cache 900\ntotal_inactive_file 100\n");
+    CHECK(groups.left("5:cpu,cpuacct:/docker\n4:hugetlb,memory:/docker\n0::/\n") == 600);
+    CHECK(groups.left("5:cpu:/docker\n") == kUnlimited);
+    groups.store("memory/memory.limit_in_bytes", "9000\n");
+    groups.store("memory/memory.usage_in_bytes", "1000\n");
+    CHECK(groups.left("4:memory:/docker/of-the-host\n") == 600);
+    CHECK(groups.left("4:memory:/of-the-host\n") == 8000);
+}
+
+TEST_CASE("control groups: what is no list of groups gives no limit", "[base]") {
+    const Groups groups;
+    CHECK(controlGroupMemory(groups.root / "missing", groups.root) == kUnlimited);
+    CHECK(groups.left("\n:\nmemory\n0::\n") == kUnlimited);
+}
+
+TEST_CASE("a limit on the address space counts, and more than is left is refused", "[base]") {
+    rlimit before{};
+    REQUIRE(::getrlimit(RLIMIT_AS, &before) == 0);
+    const size_t without = availableMemory();
+    const rlimit tight{rlim_t{1} << 20, before.rlim_max}; // less than this program has
+    REQUIRE(::setrlimit(RLIMIT_AS, &tight) == 0);
+    const size_t with = availableMemory();
+    ::setrlimit(RLIMIT_AS, &before);
+    CHECK(without > size_t{1} << 20);
+    CHECK(with == 0);
+    CHECK_NOTHROW(requireMemory(1e6, "a thing", "make it smaller"));
+    CHECK_THROWS_WITH(requireMemory(1e18, "a thing", "make it smaller"),
+                      Catch::StartsWith("a thing would need about") && Catch::EndsWith("make it smaller"));
+    CHECK_THROWS_AS(requireMemory(std::numeric_limits<double>::quiet_NaN(), "", ""), ResourceError);
+}
