@@ -24,7 +24,7 @@ PICTURES = DOCS / "gallery"
 WIDTH = 640
 MOST_BYTES = 250_000  # Of a picture in the repository.
 MOST_SECONDS = 60  # Of a scene.
-GROUPS = {"icn": "Implicit curl noise (ICN)", "dewolf": "DeWolf", "catlike": "Catlike Coding", "psrd": "psrdnoise"}
+GROUPS = {"icn": "Improving Curl Noise (ICN)", "dewolf": "DeWolf", "catlike": "Catlike Coding", "psrd": "psrdnoise"}
 OTHERS = "Curlew"
 
 GALLERY = """# Gallery

@@ -22,7 +22,7 @@ class PoissonDisk {
     }
 
     /// Until no point has room beside it.
-    Points<N> fill() {
+    Positions<N> fill() {
         boost::random::uniform_01<double> uniform;
         Vec<double, N> first;
         for (double& x : first.c) x = uniform(mRandom);
@@ -93,7 +93,7 @@ class PoissonDisk {
     double mRadius;
     int mCells;                          // along each axis, not shorter than the radius
     std::vector<uint32_t> mHeads, mNext; // the points of each cell as a list
-    Points<N> mPoints;
+    Positions<N> mPoints;
     std::vector<uint32_t> mActive;
     boost::random::mt19937 mRandom;
     boost::random::uniform_on_sphere<double> mDirection{N};

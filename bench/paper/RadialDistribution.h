@@ -13,7 +13,7 @@
 namespace curlew::paper {
 
 template <int N>
-using Points = std::vector<Vec<double, N>>;
+using Positions = std::vector<Vec<double, N>>;
 
 /// What Table 1 tells of a set of points; of a set of more than `most`, the median of a sample, and of the minimum NaN.
 template <int N>

@@ -12,7 +12,7 @@ namespace curlew::paper {
 /// The first 2^power points of the Sobol sequence in the unit cube, scrambled by random lower triangular matrices of
 /// bits and a random shift (Matousek 1998), as SciPy does it by default.
 template <int N>
-Points<N> sobolPoints(int power, uint64_t seed) {
+Positions<N> sobolPoints(int power, uint64_t seed) {
     constexpr int kBits = 32;
     std::array<std::array<uint32_t, kBits>, size_t{N}> matrix;
     std::array<uint32_t, size_t{N}> shift;
@@ -24,7 +24,7 @@ Points<N> sobolPoints(int power, uint64_t seed) {
         }
     }
     boost::random::sobol engine(N);
-    Points<N> points(size_t{1} << power);
+    Positions<N> points(size_t{1} << power);
     for (size_t k = 0; k < points.size(); ++k)
         for (size_t axis = 0; axis < N; ++axis) {
             // Boost leaves out the point 0, which comes first.

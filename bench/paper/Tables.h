@@ -10,7 +10,12 @@ struct TableRun {
 };
 /// Each writes its table to `out` in Markdown, with the paper's figures beside ours, and returns what is not as it is
 /// claimed to be, one line each.
-std::vector<std::string> jitterTable(const TableRun& run, std::ostream& out); // ICN Table 1
-std::vector<std::string> warpTable(const TableRun& run, std::ostream& out);   // ICN Table 2
-std::vector<std::string> torusTable(const TableRun& run, std::ostream& out);  // ICN Fig. 6
+std::vector<std::string> jitterTable(const TableRun& run, std::ostream& out);    // ICN Table 1
+std::vector<std::string> warpTable(const TableRun& run, std::ostream& out);      // ICN Table 2
+std::vector<std::string> torusTable(const TableRun& run, std::ostream& out);     // ICN Fig. 6
+std::vector<std::string> layerTable(const TableRun& run, std::ostream& out);     // ICN Eq. 13
+std::vector<std::string> loopTable(const TableRun& run, std::ostream& out);      // -advect loop=
+std::vector<std::string> splittingTable(const TableRun& run, std::ostream& out); // docs/math.md, Sums
+std::vector<std::string> timeTable(const TableRun& run, std::ostream& out);      // where points should be, by steppers
+std::vector<std::string> reprojectionTable(const TableRun& run, std::ostream& out); // the README's results
 } // namespace curlew::paper

@@ -18,7 +18,16 @@ struct Table {
     std::string_view name;
     std::vector<std::string> (*write)(const TableRun&, std::ostream&);
 };
-constexpr Table kTables[] = {{"jitter", jitterTable}, {"warp", warpTable}, {"torus", torusTable}};
+constexpr Table kTables[] = {
+    {"jitter", jitterTable},
+    {"warp", warpTable},
+    {"torus", torusTable},
+    {"time", timeTable},
+    {"reprojection", reprojectionTable},
+    {"layer", layerTable},
+    {"loop", loopTable},
+    {"splitting", splittingTable},
+};
 
 /// Throws ValueError, with the usage behind what is wrong.
 [[noreturn]] void fail(const std::string& what) {

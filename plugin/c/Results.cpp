@@ -68,6 +68,7 @@ std::vector<NamedArray> arraysOf(const Points& p) {
     if (p.hasVelocity()) arrays.push_back(soa("velocity", p.vx, p.vy, p.vz));
     if (p.hasAge()) arrays.push_back(soa("age", p.age));
     if (p.hasLife()) arrays.push_back(soa("life", p.life));
+    if (p.hasFade()) arrays.push_back(soa("fade", p.fade));
     if (p.hasTrack()) arrays.push_back(soa("track", p.f, p.g));
     if (!p.converged.empty()) arrays.push_back(soa("converged", p.converged));
     return arrays;

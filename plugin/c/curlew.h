@@ -197,7 +197,8 @@ CURLEW_API curlew_status curlew_find(const curlew_session* session, const char* 
    others, and images: "arrays": {NAME: {"type": "float32", "components", "count"}}, those that curlew_read() knows:
 
     points: "position" 3 float64; "id" 1 int64; and where they have them, "velocity" 3 float32, "age" and "life" 1
-        float32 (seconds; infinite: it never dies), "track" 2 float64 (f and g), "converged" 1 int32.
+        float32 (seconds; infinite: it never dies), "fade" 1 float32 (0 to 1, how much of it is seen), "track" 2
+        float64 (f and g), "converged" 1 int32.
     curves: "position" 3 float64, "velocity" 3 float32, "along" 1 float64 (distance or time from the seed) and "track"
         2 float64 of the vertices; "start" 1 int64, where each curve begins among them, and once more their number;
         "id" 1 int64, "closed" 1 int32 and "length" 1 float64 of the curves.

@@ -3,6 +3,8 @@
 #include "curlew/field/ScalarField.h"
 #include "curlew/math/Fade.h"
 
+#include <algorithm>
+
 namespace curlew::detail {
 
 template <int N>
@@ -52,6 +54,7 @@ struct Binary {
             jets.set(i, combine(jets.template lanes<T>(i), other.template lanes<T>(i)));
     }
     Range range() const { return interval; }
+    double wavelength() const { return std::max(a.wavelength(), b.wavelength()); }
 };
 
 /// `map` of the jet of a field.
@@ -68,6 +71,7 @@ struct Unary {
         for (int i = 0; i < points.size; i += kLanes<T>) jets.set(i, map(jets.template lanes<T>(i)));
     }
     Range range() const { return interval; }
+    double wavelength() const { return a.wavelength(); }
 };
 
 template <class J>

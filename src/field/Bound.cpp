@@ -8,28 +8,84 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace curlew {
 
 using namespace detail;
+
+namespace {
+
+constexpr double kMostOfObject = 0.25; ///< Of an edge of its box, for a width that nobody has given.
+
+/// What is known of a noise's values.
+struct Values {
+    double middle = 0, size = 0; ///< Half of their range.
+    bool limited = false;
+
+    explicit Values(const Range& range) : size((range.upper - range.lower) / 2) {
+        limited = std::isfinite(size) && size > 0;
+        if (limited) middle = (range.lower + range.upper) / 2;
+    }
+    void require(const char* option) const {
+        if (!limited)
+            throw ValueError(fmt::format(
+                "{} needs a noise whose range is known; leave it out, or take a noise instead of this field", option));
+    }
+};
+
+template <int N>
+double factorFor(const ScalarFieldN<N>& noise, const Values& values, const BoxN<N>& where, double amplitude) {
+    if (amplitude == 0) return 1;
+    if (amplitude < 0) return 1 / noiseScaleOf(noise, where).slope;
+    values.require("amplitude=");
+    return amplitude / values.size;
+}
+
+/// What modulates the distance of the wall by 1 ± variation; it ends with the layer.
+template <int N>
+ScalarFieldN<N> modulation(const ScalarFieldN<N>& noise, const WallN<N>& wall, const Values& values, double variation) {
+    const auto relative = (variation / values.size) * (noise - constantField<N>(values.middle));
+    return relative * (constantField<N>(1) - layerFade(wall)) * clipped(wall.sdf.distance, wall.width);
+}
+
+} // namespace
+
+template <int N>
+LayerWidth layerWidth(const ScalarFieldN<N>& noise, const BoxN<N>& bounds, Side side) {
+    LayerWidth layer{.noise = noiseScaleOf(noise, bounds)};
+    layer.width = kLayerInWavelengths * layer.noise.wavelength;
+    if (!bounds.finite()) return layer;
+    const Vec<double, N> size = bounds.size();
+    double shortest = size[0], longest = size[0];
+    for (const double edge : size.c) {
+        shortest = std::min(shortest, edge);
+        longest = std::max(longest, edge);
+    }
+    const double most = kMostOfObject * (side == Side::outside ? longest : shortest);
+    layer.limited = layer.width > most && most > 0;
+    if (layer.limited) layer.width = most;
+    return layer;
+}
 
 template <int N>
 ScalarFieldN<N> bounded(const ScalarFieldN<N>& noise, const WallN<N>& wall, const BoundOptions& options) {
     if (!(wall.width > 0) || !std::isfinite(wall.width))
         throw ValueError(fmt::format("width {} must be positive and finite", wall.width));
-    if (std::isnan(options.amplitude) || std::isinf(options.amplitude)) throw ValueError("amplitude must be finite");
-    const Range range = noise.range();
-    const double size = (range.upper - range.lower) / 2;
-    const bool limited = std::isfinite(size) && size > 0;
-    if (options.separate && !limited)
-        throw ValueError(
-            "separate=1 needs a noise whose range is known; use separate=0, or a noise instead of this field");
-    const double amplitude = options.amplitude < 0 ? wall.width : options.amplitude;
-    const double factor = amplitude > 0 && limited ? amplitude / size : 1;
-    const double middle = limited ? (range.lower + range.upper) / 2 : 0;
-    // Any shift above the noise's size separates; an eighth more keeps the values clear of zero.
-    const double shift = options.separate ? 1.125 * factor * size : 0;
-    return ScalarFieldN<N>(
-        Bounded<N>{wall.sdf.distance, noise, wall.side, wall.width, wall.sdf.steepness, middle, factor, shift});
+    if (!std::isfinite(options.amplitude)) throw ValueError("amplitude must be finite");
+    if (!(options.variation >= 0 && options.variation < 1))
+        throw ValueError(fmt::format("variation {} must be at least 0 and below 1", options.variation));
+    const Values values(noise.range());
+    if (options.separate) values.require("separate=1");
+    const double factor = factorFor(noise, values, wall.sdf.bounds, options.amplitude);
+    // Any shift above what the noise has beyond the levelled distance separates; an eighth of its size more keeps the
+    // values clear of zero.
+    const double shift = options.separate ? std::max(0.0, 1.125 * factor * values.size - wall.width / 2) : 0;
+    const ScalarFieldN<N> g(
+        Bounded<N>{wall.sdf.distance, noise, wall.side, wall.width, wall.sdf.steepness, values.middle, factor, shift});
+    if (options.variation == 0) return g;
+    values.require("variation=");
+    return g + modulation(noise, wall, values, options.variation);
 }
 
 template <int N>
@@ -39,13 +95,21 @@ ScalarFieldN<N> layerFade(const WallN<N>& wall) {
 }
 
 template <int N>
+ScalarFieldN<N> layerRamp(const WallN<N>& wall) {
+    requirePositive(wall.width, "width");
+    return ScalarFieldN<N>(LayerRamp<N>{wall.sdf.distance, wall.side == Side::outside ? wall.width : -wall.width});
+}
+
+template <int N>
 ScalarFieldN<N> productBounded(const ScalarFieldN<N>& noise, const SdfN<N>& sdf, double range) {
     return noise * clipped(sdf.distance, range);
 }
 
 #define CURLEW_INSTANTIATE(N)                                                                       \
+    template LayerWidth layerWidth(const ScalarFieldN<N>&, const BoxN<N>&, Side);                   \
     template ScalarFieldN<N> bounded(const ScalarFieldN<N>&, const WallN<N>&, const BoundOptions&); \
     template ScalarFieldN<N> layerFade(const WallN<N>&);                                            \
+    template ScalarFieldN<N> layerRamp(const WallN<N>&);                                            \
     template ScalarFieldN<N> productBounded(const ScalarFieldN<N>&, const SdfN<N>&, double);
 CURLEW_FOR_DIMENSIONS(CURLEW_INSTANTIATE)
 #undef CURLEW_INSTANTIATE

@@ -8,7 +8,7 @@
 
 namespace curlew::detail {
 
-/// The alpha of Eq. 13, of the distance.
+/// The quintic fade of the depth, as a function of the distance.
 template <class T>
 Univariate<T> alphaOf(const T& distance, double width) {
     const T rate = select(distance < T(0), T(-1), T(1)) / static_cast<T>(width);
@@ -16,7 +16,30 @@ Univariate<T> alphaOf(const T& distance, double width) {
     return {fade.value, fade.first * rate, fade.second * rate * rate, fade.third * rate * rate * rate};
 }
 
-/// Eq. 13.
+/// The blend of a layer, at the depth s in widths, s >= 0: alpha rises from 0 to 1 with a slope of 3/2 over its middle
+/// third, which it reaches, and leaves, by a cubic smoothstep over the other thirds: C². A quintic fade is steeper in
+/// the middle, and the flow there faster. `levelled` is the integral of 1 - alpha.
+template <class T>
+struct LayerBlend {
+    Univariate<T> alpha;
+    T levelled;
+
+    explicit LayerBlend(T depth) {
+        constexpr double kRamp = 1.0 / 3, kSlope = 1 / (1 - kRamp);
+        const T s = min(T(1), depth), m = min(s, T(1) - s), t = min(T(1), m * T(1 / kRamp));
+        const T beyond = mulAdd(T(-kRamp), t, m), t2 = t * t; // of the ramp
+        const T half = T(kSlope) * (T(kRamp) * (t2 * t * mulAdd(T(-0.5), t, T(1))) + beyond);
+        const T area = T(kSlope) * (T(kRamp * kRamp) * (t2 * t2 * mulAdd(T(-0.1), t, T(0.25))) + T(0.5) * beyond * m);
+        const auto rising = s < T(0.5);
+        const T bend = T(6 * kSlope / kRamp) * t * (T(1) - t);
+        alpha = {select(rising, half, T(1) - half), T(kSlope) * t2 * mulAdd(T(-2), t, T(3)),
+                 select(rising, bend, -bend),
+                 select((t > T(0)) & (t < T(1)), T(6 * kSlope / (kRamp * kRamp)) * mulAdd(T(-2), t, T(1)), T(0))};
+        levelled = select(rising, s, T(0.5)) - area;
+    }
+};
+
+/// Eq. 13 with a levelled distance.
 template <int N>
 struct Bounded {
     static constexpr int kDimension = N;
@@ -24,6 +47,8 @@ struct Bounded {
     ScalarFieldN<N> distance, noise;
     Side side;
     double width, steepness, middle, factor, shift;
+
+    double wavelength() const { return noise.wavelength(); }
 
     bool flows(double d) const { return d != 0 && (side == Side::both || (side == Side::inside) == (d < 0)); }
 
@@ -89,23 +114,33 @@ struct Bounded {
         return std::abs(d.c[0][0]) > width + radius ? std::copysign(1.0, d.c[0][0]) : 0;
     }
 
-    /// Where alpha is 1.
+    /// The noise as it is blended; `sign` that of the distance.
+    template <class J, class T>
+    J shifted(const J& n, const T& sign, double by) const {
+        return (n - J(static_cast<T>(middle))) * static_cast<T>(factor) + J(sign * static_cast<T>(by));
+    }
+
+    /// Where alpha is 1: the levelled distance is half of the width there.
     template <class J, class T>
     J target(const T& sign, const J& n) const {
-        return (n - J(static_cast<T>(middle))) * static_cast<T>(factor) + J(sign * static_cast<T>(shift));
+        return shifted(n, sign, shift + width / 2);
     }
 
     template <class J>
     J blend(const J& d, const J& n) const {
         using T = std::remove_cvref_t<decltype(d.value)>;
-        const Univariate<T> alpha = alphaOf(d.value, width);
-        const J beyond = target(select(d.value < T(0), T(-1), T(1)), n);
-        // The product rule brings in all three terms of the gradient.
-        return select(alpha.value >= T(1), beyond, d + compose(d, alpha) * (beyond - d));
+        const T sign = select(d.value < T(0), T(-1), T(1));
+        const T w(static_cast<NumberOf<T>>(width)), rate = sign / w;
+        const LayerBlend<T> at(abs(d.value) / w);
+        const Univariate<T> alpha{at.alpha.value, at.alpha.first * rate, at.alpha.second * rate * rate,
+                                  at.alpha.third * rate * rate * rate};
+        const Univariate<T> levelled{sign * at.levelled * w, T(1) - alpha.value, -alpha.first, -alpha.second};
+        // The product rule brings in all terms of the gradient.
+        return select(alpha.value >= T(1), target(sign, n),
+                      compose(d, levelled) + compose(d, alpha) * shifted(n, sign, shift));
     }
 };
 
-/// The alpha of Eq. 13.
 template <int N>
 struct LayerFade {
     static constexpr int kDimension = N;
@@ -121,6 +156,36 @@ struct LayerFade {
         }
     }
     Range range() const { return {0, 1}; }
+};
+
+/// Bridson's ramp.
+template <int N>
+struct LayerRamp {
+    static constexpr int kDimension = N;
+    static constexpr bool kHasKernels = N == 3;
+    ScalarFieldN<N> distance;
+    double width; ///< Negative: the ramp rises towards the inside.
+
+    template <int Order, class T>
+    void evalBatch(const PointBatchN<N>& points, JetBatchN<NumberOf<T>, N, Order>& jets) const {
+        distance.eval(points, jets);
+        for (int i = 0; i < points.size; i += kLanes<T>) {
+            const auto d = jets.template lanes<T>(i);
+            jets.set(i, compose(d, rampOf(d.value)));
+        }
+    }
+    Range range() const { return {-1, 1}; }
+
+  private:
+    /// 15/8 r - 10/8 r³ + 3/8 r⁵ for |r| <= 1, level beyond.
+    template <class T>
+    Univariate<T> rampOf(const T& d) const {
+        const T rate(static_cast<NumberOf<T>>(1 / width));
+        const T r = min(T(1), max(T(-1), d * rate)), s = r * r, left = T(1) - s;
+        const T third = select(left > T(0), mulAdd(s, T(22.5), T(-7.5)), T(0));
+        return {r * mulAdd(s, mulAdd(s, T(0.375), T(-1.25)), T(1.875)), T(1.875) * left * left * rate,
+                T(-7.5) * r * left * rate * rate, third * rate * rate * rate};
+    }
 };
 
 } // namespace curlew::detail

@@ -43,6 +43,7 @@ struct Lifted {
         }
     }
     Range range() const { return field.range(); }
+    double wavelength() const { return field.wavelength(); }
 };
 
 template <int N>
@@ -75,6 +76,7 @@ struct Displaced {
         }
     }
     Range range() const { return field.range(); }
+    double wavelength() const { return field.wavelength(); }
 };
 
 Matrix3 rotation(const Vec3d& degrees) {

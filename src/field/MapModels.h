@@ -2,6 +2,8 @@
 
 #include "curlew/field/ScalarField.h"
 
+#include <cmath>
+
 namespace curlew::detail {
 
 /// field(A (x - origin)).
@@ -30,6 +32,12 @@ struct Affine {
         for (int i = 0; i < points.size; i += kLanes<T>) jets.set(i, pullBack(there.template lanes<T>(i), A));
     }
     Range range() const { return field.range(); }
+    /// Stretched unequally, by the geometric mean. A row of A is the gradient of one of the field's coordinates.
+    double wavelength() const {
+        double scale = 1;
+        for (int j = 0; j < M; ++j) scale *= length(A[j]);
+        return scale > 0 ? field.wavelength() / std::pow(scale, 1.0 / M) : 0;
+    }
 };
 
 } // namespace curlew::detail

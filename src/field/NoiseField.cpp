@@ -19,14 +19,17 @@ void validate(const OctaveOptions& o) {
         throw ValueError(fmt::format("lacunarity {} must be positive and finite", o.lacunarity));
     if (!std::isfinite(o.gain) || !std::isfinite(o.amplitude) || !std::isfinite(o.warp))
         throw ValueError("gain, amplitude and warp must be finite");
+    if (!std::isfinite(o.octaveAlpha)) throw ValueError("octaveAlpha must be finite");
     // Further out its square, in float, would not be there.
     if (o.turbulence != 0 && !(o.turbulence >= 1e-9 && o.turbulence <= 1e9))
         throw ValueError(fmt::format("turbulence {} must be 0, or between 1e-9 and 1e9", o.turbulence));
 }
 
-/// The options for an octave whose frequency is `ratio` times that of the first.
+/// The options for an octave whose frequency is `ratio` times that of the first, and whose gradients turn `turns` times
+/// as far.
 template <class Options>
-Options octaveOf(Options options, double ratio) {
+Options octaveOf(Options options, double ratio, double turns) {
+    if constexpr (requires { options.alpha; }) options.alpha *= turns;
     if constexpr (requires { options.period; })
         for (int& p : options.period.c) {
             const double period = p * ratio;
@@ -62,7 +65,8 @@ ScalarFieldN<Noise::kDimension> noiseField(const typename Noise::Options& noise,
         if (!std::isfinite(frequency) || !std::isfinite(weight) || !std::isfinite(amplitude))
             throw ValueError(fmt::format("octave {} has the frequency {} and the amplitude {}; use fewer octaves",
                                          k + 1, frequency, amplitude));
-        octaves.octaves.push_back({Noise(octaveOf(noise, ratio)), frequency, amplitude, weight});
+        const double turns = std::pow(options.octaveAlpha, k);
+        octaves.octaves.push_back({Noise(octaveOf(noise, ratio, turns)), frequency, amplitude, weight});
     }
     if (options.warp == 0 || options.octaves == 1) return ScalarFieldN<kN>(std::move(octaves));
     Vec<double, kN> period;

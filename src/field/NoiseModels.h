@@ -3,6 +3,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/field/NoiseField.h"
 
+#include <algorithm>
 #include <vector>
 
 namespace curlew::detail {
@@ -67,6 +68,12 @@ struct Octaves {
         }
         return sum;
     }
+    /// A cell of the octave with the lowest frequency.
+    double wavelength() const {
+        double longest = 0;
+        for (const auto& o : octaves) longest = std::max(longest, 1 / o.frequency);
+        return longest;
+    }
 
   private:
     template <int Order, class T>
@@ -117,6 +124,7 @@ struct WarpedOctaves {
         }
     }
     Range range() const { return plain.range(); }
+    double wavelength() const { return plain.wavelength(); }
 };
 
 } // namespace curlew::detail

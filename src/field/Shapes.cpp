@@ -18,6 +18,17 @@ Sdf sdfOf(const Shape& shape) {
 CURLEW_SHAPES(CURLEW_INSTANTIATE)
 #undef CURLEW_INSTANTIATE
 
+namespace {
+
+template <int N>
+Vec<double, N> filled(double value) {
+    Vec<double, N> v;
+    v.c.fill(value);
+    return v;
+}
+
+} // namespace
+
 template <int N>
 SdfN<N> sphereSdf(double radius) {
     const shapes::Sphere sphere{radius};
@@ -25,32 +36,40 @@ SdfN<N> sphereSdf(double radius) {
     return {formulaField<N>(sphere), BoxN<N>{}.padded(radius)};
 }
 
-Sdf boxSdf(const Vec3d& size, double rounding) { return sdfOf(shapes::RoundedBox{size, rounding}); }
+template <int N>
+SdfN<N> boxSdf(const Vec<double, N>& size, double rounding) {
+    const shapes::RoundedBox<N> box{size, rounding};
+    box.check();
+    return {formulaField<N>(box), box.bounds()};
+}
+
 Sdf torusSdf(double radius, double tube) { return sdfOf(shapes::Torus{radius, tube}); }
 Sdf capsuleSdf(double length, double radius) { return sdfOf(shapes::Capsule{length, radius}); }
 Sdf gyroidSdf(double wavelength, double thickness) { return sdfOf(shapes::Gyroid{wavelength, thickness}); }
 
-Sdf planeSdf(const Vec3d& normal, double offset) {
+template <int N>
+SdfN<N> planeSdf(const Vec<double, N>& normal, double offset) {
     const double size = length(normal);
     requirePositive(size, "length of the normal");
-    return {rampField(normal * (1 / size), -offset / size), shapes::everywhere()};
+    return {rampField(normal * (1 / size), -offset / size), shapes::everywhere<N>()};
 }
 
-Sdf placed(const Sdf& sdf, const Placement& placement) {
+template <int N>
+SdfN<N> placed(const SdfN<N>& sdf, const PlacementN<N>& placement) {
     const double scale = placement.scale[0];
-    if (!(scale > 0) || placement.scale != Vec3d{{scale, scale, scale}})
+    if (!(scale > 0) || placement.scale != filled<N>(scale))
         throw ValueError("a signed distance can only be scaled by one positive factor for all axes");
-    const Matrix3 turn = rotationOf(placement);
-    Box bounds = sdf.bounds;
+    const Matrix<N, N> turn = rotationOf(placement);
+    BoxN<N> bounds = sdf.bounds;
     if (bounds.finite()) {
         // The sphere around the box turns with it.
-        const Vec3d corner{{1, 1, 1}};
-        const Vec3d center =
+        const Vec<double, N> corner = filled<N>(1);
+        const Vec<double, N> center =
             placement.rotate == Vec3d{} ? bounds.center() * scale + placement.offset : placement.offset;
         const double radius = (length(bounds.size()) / 2 + length(bounds.center())) * scale;
         bounds = placement.rotate == Vec3d{}
-                     ? Box{bounds.lower * scale + placement.offset, bounds.upper * scale + placement.offset}
-                     : Box{center - corner * radius, center + corner * radius};
+                     ? BoxN<N>{bounds.lower * scale + placement.offset, bounds.upper * scale + placement.offset}
+                     : BoxN<N>{center - corner * radius, center + corner * radius};
     }
     return {scale * placed(sdf.distance, placement),
             bounds,
@@ -59,21 +78,37 @@ Sdf placed(const Sdf& sdf, const Placement& placement) {
             {turn * sdf.pose.axes, turn * (sdf.pose.origin * scale) + placement.offset}};
 }
 
+Sdf extruded(const SdfN<2>& sdf) {
+    Sdf tall{.distance = projected(sdf.distance, Matrix<2, 3>{}),
+             .bounds = shapes::everywhere(),
+             .reach = sdf.reach,
+             .steepness = sdf.steepness};
+    for (int i = 0; i < 2; ++i) {
+        tall.bounds.lower[i] = sdf.bounds.lower[i];
+        tall.bounds.upper[i] = sdf.bounds.upper[i];
+        tall.pose.origin[i] = sdf.pose.origin[i];
+        for (int j = 0; j < 2; ++j) tall.pose.axes[i][j] = sdf.pose.axes[i][j];
+    }
+    return tall;
+}
+
 namespace {
 
 /// The box around a and b, or what they share.
-Box around(const Box& a, const Box& b) {
-    Box box;
-    for (int i = 0; i < 3; ++i) {
+template <int N>
+BoxN<N> around(const BoxN<N>& a, const BoxN<N>& b) {
+    BoxN<N> box;
+    for (int i = 0; i < N; ++i) {
         box.lower[i] = std::min(a.lower[i], b.lower[i]);
         box.upper[i] = std::max(a.upper[i], b.upper[i]);
     }
     return box;
 }
 
-Box shared(const Box& a, const Box& b) {
-    Box box;
-    for (int i = 0; i < 3; ++i) {
+template <int N>
+BoxN<N> shared(const BoxN<N>& a, const BoxN<N>& b) {
+    BoxN<N> box;
+    for (int i = 0; i < N; ++i) {
         box.lower[i] = std::max(a.lower[i], b.lower[i]);
         box.upper[i] = std::min(a.upper[i], b.upper[i]);
     }
@@ -82,23 +117,37 @@ Box shared(const Box& a, const Box& b) {
 
 } // namespace
 
-Sdf unite(const Sdf& a, const Sdf& b, double smoothing) {
+template <int N>
+SdfN<N> unite(const SdfN<N>& a, const SdfN<N>& b, double smoothing) {
     return {smoothMin(a.distance, b.distance, smoothing), around(a.bounds, b.bounds).padded(smoothing / 6), 0,
             std::max(a.steepness, b.steepness), a.pose};
 }
 
-Sdf intersect(const Sdf& a, const Sdf& b, double smoothing) {
+template <int N>
+SdfN<N> intersect(const SdfN<N>& a, const SdfN<N>& b, double smoothing) {
     return {smoothMax(a.distance, b.distance, smoothing), shared(a.bounds, b.bounds), 0,
             std::max(a.steepness, b.steepness), a.pose};
 }
 
-Sdf subtract(const Sdf& a, const Sdf& b, double smoothing) {
+template <int N>
+SdfN<N> subtract(const SdfN<N>& a, const SdfN<N>& b, double smoothing) {
     return {smoothMax(a.distance, -1.0 * b.distance, smoothing), a.bounds, 0, std::max(a.steepness, b.steepness),
             a.pose};
 }
 
 #define CURLEW_INSTANTIATE(N) template SdfN<N> sphereSdf<N>(double);
 CURLEW_FOR_DIMENSIONS(CURLEW_INSTANTIATE)
+#undef CURLEW_INSTANTIATE
+
+#define CURLEW_INSTANTIATE(N)                                           \
+    template SdfN<N> boxSdf(const Vec<double, N>&, double);             \
+    template SdfN<N> planeSdf(const Vec<double, N>&, double);           \
+    template SdfN<N> placed(const SdfN<N>&, const PlacementN<N>&);      \
+    template SdfN<N> unite(const SdfN<N>&, const SdfN<N>&, double);     \
+    template SdfN<N> intersect(const SdfN<N>&, const SdfN<N>&, double); \
+    template SdfN<N> subtract(const SdfN<N>&, const SdfN<N>&, double);
+CURLEW_INSTANTIATE(2)
+CURLEW_INSTANTIATE(3)
 #undef CURLEW_INSTANTIATE
 
 } // namespace curlew

@@ -25,7 +25,13 @@ Matrix<2, 3> picking(int first, int second) { return {{axis(first), axis(second)
 } // namespace
 
 Flow curlFlow(const std::array<ScalarField, 3>& psi, const Domain& domain) {
-    return Flow({{psi[0], rampField(axis(0))}, {psi[1], rampField(axis(1))}, {psi[2], rampField(axis(2))}}, domain);
+    std::vector<Flow::Potentials> terms;
+    const auto ramp = domain.wall ? std::optional(layerRamp(*domain.wall)) : std::nullopt;
+    for (int i = 0; i < 3; ++i) {
+        const ScalarField& component = psi[static_cast<size_t>(i)];
+        terms.push_back({ramp ? component * *ramp : component, rampField(axis(i))});
+    }
+    return Flow(std::move(terms), domain);
 }
 
 Flow curlFlow(const std::array<ScalarFieldN<2>, 3>& psi, const Domain& domain) {

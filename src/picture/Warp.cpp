@@ -4,7 +4,7 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/field/ForEachBatch.h"
 #include "curlew/picture/Display.h"
-#include "curlew/track/Reproject.h"
+#include "curlew/track/Advect.h"
 
 #include <fmt/format.h>
 
@@ -23,14 +23,14 @@ using Position = Vec<double, 2>;
 constexpr double kRounding = 1e-14;
 
 void validate(const FlowN<2>& flow, const WarpOptions& o) {
-    if (o.steps < 1) throw ValueError(fmt::format("{} steps; give at least 1", o.steps));
+    if (o.steps < 0) throw ValueError(fmt::format("{} steps; give at least 1, or 0 for as many as needed", o.steps));
     if (!std::isfinite(o.time)) throw ValueError("time must be finite");
     if (o.reprojections < 0) throw ValueError(fmt::format("{} reprojections; give 0 or more", o.reprojections));
-    if (tableauOf(o.scheme).embedded()) throw ValueError("a warp has steps of equal length; choose another scheme");
     if (o.reprojections > 0 && !flow.hasTracks())
         throw ValueError("this flow is a sum and has no tracks to be put back onto; choose 0 reprojections");
 }
 
+/// Equal steps.
 void moveBatch(const FlowN<2>& flow, const ReprojectOptionsN<2>& reprojection, const WarpOptions& o,
                PointBatchN<2>& points) {
     std::array<double, kBatch> dt, unlimited;
@@ -45,17 +45,29 @@ void moveBatch(const FlowN<2>& flow, const ReprojectOptionsN<2>& reprojection, c
     ReprojectedBatchN<2> landed;
     for (int k = 0; k < o.steps; ++k) {
         PointBatchN<2> next;
-        step(o.scheme, points, dt, velocity, stages, next);
+        step(o.scheme.value_or(Scheme::rk4), points, dt, velocity, stages, next);
         reproject(flow, next, track, unlimited, reprojection, landed);
         points = next;
         stages[0] = landed.velocity;
     }
 }
 
+/// Steps of each position's own length. It crosses walls as the equal steps do, which a picture wants.
+void moveAdaptively(const FlowN<2>& flow, std::vector<Position>& positions, const WarpOptions& o,
+                    const Monitor& monitor) {
+    const ReprojectionOptions reprojection{.method = o.reprojections > 0 ? Reprojection::newton : Reprojection::none,
+                                           .tolerance = kRounding,
+                                           .iterations = std::max(o.reprojections, 1),
+                                           .maxSubdivisions = 0};
+    advect(flow.within({.box = flow.domain().box, .wall = {}}), positions,
+           {.time = o.time, .scheme = o.scheme, .reprojection = reprojection, .accuracy = o.accuracy}, monitor);
+}
+
 } // namespace
 
 void warp(const FlowN<2>& flow, std::vector<Position>& positions, const WarpOptions& options, const Monitor& monitor) {
     validate(flow, options);
+    if (options.adaptive()) return moveAdaptively(flow, positions, options, monitor);
     ReprojectOptionsN<2> reprojection{.method = options.reprojections > 0 ? Reprojection::newton : Reprojection::none,
                                       .iterations = options.reprojections};
     reprojection.tolerance[0] = kRounding * magnitudesOf(flow).potentials[0];

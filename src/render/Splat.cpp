@@ -26,7 +26,8 @@ void checkDepth(std::span<const float> depth, const Camera& camera) {
 
 /// An edge, or a point as one without length, among pixels.
 struct Stroke {
-    Stroke(const SplatBins& bins, size_t k) : a(bins.vertex(k)), b(bins.vertex(bins.lines() ? k + 1 : k)) {
+    Stroke(const SplatBins& bins, size_t k)
+        : a(bins.vertex(k)), b(bins.vertex(bins.lines() ? k + 1 : k)), fade(bins.fade(k)) {
         const float dx = b.x - a.x, dy = b.y - a.y;
         length = std::sqrt(dx * dx + dy * dy);
         if (length > 0) ux = dx / length, uy = dy / length;
@@ -52,6 +53,7 @@ struct Stroke {
 
     SplatVertex a, b;
     float length = 0, ux = 1, uy = 0; ///< From a to b.
+    float fade;                       ///< How much of it is seen, 0 to 1.
     float seen, radius;               ///< Pixels: as large as it is seen, and as it is drawn.
 };
 
@@ -86,7 +88,7 @@ void addLight(const SplatBins& bins, const SplatTile& tile, std::span<const floa
     for (const uint32_t index : tile.splats) {
         const Stroke stroke(bins, index);
         // What is drawn larger than it is seen has the same energy.
-        const float ratio = stroke.seen / stroke.radius, energy = bins.lines() ? ratio : ratio * ratio;
+        const float ratio = stroke.seen / stroke.radius, energy = stroke.fade * (bins.lines() ? ratio : ratio * ratio);
         const bool brief = stroke.length < 3; // pixels: one depth and colour will do
         float z = between(stroke.a.depth, stroke.b.depth, 0.5f), bright = energy * bins.haze(z);
         Vec3f color = bins.color(between(stroke.a.value, stroke.b.value, 0.5f));
@@ -129,7 +131,8 @@ void coverTile(const SplatBins& bins, const SplatTile& tile, std::vector<Sample>
     const size_t row = static_cast<size_t>(tile.width) * kFine;
     samples.assign(row * static_cast<size_t>(tile.height) * kFine, {});
     for (const uint32_t index : tile.splats) {
-        const Stroke stroke(bins, index);
+        Stroke stroke(bins, index);
+        stroke.radius *= stroke.fade;
         const float rr = stroke.radius * stroke.radius, front = std::min(stroke.a.depth, stroke.b.depth);
         const float nearest = front - stroke.radius / bins.pixelsPerUnit(front);
         stroke.forPixels(tile, kFine, [&](int x, int y) {
@@ -182,7 +185,7 @@ void resolveTile(const SplatTile& tile, const std::vector<Sample>& samples, std:
 
 } // namespace
 
-Splats Splats::of(const Points& points) { return {.x = points.x, .y = points.y, .z = points.z}; }
+Splats Splats::of(const Points& points) { return {.x = points.x, .y = points.y, .z = points.z, .fade = points.fade}; }
 
 Splats Splats::of(const Curves& curves) {
     Splats splats{.x = curves.x, .y = curves.y, .z = curves.z, .start = curves.start};

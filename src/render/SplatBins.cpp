@@ -28,6 +28,8 @@ void validate(const Splats& s, const SplatOptions& o) {
     if (s.y.size() != count || s.z.size() != count) throw ValueError("splats need as many x as y and z");
     if (!s.values.empty() && s.values.size() != count)
         throw ValueError(fmt::format("{} values for the colours of {} positions", s.values.size(), count));
+    if (!s.fade.empty() && (s.fade.size() != count || !s.start.empty()))
+        throw ValueError(fmt::format("{} values of fade for {} positions", s.fade.size(), count));
     const size_t lines = s.start.empty() ? 0 : s.start.size() - 1;
     if (!s.closed.empty() && s.closed.size() != lines) throw ValueError("splats need a flag for each polyline");
     if (!s.start.empty() && (s.start.back() != count || !std::is_sorted(s.start.begin(), s.start.end())))
@@ -55,7 +57,8 @@ SplatBins::SplatBins(const Splats& splats, const Camera& camera, const SplatOpti
       mRadius(static_cast<float>(options.radius)),
       mPixels(static_cast<float>(options.pixels)),
       mFocal(static_cast<float>(camera.project(camera.eye() + camera.forward()).pixelsPerUnit)),
-      mFade(static_cast<float>(options.fade)) {
+      mFade(static_cast<float>(options.fade)),
+      mSeen(splats.fade) {
     validate(splats, options);
     if (splats.values.empty()) mColors = {linear(splats.color)};
     for (size_t k = 0; k < kColors && !splats.values.empty(); ++k)
@@ -115,7 +118,7 @@ void SplatBins::project(const Splats& s, const Camera& camera, const Monitor& mo
 
 std::array<int, 4> SplatBins::tilesOf(size_t k) const {
     constexpr std::array<int, 4> none{0, 0, -1, -1};
-    if (mShown[k] == 0) return none;
+    if (mShown[k] == 0 || !(fade(k) > 0)) return none;
     const SplatVertex &a = mVertices[k], &b = mVertices[mLines ? k + 1 : k];
     const float reach = std::max(radius(std::min(a.depth, b.depth)), mPixels);
     const auto width = static_cast<float>(mWidth), height = static_cast<float>(mHeight);

@@ -32,6 +32,8 @@ class SplatBins {
     float pixelsPerUnit(float depth) const { return mFocal / depth; }
     /// How much of a splat at that depth is left in the haze.
     float haze(float depth) const;
+    /// How much of a splat is seen otherwise.
+    float fade(size_t k) const { return mSeen.empty() ? 1 : mSeen[k]; }
     /// In linear light.
     const Vec3f& color(float value) const;
 
@@ -55,6 +57,7 @@ class SplatBins {
     std::vector<size_t> mFirst; ///< In mSplats, by tile.
     size_t mDrawn = 0;
     std::vector<Vec3f> mColors;
+    std::span<const float> mSeen; ///< Splats::fade.
 };
 
 } // namespace curlew::detail

@@ -1,7 +1,8 @@
 #include "curlew/track/Advect.h"
 
 #include "AdvectSteps.h"
-#include "BatchAdvector.h"
+#include "FirstStep.h"
+#include "SplitAdvector.h"
 #include "curlew/field/Dimensions.h"
 #include "curlew/field/ForEachBatch.h"
 #include "curlew/track/WallMotion.h"
@@ -23,31 +24,82 @@ using Positions = std::vector<Vec<double, N>>;
 
 template <int N>
 void validate(const FlowN<N>& flow, const AdvectOptions& o) {
-    if (o.steps < 1) throw ValueError(fmt::format("{} steps; give at least 1", o.steps));
+    if (o.steps < 0) throw ValueError(fmt::format("{} steps; give at least 1, or 0 for as many as needed", o.steps));
     if (!std::isfinite(o.time)) throw ValueError("time must be finite");
-    if (!(o.accuracy > 0)) throw ValueError(fmt::format("accuracy {} must be positive", o.accuracy));
+    if (!(o.accuracy >= 0)) throw ValueError(fmt::format("accuracy {} must be positive", o.accuracy));
+    if (o.adaptive() && !tableauOf(o.usedScheme()).embedded())
+        throw ValueError(
+            fmt::format("{} does not estimate its error; choose rk23 or rk45 for an accuracy, or give steps",
+                        kSchemeNames[static_cast<size_t>(o.usedScheme())]));
     if (!(o.maxStep >= 0)) throw ValueError(fmt::format("a longest step of {} must be positive, or 0", o.maxStep));
-    o.reprojection.validate(flow.hasTracks());
+    o.reprojection.validate(true); // a sum is split, or moved without reprojection
+    splittingOf(flow, o);
 }
 
-/// Moves points in batches: `load(advector, begin)` before all steps, `store(advector, begin)` after them.
+/// For a flow that is not split. A sum has no tracks that a step could be put back onto, but its wall is guarded as
+/// that of others, unless reprojection is off.
+template <int N>
+GuardedStepper<N> wholeStepper(const FlowN<N>& flow, const FlowMagnitudesN<N>& typical, const AdvectOptions& options) {
+    ReprojectOptionsN<N> reprojection = inUnitsOf(typical, options.reprojection);
+    if (flow.hasTracks()) return advectionStepper(flow, options, reprojection);
+    const bool guarded = reprojection.method != Reprojection::none;
+    reprojection.method = Reprojection::none;
+    return {flow, StepBy::time, options.usedScheme(), reprojection, {.convergence = false, .walls = guarded}};
+}
+
+/// How many points with steps of their own one thread takes at a time: while some of them are still on their way others
+/// can set out. It does not depend on the number of threads.
+size_t poolSize(size_t points) { return kBatch * std::clamp<size_t>(points / 4096, 1, 16); }
+
+template <int N>
+using AdvectPart = typename BatchAdvector<N>::Part;
+
+/// Moves points in batches: `load(part, begin)` before all steps, `store(part, begin)` after them.
 template <int N, class Positions, class Load, class Store>
-AdvectResultN<N> advectBatches(const FlowN<N>& flow, const FlowMagnitudesN<N>& typical, const Positions& points,
-                               const AdvectOptions& options, const Load& load, const Store& store,
+AdvectResultN<N> advectBatches(const FlowN<N>& flow, const AdvectScalesN<N>& scales, const Positions& points,
+                               const AdvectOptions& given, const Load& load, const Store& store,
                                const Monitor& monitor) {
-    const auto stepper = advectionStepper(flow, options, inUnitsOf(typical, options.reprojection));
-    const Tally<N> sum = sumOverBatches(
-        points,
-        [&](const PointBatchN<N>& start, size_t begin) {
-            BatchAdvector<N> batch(stepper, options, start);
-            load(batch, begin);
-            batch.run(monitor);
-            const Tally<N> tally = batch.tally();
-            store(batch, begin);
-            return tally;
-        },
-        monitor);
-    const size_t count = points.size();
+    const AdvectOptions options = withAccuracy(given, flow.domain());
+    const FlowMagnitudesN<N>& typical = scales.flow;
+    const Splitting splitting = splittingOf(flow, options);
+    const bool split = splitting != Splitting::none;
+    const auto termByTerm = [&] {
+        // A flow that changes may have more terms by now.
+        const bool known = scales.terms.size() == flow.terms().size();
+        const SplitStepper<N> stepper(flow, known ? scales.terms : scalesOf(flow, options).terms, splitting, options);
+        return sumOverBatches(
+            points,
+            [&](const PointBatchN<N>& start, size_t begin) {
+                SplitAdvector<N> advector(stepper, start);
+                load(advector.part(), begin);
+                advector.run(monitor);
+                const Tally<N> tally = advector.tally();
+                store(advector.part(), begin);
+                return tally;
+            },
+            monitor);
+    };
+    const auto asWhole = [&] {
+        const GuardedStepper<N> stepper = wholeStepper(flow, typical, options);
+        const bool guesses = options.adaptive() && options.time != 0 && points.size() > 0;
+        const double first = guesses ? firstStep(flow, options.usedScheme(), options.accuracy) : 0;
+        return parallelSum(
+            points.size(), options.adaptive() ? poolSize(points.size()) : kBatch,
+            [&](size_t begin, size_t end) {
+                std::vector<PointBatchN<N>> batches;
+                for (size_t k = begin; k < end; k += kBatch)
+                    batches.push_back(batchOf(points, k, std::min(k + kBatch, end)));
+                BatchAdvector<N> advector(stepper, options, first, batches);
+                for (size_t b = 0; b < batches.size(); ++b) load(advector.parts()[b], begin + b * kBatch);
+                advector.run(monitor);
+                const Tally<N> tally = advector.tally();
+                for (size_t b = 0; b < batches.size(); ++b) store(advector.parts()[b], begin + b * kBatch);
+                return tally;
+            },
+            monitor);
+    };
+    const Tally<N> sum = split ? termByTerm() : asWhole();
+    const size_t count = points.size(), tried = sum.substeps + sum.retries + sum.stalled;
     const auto converged = static_cast<double>(std::max<size_t>(count - sum.notConverged, 1));
     AdvectResultN<N> result{
         .points = count,
@@ -57,29 +109,63 @@ AdvectResultN<N> advectBatches(const FlowN<N>& flow, const FlowMagnitudesN<N>& t
         .substeps = sum.substeps,
         .retries = sum.retries,
         .coarse = sum.coarse,
-        .meanIterations = static_cast<double>(sum.iterations) / static_cast<double>(std::max<size_t>(sum.substeps, 1))};
+        .meanIterations = static_cast<double>(sum.iterations) / static_cast<double>(std::max<size_t>(tried, 1)),
+        .errorMean = sum.error / static_cast<double>(std::max<size_t>(count, 1)),
+        .errorMax = sum.mostError,
+        .splitting = splitting};
+    if (split) result.drift = sum.drift;
     for (size_t q = 0; q < typical.potentials.size(); ++q)
-        if (flow.hasTracks() && typical.potentials[q] > 0)
+        if (flow.hasTracks() && typical.potentials[q] > 0) {
             result.residual[q] = std::sqrt(sum.squares[q] / converged) / typical.potentials[q];
+            result.drift[q] = sum.drift[q] / typical.potentials[q];
+        }
     return result;
 }
 
 } // namespace
 
 template <int N>
+double defaultAccuracy(const DomainN<N>& domain) {
+    const double diagonal = length(domain.box.size());
+    if (!(diagonal > 0) || !std::isfinite(diagonal))
+        throw ValueError("an accuracy is needed: the box of the flow's domain is infinite or a point");
+    return kDefaultAccuracy * diagonal;
+}
+
+template <int N>
+Splitting splittingOf(const FlowN<N>& flow, const AdvectOptions& options) {
+    if (flow.hasTracks() || options.splitting == Splitting::none) return Splitting::none;
+    if (!flow.divergenceFree())
+        throw ValueError("a normalised sum is no sum of its terms and cannot be split; choose splitting=none");
+    return options.splitting;
+}
+
+template <int N>
+AdvectScalesN<N> detail::scalesOf(const FlowN<N>& flow, const AdvectOptions& options, const Monitor& monitor) {
+    AdvectScalesN<N> scales{.flow = magnitudesOf(flow, monitor), .terms = {}};
+    if (splittingOf(flow, options) == Splitting::none) return scales;
+    for (const auto& term : flow.terms()) scales.terms.push_back(magnitudesOf(FlowN<N>(term, flow.domain()), monitor));
+    return scales;
+}
+
+template <int N>
 AdvectResultN<N>& AdvectResultN<N>::operator+=(const AdvectResultN& later) {
-    const double iterations =
-        meanIterations * static_cast<double>(substeps) + later.meanIterations * static_cast<double>(later.substeps);
+    const auto tried = [](const AdvectResultN& r) { return static_cast<double>(r.substeps + r.retries + r.stalled); };
+    const double iterations = meanIterations * tried(*this) + later.meanIterations * tried(later);
     points = later.points;
     notConverged = later.notConverged;
     outside = later.outside;
     residual = later.residual;
+    splitting = later.splitting;
+    for (size_t q = 0; q < drift.size(); ++q) drift[q] = std::max(drift[q], later.drift[q]);
     stalled += later.stalled;
     substeps += later.substeps;
     retries += later.retries;
     coarse += later.coarse;
     overrun += later.overrun;
-    meanIterations = iterations / static_cast<double>(std::max<size_t>(substeps, 1));
+    errorMean += later.errorMean;
+    errorMax += later.errorMax;
+    meanIterations = iterations / std::max(tried(*this), 1.0);
     return *this;
 }
 
@@ -88,8 +174,8 @@ AdvectResultN<N> advect(const FlowN<N>& flow, Positions<N>& points, const Advect
                         const Monitor& monitor) {
     validate(flow, options);
     return advectBatches(
-        flow, magnitudesOf(flow), points, options, [](BatchAdvector<N>&, size_t) {},
-        [&](BatchAdvector<N>& batch, size_t begin) { storeBatch(batch.position(), points, begin); }, monitor);
+        flow, scalesOf(flow, options), points, options, [](AdvectPart<N>&, size_t) {},
+        [&](const AdvectPart<N>& part, size_t begin) { storeBatch(part.tips.position, points, begin); }, monitor);
 }
 
 namespace {
@@ -132,7 +218,7 @@ double paceOf(float age, double time) {
 
 /// Particles that are near each other in the order, which holds all or is empty, are moved together.
 /// `wholeTime`: that of all steps, of which these may be some.
-AdvectResult advectInOrder(const Flow& flow, const FlowMagnitudes& typical, Points& particles,
+AdvectResult advectInOrder(const Flow& flow, const AdvectScales& scales, Points& particles,
                            const std::vector<uint32_t>& order, const AdvectOptions& options, double wholeTime,
                            const Monitor& monitor) {
     const size_t count = particles.size();
@@ -143,35 +229,36 @@ AdvectResult advectInOrder(const Flow& flow, const FlowMagnitudes& typical, Poin
     Points& p = particles;
     const auto particle = [&](size_t k) { return order.empty() ? k : order[k]; };
     return advectBatches(
-        flow, typical, PointsBy{count, [&](size_t n) { return p.position(particle(n)); }}, options,
-        [&](BatchAdvector<3>& batch, size_t begin) {
-            for (size_t i = 0; i < static_cast<size_t>(batch.position().size); ++i) {
+        flow, scales, PointsBy{count, [&](size_t n) { return p.position(particle(n)); }}, options,
+        [&](AdvectPart<3>& part, size_t begin) {
+            for (size_t i = 0; i < part.size(); ++i) {
                 const size_t k = particle(begin + i);
-                batch.converged()[i] = p.converged[k] != 0;
-                if (options.byAge && p.hasAge()) batch.pace()[i] = paceOf(p.age[k], wholeTime);
-                if (onTrack) batch.track()[0][i] = p.f[k], batch.track()[1][i] = p.g[k];
+                part.converged[i] = p.converged[k] != 0;
+                if (options.byAge && p.hasAge()) part.pace[i] = paceOf(p.age[k], wholeTime);
+                if (onTrack) part.tips.track[0][i] = p.f[k], part.tips.track[1][i] = p.g[k];
             }
         },
-        [&](BatchAdvector<3>& batch, size_t begin) {
-            for (size_t i = 0; i < static_cast<size_t>(batch.position().size); ++i) {
+        [&](const AdvectPart<3>& part, size_t begin) {
+            for (size_t i = 0; i < part.size(); ++i) {
                 const size_t k = particle(begin + i);
-                p.setPosition(k, batch.position()[static_cast<int>(i)]);
-                p.setVelocity(k, batch.velocity()[static_cast<int>(i)]);
-                p.converged[k] = batch.converged()[i] ? 1 : 0;
-                if (flow.hasTracks()) p.f[k] = batch.track()[0][i], p.g[k] = batch.track()[1][i];
+                p.setPosition(k, part.tips.position[static_cast<int>(i)]);
+                p.setVelocity(k, part.tips.velocity[static_cast<int>(i)]);
+                p.converged[k] = part.converged[i] ? 1 : 0;
+                if (flow.hasTracks()) p.f[k] = part.tips.track[0][i], p.g[k] = part.tips.track[1][i];
             }
         },
         monitor);
 }
 
 /// Gives particles the flow's velocity and track where they are.
-AdvectResult sample(const Flow& flow, const FlowMagnitudes& typical, Points& particles,
-                    const std::vector<uint32_t>& order, AdvectOptions options, const Monitor& monitor) {
+AdvectResult sample(const Flow& flow, const AdvectScales& scales, Points& particles, const std::vector<uint32_t>& order,
+                    AdvectOptions options, const Monitor& monitor) {
     options.time = 0;
+    options.accuracy = 0;
     options.steps = 1;
     particles.f.clear();
     particles.g.clear();
-    return advectInOrder(flow, typical, particles, order, options, 0, monitor);
+    return advectInOrder(flow, scales, particles, order, options, 0, monitor);
 }
 
 /// Adds that with which the particles have come from there in this time.
@@ -186,13 +273,13 @@ void addVelocity(Points& p, const std::array<std::vector<double>, 3>& from, doub
 } // namespace
 
 AdvectResult advect(const Flow& flow, Points& particles, const AdvectOptions& options, const Monitor& monitor) {
-    return detail::advectKnowing(flow, magnitudesOf(flow), particles, options, monitor);
+    return detail::advectKnowing(flow, scalesOf(flow, options), particles, options, monitor);
 }
 
-AdvectResult detail::advectKnowing(const Flow& flow, const FlowMagnitudes& typical, Points& particles,
+AdvectResult detail::advectKnowing(const Flow& flow, const AdvectScales& scales, Points& particles,
                                    const AdvectOptions& options, const Monitor& monitor) {
     validate(flow, options);
-    return advectInOrder(flow, typical, particles, orderFor(flow, particles), options, options.time, monitor);
+    return advectInOrder(flow, scales, particles, orderFor(flow, particles), options, options.time, monitor);
 }
 
 AdvectResult advect(const FlowInTime& flow, Points& particles, double begin, const AdvectOptions& options,
@@ -201,15 +288,13 @@ AdvectResult advect(const FlowInTime& flow, Points& particles, double begin, con
     Flow before = flow.at(begin);
     if (flow.steady()) return advect(before, particles, options, monitor);
     validate(before, options);
-    AdvectOptions one = options;
-    one.steps = 1;
-    one.time = options.time / options.steps;
+    const int count = options.steps > 0 ? options.steps : kMoments;
+    const AdvectOptions one = oneOf(count, withAccuracy(options, before.domain()));
     const Monitor unreported{.report = {}, .cancelled = monitor.cancelled};
     const std::vector<uint32_t> order = orderFor(before, particles);
-    const FlowMagnitudes typical = magnitudesOf(before);
+    const AdvectScales scales = scalesOf(before, options);
     const auto wallOf = [](const Flow& f) { return f.domain().wall; };
     AdvectResult total;
-    double iterations = 0;
     std::array<std::vector<double>, 3> beforeLast; // where they are when the wall takes them along for the last time
     const auto followed = [&](const Flow& from, const Flow& to) {
         if (wallOf(from).has_value() != wallOf(to).has_value())
@@ -217,30 +302,31 @@ AdvectResult advect(const FlowInTime& flow, Points& particles, double begin, con
         if (!wallOf(from)) return;
         total.overrun += WallMotion(*wallOf(from), *wallOf(to), from.domain().box).carry(particles, unreported);
     };
-    for (int k = 0; k < options.steps; ++k) {
+    for (int k = 0; k < count; ++k) {
         const Flow middle = flow.at(begin + one.time * (k + 0.5)), after = flow.at(begin + one.time * (k + 1));
         followed(before, middle);
         particles.f.clear(); // tracks of the step before
         particles.g.clear();
-        const AdvectResult step = advectInOrder(middle, typical, particles, order, one, options.time, unreported);
-        if (k == options.steps - 1) beforeLast = {particles.x, particles.y, particles.z};
+        const AdvectResult step = advectInOrder(middle, scales, particles, order, one, options.time, unreported);
+        if (k == count - 1) beforeLast = {particles.x, particles.y, particles.z};
         followed(middle, after);
         total += step;
-        iterations += step.meanIterations * static_cast<double>(step.substeps);
         before = after;
-        if (monitor.report) monitor.report((k + 1.0) / options.steps);
+        if (monitor.report) monitor.report((k + 1.0) / count);
     }
-    const AdvectResult end = sample(before, typical, particles, order, options, unreported);
+    const AdvectResult end = sample(before, scales, particles, order, options, unreported);
     if (one.time != 0) addVelocity(particles, beforeLast, one.time / 2);
     total.points = end.points;
     total.outside = end.outside;
     total.notConverged = end.notConverged;
-    total.meanIterations = iterations / static_cast<double>(std::max<size_t>(total.substeps, 1)); // divided once
     return total;
 }
 
-#define CURLEW_INSTANTIATE(N)         \
-    template struct AdvectResultN<N>; \
+#define CURLEW_INSTANTIATE(N)                                                                          \
+    template struct AdvectResultN<N>;                                                                  \
+    template double defaultAccuracy(const DomainN<N>&);                                                \
+    template Splitting splittingOf(const FlowN<N>&, const AdvectOptions&);                             \
+    template AdvectScalesN<N> detail::scalesOf(const FlowN<N>&, const AdvectOptions&, const Monitor&); \
     template AdvectResultN<N> advect(const FlowN<N>&, Positions<N>&, const AdvectOptions&, const Monitor&);
 CURLEW_FOR_FLOW_DIMENSIONS(CURLEW_INSTANTIATE)
 #undef CURLEW_INSTANTIATE

@@ -1,9 +1,10 @@
 #pragma once
 
+#include "StepControl.h"
 #include "StepGuard.h"
 #include "curlew/track/Advect.h"
 
-#include <cstdint>
+#include <vector>
 
 namespace curlew::detail {
 
@@ -11,7 +12,9 @@ namespace curlew::detail {
 template <int N>
 struct Tally {
     size_t notConverged = 0, stalled = 0, outside = 0, substeps = 0, retries = 0, coarse = 0, iterations = 0;
+    double error = 0, mostError = 0;                     // estimated, of the positions: the sum, and the largest
     std::array<double, FlowN<N>::kPotentials> squares{}; // of the residuals
+    std::array<double, FlowN<N>::kPotentials> drift{};   // the greatest residuals after a substep
 
     Tally& operator+=(const Tally& o) {
         notConverged += o.notConverged;
@@ -21,7 +24,10 @@ struct Tally {
         retries += o.retries;
         coarse += o.coarse;
         iterations += o.iterations;
+        error += o.error;
+        mostError = std::max(mostError, o.mostError);
         for (size_t q = 0; q < squares.size(); ++q) squares[q] += o.squares[q];
+        for (size_t q = 0; q < drift.size(); ++q) drift[q] = std::max(drift[q], o.drift[q]);
         return *this;
     }
 };
@@ -30,85 +36,103 @@ struct Tally {
 template <int N>
 GuardedStepper<N> advectionStepper(const FlowN<N>& flow, const AdvectOptions& options,
                                    const ReprojectOptionsN<N>& reprojection) {
-    return {flow, StepBy::time, options.scheme, reprojection, StepGuard::forAdvection(options.reprojection.method)};
+    return {flow, StepBy::time, options.usedScheme(), reprojection, StepGuard::forAdvection(options.reprojection)};
 }
 
-/// Moves the points of one batch through all steps.
+/// Moves the points of some batches for the whole time.
 template <int N>
 class BatchAdvector {
   public:
-    /// The points, each on the track that it begins on.
-    BatchAdvector(const GuardedStepper<N>& stepper, const AdvectOptions& options, const PointBatchN<N>& points)
-        : mStepper(stepper), mOptions(options) {
-        mTips.position = points;
-        const auto potentials = sample();
-        for (size_t q = 0; q < mTips.track.size(); ++q) mTips.track[q] = potentials[q].c[0];
-        mConverged.fill(true);
-        mPart.fill(whole());
-        mPace.fill(1);
-    }
-
-    void run(const Monitor& monitor) {
-        for (int k = 0; k < mOptions.steps; ++k) {
-            monitor.check(); // the steps of one batch may take hours
-            advanceAll();
+    /// The points, each on the track that it begins on. `options` with an accuracy, unless its steps are equal;
+    /// `firstStep`: of adaptive ones, seconds.
+    BatchAdvector(const GuardedStepper<N>& stepper, const AdvectOptions& options, double firstStep,
+                  const std::vector<PointBatchN<N>>& batches)
+        : mStepper(stepper), mOptions(options), mFirstStep(firstStep), mParts(batches.size()) {
+        for (size_t b = 0; b < batches.size(); ++b) {
+            Part& part = mParts[b];
+            part.tips.position = batches[b];
+            const auto potentials = sample(part);
+            for (size_t q = 0; q < part.tips.track.size(); ++q) part.tips.track[q] = potentials[q].c[0];
+            part.converged.fill(true);
+            part.error.fill(0);
+            part.pace.fill(1);
         }
     }
 
-    /// What has happened, and how far the points are from their tracks now.
+    /// Points side by side.
+    struct Part {
+        ActiveTipsN<N> tips; ///< With their tracks, which may be set.
+        std::array<bool, kBatch> allowed, converged;
+        std::array<double, kBatch> error; ///< Estimated, of each position.
+        std::array<double, kBatch> pace;  ///< The fraction of the time for which each point moves.
+
+        size_t size() const { return static_cast<size_t>(tips.position.size); }
+    };
+    std::vector<Part>& parts() { return mParts; }
+
+    void run(const Monitor& monitor) {
+        if (mOptions.adaptive()) return advanceAdaptively(monitor);
+        for (Part& part : mParts)
+            for (int k = 0; k < mOptions.steps; ++k) {
+                monitor.check(); // the steps of one batch may take hours
+                advanceEqually(part);
+            }
+    }
+
+    /// What has happened on the way.
+    const Tally<N>& counts() const { return mTally; }
+
+    /// The same, and how far the points are from their tracks now.
     Tally<N> tally() {
-        const auto potentials = sample();
         Tally<N> sum = mTally;
-        for (size_t i = 0; i < static_cast<size_t>(position().size); ++i) {
-            sum.outside += !mAllowed[i];
-            sum.notConverged += !mConverged[i];
-            if (!mConverged[i]) continue;
-            for (size_t q = 0; q < potentials.size(); ++q) {
-                const double residual = potentials[q].c[0][i] - mTips.track[q][i];
-                sum.squares[q] += residual * residual;
+        for (Part& part : mParts) {
+            const auto potentials = sample(part);
+            for (size_t i = 0; i < part.size(); ++i) {
+                sum.outside += !part.allowed[i];
+                sum.notConverged += !part.converged[i];
+                sum.error += part.error[i];
+                sum.mostError = std::max(sum.mostError, part.error[i]);
+                if (!part.converged[i]) continue;
+                for (size_t q = 0; q < potentials.size(); ++q) {
+                    const double residual = potentials[q].c[0][i] - part.tips.track[q][i];
+                    sum.squares[q] += residual * residual;
+                }
             }
         }
         return sum;
     }
 
-    const PointBatchN<N>& position() const { return mTips.position; }
-    const VecBatchN<double, N>& velocity() const { return mTips.velocity; }
-    TrackBatchN<N>& track() { return mTips.track; }
-    std::array<bool, kBatch>& converged() { return mConverged; }
-    /// The fraction of the time for which each point moves.
-    std::array<double, kBatch>& pace() { return mPace; }
-
   private:
     using Jets = typename FlowN<N>::template Jets<double>;
 
+    /// A point that has not come to the end of its time yet.
+    struct Journey {
+        Part* part;
+        size_t point;     ///< Of the part.
+        double left;      ///< Of its time, seconds, positive.
+        double length;    ///< Of its next step.
+        int halvings = 0; ///< Since the guard accepted a step.
+    };
+
     /// The potentials at the points; also sets their velocities, and their distances from the wall.
-    Jets sample() {
+    Jets sample(Part& part) const {
         Jets potentials;
-        mStepper.flow().eval(mTips.position, potentials, mTips.velocity);
-        classify(mStepper.flow().domain(), mTips.position, mAllowed, mTips.distance);
+        mStepper.flow().eval(part.tips.position, potentials, part.tips.velocity);
+        classify(mStepper.flow().domain(), part.tips.position, part.allowed, part.tips.distance);
         return potentials;
     }
 
-    bool adapts() const { return tableauOf(mOptions.scheme).embedded(); }
     int whole() const { return 1 << mOptions.reprojection.maxSubdivisions; }
-
-    /// What becomes of a step that was tried.
-    enum class Outcome : uint8_t {
-        reject, ///< The guard does not accept it.
-        refine, ///< Longer or less accurate than asked for.
-        accept,
-        coarsen, ///< So accurate that the next may be twice as long.
-    };
+    bool stays(const Part& part, size_t i) const { return mStepper.guardsWalls() && !part.allowed[i]; }
 
     /// One time step of every point. What is left of it is counted in parts of 2^-maxSubdivisions.
-    void advanceAll() {
+    void advanceEqually(Part& part) {
         std::array<size_t, kBatch> active;
-        std::array<int, kBatch> left;
+        std::array<int, kBatch> left, fraction;
         size_t count = 0;
-        if (!adapts()) mPart.fill(whole());
-        for (size_t i = 0; i < static_cast<size_t>(position().size); ++i) {
-            if (mStepper.guardsWalls() && !mAllowed[i]) continue;
-            left[i] = whole();
+        for (size_t i = 0; i < part.size(); ++i) {
+            if (stays(part, i)) continue;
+            left[i] = fraction[i] = whole();
             active[count++] = i;
         }
         const double smallest = mOptions.time / mOptions.steps / whole();
@@ -117,61 +141,168 @@ class BatchAdvector {
             std::array<double, kBatch> dt;
             from.position.size = static_cast<int>(count);
             for (size_t a = 0; a < count; ++a) {
-                from.copy(static_cast<int>(a), mTips, static_cast<int>(active[a]));
-                dt[a] = smallest * mPart[active[a]] * mPace[active[a]];
+                from.copy(static_cast<int>(a), part.tips, static_cast<int>(active[a]));
+                dt[a] = smallest * fraction[active[a]] * part.pace[active[a]];
             }
             const StepResultN<N> to = mStepper(from, dt);
             size_t rest = 0;
-            for (size_t a = 0; a < count; ++a)
-                if (acceptStep(active[a], from, to, a, left[active[a]])) active[rest++] = active[a];
+            for (size_t a = 0; a < count; ++a) {
+                const size_t i = active[a];
+                if (takeEqual(part, i, from, to, a, fraction[i], left[i])) active[rest++] = i;
+            }
             count = rest;
         }
     }
 
-    /// Moves point i to the end of step a if that is accepted, and chooses its next step. Returns whether any of the
-    /// time is left.
-    bool acceptStep(size_t i, const ActiveTipsN<N>& from, const StepResultN<N>& to, size_t a, int& left) {
-        int& part = mPart[i];
-        const Outcome outcome = outcomeOf(from, to, a);
+    /// Moves point i to the end of step a, or halves the step. Returns whether any of the time is left.
+    bool takeEqual(Part& part, size_t i, const ActiveTipsN<N>& from, const StepResultN<N>& to, size_t a, int& fraction,
+                   int& left) {
         mTally.iterations += static_cast<size_t>(to.reprojected.iterations[a]);
-        if (outcome == Outcome::reject || (outcome == Outcome::refine && part > 1)) {
-            if (part > 1) {
-                ++mTally.retries;
-                part /= 2;
-                return true;
-            }
-            ++mTally.stalled;
-            mConverged[i] = false;
+        const bool refine = tooLong(from, to, a);
+        if (fraction > 1 && (!to.accepted[a] || refine)) {
+            ++mTally.retries;
+            fraction /= 2;
+            return true;
+        }
+        if (!to.accepted[a]) {
+            stall(part, i);
             return false;
         }
-        mTips.position.set(static_cast<int>(i), to.position[static_cast<int>(a)]);
-        mTips.velocity.set(static_cast<int>(i), to.reprojected.velocity[static_cast<int>(a)]);
-        if (mStepper.guardsWalls()) mTips.distance[i] = to.distance[a];
-        ++mTally.substeps;
-        mTally.coarse += outcome == Outcome::refine;
-        left -= part;
-        // A part begins at a multiple of its length, so that the whole can be filled.
-        if (outcome == Outcome::coarsen && part < whole() && left % (2 * part) == 0) part *= 2;
+        moveTo(part, i, to, a);
+        mTally.coarse += refine;
+        left -= fraction;
         return left > 0;
     }
 
-    Outcome outcomeOf(const ActiveTipsN<N>& from, const StepResultN<N>& to, size_t a) const {
-        if (!to.accepted[a]) return Outcome::reject;
-        const auto i = static_cast<int>(a);
-        const bool tooLong = mOptions.maxStep > 0 && length(to.position[i] - from.position[i]) > mOptions.maxStep;
-        if (tooLong || to.error[a] > mOptions.accuracy) return Outcome::refine;
-        if (!adapts()) return Outcome::accept;
-        constexpr double kSafety = 2;
-        const int twiceAsLong = 1 << tableauOf(mOptions.scheme).errorOrder; // by which the error grows
-        return to.error[a] * twiceAsLong * kSafety < mOptions.accuracy ? Outcome::coarsen : Outcome::accept;
+    /// Every point by its own steps, as long as the accuracy allows. A batch of them is always on its way, as long as
+    /// there are so many: where one has arrived, the next sets out.
+    void advanceAdaptively(const Monitor& monitor) {
+        const double time = std::abs(mOptions.time), sign = mOptions.time < 0 ? -1 : 1;
+        std::array<Journey, kBatch> journeys;
+        size_t count = 0, nextPart = 0, nextPoint = 0;
+        const auto setOut = [&] {
+            for (; nextPart < mParts.size(); ++nextPart, nextPoint = 0) {
+                Part& part = mParts[nextPart];
+                for (; nextPoint < part.size(); ++nextPoint) {
+                    if (count == kBatch) return;
+                    const double left = time * part.pace[nextPoint];
+                    if (stays(part, nextPoint) || !(left > 0)) continue;
+                    journeys[count++] = {.part = &part, .point = nextPoint, .left = left, .length = mFirstStep};
+                }
+            }
+        };
+        for (setOut(); count > 0; setOut()) {
+            monitor.check();
+            ActiveTipsN<N> from;
+            std::array<double, kBatch> dt;
+            StepDemands demands{.accuracy = mOptions.accuracy};
+            from.position.size = static_cast<int>(count);
+            for (size_t a = 0; a < count; ++a) {
+                from.copy(static_cast<int>(a), journeys[a].part->tips, static_cast<int>(journeys[a].point));
+                const double length = nextStep(journeys[a]);
+                dt[a] = sign * length;
+                // One that was rejected may have been too far off its track.
+                demands.between[a] = length < journeys[a].left && journeys[a].halvings == 0;
+            }
+            const StepResultN<N> to = mStepper(from, dt, demands);
+            size_t rest = 0;
+            for (size_t a = 0; a < count; ++a)
+                if (takeAdaptive(journeys[a], from, to, a, std::abs(dt[a]))) journeys[rest++] = journeys[a];
+            count = rest;
+        }
+    }
+
+    /// The rest of the time is taken in one step, or in two equal ones: none is very short.
+    static double nextStep(const Journey& journey) {
+        if (journey.length * (1 + 1e-9) >= journey.left) return journey.left;
+        return std::min(journey.length, journey.left / 2);
+    }
+
+    /// Moves a point to the end of step a, which took `length` seconds, and chooses the next. Returns whether any of
+    /// its time is left.
+    bool takeAdaptive(Journey& journey, const ActiveTipsN<N>& from, const StepResultN<N>& to, size_t a, double length) {
+        Part& part = *journey.part;
+        const size_t i = journey.point;
+        mTally.iterations += static_cast<size_t>(to.reprojected.iterations[a]);
+        const double error = to.error[a] / mOptions.accuracy;
+        const bool refine = !(error <= 1) || tooLong(from, to, a);
+        const double factor = std::min(mControl.factor(error), stretch(from, to, a));
+        if (refine && length > shortest()) {
+            ++mTally.retries;
+            journey.length = length * factor;
+            return true;
+        }
+        if (!to.accepted[a]) {
+            if (journey.halvings < mOptions.reprojection.maxSubdivisions && length > guardedShortest()) {
+                ++mTally.retries;
+                ++journey.halvings;
+                journey.length = length / 2;
+                return true;
+            }
+            stall(part, i);
+            if (!std::isfinite(error)) return false;
+            // The whole step is lost, and it is not a very short one, or this would take for ever.
+            journey.length = std::max(std::ldexp(length, journey.halvings), typical() / 16);
+            journey.halvings = 0;
+            return pass(journey, journey.length);
+        }
+        if (!std::isfinite(error)) { // not even the shortest step leads anywhere
+            stall(part, i);
+            return false;
+        }
+        moveTo(part, i, to, a);
+        mTally.coarse += refine;
+        part.error[i] += to.error[a];
+        // After a step that had to be halved the next is no longer.
+        journey.length = std::max(length * (journey.halvings > 0 ? std::min(factor, 1.0) : factor), shortest());
+        journey.halvings = 0;
+        return pass(journey, length);
+    }
+
+    static bool pass(Journey& journey, double length) {
+        if (length >= journey.left) return false;
+        journey.left -= length;
+        return true;
+    }
+
+    double typical() const { return std::min(mFirstStep, std::abs(mOptions.time)); }
+    /// No step is shorter than this for its accuracy's sake, and none is halved below that because of the guard: a
+    /// point that is driven towards a wall would take ever shorter steps.
+    double shortest() const { return typical() * 0x1p-20; }
+    double guardedShortest() const { return std::ldexp(typical(), -mOptions.reprojection.maxSubdivisions - 4); }
+
+    void stall(Part& part, size_t i) {
+        ++mTally.stalled;
+        part.converged[i] = false;
+    }
+
+    static double moved(const ActiveTipsN<N>& from, const StepResultN<N>& to, size_t a) {
+        return length(to.position[static_cast<int>(a)] - from.position[static_cast<int>(a)]);
+    }
+    bool tooLong(const ActiveTipsN<N>& from, const StepResultN<N>& to, size_t a) const {
+        return mOptions.maxStep > 0 && moved(from, to, a) > mOptions.maxStep;
+    }
+    /// By how much step a may grow for the point to move by nearly maxStep.
+    double stretch(const ActiveTipsN<N>& from, const StepResultN<N>& to, size_t a) const {
+        constexpr double kNearly = 0.95, kMost = 4;
+        const double way = moved(from, to, a);
+        return mOptions.maxStep > 0 && way * kMost > mOptions.maxStep ? kNearly * mOptions.maxStep / way : kMost;
+    }
+
+    void moveTo(Part& part, size_t i, const StepResultN<N>& to, size_t a) {
+        part.tips.position.set(static_cast<int>(i), to.position[static_cast<int>(a)]);
+        part.tips.velocity.set(static_cast<int>(i), to.reprojected.velocity[static_cast<int>(a)]);
+        if (mStepper.guardsWalls()) part.tips.distance[i] = to.distance[a];
+        ++mTally.substeps;
+        for (size_t q = 0; q < mTally.drift.size(); ++q)
+            mTally.drift[q] = std::max(mTally.drift[q], std::abs(to.reprojected.residual[q][a]));
     }
 
     const GuardedStepper<N>& mStepper;
     const AdvectOptions& mOptions;
-    ActiveTipsN<N> mTips;
-    std::array<bool, kBatch> mAllowed, mConverged;
-    std::array<int, kBatch> mPart; ///< How long each point's next step is.
-    std::array<double, kBatch> mPace;
+    double mFirstStep;
+    StepControl mControl{std::max(tableauOf(mOptions.usedScheme()).errorOrder, 1)};
+    std::vector<Part> mParts;
     Tally<N> mTally;
 };
 

@@ -1,5 +1,6 @@
 #include "curlew/track/Diagnostics.h"
 
+#include "OntoWall.h"
 #include "curlew/base/Random.h"
 #include "curlew/field/Dimensions.h"
 #include "curlew/field/ForEachBatch.h"
@@ -32,32 +33,44 @@ double greatest(size_t count, const Value& value, const Monitor& monitor) {
     return most;
 }
 
-/// The divergence at a point by the trace of the derivative, and by central differences, relative to the derivative's
-/// norm.
-struct Divergence {
-    double trace = 0, byDifferences = 0;
+/// The derivative of the velocity at a point.
+struct Derivative {
+    double trace = 0; ///< |trace| over its norm.
+    double norm2 = 0; ///< Frobenius norm, squared.
+    double speed2 = 0;
 };
 
 template <int N>
-Divergence divergenceAt(const FlowN<N>& flow, const Vec<double, N>& p, double h) {
+Derivative derivativeAt(const FlowN<N>& flow, const Vec<double, N>& p) {
     const FlowSampleN<N> sample = flow.at(p);
     double trace = 0, squares = 0;
     for (int i = 0; i < N; ++i) {
         trace += sample.derivative[i][i];
         squares += dot(sample.derivative[i], sample.derivative[i]);
     }
-    if (!(squares > 0)) return {};
-    PointBatchN<N> around;
-    for (int i = 0; i < 2 * N; ++i) {
-        Vec<double, N> q = p;
-        q[i / 2] += i % 2 ? h : -h;
-        around.push(q);
+    if (!(squares > 0)) return {.speed2 = dot(sample.velocity, sample.velocity)};
+    return {std::abs(trace) / std::sqrt(squares), squares, dot(sample.velocity, sample.velocity)};
+}
+
+/// The sum of the squares of the divergence by central differences over ±h.
+template <int N>
+double divergenceByDifferences(const FlowN<N>& flow, const PointBatchN<N>& points, double h) {
+    std::array<double, kBatch> divergence{};
+    for (size_t axis = 0; axis < N; ++axis) {
+        PointBatchN<N> above = points, below = points;
+        for (size_t i = 0; i < static_cast<size_t>(points.size); ++i) {
+            above.c[axis][i] += h;
+            below.c[axis][i] -= h;
+        }
+        VecBatchN<double, N> up, down;
+        flow.velocity(above, up);
+        flow.velocity(below, down);
+        for (size_t i = 0; i < static_cast<size_t>(points.size); ++i)
+            divergence[i] += (up.c[axis][i] - down.c[axis][i]) / (2 * h);
     }
-    VecBatchN<double, N> c;
-    flow.velocity(around, c);
-    double difference = 0;
-    for (int axis = 0; axis < N; ++axis) difference += (c[2 * axis + 1][axis] - c[2 * axis][axis]) / (2 * h);
-    return {std::abs(trace) / std::sqrt(squares), difference / std::sqrt(squares)};
+    double sum = 0;
+    for (size_t i = 0; i < static_cast<size_t>(points.size); ++i) sum += divergence[i] * divergence[i];
+    return sum;
 }
 
 /// Points of the domain. In space it takes as many tries as are needed.
@@ -81,19 +94,6 @@ std::vector<Vec<double, N>> pointsOf(const DomainN<N>& domain, size_t count, con
     return points;
 }
 
-/// Moves a point onto the zero level of d; false where that does not work.
-bool ontoWall(const ScalarField& distance, const Box& box, Vec3d& p) {
-    constexpr int kMostIterations = 30;
-    for (int k = 0; k < kMostIterations; ++k) {
-        const auto d = distance.at<1>(p);
-        if (std::abs(d.value) < 1e-13 * (1 + length(p))) return box.contains(p);
-        const double squared = dot(d.gradient, d.gradient);
-        if (!(squared > 1e-6)) return false;
-        p -= d.gradient * (d.value / squared);
-    }
-    return false;
-}
-
 void diagnoseWall(const Flow& flow, size_t samples, FlowDiagnostics& check, const Monitor& monitor) {
     const Wall& wall = *flow.domain().wall;
     // Start near the wall: anywhere within its width, on both sides.
@@ -104,14 +104,11 @@ void diagnoseWall(const Flow& flow, size_t samples, FlowDiagnostics& check, cons
     check.wallFlux = greatest(
                          samples,
                          [&](size_t k) {
-                             Vec3d p = seeds.position(k);
-                             const double start = wall.sdf.distance.at<0>(p).value;
-                             if (std::abs(start) > std::max(wall.width, 0.5 * wall.sdf.reach) ||
-                                 !ontoWall(wall.sdf.distance, flow.domain().box, p))
-                                 return 0.0;
+                             const auto p = detail::ontoWall(wall, flow.domain().box, seeds.position(k));
+                             if (!p) return 0.0;
                              onWall[k] = 1;
-                             const auto d = wall.sdf.distance.at<1>(p);
-                             return std::abs(dot(flow.at(p).velocity, d.gradient));
+                             const auto d = wall.sdf.distance.at<1>(*p);
+                             return std::abs(dot(flow.at(*p).velocity, d.gradient));
                          },
                          monitor) /
                      check.magnitudes.speed;
@@ -182,19 +179,28 @@ FieldDiagnostics diagnoseField(const ScalarFieldN<N>& field, const BoxN<N>& box,
             std::sqrt(total.whole / gradients), std::sqrt(total.half / gradients)};
 }
 
+std::optional<double> DivergenceDiagnostics::order() const {
+    constexpr double kRounding = 1e-10;
+    if (!(byHalfDifferences > kRounding)) return std::nullopt;
+    return std::log2(byDifferences / byHalfDifferences);
+}
+
+bool DivergenceDiagnostics::vanishes() const {
+    constexpr double kLeastOrder = 0.25;
+    return order().value_or(1) > kLeastOrder;
+}
+
 template <int N>
 DivergenceDiagnostics diagnoseDivergence(const FlowN<N>& flow, size_t samples, const Monitor& monitor) {
     const auto& domain = flow.domain();
     const auto points = pointsOf(domain, samples, monitor);
-    const Vec<double, N> size = domain.box.size();
-    const double h = 1e-5 * *std::max_element(size.c.begin(), size.c.end());
-    std::vector<Divergence> divergence(points.size());
+    std::vector<Derivative> derivatives(points.size());
     std::vector<uint8_t> beyond(points.size(), 1);
     parallelFor(
         points.size(), 256,
         [&](size_t begin, size_t end) {
             for (size_t k = begin; k < end; ++k) {
-                divergence[k] = divergenceAt(flow, points[k], h);
+                derivatives[k] = derivativeAt(flow, points[k]);
                 if (const auto& wall = domain.wall)
                     beyond[k] =
                         beyondWall(wall->side, wall->sdf.distance.template at<0>(points[k]).value) < -wall->width;
@@ -202,13 +208,24 @@ DivergenceDiagnostics diagnoseDivergence(const FlowN<N>& flow, size_t samples, c
         },
         monitor);
     DivergenceDiagnostics check;
-    double squares = 0;
+    double norm2 = 0, speed2 = 0;
     for (size_t k = 0; k < points.size(); ++k) {
-        check.trace = std::max(check.trace, divergence[k].trace);
-        if (beyond[k]) check.traceBeyond = std::max(check.traceBeyond, divergence[k].trace);
-        squares += divergence[k].byDifferences * divergence[k].byDifferences;
+        check.trace = std::max(check.trace, derivatives[k].trace);
+        if (beyond[k]) check.traceBeyond = std::max(check.traceBeyond, derivatives[k].trace);
+        norm2 += derivatives[k].norm2;
+        speed2 += derivatives[k].speed2;
     }
-    check.byDifferences = std::sqrt(squares / static_cast<double>(std::max<size_t>(points.size(), 1)));
+    if (!(norm2 > 0) || !(speed2 > 0)) return check;
+    constexpr double kStep = 1.0 / 128;
+    check.step = kStep * std::sqrt(speed2 / norm2);
+    const auto over = [&](double h) {
+        const double sum = sumOverBatches(
+            points, [&](const PointBatchN<N>& batch, size_t) { return divergenceByDifferences(flow, batch, h); },
+            monitor);
+        return std::sqrt(sum / norm2);
+    };
+    check.byDifferences = over(check.step);
+    check.byHalfDifferences = over(0.5 * check.step);
     return check;
 }
 

@@ -1,8 +1,12 @@
 #include "curlew/track/FlowMap.h"
 
+#include "AdvectSteps.h"
+#include "BatchAdvector.h"
+#include "FirstStep.h"
 #include "curlew/base/Require.h"
 #include "curlew/field/ForEachBatch.h"
 
+#include <limits>
 #include <utility>
 
 namespace curlew {
@@ -17,22 +21,19 @@ Flow onBothSides(const Flow& flow) {
     return flow.within(domain);
 }
 
-/// Moves points through one step of each flow in turn, without reprojection.
-void drift(const std::vector<Flow>& flows, Scheme scheme, double dt, std::vector<Vec3d>& points,
+/// Moves points through each flow in turn, without reprojection.
+void drift(const std::vector<Flow>& flows, const AdvectOptions& options, double first, std::vector<Vec3d>& points,
            const Monitor& monitor) {
-    std::array<double, kBatch> dts;
-    dts.fill(dt);
+    std::vector<GuardedStepper<3>> steppers;
+    for (const Flow& flow : flows)
+        steppers.push_back(detail::advectionStepper(flow, options, {.method = Reprojection::none}));
     forEachBatch(
         points,
         [&](PointBatch& batch, size_t begin) {
-            PointBatch next;
-            for (const Flow& flow : flows) {
-                monitor.check();
-                const auto velocity = [&](const PointBatch& p, VecBatch<double>& v) { flow.velocity(p, v); };
-                StagesN<3> stages;
-                velocity(batch, stages[0]);
-                step(scheme, batch, dts, velocity, stages, next);
-                batch = next;
+            for (const auto& stepper : steppers) {
+                detail::BatchAdvector<3> advector(stepper, options, first, {batch});
+                advector.run(monitor);
+                batch = advector.parts().front().tips.position;
             }
             storeBatch(batch, points, begin);
         },
@@ -42,28 +43,46 @@ void drift(const std::vector<Flow>& flows, Scheme scheme, double dt, std::vector
 } // namespace
 
 FlowMap::FlowMap(FlowInTime flow, const FlowMapOptions& options) : mFlow(std::move(flow)), mOptions(options) {
-    requirePositive(options.step, "the time step");
+    if (options.step != 0) requirePositive(options.step, "the time step");
 }
 
-int FlowMap::steps(double from, double to) const { return stepsOf(to - from, mOptions.step); }
+int FlowMap::steps(double from, double to) const {
+    const double frozen = mFlow.steady() ? std::numeric_limits<double>::infinity() : kFrozenSeconds;
+    const double step = mOptions.step > 0 ? mOptions.step : frozen;
+    return std::max(stepsOf(to - from, step), from == to ? 0 : 1);
+}
+
+AdvectOptions FlowMap::advectOptions(double time, int count, const Domain& domain) const {
+    const bool unsaid = mOptions.accuracy == 0 && mOptions.step == 0;
+    return {.time = time,
+            .steps = count,
+            .scheme = mOptions.scheme,
+            .reprojection = mOptions.reprojection,
+            .accuracy = unsaid ? defaultAccuracy(domain) : mOptions.accuracy};
+}
 
 FlowMapResult FlowMap::carry(std::vector<Vec3d>& points, double from, double to, const Monitor& monitor) const {
     FlowMapResult result{.points = points.size()};
     const int count = steps(from, to);
     if (count == 0 || points.empty()) return result;
-    const double dt = (to - from) / count;
-    const auto middle = [&](int k) { return mFlow.at(from + (k + 0.5) * dt); };
-    if (middle(0).hasTracks()) {
+    const Flow first = mFlow.at(from + 0.5 * (to - from) / count);
+    if (first.hasTracks() || first.domain().wall) {
         result.stalled = follow(points, from, to, count, monitor);
         return result;
     }
+    AdvectOptions options = advectOptions(to - from, count, first.domain());
+    options.reprojection.method = Reprojection::none;
+    // A steady flow need not be left after each part of the time.
+    const int parts = mFlow.steady() && options.adaptive() ? 1 : count;
+    options = detail::oneOf(parts, options);
+    const double step = options.adaptive() ? detail::firstStep(first, options.usedScheme(), options.accuracy) : 0;
     // What a batch does in these steps stays in the first-level cache.
     constexpr int kTogether = 256;
     std::vector<Flow> flows;
-    for (int k = 0; k < count; ++k) {
-        flows.push_back(middle(k));
-        if (flows.size() < kTogether && k < count - 1) continue;
-        drift(flows, mOptions.scheme, dt, points, monitor);
+    for (int k = 0; k < parts; ++k) {
+        flows.push_back(mFlow.at(from + (k + 0.5) * options.time));
+        if (flows.size() < kTogether && k < parts - 1) continue;
+        drift(flows, options, step, points, monitor);
         flows.clear();
     }
     return result;
@@ -73,9 +92,7 @@ size_t FlowMap::follow(std::vector<Vec3d>& points, double from, double to, int c
     const FlowInTime both = mFlow.steady() ? FlowInTime(onBothSides(mFlow.at(from)))
                                            : FlowInTime([this](double t) { return onBothSides(mFlow.at(t)); });
     Points p = Points::at(points);
-    const AdvectOptions options{
-        .time = to - from, .steps = count, .scheme = mOptions.scheme, .reprojection = mOptions.reprojection};
-    const AdvectResult result = advect(both, p, from, options, monitor);
+    const AdvectResult result = advect(both, p, from, advectOptions(to - from, count, both.at(from).domain()), monitor);
     for (size_t k = 0; k < points.size(); ++k) points[k] = p.position(k);
     return result.notConverged;
 }

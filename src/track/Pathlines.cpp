@@ -44,30 +44,30 @@ void record(const Points& p, size_t step, double time, Curves& c) {
 
 Pathlines advectWithPathlines(const FlowInTime& flow, Points& particles, double begin, const AdvectOptions& options,
                               const Monitor& monitor) {
-    if (options.steps < 1) throw ValueError(fmt::format("{} steps; give at least 1", options.steps));
-    const auto vertices = static_cast<size_t>(options.steps) + 1;
+    if (options.steps < 0) throw ValueError(fmt::format("{} steps; give at least 1", options.steps));
+    const int segments = options.steps > 0 ? options.steps : kMoments;
+    const auto vertices = static_cast<size_t>(segments) + 1;
     requireMemory(static_cast<double>(particles.size()) * static_cast<double>(vertices) * Curves::kVertexBytes,
                   fmt::format("the pathlines of {} points, of {} vertices each", particles.size(), vertices),
                   "move fewer points, or in fewer steps");
     const Flow first = flow.at(begin);
-    const std::optional<FlowMagnitudes> typical =
-        flow.steady() ? std::optional(magnitudesOf(first, monitor)) : std::nullopt; // measured once
+    const std::optional<detail::AdvectScales> scales =
+        flow.steady() ? std::optional(detail::scalesOf(first, options, monitor)) : std::nullopt; // measured once
     const auto advance = [&](double from, const AdvectOptions& step, const Monitor& quiet) {
-        return typical ? detail::advectKnowing(first, *typical, particles, step, quiet)
-                       : advect(flow, particles, from, step, quiet);
+        return scales ? detail::advectKnowing(first, *scales, particles, step, quiet)
+                      : advect(flow, particles, from, step, quiet);
     };
     const Monitor unreported{.report = {}, .cancelled = monitor.cancelled};
-    AdvectOptions one = options;
-    one.steps = 1;
-    one.time = 0;
-    advance(begin, one, unreported); // the velocity and the track where they are
+    const AdvectOptions one = detail::oneOf(segments, detail::withAccuracy(options, first.domain()));
+    AdvectOptions none = one;
+    none.time = 0;
+    advance(begin, none, unreported); // the velocity and the track where they are
     Pathlines pathlines{.curves = unsetCurves(particles, vertices, particles.hasTrack()), .result = {}};
     record(particles, 0, 0, pathlines.curves);
-    one.time = options.time / options.steps;
-    for (int k = 0; k < options.steps; ++k) {
+    for (int k = 0; k < segments; ++k) {
         pathlines.result += advance(begin + one.time * k, one, unreported);
         record(particles, static_cast<size_t>(k) + 1, one.time * (k + 1), pathlines.curves);
-        if (monitor.report) monitor.report((k + 1.0) / options.steps);
+        if (monitor.report) monitor.report((k + 1.0) / segments);
     }
     return pathlines;
 }

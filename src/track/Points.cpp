@@ -73,6 +73,7 @@ void Points::append(const Points& more) {
     add(converged, more.converged, uint8_t{1});
     add(age, more.age, 0.0F);
     add(life, more.life, std::numeric_limits<float>::infinity());
+    add(fade, more.fade, 1.0F);
     add(id, more.id, int64_t{0});
     add(x, more.x, 0.0), add(y, more.y, 0.0), add(z, more.z, 0.0);
 }

@@ -59,20 +59,30 @@ template <int N>
 void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N>& track,
                const std::array<double, kBatch>& limit, const ReprojectOptionsN<N>& options,
                ReprojectedBatchN<N>& result) {
-    using JetsType = typename FlowN<N>::template Jets<double>;
+    if (points.size == 0) return;
+    FlowBatchN<N> here;
+    flow.eval(points, here.potentials, here.velocity);
+    std::array<bool, kBatch> all;
+    all.fill(true);
+    reproject(flow, points, track, limit, options, all, here, result);
+}
+
+template <int N>
+void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N>& track,
+               const std::array<double, kBatch>& limit, const ReprojectOptionsN<N>& options,
+               const std::array<bool, kBatch>& wanted, FlowBatchN<N>& here, ReprojectedBatchN<N>& result) {
     if (options.method != Reprojection::none && !flow.hasTracks())
         throw ValueError("this flow is a sum and has no tracks to be put back onto; move points without reprojection");
     Pending<N> pending{points, track, limit, {}};
     std::iota(pending.lane.begin(), pending.lane.end(), size_t{0});
-    JetsType potentials;
-    VecBatchN<double, N> velocity;
+    auto& potentials = here.potentials;
     Residuals<N> residuals;
     for (int iteration = 0; pending.points.size > 0; ++iteration) {
-        flow.eval(pending.points, potentials, velocity);
+        if (iteration > 0) flow.eval(pending.points, potentials, here.velocity);
         runKernel<ResidualKernel<N>, double>(std::as_const(potentials), std::as_const(pending.points.size),
                                              std::as_const(pending.track), options, residuals);
         const bool last = iteration == options.iterations || options.method == Reprojection::none;
-        const auto done = [&](size_t i) { return last || residuals.converged[i] != 0; };
+        const auto done = [&](size_t i) { return last || residuals.converged[i] != 0 || !wanted[pending.lane[i]]; };
         int left = 0;
         for (int i = 0; i < pending.points.size; ++i) {
             const auto from = static_cast<size_t>(i);
@@ -82,7 +92,7 @@ void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N
             for (size_t p = 0; p < track.size(); ++p) result.residual[p][to] = residuals.value[p][from];
             result.iterations[to] = iteration;
             result.converged[to] = residuals.converged[from] != 0;
-            result.velocity.set(static_cast<int>(to), velocity[i]);
+            result.velocity.set(static_cast<int>(to), here.velocity[i]);
             points.set(static_cast<int>(to), pending.points[i]);
         }
         if (left == 0) return;
@@ -104,10 +114,13 @@ void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N
     }
 }
 
-#define CURLEW_INSTANTIATE(N)                                                                       \
-    template ReprojectOptionsN<N> inUnitsOf(const FlowMagnitudesN<N>&, const ReprojectionOptions&); \
-    template void reproject(const FlowN<N>&, PointBatchN<N>&, const TrackBatchN<N>&,                \
-                            const std::array<double, kBatch>&, const ReprojectOptionsN<N>&, ReprojectedBatchN<N>&);
+#define CURLEW_INSTANTIATE(N)                                                                                       \
+    template ReprojectOptionsN<N> inUnitsOf(const FlowMagnitudesN<N>&, const ReprojectionOptions&);                 \
+    template void reproject(const FlowN<N>&, PointBatchN<N>&, const TrackBatchN<N>&,                                \
+                            const std::array<double, kBatch>&, const ReprojectOptionsN<N>&, ReprojectedBatchN<N>&); \
+    template void reproject(const FlowN<N>&, PointBatchN<N>&, const TrackBatchN<N>&,                                \
+                            const std::array<double, kBatch>&, const ReprojectOptionsN<N>&,                         \
+                            const std::array<bool, kBatch>&, FlowBatchN<N>&, ReprojectedBatchN<N>&);
 CURLEW_FOR_FLOW_DIMENSIONS(CURLEW_INSTANTIATE)
 #undef CURLEW_INSTANTIATE
 

@@ -1,11 +1,13 @@
 #pragma once
 
+#include "WallCrossing.h"
 #include "curlew/track/Curves.h"
 #include "curlew/track/Reproject.h"
 #include "curlew/track/Stepper.h"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace curlew {
 
@@ -36,7 +38,7 @@ struct ActiveTipsN {
 struct StepGuard {
     bool convergence = true; ///< Reprojection met its tolerance.
     /// It ends on an allowed side of the wall, the one on which it began, and its chord respects the wall
-    /// (rejectChords).
+    /// (rejectChords, rejectCrossings).
     bool walls = true;
     /// Its end is finite. Implied by `convergence` where the potentials are unbounded.
     bool finite = false;
@@ -44,10 +46,11 @@ struct StepGuard {
     /// correction can undo the whole step, so a streamline would oscillate there.
     double maxCorrection = 0;
 
-    /// Particles: without reprojection nothing is guarded, the integrator's errors stand.
-    static StepGuard forAdvection(Reprojection method) {
-        const bool guarded = method != Reprojection::none;
-        return {.convergence = guarded, .walls = guarded};
+    /// Particles: without reprojection nothing is guarded, the integrator's errors stand. If a step cannot be halved,
+    /// it is taken as the corrections leave it (ICN Algorithm 1).
+    static StepGuard forAdvection(const ReprojectionOptions& options) {
+        const bool guarded = options.method != Reprojection::none;
+        return {.convergence = guarded && options.maxSubdivisions > 0, .walls = guarded};
     }
     /// Streamlines: they end at a wall even without reprojection.
     static StepGuard forStreamlines(Reprojection method) {
@@ -105,8 +108,15 @@ struct StepResultN {
     PointBatchN<N> position;
     ReprojectedBatchN<N> reprojected;
     std::array<double, kBatch> distance; ///< From the wall; unset if the guard ignores walls.
-    std::array<double, kBatch> error;    ///< estimatedError().
+    std::array<double, kBatch> error;    ///< Estimated, world units.
     std::array<bool, kBatch> accepted;
+};
+
+/// How accurate steps have to be. By default, what they estimate is not judged, and all end on their tracks.
+struct StepDemands {
+    double accuracy = std::numeric_limits<double>::infinity(); ///< World units.
+    /// Steps between which nobody looks at the points may end off their tracks, by a part of the accuracy.
+    std::array<bool, kBatch> between{};
 };
 
 /// Takes one step of every tip of a batch, moves it back onto its track, and judges it: the one place that does so for
@@ -132,7 +142,8 @@ class GuardedStepper {
         return speed > 0 ? velocity * (1 / speed) : velocity;
     }
 
-    StepResultN<N> operator()(const ActiveTipsN<N>& from, const std::array<double, kBatch>& dt) const {
+    StepResultN<N> operator()(const ActiveTipsN<N>& from, const std::array<double, kBatch>& dt,
+                              const StepDemands& demands = {}) const {
         const int size = from.position.size;
         StagesN<N> stages;
         for (int i = 0; i < size; ++i) stages[0].set(i, paced(from.velocity[i]));
@@ -141,16 +152,50 @@ class GuardedStepper {
             mScheme, from.position, dt, [&](const PointBatchN<N>& p, VecBatchN<double, N>& v) { mPace.velocity(p, v); },
             stages, to.position);
         const PointBatchN<N> stepped = to.position;
+        FlowBatchN<N> here;
+        mFlow.eval(stepped, here.potentials, here.velocity);
+        estimate(here.velocity, dt, stages, size, to.error);
         std::array<double, kBatch> stepLength;
-        for (int i = 0; i < size; ++i) stepLength[static_cast<size_t>(i)] = length(stepped[i] - from.position[i]);
-        reproject(mFlow, to.position, from.track, stepLength, mReprojection, to.reprojected);
-        // The velocity after reprojection differs from that at the end of the step by less than the estimate.
-        to.error = estimatedError(mScheme, size, stages, to.reprojected.velocity, dt);
+        std::array<bool, kBatch> wanted;
+        for (int i = 0; i < size; ++i) {
+            const auto k = static_cast<size_t>(i);
+            stepLength[k] = length(stepped[i] - from.position[i]);
+            // A step that has to be redone need not be corrected.
+            wanted[k] = !(to.error[k] > demands.accuracy) &&
+                        !(demands.between[k] && offTrack(here.potentials, from.track, i) <= kOff * demands.accuracy);
+        }
+        reproject(mFlow, to.position, from.track, stepLength, mReprojection, wanted, here, to.reprojected);
+        for (size_t k = 0; k < static_cast<size_t>(size); ++k)
+            if (!wanted[k]) to.reprojected.converged[k] = true;
         judge(from, stepped, stepLength, to);
         return to;
     }
 
   private:
+    static constexpr double kOff = 0.1; ///< Of the accuracy.
+
+    /// The estimated error of each step, from the velocity where it ends.
+    void estimate(const VecBatchN<double, N>& last, const std::array<double, kBatch>& dt, StagesN<N>& stages, int size,
+                  std::array<double, kBatch>& error) const {
+        VecBatchN<double, N> end;
+        for (int i = 0; i < size; ++i) end.set(i, paced(last[i]));
+        const auto difference = estimatedDifference(mScheme, size, stages, end);
+        for (int i = 0; i < size; ++i)
+            error[static_cast<size_t>(i)] = std::abs(dt[static_cast<size_t>(i)]) * length(difference[i]);
+    }
+
+    /// How far point i is from its track, to first order, world units; infinite where that is not known.
+    static double offTrack(const typename FlowN<N>::template Jets<double>& potentials, const TrackBatchN<N>& track,
+                           int i) {
+        double most = 0;
+        for (size_t q = 0; q < track.size(); ++q) {
+            const auto jet = potentials[q][i];
+            const double off = std::abs(jet.value - track[q][static_cast<size_t>(i)]) / length(jet.gradient);
+            most = off <= most ? most : off;
+        }
+        return std::isfinite(most) ? most : std::numeric_limits<double>::infinity();
+    }
+
     void judge(const ActiveTipsN<N>& from, const PointBatchN<N>& stepped, const std::array<double, kBatch>& stepLength,
                StepResultN<N>& to) const {
         std::array<bool, kBatch> allowed;
@@ -166,7 +211,9 @@ class GuardedStepper {
                 accepted = accepted && length(p - stepped[i]) <= mGuard.maxCorrection * stepLength[k];
             to.accepted[k] = accepted;
         }
-        if (mGuard.walls) rejectChords(mFlow.domain(), from.position, to.position, from.distance, to.accepted);
+        if (!mGuard.walls) return;
+        rejectChords(mFlow.domain(), from.position, to.position, from.distance, to.accepted);
+        rejectCrossings(mFlow.domain(), from.position, to.position, from.distance, to.distance, to.accepted);
     }
 
     FlowN<N> mFlow, mPace;

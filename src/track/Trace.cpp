@@ -4,8 +4,10 @@
 #include "curlew/base/Memory.h"
 #include "curlew/base/Require.h"
 #include "curlew/field/ForEachBatch.h"
+#include "curlew/track/Advect.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace curlew {
@@ -158,6 +160,7 @@ void validate(const Flow& flow, const Points& seeds, const TraceOptions& o) {
         throw ValueError(fmt::format("stagnation {} must be 0 or more", o.stagnation));
     if (!(o.closure >= 0) || !(o.closure <= 0.1))
         throw ValueError(fmt::format("closure {} must be 0 to 0.1 of a step", o.closure));
+    if (!(o.accuracy >= 0)) throw ValueError(fmt::format("accuracy {} must be positive", o.accuracy));
     o.reprojection.validate(flow.hasTracks());
 }
 
@@ -168,14 +171,16 @@ TraceSetup setupOf(const Flow& flow, TraceOptions o, const Monitor& monitor) {
                                                                                    : 1);
     if (o.step == 0) o.step = unit / 200;
     if (o.limit == 0) o.limit = unit * 8;
-    requirePositive(o.step, "step");                                                      // of a box without extent
+    requirePositive(o.step, "step"); // of a box without extent
+    const Scheme scheme = o.by == StepBy::time || o.accuracy > 0 ? Scheme::dormandPrince : Scheme::rk4;
+    if (o.accuracy == 0)
+        o.accuracy = o.by == StepBy::time ? defaultAccuracy(flow.domain()) : std::numeric_limits<double>::infinity();
     const auto cosine = [](double angle) { return angle < 3.14 ? std::cos(angle) : -2; }; // so much is no limit
-    return {
-        {flow, o.by, Scheme::rk4, inUnitsOf(typical, o.reprojection), StepGuard::forStreamlines(o.reprojection.method)},
-        o,
-        typical,
-        cosine(o.turn),
-        cosine(o.turn / 2)};
+    return {{flow, o.by, scheme, inUnitsOf(typical, o.reprojection), StepGuard::forStreamlines(o.reprojection.method)},
+            o,
+            typical,
+            cosine(o.turn),
+            cosine(o.turn / 2)};
 }
 
 } // namespace

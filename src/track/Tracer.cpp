@@ -19,7 +19,7 @@ void Tracer::add(size_t line, const ActiveTipsN<3>& seeds, int seed) {
     l.end = CurveEnd::stagnation;
     if (mSetup.stands(velocity)) return;
     mTips.copy(mTips.position.size++, seeds, seed);
-    mGrowths.push_back({line, whole(), position, velocity * (mSign / length(velocity))});
+    mGrowths.push_back({line, whole(), {position, velocity * (mSign / length(velocity))}});
 }
 
 size_t Tracer::run(const Monitor& monitor) {
@@ -40,7 +40,8 @@ void Tracer::advance() {
     for (size_t a = 0; a < mGrowths.size(); ++a) {
         Growth& growth = mGrowths[a];
         const auto i = static_cast<int>(a);
-        if (!step.accepted[a] || (turns(step, i, mSetup.cosTurn) && growth.part > 1)) {
+        const bool refine = turns(step, i, mSetup.cosTurn) || step.error[a] > o.accuracy;
+        if (!step.accepted[a] || (refine && growth.part > 1)) {
             if (growth.part == 1) {
                 mLines[growth.line].end = CurveEnd::stuck;
                 continue;
@@ -51,7 +52,9 @@ void Tracer::advance() {
             mLines[growth.line].end = *end;
             continue;
         } else {
-            if (!turns(step, i, mSetup.cosHalfTurn)) growth.part = std::min(2 * growth.part, whole());
+            // Twice as long, the error is 32 times as large; and some room for what the estimate does not see.
+            if (!turns(step, i, mSetup.cosHalfTurn) && step.error[a] * 64 <= o.accuracy)
+                growth.part = std::min(2 * growth.part, whole());
             mTips.position.set(i, step.position[i]);
             mTips.velocity.set(i, step.reprojected.velocity[i]);
             mTips.distance[a] = step.distance[a];
@@ -93,39 +96,16 @@ void Tracer::push(const Growth& growth, int i, const StepResult& step, int k, do
     mLines[growth.line].vertices.push_back(vertex);
 }
 
-std::optional<std::pair<StepResult, double>> Tracer::stepOnto(int i, const Vec3d& point, const Vec3d& normal,
-                                                              double chord, double dt) const {
-    const ActiveTipsN<3> one = mTips.only(i);
-    const double lower = std::min(dt, 0.0), upper = std::max(dt, 0.0);
-    Vec3d position = one.position[0], velocity = one.velocity[0];
-    double part = 0;
-    for (int iteration = 0; iteration < 10; ++iteration) { // Newton's
-        const double off = dot(normal, position - point);
-        const double next = part - off / dot(normal, mSetup.stepper.paced(velocity));
-        if (!std::isfinite(next)) return {};
-        part = std::clamp(next, lower, upper);
-        const StepResult step = mSetup.stepper(one, {part});
-        if (!step.accepted[0]) return {};
-        position = step.position[0], velocity = step.reprojected.velocity[0];
-        if (std::abs(dot(normal, position - point)) <= 1e-10 * chord + 1e-15 * length(position))
-            return std::pair(step, part);
-    }
-    return {};
-}
-
 bool Tracer::closes(const Growth& growth, int i, const StepResult& step, double dt) {
     TraceLine& line = mLines[growth.line];
-    const Vec3d from = mTips.position[i], to = step.position[i];
-    const double chord = length(to - from);
-    if (mSetup.options.closure == 0 || line.vertices.size() < 3 || !(length(from - growth.seed) < 2 * chord) ||
-        !(dot(growth.normal, from - growth.seed) < 0) || !(dot(growth.normal, to - growth.seed) >= 0))
-        return false;
-    const auto landed = stepOnto(i, growth.seed, growth.normal, chord, dt);
-    if (!landed) return false;
-    const double gap = length(landed->first.position[0] - growth.seed);
-    if (!(gap <= mSetup.options.closure * chord)) return false;
-    line.gap = gap;
-    if (length(from - growth.seed) < kShort * chord && line.vertices.size() > 3) line.vertices.pop_back();
+    if (mSetup.options.closure == 0 || line.vertices.size() < 3) return false;
+    const auto closure =
+        closureOf(mSetup.stepper, mTips, i, step.position[i], dt, growth.origin, mSetup.options.closure);
+    if (!closure) return false;
+    line.gap = closure->gap;
+    const Vec3d from = mTips.position[i];
+    if (length(from - growth.origin.position) < kShort * length(step.position[i] - from) && line.vertices.size() > 3)
+        line.vertices.pop_back();
     return true;
 }
 
@@ -143,13 +123,13 @@ void Tracer::leave(const Growth& growth, int i, const StepResult& step, double d
     Vec3d point, normal;
     point[axis] = place;
     normal[axis] = 1;
-    auto landed = stepOnto(i, point, normal, length(to - from), dt);
-    if (!landed || !(std::abs(landed->second) > kShort * std::abs(dt))) return;
-    Vec3d end = landed->first.position[0];
+    auto landed = stepOnto(mSetup.stepper, mTips, i, point, normal, length(to - from), dt);
+    if (!landed || !(std::abs(landed->part) > kShort * std::abs(dt))) return;
+    Vec3d end = landed->result.position[0];
     end[axis] = place;
     if (!box.contains(end)) return;
-    landed->first.position.set(0, end);
-    push(growth, i, landed->first, 0, landed->second);
+    landed->result.position.set(0, end);
+    push(growth, i, landed->result, 0, landed->part);
 }
 
 } // namespace curlew

@@ -1,10 +1,9 @@
 #pragma once
 
-#include "StepGuard.h"
+#include "Closure.h"
 #include "curlew/track/Trace.h"
 
 #include <optional>
-#include <utility>
 
 namespace curlew {
 
@@ -53,7 +52,7 @@ class Tracer {
     struct Growth {
         size_t line;
         int part; ///< Of a step, in units of 2^-maxSubdivisions.
-        Vec3d seed, normal;
+        Origin origin;
     };
 
     int whole() const { return 1 << mSetup.options.reprojection.maxSubdivisions; }
@@ -67,9 +66,6 @@ class Tracer {
     std::optional<CurveEnd> acceptStep(const Growth& growth, int i, const StepResult& step, double dt);
     /// Adds the end k of a step that began at tip i.
     void push(const Growth& growth, int i, const StepResult& step, int k, double dt);
-    /// The step from tip i that ends on a plane, no longer than dt, and its length. Returns nullopt if there is none.
-    std::optional<std::pair<StepResult, double>> stepOnto(int i, const Vec3d& point, const Vec3d& normal, double chord,
-                                                          double dt) const;
     /// Whether the line returns to its seed with this step; if so, closes it.
     bool closes(const Growth& growth, int i, const StepResult& step, double dt);
     /// Ends the line on the face of the box that the step passes first.

@@ -1,37 +1,203 @@
 #include "curlew/track/VolumeChange.h"
 
+#include "AdvectSteps.h"
+#include "FirstStep.h"
+#include "StepControl.h"
+#include "curlew/base/Parallel.h"
+#include "curlew/track/WallMotion.h"
+
 #include <algorithm>
 
 namespace curlew {
 
-VolumeChange volumeChange(const FlowInTime& flow, const std::vector<Vec3d>& positions, double begin,
-                          AdvectOptions options, double h, const Monitor& monitor) {
-    const Vec3d size = flow.at(begin).domain().box.size();
-    if (h == 0) h = 1e-4 * std::max({size[0], size[1], size[2]});
-    if (!(h > 0) || !std::isfinite(h)) throw ValueError("differences need a finite step: give the domain a finite box");
-    // What reprojection leaves has to be small against h.
-    options.reprojection.tolerance = std::min(options.reprojection.tolerance, 1e-11);
-    std::vector<Vec3d> neighbours;
-    for (Vec3d p : positions)
+namespace {
+
+/// Of a step: the most that its error of the place may be, relative to the diagonal of the domain's box, and that of
+/// the determinant.
+constexpr double kAccuracy = 1e-9;
+
+double determinant(const Matrix3& m) { return dot(m[0], cross(m[1], m[2])); }
+
+Matrix3 zero() {
+    Matrix3 m;
+    for (Vec3d& row : m.rows) row = {};
+    return m;
+}
+
+void add(Matrix3& sum, const Matrix3& m, double factor) {
+    for (int i = 0; i < 3; ++i) sum[i] += m[i] * factor;
+}
+
+/// Where a position is on its way, and the determinant up to there.
+struct Sample {
+    Vec3d position;
+    double determinant = 1;
+    bool moves = true;
+};
+
+/// One step of a position and of M, from the identity. Every step has its own M, and the determinants are multiplied:
+/// those of long ways would drown in the stretching.
+class VariationalStep {
+  public:
+    VariationalStep(const Flow& flow, const Tableau& tableau) : mFlow(flow), mTableau(tableau) {}
+
+    void begin(const Vec3d& position) {
+        mFirst = mFlow.at(position);
+        mFrom = position;
+    }
+    /// Takes a step; `begin` or `accept` has been called.
+    void tryStep(double dt) {
+        mVelocity[0] = mFirst.velocity;
+        mGrowth[0] = mFirst.derivative;
+        for (int s = 1; s <= mTableau.stages; ++s) {
+            const Tableau::Row& row = mTableau.rows[static_cast<size_t>(s)];
+            mEnd = mFrom;
+            mM = Matrix3{};
+            for (size_t j = 0; j < static_cast<size_t>(s); ++j) {
+                mEnd += mVelocity[j] * (row.factor * dt * row.weights[j]);
+                add(mM, mGrowth[j], row.factor * dt * row.weights[j]);
+            }
+            mLast = mFlow.at(mEnd);
+            mVelocity[static_cast<size_t>(s)] = mLast.velocity;
+            mGrowth[static_cast<size_t>(s)] = mLast.derivative * mM;
+        }
+        Vec3d off;
+        Matrix3 offM = zero();
+        for (size_t s = 0; s <= static_cast<size_t>(mTableau.stages); ++s) {
+            off += mVelocity[s] * (dt * mTableau.error[s]);
+            add(offM, mGrowth[s], dt * mTableau.error[s]);
+        }
+        mError = length(off);
+        // Of the determinant, to first order: M is near the identity.
+        mDeterminantError = std::abs(offM[0][0] + offM[1][1] + offM[2][2]);
+    }
+    void accept() {
+        mFirst = mLast;
+        mFrom = mEnd;
+    }
+
+    const Vec3d& end() const { return mEnd; }
+    double determinantOfM() const { return determinant(mM); }
+    /// Relative to what is allowed, for a domain of this diagonal.
+    double error(double diagonal) const { return std::max(mError / diagonal, mDeterminantError) / kAccuracy; }
+
+  private:
+    const Flow& mFlow;
+    const Tableau& mTableau;
+    FlowSample mFirst, mLast;
+    Vec3d mFrom, mEnd;
+    Matrix3 mM;
+    std::array<Vec3d, Tableau::kMaxStages> mVelocity;
+    std::array<Matrix3, Tableau::kMaxStages> mGrowth;
+    double mError = 0, mDeterminantError = 0;
+};
+
+/// Follows a position through a steady flow.
+void follow(const Flow& flow, double time, double firstStep, double diagonal, Sample& sample, const Monitor& monitor) {
+    const Tableau& tableau = tableauOf(Scheme::dormandPrince);
+    const detail::StepControl control(tableau.errorOrder);
+    VariationalStep step(flow, tableau);
+    step.begin(sample.position);
+    const double shortest = std::abs(time) * 1e-9;
+    double left = std::abs(time), length = std::min(firstStep, left);
+    while (left > 0) {
+        monitor.check();
+        const double dt = std::min(length, left);
+        step.tryStep(time < 0 ? -dt : dt);
+        const double error = step.error(diagonal);
+        length = dt * control.factor(error);
+        if (!(error <= 1) && dt > shortest) continue;
+        if (!std::isfinite(error)) {
+            sample.moves = false;
+            return;
+        }
+        step.accept();
+        sample.position = step.end();
+        sample.determinant *= step.determinantOfM();
+        left = dt >= left ? 0 : left - dt;
+    }
+}
+
+/// What a moving wall does, by central differences.
+void followWall(const Flow& from, const Flow& to, std::vector<Sample>& samples, const Monitor& monitor) {
+    if (!from.domain().wall || !to.domain().wall) return;
+    const WallMotion motion(*from.domain().wall, *to.domain().wall, from.domain().box);
+    if (motion.still()) return;
+    const double h = 1e-4 * from.domain().wall->width;
+    std::vector<Vec3d> points;
+    for (const Sample& sample : samples) {
+        points.push_back(sample.position);
         for (int axis = 0; axis < 3; ++axis)
             for (const double side : {h, -h}) {
-                neighbours.push_back(p);
-                neighbours.back()[axis] += side;
+                points.push_back(sample.position);
+                points.back()[axis] += side;
             }
-    Points around = Points::at(neighbours);
-    advect(flow, around, begin, options, monitor);
-    const auto end = [&](size_t k) { return around.position(k); };
+    }
+    motion.carry(points, monitor);
+    for (size_t k = 0; k < samples.size(); ++k) {
+        const Vec3d* p = &points[7 * k];
+        samples[k].position = p[0];
+        samples[k].determinant *= dot(p[1] - p[2], cross(p[3] - p[4], p[5] - p[6])) / (8 * h * h * h);
+    }
+}
+
+std::vector<Sample> samplesAt(const std::vector<Vec3d>& positions, const Flow& flow) {
+    std::vector<Sample> samples;
+    for (const Vec3d& p : positions) {
+        PointBatch points;
+        points.push(p);
+        std::array<bool, kBatch> allowed;
+        std::array<double, kBatch> distance;
+        classify(flow.domain(), points, allowed, distance);
+        if (allowed[0] && std::isfinite(dot(p, p))) samples.push_back({.position = p});
+    }
+    return samples;
+}
+
+VolumeChange summary(const std::vector<Sample>& samples) {
     std::vector<double> determinants;
-    for (size_t k = 0; k < around.size(); k += 6) {
-        const auto* converged = &around.converged[k];
-        if (!std::all_of(converged, converged + 6, [](uint8_t c) { return c != 0; })) continue;
-        const Vec3d x = end(k) - end(k + 1), y = end(k + 2) - end(k + 3), z = end(k + 4) - end(k + 5);
-        determinants.push_back(dot(x, cross(y, z)) / (8 * h * h * h));
+    VolumeChange change;
+    for (const Sample& sample : samples) {
+        if (!sample.moves) continue;
+        determinants.push_back(sample.determinant);
+        change.farthest = std::max(change.farthest, std::abs(sample.determinant - 1));
     }
     if (determinants.empty()) return {};
     std::sort(determinants.begin(), determinants.end());
     const size_t last = determinants.size() - 1;
-    return {determinants.size(), determinants[last / 2], determinants[last / 20], determinants[last - last / 20]};
+    change.samples = determinants.size();
+    change.median = determinants[last / 2];
+    change.lower = determinants[last / 20];
+    change.upper = determinants[last - last / 20];
+    return change;
+}
+
+} // namespace
+
+VolumeChange volumeChange(const FlowInTime& flow, const std::vector<Vec3d>& positions, double begin,
+                          const AdvectOptions& options, const Monitor& monitor) {
+    if (!std::isfinite(begin) || !std::isfinite(options.time)) throw ValueError("the times must be finite");
+    Flow before = flow.at(begin);
+    const double accuracy = kAccuracy / kDefaultAccuracy * defaultAccuracy(before.domain());
+    const double diagonal = accuracy / kAccuracy;
+    std::vector<Sample> samples = samplesAt(positions, before);
+    const int count = flow.steady() ? 1 : options.steps > 0 ? options.steps : kMoments;
+    const double time = options.time / count;
+    for (int k = 0; k < count && time != 0; ++k) {
+        const Flow middle = flow.at(begin + time * (k + 0.5)), after = flow.at(begin + time * (k + 1));
+        const double first = detail::firstStep(middle, Scheme::dormandPrince, accuracy);
+        followWall(before, middle, samples, monitor);
+        parallelFor(samples.size(), 1,
+                    [&](size_t from, size_t to) {
+                        for (size_t n = from; n < to; ++n)
+                            if (samples[n].moves) follow(middle, time, first, diagonal, samples[n], monitor);
+                    },
+                    {.report = {}, .cancelled = monitor.cancelled});
+        followWall(middle, after, samples, monitor);
+        before = after;
+        if (monitor.report) monitor.report((k + 1.0) / count);
+    }
+    return summary(samples);
 }
 
 } // namespace curlew

@@ -84,9 +84,9 @@ void driftBack(const Wall& wall, double size, const ScalarField& a, const Scalar
     forEachBatch(
         points,
         [&](const PointBatch& start, size_t begin) {
-            BatchAdvector<3> batch(stepper, options, start);
-            batch.run(monitor);
-            storeBatch(batch.position(), points, begin);
+            BatchAdvector<3> advector(stepper, options, 0, {start});
+            advector.run(monitor);
+            storeBatch(advector.parts().front().tips.position, points, begin);
         },
         monitor);
 }

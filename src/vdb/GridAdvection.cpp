@@ -65,7 +65,7 @@ class GridAdvector {
     GridAdvector(const GridT& grid, const FlowInTime& flow, double begin, double time,
                  const GridAdvectionOptions& options, const Monitor& monitor)
         : mGrid(grid),
-          mMap(flow, options.map),
+          mMap(flow, forVoxels(options.map, grid.voxelSize()[0])),
           mBegin(begin),
           mEnd(begin + time),
           mInterpolation(options.interpolation),

@@ -52,12 +52,48 @@ double areaOf(const Mesh& mesh) {
     return area;
 }
 
-/// Both sides of the surface, and outside what an edge or a small body adds (Steiner's formula for the mesh's box).
-double samplesInBand(const Mesh& mesh, double voxel, double halfWidth) {
-    const auto extents = boundsOf(mesh).extents();
-    return 2 * areaOf(mesh) / (voxel * voxel) * halfWidth +
-           std::numbers::pi * ((extents[0] + extents[1] + extents[2]) / voxel + 4.0 / 3 * halfWidth) * halfWidth *
-               halfWidth;
+/// A surface in voxels: its area and the edges of its box.
+struct Extent {
+    double area;
+    openvdb::Vec3d size;
+};
+
+Extent extentOf(const Mesh& mesh, double voxel) {
+    return {areaOf(mesh) / (voxel * voxel), boundsOf(mesh).extents() / voxel};
+}
+
+Extent extentOf(const LevelSet& levelSet) {
+    const double halfWidth = levelSet.halfWidth(), voxels = static_cast<double>(levelSet.grid->activeVoxelCount());
+    const Box box = boundsOf(levelSet);
+    const Vec3d size = box.size() * (1 / levelSet.voxelSize());
+    return {voxels / (2 * halfWidth), {size[0], size[1], size[2]}};
+}
+
+/// Inside, at most what the box holds; outside, what an edge or a small body adds too (Steiner's formula for the box).
+double samplesInBand(const Extent& surface, double halfWidth) {
+    const auto& size = surface.size;
+    const double layer = surface.area * halfWidth;
+    return std::min(layer, size[0] * size[1] * size[2]) + layer +
+           std::numbers::pi * (size[0] + size[1] + size[2] + 4.0 / 3 * halfWidth) * halfWidth * halfWidth;
+}
+
+constexpr double kMostSamples = 1e8; ///< That a band is widened to: tens of seconds.
+
+/// Throws ResourceError unless a band can be widened to `halfWidth` voxels in reasonable memory and time.
+void requireBand(const Extent& surface, double halfWidth, double voxel) {
+    const double samples = samplesInBand(surface, halfWidth);
+    requireMemory(samples * 14, fmt::format("a band of {:.3g} voxels on either side of the level set", halfWidth),
+                  "choose a smaller width, or a coarser level set");
+    if (samples <= kMostSamples) return;
+    double fits = 0, tooWide = halfWidth;
+    for (int k = 0; k < 50; ++k) {
+        const double middle = (fits + tooWide) / 2;
+        (samplesInBand(surface, middle) <= kMostSamples ? fits : tooWide) = middle;
+    }
+    throw ResourceError(fmt::format(
+        "a band of {:.3g} voxels on either side of the level set would have about {:.2g} voxels; choose a width of at "
+        "most {:.2g}, or a coarser level set",
+        halfWidth, samples, std::max(0.0, fits - kSplineSupport) * voxel));
 }
 
 /// Throws where the voxels are too small for OpenVDB: for its 32-bit coordinates, or its transform.
@@ -109,7 +145,7 @@ LevelSet meshToLevelSet(std::shared_ptr<const Mesh> mesh, const MeshToLevelSetOp
     const double voxel = voxelFor(*mesh, options);
     // Samples in the band, times what OpenVDB's conversion holds per sample: value, face index, and copies while it
     // works.
-    const double samples = samplesInBand(*mesh, voxel, options.halfWidth);
+    const double samples = samplesInBand(extentOf(*mesh, voxel), options.halfWidth);
     requireMemory(samples * 14, fmt::format("a level set of {:.2g} voxels", samples),
                   "choose larger voxels, a smaller dim or a smaller width");
     requireCoordinates(*mesh, voxel);
@@ -153,18 +189,14 @@ LevelSet levelSetOf(const openvdb::GridBase::ConstPtr& grid) {
 
 LevelSet widened(const LevelSet& levelSet, double halfWidth, const Monitor& monitor) {
     if (levelSet.halfWidth() >= halfWidth - 1e-3) return levelSet;
-    if (levelSet.mesh) {
-        auto wide = meshToLevelSet(levelSet.mesh, {.voxel = levelSet.voxelSize(), .halfWidth = halfWidth, .open = true},
-                                   monitor);
-        return wide;
-    }
-    const double grown = halfWidth / levelSet.halfWidth() * static_cast<double>(levelSet.grid->activeVoxelCount());
-    requireMemory(grown * 12, fmt::format("a band of {:.3g} voxels", halfWidth),
-                  "choose a smaller width, or a coarser level set");
+    const double voxel = levelSet.voxelSize();
+    requireBand(levelSet.mesh ? extentOf(*levelSet.mesh, voxel) : extentOf(levelSet), halfWidth, voxel);
+    if (levelSet.mesh)
+        return meshToLevelSet(levelSet.mesh, {.voxel = voxel, .halfWidth = halfWidth, .open = true}, monitor);
     const int dilation = static_cast<int>(std::ceil(halfWidth - levelSet.halfWidth()));
     // The new band is solved for outwards from the old one, which stays as it is.
     auto grid = openvdb::tools::dilateSdf(*levelSet.grid, dilation, openvdb::tools::NN_FACE, 1);
-    const auto background = static_cast<float>(halfWidth * levelSet.voxelSize());
+    const auto background = static_cast<float>(halfWidth * voxel);
     openvdb::tools::changeLevelSetBackground(grid->tree(), background);
     return {grid, nullptr};
 }

@@ -46,7 +46,7 @@ class LevelSetSequence::Implementation {
   public:
     Implementation(const LevelSet& levelSet, FlowInTime flow, double begin, const LevelSetSequenceOptions& options,
                    const Monitor& monitor)
-        : mMap(std::move(flow), options.map),
+        : mMap(std::move(flow), forVoxels(options.map, levelSet.voxelSize())),
           mHorizon(options.horizon),
           mHalfWidth(levelSet.halfWidth()),
           mVoxelSize(levelSet.voxelSize()),

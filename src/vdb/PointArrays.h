@@ -30,8 +30,9 @@ struct Scalar {
     }
 };
 
-inline const std::array<Scalar, 4> kScalars{{{"age", &Points::age, nullptr},
+inline const std::array<Scalar, 5> kScalars{{{"age", &Points::age, nullptr},
                                              {"life", &Points::life, nullptr},
+                                             {"fade", &Points::fade, nullptr},
                                              {"f", nullptr, &Points::f},
                                              {"g", nullptr, &Points::g}}};
 

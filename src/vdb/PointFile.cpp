@@ -25,11 +25,13 @@ void checkArrays(const Points& particles) {
                         "vz {}); give each as many values, or no velocity",
                         size, particles.y.size(), particles.z.size(), particles.id.size(), particles.vx.size(),
                         particles.vy.size(), particles.vz.size()));
-    if (!wholeOrNone(particles.age) || !wholeOrNone(particles.life) || !wholeOrNone(particles.f, particles.g))
-        throw ValueError(
-            fmt::format("the arrays of the particles differ in length (x has {}, age {}, life {}, f {}, g {}); give "
-                        "each as many values, or none",
-                        size, particles.age.size(), particles.life.size(), particles.f.size(), particles.g.size()));
+    if (!wholeOrNone(particles.age) || !wholeOrNone(particles.life) || !wholeOrNone(particles.fade) ||
+        !wholeOrNone(particles.f, particles.g))
+        throw ValueError(fmt::format(
+            "the arrays of the particles differ in length (x has {}, age {}, life {}, fade {}, f {}, g {}); give "
+            "each as many values, or none",
+            size, particles.age.size(), particles.life.size(), particles.fade.size(), particles.f.size(),
+            particles.g.size()));
 }
 
 void checkIds(const Points& particles) {

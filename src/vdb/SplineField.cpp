@@ -168,8 +168,10 @@ class SplineField {
     std::vector<Block> mBlocks;
 };
 
-/// The box of the samples that are inside, and a voxel more.
-Box insideOf(const openvdb::FloatGrid& grid) {
+} // namespace
+
+Box boundsOf(const LevelSet& levelSet) {
+    const openvdb::FloatGrid& grid = *levelSet.grid;
     openvdb::CoordBBox voxels;
     for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf)
         for (auto value = leaf->cbeginValueOn(); value; ++value)
@@ -179,12 +181,10 @@ Box insideOf(const openvdb::FloatGrid& grid) {
     return {{{world.min()[0], world.min()[1], world.min()[2]}}, {{world.max()[0], world.max()[1], world.max()[2]}}};
 }
 
-} // namespace
-
 Sdf sdfOf(const LevelSet& levelSet) {
     const SplineField spline(levelSet.grid);
     return {.distance = ScalarField(spline),
-            .bounds = insideOf(*levelSet.grid),
+            .bounds = boundsOf(levelSet),
             .reach = std::max(levelSet.halfWidth() - kSplineSupport, 0.0) * levelSet.voxelSize(),
             .steepness = spline.steepness()};
 }

@@ -72,6 +72,14 @@ TEST_CASE("the clock of a frame: nothing moves in the first, then a frame's time
     CHECK(fourth.moment(0.22).frame == Approx(106.5));
     CHECK(fourth.moment(0.22).time == 0.22);
     CHECK(fourth.moment(0.22).fps == 25);
+    // From a starting frame on, a chunk has the clock of the whole.
+    const FrameClock chunk = planOf("107-140x2 fps=25 substeps=3 start=101").firstClock();
+    CHECK(chunk.frame == 107);
+    CHECK(chunk.time == fourth.time);
+    CHECK(chunk.begin == fourth.begin);
+    CHECK(chunk.duration == fourth.duration);
+    CHECK(planOf("107-140x2 start=101").startClock().duration == 0);
+    CHECK(planOf("107-140x2 start=101 fps=25").clockAt(2 / 25.0).frame == 103);
     // A part has the clock of the whole.
     CHECK(planOf("101-140x2 fps=25 part=2/3").clock(107).time == fourth.time);
 }

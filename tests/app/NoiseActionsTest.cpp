@@ -46,6 +46,8 @@ TEST_CASE("every type of noise is the library's, with all its options", "[app][c
 TEST_CASE("time turns gradients, is one more coordinate, or moves the noise", "[app][command]") {
     const Folder folder;
     requireField(folder, "-noise alpha=0.2 time=0.3", noiseField<Psrd3>({.alpha = 0.2 + 0.3}));
+    requireField(folder, "-noise alpha=0.2 time=0.3 octaves=3 octaveAlpha=1",
+                 noiseField<Psrd3>({.alpha = 0.2 + 0.3}, {.octaves = 3, .octaveAlpha = 1}));
     // With the frequency 2, half a second is half a cell of the last coordinate.
     requireField(folder, "-noise type=simplex dim=3 frequency=2 time=0.5",
                  lifted<3>(noiseField<SimplexNoise<4>>({}, {.frequency = 2}), {constantField(0.25)}));
@@ -61,8 +63,8 @@ TEST_CASE("time turns gradients, is one more coordinate, or moves the noise", "[
 TEST_CASE("a loop is closed to the bit, and open in the middle", "[app][command]") {
     const Folder folder;
     const std::string noise =
-        GENERATE("-noise", "-noise dim=2 octaves=3 period=4 warp=0.2", "-noise type=simplex",
-                 "-noise type=simplex dim=5 frequency=2", "-noise type=perlin dim=2 period=3",
+        GENERATE("-noise", "-noise dim=2 octaves=3 period=4 warp=0.2", "-noise octaves=3 lacunarity=1.7 octaveAlpha=3",
+                 "-noise type=simplex", "-noise type=simplex dim=5 frequency=2", "-noise type=perlin dim=2 period=3",
                  "-noise type=gradient period=5 seed=2", "-noise type=sine dim=3", "-noise animate=offset period=4,6,3",
                  "-noise type=value period=4 octaves=2 seed=1");
     const auto at = [&](double time) {
@@ -80,7 +82,8 @@ TEST_CASE("a loop is closed to the bit, and open in the middle", "[app][command]
     const auto before = at(2.5 - 1e-6);
     double worst = 0;
     for (size_t k = 0; k < begin.size(); ++k) worst = std::max(worst, std::abs(begin[k][0] - before[k][0]));
-    // At most 2 pi a second of alpha, or 6 cells of it, times first derivatives below 6 times a frequency up to 4.
+    // At most 2 pi / 2.5 a second of alpha, 9 times as much in the third octave, whose amplitude is a seventh; or 6
+    // cells of it; times first derivatives below 6 times a frequency up to 4.
     CHECK(worst < 1e-6 * 6 * 6 * 4);
     CHECK(worst > 0);
 }
@@ -100,6 +103,8 @@ TEST_CASE("what a type of noise does not have is refused with what it has", "[ap
     folder.mustFail("-noise type=simplex dim=8", {"dim=8"});
     folder.mustFail("-noise type=simplex period=4", {"type=simplex", "'period'", "power, kernel"});
     folder.mustFail("-noise type=value alpha=1", {"type=value", "'alpha'"});
+    folder.mustFail("-noise type=value octaveAlpha=1", {"type=value", "'octaveAlpha'"});
+    folder.mustFail("-noise octaves=2 time=1 loop=2 octaveAlpha=1.5", {"loop", "octaveAlpha=1.5", "whole number"});
     folder.mustFail("-noise type=psrd waves=3", {"type=psrd", "'waves'"});
     folder.mustFail("-noise type=perlin dim=2 gradients=reference", {"reference", "3D"});
     folder.mustFail("-noise dim=2 grid=perlin", {"grid", "3D"});

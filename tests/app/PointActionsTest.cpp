@@ -1,5 +1,7 @@
 #include "support/Command.h"
 
+#include <fmt/format.h>
+
 using namespace curlew::test;
 
 namespace {
@@ -26,34 +28,63 @@ std::string aroundBall(const std::string& advect) {
 
 TEST_CASE("adaptive steps, and how far one may be, can be chosen", "[app]") {
     const Folder folder;
-    folder.mustRun(inBall("-advect time=1 steps=4 scheme=rk23 accuracy=1e-3 halvings=12 -report a.json"));
-    folder.mustRun(inBall("-advect time=1 steps=4 scheme=rk23 accuracy=1e-5 halvings=12 -report b.json"));
+    folder.mustRun(inBall("-advect time=1 scheme=rk23 accuracy=1e-3 -report a.json"));
+    folder.mustRun(inBall("-advect time=1 scheme=rk23 accuracy=1e-5 -report b.json"));
     folder.mustRun(inBall("-advect time=1 steps=4 longest=0.02 -report c.json"));
     const auto a = jsonOf(folder / "a.json")["advect"], b = jsonOf(folder / "b.json")["advect"],
                c = jsonOf(folder / "c.json")["advect"];
     CHECK(b["substeps"].get<double>() > 2 * a["substeps"].get<double>());
+    CHECK(b["error_mean"].get<double>() < 0.1 * a["error_mean"].get<double>());
+    CHECK(b["error_max"].get<double>() > b["error_mean"].get<double>());
     CHECK(a["coarse"] == 0);
     CHECK(a["outside"] == 0);
     CHECK(c["substeps"] > 300 * 30); // 1 s at a speed of 1, about
     CHECK(c["speed_max"] > 1);
+    CHECK_FALSE(c.contains("error_mean")); // rk4 does not know
 
-    const auto warned = folder.mustRun(inBall("-advect steps=1 scheme=rk23 accuracy=1e-9 halvings=1"));
+    const auto warned = folder.mustRun(inBall("-advect steps=1 longest=1e-3 halvings=1"));
     CHECK_THAT(warned.err, Catch::Contains("coarser than asked for"));
     folder.mustRun(inBall("-advect time=1 steps=7 -write steps.csv"));
     folder.mustRun(inBall("-advect time=1 dt=0.15 -write dt.csv"));
     CHECK(bytesOf(folder / "steps.csv") == bytesOf(folder / "dt.csv"));
+    // The accuracy rules where steps are given, too.
+    folder.mustRun(inBall("-advect time=1 accuracy=1e-4 -write accurate.csv"));
+    folder.mustRun(inBall("-advect time=1 accuracy=1e-4 steps=3 -write both.csv"));
+    CHECK(bytesOf(folder / "accurate.csv") == bytesOf(folder / "both.csv"));
+    // A scheme that knows no error takes 100 equal steps, if nothing else is said.
+    folder.mustRun(inBall("-advect time=1 scheme=rk4 -write alone.csv -report alone.json"));
+    folder.mustRun(inBall("-advect time=1 steps=100 -write hundred.csv"));
+    CHECK(bytesOf(folder / "alone.csv") == bytesOf(folder / "hundred.csv"));
+    folder.mustFail(inBall("-advect scheme=rk4 accuracy=1e-3"), {"rk4", "rk45"});
     folder.mustFail(inBall("-advect steps=7 dt=0.15"), {"dt"});
     folder.mustFail(inBall("-advect dt=1e-12"), {"-advect", "1e-12", "steps"});
     folder.mustFail(inBall("-advect scheme=rk23 accuracy=0"), {"accuracy"});
     folder.mustFail(inBall("-advect longest=-1"), {"longest"});
 }
 
+TEST_CASE("where points are does not depend on the frame rate or the substeps", "[app]") {
+    const Folder folder;
+    for (const auto& [fps, substeps] : {std::pair(24, 1), {24, 4}, {48, 1}}) {
+        CAPTURE(fps, substeps);
+        // The first second, frame by frame, and at once for each frame.
+        folder.mustRun(
+            inBall(fmt::format("-frames 1-{} fps={} substeps={} -advect -scatter count=300 seed=3 "
+                               "-advect 'time={{T}}' accuracy=1e-9 -distance -report report.json",
+                               fps + 1, fps, substeps)));
+        const auto distance = jsonOf(folder / "report.json")["distance"];
+        CHECK(distance["pairs"] == 300);
+        CHECK(distance["mean"] > 0);
+        CHECK(distance["mean"] < 2e-4); // 1e-4 of the ball's size
+        CHECK(distance["max"] < 2e-2);
+    }
+}
+
 TEST_CASE("how the flow changes volumes is measured", "[app]") {
     const Folder folder;
-    folder.mustRun(inBall("-advect time=0.2 steps=40 jacobian=100 -report a.json"));
+    folder.mustRun(inBall("-advect time=0.2 jacobian=100 -report a.json"));
     const auto kept = jsonOf(folder / "a.json")["volume"];
     CHECK(kept["samples"] == 100);
-    CHECK(std::abs(kept["median"].get<double>() - 1) < 1e-3);
+    CHECK(kept["farthest"] < 1e-6);
     folder.mustRun(
         "-noise -noise seed=1 -dfvn speed=1 normalize=1 -scatter count=100 -advect time=0.5 steps=40 jacobian=100 "
         "-report b.json");

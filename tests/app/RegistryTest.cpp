@@ -161,10 +161,11 @@ TEST_CASE("an option's whole name is never ambiguous, and its first letters hard
                 if (&option == &other) continue;
                 // A name that begins another would make every beginning of that one ambiguous or wrong.
                 CHECK_FALSE(other.name.starts_with(option.name));
-                // Both of these are the names of the field: where a noise is put, and psrdnoise's way of turning
-                // gradients.
+                // These are the names of the field: where a noise is put, and psrdnoise's way of turning gradients;
+                // how many octaves there are, and how each of them turns.
                 const std::set<std::string> pair{option.name, other.name};
                 if (pair == std::set<std::string>{"rotate", "rotation"}) continue;
+                if (pair == std::set<std::string>{"octaves", "octaveAlpha"}) continue;
                 CHECK(option.name.substr(0, 4) != other.name.substr(0, 4));
             }
 }

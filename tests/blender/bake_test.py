@@ -167,6 +167,46 @@ class Frames(unittest.TestCase):
             data.grids.load()
             self.assertEqual(Path(data.grids.frame_filepath).name, f"Volume_Result.{frame:04d}.vdb")
 
+    def loop(self, name):
+        """Particles in a ball that are back where they began after 8 frames."""
+        build = Tree(name)
+        bound = build.add("bound", build.add("noise", frequency=1.5, seed=1), build.add("sphere"), width=0.2)
+        flow = build.add("dfvn", build.add("noise", frequency=1.5), bound, speed=1)
+        points = build.add("advect", flow, build.add("scatter", flow, count=200), loop=8 / 24)
+        build.particles = build.add("CurlewParticlesResult", points)
+        return build
+
+    def seen(self, result, frame):
+        """The places of a result's points in a frame of the scene, and how much of them is seen."""
+        bpy.context.scene.frame_set(frame)
+        mesh = result.target.data
+        places = np.empty(3 * len(mesh.vertices), np.float32)
+        mesh.vertices.foreach_get("co", places)
+        return places.tobytes(), attribute(mesh, "fade", 1, "value").tobytes()
+
+    def test_a_sequence_that_loops_and_scrubs(self):
+        scene = bpy.context.scene
+        scene.frame_start, scene.frame_end = 1, 9
+        build = self.loop("loop")
+        build.tree.sequence = True
+        job = self.bake.bake(build.tree)
+        report = job.report["loop"]
+        self.assertEqual(report["closed"] + report["faded"], 200)
+        self.assertGreater(report["faded"], 0)
+        whole = {frame: self.seen(build.particles, frame) for frame in (1, 2, 5, 9)}
+        self.assertEqual(whole[1], whole[9])
+        self.assertEqual(len(set(whole.values())), 3)
+        fade = np.frombuffer(whole[5][1], np.float32)
+        self.assertEqual((fade == 1).sum() + (fade < 1).sum(), 200)
+        self.assertLess(fade.min(), 1)
+        # Whatever the order, and without the frames between; and baked frame by frame.
+        for frame in (5, 1, 9, 2):
+            self.assertEqual(self.seen(build.particles, frame), whole[frame])
+        live = self.loop("scrubbed")
+        live.tree.bake_on_frame = True
+        for frame in (5, 9, 2, 1):
+            self.assertEqual(self.seen(live.particles, frame), whole[frame], frame)
+
     def test_an_empty_that_moves_and_a_mesh_that_deforms(self):
         scene = bpy.context.scene
         scene.frame_start, scene.frame_end = 1, 4

@@ -2,7 +2,6 @@
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Bound.h"
 #include "curlew/field/NoiseField.h"
-#include "curlew/math/Fade.h"
 #include "support/FiniteDifference.h"
 #include "support/Formula.h"
 
@@ -20,10 +19,39 @@ Wall sphereWall(Side side) { return {.sdf = sphereSdf(1), .side = side, .width =
 
 bool flows(Side side, double d) { return side == Side::both || (side == Side::inside) == (d < 0); }
 
-/// The noise as `bounded` uses it: scaled to its amplitude, shifted by an eighth more than that.
-ScalarField target(const ScalarField& noise, double amplitude, double sign, bool separate) {
-    return (amplitude / noise.range().bound()) * noise + constantField(separate ? sign * 1.125 * amplitude : 0);
-}
+/// The noise as `bounded` uses it, scaled to its amplitude (negative: to a slope of 1), and what it is shifted by.
+struct Target {
+    double amplitude, shift;
+    ScalarField noise;
+
+    Target(const ScalarField& plain, const Wall& wall, double wanted, bool separate)
+        : amplitude(wanted < 0 ? plain.range().bound() / noiseScaleOf(plain, wall.sdf.bounds).slope : wanted),
+          shift(separate ? std::max(0.0, 1.125 * amplitude - wall.width / 2) : 0),
+          noise((amplitude / plain.range().bound()) * plain) {}
+};
+
+/// Alpha at the depth s in widths, its slope, and the integral of 1 - alpha: in thirds, a cubic smoothstep up to the
+/// slope 3/2, that slope, and down again.
+struct Blend {
+    double alpha, slope, levelled;
+    explicit Blend(double s) {
+        if (s > 0.5) {
+            const Blend other(std::max(0.0, 1 - s));
+            *this = other;
+            alpha = 1 - other.alpha;
+            levelled = other.levelled - (1 - std::min(1.0, s)) + 0.5;
+        } else if (s > 1.0 / 3) {
+            alpha = 1.5 * s - 0.25;
+            slope = 1.5;
+            levelled = s - (0.75 * s * s - 0.25 * s + 0.025);
+        } else {
+            const double t = 3 * s;
+            alpha = 0.5 * (t * t * t - t * t * t * t / 2);
+            slope = 1.5 * (3 * t * t - 2 * t * t * t);
+            levelled = s - (std::pow(t, 4) / 4 - std::pow(t, 5) / 10) / 6;
+        }
+    }
+};
 
 } // namespace
 
@@ -34,6 +62,7 @@ TEST_CASE("Eq. 13: value and the three terms of the gradient", "[field]") {
     CAPTURE(static_cast<int>(side), separate, amplitude);
     const Wall wall = sphereWall(side);
     const ScalarField g = bounded(kNoise, wall, {.separate = separate, .amplitude = amplitude});
+    const Target target(kNoise, wall, amplitude, separate);
     size_t layer = 0, beyond = 0, still = 0;
     for (const Vec3d& p : randomPoints(cube(1.5), 10000, 1)) {
         const auto d = wall.sdf.distance.at<1>(p);
@@ -45,11 +74,12 @@ TEST_CASE("Eq. 13: value and the three terms of the gradient", "[field]") {
             continue;
         }
         const double sign = d.value < 0 ? -1 : 1;
-        const auto n = target(kNoise, amplitude < 0 ? kWidth : amplitude, sign, separate).at<1>(p);
-        const auto alpha = quinticFade(std::abs(d.value) / kWidth);
-        const double value = (1 - alpha.value) * d.value + alpha.value * n.value;
-        const Vec3d gradient = d.gradient * (1 - alpha.value) + n.gradient * alpha.value +
-                               d.gradient * ((n.value - d.value) * alpha.first * sign / kWidth);
+        const auto n = target.noise.at<1>(p);
+        const double depth = std::abs(d.value) / kWidth, shifted = n.value + sign * target.shift;
+        const Blend blend(depth);
+        const double value = sign * kWidth * blend.levelled + blend.alpha * shifted;
+        const Vec3d gradient = d.gradient * (1 - blend.alpha) + n.gradient * blend.alpha +
+                               d.gradient * (shifted * blend.slope * sign / kWidth);
         // A dozen roundings of terms below 10.
         if (!(std::abs(jet.value - value) < 1e-14)) FAIL("value " << jet.value << " for " << value);
         if (!(length(jet.gradient - gradient) < 1e-13)) FAIL("gradient off by " << length(jet.gradient - gradient));
@@ -63,7 +93,7 @@ TEST_CASE("Eq. 13: value and the three terms of the gradient", "[field]") {
 TEST_CASE("beyond the width only the noise is left, at the wall only the distance", "[field]") {
     const Side side = GENERATE(Side::inside, Side::outside, Side::both);
     const Wall wall = sphereWall(side);
-    const ScalarField g = bounded(kNoise, wall);
+    const ScalarField g = bounded(kNoise, wall), target = Target(kNoise, wall, -1, false).noise;
     const ScalarField plane =
         bounded(kNoise, {.sdf = planeSdf({{0, 0, 1}}, 0), .side = side, .width = kWidth}); // exact zeros
     for (uint64_t k = 0; k < 1000; ++k) {
@@ -71,7 +101,7 @@ TEST_CASE("beyond the width only the noise is left, at the wall only the distanc
         const double d = wall.sdf.distance.at<0>(p).value;
         CAPTURE(p, d);
         if (flows(side, d) && std::abs(d) > kWidth) {
-            const auto n = target(kNoise, kWidth, d < 0 ? -1 : 1, true).at<2>(p);
+            const auto n = (target + constantField(d < 0 ? -kWidth / 2 : kWidth / 2)).at<2>(p);
             REQUIRE(difference(g.at<2>(p), n) < 1e-13);
         }
         // On the wall g = d and ∇g = ∇d.
@@ -105,7 +135,8 @@ TEST_CASE("separated, the result has the sign of the distance everywhere", "[fie
         if (!(double(single) * d > 0) && std::abs(d) > 1e-6) FAIL("sign in float");
         wrong += plain.at<0>(p).value * d < 0;
     }
-    CHECK(wrong > 0); // it takes the shift
+    // It takes the shift, unless the noise is smaller than the levelled distance.
+    CHECK((wrong > 0) == (amplitude != 0.01));
 }
 
 TEST_CASE("the derivatives of a bounded noise are those of its value", "[field]") {
@@ -153,12 +184,18 @@ TEST_CASE("unusable walls are errors that say what to do", "[field]") {
         CAPTURE(bad);
         CHECK_THROWS_AS(bounded(kNoise, wall), ValueError);
     }
-    const ScalarField ramp = rampField({{1, 0, 0}});
-    CHECK_THROWS_AS(bounded(ramp, good), ValueError);
-    CHECK_THROWS_WITH(bounded(ramp, good), Catch::Contains("separate=0"));
-    // Without a range an unbounded field is taken as it is.
-    const ScalarField g = bounded(ramp, good, {.separate = false});
-    CHECK(g.at<0>({{0.3, 0, 0}}).value == Approx(0.3));
+    for (const double bad : {-0.1, 1.0, 2.0, std::nan("")}) {
+        CAPTURE(bad);
+        CHECK_THROWS_WITH(bounded(kNoise, good, {.variation = bad}), Catch::Contains("variation"));
+    }
+    // Some options need a range, and a ramp has none.
+    const ScalarField ramp = rampField({{2, 0, 0}});
+    CHECK_THROWS_WITH(bounded(ramp, good, {.separate = true}), Catch::Contains("separate=1"));
+    CHECK_THROWS_WITH(bounded(ramp, good, {.amplitude = 0.4}), Catch::Contains("amplitude="));
+    CHECK_THROWS_WITH(bounded(ramp, good, {.variation = 0.4}), Catch::Contains("variation="));
+    // By default only its slope matters.
+    const ScalarField g = bounded(ramp, good);
+    CHECK(g.at<0>({{0.3, 0, 0}}).value == Approx(0.3 - kWidth / 2));
     CHECK(std::isinf(g.range().bound()));
 }
 
@@ -174,8 +211,10 @@ TEST_CASE("a noise whose range is not about zero is centred before it is separat
     const double amplitude = GENERATE(-1.0, 0.0, 0.7);
     const auto noise = noiseField<ValueNoise<2>>({.seed = 3}, {.frequency = 2, .amplitude = 3}); // within 0 … 3
     REQUIRE(noise.range() == Range{0, 3});
-    const double size = amplitude < 0 ? kWidth : amplitude == 0 ? 1.5 : amplitude;
     const WallN<2> wall = disc(side);
+    const double size = amplitude < 0    ? 1.5 / noiseScaleOf(noise, wall.sdf.bounds).slope
+                        : amplitude == 0 ? 1.5
+                                         : amplitude;
     const auto g = bounded(noise, wall, {.separate = true, .amplitude = amplitude});
     const auto plain = bounded(noise, wall, {.separate = false, .amplitude = amplitude});
     double least = 1e300, most = 0;
@@ -188,7 +227,7 @@ TEST_CASE("a noise whose range is not about zero is centred before it is separat
         ++beyond;
         const double centred = (noise.at<0>(p).value - 1.5) / 1.5 * size, sign = d < 0 ? -1 : 1;
         if (!(std::abs(value - (centred + sign * 1.125 * size)) < 1e-14)) FAIL("not the noise, centred and shifted");
-        if (!(std::abs(plain.at<0>(p).value - centred) < 1e-14)) FAIL("not the noise, centred");
+        if (!(std::abs(plain.at<0>(p).value - centred - sign * kWidth / 2) < 1e-14)) FAIL("not the noise, centred");
         least = std::min(least, std::abs(value));
         most = std::max(most, std::abs(value));
     }
@@ -212,26 +251,27 @@ TEST_CASE("in two dimensions a bounded noise has the derivatives of its value", 
     const auto g = bounded(waves<2>(1), disc(side), {.separate = separate, .amplitude = 0.5});
     // As in 3D: noise - d <= 5/4 with derivatives of at most 1 + 0.5 · 2, 2 + 0.5 · 4 and 7 + 0.5 · 8.
     requireDerivatives(g, points, 0x1p-12, 3840 * 1.25 + 3 * 93 * 2 * 2 + 3 * 7.5 * 4 + 11);
-    // The third derivative jumps at both ends of the layer.
-    requireThirdDerivatives(g, points, 0x1p-12, 0.02);
+    // The third derivative jumps at the ends of the layer's thirds.
+    requireThirdDerivatives(g, points, 0x1p-12, 0.04);
     // On the wall it is the distance.
     for (uint64_t k = 0; k < 100; ++k) {
         const Vec<double, 2> p = randomPoint(cube<2>(1), 12, k), n = p * (1 / length(p));
         CAPTURE(n);
-        REQUIRE(std::abs(g.at<0>(n).value) <= 0x1p-52);
+        REQUIRE(std::abs(g.at<0>(n).value) <=
+                0x1p-51); // a rounding of the distance, divided and multiplied by the width
         REQUIRE(length(g.at<1>(n).gradient - n) <= 1e-14);
     }
 }
 
 TEST_CASE("a bounded noise in five dimensions has its sign", "[field]") {
     const WallN<5> wall{.sdf = sphereSdf<5>(1), .side = Side::both, .width = kWidth};
-    const auto g = bounded(noiseField<SimplexNoise<5>>(), wall);
+    const auto g = bounded(noiseField<SimplexNoise<5>>(), wall, {.separate = true});
     for (const auto& p : randomPoints(cube<5>(0.8), 1000, 13)) {
         const double d = wall.sdf.distance.at<0>(p).value;
         CAPTURE(p, d);
         if (!(g.at<0>(p).value * d > 0)) FAIL("sign");
     }
-    requireDerivatives(bounded(waves<5>(1), wall), randomPoints(cube<5>(0.8), 200, 14), 0x1p-12, 6000);
+    requireDerivatives(bounded(waves<5>(1), wall), randomPoints(cube<5>(0.8), 1000, 14), 0x1p-12, 6000);
 }
 
 TEMPLATE_TEST_CASE_SIG("a product with a clipped distance is zero on the wall and has exact derivatives", "[field]",
@@ -288,4 +328,113 @@ TEST_CASE("an amplitude that is not finite is an error", "[field]") {
         CHECK_THROWS_AS(bounded(kNoise, sphereWall(Side::inside), {.amplitude = bad}), ValueError);
     }
     CHECK_THROWS_AS(bounded(constantField(1), sphereWall(Side::inside)), ValueError); // nothing to scale
+}
+
+TEST_CASE("the noise that a bounded field is made of has the slope of the distance", "[field]") {
+    const double frequency = GENERATE(0.7, 3.0);
+    const int octaves = GENERATE(1, 3);
+    CAPTURE(frequency, octaves);
+    const auto noise = noiseField<Psrd3>({.seed = 5}, {.frequency = frequency, .octaves = octaves, .amplitude = 7});
+    const Wall wall{.sdf = planeSdf({{0, 0, 1}}, 0), .side = Side::both, .width = 0.1};
+    const ScalarField g = bounded(noise, wall);
+    double sum = 0;
+    constexpr size_t kCount = 20000;
+    for (uint64_t k = 0; k < kCount; ++k) {
+        const Vec3d p = randomPoint(cube(20 / frequency), 17, k) + Vec3d{{0, 0, 30 / frequency}}; // beyond the layer
+        const auto jet = g.at<1>(p);
+        sum += dot(jet.gradient, jet.gradient);
+    }
+    // Both means are of thousands of nearly independent slopes, whose squares scatter by about their mean.
+    CHECK(std::sqrt(sum / kCount) == Approx(1).epsilon(0.04));
+}
+
+TEST_CASE("a layer of a fifth of a wavelength and more has the slope of the flow beyond it at every depth", "[field]") {
+    const double relative = GENERATE(0.2, 0.3, 0.45, 0.6);
+    const int octaves = GENERATE(1, 2);
+    const Side side = GENERATE(Side::inside, Side::outside);
+    CAPTURE(relative, octaves, static_cast<int>(side));
+    constexpr int kBins = 5;
+    std::array<double, kBins> sum{}, count{};
+    for (uint64_t seed = 0; seed < 8; ++seed) {
+        const auto noise = noiseField<Psrd3>({.seed = seed}, {.octaves = octaves});
+        const Wall wall{.sdf = planeSdf({{0, 0, 1}}, 0), .side = side, .width = relative};
+        const ScalarField g = bounded(noise, wall);
+        for (uint64_t k = 0; k < 4000; ++k) {
+            Vec3d p = randomPoint(cube(10), seed, k);
+            p[2] = (side == Side::inside ? -1 : 1) * relative * (p[2] + 10) / 20;
+            const auto bin = static_cast<size_t>(std::min(kBins - 1.0, std::abs(p[2]) / relative * kBins));
+            const auto jet = g.at<1>(p);
+            sum[bin] += dot(jet.gradient, jet.gradient);
+            count[bin] += 1;
+        }
+    }
+    // (1 - α)² + α² + α'² σ² for a noise of slope 1 and σ = 0.14 wavelengths, less for two octaves: from 0.76² to 1.3²
+    // for these widths, and up to 1.06² for those above 0.3; and what 8 noises leave to chance.
+    for (size_t k = 0; k < kBins; ++k) {
+        CAPTURE(k);
+        CHECK(std::sqrt(sum[k] / count[k]) < (relative < 0.3 ? 1.35 : 1.12));
+        CHECK(std::sqrt(sum[k] / count[k]) > (relative > 0.3 ? 0.72 : 0.82));
+    }
+}
+
+TEST_CASE("variation changes the slope along the wall, and the wall stays the zero set", "[field]") {
+    const auto noise = noiseField<Psrd2>({.seed = 2}, {.frequency = 2});
+    const double variation = 0.9;
+    const WallN<2> wall = disc(GENERATE(Side::inside, Side::both));
+    const auto g = bounded(noise, wall, {.separate = true, .variation = variation});
+    Range seen{1e300, -1e300};
+    for (uint64_t k = 0; k < 2000; ++k) {
+        const Vec<double, 2> p = randomPoint(cube<2>(1), 18, k), n = p * (1 / length(p));
+        const auto jet = g.at<1>(n);
+        CAPTURE(n);
+        REQUIRE(std::abs(jet.value) < 1e-15);
+        // The gradient is along the normal: 1 + variation times the noise in units of its bound.
+        const double slope = dot(jet.gradient, n);
+        REQUIRE(length(jet.gradient - n * slope) < 1e-13);
+        REQUIRE(slope == Approx(1 + variation * noise.at<0>(n).value / noise.range().bound()));
+        seen = {std::min(seen.lower, slope), std::max(seen.upper, slope)};
+        const Vec<double, 2> inside = p * 0.95;
+        const double d = wall.sdf.distance.at<0>(inside).value;
+        REQUIRE(g.at<0>(inside).value * d > 0);
+    }
+    CHECK(seen.lower < 0.6);
+    CHECK(seen.upper > 1.4);
+    std::vector<Vec<double, 2>> points;
+    for (const auto& p : randomPoints(cube<2>(1.2), 2000, 19))
+        if (std::abs(length(p) - 1) < 1.2 * kWidth && length(p) < 1) points.push_back(p);
+    REQUIRE(points.size() > 300);
+    requireDerivatives(g, points, 0x1p-12, 3840 + 3 * 93 * 8 + 3 * 7.5 * 60 + 1500);
+}
+
+TEST_CASE("Bridson's ramp is odd in the distance, one beyond the layer, with exact derivatives", "[field]") {
+    const Side side = GENERATE(Side::inside, Side::outside, Side::both);
+    const ScalarField ramp = layerRamp(sphereWall(side));
+    const double sign = side == Side::outside ? 1 : -1;
+    CHECK(ramp.at<0>({{0, 0, 1}}).value == 0);
+    CHECK(ramp.at<0>({{0, 0, 0.5}}).value == -sign);
+    CHECK(ramp.at<0>({{0, 0, 1.5}}).value == sign);
+    CHECK(ramp.at<1>({{0, 0, 1}}).gradient[2] == Approx(sign * 1.875 / kWidth));
+    // r = 1/2: 15/16 - 10/64 + 3/256.
+    CHECK(ramp.at<0>({{0, 0, 1 + kWidth / 2}}).value == Approx(sign * (0.9375 - 0.15625 + 0.01171875)));
+    std::vector<Vec3d> points;
+    for (const Vec3d& p : randomPoints(cube(1.3), 4000, 20))
+        if (std::abs(length(p) - 1) < 1.2 * kWidth) points.push_back(p);
+    // Third derivatives up to 15 / width³, and those of the distance.
+    requireDerivatives(ramp, points, 0x1p-12, 15 / (kWidth * kWidth * kWidth) + 600);
+    requireThirdDerivatives(ramp, points, 0x1p-12, 0.05); // the third derivative jumps at the ends of the layer
+}
+
+TEST_CASE("the width of a layer is 0.3 wavelengths, as far as the object allows", "[field]") {
+    const Box box{{{-1, -2, -3}}, {{1, 2, 3}}};
+    const auto noise = [](double frequency) { return noiseField<Psrd3>({}, {.frequency = frequency, .octaves = 3}); };
+    const LayerWidth fine = layerWidth(noise(4), box);
+    CHECK(fine.width == Approx(0.3 / 4));
+    CHECK_FALSE(fine.limited);
+    CHECK_FALSE(fine.noise.measured);
+    const LayerWidth coarse = layerWidth(noise(0.1), box);
+    CHECK(coarse.limited);
+    CHECK(coarse.width == 0.5);                                                        // a quarter of 2
+    CHECK(layerWidth(noise(0.1), box, Side::outside).width == 1.5);                    // a quarter of 6
+    CHECK(layerWidth(noise(0.1), planeSdf({{0, 0, 1}}, 0).bounds).width == Approx(3)); // nothing limits it
+    CHECK_THROWS_AS(layerWidth(constantField(1), box), ValueError);
 }

@@ -6,6 +6,7 @@
 #include "support/Formula.h"
 
 #include <limits>
+#include <numbers>
 #include <tuple>
 
 using namespace curlew;
@@ -30,14 +31,15 @@ TEST_CASE("octaves are the sum of single noises", "[field]") {
     const OctaveOptions o{
         .frequency = 1.7, .octaves = 4, .lacunarity = 2.1, .gain = gain, .amplitude = 3, .normalize = normalize};
     const ScalarField field = noiseField<Psrd3>({.alpha = 0.2, .seed = 5}, o);
-    const Psrd3 noise({.alpha = 0.2, .seed = 5});
+    std::vector<Psrd3> noises; // octave k turns by 2^k alpha
+    for (int k = 0; k < o.octaves; ++k) noises.emplace_back(PsrdOptions{.alpha = 0.2 * (1 << k), .seed = 5});
     double total = 0, amplitude = 1;
     for (int k = 0; k < o.octaves; ++k, amplitude *= gain) total += std::abs(amplitude);
     for (const Vec3d& p : randomPoints(cube(3), 200, 2)) {
         Jet<double, 3, 2> sum;
         double a = o.amplitude / (normalize ? total : 1), frequency = o.frequency;
         for (int k = 0; k < o.octaves; ++k, a *= gain, frequency *= o.lacunarity) {
-            const auto n = noise.at<2, double>(p * frequency);
+            const auto n = noises[static_cast<size_t>(k)].at<2, double>(p * frequency);
             sum.value += a * n.value;
             sum.gradient += n.gradient * (a * frequency);
             for (size_t h = 0; h < 6; ++h) sum.hessian.c[h] += a * frequency * frequency * n.hessian.c[h];
@@ -52,6 +54,41 @@ TEST_CASE("octaves are the sum of single noises", "[field]") {
         REQUIRE(difference(jet, sum, 4, 10) < rounding * 600 * 16 * 16);
     }
     CHECK(field.range().bound() == Approx(Psrd3::kBound * 3 * (normalize ? 1 : total)));
+}
+
+TEST_CASE("each octave turns octaveAlpha times as far as the one before", "[field]") {
+    const double ratio = GENERATE(2.0, 1.0, 3.0, -1.5, 0.0);
+    CAPTURE(ratio);
+    const double alpha = 0.4;
+    const auto octaves = [&](int count) {
+        return noiseField<Psrd2>({.alpha = alpha},
+                                 {.octaves = count, .lacunarity = 2.5, .normalize = false, .octaveAlpha = ratio});
+    };
+    for (int k = 0; k < 3; ++k) {
+        const Psrd2 noise({.alpha = alpha * std::pow(ratio, k)});
+        for (const auto& p : randomPoints(cube<2>(3), 50, 6)) {
+            const double added = octaves(k + 1).at<0>(p).value - (k > 0 ? octaves(k).at<0>(p).value : 0);
+            // Roundings of sums of values below 2.
+            CHECK(std::abs(added - std::pow(0.5, k) * noise.at<0, double>(p * std::pow(2.5, k)).value) < 1e-14);
+        }
+    }
+}
+
+TEST_CASE("after a full turn of the first octave all octaves are back, if octaveAlpha is a whole number", "[field]") {
+    const double full = 2 * std::numbers::pi;
+    const auto turned = [&](double alpha, double ratio) {
+        return noiseField<Psrd3>({.alpha = alpha}, {.octaves = 5, .lacunarity = 1.9, .octaveAlpha = ratio});
+    };
+    double open = 0;
+    for (const Vec3d& p : randomPoints(cube(3), 100, 7)) {
+        for (const double ratio : {2.0, 3.0, -2.0}) {
+            CAPTURE(p, ratio);
+            // 2 pi is off by 2.4e-16, 81 times that in the last octave, whose gradients are 5 long.
+            REQUIRE(std::abs(turned(full, ratio).at<0>(p).value - turned(0, ratio).at<0>(p).value) < 1e-12);
+        }
+        open = std::max(open, std::abs(turned(full, 1.5).at<0>(p).value - turned(0, 1.5).at<0>(p).value));
+    }
+    CHECK(open > 0.1);
 }
 
 TEST_CASE("a noise field has the derivatives of its value and keeps its bound", "[field]") {
@@ -88,6 +125,7 @@ TEST_CASE("unusable octaves are errors that name the value", "[field]") {
     for (const double bad : {kInfinity, std::nan("")}) {
         CHECK_THROWS_AS(make({.gain = bad}), ValueError);
         CHECK_THROWS_AS(make({.amplitude = bad}), ValueError);
+        CHECK_THROWS_AS(make({.octaves = 2, .octaveAlpha = bad}), ValueError);
     }
     CHECK_THROWS_AS(make({.octaves = 0}), ValueError);
     CHECK_THROWS_WITH(make({.octaves = 33}), Catch::Contains("33"));

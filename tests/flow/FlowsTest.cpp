@@ -85,6 +85,27 @@ TEST_CASE("curl noise of three noises of the plane is that of the tutorial", "[f
     }
 }
 
+TEST_CASE("curl noise in a wall is tangent to it term by term, and the same beyond its layer", "[flow]") {
+    const Side side = GENERATE(Side::inside, Side::outside, Side::both);
+    const Wall wall{.sdf = sphereSdf(1), .side = side, .width = 0.2};
+    const Flow open = curlFlow(noises()), closed = curlFlow(noises(), Domain::of(wall));
+    REQUIRE(closed.terms().size() == 3);
+    for (const Vec3d& p : randomPoints(cube(1), 500, 9)) {
+        const Vec3d n = p * (1 / length(p));
+        CAPTURE(p);
+        for (const auto& term : closed.terms()) {
+            const Vec3d c = cross(term[0].at<1>(n).gradient, term[1].at<1>(n).gradient);
+            REQUIRE(std::abs(dot(c, n)) < 1e-13); // a rounding off the wall, where the ramp has a slope of 9
+            REQUIRE(length(c) < 100);
+        }
+        const Vec3d inside = n * 0.75, outside = n * 1.25;
+        const double in = side == Side::outside ? -1 : 1; // the ramp is 1 on the side of the flow
+        REQUIRE(length(closed.at(inside).velocity - open.at(inside).velocity * in) < 1e-13);
+        REQUIRE(length(closed.at(outside).velocity + open.at(outside).velocity * in) < 1e-13);
+    }
+    requireDivergenceFree(closed, cube(1.3));
+}
+
 TEST_CASE("curl noise is divergence-free", "[flow]") {
     const Flow space = curlFlow(noises()), plane = curlFlow(planeNoises());
     requireDivergenceFree(space, cube(2));

@@ -84,6 +84,26 @@ TEST_CASE("what is smaller than a pixel gets fainter as its area does", "[render
           Approx(0.1).epsilon(0.03));
 }
 
+TEST_CASE("points that fade give less light, and smaller balls", "[render]") {
+    Positions p;
+    p.add(0.003, 0.004);
+    Splats whole = p.points(), dim = whole, none = whole;
+    const std::vector<float> halfSeen{0.5F}, unseen{0};
+    dim.fade = halfSeen, none.fade = unseen;
+    const SplatOptions options{.pixels = 5, .fade = 0};
+    const double energy = energyOf(luminous(whole, faced(), options).image);
+    CHECK(energyOf(luminous(dim, faced(), options).image) == Approx(0.5 * energy).epsilon(1e-6));
+    CHECK(luminous(none, faced(), options).drawn == 0);
+    CHECK(energyOf(luminous(none, faced(), options).image) == 0);
+    const double covered = opaque(whole, faced(), options).covered;
+    CHECK(opaque(dim, faced(), options).covered == Approx(covered / 4).epsilon(0.05)); // of the area
+    CHECK(opaque(none, faced(), options).drawn == 0);
+    p.add(1, 1);
+    Splats wrong = p.points();
+    wrong.fade = halfSeen;
+    CHECK_THROWS_AS(luminous(wrong, faced(), options), ValueError);
+}
+
 TEST_CASE("a line has the energy of its length, in any direction and however it is divided", "[render]") {
     for (int k = 0; k < 20; ++k) {
         const double angle = 0.05 + 0.3 * k, length = 0.7;

@@ -97,9 +97,12 @@ TEST_CASE("no particle crosses a wall, however large the steps", "[track]") {
     const Points start = scatter(flow.domain(), 4000, 2);
     const auto distance = [&](const Points& p, size_t k) { return c.sdf.distance.at<0>(position(p, k)).value; };
     // Steps of 1/2 and 1/16 at a mean speed of 1: as long as the shape, and shorter than the layer.
-    for (const auto& [steps, scheme] :
-         {std::pair(8, Scheme::euler), {64, Scheme::euler}, {4, Scheme::bogackiShampine}}) {
-        const AdvectOptions options{.time = 4, .steps = steps, .scheme = scheme, .accuracy = 0.1};
+    // And adaptive ones, up to a rough accuracy.
+    const AdvectOptions rough{.time = 4, .scheme = Scheme::bogackiShampine, .accuracy = 0.1};
+    for (const AdvectOptions& options : {AdvectOptions{.time = 4, .steps = 8, .scheme = Scheme::euler},
+                                         {.time = 4, .steps = 64, .scheme = Scheme::euler},
+                                         rough}) {
+        const int steps = options.adaptive() ? 8 : options.steps;
         Points particles = start;
         const AdvectResult result = advect(flow, particles, options);
         size_t changed = 0;
@@ -220,8 +223,7 @@ TEST_CASE("the order in time is that of the scheme, with and without reprojectio
                {.time = 0.8,
                 .steps = steps,
                 .scheme = scheme,
-                .reprojection = {.method = reprojection, .tolerance = 1e-13},
-                .accuracy = 1}); // no step is shortened
+                .reprojection = {.method = reprojection, .tolerance = 1e-13}});
         return particles;
     };
     // RK4 with 16 times as many steps stands for the exact end; it is 10^-10 or so off.
@@ -357,13 +359,13 @@ TEST_CASE("a flow without tracks moves particles freely, and refuses to put them
     CHECK(worst.value < 1e-7);
     CHECK(particles.vx.size() == points.size());
 
-    for (const auto method : {Reprojection::newton, Reprojection::gaussNewton}) {
-        Points untouched = particlesAt(points);
-        CHECK_THROWS_AS(advect(screw, untouched, {.time = time, .reprojection = {.method = method}}), ValueError);
-        CHECK_THROWS_WITH(advect(screw, untouched, {.time = time, .reprojection = {.method = method}}),
-                          Catch::Contains("sum"));
-        for (size_t k = 0; k < points.size(); ++k) REQUIRE(position(untouched, k) == points[k]);
-    }
+    // Without a wall a sum is followed as a whole, whatever the reprojection.
+    AdvectOptions reprojecting = options;
+    reprojecting.reprojection = {};
+    Points again = particlesAt(points);
+    CHECK(advect(screw, again, reprojecting).splitting == Splitting::none);
+    CHECK(again.x == particles.x);
+    CHECK(again.y == particles.y);
     // Then on in a flow with tracks: they start new ones.
     const AdvectResult later = advect(smoothFlow(), particles, {.time = 0.1, .steps = 5});
     CHECK(particles.f.size() == points.size());
@@ -443,8 +445,11 @@ TEST_CASE("unusable options are errors that name the value", "[track]") {
     Points particles = scatter(sphereFlow().domain(), 10, 5);
     const auto run = [&](const AdvectOptions& options) { advect(sphereFlow(), particles, options); };
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    CHECK_THROWS_WITH(run({.steps = 0}), Catch::Contains("0 steps"));
-    CHECK_THROWS_AS(run({.steps = -5}), ValueError);
+    CHECK_THROWS_WITH(run({.steps = -5}), Catch::Contains("-5 steps"));
+    // What does not estimate its error cannot be as accurate as asked for.
+    CHECK_THROWS_WITH(run({.scheme = Scheme::rk4}), Catch::Contains("rk4") && Catch::Contains("rk45"));
+    CHECK_THROWS_AS(run({.steps = 5, .scheme = Scheme::euler, .accuracy = 1e-3}), ValueError);
+    for (const double bad : {-1e-3, std::nan("")}) CHECK_THROWS_AS(run({.accuracy = bad}), ValueError);
     for (const double bad : {kInfinity, -kInfinity, std::nan("")}) CHECK_THROWS_AS(run({.time = bad}), ValueError);
     for (const double bad : {0.0, -1e-9, std::nan("")})
         CHECK_THROWS_AS(run({.reprojection = {.tolerance = bad}}), ValueError);
@@ -552,9 +557,8 @@ TEST_CASE("adaptive steps are as accurate as asked for, and no shorter than need
         Points particles = particlesAt(points);
         const auto result = advect(smoothFlow(), particles,
                                    {.time = 2,
-                                    .steps = 2,
                                     .scheme = scheme,
-                                    .reprojection = {.method = reprojection, .tolerance = 1e-12, .maxSubdivisions = 14},
+                                    .reprojection = {.method = reprojection, .tolerance = 1e-12},
                                     .accuracy = accuracy});
         std::vector<double> errors;
         for (size_t k = 0; k < points.size(); ++k)
@@ -575,14 +579,10 @@ TEST_CASE("adaptive steps are as accurate as asked for, and no shorter than need
     CHECK(few < 40.0 * static_cast<double>(points.size()));
 }
 
-TEST_CASE("steps that are too coarse, and cannot be made shorter, are counted", "[track]") {
+TEST_CASE("steps that are too long, and cannot be made shorter, are counted", "[track]") {
     Points particles = particlesAt(randomPoints(cube(1), 100, 7));
-    const AdvectResult result = advect(smoothFlow(), particles,
-                                       {.time = 2,
-                                        .steps = 1,
-                                        .scheme = Scheme::bogackiShampine,
-                                        .reprojection = {.maxSubdivisions = 2},
-                                        .accuracy = 1e-9});
+    const AdvectResult result = advect(
+        smoothFlow(), particles, {.time = 2, .steps = 1, .reprojection = {.maxSubdivisions = 2}, .maxStep = 1e-3});
     CHECK(result.coarse > 300); // of 400
     CHECK(result.stalled == 0);
 }
@@ -603,18 +603,20 @@ TEST_CASE("particles that were born on the way move for their age", "[track]") {
 }
 
 TEST_CASE("advect: no step is longer than maxStep", "[track]") {
-    const auto scheme = GENERATE(Scheme::rk4, Scheme::bogackiShampine);
+    const AdvectOptions options = GENERATE(AdvectOptions{.time = 1, .steps = 2},
+                                           AdvectOptions{.time = 1, .scheme = Scheme::bogackiShampine, .accuracy = 1});
     const auto points = randomPoints(cube(1), 100, 7);
     const auto run = [&](double maxStep) {
         Points particles = particlesAt(points);
-        const AdvectResult result = advect(
-            smoothFlow(), particles, {.time = 1, .steps = 2, .scheme = scheme, .accuracy = 1, .maxStep = maxStep});
+        AdvectOptions held = options;
+        held.maxStep = maxStep;
+        const AdvectResult result = advect(smoothFlow(), particles, held);
         CHECK(result.coarse == 0);
         return result.substeps;
     };
     // A speed of 1 in the mean: so many steps for all of them together, at least.
     const size_t free = run(0), held = run(0.05);
-    CAPTURE(static_cast<int>(scheme), free, held);
+    CAPTURE(options.adaptive(), free, held);
     CHECK(free < 400);
     CHECK(held > 100 * 10);
     CHECK_THROWS_AS(run(-1), ValueError);
@@ -636,4 +638,116 @@ TEST_CASE("f and g do not drift over thousands of steps", "[track]") {
     }
     CHECK(result.notConverged == 0);
     CHECK(squares <= 1e-6);
+}
+
+namespace {
+
+/// How far apart two sets of points are: on average, and at most.
+std::pair<double, double> apart(const Points& a, const Points& b) {
+    double sum = 0, most = 0;
+    for (size_t k = 0; k < a.size(); ++k) {
+        const double distance = length(position(a, k) - position(b, k));
+        sum += distance;
+        most = std::max(most, distance);
+    }
+    return {sum / static_cast<double>(a.size()), most};
+}
+
+} // namespace
+
+TEST_CASE("advect: by default points are where they should be, however the time is divided into calls", "[track]") {
+    const Flow& flow = sphereFlow();
+    const Points start = scatter(flow.domain(), 500, 7);
+    const double size = 2;
+    Points exact = start;
+    advect(flow, exact, {.time = 2, .reprojection = {.tolerance = 1e-12}, .accuracy = 1e-11});
+    for (const int calls : {1, 48, 96, 192}) {
+        Points particles = start;
+        AdvectResult result;
+        for (int k = 0; k < calls; ++k) result += advect(flow, particles, {.time = 2.0 / calls});
+        const auto [mean, most] = apart(particles, exact);
+        CAPTURE(calls, mean, most, result.errorMean, result.errorMax, result.substeps);
+        CHECK(mean < 1e-4 * size);
+        CHECK(most < 1e-2 * size);
+        CHECK(result.outside == 0);
+        CHECK(result.notConverged == 0);
+        CHECK(result.coarse == 0);
+        // What the steps' estimates add up to is of the size of what is found.
+        CHECK(result.errorMean > 0.01 * mean);
+        CHECK(result.errorMax < 1e-3 * size);
+    }
+}
+
+TEST_CASE("advect: adaptive steps do not depend on threads, order or company", "[track]") {
+    const Flow& flow = sphereFlow();
+    const Points start = scatter(flow.domain(), 500, 3);
+    Points one = start, two = start;
+    {
+        const ThreadLimit limit(1);
+        advect(flow, one, {.time = 1});
+    }
+    {
+        const ThreadLimit limit(2);
+        advect(flow, two, {.time = 1});
+    }
+    CHECK(same(one, two));
+    Points alone = particlesAt({position(start, 250)});
+    advect(flow, alone, {.time = 1});
+    CHECK(position(alone, 0) == position(one, 250));
+}
+
+TEST_CASE("advect: the default accuracy does not depend on units", "[track]") {
+    // The same flow in other units of length and time: powers of two, so that it is the same to rounding.
+    const auto moved = [](double length, double time) {
+        const Wall wall{.sdf = sphereSdf(length), .side = Side::inside, .width = 0.2 * length};
+        const ScalarField f = noiseField<Psrd3>({.seed = 1}, {.frequency = 1.5 / length}),
+                          g = bounded(noiseField<Psrd3>({.seed = 2}, {.frequency = 1.5 / length}), wall);
+        const Flow flow = withSpeed(Flow(f, g, Domain::of(wall)), length / time);
+        Points particles = particlesAt({{{0.3 * length, 0.2 * length, -0.1 * length}}, {{-0.5 * length, 0, 0}}});
+        const AdvectResult result = advect(flow, particles, {.time = 2 * time});
+        CHECK(result.errorMean > 0);
+        return result.substeps;
+    };
+    const size_t steps = moved(1, 1);
+    CHECK(steps > 10);
+    CHECK(moved(1024, 1) == steps);
+    CHECK(moved(1, 1024) == steps);
+    CHECK(moved(1.0 / 64, 1.0 / 16) == steps);
+}
+
+TEST_CASE("advect: an accuracy is that of the position, to a factor", "[track]") {
+    // A rotation: the error is that of the angle, and nothing stretches.
+    const Flow flow(polynomial("x0**2 + x1**2"), polynomial("x2"), {.box = cube(1), .wall = {}});
+    const double accuracy = GENERATE(1e-4, 1e-6, 1e-8);
+    const double time = 3;
+    Points particles = particlesAt({{{1, 0, 0.5}}});
+    const AdvectResult result = advect(flow, particles, {.time = time, .accuracy = accuracy});
+    const double error = length(position(particles, 0) - Vec3d{{std::cos(2 * time), -std::sin(2 * time), 0.5}});
+    CAPTURE(accuracy, error, result.errorMean, result.substeps);
+    // The estimate is that of the lower order, so the place is better than it.
+    CHECK(error < result.errorMean);
+    CHECK(result.errorMean <= accuracy * static_cast<double>(result.substeps));
+    CHECK(result.errorMean > 0.02 * accuracy * static_cast<double>(result.substeps));
+    CHECK(result.errorMax == result.errorMean);
+}
+
+TEST_CASE("advect: a step that cannot be halved is taken as its correction leaves it (ICN Algorithm 1)", "[track]") {
+    const Flow& flow = sphereFlow();
+    const Points start = scatter(flow.domain(), 500, 8);
+    Points particles = start;
+    const AdvectOptions printed{.time = 0.5, .steps = 50, .reprojection = {.iterations = 1, .maxSubdivisions = 0}};
+    const AdvectResult result = advect(flow, particles, printed);
+    CHECK(result.substeps > 500 * 49); // a few are kept back by the wall
+    CHECK(result.retries == 0);
+    CHECK(result.meanIterations <= 1);
+    CHECK(result.meanIterations > 0.2); // fewer than one, where a step needs none
+    CHECK(result.outside == 0);
+    const auto [moved, most] = apart(particles, start);
+    CHECK(moved > 0.1);
+    // One correction a step keeps them near their tracks, far nearer than none.
+    CHECK(result.residual[0] > 0);
+    CHECK(result.residual[0] < 1e-3);
+    // Fewer steps are what was asked for: no step at all is counted as none, not as infinitely many corrections.
+    Points beyond = particlesAt({{{5, 0, 0}}});
+    CHECK(advect(flow, beyond, printed).meanIterations == 0);
 }

@@ -48,7 +48,7 @@ TEST_CASE("particles know what they carry", "[track]") {
     particles.f = particles.g = {0, 0};
     CHECK(particles.hasVelocity());
     CHECK(particles.hasTrack());
-    CHECK(Points::kBytes == 3 * 8 + 3 * 4 + 8 + 2 * 8 + 1 + 2 * 4);
+    CHECK(Points::kBytes == 3 * 8 + 3 * 4 + 8 + 2 * 8 + 1 + 3 * 4);
 }
 
 TEST_CASE("every array of particles is visited once", "[track]") {
@@ -98,6 +98,11 @@ TEST_CASE("particles are appended with all they have", "[track]") {
     CHECK(mixed.vy == std::vector<float>{3, 4, 7, 0});
     CHECK(mixed.age == std::vector<float>{3, 4, 7, 0});
     CHECK(mixed.life.back() == std::numeric_limits<float>::infinity());
+    CHECK(mixed.fade.back() == 1);
+    Points fading = Points::at({{{0, 0, 0}}});
+    fading.fade = {0.25F};
+    fading.append(Points::at({{{1, 0, 0}}}));
+    CHECK(fading.fade == std::vector<float>{0.25F, 1});
     CHECK(mixed.converged.back() == 1);
     CHECK_FALSE(mixed.hasTrack()); // one has none: none has
     bare.append(some(1, 1));

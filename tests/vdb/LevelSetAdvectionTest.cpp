@@ -170,7 +170,7 @@ TEST_CASE("a shape does not move in its own contained flow", "[LevelSetAdvection
     const auto errors = errorsOf(*moved.levelSet.grid, {{0, 0, 0}}, 1);
     CAPTURE(errors.surface, errors.band, moved.unsettled);
     CHECK(errors.mean < 0.05);
-    CHECK(std::abs(volumeChange(moved.levelSet, start)) < 2e-3);
+    CHECK(std::abs(volumeChange(moved.levelSet, start)) < 6e-3); // a voxel is a twelfth of the radius
     CHECK(beyondUnitSphere(*moved.levelSet.grid) < 1e-3);
     CHECK(moved.kept == 0);
 }

@@ -173,7 +173,7 @@ TEST_CASE("how steep a level set is, is measured", "[LevelSet]") {
     const Sdf sdf = sdfOf({steep, nullptr});
     CHECK(sdf.steepness == Approx(3.3).epsilon(0.1));
     // What is far from the wall is judged by it: a batch gets what each of its positions gets.
-    const ScalarField field = bounded(constantField(0.1), Wall{sdf, Side::inside, 0.5}, {.separate = false});
+    const ScalarField field = bounded(constantField(0.1), Wall{sdf, Side::inside, 0.5}, {.amplitude = 0});
     PointBatch points;
     for (const Vec3d& offset : test::randomPoints(test::cube(0.12), kBatch, 3))
         points.push(Vec3d{{0.72, 0, 0}} + offset);

@@ -23,6 +23,11 @@ struct OctaveOptions {
     /// crests. That costs a degree of smoothness: the sum is C² for noises that are C³ (Psrd2, SimplexNoise of power 4,
     /// SineNoise); for the others its Hessian jumps where their third derivatives do.
     double warp = 0;
+    /// Of noises whose gradients turn (Psrd): the alpha of each octave over that of the octave before. With 2, octave k
+    /// turns by 2^k alpha: within an octave all gradients turn by the same angle, so that swirls of similar size move
+    /// alike (Gustavson and McEwan 2021, §5), and smaller ones turn faster (Perlin and Neyret 2001). With a whole
+    /// number a full turn of the first octave is one of all, whatever the lacunarity. 1: all octaves turn alike.
+    double octaveAlpha = 2;
 };
 
 /// Octaves of a noise as a field. Each noise has its own options; a period given there is that of the first octave, and

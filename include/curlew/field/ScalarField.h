@@ -25,6 +25,7 @@ class FieldModel {
     virtual void eval(const PointBatchN<N>&, JetBatchN<double, N, 2>&) const = 0;
     virtual void eval(const PointBatchN<N>&, JetBatchN<double, N, 3>&) const = 0;
     virtual Range range() const = 0;
+    virtual double wavelength() const = 0;
 };
 
 } // namespace detail
@@ -66,8 +67,8 @@ class ScalarFieldN {
 
     /// A field from a model M, which is either pointwise (above) or has
     /// `template <int Order, class T> void evalBatch(const PointBatchN<N>&, JetBatchN<T, N, Order>&) const`;
-    /// and may have `Range range() const`, and kernels (above; then T may be lanes, and the batch is one of their
-    /// numbers).
+    /// and may have `Range range() const`, `double wavelength() const` and kernels (above; then T may be lanes, and the
+    /// batch is one of their numbers).
     template <class M>
     requires(!std::same_as<std::remove_cvref_t<M>, ScalarFieldN>) explicit ScalarFieldN(M model)
         : mModel(std::make_shared<const Model<M>>(std::move(model))) {}
@@ -90,6 +91,10 @@ class ScalarFieldN {
     /// An interval that the value never leaves; unbounded where none is known.
     Range range() const { return mModel->range(); }
 
+    /// The longest wavelength (cell of the lowest octave) of the noises that the field is made of, world units; 0 if it
+    /// is made of none.
+    double wavelength() const { return mModel->wavelength(); }
+
   private:
     template <class M>
     class Model final : public detail::FieldModel<N> {
@@ -107,6 +112,12 @@ class ScalarFieldN {
                 return mM.range();
             else
                 return {};
+        }
+        double wavelength() const override {
+            if constexpr (requires { mM.wavelength(); })
+                return mM.wavelength();
+            else
+                return 0;
         }
 
       private:

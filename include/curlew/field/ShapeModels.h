@@ -19,10 +19,13 @@ J norm(const J& squares) {
     return select(squares.value > decltype(squares.value)(0), sqrt(squares), J());
 }
 
-inline Box boxOfSize(const Vec3d& size) { return {size * -0.5, size * 0.5}; }
-inline Box everywhere() {
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    return boxOfSize({{kInfinity, kInfinity, kInfinity}});
+template <int N>
+BoxN<N> boxOfSize(const Vec<double, N>& size) {
+    return {size * -0.5, size * 0.5};
+}
+template <int N = 3>
+BoxN<N> everywhere() {
+    return BoxN<N>{}.padded(std::numeric_limits<double>::infinity());
 }
 
 /// See sphereSdf().
@@ -38,24 +41,25 @@ struct Sphere {
 };
 
 /// See boxSdf().
+template <int N>
 struct RoundedBox {
     static constexpr bool kHasKernels = true;
-    Vec3d size;
+    Vec<double, N> size;
     double rounding;
     void check() const {
         for (const double edge : size.c) requirePositive(edge, "size");
-        const double shortest = std::min({size[0], size[1], size[2]});
+        const double shortest = *std::min_element(size.c.begin(), size.c.end());
         if (!(rounding >= 0) || rounding > shortest / 2)
             throw ValueError(
                 fmt::format("rounding {} must lie between 0 and half the shortest edge, {}", rounding, shortest / 2));
     }
-    Box bounds() const { return boxOfSize(size); }
+    BoxN<N> bounds() const { return boxOfSize(size); }
     template <class X, class K>
     auto operator()(const X& p, const K& k) const {
         const auto zero = k(0);
         const auto beyond = [&](int i) { return abs(p[i]) - k(size[i] * 0.5 - rounding); };
         auto squares = zero, deepest = beyond(0);
-        for (int i = 0; i < 3; ++i) {
+        for (int i = 0; i < N; ++i) {
             const auto q = beyond(i), out = max(q, zero);
             squares = squares + out * out;
             deepest = max(deepest, q);
@@ -73,7 +77,7 @@ struct Torus {
         requirePositive(tube, "tube");
         if (tube >= radius) throw ValueError(fmt::format("tube {} must be below the radius {}", tube, radius));
     }
-    Box bounds() const { return boxOfSize({{2 * (radius + tube), 2 * tube, 2 * (radius + tube)}}); }
+    Box bounds() const { return boxOfSize<3>({{2 * (radius + tube), 2 * tube, 2 * (radius + tube)}}); }
     template <class X, class K>
     auto operator()(const X& p, const K& k) const {
         const auto ring = norm(p[0] * p[0] + p[2] * p[2]) - k(radius);
@@ -89,7 +93,7 @@ struct Capsule {
         requirePositive(length, "length");
         requirePositive(radius, "radius");
     }
-    Box bounds() const { return boxOfSize({{2 * radius, length + 2 * radius, 2 * radius}}); }
+    Box bounds() const { return boxOfSize<3>({{2 * radius, length + 2 * radius, 2 * radius}}); }
     template <class X, class K>
     auto operator()(const X& p, const K& k) const {
         const auto beyond = max(abs(p[1]) - k(length / 2), k(0));
@@ -118,7 +122,7 @@ struct Gyroid {
 };
 
 /// DO(Shape) for each shape: sdfOf() and the kernels on lanes are instantiated for those in this list.
-#define CURLEW_SHAPES(DO) DO(Sphere) DO(RoundedBox) DO(Torus) DO(Capsule) DO(Gyroid)
+#define CURLEW_SHAPES(DO) DO(Sphere) DO(RoundedBox<3>) DO(Torus) DO(Capsule) DO(Gyroid)
 
 } // namespace curlew::shapes
 

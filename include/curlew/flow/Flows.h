@@ -7,7 +7,8 @@ namespace curlew {
 // Flows that are made of something else than N - 1 potentials. All are divergence-free.
 
 /// Classical curl noise, curl ψ (Bridson et al. 2007; Catlike Coding, "Noise Derivatives"), of three independent
-/// fields.
+/// fields. If the domain has a wall, ψ is ramped to zero at it (layerRamp): each of the three terms is tangent to the
+/// wall then.
 Flow curlFlow(const std::array<ScalarField, 3>& psi, const Domain& domain = {});
 
 /// Curl noise of three 2D fields, each over another pair of axes: ψ_x over z and y, ψ_y over x and z, ψ_z over y and x,

@@ -5,23 +5,28 @@
 #include "curlew/track/Stepper.h"
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 namespace curlew {
 
 struct WarpOptions {
     double time = 0.5; ///< Seconds that the positions of the pixels move along the flow; negative: against it.
-    int steps = 64;
-    Scheme scheme = Scheme::rk4; ///< Of equal steps: not an embedded one.
+    int steps = 0;     ///< Of equal length; 0: as long as `accuracy` allows.
+    std::optional<Scheme> scheme = {}; ///< As in AdvectOptions.
     /// Corrections by Newton's method after each step (ICN Eq. 12), always as many: without tolerances and limits, as
     /// the paper has it. For particles, which must not jump, there is track/Advect.h.
     int reprojections = 1;
     int supersampling = 1; ///< Of pictures: positions per pixel along each edge, averaged.
+    double accuracy = 0;   ///< As in AdvectOptions: of a step, world units; 0: a millionth of the domain's diagonal.
+
+    bool adaptive() const { return steps == 0 || accuracy > 0; } ///< With both, the accuracy rules.
 };
 
-/// Moves positions along the flow (ICN Algorithm 1 in 2D, where f is constant along streamlines). No position depends
-/// on another, nor on the number of threads. Throws ValueError for a flow that is a sum, unless reprojections = 0, for
-/// values that are not finite, steps < 1 and reprojections < 0.
+/// Moves positions along the flow (ICN Algorithm 1 in 2D, where f is constant along streamlines), each by steps of its
+/// own length or all by equal ones. No position depends on another, nor on the number of threads. Throws ValueError for
+/// a flow that is a sum, unless reprojections = 0, for values that are not finite, negative steps and reprojections,
+/// and an accuracy for a scheme that does not estimate its error.
 void warp(const FlowN<2>& flow, std::vector<Vec<double, 2>>& positions, const WarpOptions& options,
           const Monitor& monitor = {});
 

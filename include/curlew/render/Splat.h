@@ -17,6 +17,8 @@ struct Splats {
     std::span<const size_t> start = {}; ///< Polyline k has the vertices start[k] … start[k + 1] - 1; empty: points.
     std::vector<uint8_t> closed = {};   ///< Polylines whose last vertex leads to the first; empty: none.
     std::vector<float> values = {};     ///< One for each position, coloured by the scale; empty: all have `color`.
+    /// One for each point, 0 to 1: how much of it is seen, as brightness of light or as size of balls; empty: all.
+    std::span<const float> fade = {};
     ColorScale scale = {};
     Vec3f color{{1, 1, 1}}; ///< Display values.
 

@@ -4,6 +4,8 @@
 #include "curlew/flow/Flow.h"
 #include "curlew/track/Points.h"
 
+#include <optional>
+
 namespace curlew {
 
 /// Measurements of what the library promises. All from seeded samples: the same for every call.
@@ -23,16 +25,27 @@ FieldDiagnostics diagnoseField(const ScalarFieldN<N>& field, const BoxN<N>& box,
                                const Monitor& monitor = {});
 
 struct DivergenceDiagnostics {
-    double trace = 0; ///< Greatest |trace| / Frobenius norm of the velocity's Jacobian, in the domain.
-    /// rms of the divergence by central differences of the velocity, relative to the same norm. The trace above
-    /// vanishes for any symmetric Hessians; this one also tells whether the gradients are those of a function. Its own
-    /// error is O(h²) with h = 1e-5 of the box, more where the flow is only C¹.
-    double byDifferences = 0;
-    double traceBeyond = 0; ///< The first, where the wall has no part: deeper than its width.
+    double trace = 0;       ///< Greatest |trace| / Frobenius norm of the velocity's Jacobian, in the domain.
+    double traceBeyond = 0; ///< The same where the wall has no part: deeper than its width.
+    /// rms of the divergence by central differences of the velocity over ±`step`, and over half of it, relative to the
+    /// rms of the Jacobian's norm. The trace above vanishes for any symmetric Hessians; this one also tells whether the
+    /// gradients are those of a function without kinks.
+    double byDifferences = 0, byHalfDifferences = 0;
+    /// World units: 1/128 of rms speed / rms norm of the Jacobian, so that the figures do not depend on the flow's
+    /// scale. 0 for a flow that is the same everywhere.
+    double step = 0;
+
+    /// The power of the step with which `byDifferences` falls: 2 where the velocity is C³, at least 1.5 where it is C¹
+    /// with bounded second derivatives; 1/2 where its derivatives jump, 0 where a gradient is none, -1/2 where the
+    /// velocity jumps, as it does at the kink of a potential. nullopt if there is nothing but rounding.
+    std::optional<double> order() const;
+    /// Whether the divergence by differences is rounding, or falls with the step: by a power above 1/4.
+    bool vanishes() const;
 };
 
 /// From `samples` points of the domain, with Hessians in double. The points of a domain in space are scattered;
-/// elsewhere they are uniform in its box, and those beyond a wall do not count.
+/// elsewhere they are uniform in its box, and those beyond a wall do not count. A kink is only seen by the samples
+/// within a step of it: so few samples may miss it.
 template <int N>
 DivergenceDiagnostics diagnoseDivergence(const FlowN<N>& flow, size_t samples = 100000, const Monitor& monitor = {});
 

@@ -18,6 +18,8 @@ struct Points {
     std::vector<uint8_t> converged; ///< 0 where some step could not be brought back onto the track; empty: all are.
     std::vector<float> age;         ///< Seconds since the particle's birth.
     std::vector<float> life;        ///< The age at which it dies, seconds; infinite or empty: never.
+    /// How much of it is seen, 0 to 1, to be multiplied with its opacity or size; empty: all of it (Loop.h).
+    std::vector<float> fade;
 
     /// Particles at these positions, with ids 0 … size-1.
     static Points at(const std::vector<Vec3d>& positions);
@@ -34,12 +36,13 @@ struct Points {
     bool hasTrack() const { return !f.empty(); }
     bool hasAge() const { return !age.empty(); }
     bool hasLife() const { return !life.empty(); }
+    bool hasFade() const { return !fade.empty(); }
 
     /// Removes the particles whose flag is not 0; the others stay in their order. ValueError where there is not one
     /// flag for each particle.
     void remove(const std::vector<uint8_t>& flags);
     /// Puts `more` after the particles that there are. What only one of the two has is filled up for the other: no
-    /// velocity, age 0, an infinite life; but of tracks either all have one or none keeps it.
+    /// velocity, age 0, an infinite life, fade 1; but of tracks either all have one or none keeps it.
     void append(const Points& more);
     /// Time goes by: all are `duration` seconds older, and those that are now older than their life are removed.
     /// Particles without an age do not change. Returns how many were removed.
@@ -47,7 +50,7 @@ struct Points {
 
     /// Memory of one particle with all its arrays, in bytes.
     static constexpr size_t kBytes =
-        3 * sizeof(double) + 3 * sizeof(float) + sizeof(int64_t) + 2 * sizeof(double) + 1 + 2 * sizeof(float);
+        3 * sizeof(double) + 3 * sizeof(float) + sizeof(int64_t) + 2 * sizeof(double) + 1 + 3 * sizeof(float);
 };
 
 /// Calls `visit` with each array of the particles, in the order in which they are declared.
@@ -59,6 +62,7 @@ void forEachArray(AnyPoints& p, const Visit& visit) {
     visit(p.f), visit(p.g);
     visit(p.converged);
     visit(p.age), visit(p.life);
+    visit(p.fade);
 }
 
 } // namespace curlew

@@ -71,4 +71,18 @@ void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N
                const std::array<double, kBatch>& limit, const ReprojectOptionsN<N>& options,
                ReprojectedBatchN<N>& result);
 
+/// What the flow has at the points of a batch.
+template <int N>
+struct FlowBatchN {
+    typename FlowN<N>::template Jets<double> potentials;
+    VecBatchN<double, N> velocity;
+};
+
+/// The same where `here` has been evaluated at the points already (it is overwritten). Points that are not `wanted` are
+/// left where they are.
+template <int N>
+void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N>& track,
+               const std::array<double, kBatch>& limit, const ReprojectOptionsN<N>& options,
+               const std::array<bool, kBatch>& wanted, FlowBatchN<N>& here, ReprojectedBatchN<N>& result);
+
 } // namespace curlew

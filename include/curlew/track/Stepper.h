@@ -83,20 +83,20 @@ void step(Scheme scheme, const PointBatchN<N>& from, const std::array<double, kB
     }
 }
 
-/// After a step of an embedded scheme: the length of the difference of its two solutions, world units. `last`: the
+/// After a step of an embedded scheme: the difference of its two solutions, divided by the time step. `last`: the
 /// velocity at the end. Zeros for other schemes.
 template <int N>
-std::array<double, kBatch> estimatedError(Scheme scheme, int size, StagesN<N>& stages, const VecBatchN<double, N>& last,
-                                          const std::array<double, kBatch>& dt) {
+VecBatchN<double, N> estimatedDifference(Scheme scheme, int size, StagesN<N>& stages,
+                                         const VecBatchN<double, N>& last) {
     const Tableau& tableau = tableauOf(scheme);
-    std::array<double, kBatch> error{};
-    if (!tableau.embedded()) return error;
-    stages[static_cast<size_t>(tableau.stages)] = last;
     VecBatchN<double, N> difference;
-    combine<N>(size, tableau.error, stages, difference);
-    for (int i = 0; i < size; ++i)
-        error[static_cast<size_t>(i)] = std::abs(dt[static_cast<size_t>(i)]) * length(difference[i]);
-    return error;
+    if (tableau.embedded()) {
+        stages[static_cast<size_t>(tableau.stages)] = last;
+        combine<N>(size, tableau.error, stages, difference);
+    } else {
+        for (int i = 0; i < size; ++i) difference.set(i, {});
+    }
+    return difference;
 }
 
 } // namespace curlew

@@ -16,7 +16,10 @@ struct TraceOptions {
     double limit = 0;         ///< In each direction, world units or seconds; 0: 1600 default steps, 8 diagonals.
     size_t vertices = 100000; ///< Most in each direction.
     Direction direction = Direction::forward;
-    double turn = 0.25;       ///< A step that turns by more, radians, is halved.
+    double turn = 0.25; ///< A step that turns by more, radians, is halved.
+    /// A step whose estimated error along the track is larger is halved, world units. 0: if steps are equal in time,
+    /// defaultAccuracy(); if they are equal in length, which only places the vertices, none is asked for.
+    double accuracy = 0;
     double stagnation = 1e-3; ///< Where the flow is slower than this, relative to its rms speed, a curve ends.
     /// A curve that passes its seed nearer than this, relative to the step, is closed; 0: none is.
     double closure = 1e-3;
@@ -34,9 +37,10 @@ struct TraceResult {
     size_t count(CurveEnd end) const { return ends[static_cast<size_t>(end)]; }
 };
 
-/// Streamlines from the positions of the seeds, by RK4 steps of equal length or time, each put back onto the track that
-/// the seed is on (ICN Algorithm 1). Streamlines of a flow in a bounded domain are often closed: that is detected where
-/// a curve passes the plane through its seed across the velocity there, and the polyline is closed at the seed itself.
+/// Streamlines from the positions of the seeds, by steps of equal length (RK4) or time (rk45, so that vertices are
+/// where a particle is at that time), each put back onto the track that the seed is on (ICN Algorithm 1). Streamlines
+/// of a flow in a bounded domain are often closed: that is detected where a curve passes the plane through its seed
+/// across the velocity there, and the polyline is closed at the seed itself.
 ///
 /// No curve goes through a wall: a step is judged as in advect(), and has to end at a finite position after a
 /// correction of at most half its length. If `maxSubdivisions` do not help, the curve ends. A step is also shorter

@@ -13,7 +13,7 @@ enum class Interpolation {
 };
 
 struct GridAdvectionOptions {
-    FlowMapOptions map = {};
+    FlowMapOptions map = {}; ///< By default as accurate as forVoxels().
     Interpolation interpolation = Interpolation::linear;
 };
 

@@ -35,8 +35,13 @@ LevelSet meshToLevelSet(std::shared_ptr<const Mesh> mesh, const MeshToLevelSetOp
 /// A grid as a level set. Throws ValueError unless it is a float level set with finite values and cubic voxels.
 LevelSet levelSetOf(const openvdb::GridBase::ConstPtr& grid);
 
+/// The box of what is inside, and a voxel more around it, world units.
+Box boundsOf(const LevelSet& levelSet);
+
 /// The same surface with a narrow band of at least `halfWidth` voxels: made anew from the mesh where there is one; else
-/// the band is extended by OpenVDB's fast sweeping, which keeps the values that are there.
+/// the band is extended by OpenVDB's fast sweeping, which keeps the values that are there. The request is judged
+/// first: throws ResourceError, with a half width that would do, for a band of more than about 10⁸ voxels (tens of
+/// seconds), and for one that does not fit the memory.
 LevelSet widened(const LevelSet& levelSet, double halfWidth, const Monitor& monitor = {});
 
 /// Voxels beyond a position that the spline below needs of the band: two for itself and one for its prefilter.

@@ -27,13 +27,14 @@ struct AdvectedLevelSet {
 ///
 /// Cost: about 7 voxels across for each voxel of the surface, each followed for all of the time; the distances cost
 /// about as much as 20 steps of a simple flow.
+/// By default the flow is followed to a thousandth of a voxel a step (forVoxels).
 /// Throws ValueError where nothing is left that the voxels could resolve, ResourceError where the surface becomes too
 /// large, and what FlowMap and FlowInTime throw.
 AdvectedLevelSet advectLevelSet(const LevelSet& levelSet, const FlowInTime& flow, double begin, double time,
                                 const FlowMapOptions& options = {}, const Monitor& monitor = {});
 
 struct LevelSetSequenceOptions {
-    FlowMapOptions map = {};
+    FlowMapOptions map = {}; ///< By default as accurate as forVoxels().
     /// The flow map reaches back so many seconds at most; then the level set of that moment becomes the original.
     /// Infinity: never. Each restart resamples the surface once: that costs about 0.001 voxels where it is smooth, but
     /// sheets of two voxels and less are lost or fattened (docs/math.md has figures).

@@ -17,25 +17,25 @@ struct PointGridOptions {
 };
 
 /// The particles as OpenVDB points with the attributes that hosts expect: P, `id` (32 bits), and of those that the
-/// particles have: `v` (units per second), `age` and `life` (seconds), and the track `f`, `g`, all as float.
-/// P is kept to within 2⁻²⁵ voxels. The same particles give the same grid for any number of threads. Throws ValueError
-/// if the arrays differ in length, a position is not finite, an id does not fit in 32 bits, or the voxel size is
-/// unusable for these positions.
+/// particles have: `v` (units per second), `age` and `life` (seconds), `fade` (0 to 1), and the track `f`, `g`, all as
+/// float. P is kept to within 2⁻²⁵ voxels. The same particles give the same grid for any number of threads. Throws
+/// ValueError if the arrays differ in length, a position is not finite, an id does not fit in 32 bits, or the voxel
+/// size is unusable for these positions.
 openvdb::points::PointDataGrid::Ptr pointGrid(const Points& particles, const PointGridOptions& options = {});
 
 /// The points of a grid in world units, with their velocity (under the name of any host profile) if they have one, and
-/// with `age`, `life`, `f` and `g` where those are floats. With an `id` attribute (32 or 64 bits) they come sorted by
-/// it; otherwise they are numbered from 0 in the order of the grid. Throws ValueError if an attribute is missing from a
-/// part of the grid, or P, id or the velocity has an unexpected type.
+/// with `age`, `life`, `fade`, `f` and `g` where those are floats. With an `id` attribute (32 or 64 bits) they come
+/// sorted by it; otherwise they are numbered from 0 in the order of the grid. Throws ValueError if an attribute is
+/// missing from a part of the grid, or P, id or the velocity has an unexpected type.
 Points pointsOf(const openvdb::points::PointDataGrid& grid);
 
-/// Writes binary little-endian PLY: float x, y, z; float vx, vy, vz; int id; float age, life, f, g: all but position
-/// and id if the particles have them. Throws ValueError if the arrays differ in length or an id does not fit in 32
-/// bits, FileError as writeAtomically.
+/// Writes binary little-endian PLY: float x, y, z; float vx, vy, vz; int id; float age, life, fade, f, g: all but
+/// position and id if the particles have them. Throws ValueError if the arrays differ in length or an id does not fit
+/// in 32 bits, FileError as writeAtomically.
 void writePly(const std::filesystem::path& path, const Points& particles);
 
-/// Writes the same as text, x,y,z[,vx,vy,vz],id[,age][,life][,f,g], with a header line and 9 significant digits. Throws
-/// as writePly, but any id fits.
+/// Writes the same as text, x,y,z[,vx,vy,vz],id[,age][,life][,fade][,f,g], with a header line and 9 significant digits.
+/// Throws as writePly, but any id fits.
 void writeCsv(const std::filesystem::path& path, const Points& particles);
 
 } // namespace curlew

@@ -35,6 +35,7 @@ class Option:
     lower: float
     upper: float
     exclusive: bool
+    implied: Mapping[str, str]  # what other options are beside this one, unless they are given
 
     @property
     def description(self) -> str:
@@ -75,6 +76,11 @@ class Action:
             raise ValueError(f"-{self.name} has no option '{name}'; its options are {known}")
         return found[0]
 
+    def implied(self, given: Mapping[str, str]) -> Dict[str, str]:
+        """What options have that are not given, because others are."""
+        texts = {name: text for o in self.options if o.name in given for name, text in o.implied.items()}
+        return {name: text for name, text in texts.items() if name not in given}
+
     def has(self, name: str) -> bool:
         """Whether there is an option of that name."""
         return any(o.name == name for o in self.options)
@@ -107,7 +113,9 @@ def actions_of(registry: Mapping[str, Any]) -> Dict[str, Action]:
     result: Dict[str, Action] = {}
     for entry in registry["actions"]:
         options = tuple(
+            # A length is a number; "5%" is kept as text, as an expression is.
             Option(**{**{name: o[name] for name in Option.__dataclass_fields__}, "choices": tuple(o["choices"]),
+                      "type": "real" if o["type"] == "length" else o["type"],
                       "lower": _bound(o["lower"], -math.inf), "upper": _bound(o["upper"], math.inf)})
             for o in entry["options"]
             if not o["selects"]  # links say what is taken

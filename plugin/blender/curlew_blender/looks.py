@@ -98,7 +98,8 @@ def _socket(group: bpy.types.NodeTree, name: str, kind: str, is_input: bool) -> 
 
 
 def points_group() -> bpy.types.NodeTree:
-    """Vertices as points: their size and their attribute `speed` grow with the length of `velocity`."""
+    """Vertices as points: their size and their attribute `speed` grow with the length of `velocity`; `fade` is a factor of
+    the size."""
     group = bpy.data.node_groups.get(_POINTS)
     if group:
         return group
@@ -129,12 +130,17 @@ def points_group() -> bpy.types.NodeTree:
     radius.inputs["To Max"].default_value = 1.4
     size = new("ShaderNodeMath", -60, -200)
     size.operation = "MULTIPLY"
+    fade = new("GeometryNodeInputNamedAttribute", -240, -460)
+    fade.data_type = "FLOAT"
+    fade.inputs["Name"].default_value = "fade"
+    seen = new("ShaderNodeMath", 120, -200)
+    seen.operation = "MULTIPLY"
     store = new("GeometryNodeStoreNamedAttribute", -240)
     store.inputs["Name"].default_value = "speed"
-    points = new("GeometryNodeMeshToPoints", 120)
-    material = new("GeometryNodeSetMaterial", 320)
+    points = new("GeometryNodeMeshToPoints", 300)
+    material = new("GeometryNodeSetMaterial", 500)
     material.inputs["Material"].default_value = particle_material()
-    end = new("NodeGroupOutput", 520)
+    end = new("NodeGroupOutput", 700)
     links.new([s for s in velocity.outputs if s.name == "Attribute" and s.enabled][0], length.inputs[0])
     links.new(length.outputs["Value"], divide.inputs[0])
     links.new(start.outputs["Fastest"], divide.inputs[1])
@@ -144,7 +150,9 @@ def points_group() -> bpy.types.NodeTree:
     links.new(start.outputs["Geometry"], store.inputs["Geometry"])
     links.new(divide.outputs[0], [s for s in store.inputs if s.name == "Value" and s.enabled][0])
     links.new(store.outputs["Geometry"], points.inputs[0])
-    links.new(size.outputs[0], points.inputs["Radius"])
+    links.new(size.outputs[0], seen.inputs[0])
+    links.new([s for s in fade.outputs if s.name == "Attribute" and s.enabled][0], seen.inputs[1])
+    links.new(seen.outputs[0], points.inputs["Radius"])
     links.new(points.outputs[0], material.inputs["Geometry"])
     links.new(material.outputs["Geometry"], end.inputs[0])
     return group

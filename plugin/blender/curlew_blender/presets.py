@@ -55,7 +55,7 @@ PRESETS: Dict[str, Preset] = {
         ramp direction=0,1,0
         noise frequency=@/1.3@ octaves=2 seed=5 amplitude=@0.09@
         sum
-        bound side=outside width=@0.3@ amplitude=0 separate=0
+        bound side=outside width=@0.3@
         dfvn speed=@1@ padding=@0.35@
         scatter count=150 seed=4
         trace direction=both limit=@2@

@@ -19,6 +19,7 @@ def points_arrays(points: Any) -> Arrays:
         "id": (points.ids, np.int32),
         "velocity": (points.velocities, np.float32),
         "age": (points.ages, np.float32),
+        "fade": (points.fades, np.float32),
     }
     return {name: np.ascontiguousarray(array, kind) for name, (array, kind) in arrays.items() if array is not None}
 
@@ -45,7 +46,8 @@ def mesh_arrays(mesh: Any) -> Arrays:
 
 ARRAYS = {"points": points_arrays, "curves": curves_arrays, "mesh": mesh_arrays}
 _FEWEST = 4  # vertices of a curve that is shown
-_ATTRIBUTES = (("id", "INT", "value"), ("velocity", "FLOAT_VECTOR", "vector"), ("age", "FLOAT", "value"))
+_ATTRIBUTES = (("id", "INT", "value"), ("velocity", "FLOAT_VECTOR", "vector"), ("age", "FLOAT", "value"),
+               ("fade", "FLOAT", "value"))
 
 
 def _positions(mesh: bpy.types.Mesh, positions: np.ndarray) -> None:
@@ -57,8 +59,9 @@ def _positions(mesh: bpy.types.Mesh, positions: np.ndarray) -> None:
 
 
 def show_points(mesh: bpy.types.Mesh, arrays: Arrays) -> None:
-    """Vertices with the attributes id, velocity and age, as far as there are such."""
+    """Vertices with the attributes id, velocity and age, as far as there are such, and fade, 1 unless points have one."""
     positions = arrays["position"]
+    arrays = {"fade": np.ones(len(positions), np.float32), **arrays}
     names = {name for name, _, _ in _ATTRIBUTES if name in arrays}
     has = {a.name for a in mesh.attributes} & {name for name, _, _ in _ATTRIBUTES}
     if len(mesh.vertices) != len(positions) or mesh.edges or has != names:

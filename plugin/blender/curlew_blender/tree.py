@@ -9,7 +9,7 @@ from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Seque
 
 import bpy
 
-from . import nodes
+from . import library, nodes
 from .actions import TreeError, split_words
 from .sources import MeshSource, Place
 
@@ -38,7 +38,7 @@ class Collected:
         graph: Graph = {"curlew": 1, "nodes": list(self.graph.values())}
         if frames:
             graph["frames"] = frames
-        elif any(set("{$") & set(text) for node in self.graph.values() for text in (*node["words"], *node["options"].values())):
+        elif any(set("{$") & set(text) for node in self.graph.values() for text in _texts(node)):
             fps = _fps(scene)
             graph["moment"] = {"frame": scene.frame_current, "fps": fps,
                                "time": (scene.frame_current - scene.frame_start) / fps}
@@ -49,6 +49,13 @@ class Collected:
         if self.resume:
             graph["resume"] = True
         return graph
+
+
+def _texts(node: Mapping[str, Any]) -> Iterator[str]:
+    """All that may hold expressions."""
+    yield from node["words"]
+    yield from node["options"].values()
+    yield from library.actions()[node["action"]].implied(node["options"]).values()
 
 
 def graph_node(key: str, action: str, words: Sequence[str], options: Mapping[str, str],

@@ -20,6 +20,7 @@ class Points:
     ages: Optional[np.ndarray] = None  #: (n,) float32, seconds
     lives: Optional[np.ndarray] = None  #: (n,) float32, the age at which it dies; infinite: never
     tracks: Optional[np.ndarray] = None  #: (n, 2) float64, the values of f and g that it keeps
+    fades: Optional[np.ndarray] = None  #: (n,) float32, 0 to 1: how much of it is seen
 
     def __len__(self) -> int:
         return len(self.positions)

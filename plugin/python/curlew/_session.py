@@ -251,6 +251,7 @@ class Session:
             ages=read("age"),
             lives=read("life"),
             tracks=read("track"),
+            fades=read("fade"),
         )
 
     def curves(self, age: Which = 0) -> Curves:

@@ -30,6 +30,11 @@ const Binding<TraceOptions>& traceBinding() {
             .add(
                 integer("vertices", "", 2, 1e9, "most vertices in each direction"),
                 [](auto& o) -> auto& { return o.vertices; })
+            .addOptional(
+                positive("accuracy", "", "world units",
+                         "a step whose estimated error along the track is larger is taken in parts (default: with "
+                         "by=time a millionth of the diagonal of the flow's box, else any)"),
+                [](auto& o) -> auto& { return o.accuracy; })
             .add(
                 choice("direction", kDirectionNames, "with the flow, against it, or both ways"),
                 [](auto& o) -> auto& { return o.direction; })
@@ -41,7 +46,8 @@ const Binding<TraceOptions>& traceBinding() {
             .include(
                 reprojectionBinding(
                     TraceOptions{}.reprojection,
-                    "how curves are kept on their track; with none, and in flows that are sums, they drift",
+                    "how curves are kept on their track; with none, and in flows that are sums, they drift, and end "
+                    "at walls",
                     "curve ends"),
                 [](auto& o) -> auto& { return o.reprojection; });
     return binding;
@@ -49,7 +55,7 @@ const Binding<TraceOptions>& traceBinding() {
 
 std::vector<Option> traceDeclared() {
     std::vector<Option> all = traceBinding().options();
-    all.insert(all.begin() + 5, positive("turn", "15", "degrees", "a step that turns by more is taken in parts"));
+    all.insert(all.begin() + 6, positive("turn", "15", "degrees", "a step that turns by more is taken in parts"));
     all.push_back(ages("geo", "", "which points, the newest being 0"));
     return all;
 }
@@ -59,7 +65,7 @@ TraceOptions traceOptions(const Context& c, const Arguments& a, const Flow& flow
     o.turn = a.real("turn") * (std::numbers::pi / 180);
     if (!flow.hasTracks() && !a.given("reproject")) {
         o.reprojection.method = Reprojection::none;
-        c.warn("this flow is a sum and has no tracks: curves drift, and may not close");
+        c.warn("this flow is a sum and has no tracks: curves drift, end at walls, and may not close");
     }
     return o;
 }

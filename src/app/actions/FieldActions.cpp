@@ -2,6 +2,8 @@
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Map.h"
 
+#include <algorithm>
+
 namespace curlew::app {
 
 namespace {
@@ -32,6 +34,11 @@ Action combiningAction(const std::string& name, const std::string& summary, cons
             .examples = {example},
             .evaluation = Evaluation::anyTime,
             .run = [combine](Context& c, const Arguments& a) {
+                if (a.action().option("smoothing") && a.real("smoothing") == 0)
+                    c.say(
+                        fmt::format("{}: smoothing=0 leaves a kink, where the velocity of a flow jumps; -check sees "
+                                    "that by differences, not by the trace",
+                                    a.action().name));
                 c.give(FieldValue{combined(c.field("first").field, c.field("second").field,
                                            [&](const auto& f, const auto& g) { return combine(f, g, a); })});
             }};
@@ -39,7 +46,7 @@ Action combiningAction(const std::string& name, const std::string& summary, cons
 
 Option smoothing() {
     return notNegative("smoothing", "0.1", "",
-                       "differences below which the corner is rounded, C²; with 0 it is a kink");
+                       "differences below which the corner is rounded, C²; with 0 it is a kink, where flows jump");
 }
 
 /// What `map` makes of the field.
@@ -50,10 +57,12 @@ AnyField mapped(const Context& c, const Map& map) {
 
 /// Whether all axes are scaled alike: then a distance stays one.
 bool similar(const Arguments& a) {
+    const auto alike = [](const auto& scale) {
+        return scale[0] > 0 && std::all_of(scale.c.begin(), scale.c.end(), [&](double s) { return s == scale[0]; });
+    };
     const int count = a.count("scale");
-    if (count != 1 && count != 3) return false;
-    const auto scale = a.coordinates<3>("scale");
-    return scale[0] > 0 && scale[0] == scale[1] && scale[0] == scale[2];
+    if (count == 2) return alike(a.coordinates<2>("scale"));
+    return (count == 1 || count == 3) && alike(a.coordinates<3>("scale"));
 }
 
 void transform(Context& c, const Arguments& a) {
@@ -63,12 +72,16 @@ void transform(Context& c, const Arguments& a) {
                                             .rotate = a.vector("rotate"),
                                             .scale = a.coordinates<kN>("scale")});
     })};
-    if (const auto& sdf = c.field("field").sdf; sdf && similar(a)) {
-        moved.sdf = placed(
-            *sdf,
-            {.offset = a.coordinates<3>("offset"), .rotate = a.vector("rotate"), .scale = a.coordinates<3>("scale")});
-        moved.field = moved.sdf->distance;
-    }
+    if (const auto& shape = c.field("field").sdf; shape && similar(a))
+        std::visit(
+            [&](const auto& sdf) {
+                constexpr int kN = std::remove_cvref_t<decltype(sdf.distance)>::kDimension;
+                const auto put = placed(sdf, PlacementN<kN>{.offset = a.coordinates<kN>("offset"),
+                                                            .rotate = a.vector("rotate"),
+                                                            .scale = a.coordinates<kN>("scale")});
+                moved = {put.distance, put};
+            },
+            *shape);
     c.give(std::move(moved));
 }
 

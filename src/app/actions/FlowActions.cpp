@@ -1,7 +1,10 @@
 #include "Actions.h"
+#include "curlew/app/registry/Bind.h"
+#include "curlew/field/Algebra.h"
 #include "curlew/field/Map.h"
 #include "curlew/flow/Flows.h"
 #include "curlew/flow/Reshape.h"
+#include "curlew/flow/Wind.h"
 
 namespace curlew::app {
 
@@ -10,26 +13,6 @@ namespace {
 using namespace options;
 
 const std::string kGroup = "flows";
-
-/// A noise that conforms to a wall.
-template <class Make>
-void conform(Context& c, const Arguments& a, double width, const Make& make) {
-    const Wall wall{.sdf = c.sdf("wall", width), .side = a.choice<Side>("side"), .width = width};
-    c.give(FieldValue{.field = make(inSpace(c.field("noise").field), wall), .wall = wall});
-}
-
-void bound(Context& c, const Arguments& a) {
-    BoundOptions options{.separate = a.flag("separate")};
-    if (a.given("amplitude")) options.amplitude = a.real("amplitude");
-    conform(c, a, a.real("width"),
-            [&](const ScalarField& noise, const Wall& wall) { return bounded(noise, wall, options); });
-}
-
-/// DeWolf's product of a noise and a distance.
-void blend(Context& c, const Arguments& a) {
-    conform(c, a, a.real("range"),
-            [](const ScalarField& noise, const Wall& wall) { return productBounded(noise, wall.sdf, wall.width); });
-}
 
 /// All fields that an action takes, in the order of its inputs.
 std::vector<FieldValue> fieldsOf(const Context& c, const Action& action) {
@@ -40,8 +23,8 @@ std::vector<FieldValue> fieldsOf(const Context& c, const Action& action) {
 }
 
 /// The wall that bounds one of the fields, if there is one.
-std::optional<Wall> wallOf(const std::vector<FieldValue>& fields) {
-    std::optional<Wall> wall;
+std::optional<AnyWall> wallOf(const std::vector<FieldValue>& fields) {
+    std::optional<AnyWall> wall;
     for (const auto& field : fields) {
         if (!field.wall) continue;
         if (wall)
@@ -50,6 +33,21 @@ std::optional<Wall> wallOf(const std::vector<FieldValue>& fields) {
         wall = field.wall;
     }
     return wall;
+}
+
+/// The wall that vector potentials have to conform to: that of the bounded ones among them. Of several layers the
+/// widest, since all potentials are ramped alike.
+std::optional<Wall> wallOfPotentials(const std::vector<FieldValue>& fields) {
+    std::optional<Wall> widest;
+    for (const auto& field : fields) {
+        if (!field.wall) continue;
+        const Wall wall = inSpace(*field.wall);
+        if (widest && (wall.side != widest->side || wall.sdf.bounds.center() != widest->sdf.bounds.center()))
+            throw ValueError(
+                "the three noises are bounded by different walls, or on different sides; bound one of them");
+        if (!widest || wall.width > widest->width) widest = wall;
+    }
+    return widest;
 }
 
 /// The options that all flows have.
@@ -79,6 +77,8 @@ Domain domainOf(const Arguments& a, const std::optional<Wall>& wall = {}, double
     return domain;
 }
 
+double paddingOf(const Arguments& a) { return a.given("padding") ? a.real("padding") : -1; }
+
 /// N - 1 fields of N dimensions, and not 3.
 template <int N>
 void dfvnInDimension(Context& c, const Arguments& a) {
@@ -93,6 +93,8 @@ void dfvnInDimension(Context& c, const Arguments& a) {
     }
     (std::make_index_sequence<size_t{N - 1}>());
     DomainN<N> domain;
+    if constexpr (N == 2)
+        if (const auto wall = wallOf(fields)) domain = DomainN<2>::of(std::get<WallN<2>>(*wall), paddingOf(a));
     if (a.given("box")) {
         if (N != 2) throw ValueError("box= is for 2 and 3 dimensions; in others the domain is the cube from -1 to 1");
         const Box box = a.box("box");
@@ -140,17 +142,19 @@ void dfvn(Context& c, const Arguments& a) {
         }
     }
     const auto fields = fieldsOf(c, a.action());
-    Domain domain = domainOf(a, wallOf(fields), a.given("padding") ? a.real("padding") : -1);
+    const auto wall = wallOf(fields);
+    Domain domain = domainOf(a, wall ? std::optional(inSpace(*wall)) : std::nullopt, paddingOf(a));
     // On a surface: g is a distance, and every one of its level sets has a flow of its own.
-    if (fields[1].sdf && !a.given("box") && !domain.wall && fields[1].sdf->bounds.finite()) {
-        const Box& shape = fields[1].sdf->bounds;
-        const Vec3d size = shape.size();
-        domain.box = shape.padded(0.1 * std::max({size[0], size[1], size[2]}));
+    const auto shape = fields[1].sdf ? boxOf(*fields[1].sdf) : std::nullopt;
+    if (shape && !a.given("box") && !domain.wall) {
+        const Vec3d size = shape->size();
+        domain.box = shape->padded(0.1 * std::max({size[0], size[1], size[2]}));
     }
     giveFlow(c, a, Flow(inSpace(fields[0].field), inSpace(fields[1].field), domain));
 }
 
-/// Flow on a surface: f, and a shape or level set as g.
+/// Flow on a surface: f, and a shape or level set as g. Samples know no distance beyond their band, so there g levels
+/// off at `reach`: the flow ends where it was asked to, and never sees the band's end, where the velocity would jump.
 void surface(Context& c, const Arguments& a) {
     const double reach = a.real("reach");
     const Sdf sdf = c.sdf("surface", reach);
@@ -159,20 +163,26 @@ void surface(Context& c, const Arguments& a) {
         domain.box = a.box("box");
     else if (sdf.bounds.finite())
         domain.box = sdf.bounds.padded(reach);
-    giveFlow(c, a, Flow(inSpace(c.field("noise").field), sdf.distance, domain));
+    const bool sampled = c.kind("surface") == Kind::levelSet;
+    giveFlow(c, a,
+             Flow(inSpace(c.field("noise").field), sampled ? clipped(sdf.distance, reach) : sdf.distance, domain));
 }
 
+/// Classical curl noise. With a wall, the noises themselves are ramped, not the fields that -bound made of them.
 void curl(Context& c, const Arguments& a) {
     const double offset = a.real("offset");
     const auto fields = fieldsOf(c, a.action());
-    const Domain domain = domainOf(a, wallOf(fields));
+    const Domain domain = domainOf(a, wallOfPotentials(fields));
+    const auto noise = [&](size_t k) -> const AnyField& {
+        return fields.at(k).free ? *fields[k].free : fields[k].field;
+    };
     const size_t second = fields.size() > 1 ? 1 : 0, third = fields.size() > 1 ? 2 : 0;
     const auto flow = std::visit(
         [&](const auto& first) -> Flow {
             using Field = std::remove_cvref_t<decltype(first)>;
             if constexpr (Field::kDimension == 2 || Field::kDimension == 3) {
                 const auto moved = [&](size_t k, int axis) {
-                    const auto* field = std::get_if<Field>(&fields.at(k).field);
+                    const auto* field = std::get_if<Field>(&noise(k));
                     if (!field) throw ValueError("the three noises must all have 2 or all have 3 dimensions");
                     PlacementN<Field::kDimension> placement;
                     if (axis >= 0) placement.offset[axis] = -offset;
@@ -183,7 +193,7 @@ void curl(Context& c, const Arguments& a) {
                 throw ValueError("curl noise is made of noises of 3 dimensions, or of 2 (three of them: cheaper)");
             }
         },
-        fields[0].field);
+        noise(0));
     giveFlow(c, a, flow);
 }
 
@@ -198,9 +208,44 @@ void reshape(Context& c, const Arguments& a) {
 
 void addFlows(Context& c, const Arguments&) {
     const Flow first = c.flow("first"), second = c.flow("second");
-    // The one with the wall decides on the domain.
-    const Domain domain = first.domain().wall || !second.domain().wall ? first.domain() : second.domain();
+    // The one with the wall decides on the domain; of two, the narrower layer on how steps are judged.
+    Domain domain = first.domain().wall || !second.domain().wall ? first.domain() : second.domain();
+    if (first.domain().wall && second.domain().wall)
+        domain.wall->width = std::min(domain.wall->width, second.domain().wall->width);
     c.give(AnyFlow((first + second).within(domain)));
+}
+
+const Binding<WindOptions>& windBinding() {
+    static const auto binding =
+        Binding<WindOptions>()
+            .add(
+                positive("speed", "", "world units / s", "of the wind far away"),
+                [](auto& o) -> auto& { return o.speed; })
+            .addOptional(
+                notNegative("gusts", "", "",
+                            "rms speed of what the newest noise adds far away, relative to the wind (default: no "
+                            "noise; 0.3 of one that is linked)"),
+                [](auto& o) -> auto& { return o.gusts; })
+            .addOptional(
+                notNegative("padding", "", "world units",
+                            "how far the domain reaches around the shape (default: half its size)"),
+                [](auto& o) -> auto& { return o.padding; });
+    return binding;
+}
+
+bool hasGusts(const Arguments& a) { return a.given("gusts") && a.real("gusts") > 0; }
+
+void wind(Context& c, const Arguments& a) {
+    WindOptions options = windBinding().read(a);
+    options.direction = a.vector("direction");
+    if (a.given("across")) options.across = a.vector("across");
+    const double width = a.given("width") ? a.real("width") : windWidth(c.sdf("wall", 0), options);
+    const Wall wall{.sdf = c.sdf("wall", width), .side = static_cast<Side>(a.choice("side")), .width = width};
+    const auto noise = c.has("noise") ? std::optional(inSpace(c.field("noise").field)) : std::nullopt;
+    const Flow flow = windFlow(wall, noise, options);
+    Domain domain = flow.domain();
+    if (a.given("box")) domain.box = a.box("box");
+    c.give(AnyFlow(flow.within(domain)));
 }
 
 std::vector<Object> flowInSpace(const Arguments&, const std::vector<std::vector<Object>>&, const World&) {
@@ -218,42 +263,6 @@ Action simpleFlow(std::string name, std::string summary, std::vector<Option> opt
             .examples = {std::move(example)},
             .evaluation = Evaluation::anyTime,
             .run = [make](Context& c, const Arguments& a) { c.give(AnyFlow(make(a, domainOf(a)))); }};
-}
-
-Registry wallActions() {
-    return {
-        {.name = "bound",
-         .group = kGroup,
-         .summary = "make the newest noise conform to the newest signed distance (Eq. 13)",
-         .takes = {taken("noise", {Kind::noise}, "field"), stays("wall", {Kind::shape, Kind::levelSet}, "grid")},
-         .makes = {made("field", {Kind::field})},
-         .options = {positive("width", "0.1", "world units",
-                              "depth of the layer in which the flow turns along the wall"),
-                     choice("side", {"inside", "outside", "both"},
-                            "where the flow is: contained, around an obstacle, or on both sides"),
-                     flag("separate", "1",
-                          "keep the noise's values on each side of the wall apart, so that none is found on the other"),
-                     notNegative("amplitude", "", "world units",
-                                 "the noise is scaled to this size; 0 leaves it as it is (default: the width)"),
-                     ages("field", "", "which field is the noise (default: the newest that is no distance)"),
-                     ages("grid", "", "which level set is the wall (default: the newest shape or level set)"), keep()},
-         .examples = {"curlew -read bunny.obj -mesh2ls -noise -noise seed=1 -bound width=0.05 -dfvn speed=1 -velocity "
-                      "-write vel.vdb"},
-         .evaluation = Evaluation::anyTime,
-         .conforms = true,
-         .run = bound},
-        {.name = "blend",
-         .group = kGroup,
-         .summary = "the newest noise times the newest distance, clipped (DeWolf's way to conform to a wall)",
-         .takes = {taken("noise", {Kind::noise}), stays("wall", {Kind::shape, Kind::levelSet})},
-         .makes = {made("field", {Kind::field})},
-         .options = {positive("range", "0.5", "world units", "beyond it the distance no longer matters"),
-                     choice("side", {"inside", "outside", "both"}, "where the flow is"), keep()},
-         .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -blend range=0.3 -dfvn speed=1 "
-                      "-slice -write dewolf.png"},
-         .evaluation = Evaluation::anyTime,
-         .conforms = true,
-         .run = blend}};
 }
 
 Registry potentialActions() {
@@ -278,8 +287,10 @@ Registry potentialActions() {
          .summary = "the newest noise flows on the newest shape or level set, and on its parallels",
          .takes = {taken("noise", {Kind::noise}), stays("surface", {Kind::shape, Kind::levelSet})},
          .makes = {made("flow", {Kind::flow})},
-         .options =
-             paceOptions({positive("reach", "0.2", "world units", "how far from the surface the flow goes"), keep()}),
+         .options = paceOptions(
+             {positive("reach", "0.2", "world units",
+                       "how far from the surface the flow goes; around a level set it fades out until there"),
+              keep()}),
          .examples = {"curlew -torus -noise frequency=3 -surface speed=1 -velocity voxel=0.02 -write skin.vdb"},
          .evaluation = Evaluation::anyTime,
          .run = surface,
@@ -287,7 +298,8 @@ Registry potentialActions() {
         {.name = "curl",
          .group = kGroup,
          .summary =
-             "classical curl noise of the newest three noises, of 3 dimensions or (cheaper) of 2; it has no tracks",
+             "classical curl noise of the newest three noises, of 3 dimensions or (cheaper) of 2; it has no tracks. If "
+             "one of them is bounded, all conform to its wall",
          .takes = {several(taken("x", {Kind::field}), 1, 1, "with offset=100 it is the only one, taken three times"),
                    onlyIf(taken("y", {Kind::field}), "not with offset=100, which takes one noise three times", ofThree),
                    onlyIf(taken("z", {Kind::field}), "not with offset=100, which takes one noise three times",
@@ -297,14 +309,43 @@ Registry potentialActions() {
                                              "above 0: take one noise three times, moved by so much (Catlike: 100)"),
                                  keep()}),
          .examples = {"curlew -noise frequency=2 -curl offset=100 speed=1 -velocity voxel=0.02 -write curl.vdb",
-                      "curlew -noise dim=2 -noise dim=2 seed=1 -noise dim=2 seed=2 -curl -velocity -write cheap.vdb"},
+                      "curlew -noise dim=2 -noise dim=2 seed=1 -noise dim=2 seed=2 -curl -velocity -write cheap.vdb",
+                      "curlew -sphere -noise frequency=2 -bound -curl offset=100 speed=1 -velocity -write ball.vdb"},
          .evaluation = Evaluation::anyTime,
          .run = curl,
          .makesWith = flowInSpace}};
 }
 
+std::vector<Option> windDeclared() {
+    std::vector<Option> all = windBinding().options();
+    all.insert(all.begin(), vector("direction", "1,0,0", "", "of the wind far away; any length"));
+    all.push_back(
+        vector("across", "", "",
+               "in which direction the wind gives way, to both sides (default: where the shape is narrowest)"));
+    all.push_back(positive("width", "", "world units",
+                           "depth of the layer in which the wind goes around (default: half of the shape's extent "
+                           "across; less makes the wind faster there)"));
+    all.push_back(choice("side", {"inside", "outside", "both"}, "where the wind is", "outside"));
+    all.push_back(box("box", "the domain (default: the box of the shape, padded)"));
+    all.push_back(keep());
+    return all;
+}
+
 Registry otherActions() {
     return {
+        {.name = "wind",
+         .group = kGroup,
+         .summary = "a wind that goes around the newest shape or level set, with gusts of the newest noise; it has "
+                    "tracks",
+         .takes = {onRequest(taken("noise", {Kind::noise}), "with gusts= above 0", hasGusts),
+                   stays("wall", {Kind::shape, Kind::levelSet})},
+         .makes = {made("flow", {Kind::flow})},
+         .options = windDeclared(),
+         .examples = {"curlew -sphere radius=0.5 -wind direction=1,0,0 speed=1 -slice axis=z -write wind.png",
+                      "curlew -noise frequency=2 -sphere radius=0.5 -wind gusts=0.4 -scatter -advect -write wind.ply"},
+         .evaluation = Evaluation::anyTime,
+         .run = wind,
+         .makesWith = flowInSpace},
         {.name = "reshape",
          .group = kGroup,
          .summary = "slow streamlines of the newest flow down, or stop them; it stays divergence-free",
@@ -327,7 +368,7 @@ Registry otherActions() {
          .makesWith = flowInSpace},
         {.name = "superpose",
          .group = kGroup,
-         .summary = "the sum of the newest two flows; it is divergence-free, but has no tracks",
+         .summary = "the sum of the newest two flows; points follow each of its terms on the term's own tracks",
          .takes = {taken("first", {Kind::flow}), taken("second", {Kind::flow})},
          .makes = {made("flow", {Kind::flow})},
          .options = {keep()},
@@ -347,7 +388,8 @@ Registry otherActions() {
                    [](const Arguments& a, const Domain& domain) {
                        return vortexFlow(a.real("turns"), a.real("core"), domain);
                    }),
-        simpleFlow("updraft", "a column that rises along y at speed / (1 + y / height), and spreads; it has no tracks",
+        simpleFlow("updraft",
+                   "a column that rises along y at speed / (1 + y / height), and spreads; a sum of two terms",
                    {real("speed", "1", "world units / s", "at y = 0"),
                     positive("height", "1", "world units", "where half of it is left")},
                    "curlew -noise -noise seed=1 -dfvn speed=0.5 -updraft -superpose -velocity -write smoke.vdb",
@@ -370,9 +412,8 @@ Registry otherActions() {
 } // namespace
 
 Registry flowActions() {
-    Registry actions = wallActions();
-    for (auto* group : {&potentialActions, &otherActions})
-        for (auto& action : group()) actions.push_back(std::move(action));
+    Registry actions = potentialActions();
+    for (auto& action : otherActions()) actions.push_back(std::move(action));
     return actions;
 }
 

@@ -88,8 +88,8 @@ Subject fieldSubject(const Context& c, const Arguments& a) {
     if (!among(kOfFields, name))
         throw ValueError(
             fmt::format("show={} needs a flow; of a field, {} can be seen", name, fmt::join(kOfFields, ", ")));
-    const bool bounded = value.sdf && value.sdf->bounds.finite();
-    return {.view = viewOf(a, bounded ? value.sdf->bounds : Domain{}.box, bounded),
+    const auto box = value.sdf ? boxOf(*value.sdf) : std::nullopt;
+    return {.view = viewOf(a, box.value_or(Domain{}.box), box.has_value()),
             .shown = fieldSource(field, name),
             .contoured = fieldSource(field, "value"),
             .vectors = fieldSource(field, "gradient"),

@@ -15,11 +15,25 @@ using namespace options;
 
 const std::string kGroup = "following the flow";
 
-const Binding<FlowMapOptions>& mapBinding() {
+/// The equal steps of a scheme that does not estimate its error, and how often a flow that changes is frozen, if
+/// nothing is said.
+constexpr int kParts = 100;
+
+struct FollowOptions {
+    int steps = 0;
+    std::optional<Scheme> scheme;
+    double accuracy = 0;
+    ReprojectionOptions reprojection;
+};
+
+const Binding<FollowOptions>& followBinding() {
     static const auto binding =
-        Binding<FlowMapOptions>()
-            .add(
-                choice("scheme", kSchemeNames, "integrator", 3), [](auto& o) -> auto& { return o.scheme; })
+        stepBinding<FollowOptions>(
+            "so many time steps of equal length, instead of those that accuracy= asks for. With both, accuracy= rules, "
+            "and this is how often a flow that changes is frozen (default: 100 times; after -frames, from frame to "
+            "frame, its substeps)",
+            "the flow is followed by steps whose estimated error is at most this (default: a thousandth of a voxel, "
+            "unless steps= is given)")
             .include(
                 solverBinding({}, "voxel waits"), [](auto& o) -> auto& { return o.reprojection; });
     return binding;
@@ -29,11 +43,13 @@ const Binding<FlowMapOptions>& mapBinding() {
 bool byFrame(const Context& c, const Arguments& a) { return c.clock() && !a.given("time"); }
 double timeOf(const Context& c, const Arguments& a) { return byFrame(c, a) ? c.clock()->time : a.real("time"); }
 
-FlowMapOptions mapOptions(const Context& c, const Arguments& a) {
-    FlowMapOptions options = mapBinding().read(a);
+FlowMapOptions mapOptions(const Context& c, const Arguments& a, double voxelSize) {
+    const FollowOptions given = followBinding().read(a);
+    FlowMapOptions options{.scheme = given.scheme, .reprojection = given.reprojection, .accuracy = given.accuracy};
     const double time = std::abs(byFrame(c, a) ? c.clock()->duration : a.real("time"));
-    const int64_t steps = byFrame(c, a) && !a.given("steps") ? c.clock()->substeps : a.integer("steps");
-    if (time > 0) options.step = time / static_cast<double>(steps);
+    if (!a.given("steps") && !asksForEqualSteps(a, given.scheme)) options = forVoxels(options, voxelSize);
+    const int parts = a.given("steps") ? given.steps : byFrame(c, a) ? c.clock()->substeps : kParts;
+    if (time > 0) options.step = time / parts;
     return options;
 }
 
@@ -59,7 +75,7 @@ AdvectedLevelSet advanced(Context& c, const Arguments& a, const LevelSet& origin
     if (!sequence)
         sequence = std::make_shared<LevelSetSequence>(
             original, c.flowInTime("flow"), 0,
-            LevelSetSequenceOptions{.map = mapOptions(c, a), .horizon = horizonOf(a)}, monitor);
+            LevelSetSequenceOptions{.map = mapOptions(c, a, original.voxelSize()), .horizon = horizonOf(a)}, monitor);
     c.memory().object = sequence;
     const double by = std::round(clock.duration * clock.fps);
     AdvectedLevelSet result;
@@ -79,7 +95,8 @@ void advectLevelSetAction(Context& c, const Arguments& a) {
     else if (byFrame(c, a))
         result = advanced(c, a, before, monitor);
     else
-        result = advectLevelSet(before, c.flowInTime("flow"), begin, time, mapOptions(c, a), monitor);
+        result =
+            advectLevelSet(before, c.flowInTime("flow"), begin, time, mapOptions(c, a, before.voxelSize()), monitor);
     const double change = volumeOf(result.levelSet) / volumeOf(before) - 1;
     c.say(
         fmt::format("level set: {} voxels, volume {:+.3g} %", result.levelSet.grid->activeVoxelCount(), 100 * change));
@@ -93,17 +110,17 @@ void advectLevelSetAction(Context& c, const Arguments& a) {
         report["surface_shift_max"] = result.greatestShift;
     }
     if (result.kept > 0)
-        c.warn(fmt::format("{} of {} voxels found no way back on their tracks; take more steps=", result.kept,
-                           result.traced));
+        c.warn(fmt::format("{} of {} voxels found no way back on their tracks; give a finer accuracy= or more steps=",
+                           result.kept, result.traced));
     c.give(GridValue{result.levelSet.grid});
 }
 
 void advectGridAction(Context& c, const Arguments& a) {
     const openvdb::GridBase::ConstPtr grid = c.grid("grid").grid;
-    const AdvectedGrid result =
-        advectGrid(*grid, c.flowInTime("flow"), a.real("begin"), timeOf(c, a),
-                   {.map = mapOptions(c, a), .interpolation = a.choice<Interpolation>("interpolation")},
-                   c.follow("following the grid"));
+    const AdvectedGrid result = advectGrid(
+        *grid, c.flowInTime("flow"), a.real("begin"), timeOf(c, a),
+        {.map = mapOptions(c, a, grid->voxelSize()[0]), .interpolation = a.choice<Interpolation>("interpolation")},
+        c.follow("following the grid"));
     c.say(fmt::format("grid '{}': {} active voxels", grid->getName(), result.grid->activeVoxelCount()));
     c.report("advect_grid") = {
         {"voxels", result.grid->activeVoxelCount()}, {"traced", result.traced}, {"kept_back", result.kept}};
@@ -121,11 +138,9 @@ std::vector<Option> followOptions(std::vector<Option> own) {
     std::vector<Option> options{
         real("time", "1", "s",
              "how long; negative follows the flow backward; after -frames the default is from the first frame to this"),
-        integer("steps", "100", 1, 1e9,
-                "time steps of equal length; after -frames, from frame to frame, the default is its substeps"),
         real("begin", "0", "s", "the time at which it begins; it matters in flows that change")};
-    options.insert(options.end(), mapBinding().options().begin(), mapBinding().options().end());
-    options.insert(options.begin() + 2, own.begin(), own.end());
+    options.insert(options.end(), followBinding().options().begin(), followBinding().options().end());
+    options.insert(options.begin() + 1, own.begin(), own.end());
     return options;
 }
 

@@ -60,7 +60,8 @@ template <class Options>
 Binding<Options> ownOptions() {
     Binding<Options> own;
     bindIfThere(own,
-                real("alpha", "", "radians", "psrd: rotation of the gradients (flow noise); a full turn is 6.2832"),
+                real("alpha", "", "radians",
+                     "psrd: rotation of the first octave's gradients (flow noise); a full turn is 6.2832"),
                 [](auto& o) -> decltype((o.alpha)) { return o.alpha; });
     bindIfThere(own, choice("rotation", {"default", "fast"}, "psrd 3D: how alpha turns them; fast is another noise"),
                 [](auto& o) -> decltype((o.rotation)) { return o.rotation; });
@@ -116,7 +117,8 @@ OctaveOptions octaveOptions(const Arguments& a) {
             .amplitude = a.real("amplitude"),
             .normalize = a.flag("normalize"),
             .turbulence = a.real("turbulence"),
-            .warp = a.real("warp")};
+            .warp = a.real("warp"),
+            .octaveAlpha = a.real("octaveAlpha")};
 }
 
 /// Says where the noise tiles with another period than was asked for.
@@ -181,6 +183,18 @@ double movedBy(const Arguments& a, const typename Noise::Options& options, doubl
     return period > 0 ? std::fmod(time, period / a.real("frequency")) : time;
 }
 
+/// How far the gradients have turned by `time`; in a loop, by its end, the whole number of turns that closes it.
+double turnedBy(const Arguments& a, double time) {
+    if (!a.given("loop")) return time;
+    const double ratio = a.real("octaveAlpha");
+    if (a.integer("octaves") > 1 && ratio != std::floor(ratio))
+        throw ValueError(fmt::format(
+            "a loop does not close with octaveAlpha={}: when the first octave is back, the others are not; give a "
+            "whole number",
+            ratio));
+    return 2 * std::numbers::pi * time / a.real("loop");
+}
+
 /// The noise of N dimensions with all its options.
 template <template <int> class Noise, int N, int Lowest, int Highest>
 AnyField makeInDimension(Context& c, const Arguments& a) {
@@ -200,7 +214,7 @@ AnyField makeInDimension(Context& c, const Arguments& a) {
         case Animate::automatic:
         case Animate::alpha:
             if constexpr (requires { options.alpha; })
-                options.alpha += a.given("loop") ? 2 * std::numbers::pi * time / a.real("loop") : time;
+                options.alpha += turnedBy(a, time);
             else
                 throw ValueError(
                     fmt::format("type={} has no gradients that turn; animate=alpha is for psrd", typeOf(a).name));
@@ -231,6 +245,10 @@ NoiseType noiseType(std::string name, std::string summary) {
                                   "perlin: 256)"));
     const Binding<Options> bound = ownOptions<Options>();
     own.insert(own.end(), bound.options().begin(), bound.options().end());
+    if (has(own, "alpha"))
+        own.push_back(
+            real("octaveAlpha", fmt::format("{}", OctaveOptions{}.octaveAlpha), "",
+                 "psrd: each octave's rotation over that of the one before; in a loop it must be a whole number"));
     const Animate animate = has(own, "alpha") ? Animate::alpha : Highest > 3 ? Animate::slice : Animate::offset;
     return {std::move(name),
             std::move(summary),
@@ -271,7 +289,9 @@ std::vector<Option> noiseOptions() {
         positive("frequency", "1", "1 / world unit", "cells per world unit of the first octave"),
         integer("octaves", "1", 1, 32, "copies at rising frequency that are summed"),
         positive("lacunarity", "2", "", "each octave's frequency over the one before"),
-        real("gain", "0.5", "", "each octave's amplitude over the one before"),
+        real("gain", "0.5", "",
+             "each octave's amplitude over the one before; for Kolmogorov's spectrum 0.397 (-curl) or about 0.37 "
+             "(-dfvn)"),
         integer("seed", "0", 0, 0x1p53 - 1,
                 "0 is the published function; others are independent of it and of each other"),
         coordinates("offset", "0", "world units", "where the origin of the noise goes"),
@@ -285,11 +305,10 @@ std::vector<Option> noiseOptions() {
              "gradient advection: displace each octave by so much times the gradient of the octaves before it"),
         real("time", "", "s", "a moment of an animation of the noise"),
         positive("loop", "", "s", "the animation is back where it began after this time"),
-        choice(
-            "animate", {"auto", "alpha", "slice", "offset"},
-            "time turns the gradients, by a radian a second (alpha; psrd's default); or is one more coordinate (slice; "
-            "simplex and sine), for a loop two on a circle; or moves the noise along its last axis (offset; the "
-            "others)")};
+        choice("animate", {"auto", "alpha", "slice", "offset"},
+               "time turns the gradients, those of the first octave by a radian a second (alpha; psrd's default); or "
+               "is one more coordinate (slice; simplex and sine), for a loop two on a circle; or moves the noise along "
+               "its last axis (offset; the others)")};
     for (const NoiseType& type : noiseTypes())
         for (const Option& option : type.options)
             if (!has(all, option.name)) all.push_back(option);

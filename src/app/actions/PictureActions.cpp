@@ -1,5 +1,6 @@
 #include "../run/Figures.h"
 #include "Actions.h"
+#include "TrackOptions.h"
 #include "curlew/app/registry/Text.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/picture/Display.h"
@@ -76,6 +77,41 @@ Action panelsDeclaration() {
 // --- warps
 // ----------------------------------------------------------------------------------------------------------
 
+const Binding<WarpOptions>& warpBinding() {
+    static const auto binding = [] {
+        WarpOptions defaults;
+        defaults.supersampling = 2;
+        return Binding<WarpOptions>(defaults)
+            .add(
+                real("time", "", "s",
+                     "each pixel shows what is where the flow takes it in this time; negative: where it comes from, so "
+                     "that the image moves with the flow"),
+                [](auto& o) -> auto& { return o.time; })
+            .include(
+                stepBinding<WarpOptions>(
+                    "so many steps of equal length, instead of those that accuracy= asks for, which rules if both are "
+                    "given",
+                    "each pixel takes steps whose estimated error is at most this (default: a millionth of the "
+                    "diagonal "
+                    "of the flow's box, unless steps= is given)"),
+                [](auto& o) -> auto& { return o; })
+            .add(
+                integer("reprojections", "", 0, 1000, "corrections of Newton's method after each step"),
+                [](auto& o) -> auto& { return o.reprojections; })
+            .add(
+                integer("supersampling", "", 1, 16, "places in a pixel along each edge, averaged"),
+                [](auto& o) -> auto& { return o.supersampling; });
+    }();
+    return binding;
+}
+
+WarpOptions warpOptions(const Arguments& a) {
+    constexpr int kEqualSteps = 64; // of a scheme that does not estimate its error
+    WarpOptions options = warpBinding().read(a);
+    if (asksForEqualSteps(a, options.scheme)) options.steps = kEqualSteps;
+    return options;
+}
+
 void warpAction(Context& c, const Arguments& a) {
     const AnyFlow& any = c.anyFlow("flow");
     const auto* flow = std::get_if<FlowN<2>>(&any);
@@ -90,18 +126,16 @@ void warpAction(Context& c, const Arguments& a) {
         height = std::max(1, static_cast<int>(std::lround(width * box.size()[1] / box.size()[0])));
     const Texture2 texture =
         source ? textureOf(displayed(source->image, automaticScale(source->image, source->map)), box) : wavePattern;
-    Image picture = warpedPicture(*flow, texture, box, width, height,
-                                  {.time = a.real("time"),
-                                   .steps = a.integer<int>("steps"),
-                                   .scheme = a.choice<Scheme>("scheme"),
-                                   .reprojections = a.integer<int>("reprojections"),
-                                   .supersampling = a.integer<int>("supersampling")},
-                                  c.follow("warp"));
+    Image picture = warpedPicture(*flow, texture, box, width, height, warpOptions(a), c.follow("warp"));
     c.give(std::make_shared<const ImageValue>(ImageValue{std::move(picture), ColorMap::gray}));
 }
 
 Action warpDeclaration() {
-    const WarpOptions o;
+    std::vector<Option> declared = warpBinding().options();
+    declared.insert(declared.end() - 1,
+                    {choice("pattern", {"none", "waves"}, "instead of an image: coloured waves"),
+                     ages("image", "", "which image (default: the newest); it fills the box of the flow"),
+                     integer("width", "", 1, 32768, "pixels across (default: those of the image; of waves 960)")});
     const auto noPattern = [](const Arguments& a) { return a.choice("pattern") == 0; };
     return {.name = "warp",
             .group = kGroup,
@@ -109,18 +143,7 @@ Action warpDeclaration() {
             .takes = {onlyIf(stays("image", {Kind::image}, "image"), "only with pattern=none", noPattern),
                       stays("flow", {Kind::flow})},
             .makes = {made("image", {Kind::image})},
-            .options = {real("time", fmt::format("{}", o.time), "s",
-                             "each pixel shows what is where the flow takes it in this time; negative: where it comes "
-                             "from, so that the image moves with the flow"),
-                        integer("steps", fmt::format("{}", o.steps), 1, 1e6, "steps of equal length"),
-                        choice("scheme", {kSchemeNames.begin(), kSchemeNames.begin() + 3}, "integrator",
-                               std::string(kSchemeNames[static_cast<size_t>(o.scheme)])),
-                        integer("reprojections", fmt::format("{}", o.reprojections), 0, 1000,
-                                "corrections of Newton's method after each step"),
-                        choice("pattern", {"none", "waves"}, "instead of an image: coloured waves"),
-                        ages("image", "", "which image (default: the newest); it fills the box of the flow"),
-                        integer("width", "", 1, 32768, "pixels across (default: those of the image; of waves 960)"),
-                        integer("supersampling", "2", 1, 16, "places in a pixel along each edge, averaged")},
+            .options = declared,
             .examples = {"curlew -noise type=gradient dim=2 frequency=7 -dfvn box=0,0,0,1.7778,1,1 -warp pattern=waves "
                          "-write warped.png",
                          "curlew -read plate.png -noise dim=2 frequency=3 -dfvn box=0,0,0,1.5,1,1 -warp time=-0.05 "

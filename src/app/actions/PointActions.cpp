@@ -1,4 +1,5 @@
 #include "Actions.h"
+#include "LoopAction.h"
 #include "ScatterDomain.h"
 #include "TrackOptions.h"
 #include "curlew/app/registry/InContext.h"
@@ -34,57 +35,111 @@ const Binding<AdvectOptions>& advectBinding() {
                 real("time", "", "s",
                      "how long; negative runs backward; after -frames the default is from frame to frame"),
                 [](auto& o) -> auto& { return o.time; })
-            .add(
-                integer("steps", "", 1, 1e9, "steps of equal length; after -frames the default is its substeps"),
-                [](auto& o) -> auto& { return o.steps; })
-            .add(
-                choice("scheme", kSchemeNames,
-                       "integrator; rk23 (Bogacki-Shampine) and rk45 (Dormand-Prince) shorten their steps until they "
-                       "are accurate"),
-                [](auto& o) -> auto& { return o.scheme; })
-            .add(
-                positive("accuracy", "", "world units", "of rk23 and rk45: the error of a step"),
-                [](auto& o) -> auto& { return o.accuracy; })
+            .include(
+                stepBinding<AdvectOptions>(
+                    "so many steps of equal length, instead of those that accuracy= asks for. With both, accuracy= "
+                    "rules the steps, and this is how often a flow that changes is frozen, and a vertex of trails is "
+                    "made (default: after -frames its substeps; trails have 100)",
+                    "each point takes steps whose estimated error is at most this (default: a millionth of the "
+                    "diagonal of the flow's box, unless steps= or dt= is given)"),
+                [](auto& o) -> auto& { return o; })
             .addOptional(
                 positive("longest", "", "world units", "no step moves a point farther (default: any)"),
                 [](auto& o) -> auto& { return o.maxStep; })
+            .add(
+                choice("splitting", kSplittingNames,
+                       "how a sum of flows is followed: as a whole (none), most accurate; or term by term, each on its "
+                       "own tracks (strang: second order, yoshida: fourth), which keeps volumes in the longest steps, "
+                       "too; reproject= alone chooses strang"),
+                [](auto& o) -> auto& { return o.splitting; })
             .include(
                 reprojectionBinding({},
-                                    "how points are kept on their track; with none, and in flows that are sums, "
-                                    "they drift, and cross walls",
-                                    "point waits"),
+                                    "how points are kept on their track, and from crossing walls; with none they "
+                                    "drift, and cross",
+                                    "point waits; 0: what the corrections leave counts, as in ICN Algorithm 1"),
                 [](auto& o) -> auto& { return o.reprojection; });
     return binding;
 }
 
-AdvectOptions advectOptions(const Context& c, const Arguments& a) {
+AdvectOptions advectOptions(const Context& c, const Arguments& a, const Flow& flow) {
+    constexpr int kEqualSteps = 100; // of a scheme that does not estimate its error
     AdvectOptions options = advectBinding().read(a);
     if (c.clock() && !a.given("time")) {
         options.time = c.clock()->duration;
         options.byAge = true;
     }
-    if (c.clock() && !a.given("steps")) options.steps = c.clock()->substeps;
-    if (a.given("dt"))
+    if (a.given("dt")) {
         options.steps =
             inContextOf("dt=" + a.written().at("dt"), [&] { return std::max(1, stepsOf(options.time, a.real("dt"))); });
+    } else if (asksForEqualSteps(a, options.scheme)) {
+        options.steps = c.clock() ? c.clock()->substeps : kEqualSteps;
+    } else if (c.clock() && !a.given("steps")) {
+        options.steps = c.clock()->substeps;
+        if (!a.given("accuracy")) options.accuracy = defaultAccuracy(flow.domain());
+    }
     return options;
 }
 
-void reportAdvect(Context& c, const AdvectResult& result, const Points& particles) {
+/// Names the terms of a sum that go through its wall.
+void warnOfTerms(const Context& c, const SumAtWall& sum) {
+    for (size_t k = 0; k < sum.terms.size(); ++k)
+        if (!sum.terms[k].tangent())
+            c.warn(
+                fmt::format("term {} of {} goes through the wall, at {:.2g} of its rms speed, so points wait there: "
+                            "bound it (-bound, or -wind for a uniform flow), or let its potentials of -curl vanish "
+                            "at the wall",
+                            k + 1, sum.terms.size(), sum.terms[k].flux));
+}
+
+/// How a flow that is a sum is followed. Warns if points may cross its wall, or if a term carries them against it.
+void prepareSum(Context& c, const Arguments& a, const Flow& flow, AdvectOptions& options) {
+    if (flow.hasTracks()) return;
+    const bool reprojects = options.reprojection.method != Reprojection::none;
+    if (reprojects && a.given("reproject") && !a.given("splitting")) options.splitting = Splitting::strang;
+    if (!flow.domain().wall || (c.clock() && c.report("advect").contains("terms"))) return; // said in the first frame
+    if (!reprojects) return c.warn("without reprojection nothing is guarded: points drift, and may cross the wall");
+    const SumAtWall sum = sumAtWall(flow, 2000, c.follow("the terms at the wall"));
+    if (!sum.whole.tangent() || options.splitting != Splitting::none) warnOfTerms(c, sum);
+}
+
+/// What has been done about the tracks.
+std::string tracksOf(const AdvectResult& result, bool sum) {
+    if (!sum) return fmt::format("residuals f {:.1e} g {:.1e}", result.residual[0], result.residual[1]);
+    if (result.splitting == Splitting::none) return "a sum as a whole";
+    return fmt::format("a sum by splitting ({}), labels drift by {:.1e} at most",
+                       kSplittingNames.at(static_cast<size_t>(result.splitting)),
+                       std::max(result.drift[0], result.drift[1]));
+}
+
+/// `estimated`: the scheme estimates its error.
+void reportAdvect(Context& c, const Flow& flow, const AdvectResult& result, const Points& particles, bool estimated) {
+    const bool sum = !flow.hasTracks();
+    const double stepsEach =
+        static_cast<double>(result.substeps) / static_cast<double>(std::max<size_t>(result.points, 1));
+    const std::string error = estimated ? fmt::format("; estimated error {:.1e} on average, {:.1e} at most",
+                                                      result.errorMean, result.errorMax)
+                                        : "";
     c.say(
-        fmt::format("advect: {} points, {:.3g} corrections a step, residuals f {:.1e} g {:.1e}, {} steps redone, {} "
-                    "points not converged, {} outside",
-                    result.points, result.meanIterations, result.residual[0], result.residual[1], result.retries,
+        fmt::format("advect: {} points, {:.4g} steps each{}; {:.3g} corrections a step, {}, {} steps redone, {} points "
+                    "not converged, {} outside",
+                    result.points, stepsEach, error, result.meanIterations, tracksOf(result, sum), result.retries,
                     result.notConverged, result.outside));
     if (result.coarse > 0)
-        c.warn(fmt::format("{} of {} steps are coarser than asked for; give more steps or halvings", result.coarse,
-                           result.substeps));
+        c.warn(
+            fmt::format("{} of {} steps are coarser than asked for; give a coarser accuracy=, or more steps or "
+                        "halvings",
+                        result.coarse, result.substeps));
     if (result.overrun > 0) c.warn(fmt::format("a moving wall ran over {} points; give more steps", result.overrun));
     auto& report = c.report("advect");
     if (!report.is_object()) report = nlohmann::ordered_json::object();
     const auto total = [&](const char* name, size_t now) {
         return (c.clock() ? report.value(name, size_t{0}) : 0) + now;
     };
+    const auto errorSum = [&](const char* name, double now) { // over the frames
+        return (c.clock() ? report.value(name, 0.0) : 0) + now;
+    };
+    const double errorMean = errorSum("error_mean", result.errorMean),
+                 errorMax = errorSum("error_max", result.errorMax);
     const size_t outsideMost = std::max(c.clock() ? report.value("outside_most", size_t{0}) : 0, result.outside);
     report = {{"points", result.points},
               {"substeps", total("substeps", result.substeps)},
@@ -99,6 +154,14 @@ void reportAdvect(Context& c, const AdvectResult& result, const Points& particle
               {"speed_max", particles.maxSpeed()},
               {"outside", result.outside},
               {"outside_most", outsideMost}};
+    if (sum) {
+        report["terms"] = flow.terms().size();
+        report["splitting"] = kSplittingNames.at(static_cast<size_t>(result.splitting));
+        report["label_drift"] = std::max(result.drift[0], result.drift[1]);
+    }
+    if (!estimated) return;
+    report["error_mean"] = errorMean;
+    report["error_max"] = errorMax;
 }
 
 /// How the flow changes volumes on the way that some of the points are about to go.
@@ -110,21 +173,26 @@ void reportVolumes(Context& c, const Arguments& a, const FlowInTime& flow, doubl
         const size_t n = k * particles.size() / count;
         sample.push_back({{particles.x[n], particles.y[n], particles.z[n]}});
     }
-    const VolumeChange change = volumeChange(flow, sample, begin, options, 0, c.follow("volumes"));
-    c.say(fmt::format("advect: volumes change by a factor of {:.6g}, from {:.6g} to {:.6g} for 90 % of {} samples",
-                      change.median, change.lower, change.upper, change.samples));
-    c.report("volume") = {
-        {"samples", change.samples}, {"median", change.median}, {"lower", change.lower}, {"upper", change.upper}};
+    const VolumeChange change = volumeChange(flow, sample, begin, options, c.follow("volumes"));
+    c.say(
+        fmt::format("advect: volumes change by a factor of {:.9g}, from {:.9g} to {:.9g} for 90 % of {} samples, at "
+                    "most {:.1e} from 1",
+                    change.median, change.lower, change.upper, change.samples, change.farthest));
+    c.report("volume") = {{"samples", change.samples},
+                          {"median", change.median},
+                          {"lower", change.lower},
+                          {"upper", change.upper},
+                          {"farthest", change.farthest}};
 }
 
 void advectAction(Context& c, const Arguments& a) {
+    if (a.given("loop")) return loopAction(c, a, advectBinding().read(a).reprojection);
     const FlowInTime flow = c.flowInTime("flow");
     const double begin = c.clock() ? c.clock()->begin : 0;
-    AdvectOptions options = advectOptions(c, a);
-    if (!flow.at(begin).hasTracks() && !a.given("reproject")) {
-        options.reprojection.method = Reprojection::none;
-        c.warn("this flow is a sum and has no tracks: points drift, and may cross walls");
-    }
+    const Flow first = flow.at(begin);
+    AdvectOptions options = advectOptions(c, a, first);
+    const bool estimated = tableauOf(options.usedScheme()).embedded();
+    prepareSum(c, a, first, options);
     PointSet set = c.takePoints("points");
     Points& particles = set.particles;
     const TrackedFlow tracked = c.tracked("flow");
@@ -134,11 +202,11 @@ void advectAction(Context& c, const Arguments& a) {
     if (a.integer("jacobian") > 0) reportVolumes(c, a, flow, begin, options, particles);
     const Monitor monitor = c.follow("advect");
     if (!a.flag("trails")) {
-        reportAdvect(c, advect(flow, particles, begin, options, monitor), particles);
+        reportAdvect(c, first, advect(flow, particles, begin, options, monitor), particles, estimated);
         return c.give(std::make_shared<PointSet>(std::move(set)));
     }
     Pathlines pathlines = advectWithPathlines(flow, particles, begin, options, monitor);
-    reportAdvect(c, pathlines.result, particles);
+    reportAdvect(c, first, pathlines.result, particles, estimated);
     c.give(std::make_shared<PointSet>(std::move(set)));
     c.give(std::make_shared<const Curves>(std::move(pathlines.curves)));
 }
@@ -186,8 +254,15 @@ std::vector<Option> advectDeclared() {
     std::vector<Option> all = advectBinding().options();
     all.insert(all.begin() + 2,
                instead(positive("dt", "", "s", "instead of steps: how long one is, at most"), {"steps"}));
+    all.push_back(timeless(
+        instead(positive("loop", "", "s",
+                         "each point is back where it began after so long, and time= says where on its way (default: "
+                         "T); needs a steady flow in a wall. Points whose track takes longer fade (fade, 0 to 1)"),
+                {"steps", "dt", "scheme", "longest", "jacobian", "trails"}),
+        {{"time", "{T}"}}));
     all.push_back(integer("jacobian", "0", 0, 1e6,
-                          "for so many of the points, measure how the flow changes volumes on their way"));
+                          "for so many of the points, measure by which factor the flow changes volumes on their "
+                          "way: the determinant of its map's derivative"));
     all.push_back(flag("trails", "0", "1: also make curves of the ways that they go, with a vertex at each step"));
     all.push_back(keep());
     return all;

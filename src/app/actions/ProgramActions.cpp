@@ -115,7 +115,10 @@ Registry declaredOnly() {
         {.name = "frames",
          .group = kGroup,
          .summary = "run all that follows once for each frame, on the points that the last frame left",
-         .options = {positive("fps", "24", "1 / s", "frames per second; T of a frame is 0 in the first one"),
+         .options = {positive("fps", "24", "1 / s", "frames per second"),
+                     integer("start", "", 0, 1e7,
+                             "the frame in which T is 0 (default: the first): one of several machines evaluates 12-24 "
+                             "start=1 of 1-48, where frames do not depend on each other"),
                      integer("by", "1", 1, 1e6, "every so many frames, as FIRST-LASTxBY"),
                      integer("substeps", "1", 1, 1e6, "in how many steps points move from frame to frame"),
                      text("checkpoint", "", "a file that after each frame holds what the next one needs, for -resume"),

@@ -30,7 +30,16 @@ std::vector<std::string> brokenPromises(const nlohmann::ordered_json& check, boo
         if (check.contains(name) && !(check[name].get<double>() <= limit))
             broken.push_back(fmt::format("{} is {:.3g}, above {:.3g}", name, check[name].get<double>(), limit));
     };
-    if (check.value("divergence_free", true)) require("divergence_analytic", 1e-6);
+    if (check.value("divergence_free", true)) {
+        require("divergence_analytic", 1e-6);
+        if (!check.value("divergence_vanishes", true))
+            broken.push_back(fmt::format(
+                "divergence_by_differences is {:.3g} and does not fall with its step (by the power {:.2g} of "
+                "it): the velocity jumps, as at the kink of a potential (-min smoothing=0), or a gradient "
+                "is not that of its potential",
+                check["divergence_by_differences"].get<double>(),
+                check["divergence_by_differences_order"].get<double>()));
+    }
     require("wall_flux", 1e-6);
     require("outside", 0);
     if (staggered) require("divergence_grid", 1e-6);
@@ -56,8 +65,9 @@ void checkField(const Context& c, const Arguments& a, Report& found) {
                     box.lower[i] = given.lower[i < 3 ? i : 0];
                     box.upper[i] = given.upper[i < 3 ? i : 0];
                 }
-            } else if constexpr (kN == 3) {
-                if (object.sdf && object.sdf->bounds.finite()) box = object.sdf->bounds;
+            } else if constexpr (kN == 2 || kN == 3) {
+                if (object.sdf)
+                    if (const auto& bounds = std::get<SdfN<kN>>(*object.sdf).bounds; bounds.finite()) box = bounds;
             }
             const FieldDiagnostics check =
                 diagnoseField(field, box, a.integer<size_t>("samples"), c.follow("checking the field"));
@@ -80,6 +90,8 @@ void checkFlow(const Context& c, const Arguments& a, Report& found) {
     const auto report = [&](const DivergenceDiagnostics& divergence, bool wall) {
         found["divergence_analytic"] = divergence.trace;
         found["divergence_by_differences"] = divergence.byDifferences;
+        if (const auto order = divergence.order()) found["divergence_by_differences_order"] = *order;
+        found["divergence_vanishes"] = divergence.vanishes();
         if (wall) found["divergence_analytic_beyond_wall_layer"] = divergence.traceBeyond;
     };
     if (dimensionOf(c.anyFlow("what")) > 3) {

@@ -18,7 +18,9 @@ Input domainInput() {
 
 Domain domainOfInput(const Context& c, std::string_view input) {
     if (c.kind(input) == Kind::flow) return c.flow(input).domain();
-    return Domain::of({.sdf = c.sdf(input, 0), .side = Side::inside});
+    Domain domain = Domain::of({.sdf = c.sdf(input, 0), .side = Side::inside});
+    if (!domain.wall->sdf.bounds.finite()) domain.box = boxOf(c.value(input)).value_or(domain.box); // a shape in 2D
+    return domain;
 }
 
 Domain scatterDomain(const Context& c, const Arguments& a) {

@@ -15,13 +15,43 @@ std::vector<Option> placementOptions() {
             positive("scale", "1", "", "size, before it is turned and moved")};
 }
 
-Placement placementOf(const Arguments& a) {
-    const double scale = a.real("scale");
-    return {.offset = a.vector("offset"), .rotate = a.vector("rotate"), .scale = {{scale, scale, scale}}};
+template <int N>
+PlacementN<N> placementOf(const Arguments& a) {
+    PlacementN<N> placement{.rotate = a.vector("rotate")};
+    const Vec3d offset = a.vector("offset");
+    if (N == 2 && offset[2] != 0) throw ValueError("offset= of a shape in the plane has no z");
+    for (int axis = 0; axis < N; ++axis) {
+        placement.offset[axis] = offset[axis];
+        placement.scale[axis] = a.real("scale");
+    }
+    return placement;
 }
 
+AnySdf put(const AnySdf& shape, const Arguments& a) {
+    return std::visit(
+        [&](const auto& sdf) -> AnySdf {
+            return placed(sdf, placementOf<std::remove_cvref_t<decltype(sdf.distance)>::kDimension>(a));
+        },
+        shape);
+}
+
+FieldValue valueOf(const AnySdf& shape) {
+    return {std::visit([](const auto& sdf) -> AnyField { return sdf.distance; }, shape), shape};
+}
+
+bool hasDimension(const Action& action) { return action.option("dim") != nullptr; }
+
+std::vector<Object> shapeOf(const Arguments& a, const std::vector<std::vector<Object>>&, const World&) {
+    const int dimension = hasDimension(a.action()) ? a.integer<int>("dim") : 3;
+    return {{.kind = Kind::shape, .dimension = dimension, .name = "shape"}};
+}
+
+Option dim(const std::string& what) { return integer("dim", "3", 2, 3, "2: " + what + ", for noises of 2 dimensions"); }
+bool isFlat(const Arguments& a) { return a.integer("dim") == 2; }
+Vec<double, 2> inPlane(const Vec3d& v) { return {{v[0], v[1]}}; }
+
 Action shapeAction(std::string name, std::string summary, std::vector<Option> shape, std::string example,
-                   Sdf (*make)(const Arguments&)) {
+                   AnySdf (*make)(const Arguments&)) {
     for (auto& option : placementOptions()) shape.push_back(option);
     return {.name = std::move(name),
             .group = kGroup,
@@ -30,58 +60,73 @@ Action shapeAction(std::string name, std::string summary, std::vector<Option> sh
             .options = std::move(shape),
             .examples = {std::move(example)},
             .evaluation = Evaluation::anyTime,
-            .run = [make](Context& c, const Arguments& a) {
-                const Sdf sdf = placed(make(a), placementOf(a));
-                c.give(FieldValue{sdf.distance, sdf});
-            }};
+            .run = [make](Context& c, const Arguments& a) { c.give(valueOf(put(make(a), a))); },
+            .makesWith = shapeOf};
 }
 
 Registry primitives() {
     return {
         shapeAction("sphere", "a sphere as an exact signed distance",
-                    {positive("radius", "1", "world units", "radius")},
+                    {positive("radius", "1", "world units", "radius"), dim("a disc")},
                     "curlew -sphere radius=0.5 -noise -noise seed=1 -bound -dfvn -velocity -write ball.vdb",
-                    [](const Arguments& a) { return sdfOf(shapes::Sphere{a.real("radius")}); }),
+                    [](const Arguments& a) -> AnySdf {
+                        if (isFlat(a)) return sphereSdf<2>(a.real("radius"));
+                        return sphereSdf(a.real("radius"));
+                    }),
         shapeAction(
             "box", "a rounded box as an exact signed distance",
             {vector("size", "2,2,2", "world units", "edge lengths"),
-             notNegative("rounding", "0.2", "world units", "radius of its edges; keep a wall's width below it")},
+             notNegative("rounding", "0.2", "world units", "radius of its edges; keep a wall's width below it"),
+             dim("a rectangle")},
             "curlew -box size=2,1,1 rounding=0.2 -noise -noise seed=1 -bound width=0.15 -dfvn -velocity -write box.vdb",
-            [](const Arguments& a) {
-                return sdfOf(shapes::RoundedBox{a.vector("size"), a.real("rounding")});
+            [](const Arguments& a) -> AnySdf {
+                if (isFlat(a)) return boxSdf<2>(inPlane(a.vector("size")), a.real("rounding"));
+                return boxSdf(a.vector("size"), a.real("rounding"));
             }),
         shapeAction("torus", "a torus about the y axis as an exact signed distance",
                     {positive("radius", "0.7", "world units", "from the centre to the middle of the tube"),
                      positive("tube", "0.3", "world units", "radius of the tube")},
                     "curlew -torus radius=1 tube=0.4 rotate=90,0,0 -slice -write torus.png",
-                    [](const Arguments& a) {
+                    [](const Arguments& a) -> AnySdf {
                         return sdfOf(shapes::Torus{a.real("radius"), a.real("tube")});
                     }),
         shapeAction("capsule", "a capsule along y as an exact signed distance",
                     {positive("length", "1", "world units", "of the cylinder between the hemispheres"),
                      positive("radius", "0.5", "world units", "radius")},
                     "curlew -capsule length=2 radius=0.5 -noise -noise seed=1 -bound -dfvn -velocity -write pill.vdb",
-                    [](const Arguments& a) {
+                    [](const Arguments& a) -> AnySdf {
                         return sdfOf(shapes::Capsule{a.real("length"), a.real("radius")});
                     }),
         shapeAction("plane", "a half space, inside below the height along its normal",
                     {vector("normal", "0,1,0", "", "points outside"),
-                     real("height", "0", "world units", "of the plane along its normal")},
+                     real("height", "0", "world units", "of the plane along its normal"), dim("a half plane")},
                     "curlew -plane -noise -noise seed=1 -bound side=outside -dfvn -velocity box=-1,-0.1,-1,1,1,1 "
                     "-write ground.vdb",
-                    [](const Arguments& a) { return planeSdf(a.vector("normal"), a.real("height")); }),
+                    [](const Arguments& a) -> AnySdf {
+                        if (isFlat(a)) return planeSdf<2>(inPlane(a.vector("normal")), a.real("height"));
+                        return planeSdf(a.vector("normal"), a.real("height"));
+                    }),
         shapeAction("gyroid", "a sheet of a gyroid as a signed distance (a lower bound on it)",
                     {positive("wavelength", "1", "world units", "period along each axis"),
                      positive("thickness", "0.2", "world units", "of the sheet")},
                     "curlew -gyroid wavelength=1 thickness=0.3 -slice box=-1,-1,-1,1,1,1 -write gyroid.png",
-                    [](const Arguments& a) {
+                    [](const Arguments& a) -> AnySdf {
                         return sdfOf(shapes::Gyroid{a.real("wavelength"), a.real("thickness")});
                     }),
     };
 }
 
-template <Sdf (*Combine)(const Sdf&, const Sdf&, double)>
-Action combiningAction(const std::string& name, const std::string& summary, const std::string& example) {
+/// What `combine` makes of two shapes of the same dimension, or of both in space.
+template <class Combine>
+AnySdf combinedShapes(const AnySdf& a, const AnySdf& b, const Combine& combine) {
+    const auto *p = std::get_if<SdfN<2>>(&a), *q = std::get_if<SdfN<2>>(&b);
+    if (p && q) return combine(*p, *q);
+    return combine(inSpace(a), inSpace(b));
+}
+
+template <class Combine>
+Action combiningAction(const std::string& name, const std::string& summary, const std::string& example,
+                       Combine combine) {
     return {.name = name,
             .group = kGroup,
             .summary = summary,
@@ -92,9 +137,11 @@ Action combiningAction(const std::string& name, const std::string& summary, cons
                         keep()},
             .examples = {example},
             .evaluation = Evaluation::anyTime,
-            .run = [](Context& c, const Arguments& a) {
-                const Sdf sdf = Combine(*c.field("first").sdf, *c.field("second").sdf, a.real("smoothing"));
-                c.give(FieldValue{sdf.distance, sdf});
+            .run = [combine](Context& c, const Arguments& a) {
+                const double smoothing = a.real("smoothing");
+                c.give(valueOf(
+                    combinedShapes(*c.field("first").sdf, *c.field("second").sdf,
+                                   [&](const auto& p, const auto& q) -> AnySdf { return combine(p, q, smoothing); })));
             }};
 }
 
@@ -102,17 +149,21 @@ Action combiningAction(const std::string& name, const std::string& summary, cons
 
 Registry shapeActions() {
     Registry actions = primitives();
-    actions.push_back(combiningAction<unite>("union", "the newest two shapes as one, their edge rounded",
-                                             "curlew -sphere radius=0.5 -box offset=0,-0.6,0 size=2,0.6,2 -union "
-                                             "smoothing=0.2 -slice axis=z -write union.png"));
-    actions.push_back(combiningAction<intersect>(
+    actions.push_back(combiningAction(
+        "union", "the newest two shapes as one, their edge rounded",
+        "curlew -sphere radius=0.5 -box offset=0,-0.6,0 size=2,0.6,2 -union smoothing=0.2 -slice axis=z "
+        "-write union.png",
+        [](const auto& p, const auto& q, double smoothing) { return unite(p, q, smoothing); }));
+    actions.push_back(combiningAction(
         "intersection", "what the newest two shapes share, its edge rounded",
         "curlew -gyroid -sphere radius=1 -intersection -noise -noise seed=1 -bound width=0.05 -dfvn -velocity "
-        "-write ball.vdb"));
-    actions.push_back(combiningAction<subtract>(
+        "-write ball.vdb",
+        [](const auto& p, const auto& q, double smoothing) { return intersect(p, q, smoothing); }));
+    actions.push_back(combiningAction(
         "difference", "the newest shape but one without the newest, its edge rounded",
         "curlew -sphere radius=1 -capsule radius=0.4 length=3 -difference -noise -noise seed=1 -bound -dfvn -velocity "
-        "-write bead.vdb"));
+        "-write bead.vdb",
+        [](const auto& p, const auto& q, double smoothing) { return subtract(p, q, smoothing); }));
     return actions;
 }
 

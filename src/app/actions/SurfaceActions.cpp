@@ -13,8 +13,8 @@ using namespace options;
 Surface subjectOf(const Context& c, const Arguments& a) {
     if (a.given("iso")) {
         const FieldValue& value = c.field("field");
-        const bool bounded = value.sdf && value.sdf->bounds.finite();
-        const Box box = a.given("box") ? a.box("box") : bounded ? value.sdf->bounds : Domain{}.box;
+        const auto shape = value.sdf ? boxOf(*value.sdf) : std::nullopt;
+        const Box box = a.given("box") ? a.box("box") : shape.value_or(Domain{}.box);
         return {inSpace(value.field), a.real("iso"), box, !a.flag("sheet")};
     }
     if (c.kind("surface") == Kind::shape) {

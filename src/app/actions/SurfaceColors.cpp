@@ -1,6 +1,7 @@
 #include "SurfaceColors.h"
 
 #include "Actions.h"
+#include "TrackOptions.h"
 
 namespace curlew::app {
 
@@ -12,6 +13,25 @@ Texture textureOf(const Arguments& a) { return a.choice<Texture>("texture"); }
 
 bool showsValue(const Arguments& a) { return a.text("show") == "value"; }
 bool showsFlow(const Arguments& a) { return a.text("show") != "color" && !showsValue(a); }
+
+/// The steps along the flow that carries a texture.
+const Binding<AdvectOptions>& carryBinding() {
+    static const auto binding = stepBinding<AdvectOptions>(
+        "so many steps of equal length on that way, instead of those that accuracy= asks for, which rules if both are "
+        "given",
+        "steps on that way whose estimated error is at most this (default: a millionth of the diagonal of the flow's "
+        "box, unless steps= is given)");
+    return binding;
+}
+
+AdvectOptions carryOptions(const Arguments& a) {
+    constexpr int kEqualSteps = 64; // of a scheme that does not estimate its error
+    AdvectOptions options = carryBinding().read(a);
+    if (asksForEqualSteps(a, options.scheme)) options.steps = kEqualSteps;
+    options.time = -a.real("time"); // to where the colours come from
+    options.reprojection.method = a.choice<Reprojection>("reproject");
+    return options;
+}
 
 } // namespace
 
@@ -33,7 +53,7 @@ Vec3f colorOption(const Arguments& a, std::string_view name) {
 std::vector<Option> colorOptions() {
     const SurfacePaint paint;
     const AdvectOptions& carry = paint.carry;
-    return {
+    std::vector<Option> all{
         vector("color", fmt::format("{:.2f}", fmt::join(paint.color.c, ",")), "", "of the surface: sRGB from 0 to 1"),
         choice("show", {"color", "value", "speed", "vx", "vy", "vz", "f", "g"},
                "what colours it: color=, or what the newest field or flow has there"),
@@ -50,12 +70,11 @@ std::vector<Option> colorOptions() {
          .unit = "nm"},
         integer("seed", fmt::format("{}", paint.seed), 0, 0x1p53 - 1, "of the streaks"),
         real("time", fmt::format("{}", carry.time), "s",
-             "for how long the newest flow has carried the texture, or what show= shows, along"),
-        integer("steps", "64", 1, 1e9, "steps of equal length on that way"),
-        choice("scheme", {kSchemeNames.begin(), kSchemeNames.begin() + 3}, "integrator",
-               std::string(kSchemeNames[static_cast<size_t>(carry.scheme)])),
-        choice("reproject", namesOf(kReprojectionNames), "how it keeps to the surface",
-               std::string(kReprojectionNames[static_cast<size_t>(carry.reprojection.method)]))};
+             "for how long the newest flow has carried the texture, or what show= shows, along")};
+    all.insert(all.end(), carryBinding().options().begin(), carryBinding().options().end());
+    all.push_back(choice("reproject", namesOf(kReprojectionNames), "how it keeps to the surface",
+                         std::string(kReprojectionNames[static_cast<size_t>(carry.reprojection.method)])));
+    return all;
 }
 
 std::vector<Input> colorInputs() {
@@ -74,10 +93,7 @@ SurfacePaint paintOf(const Context& c, const Arguments& a, const Box& box) {
                        .film = a.interval("film"),
                        .box = box,
                        .seed = a.integer<uint64_t>("seed"),
-                       .carry = {.time = -a.real("time"), // to where the colours come from
-                                 .steps = a.integer<int>("steps"),
-                                 .scheme = a.choice<Scheme>("scheme"),
-                                 .reprojection = {.method = a.choice<Reprojection>("reproject")}}};
+                       .carry = carryOptions(a)};
     if (!(paint.film.lower >= 0) || !(paint.film.upper >= 0)) throw ValueError("film has a negative thickness");
     if (c.has("flow")) paint.flow = c.flow("flow");
     if (showsValue(a)) paint.source = fieldSource(inSpace(c.field("value").field), "value");

@@ -99,7 +99,7 @@ std::vector<Link> Builder::newestOf(const Input& input, const Amount& amount, st
     const auto takeOf = [&](const std::vector<Kind>& kinds) {
         for (size_t k = mEntries.size(); k-- > 0 && links.size() < amount.most;) {
             const Entry& entry = mEntries[k];
-            if (!fits(kinds, entry.object) || (input.accumulates && !entry.carried)) continue;
+            if (!fits(kinds, entry.object) || (input.accumulates && !entry.state)) continue;
             if (std::find(used.begin(), used.end(), &entry) != used.end()) continue;
             links.insert(links.begin(), entry.link);
             if (input.use == Use::taken) used.push_back(&entry);
@@ -168,7 +168,7 @@ std::vector<std::vector<Link>> Builder::defaultInputs(const Arguments& arguments
 Link Builder::addState(std::optional<Link> initial, const std::string& name) {
     const Link link{.from = Link::From::state, .index = mGraph.states.size()};
     mGraph.states.push_back({.initial = initial, .next = link, .name = unusedName(mGraph, name)});
-    mEntries.push_back({.link = link, .object = mGraph.objectOf(link), .made = mClock++, .carried = true});
+    mEntries.push_back({.link = link, .object = mGraph.objectOf(link), .made = mClock++, .state = link.index});
     return link;
 }
 
@@ -182,6 +182,7 @@ void Builder::place(Node node, bool keep) {
         for (const Link& link : node.inputs[k]) objects[k].push_back(mGraph.objectOf(link));
     if (node.outputs.empty()) node.outputs = outputsOf(node.arguments.at(mMoment), objects, world());
     const size_t index = mGraph.nodes.size();
+    const bool timeless = node.action().timeless(node.arguments);
     std::vector<size_t> replaced; // outputs that take the place of what they were made from
     for (size_t k = 0; k < takes.size() && !keep; ++k)
         for (const Link& link : node.inputs[k]) {
@@ -195,7 +196,7 @@ void Builder::place(Node node, bool keep) {
                 const Link changed{.index = index, .output = o};
                 for (Entry& entry : mEntries)
                     if (entry.link == link) {
-                        entry = {changed, node.outputs[o], entry.made, entry.carried};
+                        entry = {changed, node.outputs[o], entry.made, timeless ? std::nullopt : entry.state};
                         replaced.push_back(o);
                     }
                 for (auto& [name, target] : mNames)
@@ -206,6 +207,10 @@ void Builder::place(Node node, bool keep) {
     for (size_t o = 0; o < node.outputs.size(); ++o)
         if (std::find(replaced.begin(), replaced.end(), o) == replaced.end())
             mEntries.push_back({.link = {.index = index, .output = o}, .object = node.outputs[o], .made = mClock++});
+    for (size_t k = 0; k < takes.size() && timeless; ++k)
+        for (Link& link : node.inputs[k])
+            if (takes[k].use == Use::changed && link.from == Link::From::state)
+                link = mGraph.states[link.index].initial.value_or(link); // in each frame from where they begin
     const bool makes = !node.outputs.empty();
     if (node.named && makes) mNames[node.name] = {.index = index, .output = node.primaryOutput()};
     node.location.node = node.named ? node.name : "";
@@ -244,7 +249,7 @@ void Builder::beginFrames(const Arguments& range, SourceLocation location, bool 
         const Link initial = entry.link;
         const std::string name = initial.from == Link::From::node ? mGraph.nodes[initial.index].name : "points";
         entry.link = {.from = Link::From::state, .index = mGraph.states.size()};
-        entry.carried = true;
+        entry.state = mGraph.states.size();
         mGraph.states.push_back({.initial = initial, .next = entry.link, .name = unusedName(mGraph, name + "_before")});
         for (auto& [known, target] : mNames)
             if (target == initial) target = entry.link;
@@ -370,15 +375,22 @@ Graph Builder::finish() {
         return std::move(mGraph);
     }
     mGraph.leftInFrame = mEntries;
-    for (const Entry& entry : mOutside)
-        if (!entry.carried) mGraph.left.push_back(entry);
-    size_t carried = 0; // states keep their order among the entries that are carried
     for (const Entry& entry : mEntries)
-        if (entry.carried) {
-            mGraph.states.at(carried).next = entry.link;
-            mGraph.left.push_back(
-                {.link = {.from = Link::From::state, .index = carried++}, .object = entry.object, .made = entry.made});
+        if (entry.state) {
+            mGraph.states.at(*entry.state).next = entry.link;
+            mGraph.left.push_back({.link = {.from = Link::From::state, .index = *entry.state},
+                                   .object = entry.object,
+                                   .made = entry.made});
         }
+    for (const Entry& entry : mOutside) {
+        // What became of points that no frame carries any more, or else they themselves.
+        const auto now = std::find_if(mEntries.begin(), mEntries.end(),
+                                      [&](const Entry& other) { return other.made == entry.made; });
+        if (!entry.state || now == mEntries.end())
+            mGraph.left.push_back(entry);
+        else if (!now->state)
+            mGraph.left.push_back(*now);
+    }
     std::sort(mGraph.left.begin(), mGraph.left.end(), [](const Entry& a, const Entry& b) { return a.made < b.made; });
     return std::move(mGraph);
 }

@@ -66,15 +66,15 @@ std::vector<int> FramePlan::frames() const {
 FrameClock FramePlan::clockAt(double seconds) const {
     constexpr double kRounding = 1e-9;
     const double steps = std::ceil(seconds * fps / by - kRounding);
-    return clock(first + by * std::clamp(static_cast<int>(steps), 0, (last - first) / by));
+    return clock(start + by * std::clamp(static_cast<int>(steps), 0, (last - start) / by));
 }
 
 FrameClock FramePlan::clock(int frame) const {
-    const auto seconds = [&](int f) { return (f - first) / fps; };
+    const auto seconds = [&](int f) { return (f - start) / fps; };
     return {.frame = frame,
             .fps = fps,
-            .begin = frame == first ? 0 : seconds(frame - by),
-            .duration = frame == first ? 0 : by / fps,
+            .begin = frame == start ? 0 : seconds(frame - by),
+            .duration = frame == start ? 0 : by / fps,
             .time = seconds(frame),
             .substeps = substeps};
 }
@@ -88,6 +88,14 @@ FramePlan framePlanOf(const Arguments& frames) {
         if (plan.by != 1) throw ValueError("the step is given twice: in the range, and as by=");
         plan.by = static_cast<int>(frames.integer("by"));
     }
+    plan.start = frames.given("start") ? static_cast<int>(frames.integer("start")) : plan.first;
+    if (plan.start > plan.first)
+        throw ValueError(fmt::format("start={} comes after the first frame, {}; it is the frame in which the time is 0",
+                                     plan.start, plan.first));
+    if ((plan.first - plan.start) % plan.by != 0)
+        throw ValueError(fmt::format("every {} frames from start={} on, {} is none of them; begin with {}", plan.by,
+                                     plan.start, plan.first,
+                                     plan.first + plan.by - (plan.first - plan.start) % plan.by));
     if (frames.given("part")) setPart(plan, frames.text("part"));
     return plan;
 }

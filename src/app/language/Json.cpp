@@ -226,7 +226,7 @@ class Document {
                 record.inFrames = record.when == "frame";
                 continue;
             }
-            bool varies = record.when == "frame" || action.inFrames == InFrames::each || record.arguments.changes();
+            bool varies = record.when == "frame" || action.advances(record.arguments) || record.arguments.changes();
             if (action.inFrames != InFrames::once)
                 forEachSource(record, [&](size_t source) { varies = varies || mRecords[source].inFrames; });
             for (const auto& names : record.inputs)
@@ -239,14 +239,14 @@ class Document {
     void splitAtFrames() {
         const Action& frames = findAction(mReading.registry, "frames");
         const Moment first = inContextOf(
-            "frames", [&] { return framePlanOf(argumentsOf(frames, mJson["frames"]).at({})).firstClock().moment(); });
+            "frames", [&] { return framePlanOf(argumentsOf(frames, mJson["frames"]).at({})).startClock().moment(); });
         std::map<size_t, std::string> copies;
         const auto copyOf = [&](auto& self, size_t k) -> std::string {
             if (!mRecords[k].inFrames) return mRecords[k].name;
             if (const auto known = copies.find(k); known != copies.end()) return known->second;
             Record copy = mRecords[k];
             at(copy.arguments.action().name, copy.name, [&] {
-                if (copy.arguments.action().inFrames == InFrames::each)
+                if (copy.arguments.action().advances(copy.arguments))
                     throw ValueError("advances with the frames, so nothing before them can use it");
             });
             copy.origin = copy.name;
@@ -320,7 +320,8 @@ class Document {
             for (size_t k = 0; k < record.inputs.size(); ++k)
                 for (const auto& name : record.inputs[k]) {
                     Link link = linkOf(builder.graph(), name);
-                    if (action.takes[k].use == Use::changed && record.inFrames) link = advanced(builder, link, record);
+                    const bool advances = record.inFrames && !action.timeless(record.arguments);
+                    if (action.takes[k].use == Use::changed && advances) link = advanced(builder, link, record);
                     node.inputs[k].push_back(link);
                 }
             for (const auto& file : action.holds ? record.arguments.words() : std::vector<std::string>{})

@@ -142,11 +142,15 @@ class SharedPoints {
     explicit SharedPoints(Graph graph) : mGraph(std::move(graph)) {}
 
     Graph separated() {
-        std::set<Link> used;
-        for (size_t k = 0; k < mGraph.states.size(); ++k)
+        std::set<Link> used, moved;
+        for (size_t k = 0; k < mGraph.states.size(); ++k) {
             if (const auto initial = mGraph.states[k].initial; initial && !used.insert(*initial).second)
                 mGraph.states[k].initial = copyOf(*initial);
-        for (const Link& link : std::set<Link>(used))
+            const State& state = mGraph.states[k];
+            if (state.initial && state.next != Link{.from = Link::From::state, .index = k})
+                moved.insert(*state.initial);
+        }
+        for (const Link& link : moved)
             if (readInFrames(link)) {
                 const Link copy = copyOf(link);
                 for (size_t k = mGraph.frames; k < mGraph.nodes.size(); ++k)

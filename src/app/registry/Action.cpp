@@ -37,6 +37,13 @@ size_t Action::inputIndex(std::string_view inputName) const {
     return static_cast<size_t>(found - takes.data());
 }
 
+bool Action::advances(const Arguments& arguments) const { return inFrames == InFrames::each && !timeless(arguments); }
+
+bool Action::timeless(const Arguments& arguments) const {
+    return std::any_of(options.begin(), options.end(),
+                       [&](const Option& o) { return o.timeless && arguments.given(o.name); });
+}
+
 bool Action::makesKind(Kind kind) const {
     return std::any_of(makes.begin(), makes.end(), [&](const Output& output) { return accepts(output.kinds, kind); });
 }

@@ -23,6 +23,16 @@ std::vector<double> parseNumbers(const std::string& text) {
     return numbers;
 }
 
+/// Whether a value is a part of an object's size: 5%.
+bool isRelative(const Option& o, const std::string& text) {
+    return o.type == OptionType::length && !text.empty() && text.back() == '%';
+}
+
+/// The number of a length, without its % sign.
+double numberOf(const std::string& text) {
+    return parseNumbers(text.back() == '%' ? text.substr(0, text.size() - 1) : text).at(0);
+}
+
 std::string rangeOf(const Option& o) {
     std::string range;
     if (std::isfinite(o.lower)) range += fmt::format(" {} {}", o.exclusive ? "above" : "at least", o.lower);
@@ -36,7 +46,7 @@ bool inRange(const Option& o, double number) {
 
 /// What is wrong with a value: "" if nothing is.
 std::string complaint(const Option& o, const std::string& text) {
-    const std::vector<double> numbers = parseNumbers(text);
+    const std::vector<double> numbers = parseNumbers(isRelative(o, text) ? text.substr(0, text.size() - 1) : text);
     const auto count = [&](size_t n) { return numbers.size() == n; };
     switch (o.type) {
         case OptionType::text:
@@ -48,7 +58,10 @@ std::string complaint(const Option& o, const std::string& text) {
                 return "must be a whole number" + rangeOf(o);
             return inRange(o, numbers[0]) ? "" : "must be" + rangeOf(o);
         case OptionType::real:
-            if (!count(1)) return "must be a number" + rangeOf(o);
+        case OptionType::length:
+            if (!count(1))
+                return "must be a number" + rangeOf(o) +
+                       (o.type == OptionType::length ? ", or a part of the object's size, as in 5%" : "");
             return inRange(o, numbers[0]) ? "" : "must be" + rangeOf(o);
         case OptionType::vector:
             if (!count(1) && !count(3)) return "must be x,y,z or one number for all three";
@@ -115,7 +128,26 @@ int64_t Arguments::integer(std::string_view name) const {
     return static_cast<int64_t>(parseNumbers(value(option(name, OptionType::integer))).at(0));
 }
 double Arguments::real(std::string_view name) const {
-    return parseNumbers(value(option(name, OptionType::real))).at(0);
+    const Option* length = mAction->option(name);
+    if (!length || length->type != OptionType::length) return parseNumbers(value(option(name, OptionType::real))).at(0);
+    const std::string text = value(*length);
+    if (isRelative(*length, text))
+        throw ValueError(fmt::format(
+            "{}={}: the object whose size this is a part of is not known yet; give world units", name, text));
+    return numberOf(text);
+}
+
+bool Arguments::hasRelativeLengths() const {
+    return std::any_of(mAction->options.begin(), mAction->options.end(),
+                       [&](const Option& o) { return isRelative(o, value(o)); });
+}
+
+Arguments Arguments::relativeTo(double diagonal) const {
+    Arguments absolute = *this;
+    for (const auto& o : mAction->options)
+        if (const std::string text = value(o); isRelative(o, text))
+            absolute.mValues[o.name] = fmt::format("{}", numberOf(text) / 100 * diagonal);
+    return absolute;
 }
 std::string Arguments::text(std::string_view name) const {
     const bool isChoice = std::any_of(mAction->options.begin(), mAction->options.end(),
@@ -205,6 +237,9 @@ void Arguments::set(const std::string& name, const std::string& text) {
     const bool later = inOption(match, text, [&] { return variablesOf(text).any; });
     const std::string value = later ? text : inOption(match, text, [&] { return expanded(text, {}); });
     if (!later) requireValid(match, text, value);
+    if (mAction->takes.empty() && isRelative(match, text))
+        throw ValueError(fmt::format("{}={}: -{} takes no object whose size this could be a part of; give world units",
+                                     match.name, text, mAction->name));
     if (!mWritten.emplace(match.name, text).second)
         throw ValueError(fmt::format("option '{}' is given twice", match.name));
     mValues[match.name] = value;
@@ -229,13 +264,16 @@ bool Arguments::changes() const {
            std::any_of(mWritten.begin(), mWritten.end(), [&](const auto& option) { return changing(option.second); });
 }
 
-void Arguments::finish() const {
+void Arguments::finish() {
     if (mWords.size() < mAction->positional.minimum)
         throw ValueError(fmt::format("needs {}", mAction->positional.what));
     for (const auto& o : mAction->options)
         for (const auto& other : o.instead)
             if (given(o.name) && given(other))
                 throw ValueError(fmt::format("{}= has no effect beside {}=; give one of them", other, o.name));
+    for (const auto& o : mAction->options)
+        for (const auto& [other, value] : o.implied)
+            if (given(o.name) && !given(other)) set(other, value);
 }
 
 std::string quoted(const std::string& word) {

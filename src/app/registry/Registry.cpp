@@ -28,6 +28,8 @@ std::string typeName(const Option& o) {
             return "whole number";
         case OptionType::real:
             return "number";
+        case OptionType::length:
+            return "number or 5%";
         case OptionType::vector:
             return "x,y,z";
         case OptionType::coordinates:

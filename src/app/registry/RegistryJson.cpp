@@ -10,7 +10,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::array kTypes{"flag",     "integer", "real",   "vector", "coordinates",
+constexpr std::array kTypes{"flag",     "integer", "real",   "length", "vector", "coordinates",
                             "interval", "box",     "choice", "text",   "ages"};
 constexpr std::array kKinds{"field", "noise",  "shape",  "flow",  "grid",   "levelSet", "velocity",
                             "mesh",  "points", "curves", "image", "report", "file"};
@@ -55,6 +55,7 @@ Json json(const Option& option) {
             {"lower", boundOf(option.lower)},
             {"upper", boundOf(option.upper)},
             {"exclusive", option.exclusive},
+            {"implied", option.implied},
             {"selects", option.selects || option.type == OptionType::ages}};
 }
 

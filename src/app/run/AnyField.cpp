@@ -14,6 +14,12 @@ namespace {
         "this wants a {0} in space, and the newest {0} has {1} dimensions; -lift brings fields down", what, dimension));
 }
 
+/// A box in the plane as a slab around z = 0.
+Box slabOf(const BoxN<2>& box) {
+    const double half = std::max(box.size()[0], box.size()[1]) / 16;
+    return {{{box.lower[0], box.lower[1], -half}}, {{box.upper[0], box.upper[1], half}}};
+}
+
 } // namespace
 
 ScalarField inSpace(const AnyField& field) {
@@ -40,17 +46,32 @@ Flow inSpace(const AnyFlow& flow) {
                 std::vector<Flow::Potentials> terms;
                 for (const auto& term : f.terms())
                     terms.push_back({projected(term[0], Matrix<2, 3>{}), rampField({{0, 0, 1}})});
-                const auto& box = f.domain().box;
-                const double half = std::max(box.size()[0], box.size()[1]) / 16;
-                const Flow spatial(
-                    std::move(terms),
-                    {.box = {{{box.lower[0], box.lower[1], -half}}, {{box.upper[0], box.upper[1], half}}}, .wall = {}});
+                Domain domain{.box = slabOf(f.domain().box), .wall = {}};
+                if (f.domain().wall) domain.wall = inSpace(AnyWall(*f.domain().wall));
+                const Flow spatial(std::move(terms), domain);
                 return f.divergenceFree() ? spatial : spatial.normalized(f.uniformSpeed());
             } else {
                 refuse("flow", kN);
             }
         },
         flow);
+}
+
+Sdf inSpace(const AnySdf& sdf) {
+    if (const auto* flat = std::get_if<SdfN<2>>(&sdf)) return extruded(*flat);
+    return std::get<Sdf>(sdf);
+}
+
+Wall inSpace(const AnyWall& wall) {
+    return std::visit(
+        [](const auto& w) { return Wall{.sdf = inSpace(AnySdf(w.sdf)), .side = w.side, .width = w.width}; }, wall);
+}
+
+std::optional<Box> boxOf(const AnySdf& sdf) {
+    if (const auto* flat = std::get_if<SdfN<2>>(&sdf))
+        return flat->bounds.finite() ? std::optional(slabOf(flat->bounds)) : std::nullopt;
+    const Box& bounds = std::get<Sdf>(sdf).bounds;
+    return bounds.finite() ? std::optional(bounds) : std::nullopt;
 }
 
 } // namespace curlew::app

@@ -11,7 +11,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "numbers are written as they are in memory");
 
-constexpr uint64_t kMagic = 0x32746b63776c7243; // "Crlwckt2"; the last one is the version
+constexpr uint64_t kMagic = 0x33746b63776c7243; // "Crlwckt3"; the last one is the version
 
 class Writer {
   public:

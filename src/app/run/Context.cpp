@@ -83,7 +83,7 @@ FlowInTime Context::flowInTime(std::string_view input) const {
 
 Sdf Context::sdf(std::string_view input, double distance) const {
     const Value& wall = value(input);
-    if (const auto* shape = std::get_if<FieldValue>(&wall); shape && shape->sdf) return *shape->sdf;
+    if (const auto* shape = std::get_if<FieldValue>(&wall); shape && shape->sdf) return inSpace(*shape->sdf);
     return session().mSdfs->sdf(held<GridValue>(wall, input, "a shape or level set"), distance, mConsole);
 }
 
@@ -91,15 +91,32 @@ LevelSet Context::levelSet(std::string_view input, double distance) const {
     return session().mSdfs->levelSet(grid(input), distance, mConsole);
 }
 
+double Context::diagonal() const {
+    for (const Input& input : graph().nodes[mNode].action().takes)
+        for (size_t k = 0; k < count(input.name); ++k)
+            if (const auto box = boxOf(value(input.name, k))) return length(box->size());
+    throw ValueError(
+        "a length in percent needs an object with a finite size, and nothing here has one; give world units");
+}
+
 std::string Context::programOf(std::string_view input, size_t index) const {
     const auto* field = std::get_if<FieldValue>(&value(input, index));
     return field ? field->program : "";
 }
 
+Digest Context::keyOf(std::string_view input) const { return mEvaluator.keyOf(link(input, 0)); }
+bool Context::steady(std::string_view input) const { return mEvaluator.steady(link(input, 0)); }
+
+std::shared_ptr<const void>& Context::keptObject(const Digest& key) const {
+    Session::Kept& kept = session().mKept[key];
+    kept.used = true;
+    return kept.object;
+}
+
 TrackedFlow Context::tracked(std::string_view input) const {
     const Link& flow = link(input, 0);
     const bool inFrames = clock() && flow.from == Link::From::node && graph().inFrames(flow.index);
-    return {.identity = mEvaluator.keyOf(flow),
+    return {.identity = keyOf(input),
             .frame = inFrames ? clock()->frame : -1,
             .flow = std::make_shared<const AnyFlow>(anyFlow(input))};
 }

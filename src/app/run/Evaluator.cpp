@@ -39,8 +39,8 @@ void Evaluator::analyse() {
     for (size_t k = 0; k < mGraph.nodes.size(); ++k) {
         const Node& node = mGraph.nodes[k];
         mVaries[k] = node.action().varies || node.arguments.changes() ||
-                     (mGraph.inFrames(k) && node.action().inFrames == InFrames::each);
-        mAdvances[k] = mGraph.inFrames(k) && node.action().inFrames == InFrames::each;
+                     (mGraph.inFrames(k) && node.action().advances(node.arguments));
+        mAdvances[k] = mGraph.inFrames(k) && node.action().advances(node.arguments);
         for (const auto& links : node.inputs)
             for (const Link& link : links) {
                 // A field or flow may be evaluated again, at another time.
@@ -185,8 +185,9 @@ ResultPointer Evaluator::computed(size_t index, const Moment& moment, Console& c
     const Node& node = mGraph.nodes[index];
     auto result = std::make_shared<NodeResult>();
     result->key = key;
-    const Arguments now = node.arguments.at(moment);
+    Arguments now = node.arguments.at(moment);
     Context context(*this, console, index, moment, *result);
+    if (now.hasRelativeLengths()) now = now.relativeTo(context.diagonal());
     node.action().run(context, now);
     for (Value& value : result->outputs) {
         auto* field = std::get_if<FieldValue>(&value);
@@ -233,7 +234,7 @@ void Evaluator::evaluate(size_t index, const std::string& place) {
     inContextOf(place + contextOf(index), [&] {
         const Digest key = keyOf(index);
         // What advances with the frames has a memory, which a known value would leave behind.
-        const bool advances = mClock && node.action().inFrames == InFrames::each;
+        const bool advances = mClock && node.action().advances(node.arguments);
         const auto known = effect || advances ? mSession.mKnown.end() : mSession.mKnown.find(key);
         if (known != mSession.mKnown.end()) {
             mResults[index] = known->second;
@@ -276,11 +277,7 @@ void Evaluator::prepareFrames() const {
     if (!mPlan->checkpoint.empty()) checkWritable(mPlan->checkpoint);
     if (mGraph.resume && mPlan->checkpoint.empty())
         throw ValueError("-resume needs the checkpoint that an earlier run has written; give both checkpoint=FILE");
-    for (size_t k = 0; k < mGraph.states.size() && mPlan->parts > 1; ++k)
-        if (const Link& next = mGraph.states[k].next; next.from == Link::From::node)
-            throw ValueError(fmt::format(
-                "part= splits frames that do not depend on each other, but -{} carries points from frame to frame",
-                mGraph.nodes[next.index].action().name));
+    if (mPlan->parts > 1 || (mPlan->first > mPlan->start && !mGraph.resume)) requireNoState();
     for (size_t k = mGraph.frames; k < mGraph.nodes.size(); ++k) {
         const Node& node = mGraph.nodes[k];
         if (!node.action().prepare || !mNeeded[k]) continue;
@@ -289,6 +286,22 @@ void Evaluator::prepareFrames() const {
             for (const int frame : {frames.front(), frames.back()})
                 node.action().prepare(node.arguments.at(mPlan->clock(frame).moment()));
         });
+    }
+}
+
+/// Throws ValueError if frames need those before them, of which this process leaves some out.
+void Evaluator::requireNoState() const {
+    for (const State& state : mGraph.states) {
+        if (state.next.from != Link::From::node) continue;
+        const std::string& action = mGraph.nodes[state.next.index].action().name;
+        if (mPlan->parts > 1)
+            throw ValueError(fmt::format(
+                "part= splits frames that do not depend on each other, but -{} carries points from frame to frame",
+                action));
+        throw ValueError(fmt::format(
+            "start={} leaves out the frames before {}, but -{} carries points from frame to frame: run those before, "
+            "with checkpoint=FILE, and go on with -resume; or let -advect loop=SECONDS find the place in any frame",
+            mPlan->start, mPlan->first, action));
     }
 }
 

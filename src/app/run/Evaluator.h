@@ -33,6 +33,7 @@ class Evaluator {
     void analyse();
     void prepare();
     void prepareFrames() const;
+    void requireNoState() const;
     const SourceLocation& enter(size_t node) const;
     std::string contextOf(size_t node) const;
 

@@ -73,6 +73,8 @@ void Evaluator::runFrames() {
                     mMemories[k].sum = checkpoint->sums[remembered++];
             for (StateValue& state : mStates) findTrackedFlow(state.points->tracked);
         }
+        if (mPlan->first > mPlan->start && (!checkpoint || checkpoint->frame < mPlan->first - mPlan->by))
+            inContextOf("-frames", [&] { requireNoState(); });
         while (checkpoint && done < frames.size() && frames[done] <= checkpoint->frame) ++done;
         mSession.console.say(checkpoint
                                  ? fmt::format("resuming after frame {}", checkpoint->frame)

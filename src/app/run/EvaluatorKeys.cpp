@@ -47,7 +47,7 @@ Digest Evaluator::keyOf(size_t index) const {
     }
     if (action.varies || node.arguments.changes()) addMoment(key, mNow);
     // How the inputs go on changing between frames counts too, and a key of now has it: it is of their expressions.
-    if (mClock && action.inFrames == InFrames::each) {
+    if (mClock && action.advances(node.arguments)) {
         addMoment(key, mNow);
         key.add(mClock->begin).add(mClock->duration).add(mClock->substeps).add(mMemories[index].sum);
     }
@@ -71,7 +71,7 @@ Digest Evaluator::keyOf(size_t index) const {
 
 Digest Evaluator::programDigest() const {
     DigestBuilder key;
-    key.add(fmt::format("frames {}x{} fps={} substeps={} part={}/{}", mPlan->first, mPlan->by, mPlan->fps,
+    key.add(fmt::format("frames {}x{} fps={} substeps={} part={}/{}", mPlan->start, mPlan->by, mPlan->fps,
                         mPlan->substeps, mPlan->part, mPlan->parts));
     for (const Node& node : mGraph.nodes) {
         if (node.action().setting) continue;

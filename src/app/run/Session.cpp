@@ -34,7 +34,9 @@ void Session::run(Graph graph) {
     mGraph = std::move(graph);
     mEvaluated.clear();
     mEvaluator = std::make_unique<Evaluator>(*this, mGraph); // lives on: flows in time are evaluated by it
+    for (auto& [key, kept] : mKept) kept.used = false;
     mEvaluator->run();
+    std::erase_if(mKept, [](const auto& one) { return !one.second.used; });
 }
 
 void Session::clear() {

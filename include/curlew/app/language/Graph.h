@@ -37,7 +37,7 @@ struct Entry {
     Link link;
     Object object;
     uint64_t made = 0;
-    bool carried = false; ///< Points that the next frame sees.
+    std::optional<size_t> state = {}; ///< Of points that the next frame sees: the state that they become.
 };
 
 /// An action with its options, its inputs and what it makes.

@@ -138,6 +138,10 @@ struct Action {
     /// For files that each hold other kinds: the inputs that a file can hold. The program has a node for each choice.
     std::function<std::vector<Kind>(const std::string& file)> holds = {};
 
+    /// Whether it advances with the frames, with these options.
+    bool advances(const Arguments& arguments) const;
+    /// Whether one of these options makes it a value of its inputs and of the moment (Option::timeless).
+    bool timeless(const Arguments& arguments) const;
     const Option* option(std::string_view optionName) const;
     const Input* input(std::string_view inputName) const;
     size_t inputIndex(std::string_view inputName) const; ///< Throws std::logic_error if there is none.

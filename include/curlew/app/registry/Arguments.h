@@ -32,7 +32,7 @@ class Arguments {
     T integer(std::string_view name) const {
         return static_cast<T>(integer(name));
     }
-    double real(std::string_view name) const;
+    double real(std::string_view name) const; ///< Also of a length; ValueError if that is still relative.
     Vec3d vector(std::string_view name) const;
     Box box(std::string_view name) const;
     Range interval(std::string_view name) const;
@@ -63,11 +63,16 @@ class Arguments {
     void addWord(const std::string& word);
     /// Gives an option, by its full name or a unique beginning of it, a value. Throws ValueError as add() does.
     void set(const std::string& name, const std::string& value);
-    /// Throws ValueError if words are missing, or if one option leaves another without effect.
-    void finish() const;
+    /// Gives options that others imply their values. Throws ValueError if words are missing, or if one option leaves
+    /// another without effect.
+    void finish();
 
     /// The same at that moment. Throws ValueError if a value is not valid then.
     Arguments at(const Moment& moment) const;
+    /// Whether lengths are given as parts of an object's size (5%), and the same in world units for an object whose box
+    /// has this diagonal.
+    bool hasRelativeLengths() const;
+    Arguments relativeTo(double diagonal) const;
     /// Whether a value or word changes with time.
     bool changes() const;
 

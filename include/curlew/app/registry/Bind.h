@@ -8,6 +8,12 @@
 
 namespace curlew::app {
 
+/// Of an optional enumeration, the first choice stands for nullopt.
+template <class>
+inline constexpr bool kOptionalEnum = false;
+template <class Enum>
+inline constexpr bool kOptionalEnum<std::optional<Enum>> = std::is_enum_v<Enum>;
+
 /// Options of an action that are members of a struct: each is declared once, its default is that of the struct, and
 /// read() fills the struct from what was given.
 template <class Struct>
@@ -60,6 +66,8 @@ class Binding {
     static std::string textOf(const Option& option, const Member& value) {
         if constexpr (std::is_enum_v<Member>)
             return option.choices.at(static_cast<size_t>(value));
+        else if constexpr (kOptionalEnum<Member>)
+            return option.choices.at(value ? static_cast<size_t>(*value) + 1 : 0);
         else if constexpr (std::is_same_v<Member, bool>)
             return option.type == OptionType::choice ? option.choices.at(value ? 1 : 0) : value ? "1" : "0";
         else
@@ -70,6 +78,9 @@ class Binding {
     static void assign(const Arguments& a, const std::string& name, OptionType type, Member& member) {
         if constexpr (std::is_enum_v<Member>)
             member = static_cast<Member>(a.choice(name));
+        else if constexpr (kOptionalEnum<Member>)
+            member =
+                a.choice(name) == 0 ? Member{} : Member{static_cast<typename Member::value_type>(a.choice(name) - 1)};
         else if constexpr (std::is_same_v<Member, bool>)
             member = type == OptionType::choice ? a.choice(name) == 1 : a.flag(name);
         else if constexpr (std::is_integral_v<Member>)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@ enum class OptionType {
     flag,        ///< 0 or 1
     integer,     ///< a whole number; 1e6 is one
     real,        ///< a finite number
+    length,      ///< a finite number of world units; or 5%, a part of the diagonal of the box of what the action takes
     vector,      ///< x,y,z; or one number for all three
     coordinates, ///< a number for each of 1 to 7 axes; or one for all of them
     interval,    ///< lower,upper
@@ -31,6 +33,10 @@ struct Option {
     double lower = -std::numeric_limits<double>::infinity(), upper = std::numeric_limits<double>::infinity();
     bool exclusive = false;                ///< The lower bound itself is not allowed.
     std::vector<std::string> instead = {}; ///< Options that have no effect beside this one: giving both is an error.
+    /// Values that other options have beside this one unless they are given; with expressions.
+    std::map<std::string, std::string> implied = {};
+    /// With it the action makes a value of its inputs and of the moment: it does not advance with the frames.
+    bool timeless = false;
     /// It only selects what the action takes from the stacks. A graph has links instead.
     bool selects = false;
 };

@@ -19,9 +19,13 @@ inline Option integer(std::string name, std::string fallback, double lower, doub
             .lower = lower,
             .upper = upper};
 }
+/// The unit that makes a number a length.
+constexpr std::string_view kWorldUnits = "world units";
+
+/// A number; of world units, a length.
 inline Option real(std::string name, std::string fallback, std::string unit, std::string help) {
     return {.name = std::move(name),
-            .type = OptionType::real,
+            .type = unit == kWorldUnits ? OptionType::length : OptionType::real,
             .fallback = std::move(fallback),
             .help = std::move(help),
             .unit = std::move(unit)};
@@ -146,6 +150,12 @@ inline Option keep() { return selector(flag("keep", "0", "leave what is taken or
 /// Options that have no effect beside this one.
 inline Option instead(Option option, std::vector<std::string> others) {
     option.instead = std::move(others);
+    return option;
+}
+/// An option with which the action makes a value of the moment; `implied`: what others are then unless they are given.
+inline Option timeless(Option option, std::map<std::string, std::string> implied) {
+    option.timeless = true;
+    option.implied = std::move(implied);
     return option;
 }
 

@@ -48,12 +48,27 @@ class Context {
     Sdf sdf(std::string_view input, double distance) const;
     /// The level set of that distance.
     LevelSet levelSet(std::string_view input, double distance) const;
+    /// The diagonal of the box of the first input that has one, world units: what lengths in percent are parts of.
+    /// ValueError if none has.
+    double diagonal() const;
     /// What made the object, as text.
     std::string programOf(std::string_view input, size_t index = 0) const;
     /// The flow that points carry the track of, if it is one of now.
     const AnyFlow* trackedFlow(const PointSet& points) const;
     /// What identifies the flow of an input, for the points that follow it.
     TrackedFlow tracked(std::string_view input) const;
+    /// What identifies the object of an input: equal digests stand for equal objects.
+    Digest keyOf(std::string_view input) const;
+    /// Whether the object of an input is the same at every moment.
+    bool steady(std::string_view input) const;
+    /// What `make` returns, a shared pointer to T, made once for a key: kept for later moments, and for the next run of
+    /// the session if that asks for it. The key has to tell all that it depends on, and its type.
+    template <class T, class Make>
+    std::shared_ptr<const T> kept(const Digest& key, const Make& make) const {
+        std::shared_ptr<const void>& known = keptObject(key);
+        if (!known) known = std::shared_ptr<const T>(make());
+        return std::static_pointer_cast<const T>(known);
+    }
     /// What is provided under a name in place of a file; monostate if nothing is.
     Value provided(const std::string& name) const;
 
@@ -85,6 +100,7 @@ class Context {
   private:
     const std::vector<Link>& links(std::string_view input) const;
     const Link& link(std::string_view input, size_t index) const;
+    std::shared_ptr<const void>& keptObject(const Digest& key) const;
 
     Evaluator& mEvaluator;
     Console& mConsole;

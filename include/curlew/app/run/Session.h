@@ -88,6 +88,12 @@ class Session {
         Digest content;
     };
 
+    /// What actions keep beyond the moment.
+    struct Kept {
+        std::shared_ptr<const void> object = {};
+        bool used = false; ///< In this run.
+    };
+
     bool mKeeps;
     Graph mGraph;             ///< Of the last run.
     std::vector<Held> mGiven; ///< What the last graph could take from the one before.
@@ -95,6 +101,7 @@ class Session {
     std::vector<ResultPointer> mResults; ///< Of the last run, by node.
     std::map<std::string, Provided> mProvided;
     std::unordered_map<Digest, ResultPointer> mKnown; ///< Values of the last run by their keys.
+    std::unordered_map<Digest, Kept> mKept;
     std::unique_ptr<SdfCache> mSdfs;
     std::unique_ptr<Evaluator> mEvaluator;
     std::vector<std::string> mEvaluated;

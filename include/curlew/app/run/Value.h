@@ -17,9 +17,10 @@ namespace curlew::app {
 
 struct FieldValue {
     AnyField field;
-    std::optional<Sdf> sdf = {};   ///< If the field is a signed distance.
-    std::optional<Wall> wall = {}; ///< If the field conforms to one.
-    std::string program = {};      ///< What made it, as text; filled in after the action has run.
+    std::optional<AnySdf> sdf = {};    ///< If the field is a signed distance.
+    std::optional<AnyWall> wall = {};  ///< If the field conforms to one.
+    std::optional<AnyField> free = {}; ///< The noise that was made to conform to it.
+    std::string program = {};          ///< What made it, as text; filled in after the action has run.
 };
 
 struct GridValue {
@@ -61,5 +62,8 @@ using Value = std::variant<std::monostate, FieldValue, AnyFlow, GridValue, MeshP
 
 /// What kind of object a value is.
 Kind kindOf(const Value& value);
+/// What is in it: a shape, level set, mesh, points or curves; the wall of a field, the domain of a flow. World units;
+/// nullopt if it is infinite or empty, and for other values.
+std::optional<Box> boxOf(const Value& value);
 
 } // namespace curlew::app

@@ -1,0 +1,61 @@
+#include "Actions.h"
+#include "curlew/app/registry/Bind.h"
+#include "curlew/flow/Carried.h"
+
+namespace curlew::app {
+
+namespace {
+
+using namespace options;
+
+const Binding<CarryOptions>& carryBinding() {
+    static const auto binding =
+        Binding<CarryOptions>()
+            .add(
+                real("time", "", "s", "how long; below 0 against the flow. Keep it below a turn of the flow's swirls"),
+                [](auto& o) -> auto& { return o.time; })
+            .add(
+                integer("steps", "", 1, 1000,
+                        "of RK4: the flow of what is carried is divergence-free for any, and closer to the map with "
+                        "more"),
+                [](auto& o) -> auto& { return o.steps; });
+    return binding;
+}
+
+void carry(Context& c, const Arguments& a) {
+    const CarryOptions options = carryBinding().read(a);
+    const AnyFlow& flow = c.anyFlow("flow");
+    c.give(FieldValue{std::visit(
+        [&](const auto& field) -> AnyField {
+            constexpr int kN = std::remove_cvref_t<decltype(field)>::kDimension;
+            if (dimensionOf(flow) != kN)
+                throw ValueError(
+                    fmt::format("a flow of {} dimensions cannot carry a field of {}", dimensionOf(flow), kN));
+            if constexpr (kN == 2 || kN == 3)
+                return carried(field, std::get<FlowN<kN>>(flow), options);
+            else
+                throw ValueError(fmt::format("fields of 2 and 3 dimensions are carried, not of {}", kN));
+        },
+        c.field("noise").field)});
+}
+
+} // namespace
+
+Registry carryActions() {
+    std::vector<Option> options = carryBinding().options();
+    options.push_back(keep());
+    return {{.name = "carry",
+             .group = "flows",
+             .summary =
+                 "carry the newest noise along the newest flow for a short time (advected octaves); exact derivatives",
+             .takes = {taken("noise", {Kind::noise}), stays("flow", {Kind::flow})},
+             .makes = {made("field", {Kind::field})},
+             .options = std::move(options),
+             .examples =
+                 {"curlew -noise type=sine dim=2 -dfvn keep=1 -noise dim=2 frequency=4 amplitude=0.2 -carry time=0.1 "
+                  "-sum -dfvn -slice -write carried.png"},
+             .evaluation = Evaluation::anyTime,
+             .run = carry}};
+}
+
+} // namespace curlew::app

@@ -1,0 +1,14 @@
+#pragma once
+
+#include "curlew/app/registry/Arguments.h"
+#include "curlew/track/Reproject.h"
+
+namespace curlew::app {
+
+class Context;
+
+/// -advect loop=: gives the points where they are on their loops at time=, which is a function of the flow, the points
+/// and that time.
+void loopAction(Context& context, const Arguments& arguments, const ReprojectionOptions& reprojection);
+
+} // namespace curlew::app

@@ -1,0 +1,97 @@
+#include "Actions.h"
+#include "curlew/app/registry/Bind.h"
+#include "curlew/base/AtomicFile.h"
+#include "curlew/picture/Plot.h"
+#include "curlew/vdb/Spectrum.h"
+
+namespace curlew::app {
+
+namespace {
+
+using namespace options;
+
+constexpr double kKolmogorov = -5.0 / 3;
+
+const Binding<SpectrumOptions>& spectrumBinding() {
+    static const auto binding = Binding<SpectrumOptions>().add(
+        choice("window", kSpectrumWindowNames,
+               "hann: fade the velocity out towards the ends of the box; none: it tiles"),
+        [](auto& o) -> auto& { return o.window; });
+    return binding;
+}
+
+/// Where the slope is measured: what was asked for, or from the peak to half of what the voxels can hold, at least over
+/// an octave if there is one.
+Range fitOf(const Arguments& a, const EnergySpectrum& spectrum) {
+    if (a.given("fit")) return a.interval("fit");
+    const double peak = peakWaveNumber(spectrum);
+    return {peak, std::max(0.5 * spectrum.nyquist, std::min(spectrum.nyquist, 2 * peak))};
+}
+
+/// The shells that the voxels can hold, without the mean velocity.
+PlotData plotOf(const EnergySpectrum& spectrum, const Range& fit) {
+    const std::vector<double> law = powerLaw(spectrum, kKolmogorov, fit.lower, fit.upper);
+    PlotData data{.xName = "wave number, cycles per world unit", .curves = {{.name = "E(k)"}, {.name = "k^(-5/3)"}}};
+    for (size_t s = 1; s < spectrum.energy.size() && spectrum.waveNumber(s) <= spectrum.nyquist; ++s) {
+        data.x.push_back(spectrum.waveNumber(s));
+        data.curves[0].y.push_back(spectrum.energy[s]);
+        data.curves[1].y.push_back(law[s]);
+    }
+    return data;
+}
+
+void spectrum(Context& c, const Arguments& a) {
+    const auto grid = openvdb::GridBase::grid<openvdb::Vec3SGrid>(c.grid("velocity").grid);
+    if (!grid) throw ValueError("a spectrum needs a grid of float vectors");
+    const EnergySpectrum found = energySpectrum(*grid, spectrumBinding().read(a), c.follow("spectrum"));
+    const Range fit = fitOf(a, found);
+    const double slope = powerLawSlope(found, fit.lower, fit.upper);
+    Report waveNumbers = Report::array();
+    for (size_t s = 0; s < found.energy.size(); ++s) waveNumbers.push_back(found.waveNumber(s));
+    c.report(a.text("name")) = {{"kinetic_energy", found.kineticEnergy},
+                                {"slope", slope},
+                                {"fit_from", fit.lower},
+                                {"fit_to", fit.upper},
+                                {"peak", peakWaveNumber(found)},
+                                {"nyquist", found.nyquist},
+                                {"shell_width", found.shellWidth},
+                                {"samples", {found.samples[0], found.samples[1], found.samples[2]}},
+                                {"wave_numbers", waveNumbers},
+                                {"energy", found.energy}};
+    c.say(
+        fmt::format("spectrum: {:.4g} of kinetic energy, most at {:.4g} cycles per world unit; E(k) ~ k^{:.3g} from "
+                    "{:.4g} to {:.4g} (Kolmogorov: -5/3)",
+                    found.kineticEnergy, peakWaveNumber(found), slope, fit.lower, fit.upper));
+    if (!a.given("plot")) return;
+    const std::string svg = plotSvg(
+        plotOf(found, fit), {.title = a.text("title"), .yLabel = "energy per wave number", .logX = true, .logY = true});
+    writeAtomically(a.text("plot"), [&](std::ostream& out) { out << svg; });
+    c.say(fmt::format("wrote {}", a.text("plot")));
+}
+
+} // namespace
+
+Registry spectrumActions() {
+    std::vector<Option> options = spectrumBinding().options();
+    options.push_back(interval("fit", "1 / world unit",
+                               "wave numbers between which the slope is measured (default: from the one with most "
+                               "energy to half of what the voxels can hold)"));
+    options.push_back(text("plot", "", "an .svg: energy against wave number, with Kolmogorov's slope"));
+    options.push_back(text("title", "", "above the plot"));
+    options.push_back(text("name", "spectrum", "of the figures in the report"));
+    return {{.name = "spectrum",
+             .group = "grids",
+             .summary = "how the newest velocity grid's kinetic energy is shared among wave numbers, and its slope",
+             .takes = {stays("velocity", {Kind::velocity})},
+             .makes = {made("report", {Kind::report})},
+             .options = std::move(options),
+             .examples = {"curlew -noise octaves=5 gain=0.37 -noise octaves=5 gain=0.37 seed=1 -dfvn speed=1 "
+                          "box=-2,-2,-2,2,2,2 -velocity dim=128 -spectrum plot=spectrum.svg"},
+             .evaluation = Evaluation::effect,
+             .run = spectrum,
+             .prepare = [](const Arguments& a) {
+                 if (a.given("plot")) checkWritable(a.text("plot"));
+             }}};
+}
+
+} // namespace curlew::app

@@ -1,0 +1,79 @@
+#include "curlew/app/run/Value.h"
+
+#include <algorithm>
+
+namespace curlew::app {
+
+namespace {
+
+/// The box around the positions that are finite.
+class Around {
+  public:
+    void add(const Vec3d& p) {
+        for (int axis = 0; axis < 3; ++axis)
+            if (!std::isfinite(p[axis])) return;
+        for (int axis = 0; axis < 3; ++axis) {
+            mBox.lower[axis] = mEmpty ? p[axis] : std::min(mBox.lower[axis], p[axis]);
+            mBox.upper[axis] = mEmpty ? p[axis] : std::max(mBox.upper[axis], p[axis]);
+        }
+        mEmpty = false;
+    }
+    std::optional<Box> box() const { return mEmpty ? std::nullopt : std::optional(mBox); }
+
+  private:
+    Box mBox;
+    bool mEmpty = true;
+};
+
+Vec3d worldOf(const openvdb::Vec3d& p) { return {{p[0], p[1], p[2]}}; }
+
+std::optional<Box> boxOf(const openvdb::GridBase& grid) {
+    const openvdb::CoordBBox voxels = grid.evalActiveVoxelBoundingBox();
+    if (voxels.empty()) return std::nullopt;
+    const auto world =
+        grid.constTransform().indexToWorld(openvdb::BBoxd(voxels.min().asVec3d(), voxels.max().asVec3d()));
+    return Box{worldOf(world.min()), worldOf(world.max())};
+}
+
+struct BoxOfValue {
+    std::optional<Box> operator()(const FieldValue& value) const {
+        if (value.sdf) return app::boxOf(*value.sdf);
+        if (!value.wall) return std::nullopt;
+        return std::visit([](const auto& wall) { return app::boxOf(AnySdf(wall.sdf)); }, *value.wall);
+    }
+    std::optional<Box> operator()(const AnyFlow& flow) const {
+        if (dimensionOf(flow) > 3) return std::nullopt;
+        const Box box = inSpace(flow).domain().box;
+        return box.finite() ? std::optional(box) : std::nullopt;
+    }
+    std::optional<Box> operator()(const GridValue& value) const {
+        if (value.mesh) return (*this)(value.mesh);
+        if (value.grid->getGridClass() == openvdb::GRID_LEVEL_SET) return boundsOf(levelSetOf(value.grid));
+        return boxOf(*value.grid);
+    }
+    std::optional<Box> operator()(const MeshPointer& mesh) const {
+        Around around;
+        for (const auto& p : mesh->points) around.add(worldOf(openvdb::Vec3d(p)));
+        return around.box();
+    }
+    std::optional<Box> operator()(const PointsPointer& points) const {
+        Around around;
+        for (size_t k = 0; k < points->particles.size(); ++k) around.add(points->particles.position(k));
+        return around.box();
+    }
+    std::optional<Box> operator()(const CurvesPointer& curves) const {
+        Around around;
+        for (size_t k = 0; k < curves->vertices(); ++k) around.add(curves->position(k));
+        return around.box();
+    }
+    template <class Other>
+    std::optional<Box> operator()(const Other&) const {
+        return std::nullopt;
+    }
+};
+
+} // namespace
+
+std::optional<Box> boxOf(const Value& value) { return std::visit(BoxOfValue{}, value); }
+
+} // namespace curlew::app

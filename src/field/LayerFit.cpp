@@ -1,0 +1,111 @@
+#include "curlew/field/LayerFit.h"
+
+#include "curlew/base/Random.h"
+#include "curlew/base/Require.h"
+#include "curlew/field/Dimensions.h"
+#include "curlew/field/ForEachBatch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace curlew {
+
+namespace {
+
+constexpr size_t kEnough = 2048, kMostCandidates = size_t{1} << 17;
+constexpr uint64_t kSeed = 0x6c61796572; // any fixed number will do
+constexpr int kStepsPerWidth = 16;
+constexpr double kMostMissed = 0.75; ///< Of a step: on the medial axis the depth rises by less than its slope says.
+
+template <int N>
+struct Depths {
+    std::array<double, kBatch> depth{}, slope{};
+    std::array<Vec<double, N>, kBatch> inwards{}; ///< Unit vectors.
+
+    Depths(const SdfN<N>& sdf, const PointBatchN<N>& points) {
+        JetBatchN<double, N, 1> jets;
+        sdf.distance.eval(points, jets);
+        for (int i = 0; i < points.size; ++i) {
+            const auto jet = jets[i];
+            const auto n = static_cast<size_t>(i);
+            depth[n] = -jet.value;
+            slope[n] = length(jet.gradient);
+            if (slope[n] > 0) inwards[n] = jet.gradient * (-1 / slope[n]);
+        }
+    }
+};
+
+/// The positions inside among the next candidates.
+template <int N>
+PointBatchN<N> insideAmong(const SdfN<N>& sdf, size_t begin) {
+    const auto size = sdf.bounds.size();
+    PointBatchN<N> candidates, inside;
+    for (size_t k = begin; k < begin + kBatch; ++k) {
+        Vec<double, N> p;
+        for (int axis = 0; axis < N; ++axis)
+            p[axis] = sdf.bounds.lower[axis] + size[axis] * randomUniform(kSeed, k, static_cast<uint64_t>(axis));
+        candidates.push(p);
+    }
+    JetBatchN<double, N, 0> d;
+    sdf.distance.eval(candidates, d);
+    for (int i = 0; i < candidates.size; ++i)
+        if (d.c[0][static_cast<size_t>(i)] < 0) inside.push(candidates[i]);
+    return inside;
+}
+
+/// How deep the ways inwards from these positions lead, as far as the width; appended to `reached`.
+template <int N>
+void follow(const WallN<N>& wall, const PointBatchN<N>& begin, std::vector<double>& reached) {
+    PointBatchN<N> points = begin;
+    const double step = wall.width / kStepsPerWidth;
+    Depths<N> now(wall.sdf, points);
+    std::array<bool, kBatch> ended{};
+    std::array<double, kBatch> missed{}; // how much less than its slope says the depth has risen, in all
+    for (int k = 0; k < 2 * kStepsPerWidth; ++k) {
+        PointBatchN<N> next = points;
+        for (int i = 0; i < points.size; ++i)
+            if (!ended[static_cast<size_t>(i)]) next.set(i, points[i] + now.inwards[static_cast<size_t>(i)] * step);
+        Depths<N> then(wall.sdf, next);
+        for (int i = 0; i < points.size; ++i) {
+            const auto n = static_cast<size_t>(i);
+            missed[n] += now.slope[n] * step - (then.depth[n] - now.depth[n]);
+            ended[n] = ended[n] || now.depth[n] >= wall.width || !(missed[n] < kMostMissed * now.slope[n] * step);
+            if (!ended[n]) continue;
+            next.set(i, points[i]);
+            then.depth[n] = now.depth[n];
+            then.slope[n] = now.slope[n];
+            then.inwards[n] = now.inwards[n];
+        }
+        points = next;
+        now = then;
+    }
+    reached.insert(reached.end(), now.depth.begin(), now.depth.begin() + points.size);
+}
+
+} // namespace
+
+template <int N>
+LayerFit layerFit(const WallN<N>& wall) {
+    requirePositive(wall.width, "width");
+    LayerFit fit{.fitting = wall.width};
+    if (!wall.sdf.bounds.finite()) return fit;
+    std::vector<double> reached;
+    for (size_t k = 0; k < kMostCandidates && reached.size() < kEnough; k += kBatch)
+        if (const auto inside = insideAmong(wall.sdf, k); inside.size > 0) follow(wall, inside, reached);
+    if (reached.empty()) return fit;
+    // The last step may end just short of the width.
+    const double enough = wall.width * (1 - 1.0 / kStepsPerWidth);
+    const auto stopped = std::count_if(reached.begin(), reached.end(), [&](double depth) { return depth < enough; });
+    fit.unreached = static_cast<double>(stopped) / static_cast<double>(reached.size());
+    if (fit.unreached <= kMostUnreached) return fit;
+    std::sort(reached.begin(), reached.end());
+    fit.fitting = reached[static_cast<size_t>(kMostUnreached * static_cast<double>(reached.size()))];
+    return fit;
+}
+
+#define CURLEW_INSTANTIATE(N) template LayerFit layerFit(const WallN<N>&);
+CURLEW_FOR_DIMENSIONS(CURLEW_INSTANTIATE)
+#undef CURLEW_INSTANTIATE
+
+} // namespace curlew

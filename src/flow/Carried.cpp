@@ -1,0 +1,127 @@
+#include "curlew/flow/Carried.h"
+
+#include "curlew/base/Error.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace curlew {
+
+namespace {
+
+template <int N>
+struct Carried {
+    using Term = typename FlowN<N>::Potentials;
+    ScalarFieldN<N> field;
+    std::vector<Term> terms;
+    double dt;
+    int steps;
+
+    template <int Order, class T>
+    void evalBatch(const PointBatchN<N>& points, JetBatchN<T, N, Order>& jets) const {
+        if constexpr (Order >= 3) {
+            throw ValueError(
+                "a carried field can neither displace nor carry another: its third derivatives are not known");
+        } else {
+            Positions<Order> y = variables<Order>(points);
+            for (int k = 0; k < steps; ++k) y = stepped(points.size, y);
+            JetBatchN<T, N, Order> there;
+            field.eval(placesOf(points.size, y), there);
+            for (int i = 0; i < points.size; ++i) {
+                Vec<Jet<T, N, Order>, N> x;
+                for (int axis = 0; axis < N; ++axis)
+                    for (int c = 0; c < Jet<T, N, Order>::kSize; ++c)
+                        x[axis].component(c) = static_cast<T>(y[static_cast<size_t>(i)][axis].component(c));
+                jets.set(i, compose(there[i], x));
+            }
+        }
+    }
+    Range range() const { return field.range(); }
+
+  private:
+    /// Where the positions of a batch are on their way, as functions of where they began.
+    template <int Order>
+    using Positions = std::array<Vec<Jet<double, N, Order>, N>, kBatch>;
+
+    template <int Order>
+    static Positions<Order> variables(const PointBatchN<N>& points) {
+        Positions<Order> y;
+        for (int i = 0; i < points.size; ++i) y[static_cast<size_t>(i)] = Jet<double, N, Order>::variables(points[i]);
+        return y;
+    }
+
+    template <int Order>
+    static PointBatchN<N> placesOf(int size, const Positions<Order>& y) {
+        PointBatchN<N> places;
+        for (int i = 0; i < size; ++i) {
+            Vec<double, N> p;
+            for (int axis = 0; axis < N; ++axis) p[axis] = y[static_cast<size_t>(i)][axis].value;
+            places.push(p);
+        }
+        return places;
+    }
+
+    /// a + s b.
+    template <int Order>
+    static Positions<Order> moved(int size, Positions<Order> a, const Positions<Order>& b, double s) {
+        for (size_t i = 0; i < static_cast<size_t>(size); ++i)
+            for (int axis = 0; axis < N; ++axis) a[i][axis] += b[i][axis] * s;
+        return a;
+    }
+
+    /// The velocity at y, by the chain rule a function of where y began.
+    template <int Order>
+    Positions<Order> velocity(int size, const Positions<Order>& y) const {
+        const PointBatchN<N> places = placesOf(size, y);
+        Positions<Order> sum;
+        for (const Term& term : terms) {
+            std::array<JetBatchN<double, N, Order + 1>, FlowN<N>::kPotentials> potentials;
+            for (size_t q = 0; q < potentials.size(); ++q) term[q].eval(places, potentials[q]);
+            for (int i = 0; i < size; ++i) {
+                std::array<Vec<Jet<double, N, Order>, N>, FlowN<N>::kPotentials> gradients;
+                for (size_t q = 0; q < potentials.size(); ++q) {
+                    const auto jet = potentials[q][i];
+                    for (int axis = 0; axis < N; ++axis) gradients[q][axis] = partial(jet, axis);
+                }
+                const auto there = cross(gradients);
+                const auto k = static_cast<size_t>(i);
+                for (int axis = 0; axis < N; ++axis) sum[k][axis] += compose(there[axis], y[k]);
+            }
+        }
+        return sum;
+    }
+
+    /// One step of the classical Runge-Kutta scheme.
+    template <int Order>
+    Positions<Order> stepped(int size, const Positions<Order>& y) const {
+        const auto k1 = velocity(size, y);
+        const auto k2 = velocity(size, moved(size, y, k1, dt / 2));
+        const auto k3 = velocity(size, moved(size, y, k2, dt / 2));
+        const auto k4 = velocity(size, moved(size, y, k3, dt));
+        auto end = moved(size, y, k1, dt / 6);
+        end = moved(size, end, k2, dt / 3);
+        end = moved(size, end, k3, dt / 3);
+        return moved(size, end, k4, dt / 6);
+    }
+};
+
+} // namespace
+
+template <int N>
+ScalarFieldN<N> carried(const ScalarFieldN<N>& field, const FlowN<N>& flow, const CarryOptions& options) {
+    constexpr int kMostSteps = 1000;
+    if (!std::isfinite(options.time)) throw ValueError("the time must be finite");
+    if (options.steps < 1 || options.steps > kMostSteps)
+        throw ValueError(fmt::format("{} steps; give 1 to {}", options.steps, kMostSteps));
+    if (!flow.divergenceFree())
+        throw ValueError("a normalised flow cannot carry a field: its direction jumps where it stands still");
+    for (const auto& term : flow.terms())
+        for (const auto& potential : term) potential.template at<3>({}); // throws if there are no third derivatives
+    return ScalarFieldN<N>(Carried<N>{field, flow.terms(), -options.time / options.steps, options.steps});
+}
+
+template ScalarFieldN<2> carried(const ScalarFieldN<2>&, const FlowN<2>&, const CarryOptions&);
+template ScalarFieldN<3> carried(const ScalarFieldN<3>&, const FlowN<3>&, const CarryOptions&);
+
+} // namespace curlew
