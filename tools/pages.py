@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Renews what is made by the command in README.md and docs/noises.md, between <!-- NAME:begin --> and <!-- NAME:end -->.
+"""Renews what is made by the command in README.md, docs/actions.md and docs/noises.md, between <!-- NAME:begin --> and <!-- NAME:end -->.
 
 ./dev docs and ./dev noises run it.
 """
@@ -30,23 +30,29 @@ def replaced(page, name, text):
     return page[:page.index(begin) + len(begin)] + f"\n{text}\n" + page[page.index(end):]
 
 
-def readme(curlew, check):
-    """README.md: the table of actions, and the example of the library. Returns whether it is up to date now."""
-    path = ROOT / "README.md"
+def renew(name, part, text, check):
+    """Renews a part of a page, or only compares. Returns whether the page is up to date now."""
+    path = ROOT / name
     old = path.read_text()
-    actions = subprocess.run([curlew, "-help", "format=markdown"], check=True, capture_output=True, text=True).stdout
-    example = (ROOT / "tests/app/ReadmeExample.cpp").read_text()
-    new = replaced(replaced(old, "actions", actions), "example", f"```cpp\n{example}```\n")
+    new = replaced(old, part, text)
     if new == old:
-        print("docs: README.md is up to date", file=sys.stderr)
+        print(f"docs: {name} is up to date", file=sys.stderr)
     elif check:
-        difference = difflib.unified_diff(old.splitlines(), new.splitlines(), "README.md", "generated", lineterm="")
+        difference = difflib.unified_diff(old.splitlines(), new.splitlines(), name, "generated", lineterm="")
         print("\n".join(list(difference)[:40]), file=sys.stderr)
-        print("docs: README.md is out of date; run ./dev docs", file=sys.stderr)
+        print(f"docs: {name} is out of date; run ./dev docs", file=sys.stderr)
     else:
         path.write_text(new)
-        print("docs: README.md rewritten", file=sys.stderr)
+        print(f"docs: {name} rewritten", file=sys.stderr)
     return new == old or not check
+
+
+def generated(curlew, check):
+    """The table of actions, and the README's example of the library. Returns whether both are up to date now."""
+    actions = subprocess.run([curlew, "-help", "format=markdown"], check=True, capture_output=True, text=True).stdout
+    example = (ROOT / "tests/app/ReadmeExample.cpp").read_text()
+    pages = [("docs/actions.md", "actions", actions), ("README.md", "example", f"```cpp\n{example}```\n")]
+    return all([renew(*page, check) for page in pages])
 
 
 def range_row(curlew, noise, dim, folder):
@@ -79,14 +85,14 @@ def noises(curlew):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("page", choices=["readme", "noises"])
-    parser.add_argument("--check", action="store_true", help="only say whether README.md is up to date")
+    parser.add_argument("page", choices=["generated", "noises"])
+    parser.add_argument("--check", action="store_true", help="only say whether the pages are up to date")
     parser.add_argument("--command", default=ROOT / "build/curlew", type=Path, help="curlew")
     options = parser.parse_args()
     curlew = options.command.resolve()
     if options.page == "noises":
         noises(curlew)
-    elif not readme(curlew, options.check):
+    elif not generated(curlew, options.check):
         sys.exit(1)
 
 

@@ -259,6 +259,7 @@ ParticleDiagnostics diagnoseParticles(const Flow& flow, const Points& particles,
         }
     };
     const size_t count = particles.size();
+    const bool onTracks = particles.hasTrack() && flow.hasTracks();
     const Tally total = sumOverBatches(
         particles,
         [&](const PointBatch& points, size_t begin) {
@@ -277,7 +278,7 @@ ParticleDiagnostics diagnoseParticles(const Flow& flow, const Points& particles,
                 const size_t k = begin + i;
                 if (!particles.converged.empty() && !particles.converged[k]) continue;
                 ++tally.converged;
-                if (!particles.hasTrack()) continue;
+                if (!onTracks) continue;
                 for (size_t q = 0; q < potentials.size(); ++q) {
                     const double drift = potentials[q].c[0][i] - (*tracks[q])[k];
                     tally.squares[q] += drift * drift;

@@ -101,13 +101,8 @@ Vec3d LoopTable::interpolate(size_t vertex, double time) const {
 LoopTable loopTable(const LoopSetup& setup, double duration, const Points& seeds, size_t begin, size_t end,
                     const Monitor& monitor) {
     const Flow& flow = setup.stepper.flow();
-    ActiveTipsN<3> tips;
-    tips.position = batchOf(seeds, begin, end);
-    Flow::Jets<double> potentials;
-    flow.eval(tips.position, potentials, tips.velocity);
-    for (size_t q = 0; q < 2; ++q) tips.track[q] = potentials[q].c[0];
     std::array<bool, kBatch> allowed;
-    classify(flow.domain(), tips.position, allowed, tips.distance);
+    const ActiveTipsN<3> tips = tipsAt(flow, batchOf(seeds, begin, end), allowed);
 
     const size_t count = end - begin;
     std::vector<LoopLine> forward(count), backward(count);

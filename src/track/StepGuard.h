@@ -34,6 +34,18 @@ struct ActiveTipsN {
     }
 };
 
+/// The points, each on the track that it begins on; `allowed`: on a side of the wall where the flow is.
+template <int N>
+ActiveTipsN<N> tipsAt(const FlowN<N>& flow, const PointBatchN<N>& points, std::array<bool, kBatch>& allowed) {
+    ActiveTipsN<N> tips;
+    tips.position = points;
+    typename FlowN<N>::template Jets<double> potentials;
+    flow.eval(points, potentials, tips.velocity);
+    for (size_t q = 0; q < tips.track.size(); ++q) tips.track[q] = potentials[q].c[0];
+    classify(flow.domain(), points, allowed, tips.distance);
+    return tips;
+}
+
 /// What a step has to satisfy. A caller redoes a step that does not in halves.
 struct StepGuard {
     bool convergence = true; ///< Reprojection met its tolerance.

@@ -78,13 +78,8 @@ void append(Part& part, const TraceSetup& setup, int64_t id, TraceLine& forward,
 Part traceChunk(const TraceSetup& setup, const Points& seeds, size_t begin, size_t end, const Monitor& monitor) {
     const Direction direction = setup.options.direction;
     const Flow& flow = setup.stepper.flow();
-    ActiveTipsN<3> tips;
-    tips.position = batchOf(seeds, begin, end);
-    Flow::Jets<double> potentials;
-    flow.eval(tips.position, potentials, tips.velocity);
-    for (size_t q = 0; q < 2; ++q) tips.track[q] = potentials[q].c[0];
     std::array<bool, kBatch> allowed;
-    classify(flow.domain(), tips.position, allowed, tips.distance);
+    const ActiveTipsN<3> tips = tipsAt(flow, batchOf(seeds, begin, end), allowed);
 
     Part part;
     std::vector<TraceLine> forward(end - begin), backward(end - begin);

@@ -77,7 +77,7 @@ double samplesInBand(const Extent& surface, double halfWidth) {
            std::numbers::pi * (size[0] + size[1] + size[2] + 4.0 / 3 * halfWidth) * halfWidth * halfWidth;
 }
 
-constexpr double kMostSamples = 1e8; ///< That a band is widened to: tens of seconds.
+constexpr double kMostSamples = 1e8; ///< That a band is widened to: 1.4 GB.
 
 /// Throws ResourceError unless a band can be widened to `halfWidth` voxels in reasonable memory and time.
 void requireBand(const Extent& surface, double halfWidth, double voxel) {

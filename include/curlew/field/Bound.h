@@ -42,7 +42,7 @@ LayerWidth layerWidth(const ScalarFieldN<N>& noise, const BoxN<N>& bounds, Side 
 struct BoundOptions {
     /// Shift the noise away from zero so that the sign of the result is the sign of the distance: then no value of the
     /// result occurs on both sides of the wall. Needs a noise with a finite range(). No particle crosses the wall
-    /// without it either (track/Advect.h); it costs a layer that is 2 to 3 times as fast as the flow beyond it.
+    /// without it either (track/Advect.h); it makes the flow in the layer faster than beyond it.
     bool separate = false;
     /// The noise is centred and scaled to at most this size before it is blended, world units; that needs a noise with
     /// a finite range(). 0 leaves its size as it is; negative scales it to a root mean square slope of 1, that of the

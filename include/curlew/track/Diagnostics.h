@@ -69,7 +69,7 @@ struct ParticleDiagnostics {
                                    ///< g over the domain.
 };
 
-/// Compares particles with the flow that moved them. Drift needs their track (zero without).
+/// Compares particles with the flow that moved them. Drift needs tracks of both (zero without).
 ParticleDiagnostics diagnoseParticles(const Flow& flow, const Points& particles, const Monitor& monitor = {});
 
 } // namespace curlew

@@ -13,6 +13,7 @@ Registry noiseActions();
 Registry fieldActions();
 Registry wallActions();
 Registry flowActions();
+Registry windActions();
 Registry carryActions();
 Registry gridActions();
 Registry spectrumActions();

@@ -1,10 +1,9 @@
 #include "Actions.h"
-#include "curlew/app/registry/Bind.h"
+#include "FlowInSpace.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Map.h"
 #include "curlew/flow/Flows.h"
 #include "curlew/flow/Reshape.h"
-#include "curlew/flow/Wind.h"
 
 namespace curlew::app {
 
@@ -215,43 +214,6 @@ void addFlows(Context& c, const Arguments&) {
     c.give(AnyFlow((first + second).within(domain)));
 }
 
-const Binding<WindOptions>& windBinding() {
-    static const auto binding =
-        Binding<WindOptions>()
-            .add(
-                positive("speed", "", "world units / s", "of the wind far away"),
-                [](auto& o) -> auto& { return o.speed; })
-            .addOptional(
-                notNegative("gusts", "", "",
-                            "rms speed of what the newest noise adds far away, relative to the wind (default: no "
-                            "noise; 0.3 of one that is linked)"),
-                [](auto& o) -> auto& { return o.gusts; })
-            .addOptional(
-                notNegative("padding", "", "world units",
-                            "how far the domain reaches around the shape (default: half its size)"),
-                [](auto& o) -> auto& { return o.padding; });
-    return binding;
-}
-
-bool hasGusts(const Arguments& a) { return a.given("gusts") && a.real("gusts") > 0; }
-
-void wind(Context& c, const Arguments& a) {
-    WindOptions options = windBinding().read(a);
-    options.direction = a.vector("direction");
-    if (a.given("across")) options.across = a.vector("across");
-    const double width = a.given("width") ? a.real("width") : windWidth(c.sdf("wall", 0), options);
-    const Wall wall{.sdf = c.sdf("wall", width), .side = static_cast<Side>(a.choice("side")), .width = width};
-    const auto noise = c.has("noise") ? std::optional(inSpace(c.field("noise").field)) : std::nullopt;
-    const Flow flow = windFlow(wall, noise, options);
-    Domain domain = flow.domain();
-    if (a.given("box")) domain.box = a.box("box");
-    c.give(AnyFlow(flow.within(domain)));
-}
-
-std::vector<Object> flowInSpace(const Arguments&, const std::vector<std::vector<Object>>&, const World&) {
-    return {{.kind = Kind::flow, .dimension = 3, .name = "flow"}};
-}
-
 Action simpleFlow(std::string name, std::string summary, std::vector<Option> options, std::string example,
                   Flow (*make)(const Arguments&, const Domain&)) {
     options.push_back(box("box", "the domain"));
@@ -316,36 +278,8 @@ Registry potentialActions() {
          .makesWith = flowInSpace}};
 }
 
-std::vector<Option> windDeclared() {
-    std::vector<Option> all = windBinding().options();
-    all.insert(all.begin(), vector("direction", "1,0,0", "", "of the wind far away; any length"));
-    all.push_back(
-        vector("across", "", "",
-               "in which direction the wind gives way, to both sides (default: where the shape is narrowest)"));
-    all.push_back(positive("width", "", "world units",
-                           "depth of the layer in which the wind goes around (default: half of the shape's extent "
-                           "across; less makes the wind faster there)"));
-    all.push_back(choice("side", {"inside", "outside", "both"}, "where the wind is", "outside"));
-    all.push_back(box("box", "the domain (default: the box of the shape, padded)"));
-    all.push_back(keep());
-    return all;
-}
-
 Registry otherActions() {
     return {
-        {.name = "wind",
-         .group = kGroup,
-         .summary = "a wind that goes around the newest shape or level set, with gusts of the newest noise; it has "
-                    "tracks",
-         .takes = {onRequest(taken("noise", {Kind::noise}), "with gusts= above 0", hasGusts),
-                   stays("wall", {Kind::shape, Kind::levelSet})},
-         .makes = {made("flow", {Kind::flow})},
-         .options = windDeclared(),
-         .examples = {"curlew -sphere radius=0.5 -wind direction=1,0,0 speed=1 -slice axis=z -write wind.png",
-                      "curlew -noise frequency=2 -sphere radius=0.5 -wind gusts=0.4 -scatter -advect -write wind.ply"},
-         .evaluation = Evaluation::anyTime,
-         .run = wind,
-         .makesWith = flowInSpace},
         {.name = "reshape",
          .group = kGroup,
          .summary = "slow streamlines of the newest flow down, or stop them; it stays divergence-free",

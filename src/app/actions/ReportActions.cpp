@@ -160,7 +160,7 @@ void check(Context& c, const Arguments& a) {
             found["outside"] = points.outside;
             found["penetration_max"] = points.penetration;
         }
-        if (particles.hasTrack()) {
+        if (particles.hasTrack() && flow.hasTracks()) {
             found["drift_f"] = points.driftF;
             found["drift_g"] = points.driftG;
         }

@@ -16,7 +16,7 @@ const Binding<BoundOptions>& boundBinding() {
             .add(
                 flag("separate", "",
                      "1: shift the noise so that no value of it occurs on both sides of the wall; the flow in the "
-                     "layer is then 2 to 3 times as fast as beyond it"),
+                     "layer is then faster than beyond it"),
                 [](auto& o) -> auto& { return o.separate; })
             .addOptional(
                 notNegative("amplitude", "", "world units",

@@ -1,0 +1,12 @@
+#pragma once
+
+#include "curlew/app/registry/Action.h"
+
+namespace curlew::app {
+
+/// What an action makes that makes a flow in space, whatever the dimensions of its inputs.
+inline std::vector<Object> flowInSpace(const Arguments&, const std::vector<std::vector<Object>>&, const World&) {
+    return {{.kind = Kind::flow, .dimension = 3, .name = "flow"}};
+}
+
+} // namespace curlew::app
