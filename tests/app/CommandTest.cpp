@@ -43,7 +43,7 @@ void storeMesh(const Folder& folder, const std::string& name) {
     if (name == "ball")
         store(folder / "mesh.obj", ball());
     else
-        fs::copy_file(fs::path(CURLEW_SOURCE_DIR) / "scenes/spot.obj", folder / "mesh.obj");
+        fs::copy_file(fs::path(test::sourceDir()) / "scenes/spot.obj", folder / "mesh.obj");
 }
 
 const std::vector<std::string> kMeshes{"ball", "spot"};
@@ -338,7 +338,8 @@ TEST_CASE("the command says as much as it is asked to", "[command]") {
 TEST_CASE("the demo scene can be run from the top of the checkout", "[command]") {
     const Folder folder;
     // Read and checked, but not run: its first action is not there.
-    const auto outcome = folder.shell("cd '" CURLEW_SOURCE_DIR "' && curlew -read missing.obj -config scenes/demo.txt");
+    const auto outcome =
+        folder.shell("cd '" + test::sourceDir() + "' && curlew -read missing.obj -config scenes/demo.txt");
     CHECK(outcome.status == 1);
     CHECK_THAT(outcome.err, Contains("missing.obj"));
     CHECK(test::linesIn(outcome.err) == 1);

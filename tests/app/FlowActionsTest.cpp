@@ -192,7 +192,7 @@ TEST_CASE("a flow on a level set ends within its reach, without a jump", "[app][
     folder.mustRun(
         fmt::format("-read {}/scenes/spot.obj -mesh2ls dim=40 -noise frequency=3 -surface speed=1 reach={} "
                     "-check report=a.json samples=20000 strict=1 -scatter count=200 -advect time=0.2 steps=10",
-                    CURLEW_SOURCE_DIR, reach));
+                    test::sourceDir(), reach));
     const auto report = jsonOf(folder / "a.json");
     CHECK(report["divergence_vanishes"] == true);
     CHECK(report["divergence_by_differences"].get<double>() < 0.01);

@@ -139,7 +139,7 @@ TEST_CASE("what stands before the frames runs once, and stays as it is in every 
 }
 
 TEST_CASE("meshes and level sets from before the frames are there in every frame", "[app]") {
-    const std::string mesh = std::string(CURLEW_SOURCE_DIR) + "/scenes/spot.obj";
+    const std::string mesh = test::sourceDir() + "/scenes/spot.obj";
     std::vector<openvdb::GridBase::ConstPtr> atFirst;
     Scenes scenes([&](Context& c) {
         CHECK(c.count("what") == 3);

@@ -30,7 +30,7 @@ std::string sceneAgain(const std::string& text) {
 
 /// A folder in which scenes find their meshes and tables.
 struct SceneFolder : Folder {
-    SceneFolder() { fs::create_directory_symlink(fs::path(CURLEW_SOURCE_DIR) / "scenes", *this / "scenes"); }
+    SceneFolder() { fs::create_directory_symlink(fs::path(test::sourceDir()) / "scenes", *this / "scenes"); }
 };
 
 /// What is in the files that a program has written, by their names.
@@ -110,7 +110,7 @@ TEST_CASE("text to graph to text is the same program, for all kinds of links", "
 
 TEST_CASE("every scene is read, written as a scene and as JSON, and read again as the same graph", "[app]") {
     const fs::path before = fs::current_path();
-    fs::current_path(CURLEW_SOURCE_DIR); // from where scenes look for their files
+    fs::current_path(test::sourceDir()); // from where scenes look for their files
     size_t scenes = 0;
     for (const auto& entry : fs::directory_iterator("scenes")) {
         if (entry.path().extension() != ".txt") continue;
@@ -131,7 +131,7 @@ TEST_CASE("a scene, the scene of its graph and its graph as JSON write the same 
     const std::string name = GENERATE("demo", "catlike_cheap_2d", "icn_fig5_image_warp", "icn_fig8_animated_jitter");
     CAPTURE(name);
     const SceneFolder scene, written, json;
-    const std::string text = test::bytesOf(fs::path(CURLEW_SOURCE_DIR) / "scenes" / (name + ".txt"));
+    const std::string text = test::bytesOf(fs::path(test::sourceDir()) / "scenes" / (name + ".txt"));
     const size_t begin = text.find("# reduced:") + 10;
     const std::string reduced = text.substr(begin, text.find('\n', begin) - begin);
     scene.mustRun(fmt::format("-quiet -set {} -config scenes/{}.txt -write graph.json", reduced, name));

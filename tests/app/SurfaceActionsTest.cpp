@@ -29,7 +29,7 @@ TEST_CASE("shapes, level sets, meshes and isosurfaces of the same ball look the 
 
 TEST_CASE("a mesh is shaded", "[app][command]") {
     const Folder folder;
-    folder.mustRun("-read " CURLEW_SOURCE_DIR "/scenes/spot.obj -shade dim=64 smooth=1" + kSmall +
+    folder.mustRun("-read " + test::sourceDir() + "/scenes/spot.obj -shade dim=64 smooth=1" + kSmall +
                    "-write spot.png spot.json");
     CHECK(jsonOf(folder / "spot.json")["shade"]["coverage"].get<double>() > 0.1);
 }

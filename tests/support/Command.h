@@ -1,6 +1,7 @@
 #pragma once
 
 #include "Files.h"
+#include "Places.h"
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -61,7 +62,7 @@ class Folder {
     /// Runs a line of the shell in the folder; `curlew` in it is the command under test.
     Outcome shell(const std::string& line) const {
         store(mPath / "line.sh",
-              "curlew() { \"" CURLEW_COMMAND "\" \"$@\"; }\ncurlew='" CURLEW_COMMAND "'\ncd in\n" + line + "\n");
+              "curlew() { \"" + command() + "\" \"$@\"; }\ncurlew='" + command() + "'\ncd in\n" + line + "\n");
         const std::string enter = "cd \"" + mPath.string() + "\" && ";
         const int raw = std::system((enter + "exec /bin/sh line.sh >out 2>err </dev/null").c_str());
         Outcome outcome{.status = WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw),

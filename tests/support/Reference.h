@@ -1,5 +1,7 @@
 #pragma once
 
+#include "Places.h"
+
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
@@ -14,7 +16,7 @@ namespace curlew::test {
 
 /// A file of tests/data.
 inline nlohmann::json reference(const std::string& name) {
-    std::ifstream file(std::filesystem::path(CURLEW_TEST_DATA) / name);
+    std::ifstream file(std::filesystem::path(dataDir()) / name);
     CAPTURE(name);
     REQUIRE(file);
     return nlohmann::json::parse(file);

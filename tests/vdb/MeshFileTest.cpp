@@ -1,6 +1,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/vdb/MeshFile.h"
 #include "support/Files.h"
+#include "support/Places.h"
 
 #include <catch2/catch.hpp>
 #include <fmt/format.h>
@@ -487,7 +488,7 @@ TEST_CASE("MeshFile: no cut and no damage ends the program, and most cuts are no
 
 TEST_CASE("MeshFile: large meshes of artists and with a handle are read whole", "[vdb][MeshFile]") {
     const Folder folder;
-    const fs::path spot = fs::path(CURLEW_SOURCE_DIR) / "scenes/spot.obj";
+    const fs::path spot = fs::path(test::sourceDir()) / "scenes/spot.obj";
     const Mesh cow = readMesh(spot);
     CHECK(cow.points.size() == 2930);
     CHECK(cow.faces() == 5856);

@@ -5,6 +5,7 @@
 #include "curlew/track/Advect.h"
 #include "curlew/track/Scatter.h"
 #include "curlew/vdb/LevelSet.h"
+#include "support/Places.h"
 
 #include <catch2/catch.hpp>
 
@@ -16,7 +17,7 @@ ScalarField noise(uint64_t seed) { return noiseField<Psrd3>({.seed = seed}, {.fr
 
 /// Spot, with a band that is as wide as the layers below.
 Sdf spot() {
-    auto mesh = std::make_shared<Mesh>(readMesh(CURLEW_SOURCE_DIR "/scenes/spot.obj"));
+    auto mesh = std::make_shared<Mesh>(readMesh(test::sourceDir() + "/scenes/spot.obj"));
     return sdfOf(meshToLevelSet(std::move(mesh), {.dim = 64, .halfWidth = 12}));
 }
 
