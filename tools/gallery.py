@@ -24,7 +24,7 @@ PICTURES = DOCS / "gallery"
 WIDTH = 640
 MOST_BYTES = 250_000  # Of a picture in the repository.
 MOST_SECONDS = 60  # Of a scene.
-GROUPS = {"icn": "Improving Curl Noise (ICN)", "dewolf": "DeWolf", "catlike": "Catlike Coding", "psrd": "psrdnoise"}
+GROUPS = {"shot": "Shots", "icn": "Improving Curl Noise (ICN)", "dewolf": "DeWolf", "catlike": "Catlike Coding", "psrd": "psrdnoise"}
 OTHERS = "Curlew"
 
 GALLERY = """# Gallery
@@ -210,7 +210,7 @@ def main():
             pictures[picture] = name
 
     order = []
-    for group in [OTHERS, *GROUPS.values()]:
+    for group in dict.fromkeys([GROUPS["shot"], OTHERS, *GROUPS.values()]):
         members = [scene.name for scene in scenes if scene.group() == group and scene.name in gallery.parts]
         order += [f"## {group}", *members] if members else []
     gallery.write(order)
