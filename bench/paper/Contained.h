@@ -11,7 +11,7 @@
 
 namespace curlew::paper {
 
-/// The flow of the README's main job: two psrd noises of two octaves, frequency 3, in a layer of 0.1, at an rms speed
+/// The flow of the main job of docs/guide.md: two psrd noises of two octaves, frequency 3, in a layer of 0.1, at an rms speed
 /// of 1.
 inline Flow containedFlow(const Sdf& sdf) {
     const Wall wall{.sdf = sdf, .side = Side::inside, .width = 0.1};

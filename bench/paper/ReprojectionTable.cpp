@@ -37,7 +37,7 @@ std::vector<std::string> reprojectionTable(const TableRun& run, std::ostream& ou
     Points exact = start;
     advect(flow, exact, {.time = kTime, .reprojection = {.tolerance = 1e-11}, .accuracy = 1e-9});
     out << fmt::format(
-        "## What reprojection is worth\n\nOf {} points in spot after {} s, with the flow of the README's "
+        "## What reprojection is worth\n\nOf {} points in spot after {} s, with the flow of the guide's "
         "main job.\n\n"
         "| | outside, reprojected | outside, not | off track (f / g), reprojected | off track (f / g), not "
         "| from where they should be, reprojected | not |\n|---|---|---|---|---|---|---|\n",

@@ -151,7 +151,7 @@ Setting settingOf(std::string name, const Sdf& sdf, size_t count, std::ostream& 
 std::vector<std::string> timeTable(const TableRun& run, std::ostream& out) {
     const auto count = std::max<size_t>(64, static_cast<size_t>(20000 * run.scale));
     out << fmt::format(
-        "## Where points should be\n\n{} points move for {} s with the flow of the README's main job. "
+        "## Where points should be\n\n{} points move for {} s with the flow of the guide's main job. "
         "Distances, in world units, from where 4000 steps of rk45 lead; time on one thread, the median "
         "of {} rounds.\n\n",
         count, kTime, kRounds);

@@ -164,7 +164,7 @@ Registry programActions() {
         {.name = "help",
          .group = kGroup,
          .summary = "all actions, or those named in full",
-         .options = {choice("format", {"text", "markdown"}, "markdown: the table of actions in the README")},
+         .options = {choice("format", {"text", "markdown"}, "markdown: the table of docs/actions.md")},
          .positional = {"[ACTION …]", 0, 100},
          .examples = {"curlew -help noise"},
          .evaluation = Evaluation::effect,
