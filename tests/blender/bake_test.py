@@ -1,4 +1,5 @@
 """Bakes: what they make is what was promised, and what goes wrong is said where it is wrong."""
+# Longer than 400 lines: bakes of every kind of result share one scene and one Blender process.
 
 import json
 import os

@@ -1,4 +1,5 @@
 """Bake on Frame Change: each frame shows its own bake, whoever changes it and whatever happens meanwhile."""
+# Longer than 400 lines: each Blender process takes seconds to start, so all that bakes on frame change is in one.
 
 import contextlib
 import io

@@ -1,3 +1,4 @@
+// Longer than 400 lines: the layer is tested for each side, object and dimension with the same measurements.
 #include "curlew/base/Error.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Bound.h"

@@ -1,3 +1,4 @@
+// Longer than 400 lines: each shape has its own exact distances.
 #include "curlew/base/Error.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Shapes.h"

@@ -1,3 +1,4 @@
+// Longer than 400 lines: divergence, walls and tracks are tested for each way to make a flow.
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/field/Algebra.h"

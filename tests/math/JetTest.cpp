@@ -1,3 +1,4 @@
+// Longer than 400 lines: each operation on jets has its own derivatives up to the third.
 #include "curlew/math/Jet.h"
 #include "support/FiniteDifference.h"
 #include "support/Formula.h"

@@ -1,3 +1,4 @@
+// Longer than 400 lines: seven dimensions, each with its own reference values.
 #include "curlew/base/Error.h"
 #include "curlew/noise/SimplexNoise.h"
 #include "support/FiniteDifference.h"

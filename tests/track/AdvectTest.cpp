@@ -1,3 +1,4 @@
+// Longer than 400 lines: schemes, accuracy, walls, moments and damaged input of one function.
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/field/Algebra.h"

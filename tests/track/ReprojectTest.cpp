@@ -1,3 +1,4 @@
+// Longer than 400 lines: Newton and Gauss-Newton, each with its limits and failures.
 #include "curlew/base/Error.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Bound.h"

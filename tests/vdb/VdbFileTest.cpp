@@ -1,3 +1,4 @@
+// Longer than 400 lines: every kind of grid, written and read back, and its damaged files.
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/vdb/PointFile.h"
