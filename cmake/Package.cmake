@@ -1,4 +1,4 @@
-# find_package(curlew): targets curlew::base … curlew::app, as in the build tree.
+# What is installed for find_package(curlew): targets curlew::base … curlew::app, as in the build tree. And a Debian package.
 include(CMakePackageConfigHelpers)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/curlew DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(EXPORT curlewTargets NAMESPACE curlew:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/curlew)
@@ -7,3 +7,18 @@ configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/curlewConfig.cmake.in
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/curlewConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/curlewConfig.cmake ${PROJECT_BINARY_DIR}/curlewConfigVersion.cmake
   ${PROJECT_SOURCE_DIR}/cmake/FindOpenVDBForCurlew.cmake DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/curlew)
+install(FILES ${PROJECT_SOURCE_DIR}/NOTICE ${PROJECT_SOURCE_DIR}/CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright)
+
+# ./dev package
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_CONTACT "The Curlew developers <curlew@example.org>")
+set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON) # of the command and the library
+set(CPACK_DEBIAN_PACKAGE_DEPENDS python3-numpy)
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "libopenvdb-dev, libtbb-dev, libfmt-dev") # to build with the C++ library
+include(CPack)
