@@ -11,8 +11,8 @@
 
 namespace curlew::paper {
 
-/// The flow of the main job of docs/guide.md: two psrd noises of two octaves, frequency 3, in a layer of 0.1, at an rms speed
-/// of 1.
+/// The flow of the main job of docs/guide.md: two psrd noises of two octaves, frequency 3, in a layer of 0.1, at an rms
+/// speed of 1.
 inline Flow containedFlow(const Sdf& sdf) {
     const Wall wall{.sdf = sdf, .side = Side::inside, .width = 0.1};
     const OctaveOptions octaves{.frequency = 3, .octaves = 2};

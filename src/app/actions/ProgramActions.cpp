@@ -160,15 +160,14 @@ Registry programActions() {
                       "curlew -set scale=0.5 -config scenes/demo.txt"},
          .run = [](Context&, const Arguments&) {}, // the parser has put the values in place
          .prepare = {}});
-    actions.push_back(
-        {.name = "help",
-         .group = kGroup,
-         .summary = "all actions, or those named in full",
-         .options = {choice("format", {"text", "markdown"}, "markdown: the table of docs/actions.md")},
-         .positional = {"[ACTION …]", 0, 100},
-         .examples = {"curlew -help noise"},
-         .evaluation = Evaluation::effect,
-         .run = help});
+    actions.push_back({.name = "help",
+                       .group = kGroup,
+                       .summary = "all actions, or those named in full",
+                       .options = {choice("format", {"text", "markdown"}, "markdown: the table of docs/actions.md")},
+                       .positional = {"[ACTION …]", 0, 100},
+                       .examples = {"curlew -help noise"},
+                       .evaluation = Evaluation::effect,
+                       .run = help});
     actions.push_back({.name = "list",
                        .group = kGroup,
                        .summary = "the actions, one a line",
