@@ -20,5 +20,5 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON) # of the command and the library
 set(CPACK_DEBIAN_PACKAGE_DEPENDS python3-numpy)
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS "libopenvdb-dev, libtbb-dev, libfmt-dev") # to build with the C++ library
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "libopenvdb-dev, libtbb-dev, libfmt-dev, zlib1g-dev, libassimp-dev") # to build with the C++ library
 include(CPack)

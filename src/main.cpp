@@ -5,6 +5,7 @@
 
 #include <fcntl.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -35,6 +36,16 @@ void occupyStandardStreams() {
         if (fcntl(stream, F_GETFD) == -1) open("/dev/null", O_RDONLY);
 }
 
+/// Whether a file goes to the standard output, which must then hold nothing else.
+bool writesToOutput(const curlew::app::Graph& graph) {
+    const std::vector<std::string> names{"-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"};
+    return std::any_of(graph.nodes.begin(), graph.nodes.end(), [&](const curlew::app::Node& node) {
+        const auto& words = node.arguments.words();
+        return node.action().holds &&
+               std::find_first_of(words.begin(), words.end(), names.begin(), names.end()) != words.end();
+    });
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
@@ -55,8 +66,10 @@ int main(int argc, char** argv) {
         const std::vector<std::string> tokens(argv + 1, argv + argc);
         app::Console console([] { return interrupted != 0; });
         app::Session session(console, /*keeps=*/false);
-        session.run(app::graphOfCommandLine(tokens.empty() ? std::vector<std::string>{"-help"} : tokens,
-                                            {.registry = app::registry(), .world = session.world()}));
+        app::Graph graph = app::graphOfCommandLine(tokens.empty() ? std::vector<std::string>{"-help"} : tokens,
+                                                   {.registry = app::registry(), .world = session.world()});
+        if (writesToOutput(graph)) console.printAsSaid();
+        session.run(std::move(graph));
         return EXIT_SUCCESS;
     } catch (const Interrupted&) {
         return fail("interrupted; files that were not finished have been removed", 130);

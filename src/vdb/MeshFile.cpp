@@ -16,17 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string contentOf(const fs::path& path) {
-    std::ifstream in = openToRead(path);
-    try {
-        std::string content(static_cast<size_t>(in.seekg(0, std::ios::end).tellg()), '\0');
-        in.seekg(0).read(content.data(), static_cast<std::streamsize>(content.size()));
-        return content;
-    } catch (const std::ios_base::failure&) {
-        throw FileError(fmt::format("cannot read '{}': the disk did not give all of it; copy it again", path.string()));
-    }
-}
-
 /// Throws ValueError if a face or a point is invalid.
 void checkFaces(const std::vector<openvdb::Vec3s>& points, const std::vector<uint32_t>& corners,
                 const std::vector<uint32_t>& sizes) {
@@ -48,6 +37,17 @@ void checkFaces(const std::vector<openvdb::Vec3s>& points, const std::vector<uin
 }
 
 } // namespace
+
+std::string contentOf(const fs::path& path) {
+    std::ifstream in = openToRead(path);
+    try {
+        std::string content(static_cast<size_t>(in.seekg(0, std::ios::end).tellg()), '\0');
+        in.seekg(0).read(content.data(), static_cast<std::streamsize>(content.size()));
+        return content;
+    } catch (const std::ios_base::failure&) {
+        throw FileError(fmt::format("cannot read '{}': the disk did not give all of it; copy it again", path.string()));
+    }
+}
 
 std::string extensionOf(const fs::path& path) {
     std::string extension = path.extension().string();

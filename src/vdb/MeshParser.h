@@ -1,6 +1,7 @@
 #pragma once
 
 #include "Polygons.h"
+#include "curlew/base/Csv.h"
 #include "curlew/base/Error.h"
 
 #include <fmt/format.h>
@@ -14,6 +15,9 @@ namespace curlew {
 
 /// The extension of a file's name in lower case, with its dot.
 std::string extensionOf(const std::filesystem::path& path);
+
+/// All of a file. Throws FileError.
+std::string contentOf(const std::filesystem::path& path);
 
 /// The mesh file that is being read, for messages.
 struct MeshSource {
@@ -43,6 +47,13 @@ struct MeshSource {
 Polygons parseObj(std::string text, const MeshSource& source);
 /// Text or binary, little- or big-endian.
 Polygons parsePly(std::string_view data, const MeshSource& source);
+/// The properties of the vertices of a .ply, but for lists, and its other elements' names. Throws FileError if it is
+/// damaged or a vertex has no x, y and z.
+struct PlyVertices {
+    CsvTable table;
+    std::vector<std::string> others;
+};
+PlyVertices parsePlyVertices(std::string_view data, const MeshSource& source);
 /// Text or binary. Each face has three points of its own.
 Polygons parseStl(std::string_view data, const MeshSource& source);
 

@@ -1,4 +1,5 @@
 #include "MeshParser.h"
+#include "curlew/base/Memory.h"
 
 #include <algorithm>
 #include <array>
@@ -52,11 +53,7 @@ class PlyParser {
         const PlyElement* points = find("vertex");
         const PlyElement* faces = find("face");
         if (!faces || faces->count == 0) throw mSource.noFaces();
-        if (!points) throw badHeader("has no element vertex");
-        for (const std::string_view axis : kAxes)
-            if (std::none_of(points->properties.begin(), points->properties.end(),
-                             [&](const PlyProperty& p) { return p.name == axis && !p.count; }))
-                throw badHeader(fmt::format("has no property {} of a vertex", axis));
+        checkVertex(points);
         if (std::count_if(faces->properties.begin(), faces->properties.end(), isCorners) != 1)
             throw badHeader("does not have one list vertex_indices of a face");
         mPoints = points->count;
@@ -65,11 +62,36 @@ class PlyParser {
         return std::move(mPolygons);
     }
 
+    PlyVertices parseVertices() {
+        readHeader();
+        const PlyElement* points = find("vertex");
+        checkVertex(points);
+        PlyVertices vertices;
+        for (const PlyElement& element : mElements)
+            if (element.name != "vertex") vertices.others.emplace_back(element.name);
+        for (const PlyProperty& property : points->properties)
+            if (!property.count) vertices.table.names.emplace_back(property.name);
+        // A vertex has a byte of the file at least, and this many numbers of 8; a vector that grows holds them twice.
+        requireMemory(16 * static_cast<double>(std::min(mRest.size(), points->count * vertices.table.names.size())),
+                      fmt::format("'{}'", mSource.path.string()), "split the file");
+        mTable = &vertices.table;
+        for (const PlyElement* element = mElements.data(); element <= points; ++element) readElements(*element);
+        return vertices;
+    }
+
   private:
     static constexpr std::array<std::string_view, 3> kAxes{"x", "y", "z"};
 
     static bool isCorners(const PlyProperty& p) {
         return p.count && !p.type->real && (p.name == "vertex_indices" || p.name == "vertex_index");
+    }
+
+    void checkVertex(const PlyElement* points) const {
+        if (!points) throw badHeader("has no element vertex");
+        for (const std::string_view axis : kAxes)
+            if (std::none_of(points->properties.begin(), points->properties.end(),
+                             [&](const PlyProperty& p) { return p.name == axis && !p.count; }))
+                throw badHeader(fmt::format("has no property {} of a vertex", axis));
     }
 
     FileError badHeader(const std::string& why) const {
@@ -158,11 +180,12 @@ class PlyParser {
                     readList(property, isFace && isCorners(property));
                 } else {
                     const double value = next(*property.type);
+                    if (isPoint && mTable) mTable->values.push_back(value);
                     for (int axis = 0; axis < 3; ++axis)
                         if (property.name == kAxes[static_cast<size_t>(axis)]) point[axis] = static_cast<float>(value);
                 }
             }
-            if (isPoint) {
+            if (isPoint && !mTable) {
                 mBad += !point.isFinite();
                 mPolygons.points.push_back(point);
             }
@@ -230,10 +253,15 @@ class PlyParser {
     PlyFormat mFormat = PlyFormat::text;
     std::vector<PlyElement> mElements;
     Polygons mPolygons;
+    CsvTable* mTable = nullptr; ///< Takes the vertices, if those are wanted for themselves.
     size_t mPoints = 0, mBad = 0;
 };
 
 } // namespace
+
+PlyVertices parsePlyVertices(std::string_view data, const MeshSource& source) {
+    return PlyParser(data, source).parseVertices();
+}
 
 Polygons parsePly(std::string_view data, const MeshSource& source) { return PlyParser(data, source).parse(); }
 

@@ -108,11 +108,13 @@ void forEachCorner(Mesh& mesh, const Use& use) {
         for (int k = 0; k < 4; ++k) use(face[k]);
 }
 
-/// Joins points with the same position into the first of them, and drops those of no face.
-void joinPoints(Mesh& mesh) {
+/// Joins points with the same position and group into the first of them, and drops those of no face. Returns the number
+/// that each point had before.
+std::vector<uint32_t> joinPoints(Mesh& mesh, const std::vector<uint32_t>& groups) {
     constexpr uint32_t kNone = ~uint32_t(0);
     std::vector<openvdb::Vec3s> points = std::move(mesh.points);
     for (auto& p : points) p += openvdb::Vec3s(0.0f); // -0 becomes 0
+    const auto groupOf = [&](uint32_t point) { return groups.empty() ? 0 : groups[point]; };
     std::vector<uint32_t> joined(points.size(), kNone), used;
     forEachCorner(mesh, [&](uint32_t corner) {
         if (joined[corner] != kNone) return;
@@ -121,26 +123,32 @@ void joinPoints(Mesh& mesh) {
     });
     tbb::parallel_sort(used, [&](uint32_t i, uint32_t j) {
         const openvdb::Vec3s &a = points[i], &b = points[j];
-        return std::tuple(a.x(), a.y(), a.z(), i) < std::tuple(b.x(), b.y(), b.z(), j);
+        return std::tuple(a.x(), a.y(), a.z(), groupOf(i), i) < std::tuple(b.x(), b.y(), b.z(), groupOf(j), j);
     });
     for (size_t n = 1; n < used.size(); ++n)
-        if (points[used[n]] == points[used[n - 1]]) joined[used[n]] = joined[used[n - 1]];
+        if (points[used[n]] == points[used[n - 1]] && groupOf(used[n]) == groupOf(used[n - 1]))
+            joined[used[n]] = joined[used[n - 1]];
     mesh.points.clear();
+    std::vector<uint32_t> sources;
     for (uint32_t n = 0; n < joined.size(); ++n) {
         if (joined[n] == kNone) continue;
         if (joined[n] == n) {
             joined[n] = static_cast<uint32_t>(mesh.points.size());
             mesh.points.push_back(points[n]);
+            sources.push_back(n);
         } else {
             joined[n] = joined[joined[n]];
         }
     }
     forEachCorner(mesh, [&](uint32_t& corner) { corner = joined[corner]; });
+    return sources;
 }
 
 } // namespace
 
-Mesh meshOf(const Polygons& polygons) {
+Mesh meshOf(const Polygons& polygons) { return joinedMeshOf(polygons, {}).mesh; }
+
+JoinedMesh joinedMeshOf(const Polygons& polygons, const std::vector<uint32_t>& groups) {
     Mesh mesh;
     mesh.points = polygons.points;
     const uint32_t* face = polygons.corners.data();
@@ -153,8 +161,8 @@ Mesh meshOf(const Polygons& polygons) {
             appendTriangles(polygons.points, {face, size}, mesh.triangles);
         face += size;
     }
-    joinPoints(mesh);
-    return mesh;
+    std::vector<uint32_t> sources = joinPoints(mesh, groups);
+    return {std::move(mesh), std::move(sources)};
 }
 
 } // namespace curlew

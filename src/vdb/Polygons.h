@@ -22,4 +22,13 @@ struct Polygons {
 /// goes: the triangles still use every edge of the polygon once.
 Mesh meshOf(const Polygons& polygons);
 
+struct JoinedMesh {
+    Mesh mesh;
+    std::vector<uint32_t> sources; ///< Of each point of the mesh, that of the polygons.
+};
+
+/// The same, but points are joined only if they are also of the same group, and it says where they come from. `groups`:
+/// one number for each point; none if all are of one.
+JoinedMesh joinedMeshOf(const Polygons& polygons, const std::vector<uint32_t>& groups);
+
 } // namespace curlew

@@ -32,7 +32,7 @@ std::string quoted(const std::string& text) { return "'" + text + "'"; }
 TEST_CASE("files that are missing, empty, folders or something else are refused by every reader", "[command]") {
     const Folder folder;
     const std::string png = "\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + std::string(200, '\x7f');
-    for (const std::string name : {"a.obj", "a.ply", "a.stl", "a.vdb"}) {
+    for (const std::string name : {"a.obj", "a.ply", "a.stl", "a.vdb", "a.glb", "a.gltf", "a.fbx", "a.dae", "a.csv"}) {
         CAPTURE(name);
         const std::string read = "-read " + name + " -print";
         folder.mustFail(read, {"-read", name, "no such file"});
@@ -48,7 +48,7 @@ TEST_CASE("files that are missing, empty, folders or something else are refused 
         fs::create_directory(folder / name);
         folder.mustFail(read, {"-read", name, "folder"});
     }
-    folder.mustFail("-read mesh.fbx", {"-read", "mesh.fbx", ".obj .stl"});
+    folder.mustFail("-read mesh.blend", {"-read", "mesh.blend", ".gltf .glb .fbx"});
     folder.mustFail("-read ''", {"-read", "''"});
     folder.mustFail("-read .", {"-read", "'.'"});
     folder.mustFail("-noise -probe none.csv out.csv", {"-probe", "none.csv", "no such file"});

@@ -111,6 +111,8 @@ class Import(unittest.TestCase):
             (path / "scenes").mkdir()
             for mesh in ("spot.obj", "bunny.obj", "scenes/spot.obj"):
                 shutil.copy(support.SOURCE / "scenes" / "spot.obj", path / mesh)
+            for mesh in ("walker.glb", "scenes/walker.glb"):
+                shutil.copy(support.SOURCE / "scenes" / "walker.glb", path / mesh)
             (path / "scene.txt").write_text(scene)
         first, second = support.run_command("scene.txt", one), support.run_command("scene.txt", other)
         self.assertEqual((first.returncode, first.stderr), (0, ""), name)
@@ -130,7 +132,7 @@ class Import(unittest.TestCase):
                         lines[-1].append(token)
                 names = {line[0] for line in lines}
                 text = "".join(shlex.join(line) + "\n" for line in lines)
-                reads_what_is_not_here = any(word.endswith((".vdb", ".png", ".exr", "in.csv", "points.csv")) for line in lines
+                reads_what_is_not_here = any(word.endswith((".vdb", ".png", ".exr", ".gz", "in.csv", "points.csv")) for line in lines
                                              if line[0] in ("read", "probe") for word in line[1:])
                 made = any(word for line in lines if line[0] == "write" for word in line[1:])
                 if names & {"config", "resume", "help", "list"} or reads_what_is_not_here or not made:

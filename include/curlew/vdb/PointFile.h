@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace curlew {
 
@@ -28,6 +29,23 @@ openvdb::points::PointDataGrid::Ptr pointGrid(const Points& particles, const Poi
 /// sorted by it; otherwise they are numbered from 0 in the order of the grid. Throws ValueError if an attribute is
 /// missing from a part of the grid, or P, id or the velocity has an unexpected type.
 Points pointsOf(const openvdb::points::PointDataGrid& grid);
+
+/// Points of a file, and what else it has.
+struct PointTable {
+    Points points;
+    std::vector<std::string> skipped; ///< Columns that are none of ours.
+};
+
+/// Reads what writePly() and writeCsv() below write, and the points of any .ply (text or binary, of either byte order)
+/// or .csv with a column for each of x, y and z; vx, vy, vz, id, age, life, fade and f, g are taken where they are.
+/// Without an id points are numbered from 0. Writing them again gives the same bytes. Throws FileError, naming the
+/// file, if it is missing, damaged or of another kind, holds curves, has only a part of vx, vy, vz or of f, g, a
+/// position that is not finite, or an id that is no whole number up to 2⁵³; ResourceError if they would not fit into
+/// memory.
+PointTable readPoints(const std::filesystem::path& path);
+
+/// Whether a .ply has faces, by its header. Throws FileError if it cannot be read; false if it is no PLY.
+bool plyHasFaces(const std::filesystem::path& path);
 
 /// Writes binary little-endian PLY: float x, y, z; float vx, vy, vz; int id; float age, life, fade, f, g: all but
 /// position and id if the particles have them. Throws ValueError if the arrays differ in length or an id does not fit

@@ -1,8 +1,9 @@
 #include "Actions.h"
-#include "ScatterDomain.h"
+#include "ProbeAction.h"
+#include "ReadFiles.h"
 #include "curlew/app/registry/Text.h"
-#include "curlew/app/run/Probe.h"
 #include "curlew/base/AtomicFile.h"
+#include "curlew/base/LocalFile.h"
 #include "curlew/picture/ImageFile.h"
 #include "curlew/picture/Legend.h"
 #include "curlew/vdb/CurveFile.h"
@@ -20,13 +21,6 @@ using namespace options;
 
 const std::string kGroup = "files";
 
-std::string extensionOf(const std::string& file) {
-    std::string extension = std::filesystem::path(file).extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return extension;
-}
-
 // --- reading
 // ----------------------------------------------------------------------------------------------------------
 
@@ -35,7 +29,7 @@ std::string extensionOf(const std::string& file) {
 struct Format {
     std::string extension;
     std::vector<Kind> reads;
-    void (*read)(Context&, const Arguments&, const std::string& file);
+    void (*read)(Context&, const Arguments&, const SourceFile& file);
     std::vector<Kind> holds;
     void (*write)(const Context&, const Arguments&, const std::string& file);
     std::string note = {}; ///< What it holds, if that is no object.
@@ -48,14 +42,36 @@ bool allows(const Format& format, Access access) {
     return access == Access::read ? format.read != nullptr : format.write != nullptr;
 }
 
-const Format& formatOf(const std::string& file, Access access) {
-    std::vector<std::string> extensions;
-    for (const Format& format : formats()) {
-        if (!allows(format, access)) continue;
-        if (format.extension == extensionOf(file)) return format;
-        extensions.push_back(format.extension);
-    }
-    throw ValueError(fmt::format("'{}' has no known extension; it can be {}", file, join(extensions, " ")));
+/// The endings of the formats.
+std::vector<std::string> endings(Access access) {
+    std::vector<std::string> all;
+    for (const Format& format : formats())
+        if (allows(format, access)) all.push_back(format.extension);
+    return all;
+}
+
+/// That of the name, or the one that format= says.
+std::string endingFor(const Arguments& a, const std::string& file) {
+    return a.choice("format") == 0 ? endingOf(file) : "." + a.text("format");
+}
+
+/// By the ending of the name, or by format=.
+const Format& formatOf(const Arguments& a, const std::string& file, Access access) {
+    const bool compressed = access == Access::write && file.ends_with(".gz");
+    const std::string ending = compressed ? ".gz" : endingFor(a, file);
+    for (const Format& format : formats())
+        if (format.extension == ending && allows(format, access)) return format;
+    const std::string known = join(endings(access), " ");
+    if (ending.empty() && isStream(file))
+        throw ValueError(fmt::format("'{}' does not say what it holds; give format=, one of {}", file, known));
+    throw ValueError(fmt::format("'{}' has no known extension; it can be {}", file, known));
+}
+
+/// format=, with the endings of the formats as its choices.
+Option formatOption(Access access, std::string help) {
+    std::vector<std::string> choices{"auto"};
+    for (const std::string& ending : endings(access)) choices.push_back(ending.substr(1));
+    return choice("format", std::move(choices), std::move(help));
 }
 
 /// ".vdb (grid, points), .ply (mesh), …".
@@ -71,64 +87,19 @@ std::string listOfFormats(Access access) {
     return join(parts, ", ");
 }
 
-std::vector<std::string> wantedGrids(const Arguments& a) {
-    return a.given("grids") ? split(a.text("grids"), ',') : std::vector<std::string>();
-}
-
-bool isWanted(const std::vector<std::string>& wanted, const std::string& name) {
-    return wanted.empty() || std::find(wanted.begin(), wanted.end(), name) != wanted.end();
-}
-
-Kind kindOf(GridKind kind) {
-    switch (kind) {
-        case GridKind::levelSet:
-            return Kind::levelSet;
-        case GridKind::velocity:
-            return Kind::velocity;
-        case GridKind::points:
-            return Kind::points;
-        default:
-            return Kind::grid;
+void readOne(Context& c, const Arguments& a, const std::string& file) {
+    const Format& format = formatOf(a, file, Access::read);
+    std::optional<LocalFile> copy;
+    if (!isStream(file)) copy.emplace(file, format.extension, c.console().cancelFunction());
+    const SourceFile source{file, (copy ? copy->path() : c.session().streamed(file, format.extension)).string()};
+    try {
+        format.read(c, a, source);
+    } catch (const FileError& error) { // of the file that the user knows, not of its copy
+        std::string what = error.what();
+        if (const size_t at = what.find(source.path); at != std::string::npos)
+            what.replace(at, source.path.size(), file);
+        throw FileError(what);
     }
-}
-
-FileError noSuchGrid(const std::string& file, const std::vector<std::string>& names) {
-    return FileError(
-        fmt::format("'{}' has no grid of that name; it has {}", file, names.empty() ? "none" : join(names, ", ")));
-}
-
-void readGrids(Context& c, const Arguments& a, const std::string& file) {
-    const auto wanted = wantedGrids(a);
-    std::vector<std::string> names;
-    bool any = false;
-    for (const auto& grid : readVdb(file)) {
-        names.push_back(grid->getName());
-        if (!isWanted(wanted, grid->getName())) continue;
-        any = true;
-        const auto points = openvdb::GridBase::grid<openvdb::points::PointDataGrid>(grid);
-        if (!points) {
-            c.give(GridValue{grid});
-            continue;
-        }
-        Points particles = pointsOf(*points);
-        // The track is of a flow that is not here, and rounded to float.
-        for (auto* track : {&particles.f, &particles.g}) track->clear();
-        givePoints(c, std::move(particles));
-    }
-    if (!any) throw noSuchGrid(file, names);
-}
-
-void readPicture(Context& c, const Arguments&, const std::string& file) {
-    Image image = extensionOf(file) == ".png" ? readPng(file) : readExr(file);
-    const bool isSigned = std::any_of(image.pixels.begin(), image.pixels.end(), [](float v) { return v < 0; });
-    c.give(std::make_shared<const ImageValue>(
-        ImageValue{std::move(image), isSigned ? ColorMap::diverging : ColorMap::viridis}));
-}
-
-void readMeshFile(Context& c, const Arguments&, const std::string& file) {
-    auto mesh = std::make_shared<const Mesh>(readMesh(file));
-    c.say(fmt::format("{}: {} points, {} faces", file, mesh->points.size(), mesh->faces()));
-    c.give(std::move(mesh));
 }
 
 void read(Context& c, const Arguments& a) {
@@ -136,7 +107,17 @@ void read(Context& c, const Arguments& a) {
         if (Value given = c.provided(file); !std::holds_alternative<std::monostate>(given))
             c.give(std::move(given));
         else
-            formatOf(file, Access::read).read(c, a, file);
+            readOne(c, a, file);
+    c.memory().object = std::make_shared<bool>(true); // what is said once has been said
+}
+
+/// Where the content of a file can be looked into, as long as the result lives.
+std::shared_ptr<const std::filesystem::path> localFor(const World& world, const std::string& file,
+                                                      const std::string& ending) {
+    if (isStream(file) && world.streamed)
+        return std::make_shared<const std::filesystem::path>(world.streamed(file, ending));
+    const auto copy = std::make_shared<const LocalFile>(file, ending);
+    return {copy, &copy->path()};
 }
 
 /// What the files of -read hold: from the header of a .vdb, otherwise by the extension.
@@ -147,20 +128,19 @@ std::vector<Object> readObjects(const Arguments& a, const std::vector<std::vecto
             objects.insert(objects.end(), known->begin(), known->end());
             continue;
         }
-        const Format& format = formatOf(file, Access::read);
-        if (format.extension != ".vdb") {
+        const Format& format = formatOf(a, file, Access::read);
+        const bool exists = std::filesystem::exists(file) && !isStream(file);
+        const bool there = exists || !world.lenient;
+        if (format.extension == ".ply" && (exists || (isStream(file) && world.streamed))) {
+            objects.push_back({.kind = kindOfPly(*localFor(world, file, format.extension))});
+        } else if (format.extension != ".vdb") {
             objects.push_back({.kind = format.reads.front()});
-        } else if (world.lenient && !std::filesystem::exists(file)) {
+        } else if (!there) {
             objects.push_back({.kind = Kind::grid, .uncertain = true});
         } else {
-            std::vector<std::string> names;
-            const size_t before = objects.size();
-            for (const GridInfo& grid : vdbContents(file)) {
-                names.push_back(grid.name);
-                if (isWanted(wantedGrids(a), grid.name))
-                    objects.push_back({.kind = kindOf(grid.kind), .name = grid.name});
-            }
-            if (objects.size() == before) throw noSuchGrid(file, names);
+            const auto local = localFor(world, file, format.extension);
+            const std::vector<Object> grids = gridObjects(a, {file, local->string()});
+            objects.insert(objects.end(), grids.begin(), grids.end());
         }
     }
     return objects;
@@ -168,6 +148,9 @@ std::vector<Object> readObjects(const Arguments& a, const std::vector<std::vecto
 
 // --- writing
 // ----------------------------------------------------------------------------------------------------------
+
+/// "-" is the standard output.
+std::string writtenTo(const std::string& file) { return file == "-" ? "/dev/stdout" : file; }
 
 openvdb::GridBase::ConstPtr gridOf(const Context& c, const Arguments& a, size_t index) {
     PointGridOptions options{.velocity = std::string(kHostProfiles.at(a.choice("target")).pointVelocity)};
@@ -193,7 +176,7 @@ void writeVdbFile(const Context& c, const Arguments& a, const std::string& file)
 
 void writePicture(const Context& c, const Arguments& a, const std::string& file) {
     const ImageValue& value = c.image("what");
-    if (extensionOf(file) == ".exr") return writeExr(file, value.image, {.half = a.flag("half")});
+    if (endingOf(file) == ".exr") return writeExr(file, value.image, {.half = a.flag("half")});
     ColorScale scale = automaticScale(value.image, value.map);
     if (a.given("range")) {
         const Range range = a.interval("range");
@@ -246,10 +229,14 @@ void writeJsonFile(const Context& c, const Arguments&, const std::string& file) 
 const std::vector<Format>& formats() {
     static const std::vector<Format> all{
         {".vdb", {Kind::grid, Kind::points}, readGrids, {Kind::grid, Kind::points, Kind::curves}, writeVdbFile},
-        {".ply", {Kind::mesh}, readMeshFile, {Kind::mesh, Kind::points, Kind::curves}, writePlyFile},
+        {".ply", {Kind::mesh, Kind::points}, readPlyFile, {Kind::mesh, Kind::points, Kind::curves}, writePlyFile},
         {".obj", {Kind::mesh}, readMeshFile, {Kind::mesh, Kind::curves}, writeObjFile},
         {".stl", {Kind::mesh}, readMeshFile, {}, nullptr},
-        {".csv", {}, nullptr, {Kind::points, Kind::curves}, writeCsvFile},
+        {".gltf", {Kind::mesh}, readModelFile, {}, nullptr},
+        {".glb", {Kind::mesh}, readModelFile, {}, nullptr},
+        {".fbx", {Kind::mesh}, readModelFile, {}, nullptr},
+        {".dae", {Kind::mesh}, readModelFile, {}, nullptr},
+        {".csv", {Kind::points}, readPointFile, {Kind::points, Kind::curves}, writeCsvFile},
         {".png", {Kind::image}, readPicture, {Kind::image}, writePicture},
         {".exr", {Kind::image}, readPicture, {Kind::image}, writePicture},
         {".json", {}, nullptr, {}, writeJsonFile, "the report; graph.json and NAME.graph.json: the graph"},
@@ -257,43 +244,44 @@ const std::vector<Format>& formats() {
     return all;
 }
 
+/// Files that are written by their ending, also if their name has another or none.
+void writeOne(const Context& c, const Arguments& a, const std::string& name) {
+    const Format& format = formatOf(a, name, Access::write);
+    const std::string file = writtenTo(name);
+    if (std::filesystem::path(file).extension() == format.extension || endingOf(file) == format.extension)
+        return format.write(c, a, file);
+    const TemporaryFolder folder;
+    const std::filesystem::path made = folder.path() / ("out" + format.extension);
+    format.write(c, a, made.string());
+    writeAtomically(file, [&](const std::filesystem::path& temporary) {
+        std::filesystem::copy_file(made, temporary, std::filesystem::copy_options::overwrite_existing);
+    });
+}
+
 void write(Context& c, const Arguments& a) {
     for (const auto& file : a.words()) {
-        formatOf(file, Access::write).write(c, a, file);
+        writeOne(c, a, file);
         c.say(fmt::format("wrote {}", file));
     }
 }
 
-// --- probing
-// ----------------------------------------------------------------------------------------------------------
+std::vector<Option> readOptions() {
+    std::vector<Option> all{
+        text("grids", "", "names of the grids to take from a .vdb, separated by commas (default: all)"),
+        formatOption(Access::read,
+                     "what the files are, whatever their names; auto: by the ending of the name. Needed for -, the "
+                     "standard input, and other streams)")};
+    for (Option& option : modelOptions()) all.push_back(std::move(option));
+    return all;
+}
 
-void probe(Context& c, const Arguments& a) {
-    const auto positions = readPositions(a.words()[0]);
-    const int order = a.integer<int>("order");
-    const std::string& output = a.words()[1];
-    const bool isFloat = a.choice("precision") == 1;
-    const Monitor monitor = c.follow("probe");
-    const auto probeAny = [&](const auto& object, const auto& asFloat, const auto& asDouble) {
-        std::visit([&](const auto& o) { isFloat ? asFloat(o) : asDouble(o); }, object);
-    };
-    // Positions in space see a field of fewer dimensions as it lies there.
-    const bool spatial = positions.dimension() == 3;
-    if (c.kind("what") == Kind::flow) {
-        const AnyFlow& flow = c.anyFlow("what");
-        const AnyFlow probed = spatial && dimensionOf(flow) < 3 ? AnyFlow(inSpace(flow)) : flow;
-        if (spatial && dimensionOf(probed) == 3) {
-            const Vec3d first = inSpace(flow).at(positions.at<3>(0)).velocity;
-            c.report("probe") = {{"first_vx", first[0]}, {"first_vy", first[1]}, {"first_vz", first[2]}};
-        }
-        return probeAny(
-            probed, [&](const auto& f) { probeFlow<float>(f, positions, order, output, monitor); },
-            [&](const auto& f) { probeFlow<double>(f, positions, order, output, monitor); });
-    }
-    AnyField probed = c.kind("what") == Kind::levelSet ? AnyField(c.sdf("what", 0).distance) : c.field("what").field;
-    if (spatial && dimensionOf(probed) < 3) probed = inSpace(probed);
-    probeAny(
-        probed, [&](const auto& f) { probeField<float>(f, positions, order, output, monitor); },
-        [&](const auto& f) { probeField<double>(f, positions, order, output, monitor); });
+/// Options of animated files, for files of other kinds, are a mistake.
+void checkModelOptions(const Arguments& a) {
+    for (const Option& option : modelOptions())
+        if (a.given(option.name) && std::none_of(a.words().begin(), a.words().end(), [&](const std::string& file) {
+                return isModel(formatOf(a, file, Access::read).extension);
+            }))
+            throw ValueError(fmt::format("{}= is for .gltf, .glb, .fbx and .dae", option.name));
 }
 
 } // namespace
@@ -305,12 +293,20 @@ Registry fileActions() {
          .summary = "read files: " + listOfFormats(Access::read),
          .makes = {several(made("meshes", {Kind::mesh}), 0, 1000), several(made("grids", {Kind::grid}), 0, 1000),
                    several(made("points", {Kind::points}), 0, 1000), several(made("images", {Kind::image}), 0, 1000)},
-         .options = {text("grids", "", "names of the grids to take from a .vdb, separated by commas (default: all)")},
+         .options = readOptions(),
          .positional = {"FILE …", 1, 1000},
          .examples = {"curlew -read bunny.obj -mesh2ls -write bunny.vdb",
-                      "curlew -read smoke.vdb grids=density,vel -print"},
+                      "curlew -read smoke.vdb grids=density,vel -print",
+                      "curlew -frames 1-24 -read walker.glb clip=walk -mesh2ls -write 'walker.$F4.vdb'",
+                      "curlew -read dust.csv.gz -write - format=ply"},
          .evaluation = Evaluation::file,
+         .variesWith =
+             [](const Arguments& a) {
+                 return std::any_of(a.words().begin(), a.words().end(),
+                                    [&](const std::string& file) { return modelMoves(a, file, endingFor(a, file)); });
+             },
          .run = read,
+         .prepare = checkModelOptions,
          .makesWith = readObjects},
         {.name = "write",
          .group = kGroup,
@@ -322,6 +318,9 @@ Registry fileActions() {
          .options = {ages("grid", "", "grids for a .vdb, several in one file"),
                      ages("geo", "", "which of the geometry that the file can hold, the newest being 0"),
                      ages("image", "", "which picture"),
+                     formatOption(Access::write,
+                                  "what the files become, whatever their names (default: by the ending of "
+                                  "the name; needed for -, the standard output, and other streams)"),
                      flag("half", "0", "16 bits a value in a .vdb or .exr, but for depth"),
                      choice("codec", {"auto", "none", "zip", "blosc"},
                             "compression of a .vdb; auto is blosc for fog volumes, which shrink to a third, and none "
@@ -339,25 +338,12 @@ Registry fileActions() {
          .prepare =
              [](const Arguments& a) {
                  for (const auto& file : a.words()) {
-                     formatOf(file, Access::write);
-                     checkWritable(file);
+                     formatOf(a, file, Access::write);
+                     checkWritable(writtenTo(file));
                  }
              },
-         .holds = [](const std::string& file) { return formatOf(file, Access::write).holds; }},
-        {.name = "probe",
-         .group = kGroup,
-         .summary = "evaluate the newest field, flow or level set at the points of a file",
-         .takes = {stays("what", {Kind::field, Kind::flow, Kind::levelSet})},
-         .makes = {made("file", {Kind::file})},
-         .options = {integer("order", "1", 0, 2,
-                             "highest derivative of the field; of a flow, whose velocity is made of first ones, 2 adds "
-                             "the Jacobian"),
-                     choice("precision", {"double", "float"}, "in which it is evaluated")},
-         .positional = {"IN.csv OUT.csv", 2, 2},
-         .examples = {"curlew -noise frequency=2 -probe points.csv values.csv order=2"},
-         .evaluation = Evaluation::effect,
-         .run = probe,
-         .prepare = [](const Arguments& a) { checkWritable(a.words()[1]); }}};
+         .holds = [](const Arguments& a, const std::string& file) { return formatOf(a, file, Access::write).holds; }},
+        probeAction()};
 }
 
 } // namespace curlew::app

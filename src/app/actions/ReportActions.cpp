@@ -160,7 +160,8 @@ void check(Context& c, const Arguments& a) {
             found["outside"] = points.outside;
             found["penetration_max"] = points.penetration;
         }
-        if (particles.hasTrack() && flow.hasTracks()) {
+        const bool tracked = c.points("points").tracked.identity != Digest{}; // that of a file is of another flow
+        if (tracked && particles.hasTrack() && flow.hasTracks()) {
             found["drift_f"] = points.driftF;
             found["drift_g"] = points.driftG;
         }

@@ -58,6 +58,7 @@ World Builder::world() const {
                 if (const auto found = mWritten.find(file); found != mWritten.end()) return found->second;
                 return mReading.world.contents ? mReading.world.contents(file) : std::nullopt;
             },
+            .streamed = mReading.world.streamed,
             .lenient = mReading.world.lenient};
 }
 
@@ -274,7 +275,7 @@ void Builder::addNode(const Statement& statement) {
 
 std::vector<Link> Builder::written(const Statement& statement, const std::string& file) const {
     const Arguments& a = statement.arguments;
-    const std::vector<Kind> able = a.action().holds(file);
+    const std::vector<Kind> able = a.action().holds(a, file);
     if (able.empty()) return {};
     const Input& what = a.action().takes.front();
     std::vector<Link> links;

@@ -226,7 +226,8 @@ class Document {
                 record.inFrames = record.when == "frame";
                 continue;
             }
-            bool varies = record.when == "frame" || action.advances(record.arguments) || record.arguments.changes();
+            bool varies =
+                record.when == "frame" || action.advances(record.arguments) || action.changes(record.arguments);
             if (action.inFrames != InFrames::once)
                 forEachSource(record, [&](size_t source) { varies = varies || mRecords[source].inFrames; });
             for (const auto& names : record.inputs)
@@ -328,7 +329,7 @@ class Document {
                 for (const auto& links : node.inputs)
                     for (const Link& link : links)
                         if (const Object& object = builder.graph().objectOf(link);
-                            !accepts(action.holds(file), object.kind) && !object.uncertain)
+                            !accepts(action.holds(record.arguments, file), object.kind) && !object.uncertain)
                             throw ValueError(fmt::format("'{}' cannot hold '{}', which is {}", file,
                                                          nameOf(builder.graph(), link), nameOf(object.kind)));
             builder.place(std::move(node), false);

@@ -37,6 +37,10 @@ size_t Action::inputIndex(std::string_view inputName) const {
     return static_cast<size_t>(found - takes.data());
 }
 
+bool Action::changes(const Arguments& arguments) const {
+    return varies || arguments.changes() || (variesWith && variesWith(arguments));
+}
+
 bool Action::advances(const Arguments& arguments) const { return inFrames == InFrames::each && !timeless(arguments); }
 
 bool Action::timeless(const Arguments& arguments) const {

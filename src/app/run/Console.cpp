@@ -90,6 +90,16 @@ Listener terminal(std::function<bool()> cancelled) {
             .cancelled = std::move(cancelled)};
 }
 
+void Console::printAsSaid() {
+    mListener.print = [say = mListener.say](std::string_view text) {
+        for (size_t begin = 0; say && begin < text.size();) {
+            const size_t end = std::min(text.find('\n', begin), text.size());
+            say(text.substr(begin, end - begin));
+            begin = end + 1;
+        }
+    };
+}
+
 void Console::print(std::string_view text) const {
     if (mListener.print) mListener.print(text);
 }

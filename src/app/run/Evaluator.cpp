@@ -38,8 +38,8 @@ Evaluator::Evaluator(Session& session, const Graph& graph)
 void Evaluator::analyse() {
     for (size_t k = 0; k < mGraph.nodes.size(); ++k) {
         const Node& node = mGraph.nodes[k];
-        mVaries[k] = node.action().varies || node.arguments.changes() ||
-                     (mGraph.inFrames(k) && node.action().advances(node.arguments));
+        mVaries[k] =
+            node.action().changes(node.arguments) || (mGraph.inFrames(k) && node.action().advances(node.arguments));
         mAdvances[k] = mGraph.inFrames(k) && node.action().advances(node.arguments);
         for (const auto& links : node.inputs)
             for (const Link& link : links) {

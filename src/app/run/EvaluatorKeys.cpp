@@ -45,7 +45,7 @@ Digest Evaluator::keyOf(size_t index) const {
         key.add(links.size());
         for (const Link& link : links) key.add(keyOf(link));
     }
-    if (action.varies || node.arguments.changes()) addMoment(key, mNow);
+    if (action.changes(node.arguments)) addMoment(key, mNow);
     // How the inputs go on changing between frames counts too, and a key of now has it: it is of their expressions.
     if (mClock && action.advances(node.arguments)) {
         addMoment(key, mNow);

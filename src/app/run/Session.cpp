@@ -54,11 +54,17 @@ Session::Held Session::result(const std::string& name) const {
 }
 
 World Session::world() const {
-    return {.contents = [this](const std::string& file) -> std::optional<std::vector<Object>> {
-        if (const auto found = mProvided.find(file); found != mProvided.end())
-            return std::vector{Object{.kind = kindOf(found->second.value)}};
-        return {};
-    }};
+    return {
+        .contents = [this](const std::string& file) -> std::optional<std::vector<Object>> {
+            if (const auto found = mProvided.find(file); found != mProvided.end())
+                return std::vector{Object{.kind = kindOf(found->second.value)}};
+            return {};
+        },
+        .streamed = [this](const std::string& stream, const std::string& ending) { return streamed(stream, ending); }};
+}
+
+const std::filesystem::path& Session::streamed(const std::string& stream, const std::string& ending) const {
+    return mStreams.try_emplace(stream, stream, ending, console.cancelFunction()).first->second.path();
 }
 
 std::vector<Given> Session::given() const {

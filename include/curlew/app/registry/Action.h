@@ -2,6 +2,7 @@
 
 #include "curlew/app/registry/Arguments.h"
 
+#include <filesystem>
 #include <functional>
 #include <optional>
 
@@ -127,6 +128,8 @@ struct Action {
     InFrames inFrames = InFrames::asInputs;
     bool setting = false; ///< An effect on what follows that moves nothing: quiet, threads, … A graph's come first.
     bool varies = false;  ///< What it makes depends on the moment, whatever its options.
+    /// Whether what it makes depends on the moment with these options and files, if no expression says so.
+    std::function<bool(const Arguments&)> variesWith = {};
     bool readsReport = false; ///< What it makes depends on the report so far.
     bool conforms = false;    ///< It makes a field that conforms to a wall, which means nothing unless a flow uses it.
     std::function<void(Context&, const Arguments&)> run = {};
@@ -136,8 +139,10 @@ struct Action {
     std::function<std::vector<Object>(const Arguments&, const std::vector<std::vector<Object>>& inputs, const World&)>
         makesWith = {};
     /// For files that each hold other kinds: the inputs that a file can hold. The program has a node for each choice.
-    std::function<std::vector<Kind>(const std::string& file)> holds = {};
+    std::function<std::vector<Kind>(const Arguments&, const std::string& file)> holds = {};
 
+    /// Whether what it makes changes with time though its inputs do not.
+    bool changes(const Arguments& arguments) const;
     /// Whether it advances with the frames, with these options.
     bool advances(const Arguments& arguments) const;
     /// Whether one of these options makes it a value of its inputs and of the moment (Option::timeless).
@@ -152,6 +157,8 @@ struct Action {
 struct World {
     /// What a file holds; also what the program itself writes into it before. nullopt if it cannot be known yet.
     std::function<std::optional<std::vector<Object>>(const std::string& file)> contents = {};
+    /// The copy of a stream (LocalFile.h), whose name ends with `ending`; made once, so that it can be looked into.
+    std::function<std::filesystem::path(const std::string& stream, const std::string& ending)> streamed = {};
     bool lenient = false; ///< Files that are not there may come later: a text is only checked.
 };
 

@@ -37,6 +37,8 @@ class Console {
     explicit Console(std::function<bool()> cancelled) : Console(terminal(std::move(cancelled))) {}
 
     void setVerbosity(Verbosity verbosity) { mVerbosity = verbosity; }
+    /// What is printed goes where lines are said: the standard output belongs to a file.
+    void printAsSaid();
     bool cancelled() const { return mListener.cancelled && mListener.cancelled(); }
     const std::function<bool()>& cancelFunction() const { return mListener.cancelled; }
 

@@ -3,6 +3,7 @@
 #include "curlew/app/language/Program.h"
 #include "curlew/app/run/Console.h"
 #include "curlew/app/run/Value.h"
+#include "curlew/base/LocalFile.h"
 #include "curlew/base/Parallel.h"
 
 #include <nlohmann/json.hpp>
@@ -69,6 +70,10 @@ class Session {
     /// Returns whether there was something of that name.
     bool withdraw(const std::string& name) { return mProvided.erase(name) > 0; }
 
+    /// The copy of a stream (LocalFile.h), whose name ends with `ending`: read to its end when it is first asked for,
+    /// and kept as long as the session.
+    const std::filesystem::path& streamed(const std::string& stream, const std::string& ending) const;
+
     Console& console;
     Report report = Report::object();            ///< What the actions have measured, by name.
     SourceLocation location = {};                ///< The node that runs, or has run last.
@@ -100,7 +105,8 @@ class Session {
     std::vector<Held> mObjects;
     std::vector<ResultPointer> mResults; ///< Of the last run, by node.
     std::map<std::string, Provided> mProvided;
-    std::unordered_map<Digest, ResultPointer> mKnown; ///< Values of the last run by their keys.
+    mutable std::map<std::string, LocalFile> mStreams; ///< By name.
+    std::unordered_map<Digest, ResultPointer> mKnown;  ///< Values of the last run by their keys.
     std::unordered_map<Digest, Kept> mKept;
     std::unique_ptr<SdfCache> mSdfs;
     std::unique_ptr<Evaluator> mEvaluator;

@@ -1,0 +1,62 @@
+#include "ProbeAction.h"
+
+#include "curlew/app/registry/Options.h"
+#include "curlew/app/run/Context.h"
+#include "curlew/app/run/Probe.h"
+#include "curlew/base/AtomicFile.h"
+
+namespace curlew::app {
+
+namespace {
+
+void probe(Context& c, const Arguments& a) {
+    const auto positions = readPositions(a.words()[0]);
+    const int order = a.integer<int>("order");
+    const std::string& output = a.words()[1];
+    const bool isFloat = a.choice("precision") == 1;
+    const Monitor monitor = c.follow("probe");
+    const auto probeAny = [&](const auto& object, const auto& asFloat, const auto& asDouble) {
+        std::visit([&](const auto& o) { isFloat ? asFloat(o) : asDouble(o); }, object);
+    };
+    // Positions in space see a field of fewer dimensions as it lies there.
+    const bool spatial = positions.dimension() == 3;
+    if (c.kind("what") == Kind::flow) {
+        const AnyFlow& flow = c.anyFlow("what");
+        const AnyFlow probed = spatial && dimensionOf(flow) < 3 ? AnyFlow(inSpace(flow)) : flow;
+        if (spatial && dimensionOf(probed) == 3) {
+            const Vec3d first = inSpace(flow).at(positions.at<3>(0)).velocity;
+            c.report("probe") = {{"first_vx", first[0]}, {"first_vy", first[1]}, {"first_vz", first[2]}};
+        }
+        return probeAny(
+            probed, [&](const auto& f) { probeFlow<float>(f, positions, order, output, monitor); },
+            [&](const auto& f) { probeFlow<double>(f, positions, order, output, monitor); });
+    }
+    AnyField probed = c.kind("what") == Kind::levelSet ? AnyField(c.sdf("what", 0).distance) : c.field("what").field;
+    if (spatial && dimensionOf(probed) < 3) probed = inSpace(probed);
+    probeAny(
+        probed, [&](const auto& f) { probeField<float>(f, positions, order, output, monitor); },
+        [&](const auto& f) { probeField<double>(f, positions, order, output, monitor); });
+}
+
+} // namespace
+
+Action probeAction() {
+    using namespace options;
+    return {
+        .name = "probe",
+        .group = "files",
+        .summary = "evaluate the newest field, flow or level set at the points of a file",
+        .takes = {stays("what", {Kind::field, Kind::flow, Kind::levelSet})},
+        .makes = {made("file", {Kind::file})},
+        .options = {integer("order", "1", 0, 2,
+                            "highest derivative of the field; of a flow, whose velocity is made of first ones, 2 adds "
+                            "the Jacobian"),
+                    choice("precision", {"double", "float"}, "in which it is evaluated")},
+        .positional = {"IN.csv OUT.csv", 2, 2},
+        .examples = {"curlew -noise frequency=2 -probe points.csv values.csv order=2"},
+        .evaluation = Evaluation::effect,
+        .run = probe,
+        .prepare = [](const Arguments& a) { checkWritable(a.words()[1]); }};
+}
+
+} // namespace curlew::app

@@ -1,0 +1,10 @@
+#pragma once
+
+#include "curlew/app/registry/Action.h"
+
+namespace curlew::app {
+
+/// -probe: fields, flows and level sets at the points of a file.
+Action probeAction();
+
+} // namespace curlew::app

@@ -1,0 +1,199 @@
+#include "ReadFiles.h"
+
+#include "ScatterDomain.h"
+#include "curlew/app/registry/Text.h"
+#include "curlew/base/LocalFile.h"
+#include "curlew/picture/ImageFile.h"
+#include "curlew/vdb/AnimatedMesh.h"
+#include "curlew/vdb/PointFile.h"
+#include "curlew/vdb/VdbFile.h"
+
+#include <algorithm>
+#include <array>
+
+namespace curlew::app {
+
+namespace {
+
+using namespace options;
+
+constexpr std::array<std::string_view, 4> kModelEndings{".gltf", ".glb", ".fbx", ".dae"};
+const std::string kNoClip = "none";
+
+Digest contentOf(const std::string& path) {
+    std::error_code error;
+    const auto time = std::filesystem::last_write_time(path, error).time_since_epoch().count();
+    return DigestBuilder()
+        .add("animated mesh")
+        .add(path)
+        .add(std::filesystem::file_size(path, error))
+        .add(static_cast<int64_t>(time))
+        .digest();
+}
+
+/// Kept from frame to frame where it is wanted in each.
+std::shared_ptr<const AnimatedMesh> modelOf(Context& c, const Arguments& a, const SourceFile& file) {
+    const auto read = [&] {
+        return std::make_shared<const AnimatedMesh>(AnimatedMesh::read(file.path, c.console().cancelFunction()));
+    };
+    const bool again = c.clock() && modelMoves(a, file.name, endingOf(file.path));
+    return again ? c.kept<AnimatedMesh>(contentOf(file.path), read) : read();
+}
+
+MeshPose poseOf(const Context& c, const Arguments& a, const AnimatedMesh& model) {
+    MeshPose pose{.seconds = a.given("time") ? a.real("time") : c.moment().time, .end = a.choice<ClipEnd>("end")};
+    const std::string clip = a.text("clip");
+    if (clip == kNoClip || (clip.empty() && model.clips().empty()))
+        pose.clip = {};
+    else if (!clip.empty())
+        pose.clip = model.clip(clip);
+    return pose;
+}
+
+/// What has been chosen and what else there is: said once, not in every frame.
+void tellModel(Context& c, const Arguments& a, const SourceFile& file, const AnimatedMesh& model,
+               const MeshPose& pose) {
+    const std::string metres = "metres, Y up";
+    std::string line = fmt::format("{}: {}{}", file.name, model.units(),
+                                   model.units() == metres ? "" : fmt::format(" in the file; here {}", metres));
+    std::vector<std::string> others;
+    for (size_t k = 0; k < model.clips().size(); ++k)
+        if (k != pose.clip) others.push_back(fmt::format("'{}'", model.clips()[k].name));
+    if (pose.clip) {
+        const AnimatedMesh::Clip& clip = model.clips()[*pose.clip];
+        const bool loops = pose.end == ClipEnd::loop || (pose.end == ClipEnd::automatic && clip.cyclic);
+        line += fmt::format("; clip '{}' of {:.4g} s, which {}", clip.name, clip.seconds,
+                            loops ? "begins again" : "stays as it ends");
+    }
+    if (!others.empty()) line += fmt::format("; {} {}", pose.clip ? "also" : "clips", join(others, ", "));
+    c.say(line);
+    if (pose.clip && !c.clock() && c.graph().frameRange && !a.given("time"))
+        c.warn(
+            fmt::format("'{}' is animated, and is read before -frames: it stands still; put -read behind -frames, "
+                        "or give time= or clip=none",
+                        file.name));
+}
+
+void sayMesh(const Context& c, const SourceFile& file, const Mesh& mesh, const std::string& more = "") {
+    c.say(fmt::format("{}: {} points, {} faces{}", file.name, mesh.points.size(), mesh.faces(), more));
+}
+
+// --- grids
+
+std::vector<std::string> wantedGrids(const Arguments& a) {
+    return a.given("grids") ? split(a.text("grids"), ',') : std::vector<std::string>();
+}
+
+bool isWanted(const std::vector<std::string>& wanted, const std::string& name) {
+    return wanted.empty() || std::find(wanted.begin(), wanted.end(), name) != wanted.end();
+}
+
+Kind kindOf(GridKind kind) {
+    switch (kind) {
+        case GridKind::levelSet:
+            return Kind::levelSet;
+        case GridKind::velocity:
+            return Kind::velocity;
+        case GridKind::points:
+            return Kind::points;
+        default:
+            return Kind::grid;
+    }
+}
+
+FileError noSuchGrid(const std::string& file, const std::vector<std::string>& names) {
+    return FileError(
+        fmt::format("'{}' has no grid of that name; it has {}", file, names.empty() ? "none" : join(names, ", ")));
+}
+
+} // namespace
+
+void readGrids(Context& c, const Arguments& a, const SourceFile& file) {
+    const auto wanted = wantedGrids(a);
+    std::vector<std::string> names;
+    bool any = false;
+    for (const auto& grid : readVdb(file.path)) {
+        names.push_back(grid->getName());
+        if (!isWanted(wanted, grid->getName())) continue;
+        any = true;
+        const auto points = openvdb::GridBase::grid<openvdb::points::PointDataGrid>(grid);
+        if (!points) {
+            c.give(GridValue{grid});
+            continue;
+        }
+        Points particles = pointsOf(*points);
+        // The track is of a flow that is not here, and rounded to float.
+        for (auto* track : {&particles.f, &particles.g}) track->clear();
+        givePoints(c, std::move(particles));
+    }
+    if (!any) throw noSuchGrid(file.name, names);
+}
+
+void readPicture(Context& c, const Arguments&, const SourceFile& file) {
+    Image image = endingOf(file.path) == ".png" ? readPng(file.path) : readExr(file.path);
+    const bool isSigned = std::any_of(image.pixels.begin(), image.pixels.end(), [](float v) { return v < 0; });
+    c.give(std::make_shared<const ImageValue>(
+        ImageValue{std::move(image), isSigned ? ColorMap::diverging : ColorMap::viridis}));
+}
+
+std::vector<Object> gridObjects(const Arguments& a, const SourceFile& file) {
+    std::vector<std::string> names;
+    std::vector<Object> objects;
+    for (const GridInfo& grid : vdbContents(file.path)) {
+        names.push_back(grid.name);
+        if (isWanted(wantedGrids(a), grid.name)) objects.push_back({.kind = kindOf(grid.kind), .name = grid.name});
+    }
+    if (objects.empty()) throw noSuchGrid(file.name, names);
+    return objects;
+}
+
+void readMeshFile(Context& c, const Arguments&, const SourceFile& file) {
+    auto mesh = std::make_shared<const Mesh>(readMesh(file.path));
+    sayMesh(c, file, *mesh);
+    c.give(std::move(mesh));
+}
+
+void readPointFile(Context& c, const Arguments&, const SourceFile& file) {
+    PointTable table = readPoints(file.path);
+    c.say(fmt::format("{}: {} points{}", file.name, table.points.size(),
+                      table.skipped.empty() ? "" : "; not read: " + join(table.skipped, " ")));
+    givePoints(c, std::move(table.points));
+}
+
+void readPlyFile(Context& c, const Arguments& a, const SourceFile& file) {
+    return kindOfPly(file.path) == Kind::points ? readPointFile(c, a, file) : readMeshFile(c, a, file);
+}
+
+Kind kindOfPly(const std::filesystem::path& path) { return plyHasFaces(path) ? Kind::mesh : Kind::points; }
+
+void readModelFile(Context& c, const Arguments& a, const SourceFile& file) {
+    const auto model = modelOf(c, a, file);
+    const MeshPose pose = poseOf(c, a, *model);
+    auto mesh = std::make_shared<const Mesh>(model->at(pose));
+    sayMesh(c, file, *mesh, pose.clip ? fmt::format(", at {:.4g} s", model->timeIn(pose)) : "");
+    if (!c.memory().object) tellModel(c, a, file, *model, pose);
+    c.give(std::move(mesh));
+}
+
+bool isModel(const std::string& ending) {
+    return std::find(kModelEndings.begin(), kModelEndings.end(), ending) != kModelEndings.end();
+}
+
+std::vector<Option> modelOptions() {
+    std::string help = "the clip of an animated file that shows: its name or number, or none (default: the first)";
+    return {text("clip", "", std::move(help)),
+            notNegative("time", "", "seconds",
+                        "since the first key of the clip, whose pose shows (default: T, the time since the first "
+                        "frame, if -read comes after -frames)"),
+            choice("end", kClipEndNames,
+                   "what a clip does after its last key: begin again, or stay as it is; auto: begin again if it ends "
+                   "as it begins")};
+}
+
+bool modelMoves(const Arguments& a, const std::string& name, const std::string& ending) {
+    if (!isModel(ending) || a.given("time") || a.text("clip") == kNoClip) return false;
+    const bool closed = isStream(name) || name.ends_with(".gz"); // it cannot be looked into
+    return closed || AnimatedMesh::mayMove(name);
+}
+
+} // namespace curlew::app

@@ -1,0 +1,129 @@
+#include "MeshParser.h"
+#include "PointArrays.h"
+#include "curlew/base/InputFile.h"
+#include "curlew/base/LocalFile.h"
+#include "curlew/base/Memory.h"
+#include "curlew/vdb/PointFile.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+
+namespace curlew {
+
+namespace {
+
+constexpr double kLargestId = 9007199254740992; // 2^53: whole numbers up to there are doubles
+
+/// The columns of a table as the arrays of points.
+class Columns {
+  public:
+    Columns(const CsvTable& table, std::filesystem::path path) : mTable(table), mPath(std::move(path)) {
+        std::set<std::string> names;
+        for (const std::string& name : table.names)
+            if (!names.insert(name).second) throw error(fmt::format("it has the column {} twice", name));
+    }
+
+    size_t rows() const { return mTable.values.size() / std::max<size_t>(mTable.names.size(), 1); }
+
+    /// Fills arrays with the columns of these names: all of them or, unless they are needed, none.
+    template <class T>
+    void take(const std::vector<std::pair<const char*, std::vector<T>*>>& columns, bool needed = false) {
+        std::vector<size_t> found;
+        std::string missing;
+        for (const auto& [name, array] : columns) {
+            const auto at = std::find(mTable.names.begin(), mTable.names.end(), name);
+            if (at != mTable.names.end()) found.push_back(static_cast<size_t>(at - mTable.names.begin()));
+            if (at == mTable.names.end() && missing.empty()) missing = name;
+        }
+        if (found.empty() && !needed) return;
+        if (!missing.empty()) throw error(fmt::format("it has no column {}", missing));
+        for (size_t k = 0; k < columns.size(); ++k) {
+            mTaken.insert(columns[k].first);
+            for (size_t row = 0; row < rows(); ++row) columns[k].second->push_back(converted<T>(value(row, found[k])));
+        }
+    }
+
+    std::vector<std::string> skipped() const {
+        std::vector<std::string> names;
+        for (const std::string& name : mTable.names)
+            if (!mTaken.contains(name)) names.push_back(name);
+        return names;
+    }
+
+    FileError error(const std::string& what) const {
+        return FileError(fmt::format("'{}' cannot be read as points: {}", mPath.string(), what));
+    }
+
+  private:
+    double value(size_t row, size_t column) const { return mTable.values[row * mTable.names.size() + column]; }
+
+    template <class T>
+    T converted(double number) const {
+        if constexpr (std::is_integral_v<T>)
+            if (!(std::abs(number) <= kLargestId) || number != std::floor(number))
+                throw error(fmt::format("it has the id {:g}, which is no whole number up to 2^53", number));
+        return static_cast<T>(number);
+    }
+
+    const CsvTable& mTable;
+    std::filesystem::path mPath;
+    std::set<std::string> mTaken;
+};
+
+PointTable pointsOf(const CsvTable& table, const std::filesystem::path& path) {
+    Columns columns(table, path);
+    requireMemory(static_cast<double>(Points::kBytes * columns.rows()), fmt::format("'{}'", path.string()),
+                  "split the file");
+    PointTable result;
+    Points& p = result.points;
+    columns.take<double>({{"x", &p.x}, {"y", &p.y}, {"z", &p.z}}, true);
+    columns.take<float>({{"vx", &p.vx}, {"vy", &p.vy}, {"vz", &p.vz}});
+    columns.take<int64_t>({{"id", &p.id}});
+    columns.take<double>({{"f", &p.f}, {"g", &p.g}});
+    columns.take<float>({{"age", &p.age}});
+    columns.take<float>({{"life", &p.life}});
+    columns.take<float>({{"fade", &p.fade}});
+    if (p.id.empty())
+        for (size_t n = 0; n < p.size(); ++n) p.id.push_back(static_cast<int64_t>(n));
+    size_t bad = 0;
+    for (size_t n = 0; n < p.size(); ++n)
+        bad += !(std::isfinite(p.x[n]) && std::isfinite(p.y[n]) && std::isfinite(p.z[n]));
+    if (bad > 0)
+        throw columns.error(
+            fmt::format("{} of its {} points have a coordinate that is not a finite number; repair "
+                        "them",
+                        bad, p.size()));
+    result.skipped = columns.skipped();
+    return result;
+}
+
+} // namespace
+
+PointTable readPoints(const std::filesystem::path& path) {
+    if (endingOf(path) == ".csv") return pointsOf(readCsv(path, CsvCells::optional), path);
+    const PlyVertices vertices = parsePlyVertices(contentOf(path), MeshSource{path});
+    if (std::find(vertices.others.begin(), vertices.others.end(), "edge") != vertices.others.end())
+        throw FileError(fmt::format("'{}' cannot be read: it holds curves; give points or a mesh", path.string()));
+    return pointsOf(vertices.table, path);
+}
+
+bool plyHasFaces(const std::filesystem::path& path) {
+    constexpr size_t kLongestHeader = size_t{1} << 16;
+    std::ifstream in = openToRead(path);
+    in.exceptions(std::ios::goodbit);
+    std::string header(kLongestHeader, '\0');
+    in.read(header.data(), static_cast<std::streamsize>(header.size()));
+    std::string_view rest(header.data(), static_cast<size_t>(in.gcount()));
+    while (!rest.empty()) {
+        std::string_view line = takeLine(rest);
+        const std::string_view keyword = takeWord(line);
+        if (keyword == "end_header") return false;
+        int64_t count = 0;
+        if (keyword == "element" && takeWord(line) == "face" && parse(takeWord(line), count) && count > 0) return true;
+    }
+    return false;
+}
+
+} // namespace curlew
