@@ -47,4 +47,14 @@ std::string printable(std::string_view text) {
     return result;
 }
 
+std::string grouped(uint64_t count) {
+    const std::string digits = fmt::format("{}", count);
+    std::string result;
+    for (size_t k = 0; k < digits.size(); ++k) {
+        if (k > 0 && (digits.size() - k) % 3 == 0) result += ',';
+        result += digits[k];
+    }
+    return result;
+}
+
 } // namespace curlew

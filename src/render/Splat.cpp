@@ -4,6 +4,7 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/math/Percentile.h"
 #include "curlew/picture/Display.h"
+#include "curlew/track/Scatter.h"
 
 #include <fmt/format.h>
 
@@ -17,6 +18,7 @@ using namespace detail;
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr double kStrays = 0.5; ///< How far beyond all but the outermost percent, in parts of their extent.
 
 void checkDepth(std::span<const float> depth, const Camera& camera) {
     const size_t pixels = static_cast<size_t>(camera.width()) * static_cast<size_t>(camera.height());
@@ -183,6 +185,40 @@ void resolveTile(const SplatTile& tile, const std::vector<Sample>& samples, std:
         }
 }
 
+/// Where splats are, but for those far outside of the picture of the others.
+std::vector<Vec3d> withoutStrays(const Splats& splats, const Camera& far) {
+    const size_t every = splats.x.size() / 2'000'000 + 1;
+    std::vector<Vec3d> points;
+    std::vector<double> across, upwards;
+    for (size_t k = 0; k < splats.x.size(); k += every) {
+        const Vec3d p{{splats.x[k], splats.y[k], splats.z[k]}};
+        if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) continue;
+        points.push_back(p);
+        across.push_back(dot(p, far.right()));
+        upwards.push_back(dot(p, far.up()));
+    }
+    const auto rangeOf = [](std::vector<double> values) {
+        const Range range = percentiles(std::move(values), 0.005, 0.995);
+        const double margin = kStrays * (range.upper - range.lower);
+        return Range{range.lower - margin, range.upper + margin};
+    };
+    const Range x = rangeOf(std::move(across)), y = rangeOf(std::move(upwards));
+    std::erase_if(points,
+                  [&](const Vec3d& p) { return !x.contains(dot(p, far.right())) || !y.contains(dot(p, far.up())); });
+    return points;
+}
+
+/// Enough of the wall's surface to frame it; none if it has no end.
+std::vector<Vec3d> placesOnWall(const Domain& domain) {
+    constexpr size_t kPlaces = 2000;
+    std::vector<Vec3d> places;
+    if (!domain.wall || !domain.wall->sdf.bounds.finite()) return places;
+    const Domain around{.box = domain.wall->sdf.bounds, .wall = domain.wall};
+    const Points points = scatterFrom(around, 0, kPlaces, ScatterOptions{.on = ScatterOn::surface});
+    for (size_t k = 0; k < points.size(); ++k) places.push_back(points.position(k));
+    return places;
+}
+
 } // namespace
 
 Splats Splats::of(const Points& points) { return {.x = points.x, .y = points.y, .z = points.z, .fade = points.fade}; }
@@ -207,24 +243,18 @@ Box Splats::bounds() const {
     return box;
 }
 
-Camera framing(const Splats& splats, CameraOptions options) {
-    const Camera far = Camera::around(splats.bounds().padded(1e-6), options);
-    const size_t every = splats.x.size() / 50000 + 1;
-    std::vector<Vec3d> points;
-    std::vector<double> across, upwards;
-    for (size_t k = 0; k < splats.x.size(); k += every) {
-        const Vec3d p{{splats.x[k], splats.y[k], splats.z[k]}};
-        if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) continue;
-        points.push_back(p);
-        across.push_back(dot(p, far.right()));
-        upwards.push_back(dot(p, far.up()));
+Camera framing(const Splats& splats, const std::optional<Domain>& domain, CameraOptions options) {
+    std::vector<Vec3d> points = domain ? placesOnWall(*domain) : std::vector<Vec3d>();
+    if (splats.x.empty() && points.empty() && domain) return Camera::around(domain->box, options);
+    if (!splats.x.empty()) {
+        const Box bounds = splats.bounds();
+        const Camera far = Camera::around(bounds.padded(std::max(1e-6 * length(bounds.size()), 1e-9)), options);
+        const std::vector<Vec3d> seen = withoutStrays(splats, far);
+        if (points.empty() && seen.size() < 2) return far;
+        points.insert(points.end(), seen.begin(), seen.end());
     }
-    if (points.size() < 2) return far;
-    const Range x = percentiles(std::move(across), 0.005, 0.995), y = percentiles(std::move(upwards), 0.005, 0.995);
-    std::erase_if(points,
-                  [&](const Vec3d& p) { return !x.contains(dot(p, far.right())) || !y.contains(dot(p, far.up())); });
     options.margin = kFramingMargin;
-    return points.size() < 2 ? far : Camera::around(points, options);
+    return Camera::around(points, options);
 }
 
 SplatImage luminous(const Splats& splats, const Camera& camera, const SplatOptions& options,

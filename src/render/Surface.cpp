@@ -1,37 +1,20 @@
 #include "curlew/render/Surface.h"
 
+#include "SurfaceModel.h"
 #include "curlew/base/Error.h"
 #include "curlew/base/Random.h"
 #include "curlew/field/ForEachBatch.h"
 
 #include <openvdb/tools/LevelSetFilter.h>
-#include <openvdb/tools/RayIntersector.h>
 
 #include <optional>
 
 namespace curlew {
 
-class Surface::Model {
-  public:
-    virtual ~Model() = default;
-    virtual void intersect(std::span<const Ray> rays, double resolution, std::span<RayHit> hits) const = 0;
-    virtual double skin() const { return 0; }
-};
-
 namespace {
 
 constexpr int kMaxSteps = 4096; // of a ray through a field; only one along the surface takes hundreds
 constexpr int kRefinements = 40;
-
-Vec3d unit(const Vec3d& v) {
-    const double size = length(v);
-    return size > 0 ? v * (1 / size) : v;
-}
-
-Vec3d facing(const Vec3d& gradient, const Vec3d& direction) {
-    const Vec3d normal = unit(gradient);
-    return dot(normal, direction) > 0 ? -normal : normal;
-}
 
 /// The part of a ray that is in a box.
 struct Part {
@@ -137,7 +120,7 @@ class FieldSurface final : public Surface::Model {
         double next = slope != 0 ? march.t - height / slope : march.t;
         const bool settled = std::abs(next - march.t) <= 1e-9 * resolution || height == 0;
         if (settled || march.steps >= kRefinements || march.beyond - march.below <= 1e-12 * march.beyond) {
-            hit = {march.t, facing(jet.gradient, ray.direction)};
+            hit = {.distance = march.t, .normal = facing(jet.gradient, ray.direction)};
             return false;
         }
         if (!(next > march.below && next < march.beyond)) next = 0.5 * (march.below + march.beyond);
@@ -149,56 +132,6 @@ class FieldSurface final : public Surface::Model {
     double mValue, mSteepness;
     Box mBox;
     bool mSolid;
-};
-
-/// The zero set of a level set's spline, found by OpenVDB on its voxels.
-class LevelSetSurface final : public Surface::Model {
-  public:
-    LevelSetSurface(const LevelSet& levelSet, ScalarField distance)
-        : mGrid(levelSet.grid), mVoxel(levelSet.voxelSize()), mDistance(std::move(distance)), mTracer(*mGrid) {}
-
-    double skin() const override { return mVoxel; }
-
-    void intersect(std::span<const Ray> rays, double, std::span<RayHit> hits) const override {
-        const openvdb::tools::LevelSetRayIntersector<openvdb::FloatGrid> tracer(mTracer); // its accessor is ours alone
-        std::vector<size_t> found;
-        for (size_t i = 0; i < rays.size(); ++i) {
-            hits[i] = {};
-            const auto vec = [](const Vec3d& v) { return openvdb::Vec3d(v[0], v[1], v[2]); };
-            openvdb::Vec3d position;
-            if (!tracer.intersectsWS(openvdb::math::Ray<double>(vec(rays[i].origin), vec(rays[i].direction)), position))
-                continue;
-            hits[i].distance = (position - vec(rays[i].origin)).length();
-            found.push_back(i);
-        }
-        for (size_t begin = 0; begin < found.size(); begin += kBatch)
-            refine(rays, hits, std::span(found).subspan(begin, std::min<size_t>(kBatch, found.size() - begin)));
-    }
-
-  private:
-    /// Newton's method on the spline, which is near what OpenVDB has found, but for grazing rays: these stay.
-    void refine(std::span<const Ray> rays, std::span<RayHit> hits, std::span<const size_t> found) const {
-        constexpr int kNewtonSteps = 4;
-        PointBatch points;
-        JetBatch<double, 1> jets;
-        for (int step = 0; step <= kNewtonSteps; ++step) {
-            points.size = 0;
-            for (const size_t i : found) points.push(rays[i].origin + rays[i].direction * hits[i].distance);
-            mDistance.eval(points, jets);
-            for (int k = 0; k < points.size; ++k) {
-                const size_t i = found[static_cast<size_t>(k)];
-                const auto jet = jets[k];
-                hits[i].normal = facing(jet.gradient, rays[i].direction);
-                const double by = jet.value / dot(jet.gradient, rays[i].direction);
-                if (step < kNewtonSteps && std::abs(by) < 0.5 * mVoxel) hits[i].distance -= by;
-            }
-        }
-    }
-
-    openvdb::FloatGrid::ConstPtr mGrid;
-    double mVoxel;
-    ScalarField mDistance;
-    openvdb::tools::LevelSetRayIntersector<openvdb::FloatGrid> mTracer;
 };
 
 /// Half as much again as the steepest of random places.
@@ -244,13 +177,26 @@ Surface::Surface(const LevelSet& levelSet) {
     if (levelSet.grid->tree().empty()) throw ValueError("the level set is empty");
     const Sdf sdf = sdfOf(levelSet);
     mBox = checked(sdf.bounds);
-    mModel = std::make_shared<LevelSetSurface>(levelSet, sdf.distance);
+    mModel = levelSetModel(levelSet, sdf.distance);
+}
+
+Surface::Surface(const Mesh& mesh) : mModel(meshModel(mesh)) {
+    mBox = {Vec3d{{1, 1, 1}} * HUGE_VAL, Vec3d{{1, 1, 1}} * -HUGE_VAL};
+    for (const auto& p : mesh.points)
+        for (int axis = 0; axis < 3; ++axis) {
+            mBox.lower[axis] = std::min(mBox.lower[axis], static_cast<double>(p[axis]));
+            mBox.upper[axis] = std::max(mBox.upper[axis], static_cast<double>(p[axis]));
+        }
 }
 
 double Surface::skin() const { return mModel->skin(); }
 
 void Surface::intersect(std::span<const Ray> rays, double resolution, std::span<RayHit> hits) const {
     mModel->intersect(rays, resolution, hits);
+}
+
+void Surface::occluded(std::span<const Ray> rays, double resolution, std::span<uint8_t> flags) const {
+    mModel->occluded(rays, resolution, flags);
 }
 
 LevelSet smoothed(const LevelSet& levelSet, int voxels) {

@@ -100,14 +100,14 @@ std::vector<bool> shadowed(const SurfaceView& view, const Lights& lights, const 
         Vec3d n;
         for (int axis = 0; axis < 3; ++axis) n[axis] = static_cast<double>(sample.normal[axis]);
         if (!(dot(n, lights.key()) > 0)) continue; // it has no light to lose
-        rays.push_back({sample.position + n * skin,
+        rays.push_back({sample.position + n * (skin + static_cast<double>(sample.lift)),
                         lights.toKey(k % view.samplesPerPixel(), view.samplesPerPixel(), randomUniform(1, k))});
         of.push_back(k);
     }
-    std::vector<RayHit> hits(rays.size());
-    surface.intersect(rays, view.resolution, hits);
+    std::vector<uint8_t> dark(rays.size());
+    surface.occluded(rays, view.resolution, dark);
     std::vector<bool> result(end - begin);
-    for (size_t i = 0; i < of.size(); ++i) result[of[i] - begin] = hits[i].found();
+    for (size_t i = 0; i < of.size(); ++i) result[of[i] - begin] = dark[i] != 0;
     return result;
 }
 
@@ -118,13 +118,13 @@ struct Pixel {
     float depth = kNowhere;
 };
 
-Vec3d backgroundAt(const SurfaceLook& look, const Camera& camera, int x, int y) {
+Vec3f backgroundAt(const SurfaceLook& look, const Camera& camera, int x, int y) {
     const double u = (x + 0.5) / camera.width() - 0.5, v = (y + 0.5) / camera.height() - 0.45;
     Vec3f display = look.background * static_cast<float>(1.06 - 0.6 * (u * u + v * v));
     // Half a level of 8 bits, at random: or its bands would show.
     const auto pixel = static_cast<uint64_t>(y) * static_cast<uint64_t>(camera.width()) + static_cast<uint64_t>(x);
     for (float& part : display.c) part += static_cast<float>((randomUniform(0, pixel) - 0.5) / 255);
-    return linearOf(display);
+    return display;
 }
 
 void checkBehind(const Image& behind, const Camera& camera) {
@@ -147,6 +147,12 @@ void setPixel(Image& image, int x, int y, const Pixel& pixel) {
         image.at(x, y, i) = static_cast<float>(displayFromLinear(std::max(pixel.light[i], 0.0)));
     image.at(x, y, 3) = static_cast<float>(std::clamp(pixel.cover, 0.0, 1.0));
     image.at(x, y, 4) = pixel.depth;
+}
+
+void setEmpty(Image& image, int x, int y, const Vec3f& display) {
+    for (int i = 0; i < 3; ++i) image.at(x, y, i) = std::max(display[i], 0.0f);
+    image.at(x, y, 3) = 0;
+    image.at(x, y, 4) = kNowhere;
 }
 
 /// Puts samples into a pixel: those before what is there cover it; of the others, that part is seen which it lets
@@ -183,21 +189,26 @@ Image shadeSurface(const SurfaceView& view, const std::vector<Vec3f>& colors, co
     const bool hides = look.finish == Finish::matt;
     Image image = filledImage(camera.width(), camera.height(), {"R", "G", "B", "A", "Z"});
     const double weight = 1 / static_cast<double>(view.samplesPerPixel());
-    const Vec3d plain = linearOf(colors.empty() ? Vec3f{} : colors.front());
+    const Vec3d albedo = linearOf(colors.empty() ? Vec3f{} : colors.front());
     const auto shadeRow = [&](int y) {
         const size_t firstPixel = static_cast<size_t>(y) * static_cast<size_t>(camera.width());
         const size_t begin = view.first[firstPixel], end = view.first[firstPixel + static_cast<size_t>(camera.width())];
         const std::vector<bool> dark =
             shadows && hides ? shadowed(view, lights, *shadows, begin, end) : std::vector<bool>(end - begin);
         for (int x = 0; x < camera.width(); ++x) {
-            const Vec3d background = backgroundAt(look, camera, x, y);
+            const size_t pixel = firstPixel + static_cast<size_t>(x);
+            const Vec3f plain = backgroundAt(look, camera, x, y);
+            if (!behind && view.first[pixel] == view.first[pixel + 1]) { // most pixels: no light to mix
+                setEmpty(image, x, y, plain);
+                continue;
+            }
+            const Vec3d background = linearOf(plain);
             const Pixel there = behind ? pixelOf(*behind, x, y) : Pixel{.light = background};
             Samples samples;
-            const size_t pixel = firstPixel + static_cast<size_t>(x);
             Pixel added = there;
             for (size_t k = view.first[pixel]; k < view.first[pixel + 1]; ++k) {
                 const Vec3d light =
-                    lights.at(view.hits[k], colors.size() == 1 ? plain : linearOf(colors[k]), dark[k - begin]);
+                    lights.at(view.hits[k], colors.size() == 1 ? albedo : linearOf(colors[k]), dark[k - begin]);
                 if (hides)
                     samples.add(light, view.hits[k].depth, there, weight);
                 else if (view.hits[k].depth < there.depth)

@@ -2,8 +2,12 @@
 
 #include "curlew/base/Memory.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/math/Range.h"
 
 #include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
 
 namespace curlew {
 
@@ -17,28 +21,56 @@ struct RowOfHits {
 SurfaceSample sampleOf(const Ray& ray, const RayHit& hit, const Camera& camera) {
     SurfaceSample sample{.position = ray.origin + ray.direction * hit.distance, .normal = {}};
     for (int axis = 0; axis < 3; ++axis) sample.normal[axis] = static_cast<float>(hit.normal[axis]);
+    sample.lift = static_cast<float>(hit.lift);
     sample.depth = static_cast<float>(dot(sample.position - camera.eye(), camera.forward()));
     return sample;
 }
 
+/// Pixels: columns left … right - 1 and rows top … bottom - 1.
+struct PixelRange {
+    int left, right, top, bottom;
+};
+
+/// Where in a picture a box can be seen.
+PixelRange rangeOf(const Box& box, const Camera& camera) {
+    const PixelRange all{0, camera.width(), 0, camera.height()};
+    Range x{HUGE_VAL, -HUGE_VAL}, y = x;
+    for (int corner = 0; corner < 8; ++corner) {
+        Vec3d p;
+        for (int axis = 0; axis < 3; ++axis) p[axis] = ((corner >> axis) & 1 ? box.upper : box.lower)[axis];
+        const auto at = camera.project(p);
+        if (!(at.depth > 1e-6 * length(p - camera.eye()))) return all; // it is beside or behind the eye
+        x = {std::min(x.lower, at.x), std::max(x.upper, at.x)};
+        y = {std::min(y.lower, at.y), std::max(y.upper, at.y)};
+    }
+    const auto pixel = [](double position, int size) {
+        return static_cast<int>(std::clamp(position, 0.0, static_cast<double>(size)));
+    };
+    return {pixel(x.lower - 1, all.right), pixel(x.upper + 2, all.right), pixel(y.lower - 1, all.bottom),
+            pixel(y.upper + 2, all.bottom)};
+}
+
 RowOfHits viewRow(const Surface& surface, const Camera& camera, int samples, int y, double resolution) {
+    const PixelRange range = rangeOf(surface.box(), camera);
+    RowOfHits row;
+    row.counts.assign(static_cast<size_t>(camera.width()), 0);
+    if (y < range.top || y >= range.bottom || range.left >= range.right) return row;
     std::vector<Ray> rays;
-    rays.reserve(static_cast<size_t>(camera.width()) * static_cast<size_t>(samples * samples));
-    for (int x = 0; x < camera.width(); ++x)
+    rays.reserve(static_cast<size_t>(range.right - range.left) * static_cast<size_t>(samples * samples));
+    for (int x = range.left; x < range.right; ++x)
         for (int j = 0; j < samples; ++j)
             for (int i = 0; i < samples; ++i)
                 rays.push_back({camera.eye(), camera.direction(x + (i + 0.5) / samples, y + (j + 0.5) / samples)});
     std::vector<RayHit> found(rays.size());
     surface.intersect(rays, resolution, found);
-    RowOfHits row;
-    const size_t perPixel = rays.size() / static_cast<size_t>(camera.width());
+    const auto perPixel = static_cast<size_t>(samples * samples);
     for (size_t begin = 0; begin < rays.size(); begin += perPixel) {
         const size_t before = row.hits.size();
         for (size_t k = begin; k < begin + perPixel; ++k) {
             if (!found[k].found()) continue;
             row.hits.push_back(sampleOf(rays[k], found[k], camera));
         }
-        row.counts.push_back(row.hits.size() - before);
+        row.counts[static_cast<size_t>(range.left) + begin / perPixel] = row.hits.size() - before;
     }
     return row;
 }

@@ -30,14 +30,45 @@ std::vector<float> agesOfBirths(double rate, double duration, double& rates) {
     return ages;
 }
 
+/// Along the normal, each for its age; those that would meet another part of the wall stay.
+void leaveSurface(const ScalarField& distance, const EmissionOptions& o, Points& born) {
+    const double side = o.place.level < 0 ? -1 : 1;
+    for (auto* array : {&born.vx, &born.vy, &born.vz}) array->resize(born.size());
+    forEachBatch(born, [&](const PointBatch& points, size_t begin) {
+        JetBatch<double, 1> jets;
+        distance.eval(points, jets);
+        PointBatch moved = points;
+        std::array<Vec3d, kBatch> velocity;
+        for (int i = 0; i < points.size; ++i) {
+            const Vec3d normal = jets[i].gradient * (side / std::max(length(jets[i].gradient), 1e-12));
+            velocity[static_cast<size_t>(i)] = normal * o.normalSpeed;
+            const auto age = static_cast<double>(born.age[begin + static_cast<size_t>(i)]);
+            moved.set(i, points[i] + velocity[static_cast<size_t>(i)] * age);
+        }
+        distance.eval(moved, jets);
+        std::array<bool, kBatch> allowed;
+        allowed.fill(true);
+        std::array<double, kBatch> ignored;
+        if (o.place.clear) classify(*o.place.clear, moved, allowed, ignored);
+        for (int i = 0; i < points.size; ++i) {
+            const size_t k = begin + static_cast<size_t>(i);
+            born.setVelocity(k, velocity[static_cast<size_t>(i)]);
+            if (side * jets[i].value > 0 && allowed[static_cast<size_t>(i)]) born.setPosition(k, moved[i]);
+        }
+    });
+}
+
 } // namespace
 
 Points emitted(const Domain& domain, const EmissionOptions& o, double duration, EmissionState& state,
                const Monitor& monitor) {
     std::vector<float> ages = agesOfBirths(o.rate, duration, state.rates);
-    Points born = scatterFrom(domain, state.nextId, ages.size(), o.seed, monitor);
+    ScatterOptions place = o.place;
+    place.seed = o.seed;
+    Points born = scatterFrom(domain, state.nextId, ages.size(), place, monitor);
     state.nextId += static_cast<int64_t>(ages.size());
     born.age = std::move(ages);
+    if (o.normalSpeed > 0 && place.on == ScatterOn::surface) leaveSurface(domain.wall->sdf.distance, o, born);
     if (!std::isfinite(o.life)) return born;
     born.life.resize(born.size());
     for (size_t k = 0; k < born.size(); ++k) {

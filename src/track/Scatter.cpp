@@ -12,39 +12,148 @@ namespace curlew {
 
 namespace {
 
-constexpr uint64_t kMostTries = 1000;
+constexpr uint64_t kMostTries = 10000;
+constexpr uint64_t kDensityStream = uint64_t{1} << 48; ///< Of random numbers: beyond those of the positions.
+constexpr size_t kMostCells = size_t{1} << 22;
 
-Vec3d candidate(const std::vector<Vec<int, 3>>& cells, const Vec3d& origin, double size, uint64_t seed, uint64_t point,
-                uint64_t attempt) {
-    const auto draw = [&](uint64_t k) { return randomUniform(seed, point, 4 * attempt + k); };
-    const auto& cell = cells[static_cast<size_t>(draw(0) * static_cast<double>(cells.size()))];
-    Vec3d p;
-    for (int axis = 0; axis < 3; ++axis)
-        p[axis] = origin[axis] + size * (cell[axis] + draw(static_cast<uint64_t>(axis) + 1));
-    return p;
-}
+/// Equal cells around what points are drawn from; those that do not fit are drawn again.
+struct Cells {
+    std::vector<Vec<int, 3>> cells;
+    Vec3d origin;
+    double size;
 
-} // namespace
+    Vec3d candidate(uint64_t seed, uint64_t point, uint64_t attempt) const {
+        const auto draw = [&](uint64_t k) { return randomUniform(seed, point, 4 * attempt + k); };
+        const auto& cell = cells[static_cast<size_t>(draw(0) * static_cast<double>(cells.size()))];
+        Vec3d p;
+        for (int axis = 0; axis < 3; ++axis)
+            p[axis] = origin[axis] + size * (cell[axis] + draw(static_cast<uint64_t>(axis) + 1));
+        return p;
+    }
+};
 
-Points scatter(const Domain& domain, size_t count, uint64_t seed, const Monitor& monitor) {
-    return scatterFrom(domain, 0, count, seed, monitor);
-}
-
-Points scatterFrom(const Domain& domain, int64_t first, size_t count, uint64_t seed, const Monitor& monitor) {
-    if (first < 0) throw ValueError(fmt::format("the first id is {}; it must not be negative", first));
-    if (!domain.box.finite()) throw ValueError("the domain is infinite; give a box");
-    const Vec3d extent = domain.box.size();
-    const double longest = std::max({extent[0], extent[1], extent[2]});
+double longestEdge(const Box& box) {
+    if (!box.finite()) throw ValueError("the domain is infinite; give a box");
+    const Vec3d extent = box.size();
     if (!(std::min({extent[0], extent[1], extent[2]}) > 0)) throw ValueError("the box is empty");
-    // Equal cells around the domain, a 64th of the box: points are drawn from them and those outside are drawn again.
-    constexpr int kCellsPerEdge = 64;
-    const double size = longest / kCellsPerEdge;
-    DistanceRange range;
-    if (domain.wall && domain.wall->side == Side::inside) range.upper = 0;
-    if (domain.wall && domain.wall->side == Side::outside) range.lower = 0;
-    const auto cells = coveringCells(domain, domain.box.lower, size, range, size_t{1} << 22);
-    if (cells.empty()) throw ValueError("the domain is empty");
+    return std::max({extent[0], extent[1], extent[2]});
+}
 
+using Accepted = std::array<bool, kBatch>;
+
+/// Points of the volume of a domain.
+class VolumeSource {
+  public:
+    explicit VolumeSource(const Domain& domain) : mDomain(domain) {
+        constexpr int kCellsPerEdge = 64;
+        const double size = longestEdge(domain.box) / kCellsPerEdge;
+        DistanceRange range;
+        if (domain.wall && domain.wall->side == Side::inside) range.upper = 0;
+        if (domain.wall && domain.wall->side == Side::outside) range.lower = 0;
+        mCells = {coveringCells(domain, domain.box.lower, size, range, kMostCells), domain.box.lower, size};
+        if (mCells.cells.empty()) throw ValueError("the domain is empty");
+    }
+    const Cells& cells() const { return mCells; }
+    void sift(PointBatch& points, Accepted& accepted) const {
+        std::array<double, kBatch> distance;
+        classify(mDomain, points, accepted, distance);
+        for (int i = 0; i < points.size; ++i)
+            accepted[static_cast<size_t>(i)] = accepted[static_cast<size_t>(i)] && mDomain.box.contains(points[i]);
+    }
+    const char* failure() const { return "hardly any point of the domain is on the flow's side of the wall"; }
+
+  private:
+    const Domain& mDomain;
+    Cells mCells;
+};
+
+/// Points where the distance to the wall of a domain has a value.
+class SurfaceSource {
+  public:
+    SurfaceSource(const Domain& domain, double level) : mLevel(level) {
+        constexpr int kCellsPerEdge = 128;
+        if (!domain.wall) throw ValueError("there is no surface: the domain has no wall");
+        const double longest = longestEdge(domain.box), size = longest / kCellsPerEdge;
+        mHalf = size / 4;
+        mTolerance = 1e-9 * longest;
+        mDistance = domain.wall->sdf.distance;
+        const double margin = std::abs(level) + mHalf;
+        Domain both{.box = domain.box.padded(margin), .wall = domain.wall};
+        both.wall->side = Side::both;
+        mCells = {coveringCells(both, both.box.lower, size, {level - mHalf, level + mHalf}, kMostCells), both.box.lower,
+                  size};
+        if (mCells.cells.empty()) throw ValueError("the surface does not meet the box");
+    }
+    const Cells& cells() const { return mCells; }
+    /// Puts those of the shell onto the surface.
+    void sift(PointBatch& points, Accepted& accepted) const {
+        JetBatch<double, 0> values;
+        mDistance->eval(points, values);
+        std::array<int, kBatch> of;
+        PointBatch shell;
+        for (int i = 0; i < points.size; ++i) {
+            accepted[static_cast<size_t>(i)] = false;
+            if (!(std::abs(values[i].value - mLevel) <= mHalf)) continue;
+            of[static_cast<size_t>(shell.size)] = i;
+            shell.push(points[i]);
+        }
+        if (shell.size == 0) return;
+        Accepted settled;
+        settle(shell, settled);
+        for (int i = 0; i < shell.size; ++i) {
+            points.set(of[static_cast<size_t>(i)], shell[i]);
+            accepted[static_cast<size_t>(of[static_cast<size_t>(i)])] = settled[static_cast<size_t>(i)];
+        }
+    }
+    const char* failure() const { return "hardly any point of the surface is allowed by the density and the wall"; }
+
+  private:
+    /// Newton's method along the gradient.
+    void settle(PointBatch& points, Accepted& settled) const {
+        constexpr int kNewtonSteps = 8;
+        JetBatch<double, 1> jets;
+        for (int step = 0; step <= kNewtonSteps; ++step) {
+            mDistance->eval(points, jets);
+            bool all = true;
+            for (int i = 0; i < points.size; ++i) {
+                const auto jet = jets[i];
+                const double off = mLevel - jet.value, slope = dot(jet.gradient, jet.gradient);
+                settled[static_cast<size_t>(i)] = std::abs(off) <= mTolerance;
+                if (settled[static_cast<size_t>(i)] || !(slope > kLeastSlope)) continue;
+                points.set(i, points[i] + jet.gradient * (off / slope));
+                all = false;
+            }
+            if (all) return;
+        }
+    }
+
+    static constexpr double kLeastSlope = 0.0625; ///< Squared; where the distance is less steep, it is no distance.
+    double mLevel, mHalf = 0, mTolerance = 0;
+    std::optional<ScalarField> mDistance;
+    Cells mCells;
+};
+
+/// Takes away what density and wall do not allow. `point(i)`: the number of point i of the batch.
+template <class PointOf>
+void restrict(const ScatterOptions& o, const PointBatch& points, uint64_t attempt, const PointOf& point,
+              Accepted& accepted) {
+    if (o.clear) {
+        Accepted allowed;
+        std::array<double, kBatch> distance;
+        classify(*o.clear, points, allowed, distance);
+        for (size_t i = 0; i < static_cast<size_t>(points.size); ++i) accepted[i] = accepted[i] && allowed[i];
+    }
+    if (!o.density) return;
+    JetBatch<double, 0> density;
+    o.density->eval(points, density);
+    for (int i = 0; i < points.size; ++i) {
+        const double part = randomUniform(o.seed, point(i), kDensityStream + attempt);
+        accepted[static_cast<size_t>(i)] = accepted[static_cast<size_t>(i)] && part < density[i].value;
+    }
+}
+
+template <class Source>
+Points drawn(const Source& source, int64_t first, size_t count, const ScatterOptions& o, const Monitor& monitor) {
     Points particles;
     for (auto* array : {&particles.x, &particles.y, &particles.z}) array->resize(count);
     particles.id.resize(count);
@@ -55,24 +164,23 @@ Points scatterFrom(const Domain& domain, int64_t first, size_t count, uint64_t s
             size_t left = 0;
             for (size_t k = begin; k < end; ++k) waiting[left++] = k;
             for (uint64_t attempt = 0; left > 0; ++attempt) {
-                if (attempt == kMostTries)
-                    throw ValueError("hardly any point of the domain is on the flow's side of the wall");
+                if (attempt == kMostTries) throw ValueError(source.failure());
+                const auto point = [&](auto i) {
+                    return static_cast<uint64_t>(first) + waiting[static_cast<size_t>(i)];
+                };
                 PointBatch points;
-                for (size_t i = 0; i < left; ++i)
-                    points.push(candidate(cells, domain.box.lower, size, seed,
-                                          static_cast<uint64_t>(first) + waiting[i], attempt));
-                std::array<bool, kBatch> allowed;
-                std::array<double, kBatch> distance;
-                classify(domain, points, allowed, distance);
+                for (size_t i = 0; i < left; ++i) points.push(source.cells().candidate(o.seed, point(i), attempt));
+                Accepted accepted;
+                source.sift(points, accepted);
+                restrict(o, points, attempt, point, accepted);
                 size_t again = 0;
                 for (size_t i = 0; i < left; ++i) {
-                    const Vec3d p = points[static_cast<int>(i)];
                     const size_t k = waiting[i];
-                    if (!allowed[i] || !domain.box.contains(p)) {
+                    if (!accepted[i]) {
                         waiting[again++] = k;
                         continue;
                     }
-                    particles.setPosition(k, p);
+                    particles.setPosition(k, points[static_cast<int>(i)]);
                     particles.id[k] = first + static_cast<int64_t>(k);
                 }
                 left = again;
@@ -80,6 +188,23 @@ Points scatterFrom(const Domain& domain, int64_t first, size_t count, uint64_t s
         },
         monitor);
     return particles;
+}
+
+} // namespace
+
+Points scatter(const Domain& domain, size_t count, uint64_t seed, const Monitor& monitor) {
+    return scatterFrom(domain, 0, count, seed, monitor);
+}
+
+Points scatterFrom(const Domain& domain, int64_t first, size_t count, uint64_t seed, const Monitor& monitor) {
+    return scatterFrom(domain, first, count, ScatterOptions{.seed = seed}, monitor);
+}
+
+Points scatterFrom(const Domain& domain, int64_t first, size_t count, const ScatterOptions& options,
+                   const Monitor& monitor) {
+    if (first < 0) throw ValueError(fmt::format("the first id is {}; it must not be negative", first));
+    if (options.on == ScatterOn::volume) return drawn(VolumeSource(domain), first, count, options, monitor);
+    return drawn(SurfaceSource(domain, options.level), first, count, options, monitor);
 }
 
 } // namespace curlew

@@ -122,3 +122,47 @@ TEST_CASE("snap puts points onto a shape, or onto a terrain", "[app]") {
     folder.mustFail("-torus -snap", {"-snap", "points"});
     folder.mustFail("-torus -scatter count=3 -snap reach=0", {"-snap", "reach"});
 }
+
+TEST_CASE("splat of nothing is an empty picture, of its own or with a wall", "[app]") {
+    const Folder folder;
+    folder.mustRun("-scatter box=0,0,0,1,1,1 count=5 -kill box=5,5,5,6,6,6 -splat background=0.5,0.5,0.5" + kSize +
+                   "-write a.png a.json");
+    for (const float value : readPng(folder / "a.png").pixels) REQUIRE(value == Approx(0.5).margin(0.003));
+    CHECK(jsonOf(folder / "a.json").at("splat").at("drawn") == 0);
+    // The first frame of -emit has no points.
+    folder.mustRun(kFlow + "-frames 1-3 -emit rate=500 -advect -splat" + kSize + "-write e.##.png");
+    CHECK(meanOf(readPng(folder / "e.01.png")) < meanOf(readPng(folder / "e.03.png")));
+}
+
+TEST_CASE("one camera sees a whole sequence: the wall's domain, or what was drawn first", "[app]") {
+    const Folder folder;
+    // A ball of points that grows: with a camera of its own, each picture would be the same.
+    const auto growing = [&](const std::string& wall) {
+        folder.mustRun(wall +
+                       "-frames 1-3 -jitter spacing='{0.1*F}' 'box={-F},{-F},{-F},{F},{F},{F}' -splat glow=0 "
+                       "outline=0.5" +
+                       kSize + "-write g.##.png -write g.##.json");
+        return std::pair(jsonOf(folder / "g.01.json").at("splat").at("covered").get<double>(),
+                         jsonOf(folder / "g.03.json").at("splat").at("covered").get<double>());
+    };
+    const auto [first, third] = growing("");
+    CHECK(third > 1.3 * first);
+    const auto [inWall, thirdInWall] = growing("-sphere radius=6 ");
+    CHECK(inWall < 0.5 * first);
+    CHECK(thirdInWall > 3 * inWall);
+}
+
+TEST_CASE("an obstacle hides the points behind it, and a container does not", "[app]") {
+    const Folder folder;
+    const auto covered = [&](const std::string& side, const std::string& box) {
+        folder.mustRun("-sphere radius=0.5 -noise -noise seed=1 -bound width=0.2 side=" + side +
+                       " -dfvn -scatter count=300 seed=2 domain=none box=" + box +
+                       " -splat color=1,1,1 glow=0 fade=0 eye=0,0,5 target=0,0,0 fov=30" + kSize +
+                       "-write a.png a.json");
+        return jsonOf(folder / "a.json").at("splat").at("covered").get<double>();
+    };
+    const std::string behind = "-0.2,-0.2,-1.2,0.2,0.2,-1", before = "-0.2,-0.2,1,0.2,0.2,1.2";
+    CHECK(covered("outside", behind) == 0);
+    CHECK(covered("outside", before) > 0.01);
+    CHECK(covered("inside", behind) > 0.01);
+}

@@ -139,3 +139,80 @@ TEST_CASE("smoothed: rounds off edges and keeps flat faces", "[render]") {
     CHECK(at(smooth, 10, 10, 10) > at(box, 10, 10, 10) + 0.01f);
     CHECK(at(box, 10, 10, 10) == Approx(0).margin(1e-3)); // it was not changed
 }
+
+namespace {
+
+/// A cube of quads, its corners at 0 and 1 but for an offset.
+Mesh cubeMesh(const openvdb::Vec3s& offset) {
+    Mesh mesh;
+    for (int k = 0; k < 8; ++k)
+        mesh.points.push_back(offset + openvdb::Vec3s(static_cast<float>(k & 1), static_cast<float>(k >> 1 & 1),
+                                                      static_cast<float>(k >> 2 & 1)));
+    mesh.quads = {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1}, {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}};
+    return mesh;
+}
+
+/// A ball of triangles: points on circles of latitude, with two poles.
+Mesh ballMesh(uint32_t rings) {
+    Mesh mesh;
+    const uint32_t around = 2 * rings;
+    const auto at = [&](uint32_t ring, uint32_t k) { return (ring - 1) * around + k % around; };
+    const auto point = [&](double polar, double turn) {
+        mesh.points.emplace_back(std::sin(polar) * std::cos(turn), std::cos(polar), std::sin(polar) * std::sin(turn));
+    };
+    const double pi = std::acos(-1.0);
+    for (uint32_t ring = 1; ring < rings; ++ring)
+        for (uint32_t k = 0; k < around; ++k) point(pi * ring / rings, 2 * pi * k / around);
+    point(0, 0), point(pi, 0);
+    const auto top = static_cast<uint32_t>(mesh.points.size() - 2);
+    for (uint32_t k = 0; k < around; ++k) {
+        mesh.triangles.push_back({top, at(1, k), at(1, k + 1)});
+        mesh.triangles.push_back({top + 1, at(rings - 1, k + 1), at(rings - 1, k)});
+        for (uint32_t ring = 1; ring + 1 < rings; ++ring)
+            mesh.quads.push_back({at(ring, k), at(ring + 1, k), at(ring + 1, k + 1), at(ring, k + 1)});
+    }
+    return mesh;
+}
+
+} // namespace
+
+TEST_CASE("rays meet the faces of a mesh, whose edges stay edges", "[render]") {
+    const openvdb::Vec3s offset(GENERATE(0.0F, 4096.0F), 0, 0); // where float still has its corners
+    const Surface cube(cubeMesh(offset));
+    const Vec3d low{{static_cast<double>(offset[0]), 0, 0}};
+    for (int axis = 0; axis < 3; ++axis)
+        for (uint64_t k = 0; k < 50; ++k) {
+            Vec3d from = low + test::randomPoint(test::cube(0.49), 3, k) + Vec3d{{0.5, 0.5, 0.5}}, direction{};
+            from[axis] = low[axis] + 7;
+            direction[axis] = -1;
+            std::vector<RayHit> hit(1);
+            cube.intersect(std::vector<Ray>{{from, direction}}, kResolution, hit);
+            REQUIRE(hit[0].distance == Approx(6).epsilon(1e-12));
+            REQUIRE(hit[0].normal[axis] == Approx(1));
+        }
+    std::vector<RayHit> missed(1);
+    cube.intersect(std::vector<Ray>{{low + Vec3d{{2, 2, 7}}, {{0, 0, -1}}}}, kResolution, missed);
+    CHECK_FALSE(missed[0].found());
+    CHECK_THROWS_AS(Surface(Mesh()), ValueError);
+}
+
+TEST_CASE("a ball of triangles is as round as its facets allow, and its normals are rounder", "[render]") {
+    const double coarse = errorOnBall(Surface(ballMesh(24)), 1, 0.02, 0.03);
+    const double fine = errorOnBall(Surface(ballMesh(96)), 1, 0.02, 0.01);
+    CHECK(fine < coarse / 4);
+}
+
+TEST_CASE("rays through the common edges and corners of faces do not fall through", "[render]") {
+    const Mesh mesh = ballMesh(24);
+    const Surface ball(mesh);
+    std::vector<Ray> rays;
+    const Vec3d eye{{0.3, 0.4, 5}};
+    for (const auto& p : mesh.points)
+        if (p.z() > 0.5F) { // not where rays only touch the ball
+            const Vec3d corner{{static_cast<double>(p.x()), static_cast<double>(p.y()), static_cast<double>(p.z())}};
+            rays.push_back({eye, unit(corner - eye)});
+        }
+    const auto hits = hitsOf(ball, rays);
+    REQUIRE(hits.size() > 150);
+    for (const RayHit& hit : hits) REQUIRE((hit.found() && hit.distance < 5));
+}

@@ -84,3 +84,18 @@ TEST_CASE("wrap: positions are moved by whole periods into the box", "[track]") 
     infinite.upper[0] = std::numeric_limits<double>::infinity();
     CHECK_THROWS_AS(wrap(points, infinite), ValueError);
 }
+
+TEST_CASE("emitted on a surface: births leave it along the normal, each for its age", "[track]") {
+    const Domain domain = Domain::of({.sdf = sphereSdf(1), .side = Side::outside, .width = 0.1});
+    EmissionState state;
+    const Points born = emitted(
+        domain,
+        {.rate = 500, .seed = 1, .place = {.on = ScatterOn::surface, .level = 0.01, .clear = domain}, .normalSpeed = 2},
+        1, state);
+    REQUIRE(born.size() == 500);
+    for (size_t k = 0; k < born.size(); ++k) {
+        const Vec3d p = position(born, k), v{{born.vx[k], born.vy[k], born.vz[k]}};
+        REQUIRE(length(p) == Approx(1.01 + 2 * static_cast<double>(born.age[k])).epsilon(1e-6));
+        REQUIRE(length(v - p * (2 / length(p))) < 1e-5);
+    }
+}

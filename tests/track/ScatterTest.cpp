@@ -1,6 +1,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/field/Algebra.h"
+#include "curlew/field/Formula.h"
 #include "curlew/track/Scatter.h"
 #include "support/MovingPoints.h"
 #include "support/Points.h"
@@ -109,4 +110,68 @@ TEST_CASE("where nothing can be scattered is an error", "[track]") {
     CHECK_THROWS_AS(scatter({.box = cube(1), .wall = around}, 10, 1), ValueError);
     const Monitor cancelled{.report = {}, .cancelled = [] { return true; }};
     CHECK_THROWS_AS(scatter({.box = cube(1), .wall = {}}, 10, 1, cancelled), Interrupted);
+}
+
+namespace {
+
+ScatterOptions onSurface(uint64_t seed, double level = 0) {
+    return {.seed = seed, .on = ScatterOn::surface, .level = level};
+}
+
+} // namespace
+
+TEST_CASE("points on a surface lie on it, at the level, and depend on seed and number alone", "[track]") {
+    const Sdf shape = placed(torusSdf(0.7, 0.25), {.offset = {{3, 0, -1}}, .rotate = {{30, 40, 50}}});
+    const double level = GENERATE(0.0, 0.03, -0.05);
+    const Domain domain = domainOf(shape, Side::inside);
+    const Points all = scatterFrom(domain, 0, 5000, onSurface(4, level));
+    for (size_t k = 0; k < all.size(); ++k) {
+        REQUIRE(shape.distance.at<0>(position(all, k)).value == Approx(level).margin(2e-9));
+        REQUIRE(all.id[k] == static_cast<int64_t>(k));
+    }
+    const Points later = scatterFrom(domain, 1000, 500, onSurface(4, level));
+    for (size_t k = 0; k < 500; ++k) REQUIRE(position(later, k) == position(all, 1000 + k));
+    const ThreadLimit one(1);
+    CHECK(scatterFrom(domain, 0, 5000, onSurface(4, level)).x == all.x);
+}
+
+TEST_CASE("points on a surface are uniform by area", "[track]") {
+    constexpr size_t kCount = 40000;
+    SECTION("on a sphere: Archimedes' equal heights") {
+        const Points p = scatterFrom(domainOf(sphereSdf(1), Side::outside), 0, kCount, onSurface(1));
+        std::array<double, 10> bands{};
+        for (size_t k = 0; k < kCount; ++k) ++bands[static_cast<size_t>(std::clamp(5 + 5 * p.y[k], 0.0, 9.0))];
+        for (const double n : bands) requireShare(n, kCount, 0.1);
+    }
+    SECTION("on a torus: its outer half has more") {
+        const Points p = scatterFrom(domainOf(torusSdf(0.7, 0.25), Side::inside), 0, kCount, onSurface(2));
+        double outer = 0;
+        for (size_t k = 0; k < kCount; ++k) outer += std::hypot(p.x[k], p.z[k]) > 0.7;
+        requireShare(outer, kCount, 0.5 + 0.25 / (0.7 * std::numbers::pi)); // Pappus
+    }
+    SECTION("on a box: faces by their areas, all but a few off the edges") {
+        const Points p = scatterFrom(domainOf(boxSdf({{1, 2, 3}}, 1e-3), Side::inside), 0, kCount, onSurface(3));
+        double across = 0;
+        for (size_t k = 0; k < kCount; ++k) across += std::abs(std::abs(p.x[k]) - 0.5) < 1e-4;
+        requireShare(across, kCount, 6.0 / 11);
+    }
+}
+
+TEST_CASE("density thins points out, and a wall keeps them off", "[track]") {
+    constexpr size_t kCount = 20000;
+    const Domain sphere = domainOf(sphereSdf(1), Side::inside);
+    ScatterOptions options = onSurface(5);
+    options.density = formulaField([](const auto& x) { return x[1] * 0.5 + 0.5; }); // 0 at the south pole
+    const Points p = scatterFrom(sphere, 0, kCount, options);
+    double north = 0;
+    for (size_t k = 0; k < kCount; ++k) north += p.y[k] > 0;
+    requireShare(north, kCount, 0.75);
+    const Domain ball = domainOf(placed(sphereSdf(0.5), {.offset = {{0, 1, 0}}}), Side::outside);
+    for (const ScatterOn on : {ScatterOn::surface, ScatterOn::volume}) {
+        const Points clear = scatterFrom(sphere, 0, 2000, {.seed = 1, .on = on, .clear = ball});
+        for (size_t k = 0; k < 2000; ++k) REQUIRE(ball.wall->sdf.distance.at<0>(position(clear, k)).value > 0);
+    }
+    options.density = formulaField([](const auto& x) { return x[0] * 0.0; });
+    CHECK_THROWS_AS(scatterFrom(sphere, 0, 10, options), ValueError);
+    CHECK_THROWS_AS(scatterFrom({.box = cube(1), .wall = {}}, 0, 10, onSurface(1)), ValueError);
 }

@@ -1,12 +1,14 @@
 #pragma once
 
 #include "curlew/base/Monitor.h"
+#include "curlew/flow/Domain.h"
 #include "curlew/picture/ColorMap.h"
 #include "curlew/picture/Image.h"
 #include "curlew/render/Camera.h"
 #include "curlew/track/Curves.h"
 #include "curlew/track/Points.h"
 
+#include <optional>
 #include <span>
 
 namespace curlew {
@@ -29,10 +31,12 @@ struct Splats {
     Box bounds() const;
 };
 
-/// The nearest camera that sees nearly all of the splats: those outside of the percentiles 0.5 to 99.5 across the
-/// picture, or upwards in it, are strays, which do not count. Its margin is kFramingMargin. Throws ValueError as
-/// Camera::around and Splats::bounds do.
-Camera framing(const Splats& splats, CameraOptions options);
+/// The nearest camera that sees all of the splats, and of the wall's object, if there is one with a box. Strays do not
+/// count: what is farther outside of the percentiles 0.5 to 99.5 across the picture, or upwards in it, than half of
+/// their distance. The margin is kFramingMargin; without splats, what is seen is the wall's domain. Throws ValueError
+/// as Camera::around and Splats::bounds do.
+Camera framing(const Splats& splats, const std::optional<Domain>& domain, CameraOptions options);
+inline Camera framing(const Splats& splats, CameraOptions options) { return framing(splats, {}, options); }
 
 struct SplatOptions {
     double radius = 0;   ///< World units, in perspective; 0: `pixels` alone.

@@ -14,6 +14,7 @@ struct SurfaceSample {
     Vec3d position;
     Vec3f normal;    ///< Unit vector, towards the camera.
     float depth = 0; ///< Along Camera::forward(), world units.
+    float lift = 0;  ///< RayHit::lift.
 };
 
 /// A surface as a camera sees it: `samples` x `samples` rays per pixel, in a regular pattern.

@@ -3,6 +3,7 @@
 #include "curlew/base/Monitor.h"
 #include "curlew/flow/Flow.h"
 #include "curlew/track/Points.h"
+#include "curlew/track/Scatter.h"
 
 #include <limits>
 
@@ -13,6 +14,11 @@ struct EmissionOptions {
     double life = std::numeric_limits<double>::infinity(); ///< The age at which particles die, seconds.
     double spread = 0; ///< Lives differ by up to this fraction of `life`, uniformly at random.
     uint64_t seed = 0;
+    /// Where in the domain they are born; its seed does not count.
+    ScatterOptions place = {};
+    /// World units per second: on a surface, they leave it along its normal, away from the object on the side of
+    /// `place`, until the end of the frame in which they are born.
+    double normalSpeed = 0;
 };
 
 /// What a source remembers from frame to frame.

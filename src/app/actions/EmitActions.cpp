@@ -14,7 +14,7 @@ const std::string kGroup = "points";
 
 void emit(Context& c, const Arguments& a) {
     if (!c.clock()) throw ValueError("needs frames in which to emit; put it after -frames");
-    const Domain domain = scatterDomain(c, a);
+    const Birthplace birth = birthplaceOf(c, a, OffSurface::always);
     PointSet set = c.takePoints("points");
     Points& particles = set.particles;
     if (set.nextId == 0)
@@ -22,8 +22,14 @@ void emit(Context& c, const Arguments& a) {
     if (!particles.hasAge()) particles.age.assign(particles.size(), 0); // they begin with the frames
     EmissionOptions options{.rate = a.real("rate"), .seed = a.integer<uint64_t>("seed")};
     if (a.given("life")) options.life = a.real("life"), options.spread = a.real("spread");
+    options.place = birth.place;
+    options.normalSpeed = a.real("speed");
+    if (options.normalSpeed > 0 && birth.place.on != ScatterOn::surface)
+        throw ValueError("speed= is along the normal of a surface; give on=surface");
+    if (c.has("flow") && dimensionOf(c.anyFlow("flow")) <= 3 && c.flow("flow").domain().wall)
+        options.place.clear = c.flow("flow").domain();
     EmissionState state{c.memory().sum, set.nextId};
-    Points born = emitted(domain, options, c.clock()->duration, state, c.follow("emit"));
+    Points born = emitted(birth.domain, options, c.clock()->duration, state, c.follow("emit"));
     c.memory().sum = state.rates;
     set.nextId = state.nextId;
     if (const AnyFlow* flow = c.trackedFlow(set)) joinFlow(inSpace(*flow), particles, born);
@@ -79,9 +85,10 @@ Registry emitActions() {
     return {
         {.name = "emit",
          .group = kGroup,
-         .summary = "in each frame, new points in the domain of the newest flow, shape or level set; those whose "
-                    "age is above their life are removed",
-         .takes = {domainInput(), joinedPoints()},
+         .summary = "in each frame, new points in the domain of the newest flow, shape or level set, or on its "
+                    "surface; those whose age is above their life are removed",
+         .takes = {domainInput(), joinedPoints(), densityInput(),
+                   maybe(stays("flow", {Kind::flow}), "whose wall keeps births on the flow's side")},
          .makes = {made("points", {Kind::points})},
          .options = {notNegative("rate", "1000", "1 / s", "births"),
                      positive("life", "", "s", "the age at which they die (default: never)"),
@@ -92,10 +99,17 @@ Registry emitActions() {
                       .lower = 0,
                       .upper = 1},
                      integer("seed", "0", 0, 0x1p53 - 1, "another seed, other points"),
+                     onOption(),
+                     offsetOption("0.1 %"),
+                     notNegative("speed", "0", "world units / s",
+                                 "with on=surface, they leave it along its normal, until the end of the frame in which "
+                                 "they are born"),
                      box("box", "the box to fill (default: that of the domain)"),
                      ages("grid", "", "a level set to fill"),
                      keep()},
-         .examples = {"curlew -noise -noise seed=1 -dfvn speed=1 -frames 1-48 -sphere radius=0.2 -emit rate=1e4 "
+         .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound side=outside -dfvn speed=1 "
+                      "-frames 1-48 -emit on=surface rate=1e4 life=1 -advect -write dust.####.ply",
+                      "curlew -noise -noise seed=1 -dfvn speed=1 -frames 1-48 -sphere radius=0.2 -emit rate=1e4 "
                       "life=1.5 spread=0.3 -advect -write 'smoke.$F4.ply'"},
          .inFrames = InFrames::each,
          .run = emit},

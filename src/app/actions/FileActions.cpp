@@ -1,4 +1,5 @@
 #include "Actions.h"
+#include "FileText.h"
 #include "ProbeAction.h"
 #include "ReadFiles.h"
 #include "curlew/app/registry/Text.h"
@@ -261,7 +262,7 @@ void writeOne(const Context& c, const Arguments& a, const std::string& name) {
 void write(Context& c, const Arguments& a) {
     for (const auto& file : a.words()) {
         writeOne(c, a, file);
-        c.say(fmt::format("wrote {}", file));
+        c.say(fmt::format("wrote {}: {}", file, describedFile(c, a, file)));
     }
 }
 
@@ -327,12 +328,14 @@ Registry fileActions() {
                             "for the rest: velocities, level sets and points hardly shrink"),
                      choice("target", hostNames(),
                             "whose names the attributes of points in a .vdb have: the velocity is v, or velocity"),
+                     flag("overwrite", "0",
+                          "1: after -frames, the file may have one name in all frames: the last one stays"),
                      flag("legend", "1", "a colour bar below a .png"),
                      interval("range", "",
                               "values at the ends of the colours of a .png (default: those that there are)")},
          .positional = {"FILE …", 1, 1000},
          .examples = {"curlew -noise -noise seed=1 -dfvn -velocity density=1 -write grid=0,1 half=1 smoke.vdb",
-                      "curlew -frames 1-24 -noise alpha={T} -noise seed=1 -dfvn -velocity -write 'smoke.$F4.vdb'"},
+                      "curlew -frames 1-24 -noise alpha={T} -noise seed=1 -dfvn -velocity -write smoke.####.vdb"},
          .evaluation = Evaluation::effect,
          .run = write,
          .prepare =

@@ -154,8 +154,16 @@ void dfvn(Context& c, const Arguments& a) {
 
 /// Flow on a surface: f, and a shape or level set as g. Samples know no distance beyond their band, so there g levels
 /// off at `reach`: the flow ends where it was asked to, and never sees the band's end, where the velocity would jump.
+/// How far from a surface a flow goes: a part of its size, if it has one.
+double surfaceReach(const Context& c, const Arguments& a) {
+    constexpr double kPart = 0.06, kOfUnbounded = 0.2;
+    if (a.given("reach")) return a.real("reach");
+    const auto box = boxOf(c.value("surface"));
+    return box ? kPart * length(box->size()) : kOfUnbounded;
+}
+
 void surface(Context& c, const Arguments& a) {
-    const double reach = a.real("reach");
+    const double reach = surfaceReach(c, a);
     const Sdf sdf = c.sdf("surface", reach);
     Domain domain;
     if (a.given("box"))
@@ -250,8 +258,9 @@ Registry potentialActions() {
          .takes = {taken("noise", {Kind::noise}), stays("surface", {Kind::shape, Kind::levelSet})},
          .makes = {made("flow", {Kind::flow})},
          .options = paceOptions(
-             {positive("reach", "0.2", "world units",
-                       "how far from the surface the flow goes; around a level set it fades out until there"),
+             {positive("reach", "", "world units",
+                       "how far from the surface the flow goes; around a level set it fades out until there (default: "
+                       "6 % of the diagonal of its box)"),
               keep()}),
          .examples = {"curlew -torus -noise frequency=3 -surface speed=1 -velocity voxel=0.02 -write skin.vdb"},
          .evaluation = Evaluation::anyTime,

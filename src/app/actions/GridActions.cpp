@@ -1,6 +1,9 @@
 #include "Actions.h"
+#include "curlew/flow/FlowScale.h"
 #include "curlew/vdb/ScalarGrids.h"
 #include "curlew/vdb/VelocityGrid.h"
+
+#include <utility>
 
 namespace curlew::app {
 
@@ -21,6 +24,18 @@ void meshToLevelSetAction(Context& c, const Arguments& a) {
     c.give(GridValue{levelSet.grid, levelSet.mesh});
 }
 
+/// Says once, and not in every frame, if the voxels are too large for the flow.
+void warnOfCoarseVoxels(const Context& c, const Flow& flow, double voxel) {
+    constexpr double kRoundedDown = 0.95; // so that two digits are enough
+    if (std::exchange(c.memory().object, std::make_shared<bool>(true))) return;
+    const double wavelength = wavelengthOf(flow, c.follow("the flow's wavelength")), voxels = wavelength / voxel;
+    if (!(wavelength > 0) || voxels >= kVoxelsPerWavelength) return;
+    c.warn(
+        fmt::format("the flow varies over a wavelength of {:.3g}, which has {:.2g} voxels, so details are lost: "
+                    "voxel={:.2g} gives it {}, or choose a lower frequency or fewer octaves",
+                    wavelength, voxels, kRoundedDown * wavelength / kVoxelsPerWavelength, kVoxelsPerWavelength));
+}
+
 void velocity(Context& c, const Arguments& a) {
     Flow flow = c.flow("flow");
     Domain domain = flow.domain();
@@ -37,6 +52,7 @@ void velocity(Context& c, const Arguments& a) {
         throw ValueError("the grid has no active voxel: the domain is thinner than a voxel; choose smaller voxels");
     grid->setName(a.text("name"));
     c.say(fmt::format("velocity: {} active voxels of {:.6g}", grid->activeVoxelCount(), grid->voxelSize()[0]));
+    warnOfCoarseVoxels(c, flow, grid->voxelSize()[0]);
     const auto give = [&](const openvdb::GridBase::Ptr& made) {
         made->setSaveFloatAsHalf(a.flag("half"));
         made->setCreator("Curlew");

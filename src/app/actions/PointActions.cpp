@@ -10,6 +10,7 @@
 #include "curlew/track/Scatter.h"
 #include "curlew/track/Snap.h"
 #include "curlew/track/VolumeChange.h"
+#include "curlew/vdb/SnapToLevelSet.h"
 
 #include <utility>
 
@@ -20,12 +21,15 @@ namespace {
 using namespace options;
 
 const std::string kGroup = "points";
+constexpr double kSnapTolerance = 1e-9; ///< In the value of a field, or in parts of the surface's size or voxel.
 
 void scatterAction(Context& c, const Arguments& a) {
     const auto count = a.integer<size_t>("count");
-    const Domain domain = scatterDomain(c, a);
+    const Birthplace birth = birthplaceOf(c, a, OffSurface::flowsOnly);
     requireMemory(static_cast<double>(count) * Points::kBytes, fmt::format("{} points", count), "scatter fewer");
-    givePoints(c, scatter(domain, count, a.integer<uint64_t>("seed"), c.follow("scatter")));
+    ScatterOptions place = birth.place;
+    place.seed = a.integer<uint64_t>("seed");
+    givePoints(c, scatterFrom(birth.domain, 0, count, place, c.follow("scatter")));
 }
 
 const Binding<AdvectOptions>& advectBinding() {
@@ -129,6 +133,11 @@ void reportAdvect(Context& c, const Flow& flow, const AdvectResult& result, cons
             fmt::format("{} of {} steps are coarser than asked for; give a coarser accuracy=, or more steps or "
                         "halvings",
                         result.coarse, result.substeps));
+    if (result.points > 0 && result.outside == result.points)
+        c.warn(
+            fmt::format("all {} points are on the wrong side of the flow's wall, where they stay: put them where the "
+                        "flow is (-scatter after -dfvn does), or bound it on the other side (-bound side=)",
+                        result.points));
     if (result.overrun > 0) c.warn(fmt::format("a moving wall ran over {} points; give more steps", result.overrun));
     auto& report = c.report("advect");
     if (!report.is_object()) report = nlohmann::ordered_json::object();
@@ -211,12 +220,30 @@ void advectAction(Context& c, const Arguments& a) {
     c.give(std::make_shared<const Curves>(std::move(pathlines.curves)));
 }
 
+/// A field where it has a value, and points within a reach of it: half the diagonal of their box by default.
+SnapResult snapToValue(Context& c, const Arguments& a, Points& points, const std::optional<Box>& box) {
+    const double size = box ? length(box->size()) : 0;
+    const double reach = a.given("reach") ? a.real("reach") : size > 0 ? size / 2 : 1;
+    return snap(inSpace(c.field("field").field), a.real("iso"), points, reach, kSnapTolerance, c.follow("snap"));
+}
+
+/// From any distance, unless reach= is given.
+SnapResult snapToSurface(Context& c, const Arguments& a, Points& points) {
+    const double reach = a.given("reach") ? a.real("reach") : std::numeric_limits<double>::max();
+    if (c.kind("surface") == Kind::levelSet) {
+        const LevelSet levelSet = c.levelSet("surface", 0);
+        return snapToLevelSet(levelSet, points, reach, kSnapTolerance * levelSet.voxelSize(), c.follow("snap"));
+    }
+    const Sdf shape = c.sdf("surface", 0);
+    const double size = length(shape.bounds.size());
+    return snap(shape.distance, 0, points, reach, kSnapTolerance * (std::isfinite(size) ? size : 1), c.follow("snap"));
+}
+
 void snapAction(Context& c, const Arguments& a) {
+    const auto box = boxOf(c.value("points"));
     PointSet set = c.takePoints("points");
-    const double reach = a.real("reach");
-    const ScalarField field = a.given("iso") ? inSpace(c.field("field").field) : c.sdf("surface", reach).distance;
     const SnapResult result =
-        snap(field, a.given("iso") ? a.real("iso") : 0, set.particles, reach, 1e-9, c.follow("snap"));
+        a.given("iso") ? snapToValue(c, a, set.particles, box) : snapToSurface(c, a, set.particles);
     c.say(fmt::format("snap: {} points, moved by {:.4g} in the mean; {} are too far away", result.points, result.moved,
                       result.missed));
     c.report("snap") = {{"points", result.points}, {"moved", result.moved}, {"missed", result.missed}};
@@ -274,14 +301,18 @@ Registry pointActions() {
     return {
         {.name = "scatter",
          .group = kGroup,
-         .summary = "random points in the domain of the newest flow, shape or level set",
-         .takes = {domainInput()},
+         .summary = "random points in the domain of the newest flow, shape or level set, or on its surface",
+         .takes = {domainInput(), densityInput()},
          .makes = {made("points", {Kind::points})},
          .options = {integer("count", "10000", 1, 1e15, "how many"),
-                     integer("seed", "0", 0, 0x1p53 - 1, "another seed, other points"),
+                     integer("seed", "0", 0, 0x1p53 - 1, "another seed, other points"), onOption(),
+                     offsetOption("on a shape or level set 0; beside the wall of a flow 0.1 %"),
                      box("box", "the box to fill (default: that of the domain)"),
                      ages("grid", "", "a level set to fill")},
-         .examples = {"curlew -torus -scatter count=1e5 seed=3 -write torus.ply"},
+         .examples =
+             {"curlew -torus -scatter count=1e5 seed=3 -write torus.ply",
+              "curlew -torus -scatter on=surface count=1e5 -splat -write skin.png",
+              "curlew -noise frequency=3 as=patches -torus -scatter on=surface density=patches -write moss.ply"},
          .inFrames = InFrames::once,
          .run = scatterAction},
         {.name = "advect",
@@ -304,7 +335,10 @@ Registry pointActions() {
                    changed("points", {Kind::points})},
          .makes = {made("points", {Kind::points})},
          .options = {real("iso", "", "", "where the newest field has this value, instead of a shape or level set"),
-                     positive("reach", "1", "world units", "points that are farther away stay where they are"), keep()},
+                     positive("reach", "", "world units",
+                              "points that are farther away stay where they are (default: from any distance; with iso= "
+                              "half the diagonal of the points' box)"),
+                     keep()},
          .examples = {"curlew -torus -scatter count=3000 -snap -splat look=opaque radius=0.02 -write skin.png"},
          .run = snapAction},
         {.name = "distance",

@@ -29,4 +29,42 @@ Domain scatterDomain(const Context& c, const Arguments& a) {
     return domain;
 }
 
+Option onOption() {
+    return choice("on", kScatterOnNames, "in the volume, or on the surface: the wall of a flow, or a shape's own");
+}
+
+Option offsetOption(const std::string& byDefault) {
+    return notNegative(
+        "offset", "", "world units",
+        fmt::format("with on=surface, how far off it they are: on the flow's side, or outside of a shape "
+                    "or level set (default: {} of the diagonal of its box)",
+                    byDefault));
+}
+
+Input densityInput() {
+    return onRequest(stays("density", {Kind::field}),
+                     "only as density=NAME: how dense the points are, from 0 where the field is 0 to 1",
+                     [](const Arguments&) { return false; });
+}
+
+Birthplace birthplaceOf(const Context& c, const Arguments& a, OffSurface off) {
+    constexpr double kLittle = 1e-3; // of the diagonal
+    const bool surface = a.choice<ScatterOn>("on") == ScatterOn::surface;
+    if (!surface && a.given("offset")) throw ValueError("offset= has no effect without on=surface");
+    Birthplace birth{.domain = scatterDomain(c, a), .place = {.on = a.choice<ScatterOn>("on")}};
+    if (c.has("density")) birth.place.density = inSpace(c.field("density").field);
+    if (!surface) return birth;
+    if (!birth.domain.wall) throw ValueError("on=surface needs a shape, a level set or a flow with a wall");
+    const bool flow = c.kind("domain") == Kind::flow;
+    const Box& bounds = birth.domain.wall->sdf.bounds;
+    const double size = length((bounds.finite() ? bounds : birth.domain.box).size());
+    double offset = flow || off == OffSurface::always ? kLittle * size : 0;
+    if (a.given("offset")) offset = a.real("offset");
+    const bool inside = flow && birth.domain.wall->side == Side::inside;
+    birth.place.level = inside ? -offset : offset;
+    // Level sets know the distance within their band only.
+    if (!flow && c.kind("domain") == Kind::levelSet) birth.domain.wall->sdf = c.sdf("domain", offset + kLittle * size);
+    return birth;
+}
+
 } // namespace curlew::app

@@ -7,6 +7,7 @@
 #include "curlew/render/Splat.h"
 #include "curlew/render/SplatValues.h"
 #include "curlew/render/WallOutline.h"
+#include "curlew/render/WallPicture.h"
 
 namespace curlew::app {
 
@@ -24,6 +25,7 @@ void color(Splats& splats, const Context& c, const Arguments& a, const Camera& c
         splats.color = colorOption(a, "color");
         return;
     }
+    if (splats.x.empty()) return; // what nobody sees has no speed or age yet
     const Points* points = pointsOf(c);
     auto by = a.choice<SplatValue>("by");
     if (!a.given("by") && points && !points->hasVelocity()) by = SplatValue::height;
@@ -42,8 +44,40 @@ std::optional<Domain> outlined(const Context& c, const Arguments& a) {
         domain = Domain::of({.sdf = c.sdf("wall", 0), .side = Side::inside});
     else if (dimensionOf(c.anyFlow("wall")) == 3)
         domain = c.flow("wall").domain();
-    if (domain.wall && domain.box.finite()) return domain;
-    return {};
+    if (!domain.wall || !domain.box.finite()) return {};
+    return domain;
+}
+
+/// What the camera of a picture sees.
+Camera viewOf(const Context& c, const Arguments& a, const Splats& splats, const std::optional<Domain>& domain) {
+    if (a.given("box")) return cameraOf(a, a.box("box"));
+    if (a.given("eye")) return cameraOf(a, splats.x.empty() ? Domain{}.box : splats.bounds());
+    if (!c.clock() || !domain) return framing(splats, domain, viewpointOf(a));
+    const bool contained = domain->wall->side == Side::inside;
+    return contained ? framing(Splats{}, domain, viewpointOf(a)) : cameraOf(a, domain->box);
+}
+
+/// One camera for all frames: if the flow, shape or level set does not say what is to be seen, that of the first frame
+/// that has points. Until then nothing is seen anyway.
+Camera cameraOfFrames(const Context& c, const Arguments& a, const Splats& splats, const std::optional<Domain>& domain) {
+    const bool nothing = splats.x.empty() && !domain && !a.given("box") && !a.given("eye");
+    auto& kept = c.memory().object;
+    if (c.clock() && kept) return *std::static_pointer_cast<Camera>(kept);
+    const Camera camera = nothing ? cameraOf(a, Domain{}.box) : viewOf(c, a, splats, domain);
+    if (c.clock() && !nothing && !a.changes()) kept = std::make_shared<Camera>(camera);
+    return camera;
+}
+
+/// What is behind the splats: another picture, or the wall. An obstacle hides them; other walls are glass.
+Image groundOf(const Context& c, const Arguments& a, const ImageValue* behind, const std::optional<Domain>& domain,
+               const Camera& camera) {
+    if (behind) return behind->image;
+    const Vec3f background = colorOption(a, "background");
+    const bool obstacle = domain && domain->wall->side == Side::outside;
+    Image ground = obstacle ? obstaclePicture(*domain, camera, background, c.follow("the wall"))
+                            : plainPicture(camera.width(), camera.height(), background);
+    if (!domain) return ground;
+    return withWallOutline(std::move(ground), *domain, camera, a.real("outline"), c.follow("the wall's outline"));
 }
 
 void splatAction(Context& c, const Arguments& a) {
@@ -53,14 +87,9 @@ void splatAction(Context& c, const Arguments& a) {
     if (behind && (!behind->camera || !rgbChannels(behind->image)))
         throw ValueError("over=1 wants a picture in perspective as the newest one, of -shade or -splat");
     const auto domain = outlined(c, a);
-    const Camera camera = behind ? *behind->camera
-                          : a.given("box") || a.given("eye")
-                              ? cameraOf(a, a.given("box") ? a.box("box") : splats.bounds())
-                              : framing(splats, viewpointOf(a));
+    const Camera camera = behind ? *behind->camera : cameraOfFrames(c, a, splats, domain);
     color(splats, c, a, camera);
-    Image ground = behind ? behind->image : plainPicture(camera.width(), camera.height(), colorOption(a, "background"));
-    if (domain)
-        ground = withWallOutline(std::move(ground), *domain, camera, a.real("outline"), c.follow("the wall's outline"));
+    Image ground = groundOf(c, a, behind, domain, camera);
     const bool light = a.choice("look") == 0;
     const SplatImage made = (light ? luminous : opaque)(
         splats, camera,
@@ -74,8 +103,9 @@ void splatAction(Context& c, const Arguments& a) {
     } else {
         picture = composite(made.image, ground);
     }
-    c.say(fmt::format("splat: {} of {} {} in {} x {} pixels, {:.1f} % of which they cover", made.drawn, splats.x.size(),
-                      points ? "points" : "vertices", camera.width(), camera.height(), 100 * made.covered));
+    const size_t drawable = points ? splats.x.size() : c.curves("what")->edges();
+    c.say(fmt::format("splat: {} of {} {} in {} x {} pixels, {:.1f} % of which they cover", made.drawn, drawable,
+                      points ? "points" : "edges", camera.width(), camera.height(), 100 * made.covered));
     c.report("splat") = {{"drawn", made.drawn}, {"covered", made.covered}, {"exposure", exposure}};
     c.give(std::make_shared<const ImageValue>(ImageValue{.image = std::move(picture), .camera = camera}));
 }
@@ -101,12 +131,16 @@ std::vector<Option> splatOptions() {
         upToOne("fade", fmt::format("{}", o.fade), "how much weaker the farthest are than the nearest"),
         positive("exposure", "1", "", "luminous: brighter or darker than the automatic exposure by this factor"),
         upToOne("glow", "0.15", "luminous: part of the light that makes a halo"),
-        notNegative("outline", "0.35", "",
-                    "brightness of the edges of the flow's wall, or without a flow of the shape; 0: not seen"),
+        notNegative(
+            "outline", "0.35", "",
+            "brightness of the edges of the flow's wall, or without a flow of the shape, which is glass, but an "
+            "obstacle is solid; 0: the wall is not seen"),
         vector("background", "0.012,0.016,0.03", "", "display values from 0 to 1"),
         selector(flag("over", "0", "draw on the newest picture, with its camera, hidden behind what is nearer there")),
         ages("geo", "", "which points or curves (default: the newest)"),
-        box("box", "what the camera has to see (default: nearly all that is drawn)")};
+        box("box",
+            "what the camera has to see (default: all that is drawn, but for strays, and the wall; after -frames the "
+            "wall's domain, or else what is drawn first)")};
     const auto camera = cameraOptions();
     all.insert(all.end(), camera.begin(), camera.end());
     return all;

@@ -21,6 +21,9 @@ Surface subjectOf(const Context& c, const Arguments& a) {
         const Sdf sdf = c.sdf("surface", 0);
         return {sdf, a.given("box") && !sdf.bounds.finite() ? a.box("box") : sdf.bounds};
     }
+    // A mesh is drawn as it is, unless it is to be smoothed, or seen at the resolution of a grid.
+    if (c.kind("surface") == Kind::mesh && !a.given("dim") && a.integer("smooth") == 0)
+        return Surface(*c.mesh("surface"));
     const LevelSet levelSet = c.kind("surface") == Kind::levelSet
                                   ? c.levelSet("surface", 0) // its band is wide enough for the spline
                                   : meshToLevelSet(c.mesh("surface"), {.dim = a.integer<int>("dim"), .open = true},
@@ -76,9 +79,9 @@ std::vector<Option> shadeOptions() {
              "where an isosurface, or a shape without end, is cut; and what the camera has to see (default: the "
              "surface's own)"),
          integer("dim", fmt::format("{}", MeshToLevelSetOptions{}.dim), 8, 4096,
-                 "voxels along the longest edge of a mesh"),
+                 "show a mesh as a level set with so many voxels along its longest edge (default: the mesh itself)"),
          integer("smooth", "0", 0, 32,
-                 "voxels over which a mesh or level set is smoothed, so that its facets do not show"),
+                 "voxels over which a level set, or that of a mesh, is smoothed, so that facets do not show"),
          flag("outline", "0", "1: only a faint rim, which hides nothing: for what is inside"),
          selector(flag("over", "0", "1: into the newest picture that -shade has made, by depth and with its camera")),
          flag("shadow", "1", "whether it throws shadows on itself"),

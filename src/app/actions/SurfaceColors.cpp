@@ -11,6 +11,8 @@ namespace {
 
 Texture textureOf(const Arguments& a) { return a.choice<Texture>("texture"); }
 
+constexpr double kEdge = 0.03; ///< Of a checker, in parts of the diagonal.
+
 bool showsValue(const Arguments& a) { return a.text("show") == "value"; }
 bool showsFlow(const Arguments& a) { return a.text("show") != "color" && !showsValue(a); }
 
@@ -61,7 +63,8 @@ std::vector<Option> colorOptions() {
                "on it: cubes of two colours; waves around the y axis (ICN Fig. 5); the bands of a planet; those of a "
                "landscape, by height in its box; the interference colours of a thin film (the surface is then "
                "clear); streaks along the newest flow"),
-        positive("edge", fmt::format("{}", paint.edge), "world units", "of the cubes, or the width of the waves"),
+        positive("edge", "", "world units",
+                 "of the cubes, or the width of the waves (default: 3 % of the diagonal of the surface's box)"),
         vector("second", fmt::format("{:.2f}", fmt::join(paint.second.c, ",")), "", "the other colour of the cubes"),
         {.name = "film",
          .type = OptionType::interval,
@@ -89,7 +92,7 @@ SurfacePaint paintOf(const Context& c, const Arguments& a, const Box& box) {
     SurfacePaint paint{.texture = textureOf(a),
                        .color = colorOption(a, "color"),
                        .second = colorOption(a, "second"),
-                       .edge = a.real("edge"),
+                       .edge = a.given("edge") ? a.real("edge") : kEdge * length(box.size()),
                        .film = a.interval("film"),
                        .box = box,
                        .seed = a.integer<uint64_t>("seed"),

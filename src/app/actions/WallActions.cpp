@@ -2,6 +2,8 @@
 #include "curlew/app/registry/Bind.h"
 #include "curlew/field/LayerFit.h"
 
+#include <algorithm>
+
 namespace curlew::app {
 
 namespace {
@@ -81,6 +83,18 @@ void warnOfLimit(const Context& c, const LayerWidth& layer) {
                         layer.width / kLayerInWavelengths));
 }
 
+/// An obstacle whose layer is larger than itself: the flow keeps its distance from nothing much.
+template <int N>
+void warnOfWideLayer(const Context& c, const WallN<N>& wall) {
+    const auto size = wall.sdf.bounds.size();
+    const double longest = *std::max_element(size.c.begin(), size.c.end());
+    if (wall.side == Side::inside || !std::isfinite(longest) || wall.width <= longest) return;
+    c.warn(
+        fmt::format("the layer, {:.3g} wide, is wider than the object, {:.3g} in size, so the flow turns far away from "
+                    "it; give width={:.2g} or less, or noises of a shorter wavelength",
+                    wall.width, longest, longest / 2));
+}
+
 template <int N>
 void warnOfThinParts(const Context& c, const WallN<N>& wall) {
     if (wall.side == Side::outside) return;
@@ -103,6 +117,7 @@ void tellLayer(Context& c, const WallN<N>& wall, const LayerWidth& layer, const 
     c.say(line);
     warnOfLimit(c, layer);
     warnOfThinParts(c, wall);
+    warnOfWideLayer(c, wall);
 }
 
 template <int N>

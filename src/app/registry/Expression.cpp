@@ -63,6 +63,29 @@ double evaluated(const std::string& expression, Moment moment, Variables& variab
     }
 }
 
+/// What other programs write for the frame.
+struct Pattern {
+    size_t size = 0;  ///< Characters that it takes in the text; 0: there is none.
+    size_t width = 0; ///< Digits, padded with zeros.
+};
+
+/// ## and more: as many digits; %d, %4d, %04d: as in printf, padded with zeros.
+Pattern patternAt(std::string_view text, size_t at) {
+    const std::string_view rest = text.substr(at);
+    if (rest.starts_with("##")) {
+        const size_t size = std::min(rest.find_first_not_of('#'), rest.size());
+        return {.size = size, .width = size};
+    }
+    if (!rest.starts_with('%')) return {};
+    const size_t digits = rest.starts_with("%0") ? 2 : 1;
+    const bool width = digits < rest.size() && rest[digits] >= '1' && rest[digits] <= '9';
+    const size_t end = digits + (width ? 1 : 0);
+    if (end >= rest.size() || rest[end] != 'd') return {};
+    return {.size = end + 1, .width = width ? static_cast<size_t>(rest[digits] - '0') : 0};
+}
+
+constexpr std::string_view kPlain = "$#%"; ///< Characters that $ makes plain ones of.
+
 class Expander {
   public:
     Expander(std::string_view text, const Moment& moment) : mText(text), mMoment(moment) {}
@@ -78,6 +101,8 @@ class Expander {
                 result += expression();
             else if (mText[mAt] == '$')
                 result += frame();
+            else if (const Pattern pattern = patternAt(mText, mAt); pattern.size > 0)
+                result += padded(pattern);
             else
                 result += mText[mAt++];
         }
@@ -102,21 +127,24 @@ class Expander {
 
     std::string frame() {
         ++mAt;
-        if (mText.substr(mAt).starts_with('$')) {
-            ++mAt;
-            return "$";
-        }
+        if (mAt < mText.size() && kPlain.find(mText[mAt]) != std::string_view::npos)
+            return std::string(1, mText[mAt++]);
         if (!mText.substr(mAt).starts_with('F'))
             throw ValueError(
                 fmt::format("'{}' has a $ that means nothing; $F is the frame, $F4 the frame with four "
-                            "digits, $$ a plain $",
+                            "digits, $$ a plain $, $# a plain #, $% a plain %",
                             mText));
         ++mAt;
         size_t width = 0;
         if (mAt < mText.size() && mText[mAt] >= '1' && mText[mAt] <= '9')
             width = static_cast<size_t>(mText[mAt++] - '0');
+        return padded({.size = 0, .width = width});
+    }
+
+    std::string padded(const Pattern& pattern) {
+        mAt += pattern.size;
         mVariables = {.any = true, .time = true};
-        return fmt::format("{:0{}}", static_cast<long>(mMoment.wholeFrame()), width);
+        return fmt::format("{:0{}}", static_cast<long>(mMoment.wholeFrame()), pattern.width);
     }
 
     std::string_view mText;
@@ -148,7 +176,7 @@ double Moment::wholeFrame() const {
 }
 
 std::string expanded(std::string_view text, const Moment& moment) {
-    if (text.find_first_of("{$") == std::string_view::npos) return std::string(text);
+    if (text.find_first_of("{$#%") == std::string_view::npos) return std::string(text);
     Expander expander(text, moment);
     std::string result = expander.result();
     if (!expander.notFinite().empty())

@@ -118,7 +118,8 @@ std::string helpOverview(const Registry& registry) {
         "Actions run from left to right on stacks of fields, flows, grids, geometry and images.\n"
         "grid=0 is the newest grid; a unique beginning of an option's name is enough.\n"
         "{2*pi*T} in a value is an expression: F is the frame, T its time in seconds, 0 in the first frame; without\n"
-        "-frames, F is 1 and T is 0. In file names, $F4 is the frame with four digits.\n";
+        "-frames, F is 1 and T is 0. In file names, $F4, #### and %04d are the frame with four\n"
+        "digits; a shell takes $F4 away unless the name is in single quotes.\n";
     std::string group;
     for (const auto& a : registry) {
         if (a.group != group) text += fmt::format("\n{}\n", group = a.group);

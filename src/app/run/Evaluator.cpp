@@ -1,5 +1,7 @@
 #include "Evaluator.h"
 
+#include "Advice.h"
+#include "FileNames.h"
 #include "SdfCache.h"
 #include "curlew/app/registry/InContext.h"
 #include "curlew/app/registry/Text.h"
@@ -259,6 +261,8 @@ void Evaluator::release(size_t index) {
 }
 
 void Evaluator::prepare() {
+    requireFileNames(mGraph, mPlan, mNeeded,
+                     [&](const std::string& name) { return mSession.mProvided.contains(name); });
     for (size_t k = 0; k < mGraph.frames; ++k)
         if (const auto& check = mGraph.nodes[k].action().prepare; check && mNeeded[k]) {
             enter(k);
@@ -363,6 +367,7 @@ void Evaluator::run() {
                 mPlan = framePlanOf(mGraph.frameRange->at({}));
             });
         prepare();
+        for (const auto& advice : adviceOn(mGraph, !mSession.mKeeps)) mSession.console.warn(advice);
         for (size_t k = 0; k < mGraph.frames; ++k) evaluate(k, "");
         if (mGraph.frameRange) runFrames();
     } catch (...) {

@@ -24,9 +24,9 @@ struct Variables {
 
 /// The text with the value of each {expression} in its place (muParser's grammar; variables F, FF, T and fps, the
 /// constant pi, and beside muParser's functions floor, ceil, mod and clamp), and with the frame for $F, the frame
-/// padded with zeros to N digits for $FN, { for {{ and $ for $$. Values have as many digits as it takes to read the
-/// same number back. Throws ValueError with the expression and what is wrong with it; also where its value is not
-/// finite.
+/// padded with zeros to N digits for $FN, %0Nd and N times # (N > 1), { for {{ and $, # and % for $$, $# and $%. Values
+/// have as many digits as it takes to read the same number back. Throws ValueError with the expression and what is
+/// wrong with it; also where its value is not finite.
 std::string expanded(std::string_view text, const Moment& moment);
 
 /// Which variables there are in the expressions of a text. Throws ValueError where expanded() would at every moment.

@@ -1,0 +1,77 @@
+#include "FileText.h"
+
+#include "curlew/app/registry/Text.h"
+#include "curlew/base/Memory.h"
+#include "curlew/base/Text.h"
+#include "curlew/vdb/HostProfile.h"
+
+#include <filesystem>
+
+namespace curlew::app {
+
+namespace {
+
+std::string attributesOf(const Points& p, const std::string& velocity) {
+    std::vector<std::string> names{"P"};
+    const auto add = [&](bool there, const std::string& name) {
+        if (there) names.push_back(name);
+    };
+    add(p.hasVelocity(), velocity);
+    add(true, "id");
+    add(p.hasAge(), "age");
+    add(p.hasLife(), "life");
+    add(p.hasFade(), "fade");
+    add(p.hasTrack(), "f");
+    add(p.hasTrack(), "g");
+    return join(names, " ");
+}
+
+/// "vel (vec3s, staggered, 729 active voxels in 9 x 9 x 9)".
+std::string described(const openvdb::GridBase& grid) {
+    const auto size = grid.evalActiveVoxelDim();
+    const bool staggered = grid.getGridClass() == openvdb::GRID_STAGGERED;
+    const bool levelSet = grid.getGridClass() == openvdb::GRID_LEVEL_SET;
+    return fmt::format("{} ({}{}, {} active voxels in {} x {} x {})",
+                       grid.getName().empty() ? "a grid without a name" : printable(grid.getName()),
+                       levelSet ? "level set" : grid.valueType(), staggered ? ", staggered" : "",
+                       grouped(grid.activeVoxelCount()), size[0], size[1], size[2]);
+}
+
+std::string describedObject(const Value& value, const std::string& velocity) {
+    switch (kindOf(value)) {
+        case Kind::points: {
+            const Points& points = std::get<PointsPointer>(value)->particles;
+            return fmt::format("{} points ({})", grouped(points.size()), attributesOf(points, velocity));
+        }
+        case Kind::curves: {
+            const Curves& curves = *std::get<CurvesPointer>(value);
+            return fmt::format("{} curves with {} vertices", grouped(curves.size()), grouped(curves.vertices()));
+        }
+        case Kind::mesh: {
+            const Mesh& mesh = *std::get<MeshPointer>(value);
+            return fmt::format("{} points, {} faces", grouped(mesh.points.size()), grouped(mesh.faces()));
+        }
+        case Kind::image: {
+            const Image& image = std::get<std::shared_ptr<const ImageValue>>(value)->image;
+            return fmt::format("{} x {} pixels ({})", image.width, image.height, join(image.channels, " "));
+        }
+        default:
+            return described(*std::get<GridValue>(value).grid);
+    }
+}
+
+} // namespace
+
+std::string describedFile(const Context& c, const Arguments& a, const std::string& file) {
+    std::vector<std::string> objects;
+    for (size_t k = 0; k < c.count("what"); ++k)
+        objects.push_back(
+            describedObject(c.value("what", k), std::string(kHostProfiles.at(a.choice("target")).pointVelocity)));
+    std::string text = objects.empty() ? "JSON" : join(objects, ", ");
+    std::error_code error;
+    if (const auto bytes = std::filesystem::file_size(file, error); !error && bytes > 0)
+        text += ", " + formatBytes(static_cast<double>(bytes));
+    return text;
+}
+
+} // namespace curlew::app

@@ -1,0 +1,10 @@
+#pragma once
+
+#include "curlew/app/run/Context.h"
+
+namespace curlew::app {
+
+/// What -write has put into a file, and its size: "5,000 points (P v id), 240.1 KiB".
+std::string describedFile(const Context& c, const Arguments& a, const std::string& file);
+
+} // namespace curlew::app

@@ -1,0 +1,55 @@
+#include "curlew/flow/FlowScale.h"
+
+#include "Samples.h"
+#include "curlew/base/Parallel.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace curlew {
+
+namespace {
+
+constexpr size_t kCandidates = 1 << 13, kGrain = 1 << 9;
+
+struct Sums {
+    double count = 0, squares = 0, gradients = 0;
+    Vec3d velocity{};
+    Sums& operator+=(const Sums& o) {
+        count += o.count, squares += o.squares, gradients += o.gradients;
+        velocity += o.velocity;
+        return *this;
+    }
+};
+
+void add(Sums& sums, const FlowSample& sample) {
+    double gradient = 0;
+    for (int axis = 0; axis < 3; ++axis) gradient += dot(sample.derivative[axis], sample.derivative[axis]);
+    sums += {.count = 1,
+             .squares = dot(sample.velocity, sample.velocity),
+             .gradients = gradient,
+             .velocity = sample.velocity};
+}
+
+} // namespace
+
+double wavelengthOf(const Flow& flow, const Monitor& monitor) {
+    if (!flow.domain().box.finite()) return 0;
+    const Sums sums = parallelSum(
+        kCandidates, kGrain,
+        [&](size_t begin, size_t end) {
+            Sums mine;
+            visitSamples(flow.domain(), begin, end, [&](const PointBatch& points) {
+                for (int i = 0; i < points.size; ++i) add(mine, flow.at(points[i]));
+            });
+            return mine;
+        },
+        monitor);
+    if (!(sums.count > 0) || !(sums.gradients > 0)) return 0;
+    const Vec3d mean = sums.velocity * (1 / sums.count);
+    const double variance = std::max(0.0, sums.squares / sums.count - dot(mean, mean));
+    // Each component of a wave in one direction has its variance and its gradient once.
+    return 2 * std::numbers::pi * std::sqrt(variance / (sums.gradients / sums.count));
+}
+
+} // namespace curlew

@@ -1,0 +1,46 @@
+#pragma once
+
+#include "curlew/render/Surface.h"
+
+#include <cstdint>
+#include <optional>
+
+namespace curlew {
+
+/// Triangles that rays are traced to, by Embree (3 or 4; the only place that knows of it). Rays meet neighbouring
+/// triangles without gaps. Embree decides in float, within the box of the mesh moved to the origin and scaled to 1,
+/// which triangle a ray meets first; where it does is computed here in double. One instruction set (AVX2) is used on
+/// all machines. Immutable, safe to share between threads.
+class RayMesh {
+  public:
+    /// Throws ValueError if there are no triangles or the box has no extent, ResourceError if Embree finds no memory.
+    RayMesh(std::vector<Vec3d> vertices, std::vector<Vec<uint32_t, 3>> triangles);
+    ~RayMesh();
+    RayMesh(const RayMesh&) = delete;
+    RayMesh& operator=(const RayMesh&) = delete;
+
+    struct Hit {
+        double distance = 0; ///< From the ray's origin, world units.
+        uint32_t triangle = 0;
+        double u = 0, v = 0; ///< Barycentric weights of the triangle's second and third vertex.
+    };
+    /// The first triangle that a ray meets; nullopt if there is none.
+    std::optional<Hit> hit(const Ray& ray) const;
+    /// Whether it meets any.
+    bool occluded(const Ray& ray) const;
+
+    const std::vector<Vec3d>& vertices() const { return mVertices; }
+    const std::vector<Vec<uint32_t, 3>>& triangles() const { return mTriangles; }
+    const Box& box() const { return mBox; }
+
+  private:
+    std::vector<Vec3d> mVertices;
+    std::vector<Vec<uint32_t, 3>> mTriangles;
+    Box mBox;
+    Vec3d mCenter;
+    double mScale = 1; ///< From world units to Embree's.
+    struct Scene;
+    std::unique_ptr<Scene> mScene;
+};
+
+} // namespace curlew

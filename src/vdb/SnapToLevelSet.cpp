@@ -1,0 +1,125 @@
+#include "curlew/vdb/SnapToLevelSet.h"
+
+#include "curlew/base/Require.h"
+#include "curlew/field/ForEachBatch.h"
+#include "curlew/vdb/Interrupter.h"
+
+#include <openvdb/tools/VolumeToSpheres.h>
+
+#include <array>
+#include <limits>
+
+namespace curlew {
+
+namespace {
+
+constexpr int kSteps = 6; ///< Along the surface, each with one onto it.
+
+using Jet2 = Jet<double, 3, 2>;
+
+double determinant(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return dot(a, cross(b, c)); }
+
+/// From a place beside the surface to the one that is nearest to a point: Newton's method on half the squared distance
+/// to the point, whose second derivative along the surface is 1 + D times the surface's curvature, D being the point's
+/// distance. Steps are at most two voxels long.
+Vec3d nearer(const Jet2& jet, const Vec3d& here, const Vec3d& point, double voxel) {
+    const double slope = length(jet.gradient);
+    if (!(slope > 0.1)) return here;
+    const Vec3d normal = jet.gradient * (1 / slope), surface = here - normal * (jet.value / slope),
+                way = point - surface;
+    const double distance = dot(way, normal);
+    const Vec3d along = way - normal * distance;
+    std::array<Vec3d, 3> columns; // of a symmetric matrix
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) columns[static_cast<size_t>(i)][j] = distance / slope * jet.hessian(i, j);
+        columns[static_cast<size_t>(i)][i] += 1;
+    }
+    const auto& [a, b, c] = columns;
+    const double size = determinant(a, b, c);
+    Vec3d step{{determinant(along, b, c) / size, determinant(a, along, c) / size, determinant(a, b, along) / size}};
+    step = step - normal * dot(step, normal);
+    double longest = 2 * voxel;
+    if (!(dot(step, along) > 0) || !(length(step) <= length(along))) { // beyond the medial axis, or at an edge
+        step = along;
+        longest = voxel / 4;
+    }
+    const double way2 = length(step);
+    return surface + (way2 > longest ? step * (longest / way2) : step);
+}
+
+/// The nearest samples of the surface to each particle.
+std::vector<openvdb::Vec3R> nearestSamples(const openvdb::FloatGrid& grid, const Points& particles,
+                                           const Monitor& monitor) {
+    std::vector<openvdb::Vec3R> nearest(particles.size());
+    for (size_t k = 0; k < nearest.size(); ++k) nearest[k] = {particles.x[k], particles.y[k], particles.z[k]};
+    Interrupter interrupter(monitor);
+    const auto search = openvdb::tools::ClosestSurfacePoint<openvdb::FloatGrid>::create(grid, 0, &interrupter);
+    monitor.check();
+    std::vector<float> distances;
+    if (!search || !search->searchAndReplace(nearest, distances)) throw ValueError("the level set has no surface");
+    return nearest;
+}
+
+std::vector<double> distancesOf(const ScalarField& distance, const Points& particles) {
+    std::vector<double> distances(particles.size());
+    forEachBatch(particles, [&](const PointBatch& points, size_t begin) {
+        JetBatch<double, 0> jets;
+        distance.eval(points, jets);
+        for (int i = 0; i < points.size; ++i) distances[begin + static_cast<size_t>(i)] = std::abs(jets[i].value);
+    });
+    return distances;
+}
+
+} // namespace
+
+SnapResult snapToLevelSet(const LevelSet& levelSet, Points& particles, double reach, double tolerance,
+                          const Monitor& monitor) {
+    requirePositive(reach, "the reach");
+    requirePositive(tolerance, "the tolerance");
+    const double voxel = levelSet.voxelSize();
+    const Sdf sdf = sdfOf(levelSet);
+    const auto nearest = nearestSamples(*levelSet.grid, particles, monitor);
+    Points there = particles;
+    for (size_t k = 0; k < nearest.size(); ++k) there.setPosition(k, {{nearest[k][0], nearest[k][1], nearest[k][2]}});
+    forEachBatch(
+        there,
+        [&](const PointBatch& start, size_t begin) {
+            PointBatch points = start;
+            JetBatch<double, 2> jets;
+            std::array<double, kBatch> best;
+            best.fill(std::numeric_limits<double>::max());
+            for (int step = 0; step <= kSteps; ++step) {
+                sdf.distance.eval(points, jets);
+                for (int i = 0; i < points.size; ++i) {
+                    const size_t k = begin + static_cast<size_t>(i);
+                    const Vec3d here = points[i], wanted = particles.position(k);
+                    const double away = length(here - wanted) + std::abs(jets[i].value);
+                    if (away < best[static_cast<size_t>(i)]) {
+                        best[static_cast<size_t>(i)] = away;
+                        there.setPosition(k, here);
+                    }
+                    points.set(i, nearer(jets[i], here, wanted, voxel));
+                }
+            }
+        },
+        monitor);
+    snap(sdf.distance, 0, there, voxel, tolerance, monitor);
+    const std::vector<double> left = distancesOf(sdf.distance, there);
+    SnapResult result{.points = particles.size()};
+    for (size_t k = 0; k < particles.size(); ++k) {
+        const Vec3d from = particles.position(k), to = there.position(k);
+        if (!(left[k] <= tolerance) || !(length(to - from) <= reach)) {
+            ++result.missed;
+            continue;
+        }
+        result.moved += length(to - from);
+        particles.setPosition(k, to);
+    }
+    for (auto* array : {&particles.vx, &particles.vy, &particles.vz}) array->clear();
+    for (auto* array : {&particles.f, &particles.g}) array->clear();
+    particles.converged.clear();
+    if (result.points > result.missed) result.moved /= static_cast<double>(result.points - result.missed);
+    return result;
+}
+
+} // namespace curlew

@@ -1,0 +1,50 @@
+#include "curlew/track/Scatter.h"
+#include "curlew/vdb/SnapToLevelSet.h"
+#include "support/Points.h"
+
+#include <catch2/catch.hpp>
+#include <openvdb/tools/LevelSetSphere.h>
+
+using namespace curlew;
+
+namespace {
+
+LevelSet ball(double voxel) {
+    return {.grid = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(1, openvdb::Vec3f(0),
+                                                                             static_cast<float>(voxel)),
+            .mesh = nullptr};
+}
+
+} // namespace
+
+TEST_CASE("snapToLevelSet: from anywhere to the nearest place of the surface, whatever the band", "[vdb]") {
+    const LevelSet levelSet = ball(0.05);
+    const Sdf sdf = sdfOf(levelSet);
+    Points points = scatter({.box = Box{}.padded(3), .wall = {}}, 3000, 1);
+    points.vx = points.vy = points.vz = std::vector<float>(3000, 1.0F);
+    const Points start = points;
+    const SnapResult result = snapToLevelSet(levelSet, points, 100, 1e-9);
+    CHECK(result.points == 3000);
+    CHECK(result.missed == 0);
+    CHECK_FALSE(points.hasVelocity());
+    double moved = 0;
+    for (size_t k = 0; k < 3000; ++k) {
+        const Vec3d from = start.position(k), to = points.position(k);
+        CAPTURE(k, from, to);
+        REQUIRE(std::abs(sdf.distance.at<0>(to).value) <= 1e-9);
+        // A ball's nearest place is on the ray from its centre; the spline's ball is off by O(h^3) in its normals.
+        if (length(from) > 0.3) REQUIRE(length(to - from * (1 / length(from))) < 2e-3);
+        moved += length(to - from);
+    }
+    CHECK(result.moved == Approx(moved / 3000).epsilon(1e-9));
+}
+
+TEST_CASE("snapToLevelSet: what is beyond the reach stays", "[vdb]") {
+    Points points = Points::at({{{0, 0, 3}}, {{0, 0, 1.2}}, {{0, 0.9, 0}}});
+    const SnapResult result = snapToLevelSet(ball(0.05), points, 0.3, 1e-9);
+    CHECK(result.missed == 1);
+    CHECK(points.z[0] == 3);
+    CHECK(points.z[1] == Approx(1).margin(1e-3));
+    CHECK(points.y[2] == Approx(1).margin(1e-3));
+    CHECK_THROWS_AS(snapToLevelSet(ball(0.05), points, 0, 1e-9), ValueError);
+}
