@@ -1,4 +1,5 @@
 #include "curlew/app/actions/Actions.h"
+#include "curlew/app/run/IsolatedFiles.h"
 #include "curlew/app/run/Session.h"
 #include "curlew/base/Simd.h"
 #include "curlew/base/Text.h"
@@ -64,6 +65,7 @@ int main(int argc, char** argv) {
         activeSimd(); // a wrong CURLEW_SIMD is known before any work
         openvdb::initialize();
         const std::vector<std::string> tokens(argv + 1, argv + argc);
+        if (isIsolatedReader(tokens)) return runIsolatedReader(tokens, app::isolatedReaderOf);
         app::Console console([] { return interrupted != 0; });
         app::Session session(console, /*keeps=*/false);
         app::Graph graph = app::graphOfCommandLine(tokens.empty() ? std::vector<std::string>{"-help"} : tokens,

@@ -58,6 +58,10 @@ def bundle(library: Path, folder: Path) -> List[Path]:
         _run("patchelf", "--set-soname", copy.name, copy)
         _connect(copy, "$ORIGIN")
         copies.append(copy)
+    command = library.parent / "curlew"  # reads files that nobody trusts, in a process of its own
+    if command.is_file():
+        copies.append(Path(shutil.copy(command, folder / command.name)))
+        _connect(copies[-1], f"$ORIGIN/{FOLDER}")
     return copies
 
 

@@ -1,6 +1,7 @@
 #include "Arrays.h"
 #include "Handle.h"
 #include "curlew/app/actions/Actions.h"
+#include "curlew/base/Isolated.h"
 #include "curlew/base/Memory.h"
 
 using namespace curlew;
@@ -284,6 +285,15 @@ curlew_status curlew_translate(const char* graph, const char* name, const char* 
             *text = translated.c_str();
         },
         location);
+}
+
+int32_t curlew_read_isolated(int32_t on) {
+    int32_t isolated = 0;
+    guarded([&] {
+        setReadsIsolated(on != 0);
+        isolated = readsIsolated() ? 1 : 0;
+    });
+    return isolated;
 }
 
 curlew_status curlew_cancel(curlew_session* session) {

@@ -44,6 +44,12 @@ CURLEW_API const char* curlew_version(void);
     "inputs", "outputs", "options", "positional", "examples"}]}. NULL where it fails. */
 CURLEW_API const char* curlew_registry(void);
 
+/** Whether files of points (.vdb) and pictures (.exr) are read by a process of their own, so that one that is damaged
+    cannot end this process: 1, the default, or 0. It takes the command `curlew`, which is looked for beside this
+   library and in the bin/ of its installation, or where the environment variable CURLEW_READER says; without it they
+   are read in this process. For the whole process. Returns whether they are now read by another process. */
+CURLEW_API int32_t curlew_read_isolated(int32_t on);
+
 /* --- errors ----------------------------------------------------------------------------------------------------- */
 
 typedef int32_t curlew_status;

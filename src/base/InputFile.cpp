@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <vector>
 
 namespace curlew {
 
@@ -24,6 +25,17 @@ std::ifstream openToRead(const std::filesystem::path& path) {
     if (in.peek() == std::ifstream::traits_type::eof()) throw fail("it is empty; write or copy it again");
     in.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
     return in;
+}
+
+Digest digestOf(const std::filesystem::path& path) {
+    std::ifstream in = openToRead(path);
+    in.exceptions(std::ios::goodbit);
+    DigestBuilder content;
+    std::vector<char> block(size_t(1) << 18);
+    while (in.read(block.data(), std::streamsize(block.size())) || in.gcount() > 0)
+        content.addBytes(block.data(), size_t(in.gcount()));
+    if (in.bad()) throw FileError(fmt::format("cannot read '{}': the disk or network failed", path.string()));
+    return content.digest();
 }
 
 } // namespace curlew

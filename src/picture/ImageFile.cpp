@@ -1,7 +1,9 @@
 #include "curlew/picture/ImageFile.h"
 
+#include "PictureValidation.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Error.h"
+#include "curlew/base/Memory.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/picture/Display.h"
 
@@ -22,8 +24,11 @@
 #include <array>
 #include <cerrno>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -47,15 +52,6 @@ uintmax_t fileSize(const fs::path& path) {
     const uintmax_t size = fs::file_size(path, error);
     if (error) throw cannotRead(path, error.message());
     return size;
-}
-
-/// No compression gets below one byte for this many bytes of pixels: a header that claims more is damaged, and must not
-/// make us ask for its memory.
-constexpr uintmax_t kMostCompressed = 65536;
-
-void checkClaim(const fs::path& path, uintmax_t pixelBytes) {
-    if (pixelBytes / kMostCompressed > fileSize(path))
-        throw cannotRead(path, "it is damaged: its header claims more pixels than the file can hold");
 }
 
 png_byte displayByte(float value, float ifNan) {
@@ -93,11 +89,42 @@ std::ifstream opened(const fs::path& path) {
 
 std::string readBytes(const fs::path& path) {
     std::ifstream stream = opened(path);
+    requireMemory(double(fileSize(path)), fmt::format("'{}'", path.string()), "make it smaller");
     std::string bytes(fileSize(path), '\0');
     if (!stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size())))
         throw cannotRead(path, "it ended before its size; is it still being written?");
     return bytes;
 }
+
+/// What libpng reads from or writes to. It has no other place to be cancelled at.
+struct PngStream {
+    std::string_view left = {}; ///< To be read.
+    std::string written = {};
+    const std::function<bool()>& cancelled;
+
+    bool stopped() const { return cancelled && cancelled(); }
+
+    static ssize_t read(void* cookie, char* to, size_t size) {
+        auto& stream = *static_cast<PngStream*>(cookie);
+        if (stream.stopped()) return -1;
+        size = stream.left.copy(to, size);
+        stream.left.remove_prefix(size);
+        return static_cast<ssize_t>(size);
+    }
+    static ssize_t write(void* cookie, const char* from, size_t size) {
+        auto& stream = *static_cast<PngStream*>(cookie);
+        if (stream.stopped()) return 0;
+        stream.written.append(from, size);
+        return static_cast<ssize_t>(size);
+    }
+
+    using File = std::unique_ptr<FILE, int (*)(FILE*)>;
+    File file(const char* mode) {
+        File opened(fopencookie(this, mode, {.read = read, .write = write, .seek = nullptr, .close = nullptr}), fclose);
+        if (!opened) throw ResourceError(fmt::format("cannot open a stream in memory: {}", std::strerror(errno)));
+        return opened;
+    }
+};
 
 /// Lets OpenEXR write to a stream of ours. OpenEXR writes and seeks in destructors too, where a throw ends the program:
 /// so seeking never throws; once the stream has failed it stays so, for the caller to see.
@@ -183,25 +210,30 @@ std::vector<std::string> channelNames(const Imf::ChannelList& list, const fs::pa
     return names;
 }
 
-Image readExrPixels(const fs::path& path) {
+Image readExrPixels(const fs::path& path, const Monitor& monitor) {
     Imf::InputFile file(path.c_str());
     const Imath::Box2i window = file.header().dataWindow();
     const std::vector<std::string> names = channelNames(file.header().channels(), path);
     const int width = window.max.x - window.min.x + 1, height = window.max.y - window.min.y + 1;
-    checkClaim(path, static_cast<uintmax_t>(width) * static_cast<uintmax_t>(height) * names.size() * sizeof(float));
 
     Image image = filledImage(width, height, names);
     Imf::FrameBuffer buffer;
     for (size_t i = 0; i < names.size(); ++i)
         buffer.insert(names[i], sliceOf(image.pixels.data() + i, window, names.size()));
     file.setFrameBuffer(buffer);
-    file.readPixels(window.min.y, window.max.y);
+    constexpr int lines = 256; // the most in a chunk
+    for (int y = window.min.y; y <= window.max.y; y += lines) {
+        monitor.check();
+        file.readPixels(y, std::min(window.max.y, y + lines - 1));
+        if (monitor.report) monitor.report(std::min(1.0, double(y + lines - window.min.y) / height));
+    }
     return withColors(std::move(image), displayFromLinear);
 }
 
 } // namespace
 
-void writePng(const fs::path& path, const Image& image, const ColorScale& scale) {
+void writePng(const fs::path& path, const Image& image, const ColorScale& scale,
+              const std::function<bool()>& cancelled) {
     checkImage(image);
     const auto width = static_cast<png_uint_32>(image.width), height = static_cast<png_uint_32>(image.height);
     if (rgbBytes(width, height) > kMostPngBytes)
@@ -213,31 +245,41 @@ void writePng(const fs::path& path, const Image& image, const ColorScale& scale)
     png.width = width;
     png.height = height;
     png.format = PNG_FORMAT_RGB;
-    std::vector<char> encoded(PNG_IMAGE_PNG_SIZE_MAX(png));
-    png_alloc_size_t size = encoded.size();
-    if (!png_image_write_to_memory(&png, encoded.data(), &size, 0, bytes.data(), 0, nullptr))
-        throw cannotWrite(path, png.message);
-    writeAtomically(path,
-                    [&](std::ostream& stream) { stream.write(encoded.data(), static_cast<std::streamsize>(size)); });
+    PngStream stream{.cancelled = cancelled};
+    const bool encoded = [&] {
+        const PngStream::File file = stream.file("wb");
+        return png_image_write_to_stdio(&png, file.get(), 0, bytes.data(), 0, nullptr) != 0;
+    }();
+    if (stream.stopped()) throw Interrupted();
+    if (!encoded) throw cannotWrite(path, png.message);
+    writeAtomically(
+        path, [&](std::ostream& out) { out.write(stream.written.data(), std::streamsize(stream.written.size())); },
+        cancelled);
 }
 
-Image readPng(const fs::path& path) {
-    const std::string file = readBytes(path);
+Image readPng(const fs::path& path, const Monitor& monitor) {
+    const std::string bytes = readBytes(path);
+    PngStream stream{.left = bytes, .cancelled = monitor.cancelled};
+    const PngStream::File file = stream.file("rb");
     PngImage png;
-    if (!png_image_begin_read_from_memory(&png, file.data(), file.size())) throw cannotRead(path, png.message);
+    const auto failed = [&]() -> FileError {
+        monitor.check();
+        return cannotRead(path, png.message);
+    };
+    if (!png_image_begin_read_from_stdio(&png, file.get())) throw failed();
     const uintmax_t size = rgbBytes(png.width, png.height);
     if (size > kMostPngBytes)
         throw cannotRead(path, fmt::format("{} x {} pixels are too many for a PNG here", png.width, png.height));
-    checkClaim(path, size);
+    validatePng(bytes, path);
     // libpng stops after the last row, so it would not miss the end.
     constexpr std::string_view end("\0\0\0\0IEND\xae\x42\x60\x82", 12);
-    if (file.find(end) == std::string::npos) throw cannotRead(path, "it is cut off: its end is missing");
+    if (bytes.find(end) == std::string::npos) throw cannotRead(path, "it is cut off: its end is missing");
 
     png.format = PNG_FORMAT_RGB;
-    std::vector<png_byte> bytes(size);
-    if (!png_image_finish_read(&png, nullptr, bytes.data(), 0, nullptr)) throw cannotRead(path, png.message);
+    std::vector<png_byte> decoded(size);
+    if (!png_image_finish_read(&png, nullptr, decoded.data(), 0, nullptr)) throw failed();
     Image image = filledImage(static_cast<int>(png.width), static_cast<int>(png.height), {"R", "G", "B"});
-    std::transform(bytes.begin(), bytes.end(), image.pixels.begin(),
+    std::transform(decoded.begin(), decoded.end(), image.pixels.begin(),
                    [](png_byte byte) { return static_cast<float>(byte) / 255; });
     return image;
 }
@@ -273,11 +315,12 @@ void writeExr(const fs::path& path, const Image& image, const ExrOptions& option
     });
 }
 
-Image readExr(const fs::path& path) {
-    opened(path);
+Image readExr(const fs::path& path, const Monitor& monitor) {
+    std::ifstream stream = opened(path);
     if (!Imf::isOpenExrFile(path.c_str())) throw cannotRead(path, "it is not an OpenEXR file");
+    validateExr(stream, path);
     try {
-        return readExrPixels(path);
+        return readExrPixels(path, monitor);
     } catch (const Error&) {
         throw;
     } catch (const std::exception& exception) {

@@ -70,9 +70,14 @@ template <int N>
 struct NeighboursN<N>::Tree {
     struct Cloud {
         const Positions<N>& points;
+        const Monitor* monitor = nullptr; ///< While the tree is built, by one thread.
+        mutable size_t looked = 0;
         // NOLINTBEGIN(readability-identifier-naming): nanoflann's names for them
         size_t kdtree_get_point_count() const { return points.size(); }
-        double kdtree_get_pt(size_t k, size_t axis) const { return points[k].c[axis]; }
+        double kdtree_get_pt(size_t k, size_t axis) const {
+            if (monitor && ++looked % (size_t(1) << 20) == 0) monitor->check();
+            return points[k].c[axis];
+        }
         template <class Box>
         bool kdtree_get_bbox(Box&) const {
             return false;
@@ -80,7 +85,12 @@ struct NeighboursN<N>::Tree {
         // NOLINTEND(readability-identifier-naming)
     };
 
-    explicit Tree(const Positions<N>& points) : cloud{points}, index(N, cloud, {kLeaf}) { index.buildIndex(); }
+    Tree(const Positions<N>& points, const Monitor& monitor)
+        : cloud{points, &monitor},
+          index(N, cloud, {kLeaf, nanoflann::KDTreeSingleIndexAdaptorFlags::SkipInitialBuildIndex}) {
+        index.buildIndex();
+        cloud.monitor = nullptr;
+    }
 
     template <class Found>
     void search(size_t point, Found& found) const {
@@ -92,9 +102,9 @@ struct NeighboursN<N>::Tree {
 };
 
 template <int N>
-NeighboursN<N>::NeighboursN(const Positions<N>& points) {
+NeighboursN<N>::NeighboursN(const Positions<N>& points, const Monitor& monitor) {
     validate<N>(points);
-    mTree = std::make_unique<const Tree>(points);
+    mTree = std::make_unique<const Tree>(points, monitor);
 }
 
 template <int N>
@@ -129,7 +139,7 @@ void NeighboursN<N>::count(size_t point, double width, std::vector<double>& bins
 template <int N>
 Spacing spacingOf(const Positions<N>& points, const Monitor& monitor) {
     if (points.size() < 2) throw ValueError(fmt::format("{} points have no distances; give at least 2", points.size()));
-    return spacingOf(NeighboursN<N>(points).nearestDistances(1, monitor));
+    return spacingOf(NeighboursN<N>(points, monitor).nearestDistances(1, monitor));
 }
 
 Spacing spacingOf(std::vector<double> nearestDistances) {

@@ -1,6 +1,7 @@
 #include "PointArrays.h"
 #include "VoxelSize.h"
 #include "curlew/base/Error.h"
+#include "curlew/base/Memory.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/vdb/PointFile.h"
 
@@ -12,6 +13,7 @@
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -78,22 +80,48 @@ void readIds(const points::AttributeArray& array, int64_t* ids) {
 }
 
 template <typename T>
-void reorder(std::vector<T>& values, const std::vector<size_t>& order) {
+void reorder(std::vector<T>& values, const std::vector<size_t>& order, const Monitor& monitor) {
     if (values.empty()) return;
     std::vector<T> sorted(values.size());
-    parallelFor(values.size(), 4096, [&](size_t begin, size_t end) {
-        for (size_t n = begin; n < end; ++n) sorted[n] = values[order[n]];
-    });
+    parallelFor(
+        values.size(), 1 << 16,
+        [&](size_t begin, size_t end) {
+            for (size_t n = begin; n < end; ++n) sorted[n] = values[order[n]];
+        },
+        monitor);
     values = std::move(sorted);
 }
 
-void sortById(Points& particles) {
-    if (std::is_sorted(particles.id.begin(), particles.id.end())) return;
-    std::vector<size_t> order(particles.size());
-    std::iota(order.begin(), order.end(), size_t(0));
-    tbb::parallel_sort(
-        order, [&](size_t a, size_t b) { return std::pair(particles.id[a], a) < std::pair(particles.id[b], b); });
-    forEachArray(particles, [&](auto& values) { reorder(values, order); });
+/// Where each id is, if the ids are as many numbers one after another, in any order; empty if they are not.
+std::vector<size_t> placesOf(const std::vector<int64_t>& ids) {
+    const auto [least, most] = std::minmax_element(ids.begin(), ids.end());
+    if (uint64_t(*most) - uint64_t(*least) != ids.size() - 1) return {};
+    constexpr size_t none = std::numeric_limits<size_t>::max();
+    std::vector<size_t> places(ids.size(), none);
+    const int64_t first = *least;
+    for (size_t n = 0; n < ids.size(); ++n) {
+        size_t& place = places[size_t(ids[n] - first)];
+        if (place != none) return {};
+        place = n;
+    }
+    return places;
+}
+
+void sortById(Points& particles, const Monitor& monitor) {
+    const std::vector<int64_t>& ids = particles.id;
+    if (std::is_sorted(ids.begin(), ids.end())) return;
+    std::vector<size_t> order = placesOf(ids);
+    if (order.empty()) {
+        order.resize(ids.size());
+        std::iota(order.begin(), order.end(), size_t(0));
+        // Ends by the exception of a comparison.
+        tbb::parallel_sort(order, [&](size_t a, size_t b) {
+            thread_local unsigned comparisons = 0;
+            if (++comparisons % (1u << 14) == 0) monitor.check();
+            return std::pair(ids[a], a) < std::pair(ids[b], b);
+        });
+    }
+    forEachArray(particles, [&](auto& values) { reorder(values, order, monitor); });
 }
 
 } // namespace
@@ -125,7 +153,7 @@ points::PointDataGrid::Ptr pointGrid(const Points& particles, const PointGridOpt
     return grid;
 }
 
-Points pointsOf(const points::PointDataGrid& grid) {
+Points pointsOf(const points::PointDataGrid& grid, const Monitor& monitor) {
     using Leaf = points::PointDataTree::LeafNodeType;
     std::vector<const Leaf*> leaves;
     std::vector<size_t> starts{0};
@@ -149,6 +177,11 @@ Points pointsOf(const points::PointDataGrid& grid) {
             scalars.push_back(scalar);
     Points particles;
     const size_t size = starts.back();
+    // Positions, numbers, and what sorts them: an order, and one array twice.
+    const double bytes =
+        4 * 8.0 + (hasIds ? 2 * 8.0 : 0) + (velocity.empty() ? 0 : 3 * 4.0) + 8.0 * double(scalars.size());
+    requireMemory(bytes * double(size), fmt::format("the {} points of the grid '{}'", size, grid.getName()),
+                  "write fewer points into the file");
     for (auto* values : {&particles.x, &particles.y, &particles.z}) values->resize(size);
     if (!velocity.empty())
         for (auto* values : {&particles.vx, &particles.vy, &particles.vz}) values->resize(size);
@@ -191,12 +224,15 @@ Points pointsOf(const points::PointDataGrid& grid) {
                                 ids.valueType()));
         }
     };
-    parallelFor(leaves.size(), 16, [&](size_t begin, size_t end) {
-        for (size_t n = begin; n < end; ++n) readLeaf(*leaves[n], starts[n]);
-    });
+    parallelFor(
+        leaves.size(), 16,
+        [&](size_t begin, size_t end) {
+            for (size_t n = begin; n < end; ++n) readLeaf(*leaves[n], starts[n]);
+        },
+        monitor);
     if (particles.f.size() != particles.g.size())
         for (auto* half : {&particles.f, &particles.g}) half->clear(); // no track
-    if (hasIds) sortById(particles);
+    if (hasIds) sortById(particles, monitor);
     return particles;
 }
 

@@ -1,10 +1,12 @@
 #include "curlew/vdb/VdbFile.h"
 
 #include "VdbValidation.h"
+#include "WatchedBuffer.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Digest.h"
 #include "curlew/base/Error.h"
 #include "curlew/base/InputFile.h"
+#include "curlew/base/Memory.h"
 #include "curlew/base/Parallel.h"
 
 #include <fmt/format.h>
@@ -35,10 +37,14 @@ namespace fs = std::filesystem;
 // ---- Reading
 
 /// OpenVDB takes the points' offsets as they come and would follow wrong ones out of its arrays.
-void checkPoints(const openvdb::GridBase& grid) {
+void checkPoints(const openvdb::GridBase& grid, const Monitor& monitor) {
     if (!grid.isType<openvdb::points::PointDataGrid>()) return;
-    for (auto leaf = static_cast<const openvdb::points::PointDataGrid&>(grid).tree().cbeginLeaf(); leaf; ++leaf)
+    for (auto leaf = static_cast<const openvdb::points::PointDataGrid&>(grid).tree().cbeginLeaf(); leaf; ++leaf) {
+        monitor.check();
         leaf->validateOffsets();
+        if (leaf->attributeSet().size() == 0 && leaf->getLastValue() > 0)
+            OPENVDB_THROW(openvdb::ValueError, "points without a position");
+    }
 }
 
 // ---- Writing
@@ -108,13 +114,10 @@ class DigestBuffer : public std::streambuf {
     bool drain() { return send() && wait(); }
 
     void write(std::streamoff begin) {
-        const auto size = std::streamoff(mLeaving.size());
-        const auto inBlock = [&](std::streamoff position) {
-            return std::clamp(position - begin, std::streamoff(0), size);
-        };
-        std::fill(mLeaving.begin() + inBlock(kUuidBegin), mLeaving.begin() + inBlock(kUuidBegin + kUuidLength), '0');
+        maskUuid(mLeaving, begin);
         mDigest.addBytes(mLeaving.data(), mLeaving.size());
         errno = 0;
+        const auto size = std::streamsize(mLeaving.size());
         if (mTarget.sputn(mLeaving.data(), size) != size) mError = errno;
     }
 
@@ -125,15 +128,6 @@ class DigestBuffer : public std::streambuf {
     std::optional<int> mError; ///< The errno of a write that failed.
     Background mWriting;       ///< Last, for it ends first.
 };
-
-/// A UUID of version 8 (RFC 9562): 122 bits of the digest, the others say so.
-std::string uuidOf(const Digest& digest) {
-    std::string text = digest.hex();
-    text[12] = '8';
-    text[16] = "89ab"[digest.words[1] >> 60 & 3];
-    for (const size_t hyphen : {8, 13, 18, 23}) text.insert(hyphen, 1, '-');
-    return text;
-}
 
 uint32_t compressionFlags(Codec codec, const openvdb::GridBase& grid) {
     switch (codec) {
@@ -209,15 +203,17 @@ openvdb::GridBase::ConstPtr asWritten(const openvdb::GridBase& grid, const VdbWr
 
 namespace {
 
-/// Returns use(stream of the file). Turns what OpenVDB and the stream throw into FileErrors.
+/// Returns use(stream of the bytes). Turns what OpenVDB and the stream throw into FileErrors.
 template <class Use>
-auto readSafely(const fs::path& path, const Use& use) {
+auto readSafely(std::streambuf& source, const fs::path& path, const Monitor& monitor, const Use& use) {
     openvdb::initialize();
-    std::ifstream in = openToRead(path);
     const auto fail = [&](std::string_view why) {
         return FileError(fmt::format("'{}' {}; write or copy it again", path.string(), why));
     };
     try {
+        WatchedBuffer buffer(source, monitor);
+        std::istream in(&buffer);
+        in.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
         return use(in);
     } catch (const std::ios_base::failure&) {
         throw fail("is cut short or damaged");
@@ -231,25 +227,31 @@ auto readSafely(const fs::path& path, const Use& use) {
     }
 }
 
-} // namespace
-
-std::vector<openvdb::GridBase::Ptr> readVdb(const fs::path& path) {
-    return readSafely(path, [&](std::istream& in) {
-        validateVdb(in, path);
+std::vector<openvdb::GridBase::Ptr> readGrids(std::streambuf& source, const fs::path& path, const Monitor& monitor) {
+    return readSafely(source, path, monitor, [&](std::istream& in) {
+        requireMemory(validateVdb(in, path).bytes, fmt::format("'{}'", path.string()),
+                      "free some, or write fewer grids into one file");
         openvdb::io::Stream stream(in, /*delayLoad=*/false);
         const openvdb::GridPtrVecPtr grids = stream.getGrids();
-        for (const openvdb::GridBase::Ptr& grid : *grids) checkPoints(*grid);
+        for (const openvdb::GridBase::Ptr& grid : *grids) checkPoints(*grid, monitor);
         return *grids;
     });
 }
 
+} // namespace
+
+std::vector<openvdb::GridBase::Ptr> readVdb(const fs::path& path, const Monitor& monitor) {
+    return readGrids(*openToRead(path).rdbuf(), path, monitor);
+}
+
+std::vector<openvdb::GridBase::Ptr> readVdbBytes(std::string_view bytes, const fs::path& path, const Monitor& monitor) {
+    BytesBuffer source(bytes);
+    return readGrids(source, path, monitor);
+}
+
 std::vector<GridInfo> vdbContents(const fs::path& path) {
-    if (auto infos = readSafely(path, [&](std::istream& in) { return validateVdbHeaders(in, path); }))
-        return std::move(*infos);
-    std::vector<GridInfo> infos;
-    for (const auto& grid : readVdb(path))
-        infos.push_back({grid->getName(), grid->type(), gridKind(grid->type(), grid->getGridClass())});
-    return infos;
+    return readSafely(*openToRead(path).rdbuf(), path, {},
+                      [&](std::istream& in) { return validateVdbHeaders(in, path); });
 }
 
 void writeVdb(const fs::path& path, const std::vector<openvdb::GridBase::ConstPtr>& grids,

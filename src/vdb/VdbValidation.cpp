@@ -1,13 +1,17 @@
 #include "VdbValidation.h"
 
+#include "PointValidation.h"
+#include "VdbCursor.h"
 #include "curlew/base/Error.h"
 
+#include <blosc.h>
 #include <fmt/format.h>
 #include <openvdb/io/Archive.h>
 #include <openvdb/io/GridDescriptor.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/points/PointDataGrid.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <string_view>
@@ -18,129 +22,107 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// What the leaves of a tree hold beside their mask.
+enum class LeafData {
+    values,
+    bits,    ///< Their origin, and another mask.
+    origin,  ///< Their origin alone.
+    indices, ///< Values, a list of indices, and bytes that are reserved.
+    points
+};
+
 /// How a tree stores its values.
 struct ValueLayout {
     std::string_view name;
     size_t size, halfSize; ///< Bytes of one; in the voxels of a grid with half floats.
-    bool inLeaves;         ///< Its leaves hold an array of values and nothing else.
+    LeafData leaves = LeafData::values;
 };
 
-constexpr std::array<ValueLayout, 11> kLayouts{{{"bool", 1, 1, false},
-                                                {"mask", 1, 1, false},
-                                                {"float", 4, 2, true},
-                                                {"double", 8, 2, true},
-                                                {"int32", 4, 4, true},
-                                                {"int64", 8, 8, true},
-                                                {"vec3i", 12, 12, true},
-                                                {"vec3s", 12, 6, true},
-                                                {"vec3d", 24, 6, true},
-                                                {"ptidx32", 4, 4, false},
-                                                {"ptdataidx32", 4, 4, false}}};
+constexpr std::array<ValueLayout, 11> kLayouts{{{"bool", 1, 1, LeafData::bits},
+                                                {"mask", 1, 1, LeafData::origin},
+                                                {"float", 4, 2},
+                                                {"double", 8, 2},
+                                                {"int32", 4, 4},
+                                                {"int64", 8, 8},
+                                                {"vec3i", 12, 12},
+                                                {"vec3s", 12, 6},
+                                                {"vec3d", 24, 6},
+                                                {"ptidx32", 4, 4, LeafData::indices},
+                                                {"ptdataidx32", 4, 4, LeafData::points}}};
+
+/// What a node takes in memory: a slot for each child or tile; values of over 8 bytes are allocated by themselves. A
+/// leaf has its mask, its origin and what the allocator adds.
+double nodeMemory(size_t slots, size_t valueBytes) {
+    constexpr double slot = 8, masks = 0.25, allocated = 32;
+    return double(slots) * (slot + masks + (valueBytes > 8 ? allocated : 0));
+}
+double leafMemory(const ValueLayout& layout) {
+    constexpr double voxels = 512, fixed = 160;
+    const bool array = layout.leaves == LeafData::values || layout.leaves == LeafData::indices;
+    return fixed + (array ? voxels * double(layout.size) : 64);
+}
 
 class Validation {
   public:
-    Validation(std::istream& in, const fs::path& path) : mIn(in), mPath(path) {
-        in.seekg(0, std::ios::end);
-        mSize = in.tellg();
-        in.seekg(0);
-    }
+    Validation(std::istream& in, const fs::path& path) : mCursor(in, path), mPath(path) {}
 
     /// Checks all of the file.
-    void checkAll() {
+    VdbSizes checkAll() {
         const bool hasOffsets = checkHeader();
-        for (int32_t left = readCount(); left > 0; --left)
-            if (!checkGrid(hasOffsets)) break;
-        mIn.seekg(0);
+        checkGrids(hasOffsets);
+        if (hasOffsets && mUuid[14] == kDigestVersion) checkDigest();
+        mCursor.seek(0);
+        return mSizes;
     }
 
-    /// Checks the headers of the grids; nullopt if the file has no offsets to find them by.
-    std::optional<std::vector<GridInfo>> checkHeaders() {
-        if (!checkHeader()) return {};
-        std::vector<GridInfo> infos;
+    /// Checks the headers of the grids, and where the file has no offsets to find them by, all of it.
+    std::vector<GridInfo> checkHeaders() {
+        if (!checkHeader()) {
+            checkGrids(false);
+            return mInfos;
+        }
         for (int32_t left = readCount(); left > 0; --left) {
             const GridHeader header = readGridHeader(true);
-            if (header.end < mIn.tellg()) damaged();
-            mIn.seekg(header.end);
-            infos.push_back(header.info);
+            if (header.end < mCursor.position()) damaged();
+            mCursor.seek(header.end);
+            mInfos.push_back(header.info);
         }
-        return infos;
+        return mInfos;
     }
 
   private:
-    [[noreturn]] void damaged() const {
-        throw FileError(fmt::format("'{}' is cut short or damaged; write or copy it again", mPath.string()));
+    [[noreturn]] void damaged() const { mCursor.damaged(); }
+
+    void checkGrids(bool hasOffsets) {
+        bool walked = true;
+        for (int32_t left = readCount(); left > 0 && walked; --left) walked = checkGrid(hasOffsets);
+        if (!hasOffsets && walked && mCursor.left() > 0) damaged();
     }
 
     /// The header of the file. Returns whether its grids have offsets.
     bool checkHeader() {
-        if (mSize < std::streamoff(sizeof(int64_t)) || read<int64_t>() != openvdb::OPENVDB_MAGIC)
+        if (mCursor.size() < std::streamoff(sizeof(int64_t)) || mCursor.read<int64_t>() != openvdb::OPENVDB_MAGIC)
             throw FileError(fmt::format("'{}' is not a .vdb file; give one that OpenVDB wrote", mPath.string()));
         constexpr uint32_t oldest = openvdb::OPENVDB_FILE_VERSION_NODE_MASK_COMPRESSION;
         constexpr uint32_t newest = openvdb::OPENVDB_FILE_VERSION;
-        const auto version = read<uint32_t>();
+        const uint32_t version = mVersion = mCursor.read<uint32_t>();
         if (version < oldest || version > newest)
             throw FileError(
                 fmt::format("'{}' is in version {} of the .vdb format, and versions {} to {} can be read; "
                             "save it again with another OpenVDB",
                             mPath.string(), version, oldest, newest));
-        const auto major = read<uint32_t>(), minor = read<uint32_t>();
-        openvdb::io::setVersion(mIn, {major, minor}, version);
-        const bool hasOffsets = read<char>() != 0;
-        skip(kUuidLength);
-        checkMetadata();
+        const auto major = mCursor.read<uint32_t>(), minor = mCursor.read<uint32_t>();
+        openvdb::io::setVersion(mCursor.stream(), {major, minor}, version);
+        const bool hasOffsets = mCursor.read<char>() != 0;
+        mUuid = mCursor.read<std::array<char, kUuidLength>>();
+        mCursor.checkMetadata();
         return hasOffsets;
     }
 
     int32_t readCount() {
-        const auto count = read<int32_t>();
+        const auto count = mCursor.read<int32_t>();
         if (count < 0) damaged();
         return count;
-    }
-
-    std::streamoff left() const { return mSize - mIn.tellg(); }
-
-    template <typename T>
-    T read() {
-        T value;
-        mIn.read(reinterpret_cast<char*>(&value), sizeof value);
-        return value;
-    }
-
-    void skip(std::streamoff bytes) {
-        if (bytes > left()) damaged();
-        mIn.seekg(bytes, std::ios::cur);
-    }
-
-    /// For many small pieces: stays in the stream's buffer.
-    void skipShort(size_t bytes) {
-        if (std::streamoff(bytes) > left()) damaged();
-        mIn.ignore(std::streamsize(bytes));
-    }
-
-    std::string readString() {
-        const auto length = read<uint32_t>();
-        if (length > left()) damaged();
-        std::string text(length, '\0');
-        mIn.read(text.data(), length);
-        return text;
-    }
-
-    /// Returns the class of the grid whose metadata it is.
-    openvdb::GridClass checkMetadata() {
-        auto gridClass = openvdb::GRID_UNKNOWN;
-        for (auto count = read<uint32_t>(); count > 0; --count) {
-            const std::string name = readString(), type = readString();
-            const std::streamoff value = mIn.tellg();
-            if (name == openvdb::GridBase::META_GRID_CLASS && type == "string")
-                gridClass = openvdb::GridBase::stringToGridClass(readString());
-            mIn.seekg(value);
-            const std::streamoff size = read<uint32_t>(), begin = mIn.tellg();
-            // Makes OpenVDB allocate for a number of leaves; each has a mask of 64 bytes in the file.
-            if (type == "__delayedload" && size > 0 && read<uint32_t>() > mSize / 64) damaged();
-            mIn.seekg(begin);
-            skip(size);
-        }
-        return gridClass;
     }
 
     struct GridHeader {
@@ -151,29 +133,28 @@ class Validation {
 
     /// All that is before the tree.
     GridHeader readGridHeader(bool hasOffsets) {
-        const std::string uniqueName = readString();
+        const std::string uniqueName = mCursor.readString();
         const std::string name = oneLine(openvdb::io::GridDescriptor::nameAsString(uniqueName));
-        std::string type = readString();
+        std::string type = mCursor.readString();
         constexpr std::string_view suffix = "_HalfFloat";
         const bool half = type.ends_with(suffix);
         if (half) type.resize(type.size() - suffix.size());
         if (!openvdb::GridBase::isRegistered(type))
             throw FileError(fmt::format("'{}' holds a grid '{}' of the unknown type '{}'; leave that grid out",
                                         mPath.string(), name, oneLine(type)));
-        const bool isInstance = !readString().empty();
-        const auto begin = read<int64_t>(), blocks = read<int64_t>(), end = read<int64_t>();
+        const bool isInstance = !mCursor.readString().empty();
+        mOffsets.push_back(mCursor.position());
+        const auto begin = mCursor.read<int64_t>(), blocks = mCursor.read<int64_t>(), end = mCursor.read<int64_t>();
         if (hasOffsets) {
-            if (end > mSize)
+            if (end > mCursor.size())
                 throw FileError(fmt::format("'{}' is cut short: it has {} of at least {} bytes; write or copy it again",
-                                            mPath.string(), mSize, end));
-            if (begin != mIn.tellg() || end < begin) damaged();
+                                            mPath.string(), mCursor.size(), end));
+            if (begin != mCursor.position() || end < begin) damaged();
         }
-        mCompression = read<uint32_t>();
-        const openvdb::GridClass gridClass = checkMetadata();
-        const std::streamoff transform = mIn.tellg();
-        readString(); // type
-        mIn.seekg(transform);
-        openvdb::math::Transform().read(mIn);
+        mCompression = mCursor.read<uint32_t>();
+        const auto named = mCursor.checkMetadata(openvdb::GridBase::META_GRID_CLASS);
+        const auto gridClass = named ? openvdb::GridBase::stringToGridClass(*named) : openvdb::GRID_UNKNOWN;
+        mCursor.checkTransform();
         return {{openvdb::io::GridDescriptor::stripSuffix(uniqueName), type, gridKind(type, gridClass)},
                 half,
                 isInstance,
@@ -184,17 +165,52 @@ class Validation {
     /// Returns whether the stream is at the end of the grid.
     bool checkGrid(bool hasOffsets) {
         const auto [info, half, isInstance, blocks, end] = readGridHeader(hasOffsets);
+        mInfos.push_back(info);
         bool atEnd = isInstance;
         for (const ValueLayout& layout : kLayouts) {
             if (isInstance || info.type != fmt::format("Tree_{}_5_4_3", layout.name)) continue;
-            const size_t leaves = checkTopology(layout, half);
-            if (hasOffsets && blocks != mIn.tellg()) damaged();
-            atEnd = layout.inLeaves;
-            for (size_t n = 0; layout.inLeaves && n < leaves; ++n) checkValues<3>(readMask<3>(), layout, half);
+            const uint64_t leaves = checkTopology(layout, half);
+            if (hasOffsets && blocks != mCursor.position()) damaged();
+            checkLeaves(layout, half, leaves);
+            atEnd = true;
         }
-        if (hasOffsets && atEnd && end != mIn.tellg()) damaged();
-        if (hasOffsets) mIn.seekg(end);
+        if (hasOffsets && atEnd && end != mCursor.position()) damaged();
+        if (hasOffsets) mCursor.seek(end);
+        mEnds.push_back(end);
         return hasOffsets || atEnd;
+    }
+
+    void checkLeaves(const ValueLayout& layout, bool half, uint64_t leaves) {
+        constexpr uint64_t mask = 64, origin = sizeof(openvdb::Coord);
+        if (layout.leaves == LeafData::points) {
+            const PointSizes sizes = validatePoints(mCursor, leaves, mVersion);
+            mSizes.bytes += sizes.bytes;
+            return;
+        }
+        mSizes.bytes += double(leaves) * leafMemory(layout);
+        for (uint64_t n = 0; n < leaves; ++n) switch (layout.leaves) {
+                case LeafData::bits:
+                    mCursor.skip(mask + origin + mask);
+                    break;
+                case LeafData::origin:
+                    mCursor.skip(mask + origin);
+                    break;
+                case LeafData::indices:
+                    checkValues<3>(readMask<3>(), layout, half);
+                    mSizes.bytes += double(skipCounted(sizeof(uint32_t)));
+                    skipCounted(1);
+                    break;
+                default:
+                    checkValues<3>(readMask<3>(), layout, half);
+            }
+    }
+
+    /// A list after its length. Returns its bytes.
+    uint64_t skipCounted(uint64_t bytes) {
+        const auto count = mCursor.read<uint64_t>();
+        if (count > uint64_t(mCursor.left()) / bytes) damaged();
+        mCursor.skip(count * bytes);
+        return count * bytes;
     }
 
     template <int Log2Dim>
@@ -202,7 +218,7 @@ class Validation {
 
     template <int Log2Dim>
     Mask<Log2Dim> readMask() {
-        return read<Mask<Log2Dim>>();
+        return mCursor.read<Mask<Log2Dim>>();
     }
 
     template <typename Mask>
@@ -213,28 +229,56 @@ class Validation {
     }
 
     /// Returns the number of leaves.
-    size_t checkTopology(const ValueLayout& layout, bool half) {
-        if (read<int32_t>() != 1) damaged(); // buffers of a leaf
-        skipShort(layout.size);              // background
-        const auto tiles = read<uint32_t>(), children = read<uint32_t>();
-        skip(std::streamoff(tiles) * std::streamoff(sizeof(openvdb::Coord) + layout.size + 1));
-        size_t leaves = 0;
+    uint64_t checkTopology(const ValueLayout& layout, bool half) {
+        if (mCursor.read<int32_t>() != 1) damaged(); // buffers of a leaf
+        mCursor.skip(layout.size);                   // background
+        const auto tiles = mCursor.read<uint32_t>(), children = mCursor.read<uint32_t>();
+        const std::vector<openvdb::Coord> tileOrigins = readTiles(tiles, layout.size);
+        uint64_t leaves = 0;
+        openvdb::Coord last;
         for (uint32_t n = 0; n < children; ++n) {
-            skipShort(sizeof(openvdb::Coord));
+            // The leaves' data come in the order of the origins.
+            const auto origin = readOrigin();
+            if ((n > 0 && !(last < origin)) || std::binary_search(tileOrigins.begin(), tileOrigins.end(), origin))
+                damaged();
+            last = origin;
             leaves += checkNode<5>(layout, half);
         }
         return leaves;
     }
 
+    openvdb::Coord readOrigin() {
+        constexpr int32_t nodeSize = 4096;
+        openvdb::Coord origin;
+        for (int axis = 0; axis < 3; ++axis) origin[axis] = mCursor.read<int32_t>();
+        for (int axis = 0; axis < 3; ++axis)
+            if (origin[axis] % nodeSize != 0) damaged();
+        return origin;
+    }
+
+    /// The origins of the tiles of the root, sorted.
+    std::vector<openvdb::Coord> readTiles(uint32_t count, size_t valueBytes) {
+        if (count > uint64_t(mCursor.left()) / (sizeof(openvdb::Coord) + valueBytes + 1)) damaged();
+        std::vector<openvdb::Coord> origins;
+        for (uint32_t n = 0; n < count; ++n) {
+            origins.push_back(readOrigin());
+            mCursor.skip(valueBytes + 1);
+        }
+        std::sort(origins.begin(), origins.end());
+        if (std::adjacent_find(origins.begin(), origins.end()) != origins.end()) damaged();
+        return origins;
+    }
+
     /// The same for one node.
     template <int Log2Dim>
-    size_t checkNode(const ValueLayout& layout, bool half) {
+    uint64_t checkNode(const ValueLayout& layout, bool half) {
         const auto children = readMask<Log2Dim>();
         if constexpr (Log2Dim == 3) {
             return 1;
         } else {
             checkValues<Log2Dim>(readMask<Log2Dim>(), layout, half);
-            size_t leaves = 0;
+            mSizes.bytes += nodeMemory(size_t(1) << 3 * Log2Dim, layout.size);
+            uint64_t leaves = 0;
             for (size_t n = countOn(children); n > 0; --n) leaves += checkNode<Log2Dim - 1>(layout, half);
             return leaves;
         }
@@ -244,48 +288,92 @@ class Validation {
     template <int Log2Dim>
     void checkValues(const Mask<Log2Dim>& active, const ValueLayout& layout, bool half) {
         using namespace openvdb::io;
-        const auto kind = read<int8_t>();
-        if (kind == NO_MASK_AND_ONE_INACTIVE_VAL || kind == MASK_AND_ONE_INACTIVE_VAL) skipShort(layout.size);
-        if (kind == MASK_AND_TWO_INACTIVE_VALS) skipShort(2 * layout.size);
+        const auto kind = mCursor.read<int8_t>();
+        if (kind == NO_MASK_AND_ONE_INACTIVE_VAL || kind == MASK_AND_ONE_INACTIVE_VAL) mCursor.skip(layout.size);
+        if (kind == MASK_AND_TWO_INACTIVE_VALS) mCursor.skip(2 * layout.size);
         if (kind == MASK_AND_NO_INACTIVE_VALS || kind == MASK_AND_ONE_INACTIVE_VAL ||
             kind == MASK_AND_TWO_INACTIVE_VALS)
-            skipShort(sizeof active);
+            mCursor.skip(sizeof active);
         const bool onlyActive = (mCompression & COMPRESS_ACTIVE_MASK) && kind != NO_MASK_AND_ALL_VALS;
         const size_t count = onlyActive ? countOn(active) : 64 * active.size();
         const size_t bytes = count * (half ? layout.halfSize : layout.size);
         if (!(mCompression & (COMPRESS_ZIP | COMPRESS_BLOSC)))
-            skipShort(bytes);
+            mCursor.skip(bytes);
         else if (count > 0 || !half || layout.halfSize == layout.size)
             checkChunk(bytes);
     }
 
     /// A chunk of zip or Blosc that unpacks to that many bytes; a negative size means that it is not packed.
     void checkChunk(size_t bytes) {
-        constexpr size_t bloscHead = 16;
-        const auto size = read<int64_t>();
+        const auto size = mCursor.read<int64_t>();
         if (size <= 0) {
             if (size != -int64_t(bytes)) damaged();
-            skipShort(bytes);
+            mCursor.skip(bytes);
             return;
         }
-        if (size > left() || size_t(size) > bytes + bloscHead) damaged();
-        if (!(mCompression & openvdb::io::COMPRESS_BLOSC)) {
-            skipShort(size_t(size));
-            return;
-        }
-        if (size_t(size) < bloscHead) damaged();
-        const auto head = read<std::array<uint32_t, 4>>(); // flags, unpacked size, block, packed size
-        if (head[1] != bytes || head[3] != size) damaged();
-        skipShort(size_t(size) - bloscHead);
+        if (size_t(size) > bytes + BLOSC_MAX_OVERHEAD) damaged();
+        if (mCompression & openvdb::io::COMPRESS_BLOSC)
+            mCursor.skipBlosc(uint64_t(size), bytes);
+        else
+            mCursor.skip(uint64_t(size));
     }
 
-    std::istream& mIn;
+    /// Compares the content with the digest in the UUID of a file of ours. It is of all that was written, in that
+    /// order: the offsets of a grid as zeros first, then the grid, then its offsets.
+    void checkDigest() {
+        DigestBuilder digest;
+        std::streamoff done = 0;
+        for (size_t n = 0; n < mOffsets.size(); ++n) {
+            constexpr std::array<int64_t, 3> later{};
+            const std::streamoff offsets = mOffsets[n], begin = offsets + std::streamoff(sizeof later);
+            addRange(digest, done, offsets);
+            digest.addBytes(later.data(), sizeof later);
+            addRange(digest, begin, mEnds[n]);
+            addRange(digest, offsets, begin);
+            done = mEnds[n];
+        }
+        addRange(digest, done, mCursor.size());
+        if (uuidOf(digest.digest()) != std::string_view(mUuid.data(), mUuid.size()))
+            throw FileError(fmt::format(
+                "'{}' is damaged: what it holds is not what was written; write or copy it again", mPath.string()));
+    }
+
+    void addRange(DigestBuilder& digest, std::streamoff from, std::streamoff to) {
+        std::vector<char> block(size_t(std::min<std::streamoff>(to - from, 1 << 18)));
+        mCursor.seek(from);
+        for (std::streamoff begin = from; begin < to; begin += std::streamoff(block.size())) {
+            if (to - begin < std::streamoff(block.size())) block.resize(size_t(to - begin));
+            mCursor.stream().read(block.data(), std::streamsize(block.size()));
+            maskUuid(block, begin);
+            digest.addBytes(block.data(), block.size());
+        }
+    }
+
+    VdbCursor mCursor;
     const fs::path& mPath;
-    std::streamoff mSize = 0;
+    uint32_t mVersion = 0;
+    std::array<char, kUuidLength> mUuid{};
+    std::vector<std::streamoff> mOffsets, mEnds; ///< Where a grid's offsets are, and where it ends.
+    std::vector<GridInfo> mInfos;
+    VdbSizes mSizes;
     uint32_t mCompression = 0; ///< Of the grid in question.
 };
 
 } // namespace
+
+std::string uuidOf(const Digest& digest) {
+    std::string text = digest.hex();
+    text[12] = kDigestVersion;
+    text[16] = "89ab"[digest.words[1] >> 60 & 3];
+    for (const size_t hyphen : {8, 13, 18, 23}) text.insert(hyphen, 1, '-');
+    return text;
+}
+
+void maskUuid(std::vector<char>& block, std::streamoff begin) {
+    const auto size = std::streamoff(block.size());
+    const auto inBlock = [&](std::streamoff position) { return std::clamp(position - begin, std::streamoff(0), size); };
+    std::fill(block.begin() + inBlock(kUuidBegin), block.begin() + inBlock(kUuidBegin + kUuidLength), '0');
+}
 
 GridKind gridKind(std::string_view type, openvdb::GridClass gridClass) {
     if (type == openvdb::points::PointDataGrid::gridType()) return GridKind::points;
@@ -294,9 +382,9 @@ GridKind gridKind(std::string_view type, openvdb::GridClass gridClass) {
     return gridClass == openvdb::GRID_FOG_VOLUME ? GridKind::fogVolume : GridKind::other;
 }
 
-void validateVdb(std::istream& in, const fs::path& path) { Validation(in, path).checkAll(); }
+VdbSizes validateVdb(std::istream& in, const fs::path& path) { return Validation(in, path).checkAll(); }
 
-std::optional<std::vector<GridInfo>> validateVdbHeaders(std::istream& in, const fs::path& path) {
+std::vector<GridInfo> validateVdbHeaders(std::istream& in, const fs::path& path) {
     return Validation(in, path).checkHeaders();
 }
 

@@ -1,8 +1,11 @@
+#include "curlew/base/Digest.h"
 #include "support/Command.h"
 #include "support/SessionCommand.h"
 
 #include <catch2/catch.hpp>
 #include <fmt/format.h>
+
+#include <cstring>
 
 using namespace curlew;
 using namespace curlew::app;
@@ -117,6 +120,56 @@ TEST_CASE("a checkpoint that is damaged, or of another program, is refused", "[a
     folder.mustFail(other, {"another program"});
     folder.mustFail("-resume " + scene("2-3"), {"another program"}); // its times are others
     folder.mustRun("-threads 1 " + resume);                          // which has no part in what is made
+}
+
+TEST_CASE("a checkpoint is refused if a file that was read has changed since", "[app]") {
+    const Folder folder;
+    folder.mustRun("-quiet -scatter count=9 box=-1,-1,-1,1,1,1 -write p.0001.vdb p.0002.vdb p.0003.vdb");
+    test::store(folder / "ball.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n# end\n");
+    const auto run = [](const std::string& frames) {
+        return "-quiet -read ball.obj -scatter count=20 box=-1,-1,-1,1,1,1 -frames " + frames +
+               " checkpoint=run.checkpoint -read 'p.$F4.vdb' -noise -noise seed=1 -dfvn -advect time=0.1 steps=1";
+    };
+    const auto change = [&](const std::string& file) { // one byte, and the time of the file stays as it was
+        std::string bytes = bytesOf(folder / file);
+        const auto time = std::filesystem::last_write_time(folder / file);
+        char& byte = bytes[file.ends_with(".obj") ? bytes.size() - 2 : bytes.size() / 2];
+        byte = static_cast<char>(byte ^ 1);
+        test::store(folder / file, bytes);
+        std::filesystem::last_write_time(folder / file, time);
+    };
+    folder.mustRun(run("1-2"));
+    const std::string good = bytesOf(folder / "run.checkpoint");
+    folder.mustRun("-resume " + run("1-3"));
+    for (const char* file : {"ball.obj", "p.0001.vdb", "p.0002.vdb"}) {
+        CAPTURE(file);
+        test::store(folder / "run.checkpoint", good);
+        change(file);
+        folder.mustFail("-resume " + run("1-3"), {"-resume", "has changed since the checkpoint 'run.checkpoint'"});
+        change(file);
+    }
+    folder.mustRun("-resume " + run("1-3"));
+}
+
+TEST_CASE("a forged checkpoint whose arrays do not go together is refused", "[app]") {
+    const Folder folder;
+    folder.mustRun(scene("1-2"));
+    const std::string good = bytesOf(folder / "run.checkpoint");
+    // Magic number, program, frame, states; key, next id, identity and frame of the track; then x, y, … by their size.
+    const size_t x = 8 + 16 + 4 + 8 + 16 + 8 + 16 + 4;
+    uint64_t size = 0;
+    std::memcpy(&size, &good[x], sizeof size);
+    REQUIRE(size > 100);
+    for (const size_t shorter : {uint64_t{0}, uint64_t{1}, size / 2}) {
+        std::string forged = good.substr(0, good.size() - sizeof(Digest));
+        const size_t y = x + 8 + 8 * size;
+        std::memcpy(&forged[y], &shorter, sizeof shorter);
+        forged.erase(y + 8 + 8 * shorter, 8 * (size - shorter));
+        const Digest digest = DigestBuilder().addBytes(forged.data(), forged.size()).digest();
+        forged.append(reinterpret_cast<const char*>(&digest), sizeof digest);
+        test::store(folder / "run.checkpoint", forged);
+        folder.mustFail("-resume " + scene("1-3"), {"'run.checkpoint'", "damaged"});
+    }
 }
 
 TEST_CASE("an unwritable checkpoint is known before the work", "[app]") {

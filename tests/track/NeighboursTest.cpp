@@ -1,5 +1,6 @@
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/base/Random.h"
 #include "curlew/track/Neighbours.h"
 #include "support/Points.h"
 
@@ -126,4 +127,11 @@ TEST_CASE("neighbours: threads, nothing, and what is refused", "[track]") {
     Monitor monitor;
     monitor.cancelled = [] { return true; };
     CHECK_THROWS_AS(Neighbours(points).nearestDistances(1, monitor), Interrupted);
+}
+
+TEST_CASE("Neighbours: building the tree of many points can be cancelled", "[track]") {
+    std::vector<Vec<double, 3>> points(200000);
+    for (size_t k = 0; k < points.size(); ++k)
+        for (size_t axis = 0; axis < 3; ++axis) points[k].c[axis] = randomUniform(axis, k);
+    CHECK_THROWS_AS(Neighbours(points, {.report = {}, .cancelled = [] { return true; }}), Interrupted);
 }

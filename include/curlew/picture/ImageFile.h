@@ -1,5 +1,6 @@
 #pragma once
 
+#include "curlew/base/Monitor.h"
 #include "curlew/picture/ColorMap.h"
 #include "curlew/picture/Image.h"
 
@@ -8,14 +9,17 @@
 namespace curlew {
 
 // Files are written whole or not at all, and the same image gives the same bytes: no date, host or user goes in.
-// Every function throws FileError, naming the path, where a file cannot be written or read.
+// Every function throws FileError, naming the path, where a file cannot be written or read; those that read, if its
+// header claims more than the file can hold, too, and ResourceError if the picture does not fit the memory. All throw
+// Interrupted once the caller says so.
 
 /// Writes what one sees of an image (displayed), 8 bits per channel: display values are clamped to [0, 1], NaN becomes
 /// kNoValueColor. Throws ValueError as displayed() does, and for an image that is too large for PNG.
-void writePng(const std::filesystem::path& path, const Image& image, const ColorScale& scale = {});
+void writePng(const std::filesystem::path& path, const Image& image, const ColorScale& scale = {},
+              const std::function<bool()>& cancelled = {});
 
 /// Reads any PNG as display values R, G, B in [0, 1]; what is transparent is put on black.
-Image readPng(const std::filesystem::path& path);
+Image readPng(const std::filesystem::path& path, const Monitor& monitor = {});
 
 struct ExrOptions {
     bool half = false; ///< 16 bits a value, but for the channel Z, the depth; finite values beyond 65504 become that.
@@ -29,6 +33,6 @@ void writeExr(const std::filesystem::path& path, const Image& image, const ExrOp
 /// Reads the data window of the (first) flat part of an OpenEXR file. Half and integer channels are converted to float.
 /// Channels come as R, G, B, A first, then by name; R, G, B as display values. Subsampled channels are refused
 /// (FileError).
-Image readExr(const std::filesystem::path& path);
+Image readExr(const std::filesystem::path& path, const Monitor& monitor = {});
 
 } // namespace curlew

@@ -14,8 +14,9 @@ namespace curlew {
 template <int N>
 class NeighboursN {
   public:
-    /// Throws ValueError for a point that is not at a finite place, ResourceError for too many points.
-    explicit NeighboursN(const std::vector<Vec<double, N>>& points);
+    /// Throws ValueError for a point that is not at a finite place, ResourceError for too many points, Interrupted once
+    /// the monitor says so.
+    explicit NeighboursN(const std::vector<Vec<double, N>>& points, const Monitor& monitor = {});
     ~NeighboursN();
 
     /// From each point, or from every stride-th, how far away the nearest of the others is, world units: 0 where two

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "curlew/base/Monitor.h"
 #include "curlew/track/Points.h"
 #include "curlew/vdb/HostProfile.h"
 
@@ -27,8 +28,10 @@ openvdb::points::PointDataGrid::Ptr pointGrid(const Points& particles, const Poi
 /// The points of a grid in world units, with their velocity (under the name of any host profile) if they have one, and
 /// with `age`, `life`, `fade`, `f` and `g` where those are floats. With an `id` attribute (32 or 64 bits) they come
 /// sorted by it; otherwise they are numbered from 0 in the order of the grid. Throws ValueError if an attribute is
-/// missing from a part of the grid, or P, id or the velocity has an unexpected type.
-Points pointsOf(const openvdb::points::PointDataGrid& grid);
+/// missing from a part of the grid, or P, id or the velocity has an unexpected type; ResourceError if the points do not
+/// fit the memory (a leaf whose points all have the same values takes a few bytes in a file, whatever their number);
+/// Interrupted once the monitor says so.
+Points pointsOf(const openvdb::points::PointDataGrid& grid, const Monitor& monitor = {});
 
 /// Points of a file, and what else it has.
 struct PointTable {

@@ -1,11 +1,14 @@
 #pragma once
 
+#include "curlew/base/Monitor.h"
+
 #include <openvdb/Grid.h>
 #include <openvdb/MetaMap.h>
 
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace curlew {
@@ -30,9 +33,14 @@ struct VdbWriteOptions {
 
 /// All grids of a .vdb file, in the order of the file and wholly in memory. Grids that share a tree in the file share
 /// it here. Throws FileError, naming the file, if it is missing, empty, cut short, damaged, not a .vdb file, older than
-/// OpenVDB 3 or newer than this OpenVDB, or if it holds a type of grid that this program does not know. Safe to call
-/// from several threads.
-std::vector<openvdb::GridBase::Ptr> readVdb(const std::filesystem::path& path);
+/// OpenVDB 3 or newer than this OpenVDB, or if it holds a type of grid that this program does not know; a file of
+/// writeVdb() is damaged if a single byte of it has changed since. Throws ResourceError if the grids do not fit the
+/// memory, Interrupted once the monitor says so. Safe to call from several threads.
+std::vector<openvdb::GridBase::Ptr> readVdb(const std::filesystem::path& path, const Monitor& monitor = {});
+
+/// The same of a file that is in memory; `path` is its name in messages.
+std::vector<openvdb::GridBase::Ptr> readVdbBytes(std::string_view bytes, const std::filesystem::path& path,
+                                                 const Monitor& monitor = {});
 
 /// What a grid is used as. A grid of points may hold curves (see CurveFile.h): its header does not say so.
 enum class GridKind {

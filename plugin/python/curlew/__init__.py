@@ -24,7 +24,7 @@ loaded when it is first needed; see find_library().
 from ._library import Cancelled, Error, find_library
 from ._objects import Curves, Field, Flow, Grid, Image, Leaf, Mesh, Points
 from ._session import Session
-from ._shortcuts import Program, advect, registry, translate, velocity_grid, version
+from ._shortcuts import Program, advect, read_isolated, registry, translate, velocity_grid, version
 
 __all__ = [
     "Cancelled",
@@ -41,6 +41,7 @@ __all__ = [
     "Session",
     "advect",
     "find_library",
+    "read_isolated",
     "registry",
     "translate",
     "velocity_grid",

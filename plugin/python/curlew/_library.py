@@ -102,7 +102,17 @@ def library() -> ctypes.CDLL:
     return _library
 
 
+def _let_run(command: Path) -> None:
+    """Blender unpacks an add-on without saying which of its files are programs."""
+    if command.is_file() and not os.access(command, os.X_OK):
+        try:
+            command.chmod(0o755)
+        except OSError:
+            pass  # files are then read in this process
+
+
 def _load(path: str) -> ctypes.CDLL:
+    _let_run(Path(path).with_name("curlew"))
     try:
         lib = ctypes.CDLL(path)
         version = lib.curlew_abi_version()
@@ -114,6 +124,7 @@ def _load(path: str) -> ctypes.CDLL:
     functions = {
         "version": (text, []),
         "registry": (text, []),
+        "read_isolated": (c_int32, [c_int32]),
         "error_message": (text, []),
         "error_line": (c_int32, []),
         "error_action": (text, []),

@@ -20,6 +20,15 @@ def registry() -> Dict[str, Any]:
     return json.loads(_text("registry"))
 
 
+def read_isolated(on: bool = True) -> bool:
+    """Whether damaged files of points or pictures (.vdb, .exr) can end only a process of their own; on by default.
+
+    It takes the command `curlew` beside the library or in the bin/ of its installation, or where the environment's
+    CURLEW_READER says. For the whole process. Returns whether such files are now read by another process.
+    """
+    return bool(lib.library().curlew_read_isolated(int(on)))
+
+
 def translate(graph: Graph, form: str, name: str = "graph") -> str:
     """A program as JSON text (form "json": nodes and links, docs/graph.md) or as the text of a scene (form "scene").
 

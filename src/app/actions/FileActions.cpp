@@ -188,7 +188,7 @@ void writePicture(const Context& c, const Arguments& a, const std::string& file)
              a.flag("legend") && value.image.channels.size() == 1
                  ? withLegend(value.image, scale, value.image.channels.front())
                  : value.image,
-             scale);
+             scale, c.console().cancelFunction());
 }
 
 /// Meshes, points and curves, each by its own function.

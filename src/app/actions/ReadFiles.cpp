@@ -2,6 +2,7 @@
 
 #include "ScatterDomain.h"
 #include "curlew/app/registry/Text.h"
+#include "curlew/app/run/IsolatedFiles.h"
 #include "curlew/base/LocalFile.h"
 #include "curlew/picture/ImageFile.h"
 #include "curlew/vdb/AnimatedMesh.h"
@@ -112,25 +113,24 @@ void readGrids(Context& c, const Arguments& a, const SourceFile& file) {
     const auto wanted = wantedGrids(a);
     std::vector<std::string> names;
     bool any = false;
-    for (const auto& grid : readVdb(file.path)) {
-        names.push_back(grid->getName());
-        if (!isWanted(wanted, grid->getName())) continue;
+    for (VdbContent& content : readVdbContent(file.path, c.follow(fmt::format("reading {}", file.name)))) {
+        names.push_back(content.name);
+        if (!isWanted(wanted, content.name)) continue;
         any = true;
-        const auto points = openvdb::GridBase::grid<openvdb::points::PointDataGrid>(grid);
-        if (!points) {
-            c.give(GridValue{grid});
-            continue;
+        if (auto* particles = std::get_if<Points>(&content.value)) {
+            // The track is of a flow that is not here, and rounded to float.
+            for (auto* track : {&particles->f, &particles->g}) track->clear();
+            givePoints(c, std::move(*particles));
+        } else {
+            c.give(GridValue{std::get<openvdb::GridBase::Ptr>(content.value)});
         }
-        Points particles = pointsOf(*points);
-        // The track is of a flow that is not here, and rounded to float.
-        for (auto* track : {&particles.f, &particles.g}) track->clear();
-        givePoints(c, std::move(particles));
     }
     if (!any) throw noSuchGrid(file.name, names);
 }
 
 void readPicture(Context& c, const Arguments&, const SourceFile& file) {
-    Image image = endingOf(file.path) == ".png" ? readPng(file.path) : readExr(file.path);
+    const Monitor monitor = c.follow(fmt::format("reading {}", file.name));
+    Image image = endingOf(file.path) == ".png" ? readPng(file.path, monitor) : readExrImage(file.path, monitor);
     const bool isSigned = std::any_of(image.pixels.begin(), image.pixels.end(), [](float v) { return v < 0; });
     c.give(std::make_shared<const ImageValue>(
         ImageValue{std::move(image), isSigned ? ColorMap::diverging : ColorMap::viridis}));

@@ -13,7 +13,8 @@ namespace curlew::app {
 namespace {
 
 constexpr int kDeepestScene = 16, kMostScenes = 10000;
-constexpr size_t kMostActions = 20000; ///< Of a program; each takes a few kilobytes.
+constexpr size_t kMostActions = 20000;         ///< Of a program; each takes a few kilobytes.
+constexpr size_t kMostText = size_t(16) << 20; ///< Bytes of all that a program is made of, scenes as often as included.
 
 /// -1.5 is a value, -1x an action.
 bool isAction(const std::string& token) {
@@ -96,7 +97,11 @@ class Parser {
         inContextOf(contextOf(location), [&] {
             if (name == "set") return define(tokens);
             Statement statement{.arguments = Arguments(declared), .location = location};
-            for (const auto& token : tokens) add(statement, withConstants(token, mConstants));
+            for (const auto& token : tokens) {
+                const std::string text = withConstants(token, mConstants);
+                count(text.size());
+                add(statement, text);
+            }
             statement.arguments.finish();
             if (!statement.as.empty() && declared.makes.empty())
                 throw ValueError(fmt::format("as={}: it makes nothing that could have a name", statement.as));
@@ -109,10 +114,19 @@ class Parser {
         });
     }
 
+    /// Scenes that include each other can become a thousand times as much text as they are.
+    void count(size_t bytes) {
+        mText += bytes;
+        if (mText > kMostText)
+            throw ValueError(fmt::format("the program has more than {} MiB of text, with the scenes that it includes",
+                                         kMostText >> 20));
+    }
+
     void include(const std::vector<std::string>& files) {
         for (const auto& file : files) {
             const SourceLocation here = mLocation;
             const std::string text = readText(file);
+            count(text.size());
             if (file.ends_with(".json"))
                 mStatements.push_back({.json = text, .location = {.file = file}});
             else
@@ -156,6 +170,7 @@ class Parser {
     Constants mConstants;
     SourceLocation mLocation;
     int mDepth = 0, mScenes = 0;
+    size_t mText = 0; ///< Bytes so far.
 };
 
 } // namespace

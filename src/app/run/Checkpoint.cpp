@@ -1,5 +1,6 @@
 #include "Evaluator.h"
 #include "curlew/base/AtomicFile.h"
+#include "curlew/base/Memory.h"
 
 #include <bit>
 #include <cstring>
@@ -11,7 +12,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "numbers are written as they are in memory");
 
-constexpr uint64_t kMagic = 0x33746b63776c7243; // "Crlwckt3"; the last one is the version
+constexpr uint64_t kMagic = 0x34746b63776c7243; // "Crlwckt4"; the last one is the version
 
 class Writer {
   public:
@@ -86,6 +87,14 @@ void eachNumber(Set& set, const Number& number) {
     number(set.tracked.frame);
 }
 
+/// Whether the arrays go together: whoever forges a file can make its digest, too.
+bool isWhole(const Points& p) {
+    const auto each = [&p](const auto&... arrays) { return ((arrays.size() == p.size()) && ...); };
+    const auto eachOrNone = [&](const auto&... arrays) { return (arrays.empty() && ...) || each(arrays...); };
+    return each(p.y, p.z, p.id) && eachOrNone(p.vx, p.vy, p.vz) && eachOrNone(p.f, p.g) && eachOrNone(p.converged) &&
+           eachOrNone(p.age) && eachOrNone(p.life) && eachOrNone(p.fade);
+}
+
 } // namespace
 
 void writeCheckpoint(const std::filesystem::path& path, const Digest& program, const Checkpoint& checkpoint,
@@ -105,6 +114,8 @@ void writeCheckpoint(const std::filesystem::path& path, const Digest& program, c
                 forEachArray(set.particles, [&](const auto& values) { writer.array(values); });
             }
             writer.array(checkpoint.sums);
+            number(int32_t{checkpoint.since});
+            number(checkpoint.inputs);
             number(writer.digest());
         },
         cancelled);
@@ -112,6 +123,8 @@ void writeCheckpoint(const std::filesystem::path& path, const Digest& program, c
 
 std::optional<Checkpoint> readCheckpoint(const std::filesystem::path& path, const Digest& program) {
     if (!std::filesystem::exists(path)) return {};
+    requireMemory(double(std::filesystem::file_size(path)), fmt::format("the checkpoint '{}'", path.string()),
+                  "free some");
     Reader reader(path);
     const auto number = [&](auto& value) { value = reader.number<std::remove_cvref_t<decltype(value)>>(); };
     if (reader.number<uint64_t>() != kMagic) throw reader.damaged();
@@ -125,8 +138,11 @@ std::optional<Checkpoint> readCheckpoint(const std::filesystem::path& path, cons
         number(key);
         eachNumber(set, number);
         forEachArray(set.particles, [&](auto& values) { reader.array(values); });
+        if (!isWhole(set.particles)) throw reader.damaged();
     }
     reader.array(checkpoint.sums);
+    number(checkpoint.since);
+    number(checkpoint.inputs);
     const Digest digest = reader.digest();
     if (reader.number<Digest>() != digest || reader.left() != 0) throw reader.damaged();
     return checkpoint;

@@ -6,6 +6,19 @@
 
 namespace curlew::app {
 
+/// What the next frame needs to know of those before it.
+struct Checkpoint {
+    int frame = 0;
+    struct State {
+        PointSet set;
+        Digest key;
+    };
+    std::vector<State> states = {};
+    std::vector<double> sums = {}; ///< Of the memories, by node.
+    int since = 0;                 ///< The first frame whose files are in `inputs`.
+    Digest inputs = {};            ///< Of the content of all files that were read up to this frame.
+};
+
 /// Evaluates one graph: once what comes before -frames, then the rest for each frame.
 class Evaluator {
   public:
@@ -65,6 +78,11 @@ class Evaluator {
     Digest keyOf(size_t node) const;
     Digest keyOf(const Link& link) const;
     Digest programDigest() const;
+    Digest inputsBefore() const;
+    Digest inputsOf(const Digest& before, const Moment& moment) const;
+    void addInputs(DigestBuilder& key, const Node& node, const Moment& moment) const;
+    Digest inputsUpTo(const Checkpoint& checkpoint, Digest inputs) const;
+    void restore(const Checkpoint& checkpoint);
 
     Session& mSession;
     const Graph& mGraph;
@@ -82,20 +100,11 @@ class Evaluator {
     std::vector<Timing> mTimings;
 };
 
-/// Writes what the next frame needs to know of those before it, bit by bit. Throws FileError as writeAtomically().
-struct Checkpoint {
-    int frame = 0;
-    struct State {
-        PointSet set;
-        Digest key;
-    };
-    std::vector<State> states = {};
-    std::vector<double> sums = {}; ///< Of the memories, by node.
-};
+/// Writes it, bit by bit. Throws FileError as writeAtomically().
 void writeCheckpoint(const std::filesystem::path& path, const Digest& program, const Checkpoint& checkpoint,
                      const std::function<bool()>& cancelled);
 /// What was written; nullopt if there is no such file. Throws FileError if the file is damaged, not a checkpoint or of
-/// another program.
+/// another program, ResourceError if it does not fit the memory.
 std::optional<Checkpoint> readCheckpoint(const std::filesystem::path& path, const Digest& program);
 
 } // namespace curlew::app

@@ -52,6 +52,30 @@ void Evaluator::findTrackedFlow(TrackedFlow& tracked) const {
                 tracked.flow = std::make_shared<const AnyFlow>(*flow);
 }
 
+/// Reads the inputs of the frames up to that of a checkpoint again. Throws FileError if they are others now.
+Digest Evaluator::inputsUpTo(const Checkpoint& checkpoint, Digest inputs) const {
+    for (int64_t frame = checkpoint.since; frame <= checkpoint.frame; frame += int64_t{mPlan->by} * mPlan->parts) {
+        Monitor{.report = {}, .cancelled = mSession.console.cancelFunction()}.check();
+        inputs = inputsOf(inputs, mPlan->clock(int(frame)).moment());
+    }
+    if (inputs != checkpoint.inputs)
+        throw FileError(
+            fmt::format("a file that is read has changed since the checkpoint '{}' was written; put it "
+                        "back, or remove the checkpoint and start again",
+                        mPlan->checkpoint));
+    return inputs;
+}
+
+void Evaluator::restore(const Checkpoint& checkpoint) {
+    for (size_t k = 0; k < mStates.size() && k < checkpoint.states.size(); ++k)
+        mStates[k] = {std::make_shared<PointSet>(checkpoint.states[k].set), checkpoint.states[k].key};
+    size_t remembered = 0; // settings may differ from run to run
+    for (size_t k = 0; k < mMemories.size(); ++k)
+        if (!mGraph.nodes[k].action().setting && remembered < checkpoint.sums.size())
+            mMemories[k].sum = checkpoint.sums[remembered++];
+    for (StateValue& state : mStates) findTrackedFlow(state.points->tracked);
+}
+
 void Evaluator::runFrames() {
     const std::vector<int> frames = mPlan->frames();
     const Digest program = programDigest();
@@ -62,20 +86,19 @@ void Evaluator::runFrames() {
                       there ? keyOf(*initial) : Digest{}};
     }
     size_t done = 0;
+    const bool saves = !mPlan->checkpoint.empty();
+    Digest inputs = saves ? inputsBefore() : Digest{};
+    int since = frames.front();
     if (mGraph.resume) {
         const auto checkpoint = inContextOf("-resume", [&] { return readCheckpoint(mPlan->checkpoint, program); });
         if (checkpoint) {
-            for (size_t k = 0; k < mStates.size() && k < checkpoint->states.size(); ++k)
-                mStates[k] = {std::make_shared<PointSet>(checkpoint->states[k].set), checkpoint->states[k].key};
-            size_t remembered = 0; // settings may differ from run to run
-            for (size_t k = 0; k < mMemories.size(); ++k)
-                if (!mGraph.nodes[k].action().setting && remembered < checkpoint->sums.size())
-                    mMemories[k].sum = checkpoint->sums[remembered++];
-            for (StateValue& state : mStates) findTrackedFlow(state.points->tracked);
+            inContextOf("-resume", [&] { inputs = inputsUpTo(*checkpoint, inputs); });
+            since = checkpoint->since;
+            restore(*checkpoint);
+            while (done < frames.size() && frames[done] <= checkpoint->frame) ++done;
         }
         if (mPlan->first > mPlan->start && (!checkpoint || checkpoint->frame < mPlan->first - mPlan->by))
             inContextOf("-frames", [&] { requireNoState(); });
-        while (checkpoint && done < frames.size() && frames[done] <= checkpoint->frame) ++done;
         mSession.console.say(checkpoint
                                  ? fmt::format("resuming after frame {}", checkpoint->frame)
                                  : fmt::format("there is no '{}' yet: starting at the first frame", mPlan->checkpoint));
@@ -96,8 +119,9 @@ void Evaluator::runFrames() {
         }
         endFrame();
         mSession.report["frames"] = done + 1;
-        if (mPlan->checkpoint.empty()) continue;
-        Checkpoint checkpoint{.frame = frames[done]};
+        if (!saves) continue;
+        inputs = inputsOf(inputs, mPlan->clock(frames[done]).moment());
+        Checkpoint checkpoint{.frame = frames[done], .since = since, .inputs = inputs};
         for (const StateValue& state : mStates) checkpoint.states.push_back({*state.points, state.key});
         for (size_t k = 0; k < mMemories.size(); ++k)
             if (!mGraph.nodes[k].action().setting) checkpoint.sums.push_back(mMemories[k].sum);

@@ -1,4 +1,6 @@
 #include "Evaluator.h"
+#include "curlew/base/InputFile.h"
+#include "curlew/base/LocalFile.h"
 
 namespace curlew::app {
 
@@ -78,6 +80,41 @@ Digest Evaluator::programDigest() const {
         key.add(node.name).add(node.arguments.program());
         for (const auto& links : node.inputs)
             for (const Link& link : links) key.add(app::nameOf(mGraph, link));
+    }
+    return key.digest();
+}
+
+void Evaluator::addInputs(DigestBuilder& key, const Node& node, const Moment& moment) const {
+    const Arguments now = node.arguments.at(moment);
+    for (const auto& word : now.words()) {
+        const auto provided = mSession.mProvided.find(word);
+        if (provided != mSession.mProvided.end())
+            key.add(provided->second.content);
+        else if (!isStream(word)) // what a stream holds is gone once it has been read
+            key.add(digestOf(word));
+    }
+}
+
+/// The content of the files that are the same in all frames. A node that was not needed has read none.
+Digest Evaluator::inputsBefore() const {
+    DigestBuilder key;
+    for (size_t k = 0; k < mGraph.nodes.size(); ++k) {
+        const Node& node = mGraph.nodes[k];
+        if (mNeeded[k] && node.action().evaluation == Evaluation::file &&
+            (k < mGraph.frames || !node.arguments.changes()))
+            addInputs(key, node, {});
+    }
+    return key.digest();
+}
+
+/// The same with the files of a frame.
+Digest Evaluator::inputsOf(const Digest& before, const Moment& moment) const {
+    DigestBuilder key;
+    key.add(before);
+    for (size_t k = mGraph.frames; k < mGraph.nodes.size(); ++k) {
+        const Node& node = mGraph.nodes[k];
+        if (mNeeded[k] && node.action().evaluation == Evaluation::file && node.arguments.changes())
+            addInputs(key, node, moment);
     }
     return key.digest();
 }

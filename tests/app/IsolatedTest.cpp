@@ -1,0 +1,82 @@
+// Files of points and .exr are read by a process of its own, which may end as it likes.
+
+#include "support/Command.h"
+
+#include <catch2/catch.hpp>
+
+#include <chrono>
+
+using namespace curlew;
+using test::bytesOf;
+using test::Folder;
+
+namespace {
+
+/// A program in the place of the one that reads.
+void reader(const Folder& folder, const std::string& script) {
+    test::store(folder / "reader", "#!/bin/sh\n" + script + "\n");
+    std::filesystem::permissions(folder / "reader", std::filesystem::perms::owner_all);
+}
+
+test::Outcome withReader(const Folder& folder, const std::string& arguments) {
+    return folder.shell("CURLEW_READER=./reader \"$curlew\" " + arguments);
+}
+
+} // namespace
+
+TEST_CASE("Isolated: another process gives the points, grids and pictures that this one reads", "[app][isolated]") {
+    const Folder folder;
+    folder.mustRun(
+        "-quiet -scatter count=500 box=-1,-1,-1,1,1,1 -noise -noise seed=1 -dfvn -velocity dim=16 -write mixed.vdb");
+    folder.mustRun("-quiet -scatter count=500 box=-1,-1,-1,1,1,1 -write points.vdb");
+    folder.mustRun("-quiet -noise -slice width=16 -write a.exr");
+    const auto copy = [&](const std::string& reading, const std::string& from, const std::string& to) {
+        CHECK(folder.shell(reading + "\"$curlew\" -quiet -read " + from + " -write " + to).status == 0);
+        return bytesOf(folder / to);
+    };
+    for (const std::string file : {"points.vdb", "mixed.vdb", "a.exr"}) {
+        CAPTURE(file);
+        const std::string apart = copy("", file, "1-" + file), here = copy("CURLEW_READER= ", file, "2-" + file);
+        CHECK(!apart.empty());
+        CHECK((apart == here));
+    }
+}
+
+TEST_CASE("Isolated: a process that crashes, fails or gives nonsense is an error of the file", "[app][isolated]") {
+    const Folder folder;
+    folder.mustRun("-quiet -scatter count=50 box=-1,-1,-1,1,1,1 -write p.vdb");
+    folder.mustRun("-quiet -noise -slice width=16 -write p.exr");
+    for (const char* script : {"kill -SEGV $$", "kill -ABRT $$", "exit 0", "exit 1", "echo nonsense >&3",
+                               "head -c 99 /dev/zero >&3", "printf '\\001\\0\\0\\0\\0\\0\\0\\0' >&3",
+                               "printf '\\001\\0\\0\\0\\0\\0\\0\\0\\377\\377\\377\\377\\377\\377\\377\\377' >&3"})
+        for (const char* file : {"p.vdb", "p.exr"}) {
+            CAPTURE(script, file);
+            reader(folder, script);
+            const test::Outcome outcome = withReader(folder, std::string("-quiet -read ") + file);
+            CHECK(outcome.status == 1);
+            CHECK_THAT(outcome.err, Catch::Contains(file) && Catch::Contains("is damaged"));
+        }
+    const test::Outcome missing = folder.shell("CURLEW_READER=./missing \"$curlew\" -quiet -read p.vdb");
+    CHECK_THAT(missing.err, Catch::Contains("cannot start a process"));
+}
+
+TEST_CASE("Isolated: what the other process says of a file is said here", "[app][isolated]") {
+    const Folder folder;
+    folder.mustRun("-quiet -scatter count=50 box=-1,-1,-1,1,1,1 -write p.vdb");
+    std::string bytes = bytesOf(folder / "p.vdb");
+    bytes[bytes.size() - 9] = static_cast<char>(bytes[bytes.size() - 9] ^ 1);
+    test::store(folder / "p.vdb", bytes);
+    folder.mustFail("-read p.vdb", {"'p.vdb' is damaged", "what it holds is not what was written"});
+}
+
+TEST_CASE("Isolated: a process that hangs ends with the run", "[app][isolated]") {
+    const Folder folder;
+    folder.mustRun("-quiet -scatter count=50 box=-1,-1,-1,1,1,1 -write p.vdb");
+    reader(folder, "echo $$ > pid\nexec sleep 1000");
+    const test::Outcome outcome = folder.shell(
+        "CURLEW_READER=./reader \"$curlew\" -quiet -read p.vdb & p=$!\n"
+        "while [ ! -s pid ]; do sleep 0.01; done\nkill -INT $p\nwait $p");
+    CHECK(outcome.status != 0);
+    CHECK_THAT(outcome.err, Catch::Contains("interrupted"));
+    CHECK(folder.shell("kill -0 $(cat pid)").status != 0);
+}

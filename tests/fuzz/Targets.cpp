@@ -1,0 +1,204 @@
+#include "Targets.h"
+
+#include "../../src/app/run/Evaluator.h"
+#include "curlew/app/actions/Actions.h"
+#include "curlew/app/language/Program.h"
+#include "curlew/app/registry/Expression.h"
+#include "curlew/base/Csv.h"
+#include "curlew/base/Error.h"
+#include "curlew/picture/ImageFile.h"
+#include "curlew/vdb/MeshFile.h"
+#include "curlew/vdb/PointFile.h"
+#include "curlew/vdb/VdbFile.h"
+
+#include <openvdb/points/PointDataGrid.h>
+#include <openvdb/tools/LevelSetSphere.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+namespace curlew::fuzz {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A file of this process that holds the input.
+struct Scratch {
+    fs::path folder = fs::temp_directory_path() / ("curlew_fuzz_" + std::to_string(::getpid()));
+
+    Scratch() { fs::create_directories(folder); }
+    ~Scratch() {
+        std::error_code ignored;
+        fs::remove_all(folder, ignored);
+    }
+    Scratch(const Scratch&) = delete;
+    Scratch& operator=(const Scratch&) = delete;
+
+    fs::path with(const std::string& name, std::string_view bytes) const {
+        std::ofstream(folder / name, std::ios::binary).write(bytes.data(), std::streamsize(bytes.size()));
+        return folder / name;
+    }
+    std::string bytes(const std::string& name) const {
+        std::ifstream in(folder / name, std::ios::binary);
+        return {std::istreambuf_iterator<char>(in), {}};
+    }
+};
+
+const Scratch& scratch() {
+    static const Scratch kScratch;
+    return kScratch;
+}
+
+template <class Read>
+bool accepts(const Read& read) {
+    try {
+        read();
+        return true;
+    } catch (const Error&) {
+        return false;
+    }
+}
+
+bool readVdbTarget(std::string_view bytes) {
+    constexpr size_t version = 21 + 14; // of the UUID: not one of ours, whose content is compared with a digest
+    std::string changed(bytes);
+    if (changed.size() > version) changed[version] = '4';
+    return accepts([&] {
+        for (const auto& grid : readVdb(scratch().with("a.vdb", changed)))
+            if (const auto points = openvdb::GridBase::grid<openvdb::points::PointDataGrid>(grid)) pointsOf(*points);
+    });
+}
+
+template <char... Extension>
+bool readMeshTarget(std::string_view bytes) {
+    static const std::string kName{'a', '.', Extension...};
+    return accepts([&] { readMesh(scratch().with(kName, bytes)); });
+}
+
+bool readPngTarget(std::string_view bytes) {
+    return accepts([&] { readPng(scratch().with("a.png", bytes)); });
+}
+bool readExrTarget(std::string_view bytes) {
+    return accepts([&] { readExr(scratch().with("a.exr", bytes)); });
+}
+bool readCsvTarget(std::string_view bytes) {
+    const fs::path path = scratch().with("a.csv", bytes);
+    const bool any = accepts([&] { readCsv(path, CsvCells::optional); });
+    return accepts([&] { readCsv(path, CsvCells::finite); }) || any;
+}
+
+app::Reading reading() { return {.registry = app::registry(), .world = {.lenient = true}}; }
+
+/// What is read must be written so that it is read again.
+void checkGraph(const app::Graph& graph) {
+    const std::string json = app::jsonOf(graph);
+    if (app::jsonOf(app::graphOfJson(json, reading())) != json) __builtin_trap();
+}
+bool readSceneTarget(std::string_view bytes) {
+    return accepts([&] { checkGraph(app::graphOfScene(std::string(bytes), "fuzz", reading())); });
+}
+bool readJsonTarget(std::string_view bytes) {
+    return accepts([&] { checkGraph(app::graphOfJson(std::string(bytes), reading())); });
+}
+bool readExpressionTarget(std::string_view bytes) {
+    return accepts([&] {
+        app::variablesOf(bytes);
+        app::expanded(app::withConstants(bytes, {{"a", 1.5}, {"b", -2e300}}), {.frame = 3, .time = 0.5});
+    });
+}
+
+/// With the digest that its content has: whoever forges one can make it.
+bool readCheckpointTarget(std::string_view bytes) {
+    Digest program, whole;
+    std::string forged(bytes);
+    if (forged.size() >= 8 + 2 * sizeof(Digest)) {
+        std::memcpy(&program, &forged[8], sizeof program);
+        const size_t end = forged.size() - sizeof whole;
+        whole = DigestBuilder().addBytes(forged.data(), end).digest();
+        std::memcpy(&forged[end], &whole, sizeof whole);
+    }
+    return accepts([&] { app::readCheckpoint(scratch().with("a.checkpoint", forged), program); });
+}
+
+std::string written(const std::string& name, const std::vector<openvdb::GridBase::ConstPtr>& grids, Codec codec) {
+    writeVdb(scratch().folder / name, grids, {}, {.codec = codec});
+    return scratch().bytes(name);
+}
+
+std::vector<std::string> vdbSeeds() {
+    openvdb::initialize();
+    Points points = Points::at({{{0.1, 0.2, 0.3}}, {{1, 2, 3}}, {{1.1, 2, 3}}, {{-4, 0, 0}}});
+    for (auto* v : {&points.vx, &points.vy, &points.vz}) v->assign(4, 1);
+    points.age = {0, 1, 2, 3};
+    const auto sphere = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(2, {0, 0, 0}, 1);
+    const auto mask = openvdb::BoolGrid::create();
+    mask->fill({{0, 0, 0}, {9, 9, 9}}, true);
+    std::vector<std::string> all;
+    for (const Codec codec : {Codec::none, Codec::blosc, Codec::zip}) {
+        all.push_back(written("seed.vdb", {pointGrid(points, {.voxelSize = 0.5})}, codec));
+        all.push_back(written("seed.vdb", {sphere, mask}, codec));
+    }
+    return all;
+}
+
+std::vector<std::string> imageSeeds(const std::string& name) {
+    Image image = filledImage(7, 5, {"R", "G", "B"});
+    for (size_t k = 0; k < image.pixels.size(); ++k) image.pixels[k] = float(k % 11) / 10;
+    const fs::path path = scratch().folder / name;
+    name.ends_with(".png") ? writePng(path, image) : writeExr(path, image);
+    return {scratch().bytes(name)};
+}
+
+std::vector<std::string> checkpointSeeds() {
+    app::Checkpoint checkpoint{.frame = 3, .sums = {1, 2}, .since = 1};
+    checkpoint.states.push_back({{.particles = Points::at({{{0, 0, 0}}, {{1, 1, 1}}})}, {}});
+    const fs::path path = scratch().folder / "seed.checkpoint";
+    app::writeCheckpoint(path, {}, checkpoint, {});
+    return {scratch().bytes("seed.checkpoint")};
+}
+
+const std::string kPly =
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+    "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+const std::string kScene =
+    "set a=2\nsphere radius={a*0.5} as=ball\nmesh2ls dim=16\nnoise frequency={a} alpha={T}\n"
+    "noise seed=1\ndfvn speed=1\nscatter count=10\nframes 1-3 fps=24\nadvect time={1/fps} steps=2\n";
+
+} // namespace
+
+const std::vector<Target>& targets() {
+    static const std::vector<Target> kTargets{{"vdb", readVdbTarget},
+                                              {"obj", readMeshTarget<'o', 'b', 'j'>},
+                                              {"ply", readMeshTarget<'p', 'l', 'y'>},
+                                              {"stl", readMeshTarget<'s', 't', 'l'>},
+                                              {"png", readPngTarget},
+                                              {"exr", readExrTarget},
+                                              {"csv", readCsvTarget},
+                                              {"scene", readSceneTarget},
+                                              {"json", readJsonTarget},
+                                              {"expression", readExpressionTarget},
+                                              {"checkpoint", readCheckpointTarget}};
+    return kTargets;
+}
+
+std::vector<std::string> seeds(const std::string& target) {
+    if (target == "vdb") return vdbSeeds();
+    if (target == "obj") return {"v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nvt 0 0\nf 1/1/1 2/1/1 3/1/1\nf -1 -2 -3\n"};
+    if (target == "ply") return {kPly};
+    if (target == "stl")
+        return {
+            "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+            "endsolid a\n",
+            std::string(80, ' ') + std::string("\1\0\0\0", 4) + std::string(50, '\0')};
+    if (target == "png" || target == "exr") return imageSeeds("seed." + target);
+    if (target == "csv") return {"x,y,z,id\n0,1,2,3\n-1.5e3,+2,\"3\",4\n"};
+    if (target == "scene") return {kScene};
+    if (target == "json") return {app::jsonOf(app::graphOfScene(kScene, "seed", reading()))};
+    if (target == "expression") return {"a{1+2*sin(pi*T)}$4F{{$$}", "{clamp(F,a,b)}"};
+    return checkpointSeeds();
+}
+
+} // namespace curlew::fuzz
