@@ -27,6 +27,7 @@ constexpr Table kTables[] = {
     {"layer", layerTable},
     {"loop", loopTable},
     {"splitting", splittingTable},
+    {"spectrum", spectrumTable},
 };
 
 /// Throws ValueError, with the usage behind what is wrong.

@@ -35,11 +35,12 @@ struct Values {
 };
 
 template <int N>
-double factorFor(const ScalarFieldN<N>& noise, const Values& values, const BoxN<N>& where, double amplitude) {
-    if (amplitude == 0) return 1;
-    if (amplitude < 0) return 1 / noiseScaleOf(noise, where).slope;
+double factorFor(const ScalarFieldN<N>& noise, const Values& values, const BoxN<N>& where,
+                 const BoundOptions& options) {
+    if (options.amplitude == 0) return 1;
+    if (options.amplitude < 0) return 1 / (options.slope > 0 ? options.slope : noiseScaleOf(noise, where).slope);
     values.require("amplitude=");
-    return amplitude / values.size;
+    return options.amplitude / values.size;
 }
 
 /// What modulates the distance of the wall by 1 ± variation; it ends with the layer.
@@ -77,7 +78,7 @@ ScalarFieldN<N> bounded(const ScalarFieldN<N>& noise, const WallN<N>& wall, cons
         throw ValueError(fmt::format("variation {} must be at least 0 and below 1", options.variation));
     const Values values(noise.range());
     if (options.separate) values.require("separate=1");
-    const double factor = factorFor(noise, values, wall.sdf.bounds, options.amplitude);
+    const double factor = factorFor(noise, values, wall.sdf.bounds, options);
     // Any shift above what the noise has beyond the levelled distance separates; an eighth of its size more keeps the
     // values clear of zero.
     const double shift = options.separate ? std::max(0.0, 1.125 * factor * values.size - wall.width / 2) : 0;

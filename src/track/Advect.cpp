@@ -2,6 +2,7 @@
 
 #include "AdvectSteps.h"
 #include "FirstStep.h"
+#include "Freezing.h"
 #include "SplitAdvector.h"
 #include "curlew/field/Dimensions.h"
 #include "curlew/field/ForEachBatch.h"
@@ -80,16 +81,17 @@ AdvectResultN<N> advectBatches(const FlowN<N>& flow, const AdvectScalesN<N>& sca
             monitor);
     };
     const auto asWhole = [&] {
-        const GuardedStepper<N> stepper = wholeStepper(flow, typical, options);
+        const AdvectOptions whole = withScheme(options, flow.domain());
+        const GuardedStepper<N> stepper = wholeStepper(flow, typical, whole);
         const bool guesses = options.adaptive() && options.time != 0 && points.size() > 0;
-        const double first = guesses ? firstStep(flow, options.usedScheme(), options.accuracy) : 0;
+        const double first = guesses ? firstStep(flow, whole.usedScheme(), options.accuracy) : 0;
         return parallelSum(
             points.size(), options.adaptive() ? poolSize(points.size()) : kBatch,
             [&](size_t begin, size_t end) {
                 std::vector<PointBatchN<N>> batches;
                 for (size_t k = begin; k < end; k += kBatch)
                     batches.push_back(batchOf(points, k, std::min(k + kBatch, end)));
-                BatchAdvector<N> advector(stepper, options, first, batches);
+                BatchAdvector<N> advector(stepper, whole, first, batches, flow.hasTracks() ? typical.speed : 0);
                 for (size_t b = 0; b < batches.size(); ++b) load(advector.parts()[b], begin + b * kBatch);
                 advector.run(monitor);
                 const Tally<N> tally = advector.tally();
@@ -165,6 +167,8 @@ AdvectResultN<N>& AdvectResultN<N>::operator+=(const AdvectResultN& later) {
     overrun += later.overrun;
     errorMean += later.errorMean;
     errorMax += later.errorMax;
+    moments += later.moments;
+    freezing += later.freezing;
     meanIterations = iterations / std::max(tried(*this), 1.0);
     return *this;
 }
@@ -288,11 +292,15 @@ AdvectResult advect(const FlowInTime& flow, Points& particles, double begin, con
     Flow before = flow.at(begin);
     if (flow.steady()) return advect(before, particles, options, monitor);
     validate(before, options);
-    const int count = options.steps > 0 ? options.steps : kMoments;
-    const AdvectOptions one = oneOf(count, withAccuracy(options, before.domain()));
+    const AdvectOptions accurate = withAccuracy(options, before.domain());
     const Monitor unreported{.report = {}, .cancelled = monitor.cancelled};
     const std::vector<uint32_t> order = orderFor(before, particles);
     const AdvectScales scales = scalesOf(before, options);
+    // Unless an accuracy is asked for, no more often than said: a wall that changes is costly to make.
+    const auto [count, freezingError] = options.accuracy > 0
+                                            ? freezingOf(flow, before, begin, accurate, scales, monitor)
+                                            : Freezing{.moments = options.steps > 0 ? options.steps : kMoments};
+    const AdvectOptions one = oneOf(count, accurate);
     const auto wallOf = [](const Flow& f) { return f.domain().wall; };
     AdvectResult total;
     std::array<std::vector<double>, 3> beforeLast; // where they are when the wall takes them along for the last time
@@ -316,6 +324,8 @@ AdvectResult advect(const FlowInTime& flow, Points& particles, double begin, con
     }
     const AdvectResult end = sample(before, scales, particles, order, options, unreported);
     if (one.time != 0) addVelocity(particles, beforeLast, one.time / 2);
+    total.moments = static_cast<size_t>(count);
+    total.freezing = freezingError;
     total.points = end.points;
     total.outside = end.outside;
     total.notConverged = end.notConverged;

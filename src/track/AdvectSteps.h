@@ -11,6 +11,14 @@ AdvectOptions withAccuracy(AdvectOptions options, const DomainN<N>& domain) {
     return options;
 }
 
+/// The options with the scheme that they stand for, for a flow that is followed as a whole.
+template <int N>
+AdvectOptions withScheme(AdvectOptions options, const DomainN<N>& domain) {
+    const bool coarse = options.adaptive() && options.accuracy >= kCoarseAccuracy * length(domain.box.size());
+    if (!options.scheme && coarse) options.scheme = Scheme::bogackiShampine;
+    return options;
+}
+
 /// The options for one of `count` equal parts of the time: one step, or as many as their accuracy (which is known) asks
 /// for.
 inline AdvectOptions oneOf(int count, AdvectOptions options) {

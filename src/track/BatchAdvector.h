@@ -44,10 +44,14 @@ template <int N>
 class BatchAdvector {
   public:
     /// The points, each on the track that it begins on. `options` with an accuracy, unless its steps are equal;
-    /// `firstStep`: of adaptive ones, seconds.
+    /// `firstStep`: of adaptive ones, seconds; `typicalSpeed`: see StepDemands.
     BatchAdvector(const GuardedStepper<N>& stepper, const AdvectOptions& options, double firstStep,
-                  const std::vector<PointBatchN<N>>& batches)
-        : mStepper(stepper), mOptions(options), mFirstStep(firstStep), mParts(batches.size()) {
+                  const std::vector<PointBatchN<N>>& batches, double typicalSpeed = 0)
+        : mStepper(stepper),
+          mOptions(options),
+          mFirstStep(firstStep),
+          mTypicalSpeed(typicalSpeed),
+          mParts(batches.size()) {
         for (size_t b = 0; b < batches.size(); ++b) {
             Part& part = mParts[b];
             part.tips.position = batches[b];
@@ -195,7 +199,7 @@ class BatchAdvector {
             monitor.check();
             ActiveTipsN<N> from;
             std::array<double, kBatch> dt;
-            StepDemands demands{.accuracy = mOptions.accuracy};
+            StepDemands demands{.accuracy = mOptions.accuracy, .typicalSpeed = mTypicalSpeed};
             from.position.size = static_cast<int>(count);
             for (size_t a = 0; a < count; ++a) {
                 from.copy(static_cast<int>(a), journeys[a].part->tips, static_cast<int>(journeys[a].point));
@@ -300,7 +304,7 @@ class BatchAdvector {
 
     const GuardedStepper<N>& mStepper;
     const AdvectOptions& mOptions;
-    double mFirstStep;
+    double mFirstStep, mTypicalSpeed;
     StepControl mControl{std::max(tableauOf(mOptions.usedScheme()).errorOrder, 1)};
     std::vector<Part> mParts;
     Tally<N> mTally;

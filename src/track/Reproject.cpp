@@ -62,15 +62,15 @@ void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N
     if (points.size == 0) return;
     FlowBatchN<N> here;
     flow.eval(points, here.potentials, here.velocity);
-    std::array<bool, kBatch> all;
-    all.fill(true);
+    std::array<Correction, kBatch> all;
+    all.fill(Correction::fully);
     reproject(flow, points, track, limit, options, all, here, result);
 }
 
 template <int N>
 void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N>& track,
                const std::array<double, kBatch>& limit, const ReprojectOptionsN<N>& options,
-               const std::array<bool, kBatch>& wanted, FlowBatchN<N>& here, ReprojectedBatchN<N>& result) {
+               const std::array<Correction, kBatch>& wanted, FlowBatchN<N>& here, ReprojectedBatchN<N>& result) {
     if (options.method != Reprojection::none && !flow.hasTracks())
         throw ValueError("this flow is a sum and has no tracks to be put back onto; move points without reprojection");
     Pending<N> pending{points, track, limit, {}};
@@ -82,11 +82,17 @@ void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N
         runKernel<ResidualKernel<N>, double>(std::as_const(potentials), std::as_const(pending.points.size),
                                              std::as_const(pending.track), options, residuals);
         const bool last = iteration == options.iterations || options.method == Reprojection::none;
-        const auto done = [&](size_t i) { return last || residuals.converged[i] != 0 || !wanted[pending.lane[i]]; };
-        int left = 0;
+        const auto done = [&](size_t i) {
+            return last || residuals.converged[i] != 0 || wanted[pending.lane[i]] != Correction::fully;
+        };
+        const auto blind = [&](size_t i) {
+            return !last && residuals.converged[i] == 0 && wanted[pending.lane[i]] == Correction::once;
+        };
+        int left = 0, blindly = 0;
         for (int i = 0; i < pending.points.size; ++i) {
             const auto from = static_cast<size_t>(i);
             left += !done(from);
+            blindly += blind(from);
             if (!done(from)) continue;
             const size_t to = pending.lane[from];
             for (size_t p = 0; p < track.size(); ++p) result.residual[p][to] = residuals.value[p][from];
@@ -95,13 +101,17 @@ void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N
             result.velocity.set(static_cast<int>(to), here.velocity[i]);
             points.set(static_cast<int>(to), pending.points[i]);
         }
-        if (left == 0) return;
+        if (left + blindly == 0) return;
         if (options.method == Reprojection::newton)
             runKernel<NewtonKernel<N>, double>(std::as_const(potentials[0]), std::as_const(residuals.value[0]),
                                                std::as_const(pending.limit), pending.points);
         else
             runKernel<GaussNewtonKernel<N>, double>(std::as_const(potentials), std::as_const(residuals.value),
                                                     std::as_const(pending.limit), options, pending.points);
+        for (int i = 0; i < pending.points.size && blindly > 0; ++i)
+            if (blind(static_cast<size_t>(i)))
+                points.set(static_cast<int>(pending.lane[static_cast<size_t>(i)]), pending.points[i]);
+        if (left == 0) return;
         if (left < pending.points.size) pending.keep([&](size_t i) { return !done(i); });
         // Newton takes one function after the other, each where the one before has left the point.
         for (size_t p = 1; p < track.size() && options.method == Reprojection::newton; ++p) {
@@ -120,7 +130,7 @@ void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N
                             const std::array<double, kBatch>&, const ReprojectOptionsN<N>&, ReprojectedBatchN<N>&); \
     template void reproject(const FlowN<N>&, PointBatchN<N>&, const TrackBatchN<N>&,                                \
                             const std::array<double, kBatch>&, const ReprojectOptionsN<N>&,                         \
-                            const std::array<bool, kBatch>&, FlowBatchN<N>&, ReprojectedBatchN<N>&);
+                            const std::array<Correction, kBatch>&, FlowBatchN<N>&, ReprojectedBatchN<N>&);
 CURLEW_FOR_FLOW_DIMENSIONS(CURLEW_INSTANTIATE)
 #undef CURLEW_INSTANTIATE
 

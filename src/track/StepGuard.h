@@ -120,14 +120,18 @@ struct StepResultN {
     PointBatchN<N> position;
     ReprojectedBatchN<N> reprojected;
     std::array<double, kBatch> distance; ///< From the wall; unset if the guard ignores walls.
-    std::array<double, kBatch> error;    ///< Estimated, world units.
+    std::array<double, kBatch> error;    ///< Estimated, world units (see StepDemands::typicalSpeed).
     std::array<bool, kBatch> accepted;
 };
 
 /// How accurate steps have to be. By default, what they estimate is not judged, and all end on their tracks.
 struct StepDemands {
     double accuracy = std::numeric_limits<double>::infinity(); ///< World units.
-    /// Steps between which nobody looks at the points may end off their tracks, by a part of the accuracy.
+    /// Of the flow; 0: unknown. An error along a track is a delay, and stays one: where the flow is slower than this it
+    /// counts for as much as it will be where the flow is as fast.
+    double typicalSpeed = 0;
+    /// Steps at whose end nobody looks at the points: these are put back onto their tracks by a correction that is not
+    /// evaluated again, and the next step begins with the velocity that was found beside the track.
     std::array<bool, kBatch> between{};
 };
 
@@ -167,25 +171,25 @@ class GuardedStepper {
         FlowBatchN<N> here;
         mFlow.eval(stepped, here.potentials, here.velocity);
         estimate(here.velocity, dt, stages, size, to.error);
+        if (demands.typicalSpeed > 0) weigh(from.velocity, here.velocity, demands.typicalSpeed, size, to.error);
         std::array<double, kBatch> stepLength;
-        std::array<bool, kBatch> wanted;
+        std::array<Correction, kBatch> wanted;
         for (int i = 0; i < size; ++i) {
             const auto k = static_cast<size_t>(i);
             stepLength[k] = length(stepped[i] - from.position[i]);
+            const bool near = demands.between[k] && mReprojection.method == Reprojection::gaussNewton &&
+                              offTrack(here.potentials, from.track, i) <= demands.accuracy;
             // A step that has to be redone need not be corrected.
-            wanted[k] = !(to.error[k] > demands.accuracy) &&
-                        !(demands.between[k] && offTrack(here.potentials, from.track, i) <= kOff * demands.accuracy);
+            wanted[k] = to.error[k] > demands.accuracy ? Correction::none : near ? Correction::once : Correction::fully;
         }
         reproject(mFlow, to.position, from.track, stepLength, mReprojection, wanted, here, to.reprojected);
         for (size_t k = 0; k < static_cast<size_t>(size); ++k)
-            if (!wanted[k]) to.reprojected.converged[k] = true;
+            if (wanted[k] != Correction::fully) to.reprojected.converged[k] = true;
         judge(from, stepped, stepLength, to);
         return to;
     }
 
   private:
-    static constexpr double kOff = 0.1; ///< Of the accuracy.
-
     /// The estimated error of each step, from the velocity where it ends.
     void estimate(const VecBatchN<double, N>& last, const std::array<double, kBatch>& dt, StagesN<N>& stages, int size,
                   std::array<double, kBatch>& error) const {
@@ -194,6 +198,17 @@ class GuardedStepper {
         const auto difference = estimatedDifference(mScheme, size, stages, end);
         for (int i = 0; i < size; ++i)
             error[static_cast<size_t>(i)] = std::abs(dt[static_cast<size_t>(i)]) * length(difference[i]);
+    }
+
+    /// Makes delays of errors, in steps that are slower than the flow is typically.
+    static void weigh(const VecBatchN<double, N>& first, const VecBatchN<double, N>& last, double typicalSpeed,
+                      int size, std::array<double, kBatch>& error) {
+        constexpr double kMost = 1024; // where the flow stands still there is no end
+        for (int i = 0; i < size; ++i) {
+            const double speed = std::min(length(first[i]), length(last[i]));
+            const double weight = speed * kMost > typicalSpeed ? typicalSpeed / speed : kMost;
+            error[static_cast<size_t>(i)] *= std::max(weight, 1.0);
+        }
     }
 
     /// How far point i is from its track, to first order, world units; infinite where that is not known.

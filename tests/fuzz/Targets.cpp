@@ -105,8 +105,9 @@ bool readJsonTarget(std::string_view bytes) {
 }
 bool readExpressionTarget(std::string_view bytes) {
     return accepts([&] {
-        app::variablesOf(bytes);
-        app::expanded(app::withConstants(bytes, {{"a", 1.5}, {"b", -2e300}}), {.frame = 3, .time = 0.5});
+        const std::string text = app::withConstants(bytes, {{"a", 1.5}, {"b", -2e300}});
+        app::variablesOf(text);
+        app::expanded(text, {.frame = 3, .time = 0.5});
     });
 }
 
@@ -164,7 +165,7 @@ const std::string kPly =
     "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
     "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
 const std::string kScene =
-    "set a=2\nsphere radius={a*0.5} as=ball\nmesh2ls dim=16\nnoise frequency={a} alpha={T}\n"
+    "set a=2\nsphere radius={a*0.5} as=ball\nnoise frequency={a} alpha={T}\nbound wall=ball\n"
     "noise seed=1\ndfvn speed=1\nscatter count=10\nframes 1-3 fps=24\nadvect time={1/fps} steps=2\n";
 
 } // namespace
@@ -197,7 +198,7 @@ std::vector<std::string> seeds(const std::string& target) {
     if (target == "csv") return {"x,y,z,id\n0,1,2,3\n-1.5e3,+2,\"3\",4\n"};
     if (target == "scene") return {kScene};
     if (target == "json") return {app::jsonOf(app::graphOfScene(kScene, "seed", reading()))};
-    if (target == "expression") return {"a{1+2*sin(pi*T)}$4F{{$$}", "{clamp(F,a,b)}"};
+    if (target == "expression") return {"a{1+2*sin(pi*T)}.$F4.####.%04d", "{min(max(F,b),a)}"};
     return checkpointSeeds();
 }
 

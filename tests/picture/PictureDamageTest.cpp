@@ -7,6 +7,7 @@
 #include <catch2/catch.hpp>
 
 #include <filesystem>
+#include <random>
 #include <string>
 
 using namespace curlew;
@@ -80,8 +81,13 @@ TEST_CASE("Reading and writing a PNG can be cancelled, and a height beyond what 
     const fs::path path = folder / "a.png";
     writePng(path, filledImage(1500, 1000, {"R", "G", "B"}));
     CHECK(fs::file_size(path) < 1500 * 1000 * 3 / 100);
+    Image busy = filledImage(400, 300, {"R", "G", "B"}); // a file that takes many reads
+    std::minstd_rand random(1);
+    for (float& value : busy.pixels) value = static_cast<float>(random() % 256) / 255;
+    writePng(folder / "busy.png", busy);
     int asked = 0;
-    CHECK_THROWS_AS(readPng(path, {.report = {}, .cancelled = [&] { return ++asked > 1; }}), Interrupted);
+    CHECK_THROWS_AS(readPng(folder / "busy.png", {.report = {}, .cancelled = [&] { return ++asked > 1; }}),
+                    Interrupted);
     CHECK_THROWS_AS(writePng(path, filledImage(1500, 1000, {"R", "G", "B"}), {}, [] { return true; }), Interrupted);
     CHECK(readPng(path).width == 1500);
     // The same file with a height of 2 billion claims more than deflate can pack; the header's CRC is not looked at

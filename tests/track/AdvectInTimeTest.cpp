@@ -71,6 +71,40 @@ TEST_CASE("a changing flow is followed to second order in time", "[track]") {
     CHECK(order < 2.6);
 }
 
+TEST_CASE("with an accuracy a changing flow is frozen as often as it needs", "[track]") {
+    const Wall wall{.sdf = sphereSdf(1), .side = Side::inside, .width = 0.2};
+    const auto points = randomPoints(cube(0.5), 200, 3);
+    const auto followed = [&](double pace, const AdvectOptions& options, AdvectResult& result) {
+        Points particles = particlesAt(points);
+        result = advect(FlowInTime([&](double t) { return turning(pace * t, wall); }), particles, 0.1, options);
+        return particles;
+    };
+    AdvectResult coarse, fine, many;
+    const Points a = followed(1, {.time = 0.2, .steps = 4, .accuracy = 8e-5}, coarse);
+    const Points b = followed(1, {.time = 0.2, .steps = 4, .accuracy = 1e-5}, fine);
+    const Points exact = followed(1, {.time = 0.2, .steps = 600, .scheme = Scheme::rk4}, many);
+    const auto apart = [&](const Points& p) {
+        double sum = 0;
+        for (size_t k = 0; k < points.size(); ++k) sum += length(position(p, k) - position(exact, k));
+        return sum / static_cast<double>(points.size());
+    };
+    CAPTURE(coarse.moments, fine.moments, coarse.freezing, fine.freezing, apart(a), apart(b));
+    CHECK(coarse.moments > 4);
+    // Of third order a step: an eighth of the error takes twice as many.
+    CHECK(static_cast<double>(fine.moments) / static_cast<double>(coarse.moments) == Approx(2).margin(0.6));
+    CHECK(fine.freezing < 0.5 * coarse.freezing);
+    CHECK(apart(b) < 0.5 * apart(a));
+    // The flow stretches what was off on the way, and errors of either sign cancel: the estimate is not exact.
+    CHECK(apart(b) < 4 * fine.freezing);
+    CHECK(apart(b) > fine.freezing / 20);
+    AdvectResult slow, equal;
+    followed(1e-4, {.time = 0.2, .steps = 4, .accuracy = 1e-5}, slow);
+    CHECK(slow.moments == 4);
+    followed(1, {.time = 0.2, .steps = 4, .scheme = Scheme::rk4}, equal);
+    CHECK(equal.moments == 4);
+    CHECK(equal.freezing == 0);
+}
+
 TEST_CASE("a moving wall is followed to second order in time", "[track]") {
     const FlowInTime flow([&](double t) {
         const Placement place{.offset = {{std::sin(t), 0, 0}}, .rotate = {{0, 60 * t, 0}}};

@@ -9,6 +9,7 @@
 #include "support/Flows.h"
 #include "support/Polynomial.h"
 #include "support/Reference.h"
+#include "support/Statistics.h"
 
 #include <limits>
 #include <set>
@@ -452,4 +453,36 @@ TEST_CASE("no point of a batch influences another", "[track]") {
         }
     }
     if (method != Reprojection::none) CHECK(iterations.size() > 3);
+}
+
+TEST_CASE("one correction without a look leaves the square of what was off, and none leaves the point", "[track]") {
+    const Flow flow(noiseField<Psrd3>({.seed = 1}, {.frequency = 1.5}),
+                    noiseField<Psrd3>({.seed = 2}, {.frequency = 1.5}));
+    const auto start = randomPoints(cube(1), kBatch, 9);
+    const auto off = [&](double by, Correction wanted) {
+        PointBatch points;
+        for (const Vec3d& p : start) points.push(p);
+        FlowBatchN<3> here;
+        flow.eval(points, here.potentials, here.velocity);
+        const TrackBatch track{here.potentials[0].c[0], here.potentials[1].c[0]};
+        for (int i = 0; i < points.size; ++i) points.set(i, points[i] + Vec3d{{by, -by, by}});
+        const PointBatch moved = points;
+        flow.eval(points, here.potentials, here.velocity);
+        std::array<double, kBatch> limit;
+        limit.fill(kInfinity);
+        std::array<Correction, kBatch> all;
+        all.fill(wanted);
+        ReprojectedBatch result;
+        reproject(flow, points, track, limit, within<3>(1e-12, 20), all, here, result);
+        if (wanted == Correction::none) CHECK(points.c == moved.c);
+        flow.eval(points, here.potentials, here.velocity);
+        std::vector<double> left;
+        for (size_t i = 0; i < kBatch; ++i) left.push_back(std::abs(here.potentials[0].c[0][i] - track[0][i]));
+        return median(left);
+    };
+    const double coarse = off(1e-2, Correction::once), fine = off(5e-3, Correction::once);
+    CAPTURE(coarse, fine);
+    CHECK(coarse < 0.1 * off(1e-2, Correction::none));
+    CHECK(observedOrder(coarse, fine) == Approx(2).margin(0.3));
+    CHECK(off(1e-2, Correction::fully) < 1e-12);
 }

@@ -52,6 +52,9 @@ struct BoundOptions {
     /// the plane has the same speed all along a wall without it. The wall stays the zero set. Needs a noise with a
     /// finite range().
     double variation = 0;
+    /// The root mean square slope of the noise in the bounds of the wall, if it is known (layerWidth() has it), so that
+    /// it is not measured again; 0: not known.
+    double slope = 0;
 };
 
 /// ICN Eq. 13 with a distance that levels off: g = D + alpha noise, alpha a C² fade of depth / width and D the integral

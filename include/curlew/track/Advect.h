@@ -14,15 +14,17 @@ namespace curlew {
 struct AdvectOptions {
     double time = 1; ///< Seconds; negative runs backward.
     /// So many equal steps. 0: steps as long as `accuracy` allows. With an accuracy, too, the accuracy rules; then this
-    /// only counts the moments at which a flow that changes is frozen, and the segments of pathlines (0: kMoments).
+    /// only is the least number of moments at which a flow that changes is frozen, and the number of segments of
+    /// pathlines (0: kMoments).
     int steps = 0;
-    /// By default rk45 for steps that `accuracy` rules, which need a scheme that estimates its error, and rk4 for equal
-    /// ones.
+    /// By default rk45 for steps that `accuracy` rules, which need a scheme that estimates its error (rk23 where a
+    /// whole flow is followed with an accuracy from kCoarseAccuracy on), and rk4 for equal ones.
     std::optional<Scheme> scheme = {};
     ReprojectionOptions reprojection = {};
     Splitting splitting = Splitting::none; ///< How a sum is followed.
-    /// The most that the estimated error of a step may be, world units. 0: defaultAccuracy(), unless there are `steps`.
-    /// What a point's steps have added up to is in AdvectResult.
+    /// The most that the estimated error of a step may be, world units; less where a flow with tracks is slower than
+    /// its root mean square speed, in proportion: an error along a track is a delay. 0: defaultAccuracy(), unless there
+    /// are `steps`. What a point's steps have added up to is in AdvectResult.
     double accuracy = 0;
     /// A particle that is younger than `time` moves for its age only: it was born on the way.
     bool byAge = false;
@@ -32,14 +34,19 @@ struct AdvectOptions {
     Scheme usedScheme() const { return scheme.value_or(adaptive() ? Scheme::dormandPrince : Scheme::rk4); }
 };
 
-/// At how many moments a flow that changes is frozen, and how many segments pathlines have, if AdvectOptions::steps is
-/// 0.
+/// At how many moments a flow that changes is frozen at least, and how many segments pathlines have, if
+/// AdvectOptions::steps is 0.
 inline constexpr int kMoments = 100;
 
 /// The accuracy that is used where none is given, relative to the diagonal of the domain's box.
 inline constexpr double kDefaultAccuracy = 1e-6;
 
-/// That accuracy, world units. Throws ValueError if the box is infinite or has no extent.
+/// From this accuracy on, relative to that diagonal, rk23 takes fewer evaluations of the flow than rk45 for the same
+/// error of the place, and that error is about the accuracy (by a prototype in noise of two octaves; curlew_paper time
+/// compares both).
+inline constexpr double kCoarseAccuracy = 3e-5;
+
+/// The default accuracy, world units. Throws ValueError if the box is infinite or has no extent.
 template <int N>
 double defaultAccuracy(const DomainN<N>& domain);
 
@@ -55,10 +62,12 @@ struct AdvectResultN {
     size_t overrun = 0;      ///< How often a moving wall left a point on its wrong side.
     double meanIterations = 0; ///< Corrections per substep, those that were not taken included.
     /// The estimated error of the position, world units: what the estimates of a point's steps add up to, on average
-    /// over the points, and at most. In a flow that stretches distances, errors grow on the way; this does not count
-    /// that. On the other hand the estimate is that of the less accurate solution of the pair. 0 for schemes without
-    /// estimates.
+    /// over the points, and at most, as delays where the flow is slow (see `accuracy`). In a flow that stretches
+    /// distances, errors grow on the way; this does not count that. On the other hand the estimate is that of the less
+    /// accurate solution of the pair. 0 for schemes without estimates.
     double errorMean = 0, errorMax = 0;
+    size_t moments = 0;  ///< At which a flow that changes was frozen.
+    double freezing = 0; ///< What that costs: the estimated error of the place, world units, the mean. 0: not known.
     /// Root mean squares at the end over the points that converged, relative to those of the potentials.
     std::array<double, size_t{N - 1}> residual{};
     Splitting splitting = Splitting::none; ///< How the sum was followed; none for a flow that is no sum.
@@ -107,7 +116,9 @@ AdvectResult advect(const Flow& flow, Points& particles, const AdvectOptions& op
 /// each takes the flow frozen as it stands in its middle, and each particle on the track on which it then is: second
 /// order in time, on track within each step. A wall that moves takes the particles near it along (WallMotion.h), half
 /// of its way before the step and half after, so none ends up beyond it. Tolerances are relative to the flow at the
-/// beginning. `accuracy` is that of the way in the frozen flow: what freezing costs depends on the number of steps.
+/// beginning. `accuracy` is that of the way in the frozen flow and, if it is above 0, of each freezing: if `steps`
+/// are too few for it, by an estimate at the beginning, there are more, up to 64 times as many. Equal steps are as they
+/// are.
 AdvectResult advect(const FlowInTime& flow, Points& particles, double begin, const AdvectOptions& options,
                     const Monitor& monitor = {});
 

@@ -2,6 +2,7 @@
 
 #include "curlew/flow/Flow.h"
 
+#include <cstdint>
 #include <string_view>
 
 namespace curlew {
@@ -78,11 +79,18 @@ struct FlowBatchN {
     VecBatchN<double, N> velocity;
 };
 
-/// The same where `here` has been evaluated at the points already (it is overwritten). Points that are not `wanted` are
-/// left where they are.
+/// What is wanted for a point.
+enum class Correction : uint8_t {
+    none, ///< It is left where it is.
+    once, ///< One correction by Gauss-Newton, and no look at what it comes to: the flow need not be evaluated for it.
+          ///< What is returned beside the position is that of the place before.
+    fully ///< Until it is within the tolerance.
+};
+
+/// The same where `here` has been evaluated at the points already (it is overwritten).
 template <int N>
 void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N>& track,
                const std::array<double, kBatch>& limit, const ReprojectOptionsN<N>& options,
-               const std::array<bool, kBatch>& wanted, FlowBatchN<N>& here, ReprojectedBatchN<N>& result);
+               const std::array<Correction, kBatch>& wanted, FlowBatchN<N>& here, ReprojectedBatchN<N>& result);
 
 } // namespace curlew

@@ -344,7 +344,7 @@ Registry otherActions() {
          .summary = "the deformation field of Enright's test, which changes with time and takes all back in its period",
          .makes = {made("flow", {Kind::flow})},
          .options = {positive("period", "3", "s", "after which everything is back where it was")},
-         .examples = {"curlew -sphere radius=0.15 offset=0.35,0.35,0.35 -enright -slice -write enright.png"},
+         .examples = {"curlew -enright -slice -write enright.png"},
          .evaluation = Evaluation::anyTime,
          .varies = true,
          .run = [](Context& c, const Arguments& a) {

@@ -45,7 +45,9 @@ const Binding<AdvectOptions>& advectBinding() {
                     "rules the steps, and this is how often a flow that changes is frozen, and a vertex of trails is "
                     "made (default: after -frames its substeps; trails have 100)",
                     "each point takes steps whose estimated error is at most this (default: a millionth of the "
-                    "diagonal of the flow's box, unless steps= or dt= is given)"),
+                    "diagonal of the flow's box, unless steps= or dt= is given); for a coarse one, from 3e-5 of the "
+                    "diagonal "
+                    "on, scheme=auto is rk23"),
                 [](auto& o) -> auto& { return o; })
             .addOptional(
                 positive("longest", "", "world units", "no step moves a point farther (default: any)"),
@@ -120,14 +122,18 @@ void reportAdvect(Context& c, const Flow& flow, const AdvectResult& result, cons
     const bool sum = !flow.hasTracks();
     const double stepsEach =
         static_cast<double>(result.substeps) / static_cast<double>(std::max<size_t>(result.points, 1));
+    const std::string freezing = result.freezing > 0
+                                     ? fmt::format("; frozen at {} moments, which costs about {:.1e} on average",
+                                                   result.moments, result.freezing)
+                                     : "";
     const std::string error = estimated ? fmt::format("; estimated error {:.1e} on average, {:.1e} at most",
                                                       result.errorMean, result.errorMax)
                                         : "";
-    c.say(
-        fmt::format("advect: {} points, {:.4g} steps each{}; {:.3g} corrections a step, {}, {} steps redone, {} points "
-                    "not converged, {} outside",
-                    result.points, stepsEach, error, result.meanIterations, tracksOf(result, sum), result.retries,
-                    result.notConverged, result.outside));
+    c.say(fmt::format(
+        "advect: {} points, {:.4g} steps each{}{}; {:.3g} corrections a step, {}, {} steps redone, {} points "
+        "not converged, {} outside",
+        result.points, stepsEach, error, freezing, result.meanIterations, tracksOf(result, sum), result.retries,
+        result.notConverged, result.outside));
     if (result.coarse > 0)
         c.warn(
             fmt::format("{} of {} steps are coarser than asked for; give a coarser accuracy=, or more steps or "
@@ -149,6 +155,8 @@ void reportAdvect(Context& c, const Flow& flow, const AdvectResult& result, cons
     };
     const double errorMean = errorSum("error_mean", result.errorMean),
                  errorMax = errorSum("error_max", result.errorMax);
+    const double freezingError = errorSum("freezing_error", result.freezing);
+    const size_t moments = total("moments", result.moments);
     const size_t outsideMost = std::max(c.clock() ? report.value("outside_most", size_t{0}) : 0, result.outside);
     report = {{"points", result.points},
               {"substeps", total("substeps", result.substeps)},
@@ -163,6 +171,10 @@ void reportAdvect(Context& c, const Flow& flow, const AdvectResult& result, cons
               {"speed_max", particles.maxSpeed()},
               {"outside", result.outside},
               {"outside_most", outsideMost}};
+    if (result.moments > 0) {
+        report["moments"] = moments;
+        report["freezing_error"] = freezingError;
+    }
     if (sum) {
         report["terms"] = flow.terms().size();
         report["splitting"] = kSplittingNames.at(static_cast<size_t>(result.splitting));

@@ -3,6 +3,7 @@
 #include "curlew/field/LayerFit.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace curlew::app {
 
@@ -123,10 +124,11 @@ void tellLayer(Context& c, const WallN<N>& wall, const LayerWidth& layer, const 
 template <int N>
 void boundIn(Context& c, const Arguments& a) {
     const ScalarFieldN<N> noise = noiseIn<N>(c);
-    const BoundOptions options = boundBinding().read(a);
+    BoundOptions options = boundBinding().read(a);
     LayerWidth layer = layerWidth(noise, boundsIn<N>(c), a.choice<Side>("side"));
     if (a.given("width")) layer = {.width = a.real("width"), .noise = layer.noise};
     const WallN<N> wall = wallIn<N>(c, a, layer.width);
+    options.slope = layer.noise.slope;
     giveBounded(c, bounded(noise, wall, options), wall);
     tellLayer(c, wall, layer, options);
 }

@@ -10,8 +10,15 @@ namespace curlew::app {
 namespace {
 
 bool isWall(const Object& object) { return object.kind == Kind::shape || object.kind == Kind::levelSet; }
+bool isFlow(const Object& object) { return object.kind == Kind::flow; }
 
-/// Points that an action makes in each frame, and that one that advances moves: by one frame, and then they are gone.
+bool takesFlow(const Node& node) {
+    return std::any_of(node.action().takes.begin(), node.action().takes.end(), [](const Input& input) {
+        return std::find(input.kinds.begin(), input.kinds.end(), Kind::flow) != input.kinds.end();
+    });
+}
+
+/// Points that an action makes in each frame, and that a flow moves: by one frame, and then they are gone.
 void adviseOnBirths(const Graph& graph, std::vector<std::string>& advice) {
     for (size_t k = graph.frames; k < graph.nodes.size(); ++k)
         for (size_t i = 0; i < graph.nodes[k].inputs.size(); ++i)
@@ -19,8 +26,8 @@ void adviseOnBirths(const Graph& graph, std::vector<std::string>& advice) {
                 const Node& node = graph.nodes[k];
                 if (link.from != Link::From::node || !graph.inFrames(link.index)) continue;
                 const Node& source = graph.nodes[link.index];
-                if (source.action().inFrames != InFrames::once || !node.action().advances(node.arguments) ||
-                    node.action().takes[i].use != Use::changed)
+                if (source.action().inFrames != InFrames::once || !takesFlow(node) ||
+                    !node.action().advances(node.arguments) || node.action().takes[i].use != Use::changed)
                     continue;
                 advice.push_back(
                     fmt::format("{} after -frames makes its points anew in each frame, so -{} moves them for one frame "
@@ -29,13 +36,19 @@ void adviseOnBirths(const Graph& graph, std::vector<std::string>& advice) {
             }
 }
 
+/// Shapes and level sets that nothing uses, though a flow follows that could have seen them.
 void adviseOnUnused(const Graph& graph, std::vector<std::string>& advice) {
     std::set<size_t> used;
     for (const Node& node : graph.nodes)
         for (const auto& links : node.inputs)
             for (const Link& link : links)
                 if (link.from == Link::From::node) used.insert(link.index);
-    for (size_t k = 0; k < graph.nodes.size(); ++k) {
+    const auto makesFlow = [](const Node& node) {
+        return std::any_of(node.outputs.begin(), node.outputs.end(), isFlow);
+    };
+    const auto lastFlow = std::find_if(graph.nodes.rbegin(), graph.nodes.rend(), makesFlow);
+    const auto before = static_cast<size_t>(graph.nodes.rend() - lastFlow);
+    for (size_t k = 0; k < before; ++k) {
         const Node& node = graph.nodes[k];
         if (used.contains(k) || !std::any_of(node.outputs.begin(), node.outputs.end(), isWall)) continue;
         advice.push_back(fmt::format(
