@@ -96,11 +96,21 @@ TEST_CASE("meshes that enclose nothing are refused", "[command]") {
     levelSet(kPoints, {"-read", "mesh.obj", "no faces"});
     levelSet(kPoints + "l 1 2\np 3\n", {"-read", "mesh.obj", "no faces"});
     levelSet(kPoints + "f 1 2 9\n", {"-read", "mesh.obj", "line 5", "9"});
-    levelSet(kPoints + "f 1 3 2\nf 1 2 4\nf 2 3 4\n", {"-mesh2ls", "open", "3 edges"}); // one face is missing
+    levelSet("v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n", {"-mesh2ls", "encloses nothing", "thickness="}); // a sheet
     levelSet(kPoints + "f 1 1 1\nf 2 2 3\n", {"-mesh2ls", "degenerate"});
     levelSet("v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\nf 3 2 1\n", {"-mesh2ls"});    // no area
     levelSet(kPoints + "f 1 2 3\nf 3 2 1\n", {"-mesh2ls", "encloses nothing"}); // closed, but flat
     levelSet("v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n", {"-mesh2ls"});
+}
+
+TEST_CASE("a mesh with a hole is a solid, and what was found is said", "[command]") {
+    const Folder folder;
+    store(folder / "mesh.obj", kPoints + "f 1 3 2\nf 1 2 4\nf 2 3 4\n"); // one face is missing
+    const auto outcome = folder.mustRun("-read mesh.obj -mesh2ls dim=20 -write ls.vdb");
+    CHECK_THAT(outcome.out + outcome.err, Catch::Contains("3 edges have a face on one side only"));
+    // thickness= makes a sheet of any mesh.
+    folder.mustRun("-read mesh.obj -mesh2ls dim=20 thickness=0.2 -write sheet.vdb");
+    folder.mustFail("-read mesh.obj -mesh2ls dim=20 thickness=0", {"thickness"});
 }
 
 TEST_CASE("sizes that make no sense, or fit no memory, are refused", "[command]") {

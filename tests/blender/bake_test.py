@@ -391,9 +391,12 @@ class Errors(unittest.TestCase):
         bpy.context.scene.collection.objects.link(bare)
         build.tree.nodes["Mesh Object"].object = bare
         self.fails(build, build.tree.nodes["Mesh Object"], "'bare' has no faces")
-        open_mesh = support.monkey(closed=False)
-        build.tree.nodes["Mesh Object"].object = open_mesh
-        self.fails(build, next(n for n in build.tree.nodes if n.bl_idname == "CurlewNode_mesh2ls"), "the mesh is open")
+        sheet = bpy.data.objects.new("sheet", bpy.data.meshes.new("sheet"))
+        sheet.data.from_pydata([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [], [(0, 1, 2, 3)])
+        bpy.context.scene.collection.objects.link(sheet)
+        build.tree.nodes["Mesh Object"].object = sheet
+        mesh2ls = next(n for n in build.tree.nodes if n.bl_idname == "CurlewNode_mesh2ls")
+        self.fails(build, mesh2ls, "the mesh encloses nothing")
 
     def test_what_the_library_says_is_on_its_node_and_goes_away(self):
         build = Tree()

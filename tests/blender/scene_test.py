@@ -1,6 +1,7 @@
 """Trees and scenes are the same programs: what one writes the other writes, byte for byte."""
 
 import hashlib
+import re
 import shlex
 import shutil
 import sys
@@ -109,7 +110,7 @@ class Import(unittest.TestCase):
         tree, program = self.again(text, name)
         for path, scene in ((one, text), (other, program)):
             (path / "scenes").mkdir()
-            for mesh in ("spot.obj", "bunny.obj", "scenes/spot.obj"):
+            for mesh in {"spot.obj", "scenes/spot.obj", *re.findall(r"\b\w+\.obj", text)}:
                 shutil.copy(support.SOURCE / "scenes" / "spot.obj", path / mesh)
             for mesh in ("walker.glb", "scenes/walker.glb"):
                 shutil.copy(support.SOURCE / "scenes" / "walker.glb", path / mesh)

@@ -236,9 +236,6 @@ TEST_CASE("a band is widened without moving the surface", "[LevelSet]") {
 
 TEST_CASE("unusable meshes and sizes are refused", "[LevelSet]") {
     const auto sphere = cubeSphere(1, 8);
-    auto open = std::make_shared<Mesh>(*sphere);
-    open->quads.pop_back();
-    CHECK_THROWS_WITH(meshToLevelSet(open, {}), Catch::Contains("open"));
     auto flat = std::make_shared<Mesh>();
     flat->points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
     flat->triangles = {{0, 1, 2}, {0, 2, 1}};

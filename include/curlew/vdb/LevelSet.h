@@ -24,11 +24,11 @@ struct MeshToLevelSetOptions {
     double voxel = 0;     ///< Voxel size, world units; 0: from dim.
     int dim = 256;        ///< Voxels along the longest edge of the mesh's box, where no voxel size is given.
     double halfWidth = 3; ///< Of the narrow band, in voxels.
-    bool open = false;    ///< Accept a mesh with holes; those narrower than a voxel close by themselves.
 };
 
-/// OpenVDB's mesh to level set. Throws ValueError for a mesh that is open, degenerate or encloses nothing at this
-/// resolution, and for sizes that are not positive; ResourceError where the band would not fit the memory.
+/// The level set of the solid of any mesh (MeshSolid.h). Throws ValueError for a mesh that is degenerate or encloses
+/// nothing at this resolution, and for sizes that are not positive; ResourceError where the band would not fit the
+/// memory.
 LevelSet meshToLevelSet(std::shared_ptr<const Mesh> mesh, const MeshToLevelSetOptions& options,
                         const Monitor& monitor = {});
 

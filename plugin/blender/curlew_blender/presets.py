@@ -27,7 +27,7 @@ PRESETS: Dict[str, Preset] = {
         "Smoke, streamlines and particles that stay inside the object",
         """
         read object.ply
-        mesh2ls dim=96 open=1
+        mesh2ls dim=96
         noise frequency=@/3@ octaves=2 seed=1
         noise frequency=@/3@ octaves=2 seed=2
         bound width=@0.06@
@@ -48,7 +48,7 @@ PRESETS: Dict[str, Preset] = {
         "Streamlines of a wind that parts around the object",
         """
         read object.ply
-        mesh2ls dim=80 open=1
+        mesh2ls dim=80
         ramp direction=0,0,1
         noise frequency=@/1.3@ octaves=2 seed=3 amplitude=@0.09@
         sum
@@ -68,7 +68,7 @@ PRESETS: Dict[str, Preset] = {
         "Streamlines that wind over the object's surface",
         """
         read object.ply
-        mesh2ls dim=128 open=1
+        mesh2ls dim=128
         noise frequency=@/4@ octaves=2 seed=4
         surface reach=@0.014@ speed=@0.3@
         scatter count=5000 seed=2

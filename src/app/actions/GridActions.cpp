@@ -1,5 +1,7 @@
 #include "Actions.h"
+#include "curlew/app/registry/Text.h"
 #include "curlew/flow/FlowScale.h"
+#include "curlew/vdb/MeshSolid.h"
 #include "curlew/vdb/ScalarGrids.h"
 #include "curlew/vdb/VelocityGrid.h"
 
@@ -13,14 +15,65 @@ using namespace options;
 
 const std::string kGroup = "grids";
 
+/// What was found about a mesh that is not simply closed.
+std::string descriptionOf(const SolidFigures& figures) {
+    std::vector<std::string> parts;
+    if (figures.boundaryEdges > 0)
+        parts.push_back(
+            fmt::format("open ({} edges have a face on one side only; {:.2g} % of the voxels beside it are "
+                        "undecided)",
+                        figures.boundaryEdges, 100 * figures.undecided));
+    if (figures.hidden > 0.0005)
+        parts.push_back(fmt::format("{:.1f} % of its surface lies inside or bounds nothing", 100 * figures.hidden));
+    if (figures.turned) parts.push_back("its faces run clockwise as seen from outside, and count as turned");
+    if (figures.duplicateFaces > 0) parts.push_back(fmt::format("{} faces are duplicates", figures.duplicateFaces));
+    if (figures.degenerateFaces > 0) parts.push_back(fmt::format("{} faces are degenerate", figures.degenerateFaces));
+    return join(parts, "; ");
+}
+
+void warnOfSolid(const Context& c, const SolidFigures& figures, double voxel) {
+    if (figures.undecided > 0.5)
+        c.warn(
+            fmt::format("the mesh is more a sheet than a solid: {:.0f} % of the voxels beside it are neither inside "
+                        "nor outside; thickness={:.3g} makes an obstacle of it that is four voxels thick",
+                        100 * figures.undecided, 4 * voxel));
+    else if (figures.meanThickness > 0 && figures.meanThickness < 2)
+        c.warn(
+            fmt::format("what the mesh encloses is {:.2g} voxels thick on average; if it should enclose more, close "
+                        "its holes or turn its faces; if not, use smaller voxels, or thickness={:.3g}",
+                        figures.meanThickness, 4 * voxel));
+    if (figures.thin > 0.005)
+        c.warn(
+            fmt::format("thin parts: {:.1f} % of the surface belongs to parts thinner than a voxel, which the level "
+                        "set lacks; use voxels smaller than {:.3g}",
+                        100 * figures.thin, voxel));
+}
+
 void meshToLevelSetAction(Context& c, const Arguments& a) {
-    const LevelSet levelSet = meshToLevelSet(c.mesh("mesh"),
+    const double thickness = a.given("thickness") ? a.real("thickness") : 0;
+    const auto [levelSet, figures] = solidOf(c.mesh("mesh"),
                                              {.voxel = a.given("voxel") ? a.real("voxel") : 0,
                                               .dim = a.integer<int>("dim"),
                                               .halfWidth = a.real("width"),
-                                              .open = a.flag("open")},
+                                              .thickness = thickness},
                                              c.follow("mesh to level set"));
     c.say(fmt::format("level set: {} voxels of {:.6g}", levelSet.grid->activeVoxelCount(), levelSet.voxelSize()));
+    if (const std::string description = descriptionOf(figures); thickness == 0 && !description.empty())
+        c.say("the mesh: " + description);
+    if (thickness > 0 && thickness < 2 * levelSet.voxelSize())
+        c.warn(fmt::format("thickness {:.3g} is below two voxels of {:.3g}: the sheet may have gaps", thickness,
+                           levelSet.voxelSize()));
+    warnOfSolid(c, figures, levelSet.voxelSize());
+    c.report("mesh2ls") = {{"voxels", levelSet.grid->activeVoxelCount()},
+                           {"boundary_edges", figures.boundaryEdges},
+                           {"duplicate_faces", figures.duplicateFaces},
+                           {"degenerate_faces", figures.degenerateFaces},
+                           {"clean", figures.clean},
+                           {"turned", figures.turned},
+                           {"undecided", figures.undecided},
+                           {"hidden", figures.hidden},
+                           {"thin", figures.thin},
+                           {"mean_thickness_voxels", figures.meanThickness}};
     c.give(GridValue{levelSet.grid, levelSet.mesh});
 }
 
@@ -73,7 +126,7 @@ Registry gridActions() {
     return {
         {.name = "mesh2ls",
          .group = kGroup,
-         .summary = "turn a closed mesh into a level set",
+         .summary = "turn a mesh into a level set: open, overlapping or broken, as it is",
          .takes = {taken("mesh", {Kind::mesh}, "geo")},
          .makes = {made("levelSet", {Kind::levelSet})},
          .options = {integer("dim", "256", 1, 1e6, "voxels along the longest edge of the mesh's box"),
@@ -85,7 +138,9 @@ Registry gridActions() {
                       .unit = "voxels",
                       .lower = 1,
                       .upper = 1000},
-                     flag("open", "0", "accept a mesh with holes; those narrower than a voxel close by themselves"),
+                     positive("thickness", "", "world units",
+                              "the mesh is a sheet, such as cloth or terrain, of this thickness, half on either side "
+                              "(default: a solid; holes are closed)"),
                      ages("geo", "", "which geometry (default: the newest mesh)"),
                      keep()},
          .examples = {"curlew -read bunny.obj -mesh2ls voxel=0.01 -write bunny.vdb"},

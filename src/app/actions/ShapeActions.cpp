@@ -1,4 +1,5 @@
 #include "Actions.h"
+#include "SolidActions.h"
 #include "curlew/field/ShapeModels.h"
 
 namespace curlew::app {
@@ -116,54 +117,11 @@ Registry primitives() {
     };
 }
 
-/// What `combine` makes of two shapes of the same dimension, or of both in space.
-template <class Combine>
-AnySdf combinedShapes(const AnySdf& a, const AnySdf& b, const Combine& combine) {
-    const auto *p = std::get_if<SdfN<2>>(&a), *q = std::get_if<SdfN<2>>(&b);
-    if (p && q) return combine(*p, *q);
-    return combine(inSpace(a), inSpace(b));
-}
-
-template <class Combine>
-Action combiningAction(const std::string& name, const std::string& summary, const std::string& example,
-                       Combine combine) {
-    return {.name = name,
-            .group = kGroup,
-            .summary = summary,
-            .takes = {taken("first", {Kind::shape}), taken("second", {Kind::shape})},
-            .makes = {made("shape", {Kind::shape})},
-            .options = {notNegative("smoothing", "0.1", "world units",
-                                    "over how far the edge between them is rounded, C²; with 0 it is a kink"),
-                        keep()},
-            .examples = {example},
-            .evaluation = Evaluation::anyTime,
-            .run = [combine](Context& c, const Arguments& a) {
-                const double smoothing = a.real("smoothing");
-                c.give(valueOf(
-                    combinedShapes(*c.field("first").sdf, *c.field("second").sdf,
-                                   [&](const auto& p, const auto& q) -> AnySdf { return combine(p, q, smoothing); })));
-            }};
-}
-
 } // namespace
 
 Registry shapeActions() {
     Registry actions = primitives();
-    actions.push_back(combiningAction(
-        "union", "the newest two shapes as one, their edge rounded",
-        "curlew -sphere radius=0.5 -box offset=0,-0.6,0 size=2,0.6,2 -union smoothing=0.2 -slice axis=z "
-        "-write union.png",
-        [](const auto& p, const auto& q, double smoothing) { return unite(p, q, smoothing); }));
-    actions.push_back(combiningAction(
-        "intersection", "what the newest two shapes share, its edge rounded",
-        "curlew -gyroid -sphere radius=1 -intersection -noise -noise seed=1 -bound width=0.05 -dfvn -velocity "
-        "-write ball.vdb",
-        [](const auto& p, const auto& q, double smoothing) { return intersect(p, q, smoothing); }));
-    actions.push_back(combiningAction(
-        "difference", "the newest shape but one without the newest, its edge rounded",
-        "curlew -sphere radius=1 -capsule radius=0.4 length=3 -difference -noise -noise seed=1 -bound -dfvn -velocity "
-        "-write bead.vdb",
-        [](const auto& p, const auto& q, double smoothing) { return subtract(p, q, smoothing); }));
+    for (Action& action : solidActions()) actions.push_back(std::move(action));
     return actions;
 }
 

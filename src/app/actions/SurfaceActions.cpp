@@ -24,10 +24,10 @@ Surface subjectOf(const Context& c, const Arguments& a) {
     // A mesh is drawn as it is, unless it is to be smoothed, or seen at the resolution of a grid.
     if (c.kind("surface") == Kind::mesh && !a.given("dim") && a.integer("smooth") == 0)
         return Surface(*c.mesh("surface"));
-    const LevelSet levelSet = c.kind("surface") == Kind::levelSet
-                                  ? c.levelSet("surface", 0) // its band is wide enough for the spline
-                                  : meshToLevelSet(c.mesh("surface"), {.dim = a.integer<int>("dim"), .open = true},
-                                                   c.follow("mesh to level set"));
+    const LevelSet levelSet =
+        c.kind("surface") == Kind::levelSet
+            ? c.levelSet("surface", 0) // its band is wide enough for the spline
+            : meshToLevelSet(c.mesh("surface"), {.dim = a.integer<int>("dim")}, c.follow("mesh to level set"));
     return Surface(smoothed(levelSet, a.integer<int>("smooth")));
 }
 

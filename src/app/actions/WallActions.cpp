@@ -34,10 +34,13 @@ const Binding<BoundOptions>& boundBinding() {
     return binding;
 }
 
-/// Whether noise and wall are both in the plane.
+/// Whether noise and walls are all in the plane.
 bool inPlane(const Context& c) {
-    if (dimensionOf(c.field("noise").field) != 2 || c.kind("wall") != Kind::shape) return false;
-    return std::holds_alternative<SdfN<2>>(*c.field("wall").sdf);
+    if (dimensionOf(c.field("noise").field) != 2) return false;
+    for (size_t k = 0; k < c.count("wall"); ++k)
+        if (kindOf(c.value("wall", k)) != Kind::shape || !std::holds_alternative<SdfN<2>>(*c.field("wall", k).sdf))
+            return false;
+    return true;
 }
 
 template <int N>
@@ -48,14 +51,31 @@ ScalarFieldN<N> noiseIn(const Context& c) {
         return inSpace(c.field("noise").field);
 }
 
-/// The wall, good up to its width.
+/// One of several walls in space.
+Sdf wallInSpace(const Context& c, double distance, size_t k) {
+    if (k == 0) return c.sdf("wall", distance);
+    const Value& value = c.value("wall", k);
+    if (const auto* shape = std::get_if<FieldValue>(&value)) return inSpace(*shape->sdf);
+    const auto& grid = std::get<GridValue>(value);
+    if (grid.earlier && grid.part < 1)
+        throw ValueError("one of several walls changes from frame to frame; join them by -union first");
+    LevelSet levelSet = levelSetOf(grid.grid);
+    levelSet.mesh = grid.mesh;
+    return sdfOf(widened(levelSet, distance / levelSet.voxelSize() + kSplineSupport, c.follow("widening the band")));
+}
+
+/// The wall, good up to its width: the union of all that are given, the edge between them rounded over the width.
 template <int N>
 WallN<N> wallIn(const Context& c, const Arguments& a, double width) {
-    const auto side = a.choice<Side>("side");
-    if constexpr (N == 2)
-        return {.sdf = std::get<SdfN<2>>(*c.field("wall").sdf), .side = side, .width = width};
-    else
-        return {.sdf = c.sdf("wall", width), .side = side, .width = width};
+    const auto one = [&](size_t k) {
+        if constexpr (N == 2)
+            return std::get<SdfN<2>>(*c.field("wall", k).sdf);
+        else
+            return wallInSpace(c, c.count("wall") > 1 ? 2 * width : width, k);
+    };
+    SdfN<N> all = one(0);
+    for (size_t k = 1; k < c.count("wall"); ++k) all = unite(all, one(k), width);
+    return {.sdf = all, .side = a.choice<Side>("side"), .width = width};
 }
 
 /// Gives the field that conforms to the wall.
@@ -67,12 +87,23 @@ void giveBounded(Context& c, const ScalarFieldN<N>& bounded, const WallN<N>& wal
 /// The bounds of the wall in N dimensions, before its band is as wide as it has to be.
 template <int N>
 BoxN<N> boundsIn(const Context& c) {
-    if constexpr (N == 2)
-        return std::get<SdfN<2>>(*c.field("wall").sdf).bounds;
-    else if (const auto box = boxOf(c.value("wall")))
-        return *box;
-    else
-        return planeSdf({{0, 1, 0}}, 0).bounds; // infinite
+    const auto one = [&](size_t k) -> BoxN<N> {
+        if constexpr (N == 2)
+            return std::get<SdfN<2>>(*c.field("wall", k).sdf).bounds;
+        else if (const auto box = boxOf(c.value("wall", k)))
+            return *box;
+        else
+            return planeSdf({{0, 1, 0}}, 0).bounds; // infinite
+    };
+    BoxN<N> all = one(0);
+    for (size_t k = 1; k < c.count("wall"); ++k) {
+        const BoxN<N> next = one(k);
+        for (int axis = 0; axis < N; ++axis) {
+            all.lower[axis] = std::min(all.lower[axis], next.lower[axis]);
+            all.upper[axis] = std::max(all.upper[axis], next.upper[axis]);
+        }
+    }
+    return all;
 }
 
 void warnOfLimit(const Context& c, const LayerWidth& layer) {
@@ -144,6 +175,15 @@ void blendIn(Context& c, const Arguments& a) {
 
 void blend(Context& c, const Arguments& a) { inPlane(c) ? blendIn<2>(c, a) : blendIn<3>(c, a); }
 
+/// One wall, or all that grid= or a link says.
+Input walls() {
+    Input input = several(stays("wall", {Kind::shape, Kind::levelSet}, "grid"), 1, 100, "1, or those of grid=");
+    input.amountWith = [](const Arguments& a, const Scope& scope) {
+        return Amount{1, a.given("grid") || scope.linked() ? size_t{100} : size_t{1}};
+    };
+    return input;
+}
+
 std::vector<Option> boundOptions() {
     std::vector<Option> all{
         positive(
@@ -155,7 +195,9 @@ std::vector<Option> boundOptions() {
                "where the flow is: contained, around an obstacle, or on both sides")};
     for (const Option& option : boundBinding().options()) all.push_back(option);
     all.push_back(ages("field", "", "which field is the noise (default: the newest that is no distance)"));
-    all.push_back(ages("grid", "", "which level set is the wall (default: the newest shape or level set)"));
+    all.push_back(
+        ages("grid", "",
+             "which level sets are the wall, as in grid=0,1: their union (default: the newest shape or level set)"));
     all.push_back(keep());
     return all;
 }
@@ -167,7 +209,7 @@ Registry wallActions() {
         {.name = "bound",
          .group = kGroup,
          .summary = "make the newest noise conform to the newest signed distance (Eq. 13)",
-         .takes = {taken("noise", {Kind::noise}, "field"), stays("wall", {Kind::shape, Kind::levelSet}, "grid")},
+         .takes = {taken("noise", {Kind::noise}, "field"), walls()},
          .makes = {made("field", {Kind::field})},
          .options = boundOptions(),
          .examples = {"curlew -read bunny.obj -mesh2ls -noise -noise seed=1 -bound width=0.05 -dfvn speed=1 -velocity "

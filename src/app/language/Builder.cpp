@@ -12,9 +12,10 @@ namespace curlew::app {
 namespace {
 
 /// The kinds among which an option of type `ages` counts.
-std::vector<Kind> countedBy(const std::string& option, const std::vector<Kind>& taken) {
+std::vector<Kind> countedBy(const std::string& option, const std::vector<Kind>& taken, bool several = false) {
     if (option == "field") return {Kind::field};
     if (option == "image" || option == "with") return {Kind::image};
+    if (option != "geo" && accepts(taken, Kind::shape) && several) return taken; // several walls
     if (option != "geo") return {Kind::grid};
     if (taken == std::vector{Kind::points}) return taken;
     return {Kind::mesh, Kind::points, Kind::curves};
@@ -128,7 +129,7 @@ std::vector<Link> Builder::chosen(const Input& input, const Statement& statement
     if (amount.most == 0) return {};
     const Option* ages = input.age.empty() ? nullptr : a.action().option(input.age);
     if (ages && (aged || (!ages->fallback.empty() && amount.least > 0))) {
-        links = atAges(input.age, a.ages(input.age), countedBy(input.age, input.kinds));
+        links = atAges(input.age, a.ages(input.age), countedBy(input.age, input.kinds, a.ages(input.age).size() > 1));
         if (links.size() > amount.most)
             throw ValueError(fmt::format("{}={} chooses {} objects, and '{}' takes {}", input.age,
                                          a.written().at(input.age), links.size(), input.name, amount.most));

@@ -1,0 +1,180 @@
+#include "SolidActions.h"
+
+#include "Actions.h"
+#include "curlew/app/run/Value.h"
+#include "curlew/vdb/LevelSetBoolean.h"
+
+namespace curlew::app {
+
+namespace {
+
+using namespace options;
+
+const std::vector<Kind> kSolids{Kind::shape, Kind::levelSet, Kind::mesh};
+
+bool isShape(const Context& c, const char* input) { return kindOf(c.value(input)) == Kind::shape; }
+
+/// What `combine` makes of two shapes of the same dimension, or of both in space.
+template <class Combine>
+AnySdf combinedShapes(const AnySdf& a, const AnySdf& b, const Combine& combine) {
+    const auto *p = std::get_if<SdfN<2>>(&a), *q = std::get_if<SdfN<2>>(&b);
+    if (p && q) return combine(*p, *q);
+    return combine(inSpace(a), inSpace(b));
+}
+
+FieldValue valueOf(const AnySdf& shape) {
+    return {std::visit([](const auto& sdf) -> AnyField { return sdf.distance; }, shape), shape};
+}
+
+AnySdf combinedShapes(const Context& c, Boolean operation, double smoothing) {
+    return combinedShapes(*c.field("first").sdf, *c.field("second").sdf, [&](const auto& p, const auto& q) -> AnySdf {
+        switch (operation) {
+            case Boolean::unite:
+                return unite(p, q, smoothing);
+            case Boolean::intersect:
+                return intersect(p, q, smoothing);
+            default:
+                return subtract(p, q, smoothing);
+        }
+    });
+}
+
+/// Of a level set between two frames, the earlier one if `earlier` says so.
+const GridValue& gridIn(const Context& c, const char* input, bool earlier) {
+    const GridValue& value = c.grid(input);
+    return earlier && value.earlier ? *value.earlier : value;
+}
+
+/// A level set or a mesh as a level set; a mesh in voxels like those of `like`, if there is one.
+LevelSet solidIn(const Context& c, const Arguments& a, const char* input, const std::optional<LevelSet>& like,
+                 bool earlier) {
+    if (kindOf(c.value(input)) == Kind::levelSet) {
+        const GridValue& value = gridIn(c, input, earlier);
+        LevelSet levelSet = levelSetOf(value.grid);
+        levelSet.mesh = value.mesh;
+        return levelSet;
+    }
+    const double voxel = a.given("voxel") ? a.real("voxel") : like ? like->voxelSize() : 0;
+    return meshToLevelSet(c.mesh(input), {.voxel = voxel, .dim = a.integer<int>("dim")}, c.follow("mesh to level set"));
+}
+
+/// Two solids of which not both are shapes.
+LevelSet combinedSolids(const Context& c, const Arguments& a, Boolean operation, bool earlier) {
+    const Monitor monitor = c.follow("combining");
+    std::optional<LevelSet> first, second;
+    if (kindOf(c.value("first")) == Kind::levelSet) first = solidIn(c, a, "first", {}, earlier);
+    if (kindOf(c.value("second")) == Kind::levelSet) second = solidIn(c, a, "second", {}, earlier);
+    if (!first && !isShape(c, "first")) first = solidIn(c, a, "first", second, earlier);
+    if (!second && !isShape(c, "second")) second = solidIn(c, a, "second", first, earlier);
+    if (operation == Boolean::unite)
+        for (const char* input : {"first", "second"})
+            if (isShape(c, input) && !c.sdf(input, 0).bounds.finite())
+                throw ValueError(
+                    "the union of a level set and an unbounded shape has no end; cut the shape off first "
+                    "(-box -intersection)");
+    if (!first) first = sampledShape(c.sdf("first", 0), *second, monitor);
+    if (!second) second = sampledShape(c.sdf("second", 0), *first, monitor);
+    return combined(*first, *second, operation, monitor);
+}
+
+void combine(Context& c, const Arguments& a, Boolean operation) {
+    if (isShape(c, "first") && isShape(c, "second")) {
+        c.give(valueOf(combinedShapes(c, operation, a.real("smoothing"))));
+        return;
+    }
+    const LevelSet levelSet = combinedSolids(c, a, operation, false);
+    GridValue result{levelSet.grid, levelSet.mesh};
+    for (const char* input : {"first", "second"}) { // between two frames
+        if (kindOf(c.value(input)) != Kind::levelSet || result.earlier) continue;
+        const GridValue& value = c.grid(input);
+        if (!value.earlier || value.part >= 1) continue;
+        const LevelSet before = combinedSolids(c, a, operation, true);
+        result.earlier = std::make_shared<GridValue>(GridValue{before.grid, before.mesh});
+        result.part = value.part;
+    }
+    c.give(std::move(result));
+}
+
+std::vector<Object> combinedObject(const Arguments&, const std::vector<std::vector<Object>>& inputs, const World&) {
+    const auto is = [&](size_t k, Kind kind) { return !inputs[k].empty() && inputs[k].front().kind == kind; };
+    if (!is(0, Kind::shape) || !is(1, Kind::shape)) return {{.kind = Kind::levelSet, .name = "levelSet"}};
+    const bool flat = inputs[0].front().dimension == 2 && inputs[1].front().dimension == 2;
+    return {{.kind = Kind::shape, .dimension = flat ? 2 : 3, .name = "shape"}};
+}
+
+Action combiningAction(const std::string& name, const std::string& summary, std::vector<std::string> examples,
+                       Boolean operation) {
+    return {.name = name,
+            .group = "shapes",
+            .summary = summary,
+            .takes = {taken("first", kSolids), taken("second", kSolids)},
+            .makes = {made("solid", {Kind::shape, Kind::levelSet})},
+            .options = {notNegative("smoothing", "0.1", "world units",
+                                    "of two shapes: over how far the edge between them is rounded, C²; with 0 it is a "
+                                    "kink. Level sets meet in an edge"),
+                        integer("dim", "256", 1, 1e6,
+                                "of a mesh, if no level set says how large voxels are: voxels along its longest edge"),
+                        instead(positive("voxel", "", "world units", "of a mesh: voxel size"), {"dim"}), keep()},
+            .examples = std::move(examples),
+            .evaluation = Evaluation::anyTime,
+            .run = [operation](Context& c, const Arguments& a) { combine(c, a, operation); },
+            .makesWith = combinedObject};
+}
+
+// --- where they are
+
+void move(Context& c, const Arguments& a) {
+    const double scale = a.real("scale");
+    const Placement placement{
+        .offset = a.vector("offset"), .rotate = a.vector("rotate"), .scale = {{scale, scale, scale}}};
+    const Kind kind = kindOf(c.value("what"));
+    if (kind == Kind::mesh) {
+        c.give(std::make_shared<const Mesh>(placed(*c.mesh("what"), placement)));
+    } else if (kind == Kind::levelSet) {
+        const LevelSet levelSet = placed(solidIn(c, a, "what", {}, false), placement);
+        c.give(GridValue{levelSet.grid, levelSet.mesh});
+    } else {
+        c.give(GridValue{placed(*c.grid("what").grid, placement)});
+    }
+}
+
+Action moveAction() {
+    return {.name = "move",
+            .group = "shapes",
+            .summary = "scale, turn and move the newest mesh or grid (-transform does it to fields and shapes)",
+            .takes = {taken("what", {Kind::mesh, Kind::grid})},
+            .makes = {made("moved", {Kind::mesh, Kind::grid})},
+            .options = {vector("offset", "0,0,0", "world units", "where its origin goes"),
+                        vector("rotate", "0,0,0", "degrees", "turn about x, then y, then z"),
+                        positive("scale", "1", "", "size, before it is turned and moved"), keep()},
+            .examples = {"curlew -read bunny.obj -move rotate=0,90,0 offset=1,0,0 -mesh2ls -write bunny.vdb"},
+            .run = move,
+            .makesWith = [](const Arguments&, const std::vector<std::vector<Object>>& inputs, const World&) {
+                Object moved = inputs[0].empty() ? Object{.kind = Kind::mesh} : inputs[0].front();
+                moved.name = "moved";
+                return std::vector{moved};
+            }};
+}
+
+} // namespace
+
+Registry solidActions() {
+    return {combiningAction("union",
+                            "the newest two shapes, level sets or meshes as one; level sets unless both are "
+                            "shapes, whose edge is rounded",
+                            {"curlew -sphere radius=0.5 -box offset=0,-0.6,0 size=2,0.6,2 -union smoothing=0.2 -slice "
+                             "axis=z -write union.png",
+                             "curlew -read body.obj head.obj -union -write both.vdb"},
+                            Boolean::unite),
+            combiningAction("intersection", "what the newest two shapes, level sets or meshes share",
+                            {"curlew -gyroid -sphere radius=1 -intersection -noise -noise seed=1 -bound width=0.05 "
+                             "-dfvn -velocity -write ball.vdb"},
+                            Boolean::intersect),
+            combiningAction("difference", "the newest shape, level set or mesh but one without the newest",
+                            {"curlew -sphere radius=1 -capsule radius=0.4 length=3 -difference -noise -noise seed=1 "
+                             "-bound -dfvn -velocity -write bead.vdb"},
+                            Boolean::subtract),
+            moveAction()};
+}
+
+} // namespace curlew::app

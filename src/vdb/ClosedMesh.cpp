@@ -1,0 +1,107 @@
+#include "ClosedMesh.h"
+
+#include "FaceSides.h"
+#include "MeshDistances.h"
+#include "SolidChecks.h"
+#include "SolidSigns.h"
+#include "WindingMoments.h"
+#include "curlew/base/Parallel.h"
+#include "curlew/vdb/WindingNumber.h"
+
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+namespace curlew {
+
+namespace {
+
+using openvdb::FloatGrid;
+
+/// Gives distances near the mesh the sign of their closest face's side.
+void signNear(FloatGrid& grid, const openvdb::Int32Grid& closest, const FaceSides& sides, const Monitor& monitor) {
+    std::vector<openvdb::FloatTree::LeafNodeType*> leaves;
+    grid.tree().getNodes(leaves);
+    const auto near = static_cast<float>(kNearSurface * grid.voxelSize()[0]);
+    parallelFor(
+        leaves.size(), 16,
+        [&](size_t begin, size_t end) {
+            const openvdb::tree::ValueAccessor<const openvdb::Int32Tree> face(closest.tree());
+            for (size_t n = begin; n < end; ++n)
+                for (auto value = leaves[n]->beginValueOn(); value; ++value) {
+                    if (!(*value < near)) continue;
+                    const auto voxel = value.getCoord();
+                    if (sides.sideOf(static_cast<size_t>(face.getValue(voxel)), voxel.asVec3d()) < 0)
+                        value.setValue(-*value);
+                }
+        },
+        monitor);
+}
+
+/// The largest triangle of each part of a mesh whose triangles are joined by corners.
+std::vector<winding::Triangle> onePerShell(const Mesh& mesh) {
+    std::vector<openvdb::Index32> parent(mesh.points.size());
+    std::iota(parent.begin(), parent.end(), 0u);
+    const auto root = [&](openvdb::Index32 n) {
+        while (parent[n] != n) n = parent[n] = parent[parent[n]];
+        return n;
+    };
+    for (const auto& t : mesh.triangles)
+        for (int k = 1; k < 3; ++k) parent[root(t[k])] = root(t[0]);
+    std::vector<winding::Triangle> shells;
+    std::vector<int64_t> shellOf(mesh.points.size(), -1);
+    std::vector<double> areas;
+    for (size_t n = 0; n < mesh.triangles.size(); ++n) {
+        const winding::Triangle triangle = winding::triangleOf(mesh, n);
+        const double area = length(triangle.area());
+        int64_t& shell = shellOf[root(mesh.triangles[n][0])];
+        if (shell < 0) {
+            shell = static_cast<int64_t>(shells.size());
+            shells.push_back(triangle);
+            areas.push_back(area);
+        } else if (const auto k = static_cast<size_t>(shell); area > areas[k]) {
+            areas[k] = area;
+            shells[k] = triangle;
+        }
+    }
+    return shells;
+}
+
+enum class Around { outside, inside, mixed };
+
+/// What is in front of the faces of all shells.
+Around inFront(const Mesh& mesh, const Monitor& monitor) {
+    const std::vector<winding::Triangle> shells = onePerShell(mesh);
+    if (shells.size() == 1) return volumeOf(mesh) < 0 ? Around::inside : Around::outside;
+    const WindingNumber winding(mesh, monitor);
+    std::vector<Vec3d> positions;
+    for (const winding::Triangle& t : shells) {
+        const double size = std::sqrt(length(t.area()));
+        positions.push_back(t.middle() + (size > 0 ? t.area() * (1e-3 / size) : Vec3d{}));
+    }
+    size_t outside = 0, inside = 0;
+    for (const double w : winding.at(positions, monitor)) {
+        outside += std::lround(w) == 0;
+        inside += std::lround(w) == -1;
+    }
+    return outside == shells.size() ? Around::outside : inside == shells.size() ? Around::inside : Around::mixed;
+}
+
+} // namespace
+
+FloatGrid::Ptr closedLevelSet(const Mesh& mesh, const openvdb::math::Transform& transform, double halfWidth,
+                              bool& turned, const Monitor& monitor) {
+    const auto [grid, face] = distancesTo(mesh, transform, halfWidth, monitor);
+    const Monitor quiet{.report = {}, .cancelled = monitor.cancelled};
+    signNear(*grid, *face, FaceSides(mesh, transform), quiet);
+    spreadSigns(*grid, quiet);
+    if (!signsAgree(*grid, quiet)) return nullptr;
+    const Around front = inFront(mesh, quiet);
+    if (front == Around::mixed) return nullptr;
+    turned = front == Around::inside;
+    if (turned)
+        for (auto value = grid->beginValueOn(); value; ++value) value.setValue(-*value);
+    return grid;
+}
+
+} // namespace curlew

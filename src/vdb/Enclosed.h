@@ -1,0 +1,16 @@
+#pragma once
+
+#include <openvdb/openvdb.h>
+
+namespace curlew {
+
+/// Whether a level set is negative anywhere, by more than what rounding makes of a flat surface.
+inline bool enclosesSomething(const openvdb::FloatGrid& grid) {
+    const auto depth = static_cast<float>(1e-3 * grid.voxelSize()[0]);
+    for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf)
+        for (auto value = leaf->cbeginValueOn(); value; ++value)
+            if (*value < -depth) return true;
+    return false;
+}
+
+} // namespace curlew

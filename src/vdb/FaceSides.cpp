@@ -1,0 +1,69 @@
+#include "FaceSides.h"
+
+#include <openvdb/math/Proximity.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace curlew {
+
+using openvdb::Index32;
+using openvdb::Vec3d;
+
+FaceSides::FaceSides(const Mesh& mesh, const openvdb::math::Transform& transform)
+    : mMesh(mesh), mAdapter(mesh, transform), mFirst(mesh.points.size() + 2, 0), mFaces(3 * mesh.triangles.size()) {
+    // Counted two places further on: filling moves each beginning to that of the next vertex.
+    for (const auto& t : mesh.triangles)
+        for (int k = 0; k < 3; ++k) ++mFirst[t[k] + 2];
+    for (size_t n = 2; n < mFirst.size(); ++n) mFirst[n] += mFirst[n - 1];
+    for (size_t face = 0; face < mesh.triangles.size(); ++face)
+        for (int k = 0; k < 3; ++k) mFaces[mFirst[mesh.triangles[face][k] + 1]++] = static_cast<Index32>(face);
+}
+
+Vec3d FaceSides::cornerOf(size_t face, size_t k) const {
+    Vec3d p;
+    mAdapter.getIndexSpacePoint(face, k, p);
+    return p;
+}
+
+Vec3d FaceSides::normalOf(size_t face) const {
+    const Vec3d a = cornerOf(face, 0);
+    const Vec3d normal = (cornerOf(face, 1) - a).cross(cornerOf(face, 2) - a);
+    const double size = normal.length();
+    return size > 0 ? normal / size : Vec3d(0.0);
+}
+
+double FaceSides::sideOf(size_t face, const Vec3d& p) const {
+    Vec3d uvw;
+    const Vec3d closest =
+        openvdb::math::closestPointOnTriangleToPoint(cornerOf(face, 0), cornerOf(face, 1), cornerOf(face, 2), p, uvw);
+    const auto& corner = mMesh.triangles[face];
+    int zeros = 0, biggest = 0;
+    for (int k = 0; k < 3; ++k) {
+        zeros += !(uvw[k] > 0);
+        if (uvw[k] > uvw[biggest]) biggest = k;
+    }
+    Vec3d normal(0.0);
+    if (zeros == 0) {
+        normal = normalOf(face);
+    } else {
+        const Index32 vertex = corner[biggest];
+        Index32 other = vertex; // of the edge; at a corner there is none
+        for (int k = 0; k < 3; ++k)
+            if (k != biggest && uvw[k] > 0) other = corner[k];
+        for (Index32 n = mFirst[vertex]; n < mFirst[vertex + 1]; ++n) {
+            const auto& t = mMesh.triangles[mFaces[n]];
+            if (other != vertex) {
+                if (t[0] == other || t[1] == other || t[2] == other) normal += normalOf(mFaces[n]);
+                continue;
+            }
+            const size_t at = t[0] == vertex ? 0 : t[1] == vertex ? 1 : 2;
+            const Vec3d here = cornerOf(mFaces[n], at), u = cornerOf(mFaces[n], (at + 1) % 3) - here,
+                        v = cornerOf(mFaces[n], (at + 2) % 3) - here;
+            normal += normalOf(mFaces[n]) * std::atan2(u.cross(v).length(), u.dot(v));
+        }
+    }
+    return normal.dot(p - closest);
+}
+
+} // namespace curlew

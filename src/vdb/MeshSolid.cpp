@@ -1,0 +1,163 @@
+#include "curlew/vdb/MeshSolid.h"
+
+#include "BandSize.h"
+#include "ClosedMesh.h"
+#include "Enclosed.h"
+#include "MeshDistances.h"
+#include "SolidBoundary.h"
+#include "SolidChecks.h"
+#include "SolidSigns.h"
+#include "VoxelSize.h"
+#include "curlew/base/Memory.h"
+
+#include <fmt/format.h>
+#include <openvdb/tools/ChangeBackground.h>
+#include <openvdb/tools/LevelSetMeasure.h>
+#include <openvdb/tools/SignedFloodFill.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace curlew {
+
+namespace {
+
+using openvdb::Coord;
+using openvdb::FloatGrid;
+
+/// Throws where the voxels are too small for OpenVDB: for its 32-bit coordinates, or its transform.
+void requireCoordinates(const Mesh& mesh, double voxel) {
+    const auto bounds = boxOf(mesh);
+    if (std::max(bounds.max().length(), bounds.min().length()) / voxel > 1e9)
+        throw ValueError(fmt::format("a mesh of size {:.6g} cannot have voxels of {:.6g}; choose larger voxels",
+                                     bounds.extents().length(), voxel));
+    requireVoxel(voxel);
+}
+
+double voxelFor(const Mesh& mesh, const SolidOptions& options) {
+    if (options.voxel < 0 || !std::isfinite(options.voxel))
+        throw ValueError(fmt::format("voxel size {} must be positive", options.voxel));
+    if (options.voxel == 0 && options.dim < 1) throw ValueError(fmt::format("dim {} must be at least 1", options.dim));
+    if (!(options.halfWidth >= 1))
+        throw ValueError(fmt::format("half width {} must be at least 1 voxel", options.halfWidth));
+    if (!(options.thickness >= 0 && std::isfinite(options.thickness)))
+        throw ValueError(fmt::format("thickness {} must be positive", options.thickness));
+    const auto extents = boxOf(mesh).extents();
+    const double longest = std::max({extents[0], extents[1], extents[2]});
+    if (!(longest > 0)) throw ValueError("the mesh has no extent");
+    return options.voxel > 0 ? options.voxel : longest / options.dim;
+}
+
+/// Gives distances within the band the sign of the solid.
+void giveSigns(FloatGrid& grid, SolidBoundary& solid, const Monitor& monitor) {
+    const auto near = static_cast<float>(kNearSurface * grid.voxelSize()[0]);
+    std::vector<Coord> voxels;
+    for (auto value = grid.cbeginValueOn(); value; ++value)
+        if (*value < near) voxels.push_back(value.getCoord());
+    const std::vector<uint8_t> inside = solid.inside(voxels, monitor);
+    openvdb::tree::ValueAccessor<openvdb::FloatTree> access(grid.tree());
+    for (size_t n = 0; n < voxels.size(); ++n)
+        if (inside[n] != 0) access.setValueOnly(voxels[n], -access.getValue(voxels[n]));
+    spreadSigns(grid, monitor);
+}
+
+/// Makes distances with signs in a band a level set.
+void finish(FloatGrid& grid) {
+    grid.setGridClass(openvdb::GRID_LEVEL_SET);
+    openvdb::tools::signedFloodFill(grid.tree());
+}
+
+/// The solid of triangles that have to be judged.
+FloatGrid::Ptr judged(const Mesh& faces, const openvdb::math::Transform& transform, double halfWidth, bool oriented,
+                      SolidFigures& figures, double& area, const Monitor& monitor) {
+    SolidBoundary solid(faces, transform, oriented, monitor);
+    figures.clean = false;
+    figures.turned = solid.turned();
+    figures.undecided = solid.undecided();
+    figures.hidden = solid.hidden();
+    area = areaOf(solid.surface());
+    auto grid = solid.surface().faces() > 0
+                    ? distancesTo(solid.surface(), transform, halfWidth, {.report = {}, .cancelled = monitor.cancelled})
+                          .distance
+                    : FloatGrid::create(static_cast<float>(halfWidth * transform.voxelSize()[0]));
+    grid->setTransform(transform.copy());
+    giveSigns(*grid, solid, {.report = {}, .cancelled = monitor.cancelled});
+    return grid;
+}
+
+FloatGrid::Ptr solidOfTriangles(const Mesh& mesh, const MeshTopology& topology,
+                                const openvdb::math::Transform& transform, double halfWidth, SolidFigures& figures,
+                                double& area, const Monitor& monitor) {
+    const auto manifold = [](const MeshTopology& t) { return t.closed() && t.nonManifoldEdges == 0; };
+    const bool plain = manifold(topology);
+    const Mesh triangles = plain ? inTriangles(mesh) : distinctTriangles(mesh, figures.duplicateFaces);
+    const MeshTopology joined = plain ? topology : topologyOf(triangles);
+    figures.boundaryEdges = joined.boundaryEdges;
+    const bool oriented = joined.closed() && isOriented(triangles);
+    if (oriented && manifold(joined)) {
+        if (auto grid = closedLevelSet(triangles, transform, halfWidth, figures.turned, monitor)) {
+            area = areaOf(triangles);
+            return grid;
+        }
+    }
+    return judged(triangles, transform, halfWidth, oriented, figures, area, monitor);
+}
+
+/// A mesh as a sheet: the distance to it less half its thickness.
+FloatGrid::Ptr sheet(const Mesh& mesh, const openvdb::math::Transform& transform, const SolidOptions& options,
+                     const Monitor& monitor) {
+    const double voxel = transform.voxelSize()[0];
+    auto grid = distancesTo(mesh, transform, options.halfWidth + options.thickness / 2 / voxel, monitor).distance;
+    const auto half = static_cast<float>(options.thickness / 2), width = static_cast<float>(options.halfWidth * voxel);
+    openvdb::tools::changeBackground(grid->tree(), width);
+    for (auto leaf = grid->tree().beginLeaf(); leaf; ++leaf)
+        for (auto value = leaf->beginValueOn(); value; ++value) {
+            const float d = *value - half;
+            leaf->setValueOnly(value.pos(), std::clamp(d, -width, width));
+            if (!(std::abs(d) < width)) leaf->setValueOff(value.pos());
+        }
+    grid->insertMeta(kThickness, openvdb::DoubleMetadata(options.thickness));
+    return grid;
+}
+
+std::string encloses(const SolidFigures& figures, double voxel) {
+    return fmt::format("the mesh encloses nothing at a voxel size of {:.6g}; {}", voxel,
+                       figures.undecided > 0.5 || figures.boundaryEdges > 0
+                           ? fmt::format("if it is a sheet, such as cloth or terrain, give it a thickness: "
+                                         "thickness={:.3g} is four voxels",
+                                         4 * voxel)
+                           : std::string("use smaller voxels"));
+}
+
+} // namespace
+
+MeshSolid solidOf(std::shared_ptr<const Mesh> mesh, const SolidOptions& options, const Monitor& monitor) {
+    if (mesh->faces() == 0) throw ValueError("the mesh has no faces");
+    const MeshTopology topology = topologyOf(*mesh);
+    if (topology.degenerateFaces == mesh->faces()) throw ValueError("every face of the mesh is degenerate (no area)");
+    const double voxel = voxelFor(*mesh, options);
+    // Samples in the band, times what OpenVDB's conversion holds per sample: value, face index, and copies while it
+    // works.
+    const double samples = samplesInBand(extentOf(*mesh, voxel), options.halfWidth + options.thickness / 2 / voxel);
+    requireMemory(samples * 14, fmt::format("a level set of {:.2g} voxels", samples),
+                  "choose larger voxels, a smaller dim or a smaller width");
+    requireCoordinates(*mesh, voxel);
+
+    const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
+    SolidFigures figures{.boundaryEdges = topology.boundaryEdges, .degenerateFaces = topology.degenerateFaces};
+    double area = 0; // of the solid; of a sheet 0
+    FloatGrid::Ptr grid = options.thickness > 0 ? sheet(*mesh, *transform, options, monitor)
+                                                : solidOfTriangles(*mesh, topology, *transform, options.halfWidth,
+                                                                   figures, area, monitor);
+    finish(*grid);
+    if (!enclosesSomething(*grid)) throw ValueError(encloses(figures, voxel));
+    grid->setName("surface");
+    if (options.thickness == 0) {
+        figures.thin = thinShare(*mesh, *grid);
+        const double volume = figures.clean ? std::abs(volumeOf(*mesh)) : openvdb::tools::levelSetVolume(*grid);
+        figures.meanThickness = 2 * volume / (area * voxel);
+    }
+    return {{grid, std::move(mesh)}, figures};
+}
+
+} // namespace curlew

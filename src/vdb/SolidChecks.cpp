@@ -1,0 +1,153 @@
+#include "SolidChecks.h"
+
+#include "BandSize.h"
+#include "MeshAdapter.h"
+
+#include <openvdb/tools/Interpolation.h>
+#include <tbb/parallel_sort.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+
+namespace curlew {
+
+namespace {
+
+using openvdb::FloatGrid;
+using openvdb::Index32;
+
+/// Points at the same position become one.
+std::vector<Index32> firstAlike(const std::vector<openvdb::Vec3s>& points) {
+    std::vector<Index32> order(points.size()), first(points.size());
+    std::iota(order.begin(), order.end(), 0u);
+    const auto key = [&](Index32 n) { return std::tuple(points[n][0], points[n][1], points[n][2]); };
+    tbb::parallel_sort(order.begin(), order.end(),
+                       [&](Index32 a, Index32 b) { return std::tuple(key(a), a) < std::tuple(key(b), b); });
+    for (size_t k = 0; k < order.size(); ++k)
+        first[order[k]] = k > 0 && key(order[k]) == key(order[k - 1]) ? first[order[k - 1]] : order[k];
+    return first;
+}
+
+/// A triangle by its corners in order, whether that takes an odd number of exchanges, and its number.
+struct Corners {
+    std::array<Index32, 3> sorted;
+    size_t number;
+    bool odd;
+};
+
+} // namespace
+
+double thicknessOf(const FloatGrid& grid) {
+    const auto meta = grid.getMetadata<openvdb::DoubleMetadata>(kThickness);
+    return meta ? meta->value() : 0;
+}
+
+Mesh inTriangles(const Mesh& mesh) {
+    Mesh result{.points = mesh.points, .triangles = mesh.triangles, .quads = {}};
+    for (const auto& q : mesh.quads) {
+        result.triangles.emplace_back(q[0], q[1], q[2]);
+        result.triangles.emplace_back(q[0], q[2], q[3]);
+    }
+    return result;
+}
+
+Mesh distinctTriangles(const Mesh& mesh, size_t& duplicates) {
+    Mesh all = inTriangles(mesh);
+    const std::vector<Index32> first = firstAlike(all.points);
+    std::vector<Corners> keys;
+    keys.reserve(all.triangles.size());
+    for (size_t n = 0; n < all.triangles.size(); ++n) {
+        auto& t = all.triangles[n];
+        for (int k = 0; k < 3; ++k) t[k] = first[t[k]];
+        if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
+        std::array<Index32, 3> c{t[0], t[1], t[2]};
+        const bool odd = (c[0] > c[1]) ^ (c[1] > c[2]) ^ (c[0] > c[2]);
+        std::sort(c.begin(), c.end());
+        keys.push_back({c, n, odd});
+    }
+    tbb::parallel_sort(keys.begin(), keys.end(), [](const Corners& a, const Corners& b) {
+        return std::tie(a.sorted, a.number) < std::tie(b.sorted, b.number);
+    });
+    // Of faces with the same corners one stays, of the direction that more of them have; where they are as many in
+    // either direction, none, or one if the whole mesh is like that.
+    std::vector<size_t> stay, even;
+    size_t groups = 0;
+    for (size_t k = 0; k < keys.size(); ++groups) {
+        size_t end = k;
+        int odd = 0;
+        for (; end < keys.size() && keys[end].sorted == keys[k].sorted; ++end) odd += keys[end].odd ? 1 : -1;
+        size_t chosen = k;
+        while (chosen < end && odd != 0 && keys[chosen].odd != (odd > 0)) ++chosen;
+        (odd == 0 ? even : stay).push_back(keys[chosen].number);
+        k = end;
+    }
+    if (2 * even.size() > groups) stay.insert(stay.end(), even.begin(), even.end());
+    std::sort(stay.begin(), stay.end());
+    duplicates = keys.size() - stay.size();
+    Mesh result{.points = std::move(all.points), .triangles = {}, .quads = {}};
+    result.triangles.reserve(stay.size());
+    for (const size_t n : stay) result.triangles.push_back(all.triangles[n]);
+    return result;
+}
+
+bool isOriented(const Mesh& mesh) {
+    // Each edge once, as its ends in order and the direction.
+    std::vector<std::pair<uint64_t, int8_t>> edges;
+    edges.reserve(3 * mesh.triangles.size() + 4 * mesh.quads.size());
+    const auto add = [&](const Index32* corner, size_t count) {
+        for (size_t k = 0; k < count; ++k) {
+            const uint64_t a = corner[k], b = corner[(k + 1) % count];
+            if (a != b) edges.emplace_back(std::min(a, b) << 32 | std::max(a, b), a < b ? 1 : -1);
+        }
+    };
+    for (const auto& t : mesh.triangles) add(t.asV(), 3);
+    for (const auto& q : mesh.quads) add(q.asV(), 4);
+    tbb::parallel_sort(edges);
+    int balance = 0;
+    for (size_t n = 0; n < edges.size(); ++n) {
+        balance += edges[n].second;
+        if (n + 1 < edges.size() && edges[n + 1].first == edges[n].first) continue;
+        if (balance != 0) return false;
+    }
+    return true;
+}
+
+double volumeOf(const Mesh& mesh) {
+    const openvdb::Vec3d middle = boxOf(mesh).getCenter();
+    const auto part = [&](Index32 a, Index32 b, Index32 c) {
+        const openvdb::Vec3d p = openvdb::Vec3d(mesh.points[a]) - middle, q = openvdb::Vec3d(mesh.points[b]) - middle,
+                             r = openvdb::Vec3d(mesh.points[c]) - middle;
+        return p.dot(q.cross(r)) / 6;
+    };
+    double volume = 0;
+    for (const auto& t : mesh.triangles) volume += part(t[0], t[1], t[2]);
+    for (const auto& q : mesh.quads) volume += part(q[0], q[1], q[2]) + part(q[0], q[2], q[3]);
+    return volume;
+}
+
+double thinShare(const Mesh& mesh, const FloatGrid& grid) {
+    const MeshAdapter adapter(mesh, grid.transform());
+    const size_t faces = mesh.faces(), stride = std::max<size_t>(1, faces / 20000);
+    const openvdb::tools::GridSampler<FloatGrid::ConstAccessor, openvdb::tools::BoxSampler> sampler(
+        grid.getConstAccessor(), grid.transform());
+    double area = 0, thin = 0;
+    for (size_t face = 0; face < faces; face += stride) {
+        openvdb::Vec3d a, b, c;
+        adapter.getIndexSpacePoint(face, 0, a);
+        adapter.getIndexSpacePoint(face, 1, b);
+        adapter.getIndexSpacePoint(face, 2, c);
+        openvdb::Vec3d normal = (b - a).cross(c - a);
+        const double size = normal.length();
+        if (!(size > 0)) continue;
+        normal /= size;
+        const openvdb::Vec3d middle = (a + b + c) / 3;
+        area += size;
+        if (sampler.isSample(middle + normal) > 0 && sampler.isSample(middle - normal) > 0) thin += size;
+    }
+    return area > 0 ? thin / area : 0;
+}
+
+} // namespace curlew

@@ -1,0 +1,56 @@
+#include "support/Command.h"
+#include "support/Meshes.h"
+#include "support/SessionCommand.h"
+
+#include <openvdb/tools/LevelSetMeasure.h>
+
+using namespace curlew;
+using Catch::Matchers::Contains;
+
+namespace {
+
+double volumeOf(const app::Value& value) {
+    const auto grid = openvdb::GridBase::grid<openvdb::FloatGrid>(std::get<app::GridValue>(value).grid);
+    return openvdb::tools::levelSetVolume(*grid);
+}
+
+} // namespace
+
+TEST_CASE("shapes stay shapes, and anything else becomes a level set", "[app]") {
+    const test::Folder folder;
+    writeMesh(folder / "ball.ply", test::ball(4));
+    const std::string ball = '"' + (folder / "ball.ply").string() + '"'; // its folder has a quote and a space
+    test::Scenes scenes;
+    scenes.runAnew("sphere\nsphere offset=0.8,0,0\nunion");
+    CHECK(test::countOf(scenes.session, app::Kind::shape) == 1);
+    const double whole = 4.0 / 3 * M_PI;
+    scenes.runAnew("read " + ball + "\nmesh2ls dim=50\nsphere radius=0.5\ndifference");
+    CHECK(volumeOf(test::valueOf(scenes.session, app::Kind::levelSet)) == Approx(whole * 7 / 8).epsilon(0.01));
+    scenes.runAnew("read " + ball + "\nmove offset=3,0,0 scale=0.5\nread " + ball + "\nunion dim=50");
+    CHECK(volumeOf(test::valueOf(scenes.session, app::Kind::levelSet)) == Approx(whole * 9 / 8).epsilon(0.01));
+    scenes.runAnew("read " + ball + "\nmesh2ls dim=50\nplane\nintersection");
+    CHECK(volumeOf(test::valueOf(scenes.session, app::Kind::levelSet)) == Approx(whole / 2).epsilon(0.01));
+    CHECK_THAT(scenes.complaint("read " + ball + "\nmesh2ls dim=50\nplane\nunion"), Contains("unbounded"));
+    CHECK_THAT(scenes.complaint("sphere\nunion"), Contains("union"));
+}
+
+TEST_CASE("several walls are one: their union", "[app]") {
+    const test::Folder folder;
+    writeMesh(folder / "ball.ply", test::ball(4));
+    const std::string ball = '"' + (folder / "ball.ply").string() + '"'; // its folder has a quote and a space
+    test::Scenes scenes;
+    const std::string noises = "noise frequency=2\nnoise frequency=2 seed=1\n";
+    scenes.runAnew("read " + ball + "\nmesh2ls dim=40\nsphere offset=4,0,0\n" + noises +
+                   "bound grid=0,1 side=outside width=0.2\ndfvn\n");
+    const Flow flow = std::get<Flow>(std::get<app::AnyFlow>(test::valueOf(scenes.session, app::Kind::flow)));
+    // The speed through either wall vanishes.
+    for (const double x : {0.0, 4.0})
+        for (uint64_t k = 0; k < 50; ++k) {
+            Vec3d normal = test::randomPoint(test::cube(1), 3, k);
+            normal = normal * (1 / length(normal));
+            const Vec3d v = flow.at(Vec3d{{x, 0, 0}} + normal).velocity;
+            CHECK(std::abs(dot(v, normal)) < 0.05 * (length(v) + 0.1));
+        }
+    scenes.runAnew("sphere dim=2\nsphere dim=2 offset=3,0,0\nnoise dim=2 frequency=2\nbound grid=0,1 width=0.2\n");
+    CHECK_THAT(scenes.complaint("sphere\n" + noises + "bound grid=0,1"), Contains("age 1"));
+}

@@ -1,0 +1,249 @@
+#include "curlew/base/Error.h"
+#include "curlew/base/Parallel.h"
+#include "curlew/vdb/MeshSolid.h"
+#include "support/Meshes.h"
+#include "support/Points.h"
+
+#include <openvdb/math/Proximity.h>
+#include <openvdb/tools/LevelSetMeasure.h>
+#include <openvdb/tools/MeshToVolume.h>
+
+using namespace curlew;
+
+namespace {
+
+MeshSolid solid(const Mesh& mesh, const SolidOptions& options) {
+    return solidOf(std::make_shared<Mesh>(mesh), options);
+}
+
+/// Random points around a mesh, half of them close to its surface, that are more than half a voxel on the wrong side:
+/// as the spline tells them and as the exact winding number does.
+size_t wrong(const Mesh& mesh, const LevelSet& levelSet, size_t count) {
+    const Sdf sdf = sdfOf(levelSet);
+    const double voxel = levelSet.voxelSize();
+    Box box;
+    for (int axis = 0; axis < 3; ++axis) {
+        box.lower[axis] = 1e30, box.upper[axis] = -1e30;
+        for (const auto& p : mesh.points) {
+            box.lower[axis] = std::min(box.lower[axis], static_cast<double>(p[axis]) - voxel);
+            box.upper[axis] = std::max(box.upper[axis], static_cast<double>(p[axis]) + voxel);
+        }
+    }
+    const auto random = test::randomPoints(box, count, 31);
+    size_t found = 0;
+    for (size_t n = 0; n < count; ++n) {
+        Vec3d p = random[n];
+        if (n % 2 == 0) {
+            const auto& corner = mesh.points[n * 7919 % mesh.points.size()];
+            const Vec3d offset = test::randomPoint(test::cube(3 * voxel), 32, n);
+            for (int axis = 0; axis < 3; ++axis) p[axis] = static_cast<double>(corner[axis]) + offset[axis];
+        }
+        const double d = sdf.distance.at<0>(p).value;
+        if (std::abs(d) < 0.5 * voxel) continue;
+        const double w = std::abs(test::windingNumber(mesh, {p[0], p[1], p[2]}));
+        found += (w > 0.5) != (d < 0);
+    }
+    return found;
+}
+
+/// The values of a level set are distances: neighbours differ by no more than their distance, and by nearly that much
+/// along the normal. Returns the share of voxels that are off by more than 5 % of a voxel from where their neighbours'
+/// closest surface would put them, by the gradient's length.
+double notDistances(const LevelSet& levelSet) {
+    const auto& tree = levelSet.grid->tree();
+    const openvdb::tree::ValueAccessor<const openvdb::FloatTree> at(tree);
+    const double h = levelSet.voxelSize();
+    size_t all = 0, off = 0;
+    for (auto value = levelSet.grid->cbeginValueOn(); value; ++value) {
+        if (std::abs(static_cast<double>(*value)) > 1.2 * h) continue;
+        ++all;
+        for (int axis = 0; axis < 3; ++axis) {
+            openvdb::Coord next = value.getCoord();
+            ++next[axis];
+            if (std::abs(static_cast<double>(at.getValue(next) - *value)) > 1.05 * h) {
+                ++off;
+                break;
+            }
+        }
+    }
+    return static_cast<double>(off) / static_cast<double>(all);
+}
+
+/// By looking at each triangle.
+double distanceTo(const Mesh& mesh, const openvdb::Vec3d& p) {
+    double best = 1e300;
+    for (const auto& t : test::trianglesOf(mesh)) {
+        openvdb::Vec3d uvw;
+        const openvdb::Vec3d closest = openvdb::math::closestPointOnTriangleToPoint(
+            openvdb::Vec3d(mesh.points[t[0]]), openvdb::Vec3d(mesh.points[t[1]]), openvdb::Vec3d(mesh.points[t[2]]), p,
+            uvw);
+        best = std::min(best, (closest - p).length());
+    }
+    return best;
+}
+
+double volumeOf(const LevelSet& levelSet) { return openvdb::tools::levelSetVolume(*levelSet.grid); }
+
+} // namespace
+
+TEST_CASE("a clean closed mesh becomes OpenVDB's own level set, but for what is wrong with that", "[MeshSolid]") {
+    const Mesh mesh = GENERATE(test::spot(), test::flipped(test::spot()), test::ball(4));
+    const double voxel = 2.0 / 80;
+    const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
+    std::vector<openvdb::Vec3s> points;
+    for (const auto& p : mesh.points) points.push_back(p / static_cast<float>(voxel));
+    std::vector<openvdb::Vec4I> faces = mesh.quads;
+    for (const auto& t : mesh.triangles) faces.emplace_back(t[0], t[1], t[2], openvdb::util::INVALID_IDX);
+    // Its default would move samples by up to a hundredth of a voxel or two.
+    const auto reference = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
+        openvdb::tools::QuadAndTriangleDataAdapter<openvdb::Vec3s, openvdb::Vec4I>(points, faces), *transform, 3, 3,
+        openvdb::tools::DISABLE_RENORMALIZATION);
+    const MeshSolid made = solid(mesh, {.voxel = voxel});
+    CHECK(made.figures.clean);
+    CHECK(made.figures.hidden == 0);
+    size_t all = 0, different = 0;
+    double worst = 0; // where they differ: from the exact distance, and by the exact winding number
+    for (auto value = reference->cbeginValueOn(); value; ++value) {
+        const auto d = static_cast<double>(made.levelSet.grid->tree().getValue(value.getCoord()));
+        if (std::abs(static_cast<double>(*value)) > 1.5 * voxel) continue; // at its edge the band may lack voxels
+        ++all;
+        if (std::abs(d - static_cast<double>(*value)) < 0.01 * voxel) continue;
+        ++different;
+        const openvdb::Vec3d p = transform->indexToWorld(value.getCoord());
+        const double exact = std::min(distanceTo(mesh, p), 3 * voxel);
+        const bool inside = std::abs(test::windingNumber(mesh, p)) > 0.5;
+        worst = std::max(worst, std::abs(d - (inside ? -exact : exact)) / voxel);
+    }
+    CHECK(static_cast<double>(different) < 0.02 * static_cast<double>(all)); // spot's ears are thinner than voxels
+    CHECK(worst < 0.01);
+    CHECK(wrong(mesh, made.levelSet, 300) == 0);
+}
+
+TEST_CASE("faces that run the wrong way are turned, and that is said", "[MeshSolid]") {
+    const MeshSolid right = solid(test::spot(), {.dim = 60}), turned = solid(test::flipped(test::spot()), {.dim = 60});
+    CHECK_FALSE(right.figures.turned);
+    CHECK(turned.figures.turned);
+    CHECK(volumeOf(turned.levelSet) == Approx(volumeOf(right.levelSet)));
+    const Mesh open = test::flipped(test::withHole(test::spot(), {0, 0.4, 0.3}, 0.2));
+    CHECK(solid(open, {.dim = 60}).figures.turned);
+}
+
+TEST_CASE("any mesh is a solid: nothing is on the wrong side by more than half a voxel", "[MeshSolid]") {
+    const auto [name, mesh] = GENERATE_COPY(table<std::string, Mesh>(
+        {{"a hole", test::withHole(test::spot(), {0, 0.4, 0.3}, 0.25)},
+         {"two holes", test::withHole(test::withHole(test::spot(), {0, 0.9, 0.5}, 0.2), {0.3, -0.2, 0}, 0.25)},
+         {"overlapping", test::together(test::spot(), test::moved(test::spot(), {0.31f, 0.13f, 0.22f}))},
+         {"triangles that are not joined", test::soup(test::spot(), 0.003)},
+         {"turned and open", test::flipped(test::withHole(test::spot(), {0, 0.4, 0.3}, 0.25))},
+         {"each face twice", test::together(test::spot(), test::spot())},
+         {"half a ball", test::withHole(test::ball(4), {0, 0, -1}, 1.4)}}));
+    CAPTURE(name);
+    const MeshSolid made = solid(mesh, {.dim = 60});
+    CHECK(made.figures.clean == (name == "each face twice"));
+    CHECK(wrong(mesh, made.levelSet, 400) == 0);
+    CHECK(notDistances(made.levelSet) < 0.001);
+    // A wider band holds the same surface.
+    const LevelSet wide = widened(made.levelSet, 6);
+    double moved = 0;
+    for (auto value = made.levelSet.grid->cbeginValueOn(); value; ++value)
+        moved = std::max(moved, std::abs(static_cast<double>(*value - wide.grid->tree().getValue(value.getCoord()))));
+    CHECK(moved < 1e-3 * made.levelSet.voxelSize());
+}
+
+TEST_CASE("where parts overlap there is no wall between them", "[MeshSolid]") {
+    // Two balls whose union is known: the distance inside is that to the outer surface, not to the hidden caps.
+    const Mesh mesh = test::together(test::ball(5), test::moved(test::ball(5), {0.9f, 0, 0}));
+    const MeshSolid made = solid(mesh, {.voxel = 0.04, .halfWidth = 8});
+    CHECK(made.figures.hidden == Approx(0.275).margin(0.02)); // caps of height 0.55 of diameter 2
+    const openvdb::tree::ValueAccessor<const openvdb::FloatTree> at(made.levelSet.grid->tree());
+    test::Worst worst;
+    for (auto value = made.levelSet.grid->cbeginValueOn(); value; ++value) {
+        const openvdb::Vec3d p = made.levelSet.grid->indexToWorld(value.getCoord());
+        const openvdb::Vec3d q = p - openvdb::Vec3d(0.9, 0, 0);
+        const double outside = std::min(p.length(), q.length()) - 1;
+        // Inside, the closest point is on the sphere that is behind, or on the circle where both meet.
+        const double x = p[0] - 0.45, r = std::hypot(p[1], p[2]) - std::sqrt(1 - 0.45 * 0.45);
+        double exact = outside;
+        if (outside < 0) {
+            exact = std::hypot(x, r);
+            if (p.length() > 0 && p[0] / p.length() < 0.45) exact = std::min(exact, std::abs(p.length() - 1));
+            if (q.length() > 0 && q[0] / q.length() > -0.45) exact = std::min(exact, std::abs(q.length() - 1));
+            exact = -exact;
+        }
+        worst.see(std::abs(static_cast<double>(*value) - exact) / 0.04, {{p[0], p[1], p[2]}});
+    }
+    CAPTURE(worst.where);
+    CHECK(worst.value < 0.25); // faces cut by others end within 0.2 voxels; facets add 0.02
+}
+
+TEST_CASE("a shell inside another is a cavity if it is turned inward", "[MeshSolid]") {
+    Mesh inner = test::ball(4);
+    for (auto& p : inner.points) p *= 0.5f;
+    const double outer = volumeOf(solid(test::ball(4), {.voxel = 0.04}).levelSet);
+    const MeshSolid hollow = solid(test::together(test::ball(4), test::flipped(inner)), {.voxel = 0.04});
+    CHECK(volumeOf(hollow.levelSet) == Approx(outer * 7 / 8).epsilon(0.01));
+    const MeshSolid full = solid(test::together(test::ball(4), inner), {.voxel = 0.04});
+    CHECK(volumeOf(full.levelSet) == Approx(outer).epsilon(0.001));
+    CHECK(full.figures.hidden == Approx(0.2).margin(0.01));
+}
+
+TEST_CASE("faces that touch from either side bound nothing, unless the whole mesh is double", "[MeshSolid]") {
+    // Two halves of a ball, each closed by the same disc, are a ball.
+    Mesh halves;
+    const Mesh ball = test::ball(4);
+    for (const double side : {1.0, -1.0}) {
+        Mesh part = test::withHole(ball, {0, 0, -side * 100}, 100);
+        std::map<std::pair<openvdb::Index32, openvdb::Index32>, int> edges;
+        for (const auto& t : part.triangles)
+            for (int k = 0; k < 3; ++k) edges[{t[k], t[(k + 1) % 3]}] = 1;
+        const auto middle = static_cast<openvdb::Index32>(part.points.size());
+        part.points.emplace_back(0.0f, 0.0f, 0.0f);
+        for (const auto& [edge, one] : edges)
+            if (!edges.count({edge.second, edge.first})) part.triangles.emplace_back(edge.second, edge.first, middle);
+        halves = test::together(halves, part);
+    }
+    const MeshSolid whole = solid(halves, {.voxel = 0.05});
+    CHECK(whole.figures.hidden == Approx(1.0 / 3).margin(0.02)); // two discs beside a sphere: 2 π of 6 π
+    CHECK(volumeOf(whole.levelSet) == Approx(volumeOf(solid(ball, {.voxel = 0.05}).levelSet)).epsilon(1e-4));
+    const MeshSolid doubled = solid(test::together(ball, test::flipped(ball)), {.voxel = 0.05});
+    CHECK(volumeOf(doubled.levelSet) == Approx(volumeOf(whole.levelSet)).epsilon(1e-4));
+    CHECK(wrong(ball, doubled.levelSet, 200) == 0);
+}
+
+TEST_CASE("a sheet has the thickness that it is given", "[MeshSolid]") {
+    const Mesh flat = test::plane(2, 8);
+    CHECK_THROWS_WITH(solid(flat, {.dim = 40}), Catch::Contains("thickness="));
+    const MeshSolid made = solid(flat, {.voxel = 0.05, .thickness = 0.3});
+    const Sdf sdf = sdfOf(widened(made.levelSet, 9));
+    for (const double y : {-0.4, -0.2, -0.1, 0.1, 0.2, 0.4})
+        CHECK(sdf.distance.at<0>({{0.313, y, -0.271}}).value == Approx(std::abs(y) - 0.15).margin(0.002));
+    CHECK(sdf.distance.at<0>({{0.313, 0, -0.271}}).value < -0.1);
+    const MeshSolid strip = solid(test::moebius(0.6, 200), {.voxel = 0.05, .thickness = 0.2});
+    // Area times thickness, and half a disc along the edge, which goes around twice.
+    CHECK(volumeOf(strip.levelSet) == Approx(2 * M_PI * 0.6 * 0.2 + 4 * M_PI * M_PI * 0.01 / 2).epsilon(0.05));
+    CHECK_THROWS_AS(solid(flat, {.dim = 40, .thickness = -1}), ValueError);
+}
+
+TEST_CASE("parts thinner than a voxel are measured", "[MeshSolid]") {
+    Mesh plate = test::ball(4);
+    for (auto& p : plate.points) p[1] *= 0.01f;
+    const MeshSolid thin = solid(test::together(test::ball(4), test::moved(plate, {3, 0, 0})), {.voxel = 0.05});
+    CHECK(thin.figures.thin == Approx(1.0 / 3).margin(0.05)); // two discs of area π beside a sphere of area 4 π
+    CHECK(solid(test::ball(4), {.voxel = 0.05}).figures.thin == 0);
+    CHECK(solid(test::ball(4), {.voxel = 0.05}).figures.meanThickness == Approx(2.0 / 3 / 0.05).epsilon(0.01));
+}
+
+TEST_CASE("the solid of a mesh does not depend on the number of threads", "[MeshSolid]") {
+    const Mesh mesh = test::together(test::withHole(test::spot(), {0, 0.4, 0.3}, 0.25),
+                                     test::moved(test::spot(), {0.31f, 0.13f, 0.22f}));
+    std::vector<openvdb::FloatGrid::ConstPtr> grids;
+    for (const int threads : {1, 4}) {
+        const ThreadLimit limit(threads);
+        grids.push_back(solid(mesh, {.dim = 50}).levelSet.grid);
+    }
+    CHECK(grids[0]->activeVoxelCount() == grids[1]->activeVoxelCount());
+    size_t different = 0;
+    for (auto value = grids[0]->cbeginValueOn(); value; ++value)
+        different += *value != grids[1]->tree().getValue(value.getCoord());
+    CHECK(different == 0);
+}
