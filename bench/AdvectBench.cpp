@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Particles: ours along the field itself, OpenVDB's through a grid of it.
 
 #include "Cases.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Enright's test: a sphere that is pulled to a sheet and back. Ours by the flow map, OpenVDB's by its level set
 // advection with its own velocity field.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Velocity grids: dense ones, those with walls and sparse ones; and the same grids made by others.
 
 #include "Cases.h"

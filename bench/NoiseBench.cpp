@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Noises and flows at positions: nothing but arithmetic.
 
 #include "Cases.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the processor could do at best: no case of ours can be faster than its multiply-adds and its stores allow.
 
 #include "Cases.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 /// Psrd3 of seed 0 (axis grid, no period, no rotation) as one gets it by carrying a shader over to C++: one point after

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Images carried along a flow in the plane, as in ICN's Table 2: frames of 1024 x 576 pixels.
 
 #include "Cases.h"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How long the add-on's preview takes: 2,000 particles around Suzanne after a change of one option of a noise.
 
     CURLEW_LIBRARY=build/libcurlew.so blender --background --factory-startup -noaudio --python-exit-code 3 \\

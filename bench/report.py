@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Runs the benchmarks for each instruction set, and the command; prints tables and writes all numbers as JSON.
 
 What is compared runs in turns, round after round, and the median of the rounds counts: so a load that comes and goes

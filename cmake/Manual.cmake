@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Manual pages and completions of bash, zsh and fish, made from what the command says about its actions.
 if(CMAKE_CROSSCOMPILING)
   return() # the command does not run here

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What is installed for find_package(curlew): targets curlew::base … curlew::app, as in the build tree. And a Debian package.
 include(CMakePackageConfigHelpers)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/curlew DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # One library target per room (see DESIGN in CONTRIBUTING.md): src/<room>/*.cpp and include/curlew/<room>/*.h.
 
 # How all of our own code is compiled; not part of the installed interface.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "curlew/app/actions/Actions.h"
 #include "curlew/app/run/IsolatedFiles.h"
 #include "curlew/app/run/Session.h"

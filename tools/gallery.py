@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Runs all scenes and the papers' tables; writes docs/gallery.md with its pictures, and docs/paper_tables.md.
 
 ./dev gallery runs it, with what follows: --only NAME, a scene or a table, renews that one alone.

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Makes the manual pages and the completions of bash, zsh and fish from what the command says about its actions.
 
 manual.py COMMAND VERSION FOLDER writes man/man1/curlew.1, one curlew-ACTION.1 for each action, and completions/.

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Renews what is made by the command in README.md, docs/actions.md and docs/noises.md, between <!-- NAME:begin --> and <!-- NAME:end -->.
 
 ./dev docs and ./dev noises run it.
@@ -50,7 +51,7 @@ def renew(name, part, text, check):
 def generated(curlew, check):
     """The table of actions, and the README's example of the library. Returns whether both are up to date now."""
     actions = subprocess.run([curlew, "-help", "format=markdown"], check=True, capture_output=True, text=True).stdout
-    example = (ROOT / "tests/app/ReadmeExample.cpp").read_text()
+    _licence, example = (ROOT / "tests/app/ReadmeExample.cpp").read_text().split("\n", 1)
     pages = [("docs/actions.md", "actions", actions), ("README.md", "example", f"```cpp\n{example}```\n")]
     return all([renew(*page, check) for page in pages])
 

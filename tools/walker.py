@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Makes scenes/walker.glb: a figure with a skin that walks. Own making, so it is ours to give away.
 
 The body is one closed surface: naive surface nets (Gibson 1998) of a smooth union of capsules, one for each bone. Its

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "Contained.h"
 #include "Tables.h"
 #include "curlew/base/Parallel.h"

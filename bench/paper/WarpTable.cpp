@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "Tables.h"
 #include "curlew/field/NoiseField.h"
 #include "curlew/picture/Warp.h"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The shared libraries that a library needs and that a machine may not have, as copies that find each other."""
 
 import re

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Packs the Blender add-on: a legacy add-on (Blender 3.4 and later) and an extension (4.2 and later).
 
 The library is inside, and the libraries that it needs, but for those of the C and C++ compilers and zlib.

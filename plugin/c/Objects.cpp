@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "Handle.h"
 #include "Results.h"
 #include "curlew/app/registry/Text.h"

@@ -1,5 +1,7 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "Arrays.h"
 #include "Handle.h"
+#include "curlew/app/Version.h"
 #include "curlew/app/actions/Actions.h"
 #include "curlew/base/Isolated.h"
 #include "curlew/base/Memory.h"
@@ -195,11 +197,7 @@ extern "C" {
 int32_t curlew_abi_version(void) { return CURLEW_ABI_VERSION; }
 
 const char* curlew_version(void) {
-    return onceText([] {
-        std::string text = app::versionText();
-        text.pop_back();
-        return text;
-    });
+    return onceText([] { return app::versionLine(); });
 }
 
 const char* curlew_registry(void) {

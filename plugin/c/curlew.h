@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /*
  * Curlew as a library, for programs in C and for whatever can call C: sessions that run programs (a graph as JSON, or
  * the text of a scene: one action a line, as `curlew -config` takes it), geometry in and out as arrays, and fields and
@@ -37,7 +38,8 @@ extern "C" {
 
 CURLEW_API int32_t curlew_abi_version(void);
 
-/** "curlew 0.1.0 (OpenVDB 10.0.1, AVX2)", for the reader; NULL where it fails. */
+/** "curlew 0.2.0 (1f3b5c7d90, AVX2)": version, commit and the instruction set in use, for the reader; NULL where it
+ * fails. */
 CURLEW_API const char* curlew_version(void);
 
 /** All actions with their options, defaults, ranges and help as JSON: {"actions": [{"name", "group", "summary",

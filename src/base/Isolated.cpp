@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Isolated.h"
 
 #include "curlew/base/Memory.h"

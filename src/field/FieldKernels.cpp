@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "AlgebraModels.h"
 #include "BoundModel.h"
 #include "MapModels.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "NoiseModels.h"
 #include "curlew/field/Kernels.h"
 

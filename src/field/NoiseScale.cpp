@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "curlew/field/NoiseScale.h"
 
 #include "curlew/base/Error.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "CrossKernel.h"
 #include "curlew/field/Dimensions.h"
 #include "curlew/math/LaneKernels.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "curlew/flow/Wind.h"
 
 #include "curlew/base/Require.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "curlew/render/SurfaceTexture.h"
 
 #include "curlew/base/Random.h"

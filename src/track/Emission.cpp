@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "curlew/track/Emission.h"
 
 #include "curlew/base/Memory.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "TrackKernels.h"
 
 #include "curlew/field/Dimensions.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "ChunkedWriter.h"
 #include "MeshParser.h"
 #include "curlew/base/AtomicFile.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "MeshParser.h"
 #include "PointArrays.h"
 #include "curlew/base/InputFile.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "PointValidation.h"
 
 #include <openvdb/io/io.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "curlew/vdb/Interrupter.h"
 #include "curlew/vdb/LevelSetAdvection.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "curlew/app/registry/Action.h"
 #include "curlew/app/registry/Bind.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "curlew/app/registry/Expression.h"
 #include "support/Command.h"
 #include "support/SessionCommand.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Files of points and .exr are read by a process of its own, which may end as it likes.
 
 #include "support/Command.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "curlew/app/registry/Text.h"
 #include "curlew/app/run/Probe.h"
 #include "curlew/base/Error.h"

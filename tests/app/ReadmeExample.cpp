@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <curlew/field/NoiseField.h>
 #include <curlew/track/Advect.h>
 #include <curlew/track/Scatter.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "curlew/field/Algebra.h"
 #include "curlew/field/NoiseField.h"
 #include "curlew/flow/Flows.h"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Bakes: what they make is what was promised, and what goes wrong is said where it is wrong."""
 # Longer than 400 lines: bakes of every kind of result share one scene and one Blender process.
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs in Blender's interface: presses the panel's button, waits for the bake, and takes a picture of the window.
 
 interface_test.sh starts it; what has gone wrong is written to interface.txt, which else says "fine".

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # The add-on in Blender's interface, on a display of its own: interface_test.sh SOURCE_DIR PACKAGES_DIR COMMAND WORK_DIR
 # 77 (skipped) where Blender, Xvfb or ImageMagick are missing.
 set -eu

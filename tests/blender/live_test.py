@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Bake on Frame Change: each frame shows its own bake, whoever changes it and whatever happens meanwhile."""
 # Longer than 400 lines: each Blender process takes seconds to start, so all that bakes on frame change is in one.
 

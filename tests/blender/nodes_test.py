@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every action is a node, with the registry's options; the add-on can be switched on and off."""
 
 import gc

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the packed add-on has inside: package_test.py SOURCE_DIR LIBRARY PACKAGES_DIR. Makes the packages for the other tests."""
 
 import re

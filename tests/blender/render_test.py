@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is baked can be seen: Cycles renders it, and the pictures are not empty. How long a million particles take."""
 
 import sys

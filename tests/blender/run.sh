@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Runs one of these tests in Blender, with the packed add-on and a configuration of its own:
 #   run.sh TEST.py SOURCE_DIR PACKAGES_DIR COMMAND WORK_DIR
 # 77 (skipped) where there is no Blender.

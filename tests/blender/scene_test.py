@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Trees and scenes are the same programs: what one writes the other writes, byte for byte."""
 
 import hashlib

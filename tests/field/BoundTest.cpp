@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Longer than 400 lines: the layer is tested for each side, object and dimension with the same measurements.
 #include "curlew/base/Error.h"
 #include "curlew/field/Algebra.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Longer than 400 lines: the same properties for every type of noise, option by option.
 #include "curlew/base/Error.h"
 #include "curlew/field/Algebra.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Longer than 400 lines: each shape has its own exact distances.
 #include "curlew/base/Error.h"
 #include "curlew/field/Algebra.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "curlew/flow/Evaluate.h"
 #include "support/Flows.h"
 #include "support/Points.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Longer than 400 lines: divergence, walls and tracks are tested for each way to make a flow.
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // libFuzzer's entry points: curlew_fuzz --target=NAME CORPUS… [-max_total_time=SECONDS …], or --seeds=FOLDER to write
 // the seeds of all targets there.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every reader takes its seeds, the inputs that once broke it, and seeded damages of both.
 
 #include "Targets.h"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # run.sh FOLDER: the manual pages that troff accepts without a warning, and what the shells complete.
 set -eu
 cd "$1"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "curlew/math/Cross.h"
 #include "curlew/math/Jet.h"
 #include "support/Determinant.h"

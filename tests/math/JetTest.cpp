@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Longer than 400 lines: each operation on jets has its own derivatives up to the third.
 #include "curlew/math/Jet.h"
 #include "support/FiniteDifference.h"

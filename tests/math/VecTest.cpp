@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "curlew/math/Vec.h"
 #include "support/Points.h"
 #include "support/Reference.h"

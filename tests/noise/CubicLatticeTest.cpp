@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Longer than 400 lines: value and Perlin noise, with each option, against their published forms.
 #include "curlew/base/Error.h"
 #include "curlew/noise/CubicLattice.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Longer than 400 lines: psrdnoise has its options, dimensions and published values.
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Longer than 400 lines: seven dimensions, each with its own reference values.
 #include "curlew/base/Error.h"
 #include "curlew/noise/SimplexNoise.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "curlew/math/Vec.h"
 #include "curlew/noise/SimplexVertex.h"
 #include "support/Points.h"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # cmake -DBUILD_DIR=… -DSOURCE_DIR=… -DWORK_DIR=… [-DEXAMPLE=…] -P run.cmake
 # Installs BUILD_DIR to a prefix of its own, builds EXAMPLE (the README's) against it as a user would, and runs that.
 foreach(name BUILD_DIR SOURCE_DIR WORK_DIR)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs every command of a page that begins with curlew, in a fresh folder, as a reader would: run.py PAGE COMMAND."""
 
 import os

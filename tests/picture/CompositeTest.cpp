@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Error.h"
 #include "curlew/picture/Composite.h"
 #include "curlew/picture/Display.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pictures whose headers claim more than there is.
 
 #include "curlew/base/Error.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /* What the C programs check with. */
 #ifndef CURLEW_TESTS_CHECK_H
 #define CURLEW_TESTS_CHECK_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The header is all that a C program needs, and it is C99. */
 #include "curlew.h"
 

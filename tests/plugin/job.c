@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The main job, by a library that is only known when it is loaded: argv[1]. A mesh goes in as arrays; a flow around it,
    particles that follow it and a velocity grid come out. */
 #include "Check.h"

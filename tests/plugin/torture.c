@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Longer than 400 lines: every function of curlew.h, with every wrong argument. */
 /* Everything that a caller can do wrong: it must fail, with a message, and leave all in order. */
 #include "Check.h"

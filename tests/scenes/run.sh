@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Runs a scene with the values of its line "# reduced:", in a fresh folder: run.sh CURLEW SCENE. The scene has to
 # succeed (what it expects included), and to make out/ and write something into it.
 set -eu

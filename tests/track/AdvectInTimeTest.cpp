@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // advect() in flows that change (track/Advect.h).
 #include "curlew/base/Error.h"
 #include "curlew/field/Algebra.h"

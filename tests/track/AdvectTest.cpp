@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Longer than 400 lines: schemes, accuracy, walls, moments and damaged input of one function.
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"

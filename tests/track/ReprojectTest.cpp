@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Longer than 400 lines: Newton and Gauss-Newton, each with its limits and failures.
 #include "curlew/base/Error.h"
 #include "curlew/field/Algebra.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "curlew/track/Reproject.h"
 #include "curlew/track/Stepper.h"
 #include "support/FiniteDifference.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Error.h"
 #include "curlew/track/VolumeChange.h"
 #include "support/Formula.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Longer than 400 lines: three formats, each with its variants and its damaged files.
 #include "curlew/base/Error.h"
 #include "curlew/vdb/MeshFile.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Files of points that somebody damaged: every outcome is an error or the same points.
 
 #include "curlew/base/Error.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Longer than 400 lines: every kind of grid, written and read back, and its damaged files.
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 /// Repeats DO(N) for every dimension that fields have, and that flows have: for the explicit instantiations at the end

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 // Only for files named *Kernels.cpp: they are compiled once for each instruction set, CURLEW_SIMD (cmake/Room.cmake).

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 // What Arithmetic.h looks up in tables, for lanes. Only for files named *Kernels.cpp (LaneKernels.h).

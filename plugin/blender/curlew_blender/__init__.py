@@ -1,9 +1,10 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Curlew in Blender: divergence-free flows that conform to walls, as a node tree."""
 
 bl_info = {
     "name": "Curlew",
     "author": "The Curlew developers",
-    "version": (0, 1, 0),
+    "version": (0, 2, 0),
     "blender": (3, 4, 0),
     "location": "3D View > Sidebar > Curlew, and the node editor",
     "description": "Divergence-free flows that conform to walls: volumes, particles, streamlines",

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What the registry says about actions, their sockets and options, and values as text. Needs no Blender."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The operators of bakes. From the interface a thread runs the library, with its progress in the headers."""
 
 from typing import Dict, Optional, Set

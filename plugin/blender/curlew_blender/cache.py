@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Files of bakes: a new folder for each, beside the .blend. Needs no Blender but for its paths.
 
 Bakes on frame change are in folders named after all that they depend on, so that what is in a folder never changes.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """One bake: a tree becomes a graph, the library evaluates it, and its results become objects."""
 
 import atexit

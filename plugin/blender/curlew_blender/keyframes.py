@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Keyframes of nodes' options: Blender itself only follows those of trees that an object or a scene uses."""
 
 from typing import Any, Dict, List, Sequence, Tuple

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Places of nodes: columns from left to right, what is needed first on the left. Needs no Blender."""
 
 from typing import Dict, List, Mapping, Sequence, Tuple

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The library, its registry and its sessions. The rest of the add-on asks here."""
 
 import importlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Bake on Frame Change: a tree that wants it is baked for each frame that the scene comes to.
 
 In the interface a thread bakes, and a timer takes over what it has made. The newest frame counts: the bake of an older one

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Materials, and the Geometry Nodes group that shows points."""
 
 from typing import List, Sequence, Tuple

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A node class for each action of the registry, and those for what is Blender's: objects in and out, groups."""
 
 import re

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The panel of the 3D view, the header and the menu of the node editor."""
 
 from typing import Dict, List

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Trees to begin with. Their lengths are parts of the object's size."""
 
 from dataclasses import dataclass

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The preview: while options are dragged, 2,000 particles or a coarse slice of the tree's flow."""
 
 import atexit

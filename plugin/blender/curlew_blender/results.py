@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a bake has made, as objects: volumes, particles, curves and meshes."""
 
 import threading

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Scenes as trees, and trees as scenes: the library translates between their texts and graphs."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Socket types: one for each kind of object."""
 
 from typing import AbstractSet, Dict, List, Tuple, Type

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Meshes and places of the scene's objects, at its frames."""
 
 from dataclasses import dataclass, field

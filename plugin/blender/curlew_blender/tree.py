@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """From a node tree to a graph: reroutes, groups and muted nodes are followed, objects of the scene become files.
 
 Everything else is the library's: the order of the nodes, what is evaluated in each frame, and whether links fit.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Curlew: divergence-free vector noise, and what follows it, for Python.
 
     import curlew

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The shared library: where it is, what its functions are called with, and how their failures become exceptions."""
 
 import ctypes

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a session has made, as NumPy arrays, and the fields and flows that can be evaluated."""
 
 import ctypes

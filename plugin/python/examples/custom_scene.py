@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A scene of one's own: its flow is evaluated as arrays, its streamlines are read, and a picture is written."""
 
 import numpy as np

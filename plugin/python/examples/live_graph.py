@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A graph that is edited while its session stays open: only what depends on the edit is evaluated again."""
 
 import time

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Particles around a mesh that is only in memory: they follow the flow, frame by frame, and none gets into it."""
 
 import numpy as np

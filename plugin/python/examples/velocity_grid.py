@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A flow in a sphere, as a velocity grid that Blender, Houdini and others read: velocity.vdb."""
 
 import curlew

@@ -1,5 +1,7 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "../run/Figures.h"
 #include "Actions.h"
+#include "curlew/app/Version.h"
 #include "curlew/app/actions/Actions.h"
 #include "curlew/app/registry/Text.h"
 #include "curlew/base/Memory.h"
@@ -177,9 +179,11 @@ Registry programActions() {
                        .run = list});
     actions.push_back({.name = "version",
                        .group = kGroup,
-                       .summary = "the versions of this program and of OpenVDB, and the instruction set in use",
+                       .summary = "the versions of this program and of its libraries, and the instruction set in use",
                        .evaluation = Evaluation::effect,
-                       .run = [](Context& c, const Arguments&) { c.console().print(versionText()); }});
+                       .run = [](Context& c, const Arguments&) {
+                           c.console().print(fmt::format("{}\nbuilt with {}\n", versionLine(), kLibraries));
+                       }});
     actions.push_back(setting("quiet", "say nothing but errors from here on", [](Context& c, const Arguments&) {
         c.session().console.setVerbosity(Verbosity::quiet);
     }));

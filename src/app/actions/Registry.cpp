@@ -1,5 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "Actions.h"
-#include "curlew/base/Simd.h"
 
 namespace curlew::app {
 
@@ -15,11 +15,6 @@ const Registry& registry() {
         return actions;
     }();
     return all;
-}
-
-std::string versionText() {
-    return fmt::format("curlew {} (OpenVDB {}, {})\n", CURLEW_VERSION, openvdb::getLibraryVersionString(),
-                       nameOf(activeSimd()));
 }
 
 } // namespace curlew::app

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "ScatterDomain.h"
 
 #include "curlew/app/registry/Options.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "Actions.h"
 #include "SolidActions.h"
 #include "curlew/field/ShapeModels.h"

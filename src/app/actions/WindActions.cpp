@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "Actions.h"
 #include "FlowInSpace.h"
 #include "curlew/app/registry/Bind.h"

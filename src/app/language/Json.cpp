@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "Builder.h"
 #include "JsonValues.h"
 #include "curlew/app/language/Frames.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "Missing.h"
 
 #include "curlew/app/language/Graph.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "curlew/app/run/AnyField.h"
 
 #include "curlew/field/Algebra.h"

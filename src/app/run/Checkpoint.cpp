@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "Evaluator.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Memory.h"

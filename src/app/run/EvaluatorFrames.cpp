@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "Evaluator.h"
 #include "curlew/app/registry/InContext.h"
 

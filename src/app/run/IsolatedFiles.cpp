@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "curlew/app/run/IsolatedFiles.h"
 
 #include "curlew/picture/ImageFile.h"

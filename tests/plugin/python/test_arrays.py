@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Geometry in and out, and evaluation."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Graphs of nodes: results by name, incremental runs, errors that name nodes, and grids without copies."""
 
 import copy

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Points on loops: any frame without those before it, and `fade` for those whose tracks take too long."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "curlew/app/registry/Registry.h"
@@ -6,8 +7,5 @@ namespace curlew::app {
 
 /// All actions of Curlew, in the order in which help lists them.
 const Registry& registry();
-
-/// "curlew 0.1.0 (OpenVDB 10.0.1, AVX2)" and a line break.
-std::string versionText();
 
 } // namespace curlew::app
