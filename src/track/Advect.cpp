@@ -8,6 +8,7 @@
 #include "curlew/field/Dimensions.h"
 #include "curlew/field/ForEachBatch.h"
 #include "curlew/track/WallMotion.h"
+#include "curlew/track/WallVelocity.h"
 
 #include <fmt/format.h>
 
@@ -266,13 +267,52 @@ AdvectResult sample(const Flow& flow, const AdvectScales& scales, Points& partic
     return advectInOrder(flow, scales, particles, order, options, 0, monitor);
 }
 
-/// Adds that with which the particles have come from there in this time.
-void addVelocity(Points& p, const std::array<std::vector<double>, 3>& from, double time) {
-    for (size_t k = 0; k < p.size(); ++k) {
-        p.vx[k] += static_cast<float>((p.x[k] - from[0][k]) / time);
-        p.vy[k] += static_cast<float>((p.y[k] - from[1][k]) / time);
-        p.vz[k] += static_cast<float>((p.z[k] - from[2][k]) / time);
-    }
+/// Over which the motion of the wall is looked at where a way of this time ends: the last of `steps` of it.
+double lastWay(double time, int steps) {
+    constexpr double kShort = 0.01; // seconds, where there is no way
+    return time != 0 ? -time / steps : kShort;
+}
+
+/// A flow that changes, as it stands at a time.
+struct FlowAt {
+    double time;
+    Flow flow;
+};
+
+/// Of the layer: as far as a wall may be off the mean of what it was and what it will be.
+constexpr double kBent = 0.2;
+
+/// Takes the particles along with the wall from one time to another. A wall that changes its form goes from one
+/// distance to the other by their mean (WallMotion). If it is something else halfway, such as a thin limb that moves
+/// farther than it is thick, each half is followed apart. Returns how many points it ran over.
+size_t followWall(const FlowInTime& flow, const FlowAt& from, const FlowAt& to, Points& particles, int halvings,
+                  const Monitor& monitor) {
+    const auto &before = from.flow.domain().wall, &after = to.flow.domain().wall;
+    if (!before && !after) return 0;
+    const auto requireWall = [](bool there) {
+        if (!there) throw ValueError("the flow has a wall at some times and none at others");
+    };
+    requireWall(before && after);
+    const Box& box = from.flow.domain().box;
+    const WallMotion motion(*before, *after, box);
+    constexpr double kFar = 0.25; // of the layer
+    if (halvings == 0 || motion.way() <= kFar * before->width) return motion.carry(particles, monitor);
+    const double time = (from.time + to.time) / 2;
+    const FlowAt middle{time, flow.at(time)};
+    const auto& halfway = middle.flow.domain().wall;
+    requireWall(halfway.has_value());
+    if (offMean(*before, *halfway, *after, box) <= kBent * before->width) return motion.carry(particles, monitor);
+    const size_t overrun = followWall(flow, from, middle, particles, halvings - 1, monitor);
+    return overrun + followWall(flow, middle, to, particles, halvings - 1, monitor);
+}
+
+/// How often the halves of a step may be halved to follow the wall. Where its middle is off the mean by so much that a
+/// fourth of it, as of a parabola, is still too much.
+int halvingsFor(const FlowAt& before, const FlowAt& middle, const FlowAt& after) {
+    const auto &from = before.flow.domain().wall, &halfway = middle.flow.domain().wall, &to = after.flow.domain().wall;
+    const bool straight =
+        from && halfway && to && offMean(*from, *halfway, *to, before.flow.domain().box) <= 4 * kBent * from->width;
+    return straight ? 0 : 4;
 }
 
 } // namespace
@@ -290,41 +330,37 @@ AdvectResult detail::advectKnowing(const Flow& flow, const AdvectScales& scales,
 AdvectResult advect(const FlowInTime& flow, Points& particles, double begin, const AdvectOptions& options,
                     const Monitor& monitor) {
     if (!std::isfinite(begin)) throw ValueError("the time to begin at must be finite");
-    Flow before = flow.at(begin);
-    if (flow.steady()) return advect(before, particles, options, monitor);
-    validate(before, options);
-    const AdvectOptions accurate = withAccuracy(options, before.domain());
+    FlowAt before{begin, flow.at(begin)};
+    if (flow.steady()) return advect(before.flow, particles, options, monitor);
+    validate(before.flow, options);
+    const AdvectOptions accurate = withAccuracy(options, before.flow.domain());
     const Monitor unreported{.report = {}, .cancelled = monitor.cancelled};
-    const std::vector<uint32_t> order = orderFor(before, particles);
-    const AdvectScales scales = scalesOf(before, options);
+    const std::vector<uint32_t> order = orderFor(before.flow, particles);
+    const AdvectScales scales = scalesOf(before.flow, options);
     // Unless an accuracy is asked for, no more often than said: a wall that changes is costly to make.
     const auto [count, freezingError] = options.accuracy > 0
-                                            ? freezingOf(flow, before, begin, accurate, scales, monitor)
+                                            ? freezingOf(flow, before.flow, begin, accurate, scales, monitor)
                                             : Freezing{.moments = options.steps > 0 ? options.steps : kMoments};
     const AdvectOptions one = oneOf(count, accurate);
-    const auto wallOf = [](const Flow& f) { return f.domain().wall; };
     AdvectResult total;
-    std::array<std::vector<double>, 3> beforeLast; // where they are when the wall takes them along for the last time
-    const auto followed = [&](const Flow& from, const Flow& to) {
-        if (wallOf(from).has_value() != wallOf(to).has_value())
-            throw ValueError("the flow has a wall at some times and none at others");
-        if (!wallOf(from)) return;
-        total.overrun += WallMotion(*wallOf(from), *wallOf(to), from.domain().box).carry(particles, unreported);
+    const auto flowAt = [&](double part) {
+        const double time = begin + options.time * (part / count);
+        return FlowAt{time, flow.at(time)};
     };
     for (int k = 0; k < count; ++k) {
-        const Flow middle = flow.at(begin + one.time * (k + 0.5)), after = flow.at(begin + one.time * (k + 1));
-        followed(before, middle);
+        const FlowAt middle = flowAt(k + 0.5), after = flowAt(k + 1);
+        const int halvings = halvingsFor(before, middle, after);
+        total.overrun += followWall(flow, before, middle, particles, halvings, unreported);
         particles.f.clear(); // tracks of the step before
         particles.g.clear();
-        const AdvectResult step = advectInOrder(middle, scales, particles, order, one, options.time, unreported);
-        if (k == count - 1) beforeLast = {particles.x, particles.y, particles.z};
-        followed(middle, after);
-        total += step;
+        total += advectInOrder(middle.flow, scales, particles, order, one, options.time, unreported);
+        total.overrun += followWall(flow, middle, after, particles, halvings, unreported);
         before = after;
         if (monitor.report) monitor.report((k + 1.0) / count);
     }
-    const AdvectResult end = sample(before, scales, particles, order, options, unreported);
-    if (one.time != 0) addVelocity(particles, beforeLast, one.time / 2);
+    const AdvectResult end = sample(before.flow, scales, particles, order, options, unreported);
+    if (const auto wall = wallVelocity(flow, begin + options.time, lastWay(options.time, count)))
+        addWallVelocity(*wall, particles);
     total.moments = static_cast<size_t>(count);
     total.freezing = freezingError;
     total.points = end.points;

@@ -8,6 +8,7 @@
 #include "curlew/field/Formula.h"
 #include "curlew/flow/Flows.h"
 #include "curlew/math/Fade.h"
+#include "curlew/math/Rotation.h"
 
 #include <algorithm>
 
@@ -16,6 +17,8 @@ namespace curlew {
 using namespace detail;
 
 namespace {
+
+constexpr double kRounding = 1e-12; // of an angle
 
 /// Calls use(points) with batches of positions in and around the shape.
 template <class Use>
@@ -49,25 +52,7 @@ double greatestDifference(const Wall& from, const Wall& to, const Box& box, cons
     return greatest;
 }
 
-/// The angle of a rotation, in radians from 0 to pi, and its axis.
-std::pair<double, Vec3d> angleAndAxis(const Matrix3& R) {
-    const Vec3d w{{R[2][1] - R[1][2], R[0][2] - R[2][0], R[1][0] - R[0][1]}}; // 2 sin(angle) axis
-    const double sine = length(w), cosine = R[0][0] + R[1][1] + R[2][2] - 1;
-    const double angle = std::atan2(sine, cosine);
-    if (sine > 1e-6) return {angle, w * (1 / sine)};
-    if (cosine > 0) return {0, {{0, 0, 1}}};
-    // Half a turn: R + 1 is twice the axis times itself.
-    int most = 0;
-    for (int i = 1; i < 3; ++i)
-        if (R[i][i] > R[most][most]) most = i;
-    Vec3d axis = R[most];
-    axis[most] += 1;
-    return {angle, axis * (1 / length(axis))};
-}
-
-Vec3d turned(const Vec3d& v, const Vec3d& axis, double angle) { // Rodrigues
-    return v * std::cos(angle) + cross(axis, v) * std::sin(angle) + axis * (dot(axis, v) * (1 - std::cos(angle)));
-}
+Vec3d stay(const Vec3d& x) { return x; }
 
 /// So many steps that none is longer than a quarter of the wall's layer.
 int stepsFor(double way, const Wall& wall) {
@@ -99,14 +84,18 @@ WallMotion::WallMotion(const Wall& from, const Wall& to, const Box& box) : mFrom
     const Pose &before = from.sdf.pose, &after = to.sdf.pose;
     const bool posed = before.axes == after.axes && before.origin == after.origin;
     if (posed) {
-        mStill = greatestDifference(from, to, box, [](const Vec3d& x) { return x; }) == 0;
+        mWay = greatestDifference(from, to, box, stay);
+        mStill = mWay == 0;
         return;
     }
     mCentre = before.origin;
     mTranslation = after.origin - before.origin;
-    std::tie(mAngle, mAxis) = angleAndAxis(after.axes * transpose(before.axes));
+    const Vec3d rotation = rotationVector(after.axes * transpose(before.axes));
+    mAngle = length(rotation) > kRounding ? length(rotation) : 0;
+    mAxis = mAngle > 0 ? rotation * (1 / mAngle) : Vec3d{{0, 0, 1}};
     const auto moved = [&](const Vec3d& x) { return after.origin + turned(x - mCentre, mAxis, mAngle); };
     mRigid = greatestDifference(from, to, box, moved) <= 1e-6 * from.width;
+    if (!mRigid) mWay = greatestDifference(from, to, box, stay);
 }
 
 void WallMotion::carryRigidly(std::vector<Vec3d>& points, const Monitor& monitor) const {
@@ -147,8 +136,7 @@ void WallMotion::carryAlongNormals(std::vector<Vec3d>& points, const Monitor& mo
             v.set(i, squared > 0 ? d.gradient * (beta * (b.value - a.value) / squared) : Vec3d{});
         }
     };
-    const auto same = [](const Vec3d& x) { return x; };
-    const int steps = stepsFor(greatestDifference(mFrom, mTo, mBox, same), mFrom);
+    const int steps = stepsFor(mWay, mFrom);
     std::array<double, kBatch> dt;
     dt.fill(1.0 / steps);
     forEachBatch(
@@ -234,6 +222,35 @@ size_t WallMotion::carry(std::vector<Vec3d>& points, const Monitor& monitor) con
         overrun += !keptIn(before[k], placesOf(mTo, {points[k]}).front());
     }
     return overrun;
+}
+
+double offMean(const Wall& before, const Wall& middle, const Wall& after, const Box& box) {
+    double most = 0;
+    visitAround(before, box, [&](const PointBatch& points) {
+        JetBatch<double, 0> first, mean, last;
+        before.sdf.distance.eval(points, first);
+        middle.sdf.distance.eval(points, mean);
+        after.sdf.distance.eval(points, last);
+        for (int i = 0; i < points.size; ++i)
+            most = std::max(most, std::abs(mean[i].value - (first[i].value + last[i].value) / 2));
+    });
+    return most;
+}
+
+double partLost(const Wall& begin, const Wall& middle, const Wall& end, const Box& box) {
+    if (middle.sdf.reach > 0 || !(begin.sdf.reach > 0)) return 0;
+    size_t inside = 0, lost = 0;
+    visitAround(begin, box, [&](const PointBatch& points) {
+        JetBatch<double, 0> before, after;
+        begin.sdf.distance.eval(points, before);
+        end.sdf.distance.eval(points, after);
+        for (int i = 0; i < points.size; ++i) {
+            if (before[i].value >= 0) continue;
+            ++inside;
+            lost += after[i].value >= begin.sdf.reach;
+        }
+    });
+    return inside > 0 ? static_cast<double>(lost) / static_cast<double>(inside) : 0;
 }
 
 size_t WallMotion::carry(Points& p, const Monitor& monitor) const {

@@ -56,6 +56,21 @@ void compact(uint64_t active, PointBatch& points, Factors& factors, std::array<u
     }
 }
 
+/// Adds the velocity of the wall to that of a plane, and activates the voxels in the box that have one.
+void addWall(const FlowOnVoxels& sampled, bool whole, int plane, VelocityLeaf& leaf) {
+    const PointBatch points = centresOfPlane(leaf.origin(), plane, sampled.voxel);
+    VecBatch<double> w;
+    sampled.moving->eval(points, w);
+    openvdb::Vec3s* values = leaf.buffer().data() + plane * kBatch;
+    auto& active = leaf.getValueMask().getWord<uint64_t>(plane);
+    for (int i = 0; i < kBatch; ++i) {
+        const Vec3d added = w[i];
+        if (added == Vec3d{} || !(whole || sampled.flow.domain().box.contains(points[i]))) continue;
+        for (int axis = 0; axis < 3; ++axis) values[i][axis] += static_cast<float>(added[axis]);
+        active |= uint64_t{1} << i;
+    }
+}
+
 } // namespace
 
 void sampleCollocated(const FlowOnVoxels& sampled, VelocityLeaf& leaf) {
@@ -77,6 +92,8 @@ void sampleCollocated(const FlowOnVoxels& sampled, VelocityLeaf& leaf) {
             values[active == kAll ? i : voxel[i]] = {v.c[0][i], v.c[1][i], v.c[2][i]};
         leaf.getValueMask().getWord<uint64_t>(plane) = active;
     }
+    if (sampled.rests(leaf.origin())) return;
+    for (int plane = 0; plane < kLeafEdge; ++plane) addWall(sampled, whole, plane, leaf);
 }
 
 } // namespace curlew

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "WallFade.h"
-#include "curlew/flow/Flow.h"
+#include "curlew/track/WallVelocity.h"
 
 #include <openvdb/openvdb.h>
 
@@ -16,11 +16,13 @@ using VelocityLeaf = openvdb::Vec3STree::LeafNodeType;
 
 constexpr int kLeafEdge = VelocityLeaf::DIM;
 
-/// A flow on the voxels of a grid: the centre of voxel ijk is voxel * ijk. Refers to the flow and the fade.
+/// A flow on the voxels of a grid: the centre of voxel ijk is voxel * ijk. Refers to the flow, the fade, and how the
+/// wall moves (nullptr: not at all).
 struct FlowOnVoxels {
     const Flow& flow;
     double voxel;
     const WallFade& fade;
+    const WallVelocity* moving = nullptr;
 
     Vec3d centre(const openvdb::Coord& ijk) const { return {{ijk[0] * voxel, ijk[1] * voxel, ijk[2] * voxel}}; }
 
@@ -32,10 +34,19 @@ struct FlowOnVoxels {
     /// Whether nothing fades at the centres and corners of the voxels of a cube with that many voxels along an edge.
     bool isFar(const openvdb::Coord& origin, int edge = kLeafEdge) const {
         if (!fade.oneSided()) return true;
-        const double half = 0.5 * edge;
-        const Vec3d middle = centre(origin) + Vec3d{{1, 1, 1}} * ((half - 0.5) * voxel);
-        return fade.isFar(flow.domain().wall->sdf.distance.at<0>(middle).value, half * std::sqrt(3.0) * voxel);
+        const Vec3d middle = middleOf(origin, edge);
+        return fade.isFar(flow.domain().wall->sdf.distance.at<0>(middle).value, radiusOf(edge));
     }
+    /// Whether the wall takes nothing along there, at the faces of the voxels either.
+    bool rests(const openvdb::Coord& origin, int edge = kLeafEdge) const {
+        return !moving || moving->isFar(middleOf(origin, edge), radiusOf(edge));
+    }
+
+  private:
+    Vec3d middleOf(const openvdb::Coord& origin, int edge) const {
+        return centre(origin) + Vec3d{{1, 1, 1}} * ((0.5 * edge - 0.5) * voxel);
+    }
+    double radiusOf(int edge) const { return 0.5 * edge * std::sqrt(3.0) * voxel; }
 };
 
 /// Fills a leaf with velocities at the centres of its voxels.
@@ -69,20 +80,30 @@ class StaggeredBrick {
 
     using Values = std::array<double, kBatch>;
 
+    /// What has to be computed in a cube of voxels.
+    struct Parts {
+        bool fades; ///< The flow does, somewhere in it.
+        bool rests; ///< The wall takes nothing along.
+    };
+    Parts partsIn(const openvdb::Coord& origin, int edge) const {
+        return {!mSampled.isFar(origin, edge), mWallTerms.empty() || mSampled.rests(origin, edge)};
+    }
     Vec3d cornerOf(const openvdb::Coord& ijk) const;
     static size_t cornerAt(const openvdb::Coord& c) {
         return (static_cast<size_t>(c[0]) * kEdge + static_cast<size_t>(c[1])) * kEdge + static_cast<size_t>(c[2]);
     }
     void evaluateCornersOf(const openvdb::Coord& leaf);
-    void store(PointBatch& points, bool fades, const std::array<size_t, kBatch>& corner);
+    void store(PointBatch& points, const Parts& parts, const std::array<size_t, kBatch>& corner);
     template <class Use>
-    void evaluate(const PointBatch& points, bool fades, const Use& use) const;
+    void evaluate(const PointBatch& points, const Parts& parts, const Use& use) const;
     void integrate(const openvdb::Coord& leaf, Edges& edges) const;
+    void addPointValues(VelocityLeaf& leaf) const;
     void activate(VelocityLeaf& leaf) const;
 
     const FlowOnVoxels& mSampled;
     openvdb::Coord mOrigin;
-    std::vector<Term> mTerms;
+    std::vector<Flow::Potentials> mWallTerms; ///< Of a rigid wall that moves.
+    std::vector<Term> mTerms;                 ///< Those of the flow, and then those of its wall.
     std::bitset<kCount> mKnown;
 };
 

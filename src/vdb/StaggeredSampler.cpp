@@ -8,7 +8,10 @@ namespace curlew {
 using openvdb::Coord;
 
 StaggeredBrick::StaggeredBrick(const FlowOnVoxels& sampled, const Coord& origin)
-    : mSampled(sampled), mOrigin(origin), mTerms(sampled.flow.terms().size()) {
+    : mSampled(sampled),
+      mOrigin(origin),
+      mWallTerms(sampled.moving ? sampled.moving->terms() : std::vector<Flow::Potentials>{}),
+      mTerms(sampled.flow.terms().size() + mWallTerms.size()) {
     for (Term& t : mTerms) {
         t.f.resize(kCount);
         t.g.resize(kCount);
@@ -22,11 +25,11 @@ Vec3d StaggeredBrick::cornerOf(const Coord& ijk) const {
 }
 
 void StaggeredBrick::evaluateAll() {
-    const bool fades = !mSampled.isFar(mOrigin, kLeaves * kLeafEdge);
+    const Parts parts = partsIn(mOrigin, kLeaves * kLeafEdge);
     PointBatch points;
     size_t done = 0;
     const auto flush = [&] {
-        evaluate(points, fades, [&](size_t t, const Values& f, const Values& g) {
+        evaluate(points, parts, [&](size_t t, const Values& f, const Values& g) {
             std::copy_n(f.begin(), points.size, mTerms[t].f.begin() + static_cast<std::ptrdiff_t>(done));
             std::copy_n(g.begin(), points.size, mTerms[t].g.begin() + static_cast<std::ptrdiff_t>(done));
         });
@@ -61,13 +64,33 @@ void StaggeredBrick::sample(VelocityLeaf& leaf) {
             }
             for (size_t k = 0; k < kLeafEdge; ++k) *values++ = {v[0][k], v[1][k], v[2][k]};
         }
+    if (mSampled.moving && !mSampled.moving->rigid()) addPointValues(leaf);
     activate(leaf);
+}
+
+/// Adds the velocity of a wall that changes its form, which has no potentials, at the middles of the faces.
+void StaggeredBrick::addPointValues(VelocityLeaf& leaf) const {
+    if (mSampled.rests(leaf.origin())) return;
+    for (int axis = 0; axis < 3; ++axis)
+        for (int plane = 0; plane < kLeafEdge; ++plane) {
+            PointBatch points;
+            for (int j = 0; j < kLeafEdge; ++j)
+                for (int k = 0; k < kLeafEdge; ++k) {
+                    Vec3d p = mSampled.centre(leaf.origin().offsetBy(plane, j, k));
+                    p[axis] -= 0.5 * mSampled.voxel;
+                    points.push(p);
+                }
+            VecBatch<double> w;
+            mSampled.moving->eval(points, w);
+            openvdb::Vec3s* values = leaf.buffer().data() + plane * kBatch;
+            for (int i = 0; i < kBatch; ++i) values[i][axis] += static_cast<float>(w[i][axis]);
+        }
 }
 
 /// Computes the potentials at those corners of a leaf where they are not known yet.
 void StaggeredBrick::evaluateCornersOf(const Coord& leaf) {
     const Coord lower = leaf - mOrigin;
-    const bool fades = !mSampled.isFar(leaf);
+    const Parts parts = partsIn(leaf, kLeafEdge);
     PointBatch points;
     std::array<size_t, kBatch> corner;
     for (int i = 0; i <= kLeafEdge; ++i)
@@ -79,14 +102,14 @@ void StaggeredBrick::evaluateCornersOf(const Coord& leaf) {
                 mKnown[n] = true;
                 corner[static_cast<size_t>(points.size)] = n;
                 points.push(cornerOf(mOrigin + c));
-                if (points.full()) store(points, fades, corner);
+                if (points.full()) store(points, parts, corner);
             }
-    if (points.size > 0) store(points, fades, corner);
+    if (points.size > 0) store(points, parts, corner);
 }
 
 /// Evaluates the potentials at the points, stores them at their corners and empties the batch.
-void StaggeredBrick::store(PointBatch& points, bool fades, const std::array<size_t, kBatch>& corner) {
-    evaluate(points, fades, [&](size_t t, const Values& f, const Values& g) {
+void StaggeredBrick::store(PointBatch& points, const Parts& parts, const std::array<size_t, kBatch>& corner) {
+    evaluate(points, parts, [&](size_t t, const Values& f, const Values& g) {
         for (size_t n = 0; n < static_cast<size_t>(points.size); ++n) {
             mTerms[t].f[corner[n]] = f[n];
             mTerms[t].g[corner[n]] = g[n];
@@ -95,20 +118,27 @@ void StaggeredBrick::store(PointBatch& points, bool fades, const std::array<size
     points.size = 0;
 }
 
-/// Calls use(term, f, g) with the potentials of each term; f is faded beyond the wall.
+/// Calls use(term, f, g) with the potentials of each term; f of those of the flow is faded beyond the wall.
 template <class Use>
-void StaggeredBrick::evaluate(const PointBatch& points, bool fades, const Use& use) const {
+void StaggeredBrick::evaluate(const PointBatch& points, const Parts& parts, const Use& use) const {
     JetBatch<double, 0> d, f, g;
-    if (fades) {
+    if (parts.fades) {
         wallDistances(mSampled.flow.domain(), points, d);
         for (double& value : d.c[0]) value = mSampled.fade.at(value);
     }
-    for (size_t t = 0; t < mTerms.size(); ++t) {
-        mSampled.flow.terms()[t][0].eval(points, f);
-        mSampled.flow.terms()[t][1].eval(points, g);
-        if (fades)
+    const auto& terms = mSampled.flow.terms();
+    for (size_t t = 0; t < terms.size(); ++t) {
+        terms[t][0].eval(points, f);
+        terms[t][1].eval(points, g);
+        if (parts.fades)
             for (size_t n = 0; n < kBatch; ++n) f.c[0][n] *= d.c[0][n];
         use(t, f.c[0], g.c[0]);
+    }
+    for (size_t t = 0; t < mWallTerms.size(); ++t) {
+        f.c[0].fill(0);
+        if (!parts.rests) mWallTerms[t][0].eval(points, f);
+        mWallTerms[t][1].eval(points, g);
+        use(terms.size() + t, f.c[0], g.c[0]);
     }
 }
 

@@ -32,8 +32,18 @@ double voxelFor(const Flow& flow, const VelocityGridOptions& options) {
     return options.voxel > 0 ? options.voxel : std::max({size[0], size[1], size[2]}) / options.dim;
 }
 
+/// The distances from the wall at which voxels are active, widened by `margin`: where the flow is, or the wall takes
+/// something along.
+DistanceRange activeRange(const WallFade& fade, const std::optional<WallVelocity>& moving, double margin) {
+    DistanceRange range = fade.range(margin);
+    if (!moving) return range;
+    const DistanceRange moves = moving->range();
+    return {std::min(range.lower, moves.lower - margin), std::max(range.upper, moves.upper + margin)};
+}
+
 /// The origins of the leaves that may hold active voxels, in order.
-std::vector<Coord> leafOrigins(const Domain& domain, double voxel, const WallFade& fade) {
+std::vector<Coord> leafOrigins(const Domain& domain, double voxel, const WallFade& fade,
+                               const std::optional<WallVelocity>& moving) {
     const double bytes = sizeof(VelocityLeaf) + VelocityLeaf::SIZE * sizeof(openvdb::Vec3s) + 64;
     const auto fitting = static_cast<size_t>(static_cast<double>(availableMemory()) / (bytes + 3 * sizeof(Coord)));
     const Vec3d origin{{-0.5 * voxel, -0.5 * voxel, -0.5 * voxel}};
@@ -43,8 +53,10 @@ std::vector<Coord> leafOrigins(const Domain& domain, double voxel, const WallFad
     std::vector<Coord> origins;
     // The faces of a voxel reach to its corners, half a diagonal beyond its centre.
     Domain searched = domain;
-    if (domain.wall && domain.wall->side == Side::inside) searched.box = domain.box.padded(fade.range(voxel).upper);
-    for (const auto& cell : coveringCells(searched, origin, voxel * kLeafEdge, fade.range(0.9 * voxel), fitting))
+    if (domain.wall && domain.wall->side == Side::inside)
+        searched.box = domain.box.padded(activeRange(fade, moving, voxel).upper);
+    for (const auto& cell :
+         coveringCells(searched, origin, voxel * kLeafEdge, activeRange(fade, moving, 0.9 * voxel), fitting))
         origins.emplace_back(cell[0] * kLeafEdge, cell[1] * kLeafEdge, cell[2] * kLeafEdge);
     requireMemory(static_cast<double>(origins.size()) * bytes,
                   fmt::format("a velocity grid of up to {} voxels", origins.size() * VelocityLeaf::SIZE),
@@ -135,10 +147,11 @@ openvdb::Vec3SGrid::Ptr velocityGrid(const Flow& flow, const VelocityGridOptions
         for (auto leaf = mask->cbeginLeaf(); leaf; ++leaf) origins.push_back(leaf->origin());
     }
     const WallFade fade(sampled.domain(), voxel, options.wallFade);
-    if (!options.mask) origins = leafOrigins(flow.domain(), voxel, fade);
+    if (!options.mask) origins = leafOrigins(flow.domain(), voxel, fade, options.moving);
     requireVoxel(voxel);
 
-    const auto tree = filledTree(origins, {sampled, voxel, fade}, options.layout, mask.get(), monitor);
+    const auto tree = filledTree(origins, {sampled, voxel, fade, options.moving ? &*options.moving : nullptr},
+                                 options.layout, mask.get(), monitor);
     auto grid = openvdb::Vec3SGrid::create(tree);
     grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel));
     grid->setName("vel");

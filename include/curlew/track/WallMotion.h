@@ -25,6 +25,8 @@ class WallMotion {
 
     bool still() const { return mStill; } ///< Both are the same, as far as 1024 samples tell.
     bool rigid() const { return mRigid; }
+    /// The most that the distance from a wall changes that changes its form, world units; 0 for others.
+    double way() const { return mWay; }
 
     /// Moves the points. Points beyond the wall at the start stay where they are. Returns how many, not counting those,
     /// the wall left on its wrong side: it moved by more than its samples reach, and fewer or shorter steps may help.
@@ -38,8 +40,17 @@ class WallMotion {
     Wall mFrom, mTo;
     Box mBox;
     bool mStill = false, mRigid = false;
+    double mWay = 0;
     Vec3d mCentre, mTranslation, mAxis; ///< The rotation is about mAxis, a unit vector, through mCentre.
     double mAngle = 0;                  ///< Radians.
 };
+
+/// The most that the distance from a wall is off the mean of those before and after it, as far as 1024 samples tell.
+double offMean(const Wall& before, const Wall& middle, const Wall& after, const Box& box);
+
+/// How much of a wall, 0 to 1, moves so far that its distances do not tell the way: what was inside is in the end
+/// farther from the wall than its distance is known for. Walls whose form is known in between, which is not the mean of
+/// both ends (Sdf::reach), never do.
+double partLost(const Wall& begin, const Wall& middle, const Wall& end, const Box& box);
 
 } // namespace curlew

@@ -90,6 +90,18 @@ void warnOfCoarseVoxels(const Context& c, const Flow& flow, double voxel) {
                     wavelength, voxels, kRoundedDown * wavelength / kVoxelsPerWavelength, kVoxelsPerWavelength));
 }
 
+/// How the wall of the flow moves now: as it has come here from the frame before, or goes on from the first one.
+std::optional<WallVelocity> movingWall(const Context& c) {
+    const double frame = c.clock() && c.clock()->duration > 0 ? -c.clock()->duration : 1 / c.moment().fps;
+    return wallVelocity(c.flowInTime("flow"), c.moment().time, frame);
+}
+
+std::string motionOf(const std::optional<WallVelocity>& moving) {
+    if (!moving) return "";
+    return moving->rigid() ? ", with the motion of the wall"
+                           : ", with the motion of the wall, which changes its form: that part has a divergence";
+}
+
 void velocity(Context& c, const Arguments& a) {
     Flow flow = c.flow("flow");
     Domain domain = flow.domain();
@@ -100,12 +112,14 @@ void velocity(Context& c, const Arguments& a) {
                                       .dim = a.integer<int>("dim"),
                                       .layout = a.flag("staggered") ? Layout::staggered : Layout::collocated,
                                       .mask = c.has("mask") ? c.grid("mask").grid : nullptr,
-                                      .wallFade = a.real("skin")};
+                                      .wallFade = a.real("skin"),
+                                      .moving = movingWall(c)};
     const auto grid = velocityGrid(flow, options, c.follow("velocity"));
     if (grid->activeVoxelCount() == 0)
         throw ValueError("the grid has no active voxel: the domain is thinner than a voxel; choose smaller voxels");
     grid->setName(a.text("name"));
-    c.say(fmt::format("velocity: {} active voxels of {:.6g}", grid->activeVoxelCount(), grid->voxelSize()[0]));
+    c.say(fmt::format("velocity: {} active voxels of {:.6g}{}", grid->activeVoxelCount(), grid->voxelSize()[0],
+                      motionOf(options.moving)));
     warnOfCoarseVoxels(c, flow, grid->voxelSize()[0]);
     const auto give = [&](const openvdb::GridBase::Ptr& made) {
         made->setSaveFloatAsHalf(a.flag("half"));

@@ -11,6 +11,7 @@
 #include "curlew/track/Scatter.h"
 #include "curlew/track/Snap.h"
 #include "curlew/track/VolumeChange.h"
+#include "curlew/track/WallMotion.h"
 #include "curlew/vdb/SnapToLevelSet.h"
 
 #include <utility>
@@ -207,6 +208,22 @@ void reportVolumes(Context& c, const Arguments& a, const FlowInTime& flow, doubl
                           {"farthest", change.farthest}};
 }
 
+/// Warns, once, if the wall moves so far in this time that what it does on its way is not known.
+void warnOfLostWall(Context& c, const FlowInTime& flow, const Flow& first, double begin, double time) {
+    const auto& wall = first.domain().wall;
+    if (!wall || flow.steady() || time == 0 || c.memory().object) return;
+    const Flow middle = flow.at(begin + time / 2), end = flow.at(begin + time);
+    if (!middle.domain().wall || !end.domain().wall) return;
+    const double lost = partLost(*wall, *middle.domain().wall, *end.domain().wall, first.domain().box);
+    if (lost == 0) return;
+    c.memory().object = std::make_shared<bool>(true);
+    c.warn(
+        fmt::format("from {:.4g} to {:.4g} s {:.0f} % of the wall move farther than {:.3g}, to where its distance is "
+                    "known: points may end up on its other side. Give meshes whose faces stay the same from frame to "
+                    "frame, or more frames, or a wider layer (-bound width=)",
+                    begin, begin + time, 100 * lost, wall->sdf.reach));
+}
+
 void advectAction(Context& c, const Arguments& a) {
     if (a.given("loop")) return loopAction(c, a, advectBinding().read(a).reprojection);
     const FlowInTime flow = c.flowInTime("flow");
@@ -215,6 +232,7 @@ void advectAction(Context& c, const Arguments& a) {
     AdvectOptions options = advectOptions(c, a, first);
     const bool estimated = tableauOf(options.usedScheme()).embedded();
     prepareSum(c, a, first, options);
+    warnOfLostWall(c, flow, first, begin, options.time);
     PointSet set = c.takePoints("points");
     Points& particles = set.particles;
     const TrackedFlow tracked = c.tracked("flow");

@@ -48,6 +48,7 @@ struct BoxOfValue {
         return box.finite() ? std::optional(box) : std::nullopt;
     }
     std::optional<Box> operator()(const GridValue& value) const {
+        if (value.body && value.body->first->mesh) return boxOfBody(*value.body);
         if (value.mesh) return (*this)(value.mesh);
         if (value.grid->getGridClass() == openvdb::GRID_LEVEL_SET) return boundsOf(levelSetOf(value.grid));
         return boxOf(*value.grid);
@@ -65,6 +66,13 @@ struct BoxOfValue {
     std::optional<Box> operator()(const CurvesPointer& curves) const {
         Around around;
         for (size_t k = 0; k < curves->vertices(); ++k) around.add(curves->position(k));
+        return around.box();
+    }
+    static std::optional<Box> boxOfBody(const RigidBody& body) {
+        const Matrix3 turn = body.now.axes * transpose(body.home.axes);
+        Around around;
+        for (const auto& p : body.first->mesh->points)
+            around.add(turn * (worldOf(openvdb::Vec3d(p)) - body.home.origin) + body.now.origin);
         return around.box();
     }
     template <class Other>

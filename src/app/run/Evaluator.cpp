@@ -46,8 +46,9 @@ void Evaluator::analyse() {
         mAdvances[k] = mGraph.inFrames(k) && node.action().advances(node.arguments);
         for (const auto& links : node.inputs)
             for (const Link& link : links) {
-                // A field or flow may be evaluated again, at another time.
-                const bool again = node.action().evaluation == Evaluation::anyTime;
+                // A field or flow may be evaluated again, at another time, and so may a level set of a mesh.
+                const bool again = node.action().evaluation == Evaluation::anyTime ||
+                                   (mGraph.inFrames(k) && node.action().makesKind(Kind::levelSet));
                 size_t& last = mLastUse[link];
                 last = again || last == kWantedLater ? kWantedLater : k;
                 const bool state = link.from == Link::From::state && mGraph.inFrames(k);
@@ -103,14 +104,20 @@ Value Evaluator::value(const Link& link, const Moment& moment) {
     const ResultPointer result = resultAt(link.index, moment);
     if (!result || link.output >= result->outputs.size())
         throw ValueError(fmt::format("'{}' has not been made", app::nameOf(mGraph, link)));
-    return result->outputs[link.output];
+    return asBody(link, result->outputs[link.output]);
 }
 
 bool Evaluator::steady(const Link& link) const {
     return link.from != Link::From::node || !mVaries[link.index] || (mClock && !mGraph.inFrames(link.index));
 }
 
-Moment Evaluator::momentAt(double seconds) const { return mClock.value_or(FrameClock{}).moment(seconds); }
+Moment Evaluator::momentAt(double seconds) const {
+    const FrameClock clock = mClock.value_or(FrameClock{});
+    // What steps of a frame add up to is off by a rounding.
+    for (const double known : {clock.begin, clock.time})
+        if (std::abs(seconds - known) <= 1e-9 * clock.duration) seconds = known;
+    return clock.moment(seconds);
+}
 
 ResultPointer Evaluator::resultAt(size_t node, const Moment& moment) {
     const bool fixed = isNow(moment) || mAdvances[node] || steady({.index = node});
@@ -134,7 +141,8 @@ ResultPointer Evaluator::resultInFrame(size_t node, const FrameClock& clock) {
     return mClock && clock.frame == mClock->frame ? mResults[node] : resultAt(node, clock.moment());
 }
 
-/// Level sets that are read in each frame stand between that of the frame before and their own; other objects are those
+/// Meshes whose faces correspond to those of the frame before are on the way of their points. Level sets stand between
+/// that of the frame before and their own, which are made of such meshes on the way of those; other objects are those
 /// of the frame.
 Value Evaluator::betweenFrames(const Link& link, const Moment& moment) {
     const bool moves = mClock && !mAdvances[link.index] && !steady(link);
@@ -145,16 +153,23 @@ Value Evaluator::betweenFrames(const Link& link, const Moment& moment) {
         const auto& outputs = resultInFrame(link.index, at)->outputs;
         return link.output < outputs.size() ? outputs[link.output] : Value{};
     };
+    const double part = clock.duration > 0 ? std::clamp((moment.time - clock.begin) / clock.duration, 0.0, 1.0) : 1.0;
+    if (const auto body = bodyAt(link, clock, part)) {
+        GridValue grid = *body->first;
+        grid.body = body;
+        return grid;
+    }
     Value there = outputOf(clock);
+    if (std::holds_alternative<MeshPointer>(there))
+        if (const auto keys = meshKeys(link, clock)) return std::make_shared<const Mesh>(meshBetween(*keys, part));
     auto* grid = std::get_if<GridValue>(&there);
     if (!grid || grid->grid->getGridClass() != openvdb::GRID_LEVEL_SET || clock.duration == 0) return there;
-    const double part = std::clamp((moment.time - clock.begin) / clock.duration, 0.0, 1.0);
     if (part >= 1) return there;
-    FrameClock before = clock;
-    before.frame = static_cast<int>(std::round(clock.moment(clock.begin).frame));
-    before.time = clock.begin;
-    Value earlier = outputOf(before);
-    if (const auto* from = std::get_if<GridValue>(&earlier)) grid->earlier = std::make_shared<const GridValue>(*from);
+    Value earlier = outputOf(frameBefore(clock));
+    if (const auto* from = std::get_if<GridValue>(&earlier)) {
+        followWay(link, clock, *from, *grid);
+        grid->earlier = std::make_shared<const GridValue>(*from);
+    }
     grid->part = part;
     return there;
 }
@@ -236,8 +251,10 @@ void Evaluator::evaluate(size_t index, const std::string& place) {
     const auto began = Clock::now();
     inContextOf(place + contextOf(index), [&] {
         const Digest key = keyOf(index);
-        // What advances with the frames has a memory, which a known value would leave behind.
-        const bool advances = mClock && node.action().advances(node.arguments);
+        // What advances with the frames has a memory, which a known value would leave behind; and grids of velocities
+        // have that of the wall, for which meshes of other frames count.
+        const bool advances = mClock && (node.action().advances(node.arguments) ||
+                                         (mVaries[index] && node.action().makesKind(Kind::velocity)));
         const auto known = effect || advances ? mSession.mKnown.end() : mSession.mKnown.find(key);
         if (known != mSession.mKnown.end()) {
             mResults[index] = known->second;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "curlew/app/run/Context.h"
+#include "curlew/vdb/MeshMotion.h"
 
 #include <list>
 
@@ -71,6 +72,15 @@ class Evaluator {
     ResultPointer resultAt(size_t node, const Moment& moment);
     ResultPointer resultInFrame(size_t node, const FrameClock& clock);
     Value betweenFrames(const Link& link, const Moment& moment);
+    // Meshes whose faces correspond from frame to frame (EvaluatorMeshes.cpp).
+    FrameClock frameBefore(const FrameClock& clock) const { return mPlan->clock(clock.frame - mPlan->by); }
+    std::optional<Link> meshOf(const Link& levelSet) const;
+    MeshPointer meshIn(const Link& mesh, const FrameClock& clock);
+    std::optional<MeshKeys> meshKeys(const Link& mesh, const FrameClock& clock);
+    void followWay(const Link& levelSet, const FrameClock& clock, const GridValue& from, const GridValue& to);
+    const RigidFit* fitIn(const Link& mesh, const FrameClock& clock);
+    std::optional<RigidBody> bodyAt(const Link& levelSet, const FrameClock& clock, double part);
+    Value asBody(const Link& link, Value value);
     bool isNow(const Moment& moment) const { return moment.time == mNow.time && moment.frame == mNow.frame; }
     bool steady(const Link& link) const;
     Moment momentAt(double seconds) const;
@@ -98,6 +108,8 @@ class Evaluator {
     std::vector<bool> mNeeded;
     std::map<Link, size_t> mLastUse; ///< The last node that an object is an input of; beyond all: it is wanted later.
     std::list<Remembered> mRemembered;
+    std::map<Link, std::shared_ptr<const GridValue>> mFirstForms; ///< Of rigid bodies, by their level sets.
+    std::map<std::pair<Link, int>, RigidFit> mFits;               ///< Of meshes to their first frame, by frame.
     std::vector<Timing> mTimings;
 };
 

@@ -2,6 +2,8 @@
 #include "Evaluator.h"
 #include "curlew/app/registry/InContext.h"
 
+#include <algorithm>
+
 namespace curlew::app {
 
 // What is evaluated once for each frame, and what goes on from one to the next.
@@ -21,7 +23,20 @@ void Evaluator::beginFrame(const FrameClock& clock) {
 
 /// What is read in each frame is wanted once more, as that of the frame before.
 void Evaluator::keepForNextFrame() {
+    // Meshes of the frames around, which took time to read, are wanted again: of the first one, the last two and the
+    // next. So are level sets of the last two.
     std::list<Remembered> kept;
+    for (Remembered& one : mRemembered) {
+        const auto& made = one.result->outputs;
+        const bool mesh = std::any_of(made.begin(), made.end(),
+                                      [](const Value& v) { return std::holds_alternative<MeshPointer>(v); });
+        const bool levelSet = std::any_of(made.begin(), made.end(), [](const Value& v) {
+            const auto* grid = std::get_if<GridValue>(&v);
+            return grid && grid->mesh;
+        });
+        const bool wanted = mesh ? one.time == 0 || one.time >= mClock->begin : levelSet && one.time == mClock->begin;
+        if (wanted) kept.push_back(std::move(one));
+    }
     for (size_t k = mGraph.frames; k < mGraph.nodes.size(); ++k) {
         const Evaluation evaluation = mGraph.nodes[k].action().evaluation;
         const bool whole = evaluation == Evaluation::file || evaluation == Evaluation::value;

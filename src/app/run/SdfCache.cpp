@@ -2,12 +2,17 @@
 #include "SdfCache.h"
 
 #include "curlew/field/Algebra.h"
+#include "curlew/field/RigidMotion.h"
 
 #include <algorithm>
 
 namespace curlew::app {
 
 namespace {
+
+/// How far the points of a mesh that changes its form may be off its level set between frames: of the distance that is
+/// asked for, which is the width of a layer; and at least, where the body is thin, voxels.
+constexpr double kWayTolerance = 0.2, kLeastTolerance = 0.5;
 
 /// The surface on its way from one to the other.
 Sdf between(const Sdf& from, const Sdf& to, double part) {
@@ -42,9 +47,48 @@ const SdfCache::Entry& SdfCache::entry(const GridValue& value, double distance, 
 }
 
 Sdf SdfCache::sdf(const GridValue& value, double distance, const Console& console) {
+    if (value.body) {
+        const Entry& first = entry(*value.body->first, distance, console);
+        Sdf sdf = inPose(first.sdf, value.body->home, value.body->now);
+        if (const auto box = boxOf(Value(value))) sdf.bounds = box->padded(first.levelSet.voxelSize());
+        return sdf;
+    }
     if (!value.earlier || value.part >= 1) return entry(value, distance, console).sdf;
+    if (Way* way = wayTo(value)) return known(*way, distance, console).at(value.part);
     const Sdf from = entry(*value.earlier, distance, console).sdf;
     return between(from, entry(value, distance, console).sdf, value.part);
+}
+
+void SdfCache::setWay(const GridValue* before, const GridValue& from, const GridValue& to, const MeshKeys& meshes) {
+    if (std::any_of(mWays.begin(), mWays.end(),
+                    [&](const Way& way) { return way.from.grid == from.grid && way.to.grid == to.grid; }))
+        return;
+    if (mWays.size() == kMostWays) mWays.pop_front();
+    mWays.push_back({before ? std::optional(*before) : std::nullopt, from, to, meshes});
+}
+
+SdfCache::Way* SdfCache::wayTo(const GridValue& value) {
+    const auto way = std::find_if(mWays.begin(), mWays.end(), [&](const Way& one) {
+        return one.from.grid == value.earlier->grid && one.to.grid == value.grid;
+    });
+    return way != mWays.end() ? &*way : nullptr;
+}
+
+const LevelSetWay& SdfCache::known(Way& way, double distance, const Console& console) {
+    for (const auto& [reached, known] : way.known)
+        if (reached == distance) return known;
+    const auto wide = [&](const GridValue& value) { return entry(value, distance, console).levelSet; };
+    const LevelSet from = wide(way.from), to = wide(way.to);
+    const auto before = way.before ? std::optional(wide(*way.before)) : std::nullopt;
+    const double voxel = std::max(from.voxelSize(), to.voxelSize());
+    const double least = kLeastTolerance * voxel;
+    const LevelSetWay made(before, from, to, way.meshes,
+                           {.tolerance = std::max(kWayTolerance * distance, least), .leastTolerance = least},
+                           console.follow("level sets between frames"));
+    console.detail(
+        fmt::format("level set '{}': {} more between two frames; points of the mesh are within {:.2g} voxels",
+                    way.to.grid->getName(), made.levelSetsBetween(), made.error() / voxel));
+    return way.known.emplace_back(distance, made).second;
 }
 
 LevelSet SdfCache::levelSet(const GridValue& value, double distance, const Console& console) {

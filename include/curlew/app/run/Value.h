@@ -24,6 +24,15 @@ struct FieldValue {
     std::string program = {};          ///< What made it, as text; filled in after the action has run.
 };
 
+struct GridValue;
+
+/// A level set of a body that moves without changing its form: as it was made in the first frame, and where that is
+/// now.
+struct RigidBody {
+    std::shared_ptr<const GridValue> first;
+    Pose home = {}, now = {};
+};
+
 struct GridValue {
     openvdb::GridBase::ConstPtr grid;
     std::shared_ptr<const Mesh> mesh = {}; ///< If the grid is a level set of one.
@@ -31,6 +40,8 @@ struct GridValue {
     /// one.
     std::shared_ptr<const GridValue> earlier = {};
     double part = 1;
+    /// What stands for the grid as a distance, if it is a level set of a mesh that moves as a rigid body.
+    std::optional<RigidBody> body = {};
 };
 
 /// The flow that points carry the track of (their f and g).

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "curlew/field/RigidMotion.h"
+
+#include "MapModels.h"
+#include "curlew/math/Rotation.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace curlew {
+
+Sdf inPose(const Sdf& sdf, const Pose& home, const Pose& now) {
+    const Matrix3 turn = now.axes * transpose(home.axes);
+    const Vec3d origin = now.origin - turn * home.origin;
+    Sdf moved = sdf;
+    moved.distance = ScalarField(detail::Affine<3, 3>{sdf.distance, transpose(turn), origin});
+    moved.pose = now;
+    if (!sdf.bounds.finite()) return moved;
+    const Vec3d centre = turn * sdf.bounds.center() + origin, half = sdf.bounds.size() * 0.5;
+    Vec3d reach;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) reach[i] += std::abs(turn[i][j]) * half[j];
+    moved.bounds = {centre - reach, centre + reach};
+    return moved;
+}
+
+namespace {
+
+/// The basis of a cubic Hermite curve on [0, 1]: values at the ends, and slopes there.
+struct Hermite {
+    double from, fromSlope, to, toSlope;
+    explicit Hermite(double s)
+        : from((1 + 2 * s) * (1 - s) * (1 - s)),
+          fromSlope(s * (1 - s) * (1 - s)),
+          to(s * s * (3 - 2 * s)),
+          toSlope(s * s * (s - 1)) {}
+};
+
+/// What a frame before and a frame after an end make of its slope: 1/2 (after - before); or beside an end of the
+/// sequence (4 next - afterNext) / 2, all relative to the end; or the straight way.
+Vec3d slope(const std::optional<Vec3d>& behind, const Vec3d& ahead, const std::optional<Vec3d>& farAhead) {
+    if (behind) return (ahead - *behind) * 0.5;
+    if (farAhead) return (ahead * 4.0 - *farAhead) * 0.5;
+    return ahead;
+}
+
+/// The derivative of the rotation vector at φ of a body that turns by ω in its own axes: the inverse of the right
+/// Jacobian (Chirikjian, "Stochastic Models, Information Theory, and Lie Groups", vol. 2, 10.86).
+Vec3d rateOfVector(const Vec3d& phi, const Vec3d& omega) {
+    const double angle = length(phi);
+    const double factor = angle < 1e-3 ? 1.0 / 12 + angle * angle / 720
+                                       : 1 / (angle * angle) - (1 + std::cos(angle)) / (2 * angle * std::sin(angle));
+    return omega + cross(phi, omega) * 0.5 + cross(phi, cross(phi, omega)) * factor;
+}
+
+Vec3d turnOf(const Pose& from, const Pose& to) { return rotationVector(transpose(from.axes) * to.axes); }
+
+template <class Of>
+std::optional<Vec3d> ifKnown(const std::optional<Pose>& pose, const Of& of) {
+    return pose ? std::optional(of(*pose)) : std::nullopt;
+}
+
+} // namespace
+
+Pose poseBetween(const PoseKeys& keys, double part) {
+    if (part <= 0) return keys.from;
+    if (part >= 1) return keys.to;
+    const Hermite h(part);
+    const auto wayFrom = [&](const Pose& p) { return p.origin - keys.from.origin; };
+    const auto wayTo = [&](const Pose& p) { return p.origin - keys.to.origin; };
+    const Vec3d way = wayFrom(keys.to);
+    const Vec3d leaving = slope(ifKnown(keys.before, wayFrom), way, ifKnown(keys.after, wayFrom));
+    const Vec3d arriving = -1.0 * slope(ifKnown(keys.after, wayTo), -1.0 * way, ifKnown(keys.before, wayTo));
+    const auto turnFrom = [&](const Pose& p) { return turnOf(keys.from, p); };
+    const auto turnTo = [&](const Pose& p) { return turnOf(keys.to, p); };
+    const Vec3d turn = turnFrom(keys.to);
+    const Vec3d spin = slope(ifKnown(keys.before, turnFrom), turn, ifKnown(keys.after, turnFrom));
+    const Vec3d spinTo = -1.0 * slope(ifKnown(keys.after, turnTo), -1.0 * turn, ifKnown(keys.before, turnTo));
+    const Vec3d phi = spin * h.fromSlope + turn * h.to + rateOfVector(turn, spinTo) * h.toSlope;
+    return {keys.from.axes * rotationBy(phi),
+            keys.from.origin + leaving * h.fromSlope + way * h.to + arriving * h.toSlope};
+}
+
+std::array<double, 4> hermiteWeights(bool before, bool after, double part) {
+    const Hermite h(part);
+    std::array<double, 4> w{0, h.from, h.to, 0};
+    const auto add = [&](double factor, const std::array<double, 4>& slope) {
+        for (size_t k = 0; k < 4; ++k) w[k] += factor * slope[k];
+    };
+    const std::array<double, 4> straight{0, -1, 1, 0};
+    add(h.fromSlope, before ? std::array{-0.5, 0.0, 0.5, 0.0} : after ? std::array{0.0, -1.5, 2.0, -0.5} : straight);
+    add(h.toSlope, after ? std::array{0.0, -0.5, 0.0, 0.5} : before ? std::array{0.5, -2.0, 1.5, 0.0} : straight);
+    return w;
+}
+
+} // namespace curlew

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "curlew/track/WallVelocity.h"
+
+#include "curlew/base/Error.h"
+#include "curlew/field/Algebra.h"
+#include "curlew/field/ForEachBatch.h"
+#include "curlew/field/Formula.h"
+#include "curlew/flow/Flows.h"
+#include "curlew/math/Fade.h"
+#include "curlew/math/Rotation.h"
+#include "curlew/track/WallMotion.h"
+
+#include <utility>
+
+namespace curlew {
+
+namespace {
+
+/// Of the way, over which the pose of a rigid wall is differentiated: the error of the differences and that of rounding
+/// are both far below that of float.
+constexpr double kRigidStep = 0.01;
+
+/// d f/dt at the first of three equidistant moments.
+template <class T>
+T derivative(const T& now, const T& next, const T& afterNext, double step) {
+    return (next * 4.0 - afterNext - now * 3.0) * (1 / (2 * step));
+}
+
+/// 1 − α as a function of the distance: 1 at the wall, 0 beyond its layer.
+struct Share {
+    Side side;
+    double width;
+
+    Univariate<double> at(double distance) const {
+        // In a body that moves as a whole, all moves with it.
+        const double sign = side == Side::outside || distance > 0 ? 1 : -1, rate = sign / width;
+        const Univariate<double> fade = quinticFade(distance * rate);
+        return {1 - fade.value, -fade.first * rate, -fade.second * rate * rate, -fade.third * rate * rate * rate};
+    }
+};
+
+struct ShareField {
+    static constexpr int kDimension = 3;
+    ScalarField distance;
+    Share share;
+
+    template <int Order, class T>
+    void evalBatch(const PointBatch& points, JetBatch<T, Order>& jets) const {
+        distance.eval(points, jets);
+        for (int i = 0; i < points.size; ++i) {
+            const auto d = jets[i];
+            const Univariate<double> s = share.at(static_cast<double>(d.value));
+            jets.set(i, compose(d, Univariate<T>{static_cast<T>(s.value), static_cast<T>(s.first),
+                                                 static_cast<T>(s.second), static_cast<T>(s.third)}));
+        }
+    }
+    Range range() const { return {0, 1}; }
+};
+
+/// Unit vectors u and v with u × v along the direction.
+std::pair<Vec3d, Vec3d> across(const Vec3d& direction) {
+    const Flow uniform = uniformFlow(direction);
+    const Vec3d u = uniform.f().at<1>({}).gradient, v = uniform.g().at<1>({}).gradient;
+    return {u * (1 / length(u)), v};
+}
+
+} // namespace
+
+WallVelocity::WallVelocity(const Wall& now, const Wall& next, const Wall& afterNext, double step, const Box& box)
+    : mWall(now), mStep(step) {
+    if (!std::isfinite(step) || step == 0) throw ValueError("the step must be finite and not zero");
+    const WallMotion motion(now, afterNext, box);
+    mStill = motion.still() && WallMotion(now, next, box).still();
+    mRigid = motion.rigid() && WallMotion(now, next, box).rigid();
+    if (mStill) return;
+    if (!mRigid) {
+        mLater = std::pair(next, afterNext);
+        return;
+    }
+    differentiatePoses(now.sdf.pose, next.sdf.pose, afterNext.sdf.pose);
+    const ScalarField share{ShareField{now.sdf.distance, {now.side, now.width}}};
+    const double speed = length(mTranslation), turning = length(mRotation);
+    if (speed > 0) {
+        const auto [u, v] = across(mTranslation);
+        mTerms.push_back({share * rampField(u * speed, -speed * dot(u, mCentre)), rampField(v)});
+    }
+    if (turning > 0) {
+        const Vec3d axis = mRotation * (1 / turning);
+        const auto a = formulaField([c = mCentre, n = axis, factor = -turning / 2](const auto& x, const auto& k) {
+            const auto y = x - std::remove_cvref_t<decltype(x)>{{k(c[0]), k(c[1]), k(c[2])}};
+            const auto along = y[0] * k(n[0]) + y[1] * k(n[1]) + y[2] * k(n[2]);
+            return (dot(y, y) - along * along) * k(factor);
+        });
+        mTerms.push_back({share * a, rampField(axis, -dot(axis, mCentre))});
+    }
+    if (!mTerms.empty()) mSum.emplace(mTerms, Domain{});
+}
+
+void WallVelocity::differentiatePoses(const Pose& now, const Pose& next, const Pose& afterNext) {
+    const auto turn = [&](const Pose& later) { return rotationVector(later.axes * transpose(now.axes)); };
+    mCentre = now.origin;
+    mTranslation = derivative(now.origin, next.origin, afterNext.origin, mStep);
+    mRotation = derivative(Vec3d{}, turn(next), turn(afterNext), mStep);
+    // What rounding leaves of a part that is not there.
+    const double size = length(mCentre) + mWall.width, noise = 1e-14 / std::abs(mStep);
+    if (length(mTranslation) <= noise * size) mTranslation = {};
+    if (length(mRotation) <= noise) mRotation = {};
+}
+
+void WallVelocity::eval(const PointBatch& points, VecBatch<double>& velocity) const {
+    for (auto& axis : velocity.c) axis.fill(0);
+    if (mStill) return;
+    if (mRigid) {
+        if (mSum) mSum->velocity(points, velocity);
+        return;
+    }
+    JetBatch<double, 1> now;
+    JetBatch<double, 0> next, afterNext;
+    mWall.sdf.distance.eval(points, now);
+    mLater->first.sdf.distance.eval(points, next);
+    mLater->second.sdf.distance.eval(points, afterNext);
+    const Share share{Side::both, mWall.width};
+    for (int i = 0; i < points.size; ++i) {
+        const auto d = now[i];
+        const double squared = dot(d.gradient, d.gradient);
+        const double change = derivative(d.value, next[i].value, afterNext[i].value, mStep);
+        if (squared > 0) velocity.set(i, d.gradient * (-share.at(d.value).value * change / squared));
+    }
+}
+
+DistanceRange WallVelocity::range() const {
+    if (mStill) return {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+    DistanceRange range{-mWall.width, mWall.width};
+    if (mRigid && mWall.side == Side::outside) range.lower = -std::numeric_limits<double>::infinity();
+    return range;
+}
+
+bool WallVelocity::isFar(const Vec3d& position, double radius) const {
+    const DistanceRange moves = range();
+    const double d = mWall.sdf.distance.at<0>(position).value, reach = mWall.sdf.steepness * radius;
+    return d - reach >= moves.upper || d + reach <= moves.lower;
+}
+
+std::optional<WallVelocity> wallVelocity(const FlowInTime& flow, double time, double way) {
+    if (flow.steady()) return {};
+    const Domain now = flow.at(time).domain();
+    if (!now.wall) return {};
+    const auto over = [&](double step) -> std::optional<WallVelocity> {
+        const Domain next = flow.at(time + step).domain(), afterNext = flow.at(time + 2 * step).domain();
+        if (!next.wall || !afterNext.wall) return {};
+        return WallVelocity(*now.wall, *next.wall, *afterNext.wall, step, now.box);
+    };
+    auto wall = over(way / 2);
+    if (!wall || wall->still()) return {};
+    return wall->rigid() ? over(kRigidStep * way) : wall;
+}
+
+void addWallVelocity(const WallVelocity& wall, Points& particles) {
+    Points& p = particles;
+    for (auto* array : {&p.vx, &p.vy, &p.vz}) array->resize(p.size());
+    forEachBatch(PointsBy{p.size(), [&](size_t k) { return p.position(k); }},
+                 [&](const PointBatch& points, size_t begin) {
+                     VecBatch<double> w;
+                     wall.eval(points, w);
+                     for (int i = 0; i < points.size; ++i) {
+                         const size_t k = begin + static_cast<size_t>(i);
+                         p.vx[k] += static_cast<float>(w[i][0]);
+                         p.vy[k] += static_cast<float>(w[i][1]);
+                         p.vz[k] += static_cast<float>(w[i][2]);
+                     }
+                 });
+}
+
+} // namespace curlew

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "curlew/field/RigidMotion.h"
+#include "curlew/math/Rotation.h"
+#include "support/Points.h"
+
+#include <numbers>
+
+using namespace curlew;
+using namespace curlew::test;
+
+namespace {
+
+/// A body that goes round the z axis through (1, 0, 0), and turns about an axis of its own, at a constant pace.
+Pose roundabout(double t) {
+    const Matrix3 turn = rotationBy({{0, 0, t}});
+    return {turn * rotationBy({{0.3, -0.2, 0.5}}), turn * Vec3d{{1, 0, 0}}};
+}
+
+/// A motion without constant anything.
+Pose tumbling(double t) {
+    return {rotationBy({{t + 0.2 * t * t, 0.5 * std::sin(t), -0.4 * t}}), {{std::sin(2 * t), t * t, std::cos(t)}}};
+}
+
+PoseKeys keysOf(Pose (*at)(double), double from, double step) {
+    return {.before = at(from - step), .from = at(from), .to = at(from + step), .after = at(from + 2 * step)};
+}
+
+double apart(const Pose& a, const Pose& b) {
+    return length(a.origin - b.origin) + length(rotationVector(a.axes * transpose(b.axes)));
+}
+
+} // namespace
+
+TEST_CASE("a rotation is the exponential of its rotation vector", "[field]") {
+    for (uint64_t k = 0; k < 300; ++k) {
+        Vec3d w = randomPoint(cube(1), 4, k);
+        w *= std::numbers::pi * (k % 3 == 0 ? 1e-9 : k % 3 == 1 ? 0.3 : 0.999) / length(w);
+        CHECK(length(rotationVector(rotationBy(w)) - w) < 1e-9 * length(w) + 1e-16);
+        CHECK(length(rotationBy(w) * w - w) < 2e-15 * length(w)); // a few roundings of three products and their sum
+    }
+    CHECK(rotationVector(Matrix3{}) == Vec3d{});
+    const Vec3d half{{0, std::numbers::pi, 0}};
+    CHECK(std::abs(std::abs(rotationVector(rotationBy(half))[1]) - std::numbers::pi) < 1e-7);
+}
+
+TEST_CASE("a shape in another pose is where its points have gone", "[field]") {
+    const Sdf box = boxSdf({{1.2, 0.8, 0.6}}, 0.25);
+    const Pose home{.axes = {}, .origin = {{0.1, 0.2, 0}}}, now = tumbling(0.7);
+    const Sdf moved = inPose(box, home, now);
+    CHECK(moved.pose.origin == now.origin);
+    for (const Vec3d& p : randomPoints(cube(1), 200, 2)) {
+        const Vec3d there = now.axes * (p - home.origin) + now.origin;
+        CHECK(std::abs(moved.distance.at<0>(there).value - box.distance.at<0>(p).value) < 1e-12);
+        if (box.distance.at<0>(p).value < 0) CHECK(moved.bounds.contains(there));
+    }
+}
+
+TEST_CASE("a body that turns uniformly does so between frames", "[field]") {
+    const double step = 0.3;
+    for (const bool before : {true, false})
+        for (const bool after : {true, false}) {
+            PoseKeys keys = keysOf(roundabout, 0.4, step);
+            if (!before) keys.before.reset();
+            if (!after) keys.after.reset();
+            for (const double part : {0.0, 0.2, 0.5, 0.9, 1.0}) {
+                const Pose found = poseBetween(keys, part), exact = roundabout(0.4 + part * step);
+                CAPTURE(before, after, part);
+                CHECK(length(rotationVector(found.axes * transpose(exact.axes))) < 1e-12);
+                // Its origin is on a cubic, or on the chord.
+                CHECK(length(found.origin - exact.origin) < (before || after ? 2e-3 : 0.012));
+            }
+        }
+}
+
+TEST_CASE("between frames a motion is met to third order, and its velocity has no jump", "[field]") {
+    const auto errorAt = [](double step) {
+        return apart(poseBetween(keysOf(tumbling, 0.3, step), 0.4), tumbling(0.3 + 0.4 * step));
+    };
+    const double coarse = errorAt(0.1), fine = errorAt(0.05);
+    CAPTURE(coarse, fine);
+    CHECK(fine < 1e-3);
+    CHECK(std::log2(coarse / fine) > 2.7);
+    // The velocity at a frame, seen from both sides.
+    const double step = 0.3, h = 1e-5;
+    const PoseKeys left = keysOf(tumbling, 0.3, step), right = keysOf(tumbling, 0.3 + step, step);
+    const Pose here = tumbling(0.3 + step), before = poseBetween(left, 1 - h), after = poseBetween(right, h);
+    CHECK(length((here.origin - before.origin) - (after.origin - here.origin)) < 20 * h * h);
+    const Vec3d arrives = rotationVector(here.axes * transpose(before.axes)),
+                leaves = rotationVector(after.axes * transpose(here.axes));
+    CHECK(length(arrives) > 1e-6);
+    CHECK(length(arrives - leaves) < 20 * h * h);
+}
+
+TEST_CASE("the weights of the frames are those of a cubic", "[field]") {
+    for (const bool before : {true, false})
+        for (const bool after : {true, false}) {
+            const int degree =
+                before || after ? 2 : 1; // what they reproduce; with both frames a cubic's third needs more
+            for (const double part : {0.0, 0.3, 0.5, 1.0}) {
+                const auto w = hermiteWeights(before, after, part);
+                if (!before) CHECK(w[0] == 0);
+                if (!after) CHECK(w[3] == 0);
+                for (int n = 0; n <= degree; ++n) {
+                    double sum = 0;
+                    for (size_t k = 0; k < 4; ++k) sum += w[k] * std::pow(static_cast<double>(k) - 1, n);
+                    CHECK(sum == Approx(std::pow(part, n)).margin(1e-14));
+                }
+            }
+        }
+}

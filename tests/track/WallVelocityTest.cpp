@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "curlew/base/Error.h"
+#include "curlew/field/Algebra.h"
+#include "curlew/math/Percentile.h"
+#include "curlew/track/Advect.h"
+#include "curlew/track/WallMotion.h"
+#include "curlew/track/WallVelocity.h"
+#include "support/FlowChecks.h"
+#include "support/MovingPoints.h"
+#include "support/Points.h"
+
+#include <numbers>
+
+using namespace curlew;
+using namespace curlew::test;
+
+namespace {
+
+constexpr double kWidth = 0.3, kStep = 4e-4;
+
+/// A rounded box that is carried and turned, uniformly.
+struct Motion {
+    Vec3d velocity{{1, -0.5, 0.3}}, turning{{0, 0, 40}}; ///< Degrees per second about z.
+
+    Wall at(double t, Side side = Side::outside) const {
+        const Placement place{.offset = velocity * t, .rotate = turning * t};
+        return {.sdf = placed(boxSdf({{1.2, 0.8, 0.6}}, 0.25), place), .side = side, .width = kWidth};
+    }
+    Vec3d velocityOf(const Vec3d& x, double t) const {
+        const Vec3d omega = turning * (std::numbers::pi / 180);
+        return velocity + cross(omega, x - velocity * t);
+    }
+    WallVelocity wallVelocity(double t, Side side = Side::outside) const {
+        return {at(t, side), at(t + kStep, side), at(t + 2 * kStep, side), kStep, cube(1.5)};
+    }
+};
+
+Vec3d velocityAt(const WallVelocity& wall, const Vec3d& p) {
+    PointBatch points;
+    points.push(p);
+    VecBatch<double> w;
+    wall.eval(points, w);
+    return w[0];
+}
+
+Vec3d velocityOf(const Points& p, size_t k) {
+    return {{static_cast<double>(p.vx[k]), static_cast<double>(p.vy[k]), static_cast<double>(p.vz[k])}};
+}
+
+} // namespace
+
+TEST_CASE("at a rigid wall the air has the wall's velocity, and beyond its layer none", "[track]") {
+    const Motion motion;
+    const auto side = GENERATE(Side::outside, Side::inside, Side::both);
+    const double t = 0.7;
+    const WallVelocity wall = motion.wallVelocity(t, side);
+    REQUIRE(wall.rigid());
+    CHECK(wall.terms().size() == 2);
+    const ScalarField d = motion.at(t).sdf.distance;
+    size_t atWall = 0, inBody = 0, far = 0;
+    for (const Vec3d& p : randomPoints(cube(2), 4000, 1)) {
+        const double distance = d.at<0>(p).value;
+        const Vec3d w = velocityAt(wall, p), rigid = motion.velocityOf(p, t);
+        if (std::abs(distance) < 0.1) { // the nearest point of the wall, where no share of it is missing
+            ++atWall;
+            const Vec3d foot = p - d.at<1>(p).gradient * distance, there = motion.velocityOf(foot, t);
+            REQUIRE(std::abs(d.at<0>(foot).value) < 1e-12);
+            CHECK(length(velocityAt(wall, foot) - there) < 1e-6 * length(there));
+        }
+        if (distance < 0 && side == Side::outside) {
+            ++inBody;
+            CHECK(length(w - rigid) < 1e-6 * length(rigid)); // the three-point formula's, and rounding
+        }
+        if (distance > kWidth || (distance < -kWidth && side != Side::outside)) {
+            ++far;
+            CHECK(w == Vec3d{});
+            CHECK(wall.isFar(p, 0));
+        }
+    }
+    CHECK(atWall > 5);
+    CHECK(far > 100);
+    CHECK((inBody > 0) == (side == Side::outside));
+}
+
+TEST_CASE("what a rigid wall adds is divergence-free, by differences", "[track]") {
+    const WallVelocity wall = Motion{}.wallVelocity(0.2);
+    const Flow flow(wall.terms(), {.box = cube(1), .wall = {}});
+    const double coarse = divergenceFd(flow, cube(1), 500, 3, 1e-3), fine = divergenceFd(flow, cube(1), 500, 3, 5e-4);
+    CAPTURE(coarse, fine);
+    CHECK(fine < 1e-4);
+    CHECK(fine < 0.4 * coarse); // it is the differences' error
+}
+
+TEST_CASE("the velocity at a wall is that with which WallMotion moves points", "[track]") {
+    const Motion motion;
+    // In the layer w changes by some forty times itself in a second, so that the mean velocity over dt is off by about
+    // (40 dt)² of it: dt is short enough for the order to show.
+    const double t = 0.3, dt = 5e-4;
+    const auto worstAt = [&](double duration) {
+        const WallMotion carried(motion.at(t - duration / 2), motion.at(t + duration / 2), cube(1.5));
+        const WallVelocity wall = motion.wallVelocity(t);
+        double worst = 0;
+        for (const Vec3d& p : randomPoints(cube(1.2), 1000, 7)) {
+            const double d = motion.at(t).sdf.distance.at<0>(p).value;
+            if (d < 0.02 || d > kWidth) continue;
+            std::vector<Vec3d> moved{p};
+            carried.carry(moved);
+            const Vec3d middle = (p + moved[0]) * 0.5;
+            worst = std::max(worst, length((moved[0] - p) * (1 / duration) - velocityAt(wall, middle)));
+        }
+        return worst;
+    };
+    const double coarse = worstAt(2 * dt), fine = worstAt(dt);
+    CAPTURE(coarse, fine);
+    CHECK(fine < 1e-3);
+    CHECK(fine < 0.35 * coarse); // second order
+}
+
+TEST_CASE("a wall that grows moves along its normals", "[track]") {
+    const auto at = [](double t) {
+        return Wall{.sdf = sphereSdf(0.5 + 0.2 * t), .side = Side::outside, .width = kWidth};
+    };
+    const WallVelocity wall(at(0), at(kStep), at(2 * kStep), kStep, cube(1.5));
+    CHECK_FALSE(wall.rigid());
+    CHECK_FALSE(wall.still());
+    CHECK(wall.terms().empty());
+    for (const Vec3d& p : randomPoints(cube(1), 200, 2)) {
+        const Vec3d normal = p * (1 / length(p));
+        CHECK(length(velocityAt(wall, normal * 0.5) - normal * 0.2) < 1e-9);
+        if (length(p) > 0.5 + kWidth) CHECK(velocityAt(wall, p) == Vec3d{});
+    }
+}
+
+TEST_CASE("a wall that rests adds nothing", "[track]") {
+    const Wall rests = Motion{}.at(0.4);
+    const WallVelocity wall(rests, rests, rests, kStep, cube(1.5));
+    CHECK(wall.still());
+    CHECK(velocityAt(wall, {{0.7, 0, 0}}) == Vec3d{});
+    const FlowInTime steady(boundFlow(sphereSdf(0.5), Side::outside));
+    CHECK_FALSE(wallVelocity(steady, 0, kStep).has_value());
+    const FlowInTime turning([](double) { return boundFlow(sphereSdf(0.5), Side::outside); });
+    CHECK_FALSE(wallVelocity(turning, 0, kStep).has_value());
+    CHECK_THROWS_AS(WallVelocity(rests, rests, rests, 0, cube(1)), ValueError);
+}
+
+TEST_CASE("particles' velocities are those of their paths, to second order in the frame", "[track]") {
+    const auto growing = GENERATE(false, true);
+    const FlowInTime flow([growing](double t) {
+        const Placement place{.offset = {{2 * t, 0.5 * t * t, 0}}, .rotate = {{0, 60 * t, 20 * t}}};
+        const Sdf body = growing ? sphereSdf(0.4 + 0.5 * t) : boxSdf({{0.9, 0.7, 0.6}}, 0.25);
+        const Wall wall{.sdf = placed(body, place), .side = Side::outside, .width = kWidth};
+        return Flow(0.3 * noiseField<Psrd3>({.alpha = t, .seed = 1}, {.frequency = 1.5}),
+                    bounded(noiseField<Psrd3>({.alpha = t, .seed = 2}, {.frequency = 1.5}), wall),
+                    Domain::of(wall, 0.5));
+    });
+    constexpr double kMiddle = 0.2;
+    const Vec3d centre{{2 * kMiddle, 0.5 * kMiddle * kMiddle, 0}};
+    std::vector<Vec3d> points;
+    for (const Vec3d& p : randomPoints(cube(0.8), 1500, 5))
+        if (const double d = flow.at(kMiddle).domain().wall->sdf.distance.at<0>(centre + p).value; d > 0.03 && d < 0.25)
+            points.push_back(centre + p);
+    REQUIRE(points.size() > 200);
+    // Back by a frame, and forward by two: the velocity is wanted in the middle.
+    const auto step = [](double time) { return AdvectOptions{.time = time, .steps = 1, .accuracy = 1e-7}; };
+    const auto errorAt = [&](double frame) {
+        Points before = particlesAt(points);
+        advect(flow, before, kMiddle, step(-frame));
+        Points middle = before;
+        advect(flow, middle, kMiddle - frame, step(frame));
+        Points after = middle;
+        advect(flow, after, kMiddle, step(frame));
+        std::vector<double> errors;
+        for (size_t k = 0; k < points.size(); ++k)
+            errors.push_back(
+                length((position(after, k) - position(before, k)) * (0.5 / frame) - velocityOf(middle, k)));
+        return percentile(errors, 0.9, PercentileRank::nearest);
+    };
+    // The frames are short against the time in which a particle at the wall goes about its layer, 0.3 at 2 and more a
+    // second: centred differences of a path that bends within a frame are no velocity.
+    const double coarse = errorAt(0.01), fine = errorAt(0.005);
+    CAPTURE(growing, coarse, fine);
+    CHECK(fine < 0.02); // of 2
+    CHECK(observedOrder(coarse, fine) > 1.7);
+}

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// Level sets between two frames of a mesh that changes its form (vdb/LevelSetWay.h).
+#include "curlew/base/Error.h"
+#include "curlew/math/Rotation.h"
+#include "curlew/vdb/LevelSetWay.h"
+#include "support/Points.h"
+
+using namespace curlew;
+using namespace curlew::test;
+
+namespace {
+
+constexpr double kVoxel = 0.0125, kWidth = 0.08;
+const Vec3d kHalf{{0.5, 0.03, 0.03}};
+const LevelSetWay::Options kOptions{.tolerance = 0.2 * kWidth, .leastTolerance = 0.5 * kVoxel};
+
+/// What is at a place of the bar at rest, where it has turned by an angle and bends by itself.
+Vec3d placeOf(const Vec3d& p, double angle) {
+    const double s = p[0] / kHalf[0];
+    return rotationBy({{0, 0, angle}}) * Vec3d{{p[0], p[1] + 0.1 * angle * s * s, p[2]}};
+}
+
+std::shared_ptr<const Mesh> bar(double angle) {
+    Mesh mesh;
+    constexpr int kParts = 20;
+    for (int i = 0; i <= kParts; ++i)
+        for (const auto& [y, z] : {std::pair(-1, -1), std::pair(1, -1), std::pair(1, 1), std::pair(-1, 1)}) {
+            const Vec3d p = placeOf({{(2.0 * i / kParts - 1) * kHalf[0], y * kHalf[1], z * kHalf[2]}}, angle);
+            mesh.points.emplace_back(openvdb::Vec3s(openvdb::Vec3d(p[0], p[1], p[2])));
+        }
+    for (unsigned i = 0; i < kParts; ++i)
+        for (unsigned k = 0; k < 4; ++k) {
+            const unsigned a = 4 * i + k, b = 4 * i + (k + 1) % 4;
+            mesh.quads.emplace_back(a, b, b + 4, a + 4);
+        }
+    mesh.quads.emplace_back(3, 2, 1, 0);
+    mesh.quads.emplace_back(4 * kParts, 4 * kParts + 1, 4 * kParts + 2, 4 * kParts + 3);
+    return std::make_shared<const Mesh>(std::move(mesh));
+}
+
+LevelSet levelSetAt(double angle) {
+    return meshToLevelSet(bar(angle), {.voxel = kVoxel, .halfWidth = kWidth / kVoxel + kSplineSupport});
+}
+
+/// The bar turns by `angle` from frame to frame.
+LevelSetWay wayOver(double angle) {
+    return {levelSetAt(-angle), levelSetAt(0), levelSetAt(angle),
+            MeshKeys{.before = bar(-angle), .from = bar(0), .to = bar(angle), .after = bar(2 * angle)}, kOptions};
+}
+
+/// The most that the distance, `part` of the way, is off the one known: at the middle of the bar, and at its sides.
+double errorAt(const Sdf& sdf, double angle) {
+    double worst = 0;
+    for (int i = -8; i <= 8; ++i) {
+        const double x = 0.9 * kHalf[0] * i / 8;
+        for (const double y : {-1.0, 0.0, 1.0}) {
+            const double found = sdf.distance.at<0>(placeOf({{x, y * kHalf[1], 0}}, angle)).value;
+            if (y == 0) CHECK(found < -0.4 * kHalf[1]); // it is there
+            if (y != 0) worst = std::max(worst, std::abs(found));
+        }
+    }
+    return worst;
+}
+
+} // namespace
+
+TEST_CASE("a mesh that moves by less than it is thick needs no level set between frames", "[LevelSetWay]") {
+    const LevelSetWay way = wayOver(0.03);
+    CHECK(way.levelSetsBetween() == 0);
+    for (const double part : {0.25, 0.5, 0.75}) {
+        const Sdf sdf = way.at(part);
+        CHECK(errorAt(sdf, 0.03 * part) < 0.1 * kVoxel);
+        CHECK(sdf.reach >= kWidth - 1e-6);
+    }
+}
+
+TEST_CASE("a limb that moves farther than it is thick is there between frames", "[LevelSetWay]") {
+    constexpr double kAngle = 0.3; // its ends move by 0.15, five times half their thickness
+    const LevelSetWay way = wayOver(kAngle);
+    CHECK(way.levelSetsBetween() >= 3);
+    CHECK(way.error() <= kOptions.tolerance);
+    for (const double part : {0.1, 0.3, 0.5, 0.6, 0.85}) {
+        const Sdf sdf = way.at(part);
+        CHECK(errorAt(sdf, kAngle * part) <= 1.1 * kOptions.tolerance);
+        CHECK(sdf.reach >= kWidth - 1e-6);
+        // Samples round the corners of the mesh off by up to a voxel, and voxels between frames are larger.
+        CAPTURE(part);
+        const auto mesh = bar(kAngle * part);
+        for (const auto& p : mesh->points)
+            CHECK(sdf.bounds.padded(1.5 * kVoxel)
+                      .contains({{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])}}));
+    }
+    // The mean of both frames has no limb there.
+    const Vec3d end = placeOf({{0.48, 0, 0}}, kAngle / 2);
+    CHECK(sdfOf(levelSetAt(0)).distance.at<0>(end).value + sdfOf(levelSetAt(kAngle)).distance.at<0>(end).value > 0);
+}
+
+TEST_CASE("on its way a level set begins and ends as those of the frames", "[LevelSetWay]") {
+    const LevelSetWay way = wayOver(0.2);
+    const Sdf from = sdfOf(levelSetAt(0)), to = sdfOf(levelSetAt(0.2)), first = way.at(0), last = way.at(1);
+    for (const Vec3d& p : randomPoints(cube(0.5), 200, 1)) {
+        CHECK(first.distance.at<0>(p).value == from.distance.at<0>(p).value);
+        CHECK(last.distance.at<0>(p).value == to.distance.at<0>(p).value);
+    }
+    // No jump on the way, at a level set between either.
+    for (const double part : {0.25, 0.5, 0.75}) {
+        const Sdf before = way.at(part - 1e-9), after = way.at(part + 1e-9);
+        for (const Vec3d& p : randomPoints(cube(0.3), 50, 2))
+            CHECK(std::abs(after.distance.at<0>(p).value - before.distance.at<0>(p).value) < 1e-6);
+    }
+}
+
+TEST_CASE("a level set on its way needs meshes", "[LevelSetWay]") {
+    LevelSet without = levelSetAt(0);
+    without.mesh = nullptr;
+    CHECK_THROWS_AS(
+        LevelSetWay({}, without, levelSetAt(0.1),
+                    MeshKeys{.before = nullptr, .from = bar(0), .to = bar(0.1), .after = nullptr}, kOptions),
+        ValueError);
+}

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "curlew/math/Rotation.h"
+#include "curlew/vdb/MeshMotion.h"
+#include "support/Points.h"
+
+#include <memory>
+
+using namespace curlew;
+using namespace curlew::test;
+
+namespace {
+
+openvdb::Vec3s stored(const Vec3d& p) { return openvdb::Vec3s(openvdb::Vec3d(p[0], p[1], p[2])); }
+
+/// Points of a box of these half edges; faces do not matter.
+Mesh cloud(const Vec3d& half, size_t count, uint64_t seed) {
+    Mesh mesh;
+    for (uint64_t k = 0; k < count; ++k) {
+        Vec3d p = randomPoint(cube(1), seed, k);
+        for (int axis = 0; axis < 3; ++axis) p[axis] *= half[axis];
+        mesh.points.push_back(stored(p));
+    }
+    mesh.triangles.emplace_back(0, 1, 2);
+    return mesh;
+}
+
+Mesh moved(Mesh mesh, const Matrix3& turn, const Vec3d& offset) {
+    for (auto& p : mesh.points) {
+        const Vec3d q{{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])}};
+        p = stored(turn * q + offset);
+    }
+    return mesh;
+}
+
+} // namespace
+
+TEST_CASE("a rigid motion of a mesh is found, of flat and thin ones too", "[MeshMotion]") {
+    const auto edges = GENERATE(Vec3d{{1, 0.7, 0.5}}, Vec3d{{1, 1, 1}}, Vec3d{{1, 0.06, 0.06}}, Vec3d{{1, 0.5, 0}});
+    const Mesh mesh = cloud(edges, 300, 1);
+    for (uint64_t k = 0; k < 30; ++k) {
+        const Matrix3 turn = rotationBy(randomPoint(cube(1.7), 5, k));
+        const RigidFit fit = rigidFit(mesh, moved(mesh, turn, {{5, -3, 2}}));
+        CAPTURE(edges, k, fit.residual);
+        CHECK(fit.rigid());
+        CHECK(fit.residual < 1e-6); // floats at 5
+        // A thin mesh tells less of its turn about its long axis.
+        CHECK(length(rotationVector(fit.now.axes * transpose(turn))) < 2e-5);
+    }
+    CHECK(rigidFit(mesh, mesh).residual == 0);
+    CHECK(rigidFit(mesh, mesh).now.axes == Matrix3{});
+}
+
+TEST_CASE("what bends, shrinks or is mirrored is not rigid", "[MeshMotion]") {
+    const Mesh mesh = cloud({{1, 0.7, 0.5}}, 200, 2);
+    Mesh bent = mesh, shrunk = mesh, mirrored = mesh, line = mesh;
+    for (auto& p : bent.points) p[1] += 0.01f * p[0] * p[0];
+    for (auto& p : shrunk.points) p *= 0.999f;
+    for (auto& p : mirrored.points) p[0] = -p[0];
+    for (auto& p : line.points) p[1] = p[2] = 0;
+    for (const Mesh& other : {bent, shrunk, mirrored, line}) CHECK_FALSE(rigidFit(mesh, other).rigid());
+}
+
+TEST_CASE("meshes correspond if their faces are the same", "[MeshMotion]") {
+    const Mesh mesh = cloud({{1, 1, 1}}, 20, 3);
+    Mesh turned = mesh, more = mesh, other = mesh;
+    turned.points[3] = {9, 9, 9};
+    more.points.emplace_back(1, 2, 3);
+    other.triangles[0] = {0, 2, 1};
+    CHECK(correspond(mesh, turned));
+    CHECK_FALSE(correspond(mesh, more));
+    CHECK_FALSE(correspond(mesh, other));
+}
+
+TEST_CASE("points of a mesh are met between frames to third order", "[MeshMotion]") {
+    const Mesh mesh = cloud({{1, 0.5, 0.3}}, 100, 4);
+    const auto at = [&](double t) {
+        Mesh bent = mesh;
+        for (auto& p : bent.points)
+            p = openvdb::Vec3s(p[0] + static_cast<float>(std::sin(3 * t)) * p[1], p[1] * static_cast<float>(1 + t * t),
+                               p[2] + static_cast<float>(std::exp(t)));
+        return std::make_shared<const Mesh>(std::move(bent));
+    };
+    const auto errorAt = [&](double step, bool ends) {
+        const MeshKeys keys{.before = ends ? nullptr : at(0.2 - step),
+                            .from = at(0.2),
+                            .to = at(0.2 + step),
+                            .after = at(0.2 + 2 * step)};
+        const Mesh found = meshBetween(keys, 0.4), exact = *at(0.2 + 0.4 * step);
+        float worst = 0;
+        for (size_t k = 0; k < exact.points.size(); ++k)
+            worst = std::max(worst, (found.points[k] - exact.points[k]).length());
+        return static_cast<double>(worst);
+    };
+    for (const bool ends : {false, true}) {
+        // sin 3t turns by a sixth of a radian and less in a step: at a third, the fourth order still shows.
+        const double coarse = errorAt(0.1, ends), fine = errorAt(0.05, ends);
+        CAPTURE(ends, coarse, fine);
+        CHECK(std::log2(coarse / fine) > 2.6);
+    }
+    const MeshKeys keys{.before = nullptr, .from = at(0), .to = at(1), .after = nullptr};
+    CHECK(meshBetween(keys, 0).points == keys.from->points);
+    CHECK(meshBetween(keys, 1).points == keys.to->points);
+}
