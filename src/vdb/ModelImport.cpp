@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "MeshParser.h"
-#include "ModelData.h"
+#include "curlew/vdb/ModelData.h"
 #include "ModelUnits.h"
 #include "curlew/base/InputFile.h"
 #include "curlew/base/LocalFile.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "ModelData.h"
+#include "curlew/vdb/ModelData.h"
 
 namespace curlew {
 

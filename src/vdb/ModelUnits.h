@@ -2,7 +2,7 @@
 #pragma once
 
 #include "MeshParser.h"
-#include "ModelData.h"
+#include "curlew/vdb/ModelData.h"
 
 #include <assimp/scene.h>
 

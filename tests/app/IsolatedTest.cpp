@@ -2,10 +2,12 @@
 // Files of points and .exr are read by a process of its own, which may end as it likes.
 
 #include "support/Command.h"
+#include "support/Places.h"
 
 #include <catch2/catch.hpp>
 
 #include <chrono>
+#include <random>
 
 using namespace curlew;
 using test::bytesOf;
@@ -35,9 +37,11 @@ TEST_CASE("Isolated: another process gives the points, grids and pictures that t
         CHECK(folder.shell(reading + "\"$curlew\" -quiet -read " + from + " -write " + to).status == 0);
         return bytesOf(folder / to);
     };
-    for (const std::string file : {"points.vdb", "mixed.vdb", "a.exr"}) {
+    std::filesystem::copy_file(test::sourceDir() + "/scenes/walker.glb", folder / "walker.glb");
+    for (const std::string file : {"points.vdb", "mixed.vdb", "a.exr", "walker.glb"}) {
         CAPTURE(file);
-        const std::string apart = copy("", file, "1-" + file), here = copy("CURLEW_READER= ", file, "2-" + file);
+        const std::string written = file == "walker.glb" ? "walker.ply" : file;
+        const std::string apart = copy("", file, "1-" + written), here = copy("CURLEW_READER= ", file, "2-" + written);
         CHECK(!apart.empty());
         CHECK((apart == here));
     }
@@ -47,10 +51,11 @@ TEST_CASE("Isolated: a process that crashes, fails or gives nonsense is an error
     const Folder folder;
     folder.mustRun("-quiet -scatter count=50 box=-1,-1,-1,1,1,1 -write p.vdb");
     folder.mustRun("-quiet -noise -slice width=16 -write p.exr");
+    test::store(folder / "p.glb", bytesOf(test::sourceDir() + "/scenes/walker.glb"));
     for (const char* script : {"kill -SEGV $$", "kill -ABRT $$", "exit 0", "exit 1", "echo nonsense >&3",
                                "head -c 99 /dev/zero >&3", "printf '\\001\\0\\0\\0\\0\\0\\0\\0' >&3",
                                "printf '\\001\\0\\0\\0\\0\\0\\0\\0\\377\\377\\377\\377\\377\\377\\377\\377' >&3"})
-        for (const char* file : {"p.vdb", "p.exr"}) {
+        for (const char* file : {"p.vdb", "p.exr", "p.glb"}) {
             CAPTURE(script, file);
             reader(folder, script);
             const test::Outcome outcome = withReader(folder, std::string("-quiet -read ") + file);
@@ -68,6 +73,31 @@ TEST_CASE("Isolated: what the other process says of a file is said here", "[app]
     bytes[bytes.size() - 9] = static_cast<char>(bytes[bytes.size() - 9] ^ 1);
     test::store(folder / "p.vdb", bytes);
     folder.mustFail("-read p.vdb", {"'p.vdb' is damaged", "what it holds is not what was written"});
+}
+
+TEST_CASE("Isolated: a damaged model never ends the command by a signal", "[app][isolated]") {
+    const Folder folder;
+    const std::string whole = bytesOf(test::sourceDir() + "/scenes/walker.glb");
+    std::mt19937 random(5);
+    int refused = 0;
+    for (int n = 0; n < 40; ++n) {
+        std::string bytes = whole;
+        // In the JSON chunk, which comes first: half of the damages change a digit, half any byte.
+        for (int hits = 0; hits < 3;) {
+            const size_t at = 20 + random() % 4000;
+            const bool digit = bytes[at] >= '0' && bytes[at] <= '9';
+            if (n % 2 == 0 && !digit) continue;
+            bytes[at] = static_cast<char>(n % 2 == 0 ? '0' + random() % 10 : random() % 256);
+            ++hits;
+        }
+        test::store(folder / "d.glb", bytes);
+        const test::Outcome outcome = folder.shell("\"$curlew\" -quiet -read d.glb");
+        CAPTURE(n, outcome.err);
+        CHECK((outcome.status == 0 || outcome.status == 1));
+        if (outcome.status == 1) CHECK_THAT(outcome.err, Catch::Contains("d.glb"));
+        refused += outcome.status;
+    }
+    CHECK(refused > 0);
 }
 
 TEST_CASE("Isolated: a process that hangs ends with the run", "[app][isolated]") {

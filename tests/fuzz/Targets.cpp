@@ -5,13 +5,16 @@
 #include "curlew/app/actions/Actions.h"
 #include "curlew/app/language/Program.h"
 #include "curlew/app/registry/Expression.h"
+#include "curlew/app/run/IsolatedModel.h"
 #include "curlew/base/Csv.h"
 #include "curlew/base/Error.h"
 #include "curlew/picture/ImageFile.h"
+#include "curlew/vdb/AnimatedMesh.h"
 #include "curlew/vdb/MeshFile.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
 
+#include <fcntl.h>
 #include <openvdb/points/PointDataGrid.h>
 #include <openvdb/tools/LevelSetSphere.h>
 #include <unistd.h>
@@ -79,6 +82,18 @@ bool readMeshTarget(std::string_view bytes) {
     return accepts([&] { readMesh(scratch().with(kName, bytes)); });
 }
 
+/// What the process that reads models hands over. Assimp itself is not a target: it runs in that process, for it is
+/// known to break.
+bool readModelTarget(std::string_view bytes) {
+    return accepts([&] {
+        const auto memory = std::make_shared<std::vector<uint64_t>>((bytes.size() + 7) / 8); // parts are aligned
+        std::memcpy(memory->data(), bytes.data(), bytes.size());
+        PartReader parts(memory, {reinterpret_cast<const char*>(memory->data()), bytes.size()}, "a.glb");
+        const AnimatedMesh model(app::takeModel(parts));
+        for (size_t clip = 0; clip < model.clips().size(); ++clip) model.at({.clip = clip, .seconds = 0.3});
+    });
+}
+
 bool readPngTarget(std::string_view bytes) {
     return accepts([&] { readPng(scratch().with("a.png", bytes)); });
 }
@@ -123,6 +138,34 @@ bool readCheckpointTarget(std::string_view bytes) {
         std::memcpy(&forged[end], &whole, sizeof whole);
     }
     return accepts([&] { app::readCheckpoint(scratch().with("a.checkpoint", forged), program); });
+}
+
+std::string modelSeed() {
+    using openvdb::Mat4d;
+    using openvdb::Vec3s;
+    ModelData data;
+    data.nodes = {{"root", {}, Mat4d::identity()}, {"bone", 0, Mat4d::identity()}};
+    data.parts.push_back({.node = 0,
+                          .points = {Vec3s(0, 0, 0), Vec3s(1, 0, 0), Vec3s(0, 1, 0)},
+                          .corners = {0, 1, 2},
+                          .sizes = {3},
+                          .bones = {{1, Mat4d::identity()}},
+                          .influences = {{0, 1.0}, {0, 0.5}, {0, 1.0}},
+                          .firstInfluence = {0, 1, 2, 3},
+                          .targets = {{0.5, {Vec3s(1), Vec3s(0), Vec3s(0)}}}});
+    ModelData::Clip clip{.name = "walk", .begin = 0, .end = 1, .nodes = {}, .morphs = {}};
+    clip.nodes.push_back({.node = 1,
+                          .translation = {{0, 1}, {openvdb::Vec3d(0), openvdb::Vec3d(1)}},
+                          .rotation = {{0}, {openvdb::math::Quatd::identity()}},
+                          .scale = {{0}, {openvdb::Vec3d(1)}}});
+    clip.morphs.push_back({.part = 0, .weights = {{0, 1}, {{0}, {1}}}});
+    data.clips.push_back(clip);
+    const std::filesystem::path path = scratch().with("seed.parts", "");
+    const int file = ::open(path.c_str(), O_WRONLY);
+    PartWriter parts(file);
+    app::writeModel(data, parts);
+    ::close(file);
+    return scratch().bytes("seed.parts");
 }
 
 std::string written(const std::string& name, const std::vector<openvdb::GridBase::ConstPtr>& grids, Codec codec) {
@@ -176,6 +219,7 @@ const std::vector<Target>& targets() {
                                               {"obj", readMeshTarget<'o', 'b', 'j'>},
                                               {"ply", readMeshTarget<'p', 'l', 'y'>},
                                               {"stl", readMeshTarget<'s', 't', 'l'>},
+                                              {"model", readModelTarget},
                                               {"png", readPngTarget},
                                               {"exr", readExrTarget},
                                               {"csv", readCsvTarget},
@@ -195,6 +239,7 @@ std::vector<std::string> seeds(const std::string& target) {
             "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
             "endsolid a\n",
             std::string(80, ' ') + std::string("\1\0\0\0", 4) + std::string(50, '\0')};
+    if (target == "model") return {modelSeed()};
     if (target == "png" || target == "exr") return imageSeeds("seed." + target);
     if (target == "csv") return {"x,y,z,id\n0,1,2,3\n-1.5e3,+2,\"3\",4\n"};
     if (target == "scene") return {kScene};

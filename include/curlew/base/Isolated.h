@@ -54,6 +54,7 @@ class PartReader {
         return std::vector<T>(first, first + bytes.size() / sizeof(T));
     }
     std::string_view text() { return part(); }
+    size_t left() const { return mLeft.size(); } ///< Bytes of the parts that have not been taken.
     FileError damaged() const;
 
   private:

@@ -36,7 +36,8 @@ Digest contentOf(const std::string& path) {
 /// Kept from frame to frame where it is wanted in each.
 std::shared_ptr<const AnimatedMesh> modelOf(Context& c, const Arguments& a, const SourceFile& file) {
     const auto read = [&] {
-        return std::make_shared<const AnimatedMesh>(AnimatedMesh::read(file.path, c.console().cancelFunction()));
+        return std::make_shared<const AnimatedMesh>(
+            readModel(file.path, c.follow(fmt::format("reading {}", file.name))));
     };
     const bool again = c.clock() && modelMoves(a, file.name, endingOf(file.path));
     return again ? c.kept<AnimatedMesh>(contentOf(file.path), read) : read();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/app/run/IsolatedFiles.h"
 
+#include "curlew/app/run/IsolatedModel.h"
 #include "curlew/picture/ImageFile.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
@@ -96,6 +97,8 @@ void writeImageParts(const fs::path& path, PartWriter& parts) {
     parts.array(image.pixels);
 }
 
+void writeModelParts(const fs::path& path, PartWriter& parts) { writeModel(importModel(path), parts); }
+
 } // namespace
 
 std::vector<VdbContent> readVdbContent(const fs::path& path, const Monitor& monitor) {
@@ -124,9 +127,16 @@ Image readExrImage(const fs::path& path, const Monitor& monitor) {
     return image;
 }
 
+AnimatedMesh readModel(const fs::path& path, const Monitor& monitor) {
+    if (!readsIsolated()) return AnimatedMesh::read(path, monitor.cancelled);
+    PartReader parts = readIsolated("model", path, monitor);
+    return AnimatedMesh(takeModel(parts));
+}
+
 IsolatedReader isolatedReaderOf(const std::string& name) {
     if (name == "vdb") return writeContents;
     if (name == "exr") return writeImageParts;
+    if (name == "model") return writeModelParts;
     return nullptr;
 }
 

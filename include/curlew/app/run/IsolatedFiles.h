@@ -4,6 +4,7 @@
 #include "curlew/base/Isolated.h"
 #include "curlew/picture/Image.h"
 #include "curlew/track/Points.h"
+#include "curlew/vdb/AnimatedMesh.h"
 
 #include <openvdb/Grid.h>
 
@@ -27,6 +28,10 @@ std::vector<VdbContent> readVdbContent(const std::filesystem::path& path, const 
 
 /// By another process if readsIsolated(). Throws as readExr() and readIsolated().
 Image readExrImage(const std::filesystem::path& path, const Monitor& monitor);
+
+/// A .gltf, .glb, .fbx or .dae. Assimp reads it, in another process if readsIsolated(). Throws as AnimatedMesh::read()
+/// and readIsolated().
+AnimatedMesh readModel(const std::filesystem::path& path, const Monitor& monitor);
 
 /// The readers of the other process, by name; null if there is none of that name.
 IsolatedReader isolatedReaderOf(const std::string& name);

@@ -76,6 +76,11 @@ struct ModelData {
     std::string units; ///< What the file says of its units and axes: "centimetres, Z up".
 };
 
+/// Whether all indices are in range, all arrays that belong together have the same length, parents come before their
+/// children, keys are in order, and positions are finite. importModel() returns nothing else; data from another process
+/// may be anything.
+bool isConsistent(const ModelData& data);
+
 /// Reads a .gltf, .glb, .fbx or .dae, by Assimp and nothing else: this function can run in another process. Throws
 /// FileError, naming the file, if it is missing, damaged or without faces, if it needs something that is not read, or
 /// if a coordinate is not a finite number; ResourceError if it would not fit into memory; Interrupted once `cancelled`
