@@ -126,6 +126,31 @@ class Frames(Live):
         self.assertIsNone(build.points.target)
         self.assertEqual(self.folders(build.tree), [])
 
+    def test_a_foreign_file_writes_nothing_of_its_own(self):
+        """A .blend from anywhere may hold a tree that is baked on frame change, with nodes that write anywhere."""
+        victim, blend = support.WORK / "victim.ply", support.WORK / "foreign" / "foreign.blend"
+        victim.write_text("precious")
+        build = Tree("foreign")
+        points = build.add("scatter", build.add("sphere"), count=50)
+        build.add("CurlewParticlesResult", points)
+        build.add("write", points, words=str(victim))
+        build.add("report", words=str(support.WORK / "report.json"))
+        build.tree.bake_on_frame = True
+        build.tree.use_fake_user = True
+        blend.parent.mkdir(exist_ok=True)
+        bpy.ops.wm.save_as_mainfile(filepath=str(blend))
+        support.empty()
+        bpy.ops.wm.open_mainfile(filepath=str(blend), load_ui=False, use_scripts=False)
+        bpy.context.scene.frame_set(7)
+        tree = bpy.data.node_groups["foreign"]
+        self.assertIn("frame 7 baked", tree.message)
+        self.assertEqual(victim.read_text(), "precious")
+        self.assertFalse((support.WORK / "report.json").exists())
+        self.assertEqual({path.name for path in blend.parent.iterdir()}, {"foreign.blend", "curlew_cache"})
+        self.bake.bake(tree)  # the user's own wish
+        self.assertNotEqual(victim.read_bytes()[:8], b"precious")
+        self.assertTrue((support.WORK / "report.json").exists())
+
     def test_a_frame_is_what_one_bake_of_it_is(self):
         for threaded in (False, True):
             support.empty()
@@ -584,6 +609,32 @@ class Renders(Live):
             thread.join()
         self.assertIsNone(build.points.target)
         self.assertIn("needs Render > Lock Interface", said.getvalue())
+
+    def test_a_handler_waits_while_blender_draws(self):
+        """Then Blender refuses changes, also those of a render's thread."""
+        results, calls = support.addon("results"), []
+
+        def handler(error, refusals):
+            calls.append(error)
+            if len(calls) <= refusals:
+                raise error
+
+        refused = AttributeError("Writing to ID classes in this context is not allowed: Scene, Object datablock")
+        for error, refusals, wanted in ((refused, 3, 4), (AttributeError("no such attribute"), 1, 1)):
+            calls.clear()
+            failed = []
+
+            def run():
+                try:
+                    results.retry_while_drawing(handler)(error, refusals)
+                except AttributeError as caught:
+                    failed.append(caught)
+
+            thread = threading.Thread(target=run)
+            thread.start()
+            thread.join()
+            self.assertEqual(len(calls), wanted)
+            self.assertEqual(failed, [] if error is refused else [error])
 
     def test_a_still_waits_for_its_bake(self):
         build = growing()

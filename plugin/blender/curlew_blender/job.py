@@ -189,8 +189,10 @@ def planned(tree: bpy.types.NodeTree, scene: bpy.types.Scene, collected: Collect
     return Plan(tree.name, graph, sampled.meshes, frames, collected.files, collected.wanted)
 
 
-def plan_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene, depsgraph: Optional[bpy.types.Depsgraph] = None) -> Plan:
-    """What a tree says now. `depsgraph`: the one to ask for objects, if not that of the context. Throws TreeError."""
+def plan_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene, depsgraph: Optional[bpy.types.Depsgraph] = None,
+            only_results: bool = False) -> Plan:
+    """What a tree says now. `depsgraph`: the one to ask for objects, if not that of the context. `only_results`: leave out
+    nodes that write files of their own (Write, Report, …). Throws TreeError."""
     names: Set[str] = set()
     ending = ".$F4.vdb" if trees.is_sequence(tree) else ".vdb"
 
@@ -200,7 +202,8 @@ def plan_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene, depsgraph: Optiona
         names.add(name)
         return f"{_HERE}/{name}{ending}"
 
-    collected = trees.collect(tree, namer)
+    results_of_tree = [key for key, node in trees.nodes_of(tree).items() if hasattr(node, "kind")]
+    collected = trees.collect(tree, namer, results_of_tree if only_results else None)
     trees.staggered(collected)
     if not collected.graph and not collected.wanted:
         raise TreeError("", "nothing to do: add a result node, and connect it")

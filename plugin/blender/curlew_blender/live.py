@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bake on Frame Change: a tree that wants it is baked for each frame that the scene comes to.
 
+It bakes result nodes only. A tree that came with a foreign .blend must not write files just because the frame changes, so
+nodes that write files of their own run only in a bake that the user starts.
+
 In the interface a thread bakes, and a timer takes over what it has made. The newest frame counts: the bake of an older one
 is cancelled. While Blender renders, and where it has no interface, the frame waits for its bake.
 """
@@ -99,7 +102,7 @@ def _job_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> Optional[FrameJ
     layer.update()
     _sessions.keep(bpy.data.node_groups)
     try:
-        return FrameJob(plan_of(tree, scene, layer.depsgraph), cache.root(tree), scene)
+        return FrameJob(plan_of(tree, scene, layer.depsgraph, only_results=True), cache.root(tree), scene)
     except TreeError as error:
         _fail(tree, scene, error)
         return None
@@ -166,6 +169,7 @@ def _take_over() -> None:
 
 
 @bpy.app.handlers.persistent
+@results.retry_while_drawing
 def on_frame(scene: bpy.types.Scene, *_: Any) -> None:
     """Bakes the frame; motion blur's moments between frames are not baked."""
     if scene.frame_subframe or not results.can_change(scene):
@@ -176,6 +180,7 @@ def on_frame(scene: bpy.types.Scene, *_: Any) -> None:
 
 
 @bpy.app.handlers.persistent
+@results.retry_while_drawing
 def on_change(scene: bpy.types.Scene, *_: Any) -> None:
     """Of the frame, or by undo of anything: objects may show the results of another frame again."""
     for tree in _trees():
@@ -195,6 +200,7 @@ def on_load(*_: Any) -> None:
 
 
 @bpy.app.handlers.persistent
+@results.retry_while_drawing
 def on_render(scene: bpy.types.Scene, *_: Any) -> None:
     """A render begins, and what it shows is to be there."""
     global _rendering

@@ -362,8 +362,9 @@ class CurlewTree(bpy.types.NodeTree):
         "bake_on_frame": BoolProperty(
             name="Bake on Frame Change",
             description="Bake the tree anew for each frame that the scene comes to; renders wait for it. This turns on "
-                        "Render > Lock Interface, without which renders do not follow. Sequences and trees with a Frames "
-                        "node show the frames that they have baked instead",
+                        "Render > Lock Interface, without which renders do not follow. Nodes that write files of their "
+                        "own run only in a bake that you start. Sequences and trees with a Frames node show the frames "
+                        "that they have baked instead",
             update=lambda self, context: lock_interface(context.scene) if self.bake_on_frame else None),
         "keep_frames": IntProperty(name="Keep Frames", default=100, min=1, soft_max=1000,
                                    description="How many frames that were baked on frame change stay in the cache"),

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a bake has made, as objects: volumes, particles, curves and meshes."""
 
+import functools
 import threading
+import time
 from pathlib import Path
-from typing import Any, Dict, Optional, Sequence
+from typing import Any, Callable, Dict, Optional, Sequence
 
 import bpy
 import numpy as np
@@ -11,6 +13,8 @@ import numpy as np
 from . import cache, looks
 
 Arrays = Dict[str, np.ndarray]
+_TRIES = 200
+_PAUSE = 0.01  # seconds between them; a draw takes less
 
 
 def points_arrays(points: Any) -> Arrays:
@@ -146,6 +150,26 @@ def can_change(scene: bpy.types.Scene) -> bool:
     return threading.current_thread() is threading.main_thread() or scene.render.use_lock_interface
 
 
+def retry_while_drawing(handler: Callable[..., None]) -> Callable[..., None]:
+    """Repeats a handler that a render calls in its own thread until Blender accepts its changes. While Blender calls the
+    draw functions of panels and headers, it refuses changes from every thread: "Writing to ID classes in this context is
+    not allowed". The handler must be safe to run again."""
+
+    @functools.wraps(handler)
+    def repeated(*arguments: Any) -> None:
+        for _ in range(_TRIES):
+            try:
+                return handler(*arguments)
+            except (AttributeError, RuntimeError) as error:
+                refused = "in this context is not allowed" in str(error)
+                if not refused or threading.current_thread() is threading.main_thread():
+                    raise
+                time.sleep(_PAUSE)
+        return handler(*arguments)
+
+    return repeated
+
+
 def lock_interface(scene: bpy.types.Scene) -> None:
     """What changes with the frame can be rendered from the interface."""
     if not scene.render.use_lock_interface:
@@ -224,6 +248,7 @@ def _of_frame(obj: bpy.types.Object, frame: int) -> Optional[Arrays]:
 
 
 @bpy.app.handlers.persistent
+@retry_while_drawing
 def on_frame(scene: bpy.types.Scene, depsgraph: Optional[bpy.types.Depsgraph] = None) -> None:
     """Shows what was baked for the frame."""
     if not can_change(scene):

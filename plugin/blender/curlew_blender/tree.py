@@ -137,7 +137,7 @@ class _Collector:
             if not _is_group(node) and not node.makes:
                 order = 1e6 if hasattr(node, "kind") else node.order
                 ends.append((order + 1e-6 * node.location.x - 1e-9 * node.location.y, key))
-        self._waiting = list(roots or [key for _, key in sorted(ends)])
+        self._waiting = [key for _, key in sorted(ends)] if roots is None else list(roots)
         done = set()
         while self._waiting:
             key = self._waiting.pop(0)
