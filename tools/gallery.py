@@ -127,7 +127,7 @@ def figures(report):
     """What the scene expects, as a list."""
     lines = {}  # In a sequence, those of the last frame.
     for found in report.get("expect", []):
-        bounds = [f"{word} {found[key]:.4g}" for key, word in (("least", "at least"), ("most", "at most")) if key in found]
+        bounds = [f"{word} {found[key]:.4g}" for key, word in (("min", "at least"), ("max", "at most")) if key in found]
         if "below" in found:
             bounds.append(f"below `{found['below']['figure']}`, {found['below']['value']:.4g}")
         lines[found["figure"], *bounds] = f"- `{found['figure']}` is {found['value']:.4g} ({', '.join(bounds)})"

@@ -18,7 +18,12 @@ const Action& sample() {
     static const Action action{
         .name = "sample",
         .options = {{.name = "flag", .type = OptionType::flag, .fallback = "1"},
-                    {.name = "count", .type = OptionType::integer, .fallback = "3", .lower = 1, .upper = 1e6},
+                    {.name = "count",
+                     .type = OptionType::integer,
+                     .fallback = "3",
+                     .lower = 1,
+                     .upper = 1e6,
+                     .formerly = {"number"}},
                     {.name = "size", .type = OptionType::real, .fallback = "0.5", .lower = 0, .exclusive = true},
                     {.name = "slope", .type = OptionType::real, .fallback = "-2"},
                     {.name = "offset", .type = OptionType::vector, .fallback = "1,2,3"},
@@ -108,6 +113,13 @@ TEST_CASE("a unique beginning of an option's name is enough", "[app]") {
     CHECK(given({"grid=1"}).ages("grid").at(0) == 1); // a whole name, though it begins another
     CHECK_THAT(complaintAbout("s=1"), Contains("'s' could be size or slope or scheme"));
     CHECK_THAT(complaintAbout("gri=1"), Contains("grid or grids"));
+}
+
+TEST_CASE("options: a name of the last release is still taken", "[app]") {
+    CHECK(given({"number=7"}).integer("count") == 7);
+    CHECK_THROWS_WITH(given({"count=1", "number=2"}), Contains("'count' is given twice"));
+    CHECK_THAT(complaintAbout("numbe=1"), Contains("has no option 'numbe'"));
+    CHECK_THAT(complaintAbout("number=0"), Contains("count=0 must be"));
 }
 
 TEST_CASE("an option that is unknown, or given twice, is an error", "[app]") {

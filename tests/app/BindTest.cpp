@@ -78,7 +78,7 @@ TEST_CASE("bound options fill the struct, members of members too", "[app]") {
     CHECK_FALSE(plain.closed);
     CHECK(plain.longest == 0); // not given: left to the library
     CHECK(plain.inner.count == 3);
-    const Outer given = read({"size=2", "side=left", "fast=0", "ends=closed", "longest=5", "count=7", "exponent=4"});
+    const Outer given = read({"size=2", "side=left", "fast=0", "ends=closed", "maxStep=5", "count=7", "exponent=4"});
     CHECK(given.size == 2);
     CHECK(given.side == Side::left);
     CHECK_FALSE(given.fast);

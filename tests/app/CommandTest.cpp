@@ -362,17 +362,17 @@ TEST_CASE("a scene does what its command line does", "[command]") {
 TEST_CASE("a program fails where a figure is not what it expects", "[command]") {
     const Folder folder;
     const std::string points = "-set n=50 -sphere -scatter count={2*n} -jitter count={n*2} ";
-    folder.mustRun(points + "-expect jitter/points least={n} most={4*n} -report run.json");
+    folder.mustRun(points + "-expect jitter/points min={n} max={4*n} -report run.json");
     const auto kept = test::jsonOf(folder / "run.json").at("expect").at(0);
-    const double found = kept.at("value"), most = kept.at("most");
+    const double found = kept.at("value"), most = kept.at("max");
     CHECK(kept.at("figure") == "jitter/points");
     CHECK(found >= 50);
     CHECK(most == 200);
-    folder.mustFail(points + "-expect jitter/points most={n}", {"-expect", "jitter/points is ", "above 50"});
-    folder.mustFail(points + "-expect jitter/points least=1e5", {"-expect", "jitter/points is ", "below 100000"});
-    folder.mustFail(points + "-expect jitter/point most=1", {"no 'jitter/point'", "did you mean 'points'"});
-    folder.mustFail(points + "-expect jitter most=1", {"'jitter' is not a number"});
-    folder.mustFail(points + "-expect jitter/points", {"least=, most= or below="});
+    folder.mustFail(points + "-expect jitter/points max={n}", {"-expect", "jitter/points is ", "above 50"});
+    folder.mustFail(points + "-expect jitter/points min=1e5", {"-expect", "jitter/points is ", "below 100000"});
+    folder.mustFail(points + "-expect jitter/point max=1", {"no 'jitter/point'", "did you mean 'points'"});
+    folder.mustFail(points + "-expect jitter max=1", {"'jitter' is not a number"});
+    folder.mustFail(points + "-expect jitter/points", {"min=, max= or below="});
     const std::string both = "-sphere -scatter count=90 -spacing name=a -scatter count=9000 -spacing name=b ";
     folder.mustRun(both + "-expect b/median below=a/median -report run.json");
     CHECK(test::jsonOf(folder / "run.json").at("expect").at(0).at("below").at("figure") == "a/median");

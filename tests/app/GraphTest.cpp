@@ -137,7 +137,7 @@ TEST_CASE("one result of several is named by its output", "[app]") {
     CHECK(taken(smoke + "write a.vdb what=smoke") == taken(smoke + "write a.vdb what=smoke.velocity"));
     CHECK_THAT(complaint(smoke + "write a.vdb what=smoke.densty"),
                Contains("'smoke' has no output 'densty'") && Contains("did you mean 'density'") && Contains("it has "));
-    const Graph trails = graphOf("noise\nnoise\ndfvn\nscatter\nadvect trails=1 as=dust\nwrite a.obj what=dust.curves");
+    const Graph trails = graphOf("noise\nnoise\ndfvn\nscatter\nadvect pathlines=1 as=dust\nwrite a.obj what=dust.curves");
     CHECK(lastInputs(trails) == "what=dust.curves");
     CHECK(trails.nodes[4].primaryOutput() == 0); // the points, which are always made
 }
@@ -203,7 +203,7 @@ TEST_CASE("none takes nothing, where that is possible", "[app]") {
 
 TEST_CASE("the name of a link is read back as the same link", "[app]") {
     const Graph graph = graphOf(
-        "sphere\nnoise\nnoise\nbound as=wall\ndfvn\nscatter\nframes 1-2\nemit rate=3\nadvect trails=1\n"
+        "sphere\nnoise\nnoise\nbound as=wall\ndfvn\nscatter\nframes 1-2\nemit rate=3\nadvect pathlines=1\n"
         "velocity dim=4 density=1");
     size_t links = 0;
     for (const Node& node : graph.nodes)

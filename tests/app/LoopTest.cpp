@@ -146,7 +146,7 @@ TEST_CASE("a loop that cannot be is an error that says why", "[app]") {
     folder.mustFail(kBall + "-frames 1-2 -sphere radius=0.2 -emit" + loop, {"-advect", "points that stay", "-frames"});
     folder.mustFail(kBall + "-advect loop=1 reproject=none", {"-advect", "reprojection"});
     folder.mustFail(kBall + "-advect loop=0", {"loop=0"});
-    for (const char* without : {"steps=3", "dt=0.1", "scheme=rk4", "longest=1", "jacobian=3", "trails=1"})
+    for (const char* without : {"steps=3", "dt=0.1", "scheme=rk4", "maxStep=1", "jacobian=3", "pathlines=1"})
         folder.mustFail(kBall + "-advect loop=1 " + without, {"no effect beside loop="});
 }
 

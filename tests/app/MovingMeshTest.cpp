@@ -91,7 +91,7 @@ Fate pointsAbout(Scenes& scenes, double bend, bool sameFaces,
         outcome.points = curves->size();
     };
     scenes.run("read bar1\nmesh2ls dim=80\n" + kAround + "scatter count=2000\n" + frames +
-               "read bar$F\nmesh2ls dim=80\n" + kAround + "advect trails=1");
+               "read bar$F\nmesh2ls dim=80\n" + kAround + "advect pathlines=1");
     return outcome;
 }
 

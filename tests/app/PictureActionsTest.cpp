@@ -50,13 +50,13 @@ TEST_CASE("write half halves an exr and read brings pictures back", "[app][comma
     const Folder folder;
     folder.mustRun(
         "-noise dim=2 -slice width=100 -write a.exr -write half=1 b.exr -read a.exr b.exr -compare -write "
-        "r.json -expect compare/largest most=0.0005 -expect compare/largest least=1e-9");
+        "r.json -expect compare/largest max=0.0005 -expect compare/largest min=1e-9");
     CHECK(jsonOf(folder / "r.json")["compare"]["unmatched"] == 0);
     CHECK(readExr(folder / "a.exr").channels == std::vector<std::string>{"value"});
     CHECK(fs::file_size(folder / "b.exr") < fs::file_size(folder / "a.exr"));
     folder.mustRun(
         "-noise dim=2 -slice width=100 contours=5 -write p.png p.exr -read p.png p.exr -compare name=both "
-        "-expect both/largest most=0.003");
+        "-expect both/largest max=0.003");
     folder.mustFail("-noise dim=2 -slice width=50 -compare", {"-compare", "with=1", "there is 1"});
     folder.mustFail("-noise dim=2 -slice width=50 -slice width=60 -compare", {"cannot be compared"});
     folder.mustFail("-read missing.png", {"missing.png"});
@@ -134,13 +134,13 @@ TEST_CASE("warp carries waves and images along a flow in the plane", "[app][comm
     const std::string flow = "-noise type=gradient dim=2 frequency=3 -dfvn box=0,0,0,2,1,1 ";
     folder.mustRun(flow +
                    "-warp pattern=waves width=64 time=0 supersampling=1 -write still.png -warp pattern=waves "
-                   "width=64 -compare -expect compare/rmse least=0.1");
+                   "width=64 -compare -expect compare/rmse min=0.1");
     const Image still = readPng(folder / "still.png");
     CHECK((still.width == 64 && still.height == 32));
     // There and back again: what is left is the blur.
     folder.mustRun(
         "-noise dim=2 -slice width=80 box=0,0,0,2,1,1 -write in.png legend=0 " + flow +
-        "-read in.png -warp time=0.02 -warp time=-0.02 -read in.png -compare -expect compare/rmse most=0.05");
+        "-read in.png -warp time=0.02 -warp time=-0.02 -read in.png -compare -expect compare/rmse max=0.05");
     folder.mustFail(flow + "-warp", {"an image", "none"});
     folder.mustFail("-noise -noise seed=1 -dfvn -warp pattern=waves", {"3 dimensions"});
     folder.mustFail("-warp", {"a flow", "none"});
@@ -158,9 +158,9 @@ TEST_CASE("plot draws the curves of a table", "[app][command]") {
 TEST_CASE("slice shows the component along a direction and compare finds it", "[app][command]") {
     const Folder folder;
     const std::string flow = "-constant value=0 -slice width=20 -uniform velocity=3,4,0 -slice width=20 show=along ";
-    folder.mustRun(flow + "direction=0,2,0 -compare -expect compare/rmse least=3.999 most=4.001");
+    folder.mustRun(flow + "direction=0,2,0 -compare -expect compare/rmse min=3.999 max=4.001");
     folder.mustRun(flow +
                    "direction=4,-3,0 -slice width=20 -compare with=2 name=speed -compare -expect speed/rmse "
-                   "least=4.999 most=5.001");
+                   "min=4.999 max=5.001");
     folder.mustFail(flow + "direction=0,0,0", {"no direction"});
 }

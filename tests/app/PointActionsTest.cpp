@@ -31,7 +31,7 @@ TEST_CASE("adaptive steps, and how far one may be, can be chosen", "[app]") {
     const Folder folder;
     folder.mustRun(inBall("-advect time=1 scheme=rk23 accuracy=1e-3 -report a.json"));
     folder.mustRun(inBall("-advect time=1 scheme=rk23 accuracy=1e-5 -report b.json"));
-    folder.mustRun(inBall("-advect time=1 steps=4 longest=0.02 -report c.json"));
+    folder.mustRun(inBall("-advect time=1 steps=4 maxStep=0.02 -report c.json"));
     const auto a = jsonOf(folder / "a.json")["advect"], b = jsonOf(folder / "b.json")["advect"],
                c = jsonOf(folder / "c.json")["advect"];
     CHECK(b["substeps"].get<double>() > 2 * a["substeps"].get<double>());
@@ -43,7 +43,7 @@ TEST_CASE("adaptive steps, and how far one may be, can be chosen", "[app]") {
     CHECK(c["speed_max"] > 1);
     CHECK_FALSE(c.contains("error_mean")); // rk4 does not know
 
-    const auto warned = folder.mustRun(inBall("-advect steps=1 longest=1e-3 halvings=1"));
+    const auto warned = folder.mustRun(inBall("-advect steps=1 maxStep=1e-3 halvings=1"));
     CHECK_THAT(warned.err, Catch::Contains("coarser than asked for"));
     folder.mustRun(inBall("-advect time=1 steps=7 -write steps.csv"));
     folder.mustRun(inBall("-advect time=1 dt=0.15 -write dt.csv"));
@@ -60,7 +60,7 @@ TEST_CASE("adaptive steps, and how far one may be, can be chosen", "[app]") {
     folder.mustFail(inBall("-advect steps=7 dt=0.15"), {"dt"});
     folder.mustFail(inBall("-advect dt=1e-12"), {"-advect", "1e-12", "steps"});
     folder.mustFail(inBall("-advect scheme=rk23 accuracy=0"), {"accuracy"});
-    folder.mustFail(inBall("-advect longest=-1"), {"longest"});
+    folder.mustFail(inBall("-advect maxStep=-1"), {"maxStep"});
 }
 
 TEST_CASE("where points are does not depend on the frame rate or the substeps", "[app]") {

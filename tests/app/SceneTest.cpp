@@ -82,7 +82,7 @@ TEST_CASE("text to graph to text is the same program, for all kinds of links", "
           "a.$F.ply what=p b.$F.ply",
           "frames 1-3\nsphere as=s\nemit as=a\nemit points=none as=b\nkill points=a box=0,0,0,1,1,1\nwrite a.$F.ply "
           "what=b",
-          "noise\nnoise\ndfvn\nscatter\nadvect trails=1\nscatter\nwrite a.obj\nsplat geo=1",
+          "noise\nnoise\ndfvn\nscatter\nadvect pathlines=1\nscatter\nwrite a.obj\nsplat geo=1",
           "noise dim=2\nslice\nslice position=1\nslice position=2\npanels count=2\ncompare with=1",
           "read a.obj\nmesh2ls dim=9 keep=1\nframes 1-2\nmesh2ls dim=12\nnoise\nnoise\nbound "
           "grid=1\ndfvn\nadvectLevelSet keep=1"}) {

@@ -97,7 +97,7 @@ TEST_CASE("splat refuses what it cannot draw", "[app]") {
 
 TEST_CASE("advect keeps the ways of points as curves, whose distance is measured", "[app]") {
     const Folder folder;
-    const std::string points = "-scatter count=100 seed=2 -advect time=0.5 trails=1 ";
+    const std::string points = "-scatter count=100 seed=2 -advect time=0.5 pathlines=1 ";
     folder.mustRun(kFlow + points + "steps=10 -write a.csv " + points +
                    "steps=20 -distance geo=0,2 -write curves.json -distance geo=1,3 -write points.json");
     CHECK(linesIn(bytesOf(folder / "a.csv")) == 1 + 100 * 11);

@@ -163,9 +163,9 @@ class Import(unittest.TestCase):
 
     def test_pictures_that_are_drawn_into_and_joined(self):
         text = ("noise\nnoise seed=1\ndfvn speed=1\nscatter count=50 seed=1\nscatter count=50 seed=2\n"
-                "advect time=0.2 steps=4 trails=1\nsplat width=60\nwrite x.png\ntorus\nshade width=60\n"
+                "advect time=0.2 steps=4 pathlines=1\nsplat width=60\nwrite x.png\ntorus\nshade width=60\n"
                 "splat over=1 geo=2\nwrite y.png\nslice width=40\npanels count=2\nwrite z.png\ndistance geo=1,2\n"
-                "expect distance/mean least=0\n")
+                "expect distance/mean min=0\n")
         _, program = self.agree(text, "pictures")
         self.assertIn("image=Shade\n", program)
         self.assertIn("panels images=Shade,Slice", program)

@@ -169,7 +169,7 @@ Action compareDeclaration() {
         .makes = {made("report", {Kind::report})},
         .options = {ages("with", "1", "the other image: 1 is the one before"),
                     text("name", "compare", "of the figures in the report")},
-        .examples = {"curlew -read a.exr b.exr -compare -expect compare/rmse most=0.01"},
+        .examples = {"curlew -read a.exr b.exr -compare -expect compare/rmse max=0.01"},
         .evaluation = Evaluation::effect,
         .run = compareAction};
 }

@@ -44,15 +44,16 @@ const Binding<AdvectOptions>& advectBinding() {
             .include(
                 stepBinding<AdvectOptions>(
                     "so many steps of equal length, instead of those that accuracy= asks for. With both, accuracy= "
-                    "rules the steps, and this is how often a flow that changes is frozen, and a vertex of trails is "
-                    "made (default: after -frames its substeps; trails have 100)",
+                    "rules the steps, and this is how often a flow that changes is frozen, and a pathline gets a "
+                    "vertex (default: after -frames its substeps; pathlines have 100)",
                     "each point takes steps whose estimated error is at most this (default: a millionth of the "
                     "diagonal of the flow's box, unless steps= or dt= is given); for a coarse one, from 3e-5 of the "
                     "diagonal "
                     "on, scheme=auto is rk23"),
                 [](auto& o) -> auto& { return o; })
             .addOptional(
-                positive("longest", "", "world units", "no step moves a point farther (default: any)"),
+                formerly({"longest"},
+                         positive("maxStep", "", "world units", "no step moves a point farther (default: any)")),
                 [](auto& o) -> auto& { return o.maxStep; })
             .add(
                 choice("splitting", kSplittingNames,
@@ -241,7 +242,7 @@ void advectAction(Context& c, const Arguments& a) {
     set.tracked = tracked;
     if (a.integer("jacobian") > 0) reportVolumes(c, a, flow, begin, options, particles);
     const Monitor monitor = c.follow("advect");
-    if (!a.flag("trails")) {
+    if (!a.flag("pathlines")) {
         reportAdvect(c, first, advect(flow, particles, begin, options, monitor), particles, estimated);
         return c.give(std::make_shared<PointSet>(std::move(set)));
     }
@@ -316,12 +317,13 @@ std::vector<Option> advectDeclared() {
         instead(positive("loop", "", "s",
                          "each point is back where it began after so long, and time= says where on its way (default: "
                          "T); needs a steady flow in a wall. Points whose track takes longer fade (fade, 0 to 1)"),
-                {"steps", "dt", "scheme", "longest", "jacobian", "trails"}),
+                {"steps", "dt", "scheme", "maxStep", "jacobian", "pathlines"}),
         {{"time", "{T}"}}));
     all.push_back(integer("jacobian", "0", 0, 1e6,
                           "for so many of the points, measure by which factor the flow changes volumes on their "
                           "way: the determinant of its map's derivative"));
-    all.push_back(flag("trails", "0", "1: also make curves of the ways that they go, with a vertex at each step"));
+    all.push_back(
+        formerly({"trails"}, flag("pathlines", "0", "1: also make curves of their paths, with a vertex at each step")));
     all.push_back(keep());
     return all;
 }
@@ -350,7 +352,7 @@ Registry pointActions() {
          .group = kGroup,
          .summary = "move the newest points along the newest flow, each on its own track",
          .takes = {stays("flow", {Kind::flow}), changed("points", {Kind::points})},
-         .makes = {made("points", {Kind::points}), made("curves", {Kind::curves}, "trails")},
+         .makes = {made("points", {Kind::points}), made("curves", {Kind::curves}, "pathlines")},
          .options = advectDeclared(),
          .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -scatter "
                       "-advect time=2 -write points.ply"},
@@ -390,7 +392,7 @@ Registry pointActions() {
          .takes = {stays("points", {Kind::points})},
          .makes = {made("report", {Kind::report})},
          .options = {text("name", "spacing", "of the figures in the report")},
-         .examples = {"curlew -jitter spacing=0.1 -spacing -expect spacing/median least=0.078 most=0.085"},
+         .examples = {"curlew -jitter spacing=0.1 -spacing -expect spacing/median min=0.078 max=0.085"},
          .evaluation = Evaluation::effect,
          .run = spacingAction}};
 }

@@ -183,15 +183,15 @@ void check(Context& c, const Arguments& a) {
 
 void expect(Context& c, const Arguments& a) {
     const std::string& path = a.words()[0];
-    if (!a.given("least") && !a.given("most") && !a.given("below")) throw ValueError("needs least=, most= or below=");
+    if (!a.given("min") && !a.given("max") && !a.given("below")) throw ValueError("needs min=, max= or below=");
     const double value = figureOf(c.wholeReport(), path);
     Report kept = {{"figure", path}, {"value", value}};
-    for (const char* bound : {"least", "most"})
+    for (const char* bound : {"min", "max"})
         if (a.given(bound)) kept[bound] = a.real(bound);
-    if (a.given("least") && !(value >= a.real("least")))
-        throw ValueError(fmt::format("{} is {:.6g}, below {:.6g}", path, value, a.real("least")));
-    if (a.given("most") && !(value <= a.real("most")))
-        throw ValueError(fmt::format("{} is {:.6g}, above {:.6g}", path, value, a.real("most")));
+    if (a.given("min") && !(value >= a.real("min")))
+        throw ValueError(fmt::format("{} is {:.6g}, below {:.6g}", path, value, a.real("min")));
+    if (a.given("max") && !(value <= a.real("max")))
+        throw ValueError(fmt::format("{} is {:.6g}, above {:.6g}", path, value, a.real("max")));
     if (a.given("below")) {
         const std::string other = a.text("below");
         const double bound = figureOf(c.wholeReport(), other);
@@ -207,11 +207,11 @@ Action expectDeclaration() {
     return {.name = "expect",
             .group = kGroup,
             .summary = "fail unless a figure of the report is within bounds",
-            .options = {real("least", "", "", "the figure must not be below it"),
-                        real("most", "", "", "the figure must not be above it"),
+            .options = {formerly({"least"}, real("min", "", "", "the figure must not be below it")),
+                        formerly({"most"}, real("max", "", "", "the figure must not be above it")),
                         text("below", "", "another figure, which it must be below")},
             .positional = {"ACTION/FIGURE", 1, 1},
-            .examples = {"curlew -config scenes/demo.txt -expect check/outside most=0",
+            .examples = {"curlew -config scenes/demo.txt -expect check/outside max=0",
                          "curlew -jitter -spacing name=curl -jitter method=random -spacing name=random "
                          "-expect random/minimum below=curl/minimum"},
             .evaluation = Evaluation::effect,

@@ -224,6 +224,8 @@ void Arguments::set(const std::string& name, const std::string& text) {
         names.push_back(o.name);
         if (o.name.starts_with(name)) matches.push_back(o.name);
     }
+    for (const auto& o : mAction->options)
+        if (std::find(o.formerly.begin(), o.formerly.end(), name) != o.formerly.end()) matches = {o.name};
     if (std::find(names.begin(), names.end(), name) != names.end()) matches = {name};
     if (matches.empty()) {
         for (const auto& input : mAction->takes) names.push_back(input.name);

@@ -40,6 +40,7 @@ struct Option {
     bool timeless = false;
     /// It only selects what the action takes from the stacks. A graph has links instead.
     bool selects = false;
+    std::vector<std::string> formerly = {}; ///< Names that it had in the last release: still taken, but not shown.
 };
 
 /// The words that an action takes beside its options: `minimum` to `maximum` of them (file names).

@@ -148,6 +148,11 @@ inline Option selector(Option option) {
     return option;
 }
 inline Option keep() { return selector(flag("keep", "0", "leave what is taken or changed as it is")); }
+/// Names that the option had in the last release (Option::formerly).
+inline Option formerly(std::vector<std::string> names, Option option) {
+    option.formerly = std::move(names);
+    return option;
+}
 /// Options that have no effect beside this one.
 inline Option instead(Option option, std::vector<std::string> others) {
     option.instead = std::move(others);
