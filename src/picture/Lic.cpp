@@ -5,6 +5,7 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/base/Random.h"
 #include "curlew/base/Require.h"
+#include "curlew/math/Vec.h"
 
 #include <algorithm>
 #include <numbers>
@@ -81,7 +82,7 @@ class Streak {
         if (!mVectors.contains(x, y)) return false;
         dx = static_cast<double>(mVectors.at(x, y, 0));
         dy = -static_cast<double>(mVectors.at(x, y, 1));
-        const double size = std::hypot(dx, dy);
+        const double size = length(Vec<double, 2>{{dx, dy}});
         if (!(size > 0) || !std::isfinite(size)) return false; // NaN, too
         dx /= size;
         dy /= size;

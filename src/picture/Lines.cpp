@@ -2,6 +2,7 @@
 #include "curlew/picture/Lines.h"
 
 #include "curlew/base/Error.h"
+#include "curlew/math/Vec.h"
 #include "curlew/picture/ColorMap.h"
 
 #include <fmt/format.h>
@@ -56,7 +57,7 @@ float coverage(double distance, double width) {
 double distanceTo(const Segment& s, double x, double y) {
     const double dx = s.x1 - s.x0, dy = s.y1 - s.y0, squared = dx * dx + dy * dy;
     const double t = squared > 0 ? std::clamp(((x - s.x0) * dx + (y - s.y0) * dy) / squared, 0.0, 1.0) : 0;
-    return std::hypot(x - s.x0 - t * dx, y - s.y0 - t * dy);
+    return length(Vec<double, 2>{{x - s.x0 - t * dx, y - s.y0 - t * dy}});
 }
 
 void cover(const Segment& s, double width, Image& mask) {
@@ -138,13 +139,13 @@ std::vector<Segment> arrows(const Image& vectors, int across, double reference) 
             const auto dx = static_cast<double>(vectors.at(column, row, 0)),
                        dy = -static_cast<double>(vectors.at(column, row, 1));
             if (!std::isfinite(dx) || !std::isfinite(dy)) continue;
-            longest = std::max(longest, std::hypot(dx, dy));
+            longest = std::max(longest, length(Vec<double, 2>{{dx, dy}}));
             found.push_back({x, y, dx, dy});
         }
     const double scale = 0.9 * cell / (reference > 0 ? reference : longest);
     std::vector<Segment> lines;
     for (const Arrow& a : found)
-        if (constexpr double kVisible = 1; std::hypot(a.dx, a.dy) * scale > kVisible)
+        if (constexpr double kVisible = 1; length(Vec<double, 2>{{a.dx, a.dy}}) * scale > kVisible)
             addArrow(a.x, a.y, a.dx * scale, a.dy * scale, lines);
     return lines;
 }

@@ -137,7 +137,7 @@ Vec3f terrainAt(double height) {
 
 Vec3f wavesAt(const Vec3d& position, double width) {
     const double x = 1.2 * std::atan2(position[2], position[0]) / (2 * pi);
-    const double y = (position[1] + std::hypot(position[0], position[2])) / (10 * width);
+    const double y = (position[1] + length(Vec<double, 2>{{position[0], position[2]}})) / (10 * width);
     const double s = y + 0.05 * std::abs(std::cos(10 * pi * x)) + 1213.12;
     const int stripe = static_cast<int>(std::floor(10 * (s - std::floor(s))));
     return colorAt(ColorMap::viridis, static_cast<float>(17 * stripe % 13) / 13);

@@ -25,10 +25,17 @@ constexpr size_t kLeaf = 16;             // points
 constexpr double kBytesPerPoint = 48;    // of the tree, and of what is found by it
 constexpr size_t kMostPoints = 1u << 31; // they are counted in 32 bits
 
-// What nanoflann calls result sets: told of each point within worstDist(), and where to stop.
+/// nanoflann's result set: it is told of each point within worstDist(), and says whether to go on.
+struct ResultSet {
+    using DistanceType = double; // nanoflann 1.5 and later ask for these names
+    using IndexType = uint32_t;
+    void sort() {}
+    bool full() const { return true; }
+};
 
 /// The nearest point but one. Ends where nothing can be nearer, so that heaps of points at one place take no longer.
-struct Nearest {
+struct Nearest : ResultSet {
+    explicit Nearest(size_t point) : self(point) {}
     size_t self;
     double squared = std::numeric_limits<double>::infinity();
 
@@ -37,10 +44,11 @@ struct Nearest {
         return squared > 0;
     }
     double worstDist() const { return squared; }
-    bool full() const { return true; }
 };
 
-struct Counter {
+struct Counter : ResultSet {
+    Counter(size_t point, double binWidth, std::vector<double>& counts)
+        : self(point), width(binWidth), reach(binWidth * static_cast<double>(counts.size())), bins(counts) {}
     size_t self;
     double width, reach;
     std::vector<double>& bins;
@@ -51,8 +59,16 @@ struct Counter {
         return true;
     }
     double worstDist() const { return reach * reach; }
-    bool full() const { return true; }
 };
+
+/// The member's name has changed with nanoflann 1.5.
+template <class Index>
+const std::vector<uint32_t>& orderOf(const Index& index) {
+    if constexpr (requires { index.vAcc_; })
+        return index.vAcc_;
+    else
+        return index.vAcc;
+}
 
 template <int N>
 void validate(const Positions<N>& points) {
@@ -98,6 +114,9 @@ struct NeighboursN<N>::Tree {
         index.findNeighbors(found, cloud.points[point].c.data(), {});
     }
 
+    /// The points as the leaves of the tree have them.
+    const std::vector<uint32_t>& order() const { return orderOf(index); }
+
     Cloud cloud;
     nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Cloud>, Cloud, N, uint32_t> index;
 };
@@ -116,13 +135,13 @@ std::vector<double> NeighboursN<N>::nearestDistances(size_t stride, const Monito
     if (stride == 0) throw ValueError("a stride of 0 points; give 1 or more");
     std::vector<double> distances((mTree->cloud.points.size() + stride - 1) / stride);
     // In the order in which the tree has the points, so that one search finds in the cache what the last one has used.
-    const auto& order = mTree->index.vAcc;
+    const auto& order = mTree->order();
     parallelFor(
         order.size(), 1024,
         [&](size_t begin, size_t end) {
             for (size_t i = begin; i < end; ++i) {
                 if (order[i] % stride != 0) continue;
-                Nearest nearest{.self = order[i]};
+                Nearest nearest(order[i]);
                 mTree->search(order[i], nearest);
                 distances[order[i] / stride] = std::sqrt(nearest.squared);
             }
@@ -133,7 +152,7 @@ std::vector<double> NeighboursN<N>::nearestDistances(size_t stride, const Monito
 
 template <int N>
 void NeighboursN<N>::count(size_t point, double width, std::vector<double>& bins) const {
-    Counter counter{.self = point, .width = width, .reach = width * static_cast<double>(bins.size()), .bins = bins};
+    Counter counter(point, width, bins);
     mTree->search(point, counter);
 }
 
