@@ -380,6 +380,10 @@ TEST_CASE("a program fails where a figure is not what it expects", "[command]") 
     folder.mustFail(both + "-expect a/median below=a/median", {"not below a/median"});
     folder.mustFail(both + "-expect a/median below=c/median", {"no 'c/median'"});
     folder.mustFail("-set n=1 -set 2=1 -list", {"-set", "2=1"});
+    store(folder / "sized.txt", "set scale=2\nnoise frequency={scale}\n");
+    folder.mustRun("-quiet -set scale=3 -config sized.txt");
+    folder.mustFail("-set scal=3 -config sized.txt", {"nothing uses 'scal'", "'scale'"});
+    folder.mustFail("-config sized.txt -set scale=3", {"'scale' is already 2", "before -config"});
 }
 
 TEST_CASE("files can have any name", "[command]") {

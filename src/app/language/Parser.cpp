@@ -48,6 +48,8 @@ class Parser {
             action(tokens[begin].substr(dashes), {tokens.begin() + static_cast<std::ptrdiff_t>(begin) + 1,
                                                   tokens.begin() + static_cast<std::ptrdiff_t>(k)});
         }
+        for (const auto& [name, value] : mUnused)
+            throw ValueError(fmt::format("-set: nothing uses '{}'{}", name, didYouMean(name, mSceneNames)));
     }
 
     void scene(const std::string& text, const std::string& name) {
@@ -99,6 +101,7 @@ class Parser {
             if (name == "set") return define(tokens);
             Statement statement{.arguments = Arguments(declared), .location = location};
             for (const auto& token : tokens) {
+                noteUse(token);
                 const std::string text = withConstants(token, mConstants);
                 count(text.size());
                 add(statement, text);
@@ -163,12 +166,32 @@ class Parser {
     /// The first definition of a name counts: a scene's own is what it has unless one before -config says otherwise.
     void define(const std::vector<std::string>& definitions) {
         if (definitions.empty()) throw ValueError("needs NAME=VALUE");
-        for (const auto& definition : definitions) mConstants.insert(constantOf(withConstants(definition, mConstants)));
+        for (const auto& definition : definitions) {
+            noteUse(definition);
+            const auto [name, value] = constantOf(withConstants(definition, mConstants));
+            const auto [known, isNew] = mConstants.emplace(name, value);
+            if (mDepth > 0) {
+                mUnused.erase(name);
+                mSceneNames.push_back(name);
+            } else if (isNew) {
+                mUnused.emplace(name, value);
+            } else if (known->second != value) {
+                throw ValueError(fmt::format(
+                    "'{}' is already {}, and the first value counts; write -set before -config", name, known->second));
+            }
+        }
+    }
+
+    /// A misspelled name on the command line would change nothing without a word.
+    void noteUse(const std::string& token) {
+        if (token.find('{') == std::string::npos) return;
+        std::erase_if(mUnused, [&](const auto& constant) { return withConstants(token, {constant}) != token; });
     }
 
     const Reading& mReading;
     std::vector<Included> mStatements;
-    Constants mConstants;
+    Constants mConstants, mUnused;        ///< mUnused: those of the command line that nothing has used yet.
+    std::vector<std::string> mSceneNames; ///< Names that scenes define.
     SourceLocation mLocation;
     int mDepth = 0, mScenes = 0;
     size_t mText = 0; ///< Bytes so far.
