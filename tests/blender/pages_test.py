@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The Python blocks that the pages show for Blender run, and make what the pages say."""
+
+import os
+import re
+import sys
+import unittest
+from pathlib import Path
+
+import bpy
+
+sys.path.insert(0, str(Path(__file__).parent))
+import support  # noqa: E402
+
+
+def blocks(page):
+    """Those for Blender, each a script of its own."""
+    found = re.findall(r"^```python\n(.*?)^```", (support.SOURCE / page).read_text(), re.MULTILINE | re.DOTALL)
+    return [block for block in found if re.search(r"^import bpy", block, re.MULTILINE)]
+
+
+class Pages(unittest.TestCase):
+    """Run in the folder of the test."""
+
+    def setUp(self):
+        support.empty()
+        os.chdir(support.WORK)
+
+    def test_the_tutorial_renders_its_picture(self):
+        for block in blocks("docs/tutorials/in_blender.md"):
+            exec(block, {})
+        self.assertEqual(bpy.data.images.load(str(support.WORK / "skin.png")).size[:], (400, 300))
+        pixels = support.image(support.WORK / "skin.png")[:, :, :3]
+        self.assertGreater(pixels.max() - pixels.min(), 0.3, "the picture is empty")
+
+    def test_the_recipe_makes_objects(self):
+        (block,) = blocks("docs/recipes.md")
+        exec(block, {})
+        self.assertGreater(len(bpy.data.objects), 1)
+        self.assertTrue(bpy.data.volumes)
+
+
+support.main(Pages)

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Builds the documentation site into a scratch folder and checks its pages; run.py FOLDER checks a site that is built.
+
+Every link and picture of a page must lead to a file of the site, and every #anchor to a place in it. No page may load anything
+from elsewhere. Ends with 77 (skipped) where there is no MkDocs.
+"""
+
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+ROOT = Path(__file__).resolve().parents[2]
+LOADED = {("link", "href"), ("script", "src"), ("img", "src"), ("iframe", "src"), ("source", "src"), ("video", "src")}
+
+
+class Page(HTMLParser):
+    """The links of a page, what it loads, and the places in it that a link can name."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.links, self.loads, self.places = [], [], {"", "top"}
+        self.feed(path.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag, attributes):
+        for name, value in attributes:
+            if name == "id" or (tag == "a" and name == "name"):
+                self.places.add(value)
+            elif (tag, name) in LOADED:
+                self.loads.append(value)
+            elif (tag, name) == ("a", "href"):
+                self.links.append(value)
+
+
+def problems(folder):
+    """What is wrong with the site, line by line, and how many links it has."""
+    pages = {path: Page(path) for path in sorted(folder.rglob("*.html"))}
+    wrong, count = [], 0
+    for path, page in pages.items():
+        name = path.relative_to(folder)
+        for link in page.loads + page.links:
+            count += 1
+            url = urlsplit(link)
+            if url.scheme or url.netloc:
+                if link in page.loads:
+                    wrong.append(f"{name} loads {link}")
+                continue
+            base = folder if url.path.startswith("/") else path.parent
+            there = (base / unquote(url.path).lstrip("/")).resolve() if url.path else path
+            if there == folder.resolve():
+                there /= "index.html"
+            if not there.is_file() or folder.resolve() not in there.parents:
+                wrong.append(f"{name}: {link} is not there")
+            elif there.suffix == ".html" and unquote(url.fragment) not in pages[there].places:
+                wrong.append(f"{name}: {link} names no place in that page")
+    for style in sorted(folder.rglob("*.css")):
+        for link in re.findall(r"(?:url\(|@import )\s*['\"]?((?:https?:)?//[^'\")]+)", style.read_text(encoding="utf-8")):
+            wrong.append(f"{style.relative_to(folder)} loads {link}")
+    return wrong, len(pages), count
+
+
+def check(folder):
+    """The exit status: 0, or what is wrong."""
+    wrong, pages, links = problems(folder)
+    print(f"site: {pages} pages with {links} links and files")
+    if pages == 0:
+        wrong.append("there are no pages")
+    return "\n".join(wrong) or 0
+
+
+def main(folder=None):
+    if folder:
+        return check(Path(folder).resolve())
+    mkdocs = shutil.which("mkdocs")
+    if not mkdocs:
+        print("skipped: there is no MkDocs here (apt-get install mkdocs)")
+        return 77
+    with tempfile.TemporaryDirectory() as scratch:
+        built = subprocess.run([mkdocs, "build", "--strict", "-f", ROOT / "tools/site/mkdocs.yml", "-d", scratch],
+                               capture_output=True, text=True)
+        if built.returncode != 0:
+            return f"mkdocs ended with {built.returncode}:\n{built.stdout}{built.stderr}"
+        return check(Path(scratch).resolve())
+
+
+sys.exit(main(*sys.argv[1:]))

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What MkDocs does not do by itself for our site: pages from outside docs/, links to source files, blank lines before lists.
+
+The README is the home page. Other pages outside docs/ and the files that pages link to keep their paths in the site; a file that a
+browser would not show gets .txt behind its name. Links in the pages are those of the repository, so that they work there, too.
+"""
+
+import logging
+import posixpath
+import re
+from pathlib import Path
+from urllib.parse import unquote
+
+from mkdocs.structure.files import File
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "scenes/README.md")  # outside docs/
+SHOWN = {".txt", ".json", ".csv", ".png", ".svg"}  # by browsers
+LINK = re.compile(r"(\]\()([^)\s]+)(\))")
+LIST = re.compile(r"([-*]|\d+\.) ")
+
+log = logging.getLogger("mkdocs.hooks.curlew")  # --strict counts its warnings
+
+
+def is_local(link):
+    """Whether a link leads to a file: not into the page itself, nor to another site."""
+    return not re.match(r"#|[a-z]+:", link)
+
+
+def outside_code(text, change):
+    """The page with change() applied to its paragraphs, not to code."""
+    parts = re.split(r"(^```.*?^```$|`[^`\n]+`)", text, flags=re.M | re.S)
+    return "".join(part if k % 2 else change(part) for k, part in enumerate(parts))
+
+
+def in_repository(page):
+    """The path of a page in the repository, by its path in the site."""
+    return page if page in PAGES else posixpath.join("docs", page)
+
+
+def target(page, link):
+    """The file of the repository that a link in a page of the repository leads to."""
+    return posixpath.normpath(posixpath.join(posixpath.dirname(page), unquote(link.partition("#")[0])))
+
+
+def in_site(path):
+    """Where a file of the repository is in the site."""
+    if path.startswith("docs/"):
+        return path[len("docs/"):]
+    return path if path in PAGES or Path(path).suffix in SHOWN else path + ".txt"
+
+
+def links(text):
+    """All links of a page to files."""
+    found = []
+    outside_code(text, lambda part: found.extend(m[2] for m in LINK.finditer(part) if is_local(m[2])) or part)
+    return found
+
+
+def file(config, name, source):
+    """A file of the site that lies elsewhere."""
+    result = File(name, str(ROOT), config["site_dir"], config["use_directory_urls"])
+    result.abs_src_path = str(source)
+    return result
+
+
+def on_files(files, config):
+    """Adds the pages and the linked files that are not in docs/."""
+    for name in PAGES:
+        files.append(file(config, name, ROOT / name))
+    for page in [p.src_uri for p in files.documentation_pages()]:
+        path = in_repository(page)
+        for link in links((ROOT / path).read_text(encoding="utf-8")):
+            found = target(path, link)
+            if not found.startswith("docs/") and (ROOT / found).is_file() and not files.get_file_from_path(in_site(found)):
+                files.append(file(config, in_site(found), ROOT / found))
+    files.append(file(config, "css/site.css", Path(__file__).with_name("site.css")))
+    # Debian's theme asks for a jQuery of another name than that which it brings, and for a script that it does not bring.
+    brought = {folder: sorted(Path(folder).glob("js/jquery*.min.js")) for folder in config["theme"].dirs}
+    jquery = next((found[0] for found in brought.values() if found), None)
+    for name, source in (("js/jquery-3.6.0.min.js", jquery), ("js/theme_extra.js", Path(__file__).with_name("theme_extra.js"))):
+        if source and not any((Path(folder) / name).exists() for folder in config["theme"].dirs):
+            files.append(file(config, name, source.resolve()))
+    return files
+
+
+def on_page_markdown(markdown, page, config, files):
+    """Turns links of the repository into those of the site; Python-Markdown wants a blank line before a list."""
+    path = in_repository(page.file.src_uri)
+
+    def rewritten(match):
+        if not is_local(match[2]):
+            return match[0]
+        found, anchor = target(path, match[2]), match[2].partition("#")[1:]
+        if not (ROOT / found).is_file():
+            log.warning("%s: there is no file '%s'", path, match[2])
+        there = posixpath.relpath(in_site(found), posixpath.dirname(page.file.src_uri) or ".")
+        return match[1] + there + "".join(anchor) + match[3]
+
+    lines, code = [], False
+    for line in outside_code(markdown, lambda part: LINK.sub(rewritten, part)).split("\n"):
+        code ^= line.startswith("```")
+        if not code and LIST.match(line) and lines and lines[-1] and not re.match(r"\s|[-*] |\d+\. ", lines[-1]):
+            lines.append("")
+        lines.append(line)
+    return "\n".join(lines)
