@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Particles: ours along the field itself, OpenVDB's through a grid of it.
+// Advection of particles: ours along the field itself, OpenVDB's through a grid of the field.
 
 #include "Cases.h"
 #include "curlew/base/Parallel.h"
@@ -19,10 +19,10 @@ namespace points = openvdb::points;
 
 constexpr size_t kParticles = 20000;
 constexpr int kSteps = 200;
-constexpr double kTravel = 3.4;   ///< Of a particle at the rms speed, which is 1: so it is the time, too.
-constexpr double kFrequency = 2;  ///< Of the noises.
-constexpr double kScattered = 1;  ///< Particles start in the cube of this half edge,
-constexpr double kCovered = 2;    ///< and OpenVDB's grid covers this one: hardly any particle leaves it.
+constexpr double kTravel = 3.4;   ///< Distance that a particle travels at the rms speed, which is 1; equal to the time.
+constexpr double kFrequency = 2;  ///< Frequency of the noises.
+constexpr double kScattered = 1;  ///< Half edge of the cube in which the particles start.
+constexpr double kCovered = 2;    ///< Half edge of the cube that OpenVDB's grid covers; few particles leave it.
 constexpr int kVelocityDim = 128; ///< Voxels of that grid along an edge.
 
 Flow driftingFlow() {
@@ -56,14 +56,14 @@ void advection(benchmark::State& state, size_t count, int steps, Reprojection me
 
 using PointGrid = points::PointDataGrid;
 
-/// What id is to the point tools: the index of each point.
+/// The id attribute for OpenVDB's point tools: the index of each point.
 struct Indices {
     using value_type = int32_t;
     void get(value_type& id, openvdb::Index64 n, openvdb::Index) const { id = static_cast<int32_t>(n); }
 };
 
-/// The particles as OpenVDB's points, about 8 to a voxel as its own tools have it; with ids if they are to be found
-/// again.
+/// Converts the particles to OpenVDB points, about 8 per voxel as in its own tools. Adds ids if the points must be
+/// identified later.
 PointGrid::Ptr pointGrid(const Points& particles, bool withIds) {
     std::vector<openvdb::Vec3f> positions;
     for (size_t i = 0; i < particles.size(); ++i)
@@ -86,8 +86,8 @@ void advectInCalls(PointGrid& grid, const openvdb::Vec3SGrid& velocity, int call
                              static_cast<openvdb::Index>(kSteps / calls));
 }
 
-/// How far the points are from where they should be on f and g: root mean squares, relative to those of f and g.
-/// PointGrid that have left the grid of velocities do not count.
+/// Measures the drift of the points from their values of f and g, as root mean squares relative to those of f and g.
+/// Ignores points that have left the velocity grid.
 void measureDrift(benchmark::State& state, const Flow& flow, const Points& start, const PointGrid& grid) {
     double f2 = 0, g2 = 0;
     size_t count = 0;
@@ -107,7 +107,7 @@ void measureDrift(benchmark::State& state, const Flow& flow, const Points& start
             ++count;
         }
     }
-    const auto rms = magnitudesOf(flow).potentials;
+    const auto rms = rmsOf(flow).potentials;
     const auto points = static_cast<double>(count);
     setDrift(state, std::sqrt(f2 / points) / rms[0], std::sqrt(g2 / points) / rms[1]);
     state.counters["left"] = static_cast<double>(start.size() - count);

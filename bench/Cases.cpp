@@ -6,7 +6,7 @@
 namespace curlew::bench {
 
 std::vector<PointBatch> rowBatches(double step) {
-    constexpr int kRow = 8; // a leaf's voxels along an axis
+    constexpr int kRow = 8; // voxels of a leaf along an axis
     std::vector<PointBatch> batches(kBatches);
     for (int b = 0; b < kBatches; ++b)
         for (int n = 0; n < kBatch; ++n)
@@ -21,7 +21,7 @@ Flow freeFlow(const Domain& domain, double frequency) {
 }
 
 Domain voxelDomain(int dim) {
-    // The box of whole voxels: half of one around the outer centres. All of these numbers are exact.
+    // The box of whole voxels: half a voxel beyond the outer voxel centres. All of these numbers are exact.
     const double voxel = 1.0 / kVoxelsPerCell, low = -0.5 * voxel, high = (dim - 0.5) * voxel;
     return {.box = {{{low, low, low}}, {{high, high, high}}}, .wall = std::nullopt};
 }

@@ -13,9 +13,9 @@
 
 namespace curlew::bench {
 
-// Each file has one topic and registers its cases; their names are paths, such as "dfvn/float/random". All run on one
-// thread unless the name ends in "2threads", and count items (points, voxels, particle steps): report.py turns those
-// into times, and compares cases by name.
+// Each file has one topic and registers its cases. Their names are paths, such as "dfvn/float/random". All cases run on
+// one thread unless the name ends in "2threads". They count items (points, voxels, particle steps), from which
+// report.py computes times. It compares cases by name.
 void registerRoofline();
 void registerNoise();
 void registerGrid();
@@ -23,10 +23,10 @@ void registerAdvect();
 void registerEnright();
 void registerWarp();
 
-/// So many batches are worked through in turn that branches and tables cannot be learned by heart.
+/// Number of batches that are processed in turn, large enough to defeat branch prediction and caching.
 inline constexpr int kBatches = 64;
 
-/// Points that have nothing to do with one another, in [0, edge)³.
+/// Independent random points in [0, edge)³.
 template <int N>
 std::vector<PointBatchN<N>> randomBatches(double edge) {
     std::vector<PointBatchN<N>> batches(kBatches);
@@ -40,25 +40,26 @@ std::vector<PointBatchN<N>> randomBatches(double edge) {
     return batches;
 }
 
-/// Voxels as a sampler of grids meets them, `step` apart: a batch is a layer of a leaf, in rows along z.
+/// Voxels in the order in which a grid sampler visits them, `step` apart: a batch is a layer of a leaf, in rows along
+/// z.
 std::vector<PointBatch> rowBatches(double step);
 
-/// The voxels of a cell of noise along one axis, where nothing else is said.
+/// Default number of voxels per cell of noise along an axis.
 inline constexpr int kVoxelsPerCell = 32;
 
-/// The flow of two noises without a wall.
+/// Returns the flow of two noises without a wall.
 Flow freeFlow(const Domain& domain = {}, double frequency = 1);
 
-/// The domain that holds the voxels 0 … dim-1 along each axis, kVoxelsPerCell of them to a cell of noise.
+/// Returns the domain with the voxels 0 … dim-1 along each axis, kVoxelsPerCell of them per cell of noise.
 Domain voxelDomain(int dim);
 
-/// Adds a case under a name that is only known at run time.
+/// Adds a case whose name is only known at run time.
 template <class F>
 benchmark::internal::Benchmark* add(const std::string& name, F&& run) {
     return benchmark::RegisterBenchmark(name.c_str(), std::forward<F>(run));
 }
 
-/// For cases that take a second or so: once is enough, the driver repeats the whole run.
+/// For cases that take about a second: runs one iteration, since the driver repeats the whole run.
 inline benchmark::internal::Benchmark* once(benchmark::internal::Benchmark* added) { return added->Iterations(1); }
 
 } // namespace curlew::bench

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Enright's test: a sphere that is pulled to a sheet and back. Ours by the flow map, OpenVDB's by its level set
-// advection with its own velocity field.
+// Enright's test: a sphere is stretched to a sheet and back. Ours uses the flow map, OpenVDB's its level set advection
+// with its own velocity field.
 
 #include "Cases.h"
 #include "curlew/base/Parallel.h"
@@ -19,7 +19,7 @@ namespace curlew::bench {
 namespace {
 
 constexpr double kPeriod = 3, kRadius = 0.15, kCenter = 0.35;
-constexpr int kSteps = 64; ///< Of ours, in the whole period.
+constexpr int kSteps = 64; ///< Steps of our method in the whole period.
 
 LevelSet sphere(int dim) {
     constexpr auto c = static_cast<float>(kCenter);
@@ -32,7 +32,7 @@ double volumeChange(const LevelSet& after, const LevelSet& before) {
     return 100 * (openvdb::tools::levelSetVolume(*after.grid) / openvdb::tools::levelSetVolume(*before.grid) - 1);
 }
 
-/// The mean distance, in voxels, between points of the surface (of its spline) and the sphere.
+/// Returns the mean distance, in voxels, between points of the surface (of its spline) and the sphere.
 double surfaceDistance(const LevelSet& levelSet) {
     const Sdf sdf = sdfOf(widened(levelSet, 6));
     const double voxel = levelSet.voxelSize();
@@ -45,18 +45,18 @@ double surfaceDistance(const LevelSet& levelSet) {
         for (int k = 0; k < 6; ++k) { // Newton's method
             const auto d = sdf.distance.at<1>(p);
             left = d.value;
-            const double steepness = dot(d.gradient, d.gradient);
-            if (!(steepness > 0.01)) break;
-            p -= d.gradient * (d.value / steepness);
+            const double lipschitz = dot(d.gradient, d.gradient);
+            if (!(lipschitz > 0.01)) break;
+            p -= d.gradient * (d.value / lipschitz);
         }
-        if (!(std::abs(left) < 1e-3 * voxel)) continue; // the edge of what is left
+        if (!(std::abs(left) < 1e-3 * voxel)) continue; // no surface point found
         sum += std::abs(length(p - Vec3d{{kCenter, kCenter, kCenter}}) - kRadius) / voxel;
         ++count;
     }
     return sum / std::max(count, 1.0);
 }
 
-/// Times the whole period, and measures half of it, too. `advance(start, time)` is what is compared.
+/// Times the whole period and also measures the half period. `advance(start, time)` is the method under test.
 template <class Advance>
 void enright(benchmark::State& state, int dim, const Advance& advance) {
     const ThreadLimit limit(2);

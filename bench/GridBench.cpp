@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Velocity grids: dense ones, those with walls and sparse ones; and the same grids made by others.
+// Velocity grids: dense, with walls, and sparse; and the same grids made by other software.
 
 #include "Cases.h"
 #include "curlew/base/Parallel.h"
@@ -21,7 +21,7 @@ namespace {
 
 using openvdb::Coord;
 
-constexpr int kDim = 256; ///< Of the dense grids.
+constexpr int kDim = 256; ///< Voxels of the dense grids along an edge.
 
 void countVoxels(benchmark::State& state, const openvdb::GridBase& grid) {
     const auto voxels = grid.activeVoxelCount();
@@ -30,19 +30,19 @@ void countVoxels(benchmark::State& state, const openvdb::GridBase& grid) {
     state.counters["bytes_per_item"] = static_cast<double>(grid.memUsage()) / static_cast<double>(voxels);
 }
 
-/// Gives back what earlier cases have left behind. A process that makes a grid gets all of its memory anew, which takes
-/// longer than to fill it.
+/// Returns memory that earlier cases have freed to the system. A process that makes a grid then gets all of its memory
+/// from the system, which takes longer than filling it.
 void forgetMemory() { malloc_trim(0); }
 
 void velocity(benchmark::State& state, const Flow& flow, const VelocityGridOptions& options, int threads = 1) {
     const ThreadLimit limit(threads);
-    openvdb::Vec3SGrid::Ptr grid; // outside, so that giving the memory back is not timed
+    openvdb::Vec3SGrid::Ptr grid; // outside of the loop, so that freeing the memory is not timed
     forgetMemory();
     for (auto _ : state) grid = velocityGrid(flow, options);
     countVoxels(state, *grid);
 }
 
-/// The same with memory that the process already has: what is left is the work of the kernels.
+/// Times the same with memory that the process already has, which leaves the work of the kernels.
 void velocityAgain(benchmark::State& state, const Flow& flow, const VelocityGridOptions& options) {
     const ThreadLimit limit(1);
     mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
@@ -59,7 +59,7 @@ void velocityAgain(benchmark::State& state, const Flow& flow, const VelocityGrid
 constexpr std::pair<const char*, Layout> kLayouts[] = {{"collocated", Layout::collocated},
                                                        {"staggered", Layout::staggered}};
 
-/// The whole cube, and with it the cases that say how the time grows.
+/// Adds the cases for the whole cube, including those that show how the time scales.
 void addDense() {
     for (const auto& [name, layout] : kLayouts) {
         const VelocityGridOptions options{.dim = kDim, .layout = layout};
@@ -76,7 +76,7 @@ void addDense() {
                  [=](auto& state) { velocity(state, freeFlow(voxelDomain(dim)), {.dim = dim}); }));
 }
 
-/// New leaves with something in them, in a tree: what any way to make a dense grid has to do.
+/// Times filling a tree with new leaves: the minimal work for making a dense grid.
 void fill(benchmark::State& state) {
     const ThreadLimit limit(1);
     using Tree = openvdb::Vec3STree;
@@ -100,7 +100,7 @@ void fill(benchmark::State& state) {
     countVoxels(state, *grid);
 }
 
-/// What vdb_ax runs, without reading and writing files: compiled for this processor, at its highest optimisation.
+/// Times the code that vdb_ax runs, without file input and output: compiled for this processor, with full optimisation.
 void curlSimplexNoise(benchmark::State& state) {
     const ThreadLimit limit(1);
     namespace ax = openvdb::ax;
@@ -117,8 +117,8 @@ void curlSimplexNoise(benchmark::State& state) {
 
 // ---- Walls
 
-constexpr double kFrequency = 2;   ///< Of the noises, for shapes of radius 1 …
-constexpr double kVoxel = 1. / 64; ///< … and their voxels: kVoxelsPerCell to a cell.
+constexpr double kFrequency = 2;   ///< Frequency of the noises, for shapes of radius 1.
+constexpr double kVoxel = 1. / 64; ///< Voxel size, which gives kVoxelsPerCell voxels per cell.
 
 Flow contained(const Sdf& shape) {
     const Wall wall{.sdf = shape, .side = Side::inside, .width = 0.1};
@@ -127,7 +127,8 @@ Flow contained(const Sdf& shape) {
                 Domain::of(wall));
 }
 
-/// A ball of radius 1 as a level set of 192 voxels across, its band wide enough for the wall.
+/// Returns a level set of a sphere with radius 1 and a diameter of 192 voxels. Its narrow band is wide enough for the
+/// wall.
 Sdf levelSetSphere() {
     constexpr float kLevelSetVoxel = 2.0F / 192, kHalfWidth = 14;
     return sdfOf(levelSetOf(
@@ -135,7 +136,7 @@ Sdf levelSetSphere() {
 }
 
 void addWalls() {
-    // Made by the first case that needs it: a level set takes a while.
+    // Each flow is made by the first case that needs it, since a level set takes a while.
     const auto unbounded = [] { return freeFlow({.box = sphereSdf(1).bounds, .wall = std::nullopt}, kFrequency); };
     const auto inSphere = [] { return contained(sphereSdf(1)); };
     const auto inLevelSet = [] {
@@ -153,13 +154,13 @@ void addWalls() {
     }
 }
 
-/// A shell of radius 1 and thickness 0.05 in a box of size 2: few of the voxels of that box.
+/// Adds cases for a shell of radius 1 and thickness 0.05, which has few of the voxels of its box of size 2.
 void addShells() {
     const Wall shell{.sdf = subtract(sphereSdf(1), sphereSdf(0.95), 0), .side = Side::inside, .width = 0.02};
     const Flow flow = freeFlow(Domain::of(shell), kFrequency);
     for (const int dim : {256, 512, 1024})
         once(add(fmt::format("shell/{}", dim), [=](auto& state) { velocity(state, flow, {.voxel = 2.0 / dim}); }));
-    // The same as the mask of a level set's band; made when it is needed.
+    // The same shell as the mask of a level set's narrow band, which is made when needed.
     once(add("shell_mask/512", [=](auto& state) {
         constexpr float kVoxelSize = 2.0F / 512, kHalfWidth = 0.025F / kVoxelSize;
         const auto mask =

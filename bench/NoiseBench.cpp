@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Noises and flows at positions: nothing but arithmetic.
+// Evaluation of noises and flows at positions: pure arithmetic.
 
 #include "Cases.h"
 #include "ScalarPorts.h"
@@ -10,7 +10,7 @@ namespace curlew::bench {
 
 namespace {
 
-constexpr double kEdge = 20; ///< Of the cube of random points, in cells.
+constexpr double kEdge = 20; ///< Edge of the cube of random points, in cells.
 constexpr int64_t kPoints = int64_t{kBatches} * kBatch;
 
 template <class T>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the processor could do at best: no case of ours can be faster than its multiply-adds and its stores allow.
+// The limits of the processor: no other case can be faster than its multiply-adds and stores allow.
 
 #include "Cases.h"
 
@@ -13,12 +13,13 @@ namespace curlew::bench {
 
 namespace {
 
-// As many sums as hide the latency of a multiply-add (4 cycles, 2 a cycle) and still fit the 16 registers of AVX2.
+// Number of sums: enough to hide the latency of a multiply-add (4 cycles, 2 per cycle), and few enough for the 16
+// registers of AVX2.
 constexpr int kSums = 12;
 constexpr int kRounds = 4096;
-constexpr int kLoads = 12 * 256; ///< Of the cases that load: 24 KiB of doubles, in the first-level cache.
+constexpr int kLoads = 12 * 256; ///< Loads of the loading cases: 24 KiB of doubles, which fit the L1 cache.
 
-// Function by function for the instruction set that it is about; the rest of the file runs anywhere.
+// Each function is compiled for the instruction set that it measures; the rest of the file runs on any processor.
 
 [[gnu::target("avx2,fma")]] float multiplyAddAvx2(float factor, float term) {
     const __m256 a = _mm256_set1_ps(factor), b = _mm256_set1_ps(term);
@@ -67,7 +68,7 @@ constexpr int kLoads = 12 * 256; ///< Of the cases that load: 24 KiB of doubles,
 void multiplyAdd(benchmark::State& state, float (*run)(float, float), int lanes) {
     float factor = 0.999F, term = 0.001F;
     for (auto _ : state) {
-        benchmark::DoNotOptimize(factor); // may have changed: else all of it is done once
+        benchmark::DoNotOptimize(factor); // prevents the compiler from hoisting the work out of the loop
         benchmark::DoNotOptimize(run(factor, term));
     }
     state.SetItemsProcessed(state.iterations() * kRounds * kSums * lanes);
@@ -83,7 +84,7 @@ void loadMultiplyAdd(benchmark::State& state, double (*run)(const double*)) {
     state.SetItemsProcessed(state.iterations() * kLoads);
 }
 
-constexpr size_t kBytes = size_t{256} << 20; ///< Many times the last cache.
+constexpr size_t kBytes = size_t{256} << 20; ///< Many times the size of the last-level cache.
 
 struct Free {
     void operator()(float* memory) const { std::free(memory); }
@@ -105,7 +106,7 @@ void store(benchmark::State& state) {
     state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(kBytes));
 }
 
-/// Around the caches.
+/// Stores that bypass the caches.
 void storeStreaming(benchmark::State& state) {
     const auto memory = uninitialised();
     storeAll(memory.get());
@@ -118,7 +119,7 @@ void storeStreaming(benchmark::State& state) {
     state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(kBytes));
 }
 
-/// Into memory that the process has not had before, as the leaves of a new grid are.
+/// Stores to memory that is new to the process, like the leaves of a new grid.
 void storeFresh(benchmark::State& state) {
     for (auto _ : state) {
         const auto memory = uninitialised();

@@ -19,7 +19,7 @@ float permute(float k) {
     return modulo289((rest * 34 + 10) * rest); // below 2^24: exact
 }
 
-/// A point of a spherical Fibonacci spiral (steps 8 and 9 of the paper).
+/// Returns a point of a spherical Fibonacci spiral (steps 8 and 9 of the paper).
 template <class T>
 Vector spiral(T hash) {
     const T theta = hash * T(3.883222077), z = T(0.996539792) - T(0.006920415) * hash;
@@ -44,7 +44,7 @@ Vector gradientOf(float hash) {
         return kTable.gradients[static_cast<int>(hash)];
 }
 
-/// Adds a corner of simplex coordinates u, of which the position has the coordinates p in space.
+/// Adds the contribution of the corner with simplex coordinates u to the sum at the position p.
 template <Gradients G>
 void addCorner(const Vector& p, const Vector& u, Sample& sum) {
     const Vector corner{0.5F * (u.y + u.z - u.x), 0.5F * (u.x + u.z - u.y), 0.5F * (u.x + u.y - u.z)};
@@ -68,7 +68,7 @@ Sample noise(const float (&position)[3]) {
     const Vector u{p.y + p.z, p.x + p.z, p.x + p.y};
     const Vector base{std::floor(u.x), std::floor(u.y), std::floor(u.z)};
     const Vector r{u.x - base.x, u.y - base.y, u.z - base.z};
-    // The corners on the way from the base to base + (1, 1, 1) follow the order of the fractions (Table 1).
+    // The order of the fractional parts determines the corners between base and base + (1, 1, 1) (Table 1).
     const float xy = step(r.x, r.y), xz = step(r.x, r.z), yz = step(r.y, r.z); // 1: the later axis goes first
     const Vector wins{2 - xy - xz, xy + 1 - yz, xz + yz};                      // 2 for the first axis, 0 for the last
     const Vector first{step(2, wins.x), step(2, wins.y), step(2, wins.z)};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Images carried along a flow in the plane, as in ICN's Table 2: frames of 1024 x 576 pixels.
+// Warping images along a 2D flow, as in Table 2 of ICN (Bærentzen et al. 2025): frames of 1024 x 576 pixels.
 
 #include "Cases.h"
 #include "curlew/base/Parallel.h"

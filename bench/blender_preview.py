@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How long the add-on's preview takes: 2,000 particles around Suzanne after a change of one option of a noise.
+"""Times the add-on's preview: 2,000 particles around Suzanne after a change of one option of a noise.
 
     CURLEW_LIBRARY=build/libcurlew.so blender --background --factory-startup -noaudio --python-exit-code 3 \\
         --python bench/blender_preview.py -- [--addon plugin/blender] [--rounds 15] [--json FILE]
 
-The mesh is Blender's own monkey, its holes closed by a voxel remesh. Each round changes an option that it has not had before,
-and takes the time from there until the preview's object has its new points: the tree is read, the graph evaluated, the object
-filled. Medians in milliseconds, of each option that is changed: wall time, and the processor time of all threads, which
-counts if others use the processor.
+The mesh is Blender's monkey, with its holes closed by a voxel remesh. Each round sets an option to a value that it has
+not had before, and measures the time until the preview's object has its new points: reading the tree, evaluating the
+graph, filling the object. Prints medians in milliseconds for each option: wall time, and the processor time of all
+threads, which is more reliable if other processes use the processor.
 """
 
 import argparse
@@ -23,7 +23,7 @@ HERE = Path(__file__).resolve().parent
 
 
 def suzanne():
-    """Blender's monkey without holes."""
+    """Returns Blender's monkey without holes."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.mesh.primitive_monkey_add()
     obj = bpy.context.active_object
@@ -33,7 +33,8 @@ def suzanne():
 
 
 def tree_around(obj):
-    """A flow around it, of two noises of which one conforms to it; returns the tree and its nodes by what they are."""
+    """Creates a flow around the object from two noises, one of which conforms to it. Returns the tree, and its nodes by
+    role."""
     tree = bpy.data.node_groups.new("preview", "CurlewTree")
     made = {}
 
@@ -58,7 +59,7 @@ def tree_around(obj):
     return tree, made
 
 
-# What is changed, to what in round k.
+# The options that are changed, with their values in round k.
 CHANGES = {
     "frequency of the free noise": ("f", "frequency", lambda k: 1.5 + 0.01 * k),
     "seed of the noise at the wall": ("g", "seed", lambda k: 10 + k),
@@ -68,11 +69,11 @@ CHANGES = {
 
 
 def main():
-    """Prints the medians."""
+    """Runs the benchmark and prints the medians."""
     parser = argparse.ArgumentParser(prog="blender_preview.py")
     parser.add_argument("--addon", type=Path, default=HERE.parent / "plugin/blender", help="the folder of curlew_blender")
-    parser.add_argument("--rounds", type=int, default=15, help="changes of each option")
-    parser.add_argument("--json", type=Path, help="a file for all numbers")
+    parser.add_argument("--rounds", type=int, default=15, help="number of changes of each option")
+    parser.add_argument("--json", type=Path, help="JSON file for all numbers")
     options = parser.parse_args(sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else [])
     sys.path.insert(0, str(options.addon.resolve()))
     import curlew_blender

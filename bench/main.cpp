@@ -13,7 +13,7 @@ namespace {
 
 using namespace curlew;
 
-/// The largest difference between a port and Psrd3 in value and gradient.
+/// Returns the largest difference between a port and Psrd3 in value and gradient.
 template <ports::Gradients G>
 double disagreement() {
     const Psrd3 psrd;
@@ -31,7 +31,7 @@ double disagreement() {
     return largest;
 }
 
-/// Throws if one of the ports computes something else than the library.
+/// Throws if a port does not agree with the library.
 template <ports::Gradients G>
 void requireAgreement(const char* name, double tolerance) {
     const double largest = disagreement<G>();
@@ -41,8 +41,8 @@ void requireAgreement(const char* name, double tolerance) {
 }
 
 void requireAgreement() {
-    // In float, the angle of a gradient (up to 1118 radians) is rounded by up to 2^-14, and a gradient counts with up
-    // to 39.5 / 8. The table has no such error, only that of a few float operations.
+    // In float, the angle of a gradient (up to 1118 radians) has a rounding error of up to 2^-14, and the weight of a
+    // gradient is up to 39.5 / 8. The table does not have this error, only that of a few float operations.
     requireAgreement<ports::Gradients::computed>("computed", 3.1e-4);
     requireAgreement<ports::Gradients::table>("table", 2e-5);
 }

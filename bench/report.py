@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs the benchmarks for each instruction set, and the command; prints tables and writes all numbers as JSON.
 
-What is compared runs in turns, round after round, and the median of the rounds counts: so a load that comes and goes
-hits all alike. Times of one thread are processor times; those of two are real times, which count for little while others
-use the processor: so the processor time of the main thread, which takes part in the work, is compared as well.
+Compared cases run in turn, round after round, so that a varying load affects all of them; the median of the rounds is
+used. Times of one thread are processor times. Times of two threads are wall times, which are unreliable while other
+processes use the processor. Therefore the processor time of the main thread, which takes part in the work, is compared
+too.
 
 The preview of the Blender add-on is timed in Blender, by bench/blender_preview.py.
 """
@@ -21,20 +22,20 @@ import tempfile
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
 
-# Best first, with what a processor has to have for it. The variable makes the library use that set.
+# Instruction sets, best first, with the processor flags that they need. The environment variable selects the set.
 SETS = {"avx512": {"avx512f", "avx512dq", "avx512bw", "avx512vl"}, "avx2": {"avx2", "fma"}, "scalar": set()}
 VARIABLE = "CURLEW_SIMD"
-# Everything runs with the best set; with the others, what is worth a column.
+# All cases run with the best set. With the other sets, only those that match COLUMNS run.
 COLUMNS = re.compile(r"(dfvn|noise|octaves|bounded)/|velocity/.*/1thread|advect/(none|gauss_newton)/1thread")
-LONG = 10  # Seconds: what takes longer is run once.
-DIM = 256  # Of the grid whose memory is measured: that of the case velocity/collocated/1thread.
+LONG = 10  # Seconds; a case that takes longer is run once.
+DIM = 256  # Voxels along an edge of the grid whose memory is measured: that of the case velocity/collocated/1thread.
 BOX = ",".join(str(v) for v in [-0.5 / 32] * 3 + [(DIM - 0.5) / 32] * 3)
 MEMORY = "memory/collocated"
 
 
 @dataclass
 class Case:
-    """What one instruction set has measured of one case; lists have a value for each round."""
+    """Measurements of one case with one instruction set; lists have one value per round."""
     cpu: list = field(default_factory=list)  # ns an item
     real: list = field(default_factory=list)  # ns an item
     counters: dict = field(default_factory=dict)
@@ -47,7 +48,7 @@ class Case:
 
 
 def processor():
-    """The model, and the flags, of the processor."""
+    """Returns the model and the flags of the processor."""
     with open("/proc/cpuinfo") as file:
         text = file.read()
     model = re.search(r"^model name\s*:\s*(.*)", text, re.M)
@@ -64,12 +65,12 @@ def child(arguments, **environment):
 
 
 def short(name):
-    """A case's name without what Google Benchmark appends."""
+    """Returns a case's name without the suffix of Google Benchmark."""
     return re.sub(r"/(iterations:\d+|real_time)", "", name)
 
 
 def run_cases(binary, names, simd, cases):
-    """Adds one round of the named cases; returns those that took too long to be repeated."""
+    """Adds one round of the named cases. Returns those that took too long to be repeated."""
     output = child([binary, f"--benchmark_filter=^({'|'.join(names)})$", "--benchmark_format=json",
                     "--benchmark_min_time=0.02"], **{VARIABLE: simd})
     known = {"name", "run_name", "run_type", "repetitions", "repetition_index", "threads", "iterations", "real_time",
@@ -88,7 +89,7 @@ def run_cases(binary, names, simd, cases):
 
 
 def run_rounds(binary, rounds, sets, wanted):
-    """All cases that are wanted (a function of the short name), as {short name: {set: Case}}."""
+    """Runs all cases for which `wanted`, a function of the short name, is true. Returns {short name: {set: Case}}."""
     names = [name for name in child([binary, "--benchmark_list_tests"]).split() if wanted(short(name))]
     cases, slow = {}, set()
     for turn in range(rounds):
@@ -104,7 +105,7 @@ def run_rounds(binary, rounds, sets, wanted):
 
 
 def peak_memory(arguments):
-    """The peak of the resident memory of a command, in bytes."""
+    """Returns the peak resident memory of a command, in bytes."""
     process = os.posix_spawn(arguments[0], arguments, os.environ)
     _, status, usage = os.wait4(process, 0)
     if status != 0:
@@ -121,18 +122,18 @@ def run_memory(command):
                 "collocated, written": peak_memory([*grid, f"dim={DIM}", "-write", os.path.join(folder, "v.vdb")])}
 
 
-# ---- What follows from it
+# ---- Derived figures
 
 
 def slope(points):
-    """Of the straight line through the logarithms."""
+    """Returns the slope of a line fitted to the logarithms."""
     x, y = zip(*[(math.log(a), math.log(b)) for a, b in points])
     mx, my = statistics.mean(x), statistics.mean(y)
     return sum((a - mx) * (b - my) for a, b in zip(x, y)) / sum((a - mx) ** 2 for a in x)
 
 
 def scaling(cases, simd):
-    """The exponents with which the time grows."""
+    """Returns the exponents with which the time grows."""
     exponents = {}
     for what, prefix in {"voxels": "scale/voxels/", "particles": "scale/particles/", "octaves": "octaves/"}.items():
         sizes = {int(name[len(prefix):]): by_set[simd] for name, by_set in cases.items() if name.startswith(prefix)}
@@ -143,7 +144,7 @@ def scaling(cases, simd):
 
 
 def comparisons(cases, memory, sets):
-    """(name, value, unit, what it is made of, bar): a bar is ("<=" or ">=", number), or None."""
+    """Returns tuples (name, value, unit, source, bar); a bar is ("<=" or ">=", number), or None."""
     best, rows = sets[0], []
 
     def ns(name, simd=best, real=False):
@@ -163,10 +164,10 @@ def comparisons(cases, memory, sets):
         ratio(f"DFVN point, {kind}: port with table over ours", ns(f"port/table/{kind}"), ns(point), (">=", 6))
     one = {layout: ns(f"velocity/{layout}/1thread") for layout in ("collocated", "staggered")}
     for layout, time in one.items():
-        # vdb_ax fills a grid that is there; ours is made first, unless memory is at hand.
+        # vdb_ax fills an existing grid. Ours creates the grid first, unless its memory is available already.
         ratio(f"velocity, {layout}: vdb_ax's curlsimplexnoise over ours", ns("ax/curlsimplexnoise"),
               ns(f"velocity/{layout}/again"), (">=", 30))
-        ratio("  the same with memory that is new", ns("ax/curlsimplexnoise"), time)
+        ratio("  the same with newly allocated memory", ns("ax/curlsimplexnoise"), time)
     ratio("velocity: staggered over collocated", one["staggered"], one["collocated"], ("<=", 1))
     ratio("velocity, collocated: over a constant fill", one["collocated"], ns("fill/constant"))
     for layout in one:
@@ -176,7 +177,7 @@ def comparisons(cases, memory, sets):
     for name in "velocity/collocated", "velocity/staggered", "advect/gauss_newton":
         ratio(f"one thread over two: {name}", ns(f"{name}/1thread", real=True), ns(f"{name}/2threads", real=True),
               (">=", 1.85))
-        ratio("  the same by the main thread's processor time", ns(f"{name}/1thread"), ns(f"{name}/2threads"))
+        ratio("  the same, by the main thread's processor time", ns(f"{name}/1thread"), ns(f"{name}/2threads"))
     ours = "advect/gauss_newton/1thread"
     ratio("advect: advectPoints, a step a call, over ours", ns("advect_points/step_a_call"), ns(ours), (">=", 3))
     ratio("advect: advectPoints, all in one call, over ours", ns("advect_points/one_call"), ns(ours), (">=", 2))
@@ -209,7 +210,7 @@ def comparisons(cases, memory, sets):
         for what, peak in memory.items():
             if what != "started":
                 bar = ("<=", 1.15) if what == "collocated" else None
-                ratio(f"memory at its peak over the grid: {what}", peak / 1e6, grid / 1e6, bar)
+                ratio(f"peak memory over the grid: {what}", peak / 1e6, grid / 1e6, bar)
     return rows
 
 
@@ -225,8 +226,8 @@ def number(value):
 
 
 def print_cases(cases, sets):
-    """Times an item by instruction set, with what else a case has counted; rates of the roofline."""
-    print(f"\n{'time an item, ns':44}" + "".join(f"{simd:>10}" for simd in sets))
+    """Prints times per item by instruction set, with the other counters of a case, and the rates of the roofline."""
+    print(f"\n{'time per item, ns':44}" + "".join(f"{simd:>10}" for simd in sets))
     topic = ""
     for name, by_set in cases.items():
         if name.split("/")[0] != topic:
@@ -261,16 +262,16 @@ def main():
     parser = argparse.ArgumentParser(prog="./dev bench", description=__doc__.splitlines()[0])
     parser.add_argument("--binary", required=True, help="the benchmarks (./dev gives it)")
     parser.add_argument("--command", required=True, help="the command curlew (./dev gives it)")
-    parser.add_argument("--out", required=True, help="where the numbers go, JSON (./dev gives it)")
-    parser.add_argument("--rounds", type=int, default=3, help="how often everything is run (default 3)")
-    parser.add_argument("filter", nargs="?", default="", help="a regular expression: only cases whose names contain it")
+    parser.add_argument("--out", required=True, help="JSON file for the numbers (./dev gives it)")
+    parser.add_argument("--rounds", type=int, default=3, help="number of times to run everything (default 3)")
+    parser.add_argument("filter", nargs="?", default="", help="regular expression: run only cases whose names match it")
     options = parser.parse_args()
     if options.rounds < 1:
         parser.error(f"--rounds {options.rounds} must be at least 1")
     try:
         pattern = re.compile(options.filter)
     except re.error as error:
-        parser.error(f"the filter '{options.filter}' is no regular expression: {error}")
+        parser.error(f"the filter '{options.filter}' is not a regular expression: {error}")
 
     model, flags = processor()
     sets = [simd for simd, needed in SETS.items() if needed <= flags]
@@ -279,14 +280,14 @@ def main():
     cases = run_rounds(options.binary, options.rounds, sets, lambda name: pattern.search(name) or (
         measures_memory and name == "velocity/collocated/1thread"))
     if not cases:
-        sys.exit(f"bench: no case has a name with '{options.filter}'; {options.binary} --benchmark_list_tests has them")
+        sys.exit(f"bench: no case has a name with '{options.filter}'; {options.binary} --benchmark_list_tests lists them")
     memory = run_memory(options.command) if measures_memory else {}
     exponents, rows = scaling(cases, sets[0]), comparisons(cases, memory, sets)
 
-    print(f"{model}, {os.cpu_count()} cores, load {load:.1f} at the beginning; medians of up to {options.rounds} runs")
+    print(f"{model}, {os.cpu_count()} cores, load {load:.1f} at the start; medians of up to {options.rounds} runs")
     print_cases(cases, sets)
     if memory:
-        print("\nmemory at its peak, MB: " + "; ".join(f"{what} {peak / 1e6:.1f}" for what, peak in memory.items()))
+        print("\npeak memory, MB: " + "; ".join(f"{what} {peak / 1e6:.1f}" for what, peak in memory.items()))
     if exponents:
         print("\ntime grows with the power of: " + ", ".join(f"{what} {e:.2f}" for what, e in exponents.items()))
     if rows:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Manual pages and completions of bash, zsh and fish, made from what the command says about its actions.
+# Manual pages and completions for bash, zsh and fish, generated from the command's registry of actions.
 if(CMAKE_CROSSCOMPILING)
   return() # the command does not run here
 endif()

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# What is installed for find_package(curlew): targets curlew::base … curlew::app, as in the build tree. And a Debian package.
+# Installs the files for find_package(curlew): targets curlew::base … curlew::app, as in the build tree. Configures the
+# Debian package.
 include(CMakePackageConfigHelpers)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/curlew DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(EXPORT curlewTargets NAMESPACE curlew:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/curlew)
@@ -19,7 +20,7 @@ set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
-set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON) # of the command and the library
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON) # dependencies of the command and the library
 set(CPACK_DEBIAN_PACKAGE_DEPENDS python3-numpy)
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "libopenvdb-dev, libtbb-dev, libfmt-dev, zlib1g-dev, libassimp-dev") # to build with the C++ library
 include(CPack)

@@ -1,16 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 # One library target per room (see DESIGN in CONTRIBUTING.md): src/<room>/*.cpp and include/curlew/<room>/*.h.
 
-# How all of our own code is compiled; not part of the installed interface.
+# Compile options for all of our own code; not part of the installed interface.
 add_library(curlew_options INTERFACE)
 target_compile_options(curlew_options INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wdouble-promotion -Wnon-virtual-dtor -Wold-style-cast
   $<$<BOOL:${CURLEW_WERROR}>:-Werror>
-  # GCC 12 takes members with a default initialiser, and its own <regex>, for uninitialised; clang-tidy looks for the real ones.
+  # GCC 12 reports members with a default initialiser, and its own <regex>, as uninitialised; clang-tidy finds the real
+  # ones.
   -Wno-maybe-uninitialized
-  # Same bits everywhere: no contraction behind our back; fused multiply-add only where it is written.
+  # The same bits everywhere: no implicit contraction; fused multiply-add only if written explicitly.
   -ffp-contract=off
-  # No one reads errno or the floating-point flags after a square root; values stay as they are.
+  # Nothing reads errno or the floating-point flags after a square root. Does not change values.
   -fno-math-errno -fno-trapping-math)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   target_compile_options(curlew_options INTERFACE
@@ -26,8 +27,8 @@ if(CURLEW_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CURLEW_CCACHE})
 endif()
 
-# curlew_kernels(<target> <file>...): adds files named *Kernels.cpp to a target, compiled once for each instruction
-# set that math/Lanes.h knows. Highway's own AVX2 and AVX-512 targets would also ask for AES, which nothing here needs.
+# curlew_kernels(<target> <file>...): adds files named *Kernels.cpp to a target, compiled once for each instruction set
+# in math/Lanes.h. Highway's own AVX2 and AVX-512 targets would also require AES, which is not needed here.
 function(curlew_kernels target)
   if(NOT CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
     return()
@@ -37,7 +38,8 @@ function(curlew_kernels target)
     target_compile_definitions(${target}_${simd} PRIVATE CURLEW_SIMD=${simd} HWY_DISABLE_PCLMUL_AES)
     target_link_libraries(${target}_${simd} PRIVATE curlew_options)
     target_include_directories(${target}_${simd} PRIVATE ${PROJECT_SOURCE_DIR}/include)
-    # Without optimisation nothing is inlined, and AVX-512 would leak; under sanitizers the compiler needs hours.
+    # Without optimisation, nothing is inlined and AVX-512 code would leak into shared functions. With sanitizers,
+    # compiling would take hours.
     target_compile_options(${target}_${simd} PRIVATE $<$<NOT:$<CONFIG:Release>>:-O2>)
     if(CURLEW_SANITIZE)
       target_compile_options(${target}_${simd} PRIVATE -fno-sanitize=all)

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# What `curlew -version` says: versions of Curlew and of the libraries it is built with, and the commit.
-# curlew_version(<target>) adds them to a target as curlew/app/Version.h declares them. As a script
-# (cmake -P, with SOURCE_DIR, TEMPLATE, OUTPUT and the lines of VERSIONS) it writes the file, in each build, for the
-# commit may be another.
+# The output of `curlew -version`: the versions of Curlew and of its libraries, and the commit. curlew_version(<target>)
+# adds them to a target as declared in curlew/app/Version.h. As a script (cmake -P, with SOURCE_DIR, TEMPLATE, OUTPUT,
+# version and libraries), this file writes the source file in each build, since the commit may have changed.
 if(CMAKE_SCRIPT_MODE_FILE)
   execute_process(COMMAND git -C ${SOURCE_DIR} describe --always --dirty --abbrev=10 --exclude=* OUTPUT_VARIABLE commit
     OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET RESULT_VARIABLE failed)

@@ -17,13 +17,13 @@ namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
 
-/// The first Ctrl-C asks the program to stop and clean up; the next one ends it at once.
+/// The first Ctrl-C asks the program to stop and clean up; the next one terminates it immediately.
 void onInterrupt(int signal) {
     interrupted = 1;
     std::signal(signal, SIG_DFL);
 }
 
-/// Names that the message repeats may hold anything; it stays one line all the same.
+/// Prints the message on one line, whatever characters the names in it contain.
 int fail(std::string message, int status) {
     constexpr size_t kLongest = 2000;
     message = curlew::printable(message);
@@ -32,13 +32,13 @@ int fail(std::string message, int status) {
     return status;
 }
 
-/// A standard stream that the caller has closed must not become the first file that is opened.
+/// Prevents a file that is opened later from taking the place of a standard stream that the caller has closed.
 void occupyStandardStreams() {
     for (int stream = 0; stream <= 2; ++stream)
         if (fcntl(stream, F_GETFD) == -1) open("/dev/null", O_RDONLY);
 }
 
-/// Whether a file goes to the standard output, which must then hold nothing else.
+/// Returns whether a file is written to the standard output, which must then contain nothing else.
 bool writesToOutput(const curlew::app::Graph& graph) {
     const std::vector<std::string> names{"-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"};
     return std::any_of(graph.nodes.begin(), graph.nodes.end(), [&](const curlew::app::Node& node) {
@@ -54,16 +54,16 @@ int main(int argc, char** argv) {
     using namespace curlew;
 #if defined(__x86_64__)
     if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma"))
-        return fail("this processor lacks AVX2 and FMA, which this build needs", EXIT_FAILURE);
+        return fail("this build needs a processor with AVX2 and FMA", EXIT_FAILURE);
 #endif
     std::signal(SIGINT, onInterrupt);
     std::signal(SIGTERM, onInterrupt);
     std::signal(SIGHUP, onInterrupt);
-    std::signal(SIGPIPE, SIG_IGN); // whoever has read enough of what is printed does not end the work
-    std::signal(SIGXFSZ, SIG_IGN); // a file beyond the limit of its size is an error like a full disk
+    std::signal(SIGPIPE, SIG_IGN); // a reader that closes the pipe does not end the work
+    std::signal(SIGXFSZ, SIG_IGN); // exceeding the file size limit is an error like a full disk
     occupyStandardStreams();
     try {
-        activeSimd(); // a wrong CURLEW_SIMD is known before any work
+        activeSimd(); // reports an invalid CURLEW_SIMD before any work
         openvdb::initialize();
         const std::vector<std::string> tokens(argv + 1, argv + argc);
         if (isIsolatedReader(tokens)) return runIsolatedReader(tokens, app::isolatedReaderOf);
@@ -75,9 +75,9 @@ int main(int argc, char** argv) {
         session.run(std::move(graph));
         return EXIT_SUCCESS;
     } catch (const Interrupted&) {
-        return fail("interrupted; files that were not finished have been removed", 130);
+        return fail("interrupted; unfinished files have been removed", 130);
     } catch (const std::bad_alloc&) {
-        return fail("out of memory; use larger voxels, or fewer points", EXIT_FAILURE);
+        return fail("out of memory; use larger voxels or fewer points", EXIT_FAILURE);
     } catch (const std::exception& e) {
         return fail(e.what(), EXIT_FAILURE);
     }

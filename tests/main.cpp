@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #define CATCH_CONFIG_RUNNER
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 #include <iostream>
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs all scenes and the papers' tables; writes docs/gallery.md with its pictures, and docs/paper_tables.md.
 
-./dev gallery runs it, with what follows: --only NAME, a scene or a table, renews that one alone.
+./dev gallery runs it and passes on its arguments: --only NAME renews only that scene or table.
 """
 
 import argparse
@@ -23,20 +23,20 @@ ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
 PICTURES = DOCS / "gallery"
 WIDTH = 640
-MOST_BYTES = 250_000  # Of a picture in the repository.
-MOST_SECONDS = 60  # Of a scene.
+MOST_BYTES = 250_000  # Limit for a picture in the repository.
+MOST_SECONDS = 60  # Limit for a scene.
 GROUPS = {"shot": "Shots", "icn": "Improving Curl Noise (ICN)", "dewolf": "DeWolf", "catlike": "Catlike Coding", "psrd": "psrdnoise"}
 OTHERS = "Curlew"
 
 GALLERY = """# Gallery
 
-Made by `./dev gallery`: every scene, run from the top of the checkout by the command below its picture, here {width} pixels
-wide (`-set width={width}`). Each ends with what it expects of its figures; they are those of this run.
+Made by `./dev gallery`. It runs each scene from the top of the checkout with the command below the picture, here {width} pixels
+wide (`-set width={width}`). The list after the command gives the values of this run and the bounds that the scene checks.
 """
 TABLES = """# The papers' tables
 
-Made by `./dev gallery` from `build/curlew_paper`: the papers' figures beside ours, and where and why they differ. Times are
-those of the machine that ran it.
+Made by `./dev gallery` with `build/curlew_paper`. The tables compare the papers' figures with ours, and say where and why they
+differ. Times are from the machine that made this page.
 """
 
 
@@ -65,7 +65,7 @@ class Scene:
 
 
 class Page:
-    """A page whose parts stand between two comments with their name, so that one can be renewed alone."""
+    """A page whose parts are enclosed by comments with their names, so that each can be renewed alone."""
 
     def __init__(self, path, heading):
         self.path = path
@@ -74,7 +74,7 @@ class Page:
         self.parts = {m[1]: m[2] for m in re.finditer(r"<!-- (\w+):begin -->\n(.*?)<!-- \1:end -->\n", old, re.S)}
 
     def write(self, order):
-        """order: the parts' names, or headings between them."""
+        """Writes the page. order: the names of the parts, with headings between them."""
         lines = [self.heading]
         for name in order:
             if name.startswith("#"):
@@ -94,7 +94,8 @@ def warn(text):
 
 
 def chosen(pictures):
-    """Of frames, which differ in the number at their end, the first, the middle and the last."""
+    """Returns the pictures to show. From frames, whose names differ in the number at the end, selects the first, the
+    middle and the last."""
     groups = {}
     for picture in sorted(pictures):
         groups.setdefault(re.sub(r"\d{2,}$", "", picture.stem), []).append(picture)
@@ -105,13 +106,13 @@ def chosen(pictures):
 
 
 def keep(pictures):
-    """Copies them to docs/gallery/; returns their names."""
+    """Copies the pictures to docs/gallery/ and returns their names."""
     PICTURES.mkdir(exist_ok=True)
     for picture in pictures:
         data = picture.read_bytes()
         depth = struct.unpack(">IIB", data[16:25])[2]
         if depth != 8:
-            warn(f"{picture.name} has {depth} bits a channel, not 8")
+            warn(f"{picture.name} has {depth} bits per channel, not 8")
         kept = PICTURES / picture.name
         if len(data) > MOST_BYTES:
             image = Image.open(picture).convert("RGB")
@@ -124,8 +125,8 @@ def keep(pictures):
 
 
 def figures(report):
-    """What the scene expects, as a list."""
-    lines = {}  # In a sequence, those of the last frame.
+    """Returns the scene's expectations as a list."""
+    lines = {}  # In a sequence, the lines of the last frame.
     for found in report.get("expect", []):
         bounds = [f"{word} {found[key]:.4g}" for key, word in (("min", "at least"), ("max", "at most")) if key in found]
         if "below" in found:
@@ -135,14 +136,14 @@ def figures(report):
 
 
 def run_scene(scene, curlew):
-    """Runs it in a fresh folder; returns its part of the page and its pictures' names."""
+    """Runs a scene in a new folder. Returns its part of the page and the names of its pictures."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "scenes").symlink_to(ROOT / "scenes")
         run = subprocess.run([curlew, "-quiet", "-set", f"width={WIDTH}", "-config", f"scenes/{scene.name}.txt",
                               "-report", "report.json"], cwd=folder, capture_output=True, text=True)
         if run.returncode != 0:
-            raise RuntimeError(run.stderr.strip() or f"ended with {run.returncode}")
+            raise RuntimeError(run.stderr.strip() or f"exit status {run.returncode}")
         names = keep(chosen((folder / "out").glob("*.png")))
         report = json.loads((folder / "report.json").read_text())
     parts = [f"### {scene.title}", f"{scene.source}. {scene.text}" if scene.text else f"{scene.source}."]
@@ -152,7 +153,7 @@ def run_scene(scene, curlew):
 
 
 def plots(folder, curlew):
-    """Draws the tables' curves into docs/gallery/; returns the pictures' names."""
+    """Draws the curves of the tables to docs/gallery/ and returns the names of the pictures."""
     PICTURES.mkdir(exist_ok=True)
     names = []
     for data in sorted(folder.glob("*.csv")):
@@ -163,11 +164,11 @@ def plots(folder, curlew):
 
 
 def run_table(name, paper, curlew):
-    """The same for a table; what is not as claimed fails."""
+    """Runs a table. Returns its part of the page and the names of its pictures. Fails if a claim does not hold."""
     with tempfile.TemporaryDirectory() as folder:
         run = subprocess.run([paper, name, "--folder", folder], capture_output=True, text=True)
         if run.returncode != 0:
-            raise RuntimeError(run.stderr.strip() or f"ended with {run.returncode}")
+            raise RuntimeError(run.stderr.strip() or f"exit status {run.returncode}")
         drawn = plots(Path(folder), curlew)
         shown = "".join(f"![{Path(svg).stem}](gallery/{svg})\n" for svg in drawn)
         return f"{run.stdout.strip()}\n\n{shown}\n", keep(chosen(Path(folder).glob("*.png"))) + drawn
@@ -175,8 +176,8 @@ def run_table(name, paper, curlew):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--only", metavar="NAME", help="run this scene or table, and leave the others as they are")
-    parser.add_argument("--command", default=ROOT / "build/curlew", type=Path, help="curlew; curlew_paper is beside it")
+    parser.add_argument("--only", metavar="NAME", help="run only this scene or table, and keep the others")
+    parser.add_argument("--command", default=ROOT / "build/curlew", type=Path, help="the curlew to run; curlew_paper must be beside it")
     options = parser.parse_args()
     command = options.command.resolve()
     paper_command = command.parent / "curlew_paper"
@@ -188,7 +189,7 @@ def main():
     if options.only:
         work = [(name, run) for name, run in work if name == options.only]
         if not work:
-            sys.exit(f"gallery: no scene or table '{options.only}'; there are "
+            sys.exit(f"gallery: no scene or table '{options.only}'; choose one of "
                      + ", ".join([scene.name for scene in scenes] + tables))
 
     gallery, paper = Page(DOCS / "gallery.md", GALLERY.format(width=WIDTH)), Page(DOCS / "paper_tables.md", TABLES)

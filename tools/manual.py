@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the manual pages and the completions of bash, zsh and fish from what the command says about its actions.
+"""Generates the manual pages and the completions for bash, zsh and fish from the command's registry of actions.
 
 manual.py COMMAND VERSION FOLDER writes man/man1/curlew.1, one curlew-ACTION.1 for each action, and completions/.
 The build runs it, and `cmake --install` puts the files in place.
@@ -13,23 +13,23 @@ from pathlib import Path
 
 
 def roff(text):
-    """Text as troff takes it: no character of it is a request."""
+    """Escapes text for troff."""
     text = text.replace("\\", "\\e").replace("-", "\\-")
     text = "".join(c if c.isascii() else f"\\[u{ord(c):04X}]" for c in text)
     return "\n".join("\\&" + line if line[:1] in (".", "'") else line for line in text.split("\n"))
 
 
 def kinds(port):
-    """What an input or output holds, in words."""
+    """Describes the kinds of an input or output."""
     names = {"levelSet": "level set"}
     return " or ".join(names.get(kind, kind) for kind in port["kinds"])
 
 
 def value(option):
-    """What stands behind the = of an option."""
+    """Returns the placeholder for an option's value."""
     if option["choices"]:
         return "|".join(option["choices"])
-    return {"real": "number", "integer": "whole number", "flag": "0|1", "vector": "x,y,z", "coordinates": "x,y,...",
+    return {"real": "number", "integer": "integer", "flag": "0|1", "vector": "x,y,z", "coordinates": "x,y,...",
             "interval": "lower,upper", "box": "xmin,ymin,zmin,xmax,ymax,zmax",
             "length": "number or 5%"}.get(option["type"], option["type"])
 
@@ -39,7 +39,7 @@ def option_part(option):
     if option["unit"]:
         help_text += f" [{option['unit']}]"
     if option["default"] and "(default" not in help_text:
-        help_text += f" (default {option['default']})"
+        help_text += f" (default: {option['default']})"
     return f".TP\n.BI {roff(option['name'])}= \"{roff(value(option))}\"\n{roff(help_text)}\n"
 
 
@@ -59,7 +59,7 @@ def examples(lines):
 
 
 def action_page(action, version):
-    """The page of one action."""
+    """Returns the page of one action."""
     name = action["name"]
     parts = [head(f"curlew-{name}", action["summary"], version), f".SH SYNOPSIS\n.B curlew \\-{roff(name)}\n"]
     if action["positional"]["what"]:
@@ -78,14 +78,14 @@ def action_page(action, version):
 
 
 def command_page(actions, version):
-    """The page of the command: how it reads, and its actions by group."""
+    """Returns the page of the command: its syntax, and its actions by group."""
     parts = [head("curlew", "divergence-free vector noise for visual effects", version),
              ".SH SYNOPSIS\n.B curlew\n.RI [ -action \" [\" option=value \" ...] ...]\"\n",
              ".SH DESCRIPTION\n"
              "Makes velocity fields without a fluid solver, and moves particles along them without leaks into obstacles.\n"
              "Actions run from left to right on stacks of fields, flows, grids, points, curves, meshes and images. An action takes\n"
              "the newest objects of the kinds that it needs and puts its result on top.\n"
-             ".PP\nA unique beginning of an option's name is enough.\n"
+             ".PP\nNames of options may be shortened to a unique prefix.\n"
              ".I as=NAME\nnames a result, and every input can be given by name:\n.IR \"\\-advect flow=wind\" .\n"
              ".I {2*pi*T}\nin a value is an expression; T is the time of a frame.\n"
              ".SH EXAMPLE\n",
@@ -101,7 +101,7 @@ def command_page(actions, version):
 
 
 def words(actions):
-    """For each action, what can follow it; and for each of its options with choices, these."""
+    """Returns the words that can follow each action, and the choices of each of its options."""
     options = {action["name"]: [f"{option['name']}=" for option in action["options"]] for action in actions}
     choices = {(action["name"], option["name"]): option["choices"] or ["0", "1"]
                for action in actions for option in action["options"] if option["choices"] or option["type"] == "flag"}
@@ -113,7 +113,7 @@ def shell_case(lines):
 
 
 def tables(actions):
-    """The tables of words as two functions, in the part of the shell's language that bash and zsh share."""
+    """Returns the tables of words as two shell functions, in the syntax that bash and zsh share."""
     options, choices = words(actions)
     return f"""_curlew_options() {{
     case $1 in
@@ -193,7 +193,7 @@ _curlew "$@"
 
 
 def quoted(text):
-    """For a word between single quotes, and without the colon that parts a name from its description."""
+    """Escapes text for single quotes, and removes colons, which separate a name from its description."""
     return text.replace("'", "'\\''").replace(":", "\\:")
 
 

@@ -17,22 +17,22 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 NOISES = ROOT / "docs/noises.md"
-# The noises of the table of ranges and their dimensions.
+# The noises in the table of ranges, with their dimensions.
 RANGES = {"psrd": "2 3", "psrd grid=perlin": "3", "psrd rotation=fast": "3", "value": "1 2 3", "perlin": "1 2 3",
           "perlin gradients=reference": "3", "gradient": "2 3", "simplex": "2 3 4 5 6 7",
           "simplex power=3": "2 3 4 5 6 7", "sine": "1 2 3"}
 
 
 def replaced(page, name, text):
-    """The page with another text in its part of that name."""
+    """Returns the page with the text of the named part replaced."""
     begin, end = f"<!-- {name}:begin -->\n", f"<!-- {name}:end -->\n"
     if page.count(begin) != 1 or page.count(end) != 1 or page.index(begin) > page.index(end):
-        raise ValueError(f"the page needs '{begin.strip()}' and '{end.strip()}', once each, on lines of their own")
+        raise ValueError(f"the page must contain '{begin.strip()}' and '{end.strip()}' once each, on separate lines")
     return page[:page.index(begin) + len(begin)] + f"\n{text}\n" + page[page.index(end):]
 
 
 def renew(name, part, text, check):
-    """Renews a part of a page, or only compares. Returns whether the page is up to date now."""
+    """Renews a part of a page; if `check`, only compares it. Returns whether the page is now up to date."""
     path = ROOT / name
     old = path.read_text()
     new = replaced(old, part, text)
@@ -49,7 +49,7 @@ def renew(name, part, text, check):
 
 
 def generated(curlew, check):
-    """The table of actions, and the README's example of the library. Returns whether both are up to date now."""
+    """Renews the table of actions and the README's example of the library. Returns whether both are now up to date."""
     actions = subprocess.run([curlew, "-help", "format=markdown"], check=True, capture_output=True, text=True).stdout
     _licence, example = (ROOT / "tests/app/ReadmeExample.cpp").read_text().split("\n", 1)
     pages = [("docs/actions.md", "actions", actions), ("README.md", "example", f"```cpp\n{example}```\n")]
@@ -57,7 +57,7 @@ def generated(curlew, check):
 
 
 def range_row(curlew, noise, dim, folder):
-    """A row of the table of ranges: what a million values say."""
+    """Returns a row of the table of ranges, measured from a million values."""
     report = Path(folder) / "report.json"
     kind, *options = noise.split()
     subprocess.run([curlew, "-quiet", "-noise", f"type={kind}", f"dim={dim}", *options, "-check",
@@ -68,7 +68,8 @@ def range_row(curlew, noise, dim, folder):
 
 
 def noises(curlew):
-    """docs/noises.md: each row with a picture has the actions for it as the last thing between backticks."""
+    """Renews docs/noises.md. In each row with a picture, the last text in backticks contains the actions that make
+    it."""
     page = NOISES.read_text()
     for name, actions in re.findall(r"^\| !\[([^]]+)\].*`([^`]+)` \|$", page, re.M):
         print(f"noises: {name}: {actions}", file=sys.stderr)
@@ -87,8 +88,8 @@ def noises(curlew):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("page", choices=["generated", "noises"])
-    parser.add_argument("--check", action="store_true", help="only say whether the pages are up to date")
-    parser.add_argument("--command", default=ROOT / "build/curlew", type=Path, help="curlew")
+    parser.add_argument("--check", action="store_true", help="only check whether the pages are up to date")
+    parser.add_argument("--command", default=ROOT / "build/curlew", type=Path, help="the curlew to run")
     options = parser.parse_args()
     curlew = options.command.resolve()
     if options.page == "noises":

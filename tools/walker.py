@@ -1,24 +1,25 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Makes scenes/walker.glb: a figure with a skin that walks. Own making, so it is ours to give away.
+"""Makes scenes/walker.glb: a walking figure with a skin. It is our own work, so we may distribute it.
 
-The body is one closed surface: naive surface nets (Gibson 1998) of a smooth union of capsules, one for each bone. Its
-clips: "walk", a cycle of 24 frames at 24 fps on the spot, and "stroll", four of them that go 1.3 m forward each.
-Metres, Y up, it looks along +Z.
+The body is one closed surface: naive surface nets (Gibson 1998) of a smooth union of capsules, one per bone. The clips
+are "walk", a cycle of 24 frames at 24 fps on the spot, and "stroll", four cycles that move 1.3 m forward each. Units
+are metres, Y is up, and the figure faces +Z.
 """
 import json
 import math
 import struct
 import sys
 
-CELL = 0.028      # of the lattice on which the surface is found, metres
+CELL = 0.028      # cell size of the lattice for the surface, metres
 SMOOTH = 0.035    # reach of the smooth union, metres
 FPS = 24
 CYCLE = 24        # frames
-STRIDE = 1.3      # metres in a cycle
+STRIDE = 1.3      # metres per cycle
 STROLL = 4        # cycles
 
-# name: parent, joint, end, radii at the joint and at the end. Bound with the arms a little away from the body.
+# name: (parent, joint, end, radii at the joint and at the end). In the bind pose, the arms are slightly away from the
+# body.
 BONES = {
     "hips":        (None,        (0, 0.95, 0), (0, 1.06, 0), 0.125, 0.115),
     "spine":       ("hips",      (0, 1.06, 0), (0, 1.25, 0), 0.115, 0.125),
@@ -38,7 +39,7 @@ NAMES = list(BONES)
 
 
 def capsule(bone, p):
-    """The signed distance to a bone's flesh, about."""
+    """Returns the approximate signed distance to the capsule of a bone."""
     _, a, b, ra, rb = BONES[bone]
     ab = [b[k] - a[k] for k in range(3)]
     ap = [p[k] - a[k] for k in range(3)]
@@ -47,7 +48,8 @@ def capsule(bone, p):
 
 
 def body(p):
-    """The distance to the smooth union: arms, legs and trunk each by itself, so that limbs do not grow together."""
+    """Returns the distance to the smooth union. Arms, legs and trunk are blended separately, so that limbs do not
+    merge."""
     total = 0.0
     for bone in NAMES:
         total += math.exp(min(60.0, -capsule(bone, p) / SMOOTH * 2))
@@ -55,7 +57,7 @@ def body(p):
 
 
 def gradient(p, h=1e-4):
-    """A tool may take differences."""
+    """Returns the gradient by finite differences, which are acceptable in a tool."""
     return [(body([p[j] + (h if j == k else 0) for j in range(3)]) -
              body([p[j] - (h if j == k else 0) for j in range(3)])) / (2 * h) for k in range(3)]
 
@@ -81,7 +83,7 @@ def surface():
                 if not cuts:
                     continue
                 p = at(*[(i, j, k)[m] + sum(c[m] for c in cuts) / len(cuts) for m in range(3)])
-                for _ in range(3):  # onto the surface
+                for _ in range(3):  # project onto the surface
                     g, d = gradient(p), body(p)
                     length = sum(c * c for c in g) or 1
                     p = [p[m] - d * g[m] / length for m in range(3)]
@@ -108,7 +110,7 @@ def surface():
 
 
 def skin(p):
-    """Up to four bones with their weights, which add up to 255: the nearest one and its neighbours in the skeleton."""
+    """Returns up to four bones with weights that add up to 255: the nearest bone and its neighbours in the skeleton."""
     distance = {bone: capsule(bone, p) for bone in NAMES}
     nearest = min(NAMES, key=lambda bone: distance[bone])
     near = [b for b in NAMES if b == nearest or BONES[b][0] == nearest or BONES[nearest][0] == b]
@@ -122,7 +124,7 @@ def skin(p):
 
 
 def turn(x=0.0, y=0.0, z=0.0):
-    """A quaternion: degrees about y, then x, then z."""
+    """Returns a quaternion: rotations in degrees about y, then x, then z."""
     def about(axis, degrees):
         half = math.radians(degrees) / 2
         q = [0, 0, 0, math.cos(half)]
@@ -136,13 +138,13 @@ def turn(x=0.0, y=0.0, z=0.0):
 
 
 def pose(phase):
-    """Rotations of the bones, and how far the hips are from where they are bound, at a part of the cycle."""
+    """Returns the rotations of the bones, and the offset of the hips from the bind pose, at a phase of the cycle."""
     turns = {"hips": turn(y=4 * math.sin(phase), z=1.5 * math.sin(phase)),
              "spine": turn(x=2), "chest": turn(y=-9 * math.sin(phase)), "head": turn(y=5 * math.sin(phase))}
     for side, sign in ((".L", 1), (".R", -1)):
         p = phase if sign > 0 else phase + math.pi
         swing = 27 * math.sin(p) + 3                       # forward is positive
-        knee = 8 + 50 * max(0.0, math.cos(p + 0.25)) ** 2  # most bent while the leg comes forward
+        knee = 8 + 50 * max(0.0, math.cos(p + 0.25)) ** 2  # most bent while the leg swings forward
         foot = -swing + knee * 0.75 - 14 * max(0.0, -math.sin(p + 0.5)) ** 2
         turns["thigh" + side] = turn(x=-swing)
         turns["shin" + side] = turn(x=knee)
@@ -188,7 +190,7 @@ def main(path):
                   "WEIGHTS_0": glb.add([s[1] for s in skins], "VEC4", "B", 5121, normalized=True)}
     indices = glb.add([i for t in triangles for i in t], "SCALAR", "H", 5123)
     glb.root["meshes"] = [{"name": "body", "primitives": [{"attributes": attributes, "indices": indices}]}]
-    # Nodes: 0 the body, 1 where it stands, then the bones.
+    # Nodes: 0 is the body, 1 the root, then the bones.
     first = 2
     nodes = [{"name": "body", "mesh": 0, "skin": 0}, {"name": "root", "children": [first + NAMES.index("hips")]}]
     inverse = []

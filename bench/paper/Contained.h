@@ -12,8 +12,8 @@
 
 namespace curlew::paper {
 
-/// The flow of the main job of docs/guide.md: two psrd noises of two octaves, frequency 3, in a layer of 0.1, at an rms
-/// speed of 1.
+/// Returns the flow of the main example in docs/guide.md: two psrd noises with two octaves, frequency 3, a layer width
+/// of 0.1 and an rms speed of 1.
 inline Flow containedFlow(const Sdf& sdf) {
     const Wall wall{.sdf = sdf, .side = Side::inside, .width = 0.1};
     const OctaveOptions octaves{.frequency = 3, .octaves = 2};
@@ -24,10 +24,10 @@ inline Flow containedFlow(const Sdf& sdf) {
 
 inline Sdf spotSdf() {
     const auto mesh = std::make_shared<const Mesh>(readMesh(CURLEW_SCENES "/spot.obj"));
-    return sdfOf(meshToLevelSet(mesh, {.dim = 192, .halfWidth = 16})); // the layer has to lie in the band
+    return sdfOf(meshToLevelSet(mesh, {.dim = 192, .halfWidth = 16})); // the narrow band must contain the layer
 }
 
-/// How far apart points are that correspond, world units.
+/// Distances between corresponding points, world units.
 struct Apart {
     double mean = 0, most = 0;
 };

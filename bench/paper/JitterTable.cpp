@@ -17,36 +17,36 @@ namespace curlew::paper {
 
 namespace {
 
-/// A row of Table 1 as published, and how we make it.
+/// A row of Table 1 as published, and the parameters with which we reproduce it.
 struct Row {
     int pointsPerAxis;
-    int sets, sobolSets; ///< We give the means of so many.
-    int sobolPower;      ///< 2^this is what 10^n is rounded to.
-    double diskEdge;     ///< The cube that we fill with Poisson disks: less than 1 saves time.
+    int sets, sobolSets; ///< Number of sets over which we average.
+    int sobolPower;      ///< 2^sobolPower is the number of points closest to 10^n.
+    double diskEdge;     ///< Edge of the cube that we fill with Poisson disks; less than 1 saves time.
     Spacing curl, random, disk, sobol;
 };
 
 constexpr double kU = 0.1; // ICN's u: the spacing of the lattice for n = 3, 4, 5
-// Of the step, times d̄, in unit cubes. ICN does not tell it: one number that fits all five dimensions.
+// Length of the step, times d̄, in unit cubes. ICN does not state it; this one number fits all five dimensions.
 constexpr double kStep = 0.0085;
 constexpr double kBinWidth = 0.005;
 constexpr size_t kBins = 60;
-constexpr size_t kMostQueries = 600000; // of larger sets the median is that of a sample
+constexpr size_t kMostQueries = 600000; // for larger sets, the median is that of a sample
 
-/// What is measured of one kind of sets of points: means over several sets.
+/// Measurements of one kind of point set: means over several sets.
 struct Measured {
     std::string_view name;
     Spacing published{};
-    double tolerance = 0; ///< Of the median, relative: what is claimed.
+    double tolerance = 0; ///< Claimed relative tolerance of the median.
     Spacing mean{};
-    double deviation = 0; ///< Of the median of one set from their mean.
-    double seconds = 0;   ///< Of the processors, to make one set.
+    double deviation = 0; ///< Standard deviation of the medians of single sets.
+    double seconds = 0;   ///< Processor time to make one set.
     size_t points = 0;
     int sets = 0;
-    std::vector<double> rdf{}; ///< Of the first set.
+    std::vector<double> rdf{}; ///< Radial distribution function of the first set.
 };
 
-/// Makes sets of points, which fill a cube of this edge, and measures them.
+/// Makes and measures sets of points that fill a cube with this edge.
 template <int N, class Make>
 void measure(Measured& found, int sets, double edge, const Make& make) {
     found.sets = sets;
@@ -66,11 +66,12 @@ void measure(Measured& found, int sets, double edge, const Make& make) {
     found.deviation = std::sqrt(std::max(0.0, squares - found.mean.median * found.mean.median));
 }
 
-/// So many points along each axis, those at the ends where 0.05 and 0.95 are of the published lattice.
+/// A lattice with the given number of points along each axis, and the spacing of the published lattice, whose end
+/// points are at 0.05 and 0.95.
 template <int N>
 struct Lattice {
     double spacing;
-    DomainN<N> domain; ///< The lattice's cells fill it.
+    DomainN<N> domain; ///< Filled by the lattice's cells.
 
     Lattice(int published, int pointsPerAxis) : spacing((1 - kU) / (published - 1)) {
         for (int axis = 0; axis < N; ++axis) {
@@ -82,7 +83,8 @@ struct Lattice {
     double edge() const { return domain.box.size()[0]; }
 };
 
-/// ICN's flow as we read it: the published noise of wavelength 1, whatever the lattice, and its product as it is.
+/// ICN's flow as we interpret it: the published noise with wavelength 1, independent of the lattice, and the unscaled
+/// cross product.
 template <int N>
 FlowN<N> publishedFlow(const DomainN<N>& domain, uint64_t seed) {
     const auto noise = [&](size_t potential) {
@@ -93,14 +95,14 @@ FlowN<N> publishedFlow(const DomainN<N>& domain, uint64_t seed) {
     return FlowN<N>(std::move(potentials), domain);
 }
 
-/// The five kinds of sets.
+/// Measures the five kinds of sets.
 template <int N>
 std::array<Measured, 5> measureRow(const Row& row, double scale) {
     const double shrink = std::pow(scale, 1.0 / N);
     const int pointsPerAxis = std::max(3, static_cast<int>(std::lround(row.pointsPerAxis * shrink)));
     const Lattice<N> lattice(row.pointsPerAxis, pointsPerAxis);
     const double step = kStep * meanNeighbourDistance(N);
-    const double diskEdge = std::max(0.45, row.diskEdge * shrink); // in less there is no room for neighbours
+    const double diskEdge = std::max(0.45, row.diskEdge * shrink); // a smaller cube has no room for neighbours
     const int power = std::max(6, static_cast<int>(std::lround(row.sobolPower + std::log2(scale))));
     const int sets = scale < 1 ? 1 : row.sets;
 
@@ -134,12 +136,12 @@ std::array<Measured, 5> measureRow(const Row& row, double scale) {
     return kinds;
 }
 
-/// What is not as it is claimed to be.
+/// Returns the claims that do not hold.
 std::vector<std::string> broken(int n, const Row& row, const std::array<Measured, 5>& kinds, bool whole) {
     std::vector<std::string> lines;
     const double spacing = (1 - kU) / (row.pointsPerAxis - 1), rounding = 1e-12;
     for (const Measured& kind : kinds) {
-        // Where single sets deviate by more, the published one, a single set, does so too.
+        // If single sets deviate by more than the tolerance, so may the published one, which is a single set.
         const double allowed = std::max(kind.tolerance * kind.published.median, 3 * kind.deviation);
         if (whole && kind.tolerance > 0 && !(std::abs(kind.mean.median - kind.published.median) <= allowed))
             lines.push_back(fmt::format("{}D, {}: the median {:.4f} is not within {:.4f} of the published {}", n,

@@ -19,18 +19,18 @@ namespace curlew::paper {
 
 namespace {
 
-constexpr size_t kBins = 5;                                   ///< Of a layer, of equal depth.
-constexpr size_t kPositions = 4000;                           ///< For each noise.
+constexpr size_t kBins = 5;                                   ///< Bins of equal depth in a layer.
+constexpr size_t kPositions = 4000;                           ///< Positions for each noise.
 constexpr int kDim = 128;                                     ///< Voxels along the mesh's longest edge.
-constexpr std::array<double, 4> kWidths{0.2, 0.3, 0.45, 0.6}; ///< Times the frequency.
+constexpr std::array<double, 4> kWidths{0.2, 0.3, 0.45, 0.6}; ///< Layer widths times the frequency.
 constexpr std::array<double, 3> kFrequencies{2, 3, 5};
-constexpr std::array<double, 4> kMost{1.45, 1.3, 1.3, 1.3}, kLeast{0.6, 0.75, 0.6, 0.6}; ///< What is claimed.
+constexpr std::array<double, 4> kMost{1.45, 1.3, 1.3, 1.3}, kLeast{0.6, 0.75, 0.6, 0.6}; ///< The claimed bounds.
 
 /// An object, and one side of it.
 struct Place {
     std::string name;
     Side side;
-    std::function<Sdf(double distance)> sdf; ///< Good up to a distance.
+    std::function<Sdf(double distance)> sdf; ///< Signed distance that is valid up to a distance.
 };
 
 std::vector<Place> places() {
@@ -46,12 +46,12 @@ std::vector<Place> places() {
             {"spot", Side::outside, cow}};
 }
 
-/// What is made of a noise.
+/// How a noise is made to conform to a wall.
 using Bind = std::function<ScalarField(const ScalarField& noise, const Wall& wall)>;
 
 ScalarField asNow(const ScalarField& noise, const Wall& wall) { return bounded(noise, wall); }
 
-/// The noise at a slope of 1, which all but the first version have.
+/// Scales the noise to a slope of 1, which all versions but the first use.
 ScalarField scaled(const ScalarField& noise, const Wall& wall) {
     return (1 / noiseScaleOf(noise, wall.sdf.bounds).slope) * noise;
 }
@@ -61,15 +61,16 @@ ScalarField asPrinted(const ScalarField& noise, const Wall& wall) {
     return (one - alpha) * wall.sdf.distance + alpha * scaled(noise, wall);
 }
 
-/// The former default: the noise as large as the layer is wide, and shifted by more than that.
+/// The former default: a noise with the layer's width as its amplitude, shifted by more than that.
 ScalarField separated(const ScalarField& noise, const Wall& wall) {
     const double sign = wall.side == Side::inside ? -1 : 1;
     const ScalarField alpha = layerFade(wall), one = constantField(1);
-    const ScalarField shifted = (wall.width / noise.range().bound()) * noise + constantField(sign * 1.125 * wall.width);
+    const ScalarField shifted =
+        (wall.width / noise.range().maxAbs()) * noise + constantField(sign * 1.125 * wall.width);
     return (one - alpha) * wall.sdf.distance + alpha * shifted;
 }
 
-/// Mean square speeds by depth.
+/// Sums for the mean square speeds by depth.
 struct Profile {
     std::array<double, kBins> sum{}, count{};
     double beyond = 0, deep = 0;
@@ -81,7 +82,7 @@ struct Profile {
     double at(size_t bin) const { return std::sqrt(sum[bin] / count[bin] * deep / beyond); }
 };
 
-/// Positions on the side of the flow, with their depths.
+/// Positions on the flow's side of the wall, with their depths.
 struct Samples {
     std::vector<Vec3d> positions;
     std::vector<double> depths;
@@ -98,7 +99,8 @@ struct Samples {
     }
 };
 
-/// In the layer, of a flow; beyond it, of the same flow without a wall, everywhere.
+/// Returns the profile of a flow in its layer. The speed beyond the layer is that of the same flow without a wall, at
+/// all positions.
 Profile profileOf(const Flow& flow, const Flow& open, const Samples& samples, double width) {
     return sumOverBatches(samples.positions, [&](const PointBatch& batch, size_t begin) {
         VecBatch<double> c, free;
@@ -127,20 +129,20 @@ Noises noises(double frequency, int octaves, uint64_t pair) {
     return {noiseField<Psrd3>({.seed = 2 * pair + 1}, options), noiseField<Psrd3>({.seed = 2 * pair + 2}, options)};
 }
 
-/// Over pairs of noises.
+/// Returns the profile over several pairs of noises.
 Profile profile(const Bind& bind, const Wall& wall, const Samples& samples, double frequency, int octaves, int pairs,
                 bool sameSlope) {
     Profile sum;
     for (int pair = 0; pair < pairs; ++pair) {
         const Noises n = noises(frequency, octaves, static_cast<uint64_t>(pair));
         const double factor =
-            sameSlope ? 1 / noiseScaleOf(n.g, wall.sdf.bounds).slope : wall.width / n.g.range().bound();
+            sameSlope ? 1 / noiseScaleOf(n.g, wall.sdf.bounds).slope : wall.width / n.g.range().maxAbs();
         sum += profileOf(Flow(n.f, bind(n.g, wall)), Flow(n.f, factor * n.g), samples, wall.width);
     }
     return sum;
 }
 
-/// The extremes over bins.
+/// The extremes over all bins.
 struct Extremes {
     double least = 1e300, most = 0;
     void see(double value) { least = std::min(least, value), most = std::max(most, value); }
@@ -183,7 +185,7 @@ void profiles(const TableRun& run, fmt::memory_buffer& text, std::vector<std::st
             for (const double speed : mean) fmt::format_to(out, "| {:.2f} ", speed);
             fmt::format_to(out, "| {:.2f} | {:.2f} | {:.2f} … {:.2f} | {:.2f} … {:.2f} |\n", now.least, now.most,
                            printed.least, printed.most, before.least, before.most);
-            const double slack = run.scale < 1 ? 0.1 : 0; // fewer noises leave more to chance
+            const double slack = run.scale < 1 ? 0.1 : 0; // fewer noises give more scatter
             if (!(now.least >= kLeast[w] - slack && now.most <= kMost[w] + slack))
                 broken.push_back(fmt::format("{}, width {}: {:.2f} … {:.2f}, not within {} … {}", place.name,
                                              kWidths[w], now.least, now.most, kLeast[w], kMost[w]));
@@ -211,7 +213,7 @@ void curlProfiles(const TableRun& run, fmt::memory_buffer& text) {
     }
 }
 
-/// Points in spot, large steps and small ones.
+/// Advects points in the model spot, with large and small steps.
 void advected(const TableRun& run, fmt::memory_buffer& text, std::vector<std::string>& broken) {
     const auto out = std::back_inserter(text);
     const auto count = static_cast<size_t>(200000 * run.scale);

@@ -18,14 +18,14 @@ namespace {
 
 constexpr double kFrames = 48;
 constexpr int kReferenceSteps = 2000;
-constexpr size_t kReferences = 500;                           ///< Particles that are compared with RK4.
-constexpr std::array<double, 4> kPaces{0.8, 0.95, 1.05, 1.2}; ///< Between the bins of the histogram.
+constexpr size_t kReferences = 500;                           ///< Number of particles that are compared with RK4.
+constexpr std::array<double, 4> kPaces{0.8, 0.95, 1.05, 1.2}; ///< Boundaries between the bins of the histogram.
 
 struct Place {
     std::string name;
     Sdf sdf;
     double width, frequency;
-    double size; ///< That of the object, world units.
+    double size; ///< Size of the object, world units.
 };
 
 std::vector<Place> places() {
@@ -35,7 +35,7 @@ std::vector<Place> places() {
         {"sphere", sphereSdf(1), 0.15, 2, 2}, {"torus", torusSdf(0.8, 0.35), 0.1, 3, 2.3}, {"spot", spot, 0.1, 3, 2}};
 }
 
-/// A flow of the rms speed 1 in it.
+/// Returns a flow with rms speed 1 inside the object.
 Flow flowIn(const Place& place) {
     const Wall wall{.sdf = place.sdf, .side = Side::inside, .width = place.width};
     return withSpeed(
@@ -50,7 +50,7 @@ double secondsOf(const std::function<void()>& work) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
 }
 
-/// How far particles that run round are from where RK4 leads them, on average and at most, at 3/8 of the loop.
+/// Returns the mean and the largest distance of looped particles from the results of RK4, at 3/8 of the loop.
 std::pair<double, double> errorOf(const Flow& flow, const Points& seeds, const LoopedPoints& loops, double duration) {
     constexpr double kPart = 0.375;
     const Points found = loops.at(kPart * duration).points;

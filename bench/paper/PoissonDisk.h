@@ -10,8 +10,8 @@
 
 namespace curlew::paper {
 
-/// Poisson disk sampling of the unit cube (Bridson 2007): points at least `radius` apart, each of which has tried 30
-/// candidates between one and two radii away. For the comparison only.
+/// Poisson disk sampling of the unit cube (Bridson 2007): points at least `radius` apart, each of which tries 30
+/// candidates between one and two radii away. Only used for the comparison.
 template <int N>
 class PoissonDisk {
   public:
@@ -22,7 +22,7 @@ class PoissonDisk {
         mHeads.assign(cells, kNone);
     }
 
-    /// Until no point has room beside it.
+    /// Adds points until no point has room beside it.
     Positions<N> fill() {
         boost::random::uniform_01<double> uniform;
         Vec<double, N> first;
@@ -59,7 +59,7 @@ class PoissonDisk {
         mActive.push_back(k);
     }
 
-    /// Uniform in the shell.
+    /// Returns a uniformly distributed point in the shell.
     Vec<double, N> near(const Vec<double, N>& center) {
         boost::random::uniform_01<double> uniform;
         const double inner = 1, outer = std::pow(2.0, N);
@@ -70,8 +70,8 @@ class PoissonDisk {
         return p;
     }
 
-    /// Is no point within the radius in the cells that are in reach? Those of the higher axes are chosen already:
-    /// `above` is their index, `squared` how far away they are.
+    /// Returns whether no point in the cells within reach is closer than the radius. The cells along the higher axes
+    /// are already chosen: `above` is their index, `squared` the square of their distance.
     bool free(const Vec<double, N>& p, int axis, size_t above, double squared) const {
         if (axis < 0) {
             for (uint32_t k = mHeads[above]; k != kNone; k = mNext[k])
@@ -79,7 +79,7 @@ class PoissonDisk {
             return true;
         }
         const int here = cellOf(p[axis]);
-        for (const int step : {0, -1, 1}) { // the nearest first: most candidates end there
+        for (const int step : {0, -1, 1}) { // the nearest cell first, since it rejects most candidates
             const int cell = here + step;
             if (cell < 0 || cell >= mCells) continue;
             const double edge = static_cast<double>(step > 0 ? cell : cell + 1) / mCells;
@@ -92,8 +92,8 @@ class PoissonDisk {
     }
 
     double mRadius;
-    int mCells;                          // along each axis, not shorter than the radius
-    std::vector<uint32_t> mHeads, mNext; // the points of each cell as a list
+    int mCells;                          // number of cells along each axis; a cell is not shorter than the radius
+    std::vector<uint32_t> mHeads, mNext; // the points of each cell as a linked list
     Positions<N> mPoints;
     std::vector<uint32_t> mActive;
     boost::random::mt19937 mRandom;

@@ -16,20 +16,21 @@ namespace curlew::paper {
 template <int N>
 using Positions = std::vector<Vec<double, N>>;
 
-/// What Table 1 tells of a set of points; of a set of more than `most`, the median of a sample, and of the minimum NaN.
+/// Returns the figures of Table 1 for a set of points. For a set with more than `most` points, the median is that of a
+/// sample, and the minimum is NaN.
 template <int N>
 Spacing spacingOf(const NeighboursN<N>& neighbours, size_t points, size_t most) {
     const size_t stride =
-        points <= most ? 1 : 10 * points / most | 1; // odd: sequences have a structure of powers of two
+        points <= most ? 1 : 10 * points / most | 1; // odd, since the sequences are structured by powers of two
     Spacing spacing = curlew::spacingOf(neighbours.nearestDistances(stride));
     if (stride > 1) spacing.minimum = std::numeric_limits<double>::quiet_NaN();
     return spacing;
 }
 
-/// How many pairs of independent, uniform points of a cube of this edge have a distance up to `radius`, which is not
-/// longer than the edge: as a share of all pairs. The mean over directions u of Π(1 - r |u_i| / edge), the part of the
-/// cube that overlaps with itself moved by r u, expanded: products of k components of u have the mean
-/// π^(-k/2) Γ(n/2) / Γ((n+k)/2); then integrated over the ball.
+/// Returns the fraction of pairs of independent, uniform points in a cube with this edge that are at most `radius`
+/// apart (radius <= edge). The integrand is the mean over directions u of Π(1 - r |u_i| / edge), the overlap of the
+/// cube with itself translated by r u. In its expansion, products of k components of u have the mean π^(-k/2) Γ(n/2) /
+/// Γ((n+k)/2); it is then integrated over the ball.
 template <int N>
 double shareOfPairsWithin(double radius, double edge) {
     const double r = radius / edge, pi = std::acos(-1.0);
@@ -42,9 +43,9 @@ double shareOfPairsWithin(double radius, double edge) {
     return 2 * std::pow(pi, 0.5 * N) * sum;
 }
 
-/// The radial distribution function: how many pairs of the points have a distance in each bin, relative to as many
-/// independent, uniform points of the cube that they fill. Seen from `most` of the points, chosen at random, or from
-/// all. NaN beyond the edge.
+/// Returns the radial distribution function: the number of pairs with a distance in each bin, relative to the same
+/// number of independent, uniform points in the cube. Counts pairs from `most` randomly chosen points, or from all if
+/// there are fewer. NaN beyond the edge.
 template <int N>
 std::vector<double> radialDistribution(const NeighboursN<N>& neighbours, size_t points, double edge, double width,
                                        size_t bins, size_t most) {

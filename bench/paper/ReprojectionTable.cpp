@@ -20,7 +20,7 @@ const std::array<Row, 5> kRows{{{"the default", {.time = kTime}},
                                 {"Euler, 100 steps", {.time = kTime, .steps = 100, .scheme = Scheme::euler}},
                                 {"Euler, 10 steps", {.time = kTime, .steps = 10, .scheme = Scheme::euler}}}};
 
-/// How many points are not inside.
+/// Returns the number of points that are not inside.
 size_t outside(const Flow& flow, const Points& points) {
     size_t count = 0;
     const Wall& wall = *flow.domain().wall;

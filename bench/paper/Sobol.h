@@ -10,8 +10,8 @@
 
 namespace curlew::paper {
 
-/// The first 2^power points of the Sobol sequence in the unit cube, scrambled by random lower triangular matrices of
-/// bits and a random shift (Matousek 1998), as SciPy does it by default.
+/// Returns the first 2^power points of the Sobol sequence in the unit cube, scrambled with random lower triangular bit
+/// matrices and a random shift (Matousek 1998), as SciPy does by default.
 template <int N>
 Positions<N> sobolPoints(int power, uint64_t seed) {
     constexpr int kBits = 32;
@@ -19,7 +19,7 @@ Positions<N> sobolPoints(int power, uint64_t seed) {
     std::array<uint32_t, size_t{N}> shift;
     for (uint64_t axis = 0; axis < N; ++axis) {
         shift[axis] = static_cast<uint32_t>(randomBits(seed, axis, kBits));
-        for (uint64_t row = 0; row < kBits; ++row) { // bit 31 is the highest: that of one half
+        for (uint64_t row = 0; row < kBits; ++row) { // bit 31 is the most significant: it stands for one half
             const uint32_t diagonal = 1U << (kBits - 1 - row), above = ~(2 * diagonal - 1);
             matrix[axis][row] = diagonal | (above & static_cast<uint32_t>(randomBits(seed, axis, row)));
         }
@@ -28,7 +28,7 @@ Positions<N> sobolPoints(int power, uint64_t seed) {
     Positions<N> points(size_t{1} << power);
     for (size_t k = 0; k < points.size(); ++k)
         for (size_t axis = 0; axis < N; ++axis) {
-            // Boost leaves out the point 0, which comes first.
+            // Boost skips the first point, 0.
             const auto bits = k == 0 ? 0 : static_cast<uint32_t>(engine() >> (64 - kBits));
             uint32_t scrambled = shift[axis];
             for (uint64_t row = 0; row < kBits; ++row)

@@ -19,16 +19,16 @@ namespace {
 
 constexpr double kKolmogorov = -5.0 / 3;
 constexpr std::array<double, 4> kGains{0.35, 0.397, 0.45, 0.5};
-constexpr Box kCells{{{-2, -2, -2}}, {{2, 2, 2}}}; ///< Four cells of the lowest octave along each axis.
+constexpr Box kCells{{{-2, -2, -2}}, {{2, 2, 2}}}; ///< Contains four cells of the lowest octave along each axis.
 
-/// Flows of five octaves whose gain is to be chosen.
+/// A kind of flow with five octaves and a given gain.
 struct Kind {
     std::string_view name, key;
-    /// Wave numbers between which the slope is measured: three octaves of the noise from its second on. Classical curl
-    /// noise peaks an octave lower.
+    /// Wave numbers between which the slope is measured: three octaves of the noise, starting with its second.
+    /// Classical curl noise peaks an octave lower.
     double from, to;
     Flow (*make)(double gain);
-    double stated; ///< The gain that the documents give for Kolmogorov's slope; 0: none.
+    double stated; ///< The gain that the documentation states for Kolmogorov's slope; 0: none.
 };
 
 template <class Noise>
@@ -54,7 +54,8 @@ EnergySpectrum spectrumOf(const Kind& kind, double gain, int dim) {
     return energySpectrum(*velocityGrid(withSpeed(kind.make(gain), 1), {.dim = dim}));
 }
 
-/// Where the slope is Kolmogorov's, by a straight line between the two gains about it; NaN if none are.
+/// Returns the gain at which the slope is Kolmogorov's, by linear interpolation between the two neighbouring gains; NaN
+/// if no two enclose it.
 double gainFor(const std::array<double, kGains.size()>& slopes) {
     for (size_t k = 0; k + 1 < kGains.size(); ++k)
         if (slopes[k] <= kKolmogorov && slopes[k + 1] > kKolmogorov)
@@ -62,7 +63,7 @@ double gainFor(const std::array<double, kGains.size()>& slopes) {
     return std::nan("");
 }
 
-/// The energy of a flow of each gain, against the wave number, and the power law.
+/// Plots the energy against the wave number for each gain, and the power law.
 void plot(const Kind& kind, const std::array<EnergySpectrum, kGains.size()>& spectra,
           const std::filesystem::path& folder) {
     PlotData data{.xName = "wave number, cycles per world unit", .curves = {}};

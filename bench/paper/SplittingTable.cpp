@@ -26,7 +26,7 @@ struct Setting {
 
 ScalarField noise(uint64_t seed) { return noiseField<Psrd3>({.seed = seed}, {.frequency = 1.5}); }
 
-/// Sums in the unit ball whose terms are tangent to it, each of speed 1.
+/// Returns sums in the unit ball whose terms are tangent to its boundary and have speed 1.
 std::vector<Setting> settings() {
     const Wall wall{.sdf = sphereSdf(1), .side = Side::inside, .width = 0.2};
     const Domain domain = Domain::of(wall);
@@ -63,7 +63,7 @@ std::string_view nameOf(Splitting splitting) {
     return splitting == Splitting::none ? "as a whole" : kSplittingNames.at(static_cast<size_t>(splitting));
 }
 
-/// What is not as it is claimed to be.
+/// Adds the claims that do not hold.
 void judge(std::string_view setting, const Row& row, std::vector<std::string>& broken) {
     if (row.splitting == Splitting::none) return;
     if (row.result.outside > 0)

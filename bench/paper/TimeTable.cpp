@@ -19,23 +19,23 @@ namespace {
 
 constexpr double kTime = 2;
 constexpr int kRounds = 3;
-constexpr double kMeanBar = 1e-4, kMaxBar = 1e-2; ///< Of the defaults, relative to the object's size.
-constexpr double kVolumeBar = 1e-6;               ///< Of the flow map's determinant, from 1.
+constexpr double kMeanBar = 1e-4, kMaxBar = 1e-2; ///< Error bounds of the defaults, relative to the object's size.
+constexpr double kVolumeBar = 1e-6;               ///< Bound for the deviation of the flow map's determinant from 1.
 
-/// What steps by accuracy may cost at the mean error of so many equal steps of RK4, relative to these: what was aimed
-/// at, and what is claimed, of the evaluations of the flow.
+/// The allowed cost of adaptive steps at the mean error of `steps` equal RK4 steps, relative to RK4, in evaluations of
+/// the flow: the aim, and the claim.
 struct Bar {
     int steps;
     double aim, claim;
 };
 constexpr std::array<Bar, 2> kBars{{{100, 0.5, 0.5}, {1000, 0.2, 0.5}}};
 
-/// Points in a flow that an object contains, and where they should be after kTime.
+/// Points in a flow inside an object, and their exact positions after kTime.
 struct Setting {
     std::string name;
     Flow flow;
     Points start, end;
-    double size; ///< The longest edge of the object's box.
+    double size; ///< The longest edge of the object's bounding box.
 };
 
 AdvectOptions accurate(double accuracy, std::optional<Scheme> scheme = {}) {
@@ -49,7 +49,7 @@ Points moved(const Setting& setting, const AdvectOptions& options, AdvectResult&
     return points;
 }
 
-/// A way to get there, and what it comes to.
+/// A method of advection and its results.
 struct Way {
     std::string name;
     AdvectOptions options;
@@ -58,8 +58,8 @@ struct Way {
     std::vector<double> seconds = {};
 
     double time() const { return percentiles(seconds, 0.5, 0.5).lower; }
-    /// Of the flow, for each point: the stages of each step (one of them where it ends), those after corrections, and
-    /// those at the beginning and the end of the way.
+    /// Returns the evaluations of the flow per point: the stages of each step (including one at its end), one after
+    /// each correction, and those at the beginning and the end.
     double evaluations() const {
         const auto tried = static_cast<double>(result.substeps + result.retries + result.stalled);
         const double stages = tableauOf(options.usedScheme()).stages;
@@ -84,7 +84,7 @@ std::vector<Way> ways() {
 
 void measure(const Setting& setting, std::vector<Way>& all) {
     const ThreadLimit limit(1);
-    for (int round = 0; round < kRounds; ++round) // in turn: what else the machine does falls on all
+    for (int round = 0; round < kRounds; ++round) // interleaved, so that other load affects all methods
         for (Way& way : all) {
             const auto begin = std::chrono::steady_clock::now();
             const Points points = moved(setting, way.options, way.result);
@@ -97,8 +97,8 @@ const Way& named(const std::vector<Way>& all, std::string_view name) {
     return *std::find_if(all.begin(), all.end(), [&](const Way& way) { return way.name == name; });
 }
 
-/// The least cost at which a scheme by accuracy has this mean error, by power laws between its accuracies; infinite
-/// where none has.
+/// The lowest cost at which an adaptive scheme reaches a mean error, by power laws between its accuracies; infinite if
+/// no scheme reaches it.
 struct Cheapest {
     double cost = std::numeric_limits<double>::infinity();
     Scheme scheme = Scheme::dormandPrince;
@@ -150,14 +150,14 @@ void writeVolumes(const Setting& setting, std::ostream& out, std::vector<std::st
         broken.push_back(fmt::format("{}: volumes change by {:.1e}", setting.name, change.farthest));
 }
 
-/// The same time in frames, with the default accuracy: where the points are then.
+/// Advects the points in several frames with the default accuracy, and returns the result.
 Points inFrames(const Setting& setting, int calls) {
     Points points = setting.start;
     for (int k = 0; k < calls; ++k) advect(setting.flow, points, {.time = kTime / calls});
     return points;
 }
 
-/// Writes the table of one setting. `judged`: there are enough points for costs to be judged.
+/// Writes the table of one setting. `judged`: whether there are enough points to judge the costs.
 void write(const Setting& setting, bool judged, std::ostream& out, std::vector<std::string>& broken) {
     std::vector<Way> all = ways();
     measure(setting, all);

@@ -19,20 +19,20 @@ namespace {
 constexpr double kTime = 0.6;
 constexpr int kReferenceSteps = 2048;
 
-/// How a texture is carried along.
+/// A method of carrying a texture along a flow.
 struct Way {
     Scheme scheme;
     int steps;
-    int reprojections; ///< Newton's method after each step (ICN Eq. 12): none, or so many corrections.
+    int reprojections; ///< Number of Newton corrections after each step (ICN Eq. 12).
 };
 
-/// What becomes of it.
+/// The result of carrying a texture.
 struct Carried {
-    std::vector<Vec3d> places; ///< Where the hits were.
-    double offSurface = 0;     ///< Root mean square distance of the places from the torus.
+    std::vector<Vec3d> places; ///< Origins of the hits.
+    double offSurface = 0;     ///< Root mean square distance of the origins from the torus.
 };
 
-/// ICN Algorithm 1, backward from the hits.
+/// Runs ICN Algorithm 1 backward from the hits.
 Carried carry(const Flow& flow, const SurfaceView& view, const Way& way) {
     Carried carried{.places = positionsOf(view)};
     const double dt = -kTime / way.steps;
@@ -69,7 +69,7 @@ Carried carry(const Flow& flow, const SurfaceView& view, const Way& way) {
     return carried;
 }
 
-/// Of the pattern's colours over the picture, as in Table 2; and of the places.
+/// Differences of the pattern's colours over the picture, as in Table 2, and of the origins.
 struct Difference {
     double colors = 0, places = 0;
 };
@@ -106,7 +106,7 @@ std::vector<std::string> torusTable(const TableRun& run, std::ostream& out) {
                    "| scheme | steps | reprojection | RMSE of colours | of places | off the surface |\n"
                    "|---|---|---|---|---|---|\n",
                    view.hits.size(), kReferenceSteps, kTime);
-    std::vector<std::string> broken; // of the places, since RK4 leaves no difference that one sees in the colours
+    std::vector<std::string> broken; // judged by the origins, since RK4 leaves no visible difference in the colours
     for (const Scheme scheme : {Scheme::euler, Scheme::rk4}) {
         const char* name = scheme == Scheme::euler ? "Euler" : "RK4";
         std::array<std::array<Difference, 3>, 2> found;

@@ -14,18 +14,18 @@ namespace curlew::paper {
 
 namespace {
 
-constexpr int kWidth = 960, kHeight = 540;        // every fourth of the paper's pixels along each edge
-constexpr double kFramePixels = 1024.0 * 576;     // of its frame rates
-constexpr double kPublishedUnit = 8.671;          // of its errors: that of Euler, 64 steps, no correction
-constexpr double kTolerance = 0.15, kLarge = 0.1; // of errors above this, relative to the unit, we claim the same
+constexpr int kWidth = 960, kHeight = 540;        // a quarter of the paper's resolution along each edge
+constexpr double kFramePixels = 1024.0 * 576;     // pixels per frame of the paper's frame rates
+constexpr double kPublishedUnit = 8.671;          // unit of the paper's errors: Euler, 64 steps, no correction
+constexpr double kTolerance = 0.15, kLarge = 0.1; // we claim to match errors above kLarge units within this tolerance
 
-/// A cell of Table 2 as published, and ours.
+/// A cell of Table 2: the published figures and ours.
 struct Cell {
     Scheme scheme;
     int steps, reprojections;
-    double publishedRate, publishedError; ///< Frames per second; as printed.
+    double publishedRate, publishedError; ///< Frames per second; error as printed.
     double rate = 0, error = 0;
-    /// The paper's own corrections fall short here, and its error falls with their number. Ours does not.
+    /// Here the paper's corrections fall short: its error decreases with their number. Ours does not.
     bool mayBeBetter() const { return scheme == Scheme::euler && steps == 512 && reprojections > 0; }
     double published() const { return publishedError / kPublishedUnit; }
     std::string name() const {
@@ -50,7 +50,7 @@ std::array<Cell, 12> publishedCells() {
              {kRk4, 512, 10, 3.558, 0.098}}};
 }
 
-/// The paper's experiment: the unit is the picture's height.
+/// The paper's experiment. The unit of length is the picture's height.
 struct Warp {
     FlowN<2> flow{FlowN<2>::Potentials{noiseField<GradientNoise<2>>({}, {.frequency = 7})}};
     int width, height;
@@ -74,7 +74,7 @@ void measure(const Warp& warp, const Image& reference, Cell& cell) {
     cell.error = differenceOf(picture, reference).rms;
 }
 
-/// What is not as it is claimed to be.
+/// Returns the claims that do not hold.
 std::vector<std::string> broken(const std::array<Cell, 12>& cells) {
     const double unit = cells[0].error;
     std::vector<std::string> lines;

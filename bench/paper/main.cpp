@@ -31,7 +31,7 @@ constexpr Table kTables[] = {
     {"spectrum", spectrumTable},
 };
 
-/// Throws ValueError, with the usage behind what is wrong.
+/// Throws ValueError with the reason, followed by the usage.
 [[noreturn]] void fail(const std::string& what) {
     std::string names;
     for (const Table& table : kTables) names += fmt::format("{}|", table.name);
@@ -46,7 +46,7 @@ double scaleOf(std::string_view text) {
     return scale;
 }
 
-/// The exit code: 1 where something is not as it is claimed to be.
+/// Returns the exit code: 1 if a claim does not hold.
 int run(const std::vector<std::string>& arguments) {
     const auto* table = std::find_if(std::begin(kTables), std::end(kTables),
                                      [&](const Table& t) { return !arguments.empty() && t.name == arguments[0]; });

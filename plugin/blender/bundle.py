@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The shared libraries that a library needs and that a machine may not have, as copies that find each other."""
+"""Bundles the shared libraries that a library needs and a machine may lack, as copies that find each other."""
 
 import re
 import shutil
@@ -7,7 +7,7 @@ import subprocess
 from pathlib import Path
 from typing import Dict, List
 
-# What every Linux desktop has, in the version that it needs.
+# Libraries that every Linux desktop provides in a suitable version.
 _BASE = re.compile(r"(linux-vdso|ld-linux-x86-64|lib(c|m|dl|rt|pthread|gcc_s|stdc\+\+|z))\.")
 FOLDER = "lib"  # beside the library
 
@@ -16,14 +16,14 @@ def _run(*words: object) -> str:
     try:
         done = subprocess.run([str(w) for w in words], capture_output=True, text=True, check=False)
     except FileNotFoundError:
-        raise ValueError(f"there is no {words[0]} here; ./dev plugin installs what is needed") from None
+        raise ValueError(f"{words[0]} is not installed; ./dev plugin installs what is needed") from None
     if done.returncode != 0:
-        raise ValueError(f"{words[0]} fails: {done.stderr.strip() or done.stdout.strip()}")
+        raise ValueError(f"{words[0]} failed: {done.stderr.strip() or done.stdout.strip()}")
     return done.stdout
 
 
 def needed(library: Path) -> Dict[str, Path]:
-    """Where those are that it needs, directly or through others, by their sonames."""
+    """Returns the paths of all direct and indirect dependencies, by soname."""
     found = {}
     for line in _run("ldd", library).splitlines():
         name, arrow, rest = line.strip().partition(" => ")
@@ -31,18 +31,19 @@ def needed(library: Path) -> Dict[str, Path]:
             continue
         path = rest.partition(" (")[0]
         if path == "not found":
-            raise ValueError(f"'{library}' needs {name}, which is not here")
+            raise ValueError(f"'{library}' needs {name}, which is not installed")
         found[name] = Path(path).resolve()
     return found
 
 
 def _bundled(soname: str) -> str:
-    """Its name in the bundle: a host that has loaded another build of the library under its usual name is not asked."""
+    """Returns a library's name in the bundle. It differs from the usual one, so that another build of the library that
+    the host has already loaded is not used instead."""
     return f"curlew-{soname}"
 
 
 def _connect(copy: Path, where: str) -> None:
-    """Makes a copy look for what it needs in the bundle."""
+    """Makes a copy search for its dependencies in the bundle."""
     _run("patchelf", "--set-rpath", where, copy)
     for name in _run("patchelf", "--print-needed", copy).split():
         if not _BASE.match(name):
@@ -50,7 +51,7 @@ def _connect(copy: Path, where: str) -> None:
 
 
 def bundle(library: Path, folder: Path) -> List[Path]:
-    """Copies the library into a folder, and what it needs into FOLDER there; returns all copies."""
+    """Copies the library into a folder, and its dependencies into FOLDER in that folder. Returns all copies."""
     (folder / FOLDER).mkdir(parents=True)
     copies = [Path(shutil.copy(library, folder / "libcurlew.so"))]
     _connect(copies[0], f"$ORIGIN/{FOLDER}")
@@ -59,7 +60,7 @@ def bundle(library: Path, folder: Path) -> List[Path]:
         _run("patchelf", "--set-soname", copy.name, copy)
         _connect(copy, "$ORIGIN")
         copies.append(copy)
-    command = library.parent / "curlew"  # reads files that nobody trusts, in a process of its own
+    command = library.parent / "curlew"  # reads untrusted files in a separate process
     if command.is_file():
         copies.append(Path(shutil.copy(command, folder / command.name)))
         _connect(copies[-1], f"$ORIGIN/{FOLDER}")
@@ -67,7 +68,7 @@ def bundle(library: Path, folder: Path) -> List[Path]:
 
 
 def licences(library: Path) -> Dict[str, bytes]:
-    """The licences of what is bundled, by the names of Debian's packages."""
+    """Returns the licences of the bundled libraries, by Debian package name."""
     texts = {}
     for soname, path in needed(library).items():
         owners = _run("dpkg-query", "--search", f"*/{path.name}").splitlines()

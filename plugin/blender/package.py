@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Packs the Blender add-on: a legacy add-on (Blender 3.4 and later) and an extension (4.2 and later).
 
-The library is inside, and the libraries that it needs, but for those of the C and C++ compilers and zlib.
+The packages contain the library and its dependencies, except for the C and C++ runtime libraries and zlib.
 
     plugin/blender/package.py --library build/libcurlew.so --out out/
 """
@@ -38,22 +38,22 @@ license = ["SPDX:GPL-3.0-or-later"]
 platforms = ["linux-x64"]
 
 [permissions]
-files = "Writes bakes beside the .blend, and scenes where told to"
+files = "Writes bakes beside the .blend file, and exported scenes"
 """
 
 
 def version() -> str:
-    """The project's; ValueError where bl_info has another one."""
+    """Returns the project's version. Raises ValueError if the version in bl_info differs."""
     found = re.search(r"project\(curlew VERSION ([0-9.]+)", CMAKE.read_text())
     text = found[1] if found else ""
     told = re.search(r'"version": \(([0-9, ]+)\)', (ADDON / "__init__.py").read_text())
     if not told or told[1].replace(", ", ".") != text:
-        raise ValueError(f"bl_info's version is not that of the project, {text}")
+        raise ValueError(f"the version in bl_info differs from the project's, {text}")
     return text
 
 
 def files(library: Path) -> Iterator[Tuple[str, bytes]]:
-    """All files of the add-on, relative to its folder."""
+    """Yields all files of the add-on, relative to its folder."""
     for path in sorted(ADDON.glob("*.py")):
         yield path.name, path.read_bytes()
     for path in sorted(p for p in PYTHON.iterdir() if p.suffix == ".py" or p.name == "py.typed"):
@@ -66,7 +66,7 @@ def files(library: Path) -> Iterator[Tuple[str, bytes]]:
 
 
 def write(path: Path, contents: Dict[str, bytes]) -> None:
-    """A zip that depends on nothing but its contents."""
+    """Writes a reproducible zip: it depends only on its contents."""
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, data in contents.items():
             entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
@@ -76,7 +76,7 @@ def write(path: Path, contents: Dict[str, bytes]) -> None:
 
 
 def package(library: Path, out: Path) -> Tuple[Path, Path]:
-    """Writes both, and returns where they are."""
+    """Writes both packages and returns their paths."""
     if not library.is_file():
         raise FileNotFoundError(f"there is no '{library}'; build it: ninja -C build curlew_c")
     number = version()
@@ -89,10 +89,10 @@ def package(library: Path, out: Path) -> Tuple[Path, Path]:
 
 
 def main() -> int:
-    """The command."""
+    """Runs the command."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--library", type=Path, required=True, help="libcurlew.so")
-    parser.add_argument("--out", type=Path, default=Path("out"), help="folder for the two files (default: out)")
+    parser.add_argument("--out", type=Path, default=Path("out"), help="folder for the two zip files (default: out)")
     given = parser.parse_args()
     try:
         for path in package(given.library, given.out):

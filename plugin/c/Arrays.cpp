@@ -21,7 +21,7 @@ ptrdiff_t strideOfAny(const Array& array) {
 template <class Array>
 void checkAny(const Array& array, const char* name, int components, Numbers numbers) {
     if (!isFloat(array.type) && !isInteger(array.type))
-        throw ValueError(fmt::format("{} has no type that there is: {}", name, array.type));
+        throw ValueError(fmt::format("{} has the unknown type {}", name, array.type));
     if (numbers == Numbers::floats ? !isFloat(array.type) : !isInteger(array.type))
         throw ValueError(
             fmt::format("{} must be {}", name, numbers == Numbers::floats ? "float32 or float64" : "int32 or int64"));
@@ -44,7 +44,7 @@ void checkBuffer(const curlew_buffer& buffer, const char* name, int64_t count, i
     if (buffer.count != count)
         throw ValueError(fmt::format("{} must have {} items, not {}", name, count, buffer.count));
     if (std::abs(strideOf(buffer)) < components * sizeOf(buffer.type))
-        throw ValueError(fmt::format("{} has items that overlap: a stride of {}", name, buffer.stride));
+        throw ValueError(fmt::format("{} has overlapping items: its stride is {}", name, buffer.stride));
 }
 
 ptrdiff_t strideOf(const curlew_array& array) { return strideOfAny(array); }

@@ -9,15 +9,15 @@
 
 namespace curlew::c {
 
-/// What kinds of numbers an array may have.
+/// The kind of numbers in an array.
 enum class Numbers { floats, integers };
 
-/// Throws ValueError, with its name, for an array that cannot be read, or is not one of such items.
+/// Throws ValueError, naming the array, if it is invalid or does not have items with these components and numbers.
 void checkArray(const curlew_array& array, const char* name, int components, Numbers numbers);
-/// The same of one to write to, which also has to have `count` items.
+/// Checks a buffer in the same way. It must also have `count` items that do not overlap.
 void checkBuffer(const curlew_buffer& buffer, const char* name, int64_t count, int components, Numbers numbers);
 
-/// Bytes from item to item.
+/// Returns the number of bytes from one item to the next.
 ptrdiff_t strideOf(const curlew_array& array);
 ptrdiff_t strideOf(const curlew_buffer& buffer);
 
@@ -32,13 +32,13 @@ void storeAs(T value, void* to) {
     std::memcpy(to, &value, sizeof value);
 }
 
-/// A number of an array of floats; it has been checked.
+/// Reads a number from an array of floats, which must have been checked.
 inline double realAt(const curlew_array& array, ptrdiff_t stride, size_t item, size_t component) {
     const auto* from = static_cast<const char*>(array.data) + static_cast<ptrdiff_t>(item) * stride;
     return array.type == CURLEW_FLOAT32 ? static_cast<double>(loadAs<float>(from + component * sizeof(float)))
                                         : loadAs<double>(from + component * sizeof(double));
 }
-/// A number of an array of integers.
+/// Reads a number from an array of integers.
 inline int64_t integerAt(const curlew_array& array, ptrdiff_t stride, size_t item, size_t component) {
     const auto* from = static_cast<const char*>(array.data) + static_cast<ptrdiff_t>(item) * stride;
     return array.type == CURLEW_INT32 ? loadAs<int32_t>(from + component * sizeof(int32_t))

@@ -31,7 +31,7 @@ struct Positions {
     }
 };
 
-/// Where results go, if they are wanted.
+/// A buffer for results; may be absent.
 struct Target {
     const curlew_buffer* buffer;
     ptrdiff_t stride = buffer ? strideOf(*buffer) : 0;
@@ -45,8 +45,8 @@ void checkTarget(const curlew_buffer* buffer, const char* name, const Positions&
     if (buffer) checkBuffer(*buffer, name, positions.array.count, components, Numbers::floats);
 }
 
-/// Calls `work(points, begin, finite)` for batches of the positions; those that are not finite are the origin, and what
-/// is computed for them is replaced by NaN.
+/// Calls `work(points, begin, finite)` for batches of the positions. Positions that are not finite are replaced by the
+/// origin, and `work` must write NaN for them.
 template <int N, class Work>
 void forEachFinite(const Positions& positions, const Work& work) {
     forEachBatch(PointsBy{positions.size(), [&](size_t k) { return positions.at<N>(k); }},
@@ -101,7 +101,7 @@ void evaluate(const FlowN<N>& flow, const Positions& positions, const Target& ve
     });
 }
 
-/// The positions, once they are known to be some of the object's dimension, or in space.
+/// Returns the positions. Throws ValueError unless they have the object's dimension, or 3 components.
 Positions positionsFor(const curlew_array* positions, int dimension) {
     const curlew_array& array = required(positions, "positions");
     checkArray(array, "positions", dimension < 3 && array.components == 3 ? 3 : dimension, Numbers::floats);
@@ -172,7 +172,7 @@ curlew_status curlew_flow_evaluate(const curlew_flow* flow, const curlew_array* 
         std::visit(
             [&]<int N>(const FlowN<N>& f) {
                 if (potential.wanted() && !f.hasTracks())
-                    throw ValueError("this flow is a sum, and has no tracks and no potentials");
+                    throw ValueError("this flow is a sum and has no tracks and no potentials");
                 if (velocity.isDouble() || potential.isDouble())
                     evaluate<double, N>(f, at, velocity, potential);
                 else

@@ -13,14 +13,15 @@ openvdb::GridBase::ConstPtr gridAt(const curlew_session* session, int64_t positi
     return std::get<app::GridValue>(required(session, "the session").object(CURLEW_GRID, position).value).grid;
 }
 
-/// Calls `use` with the grid as what it is. Throws ValueError for a grid whose values are not numbers or vectors.
+/// Calls `use` with the grid as its concrete type. Throws ValueError if its values are neither numbers nor vectors.
 template <class Use>
 void withGrid(const openvdb::GridBase& grid, const Use& use) {
     using Known = openvdb::TypeList<openvdb::FloatGrid, openvdb::DoubleGrid, openvdb::Int32Grid, openvdb::Int64Grid,
                                     openvdb::Vec3SGrid, openvdb::Vec3DGrid>;
     if (!grid.apply<Known>(use))
-        throw ValueError(fmt::format("the values of grid '{}' are {}: neither numbers nor vectors of three",
-                                     grid.getName(), grid.valueType()));
+        throw ValueError(
+            fmt::format("the values of grid '{}' have the type {}; only numbers and vectors of three can be read",
+                        grid.getName(), grid.valueType()));
 }
 
 openvdb::CoordBBox boxOf(const int64_t* lower, const int64_t* upper) {
@@ -36,7 +37,7 @@ openvdb::CoordBBox boxOf(const int64_t* lower, const int64_t* upper) {
     return {least, most};
 }
 
-/// The components of a value.
+/// Returns the components of a value; unused ones are 0.
 template <class Value>
 std::array<double, 3> componentsOf(const Value& value) {
     if constexpr (openvdb::VecTraits<Value>::IsVec)
@@ -112,14 +113,14 @@ curlew_status curlew_grid_leaf(const curlew_session* session, int64_t position, 
         const openvdb::GridBase::ConstPtr held = gridAt(session, position);
         withGrid(*held, [&]<class Grid>(const Grid& grid) {
             using Leaf = typename Grid::TreeType::LeafNodeType;
-            // The leaves of one grid are asked for one after another.
+            // Callers usually read all leaves of a grid in turn.
             if (s.leavesOf != held) {
                 s.leaves.clear();
                 for (auto it = grid.tree().cbeginLeaf(); it; ++it) s.leaves.push_back(&*it);
                 s.leavesOf = held;
             }
             if (leaf < 0 || static_cast<size_t>(leaf) >= s.leaves.size())
-                throw ValueError(fmt::format("there is no leaf {}; there are {}", leaf, s.leaves.size()));
+                throw ValueError(fmt::format("there is no leaf {}; the grid has {}", leaf, s.leaves.size()));
             const auto& found = *static_cast<const Leaf*>(s.leaves[static_cast<size_t>(leaf)]);
             for (int axis = 0; axis < 3; ++axis) origin[axis] = found.origin()[axis];
             *values = found.buffer().data();

@@ -36,7 +36,7 @@ curlew_status remember(const app::SourceLocation& location) noexcept {
     try {
         throw;
     } catch (const Interrupted&) {
-        keep(CURLEW_CANCELLED, "cancelled; files that were not finished have been removed", location);
+        keep(CURLEW_CANCELLED, "cancelled; unfinished files have been removed", location);
     } catch (const FileError& e) {
         keep(CURLEW_FILE_ERROR, e.what(), location);
     } catch (const ResourceError& e) {
@@ -65,7 +65,7 @@ void prepareLibrary() {
         if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma"))
             throw ValueError("this processor lacks AVX2 and FMA, which this build needs");
 #endif
-        activeSimd(); // a wrong CURLEW_SIMD is known before any work
+        activeSimd(); // reports an invalid CURLEW_SIMD before any work
         openvdb::initialize();
         return true;
     }();

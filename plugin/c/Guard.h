@@ -6,14 +6,14 @@
 
 namespace curlew::c {
 
-/// Remembers the exception that is being handled, for curlew_error_message() and its siblings, and what it was about.
+/// Stores the exception being handled and its location, for curlew_error_message() and the functions next to it.
 curlew_status remember(const app::SourceLocation& location) noexcept;
 
-/// Throws ValueError where the processor cannot run this library; what has to be there once is there afterwards.
+/// Initializes the library at the first call. Throws ValueError if the processor cannot run it.
 void prepareLibrary();
 
-/// Does the work of a function of the interface, which no exception leaves. What fails in it is about the location as
-/// it is then.
+/// Runs the work of an interface function and turns exceptions into a status. An error is reported at `location`, read
+/// at the time of the failure.
 template <class Work>
 curlew_status guarded(const Work& work, const app::SourceLocation& location = {}) noexcept {
     try {
@@ -25,7 +25,7 @@ curlew_status guarded(const Work& work, const app::SourceLocation& location = {}
     }
 }
 
-/// Throws ValueError where a pointer that has to point somewhere does not.
+/// Throws ValueError if a required pointer is NULL.
 template <class T>
 T& required(T* pointer, const char* what) {
     if (!pointer) throw ValueError(fmt::format("{} is NULL", what));

@@ -40,7 +40,7 @@ void Caller::progress(const app::Progress& progress) {
 }
 
 bool Caller::cancelled() {
-    // Also where nothing is reported for long, the caller is asked.
+    // Asks the caller here too, since an action may not report progress for a long time.
     if (mCallbacks.progress && !mCancelled)
         if (const std::unique_lock lock(mTelling, std::try_to_lock); lock) tell();
     return mCancelled;
@@ -58,7 +58,7 @@ void Caller::tell() {
 
 const app::Session& curlew_session::readable() const {
     if (running && inFrame != std::this_thread::get_id())
-        throw ValueError("the session is running; only its frame callback may read what it has");
+        throw ValueError("the session is running; only its frame callback may read its results");
     return session;
 }
 

@@ -10,14 +10,14 @@
 
 namespace curlew::c {
 
-/// The functions of a program's caller, and whether one of them (or curlew_cancel) has asked it to stop.
+/// The callbacks of a program's caller, and whether a callback or curlew_cancel() has asked the program to stop.
 class Caller {
   public:
     void begin(const curlew_callbacks* callbacks);
     void end();
     void cancel() { mCancelled = true; }
 
-    /// What the program is heard with.
+    /// Returns a listener that passes the program's output to the callbacks.
     app::Listener listener();
     void frame(int frame);
 
@@ -25,7 +25,7 @@ class Caller {
     void message(std::string_view text) const;
     void progress(const app::Progress& progress);
     bool cancelled();
-    /// Calls the caller's progress function, if it is time to. With the lock held.
+    /// Calls the progress callback if enough time has passed since the last call. The lock must be held.
     void tell();
 
     curlew_callbacks mCallbacks{};
@@ -38,31 +38,32 @@ class Caller {
 
 } // namespace curlew::c
 
-/// A session of the interface.
+/// A session of the C interface.
 struct curlew_session {
-    /// While it lives, the program of the session runs. Throws ValueError where one runs already.
+    /// Marks the session as running during its lifetime. Throws ValueError if the session is running already.
     class Running;
-    /// The session, to look at: while it runs, only for its frame callback. Throws ValueError otherwise.
+    /// Returns the session for reading. While it runs, only its frame callback may read it; otherwise throws
+    /// ValueError.
     const curlew::app::Session& readable() const;
-    /// The session, to change. Throws ValueError while it runs.
+    /// Returns the session for modification. Throws ValueError while it runs.
     curlew::app::Session& writable();
 
     curlew::c::Caller caller;
     curlew::app::Console console{caller.listener()};
     curlew::app::Session session{console};
-    mutable std::string text; ///< What it has told last.
-    /// Results that curlew_find() has been asked for; their positions begin at kFound.
+    mutable std::string text; ///< The text that was returned last.
+    /// Results that curlew_find() has returned. Their positions begin at kFound.
     mutable std::vector<curlew::app::Session::Held> found;
-    mutable std::vector<const void*> leaves; ///< Of the grid that was last asked for its leaves.
+    mutable std::vector<const void*> leaves; ///< The leaves of the grid whose leaves were read last.
     mutable openvdb::GridBase::ConstPtr leavesOf;
     static constexpr int64_t kFound = int64_t{1} << 32;
 
-    /// The object of a kind at a position: its age among those of that kind, or what curlew_find() has told. Throws
-    /// ValueError if there is none.
+    /// Returns the object of a kind at a position: its age among the objects of that kind, or a position from
+    /// curlew_find(). Throws ValueError if there is none.
     const curlew::app::Session::Held& object(curlew_kind kind, int64_t position) const;
     size_t count(curlew_kind kind) const;
 
     std::atomic<bool> running = false;
-    std::mutex starting;                                      ///< Held where `running` changes, or must not.
-    std::atomic<std::thread::id> inFrame = std::thread::id(); ///< The thread whose frame callback is called.
+    std::mutex starting;                                      ///< Held while `running` changes, or must not change.
+    std::atomic<std::thread::id> inFrame = std::thread::id(); ///< The thread that is executing the frame callback.
 };

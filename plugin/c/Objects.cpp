@@ -41,7 +41,8 @@ Json describe(const openvdb::GridBase& grid) {
     Json matrix = Json::array();
     if (grid.transform().isLinear()) {
         const openvdb::Mat4R m = grid.transform().baseMap()->getAffineMap()->getMat4();
-        for (int row = 0; row < 4; ++row) matrix.push_back({m(0, row), m(1, row), m(2, row), m(3, row)}); // of columns
+        // OpenVDB's matrices multiply row vectors.
+        for (int row = 0; row < 4; ++row) matrix.push_back({m(0, row), m(1, row), m(2, row), m(3, row)});
     }
     return {{"name", grid.getName()},
             {"type", grid.valueType()},
@@ -74,7 +75,7 @@ Json describe(const app::Value& value) {
     return about;
 }
 
-/// Text that is no UTF-8 becomes some.
+/// Replaces invalid UTF-8.
 std::string textOf(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 curlew_kind abiKindOf(const app::Value& value) {
@@ -100,7 +101,7 @@ curlew_kind abiKindOf(const app::Value& value) {
 const char* nameOf(curlew_kind kind) {
     constexpr std::array kNames{"field", "flow", "grid", "mesh", "points", "curves", "image"};
     if (kind < 0 || static_cast<size_t>(kind) >= kNames.size())
-        throw ValueError(fmt::format("there is no kind {} of objects", kind));
+        throw ValueError(fmt::format("there is no object kind {}", kind));
     return kNames[static_cast<size_t>(kind)];
 }
 
@@ -116,7 +117,7 @@ size_t curlew_session::count(curlew_kind kind) const {
 const app::Session::Held& curlew_session::object(curlew_kind kind, int64_t position) const {
     const std::string what = nameOf(kind);
     const auto& all = readable().objects();
-    if (position < 0) throw ValueError(fmt::format("an age cannot be {}; the newest is 0", position));
+    if (position < 0) throw ValueError(fmt::format("an age cannot be {}; the newest object has age 0", position));
     if (position >= kFound && static_cast<size_t>(position - kFound) < found.size())
         if (const auto& held = found[static_cast<size_t>(position - kFound)]; abiKindOf(held.value) == kind)
             return held;

@@ -17,7 +17,7 @@ NamedArray soa(std::string name, const std::vector<T>&... columns) {
             .columns = {Column{.data = columns.data()}...}};
 }
 
-/// Items of N numbers each, one after another.
+/// Describes items whose components are stored contiguously.
 template <class T>
 NamedArray interleaved(std::string name, const T* data, size_t count, size_t components) {
     NamedArray array{.name = std::move(name), .count = count};

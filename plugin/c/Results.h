@@ -6,7 +6,7 @@
 
 namespace curlew::c {
 
-/// Numbers in memory, `step` of them from one to the next.
+/// Numbers in memory; consecutive ones are `step` numbers apart.
 struct Column {
     std::variant<const float*, const double*, const int32_t*, const int64_t*, const uint64_t*, const uint32_t*,
                  const uint8_t*>
@@ -14,12 +14,12 @@ struct Column {
     size_t step = 1;
 };
 
-/// What an object has under a name: `count` items, a column for each of their components.
+/// A named array of an object: `count` items, with one column per component.
 struct NamedArray {
     std::string name;
     size_t count = 0;
     std::vector<Column> columns = {};
-    std::shared_ptr<const void> owner = {}; ///< Where the object itself has no such numbers.
+    std::shared_ptr<const void> owner = {}; ///< Owns the numbers if they are not part of the object.
 
     curlew_type type() const;
 };
@@ -29,7 +29,7 @@ std::vector<NamedArray> arraysOf(const Curves& curves);
 std::vector<NamedArray> arraysOf(const Mesh& mesh);
 std::vector<NamedArray> arraysOf(const Image& image);
 
-/// Fills the buffer. Throws ValueError where it does not fit.
+/// Copies the array to the buffer. Throws ValueError if the buffer does not fit.
 void copy(const NamedArray& array, const curlew_buffer& buffer);
 
 } // namespace curlew::c

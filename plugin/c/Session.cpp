@@ -14,7 +14,7 @@ class curlew_session::Running {
     Running(curlew_session& session, const curlew_callbacks* callbacks) : mSession(session) {
         {
             const std::lock_guard lock(session.starting);
-            if (session.running) throw ValueError("the session is running already");
+            if (session.running) throw ValueError("the session is already running");
             session.caller.begin(callbacks);
             session.running = true;
         }
@@ -54,7 +54,7 @@ std::string nameOfProvided(const char* name) {
 
 size_t sizeOf(const curlew_array& array) { return static_cast<size_t>(array.count); }
 
-/// Throws ValueError, with what it is, where one of the numbers is not finite.
+/// Throws ValueError, naming the array, if a number is not finite.
 std::vector<Vec3d> vectorsOf(const curlew_array& array, const char* what) {
     checkArray(array, what, 3, Numbers::floats);
     requireMemory(static_cast<double>(array.count) * 64, fmt::format("{} items of {}", array.count, what),
@@ -64,13 +64,13 @@ std::vector<Vec3d> vectorsOf(const curlew_array& array, const char* what) {
     for (size_t k = 0; k < vectors.size(); ++k)
         for (size_t axis = 0; axis < 3; ++axis) {
             const double number = realAt(array, stride, k, axis);
-            if (!std::isfinite(number)) throw ValueError(fmt::format("{} {} is not a finite number", what, k));
+            if (!std::isfinite(number)) throw ValueError(fmt::format("{}[{}] is not a finite number", what, k));
             vectors[k][static_cast<int>(axis)] = number;
         }
     return vectors;
 }
 
-/// The integers one after another. Throws ValueError for those that are negative or too large for a mesh.
+/// Returns all integers of the array. Throws ValueError if one is negative or too large for a mesh.
 std::vector<uint32_t> indicesOf(const curlew_array& array, const char* what, int components) {
     checkArray(array, what, components, Numbers::integers);
     requireMemory(static_cast<double>(array.count) * 4 * components, fmt::format("{} items of {}", array.count, what),
@@ -82,7 +82,7 @@ std::vector<uint32_t> indicesOf(const curlew_array& array, const char* what, int
         for (size_t c = 0; c < static_cast<size_t>(components); ++c) {
             const int64_t index = integerAt(array, stride, k, c);
             if (index < 0 || index >= int64_t{UINT32_MAX})
-                throw ValueError(fmt::format("{} {} cannot be {}", what, k, index));
+                throw ValueError(fmt::format("{}[{}] cannot be {}", what, k, index));
             indices.push_back(static_cast<uint32_t>(index));
         }
     return indices;
@@ -91,7 +91,7 @@ std::vector<uint32_t> indicesOf(const curlew_array& array, const char* what, int
 Mesh meshOf(const curlew_array& points, const curlew_array& corners, const curlew_array* sizes) {
     if (!sizes && corners.components != 3 && corners.components != 4)
         throw ValueError(
-            fmt::format("corners must have 3 or 4 components where there are no sizes, not {}", corners.components));
+            fmt::format("corners must have 3 or 4 components if there are no sizes, not {}", corners.components));
     std::vector<openvdb::Vec3s> positions;
     for (const Vec3d& p : vectorsOf(points, "points")) positions.emplace_back(p[0], p[1], p[2]);
     const auto indices = indicesOf(corners, "corners", sizes ? 1 : corners.components);
@@ -145,7 +145,7 @@ Digest contentOf(const Points& particles) {
     return digest.digest();
 }
 
-/// What a function has made once, or NULL.
+/// Returns the text that `make` returned at the first call; NULL if it failed.
 template <class Make>
 const char* onceText(const Make& make) {
     static std::string text;
@@ -160,12 +160,12 @@ const char* onceText(const Make& make) {
                : nullptr;
 }
 
-/// Files that are not there are accepted: they may come later.
+/// Accepts missing files, since they may be created later.
 app::Reading lenient(app::SourceLocation& location) {
     return {.registry = app::registry(), .world = {.lenient = true}, .location = &location};
 }
 
-/// Runs a text on what the session has, or with `anew` a graph in its place.
+/// Runs a text on the session's objects; if `anew`, runs a graph that replaces them.
 curlew_status ran(curlew_session* session, const char* text, const char* name, const curlew_callbacks* callbacks,
                   bool anew) {
     app::SourceLocation location;
@@ -250,7 +250,7 @@ curlew_status curlew_provide_points(curlew_session* session, const char* name, c
 curlew_status curlew_withdraw(curlew_session* session, const char* name) {
     return guarded([&] {
         app::Session& s = required(session, "the session").writable();
-        if (!s.withdraw(nameOfProvided(name))) throw ValueError(fmt::format("nothing is provided as '{}'", name));
+        if (!s.withdraw(nameOfProvided(name))) throw ValueError(fmt::format("nothing has been provided as '{}'", name));
     });
 }
 
@@ -277,7 +277,7 @@ curlew_status curlew_translate(const char* graph, const char* name, const char* 
             required(text, "the pointer to the text") = nullptr;
             const std::string wanted = &required(form, "the form");
             if (wanted != "json" && wanted != "scene")
-                throw ValueError(fmt::format("there is no form '{}'; there are json and scene", wanted));
+                throw ValueError(fmt::format("there is no form '{}'; give json or scene", wanted));
             const app::Graph read = app::graphOfText(&required(graph, "the graph"), nameOr(name), lenient(location));
             translated = wanted == "json" ? app::jsonOf(read) : app::sceneOf(read);
             *text = translated.c_str();

@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 
 fs::path folderOf(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : fs::path("."); }
 
-/// Makes the folder of a file, which is removed again if it is still empty in the end.
+/// Creates the folder of a file. The destructor removes it if this object created it and it is still empty.
 class FolderOfFile {
   public:
     explicit FolderOfFile(const fs::path& path) : mFolder(folderOf(path)) {
@@ -49,13 +49,13 @@ class FolderOfFile {
     bool mMade = false;
 };
 
-/// How the names of the temporary files for a path begin. They are as short for a long name.
+/// The prefix of the temporary files' names for a path. It is a hash, so it does not grow with the path's name.
 std::string prefixFor(const fs::path& path) {
     return fmt::format(".curlew-{:.16}-", DigestBuilder().add(path.filename().string()).digest().hex());
 }
 
-/// Removes the temporary files that a process which was killed has left for this path. One that is being written is
-/// locked; a young one may be about to be.
+/// Removes temporary files that a killed process has left for this path. Files that are locked are being written; files
+/// younger than kYoung may be about to be locked.
 void removeStale(const fs::path& path) {
     constexpr std::time_t kYoung = 60; // seconds
     const std::string prefix = prefixFor(path);
@@ -76,11 +76,10 @@ uint64_t randomNumber() {
     return number;
 }
 
-/// A new, empty, locked file in a folder, with a name that nobody can guess; removed with this object unless it has
-/// been renamed.
+/// A new, empty, locked file in a folder, with an unpredictable name. The destructor removes it unless it was renamed.
 class TemporaryFile {
   public:
-    /// `path`: what it will be, or what errors name. `mode`: its permissions, less those of the umask.
+    /// `path` is the final name, which errors report. `mode` holds the permissions before the umask.
     TemporaryFile(const fs::path& folder, const fs::path& path, mode_t mode)
         : mName(folder / fmt::format("{}{:016x}.part", prefixFor(path), randomNumber())),
           mFile(::open(mName.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, mode)) {
@@ -102,8 +101,8 @@ class TemporaryFile {
         return ::fstat(*mFile, &status) != 0 || status.st_size == 0;
     }
 
-    /// Puts it where `path` is, with the permissions of a file that it replaces. What is on the disk afterwards, even
-    /// after a power failure, is the whole file.
+    /// Renames the file to `path`, with the permissions of the file that it replaces. After this, the disk holds the
+    /// complete file, even after a power failure.
     void moveTo(const fs::path& path) {
         struct stat before {};
         if (::stat(path.c_str(), &before) == 0) ::fchmod(*mFile, before.st_mode & 07777);
@@ -125,7 +124,7 @@ class TemporaryFile {
     bool mMoved = false;
 };
 
-/// The permissions that a file at `path` begins with: never more than those of a file that it replaces.
+/// The initial permissions of a file at `path`: never more than those of the file that it replaces.
 mode_t modeFor(const fs::path& path) {
     struct stat before {};
     return ::stat(path.c_str(), &before) == 0 ? before.st_mode & 0777 : 0666;
@@ -153,7 +152,7 @@ void write(const fs::path& path, const WriteFile& writer, bool mayBeEmpty, const
         temporary.moveTo(target.path);
 }
 
-/// A file buffer that gives up as soon as it is cancelled; the stream above it turns that into Interrupted.
+/// A file buffer that stops when it is cancelled. It throws Interrupted from xsputn(), which the stream passes on.
 class CancellableBuffer : public std::filebuf {
   public:
     explicit CancellableBuffer(const std::function<bool()>& cancelled) : mCancelled(cancelled) {}
@@ -184,7 +183,7 @@ void checkWritable(const fs::path& path) {
     std::error_code error;
     fs::path folder = folderOf(target.path);
     if (target.path.is_relative() && !fs::exists(folder, error))
-        folder = folderOf(folder); // FolderOfFile makes it there
+        folder = folderOf(folder); // FolderOfFile creates it there
     if (!fs::is_directory(folder, error))
         throw FileError(
             fmt::format("cannot write '{}': there is no folder '{}'; create it first", path.string(), folder.string()));
@@ -216,7 +215,7 @@ void writeAtomically(const fs::path& path, const std::function<void(std::ostream
             const int cause = errno;
             throw FileError(fmt::format("cannot write '{}': {}; free some space or choose another folder",
                                         path.string(),
-                                        cause ? std::strerror(cause) : "the disk did not take all of it"));
+                                        cause ? std::strerror(cause) : "not all of it could be written"));
         }
     };
     write(path, toStream, /*mayBeEmpty=*/true, cancelled);

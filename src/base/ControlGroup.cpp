@@ -14,14 +14,14 @@ namespace {
 
 constexpr size_t kUnlimited = std::numeric_limits<size_t>::max();
 
-/// The number that a file holds; kUnlimited if there is no such file or it says "max".
+/// Returns the number in a file; kUnlimited if the file does not exist or says "max".
 size_t numberIn(const fs::path& file) {
     std::ifstream stream(file);
     size_t number = 0;
     return stream >> number ? number : kUnlimited;
 }
 
-/// The number after a key in memory.stat; 0 if there is none.
+/// Returns the number after a key in memory.stat; 0 if the key is missing.
 size_t statistic(const fs::path& file, const std::string& wanted) {
     std::ifstream stream(file);
     std::string key;
@@ -30,7 +30,7 @@ size_t statistic(const fs::path& file, const std::string& wanted) {
     return 0;
 }
 
-/// The names of a version's files.
+/// The file names of a control group version.
 struct Files {
     const char *limit, *usage, *droppable;
 };
@@ -44,8 +44,8 @@ size_t leftIn(const fs::path& group, const Files& files) {
     return limit - std::min(limit, held);
 }
 
-/// The least that is left in a group and those around it. In a container, `path` may be the host's name of the group,
-/// which is not there; the container's own is then `mount`.
+/// Returns the minimum memory left in a group and its parents. In a container, `path` may be the host's name of the
+/// group, which does not exist here; the container's own group is then `mount`.
 size_t leftUpwards(const fs::path& mount, const fs::path& path, const Files& files) {
     size_t left = kUnlimited;
     for (fs::path group = path.relative_path(); !group.empty(); group = group.parent_path())
@@ -53,7 +53,7 @@ size_t leftUpwards(const fs::path& mount, const fs::path& path, const Files& fil
     return std::min(left, leftIn(mount, files));
 }
 
-/// Whether a comma-separated list has the word.
+/// Returns whether a comma-separated list contains the word.
 bool lists(const std::string& list, const std::string& word) {
     return ("," + list + ",").find("," + word + ",") != std::string::npos;
 }

@@ -52,7 +52,7 @@ CsvTable readCsv(const std::filesystem::path& path, CsvCells cells,
                  const std::function<void(const std::vector<std::string>& names)>& checkNames) {
     std::ifstream in = openToRead(path);
     in.exceptions(std::ios::goodbit);
-    // A cell and its comma have two bytes at least, a number eight; a vector that grows holds its numbers twice.
+    // A cell and its comma take at least two bytes, and a number eight; a growing vector holds its numbers twice.
     requireMemory(8 * static_cast<double>(std::filesystem::file_size(path)), fmt::format("'{}'", path.string()),
                   "split the file");
     CsvTable table;
@@ -70,13 +70,13 @@ CsvTable readCsv(const std::filesystem::path& path, CsvCells cells,
             return FileError(fmt::format("cannot read '{}': line {}: {}", path.string(), number, what));
         };
         if (row.size() != table.names.size())
-            throw wrong(fmt::format("has {} cells, and the header {}", row.size(), table.names.size()));
+            throw wrong(fmt::format("{} cells, but the header has {}", row.size(), table.names.size()));
         for (const std::string& cell : row)
             if (!parse(cell, cells, table.values.emplace_back()))
                 throw wrong(fmt::format("'{}' is not a {}number", cell, cells == CsvCells::finite ? "finite " : ""));
     }
     if (in.bad()) throw FileError(fmt::format("cannot read '{}': the disk or network failed", path.string()));
-    if (table.names.empty()) throw FileError(fmt::format("cannot read '{}': it is blank", path.string()));
+    if (table.names.empty()) throw FileError(fmt::format("cannot read '{}': it has only blank lines", path.string()));
     return table;
 }
 

@@ -33,7 +33,7 @@ void addBlock(Words& state, const unsigned char* block) {
     b = (std::rotl(b ^ words[1], 31) + a) * 5 + 0x38495ab5u;
 }
 
-/// A bijection whose output bits all depend on all input bits.
+/// A bijection in which every output bit depends on all input bits.
 uint64_t finalised(uint64_t word) {
     word = (word ^ (word >> 33)) * 0xff51afd7ed558ccdu;
     word = (word ^ (word >> 33)) * 0xc4ceb9fe1a85ec53u;

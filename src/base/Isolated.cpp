@@ -29,15 +29,16 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kMode = "--read-isolated";
-constexpr int kResult = 3, kAlive = 4; ///< File descriptors of the other process: what it writes; open while it lives.
+constexpr int kResult = 3, kAlive = 4; ///< Descriptors in the reader process: its output; a pipe open while it lives.
 
-/// How the reading ended: the first part of the result that is written last, so that it is there if all is.
+/// How the reading ended. It is the first part of the result but is written last, so it is set only if the rest is
+/// complete.
 enum class Outcome : uint64_t { none, done, valueError, fileError, resourceError };
 
-/// So that the next part begins at a multiple of 8 bytes.
+/// The padding that makes the next part start at a multiple of 8 bytes.
 size_t paddingOf(size_t bytes) { return (8 - bytes % 8) % 8; }
 
-/// A file descriptor, closed in time.
+/// A file descriptor, closed by close() or the destructor.
 struct Descriptor {
     int number = -1;
     explicit Descriptor(int n) : number(n) {}
@@ -51,7 +52,7 @@ struct Descriptor {
 };
 
 ResourceError cannotStart(const std::string& what) {
-    return ResourceError(fmt::format("cannot start a process that reads the file: {}: {}", what, std::strerror(errno)));
+    return ResourceError(fmt::format("cannot start a process to read the file: {}: {}", what, std::strerror(errno)));
 }
 
 std::string programBeside(const fs::path& place) {
@@ -81,7 +82,7 @@ rlim_t secondsFor(const fs::path& path) {
     return error ? least : least + size / bytesPerSecond;
 }
 
-/// The other process. It does not outlive this.
+/// The reader process. The destructor kills it if it still runs.
 class Process {
   public:
     Process(const std::vector<std::string>& arguments, int result, int alive) {
@@ -92,11 +93,11 @@ class Process {
         posix_spawn_file_actions_addopen(&files, 0, "/dev/null", O_RDONLY, 0);
         posix_spawn_file_actions_addopen(&files, 1, "/dev/null", O_WRONLY, 0);
         posix_spawn_file_actions_addopen(&files, 2, "/dev/null", O_WRONLY, 0);
-        // Both are above 4, so that neither is overwritten before it is copied.
+        // Both are above kAlive, so dup2 overwrites neither before it is copied.
         posix_spawn_file_actions_adddup2(&files, result, kResult);
         posix_spawn_file_actions_adddup2(&files, alive, kAlive);
         posix_spawn_file_actions_addclosefrom_np(&files, kAlive + 1);
-        // A Ctrl-C in the terminal is for the host, which ends the process if it wants to.
+        // Ctrl-C in the terminal goes to the host only, which kills this process if it wants to.
         sigset_t none;
         sigemptyset(&none);
         posix_spawnattr_setsigmask(&attributes, &none);
@@ -121,7 +122,7 @@ class Process {
     Process(const Process&) = delete;
     Process& operator=(const Process&) = delete;
 
-    /// Returns how it ended, as waitpid does; 0 if the host has asked the system to forget its children.
+    /// Returns the exit status as waitpid does; 0 if the host has told the system to discard its children's status.
     int wait() {
         int status = 0;
         while (waitpid(mId, &status, 0) < 0 && errno == EINTR) {
@@ -135,7 +136,7 @@ class Process {
     bool mEnded = false;
 };
 
-/// At a number above those that the other process uses.
+/// Moves a descriptor to a number above those that the reader process uses.
 int moved(int descriptor) {
     const int high = descriptor < 0 ? -1 : fcntl(descriptor, F_DUPFD_CLOEXEC, 16);
     const int error = errno;
@@ -145,21 +146,21 @@ int moved(int descriptor) {
 }
 
 FileError crashed(const fs::path& path, int status) {
-    std::string how = "it ended the process that read it";
+    std::string how = "the process that read it crashed";
     if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)
-        how = "reading it takes far too long";
+        how = "reading it takes too long";
     else if (WIFSIGNALED(status))
         how += fmt::format(" (signal {})", WTERMSIG(status));
     return FileError(fmt::format("'{}' is damaged: {}; write or copy it again", path.string(), how));
 }
 
-/// The shared memory with what was read.
+/// Maps the shared memory that holds the result.
 std::string_view mapped(int file, std::shared_ptr<const void>& memory) {
     const off_t size = lseek(file, 0, SEEK_END);
     if (size <= 0) return {};
     const auto bytes = static_cast<size_t>(size);
     void* begin = mmap(nullptr, bytes, PROT_READ, MAP_SHARED | MAP_POPULATE, file, 0);
-    if (begin == MAP_FAILED) throw ResourceError("cannot map what was read into memory; free some");
+    if (begin == MAP_FAILED) throw ResourceError("cannot map the data that was read into memory; free some memory");
     memory = std::shared_ptr<const void>(begin, [bytes](const void* p) { munmap(const_cast<void*>(p), bytes); });
     return {static_cast<const char*>(begin), bytes};
 }
@@ -171,7 +172,7 @@ void PartWriter::write(const void* data, size_t bytes) {
     while (bytes > 0) {
         const ssize_t done = ::write(mFile, from, bytes);
         if (done < 0 && errno == EINTR) continue;
-        if (done <= 0) throw FileError(fmt::format("cannot hand over what was read: {}", std::strerror(errno)));
+        if (done <= 0) throw FileError(fmt::format("cannot pass on the data that was read: {}", std::strerror(errno)));
         from += done;
         bytes -= static_cast<size_t>(done);
     }
@@ -197,8 +198,8 @@ std::string_view PartReader::part() {
 }
 
 FileError PartReader::damaged() const {
-    return FileError(
-        fmt::format("'{}' is damaged: the process that read it gave no sense; write or copy it again", mPath.string()));
+    return FileError(fmt::format(
+        "'{}' is damaged: the process that read it returned invalid data; write or copy it again", mPath.string()));
 }
 
 const std::string& isolatedProgram() {
@@ -216,12 +217,12 @@ void setReadsIsolated(bool on) { hostWantsIsolation = on; }
 PartReader readIsolated(const std::string& reader, const fs::path& path, const Monitor& monitor) {
     monitor.check();
     const Descriptor result(moved(memfd_create("curlew", MFD_CLOEXEC)));
-    if (result.number < 0) throw cannotStart("no shared memory");
+    if (result.number < 0) throw cannotStart("cannot create shared memory");
     std::array<int, 2> ends{-1, -1};
-    if (pipe2(ends.data(), O_CLOEXEC) != 0) throw cannotStart("no pipe");
+    if (pipe2(ends.data(), O_CLOEXEC) != 0) throw cannotStart("cannot create a pipe");
     const Descriptor living(moved(ends[0]));
     Descriptor alive(moved(ends[1]));
-    if (living.number < 0 || alive.number < 0) throw cannotStart("no pipe");
+    if (living.number < 0 || alive.number < 0) throw cannotStart("cannot create a pipe");
 
     Process process({isolatedProgram(), kMode, reader, path.string(), std::to_string(availableMemory()),
                      std::to_string(secondsFor(path))},
@@ -262,7 +263,7 @@ int runIsolatedReader(const std::vector<std::string>& arguments, IsolatedReader 
         const rlimit both{most, most};
         setrlimit(what, &both);
     };
-    // Libraries and the stacks of threads take addresses, but hardly any memory.
+    // Libraries and thread stacks take address space, but hardly any memory.
     constexpr rlim_t addresses = rlim_t{2} << 30;
     limit(RLIMIT_CORE, 0);
     limit(RLIMIT_AS, std::strtoull(arguments[3].c_str(), nullptr, 10) + addresses);
@@ -292,7 +293,7 @@ int runIsolatedReader(const std::vector<std::string>& arguments, IsolatedReader 
     } catch (const ResourceError& error) {
         return fail(Outcome::resourceError, error.what());
     } catch (const std::bad_alloc&) {
-        return fail(Outcome::resourceError, "out of memory while reading the file; free some");
+        return fail(Outcome::resourceError, "out of memory while reading the file; free some memory");
     } catch (const std::exception& error) {
         return fail(Outcome::fileError, fmt::format("'{}' cannot be read: {}", arguments[2], error.what()));
     }

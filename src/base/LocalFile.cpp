@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr size_t kPiece = size_t{1} << 20;
-constexpr uintmax_t kSpared = uintmax_t{256} << 20; // bytes left free in the folder for temporary files
+constexpr uintmax_t kSpared = uintmax_t{256} << 20; // bytes to leave free in the temporary folder
 
 std::string lowerEnding(const fs::path& name) {
     std::string ending = name.extension().string();
@@ -44,7 +44,7 @@ bool isGzip(const fs::path& file) {
     return begin == std::array{'\x1f', '\x8b'};
 }
 
-/// What is left of the name once its folders, its ending and .gz are gone.
+/// Returns the file name without its folders, its extension and .gz.
 std::string plainName(const fs::path& name) {
     if (name == "-" || name == "/dev/stdin") return "stdin";
     fs::path stem = name.filename();
@@ -52,7 +52,7 @@ std::string plainName(const fs::path& name) {
     return stem.stem().string();
 }
 
-/// A file that zlib reads; gzip or not.
+/// A file read through zlib, compressed or not.
 class GzipFile {
   public:
     explicit GzipFile(const fs::path& name) : mName(name) {
@@ -63,7 +63,7 @@ class GzipFile {
         mFile = gzdopen(descriptor, "rb");
         if (!mFile) {
             ::close(descriptor);
-            throw unreadable(name, "there is no memory for it");
+            throw unreadable(name, "not enough memory; free some");
         }
         gzbuffer(mFile, kPiece);
     }
@@ -73,13 +73,13 @@ class GzipFile {
     GzipFile(const GzipFile&) = delete;
     GzipFile& operator=(const GzipFile&) = delete;
 
-    /// The number of bytes read; 0 at the end.
+    /// Returns the number of bytes read; 0 at the end.
     size_t read(std::vector<char>& piece) {
         const int size = gzread(mFile, piece.data(), static_cast<unsigned>(piece.size()));
         if (size < 0) throw damaged();
         return static_cast<size_t>(size);
     }
-    /// Throws FileError if what has been read was not whole.
+    /// Throws FileError if the gzip data was incomplete.
     void finish() {
         if (gzclose_r(std::exchange(mFile, nullptr)) != Z_OK) throw damaged();
     }
@@ -104,9 +104,9 @@ void copy(const fs::path& name, const fs::path& to, const std::function<bool()>&
         std::error_code error;
         const fs::space_info space = fs::space(to.parent_path(), error);
         if ((!error && space.available < kSpared) || !out.write(piece.data(), static_cast<std::streamsize>(size)))
-            throw unreadable(name, fmt::format("after {} MiB of it there is no space left in '{}'; free some, or set "
-                                               "TMPDIR",
-                                               total >> 20, fs::temp_directory_path().string()));
+            throw unreadable(name,
+                             fmt::format("after {} MiB there is no space left in '{}'; free some space, or set TMPDIR",
+                                         total >> 20, fs::temp_directory_path().string()));
     }
     in.finish();
     out.close();
@@ -151,7 +151,7 @@ LocalFile::LocalFile(const fs::path& name, const std::string& ending, const std:
     std::error_code error;
     if (!isStream(name)) {
         const bool whole = wanted == lowerEnding(name) && !isGzip(name);
-        if (whole || !fs::is_regular_file(name, error)) return; // whoever reads it says what is wrong
+        if (whole || !fs::is_regular_file(name, error)) return; // the caller's reader reports what is wrong
     }
     mFolder = std::make_shared<const TemporaryFolder>();
     mPath = mFolder->path() / (plainName(name) + wanted);

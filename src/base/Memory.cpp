@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <fstream>
 #include <limits>
 
@@ -29,15 +30,31 @@ size_t systemMemory() {
     return static_cast<size_t>(sysconf(_SC_AVPHYS_PAGES)) * static_cast<size_t>(sysconf(_SC_PAGESIZE));
 }
 
-/// What is left of the limit on the address space (ulimit -v).
+struct ProcessMemory {
+    size_t virtualBytes = 0, residentBytes = 0;
+
+    static ProcessMemory now() {
+        std::ifstream stream("/proc/self/statm");
+        size_t total = 0, resident = 0;
+        stream >> total >> resident;
+        const auto page = static_cast<size_t>(sysconf(_SC_PAGESIZE));
+        return {total * page, resident * page};
+    }
+};
+
+/// Returns what remains of the limit on the address space (ulimit -v).
 size_t addressSpace() {
     rlimit limit{};
     if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kUnlimited;
-    std::ifstream stream("/proc/self/statm");
-    size_t pages = 0;
-    stream >> pages;
-    const size_t used = pages * static_cast<size_t>(sysconf(_SC_PAGESIZE));
-    return limit.rlim_cur - std::min<size_t>(limit.rlim_cur, used);
+    return limit.rlim_cur - std::min<size_t>(limit.rlim_cur, ProcessMemory::now().virtualBytes);
+}
+
+/// Appends an estimate and the memory in use to the file that CURLEW_MEMORY_TRACE names, for tests/memory/run.py.
+void traceEstimate(double bytes, const std::string& what) {
+    const char* path = std::getenv("CURLEW_MEMORY_TRACE");
+    if (!path) return;
+    std::ofstream(path, std::ios::app) << fmt::format("{:.0f}\t{}\t{}\n", bytes, ProcessMemory::now().residentBytes,
+                                                      what);
 }
 
 } // namespace
@@ -54,7 +71,7 @@ size_t peakMemory() {
 
 std::string formatBytes(double bytes) {
     constexpr std::array units{"B", "KiB", "MiB", "GiB", "TiB", "PiB", "EiB"};
-    if (!(bytes < 0x1p70)) return "over 1024 EiB";
+    if (!(bytes < 0x1p70)) return "more than 1024 EiB";
     size_t unit = 0;
     while (bytes >= 1024 && unit + 1 < units.size()) {
         bytes /= 1024;
@@ -64,9 +81,10 @@ std::string formatBytes(double bytes) {
 }
 
 void requireMemory(double bytes, const std::string& what, const std::string& remedy) {
+    traceEstimate(bytes, what);
     const auto available = static_cast<double>(availableMemory());
     if (!(bytes <= available))
-        throw ResourceError(fmt::format("{} would need about {} of memory, and {} are available; {}", what,
+        throw ResourceError(fmt::format("{} would need about {} of memory, but only {} are available; {}", what,
                                         formatBytes(bytes), formatBytes(available), remedy));
 }
 

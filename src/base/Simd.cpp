@@ -13,7 +13,7 @@ namespace curlew {
 
 namespace {
 
-constexpr std::array kAll{Simd::avx512, Simd::avx2, Simd::scalar}; // the best first
+constexpr std::array kAll{Simd::avx512, Simd::avx2, Simd::scalar}; // best first
 
 bool supported([[maybe_unused]] Simd simd) {
 #if defined(__x86_64__)
@@ -32,8 +32,8 @@ Simd choose() {
         if (asked && *asked && std::string_view(asked) != nameOf(simd)) continue;
         if (supported(simd)) return simd;
         if (asked && *asked)
-            throw ValueError(
-                fmt::format("CURLEW_SIMD={}: this processor lacks it; unset it for the best there is", asked));
+            throw ValueError(fmt::format(
+                "CURLEW_SIMD={}: this processor does not support it; unset it to use the best set available", asked));
     }
     throw ValueError(fmt::format("CURLEW_SIMD={} is unknown; give avx512, avx2 or scalar, or unset it", asked));
 }

@@ -11,7 +11,7 @@ namespace {
 
 unsigned char byteOf(std::string_view text, size_t k) { return static_cast<unsigned char>(text[k]); }
 
-/// The length of the UTF-8 sequence that the text begins with; 0 if it begins with none (Unicode 15, table 3-7).
+/// Returns the length of the UTF-8 sequence at the start of the text; 0 if it is invalid (Unicode 15, table 3-7).
 size_t sequenceLength(std::string_view text) {
     const unsigned char first = byteOf(text, 0);
     if (first < 0x80) return 1;
@@ -26,7 +26,7 @@ size_t sequenceLength(std::string_view text) {
     return overlong || surrogate || beyond ? 0 : length;
 }
 
-/// C0 and C1 controls, and DEL.
+/// Returns whether the sequence is a C0 or C1 control or DEL.
 bool isControl(std::string_view sequence) {
     const unsigned char first = byteOf(sequence, 0);
     return first < ' ' || first == 0x7f || (first == 0xc2 && byteOf(sequence, 1) < 0xa0);

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// N if the path is /proc/self/fd/N, under whatever name /proc has this process.
+/// Returns N if the path is /proc/self/fd/N, under any name of this process in /proc.
 std::optional<int> ownDescriptor(const fs::path& path) {
     const std::string name = path.filename().string();
     int number = -1;
@@ -40,7 +40,7 @@ WriteTarget WriteTarget::of(const fs::path& name) {
     std::error_code error;
     for (int links = 0; fs::is_symlink(target.path, error); ++links) {
         if (links == kMostLinks)
-            throw FileError(fmt::format("cannot write '{}': its symbolic links lead in a circle", name.string()));
+            throw FileError(fmt::format("cannot write '{}': its symbolic links form a loop", name.string()));
         if (const auto descriptor = ownDescriptor(target.path))
             return {.kind = Kind::stream, .path = target.path, .descriptor = *descriptor};
         const fs::path to = fs::read_symlink(target.path, error);
@@ -49,7 +49,7 @@ WriteTarget WriteTarget::of(const fs::path& name) {
     }
     const fs::file_status status = fs::status(target.path, error);
     if (fs::is_block_file(status))
-        throw FileError(fmt::format("cannot write '{}': it is a disk or another block device", name.string()));
+        throw FileError(fmt::format("cannot write '{}': it is a block device, such as a disk", name.string()));
     if (fs::is_character_file(status) || fs::is_fifo(status) || fs::is_socket(status)) target.kind = Kind::stream;
     return target;
 }
@@ -65,7 +65,7 @@ void copyInto(const WriteTarget& target, const fs::path& from, const fs::path& n
     if (!in.valid() || !out.valid()) fail("open");
     std::vector<char> piece(size_t{1} << 20);
     for (ssize_t size = 0; (size = ::read(*in, piece.data(), piece.size())) != 0;) {
-        if (size < 0) fail("read what was made for");
+        if (size < 0) fail("read the temporary file for");
         for (ssize_t done = 0; done < size;) {
             if (cancelled && cancelled()) throw Interrupted();
             const ssize_t written = ::write(*out, piece.data() + done, static_cast<size_t>(size - done));

@@ -6,22 +6,22 @@
 
 namespace curlew {
 
-/// What a name to write to stands for once its symbolic links are followed.
+/// The object behind an output name, after its symbolic links are resolved.
 struct WriteTarget {
     enum class Kind {
-        file,   ///< A regular file, or nothing yet: written to a temporary file, which then replaces it.
-        stream, ///< A pipe, socket or character device, or an open descriptor: written into, never replaced.
+        file,   ///< A regular file, or nothing yet. A temporary file is written first and then replaces it.
+        stream, ///< A pipe, socket, character device or open descriptor. It is written into and never replaced.
     };
     Kind kind = Kind::file;
-    std::filesystem::path path; ///< With no symbolic link as its last part.
-    int descriptor = -1;        ///< Of this process, for /dev/stdout, /dev/fd/3 and the like.
+    std::filesystem::path path; ///< Its last component is not a symbolic link.
+    int descriptor = -1;        ///< A descriptor of this process, for /dev/stdout, /dev/fd/3 and the like; else -1.
 
-    /// Throws FileError for block devices, and if links lead in a circle.
+    /// Throws FileError if the name is a block device, or if its links form a cycle.
     static WriteTarget of(const std::filesystem::path& name);
 };
 
-/// Copies a file into a target of kind stream. `cancelled` is asked between pieces (Interrupted). Throws FileError,
-/// naming `name`.
+/// Copies a file into a target of kind stream. Polls `cancelled` between pieces and throws Interrupted if it returns
+/// true. Throws FileError, naming `name`, on failure.
 void copyInto(const WriteTarget& target, const std::filesystem::path& from, const std::filesystem::path& name,
               const std::function<bool()>& cancelled);
 

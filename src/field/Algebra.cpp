@@ -14,12 +14,12 @@ using namespace detail;
 namespace {
 
 template <int N, class Combine>
-ScalarFieldN<N> binary(const ScalarFieldN<N>& a, const ScalarFieldN<N>& b, const Range& range, Combine combine) {
+ScalarFieldN<N> binary(const ScalarFieldN<N>& a, const ScalarFieldN<N>& b, const Interval& range, Combine combine) {
     return ScalarFieldN<N>(Binary<N, Combine>{a, b, std::move(combine), range});
 }
 
 template <int N, class Map>
-ScalarFieldN<N> unary(const ScalarFieldN<N>& a, const Range& range, Map map) {
+ScalarFieldN<N> unary(const ScalarFieldN<N>& a, const Interval& range, Map map) {
     return ScalarFieldN<N>(Unary<N, Map>{a, std::move(map), range});
 }
 
@@ -57,10 +57,10 @@ ScalarFieldN<N> operator*(double s, const ScalarFieldN<N>& a) {
 
 template <int N>
 ScalarFieldN<N> operator/(const ScalarFieldN<N>& a, const ScalarFieldN<N>& b) {
-    if (const Range r = b.range(); r.contains(0))
+    if (const Interval r = b.range(); r.contains(0))
         throw ValueError(
-            fmt::format("cannot divide by a field that may be zero: as far as is known its values lie "
-                        "between {:.4g} and {:.4g}; add a constant to it first",
+            fmt::format("cannot divide by a field that may be zero: its values are only known to lie between {:.4g} "
+                        "and {:.4g}; add a constant to it first",
                         r.lower, r.upper));
     return binary(a, b, a.range() * reciprocal(b.range()), Quotient{});
 }
@@ -69,7 +69,7 @@ template <int N>
 ScalarFieldN<N> smoothMin(const ScalarFieldN<N>& a, const ScalarFieldN<N>& b, double smoothing) {
     if (!(smoothing >= 0) || !std::isfinite(smoothing))
         throw ValueError(fmt::format("smoothing {} must not be negative", smoothing));
-    const Range ra = a.range(), rb = b.range();
+    const Interval ra = a.range(), rb = b.range();
     return binary(a, b, {std::min(ra.lower, rb.lower) - smoothing / 6, std::min(ra.upper, rb.upper)},
                   SmoothMin{smoothing});
 }
@@ -82,7 +82,7 @@ ScalarFieldN<N> smoothMax(const ScalarFieldN<N>& a, const ScalarFieldN<N>& b, do
 template <int N>
 ScalarFieldN<N> clipped(const ScalarFieldN<N>& a, double range) {
     if (!(range > 0) || !std::isfinite(range)) throw ValueError(fmt::format("range {} must be positive", range));
-    return unary(a, Range::within(range / 2), Clip{range});
+    return unary(a, Interval::within(range / 2), Clip{range});
 }
 
 #define CURLEW_INSTANTIATE(N)                                                                   \

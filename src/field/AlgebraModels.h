@@ -17,7 +17,7 @@ struct Constant {
     Jet<T, N, Order> at(const Vec<Rebind<T, double>, N>&) const {
         return static_cast<T>(value);
     }
-    Range range() const { return {value, value}; }
+    Interval range() const { return {value, value}; }
 };
 
 template <int N>
@@ -38,14 +38,14 @@ struct Ramp {
     }
 };
 
-/// `combine` of the jets of two fields at the same place.
+/// Applies `combine` to the jets of two fields at the same position.
 template <int N, class Combine>
 struct Binary {
     static constexpr int kDimension = N;
     static constexpr bool kHasKernels = N == 3;
     ScalarFieldN<N> a, b;
     Combine combine;
-    Range interval;
+    Interval interval;
     template <int Order, class T>
     void evalBatch(const PointBatchN<N>& points, JetBatchN<NumberOf<T>, N, Order>& jets) const {
         JetBatchN<NumberOf<T>, N, Order> other;
@@ -54,24 +54,24 @@ struct Binary {
         for (int i = 0; i < points.size; i += kLanes<T>)
             jets.set(i, combine(jets.template lanes<T>(i), other.template lanes<T>(i)));
     }
-    Range range() const { return interval; }
+    Interval range() const { return interval; }
     double wavelength() const { return std::max(a.wavelength(), b.wavelength()); }
 };
 
-/// `map` of the jet of a field.
+/// Applies `map` to the jet of a field.
 template <int N, class Map>
 struct Unary {
     static constexpr int kDimension = N;
     static constexpr bool kHasKernels = N == 3;
     ScalarFieldN<N> a;
     Map map;
-    Range interval;
+    Interval interval;
     template <int Order, class T>
     void evalBatch(const PointBatchN<N>& points, JetBatchN<NumberOf<T>, N, Order>& jets) const {
         a.eval(points, jets);
         for (int i = 0; i < points.size; i += kLanes<T>) jets.set(i, map(jets.template lanes<T>(i)));
     }
-    Range range() const { return interval; }
+    Interval range() const { return interval; }
     double wavelength() const { return a.wavelength(); }
 };
 
@@ -114,7 +114,7 @@ struct Scaled {
     }
 };
 
-/// The smaller of two; where they differ by less than `smoothing` the kink is replaced by a cubic: C².
+/// The minimum of two jets, C²: where they differ by less than `smoothing`, a cubic replaces the kink.
 struct SmoothMin {
     double smoothing;
     template <class J>
@@ -128,7 +128,7 @@ struct SmoothMin {
     }
 
   private:
-    /// min(t, 0), its kink replaced between -1 and 1.
+    /// min(t, 0) with the kink between -1 and 1 replaced.
     template <class T>
     static Univariate<T> negativePart(T t) {
         const T s = max(T(0), T(1) - abs(t)), sign = select(t < T(0), T(-1), T(1)), half = s * s * T(0.5);
@@ -137,7 +137,8 @@ struct SmoothMin {
     }
 };
 
-/// The odd function of slope 1 - quinticFade(|t|) of t = value / range, times the range: up to half of it.
+/// The range times the odd function of t = value / range with the slope 1 - quinticFade(|t|). It reaches half the
+/// range.
 struct Clip {
     double range;
     template <class J>
@@ -154,7 +155,7 @@ struct Clip {
         const T size = min(T(1), abs(t)), sign = select(t < T(0), T(-1), T(1));
         const Univariate<T> fade = quinticFade(size);
         const T s2 = size * size, s4 = s2 * s2;
-        // No rounding leads out of the range.
+        // Rounding must not exceed the range.
         const T value = min(T(0.5), negMulAdd(s4, mulAdd(T(-3), size, s2) + T(2.5), size));
         return {sign * value, T(1) - fade.value, -sign * fade.first, -fade.second};
     }

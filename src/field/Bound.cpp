@@ -17,21 +17,21 @@ using namespace detail;
 
 namespace {
 
-constexpr double kMostOfObject = 0.25; ///< Of an edge of its box, for a width that nobody has given.
+constexpr double kMostOfObject = 0.25; ///< Of an edge of the object's box: the limit of a default width.
 
-/// What is known of a noise's values.
+/// The known range of a noise's values.
 struct Values {
-    double middle = 0, size = 0; ///< Half of their range.
+    double middle = 0, size = 0; ///< Centre and half-length of the range.
     bool limited = false;
 
-    explicit Values(const Range& range) : size((range.upper - range.lower) / 2) {
+    explicit Values(const Interval& range) : size((range.upper - range.lower) / 2) {
         limited = std::isfinite(size) && size > 0;
         if (limited) middle = (range.lower + range.upper) / 2;
     }
     void require(const char* option) const {
         if (!limited)
             throw ValueError(fmt::format(
-                "{} needs a noise whose range is known; leave it out, or take a noise instead of this field", option));
+                "{} needs a noise whose range is known; leave it out, or use a noise instead of this field", option));
     }
 };
 
@@ -44,7 +44,7 @@ double factorFor(const ScalarFieldN<N>& noise, const Values& values, const BoxN<
     return options.amplitude / values.size;
 }
 
-/// What modulates the distance of the wall by 1 ± variation; it ends with the layer.
+/// Returns the term that modulates the slope at the wall by 1 ± variation. It vanishes beyond the layer.
 template <int N>
 ScalarFieldN<N> modulation(const ScalarFieldN<N>& noise, const WallN<N>& wall, const Values& values, double variation) {
     const auto relative = (variation / values.size) * (noise - constantField<N>(values.middle));
@@ -80,11 +80,11 @@ ScalarFieldN<N> bounded(const ScalarFieldN<N>& noise, const WallN<N>& wall, cons
     const Values values(noise.range());
     if (options.separate) values.require("separate=1");
     const double factor = factorFor(noise, values, wall.sdf.bounds, options);
-    // Any shift above what the noise has beyond the levelled distance separates; an eighth of its size more keeps the
-    // values clear of zero.
+    // A shift separates if it exceeds the noise minus the levelled distance. An eighth of the noise's size more keeps
+    // the values clear of zero.
     const double shift = options.separate ? std::max(0.0, 1.125 * factor * values.size - wall.width / 2) : 0;
     const ScalarFieldN<N> g(
-        Bounded<N>{wall.sdf.distance, noise, wall.side, wall.width, wall.sdf.steepness, values.middle, factor, shift});
+        Bounded<N>{wall.sdf.distance, noise, wall.side, wall.width, wall.sdf.lipschitz, values.middle, factor, shift});
     if (options.variation == 0) return g;
     values.require("variation=");
     return g + modulation(noise, wall, values, options.variation);

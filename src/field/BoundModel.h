@@ -9,7 +9,7 @@
 
 namespace curlew::detail {
 
-/// The quintic fade of the depth, as a function of the distance.
+/// The quintic fade of the depth as a function of the distance.
 template <class T>
 Univariate<T> alphaOf(const T& distance, double width) {
     const T rate = select(distance < T(0), T(-1), T(1)) / static_cast<T>(width);
@@ -17,9 +17,9 @@ Univariate<T> alphaOf(const T& distance, double width) {
     return {fade.value, fade.first * rate, fade.second * rate * rate, fade.third * rate * rate * rate};
 }
 
-/// The blend of a layer, at the depth s in widths, s >= 0: alpha rises from 0 to 1 with a slope of 3/2 over its middle
-/// third, which it reaches, and leaves, by a cubic smoothstep over the other thirds: C². A quintic fade is steeper in
-/// the middle, and the flow there faster. `levelled` is the integral of 1 - alpha.
+/// The blend of a layer at the depth s >= 0, in widths. alpha rises from 0 to 1. Its slope is 3/2 over the middle third
+/// and follows a cubic smoothstep over each outer third, so alpha is C². A quintic fade is steeper in the middle, which
+/// would make the flow faster there. `levelled` is the integral of 1 - alpha.
 template <class T>
 struct LayerBlend {
     Univariate<T> alpha;
@@ -28,7 +28,7 @@ struct LayerBlend {
     explicit LayerBlend(T depth) {
         constexpr double kRamp = 1.0 / 3, kSlope = 1 / (1 - kRamp);
         const T s = min(T(1), depth), m = min(s, T(1) - s), t = min(T(1), m * T(1 / kRamp));
-        const T beyond = mulAdd(T(-kRamp), t, m), t2 = t * t; // of the ramp
+        const T beyond = mulAdd(T(-kRamp), t, m), t2 = t * t; // part of m beyond the ramp
         const T half = T(kSlope) * (T(kRamp) * (t2 * t * mulAdd(T(-0.5), t, T(1))) + beyond);
         const T area = T(kSlope) * (T(kRamp * kRamp) * (t2 * t2 * mulAdd(T(-0.1), t, T(0.25))) + T(0.5) * beyond * m);
         const auto rising = s < T(0.5);
@@ -40,14 +40,14 @@ struct LayerBlend {
     }
 };
 
-/// Eq. 13 with a levelled distance.
+/// Eq. 13 with a distance that levels off.
 template <int N>
 struct Bounded {
     static constexpr int kDimension = N;
     static constexpr bool kHasKernels = N == 3;
     ScalarFieldN<N> distance, noise;
     Side side;
-    double width, steepness, middle, factor, shift;
+    double width, lipschitz, middle, factor, shift;
 
     double wavelength() const { return noise.wavelength(); }
 
@@ -62,7 +62,7 @@ struct Bounded {
             return;
         }
         distance.eval(points, jets);
-        // The noise counts only where alpha > 0: beyond the wall, on the side of the flow.
+        // The noise contributes only where alpha > 0: on the flow's side of the wall.
         PointBatchN<N> layer;
         std::array<int, kBatch> lane;
         for (int i = 0; i < points.size; ++i) {
@@ -71,7 +71,7 @@ struct Bounded {
             layer.push(points[i]);
         }
         if (layer.size == 0) {
-            // Not every noise has third derivatives. Whether it has must not depend on the place.
+            // Not every noise has third derivatives. Whether this throws must not depend on the position.
             if constexpr (Order >= 3)
                 if (points.size > 0) noise.template at<3>(points[0]);
             return;
@@ -81,7 +81,7 @@ struct Bounded {
         if (layer.size == points.size) {
             for (int i = 0; i < points.size; i += kLanes<T>)
                 jets.set(i, blend(jets.template lanes<T>(i), noises.template lanes<T>(i)));
-        } else { // in the order of the layer, and back to their places
+        } else { // gathers the positions of the layer, and scatters the results
             JetBatchN<NumberOf<T>, N, Order> d;
             for (int k = 0; k < layer.size; ++k) d.set(k, jets[lane[static_cast<size_t>(k)]]);
             for (int k = 0; k < layer.size; k += kLanes<T>)
@@ -91,8 +91,8 @@ struct Bounded {
     }
 
   private:
-    /// The sign of the distance if all positions are surely beyond the layer that the wall shapes, else 0: one lookup
-    /// for the whole batch, where it is compact.
+    /// Returns the sign of the distance if all positions are certainly beyond the layer, else 0. If the batch is
+    /// compact, one lookup serves all of it.
     double farSide(const PointBatchN<N>& points) const {
         if (points.size < kBatch / 4) return 0;
         PointBatchN<N> centre;
@@ -108,20 +108,20 @@ struct Bounded {
             centre.c[axis][0] = (lower + upper) / 2;
             squared += (upper - lower) * (upper - lower) / 4;
         }
-        const double radius = steepness * std::sqrt(squared);
+        const double radius = lipschitz * std::sqrt(squared);
         if (!(radius < 2 * width)) return 0;
         JetBatchN<double, N, 0> d;
         distance.eval(centre, d);
         return std::abs(d.c[0][0]) > width + radius ? std::copysign(1.0, d.c[0][0]) : 0;
     }
 
-    /// The noise as it is blended; `sign` that of the distance.
+    /// The noise as it is blended: centred, scaled and shifted by sign · by, where `sign` is that of the distance.
     template <class J, class T>
     J shifted(const J& n, const T& sign, double by) const {
         return (n - J(static_cast<T>(middle))) * static_cast<T>(factor) + J(sign * static_cast<T>(by));
     }
 
-    /// Where alpha is 1: the levelled distance is half of the width there.
+    /// The result where alpha is 1; there the levelled distance is half of the width.
     template <class J, class T>
     J target(const T& sign, const J& n) const {
         return shifted(n, sign, shift + width / 2);
@@ -136,7 +136,7 @@ struct Bounded {
         const Univariate<T> alpha{at.alpha.value, at.alpha.first * rate, at.alpha.second * rate * rate,
                                   at.alpha.third * rate * rate * rate};
         const Univariate<T> levelled{sign * at.levelled * w, T(1) - alpha.value, -alpha.first, -alpha.second};
-        // The product rule brings in all terms of the gradient.
+        // The product rule yields all terms of the gradient.
         return select(alpha.value >= T(1), target(sign, n),
                       compose(d, levelled) + compose(d, alpha) * shifted(n, sign, shift));
     }
@@ -156,7 +156,7 @@ struct LayerFade {
             jets.set(i, compose(d, alphaOf(d.value, width)));
         }
     }
-    Range range() const { return {0, 1}; }
+    Interval range() const { return {0, 1}; }
 };
 
 /// Bridson's ramp.
@@ -175,10 +175,10 @@ struct LayerRamp {
             jets.set(i, compose(d, rampOf(d.value)));
         }
     }
-    Range range() const { return {-1, 1}; }
+    Interval range() const { return {-1, 1}; }
 
   private:
-    /// 15/8 r - 10/8 r³ + 3/8 r⁵ for |r| <= 1, level beyond.
+    /// 15/8 r - 10/8 r³ + 3/8 r⁵ for |r| <= 1, constant beyond.
     template <class T>
     Univariate<T> rampOf(const T& d) const {
         const T rate(static_cast<NumberOf<T>>(1 / width));

@@ -2,7 +2,7 @@
 #include "NoiseModels.h"
 #include "curlew/field/Kernels.h"
 
-// The noises in four and more dimensions.
+// Kernels of the noises in four and more dimensions.
 namespace curlew {
 
 #define CURLEW_OCTAVES(...) CURLEW_MODEL_KERNELS(detail::Octaves<__VA_ARGS__>)

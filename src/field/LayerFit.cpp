@@ -15,9 +15,9 @@ namespace curlew {
 namespace {
 
 constexpr size_t kEnough = 2048, kMostCandidates = size_t{1} << 17;
-constexpr uint64_t kSeed = 0x6c61796572; // any fixed number will do
+constexpr uint64_t kSeed = 0x6c61796572; // an arbitrary constant
 constexpr int kStepsPerWidth = 16;
-constexpr double kMostMissed = 0.75; ///< Of a step: on the medial axis the depth rises by less than its slope says.
+constexpr double kMostMissed = 0.75; ///< In steps. On the medial axis the depth rises by less than its slope predicts.
 
 template <int N>
 struct Depths {
@@ -37,7 +37,7 @@ struct Depths {
     }
 };
 
-/// The positions inside among the next candidates.
+/// Returns the positions inside the shape among the next kBatch candidates.
 template <int N>
 PointBatchN<N> insideAmong(const SdfN<N>& sdf, size_t begin) {
     const auto size = sdf.bounds.size();
@@ -55,14 +55,14 @@ PointBatchN<N> insideAmong(const SdfN<N>& sdf, size_t begin) {
     return inside;
 }
 
-/// How deep the ways inwards from these positions lead, as far as the width; appended to `reached`.
+/// Follows the paths inwards from these positions until they end or reach the width; appends their depths to `reached`.
 template <int N>
 void follow(const WallN<N>& wall, const PointBatchN<N>& begin, std::vector<double>& reached) {
     PointBatchN<N> points = begin;
     const double step = wall.width / kStepsPerWidth;
     Depths<N> now(wall.sdf, points);
     std::array<bool, kBatch> ended{};
-    std::array<double, kBatch> missed{}; // how much less than its slope says the depth has risen, in all
+    std::array<double, kBatch> missed{}; // how much less the depth rose than its slope predicted, in total
     for (int k = 0; k < 2 * kStepsPerWidth; ++k) {
         PointBatchN<N> next = points;
         for (int i = 0; i < points.size; ++i)
@@ -95,7 +95,7 @@ LayerFit layerFit(const WallN<N>& wall) {
     for (size_t k = 0; k < kMostCandidates && reached.size() < kEnough; k += kBatch)
         if (const auto inside = insideAmong(wall.sdf, k); inside.size > 0) follow(wall, inside, reached);
     if (reached.empty()) return fit;
-    // The last step may end just short of the width.
+    // A path may end up to one step short of the width.
     const double enough = wall.width * (1 - 1.0 / kStepsPerWidth);
     const auto stopped = std::count_if(reached.begin(), reached.end(), [&](double depth) { return depth < enough; });
     fit.unreached = static_cast<double>(stopped) / static_cast<double>(reached.size());

@@ -2,7 +2,7 @@
 #include "NoiseModels.h"
 #include "curlew/field/Kernels.h"
 
-// The noises in one and two dimensions.
+// Kernels of the noises in one and two dimensions.
 namespace curlew {
 
 #define CURLEW_OCTAVES(...) CURLEW_MODEL_KERNELS(detail::Octaves<__VA_ARGS__>)

@@ -32,8 +32,8 @@ struct Affine {
         field.eval(moved, there);
         for (int i = 0; i < points.size; i += kLanes<T>) jets.set(i, pullBack(there.template lanes<T>(i), A));
     }
-    Range range() const { return field.range(); }
-    /// Stretched unequally, by the geometric mean. A row of A is the gradient of one of the field's coordinates.
+    Interval range() const { return field.range(); }
+    /// For unequal scales, uses their geometric mean. A row of A is the gradient of one of the field's coordinates.
     double wavelength() const {
         double scale = 1;
         for (int j = 0; j < M; ++j) scale *= length(A[j]);

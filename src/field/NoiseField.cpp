@@ -21,13 +21,12 @@ void validate(const OctaveOptions& o) {
     if (!std::isfinite(o.gain) || !std::isfinite(o.amplitude) || !std::isfinite(o.warp))
         throw ValueError("gain, amplitude and warp must be finite");
     if (!std::isfinite(o.octaveAlpha)) throw ValueError("octaveAlpha must be finite");
-    // Further out its square, in float, would not be there.
+    // Beyond these limits, its square in float would overflow or vanish.
     if (o.turbulence != 0 && !(o.turbulence >= 1e-9 && o.turbulence <= 1e9))
         throw ValueError(fmt::format("turbulence {} must be 0, or between 1e-9 and 1e9", o.turbulence));
 }
 
-/// The options for an octave whose frequency is `ratio` times that of the first, and whose gradients turn `turns` times
-/// as far.
+/// Returns the options of an octave with `ratio` times the frequency and `turns` times the alpha of the first octave.
 template <class Options>
 Options octaveOf(Options options, double ratio, double turns) {
     if constexpr (requires { options.alpha; }) options.alpha *= turns;
@@ -55,7 +54,8 @@ ScalarFieldN<Noise::kDimension> noiseField(const typename Noise::Options& noise,
     constexpr int kN = Noise::kDimension;
     validate(options);
     if (tiles(noise) && options.octaves > 1 && options.lacunarity != std::floor(options.lacunarity))
-        throw ValueError(fmt::format("octaves tile only with a whole lacunarity, not {}", options.lacunarity));
+        throw ValueError(
+            fmt::format("octaves tile only if the lacunarity is a whole number, not {}", options.lacunarity));
     double sum = 0;
     for (int k = 0; k < options.octaves; ++k) sum += std::pow(std::abs(options.gain), k);
     Octaves<Noise> octaves{{}, options.turbulence};
@@ -64,8 +64,8 @@ ScalarFieldN<Noise::kDimension> noiseField(const typename Noise::Options& noise,
         const double frequency = options.frequency * ratio;
         const double amplitude = options.amplitude * weight / (options.normalize ? sum : 1);
         if (!std::isfinite(frequency) || !std::isfinite(weight) || !std::isfinite(amplitude))
-            throw ValueError(fmt::format("octave {} has the frequency {} and the amplitude {}; use fewer octaves",
-                                         k + 1, frequency, amplitude));
+            throw ValueError(fmt::format("octave {} would have frequency {} and amplitude {}; use fewer octaves", k + 1,
+                                         frequency, amplitude));
         const double turns = std::pow(options.octaveAlpha, k);
         octaves.octaves.push_back({Noise(octaveOf(noise, ratio, turns)), frequency, amplitude, weight});
     }

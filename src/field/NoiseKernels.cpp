@@ -2,8 +2,8 @@
 #include "NoiseModels.h"
 #include "curlew/field/Kernels.h"
 
-// The noises in three dimensions. Those in fewer and in more are in files of their own, to be compiled at the same
-// time.
+// Kernels of the noises in three dimensions. Those of fewer and of more dimensions are in files of their own, so they
+// compile in parallel.
 namespace curlew {
 
 #define CURLEW_OCTAVES(...) CURLEW_MODEL_KERNELS(detail::Octaves<__VA_ARGS__>)

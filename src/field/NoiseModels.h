@@ -13,18 +13,18 @@ template <class Noise>
 struct Octave {
     Noise noise;
     double frequency, amplitude;
-    double weight; ///< Of its gradient, where that displaces the octaves after it.
+    double weight; ///< Of its gradient, in the displacement of the octaves after it.
 };
 
 template <class Noise>
-Range rangeOf(const Noise& noise) {
+Interval rangeOf(const Noise& noise) {
     if constexpr (requires { noise.range(); })
         return noise.range();
     else
-        return Range::within(noise.bound());
+        return Interval::within(noise.maxAbs());
 }
 
-/// a f(s x) with its derivatives with respect to x, given those of f at s x.
+/// Returns the jet of a f(s x) in x, given the jet of f at s x.
 template <class T, int N, int Order>
 Jet<T, N, Order> dilated(Jet<T, N, Order> f, NumberOf<T> a, NumberOf<T> s) {
     f.value *= T(a);
@@ -36,7 +36,7 @@ Jet<T, N, Order> dilated(Jet<T, N, Order> f, NumberOf<T> a, NumberOf<T> s) {
     return f;
 }
 
-/// A rounded |n|.
+/// Returns a rounded |n|.
 template <class J>
 J folded(const J& n, double fold) {
     using T = std::remove_cvref_t<decltype(n.value)>;
@@ -53,23 +53,23 @@ struct Octaves {
 
     template <int Order, class T>
     void evalBatch(const PointBatchN<N>& points, JetBatchN<NumberOf<T>, N, Order>& jets) const {
-        // Octave by octave: what one of them needs stays in registers.
+        // One octave at a time, so its data stays in registers.
         for (const auto& o : octaves)
             for (int i = 0; i < points.size; i += kLanes<T>) {
                 const auto n = octaveAt<Order, T>(o, points.template lanes<Rebind<T, double>>(i));
                 jets.set(i, &o == octaves.data() ? n : jets.template lanes<T>(i) + n);
             }
     }
-    Range range() const {
-        Range sum{0, 0};
+    Interval range() const {
+        Interval sum{0, 0};
         for (const auto& o : octaves) {
-            const Range n = rangeOf(o.noise);
-            const double most = std::sqrt(n.bound() * n.bound() + turbulence * turbulence) - turbulence;
-            sum = sum + o.amplitude * (turbulence > 0 ? Range{0, most} : n);
+            const Interval n = rangeOf(o.noise);
+            const double most = std::sqrt(n.maxAbs() * n.maxAbs() + turbulence * turbulence) - turbulence;
+            sum = sum + o.amplitude * (turbulence > 0 ? Interval{0, most} : n);
         }
         return sum;
     }
-    /// A cell of the octave with the lowest frequency.
+    /// Returns the cell size of the octave with the lowest frequency.
     double wavelength() const {
         double longest = 0;
         for (const auto& o : octaves) longest = std::max(longest, 1 / o.frequency);
@@ -86,13 +86,13 @@ struct Octaves {
     }
 };
 
-/// Octaves that are displaced by the gradients of those before them. The derivatives of a displacement are those of a
-/// gradient, so every octave is asked for one order more, and all of it is carried through in double.
+/// Octaves displaced by the gradients of the octaves before them (a domain warp). The derivatives of a displacement are
+/// those of a gradient, so every octave is evaluated with one order more. Everything is computed in double.
 template <class Noise, int N = Noise::kDimension>
 struct WarpedOctaves {
     Octaves<Noise> plain;
     double warp;
-    Vec<double, N> period; ///< World units, 0: none.
+    Vec<double, N> period; ///< World units; 0 if it does not tile.
 
     template <int Order, class T>
     Jet<T, N, Order> at(const Vec<double, N>& p) const {
@@ -101,7 +101,7 @@ struct WarpedOctaves {
         } else {
             using J = Jet<double, N, Order>;
             J sum;
-            Vec<J, N> pull; // the sum of gradients so far
+            Vec<J, N> pull; // sum of the gradients of the octaves so far
             Vec<double, N> tile = p;
             for (int i = 0; i < N; ++i)
                 if (period[i] > 0) tile[i] -= period[i] * std::floor(p[i] / period[i]);
@@ -124,7 +124,7 @@ struct WarpedOctaves {
             return rounded;
         }
     }
-    Range range() const { return plain.range(); }
+    Interval range() const { return plain.range(); }
     double wavelength() const { return plain.wavelength(); }
 };
 

@@ -14,8 +14,8 @@ namespace curlew {
 namespace {
 
 constexpr size_t kSamples = 8192;
-constexpr uint64_t kSeed = 0x736c6f7065; // any fixed number will do
-constexpr double kWavelengths = 8;       ///< That the sampled box has at least along each axis.
+constexpr uint64_t kSeed = 0x736c6f7065; // an arbitrary constant
+constexpr double kWavelengths = 8;       ///< Minimum size of the sampled box along each axis.
 constexpr double kDeviationsPerWavelength = 7;
 
 struct Sums {

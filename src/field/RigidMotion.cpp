@@ -26,7 +26,7 @@ Sdf inPose(const Sdf& sdf, const Pose& home, const Pose& now) {
 
 namespace {
 
-/// The basis of a cubic Hermite curve on [0, 1]: values at the ends, and slopes there.
+/// The basis of a cubic Hermite curve on [0, 1]: the weights of the values and slopes at its ends.
 struct Hermite {
     double from, fromSlope, to, toSlope;
     explicit Hermite(double s)
@@ -36,16 +36,17 @@ struct Hermite {
           toSlope(s * s * (s - 1)) {}
 };
 
-/// What a frame before and a frame after an end make of its slope: 1/2 (after - before); or beside an end of the
-/// sequence (4 next - afterNext) / 2, all relative to the end; or the straight way.
+/// The slope at an end of the interval from its neighbouring frames, relative to that end: the central difference
+/// (ahead - behind) / 2; at the end of a sequence the three-point difference (4 ahead - farAhead) / 2; with neither,
+/// `ahead`.
 Vec3d slope(const std::optional<Vec3d>& behind, const Vec3d& ahead, const std::optional<Vec3d>& farAhead) {
     if (behind) return (ahead - *behind) * 0.5;
     if (farAhead) return (ahead * 4.0 - *farAhead) * 0.5;
     return ahead;
 }
 
-/// The derivative of the rotation vector at φ of a body that turns by ω in its own axes: the inverse of the right
-/// Jacobian (Chirikjian, "Stochastic Models, Information Theory, and Lie Groups", vol. 2, 10.86).
+/// The rate of change of the rotation vector φ of a body that rotates by ω in its own axes: the inverse of the right
+/// Jacobian times ω (Chirikjian, "Stochastic Models, Information Theory, and Lie Groups", vol. 2, 10.86).
 Vec3d rateOfVector(const Vec3d& phi, const Vec3d& omega) {
     const double angle = length(phi);
     const double factor = angle < 1e-3 ? 1.0 / 12 + angle * angle / 720

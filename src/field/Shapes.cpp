@@ -63,7 +63,7 @@ SdfN<N> placed(const SdfN<N>& sdf, const PlacementN<N>& placement) {
     const Matrix<N, N> turn = rotationOf(placement);
     BoxN<N> bounds = sdf.bounds;
     if (bounds.finite()) {
-        // The sphere around the box turns with it.
+        // Bounds the rotated box by a sphere about the origin, which contains it in any rotation.
         const Vec<double, N> corner = filled<N>(1);
         const Vec<double, N> center =
             placement.rotate == Vec3d{} ? bounds.center() * scale + placement.offset : placement.offset;
@@ -75,7 +75,7 @@ SdfN<N> placed(const SdfN<N>& sdf, const PlacementN<N>& placement) {
     return {scale * placed(sdf.distance, placement),
             bounds,
             sdf.reach * scale,
-            sdf.steepness,
+            sdf.lipschitz,
             {turn * sdf.pose.axes, turn * (sdf.pose.origin * scale) + placement.offset}};
 }
 
@@ -83,7 +83,7 @@ Sdf extruded(const SdfN<2>& sdf) {
     Sdf tall{.distance = projected(sdf.distance, Matrix<2, 3>{}),
              .bounds = shapes::everywhere(),
              .reach = sdf.reach,
-             .steepness = sdf.steepness};
+             .lipschitz = sdf.lipschitz};
     for (int i = 0; i < 2; ++i) {
         tall.bounds.lower[i] = sdf.bounds.lower[i];
         tall.bounds.upper[i] = sdf.bounds.upper[i];
@@ -95,7 +95,7 @@ Sdf extruded(const SdfN<2>& sdf) {
 
 namespace {
 
-/// The box around a and b, or what they share.
+/// Returns the box around a and b.
 template <int N>
 BoxN<N> around(const BoxN<N>& a, const BoxN<N>& b) {
     BoxN<N> box;
@@ -121,18 +121,18 @@ BoxN<N> shared(const BoxN<N>& a, const BoxN<N>& b) {
 template <int N>
 SdfN<N> unite(const SdfN<N>& a, const SdfN<N>& b, double smoothing) {
     return {smoothMin(a.distance, b.distance, smoothing), around(a.bounds, b.bounds).padded(smoothing / 6), 0,
-            std::max(a.steepness, b.steepness), a.pose};
+            std::max(a.lipschitz, b.lipschitz), a.pose};
 }
 
 template <int N>
 SdfN<N> intersect(const SdfN<N>& a, const SdfN<N>& b, double smoothing) {
     return {smoothMax(a.distance, b.distance, smoothing), shared(a.bounds, b.bounds), 0,
-            std::max(a.steepness, b.steepness), a.pose};
+            std::max(a.lipschitz, b.lipschitz), a.pose};
 }
 
 template <int N>
 SdfN<N> subtract(const SdfN<N>& a, const SdfN<N>& b, double smoothing) {
-    return {smoothMax(a.distance, -1.0 * b.distance, smoothing), a.bounds, 0, std::max(a.steepness, b.steepness),
+    return {smoothMax(a.distance, -1.0 * b.distance, smoothing), a.bounds, 0, std::max(a.lipschitz, b.lipschitz),
             a.pose};
 }
 

@@ -23,7 +23,7 @@ struct Carried {
     void evalBatch(const PointBatchN<N>& points, JetBatchN<T, N, Order>& jets) const {
         if constexpr (Order >= 3) {
             throw ValueError(
-                "a carried field can neither displace nor carry another: its third derivatives are not known");
+                "a carried field cannot displace or carry another field: its third derivatives are not known");
         } else {
             Positions<Order> y = variables<Order>(points);
             for (int k = 0; k < steps; ++k) y = stepped(points.size, y);
@@ -38,10 +38,10 @@ struct Carried {
             }
         }
     }
-    Range range() const { return field.range(); }
+    Interval range() const { return field.range(); }
 
   private:
-    /// Where the positions of a batch are on their way, as functions of where they began.
+    /// The current positions of a batch of points, as functions (jets) of their start positions.
     template <int Order>
     using Positions = std::array<Vec<Jet<double, N, Order>, N>, kBatch>;
 
@@ -63,7 +63,7 @@ struct Carried {
         return places;
     }
 
-    /// a + s b.
+    /// Returns a + s b.
     template <int Order>
     static Positions<Order> moved(int size, Positions<Order> a, const Positions<Order>& b, double s) {
         for (size_t i = 0; i < static_cast<size_t>(size); ++i)
@@ -71,7 +71,7 @@ struct Carried {
         return a;
     }
 
-    /// The velocity at y, by the chain rule a function of where y began.
+    /// Returns the velocity at y as a function of the start positions, by the chain rule.
     template <int Order>
     Positions<Order> velocity(int size, const Positions<Order>& y) const {
         const PointBatchN<N> places = placesOf(size, y);
@@ -93,7 +93,7 @@ struct Carried {
         return sum;
     }
 
-    /// One step of the classical Runge-Kutta scheme.
+    /// One step of the classical Runge-Kutta method (RK4).
     template <int Order>
     Positions<Order> stepped(int size, const Positions<Order>& y) const {
         const auto k1 = velocity(size, y);
@@ -116,7 +116,7 @@ ScalarFieldN<N> carried(const ScalarFieldN<N>& field, const FlowN<N>& flow, cons
     if (options.steps < 1 || options.steps > kMostSteps)
         throw ValueError(fmt::format("{} steps; give 1 to {}", options.steps, kMostSteps));
     if (!flow.divergenceFree())
-        throw ValueError("a normalised flow cannot carry a field: its direction jumps where it stands still");
+        throw ValueError("a normalised flow cannot carry a field: its direction is discontinuous at stagnation points");
     for (const auto& term : flow.terms())
         for (const auto& potential : term) potential.template at<3>({}); // throws if there are no third derivatives
     return ScalarFieldN<N>(Carried<N>{field, flow.terms(), -options.time / options.steps, options.steps});

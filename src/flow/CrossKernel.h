@@ -5,7 +5,7 @@
 
 namespace curlew {
 
-/// What one term of a flow adds to the velocity, from the jets of its potentials.
+/// Adds the contribution of one term of a flow to the velocity, computed from the jets of its potentials.
 template <int N>
 struct CrossKernel {
     template <class T, class Jets>

@@ -106,7 +106,7 @@ class CellSearch {
     }
 
   private:
-    double steepness() const { return mDomain.wall ? mDomain.wall->sdf.steepness : 1; }
+    double lipschitz() const { return mDomain.wall ? mDomain.wall->sdf.lipschitz : 1; }
 
     Box boxOf(const Vec<int, 3>& cell, double edge) const {
         const Vec3d lower = mOrigin + Vec3d{{cell[0] * edge, cell[1] * edge, cell[2] * edge}};
@@ -119,7 +119,7 @@ class CellSearch {
         return true;
     }
 
-    /// Goes into those cells of one level that may matter.
+    /// Descends into the cells of one level that may be needed.
     void visit(const std::vector<Vec<int, 3>>& cells, int level) {
         const double edge = std::ldexp(mSize, level);
         PointBatch centers;
@@ -131,7 +131,7 @@ class CellSearch {
             }
         JetBatch<double, 0> d;
         if (mDomain.wall) mDomain.wall->sdf.distance.eval(centers, d);
-        const double radius = steepness() * edge * std::numbers::sqrt3 / 2;
+        const double radius = lipschitz() * edge * std::numbers::sqrt3 / 2;
         for (size_t k = 0; k < static_cast<size_t>(centers.size); ++k) {
             if (mDomain.wall && !(d.c[0][k] > mRange.lower - radius && d.c[0][k] < mRange.upper + radius)) continue;
             if (level == 0)
@@ -169,8 +169,8 @@ class CellSearch {
 std::vector<Vec<int, 3>> coveringCells(const Domain& domain, const Vec3d& origin, double size,
                                        const DistanceRange& range, size_t limit) {
     if (!(size > 0) || !std::isfinite(size))
-        throw ValueError(fmt::format("cells of {} world units: the size must be positive and finite", size));
-    if (!domain.box.finite()) throw ValueError("an infinite domain has no cells; give a box");
+        throw ValueError(fmt::format("the cell size, {} world units, must be positive and finite", size));
+    if (!domain.box.finite()) throw ValueError("the domain is infinite and cannot be divided into cells; give a box");
     return CellSearch(domain, origin, size, range, limit).run();
 }
 

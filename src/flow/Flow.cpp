@@ -16,14 +16,14 @@ namespace curlew {
 
 namespace {
 
-constexpr double kMostSpeed = 1e15; // beyond, velocities in float overflow where the flow is fastest
+constexpr double kMostSpeed = 1e15; // beyond this, float velocities overflow where the flow is fastest
 
 void requireSpeed(double speed) {
     if (!(speed > 0) || !(speed <= kMostSpeed))
         throw ValueError(fmt::format("speed {} must be positive and at most {}", speed, kMostSpeed));
 }
 
-/// The gradient of a potential as functions of position, of which the derivatives are known too.
+/// Returns the gradient of a potential as jets, which include its derivatives.
 template <int N>
 Vec<Jet<double, N, 1>, N> gradientOf(const Jet<double, N, 2>& potential) {
     Vec<Jet<double, N, 1>, N> gradient;
@@ -68,7 +68,7 @@ void FlowN<N>::eval(const PointBatchN<N>& points, Jets<T>& potentials, VecBatchN
     }
     if (mUniformSpeed == 0) return;
     for (int i = 0; i < points.size; ++i) {
-        // In double, where the square of no float overflows or vanishes.
+        // In double, the square of a float neither overflows nor vanishes.
         Vec<double, N> c;
         for (int axis = 0; axis < N; ++axis) c[axis] = velocity[i][axis];
         const double speed = length(c);
@@ -150,10 +150,10 @@ Sums<N> sumOver(const FlowN<N>& flow, size_t begin, size_t end) {
 } // namespace
 
 template <int N>
-FlowMagnitudesN<N> magnitudesOf(const FlowN<N>& flow, const Monitor& monitor) {
+FlowRmsN<N> rmsOf(const FlowN<N>& flow, const Monitor& monitor) {
     if (!flow.domain().box.finite()) throw ValueError("the domain of the flow is infinite; give it a box");
     Sums<N> total;
-    // A thin domain takes more tries.
+    // A thin domain needs more candidates.
     for (size_t begin = 0, end = kCandidates; begin < kMostCandidates && total.count < kEnoughSamples;
          begin = end, end *= 8)
         total += parallelSum(
@@ -161,15 +161,15 @@ FlowMagnitudesN<N> magnitudesOf(const FlowN<N>& flow, const Monitor& monitor) {
             monitor);
     if (total.count == 0)
         throw ValueError("the domain of the flow is empty: no point of its box lies on the flow's side of the wall");
-    FlowMagnitudesN<N> magnitudes{.speed = std::sqrt(total.speed / total.count)};
+    FlowRmsN<N> rms{.speed = std::sqrt(total.speed / total.count)};
     for (size_t k = 0; k < total.potentials.size(); ++k)
-        magnitudes.potentials[k] = std::sqrt(total.potentials[k] / total.count);
-    return magnitudes;
+        rms.potentials[k] = std::sqrt(total.potentials[k] / total.count);
+    return rms;
 }
 
 template <int N>
 FlowN<N> withSpeed(const FlowN<N>& flow, double speed, const Monitor& monitor) {
-    const double now = magnitudesOf(flow, monitor).speed;
+    const double now = rmsOf(flow, monitor).speed;
     if (!(now > 0) || !std::isfinite(now))
         throw ValueError(
             "the flow does not move: the gradients of f and g are parallel everywhere; use two different fields "
@@ -187,7 +187,7 @@ FlowN<N> withSpeed(const FlowN<N>& flow, double speed, const Monitor& monitor) {
     template void FlowN<N>::eval(const PointBatchN<N>&, Jets<float>&, VecBatchN<float, N>&) const;   \
     template void FlowN<N>::eval(const PointBatchN<N>&, Jets<double>&, VecBatchN<double, N>&) const; \
     template FlowN<N> operator+(const FlowN<N>&, const FlowN<N>&);                                   \
-    template FlowMagnitudesN<N> magnitudesOf(const FlowN<N>&, const Monitor&);                       \
+    template FlowRmsN<N> rmsOf(const FlowN<N>&, const Monitor&);                                     \
     template FlowN<N> withSpeed(const FlowN<N>&, double, const Monitor&);
 CURLEW_FOR_FLOW_DIMENSIONS(CURLEW_INSTANTIATE)
 #undef CURLEW_INSTANTIATE

@@ -49,7 +49,7 @@ double wavelengthOf(const Flow& flow, const Monitor& monitor) {
     if (!(sums.count > 0) || !(sums.gradients > 0)) return 0;
     const Vec3d mean = sums.velocity * (1 / sums.count);
     const double variance = std::max(0.0, sums.squares / sums.count - dot(mean, mean));
-    // Each component of a wave in one direction has its variance and its gradient once.
+    // Summed over components, a plane wave's mean square gradient is k² times its variance, k = 2π / wavelength.
     return 2 * std::numbers::pi * std::sqrt(variance / (sums.gradients / sums.count));
 }
 

@@ -4,7 +4,7 @@
 #include "curlew/base/Require.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Formula.h"
-#include "curlew/field/Map.h"
+#include "curlew/field/Transforms.h"
 
 #include <fmt/format.h>
 
@@ -20,7 +20,7 @@ Vec3d axis(int i) {
     return e;
 }
 
-/// The matrix that picks two coordinates of a position.
+/// Returns the matrix that selects two coordinates of a position.
 Matrix<2, 3> picking(int first, int second) { return {{axis(first), axis(second)}}; }
 
 } // namespace
@@ -44,7 +44,7 @@ Flow curlFlow(const std::array<ScalarFieldN<2>, 3>& psi, const Domain& domain) {
 Flow uniformFlow(const Vec3d& velocity, const Domain& domain) {
     const double speed = length(velocity);
     requirePositive(speed, "the speed");
-    // u × v along the velocity, for u and v that span the plane across it.
+    // u and v span the plane across the velocity, and u × v points along it.
     const Vec3d direction = velocity * (1 / speed);
     int least = 0;
     for (int i = 1; i < 3; ++i)
@@ -85,7 +85,7 @@ Flow updraftFlow(double speed, double height, const Domain& domain) {
 }
 
 Flow enrightFlow(double amplitude) {
-    // curl (ψ e_z + χ e_y), where the first gives all of v, the second all of w, and both half of u.
+    // curl (ψ e_z + χ e_y), where ψ yields all of v, χ all of w, and each of them half of u.
     constexpr double kPi = std::numbers::pi;
     const auto potential = [=](int squared, int plain, double sign) {
         return formulaField([=](const auto& x, const auto& k) {

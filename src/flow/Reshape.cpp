@@ -15,12 +15,12 @@ namespace curlew {
 
 namespace {
 
-constexpr int kBins = 96; // of f and of g
+constexpr int kBins = 96; // per axis, f and g
 constexpr int kDegree = 3;
 constexpr int kCoefficients = kBins + kDegree;
 
-/// The uniform B-splines of one degree that are not zero on an interval of length 1, at t in [0, 1] on it (de Boor's
-/// recursion), and their derivatives: those of a lower degree, and their differences.
+/// Evaluates the uniform B-splines of one degree that are nonzero on an interval of length 1, at t in [0, 1] on it (de
+/// Boor's recursion), or a derivative of them: differences of the B-splines of a lower degree.
 template <int Degree>
 std::array<double, Degree + 1> basis(double t, int derivative) {
     std::array<double, Degree + 1> b{1};
@@ -45,13 +45,14 @@ struct Axis {
     }
 };
 
-/// ∫ h df for a bicubic spline h over f and g: quartic in f, with the running sums of its coefficients. Beyond the bins
-/// h goes on as at their edge.
+/// ∫ h df for a bicubic spline h over f and g. It is quartic in f; its coefficients are running sums of those of h.
+/// Beyond the bins h continues with its values at the edge.
 struct IntegratedSpline {
     Axis f, g;
     std::vector<double> h, sums; // [f][g], kCoefficients of each; sums of h along f
 
-    /// A potential is a point's place on the bins: the first coefficient that matters, and how far beyond it.
+    /// Returns the place of a value on the bins: its bin, which is the first coefficient that contributes, and the
+    /// fraction within the bin.
     static std::pair<int, double> place(const Axis& axis, double value) {
         const double u = std::clamp((value - axis.lower) / axis.width, -1e6, 1e6);
         if (std::isnan(u)) return {0, u};
@@ -68,7 +69,7 @@ struct IntegratedSpline {
         return sums[index(i, j)];
     }
 
-    /// The jet of the integral in the variables f and g.
+    /// Returns the jet of the integral in the variables f and g.
     template <int Order>
     Jet<double, 2, Order> at(double valueF, double valueG) const {
         const auto [i, s] = place(f, valueF);
@@ -109,7 +110,7 @@ struct Reshaped {
     }
 };
 
-/// The fastest speed seen in each bin of (f, g), and the ranges of f and g.
+/// The maximum speed observed in each bin of (f, g), and the bins of f and g.
 struct Survey {
     Axis f{}, g{};
     std::vector<double> fastest = std::vector<double>(size_t{kBins} * kBins);
@@ -118,8 +119,8 @@ struct Survey {
 constexpr size_t kSamples = size_t{1} << 20, kGrain = 1 << 14;
 
 Survey surveyOf(const Flow& flow, const Monitor& monitor) {
-    // Twice over the same samples: first the ranges, then the speeds. Largest values do not depend on the order.
-    std::array<Range, 2> ranges;
+    // Visits the same samples twice, first for the ranges and then for the speeds. Maxima do not depend on the order.
+    std::array<Interval, 2> ranges;
     ranges.fill({std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()});
     Survey survey;
     std::mutex merging;
@@ -144,7 +145,7 @@ Survey surveyOf(const Flow& flow, const Monitor& monitor) {
     });
     if (ranges[0].lower > ranges[0].upper)
         throw ValueError("the domain of the flow is empty: no point of its box lies on the flow's side of the wall");
-    for (const Range& r : ranges)
+    for (const Interval& r : ranges)
         if (!(r.upper > r.lower)) throw ValueError("the flow has no streamlines to slow down: a potential is constant");
     survey.f = {ranges[0].lower, (ranges[0].upper - ranges[0].lower) / kBins};
     survey.g = {ranges[1].lower, (ranges[1].upper - ranges[1].lower) / kBins};
@@ -156,9 +157,10 @@ Survey surveyOf(const Flow& flow, const Monitor& monitor) {
     return survey;
 }
 
-/// 1 in the middle of the interval, fading to 0 at its ends, over a part of its length; where it has no end, of that
-/// among the values that occur. The least over one bin: it rises and falls once, so that of one of the bin's ends.
-double window(const Range& interval, double softness, const Axis& axis, int bin) {
+/// Returns the fade of an interval: 1 in its middle and 0 at its ends. It fades over the fraction `softness` of its
+/// length; an infinite end is replaced by the limit of the occurring values. Returns the minimum over one bin, which is
+/// at an end of the bin, because the fade rises and falls only once.
+double window(const Interval& interval, double softness, const Axis& axis, int bin) {
     const double last = axis.lower + kBins * axis.width;
     const double ramp = softness * ((std::isfinite(interval.upper) ? interval.upper : last) -
                                     (std::isfinite(interval.lower) ? interval.lower : axis.lower));
@@ -175,12 +177,12 @@ double window(const Range& interval, double softness, const Axis& axis, int bin)
 
 Flow reshaped(const Flow& flow, const ReshapeOptions& options, const Monitor& monitor) {
     if (!flow.hasTracks() || !flow.divergenceFree())
-        throw ValueError("only a flow of two potentials f and g can be reshaped, neither a sum nor a normalised one");
+        throw ValueError("only a flow of two potentials f and g can be reshaped, not a sum and not a normalised flow");
     if (!(options.limit >= 0) || !std::isfinite(options.limit))
         throw ValueError(fmt::format("limit {} must not be negative", options.limit));
     if (!(options.softness >= 0) || options.softness > 0.5)
         throw ValueError(fmt::format("softness {} must lie between 0 and 0.5", options.softness));
-    for (const Range& r : {options.f, options.g})
+    for (const Interval& r : {options.f, options.g})
         if (!(r.lower < r.upper)) throw ValueError("an interval of f or g is empty");
     if (!flow.domain().box.finite()) throw ValueError("the domain of the flow is infinite; give it a box");
 
@@ -189,7 +191,7 @@ Flow reshaped(const Flow& flow, const ReshapeOptions& options, const Monitor& mo
     spline->f = survey.f;
     spline->g = survey.g;
     spline->h.assign(size_t{kCoefficients} * kCoefficients, 1);
-    // A spline lies between the coefficients around it: each is the least of what the bins that it touches allow.
+    // A spline lies between its nearby coefficients, so each coefficient is the minimum of what its bins allow.
     for (int i = 0; i < kBins; ++i)
         for (int j = 0; j < kBins; ++j) {
             const double fastest = survey.fastest[static_cast<size_t>(i) * kBins + static_cast<size_t>(j)];
@@ -204,8 +206,8 @@ Flow reshaped(const Flow& flow, const ReshapeOptions& options, const Monitor& mo
         }
     if (*std::max_element(spline->h.begin(), spline->h.end()) == 0)
         throw ValueError(
-            "nothing would move: no streamline has f and g within the intervals, or they are narrower than a twentieth "
-            "of the values that occur");
+            "nothing would move: no streamline has f and g within the intervals, or the intervals are narrower than "
+            "1/20 of the range of f and g");
     spline->sums = spline->h;
     for (size_t k = kCoefficients; k < spline->sums.size(); ++k) spline->sums[k] += spline->sums[k - kCoefficients];
     return Flow(ScalarField(Reshaped{flow.f(), flow.g(), spline}), flow.g(), flow.domain());

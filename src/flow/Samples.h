@@ -6,11 +6,11 @@
 
 namespace curlew {
 
-/// Calls `use` with batches of the points of the domain among candidates begin … end of a fixed pseudo-random sequence,
-/// uniform in its box.
+/// Calls `use` with batches of the points in the domain, taken from candidates begin … end - 1 of a fixed pseudo-random
+/// sequence that is uniform in its box.
 template <int N, class Use>
 void visitSamples(const DomainN<N>& domain, size_t begin, size_t end, const Use& use) {
-    constexpr uint64_t kSeed = 0x6375726c6577; // any fixed number will do
+    constexpr uint64_t kSeed = 0x6375726c6577; // an arbitrary constant
     const Vec<double, N> size = domain.box.size();
     PointBatchN<N> candidates, points;
     const auto flush = [&] {

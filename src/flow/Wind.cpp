@@ -18,10 +18,10 @@ Vec3d unitOf(const Vec3d& v, const char* what) {
     return v * (1 / size);
 }
 
-/// What of v is across n, a unit vector.
+/// Returns the component of v perpendicular to the unit vector n.
 Vec3d acrossOf(const Vec3d& v, const Vec3d& n) { return v - n * dot(v, n); }
 
-/// The extent of a box along a direction.
+/// Returns the extent of a box along a direction.
 double extent(const Box& box, const Vec3d& direction) {
     double sum = 0;
     for (int i = 0; i < 3; ++i) sum += std::abs(direction[i]) * box.size()[i];
@@ -35,11 +35,11 @@ Vec3d windAcross(const Sdf& shape, const WindOptions& options) {
     if (options.across) {
         const Vec3d b = acrossOf(*options.across, n);
         if (!(length(b) > 1e-6 * length(*options.across)))
-            throw ValueError("the wind cannot give way along its own direction; choose another one");
+            throw ValueError("the wind cannot give way along its own direction; choose another direction");
         return unitOf(b, "the direction in which the wind gives way");
     }
     std::optional<Vec3d> narrowest;
-    for (const int i : {1, 2, 0}) { // of equals, up comes first
+    for (const int i : {1, 2, 0}) { // of equal extents, up comes first
         Vec3d axis;
         axis[i] = 1;
         const Vec3d b = acrossOf(axis, n);
@@ -71,8 +71,8 @@ Flow windFlow(const Wall& wall, const std::optional<ScalarField>& noise, const W
     ScalarField f = rampField(a * options.speed, -options.speed * dot(a, centre));
     Domain domain = Domain::of(wall, options.padding);
     if (noise && options.gusts > 0) {
-        const double now = magnitudesOf(Flow(*noise, along, {.box = domain.box, .wall = {}})).speed;
-        if (!(now > 0)) throw ValueError("the noise makes no gusts: it does not change across the wind");
+        const double now = rmsOf(Flow(*noise, along, {.box = domain.box, .wall = {}})).speed;
+        if (!(now > 0)) throw ValueError("the noise makes no gusts: it is constant across the wind");
         f = f + (options.gusts * options.speed / now) * *noise;
     }
     constexpr double kJudged = 0.25; // of the ramp's width

@@ -39,7 +39,7 @@ CubicLattice<N>::CubicLattice(const Vec<int, N>& period, double natural, uint64_
         requirePeriod(period[axis]);
         mPeriod[axis] = period[axis] > 0 ? period[axis] : natural;
         mInverse[axis] = 1 / mPeriod[axis];
-        // Never by 0, or a seed could share planes of vertices with seed 0.
+        // Never 0, because then planes of vertices could coincide with those of seed 0.
         if (seed != 0)
             mShift[axis] = static_cast<double>(1 + randomBits(seed, static_cast<uint64_t>(axis), 1) % 4095) / 4096;
     }

@@ -8,7 +8,7 @@ namespace curlew {
 template <int N>
 GradientNoise<N>::GradientNoise(const GradientNoiseOptions<N>& options)
     : mLattice(options.period, 0x1p32, options.seed) {
-    // Added after the reduction to a period, so any offset tiles.
+    // Added after the reduction to the period, so any offset tiles.
     if (options.seed != 0)
         for (size_t axis = 0; axis < N; ++axis)
             mOffset[axis] = static_cast<uint32_t>(randomBits(options.seed, axis, 2) >> 32);

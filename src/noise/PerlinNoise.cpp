@@ -9,7 +9,7 @@ namespace curlew {
 
 namespace {
 
-/// The published gradients times the published scale of the noise, in the order of the last bits of the hash.
+/// Returns the published gradients times the published scale of the noise, indexed by the lowest bits of the hash.
 template <int N>
 std::array<Vec<double, N>, 16> scaledGradients(PerlinGradients which) {
     std::array<Vec<double, N>, 16> all;
@@ -34,7 +34,7 @@ std::array<Vec<double, N>, 16> scaledGradients(PerlinGradients which) {
                                                 {{0, 1, -1}},
                                                 {{0, -1, -1}}}};
         std::copy(kEdges.begin(), kEdges.end(), all.begin());
-        // Four once more, to have 16: the two versions differ in the order of these.
+        // Four gradients are repeated to make 16; the two versions order these differently.
         const bool catlike = which == PerlinGradients::catlike;
         all[12] = kEdges[0];
         all[13] = kEdges[catlike ? 1 : 9];
@@ -50,7 +50,7 @@ template <int N>
 PerlinNoise<N>::PerlinNoise(const PerlinNoiseOptions<N>& options)
     : mLattice(options.period, kOwnPeriod, options.seed), mHash(options.seed) {
     if (N != 3 && options.gradients == PerlinGradients::reference)
-        throw ValueError("there are reference gradients for Perlin noise in 3D only; take catlike");
+        throw ValueError("Perlin noise has reference gradients in 3D only; use catlike");
     const auto gradients = scaledGradients<N>(options.gradients);
     for (size_t place = 0; place < mGradients.size(); ++place) {
         const auto& gradient = gradients[static_cast<size_t>(mHash.at(static_cast<float>(place))) % gradients.size()];

@@ -14,15 +14,16 @@ namespace curlew {
 
 namespace {
 
-// The gradient of a hash value, turned by alpha. The constants are the published ones.
+// The gradient of a hash value, rotated by alpha. The constants are the published ones.
 
 Vec<double, 2> rotatedGradient(int hash, const PsrdOptionsN<2>& options) {
     const double psi = hash * 0.07482 + options.alpha;
     return {{std::cos(psi), std::sin(psi)}};
 }
 
-/// Steps 8 and 9b of the paper. (theta, z) is a point s of a spherical Fibonacci spiral; psi picks the plane through s
-/// in which the standard rotation goes, and where the fast one starts in the plane perpendicular to s.
+/// Steps 8 and 9b of the paper. (theta, z) is a point s of a spherical Fibonacci spiral. psi selects the plane through
+/// s in which the standard rotation turns, and the angle at which the fast rotation starts in the plane perpendicular
+/// to s.
 Vec3d rotatedGradient(int hash, const PsrdOptions& options) {
     const double theta = hash * 3.883222077, psi = hash * 0.108705628;
     const double z = 0.996539792 - 0.006920415 * hash, radius = std::sqrt(1 - z * z);
@@ -39,7 +40,7 @@ Vec3d rotatedGradient(int hash, const PsrdOptions& options) {
     return p * std::cos(options.alpha) + q * std::sin(options.alpha);
 }
 
-/// A rotation, uniform among all; the identity for seed 0.
+/// Returns a uniformly distributed random rotation; the identity for seed 0.
 template <int N>
 Matrix<N, N> seededRotation(uint64_t seed) {
     if (seed == 0) return {};
@@ -56,12 +57,13 @@ Matrix<N, N> seededRotation(uint64_t seed) {
     }
 }
 
-/// One of 1088, all of the kind of the published (34 h² + 10 h) modulo 289. Larger factors would not be exact in float.
+/// Draws one of 1088 permutations of the published form (34 h² + 10 h) modulo 289. Larger factors would not be exact in
+/// float.
 template <class Permutation>
 Permutation randomPermutation(uint64_t seed, uint64_t step) {
     const auto draw = [&](uint64_t k, uint64_t below) { return static_cast<int>(randomBits(seed, step, k) % below); };
     constexpr std::array<int, 4> kQuadratic{-34, -17, 17, 34};
-    const int k = draw(5, 272), unit = 1 + k + k / 16; // the k-th from 1 on that 17 does not divide
+    const int k = draw(5, 272), unit = 1 + k + k / 16; // the k-th positive integer that 17 does not divide
     return {static_cast<float>(kQuadratic[static_cast<size_t>(draw(2, 4))]),
             static_cast<float>(unit > 144 ? unit - 289 : unit)};
 }
@@ -81,11 +83,11 @@ PsrdN<N>::PsrdN(const PsrdOptionsN<N>& options) : mOptions(options) {
     if (!std::isfinite(options.alpha)) throw ValueError(fmt::format("alpha {} must be finite", options.alpha));
     mPermutations.fill({34, 10});
     if (N == 2) mPermutations[0] = {51, 2};
-    // A seed moves the lattice under the hash, and takes other permutations: a shift alone would give fields that are
-    // translates of one another, and the published permutation of two shifted lattices is far from independent. It also
-    // turns the gradients: else two seeds would share one at a vertex in 289, and their flow would stand still around
-    // it. And it translates the lattice itself, by multiples of 1/4096, never by 0: gradients are longest at vertices,
-    // so the flow of two noises on one lattice would be fastest in a regular grid of spots.
+    // A seed shifts the hashed vertices and selects other permutations: with a shift alone, all fields would be
+    // translates of one another, and the published permutation on two shifted lattices is far from independent. It also
+    // rotates the gradients. Otherwise two seeds would share a gradient at one vertex in 289, and their flow would
+    // stagnate around it. Finally it translates the lattice by multiples of 1/4096, never by 0. Gradients are longest
+    // at vertices, so the flow of two noises on one lattice would be fastest in a regular grid of spots.
     if (options.seed != 0)
         for (size_t axis = 0; axis < N; ++axis) {
             mShift.c[axis] = static_cast<float>(randomBits(options.seed, axis, 1) % kHashes) - kMostHash;

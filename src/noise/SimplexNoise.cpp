@@ -13,8 +13,8 @@ namespace curlew {
 
 namespace {
 
-/// Gives std::mt19937 the state that CPython's random.seed(key) has, for a key of more than 32 bits: init_by_array of
-/// Matsumoto and Nishimura's mt19937ar (2002).
+/// Seeds std::mt19937 like CPython's random.seed(key) for a key of more than 32 bits: init_by_array of Matsumoto and
+/// Nishimura's mt19937ar (2002).
 struct ArraySeed {
     using result_type = uint32_t; // NOLINT: a name of the standard library
     uint64_t key = 0;
@@ -31,7 +31,7 @@ struct ArraySeed {
             state[0] = state[n - 1];
             i = 1;
         };
-        for (size_t k = 0; k < n; ++k, next()) { // each half of the key, and its number
+        for (size_t k = 0; k < n; ++k, next()) { // adds each half of the key and its index
             const auto half = static_cast<uint32_t>(k % 2);
             state[i] = (state[i] ^ mixed(i, 1664525)) + static_cast<uint32_t>(key >> (32 * half)) + half;
         }
@@ -41,8 +41,8 @@ struct ArraySeed {
     }
 };
 
-/// As random.Random(key).shuffle(items) of CPython 3.2 and later: Fisher-Yates from the end, with random numbers below
-/// n taken from as many top bits as n has, drawn again where they are too large.
+/// Shuffles like random.Random(key).shuffle(items) of CPython 3.2 and later: Fisher-Yates from the end. A random number
+/// below n takes as many top bits as n has, and is drawn again if it is too large.
 template <class Items>
 void shuffleLikePython(Items& items, uint64_t key) {
     ArraySeed seed{key};
@@ -54,9 +54,10 @@ void shuffleLikePython(Items& items, uint64_t key) {
     }
 }
 
-/// 1 / sup Σ (r² - |d|²)^power |d| over space: with unit gradients no value then exceeds 1. The suprema come from
-/// gradient ascent from 300 starts in the simplex (numerical, not proven). They lie on a shortest edge, but for N = 2,
-/// power 3 in the middle of a triangle; a search there gave all digits, of which the last are rounded down.
+/// Returns 1 / sup Σ (r² - |d|²)^power |d| over space, so that no value exceeds 1 with unit gradients. The suprema come
+/// from gradient ascent from 300 starts in the simplex (numerical, not proven). They lie on a shortest edge, except for
+/// N = 2, power 3: there, in the middle of a triangle. A search at these places gave all digits; the last are rounded
+/// down.
 double unitFactor(int dimensions, int power, bool corners) {
     constexpr std::array<std::array<double, 6>, 2> kCorners{
         {{32.990773983039539, 37.837227241611295, 41.408666249996, 44.149951224206, 46.310292907372, 47.074013308004},
@@ -94,19 +95,19 @@ SimplexNoise<N>::SimplexNoise(const SimplexOptions& options)
     const bool published =
         options.kernel == SimplexKernel::published || options.kernel == SimplexKernel::publishedContinuous;
     if (options.power != 4 && (published || options.power != 3))
-        throw ValueError(fmt::format("simplex noise of power {}; {}", options.power,
-                                     published ? "the published one has 4" : "give 3 or 4"));
+        throw ValueError(fmt::format("simplex noise has no power {}; {}", options.power,
+                                     published ? "the published noise has power 4" : "give 3 or 4"));
 
     const bool corners = N <= 5 || options.kernel != SimplexKernel::smooth;
-    // 3/4, because up to there 4 (N+1) vertices are enough to look at, and it leaves no nearly empty places: N = 7,
-    // power 4 has a gradient below 1 % of its rms at 10^-6 of space; r² = 2/3 at 0.5 %, 0.7 at 0.03 %, 4/5, for half as
-    // many vertices again, nowhere.
+    // r² = 3/4, because up to this value 4 (N+1) candidate vertices suffice and hardly any empty regions remain. For N
+    // = 7 and power 4 the gradient is below 1 % of its rms in 10^-6 of space; with r² = 2/3 in 0.5 %, with 0.7 in 0.03
+    // %, and with 4/5, which needs half as many vertices again, nowhere.
     mRadius2 = corners ? 0.5 : 0.75;
     const double length = std::sqrt(N - 1.0), factor = unitFactor(N, options.power, corners);
     mScale = factor / length;
     mBound = 1;
     if (published) {
-        // By N; as in unitFactor, with the corners of one simplex.
+        // By N, computed as in unitFactor, with the corners of one simplex only.
         constexpr std::array<double, 6> kBounds{1.1390632, 1.3368931, 1.2390073, 1.3553886, 1.4912974, 1.6156194};
         const double scale = std::pow(N - 1.0, -3.5) * 100 + 13;
         mScale = scale / length;
@@ -131,7 +132,8 @@ SimplexNoise<N>::SimplexNoise(const SimplexOptions& options)
         mSquares[static_cast<size_t>(k)] = static_cast<float>(square);
     }
 
-    // The program's order before the shuffle: the place of the 0, then the signs of the others, lowest bit first.
+    // The gradients in the program's order before the shuffle: by the position of the 0, then by the signs of the
+    // others, lowest bit first.
     std::array<Vec<int8_t, N>, kGradients> gradients;
     for (size_t k = 0; k < kGradients; ++k) {
         const size_t zero = k >> (N - 1);
@@ -141,9 +143,9 @@ SimplexNoise<N>::SimplexNoise(const SimplexOptions& options)
             if (i != zero) signs /= 2;
         }
     }
-    // Other seeds take another hash, not only another start of the published one: that leaves them correlated, in 2D by
-    // up to 0.1. They also move the lattice, or they would have vertices in common, and there all of them are 0 and
-    // have a gradient in a few directions only.
+    // Seeds other than 0 use another hash and not only another start index of the published one: that would leave the
+    // fields correlated, in 2D by up to 0.1. They also translate the lattice. Otherwise all fields would share their
+    // vertices, where they are 0 and have gradients in a few directions only.
     mIndex = mPublishedHash ? simplexHash(uint64_t{12345}) : randomBits(options.seed, 0, 1);
     for (uint64_t i = 0; i < N; ++i) {
         mSteps[i] = mPublishedHash ? uint64_t{1} << (5 * i % 16) : randomBits(options.seed, i, 2) | 1;

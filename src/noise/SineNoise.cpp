@@ -10,7 +10,7 @@ namespace curlew {
 
 namespace {
 
-/// What the random numbers are for.
+/// The streams of random numbers.
 enum Stream : uint64_t { kDirection, kLength, kPhase };
 
 template <int N>
@@ -18,7 +18,7 @@ Vec<double, N> normalized(const Vec<double, N>& v) {
     return v * (1 / length(v));
 }
 
-/// Candidate k, uniform on the sphere: a point of the ball, by rejection from the cube.
+/// Returns candidate k, uniform on the sphere: a point of the ball, by rejection from the cube, normalised.
 template <int N>
 Vec<double, N> randomDirection(uint64_t seed, uint64_t k) {
     for (uint64_t attempt = 0;; ++attempt) {
@@ -29,7 +29,7 @@ Vec<double, N> randomDirection(uint64_t seed, uint64_t k) {
     }
 }
 
-/// `count` directions, of lines rather than of arrows: sin(k·x) and sin(-k·x) look alike.
+/// Spreads `count` directions as undirected lines, because sin(k·x) and sin(-k·x) look alike.
 template <int N, size_t Most>
 void spreadDirections(std::array<Vec<double, N>, Most>& u, size_t count, uint64_t seed) {
     constexpr uint64_t kCandidates = 32;
@@ -45,8 +45,8 @@ void spreadDirections(std::array<Vec<double, N>, Most>& u, size_t count, uint64_
             }
         }
     }
-    // The force on a direction amongst many that are spread is 3 count / (N (N + 2)) along itself: half of one is a
-    // stable step.
+    // Among many evenly spread directions, the force on one is 3 count / (N (N + 2)) times that direction. Half the
+    // inverse of this factor is a stable step.
     const double step = 0.5 / std::max(1.0, 3.0 * static_cast<double>(count) / (N * (N + 2)));
     for (int sweep = 0; sweep < 100; ++sweep)
         for (size_t m = 0; m < count; ++m) {
@@ -59,7 +59,7 @@ void spreadDirections(std::array<Vec<double, N>, Most>& u, size_t count, uint64_
         }
 }
 
-/// nu rounded to a wave vector that tiles; never zero, which would be a constant.
+/// Returns nu rounded to a wave vector that tiles. It is never zero, which would be a constant.
 template <int N>
 Vec<double, N> tiling(Vec<double, N> nu, const Vec<int, N>& period) {
     int strongest = 0;

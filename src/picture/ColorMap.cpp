@@ -28,7 +28,7 @@ constexpr std::array<unsigned, 20> kViridisHex{0x440154, 0x481567, 0x482677, 0x4
                                                0x2D708E, 0x287D8E, 0x238A8D, 0x1F968B, 0x20A387, 0x29AF7F, 0x3CBB75,
                                                0x55C667, 0x73D055, 0x95D840, 0xB8DE29, 0xDCE319, 0xFDE725};
 
-/// Evenly spaced colours of our own.
+/// Evenly spaced colours, designed for this project.
 constexpr std::array<unsigned, 6> kEmberHex{0x3A0B1E, 0x8C1A2B, 0xD43D1F, 0xF77F1E, 0xFDBE4A, 0xFFF1C0};
 constexpr std::array<unsigned, 6> kIceHex{0x0B1240, 0x163E8C, 0x1F74C4, 0x2FB0DC, 0x86DDEA, 0xEEFBF7};
 
@@ -60,8 +60,8 @@ Vec3f displayColor(const Msh& color) {
     return display;
 }
 
-/// The blue-red map of Moreland 2009: from either end the hue turns on the way to the neutral middle, so that the
-/// colours keep their distance although the middle is lighter than a saturated colour can be.
+/// The blue-red map of Moreland 2009. From either end the hue turns on the way to the neutral middle, so that colours
+/// keep their distance although the middle is lighter than a saturated colour can be.
 Vec3f movedToMiddle(const Msh& end, double weight) {
     constexpr double middleM = 88;
     const double spin = end.s * std::sqrt(middleM * middleM - end.M * end.M) / (end.M * std::sin(end.s));
@@ -91,12 +91,12 @@ Vec3f interpolated(std::span<const Vec3f> table, float t) {
     return table[i] * (1 - weight) + table[i + 1] * weight;
 }
 
-/// What is shown where there are no values, or only zeros.
+/// The scale of an image that has no values or only zeros.
 ColorScale unitScale(ColorMap map) {
     return {.map = map, .lower = map == ColorMap::diverging ? -1.0f : 0.0f, .upper = 1};
 }
 
-/// From 0 to twice the value, or the other way round: it appears in the middle. Not for 0.
+/// Returns the scale from 0 to twice the value, in increasing order, so that the value is in the middle. Not for 0.
 ColorScale scaleAround(float value, ColorMap map) {
     constexpr float most = std::numeric_limits<float>::max();
     const float size = std::abs(value);
@@ -137,7 +137,7 @@ ColorScale automaticScale(const Image& image, ColorMap map) {
     const float minimum = *least, maximum = *greatest;
     float lower = percentile(values, 0.005, PercentileRank::nearest);
     float upper = percentile(values, 0.995, PercentileRank::nearest);
-    // A few bright pixels on a constant ground are all there is to see.
+    // Few pixels differ from a constant background: show their full range.
     if (lower == upper) lower = minimum, upper = maximum;
 
     if (map == ColorMap::viridis && minimum >= 0) lower = 0;

@@ -10,7 +10,7 @@ namespace curlew {
 
 namespace {
 
-/// The values of a channel, pixel by pixel; empty if there is no such channel.
+/// Returns the values of a channel, pixel by pixel; empty if there is no such channel.
 std::vector<float> channelOf(const Image& image, std::string_view name) {
     const size_t count = image.channels.size();
     const auto found = std::find(image.channels.begin(), image.channels.end(), name);
@@ -29,7 +29,8 @@ Image composite(const Image& top, const Image& picture) {
     const auto places = rgbChannels(picture);
     if (top.channels != std::vector<std::string>{"R", "G", "B", "A", "Z"} || !places || top.width != picture.width ||
         top.height != picture.height)
-        throw ValueError("an image with the channels R, G, B, A, Z goes over a picture of the same size with R, G, B");
+        throw ValueError(
+            "an image with channels R, G, B, A, Z can only go over a picture of the same size with channels R, G, B");
     const std::vector<float> coverage = channelOf(picture, "A"), depth = depthOf(picture);
     const size_t channels = picture.channels.size();
     Image sum = top;

@@ -70,8 +70,8 @@ Image displayed(const Image& image, const ColorScale& scale) {
     const auto places = rgbChannels(image);
     if (!places)
         throw ValueError(
-            fmt::format("an image with channels {} has no colours to show; that takes one channel, a vector's "
-                        "three, or R, G, B among them: write an .exr instead",
+            fmt::format("an image with channels {} cannot be shown in colour: it needs one channel, a vector's three, "
+                        "or R, G, B among them; write an .exr instead",
                         fmt::join(image.channels, ", ")));
     Image picture = filledImage(image.width, image.height, {"R", "G", "B"});
     const size_t count = image.channels.size();

@@ -10,14 +10,15 @@ namespace {
 
 constexpr int kGlyphsPerRow = 13;
 
-/// A space follows every glyph of kGlyphRows. The last character stands for all that are not here.
+/// The characters in kGlyphRows, where a blank column follows every glyph. The last one stands for all other
+/// characters.
 constexpr std::string_view kGlyphNames =
     "0123456789.-+"
     "abcdefghijklm"
     "nopqrstuvwxyz"
     ",:*/=()_%^ \x7f";
 
-/// Rows of thirteen glyphs; seven lines down to the base line, two below it.
+/// Rows of thirteen glyphs; seven lines above the baseline, two below it.
 constexpr std::array<std::string_view, 4 * kGlyphHeight> kGlyphRows{
     " ###    #    ###   ###     #  #####   ##  #####  ###   ###                    ",
     "#   #  ##   #   # #   #   ##  #      #        # #   # #   #                   ",

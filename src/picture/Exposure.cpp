@@ -20,7 +20,7 @@ void checkLight(const Image& light) {
             fmt::format("light needs the channels R, G, B; this image has {}", fmt::join(light.channels, ", ")));
 }
 
-/// The mean of the 2·half + 1 values around each, `step` apart; beyond the ends there is no light.
+/// Replaces each value by the mean of the 2·half + 1 values around it, `step` apart; values beyond the ends count as 0.
 void boxFilter(float* values, size_t count, size_t step, size_t half, std::vector<double>& sums) {
     sums.assign(count + 1, 0);
     for (size_t k = 0; k < count; ++k) sums[k + 1] = sums[k] + static_cast<double>(values[k * step]);
@@ -30,7 +30,7 @@ void boxFilter(float* values, size_t count, size_t step, size_t half, std::vecto
             static_cast<float>((sums[std::min(k + half + 1, count)] - sums[k - std::min(k, half)]) * scale);
 }
 
-/// Nearly a Gaussian: three box filters in each direction.
+/// Approximates a Gaussian blur by three box filters in each direction.
 Image blurred(Image image, size_t half, const Monitor& monitor) {
     const auto width = static_cast<size_t>(image.width), height = static_cast<size_t>(image.height);
     for (const bool across : {true, false})
@@ -63,10 +63,10 @@ double automaticExposure(const Image& light) {
 
 Image withGlow(const Image& light, double part, const Monitor& monitor) {
     checkLight(light);
-    if (!(part >= 0 && part <= 1)) throw ValueError(fmt::format("a glow of {}; it goes from 0 to 1", part));
+    if (!(part >= 0 && part <= 1)) throw ValueError(fmt::format("glow {} must be between 0 and 1", part));
     if (part == 0) return light;
     const double edge = std::max(light.width, light.height);
-    // Three box filters of half width h have the standard deviation of about h.
+    // Three box filters of half width h have a standard deviation of about h.
     const auto half = [&](double size) { return static_cast<size_t>(std::lround(std::max(edge * size / 2, 1.0))); };
     const Image near = blurred(light, half(0.01), monitor), wide = blurred(near, half(0.03), monitor);
     Image sum = light;
@@ -81,7 +81,7 @@ Image developed(const Image& light, double exposure, Image ground) {
     requirePositive(exposure, "the exposure");
     const auto places = rgbChannels(ground);
     if (!places || ground.width != light.width || ground.height != light.height)
-        throw ValueError("light shines onto a picture of the same size, with channels R, G, B");
+        throw ValueError("light can only be added to a picture of the same size with channels R, G, B");
     const size_t channels = ground.channels.size(), pixels = light.pixels.size() / 3;
     parallelFor(pixels, 4096, [&](size_t begin, size_t end) {
         for (size_t k = begin; k < end; ++k) {

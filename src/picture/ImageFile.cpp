@@ -67,7 +67,7 @@ std::vector<png_byte> displayBytes(const Image& rgb) {
     return bytes;
 }
 
-/// libpng's description of an image, together with what it owns.
+/// libpng's image structure, freed on destruction.
 struct PngImage : png_image {
     PngImage() : png_image{} { version = PNG_IMAGE_VERSION; }
     ~PngImage() { png_image_free(this); }
@@ -93,13 +93,13 @@ std::string readBytes(const fs::path& path) {
     requireMemory(double(fileSize(path)), fmt::format("'{}'", path.string()), "make it smaller");
     std::string bytes(fileSize(path), '\0');
     if (!stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size())))
-        throw cannotRead(path, "it ended before its size; is it still being written?");
+        throw cannotRead(path, "it is shorter than expected; is it still being written?");
     return bytes;
 }
 
-/// What libpng reads from or writes to. It has no other place to be cancelled at.
+/// The stream that libpng reads from or writes to. It also serves to cancel libpng, which has no other hook for that.
 struct PngStream {
-    std::string_view left = {}; ///< To be read.
+    std::string_view left = {}; ///< Remaining input.
     std::string written = {};
     const std::function<bool()>& cancelled;
 
@@ -127,8 +127,8 @@ struct PngStream {
     }
 };
 
-/// Lets OpenEXR write to a stream of ours. OpenEXR writes and seeks in destructors too, where a throw ends the program:
-/// so seeking never throws; once the stream has failed it stays so, for the caller to see.
+/// Lets OpenEXR write to our stream. OpenEXR also writes and seeks in destructors, where an exception would end the
+/// program. So seeking never throws, and once the stream has failed it stays failed, for the caller to check.
 class ExrStream : public Imf::OStream {
   public:
     ExrStream(std::ostream& stream, const fs::path& path) : OStream(path.c_str()), mStream(stream) {
@@ -144,7 +144,7 @@ class ExrStream : public Imf::OStream {
     std::ostream& mStream;
 };
 
-/// What OpenEXR says in one line, without the name of the file, which it puts in front.
+/// Returns OpenEXR's message on one line, without the file name at its start.
 std::string reasonOf(const std::exception& exception) {
     std::string reason = exception.what();
     if (const size_t name = reason.find("\". "); name != std::string::npos) reason.erase(0, name + 3);
@@ -152,7 +152,7 @@ std::string reasonOf(const std::exception& exception) {
     return reason;
 }
 
-/// One channel of interleaved pixels.
+/// Describes one channel of interleaved pixels to OpenEXR.
 template <class Value>
 Imf::Slice sliceOf(Value* first, const Imath::Box2i& window, size_t channels) {
     const size_t step = channels * sizeof(Value);
@@ -161,7 +161,7 @@ Imf::Slice sliceOf(Value* first, const Imath::Box2i& window, size_t channels) {
                             step, step * width);
 }
 
-/// An image whose colours go through a curve.
+/// Returns the image with R, G and B mapped through a curve.
 Image withColors(Image image, double (*curve)(double)) {
     const auto places = rgbChannels(image);
     if (!places) return image;
@@ -176,10 +176,10 @@ Image withColors(Image image, double (*curve)(double)) {
     return image;
 }
 
-/// Depth needs all its bits.
+/// Depth is never stored as half.
 bool storedAsHalf(const std::string& channel, const ExrOptions& options) { return options.half && channel != "Z"; }
 
-/// Rounded; what is finite stays so.
+/// Rounds to half; finite values stay finite.
 std::vector<half> halves(const std::vector<float>& values) {
     std::vector<half> rounded(values.size());
     std::transform(values.begin(), values.end(), rounded.begin(), [](float value) {
@@ -222,7 +222,7 @@ Image readExrPixels(const fs::path& path, const Monitor& monitor) {
     for (size_t i = 0; i < names.size(); ++i)
         buffer.insert(names[i], sliceOf(image.pixels.data() + i, window, names.size()));
     file.setFrameBuffer(buffer);
-    constexpr int lines = 256; // the most in a chunk
+    constexpr int lines = 256; // the maximum in a chunk
     for (int y = window.min.y; y <= window.max.y; y += lines) {
         monitor.check();
         file.readPixels(y, std::min(window.max.y, y + lines - 1));
@@ -270,9 +270,9 @@ Image readPng(const fs::path& path, const Monitor& monitor) {
     if (!png_image_begin_read_from_stdio(&png, file.get())) throw failed();
     const uintmax_t size = rgbBytes(png.width, png.height);
     if (size > kMostPngBytes)
-        throw cannotRead(path, fmt::format("{} x {} pixels are too many for a PNG here", png.width, png.height));
+        throw cannotRead(path, fmt::format("a PNG of {} x {} pixels is too large to read", png.width, png.height));
     validatePng(bytes, path);
-    // libpng stops after the last row, so it would not miss the end.
+    // libpng stops after the last row, so it would not notice a missing end.
     constexpr std::string_view end("\0\0\0\0IEND\xae\x42\x60\x82", 12);
     if (bytes.find(end) == std::string::npos) throw cannotRead(path, "it is cut off: its end is missing");
 
@@ -294,7 +294,7 @@ void writeExr(const fs::path& path, const Image& image, const ExrOptions& option
             Imf::Header header(image.width, image.height);
             header.compression() = Imf::ZIP_COMPRESSION;
             header.insert("software", Imf::StringAttribute("Curlew"));
-            if (rgbChannels(image)) Imf::addChromaticities(header, Imf::Chromaticities()); // those of sRGB
+            if (rgbChannels(image)) Imf::addChromaticities(header, Imf::Chromaticities()); // sRGB's
             Imf::FrameBuffer buffer;
             const Imath::Box2i window = header.dataWindow();
             const size_t count = image.channels.size();
@@ -311,7 +311,7 @@ void writeExr(const fs::path& path, const Image& image, const ExrOptions& option
         } catch (const Iex::BaseExc& exception) {
             throw cannotWrite(path, reasonOf(exception));
         }
-        // OutputFile writes its table of offsets in its destructor, which tells nobody of a failure.
+        // OutputFile writes its table of offsets in its destructor, which cannot report a failure.
         if (!stream.flush()) throw std::ios_base::failure("offsets");
     });
 }

@@ -14,11 +14,11 @@ using namespace draw;
 
 namespace {
 
-/// The strip, in multiples of its scale: the line of the title, then that of the bar between its numbers.
+/// Layout of the strip at scale 1: the title line, then the bar between its numbers.
 constexpr int kStripHeight = 28, kMargin = 5, kTitleTop = 4, kBarTop = 17, kBarHeight = 7;
 
-/// Room for two of the longest numbers (-1.23e-38) and a bar of 30, whatever the numbers are: so that all frames of a
-/// sequence are of one size.
+/// Room for two of the longest numbers (-1.23e-38) and a bar of 30 pixels, whatever the numbers are, so that all frames
+/// of a sequence have the same size.
 constexpr int kLeastWidth = 156;
 
 void drawBar(Image& picture, const Rectangle& area, ColorMap map) {
@@ -29,7 +29,7 @@ void drawBar(Image& picture, const Rectangle& area, ColorMap map) {
     }
 }
 
-/// -0 would show its sign.
+/// Formats a number; adding 0 removes the sign of -0.
 std::string number(float value) { return fmt::format("{:.3g}", value + 0.0f); }
 
 } // namespace

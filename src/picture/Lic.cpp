@@ -17,7 +17,7 @@ namespace {
 constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
 constexpr double kStep = 0.5; // pixels
 
-/// Values at any place of a picture, between the middles of its pixels.
+/// Interpolates an image bilinearly between its pixel centres.
 class Sampler {
   public:
     explicit Sampler(const Image& image) : mImage(image) {}
@@ -39,18 +39,19 @@ class Sampler {
     const Image& mImage;
 };
 
-/// White noise in grains, each of one grey.
+/// Returns white noise, one value per grain.
 Image whiteNoise(int width, int height, const LicOptions& o) {
     Image noise = filledImage(static_cast<int>(std::ceil(width / o.grain)) + 1,
                               static_cast<int>(std::ceil(height / o.grain)) + 1, {"noise"});
     for (int y = 0; y < noise.height; ++y)
         for (int x = 0; x < noise.width; ++x)
             noise.at(x, y) = static_cast<float>(
-                randomUniform(o.seed, static_cast<uint64_t>(x), static_cast<uint64_t>(y))); // whatever the size is
+                // independent of the image size
+                randomUniform(o.seed, static_cast<uint64_t>(x), static_cast<uint64_t>(y)));
     return noise;
 }
 
-/// The noise along the streamline through a pixel.
+/// Averages the noise along the streamline through a pixel.
 class Streak {
   public:
     Streak(const Sampler& vectors, const Sampler& noise, const LicOptions& o)
@@ -77,13 +78,13 @@ class Streak {
         if (mOptions.kernel == LicKernel::box) return 1;
         return 0.5 * (1 + std::cos(std::numbers::pi * k / (mSteps + 1)));
     }
-    /// The unit vector there, its second component downwards; false where there is none.
+    /// Computes the unit vector at a position, with its second component downwards. Returns false if there is none.
     bool direction(double x, double y, double& dx, double& dy) const {
         if (!mVectors.contains(x, y)) return false;
         dx = static_cast<double>(mVectors.at(x, y, 0));
         dy = -static_cast<double>(mVectors.at(x, y, 1));
         const double size = length(Vec<double, 2>{{dx, dy}});
-        if (!(size > 0) || !std::isfinite(size)) return false; // NaN, too
+        if (!(size > 0) || !std::isfinite(size)) return false; // zero or NaN
         dx /= size;
         dy /= size;
         return true;
@@ -133,8 +134,8 @@ void stretch(Image& image, double contrast) {
 
 Image lic(const Image& vectors, const LicOptions& o, const Monitor& monitor) {
     checkImage(vectors);
-    if (vectors.channels.size() != 2) throw ValueError("a line integral convolution needs vectors of two channels");
-    requirePositive(o.length, "the length of streaks");
+    if (vectors.channels.size() != 2) throw ValueError("a line integral convolution needs vectors with two channels");
+    requirePositive(o.length, "the streak length");
     requirePositive(o.grain, "the grain of the noise");
     requirePositive(o.contrast, "the contrast");
     requireMemory(static_cast<double>(vectors.width) * vectors.height * (1 + 1 / (o.grain * o.grain)) * sizeof(float),
@@ -160,7 +161,7 @@ Image litBy(const Image& lic, const Image& picture) {
     checkImage(lic);
     checkImage(picture);
     if (lic.channels.size() != 1 || lic.width != picture.width || lic.height != picture.height)
-        throw ValueError("the light needs one channel, and the size of the picture");
+        throw ValueError("the light must have one channel and the size of the picture");
     constexpr float kDark = 0.3f, kBright = 1.3f;
     Image lit = picture;
     const size_t count = picture.channels.size();

@@ -18,12 +18,12 @@ struct Point {
     double x, y;
 };
 
-/// Four neighbouring values, around from the upper left, and where they are.
+/// Four neighbouring values, clockwise from the upper left, and their positions.
 struct Cell {
     std::array<double, 4> value;
     std::array<Point, 4> corner;
 
-    /// Where the level is passed between two corners.
+    /// Returns where the level crosses the edge after corner a.
     Point crossing(size_t a, double level) const {
         const size_t b = (a + 1) % 4;
         const double t = (level - value[a]) / (value[b] - value[a]);
@@ -41,7 +41,7 @@ struct Cell {
         };
         if (count == 2) add(edges[0], edges[1]);
         if (count < 4) return;
-        // A saddle: its middle says which corners belong together.
+        // In a saddle, the value at the middle decides which corners are connected.
         const double middle = 0.25 * (value[0] + value[1] + value[2] + value[3]);
         const bool joined = (middle >= level) == (value[0] >= level);
         add(0, joined ? 1 : 3);
@@ -49,7 +49,7 @@ struct Cell {
     }
 };
 
-/// How much of a pixel a line covers whose middle passes at this distance.
+/// Returns how much of a pixel a line covers whose centre line passes at this distance.
 float coverage(double distance, double width) {
     return static_cast<float>(std::clamp(0.5 * width + 0.5 - distance, 0.0, std::min(width, 1.0)));
 }
@@ -76,9 +76,9 @@ void cover(const Segment& s, double width, Image& mask) {
         }
 }
 
-/// A shaft and a head of two strokes, from (x, y) minus half of the vector on.
+/// Adds a shaft and a head of two strokes, centred at (x, y).
 void addArrow(double x, double y, double dx, double dy, std::vector<Segment>& lines) {
-    constexpr double kHead = 0.32, kSpread = 0.55; // parts of its length; of the head's
+    constexpr double kHead = 0.32, kSpread = 0.55; // relative to the arrow's length; relative to the head's
     const Point tip{x + dx / 2, y + dy / 2};
     lines.push_back({x - dx / 2, y - dy / 2, tip.x, tip.y});
     for (const double side : {-kSpread, kSpread})
@@ -89,7 +89,7 @@ void addArrow(double x, double y, double dx, double dy, std::vector<Segment>& li
 
 std::vector<Segment> isoLines(const Image& scalar, std::span<const double> levels) {
     checkImage(scalar);
-    if (scalar.channels.size() != 1) throw ValueError("iso-lines are those of one channel");
+    if (scalar.channels.size() != 1) throw ValueError("iso-lines need an image with one channel");
     std::vector<Segment> lines;
     for (int y = 0; y + 1 < scalar.height; ++y)
         for (int x = 0; x + 1 < scalar.width; ++x) {
@@ -121,7 +121,7 @@ std::vector<Segment> contours(const Image& scalar, int count) {
 
 std::vector<Segment> arrows(const Image& vectors, int across, double reference) {
     checkImage(vectors);
-    if (vectors.channels.size() != 2) throw ValueError("arrows need two channels");
+    if (vectors.channels.size() != 2) throw ValueError("arrows need an image with two channels");
     if (across < 1) throw ValueError(fmt::format("{} arrows in a row; give at least 1", across));
     const double cell = static_cast<double>(vectors.width) / across;
     const int down = std::max(1, static_cast<int>(std::lround(vectors.height / cell)));

@@ -26,11 +26,11 @@ int columnsFor(size_t count, int wanted) {
 }
 
 void validate(const std::vector<Image>& pictures, const PanelOptions& o) {
-    if (pictures.empty()) throw ValueError("there is no picture to put into panels");
+    if (pictures.empty()) throw ValueError("there are no pictures to arrange as panels");
     for (const Image& picture : pictures) {
         checkImage(picture);
         if (picture.channels != std::vector<std::string>{"R", "G", "B"})
-            throw ValueError(fmt::format("panels are made of pictures with channels R, G, B; this one has {}",
+            throw ValueError(fmt::format("panels need pictures with channels R, G, B; this one has {}",
                                          fmt::join(picture.channels, ", ")));
     }
     if (o.columns < 0) throw ValueError(fmt::format("{} columns; give 1 or more, or 0", o.columns));
@@ -38,7 +38,7 @@ void validate(const std::vector<Image>& pictures, const PanelOptions& o) {
         throw ValueError(fmt::format("there are {} labels for {} pictures", o.labels.size(), pictures.size()));
 }
 
-/// Where the columns, or rows, begin, each with a gap before it; the last number is where they end.
+/// Returns where the columns or rows begin, each with a gap before it; the last value is their end.
 std::vector<int64_t> begins(const std::vector<int>& sizes, int gap) {
     std::vector<int64_t> begin{gap};
     for (const int size : sizes) begin.push_back(begin.back() + size + gap);
@@ -59,7 +59,7 @@ Image panels(const std::vector<Image>& pictures, const PanelOptions& o) {
         heights[row(k)] = std::max(heights[row(k)], pictures[k].height);
     }
 
-    // At a width of 1000 pixels the letters are 14 pixels high.
+    // At a width of 1000 pixels, letters are 14 pixels high.
     const int64_t whole = std::accumulate(widths.begin(), widths.end(), int64_t{0});
     const int gap = o.gap >= 0 ? o.gap : std::max(2, static_cast<int>(whole / 100));
     int size = static_cast<int>(std::clamp<int64_t>((whole + 250) / 500, 1, 16));
@@ -70,8 +70,8 @@ Image panels(const std::vector<Image>& pictures, const PanelOptions& o) {
 
     const auto lefts = begins(widths, gap), tops = begins(heights, gap);
     if (lefts.back() > kMostPixels || tops.back() > kMostPixels)
-        throw ValueError(fmt::format("panels of {} x {} pixels are too large; an edge has {} at most", lefts.back(),
-                                     tops.back(), kMostPixels));
+        throw ValueError(fmt::format("panels of {} x {} pixels are too large; an edge can have at most {}",
+                                     lefts.back(), tops.back(), kMostPixels));
     const auto width = static_cast<int>(lefts.back()), height = static_cast<int>(tops.back());
     requireMemory(static_cast<double>(width) * height * 3 * sizeof(float),
                   fmt::format("panels of {} x {} pixels", width, height), "make the pictures smaller");

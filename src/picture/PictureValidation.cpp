@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The most bytes that deflate gets into one: 258 for two bits, at best (zlib's technical notes).
+/// Maximum compression ratio of deflate: 258 bytes in two bits at best (zlib's technical notes).
 constexpr double kDeflate = 1032;
 
 void checkClaim(const fs::path& path, double pixelBytes, double ratio, double fileBytes) {
@@ -32,7 +32,7 @@ void requirePicture(const fs::path& path, double bytes) {
     requireMemory(bytes, fmt::format("the picture '{}'", path.string()), "make it smaller");
 }
 
-/// The types of attributes whose size is always the same, and that size.
+/// The attribute types of fixed size, and that size.
 const std::map<std::string_view, uint32_t>& fixedSizes() {
     static const std::map<std::string_view, uint32_t> kSizes{{"box2f", 16},
                                                              {"box2i", 16},
@@ -61,13 +61,13 @@ const std::map<std::string_view, uint32_t>& fixedSizes() {
     return kSizes;
 }
 
-/// How a compression packs: lines in a chunk, and the most bytes in one.
+/// Properties of a compression: lines per chunk, and maximum compression ratio.
 struct Compression {
     int64_t lines;
     double ratio;
 };
-/// By their numbers in the format: none, RLE, ZIPS, ZIP, PIZ (Huffman codes of runs of 255), PXR24 (24 of 32 bits),
-/// B44, B44A (3 bytes for a block of 32), DWAA, DWAB (runs of runs).
+/// In the order of their numbers in the format: none, RLE, ZIPS, ZIP, PIZ (Huffman codes of runs of 255), PXR24 (24 of
+/// 32 bits), B44, B44A (3 bytes for a block of 32), DWAA, DWAB (runs of runs).
 constexpr std::array<Compression, 10> kCompressions{{{1, 1},
                                                      {1, 64},
                                                      {1, kDeflate},
@@ -91,7 +91,7 @@ class ExrValidation {
         constexpr uint32_t parts = 0x1000;
         read<uint32_t>(); // magic number
         const bool multiple = (read<uint32_t>() & parts) != 0;
-        checkHeader(); // the first part is the one that is read
+        checkHeader(); // the first part is the one read
         checkPixels();
         while (multiple && checkHeader()) {
         }
@@ -124,7 +124,7 @@ class ExrValidation {
         return name;
     }
 
-    /// Returns false for the empty header after the last one.
+    /// Returns false for the empty header that ends the list.
     bool checkHeader() {
         for (bool any = false;; any = true) {
             const std::string name = readName();
@@ -162,7 +162,7 @@ class ExrValidation {
     }
 
     void checkChannels(std::streamoff end) {
-        constexpr std::array<int64_t, 3> bytes{4, 2, 4}; // whole numbers, halves, floats
+        constexpr std::array<int64_t, 3> bytes{4, 2, 4}; // uint, half, float
         while (!readName().empty()) {
             const auto type = read<uint32_t>();
             skip(4);
@@ -184,7 +184,7 @@ class ExrValidation {
         const double chunks = tiled ? double(pieces(width, mTile[0])) * double(pieces(height, mTile[1]))
                                     : double(pieces(height, compression.lines));
         const double pixels = double(width) * double(height);
-        checkClaim(mPath, chunks * sizeof(int64_t), 1, double(mSize)); // the table of where they are
+        checkClaim(mPath, chunks * sizeof(int64_t), 1, double(mSize)); // the table of their offsets
         checkClaim(mPath, pixels * double(mPixelBytes), compression.ratio, double(mSize));
         requirePicture(mPath, pixels * double(mChannels) * sizeof(float));
     }
@@ -192,7 +192,7 @@ class ExrValidation {
     std::istream& mIn;
     const fs::path& mPath;
     std::streamoff mSize = 0;
-    std::array<int64_t, 4> mWindow{0, 0, -1, -1}; ///< Least x and y, greatest x and y.
+    std::array<int64_t, 4> mWindow{0, 0, -1, -1}; ///< Minimum x and y, maximum x and y.
     std::array<int64_t, 2> mTile{};
     uint8_t mCompression = 0;
     int64_t mPixelBytes = 0, mChannels = 0;
@@ -207,9 +207,9 @@ uint32_t bigEndian(std::string_view bytes, size_t at) {
 } // namespace
 
 void validatePng(std::string_view bytes, const fs::path& path) {
-    constexpr size_t width = 16, height = 20, depth = 24, color = 25; // places in the file
+    constexpr size_t width = 16, height = 20, depth = 24, color = 25; // offsets in the file
     if (bytes.size() <= color) throw FileError(fmt::format("cannot read '{}': it is cut off", path.string()));
-    // Grey, unused, RGB, palette, grey and alpha, unused, RGBA.
+    // By colour type: grey, unused, RGB, palette, grey and alpha, unused, RGBA.
     constexpr std::array<double, 7> channels{1, 1, 3, 1, 2, 1, 4};
     const auto type = std::min<size_t>(static_cast<unsigned char>(bytes[color]), channels.size() - 1);
     const double bits = channels[type] * static_cast<unsigned char>(bytes[depth]);

@@ -19,10 +19,9 @@ namespace {
 
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
-// --- axes
-// --------------------------------------------------------------------------------------------------------------------------
+// Axes.
 
-/// The range of an axis, in the values or in their logarithms, and where it lies in the picture.
+/// The range of an axis, in values or their logarithms, and its ends in the picture.
 struct Axis {
     bool log = false;
     double lower = 0, upper = 1, from = 0, to = 1;
@@ -51,7 +50,7 @@ void widen(Axis& axis, double part) {
         axis.upper += half;
     }
     const double more = part * (axis.upper - axis.lower);
-    // Not below zero where nothing is.
+    // Do not extend below zero if no value is negative.
     axis.lower = !axis.log && axis.lower >= 0 && axis.lower - more < 0 ? 0 : axis.lower - more;
     axis.upper += more;
 }
@@ -61,7 +60,8 @@ struct Tick {
     std::string label;
 };
 
-/// Multiples of 1, 2 or 5 times a power of ten; on a logarithmic axis decades, or where there are few, 1, 2 and 5.
+/// Returns ticks at multiples of 1, 2 or 5 times a power of ten. On a logarithmic axis they are decades, and also 2 and
+/// 5 times decades if the axis spans few of them.
 std::vector<Tick> ticksOf(const Axis& axis) {
     std::vector<Tick> ticks;
     const double size = axis.upper - axis.lower;
@@ -88,10 +88,9 @@ std::vector<Tick> ticksOf(const Axis& axis) {
     return ticks;
 }
 
-// --- drawing
-// -----------------------------------------------------------------------------------------------------------------------
+// Drawing.
 
-/// Okabe and Ito (2008): told apart by everyone.
+/// Colours that are distinguishable with any colour vision (Okabe and Ito 2008).
 constexpr std::array<std::string_view, 7> kColors{"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                                   "#e69f00", "#56b4e9", "#333333"};
 
@@ -136,7 +135,7 @@ std::string drawAxes(const Axis& x, const Axis& y, const PlotOptions& o, const s
     return svg + textAt(middleX, 24, "middle", o.title, " font-size=\"16\"");
 }
 
-/// Broken where a value is missing.
+/// Draws a curve, interrupted where a value is missing.
 std::string drawCurve(const PlotData& data, const PlotData::Curve& curve, const Axis& x, const Axis& y,
                       std::string_view color) {
     std::string path, markers;
@@ -155,11 +154,12 @@ std::string drawCurve(const PlotData& data, const PlotData::Curve& curve, const 
 
 void validate(const PlotData& data, const PlotOptions& o) {
     if (o.width < 200 || o.height < 200 || o.width > 10000 || o.height > 10000)
-        throw ValueError(fmt::format("a plot of {} x {} pixels; both must be 200 to 10000", o.width, o.height));
+        throw ValueError(
+            fmt::format("a plot of {} x {} pixels; width and height must be 200 to 10000", o.width, o.height));
     for (const auto& curve : data.curves)
         if (curve.y.size() != data.x.size())
-            throw ValueError(
-                fmt::format("the curve '{}' has {} values for {} of x", curve.name, curve.y.size(), data.x.size()));
+            throw ValueError(fmt::format("the curve '{}' has {} values for {} values of x", curve.name, curve.y.size(),
+                                         data.x.size()));
 }
 
 } // namespace

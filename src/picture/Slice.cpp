@@ -18,7 +18,7 @@ namespace {
 constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
 constexpr int kMostPixels = 1 << 15; // along an edge
 
-/// One row of a slice: all samples of its pixels, then their means.
+/// One row of a slice: all samples of its pixels, and their means.
 class SliceRow {
   public:
     SliceRow(const PicturePlane& plane, const SliceSource& source, int supersampling)
@@ -39,7 +39,7 @@ class SliceRow {
         flush();
     }
 
-    /// Of the samples that are not NaN.
+    /// Returns the mean of a pixel's samples that are not NaN.
     float mean(int x, size_t channel) const {
         const size_t channels = mValues.size();
         const int samples = mN * mN;
@@ -74,7 +74,7 @@ class SliceRow {
     size_t mDone = 0;
 };
 
-/// By one number of each position.
+/// Fills values by calling value(i) for each position i.
 template <class Value>
 void fill(int size, std::array<float, kBatch>& values, const Value& value) {
     for (int i = 0; i < size; ++i) values[static_cast<size_t>(i)] = value(i);
@@ -99,7 +99,7 @@ PicturePlane::PicturePlane(const Box& box, const SliceOptions& o)
     const double width = size[mRight] + 2 * margin, height = size[mUp] + 2 * margin;
     const double rows = std::max(1.0, std::round(o.width * height / width));
     if (!(rows <= kMostPixels))
-        throw ValueError(fmt::format("{} pixels in height are too many; choose a smaller width", rows));
+        throw ValueError(fmt::format("a height of {} pixels is too large; choose a smaller width", rows));
     mWidth = o.width;
     mHeight = static_cast<int>(rows);
     mPixel = width / o.width;
@@ -203,7 +203,7 @@ SliceSource fieldSource(const ScalarField& field, std::string_view name) {
 
 SliceSource alongSource(const Flow& flow, const Vec3d& direction) {
     const double size = length(direction);
-    if (!(size > 0)) throw ValueError("direction=0,0,0 is no direction");
+    if (!(size > 0)) throw ValueError("direction=0,0,0 is not a direction");
     Vec3f unit;
     for (int axis = 0; axis < 3; ++axis) unit[axis] = static_cast<float>(direction[axis] / size);
     return {

@@ -20,18 +20,19 @@ namespace {
 
 using Position = Vec<double, 2>;
 
-/// Where that is left of f, relative to its root mean square, more corrections only move rounding errors about.
+/// Below this residual of f, relative to its root mean square, corrections only shift rounding errors.
 constexpr double kRounding = 1e-14;
 
 void validate(const FlowN<2>& flow, const WarpOptions& o) {
-    if (o.steps < 0) throw ValueError(fmt::format("{} steps; give at least 1, or 0 for as many as needed", o.steps));
+    if (o.steps < 0)
+        throw ValueError(fmt::format("{} steps; give at least 1, or 0 to have the number chosen", o.steps));
     if (!std::isfinite(o.time)) throw ValueError("time must be finite");
     if (o.reprojections < 0) throw ValueError(fmt::format("{} reprojections; give 0 or more", o.reprojections));
     if (o.reprojections > 0 && !flow.hasTracks())
-        throw ValueError("this flow is a sum and has no tracks to be put back onto; choose 0 reprojections");
+        throw ValueError("this flow is a sum and has no tracks to reproject onto; choose 0 reprojections");
 }
 
-/// Equal steps.
+/// Moves points by equal steps.
 void moveBatch(const FlowN<2>& flow, const ReprojectOptionsN<2>& reprojection, const WarpOptions& o,
                PointBatchN<2>& points) {
     std::array<double, kBatch> dt, unlimited;
@@ -53,7 +54,8 @@ void moveBatch(const FlowN<2>& flow, const ReprojectOptionsN<2>& reprojection, c
     }
 }
 
-/// Steps of each position's own length. It crosses walls as the equal steps do, which a picture wants.
+/// Moves positions by adaptive steps. Drops the wall, so that positions cross it as with equal steps, which suits a
+/// picture.
 void moveAdaptively(const FlowN<2>& flow, std::vector<Position>& positions, const WarpOptions& o,
                     const Monitor& monitor) {
     const ReprojectionOptions reprojection{.method = o.reprojections > 0 ? Reprojection::newton : Reprojection::none,
@@ -71,7 +73,7 @@ void warp(const FlowN<2>& flow, std::vector<Position>& positions, const WarpOpti
     if (options.adaptive()) return moveAdaptively(flow, positions, options, monitor);
     ReprojectOptionsN<2> reprojection{.method = options.reprojections > 0 ? Reprojection::newton : Reprojection::none,
                                       .iterations = options.reprojections};
-    reprojection.tolerance[0] = kRounding * magnitudesOf(flow).potentials[0];
+    reprojection.tolerance[0] = kRounding * rmsOf(flow).potentials[0];
     forEachBatch(
         positions,
         [&](PointBatchN<2>& points, size_t begin) {
@@ -92,7 +94,7 @@ Texture2 textureOf(const Image& picture, const BoxN<2>& box) {
     if (!(box.size()[0] > 0) || !(box.size()[1] > 0) || !box.finite())
         throw ValueError("a texture needs a box that is neither empty nor infinite");
     return [image = displayed(picture), box](const Position& p) {
-        // In pixels, from the middle of the first one.
+        // In pixels from the centre of the first one.
         const auto place = [](double part, int pixels) { return std::clamp(part * pixels - 0.5, 0.0, pixels - 1.0); };
         const double x = place((p[0] - box.lower[0]) / box.size()[0], image.width);
         const double y = place((box.upper[1] - p[1]) / box.size()[1], image.height);
@@ -156,7 +158,7 @@ struct DifferenceSum {
 
 DifferenceSum differenceOf(float a, float b) {
     if (std::isnan(a) || std::isnan(b)) return {.unmatched = std::isnan(a) == std::isnan(b) ? 0u : 1u};
-    const double d = a == b ? 0 : std::abs(static_cast<double>(a) - static_cast<double>(b)); // infinities, too
+    const double d = a == b ? 0 : std::abs(static_cast<double>(a) - static_cast<double>(b)); // also equal infinities
     return {.squares = d * d, .largest = d, .values = 1};
 }
 

@@ -17,8 +17,9 @@ Vec3d unit(const Vec3d& v) { return v * (1 / length(v)); }
 
 double focalLength(double fieldOfView, int width, int height) {
     if (!(fieldOfView > 0 && fieldOfView <= 170))
-        throw ValueError(fmt::format("a field of view of {} degrees; it must be above 0, at most 170", fieldOfView));
-    if (width < 1 || height < 1) throw ValueError(fmt::format("a picture of {} x {} pixels", width, height));
+        throw ValueError(fmt::format("a field of view of {} degrees; it must be above 0 and at most 170", fieldOfView));
+    if (width < 1 || height < 1)
+        throw ValueError(fmt::format("a picture of {} x {} pixels; both must be at least 1", width, height));
     return std::max(width, height) / (2 * std::tan(fieldOfView * std::numbers::pi / 360));
 }
 
@@ -27,7 +28,7 @@ double focalLength(double fieldOfView, int width, int height) {
 Camera::Camera(const Vec3d& eye, const Vec3d& target, const Vec3d& up, double fieldOfView, int width, int height)
     : mEye(eye), mFocal(focalLength(fieldOfView, width, height)), mWidth(width), mHeight(height) {
     const Vec3d way = target - eye;
-    if (!(length(way) > 0)) throw ValueError("the camera is at the point that it looks at");
+    if (!(length(way) > 0)) throw ValueError("the camera is at its target; move one of them");
     mForward = unit(way);
     const Vec3d across = cross(mForward, up);
     if (!(length(across) > 1e-9 * length(up)))
@@ -38,10 +39,10 @@ Camera::Camera(const Vec3d& eye, const Vec3d& target, const Vec3d& up, double fi
 
 Camera Camera::around(const Box& box, const CameraOptions& o) {
     if (!box.finite()) throw ValueError("the camera cannot see all of an infinite box; give a box, or eye and target");
-    if (!(length(o.from) > 0)) throw ValueError("from=0,0,0 is no direction to look from");
+    if (!(length(o.from) > 0)) throw ValueError("from=0,0,0 is not a direction");
     const Vec3d center = box.center();
     const Camera far(center + unit(o.from), center, o.up, o.fieldOfView, o.width, o.height);
-    // The nearest eye at which every corner is within the picture: each alone asks for a distance.
+    // The nearest eye at which every corner is within the picture; each corner requires a minimum distance.
     const double halfWidth = 0.5 * (1 - 2 * o.margin) * o.width, halfHeight = 0.5 * (1 - 2 * o.margin) * o.height;
     double distance = 0;
     for (int corner = 0; corner < 8; ++corner) {
@@ -52,16 +53,16 @@ Camera Camera::around(const Box& box, const CameraOptions& o) {
                                        std::abs(dot(p, far.mUp)) * far.mFocal / halfHeight);
         distance = std::max(distance, needed - dot(p, far.mForward));
     }
-    if (!(distance > 0)) throw ValueError("the box that the camera has to see is a point");
+    if (!(distance > 0)) throw ValueError("the box that the camera should show is a point");
     return {center + unit(o.from) * distance, center, o.up, o.fieldOfView, o.width, o.height};
 }
 
 Camera Camera::around(const std::vector<Vec3d>& points, const CameraOptions& o) {
-    if (!(length(o.from) > 0)) throw ValueError("from=0,0,0 is no direction to look from");
+    if (!(length(o.from) > 0)) throw ValueError("from=0,0,0 is not a direction");
     const Camera axes({}, -o.from, o.up, o.fieldOfView, o.width, o.height);
-    // With the eye at (x, y, -distance) in the camera's axes, a point (px, py, pz) is within the picture where
-    // |px - x| <= slope (pz + distance): each asks for x >= px - slope pz - slope distance, and x <= px + slope pz +
-    // slope distance, and so for y.
+    // With the eye at (x, y, -distance) in the camera's axes, a point (px, py, pz) is within the picture if |px - x| <=
+    // slope (pz + distance). So each point requires x >= px - slope pz - slope distance and x <= px + slope pz + slope
+    // distance, and likewise for y.
     Vec3d eye;
     double distance = -std::numeric_limits<double>::infinity();
     for (const bool across : {true, false}) {
@@ -78,7 +79,7 @@ Camera Camera::around(const std::vector<Vec3d>& points, const CameraOptions& o) 
     }
     double nearest = std::numeric_limits<double>::infinity();
     for (const Vec3d& p : points) nearest = std::min(nearest, dot(p, axes.mForward));
-    if (!(nearest + distance > 0)) throw ValueError("what the camera has to see is a point, or nothing");
+    if (!(nearest + distance > 0)) throw ValueError("the camera has nothing to show, or only a point");
     eye -= axes.mForward * distance;
     return {eye, eye + axes.mForward * (nearest + distance), o.up, o.fieldOfView, o.width, o.height};
 }

@@ -13,9 +13,9 @@ namespace {
 
 using Triangle = Vec<uint32_t, 3>;
 
-constexpr double kCrease = 0.5; ///< Cosine between neighbouring faces: sharper edges stay edges.
+constexpr double kCrease = 0.5; ///< Minimum cosine between neighbouring faces; sharper edges stay creases.
 
-/// Quads as two triangles each, cut along the shorter diagonal.
+/// Splits each quad into two triangles along its shorter diagonal.
 std::vector<Triangle> trianglesOf(const Mesh& mesh, const std::vector<Vec3d>& vertices) {
     std::vector<Triangle> triangles;
     triangles.reserve(mesh.triangles.size() + 2 * mesh.quads.size());
@@ -28,7 +28,7 @@ std::vector<Triangle> trianglesOf(const Mesh& mesh, const std::vector<Vec3d>& ve
     return triangles;
 }
 
-/// What Embree is given.
+/// The geometry for Embree.
 struct Faces {
     std::vector<Vec3d> vertices; ///< World units.
     std::vector<Triangle> triangles;
@@ -45,8 +45,8 @@ Faces facesOf(const Mesh& mesh) {
     return faces;
 }
 
-/// The zero set of a grid, found in its index space, where float is precise enough wherever the grid lies. `place`
-/// makes a position of indices.
+/// Extracts the zero set of a grid in index space, where float is precise enough wherever the grid lies. `place`
+/// converts indices to a position.
 template <class Place>
 Faces facesOf(const openvdb::FloatGrid& grid, const Place& place) {
     const auto indices = grid.copyReplacingTransform(openvdb::math::Transform::createLinearTransform(1));
@@ -61,8 +61,8 @@ void occludedBy(const RayMesh& mesh, std::span<const Ray> rays, std::span<uint8_
     for (size_t k = 0; k < rays.size(); ++k) flags[k] = mesh.occluded(rays[k]) ? 1 : 0;
 }
 
-/// A mesh with a normal for each corner of a face: the mean of those faces around the vertex that are not on the other
-/// side of a crease, weighted by their area.
+/// A mesh with a normal per corner of a face: the area-weighted mean of the faces around the vertex that are not across
+/// a crease.
 class MeshSurface final : public Surface::Model {
   public:
     explicit MeshSurface(Faces faces)
@@ -128,7 +128,7 @@ class MeshSurface final : public Surface::Model {
             for (int axis = 0; axis < 3; ++axis) n[axis] = static_cast<double>(corners[k][axis]);
             if (dot(n, flat) < 0) n = -n;
             normal += n * weights[k];
-            // To the plane of the vertex, if that is above (Hanika, Hacking the Shadow Terminator, Ray Tracing Gems
+            // Lift to the plane of the vertex if that is above (Hanika, Hacking the Shadow Terminator, Ray Tracing Gems
             // II).
             const Vec3d from = mMesh.vertices()[mMesh.triangles()[hit.triangle].c[k]];
             lift -= n * (weights[k] * std::min(0.0, dot(position - from, n)));
@@ -141,7 +141,8 @@ class MeshSurface final : public Surface::Model {
     std::vector<std::array<Vec3f, 3>> mNormals; ///< By triangle and corner.
 };
 
-/// The zero set of the spline through a level set: where a ray meets OpenVDB's mesh of it, moved onto the spline.
+/// The zero set of the spline through a level set. A ray's hit on OpenVDB's mesh of the level set is moved onto the
+/// spline.
 class LevelSetSurface final : public Surface::Model {
   public:
     LevelSetSurface(Faces faces, double voxel, ScalarField distance)
@@ -167,8 +168,8 @@ class LevelSetSurface final : public Surface::Model {
     }
 
   private:
-    /// Newton's method along the ray from the mesh, which is a small part of a voxel beside the spline, but for grazing
-    /// rays: these stay.
+    /// Newton's method along the ray. It starts on the mesh, which is within a small fraction of a voxel of the spline.
+    /// Hits of grazing rays are left unchanged.
     void refine(std::span<const Ray> rays, std::span<RayHit> hits, std::span<const size_t> found) const {
         constexpr int kNewtonSteps = 2;
         PointBatch points;
@@ -187,7 +188,7 @@ class LevelSetSurface final : public Surface::Model {
                 hits[i].distance -= by;
                 settled = settled && std::abs(by) < 1e-3 * mVoxel;
             }
-            if (settled) return; // the normal of so near a place will do
+            if (settled) return; // this close, the normal is accurate enough
         }
     }
 

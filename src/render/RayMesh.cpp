@@ -26,7 +26,7 @@ Box boundsOf(const std::vector<Vec3d>& vertices, const std::vector<Vec<uint32_t,
                 box.lower[axis] = std::min(box.lower[axis], vertices.at(k)[axis]);
                 box.upper[axis] = std::max(box.upper[axis], vertices.at(k)[axis]);
             }
-    if (!box.finite() || !(length(box.size()) > 0)) throw ValueError("a mesh that is a point cannot be drawn");
+    if (!box.finite() || !(length(box.size()) > 0)) throw ValueError("a mesh without size cannot be drawn");
     return box;
 }
 
@@ -46,7 +46,7 @@ void occlude(RTCScene scene, RTCRay& ray) {
 }
 #endif
 
-/// A ray in Embree's space.
+/// Returns a ray in Embree's space.
 RTCRay queryOf(const Vec3d& origin, const Vec3d& direction) {
     RTCRay ray{};
     ray.org_x = static_cast<float>(origin[0]);
@@ -119,14 +119,14 @@ std::optional<RayMesh::Hit> RayMesh::hit(const Ray& ray) const {
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     intersect(mScene->scene, query);
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-    // The plane of the triangle, in double (Möller and Trumbore 1997).
+    // Intersect the triangle's plane in double (Möller and Trumbore 1997).
     const auto& corners = mTriangles[query.hit.primID];
     const Vec3d a = mVertices[corners[0]], ab = mVertices[corners[1]] - a, ac = mVertices[corners[2]] - a;
     const Vec3d across = cross(ray.direction, ac), from = ray.origin - a;
     const double determinant = dot(ab, across);
     Hit hit{.distance = static_cast<double>(query.ray.tfar) / mScale, .triangle = query.hit.primID};
     hit.u = static_cast<double>(query.hit.u), hit.v = static_cast<double>(query.hit.v);
-    if (!(std::abs(determinant) > 1e-12 * length(ab) * length(ac))) return hit; // it is seen from its edge
+    if (!(std::abs(determinant) > 1e-12 * length(ab) * length(ac))) return hit; // the triangle is seen edge-on
     const Vec3d beside = cross(from, ab);
     const double distance = dot(ac, beside) / determinant;
     if (!(std::abs(distance - hit.distance) * mScale < 1e-3)) return hit;

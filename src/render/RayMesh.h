@@ -8,13 +8,13 @@
 
 namespace curlew {
 
-/// Triangles that rays are traced to, by Embree (3 or 4; the only place that knows of it). Rays meet neighbouring
-/// triangles without gaps. Embree decides in float, within the box of the mesh moved to the origin and scaled to 1,
-/// which triangle a ray meets first; where it does is computed here in double. One instruction set (AVX2) is used on
-/// all machines. Immutable, safe to share between threads.
+/// Triangles for ray tracing with Embree (3 or 4; no other file uses it). Rays hit neighbouring triangles without gaps.
+/// Embree finds the first triangle in float, with the mesh's box moved to the origin and scaled to 1; the hit is then
+/// computed here in double. All machines use the same instruction set (AVX2). Immutable, safe to share between threads.
 class RayMesh {
   public:
-    /// Throws ValueError if there are no triangles or the box has no extent, ResourceError if Embree finds no memory.
+    /// Throws ValueError if there are no triangles or the box has no extent, ResourceError if Embree runs out of
+    /// memory.
     RayMesh(std::vector<Vec3d> vertices, std::vector<Vec<uint32_t, 3>> triangles);
     ~RayMesh();
     RayMesh(const RayMesh&) = delete;
@@ -25,9 +25,9 @@ class RayMesh {
         uint32_t triangle = 0;
         double u = 0, v = 0; ///< Barycentric weights of the triangle's second and third vertex.
     };
-    /// The first triangle that a ray meets; nullopt if there is none.
+    /// Returns the first triangle that a ray hits; nullopt if there is none.
     std::optional<Hit> hit(const Ray& ray) const;
-    /// Whether it meets any.
+    /// Returns whether a ray hits any triangle.
     bool occluded(const Ray& ray) const;
 
     const std::vector<Vec3d>& vertices() const { return mVertices; }

@@ -19,7 +19,7 @@ using namespace detail;
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr double kStrays = 0.5; ///< How far beyond all but the outermost percent, in parts of their extent.
+constexpr double kStrays = 0.5; ///< Outliers are this far outside the percentile range, relative to its size.
 
 void checkDepth(std::span<const float> depth, const Camera& camera) {
     const size_t pixels = static_cast<size_t>(camera.width()) * static_cast<size_t>(camera.height());
@@ -27,7 +27,7 @@ void checkDepth(std::span<const float> depth, const Camera& camera) {
         throw ValueError(fmt::format("{} depths for {} pixels", depth.size(), pixels));
 }
 
-/// An edge, or a point as one without length, among pixels.
+/// An edge in pixels; a point is an edge of length 0.
 struct Stroke {
     Stroke(const SplatBins& bins, size_t k)
         : a(bins.vertex(k)), b(bins.vertex(bins.lines() ? k + 1 : k)), fade(bins.fade(k)) {
@@ -38,8 +38,8 @@ struct Stroke {
         radius = std::max(seen, bins.leastRadius());
     }
 
-    /// Calls `visit(x, y)` for the pixels of a tile, `fine` to a pixel's edge, that the footprint may meet; x and y
-    /// count from the tile's corner.
+    /// Calls `visit(x, y)` for the samples of a tile, `fine` per edge of a pixel, that the footprint may overlap; x and
+    /// y count from the tile's corner.
     template <class Visit>
     void forPixels(const SplatTile& tile, int fine, const Visit& visit) const {
         const auto scale = static_cast<float>(fine);
@@ -56,20 +56,20 @@ struct Stroke {
 
     SplatVertex a, b;
     float length = 0, ux = 1, uy = 0; ///< From a to b.
-    float fade;                       ///< How much of it is seen, 0 to 1.
-    float seen, radius;               ///< Pixels: as large as it is seen, and as it is drawn.
+    float fade;                       ///< Visibility, 0 to 1.
+    float seen, radius;               ///< Pixels: projected radius, and the radius that is drawn.
 };
 
 float between(float a, float b, float part) { return a + (b - a) * part; }
 
-/// ∫ (k - t²)² dt, t from 0.
+/// Returns ∫ (k - s²)² ds for s from 0 to t.
 float kernelIntegral(float k, float t) {
     const float tt = t * t;
     return t * (k * k - tt * (2.0f / 3) * k + tt * tt * 0.2f);
 }
 
-/// The light of a stroke at an offset from a, in pixels: that of an endless line is 1 in its middle, that of a point
-/// too. `part`: which part of the way to b is nearest.
+/// Returns the light of a stroke at an offset from a, in pixels: 1 in the middle of an infinite line or of a point.
+/// `part`: the fraction of the way to b at the nearest position.
 float lightAt(const Stroke& s, bool line, float dx, float dy, float& part) {
     const float r = 1 / s.radius;
     if (!line) {
@@ -86,13 +86,13 @@ float lightAt(const Stroke& s, bool line, float dx, float dy, float& part) {
     return (kernelIntegral(k, to) - kernelIntegral(k, from)) * (15.0f / 16);
 }
 
-/// Adds the light of what a tile shows to the image.
+/// Adds the light of a tile's splats to the image.
 void addLight(const SplatBins& bins, const SplatTile& tile, std::span<const float> depth, Image& image) {
     for (const uint32_t index : tile.splats) {
         const Stroke stroke(bins, index);
-        // What is drawn larger than it is seen has the same energy.
+        // A splat drawn larger than its projected size keeps its energy.
         const float ratio = stroke.seen / stroke.radius, energy = stroke.fade * (bins.lines() ? ratio : ratio * ratio);
-        const bool brief = stroke.length < 3; // pixels: one depth and colour will do
+        const bool brief = stroke.length < 3; // pixels; one depth and colour suffice
         float z = between(stroke.a.depth, stroke.b.depth, 0.5f), bright = energy * bins.haze(z);
         Vec3f color = bins.color(between(stroke.a.value, stroke.b.value, 0.5f));
         stroke.forPixels(tile, 1, [&](int x, int y) {
@@ -115,8 +115,8 @@ void addLight(const SplatBins& bins, const SplatTile& tile, std::span<const floa
     }
 }
 
-/// Of a surface with that normal, seen by a camera that looks along -z, lit from its upper left and a little from all
-/// sides.
+/// Returns the shade of a surface with that normal, seen by a camera that looks along -z, lit from the upper left and a
+/// little from all sides.
 float shade(float nx, float ny, float nz) {
     constexpr float kX = -0.45f, kY = 0.65f, kZ = 0.612f; // a unit vector
     const float lit = std::max(nx * kX + ny * kY + nz * kZ, 0.0f);
@@ -158,7 +158,7 @@ void coverTile(const SplatBins& bins, const SplatTile& tile, std::vector<Sample>
     }
 }
 
-/// The mean of a tile's samples that are not hidden, as R, G, B, A, Z.
+/// Averages a tile's visible samples into R, G, B, A, Z.
 void resolveTile(const SplatTile& tile, const std::vector<Sample>& samples, std::span<const float> depth,
                  Image& image) {
     const size_t row = static_cast<size_t>(tile.width) * kFine;
@@ -186,7 +186,7 @@ void resolveTile(const SplatTile& tile, const std::vector<Sample>& samples, std:
         }
 }
 
-/// Where splats are, but for those far outside of the picture of the others.
+/// Returns the positions of the splats without the outliers in the picture.
 std::vector<Vec3d> withoutStrays(const Splats& splats, const Camera& far) {
     const size_t every = splats.x.size() / 2'000'000 + 1;
     std::vector<Vec3d> points;
@@ -199,17 +199,17 @@ std::vector<Vec3d> withoutStrays(const Splats& splats, const Camera& far) {
         upwards.push_back(dot(p, far.up()));
     }
     const auto rangeOf = [](std::vector<double> values) {
-        const Range range = percentiles(std::move(values), 0.005, 0.995);
+        const Interval range = percentiles(std::move(values), 0.005, 0.995);
         const double margin = kStrays * (range.upper - range.lower);
-        return Range{range.lower - margin, range.upper + margin};
+        return Interval{range.lower - margin, range.upper + margin};
     };
-    const Range x = rangeOf(std::move(across)), y = rangeOf(std::move(upwards));
+    const Interval x = rangeOf(std::move(across)), y = rangeOf(std::move(upwards));
     std::erase_if(points,
                   [&](const Vec3d& p) { return !x.contains(dot(p, far.right())) || !y.contains(dot(p, far.up())); });
     return points;
 }
 
-/// Enough of the wall's surface to frame it; none if it has no end.
+/// Returns enough points of the wall's surface to frame it; empty if the wall is unbounded.
 std::vector<Vec3d> placesOnWall(const Domain& domain) {
     constexpr size_t kPlaces = 2000;
     std::vector<Vec3d> places;

@@ -26,23 +26,24 @@ Vec3f linear(const Vec3f& display) {
 
 void validate(const Splats& s, const SplatOptions& o) {
     const size_t count = s.x.size();
-    if (s.y.size() != count || s.z.size() != count) throw ValueError("splats need as many x as y and z");
+    if (s.y.size() != count || s.z.size() != count) throw ValueError("the splat arrays x, y and z differ in length");
     if (!s.values.empty() && s.values.size() != count)
-        throw ValueError(fmt::format("{} values for the colours of {} positions", s.values.size(), count));
+        throw ValueError(fmt::format("{} colour values for {} positions", s.values.size(), count));
     if (!s.fade.empty() && (s.fade.size() != count || !s.start.empty()))
-        throw ValueError(fmt::format("{} values of fade for {} positions", s.fade.size(), count));
+        throw ValueError(fmt::format("{} fade values for {} positions", s.fade.size(), count));
     const size_t lines = s.start.empty() ? 0 : s.start.size() - 1;
-    if (!s.closed.empty() && s.closed.size() != lines) throw ValueError("splats need a flag for each polyline");
+    if (!s.closed.empty() && s.closed.size() != lines)
+        throw ValueError("splats need one closed flag for each polyline");
     if (!s.start.empty() && (s.start.back() != count || !std::is_sorted(s.start.begin(), s.start.end())))
         throw ValueError("the polylines do not add up to the positions");
     if (!s.values.empty() && !(s.scale.lower < s.scale.upper))
         throw ValueError(fmt::format("a colour scale from {} to {} has no range", s.scale.lower, s.scale.upper));
     if (!(o.radius >= 0) || !std::isfinite(o.radius))
-        throw ValueError(fmt::format("a radius of {}; it must be positive, or 0", o.radius));
+        throw ValueError(fmt::format("radius {} must be positive, or 0", o.radius));
     if (!(o.pixels > 0) || !std::isfinite(o.pixels))
-        throw ValueError(fmt::format("a radius of {} pixels; it must be positive and finite", o.pixels));
-    if (!(o.fade >= 0 && o.fade <= 1)) throw ValueError(fmt::format("fade is {}; it goes from 0 to 1", o.fade));
-    if (count + lines >= UINT32_MAX) throw ResourceError(fmt::format("{} positions are too many to be drawn", count));
+        throw ValueError(fmt::format("radius {} pixels must be positive and finite", o.pixels));
+    if (!(o.fade >= 0 && o.fade <= 1)) throw ValueError(fmt::format("fade {} must be between 0 and 1", o.fade));
+    if (count + lines >= UINT32_MAX) throw ResourceError(fmt::format("{} positions are too many to draw", count));
     requireMemory(static_cast<double>(count + lines) * (sizeof(SplatVertex) + 3 * sizeof(uint32_t)),
                   fmt::format("a picture of {} positions", count), "draw fewer");
 }
@@ -86,7 +87,7 @@ void SplatBins::project(const Splats& s, const Camera& camera, const Monitor& mo
                            std::isfinite(value) ? static_cast<float>(value) : 0};
     };
     const size_t lines = mLines ? s.start.size() - 1 : 0;
-    std::vector<size_t> begin(lines + 1, 0); // of each polyline, in mVertices
+    std::vector<size_t> begin(lines + 1, 0); // first vertex of each polyline in mVertices
     for (size_t k = 0; k < lines; ++k) {
         const size_t count = s.start[k + 1] - s.start[k];
         begin[k + 1] = begin[k] + count + (count > 0 && !s.closed.empty() && s.closed[k] != 0 ? 1 : 0);
@@ -125,7 +126,7 @@ std::array<int, 4> SplatBins::tilesOf(size_t k) const {
     const auto width = static_cast<float>(mWidth), height = static_cast<float>(mHeight);
     const float left = std::min(a.x, b.x) - reach, right = std::max(a.x, b.x) + reach;
     const float top = std::min(a.y, b.y) - reach, bottom = std::max(a.y, b.y) + reach;
-    if (!(right >= 0 && left < width && bottom >= 0 && top < height)) return none; // NaN, too
+    if (!(right >= 0 && left < width && bottom >= 0 && top < height)) return none; // also if NaN
     const auto tile = [](float pixel, int size) {
         return static_cast<int>(std::clamp(pixel, 0.0f, static_cast<float>(size - 1))) / kTile;
     };
@@ -146,7 +147,7 @@ void SplatBins::sort(const Monitor& monitor) {
         float near = std::numeric_limits<float>::infinity(), far = 0;
     };
     std::vector<Seen> seen(chunks);
-    std::vector<size_t> place(chunks * all, 0); // how many of a chunk are in a tile; then where those go
+    std::vector<size_t> place(chunks * all, 0); // splats of a chunk per tile; then where they go
     parallelFor(
         count, grain,
         [&](size_t from, size_t to) {
@@ -173,7 +174,7 @@ void SplatBins::sort(const Monitor& monitor) {
         for (size_t chunk = 0; chunk < chunks; ++chunk) total += std::exchange(place[chunk * all + tile], total);
     }
     mFirst.push_back(total);
-    requireMemory(static_cast<double>(total) * sizeof(uint32_t), "a picture with so large footprints",
+    requireMemory(static_cast<double>(total) * sizeof(uint32_t), "a picture with such large splats",
                   "choose a smaller radius, or draw fewer");
     mSplats.resize(total);
     parallelFor(

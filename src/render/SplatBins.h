@@ -7,18 +7,18 @@
 
 namespace curlew::detail {
 
-/// A position as the camera sees it: pixels, world units along its view, and a value.
+/// A projected position: pixels, depth in world units, and a value.
 struct SplatVertex {
     float x = 0, y = 0, depth = 0, value = 0;
 };
 
-/// A rectangle of pixels that is drawn at once, and what may be seen in it.
+/// A rectangle of pixels that is drawn at once, and the splats that it may show.
 struct SplatTile {
     int left = 0, top = 0, width = 0, height = 0;
-    std::span<const uint32_t> splats; ///< Points, or the first vertices of edges; in the order of the input.
+    std::span<const uint32_t> splats; ///< Points, or first vertices of edges; in input order.
 };
 
-/// Splats as a camera sees them, sorted into the tiles of the picture.
+/// Splats projected by a camera and sorted into the tiles of the picture.
 class SplatBins {
   public:
     static constexpr int kTile = 64;
@@ -27,15 +27,15 @@ class SplatBins {
 
     bool lines() const { return mLines; }
     const SplatVertex& vertex(size_t k) const { return mVertices[k]; }
-    /// In pixels: as it is seen, which may be less than the least one.
+    /// Projected radius, pixels; may be below the minimum radius.
     float radius(float depth) const { return mRadius > 0 ? mRadius * mFocal / depth : mPixels; }
     float leastRadius() const { return mPixels; }
     float pixelsPerUnit(float depth) const { return mFocal / depth; }
-    /// How much of a splat at that depth is left in the haze.
+    /// Returns the brightness factor of a splat at that depth due to haze.
     float haze(float depth) const;
-    /// How much of a splat is seen otherwise.
+    /// Returns the brightness factor from Splats::fade.
     float fade(size_t k) const { return mSeen.empty() ? 1 : mSeen[k]; }
-    /// In linear light.
+    /// Returns the colour of a value in linear light.
     const Vec3f& color(float value) const;
 
     size_t tiles() const { return mFirst.size() - 1; }
@@ -45,17 +45,18 @@ class SplatBins {
   private:
     void project(const Splats& splats, const Camera& camera, const Monitor& monitor);
     void sort(const Monitor& monitor);
-    /// The tiles that a splat's footprint may meet, as left, top, right, bottom; none: right below left.
+    /// Returns the tiles that a splat's footprint may overlap, as left, top, right, bottom; if there are none, right <
+    /// left.
     std::array<int, 4> tilesOf(size_t k) const;
 
     int mWidth, mHeight, mColumns, mRows;
     bool mLines;
     float mRadius, mPixels, mFocal, mFade;
     float mNear = 0, mFar = 0;
-    std::vector<SplatVertex> mVertices; ///< A closed polyline has its first vertex at its end once more.
-    std::vector<uint8_t> mShown;        ///< Whether a point, or an edge that begins here, is before the camera.
+    std::vector<SplatVertex> mVertices; ///< A closed polyline repeats its first vertex at its end.
+    std::vector<uint8_t> mShown;        ///< Whether a point, or the edge that begins here, is in front of the camera.
     std::vector<uint32_t> mSplats;
-    std::vector<size_t> mFirst; ///< In mSplats, by tile.
+    std::vector<size_t> mFirst; ///< First index in mSplats, by tile.
     size_t mDrawn = 0;
     std::vector<Vec3f> mColors;
     std::span<const float> mSeen; ///< Splats::fade.

@@ -44,7 +44,7 @@ std::vector<float> splatValues(const Points& p, SplatValue by, const Camera& cam
         case SplatValue::id:
             return forEach(p.size(), [&](size_t k) { return randomOf(p.id[k]); });
         case SplatValue::age:
-            if (!p.hasAge()) throw ValueError("these points have no age; those of -emit have one");
+            if (!p.hasAge()) throw ValueError("these points have no age; -emit gives them one");
             return p.age;
         case SplatValue::index:
             break;
@@ -64,11 +64,11 @@ std::vector<float> splatValues(const Curves& c, SplatValue by, const Camera& cam
     return values;
 }
 
-Range splatRange(std::vector<float> values, SplatValue by) {
+Interval splatRange(std::vector<float> values, SplatValue by) {
     std::erase_if(values, [](float v) { return !std::isfinite(v); });
     if (by == SplatValue::id || by == SplatValue::index || values.empty()) return {0, 1};
-    const Range range = percentiles(std::move(values), 0.02, 0.98);
-    return range.lower < range.upper ? range : Range{range.lower - 0.5, range.lower + 0.5};
+    const Interval range = percentiles(std::move(values), 0.02, 0.98);
+    return range.lower < range.upper ? range : Interval{range.lower - 0.5, range.lower + 0.5};
 }
 
 } // namespace curlew

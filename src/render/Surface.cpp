@@ -14,13 +14,13 @@ namespace curlew {
 
 namespace {
 
-constexpr int kMaxSteps = 4096; // of a ray through a field; only one along the surface takes hundreds
+constexpr int kMaxSteps = 4096; // maximum steps of a ray through a field; only a ray along the surface takes hundreds
 constexpr int kRefinements = 40;
 
-/// The part of a ray that is in a box.
+/// The interval of a ray inside a box.
 struct Part {
     double begin, end;
-    int axis; ///< Of the face where it enters; -1: it begins inside.
+    int axis; ///< Axis of the face where it enters; -1: it begins inside.
 };
 
 std::optional<Part> partIn(const Box& box, const Ray& ray) {
@@ -42,22 +42,22 @@ std::optional<Part> partIn(const Box& box, const Ray& ray) {
     return part;
 }
 
-/// A ray on its way through a field. `value` is the field's on the side where it began, positive until it crosses.
+/// The state of a ray that marches through a field.
 struct March {
     size_t index;
     Part part;
     double t;
-    double side = 0;    ///< 1 or -1 times the field's value is positive where it began; 0: not known yet.
+    double side = 0;    ///< The sign, 1 or -1, of the field where the ray began; 0: unknown.
     double below = 0;   ///< The last t on this side.
-    double beyond = -1; ///< The first on the other; negative: none yet.
+    double beyond = -1; ///< The first t on the other side; negative: none yet.
     int steps = 0;
 };
 
-/// The zero set of a field less a value.
+/// The zero set of a field minus a value.
 class FieldSurface final : public Surface::Model {
   public:
-    FieldSurface(ScalarField field, double value, double steepness, const Box& box, bool solid)
-        : mField(std::move(field)), mValue(value), mSteepness(steepness), mBox(box), mSolid(solid) {}
+    FieldSurface(ScalarField field, double value, double lipschitz, const Box& box, bool solid)
+        : mField(std::move(field)), mValue(value), mLipschitz(lipschitz), mBox(box), mSolid(solid) {}
 
     void intersect(std::span<const Ray> rays, double resolution, std::span<RayHit> hits) const override {
         std::vector<March> marches;
@@ -87,12 +87,12 @@ class FieldSurface final : public Surface::Model {
     }
 
   private:
-    /// From a ray's jet where it is now to where it looks next; false: it is done.
+    /// Advances a ray to its next sample, given the field's jet at the current one. Returns false if the ray is done.
     bool advance(March& march, const Jet<double, 3, 1>& jet, const Ray& ray, double resolution, RayHit& hit) const {
         const double value = jet.value - mValue;
         if (march.side == 0) {
             march.side = value < 0 ? -1 : 1;
-            if (mSolid && value < 0 && march.part.axis >= 0) { // where the box cuts it
+            if (mSolid && value < 0 && march.part.axis >= 0) { // cut by the box
                 hit.distance = march.t;
                 hit.normal[march.part.axis] = ray.direction[march.part.axis] > 0 ? -1 : 1;
                 return false;
@@ -108,13 +108,13 @@ class FieldSurface final : public Surface::Model {
         }
         march.below = march.t;
         const double least = slope < 0 ? std::min(-height / slope, resolution) : resolution;
-        march.t += std::max(height / mSteepness, std::max(least, 1e-3 * resolution));
+        march.t += std::max(height / mLipschitz, std::max(least, 1e-3 * resolution));
         if (std::isnan(height) || march.below >= march.part.end) return false;
         march.t = std::min(march.t, march.part.end);
         return true;
     }
 
-    /// Newton's method between two places on different sides, halving where it would leave them.
+    /// Newton's method between two samples on different sides, with bisection if a step would leave the interval.
     static bool refine(March& march, double height, double slope, const Jet<double, 3, 1>& jet, const Ray& ray,
                        double resolution, RayHit& hit) {
         (height > 0 ? march.below : march.beyond) = march.t;
@@ -130,13 +130,13 @@ class FieldSurface final : public Surface::Model {
     }
 
     ScalarField mField;
-    double mValue, mSteepness;
+    double mValue, mLipschitz;
     Box mBox;
     bool mSolid;
 };
 
-/// Half as much again as the steepest of random places.
-double steepnessOf(const ScalarField& field, const Box& box) {
+/// Returns 1.5 times the steepest gradient of random samples.
+double lipschitzOf(const ScalarField& field, const Box& box) {
     constexpr int kSamples = 4096;
     double steepest = 0;
     PointBatch points;
@@ -162,17 +162,17 @@ const Box& checked(const Box& box) {
     return box;
 }
 
-/// A little wider, so that what touches the box is not cut.
+/// Pads a box slightly, so that it does not cut a surface that touches it.
 Box loose(const Box& box) { return box.padded(1e-6 * length(box.size())); }
 
 } // namespace
 
 Surface::Surface(const Sdf& sdf, const Box& box)
-    : mBox(checked(box)), mModel(std::make_shared<FieldSurface>(sdf.distance, 0, sdf.steepness, loose(box), true)) {}
+    : mBox(checked(box)), mModel(std::make_shared<FieldSurface>(sdf.distance, 0, sdf.lipschitz, loose(box), true)) {}
 
 Surface::Surface(const ScalarField& field, double value, const Box& box, bool solid)
     : mBox(checked(box)),
-      mModel(std::make_shared<FieldSurface>(field, value, steepnessOf(field, box), loose(box), solid)) {}
+      mModel(std::make_shared<FieldSurface>(field, value, lipschitzOf(field, box), loose(box), solid)) {}
 
 Surface::Surface(const LevelSet& levelSet) {
     if (levelSet.grid->tree().empty()) throw ValueError("the level set is empty");

@@ -5,7 +5,7 @@
 
 namespace curlew {
 
-/// What rays are traced to. Immutable, safe to share between threads.
+/// The geometry of a surface. Immutable, safe to share between threads.
 class Surface::Model {
   public:
     Model() = default;
@@ -13,7 +13,7 @@ class Surface::Model {
     Model& operator=(const Model&) = delete;
     virtual ~Model() = default;
     virtual void intersect(std::span<const Ray> rays, double resolution, std::span<RayHit> hits) const = 0;
-    /// Whether there is anything on a ray's way.
+    /// Computes whether each ray hits anything.
     virtual void occluded(std::span<const Ray> rays, double resolution, std::span<uint8_t> flags) const {
         std::vector<RayHit> hits(rays.size());
         intersect(rays, resolution, hits);
@@ -23,13 +23,13 @@ class Surface::Model {
 };
 
 std::shared_ptr<const Surface::Model> meshModel(const Mesh& mesh);
-/// Of the zero set of a grid, by OpenVDB's mesh of it. Sample (i, j, k) is at origin + voxel (i, j, k), whatever the
-/// grid's transform is: OpenVDB's cannot have voxels below about 1e-5.
+/// Returns a model of the zero set of a grid, by OpenVDB's mesh of it. Sample (i, j, k) is at origin + voxel (i, j, k).
+/// The grid's transform is ignored, because OpenVDB's transforms do not support voxels below about 1e-5.
 std::shared_ptr<const Surface::Model> gridModel(const openvdb::FloatGrid& grid, double voxel, const Vec3d& origin);
 /// `distance`: the spline through the level set.
 std::shared_ptr<const Surface::Model> levelSetModel(const LevelSet& levelSet, const ScalarField& distance);
 
-/// Against the ray's direction.
+/// Returns the unit normal that faces against the ray's direction.
 inline Vec3d facing(const Vec3d& gradient, const Vec3d& direction) {
     const double size = length(gradient);
     const Vec3d normal = size > 0 ? gradient * (1 / size) : gradient;

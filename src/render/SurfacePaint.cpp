@@ -15,7 +15,7 @@ namespace curlew {
 
 namespace {
 
-/// The colours of values at these places, over the range that most of them have.
+/// Returns the colours of values at these positions, over the range of most of them.
 std::vector<Vec3f> colorsOf(const SliceSource& source, const std::vector<Vec3d>& positions, const Monitor& monitor) {
     std::vector<float> values(positions.size());
     forEachBatch(
@@ -37,7 +37,7 @@ std::vector<Vec3f> colorsOf(const SliceSource& source, const std::vector<Vec3d>&
     return colors;
 }
 
-/// A colour for each place k.
+/// Returns a colour for each index k.
 template <class ColorOf>
 std::vector<Vec3f> colorEach(size_t count, const Monitor& monitor, const ColorOf& colorOf) {
     std::vector<Vec3f> colors(count);
@@ -50,9 +50,9 @@ std::vector<Vec3f> colorEach(size_t count, const Monitor& monitor, const ColorOf
     return colors;
 }
 
-/// What a film reflects that gets thicker from the top of the box to its bottom.
+/// Returns the reflection of a film whose thickness grows from the top of the box to its bottom.
 std::vector<Vec3f> filmColors(const SurfaceView& view, const std::vector<Vec3d>& positions, const Box& box,
-                              const Range& thickness, const Monitor& monitor) {
+                              const Interval& thickness, const Monitor& monitor) {
     const ThinFilm film(std::max(thickness.lower, thickness.upper));
     return colorEach(positions.size(), monitor, [&](size_t k) {
         const double down = std::clamp((box.upper[1] - positions[k][1]) / box.size()[1], 0.0, 1.0);
@@ -68,7 +68,7 @@ std::vector<Vec3f> filmColors(const SurfaceView& view, const std::vector<Vec3d>&
     });
 }
 
-/// The colours of a texture that needs no flow or source.
+/// Returns the colours of a texture that needs no flow or source.
 std::vector<Vec3f> textureColors(const SurfaceView& view, const std::vector<Vec3d>& places, const SurfacePaint& paint,
                                  const Monitor& monitor) {
     const auto each = [&](const auto& colorOf) { return colorEach(places.size(), monitor, colorOf); };
@@ -96,7 +96,7 @@ std::vector<Vec3f> textureColors(const SurfaceView& view, const std::vector<Vec3
 PaintedColors paintedColors(const SurfaceView& view, const SurfacePaint& paint, const Monitor& monitor) {
     const bool moved = paint.carry.time != 0, streaked = paint.texture == Texture::lic;
     if ((moved || streaked) && !paint.flow)
-        throw ValueError("a texture of streaks, or one that is carried, needs a flow");
+        throw ValueError("a texture of streaks, or a carried texture, needs a flow");
     std::vector<Vec3d> places = positionsOf(view);
     PaintedColors painted;
     if (moved && !places.empty()) painted.carried = advect(*paint.flow, places, paint.carry, monitor);

@@ -41,14 +41,15 @@ class Lights {
 
     const Vec3d& key() const { return mKey; }
 
-    /// To one of `count` places of the key light, evenly far from its middle, in a random direction from it.
+    /// Returns the direction to one of `count` samples of the key light's disc. Samples have equal areas; their
+    /// direction from the disc's centre is random.
     Vec3d toKey(size_t place, size_t count, double random) const {
         const double part = (static_cast<double>(place) + 0.5) / static_cast<double>(count);
         const double r = kLightRadius * std::sqrt(part), phi = 2 * std::numbers::pi * random;
         return unit(mKey + mAcross * (r * std::cos(phi)) + mAlong * (r * std::sin(phi)));
     }
 
-    /// What comes from a place of the surface to the eye.
+    /// Returns the light from a surface sample to the eye.
     Vec3d at(const SurfaceSample& sample, const Vec3d& albedo, bool inShadow) const {
         const Vec3d n{{static_cast<double>(sample.normal[0]), static_cast<double>(sample.normal[1]),
                        static_cast<double>(sample.normal[2])}};
@@ -57,7 +58,8 @@ class Lights {
         if (mFinish == Finish::outline) return albedo * (0.03 + 0.9 * away * away * away);
         if (mFinish == Finish::mirror) {
             Vec3d light = times(albedo, studio(n * (2 * facing) - toEye));
-            for (double& part : light.c) part = 1 - std::exp(-part); // as a film saturates: at its edge it reflects all
+            // saturates like film: at its edge the film reflects everything
+            for (double& part : light.c) part = 1 - std::exp(-part);
             return light;
         }
         const double key = inShadow ? 0 : std::max(dot(n, mKey), 0.0);
@@ -69,7 +71,7 @@ class Lights {
     }
 
   private:
-    /// What a mirror sees there: a window where the key light is, a strip of light opposite, and a room.
+    /// Returns what a mirror sees in a direction: a window at the key light, a strip of light opposite, and a room.
     Vec3d studio(const Vec3d& direction) const {
         const auto box = [&](const Vec3d& to, double width, double height, double bar) {
             const double ahead = dot(direction, to);
@@ -90,7 +92,7 @@ class Lights {
     Finish mFinish;
 };
 
-/// Whether something is between each of these hits and the light.
+/// Returns whether something is between each of these hits and the light.
 std::vector<bool> shadowed(const SurfaceView& view, const Lights& lights, const Surface& surface, size_t begin,
                            size_t end) {
     const double skin = surface.skin() + 2 * view.resolution;
@@ -100,7 +102,7 @@ std::vector<bool> shadowed(const SurfaceView& view, const Lights& lights, const 
         const SurfaceSample& sample = view.hits[k];
         Vec3d n;
         for (int axis = 0; axis < 3; ++axis) n[axis] = static_cast<double>(sample.normal[axis]);
-        if (!(dot(n, lights.key()) > 0)) continue; // it has no light to lose
+        if (!(dot(n, lights.key()) > 0)) continue; // it faces away from the light
         rays.push_back({sample.position + n * (skin + static_cast<double>(sample.lift)),
                         lights.toKey(k % view.samplesPerPixel(), view.samplesPerPixel(), randomUniform(1, k))});
         of.push_back(k);
@@ -112,7 +114,7 @@ std::vector<bool> shadowed(const SurfaceView& view, const Lights& lights, const 
     return result;
 }
 
-/// Light in a picture: what is there, and how much of a pixel it covers, up to which depth.
+/// The light of a pixel, its coverage, and its depth.
 struct Pixel {
     Vec3d light;
     double cover = 0;
@@ -122,7 +124,7 @@ struct Pixel {
 Vec3f backgroundAt(const SurfaceLook& look, const Camera& camera, int x, int y) {
     const double u = (x + 0.5) / camera.width() - 0.5, v = (y + 0.5) / camera.height() - 0.45;
     Vec3f display = look.background * static_cast<float>(1.06 - 0.6 * (u * u + v * v));
-    // Half a level of 8 bits, at random: or its bands would show.
+    // Random dither of half an 8-bit level, to avoid banding.
     const auto pixel = static_cast<uint64_t>(y) * static_cast<uint64_t>(camera.width()) + static_cast<uint64_t>(x);
     for (float& part : display.c) part += static_cast<float>((randomUniform(0, pixel) - 0.5) / 255);
     return display;
@@ -131,10 +133,10 @@ Vec3f backgroundAt(const SurfaceLook& look, const Camera& camera, int x, int y) 
 void checkBehind(const Image& behind, const Camera& camera) {
     checkImage(behind);
     if (behind.channels != std::vector<std::string>{"R", "G", "B", "A", "Z"})
-        throw ValueError("the picture behind has to have the channels R, G, B, A and Z");
+        throw ValueError("the background picture needs the channels R, G, B, A and Z");
     if (behind.width != camera.width() || behind.height != camera.height())
-        throw ValueError(fmt::format("the picture behind has {} x {} pixels, and the camera {} x {}", behind.width,
-                                     behind.height, camera.width(), camera.height()));
+        throw ValueError(fmt::format("the background picture has {} x {} pixels, but the camera has {} x {}",
+                                     behind.width, behind.height, camera.width(), camera.height()));
 }
 
 Pixel pixelOf(const Image& image, int x, int y) {
@@ -156,11 +158,11 @@ void setEmpty(Image& image, int x, int y, const Vec3f& display) {
     image.at(x, y, 4) = kNowhere;
 }
 
-/// Puts samples into a pixel: those before what is there cover it; of the others, that part is seen which it lets
-/// through instead of the background.
+/// Merges samples into a pixel. Samples in front of its content cover it. Samples behind are seen through its uncovered
+/// part, instead of the background.
 struct Samples {
     Vec3d before{}, after{};
-    double nearer = 0, farther = 0; ///< How many, over all of a pixel.
+    double nearer = 0, farther = 0; ///< Their fractions of the pixel's samples.
     float depth = kNowhere;
 
     void add(const Vec3d& light, float sampleDepth, const Pixel& there, double weight) {
@@ -199,7 +201,7 @@ Image shadeSurface(const SurfaceView& view, const std::vector<Vec3f>& colors, co
         for (int x = 0; x < camera.width(); ++x) {
             const size_t pixel = firstPixel + static_cast<size_t>(x);
             const Vec3f plain = backgroundAt(look, camera, x, y);
-            if (!behind && view.first[pixel] == view.first[pixel + 1]) { // most pixels: no light to mix
+            if (!behind && view.first[pixel] == view.first[pixel + 1]) { // most pixels: nothing to mix
                 setEmpty(image, x, y, plain);
                 continue;
             }

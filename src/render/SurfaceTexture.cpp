@@ -14,7 +14,7 @@ namespace {
 
 using std::numbers::pi;
 
-/// White noise in cubes.
+/// White noise, constant per cube.
 class SolidNoise {
   public:
     SolidNoise(double edge, uint64_t seed) : mPerUnit(1 / edge), mSeed(seed) {}
@@ -30,13 +30,13 @@ class SolidNoise {
     uint64_t mSeed;
 };
 
-/// A colour at a place of a scale.
+/// A colour at a value of a scale.
 struct Stop {
     double at;
     Vec3f color;
 };
 
-/// The colour between those of the stops around a value, or of the nearest one.
+/// Interpolates smoothly between the stops around a value; outside, returns the nearest stop.
 template <size_t N>
 Vec3f between(const std::array<Stop, N>& stops, double value) {
     const auto* upper = std::find_if(stops.begin() + 1, stops.end() - 1, [&](const Stop& s) { return value < s.at; });
@@ -46,7 +46,7 @@ Vec3f between(const std::array<Stop, N>& stops, double value) {
     return lower.color * (1 - eased) + upper->color * eased;
 }
 
-/// By midpoint steps along a flow's directions; where it stands still, points stay.
+/// Moves points by a midpoint step along the flow's direction; they stay where the flow is zero.
 void follow(const Flow& flow, PointBatch& points, double step) {
     VecBatch<float> velocity;
     const auto moved = [&](const PointBatch& from, double by) {
@@ -65,7 +65,7 @@ void follow(const Flow& flow, PointBatch& points, double step) {
     points = moved(points, step);
 }
 
-/// The noise along the streamlines of a batch.
+/// Averages the noise along the streamlines of a batch.
 std::array<double, kBatch> convolved(const Flow& flow, const PointBatch& start, const SolidNoise& noise, double step,
                                      int steps) {
     std::array<double, kBatch> sum{};
@@ -145,7 +145,7 @@ Vec3f wavesAt(const Vec3d& position, double width) {
 
 std::vector<float> surfaceLic(const SurfaceView& view, const Flow& flow, const SurfaceLicOptions& o,
                               const Monitor& monitor) {
-    requirePositive(o.length, "the length of streaks");
+    requirePositive(o.length, "the streak length");
     requirePositive(o.grain, "the grain");
     requirePositive(o.contrast, "the contrast");
     const double grain = o.grain * 4 * view.resolution, step = 0.75 * grain;

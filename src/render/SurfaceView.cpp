@@ -3,7 +3,7 @@
 
 #include "curlew/base/Memory.h"
 #include "curlew/base/Parallel.h"
-#include "curlew/math/Range.h"
+#include "curlew/math/Interval.h"
 
 #include <fmt/format.h>
 
@@ -32,15 +32,15 @@ struct PixelRange {
     int left, right, top, bottom;
 };
 
-/// Where in a picture a box can be seen.
+/// Returns the pixels in which a box can be visible.
 PixelRange rangeOf(const Box& box, const Camera& camera) {
     const PixelRange all{0, camera.width(), 0, camera.height()};
-    Range x{HUGE_VAL, -HUGE_VAL}, y = x;
+    Interval x{HUGE_VAL, -HUGE_VAL}, y = x;
     for (int corner = 0; corner < 8; ++corner) {
         Vec3d p;
         for (int axis = 0; axis < 3; ++axis) p[axis] = ((corner >> axis) & 1 ? box.upper : box.lower)[axis];
         const auto at = camera.project(p);
-        if (!(at.depth > 1e-6 * length(p - camera.eye()))) return all; // it is beside or behind the eye
+        if (!(at.depth > 1e-6 * length(p - camera.eye()))) return all; // beside or behind the eye
         x = {std::min(x.lower, at.x), std::max(x.upper, at.x)};
         y = {std::min(y.lower, at.y), std::max(y.upper, at.y)};
     }
@@ -76,10 +76,10 @@ RowOfHits viewRow(const Surface& surface, const Camera& camera, int samples, int
     return row;
 }
 
-/// A quarter of a pixel at the middle of a box.
+/// Returns a quarter of a pixel's size at the middle of a box.
 double resolutionOf(const Camera& camera, const Box& box) {
     const double depth = dot(box.center() - camera.eye(), camera.forward());
-    const double pixel = 1 / camera.project(camera.eye() + camera.forward()).pixelsPerUnit; // one unit away
+    const double pixel = 1 / camera.project(camera.eye() + camera.forward()).pixelsPerUnit; // at depth 1
     return 0.25 * pixel * std::max(depth, 0.1 * length(box.size()));
 }
 
@@ -144,7 +144,7 @@ Camera framing(const Surface& surface, CameraOptions options) {
 
 SurfaceView viewSurface(const Surface& surface, const Camera& camera, int samples, const Monitor& monitor) {
     if (samples < 1 || samples > 16)
-        throw ValueError(fmt::format("{} samples along the edge of a pixel are not between 1 and 16", samples));
+        throw ValueError(fmt::format("{} samples along the edge of a pixel; give 1 to 16", samples));
     const auto height = static_cast<size_t>(camera.height()), width = static_cast<size_t>(camera.width());
     SurfaceView view{.camera = camera,
                      .samples = samples,

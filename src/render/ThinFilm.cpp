@@ -13,7 +13,7 @@ namespace {
 
 constexpr size_t kThicknesses = 512, kCosines = 64;
 
-/// The CIE 1931 curves at a wavelength, nm (Wyman, Sloan and Shirley 2013, the multi-lobe fit).
+/// Returns the CIE 1931 curves at a wavelength, nm (Wyman, Sloan and Shirley 2013, the multi-lobe fit).
 Vec3d matchingCurves(double wavelength) {
     const auto lobe = [&](double height, double peak, double before, double after) {
         const double t = (wavelength - peak) * (wavelength < peak ? before : after);
@@ -27,7 +27,7 @@ Vec3d matchingCurves(double wavelength) {
 
 double square(double x) { return x * x; }
 
-/// Airy's sum for an amplitude r at each face.
+/// Returns Airy's sum for an amplitude r at each face.
 double airy(double r, double cosPhase) {
     const double part = square(r);
     return 2 * part * (1 - cosPhase) / (1 + square(part) - 2 * part * cosPhase);
@@ -37,7 +37,7 @@ double airy(double r, double cosPhase) {
 
 Vec3d ThinFilm::integrated(double thickness, double cosine, double refractiveIndex) {
     const double n = refractiveIndex, outside = std::clamp(cosine, 1e-4, 1.0);
-    const double inside = std::sqrt(1 - (1 - outside * outside) / (n * n)); // Snell
+    const double inside = std::sqrt(1 - (1 - outside * outside) / (n * n)); // Snell's law
     const double s = (outside - n * inside) / (outside + n * inside),
                  p = (n * outside - inside) / (n * outside + inside);
     Vec3d light, white;
@@ -55,7 +55,7 @@ Vec3d ThinFilm::integrated(double thickness, double cosine, double refractiveInd
 ThinFilm::ThinFilm(double greatestThickness, double refractiveIndex) : mGreatest(greatestThickness) {
     requirePositive(greatestThickness, "the thickness of a film");
     if (!(refractiveIndex > 1) || !std::isfinite(refractiveIndex))
-        throw ValueError(fmt::format("the refractive index {} of a film is not above 1", refractiveIndex));
+        throw ValueError(fmt::format("the refractive index {} of a film must be above 1", refractiveIndex));
     mTable.resize(kThicknesses * kCosines);
     parallelFor(kThicknesses, 8, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i)

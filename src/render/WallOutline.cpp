@@ -15,18 +15,18 @@ namespace {
 
 constexpr int kMostSteps = 2000;
 
-/// A ray on its way through the box.
+/// The state of a ray that marches through the box.
 struct Ray {
     Vec3d direction;
     double at = 0, end = 0;   ///< World units from the eye.
-    double unitsPerPixel = 0; ///< At the distance 1.
-    float before = 0;         ///< The last distance from the wall; 0: none yet.
+    double unitsPerPixel = 0; ///< At distance 1.
+    float before = 0;         ///< The previous distance from the wall; 0: none yet.
     double glow = 0;
     int passages = 0;
-    double nearest = std::numeric_limits<double>::infinity(); ///< To the wall, pixels.
+    double nearest = std::numeric_limits<double>::infinity(); ///< Minimum distance to the wall, pixels.
 };
 
-/// Where a ray from the eye is in the box; nowhere: the end is not after the beginning.
+/// Sets the ray's interval in the box. If the ray misses the box, the interval is empty: end <= begin.
 void enter(Ray& ray, const Vec3d& eye, const Box& box) {
     double begin = 0, end = std::numeric_limits<double>::infinity();
     for (int axis = 0; axis < 3; ++axis) {
@@ -39,7 +39,7 @@ void enter(Ray& ray, const Vec3d& eye, const Box& box) {
     ray.end = end;
 }
 
-void step(Ray& ray, float distance, const Vec3d& gradient, double steepness) {
+void step(Ray& ray, float distance, const Vec3d& gradient, double lipschitz) {
     const double size = std::abs(static_cast<double>(distance)), pixel = ray.unitsPerPixel * ray.at;
     ray.nearest = std::min(ray.nearest, size / pixel);
     if (ray.before != 0 && (distance < 0) != (ray.before < 0)) {
@@ -48,7 +48,7 @@ void step(Ray& ray, float distance, const Vec3d& gradient, double steepness) {
         ray.glow += (ray.passages++ == 0 ? 1 : 0.4) * rim * rim * rim;
     }
     ray.before = distance;
-    ray.at += std::max(size / std::max(steepness, 1.0), 0.5 * pixel);
+    ray.at += std::max(size / std::max(lipschitz, 1.0), 0.5 * pixel);
 }
 
 /// Steps all rays until each has left the box.
@@ -70,7 +70,7 @@ void march(std::span<Ray> rays, const Sdf& sdf, const Vec3d& eye, const Monitor&
             step(rays[of[static_cast<size_t>(i)]], jet.value,
                  {{static_cast<double>(jet.gradient[0]), static_cast<double>(jet.gradient[1]),
                    static_cast<double>(jet.gradient[2])}},
-                 sdf.steepness);
+                 sdf.lipschitz);
         }
     }
 }
@@ -80,7 +80,7 @@ float outlineOf(const Ray& ray) {
     return static_cast<float>(-std::expm1(-1.0) * std::exp(-ray.nearest * ray.nearest / 2));
 }
 
-/// Twice as large, or one pixel less, between the middles of the pixels linearly.
+/// Enlarges an image to twice the size, or one pixel less, by linear interpolation between pixel centres.
 Image enlarged(const Image& small, int width, int height) {
     Image large = filledImage(width, height, small.channels);
     const auto between = [](int k, int size) {
@@ -107,7 +107,7 @@ Image wallOutline(const Domain& domain, const Camera& camera, const Monitor& mon
     const int width = (camera.width() + 1) / 2, height = (camera.height() + 1) / 2;
     Image small = filledImage(width, height, {"outline"});
     const double focal = camera.project(camera.eye() + camera.forward()).pixelsPerUnit;
-    const Box box = domain.box.padded(0.02 * length(domain.box.size())); // the wall may touch it
+    const Box box = domain.box.padded(0.02 * length(domain.box.size())); // the wall may touch the box
     parallelFor(
         small.pixels.size(), kBatch,
         [&](size_t begin, size_t end) {

@@ -16,9 +16,9 @@ namespace curlew {
 namespace {
 
 constexpr int kSamples = 192; ///< Along the longest edge.
-constexpr double kBand = 2;   ///< Of samples on either side of the wall.
+constexpr double kBand = 2;   ///< Samples on either side of the wall.
 
-/// The distance at the corners of cells around the wall; beyond, its sign.
+/// Samples the distance at the corners of cells around the wall; elsewhere the grid only has its sign.
 openvdb::FloatGrid::Ptr sampledWall(const Domain& domain, double voxel, const Monitor& monitor) {
     const Vec3d origin = domain.box.lower;
     const auto cells = coveringCells(domain, origin, voxel, {-kBand * voxel, kBand * voxel}, size_t{1} << 24);
@@ -65,7 +65,7 @@ Image obstaclePicture(const Domain& domain, const Camera& camera, const Vec3f& b
     constexpr Vec3f kDull{{0.16f, 0.18f, 0.22f}};
     const SurfaceView view = viewSurface(wallSurface(domain, monitor), camera, 2, monitor);
     Image picture = shadeSurface(view, {kDull}, {.background = background, .gloss = 0.05}, nullptr, nullptr, monitor);
-    // The background is plain, as without an obstacle.
+    // Make the background plain, as without an obstacle.
     const Image plain = plainPicture(camera.width(), camera.height(), background);
     for (size_t pixel = 0; pixel < plain.pixels.size() / 3; ++pixel)
         if (picture.pixels[5 * pixel + 3] == 0) std::copy_n(&plain.pixels[3 * pixel], 3, &picture.pixels[5 * pixel]);

@@ -27,47 +27,47 @@ using Positions = std::vector<Vec<double, N>>;
 
 template <int N>
 void validate(const FlowN<N>& flow, const AdvectOptions& o) {
-    if (o.steps < 0) throw ValueError(fmt::format("{} steps; give at least 1, or 0 for as many as needed", o.steps));
+    if (o.steps < 0)
+        throw ValueError(fmt::format("{} steps; give at least 1, or 0 to have the number chosen", o.steps));
     if (!std::isfinite(o.time)) throw ValueError("time must be finite");
     if (!(o.accuracy >= 0)) throw ValueError(fmt::format("accuracy {} must be positive", o.accuracy));
     if (o.adaptive() && !tableauOf(o.usedScheme()).embedded())
-        throw ValueError(
-            fmt::format("{} does not estimate its error; choose rk23 or rk45 for an accuracy, or give steps",
-                        kSchemeNames[static_cast<size_t>(o.usedScheme())]));
-    if (!(o.maxStep >= 0)) throw ValueError(fmt::format("a longest step of {} must be positive, or 0", o.maxStep));
+        throw ValueError(fmt::format("{} has no error estimate; choose rk23 or rk45 to use an accuracy, or give steps",
+                                     kSchemeNames[static_cast<size_t>(o.usedScheme())]));
+    if (!(o.maxStep >= 0)) throw ValueError(fmt::format("the longest step, {}, must be positive, or 0", o.maxStep));
     o.reprojection.validate(true); // a sum is split, or moved without reprojection
     splittingOf(flow, o);
 }
 
-/// For a flow that is not split. A sum has no tracks that a step could be put back onto, but its wall is guarded as
-/// that of others, unless reprojection is off.
+/// Returns the stepper for a flow that is not split. The steps of a sum are not reprojected because it has no tracks,
+/// but its wall is guarded like any other unless reprojection is off.
 template <int N>
-GuardedStepper<N> wholeStepper(const FlowN<N>& flow, const FlowMagnitudesN<N>& typical, const AdvectOptions& options) {
-    ReprojectOptionsN<N> reprojection = inUnitsOf(typical, options.reprojection);
+GuardedStepper<N> wholeStepper(const FlowN<N>& flow, const FlowRmsN<N>& rms, const AdvectOptions& options) {
+    ReprojectOptionsN<N> reprojection = inUnitsOf(rms, options.reprojection);
     if (flow.hasTracks()) return advectionStepper(flow, options, reprojection);
     const bool guarded = reprojection.method != Reprojection::none;
     reprojection.method = Reprojection::none;
     return {flow, StepBy::time, options.usedScheme(), reprojection, {.convergence = false, .walls = guarded}};
 }
 
-/// How many points with steps of their own one thread takes at a time: while some of them are still on their way others
-/// can set out. It does not depend on the number of threads.
+/// Returns how many points with adaptive steps one thread takes at a time: new points can start while others are still
+/// under way. Does not depend on the number of threads.
 size_t poolSize(size_t points) { return kBatch * std::clamp<size_t>(points / 4096, 1, 16); }
 
 template <int N>
 using AdvectPart = typename BatchAdvector<N>::Part;
 
-/// Moves points in batches: `load(part, begin)` before all steps, `store(part, begin)` after them.
+/// Moves points in batches. Calls `load(part, begin)` before all steps and `store(part, begin)` after them.
 template <int N, class Positions, class Load, class Store>
 AdvectResultN<N> advectBatches(const FlowN<N>& flow, const AdvectScalesN<N>& scales, const Positions& points,
                                const AdvectOptions& given, const Load& load, const Store& store,
                                const Monitor& monitor) {
     const AdvectOptions options = withAccuracy(given, flow.domain());
-    const FlowMagnitudesN<N>& typical = scales.flow;
+    const FlowRmsN<N>& rms = scales.flow;
     const Splitting splitting = splittingOf(flow, options);
     const bool split = splitting != Splitting::none;
     const auto termByTerm = [&] {
-        // A flow that changes may have more terms by now.
+        // A time-dependent flow may have a different number of terms by now.
         const bool known = scales.terms.size() == flow.terms().size();
         const SplitStepper<N> stepper(flow, known ? scales.terms : scalesOf(flow, options).terms, splitting, options);
         return sumOverBatches(
@@ -84,7 +84,7 @@ AdvectResultN<N> advectBatches(const FlowN<N>& flow, const AdvectScalesN<N>& sca
     };
     const auto asWhole = [&] {
         const AdvectOptions whole = withScheme(options, flow.domain());
-        const GuardedStepper<N> stepper = wholeStepper(flow, typical, whole);
+        const GuardedStepper<N> stepper = wholeStepper(flow, rms, whole);
         const bool guesses = options.adaptive() && options.time != 0 && points.size() > 0;
         const double first = guesses ? firstStep(flow, whole.usedScheme(), options.accuracy) : 0;
         return parallelSum(
@@ -93,7 +93,7 @@ AdvectResultN<N> advectBatches(const FlowN<N>& flow, const AdvectScalesN<N>& sca
                 std::vector<PointBatchN<N>> batches;
                 for (size_t k = begin; k < end; k += kBatch)
                     batches.push_back(batchOf(points, k, std::min(k + kBatch, end)));
-                BatchAdvector<N> advector(stepper, whole, first, batches, flow.hasTracks() ? typical.speed : 0);
+                BatchAdvector<N> advector(stepper, whole, first, batches, flow.hasTracks() ? rms.speed : 0);
                 for (size_t b = 0; b < batches.size(); ++b) load(advector.parts()[b], begin + b * kBatch);
                 advector.run(monitor);
                 const Tally<N> tally = advector.tally();
@@ -118,10 +118,10 @@ AdvectResultN<N> advectBatches(const FlowN<N>& flow, const AdvectScalesN<N>& sca
         .errorMax = sum.mostError,
         .splitting = splitting};
     if (split) result.drift = sum.drift;
-    for (size_t q = 0; q < typical.potentials.size(); ++q)
-        if (flow.hasTracks() && typical.potentials[q] > 0) {
-            result.residual[q] = std::sqrt(sum.squares[q] / converged) / typical.potentials[q];
-            result.drift[q] = sum.drift[q] / typical.potentials[q];
+    for (size_t q = 0; q < rms.potentials.size(); ++q)
+        if (flow.hasTracks() && rms.potentials[q] > 0) {
+            result.residual[q] = std::sqrt(sum.squares[q] / converged) / rms.potentials[q];
+            result.drift[q] = sum.drift[q] / rms.potentials[q];
         }
     return result;
 }
@@ -132,7 +132,8 @@ template <int N>
 double defaultAccuracy(const DomainN<N>& domain) {
     const double diagonal = length(domain.box.size());
     if (!(diagonal > 0) || !std::isfinite(diagonal))
-        throw ValueError("an accuracy is needed: the box of the flow's domain is infinite or a point");
+        throw ValueError(
+            "give an accuracy: there is no default if the box of the flow's domain is infinite or a point");
     return kDefaultAccuracy * diagonal;
 }
 
@@ -140,15 +141,15 @@ template <int N>
 Splitting splittingOf(const FlowN<N>& flow, const AdvectOptions& options) {
     if (flow.hasTracks() || options.splitting == Splitting::none) return Splitting::none;
     if (!flow.divergenceFree())
-        throw ValueError("a normalised sum is no sum of its terms and cannot be split; choose splitting=none");
+        throw ValueError("a normalised sum is not the sum of its terms and cannot be split; choose splitting=none");
     return options.splitting;
 }
 
 template <int N>
 AdvectScalesN<N> detail::scalesOf(const FlowN<N>& flow, const AdvectOptions& options, const Monitor& monitor) {
-    AdvectScalesN<N> scales{.flow = magnitudesOf(flow, monitor), .terms = {}};
+    AdvectScalesN<N> scales{.flow = rmsOf(flow, monitor), .terms = {}};
     if (splittingOf(flow, options) == Splitting::none) return scales;
-    for (const auto& term : flow.terms()) scales.terms.push_back(magnitudesOf(FlowN<N>(term, flow.domain()), monitor));
+    for (const auto& term : flow.terms()) scales.terms.push_back(rmsOf(FlowN<N>(term, flow.domain()), monitor));
     return scales;
 }
 
@@ -186,8 +187,8 @@ AdvectResultN<N> advect(const FlowN<N>& flow, Positions<N>& points, const Advect
 
 namespace {
 
-/// The particles in the order of a Z-curve (Morton 1966) through the box: those of a batch are then near each other,
-/// and look up the same parts of a level set.
+/// Returns the particles in the order of a Z-curve (Morton 1966) through the box. The particles of a batch are then
+/// close together and look up the same parts of a level set.
 std::vector<uint32_t> alongCurve(const Points& p, const Box& box) {
     constexpr int kBits = 10;
     const auto cell = [](double x, double lower, double size) {
@@ -210,20 +211,20 @@ std::vector<uint32_t> alongCurve(const Points& p, const Box& box) {
     return order;
 }
 
-/// No particle depends on another, so the order changes nothing but the time.
+/// Returns the order in which to move particles. It only affects the time, because no particle influences another.
 std::vector<uint32_t> orderFor(const Flow& flow, const Points& particles) {
     const bool pays = flow.domain().wall && flow.domain().box.finite() && particles.size() <= UINT32_MAX;
     return pays ? alongCurve(particles, flow.domain().box) : std::vector<uint32_t>{};
 }
 
-/// What part of the time a particle of this age moves.
+/// Returns the fraction of the time for which a particle of this age moves.
 double paceOf(float age, double time) {
     const double whole = std::abs(time), lived = static_cast<double>(age);
-    return lived < whole ? std::max(lived, 0.0) / whole : 1; // all of it for NaN
+    return lived < whole ? std::max(lived, 0.0) / whole : 1; // NaN moves for all of it
 }
 
-/// Particles that are near each other in the order, which holds all or is empty, are moved together.
-/// `wholeTime`: that of all steps, of which these may be some.
+/// Moves particles that are neighbours in `order` together; `order` holds all particles or is empty. `wholeTime`: the
+/// time of all steps, if these are only some of them.
 AdvectResult advectInOrder(const Flow& flow, const AdvectScales& scales, Points& particles,
                            const std::vector<uint32_t>& order, const AdvectOptions& options, double wholeTime,
                            const Monitor& monitor) {
@@ -256,7 +257,7 @@ AdvectResult advectInOrder(const Flow& flow, const AdvectScales& scales, Points&
         monitor);
 }
 
-/// Gives particles the flow's velocity and track where they are.
+/// Gives particles the flow's velocity and track at their positions.
 AdvectResult sample(const Flow& flow, const AdvectScales& scales, Points& particles, const std::vector<uint32_t>& order,
                     AdvectOptions options, const Monitor& monitor) {
     options.time = 0;
@@ -267,35 +268,36 @@ AdvectResult sample(const Flow& flow, const AdvectScales& scales, Points& partic
     return advectInOrder(flow, scales, particles, order, options, 0, monitor);
 }
 
-/// Over which the motion of the wall is looked at where a way of this time ends: the last of `steps` of it.
+/// Returns the interval over which the wall's motion is sampled at the end of a motion of this time: the last of its
+/// `steps`, backward.
 double lastWay(double time, int steps) {
-    constexpr double kShort = 0.01; // seconds, where there is no way
+    constexpr double kShort = 0.01; // seconds, if the time is 0
     return time != 0 ? -time / steps : kShort;
 }
 
-/// A flow that changes, as it stands at a time.
+/// A time-dependent flow frozen at a time.
 struct FlowAt {
     double time;
     Flow flow;
 };
 
-/// Of the layer: as far as a wall may be off the mean of what it was and what it will be.
+/// Tolerated deviation of a wall from the mean of the walls before and after it, relative to the layer.
 constexpr double kBent = 0.2;
 
-/// Takes the particles along with the wall from one time to another. A wall that changes its form goes from one
-/// distance to the other by their mean (WallMotion). If it is something else halfway, such as a thin limb that moves
-/// farther than it is thick, each half is followed apart. Returns how many points it ran over.
+/// Moves the particles with the wall from one time to another. A wall that changes its form is interpolated linearly
+/// between its two distances (WallMotion). If the wall halfway differs from that, as with a thin limb that moves
+/// farther than its thickness, each half is followed separately. Returns the number of points that the wall ran over.
 size_t followWall(const FlowInTime& flow, const FlowAt& from, const FlowAt& to, Points& particles, int halvings,
                   const Monitor& monitor) {
     const auto &before = from.flow.domain().wall, &after = to.flow.domain().wall;
     if (!before && !after) return 0;
     const auto requireWall = [](bool there) {
-        if (!there) throw ValueError("the flow has a wall at some times and none at others");
+        if (!there) throw ValueError("the flow has a wall at some times but not at others");
     };
     requireWall(before && after);
     const Box& box = from.flow.domain().box;
     const WallMotion motion(*before, *after, box);
-    constexpr double kFar = 0.25; // of the layer
+    constexpr double kFar = 0.25; // relative to the layer
     if (halvings == 0 || motion.way() <= kFar * before->width) return motion.carry(particles, monitor);
     const double time = (from.time + to.time) / 2;
     const FlowAt middle{time, flow.at(time)};
@@ -306,8 +308,8 @@ size_t followWall(const FlowInTime& flow, const FlowAt& from, const FlowAt& to, 
     return overrun + followWall(flow, middle, to, particles, halvings - 1, monitor);
 }
 
-/// How often the halves of a step may be halved to follow the wall. Where its middle is off the mean by so much that a
-/// fourth of it, as of a parabola, is still too much.
+/// Returns how often the halves of a step may be halved to follow the wall. If the wall moved along a parabola, each
+/// half would deviate from its mean by a quarter of the whole step's deviation; returns 0 if that quarter is tolerable.
 int halvingsFor(const FlowAt& before, const FlowAt& middle, const FlowAt& after) {
     const auto &from = before.flow.domain().wall, &halfway = middle.flow.domain().wall, &to = after.flow.domain().wall;
     const bool straight =
@@ -329,7 +331,7 @@ AdvectResult detail::advectKnowing(const Flow& flow, const AdvectScales& scales,
 
 AdvectResult advect(const FlowInTime& flow, Points& particles, double begin, const AdvectOptions& options,
                     const Monitor& monitor) {
-    if (!std::isfinite(begin)) throw ValueError("the time to begin at must be finite");
+    if (!std::isfinite(begin)) throw ValueError("the start time must be finite");
     FlowAt before{begin, flow.at(begin)};
     if (flow.steady()) return advect(before.flow, particles, options, monitor);
     validate(before.flow, options);
@@ -337,7 +339,7 @@ AdvectResult advect(const FlowInTime& flow, Points& particles, double begin, con
     const Monitor unreported{.report = {}, .cancelled = monitor.cancelled};
     const std::vector<uint32_t> order = orderFor(before.flow, particles);
     const AdvectScales scales = scalesOf(before.flow, options);
-    // Unless an accuracy is asked for, no more often than said: a wall that changes is costly to make.
+    // Without an accuracy, use the given number: creating a wall that changes is expensive.
     const auto [count, freezingError] = options.accuracy > 0
                                             ? freezingOf(flow, before.flow, begin, accurate, scales, monitor)
                                             : Freezing{.moments = options.steps > 0 ? options.steps : kMoments};
@@ -351,7 +353,7 @@ AdvectResult advect(const FlowInTime& flow, Points& particles, double begin, con
         const FlowAt middle = flowAt(k + 0.5), after = flowAt(k + 1);
         const int halvings = halvingsFor(before, middle, after);
         total.overrun += followWall(flow, before, middle, particles, halvings, unreported);
-        particles.f.clear(); // tracks of the step before
+        particles.f.clear(); // tracks of the previous step
         particles.g.clear();
         total += advectInOrder(middle.flow, scales, particles, order, one, options.time, unreported);
         total.overrun += followWall(flow, middle, after, particles, halvings, unreported);

@@ -5,14 +5,14 @@
 
 namespace curlew::detail {
 
-/// The options with the accuracy that they stand for, where it rules the steps.
+/// Returns the options with the default accuracy filled in if the steps are adaptive.
 template <int N>
 AdvectOptions withAccuracy(AdvectOptions options, const DomainN<N>& domain) {
     if (options.adaptive() && options.accuracy == 0) options.accuracy = defaultAccuracy(domain);
     return options;
 }
 
-/// The options with the scheme that they stand for, for a flow that is followed as a whole.
+/// Returns the options with the default scheme filled in, for a flow that is not split.
 template <int N>
 AdvectOptions withScheme(AdvectOptions options, const DomainN<N>& domain) {
     const bool coarse = options.adaptive() && options.accuracy >= kCoarseAccuracy * length(domain.box.size());
@@ -20,26 +20,26 @@ AdvectOptions withScheme(AdvectOptions options, const DomainN<N>& domain) {
     return options;
 }
 
-/// The options for one of `count` equal parts of the time: one step, or as many as their accuracy (which is known) asks
-/// for.
+/// Returns the options for one of `count` equal parts of the time: a single step, or adaptive steps with their
+/// accuracy, which must be set.
 inline AdvectOptions oneOf(int count, AdvectOptions options) {
     options.time /= count;
     options.steps = 1;
     return options;
 }
 
-/// What advect() measures of a flow, once for all of its steps.
+/// What advect() measures of a flow, once for all steps.
 template <int N>
 struct AdvectScalesN {
-    FlowMagnitudesN<N> flow;
-    std::vector<FlowMagnitudesN<N>> terms; ///< Of each term by itself, if the flow is split.
+    FlowRmsN<N> flow;
+    std::vector<FlowRmsN<N>> terms; ///< For each term by itself, if the flow is split.
 };
 using AdvectScales = AdvectScalesN<3>;
 
 template <int N>
 AdvectScalesN<N> scalesOf(const FlowN<N>& flow, const AdvectOptions& options, const Monitor& monitor = {});
 
-/// advect() in a flow that has been measured: for those who take it step by step.
+/// advect() in a flow whose scales are already measured, for callers that take it step by step.
 AdvectResult advectKnowing(const Flow& flow, const AdvectScales& scales, Points& particles,
                            const AdvectOptions& options, const Monitor& monitor);
 

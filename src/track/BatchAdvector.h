@@ -9,13 +9,13 @@
 
 namespace curlew::detail {
 
-/// What one batch contributes to AdvectResult.
+/// The contribution of one batch to AdvectResult.
 template <int N>
 struct Tally {
     size_t notConverged = 0, stalled = 0, outside = 0, substeps = 0, retries = 0, coarse = 0, iterations = 0;
-    double error = 0, mostError = 0;                     // estimated, of the positions: the sum, and the largest
+    double error = 0, mostError = 0;                     // estimated position errors: sum and maximum
     std::array<double, FlowN<N>::kPotentials> squares{}; // of the residuals
-    std::array<double, FlowN<N>::kPotentials> drift{};   // the greatest residuals after a substep
+    std::array<double, FlowN<N>::kPotentials> drift{};   // maximum residuals after a substep
 
     Tally& operator+=(const Tally& o) {
         notConverged += o.notConverged;
@@ -33,19 +33,19 @@ struct Tally {
     }
 };
 
-/// The stepper of advect().
+/// Returns the stepper of advect().
 template <int N>
 GuardedStepper<N> advectionStepper(const FlowN<N>& flow, const AdvectOptions& options,
                                    const ReprojectOptionsN<N>& reprojection) {
     return {flow, StepBy::time, options.usedScheme(), reprojection, StepGuard::forAdvection(options.reprojection)};
 }
 
-/// Moves the points of some batches for the whole time.
+/// Moves the points of several batches for the whole time.
 template <int N>
 class BatchAdvector {
   public:
-    /// The points, each on the track that it begins on. `options` with an accuracy, unless its steps are equal;
-    /// `firstStep`: of adaptive ones, seconds; `typicalSpeed`: see StepDemands.
+    /// Starts each point on the track at its position. `options` must have an accuracy unless its steps are equal;
+    /// `firstStep`: length of the first adaptive step, seconds; `typicalSpeed`: see StepDemands.
     BatchAdvector(const GuardedStepper<N>& stepper, const AdvectOptions& options, double firstStep,
                   const std::vector<PointBatchN<N>>& batches, double typicalSpeed = 0)
         : mStepper(stepper),
@@ -64,11 +64,11 @@ class BatchAdvector {
         }
     }
 
-    /// Points side by side.
+    /// One batch of points.
     struct Part {
-        ActiveTipsN<N> tips; ///< With their tracks, which may be set.
+        ActiveTipsN<N> tips; ///< With their tracks, which the caller may set.
         std::array<bool, kBatch> allowed, converged;
-        std::array<double, kBatch> error; ///< Estimated, of each position.
+        std::array<double, kBatch> error; ///< Estimated error of each position.
         std::array<double, kBatch> pace;  ///< The fraction of the time for which each point moves.
 
         size_t size() const { return static_cast<size_t>(tips.position.size); }
@@ -84,10 +84,10 @@ class BatchAdvector {
             }
     }
 
-    /// What has happened on the way.
+    /// Counts of the steps so far.
     const Tally<N>& counts() const { return mTally; }
 
-    /// The same, and how far the points are from their tracks now.
+    /// The same, and the residuals of the points at their current positions.
     Tally<N> tally() {
         Tally<N> sum = mTally;
         for (Part& part : mParts) {
@@ -110,16 +110,16 @@ class BatchAdvector {
   private:
     using Jets = typename FlowN<N>::template Jets<double>;
 
-    /// A point that has not come to the end of its time yet.
+    /// A point that has not reached the end of its time.
     struct Journey {
         Part* part;
-        size_t point;     ///< Of the part.
-        double left;      ///< Of its time, seconds, positive.
-        double length;    ///< Of its next step.
-        int halvings = 0; ///< Since the guard accepted a step.
+        size_t point;     ///< Index in the part.
+        double left;      ///< Remaining time, seconds, positive.
+        double length;    ///< Length of its next step, seconds.
+        int halvings = 0; ///< Halvings since the guard last accepted a step.
     };
 
-    /// The potentials at the points; also sets their velocities, and their distances from the wall.
+    /// Returns the potentials at the points. Also sets their velocities and their distances from the wall.
     Jets sample(Part& part) const {
         Jets potentials;
         mStepper.flow().eval(part.tips.position, potentials, part.tips.velocity);
@@ -130,7 +130,7 @@ class BatchAdvector {
     int whole() const { return 1 << mOptions.reprojection.maxSubdivisions; }
     bool stays(const Part& part, size_t i) const { return mStepper.guardsWalls() && !part.allowed[i]; }
 
-    /// One time step of every point. What is left of it is counted in parts of 2^-maxSubdivisions.
+    /// Takes one time step of every point. The rest of each step is counted in units of 2^-maxSubdivisions.
     void advanceEqually(Part& part) {
         std::array<size_t, kBatch> active;
         std::array<int, kBatch> left, fraction;
@@ -159,7 +159,7 @@ class BatchAdvector {
         }
     }
 
-    /// Moves point i to the end of step a, or halves the step. Returns whether any of the time is left.
+    /// Moves point i to the end of step a, or halves the step. Returns whether any time remains.
     bool takeEqual(Part& part, size_t i, const ActiveTipsN<N>& from, const StepResultN<N>& to, size_t a, int& fraction,
                    int& left) {
         mTally.iterations += static_cast<size_t>(to.reprojected.iterations[a]);
@@ -179,8 +179,8 @@ class BatchAdvector {
         return left > 0;
     }
 
-    /// Every point by its own steps, as long as the accuracy allows. A batch of them is always on its way, as long as
-    /// there are so many: where one has arrived, the next sets out.
+    /// Moves every point by its own adaptive steps. The batch under way is kept full as long as points remain: when one
+    /// arrives, the next one starts.
     void advanceAdaptively(const Monitor& monitor) {
         const double time = std::abs(mOptions.time), sign = mOptions.time < 0 ? -1 : 1;
         std::array<Journey, kBatch> journeys;
@@ -206,7 +206,7 @@ class BatchAdvector {
                 from.copy(static_cast<int>(a), journeys[a].part->tips, static_cast<int>(journeys[a].point));
                 const double length = nextStep(journeys[a]);
                 dt[a] = sign * length;
-                // One that was rejected may have been too far off its track.
+                // A rejected step may have been too far off its track.
                 demands.between[a] = length < journeys[a].left && journeys[a].halvings == 0;
             }
             const StepResultN<N> to = mStepper(from, dt, demands);
@@ -217,14 +217,14 @@ class BatchAdvector {
         }
     }
 
-    /// The rest of the time is taken in one step, or in two equal ones: none is very short.
+    /// Takes the remaining time in one step or in two equal ones, so that no step becomes very short.
     static double nextStep(const Journey& journey) {
         if (journey.length * (1 + 1e-9) >= journey.left) return journey.left;
         return std::min(journey.length, journey.left / 2);
     }
 
-    /// Moves a point to the end of step a, which took `length` seconds, and chooses the next. Returns whether any of
-    /// its time is left.
+    /// Moves a point to the end of step a, which took `length` seconds, and chooses the next step. Returns whether any
+    /// of its time remains.
     bool takeAdaptive(Journey& journey, const ActiveTipsN<N>& from, const StepResultN<N>& to, size_t a, double length) {
         Part& part = *journey.part;
         const size_t i = journey.point;
@@ -246,19 +246,19 @@ class BatchAdvector {
             }
             stall(part, i);
             if (!std::isfinite(error)) return false;
-            // The whole step is lost, and it is not a very short one, or this would take for ever.
-            journey.length = std::max(std::ldexp(length, journey.halvings), typical() / 16);
+            // Skip the whole step, and not a very short one, or this would take forever.
+            journey.length = std::max(std::ldexp(length, journey.halvings), usualStep() / 16);
             journey.halvings = 0;
             return pass(journey, journey.length);
         }
-        if (!std::isfinite(error)) { // not even the shortest step leads anywhere
+        if (!std::isfinite(error)) { // even the shortest step is invalid
             stall(part, i);
             return false;
         }
         moveTo(part, i, to, a);
         mTally.coarse += refine;
         part.error[i] += to.error[a];
-        // After a step that had to be halved the next is no longer.
+        // The step after a halved step is no longer than it.
         journey.length = std::max(length * (journey.halvings > 0 ? std::min(factor, 1.0) : factor), shortest());
         journey.halvings = 0;
         return pass(journey, length);
@@ -270,11 +270,11 @@ class BatchAdvector {
         return true;
     }
 
-    double typical() const { return std::min(mFirstStep, std::abs(mOptions.time)); }
-    /// No step is shorter than this for its accuracy's sake, and none is halved below that because of the guard: a
-    /// point that is driven towards a wall would take ever shorter steps.
-    double shortest() const { return typical() * 0x1p-20; }
-    double guardedShortest() const { return std::ldexp(typical(), -mOptions.reprojection.maxSubdivisions - 4); }
+    double usualStep() const { return std::min(mFirstStep, std::abs(mOptions.time)); }
+    /// Minimum step lengths: the accuracy makes no step shorter than shortest(), and the guard halves none below
+    /// guardedShortest(). Otherwise a point that is driven towards a wall would take ever shorter steps.
+    double shortest() const { return usualStep() * 0x1p-20; }
+    double guardedShortest() const { return std::ldexp(usualStep(), -mOptions.reprojection.maxSubdivisions - 4); }
 
     void stall(Part& part, size_t i) {
         ++mTally.stalled;
@@ -287,7 +287,7 @@ class BatchAdvector {
     bool tooLong(const ActiveTipsN<N>& from, const StepResultN<N>& to, size_t a) const {
         return mOptions.maxStep > 0 && moved(from, to, a) > mOptions.maxStep;
     }
-    /// By how much step a may grow for the point to move by nearly maxStep.
+    /// Returns the factor by which step a may grow so that the point moves by nearly maxStep.
     double stretch(const ActiveTipsN<N>& from, const StepResultN<N>& to, size_t a) const {
         constexpr double kNearly = 0.95, kMost = 4;
         const double way = moved(from, to, a);

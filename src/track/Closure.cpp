@@ -9,7 +9,7 @@ std::optional<PlaneStep> stepOnto(const GuardedStepper<3>& stepper, const Active
     const double lower = std::min(dt, 0.0), upper = std::max(dt, 0.0);
     Vec3d position = one.position[0], velocity = one.velocity[0];
     double part = 0;
-    for (int iteration = 0; iteration < 10; ++iteration) { // Newton's
+    for (int iteration = 0; iteration < 10; ++iteration) { // Newton's method
         const double off = dot(normal, position - point);
         const double next = part - off / dot(normal, stepper.paced(velocity));
         if (!std::isfinite(next)) return {};

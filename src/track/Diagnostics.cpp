@@ -17,7 +17,7 @@ namespace {
 
 constexpr uint64_t kSeed = 0x636865636b;
 
-/// The greatest of `value(k)` over [0, count).
+/// Returns the maximum of `value(k)` over [0, count).
 template <class Value>
 double greatest(size_t count, const Value& value, const Monitor& monitor) {
     double most = 0;
@@ -34,9 +34,9 @@ double greatest(size_t count, const Value& value, const Monitor& monitor) {
     return most;
 }
 
-/// The derivative of the velocity at a point.
+/// Scalars of the velocity's Jacobian at a point.
 struct Derivative {
-    double trace = 0; ///< |trace| over its norm.
+    double trace = 0; ///< |trace| / norm.
     double norm2 = 0; ///< Frobenius norm, squared.
     double speed2 = 0;
 };
@@ -53,7 +53,7 @@ Derivative derivativeAt(const FlowN<N>& flow, const Vec<double, N>& p) {
     return {std::abs(trace) / std::sqrt(squares), squares, dot(sample.velocity, sample.velocity)};
 }
 
-/// The sum of the squares of the divergence by central differences over ±h.
+/// Returns the sum of squares of the divergence by central differences over ±h.
 template <int N>
 double divergenceByDifferences(const FlowN<N>& flow, const PointBatchN<N>& points, double h) {
     std::array<double, kBatch> divergence{};
@@ -74,7 +74,7 @@ double divergenceByDifferences(const FlowN<N>& flow, const PointBatchN<N>& point
     return sum;
 }
 
-/// Points of the domain. In space it takes as many tries as are needed.
+/// Returns points of the domain: exactly `count` in 3D; in other dimensions those of `count` that the wall allows.
 template <int N>
 std::vector<Vec<double, N>> pointsOf(const DomainN<N>& domain, size_t count, const Monitor& monitor) {
     std::vector<Vec<double, N>> points(count);
@@ -112,11 +112,11 @@ void diagnoseWall(const Flow& flow, size_t samples, FlowDiagnostics& check, cons
                              return std::abs(dot(flow.at(*p).velocity, d.gradient));
                          },
                          monitor) /
-                     check.magnitudes.speed;
+                     check.rms.speed;
     check.wallSamples = static_cast<size_t>(std::count(onWall.begin(), onWall.end(), 1));
 }
 
-/// The sum of the squares of what central differences over ±h are off the gradients of these jets.
+/// Returns the sum of squared differences between central differences over ±h and the gradients of these jets.
 template <int N>
 double differencesOff(const ScalarFieldN<N>& field, const PointBatchN<N>& points, const JetBatchN<double, N, 1>& jets,
                       double h) {
@@ -143,12 +143,12 @@ double differencesOff(const ScalarFieldN<N>& field, const PointBatchN<N>& points
 template <int N>
 FieldDiagnostics diagnoseField(const ScalarFieldN<N>& field, const BoxN<N>& box, size_t samples,
                                const Monitor& monitor) {
-    if (!box.finite()) throw ValueError("a field is measured in a finite box");
+    if (!box.finite()) throw ValueError("a field can only be measured in a finite box");
     const auto points = pointsOf(DomainN<N>{.box = box, .wall = {}}, samples, monitor);
     const Vec<double, N> size = box.size();
     const double h = *std::max_element(size.c.begin(), size.c.end()) / 4096;
     struct Sums {
-        Range range{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+        Interval range{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
         double values = 0, gradients = 0, whole = 0, half = 0;
         Sums& operator+=(const Sums& o) {
             range = {std::min(range.lower, o.range.lower), std::max(range.upper, o.range.upper)};
@@ -240,15 +240,14 @@ CURLEW_FOR_FLOW_DIMENSIONS(CURLEW_INSTANTIATE)
 #undef CURLEW_INSTANTIATE
 
 FlowDiagnostics diagnoseFlow(const Flow& flow, size_t samples, const Monitor& monitor) {
-    FlowDiagnostics check{.divergence = diagnoseDivergence(flow, samples, monitor),
-                          .magnitudes = magnitudesOf(flow, monitor)};
+    FlowDiagnostics check{.divergence = diagnoseDivergence(flow, samples, monitor), .rms = rmsOf(flow, monitor)};
     if (flow.domain().wall) diagnoseWall(flow, samples, check, monitor);
     return check;
 }
 
 ParticleDiagnostics diagnoseParticles(const Flow& flow, const Points& particles, const Monitor& monitor) {
     struct Tally {
-        std::array<double, Flow::kPotentials> squares{}; // of the drift
+        std::array<double, Flow::kPotentials> squares{}; // sums of squared drifts
         double penetration = -std::numeric_limits<double>::infinity();
         size_t converged = 0, outside = 0;
         Tally& operator+=(const Tally& o) {
@@ -288,10 +287,10 @@ ParticleDiagnostics diagnoseParticles(const Flow& flow, const Points& particles,
             return tally;
         },
         monitor);
-    const FlowMagnitudes typical = magnitudesOf(flow, monitor);
+    const FlowRms rms = rmsOf(flow, monitor);
     const auto n = static_cast<double>(std::max<size_t>(total.converged, 1));
     const auto drift = [&](size_t q) {
-        const double scale = typical.potentials[q];
+        const double scale = rms.potentials[q];
         return scale > 0 ? std::sqrt(total.squares[q] / n) / scale : 0;
     };
     return {.points = count,

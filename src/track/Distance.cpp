@@ -34,12 +34,12 @@ struct Sums {
 };
 
 Distance distanceOf(const Sums& sums, const char* what, size_t unmatched) {
-    if (sums.pairs == 0) throw ValueError(fmt::format("the two sets have no {} of the same id", what));
+    if (sums.pairs == 0) throw ValueError(fmt::format("the two sets have no {} with the same id", what));
     const auto count = static_cast<double>(sums.pairs);
     return {sums.pairs, sums.sum / count, std::sqrt(sums.squares / count), sums.max, unmatched};
 }
 
-/// Each id with its place, sorted.
+/// Returns pairs of id and index, sorted by id.
 std::vector<std::pair<int64_t, size_t>> placesOf(const std::vector<int64_t>& ids) {
     std::vector<std::pair<int64_t, size_t>> places(ids.size());
     for (size_t k = 0; k < ids.size(); ++k) places[k] = {ids[k], k};
@@ -50,7 +50,7 @@ std::vector<std::pair<int64_t, size_t>> placesOf(const std::vector<int64_t>& ids
     return places;
 }
 
-/// The places in both of what has the same id.
+/// Returns pairs of indices with the same id.
 std::vector<std::pair<size_t, size_t>> pairsOf(const std::vector<int64_t>& a, const std::vector<int64_t>& b) {
     const auto first = placesOf(a), second = placesOf(b);
     std::vector<std::pair<size_t, size_t>> pairs;
@@ -104,7 +104,7 @@ Distance distanceBetween(const Curves& a, const Curves& b, const Monitor& monito
             Sums mine;
             for (size_t k = begin; k < end; ++k) {
                 const auto [p, q] = pairs[k];
-                if (b.start[q] == b.start[q + 1]) continue; // of a seed outside the domain
+                if (b.start[q] == b.start[q + 1]) continue; // its seed is outside the domain
                 for (size_t v = a.start[p]; v < a.start[p + 1]; ++v) mine.add(distanceTo(b, q, a.position(v)));
             }
             return mine;

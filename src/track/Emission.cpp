@@ -15,23 +15,24 @@ namespace curlew {
 
 namespace {
 
-constexpr uint64_t kLifeStream = uint64_t{1} << 32; // of random numbers: beyond those of the positions
+constexpr uint64_t kLifeStream = uint64_t{1} << 32; // random numbers beyond those of the positions
 
-/// Of the births in a frame, at its end, in their order.
+/// Returns the ages at the end of a frame of the particles born in it, in order of birth.
 std::vector<float> agesOfBirths(double rate, double duration, double& rates) {
     if (duration == 0) return {};
-    // Products of a sum: for a constant rate, the number of births after any number of frames is exact.
+    // Multiply the sum of the rates, so that for a constant rate the number of births after any number of frames is
+    // exact.
     const double before = rates * duration;
     rates += rate;
     const double after = rates * duration, born = std::floor(before), count = std::floor(after) - born;
-    requireMemory(count * Points::kBytes, fmt::format("{} births in a frame", count), "choose a smaller rate");
+    requireMemory(count * Points::kBytes, fmt::format("{} births in one frame", count), "choose a smaller rate");
     std::vector<float> ages(static_cast<size_t>(count));
     for (size_t k = 0; k < ages.size(); ++k)
         ages[k] = static_cast<float>(std::max(0.0, after - born - static_cast<double>(k + 1)) / rate);
     return ages;
 }
 
-/// Along the normal, each for its age; those that would meet another part of the wall stay.
+/// Moves each particle along the normal for its age. A particle that would hit another part of the wall stays.
 void leaveSurface(const ScalarField& distance, const EmissionOptions& o, Points& born) {
     const double side = o.place.level < 0 ? -1 : 1;
     for (auto* array : {&born.vx, &born.vy, &born.vz}) array->resize(born.size());

@@ -15,7 +15,7 @@ namespace {
 /// Root mean squares over some samples of the domain.
 struct Scales {
     double speed = 0;
-    double rate = 0; ///< The norm of the velocity's derivative, 1/s.
+    double rate = 0; ///< Norm of the velocity's Jacobian, 1/s.
 };
 
 template <int N>
@@ -43,9 +43,9 @@ double firstStep(const FlowN<N>& flow, Scheme scheme, double accuracy) {
     if (!flow.domain().box.finite()) return kInfinity;
     const auto [speed, rate] = scalesOf(flow);
     if (!(rate > 0) || !(speed > 0) || !std::isfinite(rate)) return kInfinity;
-    // The error of a step, relative to the length over which the velocity changes, is about (rate step)^order / 100.
+    // The error of a step, relative to the length over which the velocity changes, is about (rate · step)^order / 100.
     const double radians = std::pow(100 * accuracy * rate / speed, 1.0 / tableauOf(scheme).errorOrder);
-    // A power of 2^(1/8), so that no rounding of these functions, which processors differ in, is left.
+    // Round to a power of 2^(1/8), because rounding errors of these functions differ between processors.
     return powerOfTwo(static_cast<int>(std::lround(8 * std::log2(std::min(radians, 1.0) / rate))));
 }
 

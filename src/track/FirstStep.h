@@ -6,8 +6,8 @@
 
 namespace curlew::detail {
 
-/// A first guess at how long the steps along a flow may be, seconds: from how fast its velocity changes along the way,
-/// root mean squares over the domain. Infinite for a flow that is the same everywhere, and in an infinite domain.
+/// Returns a first guess for the step length along a flow, seconds, from its speed and the norm of its velocity's
+/// Jacobian, both as root mean squares over the domain. Returns infinity for a uniform flow and for an infinite domain.
 template <int N>
 double firstStep(const FlowN<N>& flow, Scheme scheme, double accuracy);
 

@@ -14,7 +14,7 @@ namespace curlew {
 
 namespace {
 
-/// The flow as it goes on beyond its wall.
+/// Returns the flow continued beyond its wall.
 Flow onBothSides(const Flow& flow) {
     Domain domain = flow.domain();
     if (!domain.wall) return flow;
@@ -73,11 +73,11 @@ FlowMapResult FlowMap::carry(std::vector<Vec3d>& points, double from, double to,
     }
     AdvectOptions options = advectOptions(to - from, count, first.domain());
     options.reprojection.method = Reprojection::none;
-    // A steady flow need not be left after each part of the time.
+    // A steady flow with adaptive steps needs no division of the time.
     const int parts = mFlow.steady() && options.adaptive() ? 1 : count;
     options = detail::oneOf(parts, options);
     const double step = options.adaptive() ? detail::firstStep(first, options.usedScheme(), options.accuracy) : 0;
-    // What a batch does in these steps stays in the first-level cache.
+    // The flows of this many steps stay in the L1 cache while a batch uses them.
     constexpr int kTogether = 256;
     std::vector<Flow> flows;
     for (int k = 0; k < parts; ++k) {

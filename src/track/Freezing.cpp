@@ -12,7 +12,7 @@ namespace curlew::detail {
 
 namespace {
 
-constexpr int kMostTimes = 64; ///< As often as said.
+constexpr int kMostTimes = 64; ///< Relative to the minimum.
 constexpr int kTries = 4;
 
 std::vector<Vec3d> probesOf(const Domain& domain) {
@@ -30,7 +30,7 @@ void carry(const Flow& from, const Flow& to, Points& points, const Monitor& moni
         WallMotion(*from.domain().wall, *to.domain().wall, from.domain().box).carry(points, monitor);
 }
 
-/// Points after `count` frozen steps from `begin` on.
+/// Computes points after `count` frozen steps from `begin`.
 class FrozenSteps {
   public:
     FrozenSteps(const FlowInTime& flow, const Flow& before, double begin, const AdvectOptions& options,
@@ -43,7 +43,7 @@ class FrozenSteps {
         one.time = step;
         one.steps = 1;
         one.byAge = false;
-        one.accuracy /= 10; // what is measured here is the freezing
+        one.accuracy /= 10; // so that the error measured is that of freezing
         Flow before = mBefore;
         for (int k = 0; k < count; ++k) {
             const Flow middle = mFlow.at(mBegin + step * (k + 0.5)), after = mFlow.at(mBegin + step * (k + 1));
@@ -93,7 +93,8 @@ Freezing freezingOf(const FlowInTime& flow, const Flow& before, double begin, co
         freezing.error = sum / static_cast<double>(errors.size()) * freezing.moments;
         const double relative = percentile(errors, 0.95, PercentileRank::lower) / options.accuracy;
         if (relative <= 1 || freezing.moments >= most) return freezing;
-        // A little more often, so that the next try will do; no more than eight times: the order may not show yet.
+        // 10 % more than needed, so that the next try succeeds; at most eight times, because the order may not show
+        // yet.
         const double more = std::min(1.1 * std::cbrt(relative), 8.0);
         freezing.moments = static_cast<int>(std::min(most, std::ceil(freezing.moments * more)));
     }

@@ -6,17 +6,18 @@
 
 namespace curlew::detail {
 
-/// How often a flow that changes is frozen on the way, and what that costs.
+/// How often a time-dependent flow is frozen, and the error that this causes.
 struct Freezing {
     int moments = 1;
-    double error = 0; ///< Estimated, of the place at the end, world units: the mean. 0 where it is not known.
+    double error = 0; ///< Estimated mean position error at the end, world units; 0: unknown.
 };
 
-/// As often as `options` say, if their steps are equal; else at least so often (without steps: kMoments), and so often
-/// that the error of a frozen step is within the accuracy for 95 % of 256 pseudo-random points of the domain (the same
-/// at every call). It is estimated at the beginning: by one frozen step and two of half its length, whose errors, of
-/// third order, differ by 3/4 of the former. `options` with an accuracy, unless their steps are equal; `before`: the
-/// flow at the beginning. At most 64 times as often as said: what is beyond that shows in the error.
+/// Chooses how often to freeze a flow. For equal steps: as often as `options` say. For adaptive steps: at least
+/// `options.steps` times (0: kMoments), and often enough that the error of a frozen step is within the accuracy for 95
+/// % of 256 pseudo-random points of the domain (the same at every call), but at most 64 times that minimum; any further
+/// error shows in Freezing::error. The error is estimated at the beginning, from one frozen step and two of half its
+/// length: their errors are third order, so their difference is 3/4 of that of the whole step. `options` must have an
+/// accuracy unless its steps are equal; `before`: the flow at the beginning.
 Freezing freezingOf(const FlowInTime& flow, const Flow& before, double begin, const AdvectOptions& options,
                     const AdvectScales& scales, const Monitor& monitor);
 

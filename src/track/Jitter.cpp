@@ -19,9 +19,9 @@ namespace {
 template <int N>
 using Positions = std::vector<Vec<double, N>>;
 
-constexpr double kStep = 0.16; // of the mean distance to the neighbours
+constexpr double kStep = 0.16; // relative to the mean distance to the neighbours
 
-/// A noise of the flow, independent of the others.
+/// Returns one potential of the flow, independent of the others.
 template <int N>
 ScalarFieldN<N> noiseOf(size_t potential, double spacing, const JitterFlowOptions& o) {
     const OctaveOptions octaves{.frequency = o.frequency / spacing};
@@ -31,17 +31,18 @@ ScalarFieldN<N> noiseOf(size_t potential, double spacing, const JitterFlowOption
         return lifted<N>(noiseField<SimplexNoise<N + 1>>(noise, octaves),
                          {constantField<N>(*o.time / octaves.frequency)});
     else
-        throw ValueError("a flow in 7 dimensions has no time: the noise of 8 that it would be a slice of is not there");
+        throw ValueError(
+            "a flow in 7 dimensions cannot change with time: that needs noise in 8 dimensions, which is not available");
 }
 
-/// The spacing at which the lattice has about `count` points in the domain.
+/// Returns the spacing at which the lattice has about `count` points in the domain.
 template <int N>
 double spacingFor(const DomainN<N>& domain, double count, const Monitor& monitor) {
     double volume = 1;
     for (int axis = 0; axis < N; ++axis) volume *= domain.box.size()[axis];
     const double guess = std::pow(volume / count, 1.0 / N);
     const auto found = static_cast<double>(latticePoints(domain, guess, monitor).size());
-    if (found == 0) throw ValueError("no point of the lattice is in the domain; give a larger count");
+    if (found == 0) throw ValueError("no lattice point is in the domain; give a larger count");
     return guess * std::pow(found / count, 1.0 / N);
 }
 
@@ -49,7 +50,7 @@ double spacingFor(const DomainN<N>& domain, double count, const Monitor& monitor
 
 double meanNeighbourDistance(int n) {
     if (n < 1) throw ValueError(fmt::format("{} dimensions; give at least 1", n));
-    // Of the neighbours, 2^i (n over i) differ in i coordinates.
+    // 2^i (n over i) of the neighbours differ in i coordinates.
     double count = 1, sum = 0, all = 0;
     for (int i = 1; i <= n; ++i) {
         count *= 2.0 * (n - i + 1) / i;
@@ -86,7 +87,7 @@ Positions<N> latticePoints(const DomainN<N>& domain, double spacing, const Monit
                                }
                                return p;
                            }};
-    // By chunks, so that each can leave out what is not in the domain.
+    // Process the lattice in chunks, each of which drops its points outside the domain.
     constexpr size_t kGrain = 1024;
     std::vector<Positions<N>> chunks((count + kGrain - 1) / kGrain);
     parallelFor(
@@ -145,8 +146,8 @@ DomainN<2> inPlane(const Domain& domain) {
     const Sdf& sdf = domain.wall->sdf;
     plane.wall = WallN<2>{.sdf = {.distance = lifted<2>(sdf.distance, {constantField<2>(0)}),
                                   .bounds = flatBox(sdf.bounds),
-                                  .reach = 0, // in the plane, the surface may be farther away than in space
-                                  .steepness = sdf.steepness},
+                                  .reach = 0, // the surface may be farther away within the plane than in space
+                                  .lipschitz = sdf.lipschitz},
                           .side = domain.wall->side};
     return plane;
 }
@@ -156,7 +157,7 @@ JitteredLattice jitteredLattice(DomainN<N> domain, const JitteredLatticeOptions&
     if (!domain.box.finite()) throw ValueError("the domain is infinite; give a box");
     const double spacing = o.spacing != 0 ? o.spacing : spacingFor(domain, o.count, monitor);
     auto points = latticePoints(domain, spacing, monitor);
-    if (points.empty()) throw ValueError("no point of the lattice is in the domain; choose a smaller spacing");
+    if (points.empty()) throw ValueError("no lattice point is in the domain; choose a smaller spacing");
     const bool conforms = domain.wall && o.conform && !o.random;
     if (domain.wall) domain.wall->width = o.width * spacing;
     if (!conforms) domain.wall.reset();

@@ -14,26 +14,25 @@ namespace curlew {
 
 namespace {
 
-constexpr size_t kSampled = 256; // tracks from which the memory of all is estimated
+constexpr size_t kSampled = 256; // tracks, from which the memory of all is estimated
 
 void validate(const Flow& flow, const Points& seeds, const LoopOptions& o) {
     if (seeds.y.size() != seeds.size() || seeds.z.size() != seeds.size() || seeds.id.size() != seeds.size())
-        throw ValueError("the arrays of the points differ in length; give each x, y, z and id");
+        throw ValueError("the point arrays differ in length; give x, y, z and id for each point");
     requirePositive(o.duration, "the duration of a loop");
     if (o.accuracy != 0) requirePositive(o.accuracy, "accuracy");
-    if (o.vertices < 8) throw ValueError(fmt::format("{} vertices for a track; give at least 8", o.vertices));
+    if (o.vertices < 8) throw ValueError(fmt::format("{} vertices per track; give at least 8", o.vertices));
     if (!flow.hasTracks())
         throw ValueError(
-            "this flow is a sum and has no tracks, and only along its track does a particle come back to where it "
-            "began");
+            "this flow is a sum and has no tracks; only along a track does a particle return to its start");
     if (!flow.domain().wall)
         throw ValueError("no wall contains this flow, so its tracks need not close; bound one of its potentials");
     if (o.reprojection.method == Reprojection::none)
-        throw ValueError("without reprojection no particle comes back to where it began; choose another method");
+        throw ValueError("without reprojection no particle returns to its start; choose another method");
     o.reprojection.validate(true);
 }
 
-/// The part of the loop that has passed, from 0 to below 1, in units of 2⁻³²: so that moments which are a loop apart
+/// Returns the elapsed fraction of the loop, 0 to below 1, rounded to units of 2⁻³² so that times that are a loop apart
 /// have the same.
 double phaseOf(double time, double duration) {
     constexpr double kUnits = 0x1p32;
@@ -41,7 +40,7 @@ double phaseOf(double time, double duration) {
     return phase < 1 ? phase : 0;
 }
 
-/// Every n-th of the points.
+/// Returns every n-th point.
 Points thinned(const Points& points, size_t n) {
     Points few;
     for (size_t k = 0; k < points.size(); k += n) {
@@ -58,8 +57,8 @@ class LoopedPoints::Implementation {
     Implementation(const Flow& flow, Points seeds, const LoopOptions& options, const Monitor& monitor)
         : mFlow(flow), mOptions(options), mSeeds(std::move(seeds)) {
         validate(flow, mSeeds, options);
-        const FlowMagnitudes typical = magnitudesOf(flow, {{}, monitor.cancelled});
-        mReprojection = inUnitsOf(typical, options.reprojection);
+        const FlowRms rms = rmsOf(flow, {{}, monitor.cancelled});
+        mReprojection = inUnitsOf(rms, options.reprojection);
         const LoopSetup setup{.stepper = {flow, StepBy::time, Scheme::dormandPrince, mReprojection, StepGuard{}},
                               .longest = options.duration / 8,
                               .firstChord = length(flow.domain().box.size()) / 100,
@@ -72,8 +71,7 @@ class LoopedPoints::Implementation {
             const double share = static_cast<double>(count) / static_cast<double>(few.size());
             requireMemory(
                 share * static_cast<double>(mSummary.bytes) + 2.0 * static_cast<double>(count) * Points::kBytes,
-                fmt::format("the tracks of {} points", count),
-                "take fewer points, a shorter loop or a larger accuracy");
+                fmt::format("the tracks of {} points", count), "use fewer points, a shorter loop or a larger accuracy");
         }
         mTables = tablesOf(setup, mSeeds, monitor);
         summarize(mTables);
@@ -137,7 +135,7 @@ class LoopedPoints::Implementation {
         mSummary = s;
     }
 
-    /// Gives the seeds the arrays that a moment has.
+    /// Gives the seeds the arrays of a LoopMoment.
     void prepareSeeds() {
         const size_t count = mSeeds.size();
         for (auto* array : {&mSeeds.f, &mSeeds.g}) array->resize(count);
@@ -150,7 +148,7 @@ class LoopedPoints::Implementation {
         }
     }
 
-    /// Moves particles to where they are in a phase of the loop. Returns how many are put at a vertex of their table.
+    /// Moves particles to their positions at a phase of the loop. Returns the number placed at a vertex of their table.
     size_t place(const LoopTable& table, const PointBatchN<3>& seeds, size_t begin, double phase,
                  Points& points) const {
         PointBatchN<3> at = seeds;
@@ -175,7 +173,7 @@ class LoopedPoints::Implementation {
         for (size_t i = 0; i < size; ++i) {
             const LoopPath& path = table.paths[i];
             points.fade[begin + i] = places[i].fade;
-            if (path.kind == LoopKind::still) continue; // with its velocity of 0
+            if (path.kind == LoopKind::still) continue; // its velocity is 0
             Vec3d position = at[static_cast<int>(i)], velocity = found.velocity[static_cast<int>(i)];
             const bool kept = found.converged[i] && staysOnSide(allowed[i], distance[i], table.distance[i]);
             if (!kept) {
@@ -196,7 +194,7 @@ class LoopedPoints::Implementation {
     LoopOptions mOptions;
     Points mSeeds; ///< With the track and all arrays that change.
     ReprojectOptions mReprojection;
-    std::vector<LoopTable> mTables; ///< Of kBatch particles each.
+    std::vector<LoopTable> mTables; ///< kBatch particles each.
     LoopSummary mSummary;
 };
 

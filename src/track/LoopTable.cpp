@@ -12,8 +12,8 @@ namespace curlew {
 namespace {
 
 constexpr double kMostPace = 4.0 / 3;
-constexpr double kFadeShare = 0.25;     // of its time in which a particle appears, and disappears
-constexpr uint64_t kFadeSeed = 0x10095; // random numbers of our own
+constexpr double kFadeShare = 0.25;     // fraction of a particle's time in which it fades in, and out
+constexpr uint64_t kFadeSeed = 0x10095; // separates these random numbers from others
 
 Vec3d inDouble(const Vec3f& v) {
     Vec3d d;
@@ -29,7 +29,7 @@ void addAccelerations(const Flow& flow, std::vector<LoopVertex>& vertices) {
     }
 }
 
-/// Both parts of an open track, in the order of time, as far as `ahead`.
+/// Joins both parts of an open track in the order of time, up to `ahead`.
 std::vector<LoopVertex> joined(const LoopLine& backward, const LoopLine& forward, double ahead) {
     std::vector<LoopVertex> vertices(backward.vertices.rbegin(), backward.vertices.rend());
     for (size_t k = vertices.empty() ? 0 : 1; k < forward.vertices.size(); ++k) {
@@ -93,7 +93,7 @@ Vec3d LoopTable::interpolate(size_t vertex, double time) const {
     const double h = b.time - a.time, s = (time - a.time) / h;
     const Vec3d v0 = inDouble(a.velocity) * h, v1 = inDouble(b.velocity) * h;
     const Vec3d a0 = inDouble(a.acceleration) * (h * h), a1 = inDouble(b.acceleration) * (h * h);
-    // What the parabola at the beginning misses at the end: of the place, the velocity and the acceleration.
+    // The error at the end of the parabola through the beginning: in position, velocity and acceleration.
     const Vec3d d = b.position - a.position - v0 - a0 * 0.5, e = v1 - v0 - a0, w = a1 - a0;
     const Vec3d c3 = d * 10.0 - e * 4.0 + w * 0.5, c4 = e * 7.0 - d * 15.0 - w, c5 = d * 6.0 - e * 3.0 + w * 0.5;
     return a.position + (v0 + (a0 * 0.5 + (c3 + (c4 + c5 * s) * s) * s) * s) * s;
@@ -111,7 +111,7 @@ LoopTable loopTable(const LoopSetup& setup, double duration, const Points& seeds
     for (size_t k = 0; k < count; ++k)
         if (allowed[k]) ahead.add(k, tips, static_cast<int>(k), kMostPace * duration, true);
     ahead.run(monitor);
-    // From how long before the beginning of the loop a particle that fades is seen.
+    // How long before the beginning of the loop a fading particle becomes visible.
     std::vector<double> earlier(count);
     for (size_t k = 0; k < count; ++k) {
         earlier[k] = duration * randomUniform(kFadeSeed, static_cast<uint64_t>(seeds.id[begin + k]));

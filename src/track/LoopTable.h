@@ -6,23 +6,23 @@
 
 namespace curlew {
 
-/// The track of one particle, in a table.
+/// The tabulated track of one particle.
 struct LoopPath {
     LoopKind kind = LoopKind::still;
-    bool outside = false; ///< It is on the wrong side of the wall.
+    bool outside = false; ///< The particle is on the wrong side of the wall.
     CurveEnd end = CurveEnd::outside;
-    uint32_t begin = 0, count = 0; ///< Its vertices.
-    uint32_t coarse = 0;           ///< Steps beyond the accuracy.
-    double rounds = 0, period = 0; ///< Of a closed one; the period in seconds.
-    double first = 0, last = 0;    ///< Of a fading one: the times from the seed between which it is seen.
-    double gap = 0;                ///< Of a closed one, world units.
+    uint32_t begin = 0, count = 0; ///< Its range of vertices.
+    uint32_t coarse = 0;           ///< Steps that exceed the accuracy.
+    double rounds = 0, period = 0; ///< If closed; the period in seconds.
+    double first = 0, last = 0;    ///< If fading: the times, relative to the seed, between which it is visible.
+    double gap = 0;                ///< If closed, world units.
 
     double pace(double duration) const { return kind == LoopKind::closed ? rounds * period / duration : 1; }
 };
 
-/// Where a particle is.
+/// The position of a particle on its track.
 struct LoopPlace {
-    double time = 0; ///< On its track, seconds from the seed.
+    double time = 0; ///< Seconds from the seed.
     float fade = 1;
 };
 LoopPlace placeOn(const LoopPath& path, double phase, double duration);
@@ -31,16 +31,16 @@ LoopPlace placeOn(const LoopPath& path, double phase, double duration);
 struct LoopTable {
     std::vector<LoopPath> paths = {};
     std::vector<LoopVertex> vertices = {};
-    TrackBatch track;                    ///< The potentials at the seeds.
-    std::array<double, kBatch> distance; ///< Of the seeds from the wall.
+    TrackBatch track;                    ///< Potentials at the seeds.
+    std::array<double, kBatch> distance; ///< Distance of the seeds from the wall.
 
-    /// The vertex of a path at which an interval begins that holds the time; the last one if none does.
+    /// Returns the vertex at which the interval that contains the time begins; the last vertex if no interval does.
     size_t vertexAt(const LoopPath& path, double time) const;
-    /// The quintic Hermite interpolant from a vertex on.
+    /// Evaluates the quintic Hermite interpolant of the interval that begins at a vertex.
     Vec3d interpolate(size_t vertex, double time) const;
 };
 
-/// Finds the tracks of the seeds begin … end - 1.
+/// Computes the tracks of the seeds begin … end - 1.
 LoopTable loopTable(const LoopSetup& setup, double duration, const Points& seeds, size_t begin, size_t end,
                     const Monitor& monitor);
 

@@ -7,9 +7,10 @@ namespace curlew {
 
 namespace {
 
-/// The gap of a return, relative to the chord of the step; what closes is held to it by f and g.
+/// Maximum gap of a return, relative to the chord of the step. Because f and g hold both ends to the same track,
+/// whatever comes this close is closed.
 constexpr double kClosure = 1e-3;
-/// The cosine of the angle by which a step may turn, 1 rad: else the plane through the seed could be missed.
+/// The cosine of the maximum turn of a step, 1 rad. A larger turn could miss the plane through the seed.
 constexpr double kLeastCosine = 0.54;
 
 } // namespace
@@ -75,7 +76,7 @@ bool LoopTracer::proceed(Growth& growth, int i, const StepResultN<3>& step, doub
             return false;
         }
         do growth.part /= 2;
-        while (growth.part > 1 && stepOf(growth.part) >= std::abs(dt)); // which the time left had shortened
+        while (growth.part > 1 && stepOf(growth.part) >= std::abs(dt)); // which the remaining time had shortened
         return true;
     }
     line.coarse += coarse;
@@ -90,7 +91,7 @@ bool LoopTracer::proceed(Growth& growth, int i, const StepResultN<3>& step, doub
             return false;
         }
     line.vertices.push_back(loopVertex(step.position[i], step.reprojected.velocity[i], before + dt));
-    constexpr double kGrowth = 32, kSafety = 2; // by which the error grows with twice the length
+    constexpr double kGrowth = 32, kSafety = 2; // the error grows by kGrowth if the length doubles
     if (step.error[a] * kGrowth * kSafety < mSetup.accuracy) growth.part = std::min(2 * growth.part, kWhole);
     mTips.position.set(i, step.position[i]);
     mTips.velocity.set(i, step.reprojected.velocity[i]);

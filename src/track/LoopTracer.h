@@ -7,45 +7,45 @@
 
 namespace curlew {
 
-/// What all tracks of a loop have in common.
+/// The parameters that all tracks of a loop share.
 struct LoopSetup {
-    GuardedStepper<3> stepper; ///< By time.
-    double longest;            ///< Of steps, seconds.
-    double firstChord;         ///< The first step of a track is shorter, world units.
-    double accuracy;           ///< The most that the estimated error of a step may be, world units.
-    size_t vertices;           ///< Most per track.
+    GuardedStepper<3> stepper; ///< Steps by time.
+    double longest;            ///< Maximum step, seconds.
+    double firstChord;         ///< Upper bound on the first step of a track, world units.
+    double accuracy;           ///< Upper bound on the estimated error of a step, world units.
+    size_t vertices;           ///< Maximum per track.
 };
 
-/// A moment on a track. In single precision, what interpolation multiplies with the length of a step.
+/// A tabulated point of a track. The members that interpolation multiplies by a step length are in single precision.
 struct LoopVertex {
     Vec3d position;
-    double time;                  ///< From the seed, seconds; negative before it.
-    Vec3f velocity, acceleration; ///< Of a particle that follows the flow.
+    double time;                  ///< Seconds from the seed; negative before it.
+    Vec3f velocity, acceleration; ///< Those of a particle that follows the flow.
 };
 
-/// The part of a track that leads from its seed in one direction.
+/// The part of a track in one direction from its seed.
 struct LoopLine {
-    std::vector<LoopVertex> vertices; ///< The seed first; a closed one has it at its end again, one period later.
+    std::vector<LoopVertex> vertices; ///< Starts with the seed; a closed track ends with it too, one period later.
     CurveEnd end = CurveEnd::outside;
-    double gap = 0;    ///< Of a closed one, world units.
-    size_t coarse = 0; ///< Steps beyond the accuracy that could not be shorter.
+    double gap = 0;    ///< If closed, world units.
+    size_t coarse = 0; ///< Steps that exceed the accuracy but could not be shortened.
 };
 
-/// Follows up to kBatch tracks at once in one direction, +1 along the flow, -1 against it, with steps whose lengths
-/// are powers of two parts of the longest.
+/// Follows up to kBatch tracks at once in one direction, +1 along the flow, -1 against it. Step lengths are the longest
+/// step divided by powers of two.
 class LoopTracer {
   public:
     LoopTracer(const LoopSetup& setup, double sign, std::vector<LoopLine>& lines)
         : mSetup(setup), mSign(sign), mLines(lines) {}
 
-    /// Begins a line at a seed; it is followed for `limit` seconds, or until it closes if it may.
+    /// Starts a line at a seed. The line is followed for `limit` seconds, or until it closes if `closes` is set.
     void add(size_t line, const ActiveTipsN<3>& seeds, int seed, double limit, bool closes);
-    /// Follows all lines to their ends. Accelerations are left out.
+    /// Follows all lines to their ends. Does not set accelerations.
     void run(const Monitor& monitor);
 
   private:
     static constexpr int kWhole = 1 << 24;
-    /// Which line a tip extends, and what it needs to know of it.
+    /// The line that a tip extends, and its state.
     struct Growth {
         size_t line;
         int part;
@@ -58,7 +58,7 @@ class LoopTracer {
     double stepOf(int part) const { return mSetup.longest * part / kWhole; }
     const LoopVertex& last(const Growth& growth) const { return mLines[growth.line].vertices.back(); }
     void advance();
-    /// Takes step i, of length dt, or makes the next one shorter. Returns whether the line goes on.
+    /// Accepts step i, of length dt, or shortens the next try. Returns whether the line continues.
     bool proceed(Growth& growth, int i, const StepResultN<3>& step, double dt);
     bool tooCoarse(int i, const StepResultN<3>& step) const;
 
@@ -66,10 +66,10 @@ class LoopTracer {
     double mSign;
     std::vector<LoopLine>& mLines;
     ActiveTipsN<3> mTips;
-    std::vector<Growth> mGrowths; ///< One for each tip.
+    std::vector<Growth> mGrowths; ///< One per tip.
 };
 
-/// The vertex at a position with this velocity.
+/// Returns the vertex at a position with this velocity.
 LoopVertex loopVertex(const Vec3d& position, const Vec3d& velocity, double time);
 
 } // namespace curlew

@@ -22,10 +22,10 @@ template <int N>
 using Positions = std::vector<Vec<double, N>>;
 
 constexpr size_t kLeaf = 16;             // points
-constexpr double kBytesPerPoint = 48;    // of the tree, and of what is found by it
-constexpr size_t kMostPoints = 1u << 31; // they are counted in 32 bits
+constexpr double kBytesPerPoint = 48;    // tree and results
+constexpr size_t kMostPoints = 1u << 31; // indices are 32 bits
 
-/// nanoflann's result set: it is told of each point within worstDist(), and says whether to go on.
+/// A result set of nanoflann: it receives each point within worstDist() and returns whether to continue.
 struct ResultSet {
     using DistanceType = double; // nanoflann 1.5 and later ask for these names
     using IndexType = uint32_t;
@@ -33,7 +33,7 @@ struct ResultSet {
     bool full() const { return true; }
 };
 
-/// The nearest point but one. Ends where nothing can be nearer, so that heaps of points at one place take no longer.
+/// Finds the nearest other point. Stops at distance 0, so that many coincident points take no extra time.
 struct Nearest : ResultSet {
     explicit Nearest(size_t point) : self(point) {}
     size_t self;
@@ -73,12 +73,12 @@ const std::vector<uint32_t>& orderOf(const Index& index) {
 template <int N>
 void validate(const Positions<N>& points) {
     if (points.size() > kMostPoints)
-        throw ResourceError(fmt::format("{} points are more than {}", points.size(), kMostPoints));
+        throw ResourceError(fmt::format("{} points are too many; give at most {}", points.size(), kMostPoints));
     requireMemory(kBytesPerPoint * static_cast<double>(points.size()),
                   fmt::format("a tree of {} points", points.size()), "give fewer");
     for (size_t k = 0; k < points.size(); ++k)
         if (!std::all_of(points[k].c.begin(), points[k].c.end(), [](double x) { return std::isfinite(x); }))
-            throw ValueError(fmt::format("point {} is not at a finite place", k));
+            throw ValueError(fmt::format("point {} has a position that is not finite", k));
 }
 
 } // namespace
@@ -87,7 +87,7 @@ template <int N>
 struct NeighboursN<N>::Tree {
     struct Cloud {
         const Positions<N>& points;
-        const Monitor* monitor = nullptr; ///< While the tree is built, by one thread.
+        const Monitor* monitor = nullptr; ///< Set while one thread builds the tree.
         mutable size_t looked = 0;
         // NOLINTBEGIN(readability-identifier-naming): nanoflann's names for them
         size_t kdtree_get_point_count() const { return points.size(); }
@@ -114,7 +114,7 @@ struct NeighboursN<N>::Tree {
         index.findNeighbors(found, cloud.points[point].c.data(), {});
     }
 
-    /// The points as the leaves of the tree have them.
+    /// The points in the order of the tree's leaves.
     const std::vector<uint32_t>& order() const { return orderOf(index); }
 
     Cloud cloud;
@@ -134,7 +134,7 @@ template <int N>
 std::vector<double> NeighboursN<N>::nearestDistances(size_t stride, const Monitor& monitor) const {
     if (stride == 0) throw ValueError("a stride of 0 points; give 1 or more");
     std::vector<double> distances((mTree->cloud.points.size() + stride - 1) / stride);
-    // In the order in which the tree has the points, so that one search finds in the cache what the last one has used.
+    // In the tree's order, so that consecutive searches visit memory that is still in the cache.
     const auto& order = mTree->order();
     parallelFor(
         order.size(), 1024,

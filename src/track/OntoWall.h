@@ -8,8 +8,8 @@
 
 namespace curlew::detail {
 
-/// The point of the zero level of the wall's distance that Newton's method finds from p, along the gradient. Returns
-/// nullopt if p is too far from the wall, or the search fails or leaves the box.
+/// Returns the point of the wall that Newton's method along the gradient of its distance finds from p. Returns nullopt
+/// if p is too far from the wall, or the search fails or leaves the box.
 inline std::optional<Vec3d> ontoWall(const Wall& wall, const Box& box, Vec3d p) {
     constexpr int kMostIterations = 30;
     for (int k = 0; k < kMostIterations; ++k) {

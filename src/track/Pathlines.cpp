@@ -13,7 +13,7 @@ namespace curlew {
 
 namespace {
 
-/// Curves of `vertices` vertices each, still unset.
+/// Returns curves of `vertices` vertices each, with values not yet set.
 Curves unsetCurves(const Points& p, size_t vertices, bool tracks) {
     Curves c;
     const size_t all = p.size() * vertices;
@@ -49,8 +49,8 @@ Pathlines advectWithPathlines(const FlowInTime& flow, Points& particles, double 
     const int segments = options.steps > 0 ? options.steps : kMoments;
     const auto vertices = static_cast<size_t>(segments) + 1;
     requireMemory(static_cast<double>(particles.size()) * static_cast<double>(vertices) * Curves::kVertexBytes,
-                  fmt::format("the pathlines of {} points, of {} vertices each", particles.size(), vertices),
-                  "move fewer points, or in fewer steps");
+                  fmt::format("the pathlines of {} points with {} vertices each", particles.size(), vertices),
+                  "move fewer points, or take fewer steps");
     const Flow first = flow.at(begin);
     const std::optional<detail::AdvectScales> scales =
         flow.steady() ? std::optional(detail::scalesOf(first, options, monitor)) : std::nullopt; // measured once
@@ -62,7 +62,7 @@ Pathlines advectWithPathlines(const FlowInTime& flow, Points& particles, double 
     const AdvectOptions one = detail::oneOf(segments, detail::withAccuracy(options, first.domain()));
     AdvectOptions none = one;
     none.time = 0;
-    advance(begin, none, unreported); // the velocity and the track where they are
+    advance(begin, none, unreported); // sets velocity and track at the start
     Pathlines pathlines{.curves = unsetCurves(particles, vertices, particles.hasTrack()), .result = {}};
     record(particles, 0, 0, pathlines.curves);
     for (int k = 0; k < segments; ++k) {

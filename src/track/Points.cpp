@@ -13,7 +13,7 @@ namespace curlew {
 
 namespace {
 
-/// Appends `more` to the `size` values of an array; where one of the two is empty, its part is filled.
+/// Appends `more` to the `size` values of an array. If one of the two is empty, its part is filled with `fill`.
 template <class T>
 void appendArray(std::vector<T>& values, size_t size, const std::vector<T>& more, size_t moreSize, T fill) {
     if (values.empty() && more.empty()) return;

@@ -11,15 +11,15 @@ namespace curlew {
 
 namespace {
 
-/// The points of a batch that are still on their way, side by side.
+/// The points of a batch that still need corrections, packed.
 template <int N>
 struct Pending {
     PointBatchN<N> points;
     TrackBatchN<N> track;
     std::array<double, kBatch> limit;
-    std::array<size_t, kBatch> lane; ///< Whose they are.
+    std::array<size_t, kBatch> lane; ///< Their indices in the batch.
 
-    /// Keeps those for which stays(i) holds.
+    /// Keeps the points for which stays(i) holds.
     template <class Stays>
     void keep(const Stays& stays) {
         int count = 0;
@@ -46,11 +46,11 @@ void ReprojectionOptions::validate(bool hasTracks) const {
     if (maxSubdivisions < 0 || maxSubdivisions > 20)
         throw ValueError(fmt::format("{} subdivisions of a step; give 0 to 20", maxSubdivisions));
     if (method != Reprojection::none && !hasTracks)
-        throw ValueError("this flow is a sum and has no tracks to put points back onto; choose no reprojection");
+        throw ValueError("this flow is a sum and has no tracks to reproject onto; choose no reprojection");
 }
 
 template <int N>
-ReprojectOptionsN<N> inUnitsOf(const FlowMagnitudesN<N>& rms, const ReprojectionOptions& options) {
+ReprojectOptionsN<N> inUnitsOf(const FlowRmsN<N>& rms, const ReprojectionOptions& options) {
     ReprojectOptionsN<N> absolute{.method = options.method, .iterations = options.iterations};
     for (size_t q = 0; q < rms.potentials.size(); ++q) absolute.tolerance[q] = options.tolerance * rms.potentials[q];
     return absolute;
@@ -73,7 +73,7 @@ void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N
                const std::array<double, kBatch>& limit, const ReprojectOptionsN<N>& options,
                const std::array<Correction, kBatch>& wanted, FlowBatchN<N>& here, ReprojectedBatchN<N>& result) {
     if (options.method != Reprojection::none && !flow.hasTracks())
-        throw ValueError("this flow is a sum and has no tracks to be put back onto; move points without reprojection");
+        throw ValueError("this flow is a sum and has no tracks to reproject onto; move points without reprojection");
     Pending<N> pending{points, track, limit, {}};
     std::iota(pending.lane.begin(), pending.lane.end(), size_t{0});
     auto& potentials = here.potentials;
@@ -114,7 +114,7 @@ void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N
                 points.set(static_cast<int>(pending.lane[static_cast<size_t>(i)]), pending.points[i]);
         if (left == 0) return;
         if (left < pending.points.size) pending.keep([&](size_t i) { return !done(i); });
-        // Newton takes one function after the other, each where the one before has left the point.
+        // Newton corrects one potential after the other, each from where the previous one has moved the point.
         for (size_t p = 1; p < track.size() && options.method == Reprojection::newton; ++p) {
             flow.potentials()[p].eval(pending.points, potentials[p]);
             for (size_t i = 0; i < static_cast<size_t>(pending.points.size); ++i)
@@ -126,7 +126,7 @@ void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N
 }
 
 #define CURLEW_INSTANTIATE(N)                                                                                       \
-    template ReprojectOptionsN<N> inUnitsOf(const FlowMagnitudesN<N>&, const ReprojectionOptions&);                 \
+    template ReprojectOptionsN<N> inUnitsOf(const FlowRmsN<N>&, const ReprojectionOptions&);                        \
     template void reproject(const FlowN<N>&, PointBatchN<N>&, const TrackBatchN<N>&,                                \
                             const std::array<double, kBatch>&, const ReprojectOptionsN<N>&, ReprojectedBatchN<N>&); \
     template void reproject(const FlowN<N>&, PointBatchN<N>&, const TrackBatchN<N>&,                                \

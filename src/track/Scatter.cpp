@@ -14,10 +14,10 @@ namespace curlew {
 namespace {
 
 constexpr uint64_t kMostTries = 10000;
-constexpr uint64_t kDensityStream = uint64_t{1} << 48; ///< Of random numbers: beyond those of the positions.
+constexpr uint64_t kDensityStream = uint64_t{1} << 48; ///< Random numbers beyond those of the positions.
 constexpr size_t kMostCells = size_t{1} << 22;
 
-/// Equal cells around what points are drawn from; those that do not fit are drawn again.
+/// Equal cells that cover the region to sample. Candidates outside the region are drawn again.
 struct Cells {
     std::vector<Vec<int, 3>> cells;
     Vec3d origin;
@@ -42,7 +42,7 @@ double longestEdge(const Box& box) {
 
 using Accepted = std::array<bool, kBatch>;
 
-/// Points of the volume of a domain.
+/// Draws points of a domain's volume.
 class VolumeSource {
   public:
     explicit VolumeSource(const Domain& domain) : mDomain(domain) {
@@ -61,14 +61,14 @@ class VolumeSource {
         for (int i = 0; i < points.size; ++i)
             accepted[static_cast<size_t>(i)] = accepted[static_cast<size_t>(i)] && mDomain.box.contains(points[i]);
     }
-    const char* failure() const { return "hardly any point of the domain is on the flow's side of the wall"; }
+    const char* failure() const { return "almost no point of the domain is on the flow's side of the wall"; }
 
   private:
     const Domain& mDomain;
     Cells mCells;
 };
 
-/// Points where the distance to the wall of a domain has a value.
+/// Draws points at a given distance from a domain's wall.
 class SurfaceSource {
   public:
     SurfaceSource(const Domain& domain, double level) : mLevel(level) {
@@ -86,7 +86,7 @@ class SurfaceSource {
         if (mCells.cells.empty()) throw ValueError("the surface does not meet the box");
     }
     const Cells& cells() const { return mCells; }
-    /// Puts those of the shell onto the surface.
+    /// Moves the points in the shell onto the surface.
     void sift(PointBatch& points, Accepted& accepted) const {
         JetBatch<double, 0> values;
         mDistance->eval(points, values);
@@ -106,7 +106,7 @@ class SurfaceSource {
             accepted[static_cast<size_t>(of[static_cast<size_t>(i)])] = settled[static_cast<size_t>(i)];
         }
     }
-    const char* failure() const { return "hardly any point of the surface is allowed by the density and the wall"; }
+    const char* failure() const { return "the density and the wall reject almost every point of the surface"; }
 
   private:
     /// Newton's method along the gradient.
@@ -128,13 +128,13 @@ class SurfaceSource {
         }
     }
 
-    static constexpr double kLeastSlope = 0.0625; ///< Squared; where the distance is less steep, it is no distance.
+    static constexpr double kLeastSlope = 0.0625; ///< Squared; the field is not a distance where it is less steep.
     double mLevel, mHalf = 0, mTolerance = 0;
     std::optional<ScalarField> mDistance;
     Cells mCells;
 };
 
-/// Takes away what density and wall do not allow. `point(i)`: the number of point i of the batch.
+/// Rejects points that density or wall do not allow. `point(i)`: the index of point i of the batch.
 template <class PointOf>
 void restrict(const ScatterOptions& o, const PointBatch& points, uint64_t attempt, const PointOf& point,
               Accepted& accepted) {

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kMostSteps = 60;
 
-/// Where a batch of points gets to; nowhere: nothing.
+/// Returns the position that each point reaches, or nullopt.
 std::array<std::optional<Vec3d>, kBatch> snapped(const ScalarField& field, double value, const PointBatch& start,
                                                  double reach, double tolerance) {
     std::array<std::optional<Vec3d>, kBatch> found;

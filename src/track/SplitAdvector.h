@@ -6,17 +6,17 @@
 
 namespace curlew::detail {
 
-/// A sum of terms as a composition of their flows: what all batches have in common.
+/// A sum as a composition of the flows of its terms: the state that all batches share.
 template <int N>
 class SplitStepper {
   public:
-    /// `typical`: of each term by itself.
-    SplitStepper(const FlowN<N>& flow, const std::vector<FlowMagnitudesN<N>>& typical, Splitting splitting,
+    /// `rms`: scales of each term by itself.
+    SplitStepper(const FlowN<N>& flow, const std::vector<FlowRmsN<N>>& rms, Splitting splitting,
                  const AdvectOptions& options)
-        : mFlow(flow), mOptions(options), mOrder(splitting == Splitting::yoshida ? 4 : 2), mTypical(typical) {
+        : mFlow(flow), mOptions(options), mOrder(splitting == Splitting::yoshida ? 4 : 2), mRms(rms) {
         for (size_t k = 0; k < flow.terms().size(); ++k)
             mTerms.push_back(advectionStepper(FlowN<N>(flow.terms()[k], flow.domain()), options,
-                                              inUnitsOf(typical[k], options.reprojection)));
+                                              inUnitsOf(rms[k], options.reprojection)));
         for (const SplitFactor& factor : compositionOf(splitting, mTerms.size())) {
             AdvectOptions one = options;
             one.steps = 1;
@@ -33,8 +33,9 @@ class SplitStepper {
     double stepTime() const { return mOptions.time / steps(); }
     int order() const { return mOrder; }
 
-    /// Moves points through the factors of one step, each for its `pace`, a fraction of the step. Writes which of them
-    /// no factor has left in place, and adds to the tally: drifts relative to the potentials' root mean squares.
+    /// Moves points through the factors of one step, each for its `pace`, a fraction of the step. Writes to `converged`
+    /// whether no factor left a point in place. Adds to the tally, with drifts relative to the potentials' root mean
+    /// squares.
     void operator()(PointBatchN<N>& points, const std::array<double, kBatch>& pace, std::array<bool, kBatch>& converged,
                     Tally<N>& tally, const Monitor& monitor) const {
         converged.fill(true);
@@ -47,13 +48,13 @@ class SplitStepper {
             for (size_t i = 0; i < converged.size(); ++i) converged[i] = converged[i] && part.converged[i];
             Tally<N> counts = batch.counts();
             for (size_t q = 0; q < counts.drift.size(); ++q)
-                if (const double rms = mTypical[factor.term].potentials[q]; rms > 0) counts.drift[q] /= rms;
+                if (const double rms = mRms[factor.term].potentials[q]; rms > 0) counts.drift[q] /= rms;
             tally += counts;
         }
     }
 
-    /// How far the ends of a step are from those of a Runge-Kutta step of the whole sum, whose error is of higher order
-    /// than Strang's and of the same as the triple jump's.
+    /// Returns the distances between the ends of a step and those of a Runge-Kutta step of the whole sum, whose error
+    /// has a higher order than Strang's and the same order as the triple jump's.
     std::array<double, kBatch> error(const PointBatchN<N>& from, const std::array<double, kBatch>& pace,
                                      const PointBatchN<N>& to) const {
         std::array<double, kBatch> dt, error{};
@@ -70,18 +71,18 @@ class SplitStepper {
   private:
     struct Factor {
         size_t term;
-        AdvectOptions options; ///< One step of the factor's time.
+        AdvectOptions options; ///< One step of the factor's duration.
     };
     FlowN<N> mFlow;
     AdvectOptions mOptions;
     int mOrder;
-    std::vector<FlowMagnitudesN<N>> mTypical;
+    std::vector<FlowRmsN<N>> mRms;
     std::vector<GuardedStepper<N>> mTerms;
     std::vector<Factor> mFactors;
 };
 
-/// Moves the points of one batch through all steps of a sum. If an accuracy rules, the steps of the composition adapt
-/// as well, each point by itself: a step is taken in parts of 2^-maxSubdivisions.
+/// Moves the points of one batch through all steps of a sum. With an accuracy, the steps of the composition are
+/// adaptive too, separately for each point: a step is divided into units of 2^-maxSubdivisions.
 template <int N>
 class SplitAdvector {
   public:
@@ -96,7 +97,7 @@ class SplitAdvector {
         mFraction.fill(whole());
     }
 
-    /// The points; a sum has no tracks, and velocities are there after tally().
+    /// The points. They have no tracks, and velocities only after tally().
     Part& part() { return mPart; }
 
     void run(const Monitor& monitor) {
@@ -119,7 +120,7 @@ class SplitAdvector {
   private:
     int whole() const { return 1 << mStepper.options().reprojection.maxSubdivisions; }
 
-    /// One time step of every point; what is left of it is counted in parts.
+    /// Takes one time step of every point. The rest of each step is counted in units of 2^-maxSubdivisions.
     void advanceAll(const Monitor& monitor) {
         std::array<size_t, kBatch> active;
         std::array<int, kBatch> left;
@@ -144,7 +145,7 @@ class SplitAdvector {
         }
     }
 
-    /// Moves point i to the end of its step if that is accurate enough. Returns whether any of the time is left.
+    /// Moves point i to the end of its step if the step is accurate enough. Returns whether any time remains.
     bool accept(size_t i, const Vec<double, N>& end, bool converged, double error, int& left) {
         const double accuracy = mStepper.options().accuracy;
         const bool refine = mAdapts && !(error <= accuracy);
@@ -160,8 +161,8 @@ class SplitAdvector {
         mPart.error[i] += error;
         left -= fraction;
         constexpr double kSafety = 2;
-        const int twiceAsLong = 2 << mStepper.order(); // by which the error of a step grows
-        // A part begins at a multiple of its length, so that the whole can be filled.
+        const int twiceAsLong = 2 << mStepper.order(); // factor by which the error of a step grows
+        // A part must begin at a multiple of its length, so that parts fill the whole step.
         if (error * twiceAsLong * kSafety < accuracy && fraction < whole() && left % (2 * fraction) == 0) fraction *= 2;
         return left > 0;
     }
@@ -169,7 +170,7 @@ class SplitAdvector {
     const SplitStepper<N>& mStepper;
     bool mAdapts;
     Part mPart;
-    std::array<int, kBatch> mFraction; ///< How long each point's next step is.
+    std::array<int, kBatch> mFraction; ///< Length of each point's next step.
     Tally<N> mTally;
 };
 

@@ -15,8 +15,7 @@ namespace {
 
 constexpr uint64_t kSeed = 0x7465726d73;
 
-/// Appends the factors of a Strang step of `fraction` time steps. Where the same term comes twice in a row, its flow
-/// goes on.
+/// Appends the factors of a Strang step of `fraction` time steps. Merges consecutive factors of the same term.
 void appendStrang(double fraction, size_t terms, std::vector<SplitFactor>& factors) {
     const auto append = [&](size_t term, double part) {
         if (!factors.empty() && factors.back().term == term)
@@ -30,11 +29,11 @@ void appendStrang(double fraction, size_t terms, std::vector<SplitFactor>& facto
     for (size_t k = last; k-- > 0;) append(k, fraction / 2);
 }
 
-/// Up to `count` points of the wall, from the same candidates at every call.
+/// Returns up to `count` points of the wall, from the same candidates at every call.
 std::vector<Vec3d> pointsOfWall(const Wall& wall, const Box& box, size_t count, const Monitor& monitor) {
     Domain around{.box = box, .wall = wall};
     around.wall->side = Side::both;
-    constexpr size_t kMostTries = 16; // of `count` candidates each: more if the wall is small in its box
+    constexpr size_t kMostTries = 16; // rounds of `count` candidates; more if the wall is small in its box
     std::vector<Vec3d> found;
     for (size_t k = 0; k < kMostTries && found.size() < count; ++k) {
         const Points seeds = scatterFrom(around, static_cast<int64_t>(k * count), count, kSeed, monitor);
@@ -51,7 +50,7 @@ std::vector<Vec3d> pointsOfWall(const Wall& wall, const Box& box, size_t count, 
     return found;
 }
 
-/// The greatest speed of the flow across the wall at these points of it.
+/// Returns the maximum speed of the flow across the wall at these points of it.
 double greatestFlux(const Flow& flow, const std::vector<Vec3d>& onWall) {
     double greatest = 0;
     for (size_t begin = 0; begin < onWall.size(); begin += kBatch) {
@@ -69,7 +68,7 @@ double greatestFlux(const Flow& flow, const std::vector<Vec3d>& onWall) {
 } // namespace
 
 std::vector<SplitFactor> compositionOf(Splitting splitting, size_t terms) {
-    if (terms == 0) throw ValueError("a sum of no terms cannot be split");
+    if (terms == 0) throw ValueError("a sum without terms cannot be split");
     std::vector<SplitFactor> factors;
     switch (splitting) {
         case Splitting::strang:
@@ -83,7 +82,7 @@ std::vector<SplitFactor> compositionOf(Splitting splitting, size_t terms) {
         case Splitting::none:
             break;
     }
-    throw ValueError("this choice of splitting is no composition; choose strang or yoshida");
+    throw ValueError("this splitting is not a composition; choose strang or yoshida");
 }
 
 SumAtWall sumAtWall(const Flow& flow, size_t samples, const Monitor& monitor) {
@@ -91,7 +90,7 @@ SumAtWall sumAtWall(const Flow& flow, size_t samples, const Monitor& monitor) {
     if (!domain.wall) return {};
     const std::vector<Vec3d> onWall = pointsOfWall(*domain.wall, domain.box, samples, monitor);
     const auto judge = [&](const Flow& part) {
-        const double speed = magnitudesOf(part, monitor).speed, flux = greatestFlux(part, onWall);
+        const double speed = rmsOf(part, monitor).speed, flux = greatestFlux(part, onWall);
         return AtWall{.speed = speed, .flux = speed > 0 ? flux / speed : 0};
     };
     SumAtWall sum{.whole = judge(flow), .terms = {}};

@@ -7,7 +7,7 @@
 
 namespace curlew::detail {
 
-/// 2^(eighths / 8), the same on every processor, which the functions of the standard library do not promise.
+/// Returns 2^(eighths / 8). It is the same on every processor, which the standard library's functions do not guarantee.
 inline double powerOfTwo(int eighths) {
     constexpr std::array<double, 8> kPowers{1,
                                             1.0905077326652577,
@@ -22,16 +22,16 @@ inline double powerOfTwo(int eighths) {
 }
 
 /// Chooses the length of the next step from the estimated error of the last one, which grows with the length to the
-/// power of `order`: the longest whose error would be kAim of what is allowed (Hairer, Nørsett and Wanner, "Solving
-/// Ordinary Differential Equations I", section II.4). A step becomes longer or shorter by a power of 2^(1/8).
+/// power of `order`. The choice is the longest step whose error would be kAim of the allowed one (Hairer, Nørsett and
+/// Wanner, "Solving Ordinary Differential Equations I", section II.4). Step lengths change by powers of 2^(1/8).
 class StepControl {
   public:
     explicit StepControl(int order) {
         for (int k = 0; k < kFactors; ++k) mMost[static_cast<size_t>(k)] = kAim * powerOfTwo(-(k + kLeast) * order);
     }
 
-    /// By how much to multiply a step whose error was `error`, relative to what is allowed; the smallest factor for
-    /// NaN.
+    /// Returns the factor for the length of a step whose error, relative to the allowed one, was `error`; the smallest
+    /// factor for NaN.
     double factor(double error) const {
         int k = kFactors - 1;
         while (k > 0 && !(error <= mMost[static_cast<size_t>(k)])) --k;
@@ -39,9 +39,9 @@ class StepControl {
     }
 
   private:
-    static constexpr double kAim = 0.2;                        ///< By measurement: larger, and many steps are redone.
-    static constexpr int kLeast = -16, kFactors = 16 + 16 + 1; ///< From a quarter to four times, in eighths of a power.
-    std::array<double, kFactors> mMost{};                      ///< Errors, relative, up to which each factor will do.
+    static constexpr double kAim = 0.2;                        ///< Measured: larger values make many steps fail.
+    static constexpr int kLeast = -16, kFactors = 16 + 16 + 1; ///< From 1/4 to 4, in powers of 2^(1/8).
+    std::array<double, kFactors> mMost{};                      ///< Maximum relative error for each factor.
 };
 
 } // namespace curlew::detail

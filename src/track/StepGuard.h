@@ -12,13 +12,13 @@
 
 namespace curlew {
 
-/// Points about to take a step, side by side.
+/// A batch of points about to take a step.
 template <int N>
 struct ActiveTipsN {
     PointBatchN<N> position;
     VecBatchN<double, N> velocity;
     TrackBatchN<N> track;
-    std::array<double, kBatch> distance; ///< From the wall of the domain.
+    std::array<double, kBatch> distance; ///< From the domain's wall.
 
     void copy(int to, const ActiveTipsN& from, int i) {
         position.set(to, from.position[i]);
@@ -35,7 +35,8 @@ struct ActiveTipsN {
     }
 };
 
-/// The points, each on the track that it begins on; `allowed`: on a side of the wall where the flow is.
+/// Returns the tips at these points, each on the track at its position. Sets `allowed` to whether the point is on a
+/// side of the wall where the flow is.
 template <int N>
 ActiveTipsN<N> tipsAt(const FlowN<N>& flow, const PointBatchN<N>& points, std::array<bool, kBatch>& allowed) {
     ActiveTipsN<N> tips;
@@ -47,37 +48,37 @@ ActiveTipsN<N> tipsAt(const FlowN<N>& flow, const PointBatchN<N>& points, std::a
     return tips;
 }
 
-/// What a step has to satisfy. A caller redoes a step that does not in halves.
+/// The conditions on a step. The caller halves a step that violates them.
 struct StepGuard {
     bool convergence = true; ///< Reprojection met its tolerance.
-    /// It ends on an allowed side of the wall, the one on which it began, and its chord respects the wall
+    /// The step ends on an allowed side of the wall, the one on which it began, and its chord does not cross the wall
     /// (rejectChords, rejectCrossings).
     bool walls = true;
-    /// Its end is finite. Implied by `convergence` where the potentials are unbounded.
+    /// The end is finite. Implied by `convergence` if the potentials are unbounded.
     bool finite = false;
-    /// How far reprojection may move its end, relative to its length; 0: any distance. Near a stagnation point a
-    /// correction can undo the whole step, so a streamline would oscillate there.
+    /// Maximum distance by which reprojection may move the end, relative to the step's length; 0: unlimited. Near a
+    /// stagnation point a correction can undo the whole step, so a streamline would oscillate there.
     double maxCorrection = 0;
 
-    /// Particles: without reprojection nothing is guarded, the integrator's errors stand. If a step cannot be halved,
-    /// it is taken as the corrections leave it (ICN Algorithm 1).
+    /// Guard for particles: nothing is guarded without reprojection. If steps cannot be halved, they are accepted as
+    /// the corrections leave them (ICN Algorithm 1).
     static StepGuard forAdvection(const ReprojectionOptions& options) {
         const bool guarded = options.method != Reprojection::none;
         return {.convergence = guarded && options.maxSubdivisions > 0, .walls = guarded};
     }
-    /// Streamlines: they end at a wall even without reprojection.
+    /// Guard for streamlines: they end at a wall even without reprojection.
     static StepGuard forStreamlines(Reprojection method) {
         return {.convergence = method != Reprojection::none, .finite = true, .maxCorrection = 0.5};
     }
 };
 
-/// Whether a point that is allowed where it is now lies on the side of the wall on which it was.
+/// Returns whether a point is allowed and still on the same side of the wall.
 inline bool staysOnSide(bool allowed, double distance, double distanceBefore) {
     return allowed && (distance < 0) == (distanceBefore < 0);
 }
 
-/// Rejects steps near the wall that are longer than its width, or whose chord passes through it: a point of the chord
-/// lies beyond the wall by more than 1/16 of its length. `distance` is that from the wall at `from`.
+/// Rejects steps near the wall that are longer than its width or whose chord passes through it: a point of the chord
+/// lies beyond the wall by more than 1/16 of the chord's length. `distance`: from the wall at `from`.
 template <int N>
 void rejectChords(const DomainN<N>& domain, const PointBatchN<N>& from, const PointBatchN<N>& to,
                   const std::array<double, kBatch>& distance, std::array<bool, kBatch>& accepted) {
@@ -91,7 +92,7 @@ void rejectChords(const DomainN<N>& domain, const PointBatchN<N>& from, const Po
         wall.sdf.distance.eval(samples, d);
         for (size_t s = 0; s < static_cast<size_t>(samples.size); ++s) {
             const auto i = static_cast<size_t>(owner[s]);
-            // On which side the chord has to stay: for `both`, the side on which it began.
+            // The side on which the chord must stay: for `both`, the side on which it began.
             const Side side = wall.side != Side::both ? wall.side : distance[i] < 0 ? Side::inside : Side::outside;
             if (!(beyondWall(side, d.c[0][s]) <= length(to[owner[s]] - from[owner[s]]) / 16)) accepted[i] = false;
         }
@@ -115,33 +116,33 @@ void rejectChords(const DomainN<N>& domain, const PointBatchN<N>& from, const Po
     judge();
 }
 
-/// Where one step of each tip leads.
+/// The result of one step of each tip.
 template <int N>
 struct StepResultN {
     PointBatchN<N> position;
     ReprojectedBatchN<N> reprojected;
     std::array<double, kBatch> distance; ///< From the wall; unset if the guard ignores walls.
-    std::array<double, kBatch> error;    ///< Estimated, world units (see StepDemands::typicalSpeed).
+    std::array<double, kBatch> error;    ///< Estimated, world units; see StepDemands::typicalSpeed.
     std::array<bool, kBatch> accepted;
 };
 
-/// How accurate steps have to be. By default, what they estimate is not judged, and all end on their tracks.
+/// Accuracy demands on steps. By default the error estimate is ignored, and all steps are reprojected fully.
 struct StepDemands {
     double accuracy = std::numeric_limits<double>::infinity(); ///< World units.
-    /// Of the flow; 0: unknown. An error along a track is a delay, and stays one: where the flow is slower than this it
-    /// counts for as much as it will be where the flow is as fast.
+    /// Typical speed of the flow; 0: unknown. An error along a track is a delay and stays one. Where the flow is slower
+    /// than this speed, the error is weighted by the distance that it grows to where the flow is this fast.
     double typicalSpeed = 0;
-    /// Steps at whose end nobody looks at the points: these are put back onto their tracks by a correction that is not
-    /// evaluated again, and the next step begins with the velocity that was found beside the track.
+    /// Intermediate steps, whose end no caller sees. They are reprojected by one correction without another evaluation,
+    /// and the next step begins with the velocity found before that correction.
     std::array<bool, kBatch> between{};
 };
 
-/// Takes one step of every tip of a batch, moves it back onto its track, and judges it: the one place that does so for
-/// particles, streamlines, flow maps and moving walls.
+/// Takes one step of every tip of a batch, reprojects it, and accepts or rejects it. Particles, streamlines, flow maps
+/// and moving walls all use it.
 template <int N>
 class GuardedStepper {
   public:
-    /// `by`: what dt measures. By length, the flow's directions are integrated at unit speed.
+    /// `by`: what dt measures. By length, the flow's direction field is integrated at unit speed.
     GuardedStepper(const FlowN<N>& flow, StepBy by, Scheme scheme, const ReprojectOptionsN<N>& reprojection,
                    const StepGuard& guard)
         : mFlow(flow),
@@ -153,7 +154,7 @@ class GuardedStepper {
 
     const FlowN<N>& flow() const { return mFlow; }
     bool guardsWalls() const { return mGuard.walls; }
-    /// The derivative of the position by what dt measures.
+    /// Returns the derivative of the position with respect to what dt measures.
     Vec<double, N> paced(const Vec<double, N>& velocity) const {
         const double speed = mBy == StepBy::length ? length(velocity) : 0;
         return speed > 0 ? velocity * (1 / speed) : velocity;
@@ -180,7 +181,7 @@ class GuardedStepper {
             stepLength[k] = length(stepped[i] - from.position[i]);
             const bool near = demands.between[k] && mReprojection.method == Reprojection::gaussNewton &&
                               offTrack(here.potentials, from.track, i) <= demands.accuracy;
-            // A step that has to be redone need not be corrected.
+            // A step that will be redone needs no correction.
             wanted[k] = to.error[k] > demands.accuracy ? Correction::none : near ? Correction::once : Correction::fully;
         }
         reproject(mFlow, to.position, from.track, stepLength, mReprojection, wanted, here, to.reprojected);
@@ -191,7 +192,7 @@ class GuardedStepper {
     }
 
   private:
-    /// The estimated error of each step, from the velocity where it ends.
+    /// Estimates the error of each step, given the velocity at its end.
     void estimate(const VecBatchN<double, N>& last, const std::array<double, kBatch>& dt, StagesN<N>& stages, int size,
                   std::array<double, kBatch>& error) const {
         VecBatchN<double, N> end;
@@ -201,10 +202,10 @@ class GuardedStepper {
             error[static_cast<size_t>(i)] = std::abs(dt[static_cast<size_t>(i)]) * length(difference[i]);
     }
 
-    /// Makes delays of errors, in steps that are slower than the flow is typically.
+    /// Weights errors as delays, in steps where the flow is slower than its rms speed.
     static void weigh(const VecBatchN<double, N>& first, const VecBatchN<double, N>& last, double typicalSpeed,
                       int size, std::array<double, kBatch>& error) {
-        constexpr double kMost = 1024; // where the flow stands still there is no end
+        constexpr double kMost = 1024; // the weight is unbounded at a stagnation point
         for (int i = 0; i < size; ++i) {
             const double speed = std::min(length(first[i]), length(last[i]));
             const double weight = speed * kMost > typicalSpeed ? typicalSpeed / speed : kMost;
@@ -212,7 +213,7 @@ class GuardedStepper {
         }
     }
 
-    /// How far point i is from its track, to first order, world units; infinite where that is not known.
+    /// Returns the distance of point i from its track, to first order, world units; infinite if unknown.
     static double offTrack(const typename FlowN<N>::template Jets<double>& potentials, const TrackBatchN<N>& track,
                            int i) {
         double most = 0;

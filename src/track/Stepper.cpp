@@ -14,7 +14,7 @@ namespace curlew {
 
 namespace {
 
-// The weights are whole numbers over a common denominator wherever they fit, so each row is rounded once.
+// Weights are integers over a common denominator where they fit, so each row is rounded once.
 
 constexpr Tableau kEuler{.order = 1, .stages = 1, .rows = {{{}, {.node = 1, .weights = {1}}}}};
 
@@ -54,9 +54,10 @@ const Tableau& tableauOf(Scheme scheme) {
 
 int stepsOf(double time, double maxStep) {
     const double steps = std::ceil(std::abs(time) / maxStep - 1e-9);
-    if (!(steps <= 1e9)) // NaN, too
-        throw ValueError(fmt::format(
-            "{} s in steps of {} s are {:.3g} steps; give a finite time, and at most 1e9 steps", time, maxStep, steps));
+    if (!(steps <= 1e9)) // also true for NaN
+        throw ValueError(
+            fmt::format("{} s in steps of {} s takes {:.3g} steps; give a finite time and at most 1e9 steps", time,
+                        maxStep, steps));
     return static_cast<int>(std::max(steps, 0.0));
 }
 

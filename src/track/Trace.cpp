@@ -15,10 +15,10 @@ namespace curlew {
 
 namespace {
 
-constexpr size_t kChunk = 32; // curves that are followed together
+constexpr size_t kChunk = 32; // curves traced together
 
-/// The length of a curve between two vertices, from its directions there: that of an arc of a circle, whose chord is
-/// shorter by sin(t) / t for a turn of 2t. What is left is of fifth order.
+/// Returns the arc length of a curve between two vertices, from its directions there. Uses a circular arc, whose chord
+/// is shorter by sin(t) / t for a turn of 2t. The error is fifth order.
 double arcLength(const TraceVertex& a, const TraceVertex& b) {
     const double u = length(a.velocity), v = length(b.velocity), chord = length(b.position - a.position);
     if (!(u > 0) || !(v > 0)) return chord;
@@ -27,11 +27,11 @@ double arcLength(const TraceVertex& a, const TraceVertex& b) {
     return chord * (1 + s2 * (1.0 / 6 + s2 * (3.0 / 40 + s2 * (5.0 / 112)))); // t / sin(t), by Taylor
 }
 
-/// Curves of one chunk, and what is summed over them.
+/// The curves of one chunk, and sums over them.
 struct Part {
     Curves curves;
     size_t retries = 0;
-    std::array<double, 2> squares{}, most{}; // of the drift
+    std::array<double, 2> squares{}, most{}; // drift: sums of squares, and maxima
 };
 
 void append(Part& part, const TraceSetup& setup, int64_t id, TraceLine& forward, TraceLine& backward) {
@@ -39,7 +39,7 @@ void append(Part& part, const TraceSetup& setup, int64_t id, TraceLine& forward,
     const bool hasTracks = setup.stepper.flow().hasTracks();
     if (backward.end == CurveEnd::closed) forward = {};
     const bool hasForward = !forward.vertices.empty(), hasBackward = !backward.vertices.empty();
-    // Downstream: the way back to the seed, and on from there.
+    // In flow order: the backward part reversed, then the forward part.
     std::vector<TraceVertex> vertices(backward.vertices.rbegin(), backward.vertices.rend());
     vertices.insert(vertices.end(), forward.vertices.begin() + (hasForward && hasBackward ? 1 : 0),
                     forward.vertices.end());
@@ -104,7 +104,7 @@ void append(std::vector<T>& to, const std::vector<T>& from) {
     to.insert(to.end(), from.begin(), from.end());
 }
 
-/// Moves all parts, in their order, into one.
+/// Moves all parts into one, in order.
 Curves joined(std::vector<Part>& parts) {
     Curves all;
     size_t vertices = 0;
@@ -147,7 +147,7 @@ void summarize(TraceResult& result) {
 
 void validate(const Flow& flow, const Points& seeds, const TraceOptions& o) {
     if (seeds.y.size() != seeds.size() || seeds.z.size() != seeds.size() || seeds.id.size() != seeds.size())
-        throw ValueError("the arrays of the seeds differ in length; give each x, y, z and id");
+        throw ValueError("the seed arrays differ in length; give x, y, z and id for each seed");
     if (o.step != 0) requirePositive(o.step, "step");
     if (o.limit != 0) requirePositive(o.limit, "limit");
     requirePositive(o.turn, "turn");
@@ -155,26 +155,24 @@ void validate(const Flow& flow, const Points& seeds, const TraceOptions& o) {
     if (!(o.stagnation >= 0) || !std::isfinite(o.stagnation))
         throw ValueError(fmt::format("stagnation {} must be 0 or more", o.stagnation));
     if (!(o.closure >= 0) || !(o.closure <= 0.1))
-        throw ValueError(fmt::format("closure {} must be 0 to 0.1 of a step", o.closure));
+        throw ValueError(fmt::format("closure {} must be between 0 and 0.1 of a step", o.closure));
     if (!(o.accuracy >= 0)) throw ValueError(fmt::format("accuracy {} must be positive", o.accuracy));
     o.reprojection.validate(flow.hasTracks());
 }
 
 TraceSetup setupOf(const Flow& flow, TraceOptions o, const Monitor& monitor) {
-    const FlowMagnitudes typical = magnitudesOf(flow, {{}, monitor.cancelled});
-    const double unit = length(flow.domain().box.size()) / (o.by == StepBy::length ? 1
-                                                            : typical.speed > 0    ? typical.speed
-                                                                                   : 1);
+    const FlowRms rms = rmsOf(flow, {{}, monitor.cancelled});
+    const double unit = length(flow.domain().box.size()) / (o.by == StepBy::length ? 1 : rms.speed > 0 ? rms.speed : 1);
     if (o.step == 0) o.step = unit / 200;
     if (o.limit == 0) o.limit = unit * 8;
-    requirePositive(o.step, "step"); // of a box without extent
+    requirePositive(o.step, "step"); // fails for a box without extent
     const Scheme scheme = o.by == StepBy::time || o.accuracy > 0 ? Scheme::dormandPrince : Scheme::rk4;
     if (o.accuracy == 0)
         o.accuracy = o.by == StepBy::time ? defaultAccuracy(flow.domain()) : std::numeric_limits<double>::infinity();
-    const auto cosine = [](double angle) { return angle < 3.14 ? std::cos(angle) : -2; }; // so much is no limit
-    return {{flow, o.by, scheme, inUnitsOf(typical, o.reprojection), StepGuard::forStreamlines(o.reprojection.method)},
+    const auto cosine = [](double angle) { return angle < 3.14 ? std::cos(angle) : -2; }; // larger angles are no limit
+    return {{flow, o.by, scheme, inUnitsOf(rms, o.reprojection), StepGuard::forStreamlines(o.reprojection.method)},
             o,
-            typical,
+            rms,
             cosine(o.turn),
             cosine(o.turn / 2)};
 }
@@ -189,9 +187,9 @@ TraceResult trace(const Flow& flow, const Points& seeds, const TraceOptions& opt
     parallelFor(
         seeds.size(), kChunk,
         [&](size_t begin, size_t end) {
-            // What this chunk may come to, beside what others have come to by now.
+            // An upper bound for this chunk, in addition to what others have allocated so far.
             requireMemory(static_cast<double>(end - begin) * 2 * steps * (sizeof(TraceVertex) + Curves::kVertexBytes),
-                          "a part of the curves", "trace fewer or shorter curves, or larger steps");
+                          "part of the curves", "trace fewer or shorter curves, or larger steps");
             parts[begin / kChunk] = traceChunk(setup, seeds, begin, end, monitor);
         },
         monitor);
@@ -207,7 +205,7 @@ TraceResult trace(const Flow& flow, const Points& seeds, const TraceOptions& opt
     result.curves.by = setup.options.by;
     const auto vertices = static_cast<double>(std::max<size_t>(result.curves.vertices(), 1));
     for (size_t q = 0; q < 2; ++q) {
-        const double scale = setup.typical.potentials[q] > 0 ? 1 / setup.typical.potentials[q] : 0;
+        const double scale = setup.rms.potentials[q] > 0 ? 1 / setup.rms.potentials[q] : 0;
         result.driftRms[q] = std::sqrt(result.driftRms[q] / vertices) * scale;
         result.driftMax[q] *= scale;
     }

@@ -7,7 +7,7 @@ namespace curlew {
 
 namespace {
 
-/// A last piece of a curve that is shorter than this, relative to a step, is left out.
+/// Drops the last segment of a curve if it is shorter than this, relative to a step.
 constexpr double kShort = 1e-3;
 
 } // namespace
@@ -53,7 +53,7 @@ void Tracer::advance() {
             mLines[growth.line].end = *end;
             continue;
         } else {
-            // Twice as long, the error is 32 times as large; and some room for what the estimate does not see.
+            // A step twice as long has 32 times the error; a further factor of 2 allows for what the estimate misses.
             if (!turns(step, i, mSetup.cosHalfTurn) && step.error[a] * 64 <= o.accuracy)
                 growth.part = std::min(2 * growth.part, whole());
             mTips.position.set(i, step.position[i]);

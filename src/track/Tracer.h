@@ -8,16 +8,16 @@
 
 namespace curlew {
 
-/// What all curves have in common, with the defaults filled in.
+/// The parameters that all curves share, with defaults filled in.
 struct TraceSetup {
     GuardedStepper<3> stepper;
     TraceOptions options;
-    FlowMagnitudes typical;
-    double cosTurn, cosHalfTurn; ///< Of the most that a step may turn, and half of that.
+    FlowRms rms;
+    double cosTurn, cosHalfTurn; ///< Cosines of the maximum turn of a step and of half of it.
 
     bool stands(const Vec3d& velocity) const {
         const double speed = length(velocity);
-        return !(speed > 0) || !(speed >= options.stagnation * typical.speed);
+        return !(speed > 0) || !(speed >= options.stagnation * rms.speed);
     }
 };
 
@@ -27,9 +27,9 @@ struct TraceVertex {
     double along;
 };
 
-/// The part of a curve that leads from its seed in one direction.
+/// The part of a curve in one direction from its seed.
 struct TraceLine {
-    std::vector<TraceVertex> vertices; ///< The seed first.
+    std::vector<TraceVertex> vertices; ///< Starts with the seed.
     CurveEnd end = CurveEnd::outside;
     double gap = 0;
 };
@@ -42,41 +42,41 @@ class Tracer {
     Tracer(const TraceSetup& setup, double sign, std::vector<TraceLine>& lines)
         : mSetup(setup), mSign(sign), mLines(lines) {}
 
-    /// Begins a line at a seed.
+    /// Starts a line at a seed.
     void add(size_t line, const ActiveTipsN<3>& seeds, int seed);
 
-    /// Follows all lines to their ends. Returns how many steps were halved.
+    /// Follows all lines to their ends. Returns the number of halved steps.
     size_t run(const Monitor& monitor);
 
   private:
-    /// Which line a tip extends, and what it needs to know of it.
+    /// The line that a tip extends, and its state.
     struct Growth {
         size_t line;
-        int part; ///< Of a step, in units of 2^-maxSubdivisions.
+        int part; ///< Length of its next step, in units of 2^-maxSubdivisions steps.
         Origin origin;
     };
 
     int whole() const { return 1 << mSetup.options.reprojection.maxSubdivisions; }
     TraceVertex& last(const Growth& growth) { return mLines[growth.line].vertices.back(); }
 
-    /// Takes a step of every line, or a part of one.
+    /// Takes a step, or a part of one, of every line.
     void advance();
-    /// Whether step i turns by more than an angle of this cosine.
+    /// Returns whether step i turns by more than the angle of this cosine.
     bool turns(const StepResult& step, int i, double cosine) const;
-    /// Adds the end of step i to its line. Returns why the line ends there, if it does.
+    /// Adds the end of step i to its line. Returns the reason if the line ends there.
     std::optional<CurveEnd> acceptStep(const Growth& growth, int i, const StepResult& step, double dt);
     /// Adds the end k of a step that began at tip i.
     void push(const Growth& growth, int i, const StepResult& step, int k, double dt);
-    /// Whether the line returns to its seed with this step; if so, closes it.
+    /// Closes the line if it returns to its seed in this step. Returns whether it does.
     bool closes(const Growth& growth, int i, const StepResult& step, double dt);
-    /// Ends the line on the face of the box that the step passes first.
+    /// Ends the line on the first face of the box that the step crosses.
     void leave(const Growth& growth, int i, const StepResult& step, double dt);
 
     const TraceSetup& mSetup;
     double mSign;
     std::vector<TraceLine>& mLines;
     ActiveTipsN<3> mTips;
-    std::vector<Growth> mGrowths; ///< One for each tip.
+    std::vector<Growth> mGrowths; ///< One per tip.
     size_t mRetries = 0;
 };
 

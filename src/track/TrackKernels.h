@@ -42,14 +42,14 @@ struct CombineKernel {
     }
 };
 
-/// Points on their way onto their tracks.
+/// The residuals of a batch during reprojection.
 template <int N>
 struct Residuals {
     TrackBatchN<N> value;
     std::array<double, kBatch> converged; ///< 1 or 0.
 };
 
-/// Potentials less the track's.
+/// Computes the potentials minus the track's values.
 template <int N>
 struct ResidualKernel {
     template <class T, class Jets>
@@ -68,7 +68,7 @@ struct ResidualKernel {
     }
 };
 
-/// p + move, the move no longer than the limit.
+/// Returns p + move, with the move clamped to the limit's length.
 template <class T, int N>
 Vec<T, N> movedWithin(const T& limit, const Vec<T, N>& p, const Vec<T, N>& move) {
     const T size = length(move), scale = select(size > limit, limit / size, T(1));
@@ -77,8 +77,8 @@ Vec<T, N> movedWithin(const T& limit, const Vec<T, N>& p, const Vec<T, N>& move)
     return moved;
 }
 
-/// Gauss-Newton for all potentials at once: the smallest v with J v = -r. The functions that are farthest off, by their
-/// tolerance, come first: they win where the gradients are nearly parallel.
+/// Takes a Gauss-Newton step for all potentials at once: the smallest v with J v = -r. The potentials with the largest
+/// residuals, relative to their tolerance, come first: they take precedence where gradients are nearly parallel.
 template <int N>
 struct GaussNewtonKernel {
     template <class T, class Jets>
@@ -115,8 +115,8 @@ struct GaussNewtonKernel {
     }
 };
 
-/// Newton for one potential: along its gradient to the iso-surface, to first order; nowhere where the gradient
-/// vanishes.
+/// Takes a Newton step for one potential: along its gradient to the iso-surface, to first order. Does not move the
+/// point where the gradient vanishes.
 template <int N>
 struct NewtonKernel {
     template <class T>

@@ -13,8 +13,7 @@ namespace curlew {
 
 namespace {
 
-/// Of a step: the most that its error of the place may be, relative to the diagonal of the domain's box, and that of
-/// the determinant.
+/// Maximum error per step: of the position, relative to the diagonal of the domain's box, and of the determinant.
 constexpr double kAccuracy = 1e-9;
 
 double determinant(const Matrix3& m) { return dot(m[0], cross(m[1], m[2])); }
@@ -29,15 +28,15 @@ void add(Matrix3& sum, const Matrix3& m, double factor) {
     for (int i = 0; i < 3; ++i) sum[i] += m[i] * factor;
 }
 
-/// Where a position is on its way, and the determinant up to there.
+/// The current position of a sample, and the determinant so far.
 struct Sample {
     Vec3d position;
     double determinant = 1;
     bool moves = true;
 };
 
-/// One step of a position and of M, from the identity. Every step has its own M, and the determinants are multiplied:
-/// those of long ways would drown in the stretching.
+/// One step of a position and of M, which starts as the identity in every step. The determinants of the steps are
+/// multiplied, because the determinant of an M over a long time would be lost in rounding as the flow stretches it.
 class VariationalStep {
   public:
     VariationalStep(const Flow& flow, const Tableau& tableau) : mFlow(flow), mTableau(tableau) {}
@@ -46,7 +45,7 @@ class VariationalStep {
         mFirst = mFlow.at(position);
         mFrom = position;
     }
-    /// Takes a step; `begin` or `accept` has been called.
+    /// Takes a step. Call `begin` or `accept` before.
     void tryStep(double dt) {
         mVelocity[0] = mFirst.velocity;
         mGrowth[0] = mFirst.derivative;
@@ -69,7 +68,7 @@ class VariationalStep {
             add(offM, mGrowth[s], dt * mTableau.error[s]);
         }
         mError = length(off);
-        // Of the determinant, to first order: M is near the identity.
+        // Error of the determinant to first order, because M is near the identity.
         mDeterminantError = std::abs(offM[0][0] + offM[1][1] + offM[2][2]);
     }
     void accept() {
@@ -79,7 +78,7 @@ class VariationalStep {
 
     const Vec3d& end() const { return mEnd; }
     double determinantOfM() const { return determinant(mM); }
-    /// Relative to what is allowed, for a domain of this diagonal.
+    /// Returns the error relative to the allowed one, for a domain of this diagonal.
     double error(double diagonal) const { return std::max(mError / diagonal, mDeterminantError) / kAccuracy; }
 
   private:
@@ -93,7 +92,7 @@ class VariationalStep {
     double mError = 0, mDeterminantError = 0;
 };
 
-/// Follows a position through a steady flow.
+/// Follows a sample through a steady flow.
 void follow(const Flow& flow, double time, double firstStep, double diagonal, Sample& sample, const Monitor& monitor) {
     const Tableau& tableau = tableauOf(Scheme::dormandPrince);
     const detail::StepControl control(tableau.errorOrder);
@@ -119,7 +118,7 @@ void follow(const Flow& flow, double time, double firstStep, double diagonal, Sa
     }
 }
 
-/// What a moving wall does, by central differences.
+/// Applies the motion of a wall, with its Jacobian by central differences.
 void followWall(const Flow& from, const Flow& to, std::vector<Sample>& samples, const Monitor& monitor) {
     if (!from.domain().wall || !to.domain().wall) return;
     const WallMotion motion(*from.domain().wall, *to.domain().wall, from.domain().box);

@@ -8,25 +8,26 @@
 
 namespace curlew {
 
-/// Whether the straight way between two points meets the wall: by sphere tracing (Hart 1996). It sees a part of the
-/// wall that is thicker than 1/64 of the way.
+/// Returns whether the segment between two points crosses the wall, by sphere tracing (Hart 1996). Detects parts of the
+/// wall that are thicker than 1/64 of the segment.
 template <int N>
 bool meetsWall(const WallN<N>& wall, const Vec<double, N>& from, const Vec<double, N>& to) {
-    const double chord = length(to - from), least = chord / 64; // of a step: near the wall it would take too many
+    // the minimum step, because near the wall steps would become too many
+    const double chord = length(to - from), least = chord / 64;
     const auto distance = [&](double way) {
         return wall.sdf.distance.template at<0>(from + (to - from) * (way / chord)).value;
     };
     const double begin = distance(0), side = begin < 0 ? -1 : 1;
     for (double clear = side * begin, way = 0;;) {
-        way += std::max(clear / wall.sdf.steepness, least);
+        way += std::max(clear / wall.sdf.lipschitz, least);
         if (way >= chord) return false;
         clear = side * distance(way);
         if (clear < least / 4) return true;
     }
 }
 
-/// Rejects steps that lead from one side of a thin part of the wall to its other side: the wall faces the other way
-/// where they end, and lies between. `before`, `after`: the distances from the wall at both ends.
+/// Rejects steps that cross a thin part of the wall to its other side: at the two ends the wall faces opposite
+/// directions, and the wall lies between them. `before`, `after`: distances from the wall at the ends.
 template <int N>
 void rejectCrossings(const DomainN<N>& domain, const PointBatchN<N>& from, const PointBatchN<N>& to,
                      const std::array<double, kBatch>& before, const std::array<double, kBatch>& after,
@@ -37,8 +38,8 @@ void rejectCrossings(const DomainN<N>& domain, const PointBatchN<N>& from, const
     std::array<size_t, kBatch> owner;
     for (int i = 0; i < from.size; ++i) {
         const auto k = static_cast<size_t>(i);
-        // A way that is shorter does not reach the wall.
-        const double reach = wall.sdf.steepness * length(to[i] - from[i]);
+        // A shorter step does not reach the wall.
+        const double reach = wall.sdf.lipschitz * length(to[i] - from[i]);
         if (!accepted[k] || std::abs(before[k]) + std::abs(after[k]) > reach) continue;
         owner[static_cast<size_t>(begins.size)] = k;
         begins.push(from[i]);

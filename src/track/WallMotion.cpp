@@ -18,7 +18,7 @@ using namespace detail;
 
 namespace {
 
-constexpr double kRounding = 1e-12; // of an angle
+constexpr double kRounding = 1e-12; // of an angle, radians
 
 /// Calls use(points) with batches of positions in and around the shape.
 template <class Use>
@@ -37,7 +37,7 @@ void visitAround(const Wall& wall, const Box& box, const Use& use) {
     }
 }
 
-/// The most that two distances differ, the second taken at moved(x).
+/// Returns the maximum difference between two distances, the second taken at moved(x).
 template <class Moved>
 double greatestDifference(const Wall& from, const Wall& to, const Box& box, const Moved& moved) {
     double greatest = 0;
@@ -54,14 +54,14 @@ double greatestDifference(const Wall& from, const Wall& to, const Box& box, cons
 
 Vec3d stay(const Vec3d& x) { return x; }
 
-/// So many steps that none is longer than a quarter of the wall's layer.
+/// Returns the number of steps for which none is longer than a quarter of the wall's layer.
 int stepsFor(double way, const Wall& wall) {
     return static_cast<int>(std::clamp(std::ceil(4 * way / wall.width), 1.0, 64.0));
 }
 
-/// Moves the points for one second as they appear from the wall, where it rests: there the wall's velocity ∇a × ∇b is
-/// what the points lack, and nothing is missing at the wall. f = -alpha a is constant along their way, and so is b.
-/// `way`: how far the wall moves; `size`: of the space.
+/// Moves the points for one second as seen from the wall, where the wall rests. In that frame, points far away move
+/// with the negative of the wall's velocity ∇a × ∇b, and points at the wall rest. f = -alpha a and b are constant along
+/// their paths. `way`: distance that the wall moves; `size`: extent of the space.
 void driftBack(const Wall& wall, double size, const ScalarField& a, const ScalarField& b, double way,
                std::vector<Vec3d>& points, const Monitor& monitor) {
     const Flow flow(-1.0 * (layerFade(wall) * a), b, {.box = {}, .wall = wall});
@@ -80,7 +80,7 @@ void driftBack(const Wall& wall, double size, const ScalarField& a, const Scalar
 } // namespace
 
 WallMotion::WallMotion(const Wall& from, const Wall& to, const Box& box) : mFrom(from), mTo(to), mBox(box) {
-    if (from.side != to.side) throw ValueError("a wall cannot change the side on which the flow is");
+    if (from.side != to.side) throw ValueError("the flow cannot change sides of a moving wall");
     const Pose &before = from.sdf.pose, &after = to.sdf.pose;
     const bool posed = before.axes == after.axes && before.origin == after.origin;
     if (posed) {
@@ -99,7 +99,7 @@ WallMotion::WallMotion(const Wall& from, const Wall& to, const Box& box) : mFrom
 }
 
 void WallMotion::carryRigidly(std::vector<Vec3d>& points, const Monitor& monitor) const {
-    // In coordinates that move with the wall, so it stays as it is in mFrom.
+    // In coordinates that move with the wall, in which the wall stays as it is in mFrom.
     const auto translate = [&](const Vec3d& way) {
         if (way == Vec3d{}) return;
         const Flow uniform = uniformFlow(way);
@@ -124,7 +124,7 @@ void WallMotion::carryRigidly(std::vector<Vec3d>& points, const Monitor& monitor
 }
 
 void WallMotion::carryAlongNormals(std::vector<Vec3d>& points, const Monitor& monitor) const {
-    // The wall at s, from 0 to 1: where (1 - s) d_from + s d_to is zero.
+    // The wall at s, 0 to 1, is the zero set of (1 - s) d_from + s d_to.
     const auto velocity = [&](const PointBatch& p, double s, VecBatch<double>& v) {
         JetBatch<double, 1> before, after;
         mFrom.sdf.distance.eval(p, before);
@@ -180,7 +180,7 @@ bool keptIn(const Place& before, const Place& after) {
     return staysOnSide(after.allowed, after.distance, before.distance);
 }
 
-/// Where the point has the distance that it had before, found along the gradient; or where that search ends.
+/// Moves a point along the gradient until it has its former distance again. Returns the last position if that fails.
 Vec3d atDistance(const Wall& wall, Vec3d point, double distance) {
     for (int k = 0; k < 20; ++k) {
         const auto d = wall.sdf.distance.at<1>(point);
@@ -196,7 +196,7 @@ Vec3d atDistance(const Wall& wall, Vec3d point, double distance) {
 size_t WallMotion::carry(std::vector<Vec3d>& points, const Monitor& monitor) const {
     if (mStill) return 0;
     const std::vector<Place> before = placesOf(mFrom, points), without = placesOf(mTo, points);
-    // Only what the layer touches on its way.
+    // Only the points that the layer touches during its motion.
     const double wayOfCentre = length(mTranslation);
     std::vector<size_t> taken;
     std::vector<Vec3d> moved;
@@ -204,7 +204,7 @@ size_t WallMotion::carry(std::vector<Vec3d>& points, const Monitor& monitor) con
         if (!before[k].allowed) continue;
         const double way = mRigid ? wayOfCentre + mAngle * length(points[k] - mCentre) : 0;
         const double nearest = std::min(std::abs(before[k].distance), std::abs(without[k].distance));
-        if (nearest >= mFrom.width + mFrom.sdf.steepness * way && keptIn(before[k], without[k])) continue;
+        if (nearest >= mFrom.width + mFrom.sdf.lipschitz * way && keptIn(before[k], without[k])) continue;
         taken.push_back(k);
         moved.push_back(points[k]);
     }

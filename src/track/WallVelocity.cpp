@@ -16,11 +16,11 @@ namespace curlew {
 
 namespace {
 
-/// Of the way, over which the pose of a rigid wall is differentiated: the error of the differences and that of rounding
-/// are both far below that of float.
+/// The fraction of the interval over which the pose of a rigid wall is differentiated. The errors of the differences
+/// and of rounding are then both far below the precision of float.
 constexpr double kRigidStep = 0.01;
 
-/// d f/dt at the first of three equidistant moments.
+/// Returns the derivative of f by time at the first of three equidistant times.
 template <class T>
 T derivative(const T& now, const T& next, const T& afterNext, double step) {
     return (next * 4.0 - afterNext - now * 3.0) * (1 / (2 * step));
@@ -32,7 +32,7 @@ struct Share {
     double width;
 
     Univariate<double> at(double distance) const {
-        // In a body that moves as a whole, all moves with it.
+        // The inside of a rigid body moves with it.
         const double sign = side == Side::outside || distance > 0 ? 1 : -1, rate = sign / width;
         const Univariate<double> fade = quinticFade(distance * rate);
         return {1 - fade.value, -fade.first * rate, -fade.second * rate * rate, -fade.third * rate * rate * rate};
@@ -54,10 +54,10 @@ struct ShareField {
                                                  static_cast<T>(s.second), static_cast<T>(s.third)}));
         }
     }
-    Range range() const { return {0, 1}; }
+    Interval range() const { return {0, 1}; }
 };
 
-/// Unit vectors u and v with u × v along the direction.
+/// Returns unit vectors u and v with u × v in the given direction.
 std::pair<Vec3d, Vec3d> across(const Vec3d& direction) {
     const Flow uniform = uniformFlow(direction);
     const Vec3d u = uniform.f().at<1>({}).gradient, v = uniform.g().at<1>({}).gradient;
@@ -101,7 +101,7 @@ void WallVelocity::differentiatePoses(const Pose& now, const Pose& next, const P
     mCentre = now.origin;
     mTranslation = derivative(now.origin, next.origin, afterNext.origin, mStep);
     mRotation = derivative(Vec3d{}, turn(next), turn(afterNext), mStep);
-    // What rounding leaves of a part that is not there.
+    // Drop a component that is only rounding error.
     const double size = length(mCentre) + mWall.width, noise = 1e-14 / std::abs(mStep);
     if (length(mTranslation) <= noise * size) mTranslation = {};
     if (length(mRotation) <= noise) mRotation = {};
@@ -137,7 +137,7 @@ DistanceRange WallVelocity::range() const {
 
 bool WallVelocity::isFar(const Vec3d& position, double radius) const {
     const DistanceRange moves = range();
-    const double d = mWall.sdf.distance.at<0>(position).value, reach = mWall.sdf.steepness * radius;
+    const double d = mWall.sdf.distance.at<0>(position).value, reach = mWall.sdf.lipschitz * radius;
     return d - reach >= moves.upper || d + reach <= moves.lower;
 }
 

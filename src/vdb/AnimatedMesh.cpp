@@ -21,14 +21,14 @@ using openvdb::Mat4d;
 using openvdb::Vec3d;
 using openvdb::Vec3s;
 
-constexpr double kSamePose = 1e-3; // of the mesh's size
+constexpr double kSamePose = 1e-3; // relative to the mesh's size
 
 DigestBuilder& add(DigestBuilder& builder, const Mat4d& matrix) {
     return builder.addBytes(matrix.asPointer(), 16 * sizeof(double));
 }
 
-/// Finds the points that move alike: those of one group with the same position in the space of what moves them are one
-/// point in every pose.
+/// Finds points that coincide in every pose: points of one group that have the same position in the space of their
+/// mover.
 class Joints {
   public:
     explicit Joints(const ModelData& data) : mData(data), mMover(data.nodes.size()), mWithin(data.nodes.size()) {
@@ -44,7 +44,7 @@ class Joints {
         }
     }
 
-    /// The points of all parts in the spaces of what moves them, with all faces.
+    /// Returns the points of all parts in the spaces of their movers, with all faces.
     Polygons polygons() const {
         const std::vector<Mat4d> nodes = nodesAt(mData, nullptr, 0);
         Polygons all;
@@ -86,7 +86,7 @@ class Joints {
     }
 
     const ModelData& mData;
-    std::vector<int64_t> mMover; ///< Of each node, itself or the nearest one above it that a clip moves; -1: none.
+    std::vector<int64_t> mMover; ///< For each node, itself or its nearest ancestor that a clip moves; -1: none.
     std::vector<Mat4d> mWithin;  ///< From each node to its mover, or to the world.
 };
 
@@ -157,8 +157,9 @@ std::vector<Vec3s> AnimatedMesh::pointsAt(const MeshPose& pose) const {
     points.reserve(mSources.size());
     for (const uint32_t source : mSources) {
         if (!all[source].isFinite())
-            throw ValueError(fmt::format("the clip '{}' puts a point at infinity; repair it or take another with clip=",
-                                         clip ? clip->name : "none"));
+            throw ValueError(
+                fmt::format("the clip '{}' puts a point at infinity; repair it, or choose another with clip=",
+                            clip ? clip->name : "none"));
         points.push_back(all[source] + Vec3s(0.0f)); // -0 becomes 0
     }
     return points;

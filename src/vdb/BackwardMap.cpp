@@ -19,14 +19,14 @@ namespace {
 
 using openvdb::Coord;
 
-constexpr int kNodes = 6;  ///< Of the interpolation, along each axis: at -2 … 3 from the voxel below.
-constexpr int kBefore = 2; ///< So many of them come before that voxel.
+constexpr int kNodes = 6;  ///< Nodes of the interpolation along each axis: at -2 … 3 from the voxel below.
+constexpr int kBefore = 2; ///< Number of nodes before that voxel.
 
-/// What nodes count: for the three of an origin, and for φ.
+/// Weights of the nodes: three for the components of the origin, and one for φ.
 using Weights = std::array<Vec<double, 4>, kNodes>;
 
-/// Lagrange's polynomials at t: of degree 5 for origins and of degree 3, on the nodes -1 … 2, for φ. Their derivatives,
-/// and degree 5 less degree 3.
+/// Lagrange polynomials at t: of degree 5 for origins; of degree 3, on the nodes -1 … 2, for φ. Also their derivatives,
+/// and the difference degree 5 minus degree 3.
 struct Lagrange {
     Weights value{}, slope{}, difference{};
 
@@ -60,16 +60,16 @@ struct Lagrange {
     }
 };
 
-/// Each component with its own weight.
+/// Multiplies each component by its own weight.
 Vec<double, 4> weighted(Vec<double, 4> node, const Vec<double, 4>& weight) {
     for (int c = 0; c < 4; ++c) node[c] *= weight[c];
     return node;
 }
 
-/// How far φ₀ may be wrong at an origin that is off by `difference`.
+/// Estimates the error of φ₀ at an origin that is off by `difference`.
 double errorOf(const Vec3d& gradient, const Vec<double, 4>& difference) {
     const Vec3d off{{difference[0], difference[1], difference[2]}};
-    constexpr double kFlat = 0.5; // less than the slope of a distance: beyond its band
+    constexpr double kFlat = 0.5; // below the slope of a distance: outside its band
     return length(gradient) < kFlat ? length(off) : std::abs(dot(gradient, off));
 }
 
@@ -85,7 +85,7 @@ std::array<Coord, 8> cornersOf(const Coord& cell) {
 void BackwardMap::follow(const std::vector<openvdb::Vec3d>& seeds, const Trace& trace, const Monitor& monitor) {
     std::vector<Coord> cells;
     for (const auto& seed : seeds)
-        if (seed.lengthSqr() < 0x1p60) cells.push_back(Coord::floor(seed)); // not NaN, nor beyond all coordinates
+        if (seed.lengthSqr() < 0x1p60) cells.push_back(Coord::floor(seed)); // skips NaN and huge coordinates
     while (!cells.empty()) {
         openvdb::MaskTree wanted;
         {
@@ -100,8 +100,8 @@ void BackwardMap::follow(const std::vector<openvdb::Vec3d>& seeds, const Trace& 
         const size_t begin = mVoxels.size();
         if (count == 0) return;
         if (begin + count > INT32_MAX)
-            throw ResourceError(fmt::format("the surface has grown to {} voxels; choose larger ones", begin + count));
-        constexpr double kBytesEach = 160; // with what the distances will need
+            throw ResourceError(fmt::format("the surface has grown to {} voxels; choose larger voxels", begin + count));
+        constexpr double kBytesEach = 160; // includes what the distances will need
         requireMemory(static_cast<double>(count) * kBytesEach,
                       fmt::format("the surface, which has grown to {} voxels,", begin + count),
                       "follow it for a shorter time, or choose larger voxels");
@@ -129,7 +129,7 @@ void BackwardMap::evaluate(size_t begin, const Monitor& monitor) {
         monitor);
 }
 
-/// The cells with corners of both signs, of which some corner is one of the voxels from `begin` on.
+/// Returns the cells whose corners have both signs and include a voxel with an index of at least `begin`.
 std::vector<Coord> BackwardMap::crossedCells(size_t begin, const Monitor& monitor) const {
     constexpr size_t kGrain = 1024;
     const size_t count = mVoxels.size() - begin;
@@ -158,11 +158,11 @@ std::vector<Coord> BackwardMap::crossedCells(size_t begin, const Monitor& monito
 
 namespace {
 
-/// An edge between voxels, its nodes and those on the line beyond, and the bracket of φ's root on it.
+/// An edge between voxels, its two nodes and the nodes on the line beyond, and the bracket of φ's root on it.
 struct Edge {
     std::array<Vec<double, 4>, kNodes> nodes;
     double a = 0, b = 1, phiA = 0, phiB = 0;
-    bool byOrigins = true; ///< φ is that of the interpolated origin, else it is interpolated itself.
+    bool byOrigins = true; ///< If true, φ is evaluated at the interpolated origin; otherwise φ itself is interpolated.
     bool open = true;
 
     Vec<double, 4> at(const Weights& weights) const {
@@ -170,8 +170,8 @@ struct Edge {
         for (size_t k = 0; k < kNodes; ++k) sum += weighted(nodes[k], weights[k]);
         return sum;
     }
-    /// Where to look next: the Illinois variant of regula falsi (Dowell and Jarratt 1971), with a bisection now and
-    /// then, since φ₀ is flat beyond its band.
+    /// Returns the next position to try: the Illinois variant of regula falsi (Dowell and Jarratt 1971), with a
+    /// bisection every fourth time, since φ₀ is flat beyond its band.
     double next(int iteration) const { return iteration % 4 == 3 ? (a + b) / 2 : a - phiA * (b - a) / (phiB - phiA); }
     void narrow(double t, double phi) {
         constexpr double kEnough = 1e-7; // voxels
@@ -264,7 +264,8 @@ std::vector<BackwardMap::Crossing> BackwardMap::crossings(const Monitor& monitor
 bool BackwardMap::interpolate(const openvdb::Vec3d& position, const Accessor& index, Interpolated& result) const {
     const Coord base = Coord::floor(position);
     const Lagrange x(position[0] - base[0]), y(position[1] - base[1]), z(position[2] - base[2]);
-    // Of the differences between the degrees along each axis, which make up that in space but for their products.
+    // The sums in `difference` are those of the differences along each axis; together they are the difference in space,
+    // except for their products.
     result = {};
     for (size_t i = 0; i < kNodes; ++i) {
         Node plane, planeY, planeZ, planeDifference;

@@ -12,7 +12,7 @@ namespace curlew {
 
 namespace {
 
-constexpr double kMostSamples = 1e8; ///< That a band is widened to: 1.4 GB.
+constexpr double kMostSamples = 1e8; ///< The largest band that widened() makes: 1.4 GB.
 
 } // namespace
 
@@ -44,7 +44,8 @@ Extent extentOf(const LevelSet& levelSet) {
     return {voxels / (2 * halfWidth), {size[0], size[1], size[2]}};
 }
 
-/// Inside, at most what the box holds; outside, what an edge or a small body adds too (Steiner's formula for the box).
+/// Inside, the band is at most as large as the box. Outside, edges and small bodies add voxels (Steiner's formula for
+/// the box).
 double samplesInBand(const Extent& surface, double halfWidth) {
     const auto& size = surface.size;
     const double layer = surface.area * halfWidth;
@@ -54,7 +55,7 @@ double samplesInBand(const Extent& surface, double halfWidth) {
 
 void requireBand(const Extent& surface, double halfWidth, double voxel) {
     const double samples = samplesInBand(surface, halfWidth);
-    requireMemory(samples * 14, fmt::format("a band of {:.3g} voxels on either side of the level set", halfWidth),
+    requireMemory(samples * 14, fmt::format("a band of {:.3g} voxels on each side of the level set", halfWidth),
                   "choose a smaller width, or a coarser level set");
     if (samples <= kMostSamples) return;
     double fits = 0, tooWide = halfWidth;
@@ -62,10 +63,10 @@ void requireBand(const Extent& surface, double halfWidth, double voxel) {
         const double middle = (fits + tooWide) / 2;
         (samplesInBand(surface, middle) <= kMostSamples ? fits : tooWide) = middle;
     }
-    throw ResourceError(fmt::format(
-        "a band of {:.3g} voxels on either side of the level set would have about {:.2g} voxels; choose a width of at "
-        "most {:.2g}, or a coarser level set",
-        halfWidth, samples, std::max(0.0, fits - kSplineSupport) * voxel));
+    throw ResourceError(
+        fmt::format("a band of {:.3g} voxels on each side of the level set would have about {:.2g} voxels; choose a "
+                    "width of at most {:.2g}, or a coarser level set",
+                    halfWidth, samples, std::max(0.0, fits - kSplineSupport) * voxel));
 }
 
 } // namespace curlew

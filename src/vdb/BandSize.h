@@ -5,22 +5,22 @@
 
 namespace curlew {
 
-/// A surface in voxels: its area and the edges of its box.
+/// Area of a surface, and edge lengths of its box, in voxels.
 struct Extent {
     double area;
     openvdb::Vec3d size;
 };
 
 openvdb::BBoxd boxOf(const Mesh& mesh);
-double areaOf(const Mesh& mesh); ///< World units.
+double areaOf(const Mesh& mesh); ///< In world units.
 
 Extent extentOf(const Mesh& mesh, double voxel);
 Extent extentOf(const LevelSet& levelSet);
 
-/// About how many voxels lie within `halfWidth` voxels of a surface.
+/// Estimates the number of voxels within `halfWidth` voxels of a surface.
 double samplesInBand(const Extent& surface, double halfWidth);
 
-/// Throws ResourceError unless a band can be widened to `halfWidth` voxels in reasonable memory and time.
+/// Throws ResourceError if widening a band to `halfWidth` voxels would take too much memory or time.
 void requireBand(const Extent& surface, double halfWidth, double voxel);
 
 } // namespace curlew

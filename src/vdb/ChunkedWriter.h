@@ -11,8 +11,8 @@
 
 namespace curlew {
 
-/// Lets `format(begin, end, text)` append the records [begin, end) to a text, on all threads, and writes the texts in
-/// order. At most 64 of them exist at a time.
+/// Calls `format(begin, end, text)` on all threads to append the records [begin, end) to a text, and writes the texts
+/// in order. At most 64 texts exist at a time.
 template <class Format>
 void writeChunks(std::ostream& out, size_t count, const Format& format) {
     constexpr size_t kChunks = 64, kGrain = 4096;
@@ -29,7 +29,7 @@ void writeChunks(std::ostream& out, size_t count, const Format& format) {
     }
 }
 
-/// Appends a value to a binary record, little-endian.
+/// Appends a value to a binary record in little-endian order.
 template <class T>
 void appendBytes(std::string& bytes, T value) {
     static_assert(std::endian::native == std::endian::little, "values are written as they are in memory");

@@ -19,7 +19,7 @@ namespace {
 
 using openvdb::FloatGrid;
 
-/// Gives distances near the mesh the sign of their closest face's side.
+/// Gives distances near the mesh the sign of the side of their closest face.
 void signNear(FloatGrid& grid, const openvdb::Int32Grid& closest, const FaceSides& sides, const Monitor& monitor) {
     std::vector<openvdb::FloatTree::LeafNodeType*> leaves;
     grid.tree().getNodes(leaves);
@@ -39,7 +39,7 @@ void signNear(FloatGrid& grid, const openvdb::Int32Grid& closest, const FaceSide
         monitor);
 }
 
-/// The largest triangle of each part of a mesh whose triangles are joined by corners.
+/// Returns the largest triangle of each connected part of a mesh, where triangles are connected by vertices.
 std::vector<winding::Triangle> onePerShell(const Mesh& mesh) {
     std::vector<openvdb::Index32> parent(mesh.points.size());
     std::iota(parent.begin(), parent.end(), 0u);
@@ -70,7 +70,7 @@ std::vector<winding::Triangle> onePerShell(const Mesh& mesh) {
 
 enum class Around { outside, inside, mixed };
 
-/// What is in front of the faces of all shells.
+/// Returns what lies in front of the faces of all shells.
 Around inFront(const Mesh& mesh, const Monitor& monitor) {
     const std::vector<winding::Triangle> shells = onePerShell(mesh);
     if (shells.size() == 1) return volumeOf(mesh) < 0 ? Around::inside : Around::outside;

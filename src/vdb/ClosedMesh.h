@@ -8,10 +8,10 @@
 
 namespace curlew {
 
-/// A level set, but for what is outside of its band, of a mesh of triangles that is closed, manifold and oriented: its
-/// signs are those of the sides of the closest faces. Null where that is not the solid: if voxels with no face between
-/// them are on different sides, then the mesh crosses itself, and if shells lie in each other other than as cavities.
-/// `turned`: faces run clockwise as seen from outside.
+/// Makes the narrow band of a level set of a closed, manifold and oriented triangle mesh. Values outside the band have
+/// no sign yet. The side of the closest face gives the sign. Returns null if that does not give the solid: if
+/// neighbouring voxels with no face between them have different signs, which means that the mesh crosses itself, or if
+/// a shell lies inside another other than as a cavity. Sets `turned` if the faces run clockwise as seen from outside.
 openvdb::FloatGrid::Ptr closedLevelSet(const Mesh& mesh, const openvdb::math::Transform& transform, double halfWidth,
                                        bool& turned, const Monitor& monitor);
 

@@ -7,7 +7,7 @@ namespace curlew {
 
 namespace {
 
-/// The voxels of one plane of a leaf are a batch, and a word of the leaf's mask of active voxels.
+/// The voxels of one plane of a leaf form a batch, and a word of the leaf's active mask.
 static_assert(kBatch == kLeafEdge * kLeafEdge);
 
 constexpr uint64_t kAll = ~uint64_t{0};
@@ -25,8 +25,8 @@ PointBatch centresOfPlane(const openvdb::Coord& origin, int plane, double voxel)
     return points;
 }
 
-/// The mask of the points where the velocity is not zero, and its factor there. `whole`: all points are in the box;
-/// `fades`: the factor differs from 1 somewhere.
+/// Returns the mask of the points where the velocity is not zero, and its fade factors there. `whole`: all points are
+/// in the box. `fades`: the factor differs from 1 somewhere.
 uint64_t activePoints(const FlowOnVoxels& sampled, const PointBatch& points, bool whole, bool fades, Factors& factors) {
     const Domain& domain = sampled.flow.domain();
     uint64_t active = kAll;
@@ -44,7 +44,7 @@ uint64_t activePoints(const FlowOnVoxels& sampled, const PointBatch& points, boo
     return active;
 }
 
-/// Moves the active points and their factors to the front, and stores which voxels of the plane they belong to.
+/// Moves the active points and their factors to the front, and stores the voxel of the plane that each belongs to.
 void compact(uint64_t active, PointBatch& points, Factors& factors, std::array<uint8_t, kBatch>& voxel) {
     points.size = 0;
     for (; active != 0; active &= active - 1) {
@@ -56,7 +56,7 @@ void compact(uint64_t active, PointBatch& points, Factors& factors, std::array<u
     }
 }
 
-/// Adds the velocity of the wall to that of a plane, and activates the voxels in the box that have one.
+/// Adds the wall's velocity to a plane, and activates those voxels in the box where it is not zero.
 void addWall(const FlowOnVoxels& sampled, bool whole, int plane, VelocityLeaf& leaf) {
     const PointBatch points = centresOfPlane(leaf.origin(), plane, sampled.voxel);
     VecBatch<double> w;

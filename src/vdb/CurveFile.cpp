@@ -30,28 +30,27 @@ void checkArrays(const Curves& c) {
     for (const auto* values : {&c.vx, &c.vy, &c.vz}) whole = whole && values->size() == vertices;
     for (const auto* values : {&c.f, &c.g}) whole = whole && values->size() == (c.hasTrack() ? vertices : 0);
     if (!whole)
-        throw ValueError(fmt::format(
-            "the arrays of the curves differ in length; give each of their {} vertices and {} curves as many values",
-            vertices, curves));
+        throw ValueError(
+            fmt::format("the curve arrays differ in length; give one value for each of the {} vertices and {} curves",
+                        vertices, curves));
 }
 
 void checkIds(const Curves& c) {
     for (const int64_t id : c.id)
         if (!std::in_range<int32_t>(id))
             throw ValueError(
-                fmt::format("the curve id {} does not fit in 32 bits, which is what the file holds; "
-                            "number the seeds from 0, or write .csv",
+                fmt::format("the curve id {} does not fit in the 32 bits that the file has for it; number the seeds "
+                            "from 0, or write .csv",
                             id));
     if (!std::in_range<int32_t>(c.vertices()))
-        throw ValueError(
-            fmt::format("{} vertices are more than 32 bits can number; trace fewer or shorter curves, or "
-                        "write .csv",
-                        c.vertices()));
+        throw ValueError(fmt::format(
+            "{} vertices are too many for the file's 32-bit indices; trace fewer or shorter curves, or write .csv",
+            c.vertices()));
 }
 
 const char* alongName(const Curves& curves) { return kStepByNames[static_cast<size_t>(curves.by)].data(); }
 
-/// The curve of each vertex.
+/// Returns the curve of each vertex.
 std::vector<size_t> owners(const Curves& c) {
     std::vector<size_t> owner(c.vertices());
     for (size_t k = 0; k < c.size(); ++k)
@@ -60,7 +59,7 @@ std::vector<size_t> owners(const Curves& c) {
     return owner;
 }
 
-/// Gives every point of a grid an attribute with the value value(id).
+/// Adds an attribute to a grid: every point gets value(id).
 template <class T, class Value>
 void addAttribute(points::PointDataGrid& grid, const std::string& name, const Value& value) {
     using Leaf = points::PointDataTree::LeafNodeType;
@@ -98,7 +97,7 @@ void writePly(const fs::path& path, const Curves& c) {
                 appendBytes(chunk, static_cast<int32_t>(c.id[owner[v]]));
             }
         });
-        // An edge for each vertex but the last of open curves.
+        // Every vertex begins an edge, except the last of an open curve.
         writeChunks(out, c.vertices(), [&](size_t begin, size_t end, std::string& chunk) {
             for (size_t v = begin; v < end; ++v) {
                 const size_t k = owner[v];
@@ -120,7 +119,7 @@ void writeObj(const fs::path& path, const Curves& c) {
                 fmt::format_to(std::back_inserter(chunk), FMT_COMPILE("v {:.9g} {:.9g} {:.9g}\n"), c.x[v], c.y[v],
                                c.z[v]);
         });
-        // Each vertex adds its number to its curve's line.
+        // Each vertex appends its index to its curve's line.
         writeChunks(out, c.vertices(), [&](size_t begin, size_t end, std::string& chunk) {
             const auto to = std::back_inserter(chunk);
             for (size_t v = begin; v < end; ++v) {

@@ -5,7 +5,7 @@
 
 namespace curlew {
 
-/// Whether a level set is negative anywhere, by more than what rounding makes of a flat surface.
+/// Returns whether a level set is negative anywhere, by more than the rounding errors of a flat surface.
 inline bool enclosesSomething(const openvdb::FloatGrid& grid) {
     const auto depth = static_cast<float>(1e-3 * grid.voxelSize()[0]);
     for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf)

@@ -17,12 +17,12 @@ using openvdb::Coord;
 using winding::Triangle;
 using winding::triangleOf;
 
-constexpr size_t kChunk = 64;    ///< Triangles.
-constexpr double kPiece = 1.5;   ///< The longest edge of a piece, voxels.
-constexpr int kHalvings = 2;     ///< How often the edges of a piece are halved where both sorts meet.
-constexpr double kBeside = 0.02; ///< How far beside a face its sides are looked at, voxels.
+constexpr size_t kChunk = 64;    ///< In triangles.
+constexpr double kPiece = 1.5;   ///< Maximum edge length of a piece, voxels.
+constexpr int kHalvings = 2;     ///< How often the edges of a piece are halved where kept and hidden pieces meet.
+constexpr double kBeside = 0.02; ///< Distance from a face at which its two sides are sampled, voxels.
 
-/// Calls use(piece) for the n² equal parts of a triangle.
+/// Calls use(piece) for n² equal parts of a triangle.
 template <class Use>
 void cut(const Triangle& triangle, int n, const Use& use) {
     const Vec3d a = triangle.corner[0], u = (triangle.corner[1] - a) * (1.0 / n),
@@ -43,7 +43,7 @@ int partsOf(const Triangle& triangle, double voxel) {
     return static_cast<int>(std::clamp(std::ceil(longest / (kPiece * voxel)), 1.0, 1e4));
 }
 
-/// Marks the cell of each piece by its sort.
+/// Masks of the cells that contain kept and hidden pieces.
 struct Cells {
     openvdb::MaskTree kept, hidden;
 
@@ -72,7 +72,7 @@ void append(Mesh& surface, const std::vector<Triangle>& pieces) {
 
 FacePieces::FacePieces(const Mesh& mesh, double voxel, const Bounds& isBoundary, const Monitor& monitor) {
     const size_t count = mesh.triangles.size(), chunks = (count + kChunk - 1) / kChunk;
-    // Whether a face has one side inside, at its middle or near one of its corners.
+    // Returns whether exactly one side of a face is inside, at `place`.
     const auto boundsAt = [&](const Triangle& face, const Vec3d& place) {
         const Vec3d area = face.area();
         const double size = length(area);
@@ -81,7 +81,7 @@ FacePieces::FacePieces(const Mesh& mesh, double voxel, const Bounds& isBoundary,
         return isBoundary(place, step);
     };
     const auto bounds = [&](const Triangle& piece) { return boundsAt(piece, piece.middle()); };
-    // Takes a piece as a whole if it is alike at its corners and in the middle, where it is `keep`.
+    // Uses a piece as a whole if its corners agree with its middle, where it is `keep`; otherwise splits it.
     const auto split = [&](const auto& self, const Triangle& piece, bool keep, int halvings, const auto& use) -> void {
         bool alike = true;
         for (size_t k = 0; k < 3 && alike && halvings > 0; ++k)
@@ -90,7 +90,7 @@ FacePieces::FacePieces(const Mesh& mesh, double voxel, const Bounds& isBoundary,
         cut(piece, 2, [&](const Triangle& part) { self(self, part, bounds(part), halvings - 1, use); });
     };
 
-    // The sort of each piece, one triangle after another.
+    // For each piece whether it is kept, one triangle after another.
     std::vector<std::vector<uint8_t>> sorts(chunks);
     parallelFor(
         count, kChunk,

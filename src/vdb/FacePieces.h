@@ -9,19 +9,21 @@
 
 namespace curlew {
 
-/// The triangles of a mesh, cut into pieces of about a voxel, and sorted by whether both of their sides are inside or
-/// outside of a solid, or one is. Where pieces of both sorts meet, they are cut again, into pieces of about 0.4
-/// voxels, so that what is kept ends within such a piece of where the surface of the solid leaves the face.
+/// Separates the parts of a triangle mesh that bound a solid from those that do not. Triangles are cut into pieces of
+/// about a voxel. A piece is kept if exactly one of its sides is inside the solid, and hidden otherwise. Where kept and
+/// hidden pieces meet, they are cut again into pieces of about 0.4 voxels. So the kept part of a face ends within the
+/// size of such a piece from where the surface of the solid leaves the face.
 class FacePieces {
   public:
-    /// Whether a face bounds the solid at a position on it: one of position ± step is inside. World units. Thread-safe.
+    /// Returns whether a face bounds the solid at a position on it, which means that exactly one of position ± step is
+    /// inside. World units. Must be thread-safe.
     using Bounds = std::function<bool(const Vec3d& position, const Vec3d& step)>;
 
     FacePieces(const Mesh& mesh, double voxel, const Bounds& bounds, const Monitor& monitor);
 
-    /// Those with the inside on one side: whole triangles where all of their pieces have, and the pieces of others.
+    /// Moves out the kept faces: whole triangles if all of their pieces are kept, otherwise the kept pieces.
     Mesh takeSurface() { return std::move(mSurface); }
-    /// The others' share of the area.
+    /// Fraction of the area that is hidden.
     double hidden() const { return mHidden; }
 
   private:

@@ -13,7 +13,7 @@ using openvdb::Vec3d;
 
 FaceSides::FaceSides(const Mesh& mesh, const openvdb::math::Transform& transform)
     : mMesh(mesh), mAdapter(mesh, transform), mFirst(mesh.points.size() + 2, 0), mFaces(3 * mesh.triangles.size()) {
-    // Counted two places further on: filling moves each beginning to that of the next vertex.
+    // Counts are stored two places further on: filling then moves each beginning to that of the next vertex.
     for (const auto& t : mesh.triangles)
         for (int k = 0; k < 3; ++k) ++mFirst[t[k] + 2];
     for (size_t n = 2; n < mFirst.size(); ++n) mFirst[n] += mFirst[n - 1];
@@ -49,7 +49,7 @@ double FaceSides::sideOf(size_t face, const Vec3d& p) const {
         normal = normalOf(face);
     } else {
         const Index32 vertex = corner[biggest];
-        Index32 other = vertex; // of the edge; at a corner there is none
+        Index32 other = vertex; // other end of the edge; at a vertex there is none
         for (int k = 0; k < 3; ++k)
             if (k != biggest && uvw[k] > 0) other = corner[k];
         for (Index32 n = mFirst[vertex]; n < mFirst[vertex + 1]; ++n) {

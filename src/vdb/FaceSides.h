@@ -7,17 +7,18 @@
 
 namespace curlew {
 
-/// On which side of a mesh positions are, as told by their closest faces. For a closed mesh whose triangles are
-/// oriented and do not cross each other that is exactly whether they are inside: the closest point's normal decides, at
-/// an edge the sum of those of its triangles, at a corner the sum weighted by their angles there (Bærentzen and Aanæs
-/// 2005, "Signed distance computation using the angle weighted pseudonormal").
+/// Determines on which side of a mesh a position is, from its closest face. For a closed, oriented triangle mesh that
+/// does not cross itself, this tells exactly whether the position is inside. The sign is that of the offset from the
+/// closest point along a normal: the face's normal, at an edge the sum of the normals of its triangles, at a vertex the
+/// sum weighted by their angles there (Bærentzen and Aanæs 2005, "Signed distance computation using the angle weighted
+/// pseudonormal").
 class FaceSides {
   public:
-    /// A mesh of triangles only, which has to stay.
+    /// Refers to the mesh, which must consist of triangles only.
     FaceSides(const Mesh& mesh, const openvdb::math::Transform& transform);
 
-    /// Positive in front of the mesh, from where its corners run counter-clockwise. `p`: in voxels. `face`: the
-    /// closest.
+    /// Returns a positive value if p is in front of the mesh, where the faces run counter-clockwise. `p` is in voxels;
+    /// `face` is the face closest to it.
     double sideOf(size_t face, const openvdb::Vec3d& p) const;
 
   private:
@@ -27,7 +28,7 @@ class FaceSides {
     const Mesh& mMesh;
     MeshAdapter mAdapter;
     std::vector<openvdb::Index32> mFirst,
-        mFaces; ///< The faces at vertex n: mFaces[mFirst[n]] to mFaces[mFirst[n + 1]].
+        mFaces; ///< The faces at vertex n are mFaces[mFirst[n]] to mFaces[mFirst[n + 1] - 1].
 };
 
 } // namespace curlew

@@ -16,8 +16,8 @@ using VelocityLeaf = openvdb::Vec3STree::LeafNodeType;
 
 constexpr int kLeafEdge = VelocityLeaf::DIM;
 
-/// A flow on the voxels of a grid: the centre of voxel ijk is voxel * ijk. Refers to the flow, the fade, and how the
-/// wall moves (nullptr: not at all).
+/// A flow to be sampled on the voxels of a grid. The centre of voxel ijk is voxel * ijk. Refers to the flow, the fade
+/// and the motion of the wall (nullptr if the wall is at rest).
 struct FlowOnVoxels {
     const Flow& flow;
     double voxel;
@@ -26,18 +26,19 @@ struct FlowOnVoxels {
 
     Vec3d centre(const openvdb::Coord& ijk) const { return {{ijk[0] * voxel, ijk[1] * voxel, ijk[2] * voxel}}; }
 
-    /// Whether the centres of all voxels of the leaf are in the domain's box.
+    /// Returns whether the centres of all voxels of a leaf are in the domain's box.
     bool inBox(const openvdb::Coord& origin) const {
         const Box& box = flow.domain().box;
         return box.contains(centre(origin)) && box.contains(centre(origin.offsetBy(kLeafEdge - 1)));
     }
-    /// Whether nothing fades at the centres and corners of the voxels of a cube with that many voxels along an edge.
+    /// Returns whether the fade factor is 1 at the centres and corners of the voxels of a cube with `edge` voxels per
+    /// edge.
     bool isFar(const openvdb::Coord& origin, int edge = kLeafEdge) const {
         if (!fade.oneSided()) return true;
         const Vec3d middle = middleOf(origin, edge);
         return fade.isFar(flow.domain().wall->sdf.distance.at<0>(middle).value, radiusOf(edge));
     }
-    /// Whether the wall takes nothing along there, at the faces of the voxels either.
+    /// Returns whether the moving wall adds no velocity in the cube, the faces of its voxels included.
     bool rests(const openvdb::Coord& origin, int edge = kLeafEdge) const {
         return !moving || moving->isFar(middleOf(origin, edge), radiusOf(edge));
     }
@@ -52,20 +53,21 @@ struct FlowOnVoxels {
 /// Fills a leaf with velocities at the centres of its voxels.
 void sampleCollocated(const FlowOnVoxels& sampled, VelocityLeaf& leaf);
 
-/// Fills the leaves of a brick with velocities at the faces of their voxels. Each potential is computed once at each
-/// corner of a voxel, when the first leaf needs it.
+/// Fills the leaves of a brick with velocities at the faces of their voxels. Each potential is computed once per voxel
+/// corner, when the first leaf needs it.
 class StaggeredBrick {
   public:
-    static constexpr int kLeaves = 4; ///< Along an edge: 33³ corners for up to 32³ voxels.
+    static constexpr int kLeaves = 4; ///< Per edge; this gives 33³ corners for up to 32³ voxels.
     static constexpr size_t kAllLeaves = size_t{kLeaves} * kLeaves * kLeaves;
 
-    /// `origin`: the lowest voxel of the brick.
+    /// `origin` is the lowest voxel of the brick.
     StaggeredBrick(const FlowOnVoxels& sampled, const openvdb::Coord& origin);
 
-    /// Computes the potentials at all corners: faster for a brick that has all its leaves.
+    /// Computes the potentials at all corners at once. This is faster if the brick has all its leaves.
     void evaluateAll();
 
-    /// The flux through a face is the circulation of f dg around it; the velocity is that over the face's area.
+    /// Computes the velocities of a leaf. The flux through a face is the circulation of f dg around it; the velocity is
+    /// the flux divided by the area of the face.
     void sample(VelocityLeaf& leaf);
 
   private:
@@ -74,16 +76,16 @@ class StaggeredBrick {
     struct Term {
         std::vector<double> f, g;
     };
-    // Integrals over the edges from the 9³ corners of a leaf to the next corner along each axis, z fastest.
+    // Integrals over the edges from each of the 9³ corners of a leaf to the next corner along each axis, z fastest.
     static constexpr size_t kEdgeY = kLeafEdge + 1, kEdgeX = kEdgeY * kEdgeY;
     using Edges = std::array<std::array<double, kEdgeX*(kLeafEdge + 1)>, 3>;
 
     using Values = std::array<double, kBatch>;
 
-    /// What has to be computed in a cube of voxels.
+    /// Which parts of the velocity have to be computed in a cube of voxels.
     struct Parts {
-        bool fades; ///< The flow does, somewhere in it.
-        bool rests; ///< The wall takes nothing along.
+        bool fades; ///< The flow fades somewhere in it.
+        bool rests; ///< The moving wall adds no velocity.
     };
     Parts partsIn(const openvdb::Coord& origin, int edge) const {
         return {!mSampled.isFar(origin, edge), mWallTerms.empty() || mSampled.rests(origin, edge)};
@@ -102,8 +104,8 @@ class StaggeredBrick {
 
     const FlowOnVoxels& mSampled;
     openvdb::Coord mOrigin;
-    std::vector<Flow::Potentials> mWallTerms; ///< Of a rigid wall that moves.
-    std::vector<Term> mTerms;                 ///< Those of the flow, and then those of its wall.
+    std::vector<Flow::Potentials> mWallTerms; ///< Potentials of a moving rigid wall.
+    std::vector<Term> mTerms;                 ///< Terms of the flow, followed by those of its wall.
     std::bitset<kCount> mKnown;
 };
 

@@ -20,7 +20,7 @@ using openvdb::Coord;
 bool finite(float value) { return std::isfinite(value); }
 bool finite(const openvdb::Vec3s& value) { return value.isFinite(); }
 
-/// Calls visit(voxel, value) for every active voxel, also those that are stored as tiles.
+/// Calls visit(voxel, value) for every active voxel, including those stored as tiles.
 template <class GridT, class Visit>
 void visitActive(const GridT& grid, const Visit& visit) {
     for (auto value = grid.cbeginValueOn(); value; ++value) {
@@ -34,7 +34,7 @@ void visitActive(const GridT& grid, const Visit& visit) {
 double sizeOf(float value) { return std::abs(static_cast<double>(value)); }
 double sizeOf(const openvdb::Vec3s& value) { return static_cast<double>(value.length()); }
 
-/// Voxels to look at, each once.
+/// Voxels to be evaluated, each once.
 class Frontier {
   public:
     void addAround(const Coord& voxel, int before, int after) {
@@ -42,7 +42,7 @@ class Frontier {
             for (int j = -before; j <= after; ++j)
                 for (int k = -before; k <= after; ++k) mAccess.setValueOn(voxel.offsetBy(i, j, k));
     }
-    /// Those that were added and have not been taken before.
+    /// Returns the voxels that were added and have not been taken before.
     std::vector<Coord> take() {
         mWanted.topologyDifference(mTaken);
         mTaken.topologyUnion(mWanted);
@@ -86,7 +86,7 @@ class GridAdvector {
     }
 
   private:
-    /// Where the active voxels come to lie.
+    /// Advects the active voxels and adds the voxels around their new positions to the frontier.
     void land() {
         requireMemory(static_cast<double>(mGrid.activeVoxelCount()) * (sizeof(Vec3d) + 2 * sizeof(Value)),
                       fmt::format("{} active voxels", mGrid.activeVoxelCount()), "choose larger voxels");
@@ -104,11 +104,12 @@ class GridAdvector {
         }
     }
 
-    /// Reads the original where these voxels come from; what is not background has to be looked around.
+    /// Evaluates the result at these voxels. Adds the neighbours of those that differ from the background to the
+    /// frontier.
     void evaluate(const std::vector<Coord>& voxels, const Monitor& monitor) {
         requireMemory(static_cast<double>(voxels.size()) * (sizeof(Vec3d) + 2 * sizeof(Value)),
                       fmt::format("the grid, which has grown to {} voxels,", mTraced + voxels.size()),
-                      "carry it for a shorter time, or choose larger voxels");
+                      "advect it for a shorter time, or choose larger voxels");
         std::vector<Vec3d> origins;
         origins.reserve(voxels.size());
         for (const Coord& voxel : voxels) {
@@ -129,7 +130,7 @@ class GridAdvector {
         });
         auto moved = mMoved->getAccessor();
         for (size_t n = 0; n < voxels.size(); ++n) {
-            constexpr double kNothing = 1e-6; // roundings of the sampler
+            constexpr double kNothing = 1e-6; // rounding errors of the sampler
             if (!(sizeOf(values[n] - mGrid.background()) > kNothing * mMost)) continue;
             moved.setValueOn(voxels[n], values[n]);
             mFrontier.addAround(voxels[n], 1, 1);
@@ -143,7 +144,7 @@ class GridAdvector {
     const Monitor& mMonitor;
     typename GridT::Ptr mMoved;
     Frontier mFrontier;
-    double mMost = 0; // of all differences from the background
+    double mMost = 0; // maximum difference from the background
     size_t mTraced = 0, mKept = 0;
 };
 
@@ -153,20 +154,18 @@ AdvectedGrid advectGrid(const openvdb::GridBase& grid, const FlowInTime& flow, d
                         const GridAdvectionOptions& options, const Monitor& monitor) {
     const auto gridClass = grid.getGridClass();
     if (gridClass == openvdb::GRID_LEVEL_SET)
-        throw ValueError(
-            fmt::format("grid '{}' is a level set, which would no longer be a distance; use "
-                        "-advectLevelSet",
-                        grid.getName()));
+        throw ValueError(fmt::format(
+            "grid '{}' is a level set and would not stay a signed distance; use -advectLevelSet", grid.getName()));
     if (gridClass == openvdb::GRID_STAGGERED)
         throw ValueError(fmt::format("grid '{}' is staggered; give one with values at voxel centres", grid.getName()));
     if (!grid.transform().isLinear())
-        throw ValueError(fmt::format("grid '{}' is not on a linear transform", grid.getName()));
+        throw ValueError(fmt::format("grid '{}' does not have a linear transform", grid.getName()));
     if (const auto* floats = dynamic_cast<const openvdb::FloatGrid*>(&grid))
         return GridAdvector(*floats, flow, begin, time, options, monitor).run();
     if (const auto* vectors = dynamic_cast<const openvdb::Vec3SGrid*>(&grid))
         return GridAdvector(*vectors, flow, begin, time, options, monitor).run();
-    throw ValueError(
-        fmt::format("grid '{}' is a {} grid; one of float or vec3s can be carried", grid.getName(), grid.valueType()));
+    throw ValueError(fmt::format("grid '{}' is a {} grid; only float and vec3s grids can be advected", grid.getName(),
+                                 grid.valueType()));
 }
 
 } // namespace curlew

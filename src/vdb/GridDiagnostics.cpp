@@ -68,11 +68,11 @@ void advectOnGrid(const openvdb::Vec3SGrid& velocity, double dt, int steps, Poin
 TrackDiagnostics diagnoseTracks(const Flow& flow, const openvdb::Vec3SGrid& velocity, int steps, size_t points,
                                 const Monitor& monitor) {
     constexpr uint64_t kSeed = 0x636865636d;
-    const double speed = magnitudesOf(flow).speed;
-    if (!(speed > 0)) throw ValueError("the flow does not move");
+    const double speed = rmsOf(flow).speed;
+    if (!(speed > 0)) throw ValueError("the flow is zero everywhere");
     TrackDiagnostics check{.steps = steps, .time = 0.25 * velocity.voxelSize()[0] / speed * steps};
     Points ours = scatter(flow.domain(), points, kSeed);
-    advect(flow, ours, {.time = 0, .steps = 1}); // learn their tracks
+    advect(flow, ours, {.time = 0, .steps = 1}); // sets their tracks
     Points theirs = ours;
     advect(flow, ours, {.time = check.time, .steps = steps}, monitor);
     const bool staggered = velocity.getGridClass() == openvdb::GRID_STAGGERED;

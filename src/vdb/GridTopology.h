@@ -5,8 +5,8 @@
 
 namespace curlew {
 
-/// The active voxels of a grid, active tiles as voxels. Throws ValueError for a type of grid that OpenVDB does not
-/// convert to a mask.
+/// Returns the active voxels of a grid, with active tiles expanded to voxels. Throws ValueError if OpenVDB does not
+/// convert this type of grid to a mask.
 openvdb::MaskTree::Ptr activeVoxels(const openvdb::GridBase& grid);
 
 } // namespace curlew

@@ -18,11 +18,11 @@ using Known = openvdb::tree::ValueAccessor<const openvdb::FloatTree>;
 
 constexpr double kJump = 0.7;
 
-/// An edge from a voxel along an axis that the surface crosses.
+/// An edge from a voxel along an axis, crossed by the surface.
 struct Edge {
     Coord voxel;
     int axis;
-    double w0, w1; ///< At its ends.
+    double w0, w1; ///< w at its ends.
 };
 
 Coord along(Coord voxel, int axis, int by) {
@@ -34,14 +34,14 @@ bool crossed(double w0, double w1) {
     return SolidBoundary::isInside(w0) != SolidBoundary::isInside(w1) && std::abs(w0 - w1) < kJump;
 }
 
-/// The minimum corners of the four cells around an edge.
+/// Returns the minimum corners of the four cells around an edge.
 std::array<Coord, 4> cellsAround(const Edge& edge) {
     const int u = (edge.axis + 1) % 3, v = (edge.axis + 2) % 3;
     const Coord low = along(edge.voxel, u, -1);
     return {along(low, v, -1), along(edge.voxel, v, -1), edge.voxel, low};
 }
 
-/// Appends the crossed edges that begin at these voxels, or end there and were not known before.
+/// Appends the crossed edges that begin at these voxels, or that end there and begin at a voxel that is not fresh.
 void findEdges(const openvdb::FloatTree& tree, const std::vector<Coord>& voxels, const openvdb::MaskTree& fresh,
                std::vector<Edge>& edges) {
     const Known known(tree);
@@ -59,7 +59,7 @@ void findEdges(const openvdb::FloatTree& tree, const std::vector<Coord>& voxels,
     }
 }
 
-/// Voxels of the cells around edges that are not known.
+/// Returns the voxels of the cells around edges where w is not known.
 openvdb::MaskTree::Ptr missingAround(const openvdb::FloatTree& tree, const std::vector<Edge>& edges, size_t first) {
     auto missing = std::make_shared<openvdb::MaskTree>();
     const Known known(tree);
@@ -79,7 +79,7 @@ std::vector<Coord> voxelsOf(const openvdb::MaskTree& mask) {
     return voxels;
 }
 
-/// Where |w| is 1/2 on an edge, by the method of false position (Illinois), in voxels.
+/// Finds where |w| is 1/2 on an edge by the method of false position (Illinois), in voxels.
 openvdb::Vec3d crossingOf(const Edge& edge, const std::function<double(const openvdb::Vec3d&)>& at) {
     const auto off = [](double w) { return std::abs(w) - 0.5; };
     double s = 0, t = 1, f = off(edge.w0), g = off(edge.w1), middle = 0.5;
@@ -124,7 +124,7 @@ void appendHoleSurface(openvdb::FloatTree& known, const std::function<void(const
         },
         monitor);
 
-    // One vertex for each cell that has a crossing.
+    // One vertex per cell that has a crossing.
     openvdb::Int32Tree vertexOf(-1);
     openvdb::tree::ValueAccessor<openvdb::Int32Tree> vertices(vertexOf);
     std::vector<openvdb::Vec3d> sums;

@@ -53,7 +53,7 @@ LevelSet widened(const LevelSet& levelSet, double halfWidth, const Monitor& moni
                        {.voxel = voxel, .halfWidth = halfWidth, .thickness = thicknessOf(*levelSet.grid)}, monitor)
             .levelSet;
     const int dilation = static_cast<int>(std::ceil(halfWidth - levelSet.halfWidth()));
-    // The new band is solved for outwards from the old one, which stays as it is.
+    // Extends the band outwards from the old one, which stays unchanged.
     auto grid = openvdb::tools::dilateSdf(*levelSet.grid, dilation, openvdb::tools::NN_FACE, 1);
     const auto background = static_cast<float>(halfWidth * voxel);
     openvdb::tools::changeLevelSetBackground(grid->tree(), background);

@@ -15,12 +15,13 @@ namespace curlew {
 
 namespace {
 
-constexpr double kSourceBand = 6; ///< Voxels: beyond, samples no longer count for the spline at the surface.
+constexpr double kSourceBand = 6; ///< Half width of the original's band, voxels. Samples beyond it do not affect the
+                                  ///< spline at the surface.
 
 Vec3d toVec(const openvdb::Vec3d& v) { return {{v[0], v[1], v[2]}}; }
 openvdb::Vec3d toOpenVdb(const Vec3d& v) { return {v[0], v[1], v[2]}; }
 
-/// Points all over the surface of a level set, a few per voxel, world units.
+/// Returns points all over the surface of a level set, a few per voxel, in world units.
 std::vector<Vec3d> surfaceOf(const openvdb::FloatGrid& grid) {
     std::vector<Vec3d> points;
     const openvdb::tree::ValueAccessor<const openvdb::FloatTree> samples(grid.tree());
@@ -53,7 +54,7 @@ class LevelSetSequence::Implementation {
           mVoxelSize(levelSet.voxelSize()),
           mTime(begin) {
         if (!(mHorizon > 0)) throw ValueError(fmt::format("horizon {} s must be positive", mHorizon));
-        mMap.steps(begin, begin); // the time is finite
+        mMap.steps(begin, begin); // throws if the time is not finite
         setOriginal(widened(levelSet, kSourceBand, monitor));
     }
 
@@ -81,7 +82,7 @@ class LevelSetSequence::Implementation {
         const auto crossings = map.crossings(quiet(monitor));
         if (crossings.empty())
             throw ValueError(fmt::format(
-                "nothing is left of the level set at {:.6g} s that voxels of {:.6g} could resolve; use smaller voxels",
+                "at {:.6g} s nothing is left of the level set that voxels of {:.6g} can resolve; use smaller voxels",
                 time, mVoxelSize));
         const bool restart = std::abs(time - mBegan) >= mHorizon * (1 - 1e-9);
         const ClosestPoints closest(map, crossings, restart ? std::max(mHalfWidth, kSourceBand) : mHalfWidth,
@@ -120,7 +121,7 @@ class LevelSetSequence::Implementation {
         return grid;
     }
 
-    /// Where the matter at these voxels was when the original was.
+    /// Returns the positions of the matter at these voxels at the time of the original.
     std::vector<Vec3d> originsOf(const std::vector<openvdb::Coord>& voxels, double time, AdvectedLevelSet& result,
                                  const Monitor& monitor) const {
         std::vector<Vec3d> origins(voxels.size());
@@ -163,10 +164,10 @@ class LevelSetSequence::Implementation {
     double mHorizon, mHalfWidth, mVoxelSize;
     openvdb::FloatGrid::ConstPtr mTemplate; // transform and metadata
     std::optional<Sdf> mSource;             // φ₀
-    double mBegan = 0;                      // when it was
+    double mBegan = 0;                      // time of φ₀
     double mTime = 0;
-    std::vector<Vec3d> mSurface;          // points on it at mTime
-    std::unique_ptr<BackwardMap> mStored; // of a steady flow, from mTime to mBegan
+    std::vector<Vec3d> mSurface;          // points of the surface at mTime
+    std::unique_ptr<BackwardMap> mStored; // in a steady flow: from mTime to mBegan
 };
 
 LevelSetSequence::LevelSetSequence(const LevelSet& levelSet, FlowInTime flow, double begin,

@@ -26,7 +26,7 @@ namespace {
 using openvdb::Coord;
 using openvdb::FloatGrid;
 
-/// Whether the grid is what solidOf() makes with its voxels: it can be made anew.
+/// Returns whether the grid has the transform that solidOf() uses for its voxel size, so that it can be made again.
 bool onOrigin(const FloatGrid& grid) {
     const auto plain = openvdb::math::Transform::createLinearTransform(grid.voxelSize()[0]);
     return grid.transform() == *plain;
@@ -41,7 +41,7 @@ Mesh joined(const Mesh& a, const Mesh& b) {
     return mesh;
 }
 
-/// On the grid of another.
+/// Resamples a level set onto the grid of another.
 LevelSet onGridOf(const LevelSet& like, const LevelSet& levelSet, const Monitor& monitor) {
     if (levelSet.grid->transform() == like.grid->transform()) return levelSet;
     if (levelSet.mesh && onOrigin(*like.grid))
@@ -50,8 +50,7 @@ LevelSet onGridOf(const LevelSet& like, const LevelSet& levelSet, const Monitor&
                    {.voxel = like.voxelSize(), .halfWidth = like.halfWidth(), .thickness = thicknessOf(*levelSet.grid)},
                    monitor)
             .levelSet;
-    // By polygons of its surface: what samples a grid anew (tools/GridTransformer.h) does not compile as C++20 with
-    // TBB.
+    // Uses polygons of its surface: resampling (tools/GridTransformer.h) does not compile as C++20 with TBB.
     Interrupter interrupter(monitor);
     const auto width = static_cast<float>(like.halfWidth());
     const auto grid =
@@ -71,7 +70,7 @@ FloatGrid::Ptr composite(const FloatGrid& a, const FloatGrid& b, Boolean operati
     }
 }
 
-/// Whether the surface passes between a voxel and a neighbour.
+/// Returns whether the surface passes between a voxel and one of its neighbours.
 template <class Access>
 bool atSurface(const Access& tree, const Coord& voxel, float value) {
     for (int axis = 0; axis < 3; ++axis)
@@ -83,7 +82,7 @@ bool atSurface(const Access& tree, const Coord& voxel, float value) {
     return false;
 }
 
-/// Puts distances where the closest point has been cut away.
+/// Replaces values that are not distances because the closest point has been cut away.
 void repairDistances(FloatGrid& grid, const Monitor& monitor) {
     const auto swept = openvdb::tools::sdfToSdf(grid);
     monitor.check();
@@ -104,7 +103,7 @@ void repairDistances(FloatGrid& grid, const Monitor& monitor) {
                     for (int axis = 0; axis < 3; ++axis) {
                         Coord up = voxel, down = voxel;
                         ++up[axis], --down[axis];
-                        // Toward the surface, where the value is known.
+                        // One-sided towards known values at the edge of the band.
                         const double forward = static_cast<double>(old.getValue(up)) / h - d,
                                      backward = d - static_cast<double>(old.getValue(down)) / h;
                         gradient[axis] = !old.isValueOn(up)     ? backward
@@ -135,7 +134,7 @@ openvdb::Mat4d matrixOf(const Placement& placement) {
 void requireSimilar(const Placement& placement) {
     const Vec3d& s = placement.scale;
     if (!(s[0] > 0 && s[0] == s[1] && s[1] == s[2] && std::isfinite(s[0])))
-        throw ValueError(fmt::format("scale {}, {}, {} must be positive and alike along all axes", s[0], s[1], s[2]));
+        throw ValueError(fmt::format("scale {}, {}, {} must be positive and equal along all axes", s[0], s[1], s[2]));
 }
 
 } // namespace
@@ -143,14 +142,15 @@ void requireSimilar(const Placement& placement) {
 LevelSet combined(const LevelSet& first, const LevelSet& second, Boolean operation, const Monitor& monitor) {
     if (operation == Boolean::unite && first.mesh && second.mesh && onOrigin(*first.grid) &&
         thicknessOf(*first.grid) == 0 && thicknessOf(*second.grid) == 0)
-        return meshToLevelSet(std::make_shared<Mesh>(joined(*first.mesh, *second.mesh)),
-                              {.voxel = first.voxelSize(), .halfWidth = first.halfWidth()}, monitor);
+        return meshToLevelSet(
+            std::make_shared<Mesh>(joined(*first.mesh, *second.mesh)),
+            {.voxel = first.voxelSize(), .halfWidth = std::max(first.halfWidth(), second.halfWidth())}, monitor);
     const double width = std::max(first.halfWidth(), second.halfWidth());
     const LevelSet a = widened(first, width, monitor), b = widened(onGridOf(a, second, monitor), width, monitor);
     const auto grid = composite(*a.grid, *b.grid, operation);
     monitor.check();
     if (!enclosesSomething(*grid))
-        throw ValueError(operation == Boolean::intersect ? "the two share nothing: the intersection is empty"
+        throw ValueError(operation == Boolean::intersect ? "the two do not overlap: the intersection is empty"
                                                          : "nothing is left: the difference is empty");
     repairDistances(*grid, monitor);
     grid->setGridClass(openvdb::GRID_LEVEL_SET);
@@ -164,7 +164,7 @@ LevelSet sampledShape(const Sdf& shape, const LevelSet& like, const Monitor& mon
     grid->setTransform(like.grid->transform().copy());
     grid->setGridClass(openvdb::GRID_LEVEL_SET);
     const double h = like.voxelSize(), width = static_cast<double>(like.grid->background());
-    // The box of leaves that may hold a part of the band.
+    // The box of the leaves that may hold a part of the band.
     openvdb::CoordBBox box = like.grid->evalActiveVoxelBoundingBox();
     if (shape.bounds.finite()) {
         openvdb::CoordBBox own;
@@ -227,8 +227,7 @@ openvdb::GridBase::Ptr placed(const openvdb::GridBase& grid, const Placement& pl
     const bool turned = !(placement.rotate == Vec3d{});
     if (turned && grid.getGridClass() == openvdb::GRID_STAGGERED)
         throw ValueError(
-            fmt::format("grid '{}' is staggered: its components are those along its own axes; turn a "
-                        "collocated one",
+            fmt::format("grid '{}' is staggered: its components follow its own axes; rotate a collocated grid instead",
                         grid.getName()));
     auto result = grid.deepCopyGrid();
     const openvdb::Mat4d m = matrixOf(placement);

@@ -16,7 +16,7 @@ Mesh levelSetToMesh(const LevelSet& levelSet, double adaptivity) {
     Mesh mesh;
     openvdb::tools::volumeToMesh(*levelSet.grid, mesh.points, mesh.triangles, mesh.quads, 0.0, adaptivity);
     if (mesh.faces() == 0) throw ValueError(fmt::format("level set '{}' has no surface", levelSet.grid->getName()));
-    // OpenVDB's faces run clockwise.
+    // OpenVDB's faces run clockwise as seen from outside.
     for (auto& face : mesh.triangles) std::swap(face[0], face[2]);
     for (auto& face : mesh.quads) std::swap(face[1], face[3]);
     return mesh;

@@ -11,12 +11,14 @@ namespace curlew {
 
 namespace {
 
-constexpr double kShortest = 1.0 / 16; ///< Part of the time between two frames.
+constexpr double kShortest = 1.0 / 16; ///< Shortest interval, as a fraction of the time between two frames.
 
-constexpr double kPartOfDepth = 0.5; ///< Of half the thickness: a limb that vanishes is off by all of it.
-constexpr double kCoarser = 1.25;    ///< Voxels between frames, those of the frames being 1: half as many.
+constexpr double kPartOfDepth = 0.5; ///< Tolerance as a fraction of half the thickness. (A limb that vanishes is off by
+                                     ///< all of it.)
+constexpr double kCoarser = 1.25;    ///< Size of voxels between frames relative to those of the frames: half as many
+                                     ///< voxels.
 
-/// A level set of another mesh with the band and the kind of this one, and other voxels.
+/// Makes a level set of another mesh with the band width and the metadata of `given`, and other voxels.
 LevelSet levelSetLike(const LevelSet& given, double voxel, std::shared_ptr<const Mesh> mesh, const Monitor& monitor) {
     const auto none = openvdb::FloatGrid::create(static_cast<float>(voxel));
     none->setTransform(openvdb::math::Transform::createLinearTransform(voxel));
@@ -31,7 +33,7 @@ Vec3d pointOf(const Mesh& mesh, size_t k) {
     return {{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])}};
 }
 
-/// The distance at the points of a mesh.
+/// Returns the distances at the points of a mesh.
 std::vector<double> distancesOf(const Mesh& mesh, const ScalarField& distance, const Monitor& monitor) {
     std::vector<double> distances(mesh.points.size());
     forEachBatch(
@@ -45,7 +47,7 @@ std::vector<double> distancesOf(const Mesh& mesh, const ScalarField& distance, c
     return distances;
 }
 
-/// How deep the body is below each point of the mesh, at most `most`: half of how thick it is there.
+/// Estimates the depth of the body below each point of the mesh, half its local thickness, up to `most`.
 std::vector<double> depthsBelow(const Mesh& mesh, const ScalarField& distance, double most, const Monitor& monitor) {
     constexpr int kSamples = 4;
     std::vector<double> depths(mesh.points.size());
@@ -72,9 +74,9 @@ std::vector<double> depthsBelow(const Mesh& mesh, const ScalarField& distance, d
     return depths;
 }
 
-/// How far points of the surface are off it in the middle of two moments, at most, relative to what they may be.
-/// Samples round corners off, and points of parts that overlap are inside: what counts is how a point's distance
-/// differs from those at the two moments.
+/// The largest deviation of the surface's points halfway between two moments: absolute, and relative to the tolerance.
+/// Sampling rounds corners off, and points of overlapping parts are inside. So the deviation is the difference between
+/// a point's distance and the mean of its distances at the two moments.
 struct Shift {
     double most = 0, relative = 0;
 
@@ -95,7 +97,7 @@ LevelSetWay::LevelSetWay(const std::optional<LevelSet>& before, const LevelSet& 
                          MeshKeys meshes, const Options& options, const Monitor& monitor)
     : mMeshes(std::move(meshes)), mVoxel(std::max(from.voxelSize(), to.voxelSize())) {
     if (!from.mesh || !to.mesh || !mMeshes.from || !mMeshes.to || mMeshes.from->points.empty())
-        throw ValueError("a level set on its way has to be of a mesh");
+        throw ValueError("a moving level set must come from a mesh");
     if (before) mBefore = Moment{-1, sdfOf(*before)};
     mMoments = {{0, sdfOf(from)}, {1, sdfOf(to)}};
     const auto distancesAt = [&](const ScalarField& distance, const Mesh& mesh) {
@@ -127,7 +129,8 @@ LevelSetWay::LevelSetWay(const std::optional<LevelSet>& before, const LevelSet& 
     }
 }
 
-/// The moment that the interval is interpolated with: the one before it, or at the beginning the one after it.
+/// Returns the third moment for quadratic interpolation: the one before the interval, or for the first interval the one
+/// after it.
 const LevelSetWay::Moment* LevelSetWay::thirdOf(size_t interval) const {
     if (interval > 0) return &mMoments[interval - 1];
     if (mMoments.size() > 2) return &mMoments[2];
@@ -141,17 +144,17 @@ Sdf LevelSetWay::interpolated(size_t interval, double part, const Mesh& mesh) co
     if (s >= 1) return b.sdf;
     Sdf sdf{.distance = a.sdf.distance, .bounds = boundsOf(mesh).padded(mVoxel)};
     double weightA = 1 - s, weightB = s;
-    if (c) { // Lagrange's parabola
+    if (c) { // quadratic Lagrange interpolation
         weightA = (part - b.part) * (part - c->part) / ((a.part - b.part) * (a.part - c->part));
         weightB = (part - a.part) * (part - c->part) / ((b.part - a.part) * (b.part - c->part));
     }
     sdf.distance = weightA * a.sdf.distance + weightB * b.sdf.distance;
-    sdf.steepness = std::abs(weightA) * a.sdf.steepness + std::abs(weightB) * b.sdf.steepness;
+    sdf.lipschitz = std::abs(weightA) * a.sdf.lipschitz + std::abs(weightB) * b.sdf.lipschitz;
     sdf.reach = mKnown ? std::min(a.sdf.reach, b.sdf.reach) : 0;
     if (!c) return sdf;
     const double weightC = 1 - weightA - weightB;
     sdf.distance = sdf.distance + weightC * c->sdf.distance;
-    sdf.steepness += std::abs(weightC) * c->sdf.steepness;
+    sdf.lipschitz += std::abs(weightC) * c->sdf.lipschitz;
     return sdf;
 }
 

@@ -7,7 +7,7 @@
 
 namespace curlew {
 
-/// A mesh in the index space of a grid, as OpenVDB wants it.
+/// A mesh in the index space of a grid, with the interface that OpenVDB's meshToVolume requires.
 class MeshAdapter {
   public:
     MeshAdapter(const Mesh& mesh, const openvdb::math::Transform& transform) : mMesh(mesh), mTransform(transform) {}
@@ -18,7 +18,7 @@ class MeshAdapter {
     void getIndexSpacePoint(size_t face, size_t corner, openvdb::Vec3d& position) const {
         position = mTransform.worldToIndex(point(face, corner));
     }
-    /// A corner of a face, world units.
+    /// Returns a vertex of a face in world units.
     openvdb::Vec3d point(size_t face, size_t corner) const {
         const size_t triangles = mMesh.triangles.size();
         const openvdb::Index32* corners =

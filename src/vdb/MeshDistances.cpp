@@ -24,9 +24,10 @@ using openvdb::Index;
 using openvdb::Int32Grid;
 using Leaf = openvdb::FloatTree::LeafNodeType;
 
-constexpr double kExact = 1.75; ///< Voxels: closer ones are exact.
-constexpr double kLayer = 0.5;  ///< Voxels; a neighbour of the next layer inwards is closer to the mesh.
-constexpr size_t kGrain = 8;    ///< Leaves.
+constexpr double kExact = 1.75; ///< In voxels; closer values are exact.
+constexpr double kLayer = 0.5;  ///< In voxels; a voxel has a neighbour in the next layer inwards, which is closer to
+                                ///< the mesh.
+constexpr size_t kGrain = 8;    ///< In leaves.
 
 double distanceTo(const MeshAdapter& mesh, size_t face, const openvdb::Vec3d& p) {
     std::array<openvdb::Vec3d, 4> corner;
@@ -41,7 +42,7 @@ double distanceTo(const MeshAdapter& mesh, size_t face, const openvdb::Vec3d& p)
     return std::sqrt(square);
 }
 
-/// A value that is closer than what was there.
+/// A smaller value found for a voxel.
 struct Closer {
     Leaf* leaf;
     Index position;
@@ -56,7 +57,7 @@ class Layers {
         distances.distance->tree().getNodes(mLeaves);
     }
 
-    /// Corrects values from `from` up to `to`, from what is closer to the mesh.
+    /// Corrects values in [from, to) using neighbours that are closer to the mesh.
     void correct(float from, float to, const Monitor& monitor) {
         std::vector<std::vector<Closer>> found((mLeaves.size() + kGrain - 1) / kGrain);
         parallelFor(
@@ -118,8 +119,8 @@ MeshDistances distancesTo(const Mesh& mesh, const openvdb::math::Transform& tran
     const MeshAdapter adapter(mesh, transform);
     MeshDistances result;
     result.face = Int32Grid::create(static_cast<openvdb::Int32>(openvdb::util::INVALID_IDX));
-    // OpenVDB's own signs are not asked for: they are wrong in parts thinner than 1.5 voxels, and where they are made,
-    // distances in such parts are raised to 0.75 voxels.
+    // Unsigned, since OpenVDB's signs are wrong in parts thinner than 1.5 voxels, and computing them raises distances
+    // in such parts to 0.75 voxels.
     result.distance = openvdb::tools::meshToVolume<FloatGrid>(
         interrupter, adapter, transform, width, width, openvdb::tools::UNSIGNED_DISTANCE_FIELD, result.face.get());
     monitor.check();

@@ -23,16 +23,17 @@ void checkFaces(const std::vector<openvdb::Vec3s>& points, const std::vector<uin
     if (sizes.empty()) throw ValueError("the mesh has no faces");
     size_t needed = 0;
     for (size_t n = 0; n < sizes.size(); ++n) {
-        if (sizes[n] < 3) throw ValueError(fmt::format("face {} of the mesh has {} corners", n, sizes[n]));
+        if (sizes[n] < 3)
+            throw ValueError(fmt::format("face {} of the mesh has {} corners; it needs at least 3", n, sizes[n]));
         needed += sizes[n];
     }
     if (needed != corners.size())
         throw ValueError(
-            fmt::format("the faces of the mesh have {} corners, and {} are given", needed, corners.size()));
+            fmt::format("the faces of the mesh have {} corners, but {} are given", needed, corners.size()));
     for (size_t n = 0; n < corners.size(); ++n)
         if (corners[n] >= points.size())
-            throw ValueError(
-                fmt::format("corner {} of the mesh is point {}, and there are {}", n, corners[n], points.size()));
+            throw ValueError(fmt::format("corner {} of the mesh is point {}, but there are {} points", n, corners[n],
+                                         points.size()));
     for (size_t n = 0; n < points.size(); ++n)
         if (!points[n].isFinite()) throw ValueError(fmt::format("point {} of the mesh is not finite; repair it", n));
 }
@@ -46,7 +47,7 @@ std::string contentOf(const fs::path& path) {
         in.seekg(0).read(content.data(), static_cast<std::streamsize>(content.size()));
         return content;
     } catch (const std::ios_base::failure&) {
-        throw FileError(fmt::format("cannot read '{}': the disk did not give all of it; copy it again", path.string()));
+        throw FileError(fmt::format("cannot read '{}': only part of it could be read; copy it again", path.string()));
     }
 }
 

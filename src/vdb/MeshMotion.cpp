@@ -21,7 +21,7 @@ Vec3d meanOf(const Mesh& mesh) {
     return sum * (1 / static_cast<double>(mesh.points.size()));
 }
 
-/// The eigenvectors of Hᵀ H, that of the largest eigenvalue first.
+/// Returns the eigenvectors of Hᵀ H, the one with the largest eigenvalue first.
 std::array<Vec3d, 3> rightVectors(const Matrix3& H) {
     openvdb::Mat3d squared, vectors;
     for (int i = 0; i < 3; ++i)
@@ -39,7 +39,7 @@ std::array<Vec3d, 3> rightVectors(const Matrix3& H) {
     return sorted;
 }
 
-/// The rotation R for which Σ |R p − q|² is least, from H = Σ p qᵀ. nullopt if p or q are on a line.
+/// Returns the rotation R that minimises Σ |R p − q|², from H = Σ p qᵀ; nullopt if p or q are collinear.
 std::optional<Matrix3> kabsch(const Matrix3& H, double rounding) {
     auto v = rightVectors(H);
     std::array<Vec3d, 3> u;
@@ -50,7 +50,7 @@ std::optional<Matrix3> kabsch(const Matrix3& H, double rounding) {
         if (!(size > rounding)) return {};
         u[k] *= 1 / size;
     }
-    // Of a flat mesh, too; and no reflection.
+    // Defined for flat meshes too, and never a reflection.
     u[2] = cross(u[0], u[1]);
     v[2] = cross(v[0], v[1]);
     Matrix3 R;

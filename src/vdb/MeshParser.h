@@ -14,13 +14,13 @@
 
 namespace curlew {
 
-/// The extension of a file's name in lower case, with its dot.
+/// Returns the extension of a file name in lower case, with its dot.
 std::string extensionOf(const std::filesystem::path& path);
 
-/// All of a file. Throws FileError.
+/// Reads a whole file. Throws FileError.
 std::string contentOf(const std::filesystem::path& path);
 
-/// The mesh file that is being read, for messages.
+/// The mesh file being read, for error messages.
 struct MeshSource {
     const std::filesystem::path& path;
 
@@ -30,9 +30,9 @@ struct MeshSource {
     FileError cutShort() const { return error("it is cut short or damaged; write or copy it again"); }
     FileError noFaces() const { return error("it has no faces; give a surface, not points or curves"); }
     FileError badLine(size_t line, std::string_view why) const {
-        return error(fmt::format("line {} {}; it is damaged or of another kind", line, why));
+        return error(fmt::format("line {} {}; it is damaged or in another format", line, why));
     }
-    /// Throws FileError if some of the points are not finite, or if there are too many.
+    /// Throws FileError if a point is not finite (`bad` counts them), or if there are too many points.
     void checkPoints(size_t bad, size_t points) const {
         if (points > std::numeric_limits<uint32_t>::max()) throw error("it has more than 2^32 points; split it");
         if (bad > 0)
@@ -41,42 +41,43 @@ struct MeshSource {
     }
 };
 
-// The faces of a whole file of each kind. Throws FileError if the file is damaged, has no faces, or has a coordinate
-// that is not finite: every corner of the result is a point, every face has three corners or more.
+// Parsers for a whole file of each kind. They throw FileError if the file is damaged, has no faces, or has a coordinate
+// that is not finite. In the result every vertex index is valid, and every face has at least three vertices.
 
-/// Points are numbered in the order in which faces use them. Normals, UVs, colours, groups and materials are skipped.
+/// Numbers points in the order in which faces use them. Skips normals, UVs, colours, groups and materials.
 Polygons parseObj(std::string text, const MeshSource& source);
-/// Text or binary, little- or big-endian.
+/// Reads text or binary, little- or big-endian.
 Polygons parsePly(std::string_view data, const MeshSource& source);
-/// The properties of the vertices of a .ply, but for lists, and its other elements' names. Throws FileError if it is
-/// damaged or a vertex has no x, y and z.
+/// The vertex properties of a .ply without its lists, and the names of its other elements. Throws FileError if the file
+/// is damaged or a vertex has no x, y and z.
 struct PlyVertices {
     CsvTable table;
     std::vector<std::string> others;
 };
 PlyVertices parsePlyVertices(std::string_view data, const MeshSource& source);
-/// Text or binary. Each face has three points of its own.
+/// Reads text or binary. Each face has three points of its own.
 Polygons parseStl(std::string_view data, const MeshSource& source);
 
 // ---- Lines, words and numbers of text files
 
-/// Takes the next line off the text, without its end.
+/// Removes and returns the next line of the text, without its line end.
 std::string_view takeLine(std::string_view& text);
 
-/// Whether there is no word.
+/// Returns whether the line has no words.
 bool isBlank(std::string_view line);
 
-/// Takes the next word off the line; empty at its end.
+/// Removes and returns the next word of the line; empty at the end of the line.
 std::string_view takeWord(std::string_view& line);
 
-/// Returns whether the whole word is an integer, and which.
+/// Parses a word as an integer. Returns false if any part of the word is not.
 bool parse(std::string_view word, int64_t& value);
 
-/// Returns whether the whole word is a real number, and which; "nan", "inf" and numbers out of range are numbers that
-/// are not finite.
+/// Parses a word as a real number. Returns false if any part of the word is not one. "nan", "inf" and numbers out of
+/// range give values that are not finite.
 ///
-/// The integral part, the first 15 decimals and the power of ten are each rounded to Real, as by the library with which
-/// earlier versions read meshes: up to 2 units in the last place off, and the same meshes as ever.
+/// The integral part, the first 15 decimals and the power of ten are each rounded to Real, as in the library that
+/// earlier versions used. Results are off by up to 2 units in the last place, and meshes stay identical to those of
+/// earlier versions.
 template <class Real>
 bool parse(std::string_view word, Real& value);
 

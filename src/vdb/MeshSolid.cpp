@@ -26,7 +26,7 @@ namespace {
 using openvdb::Coord;
 using openvdb::FloatGrid;
 
-/// Throws where the voxels are too small for OpenVDB: for its 32-bit coordinates, or its transform.
+/// Throws ValueError if the voxels are too small for OpenVDB's 32-bit coordinates or its transform.
 void requireCoordinates(const Mesh& mesh, double voxel) {
     const auto bounds = boxOf(mesh);
     if (std::max(bounds.max().length(), bounds.min().length()) / voxel > 1e9)
@@ -45,11 +45,11 @@ double voxelFor(const Mesh& mesh, const SolidOptions& options) {
         throw ValueError(fmt::format("thickness {} must be positive", options.thickness));
     const auto extents = boxOf(mesh).extents();
     const double longest = std::max({extents[0], extents[1], extents[2]});
-    if (!(longest > 0)) throw ValueError("the mesh has no extent");
+    if (!(longest > 0)) throw ValueError("the mesh has no size");
     return options.voxel > 0 ? options.voxel : longest / options.dim;
 }
 
-/// Gives distances within the band the sign of the solid.
+/// Gives distances in the band the sign of the solid.
 void giveSigns(FloatGrid& grid, SolidBoundary& solid, const Monitor& monitor) {
     const auto near = static_cast<float>(kNearSurface * grid.voxelSize()[0]);
     std::vector<Coord> voxels;
@@ -62,13 +62,13 @@ void giveSigns(FloatGrid& grid, SolidBoundary& solid, const Monitor& monitor) {
     spreadSigns(grid, monitor);
 }
 
-/// Makes distances with signs in a band a level set.
+/// Turns signed distances in a band into a level set.
 void finish(FloatGrid& grid) {
     grid.setGridClass(openvdb::GRID_LEVEL_SET);
     openvdb::tools::signedFloodFill(grid.tree());
 }
 
-/// The solid of triangles that have to be judged.
+/// Makes the solid of triangles that need winding numbers.
 FloatGrid::Ptr judged(const Mesh& faces, const openvdb::math::Transform& transform, double halfWidth, bool oriented,
                       SolidFigures& figures, double& area, const Monitor& monitor) {
     SolidBoundary solid(faces, transform, oriented, monitor);
@@ -104,7 +104,7 @@ FloatGrid::Ptr solidOfTriangles(const Mesh& mesh, const MeshTopology& topology,
     return judged(triangles, transform, halfWidth, oriented, figures, area, monitor);
 }
 
-/// A mesh as a sheet: the distance to it less half its thickness.
+/// Makes a sheet: the distance to the mesh minus half the thickness.
 FloatGrid::Ptr sheet(const Mesh& mesh, const openvdb::math::Transform& transform, const SolidOptions& options,
                      const Monitor& monitor) {
     const double voxel = transform.voxelSize()[0];
@@ -137,8 +137,7 @@ MeshSolid solidOf(std::shared_ptr<const Mesh> mesh, const SolidOptions& options,
     const MeshTopology topology = topologyOf(*mesh);
     if (topology.degenerateFaces == mesh->faces()) throw ValueError("every face of the mesh is degenerate (no area)");
     const double voxel = voxelFor(*mesh, options);
-    // Samples in the band, times what OpenVDB's conversion holds per sample: value, face index, and copies while it
-    // works.
+    // 14 bytes per sample in the band: the value, the face index, and copies during OpenVDB's conversion.
     const double samples = samplesInBand(extentOf(*mesh, voxel), options.halfWidth + options.thickness / 2 / voxel);
     requireMemory(samples * 14, fmt::format("a level set of {:.2g} voxels", samples),
                   "choose larger voxels, a smaller dim or a smaller width");
@@ -146,7 +145,7 @@ MeshSolid solidOf(std::shared_ptr<const Mesh> mesh, const SolidOptions& options,
 
     const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
     SolidFigures figures{.boundaryEdges = topology.boundaryEdges, .degenerateFaces = topology.degenerateFaces};
-    double area = 0; // of the solid; of a sheet 0
+    double area = 0; // area of the solid; 0 for a sheet
     FloatGrid::Ptr grid = options.thickness > 0 ? sheet(*mesh, *transform, options, monitor)
                                                 : solidOfTriangles(*mesh, topology, *transform, options.halfWidth,
                                                                    figures, area, monitor);

@@ -19,7 +19,7 @@ std::string_view takeDigits(std::string_view& text) {
     return digits;
 }
 
-constexpr size_t kDigits = 19; // of a number that fits in 64 bits
+constexpr size_t kDigits = 19; // digits that fit in 64 bits
 
 uint64_t valueOf(std::string_view digits) {
     uint64_t value = 0;

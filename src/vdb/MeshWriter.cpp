@@ -13,7 +13,7 @@ namespace curlew {
 
 namespace {
 
-/// Calls visit(faces) with the triangles and with the quads.
+/// Calls visit(faces) with the triangles, then with the quads.
 template <class Visit>
 void visitFaces(const Mesh& mesh, const Visit& visit) {
     visit(mesh.triangles);
@@ -27,7 +27,7 @@ void checkMesh(const Mesh& mesh) {
         for (const auto& face : faces)
             for (int k = 0; k < face.size; ++k)
                 if (face[k] >= mesh.points.size())
-                    throw ValueError("the mesh has a face with a corner that does not exist");
+                    throw ValueError("the mesh has a face with a vertex that does not exist");
     });
     if (mesh.points.size() > std::numeric_limits<int32_t>::max())
         throw ValueError(fmt::format("a mesh of {} points is too large for a file", mesh.points.size()));

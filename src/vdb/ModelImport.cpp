@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "MeshParser.h"
-#include "curlew/vdb/ModelData.h"
 #include "ModelUnits.h"
 #include "curlew/base/InputFile.h"
 #include "curlew/base/LocalFile.h"
 #include "curlew/base/Memory.h"
+#include "curlew/vdb/ModelData.h"
 
 #include <assimp/BaseImporter.h>
 #include <assimp/Importer.hpp>
@@ -28,16 +28,16 @@ using openvdb::Vec3d;
 using openvdb::Vec3s;
 using openvdb::math::Quatd;
 
-constexpr double kBytesPerByte = 20;   // of memory, for each byte of a file: Assimp's scene and ours
-constexpr double kTicksPerSecond = 25; // where a file does not say, as in Assimp's viewer
+constexpr double kBytesPerByte = 20;   // bytes of memory per byte of a file: Assimp's scene and ours
+constexpr double kTicksPerSecond = 25; // default if a file does not say, as in Assimp's viewer
 
-/// An array of Assimp's.
+/// Returns a span of one of Assimp's arrays.
 template <class T>
 std::span<T> spanOf(T* first, unsigned count) {
     return first ? std::span<T>(first, count) : std::span<T>();
 }
 
-/// Assimp's matrices have positions as columns, p' = M p.
+/// Converts a matrix. In Assimp positions are columns, p' = M p.
 Mat4d matrixOf(const aiMatrix4x4& m) {
     Mat4d matrix = Mat4d::identity();
     for (unsigned row = 0; row < 3; ++row)
@@ -53,7 +53,7 @@ Quatd valueOf(const aiQuatKey& key) {
     return Quatd(double(key.mValue.x), double(key.mValue.y), double(key.mValue.z), double(key.mValue.w));
 }
 
-/// Lets a user stop Assimp, which asks now and then. Its importers turn any exception into an error.
+/// Cancels Assimp's import when it reports progress. Assimp's importers turn any exception into an error.
 class Cancel : public Assimp::ProgressHandler {
   public:
     explicit Cancel(const std::function<bool()>& cancelled) : mCancelled(cancelled) {}
@@ -66,7 +66,8 @@ class Cancel : public Assimp::ProgressHandler {
     const std::function<bool()>& mCancelled;
 };
 
-/// Leaves Assimp only what reads files of this ending: it would try all formats on a file whose content is another.
+/// Removes all importers but those for this extension. Otherwise Assimp tries all formats if the content of a file is
+/// of another format.
 void keepImporters(Assimp::Importer& importer, const std::string& ending) {
     for (size_t k = importer.GetImporterCount(); k-- > 0;) {
         Assimp::BaseImporter* one = importer.GetImporter(k);
@@ -96,7 +97,7 @@ class Converter {
     }
 
   private:
-    /// Parents before their children.
+    /// Adds parents before their children.
     void addNodes() {
         if (!mScene.mRootNode) throw mSource.noFaces();
         std::vector<std::pair<const aiNode*, std::optional<uint32_t>>> open{{mScene.mRootNode, std::nullopt}};
@@ -117,7 +118,7 @@ class Converter {
         return found->second;
     }
 
-    /// Points and lines are left out.
+    /// Adds the faces of a mesh; skips points and lines.
     void addPart(uint32_t node, const aiMesh& mesh) {
         ModelData::Part part{.node = node,
                              .points = {},
@@ -133,9 +134,8 @@ class Converter {
             for (const unsigned corner : spanOf(face.mIndices, face.mNumIndices)) {
                 if (corner >= mesh.mNumVertices)
                     throw mSource.error(
-                        fmt::format("it has a face with the corner {}, and points 0 to {}; it is "
-                                    "damaged",
-                                    corner, mesh.mNumVertices - 1));
+                        fmt::format("it has a face with vertex {}, but only points 0 to {}; it is damaged", corner,
+                                    mesh.mNumVertices - 1));
                 part.corners.push_back(corner);
             }
         }
@@ -158,7 +158,7 @@ class Converter {
             part.bones.push_back({*node, matrixOf(bone->mOffsetMatrix)});
             for (const aiVertexWeight& weight : spanOf(bone->mWeights, bone->mNumWeights)) {
                 if (weight.mVertexId >= influences.size() || !(weight.mWeight >= 0))
-                    throw mSource.error("it has a bone with a point or weight that is none; it is damaged");
+                    throw mSource.error("it has a bone with an invalid point or weight; it is damaged");
                 if (weight.mWeight > 0) influences[weight.mVertexId].push_back({number, double(weight.mWeight)});
             }
         }
@@ -174,7 +174,7 @@ class Converter {
         std::vector<Vec3s> offsets(part.points.size(), Vec3s(0.0f));
         const auto shaped = spanOf(target.mVertices, target.mNumVertices);
         if (!shaped.empty() && shaped.size() != offsets.size())
-            throw mSource.error("it has a morph target with another number of points; it is damaged");
+            throw mSource.error("it has a morph target with a different number of points; it is damaged");
         for (size_t n = 0; n < shaped.size(); ++n) offsets[n] = singleOf(shaped[n]) - part.points[n];
         part.targets.push_back({double(target.mWeight), std::move(offsets)});
     }
@@ -200,7 +200,7 @@ class Converter {
         for (const aiMeshMorphAnim* morph : spanOf(animation.mMorphMeshChannels, animation.mNumMorphMeshChannels))
             addMorph(clip, *morph);
         const bool moves = mBegin <= mEnd;
-        if (!moves && !(mSingleBegin <= mSingleEnd)) return; // it has no keys
+        if (!moves && !(mSingleBegin <= mSingleEnd)) return; // the clip has no keys
         clip.begin = moves ? mBegin : mSingleBegin;
         clip.end = moves ? mEnd : mSingleEnd;
         mData.clips.push_back(std::move(clip));
@@ -208,15 +208,15 @@ class Converter {
 
     double secondsOf(double ticks) const {
         const double seconds = ticks * mSecondsPerTick;
-        if (!std::isfinite(seconds)) throw mSource.error("it has a key at no time; it is damaged");
+        if (!std::isfinite(seconds)) throw mSource.error("it has a keyframe whose time is not finite; it is damaged");
         return seconds;
     }
 
-    /// The times of one property. A single key says nothing of when a clip begins: Assimp adds one, at 0, to what has
-    /// none.
+    /// Extends the time range of the clip by the key times of one property. Properties with a single key are kept
+    /// apart: they do not tell when a clip begins, since Assimp adds a key at 0 to properties without keys.
     void countTimes(const std::vector<double>& times) {
         if (!std::is_sorted(times.begin(), times.end()))
-            throw mSource.error("it has keys that run backward; it is damaged");
+            throw mSource.error("it has keyframes that are not in order of time; it is damaged");
         double& begin = times.size() > 1 ? mBegin : mSingleBegin;
         double& end = times.size() > 1 ? mEnd : mSingleEnd;
         begin = std::min(begin, times.front());
@@ -248,7 +248,8 @@ class Converter {
                 .scale = keysOf(channel.mScalingKeys, channel.mNumScalingKeys, valueOf(aiVectorKey(0, scale)))};
     }
 
-    /// Assimp names the node (glTF) or the mesh (FBX, with a number behind a *).
+    /// Adds a morph channel. Assimp identifies it by the name of the node (glTF) or of the mesh (FBX, with * and a
+    /// number appended).
     void addMorph(ModelData::Clip& clip, const aiMeshMorphAnim& morph) {
         const std::string name = morph.mName.C_Str(), mesh = name.substr(0, name.rfind('*'));
         for (uint32_t p = 0; p < mData.parts.size(); ++p) {
@@ -273,12 +274,13 @@ class Converter {
     const aiScene& mScene;
     const MeshSource& mSource;
     ModelData mData;
-    std::vector<const aiNode*> mNodes;                  ///< As in mData.
-    std::unordered_map<std::string, uint32_t> mNumbers; ///< Of nodes, by name; the first of several.
-    std::vector<std::string> mMeshNames;                ///< Of parts.
-    double mSecondsPerTick = 1;                         ///< Of the clip.
-    double mBegin = 0, mEnd = 0;                        ///< Of properties with several keys.
-    double mSingleBegin = 0, mSingleEnd = 0;            ///< Of the others.
+    std::vector<const aiNode*> mNodes;                  ///< In the order of mData.nodes.
+    std::unordered_map<std::string, uint32_t> mNumbers; ///< Node indices by name; the first of several with the same
+                                                        ///< name.
+    std::vector<std::string> mMeshNames;                ///< Mesh name of each part.
+    double mSecondsPerTick = 1;                         ///< For the current clip.
+    double mBegin = 0, mEnd = 0;                        ///< Time range of properties with several keys.
+    double mSingleBegin = 0, mSingleEnd = 0;            ///< Time range of the other properties.
 };
 
 } // namespace
@@ -286,9 +288,9 @@ class Converter {
 ModelData importModel(const std::filesystem::path& path, const std::function<bool()>& cancelled) {
     const MeshSource source{path};
     const std::string ending = endingOf(path);
-    openToRead(path); // says what is wrong with the file as such
+    openToRead(path); // throws if the file itself cannot be opened
     requireMemory(kBytesPerByte * static_cast<double>(std::filesystem::file_size(path)),
-                  fmt::format("'{}'", path.string()), "take a simpler model");
+                  fmt::format("'{}'", path.string()), "use a simpler model");
     checkExtensions(path, source);
     checkLists(path, source);
     Assimp::Importer importer;
@@ -304,7 +306,8 @@ ModelData importModel(const std::filesystem::path& path, const std::function<boo
     if (cancelled && cancelled()) throw Interrupted();
     if (!scene) {
         const std::string why = importer.GetErrorString();
-        throw source.error(fmt::format("{}; it is damaged or of another kind", why.empty() ? "it is not read" : why));
+        throw source.error(
+            fmt::format("{}; it is damaged or in another format", why.empty() ? "the importer rejects it" : why));
     }
     return Converter(*scene, source).convert(ending);
 }

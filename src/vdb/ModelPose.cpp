@@ -14,7 +14,7 @@ using openvdb::math::Quatd;
 
 Vec3d blend(const Vec3d& a, const Vec3d& b, double part) { return a + (b - a) * part; }
 
-/// Along the shorter way: q and -q are the same rotation.
+/// Takes the shorter arc: q and -q are the same rotation.
 Quatd blend(const Quatd& a, const Quatd& b, double part) {
     return openvdb::math::slerp(a, a.dot(b) < 0 ? b * -1.0 : b, part);
 }
@@ -25,7 +25,7 @@ std::vector<double> blend(const std::vector<double>& a, const std::vector<double
     return result;
 }
 
-/// Before the first key and after the last one, those hold.
+/// Interpolates keys. Before the first and after the last key, the value is constant.
 template <class T>
 T valueAt(const ModelData::Keys<T>& keys, double time) {
     const auto next = std::upper_bound(keys.times.begin(), keys.times.end(), time);
@@ -45,7 +45,7 @@ Mat4d matrixAt(const ModelData::NodeChannel& channel, double time) {
     return matrix;
 }
 
-/// The points of a part as its morph targets shape them.
+/// Returns the points of a part deformed by its morph targets.
 std::vector<Vec3d> morphed(const ModelData::Part& part, const std::vector<double>& weights) {
     std::vector<Vec3d> points(part.points.begin(), part.points.end());
     for (size_t k = 0; k < part.targets.size(); ++k)
@@ -63,8 +63,9 @@ std::vector<double> weightsAt(const ModelData& data, uint32_t part, const ModelD
     return weights;
 }
 
-/// A point in the world: with the node of its part, or as its bones pull it (linear blend skinning; Magnenat-Thalmann,
-/// Laperrière & Thalmann, Joint-dependent local deformations for hand animation and object grasping, 1988).
+/// Returns a point in world space: transformed by the node of its part, or by its bones (linear blend skinning;
+/// Magnenat-Thalmann, Laperrière & Thalmann, Joint-dependent local deformations for hand animation and object grasping,
+/// 1988).
 Vec3d placed(const ModelData::Part& part, size_t n, const Vec3d& point, const Mat4d& node,
              const std::vector<Mat4d>& bones) {
     Vec3d sum(0.0);

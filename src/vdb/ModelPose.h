@@ -5,10 +5,11 @@
 
 namespace curlew {
 
-/// From the space of each node to the world, at a time of a clip (seconds as its keys have them), or without one.
+/// Returns the transform of each node to world space, at a time of a clip (on the time axis of its keys, in seconds),
+/// or without a clip if it is null.
 std::vector<openvdb::Mat4d> nodesAt(const ModelData& data, const ModelData::Clip* clip, double time);
 
-/// The points of all parts in a row, in the world.
+/// Returns the points of all parts in world space, one part after another.
 std::vector<openvdb::Vec3s> pointsAt(const ModelData& data, const ModelData::Clip* clip, double time);
 
 } // namespace curlew

@@ -32,7 +32,7 @@ std::string unitName(double metres) {
     return fmt::format("units of {:.4g} m", metres);
 }
 
-/// Puts the axis that is up where Y is; the other two stay a right-handed pair. With that scale.
+/// Returns the matrix that rotates the up axis to Y and scales. The frame stays right-handed.
 Mat4d upright(int axis, double scale) {
     Mat4d matrix = Mat4d::identity();
     matrix.setMat3(axis == 0   ? openvdb::Mat3d(0., 1., 0., -1., 0., 0., 0., 0., 1.) * scale
@@ -62,7 +62,7 @@ ModelUnits fbxUnits(const aiScene& scene) {
     return units;
 }
 
-/// Assimp has put unit and axes of a COLLADA into the root node.
+/// Reads the unit and axes of a COLLADA file from the root node, where Assimp has applied them.
 ModelUnits colladaUnits(const aiScene& scene) {
     const aiMatrix4x4& m = scene.mRootNode->mTransformation;
     const std::array<double, 3> towardsY{std::abs(double(m.b1)), std::abs(double(m.b2)), std::abs(double(m.b3))};
@@ -70,7 +70,7 @@ ModelUnits colladaUnits(const aiScene& scene) {
     return textOf(std::cbrt(std::abs(double(m.Determinant()))), static_cast<int>(up));
 }
 
-/// The JSON of a glTF: the whole file, or the first part of a .glb (Khronos, glTF 2.0, 4.4).
+/// Returns the JSON of a glTF: the whole file, or the first chunk of a .glb (Khronos, glTF 2.0, 4.4).
 std::string jsonOf(const std::filesystem::path& path) {
     std::ifstream in(path, std::ios::binary);
     std::array<char, 20> head{};
@@ -93,7 +93,7 @@ std::string jsonOf(const std::filesystem::path& path) {
     return text;
 }
 
-/// What stands between the brackets of a list of the JSON; "" if there is no such list, or nothing in it.
+/// Returns the text between the brackets of a JSON list; empty if the list is missing or empty.
 std::string_view listIn(std::string_view json, std::string_view name) {
     size_t at = json.find(fmt::format("\"{}\"", name));
     if (at == std::string_view::npos) return {};
@@ -117,8 +117,8 @@ void checkExtensions(const std::filesystem::path& path, const MeshSource& source
     const std::string_view required = listIn(json, "extensionsRequired");
     for (const char* extension : {"EXT_meshopt_compression", "KHR_meshopt_compression", "KHR_mesh_quantization"})
         if (required.find(extension) != std::string_view::npos)
-            throw source.error(
-                fmt::format("it needs the glTF extension {}, which is not read; export it without", extension));
+            throw source.error(fmt::format(
+                "it needs the glTF extension {}, which is not supported; export it without that extension", extension));
 }
 
 void checkLists(const std::filesystem::path& path, const MeshSource& source) {
@@ -129,13 +129,13 @@ void checkLists(const std::filesystem::path& path, const MeshSource& source) {
             const std::string_view rest = std::string_view(text).substr(at + tag.size());
             if (rest.substr(0, rest.find('<')).find_first_not_of("0123456789 \t\r\n") != std::string_view::npos)
                 throw source.error(
-                    fmt::format("a list {} has something that is not a whole number; it is damaged", tag));
+                    fmt::format("its list {} has an entry that is not a whole number; it is damaged", tag));
         }
 }
 
 bool mayBeAnimated(const std::filesystem::path& path) {
     std::error_code error;
-    if (!std::filesystem::is_regular_file(path, error)) return false; // whoever reads it says what is wrong
+    if (!std::filesystem::is_regular_file(path, error)) return false; // the reader reports what is wrong
     const std::string ending = endingOf(path);
     if (ending == ".gltf" || ending == ".glb") return !listIn(jsonOf(path), "animations").empty();
     std::ifstream in(path, std::ios::binary);

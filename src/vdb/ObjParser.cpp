@@ -8,7 +8,7 @@ namespace curlew {
 
 namespace {
 
-/// Joins continued lines and gives all lines the same end.
+/// Joins continued lines and unifies line ends.
 void unifyLines(std::string& text) {
     for (size_t n = text.find_first_of("\r\\"); n < text.size(); n = text.find_first_of("\r\\", n + 1)) {
         if (text[n] == '\r') text[n] = n + 1 < text.size() && text[n + 1] == '\n' ? ' ' : '\n';
@@ -34,8 +34,8 @@ class ObjParser {
         }
         if (mPolygons.sizes.empty()) throw mSource.noFaces();
         if (mLargest > points())
-            throw mSource.badLine(mLineOfLargest, fmt::format("has a face with the corner {}, and there are {} points",
-                                                              mLargest, points()));
+            throw mSource.badLine(
+                mLineOfLargest, fmt::format("has a face with vertex {}, but there are {} points", mLargest, points()));
         mSource.checkPoints(mBad, mPolygons.points.size());
         numberByUse();
         return std::move(mPolygons);
@@ -44,19 +44,19 @@ class ObjParser {
   private:
     int64_t points() const { return static_cast<int64_t>(mPolygons.points.size()); }
 
-    /// Three coordinates, and a weight, or a colour.
+    /// Reads three coordinates, optionally followed by a weight or a colour.
     void addPoint(std::string_view line) {
         std::array<float, 4> numbers{};
         size_t words = 0;
         for (std::string_view word = takeWord(line); !word.empty(); word = takeWord(line), ++words) {
             float value = 0;
             if (!curlew::parse(word, value))
-                throw mSource.badLine(mLine, "has a point with something that is not a number");
+                throw mSource.badLine(mLine, "has a point with a coordinate that is not a number");
             if (words < numbers.size()) numbers[words] = value;
         }
         if (words != 3 && words != 4 && words != 6)
             throw mSource.badLine(
-                mLine, fmt::format("has a point of {} numbers (3, 4 with a weight, 6 with a colour)", words));
+                mLine, fmt::format("has a point with {} numbers (3, 4 with a weight, 6 with a colour)", words));
         openvdb::Vec3s point(numbers.data());
         if (words == 4)
             for (int axis = 0; axis < 3; ++axis) point[axis] /= numbers[3];
@@ -64,25 +64,25 @@ class ObjParser {
         mPolygons.points.push_back(point);
     }
 
-    /// Corners are numbers of points from 1 on, or backwards from -1, which is the newest; behind a slash are UVs and
-    /// normals.
+    /// Reads a face. Vertex indices count from 1, or backwards from -1, the newest point. UV and normal indices follow
+    /// after slashes and are ignored.
     void addFace(std::string_view line) {
         uint32_t corners = 0;
         for (std::string_view word = takeWord(line); !word.empty(); word = takeWord(line), ++corners) {
             int64_t index = 0;
             if (!curlew::parse(word.substr(0, word.find('/')), index) ||
                 word.find_first_not_of("-0123456789/") != std::string_view::npos)
-                throw mSource.badLine(mLine, "has a face with something that is not a corner");
+                throw mSource.badLine(mLine, "has a face with an entry that is not a vertex");
             if (index == 0 || index < -points())
-                throw mSource.badLine(mLine, fmt::format("has a face with the corner {}", index));
+                throw mSource.badLine(mLine, fmt::format("has a face with vertex {}", index));
             if (index > mLargest) mLargest = index, mLineOfLargest = mLine;
             mPolygons.corners.push_back(static_cast<uint32_t>(index > 0 ? index - 1 : points() + index));
         }
-        if (corners < 3) throw mSource.badLine(mLine, fmt::format("has a face of {} corners", corners));
+        if (corners < 3) throw mSource.badLine(mLine, fmt::format("has a face with {} vertices", corners));
         mPolygons.sizes.push_back(corners);
     }
 
-    /// Points get the order in which faces use them.
+    /// Renumbers points in the order in which faces use them.
     void numberByUse() {
         constexpr uint32_t kNone = ~uint32_t(0);
         std::vector<uint32_t> numbers(mPolygons.points.size(), kNone);

@@ -36,7 +36,7 @@ constexpr std::array<PlyType, 8> kPlyTypes{{{"char", "int8", 1, false, true},
 struct PlyProperty {
     std::string_view name;
     const PlyType* type;
-    const PlyType* count; ///< Null unless it is a list.
+    const PlyType* count; ///< Type of the count of a list; null if the property is not a list.
 };
 
 struct PlyElement {
@@ -56,7 +56,7 @@ class PlyParser {
         if (!faces || faces->count == 0) throw mSource.noFaces();
         checkVertex(points);
         if (std::count_if(faces->properties.begin(), faces->properties.end(), isCorners) != 1)
-            throw badHeader("does not have one list vertex_indices of a face");
+            throw badHeader("does not have exactly one list vertex_indices for its faces");
         mPoints = points->count;
         for (const PlyElement& element : mElements) readElements(element);
         mSource.checkPoints(mBad, mPoints);
@@ -72,7 +72,8 @@ class PlyParser {
             if (element.name != "vertex") vertices.others.emplace_back(element.name);
         for (const PlyProperty& property : points->properties)
             if (!property.count) vertices.table.names.emplace_back(property.name);
-        // A vertex has a byte of the file at least, and this many numbers of 8; a vector that grows holds them twice.
+        // Each value takes at least one byte of the file and 8 bytes in memory; a growing vector holds the values
+        // twice.
         requireMemory(16 * static_cast<double>(std::min(mRest.size(), points->count * vertices.table.names.size())),
                       fmt::format("'{}'", mSource.path.string()), "split the file");
         mTable = &vertices.table;
@@ -92,11 +93,11 @@ class PlyParser {
         for (const std::string_view axis : kAxes)
             if (std::none_of(points->properties.begin(), points->properties.end(),
                              [&](const PlyProperty& p) { return p.name == axis && !p.count; }))
-                throw badHeader(fmt::format("has no property {} of a vertex", axis));
+                throw badHeader(fmt::format("has no vertex property {}", axis));
     }
 
     FileError badHeader(const std::string& why) const {
-        return mSource.error(fmt::format("its PLY header {}; it is damaged or of another kind", why));
+        return mSource.error(fmt::format("its PLY header {}; it is damaged or in another format", why));
     }
 
     const PlyElement* find(std::string_view name) const {
@@ -113,7 +114,7 @@ class PlyParser {
 
     void readHeader() {
         std::string_view line = takeLine(mRest);
-        if (takeWord(line) != "ply") throw mSource.error("it does not begin as a PLY; give a .ply file");
+        if (takeWord(line) != "ply") throw mSource.error("it does not begin like a PLY file; give a .ply file");
         bool hasFormat = false;
         for (;;) {
             if (mRest.empty()) throw mSource.cutShort();
@@ -128,7 +129,7 @@ class PlyParser {
             } else if (keyword == "property" && !mElements.empty()) {
                 readProperty(line);
             } else if (keyword != "comment" && keyword != "obj_info") {
-                throw badHeader("has a line that is no part of one");
+                throw badHeader("has a line that does not belong in it");
             }
         }
         if (!hasFormat) throw badHeader("has no format");
@@ -149,7 +150,7 @@ class PlyParser {
         const std::string_view name = takeWord(line);
         int64_t count = 0;
         if (!curlew::parse(takeWord(line), count) || !std::in_range<uint32_t>(count) || find(name))
-            throw badHeader("has an unusable element");
+            throw badHeader("has an invalid element");
         mElements.push_back({name, size_t(count), {}});
     }
 
@@ -158,7 +159,7 @@ class PlyParser {
         const PlyType* count = nullptr;
         if (word == "list") {
             count = typeOf(takeWord(line));
-            if (count->real) throw badHeader("has a list with an unusable count");
+            if (count->real) throw badHeader("has a list with an invalid count");
             word = takeWord(line);
         }
         const PlyType* type = typeOf(word);
@@ -166,7 +167,7 @@ class PlyParser {
         if (name.empty()) throw badHeader("has a property without a name");
         std::vector<PlyProperty>& properties = mElements.back().properties;
         if (std::any_of(properties.begin(), properties.end(), [&](const PlyProperty& p) { return p.name == name; }))
-            throw badHeader("has a property twice");
+            throw badHeader("has the same property twice");
         properties.push_back({name, type, count});
     }
 
@@ -190,7 +191,7 @@ class PlyParser {
                 mBad += !point.isFinite();
                 mPolygons.points.push_back(point);
             }
-            if (!takeWord(mLine).empty()) throw mSource.error("a line of it has too many numbers; it is damaged");
+            if (!takeWord(mLine).empty()) throw mSource.error("one of its lines has too many numbers; it is damaged");
         }
     }
 
@@ -198,13 +199,15 @@ class PlyParser {
         const double given = next(*property.count);
         if (!(given >= 0 && given <= double(std::numeric_limits<uint32_t>::max()))) throw mSource.cutShort();
         const auto count = static_cast<uint32_t>(given);
-        if (corners && count < 3) throw mSource.error(fmt::format("it has a face of {} corners; it is damaged", count));
+        if (corners && count < 3)
+            throw mSource.error(fmt::format("it has a face with {} vertices; it is damaged", count));
         for (uint32_t n = 0; n < count; ++n) {
             const double value = next(*property.type);
             if (!corners) continue;
             if (!(value >= 0 && value < double(mPoints)))
-                throw mSource.error(fmt::format("it has a face with the corner {:g}, and points 0 to {}; it is damaged",
-                                                value, double(mPoints) - 1));
+                throw mSource.error(
+                    fmt::format("it has a face with vertex {:g}, but only points 0 to {}; it is damaged", value,
+                                double(mPoints) - 1));
             mPolygons.corners.push_back(static_cast<uint32_t>(value));
         }
         if (corners) mPolygons.sizes.push_back(count);
@@ -217,7 +220,7 @@ class PlyParser {
         } while (isBlank(mLine));
     }
 
-    /// The next number of the data; infinite if it is beyond the range of a float.
+    /// Returns the next number of the data; infinite if it is out of the range of a float.
     double next(const PlyType& type) {
         if (mFormat == PlyFormat::text) return nextWord(type);
         if (mRest.size() < type.size) throw mSource.cutShort();
@@ -233,7 +236,7 @@ class PlyParser {
             return std::abs(value) > kLargest ? HUGE_VAL : value;
         }
         const uint64_t sign = type.isSigned ? uint64_t(1) << ((8 * type.size - 1) & 63) : 0;
-        return double(int64_t(bits ^ sign) - int64_t(sign)); // integers have 4 bytes at most
+        return double(int64_t(bits ^ sign) - int64_t(sign)); // integers have at most 4 bytes
     }
 
     double nextWord(const PlyType& type) {
@@ -245,7 +248,7 @@ class PlyParser {
         const bool isNumber = isFloat ? curlew::parse(word, single) : curlew::parse(word, value);
         if (isFloat) value = static_cast<double>(single);
         if (!isNumber || (!type.real && value != std::floor(value)))
-            throw mSource.error("it has something that is not a number where there should be one; it is damaged");
+            throw mSource.error("it has something else where a number should be; it is damaged");
         return std::abs(value) > kLargest ? HUGE_VAL : value;
     }
 
@@ -254,7 +257,7 @@ class PlyParser {
     PlyFormat mFormat = PlyFormat::text;
     std::vector<PlyElement> mElements;
     Polygons mPolygons;
-    CsvTable* mTable = nullptr; ///< Takes the vertices, if those are wanted for themselves.
+    CsvTable* mTable = nullptr; ///< Receives the vertices if only those are read.
     size_t mPoints = 0, mBad = 0;
 };
 

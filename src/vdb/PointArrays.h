@@ -14,7 +14,7 @@ void checkArrays(const Points& particles);
 /// Throws ValueError if an id does not fit in 32 bits.
 void checkIds(const Points& particles);
 
-/// One number for each particle, in files a float of this name.
+/// A float attribute of particles, with its name in files.
 struct Scalar {
     const char* name;
     std::vector<float> Points::*floats = nullptr;
@@ -37,7 +37,7 @@ inline const std::array<Scalar, 5> kScalars{{{"age", &Points::age, nullptr},
                                              {"f", nullptr, &Points::f},
                                              {"g", nullptr, &Points::g}}};
 
-/// Those that the particles have.
+/// Returns the scalars that the particles have.
 std::vector<Scalar> scalarsOf(const Points& particles);
 
 } // namespace curlew

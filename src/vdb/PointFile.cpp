@@ -22,25 +22,25 @@ void checkArrays(const Points& particles) {
     const auto wholeOrNone = [&](const auto&... arrays) { return (arrays.empty() && ...) || whole(arrays...); };
     if (!whole(particles.y, particles.z, particles.id) || !wholeOrNone(particles.vx, particles.vy, particles.vz))
         throw ValueError(
-            fmt::format("the arrays of the particles differ in length (x has {}, y {}, z {}, id {}, vx {}, vy {}, "
-                        "vz {}); give each as many values, or no velocity",
+            fmt::format("the particle arrays differ in length (x has {}, y {}, z {}, id {}, vx {}, vy {}, vz {}); make "
+                        "them equal, or leave out the velocity",
                         size, particles.y.size(), particles.z.size(), particles.id.size(), particles.vx.size(),
                         particles.vy.size(), particles.vz.size()));
     if (!wholeOrNone(particles.age) || !wholeOrNone(particles.life) || !wholeOrNone(particles.fade) ||
         !wholeOrNone(particles.f, particles.g))
-        throw ValueError(fmt::format(
-            "the arrays of the particles differ in length (x has {}, age {}, life {}, fade {}, f {}, g {}); give "
-            "each as many values, or none",
-            size, particles.age.size(), particles.life.size(), particles.fade.size(), particles.f.size(),
-            particles.g.size()));
+        throw ValueError(
+            fmt::format("the particle arrays differ in length (x has {}, age {}, life {}, fade {}, f {}, g {}); give "
+                        "each as many values as x, or none",
+                        size, particles.age.size(), particles.life.size(), particles.fade.size(), particles.f.size(),
+                        particles.g.size()));
 }
 
 void checkIds(const Points& particles) {
     for (const int64_t id : particles.id)
         if (!std::in_range<int32_t>(id))
             throw ValueError(
-                fmt::format("the particle id {} does not fit in 32 bits, which is what point files hold; "
-                            "number the particles from 0, or write .csv",
+                fmt::format("the particle id {} does not fit in the 32 bits that point files have for it; number the "
+                            "particles from 0, or write .csv",
                             id));
 }
 

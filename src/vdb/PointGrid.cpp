@@ -24,7 +24,7 @@ namespace {
 
 namespace points = openvdb::points;
 
-/// The particles' arrays as OpenVDB's point tools ask for them.
+/// Adapters from the particles' arrays to OpenVDB's point tools.
 struct Positions {
     using value_type = openvdb::Vec3d; // NOLINT: OpenVDB's name for it
     using PosType = openvdb::Vec3d;
@@ -62,14 +62,14 @@ const points::AttributeArray& attributeOf(const points::PointDataTree::LeafNodeT
     const size_t position = leaf.attributeSet().find(name);
     if (position >= leaf.attributeSet().size())
         throw ValueError(
-            fmt::format("some points of the grid have no attribute '{}'; give all of them one, or none", name));
+            fmt::format("some points of the grid have no attribute '{}'; give it to all of them, or to none", name));
     return leaf.constAttributeArray(position);
 }
 
 template <typename T>
 points::AttributeHandle<T> handleOf(const points::AttributeArray& array, const std::string& name) {
     if (array.valueType() != openvdb::typeNameAsString<T>())
-        throw ValueError(fmt::format("the attribute '{}' of the points is of type {}; give it the type {}", name,
+        throw ValueError(fmt::format("the point attribute '{}' has the type {}; give it the type {}", name,
                                      array.valueType(), openvdb::typeNameAsString<T>()));
     return points::AttributeHandle<T>(array);
 }
@@ -93,7 +93,7 @@ void reorder(std::vector<T>& values, const std::vector<size_t>& order, const Mon
     values = std::move(sorted);
 }
 
-/// Where each id is, if the ids are as many numbers one after another, in any order; empty if they are not.
+/// Returns the position of each id if the ids are distinct consecutive numbers in any order; otherwise an empty vector.
 std::vector<size_t> placesOf(const std::vector<int64_t>& ids) {
     const auto [least, most] = std::minmax_element(ids.begin(), ids.end());
     if (uint64_t(*most) - uint64_t(*least) != ids.size() - 1) return {};
@@ -115,7 +115,7 @@ void sortById(Points& particles, const Monitor& monitor) {
     if (order.empty()) {
         order.resize(ids.size());
         std::iota(order.begin(), order.end(), size_t(0));
-        // Ends by the exception of a comparison.
+        // An exception from the comparison ends the sort if the monitor cancels.
         tbb::parallel_sort(order, [&](size_t a, size_t b) {
             thread_local unsigned comparisons = 0;
             if (++comparisons % (1u << 14) == 0) monitor.check();
@@ -158,7 +158,7 @@ Points pointsOf(const points::PointDataGrid& grid, const Monitor& monitor) {
     using Leaf = points::PointDataTree::LeafNodeType;
     std::vector<const Leaf*> leaves;
     std::vector<size_t> starts{0};
-    std::string velocity; // its name, if there is one
+    std::string velocity; // its attribute name, if there is one
     bool hasIds = false;
     std::vector<Scalar> scalars;
     for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
@@ -178,7 +178,7 @@ Points pointsOf(const points::PointDataGrid& grid, const Monitor& monitor) {
             scalars.push_back(scalar);
     Points particles;
     const size_t size = starts.back();
-    // Positions, numbers, and what sorts them: an order, and one array twice.
+    // Bytes per point: positions, ids, and for sorting an order and a second copy of one array.
     const double bytes =
         4 * 8.0 + (hasIds ? 2 * 8.0 : 0) + (velocity.empty() ? 0 : 3 * 4.0) + 8.0 * double(scalars.size());
     requireMemory(bytes * double(size), fmt::format("the {} points of the grid '{}'", size, grid.getName()),
@@ -220,9 +220,8 @@ Points pointsOf(const points::PointDataGrid& grid, const Monitor& monitor) {
             else if (ids.valueType() == openvdb::typeNameAsString<int32_t>())
                 readIds<int32_t>(ids, &particles.id[start]);
             else
-                throw ValueError(
-                    fmt::format("the attribute 'id' of the points is of type {}; give it the type int32 or int64",
-                                ids.valueType()));
+                throw ValueError(fmt::format(
+                    "the point attribute 'id' has the type {}; give it the type int32 or int64", ids.valueType()));
         }
     };
     parallelFor(
@@ -232,7 +231,7 @@ Points pointsOf(const points::PointDataGrid& grid, const Monitor& monitor) {
         },
         monitor);
     if (particles.f.size() != particles.g.size())
-        for (auto* half : {&particles.f, &particles.g}) half->clear(); // no track
+        for (auto* half : {&particles.f, &particles.g}) half->clear(); // a track needs both
     if (hasIds) sortById(particles, monitor);
     return particles;
 }

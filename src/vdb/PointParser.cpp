@@ -15,9 +15,9 @@ namespace curlew {
 
 namespace {
 
-constexpr double kLargestId = 9007199254740992; // 2^53: whole numbers up to there are doubles
+constexpr double kLargestId = 9007199254740992; // 2^53: doubles represent all integers up to here
 
-/// The columns of a table as the arrays of points.
+/// Converts the columns of a table to arrays of points.
 class Columns {
   public:
     Columns(const CsvTable& table, std::filesystem::path path) : mTable(table), mPath(std::move(path)) {
@@ -28,7 +28,8 @@ class Columns {
 
     size_t rows() const { return mTable.values.size() / std::max<size_t>(mTable.names.size(), 1); }
 
-    /// Fills arrays with the columns of these names: all of them or, unless they are needed, none.
+    /// Fills arrays with the columns of these names. Throws FileError if some are missing, unless all are missing and
+    /// they are not `needed`.
     template <class T>
     void take(const std::vector<std::pair<const char*, std::vector<T>*>>& columns, bool needed = false) {
         std::vector<size_t> found;
@@ -64,7 +65,7 @@ class Columns {
     T converted(double number) const {
         if constexpr (std::is_integral_v<T>)
             if (!(std::abs(number) <= kLargestId) || number != std::floor(number))
-                throw error(fmt::format("it has the id {:g}, which is no whole number up to 2^53", number));
+                throw error(fmt::format("it has the id {:g}, which is not a whole number up to 2^53", number));
         return static_cast<T>(number);
     }
 

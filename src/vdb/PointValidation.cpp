@@ -16,13 +16,14 @@ namespace {
 
 using openvdb::points::AttributeArray;
 
-/// The bytes of one value of each attribute.
+/// Bytes per value of each attribute.
 using Descriptor = std::vector<uint64_t>;
 
 /// One attribute of one leaf.
 struct Array {
-    uint64_t bytes = 0;  ///< In memory, or in its pages.
-    uint64_t packed = 0; ///< In the file if it is not in pages; without the byte that says whether it is packed.
+    uint64_t bytes = 0;  ///< Bytes in memory, or in its pages.
+    uint64_t packed = 0; ///< Bytes in the file if it is not in pages, without the byte that says whether it is
+                         ///< compressed.
     bool uniform = false, paged = false;
 };
 
@@ -41,7 +42,7 @@ class PointValidation {
         if (passes < 4 || passes % 2 != 0) mCursor.damaged();
         mAttributes = (passes - 4u) / 2;
         if (mLeaves > uint64_t(mCursor.left()) / (kVoxelBytes + kAttributeBytes * mAttributes)) mCursor.damaged();
-        mCursor.skip(mLeaves * sizeof(uint16_t)); // sizes of the voxels' buffers
+        mCursor.skip(mLeaves * sizeof(uint16_t)); // sizes of the voxel buffers
         mArrays.resize(mLeaves * mAttributes);
         mHas.resize(mLeaves);
         checkArrays();
@@ -53,10 +54,10 @@ class PointValidation {
     }
 
   private:
-    /// The least that a leaf and an attribute of it take in the file.
+    /// Minimum size in the file of a leaf and of one of its attributes.
     static constexpr uint64_t kVoxelBytes = 64 + 4, kAttributeBytes = 14;
 
-    /// Names and types of the attributes, and what else belongs to them.
+    /// Reads the names, types, groups and metadata of the attributes.
     std::shared_ptr<const Descriptor> readDescriptor() {
         const auto count = mCursor.read<uint64_t>();
         if (count > mAttributes) mCursor.damaged();
@@ -74,7 +75,7 @@ class PointValidation {
             named[place] = true;
         }
         const auto groups = mCursor.read<uint64_t>();
-        if (groups > 8 * count) mCursor.damaged(); // bits in arrays of bytes
+        if (groups > 8 * count) mCursor.damaged(); // groups are bits in arrays of bytes
         for (uint64_t k = 0; k < groups; ++k) {
             mCursor.readString();
             if (mCursor.read<uint64_t>() >= 8 * count) mCursor.damaged();
@@ -83,7 +84,7 @@ class PointValidation {
         return sizes;
     }
 
-    /// The descriptor of a leaf, which may be that of all that follow.
+    /// Reads the descriptor of a leaf, which may apply to all leaves that follow.
     void nextDescriptor() {
         if (mShared) return;
         const auto flags = mCursor.read<uint8_t>();
@@ -93,7 +94,7 @@ class PointValidation {
         if (flags & 2) mCursor.skip(mCursor.read<uint64_t>());
     }
 
-    /// The first pass over the leaves: which attributes each has, and their sizes.
+    /// First pass over the leaves: which attributes each has, and their sizes.
     void checkArrays() {
         size_t most = 0;
         for (uint64_t leaf = 0; leaf < mLeaves; ++leaf) {
@@ -111,9 +112,9 @@ class PointValidation {
         if (most != mAttributes) mCursor.damaged();
     }
 
-    /// Returns the number of points.
+    /// Reads the header of an array. Returns its number of points.
     uint32_t readArray(uint64_t valueBytes, Array& array) {
-        constexpr uint64_t ownBytes = sizeof(int16_t) + sizeof(uint32_t); // counted with those of the values
+        constexpr uint64_t ownBytes = sizeof(int16_t) + sizeof(uint32_t); // included in `bytes`
         constexpr uint8_t strided = 1, uniform = 2, inPages = 8, flagsKnown = 0x1f, storageKnown = 0x0f;
         const auto bytes = mCursor.read<uint64_t>();
         const auto flags = mCursor.read<uint8_t>(), storage = mCursor.read<uint8_t>();
@@ -134,9 +135,9 @@ class PointValidation {
         return attribute < mHas[leaf] ? &mArrays[leaf * mAttributes + attribute] : nullptr;
     }
 
-    /// The headers of the pages of an attribute: the arrays fill them one after another.
+    /// Reads the page headers of an attribute. Its arrays fill the pages one after another.
     void readPages(size_t attribute) {
-        uint64_t left = 0; // of the last page
+        uint64_t left = 0; // bytes left in the last page
         for (uint64_t leaf = 0; leaf < mLeaves; ++leaf) {
             const Array* array = arrayOf(leaf, attribute);
             if (!array || !array->paged) continue;
@@ -155,7 +156,7 @@ class PointValidation {
         return uint64_t(bytes);
     }
 
-    /// The mask of a leaf, and where the points of each voxel end.
+    /// Checks the mask of a leaf and the buffer that holds where the points of each voxel end.
     void checkVoxels() {
         constexpr uint16_t notPacked = std::numeric_limits<uint16_t>::max();
         constexpr uint64_t bytes = 512 * sizeof(uint32_t);
@@ -168,7 +169,8 @@ class PointValidation {
         mSizes.bytes += kLeafMemory;
     }
 
-    /// The values of an attribute: a page where its first array is due, or each array by itself.
+    /// Checks the values of an attribute: each page where its first array would be, and each array that is not in a
+    /// page.
     void checkBuffers(size_t attribute) {
         auto page = mPages[attribute].begin();
         uint64_t left = 0;
@@ -197,17 +199,18 @@ class PointValidation {
         mCursor.skip(array.bytes);
     }
 
-    /// What OpenVDB keeps of an array and of a leaf beside their values: the objects, and what the allocator adds.
+    /// Memory that OpenVDB needs for an array and a leaf besides their values: the objects and the allocator's
+    /// overhead.
     static constexpr double kArrayMemory = 150, kLeafMemory = 2500;
 
     VdbCursor& mCursor;
     uint64_t mLeaves;
-    size_t mAttributes = 0; ///< The most that a leaf has.
+    size_t mAttributes = 0; ///< Maximum number of attributes per leaf.
     std::shared_ptr<const Descriptor> mDescriptor;
-    bool mShared = false;                  ///< All leaves that follow have it.
-    std::vector<size_t> mHas;              ///< The attributes of each leaf.
-    std::vector<Array> mArrays;            ///< mAttributes for each leaf.
-    std::vector<std::vector<Page>> mPages; ///< Of each attribute.
+    bool mShared = false;                  ///< The descriptor applies to all leaves that follow.
+    std::vector<size_t> mHas;              ///< Number of attributes of each leaf.
+    std::vector<Array> mArrays;            ///< mAttributes entries per leaf.
+    std::vector<std::vector<Page>> mPages; ///< Pages of each attribute.
     PointSizes mSizes;
 };
 

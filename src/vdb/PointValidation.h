@@ -5,16 +5,16 @@
 
 namespace curlew {
 
-/// What the leaves of a grid of points will take in memory.
+/// Size of a grid of points in memory.
 struct PointSizes {
-    double points = 0; ///< Their number.
-    double bytes = 0;  ///< Of OpenVDB's arrays.
+    double points = 0; ///< Number of points.
+    double bytes = 0;  ///< Bytes of OpenVDB's arrays.
 };
 
-/// Checks what follows the topology of a grid of points with that many leaves: the descriptors, the sizes of all arrays
-/// against each other, the pages against the sums of the arrays in them, the headers of all that is packed. `version`:
-/// of the file. Leaves the cursor at the end of the grid. Throws FileError if anything does not fit, as OpenVDB 10.0
-/// would follow it out of its arrays or end the program.
+/// Checks everything after the topology of a grid of points with `leaves` leaves: the descriptors, the sizes of all
+/// arrays against each other, the pages against the sums of the arrays in them, and the headers of all compressed data.
+/// `version` is the format version of the file. Leaves the cursor at the end of the grid. Throws FileError if anything
+/// is inconsistent, since OpenVDB 10.0 would then read outside its arrays or end the program.
 PointSizes validatePoints(VdbCursor& cursor, uint64_t leaves, uint32_t version);
 
 } // namespace curlew

@@ -17,12 +17,13 @@ namespace {
 using Point = std::array<double, 2>;
 using Corners = std::span<const uint32_t>;
 
-/// Twice the area of a triangle; negative if it runs clockwise.
+/// Returns twice the signed area of a triangle; negative if it runs clockwise.
 double area(const Point& a, const Point& b, const Point& c) {
     return a[0] * (b[1] - c[1]) + b[0] * (c[1] - a[1]) + c[0] * (a[1] - b[1]);
 }
 
-/// The corners of a polygon, counter-clockwise, without the axis along which its normal (Newell's) is longest.
+/// Projects the vertices of a polygon along the axis in which its normal (Newell) is longest, so that they run
+/// counter-clockwise.
 std::vector<Point> projected(const std::vector<openvdb::Vec3s>& points, Corners corners) {
     openvdb::Vec3d normal(0);
     for (size_t k = 0; k < corners.size(); ++k) {
@@ -40,7 +41,7 @@ std::vector<Point> projected(const std::vector<openvdb::Vec3s>& points, Corners 
     return result;
 }
 
-/// Cuts the ears off a polygon.
+/// Triangulates a polygon by ear clipping.
 class EarClipper {
   public:
     explicit EarClipper(std::vector<Point> points) : mPoints(std::move(points)), mRing(mPoints.size()) {
@@ -48,7 +49,7 @@ class EarClipper {
         for (size_t k = 0; k < size; ++k) mRing[k] = {(k + size - 1) % size, (k + 1) % size};
     }
 
-    /// Calls emit(a, b, c) for each triangle, with the numbers of its corners.
+    /// Calls emit(a, b, c) with the vertex indices of each triangle.
     template <class Emit>
     void cut(const Emit& emit) {
         size_t ear = 0, left = mPoints.size(), tries = 0;
@@ -74,7 +75,7 @@ class EarClipper {
         size_t previous, next;
     };
 
-    /// Whether the corner is convex, and no other corner lies in the triangle of it and its neighbours.
+    /// Returns whether the corner is convex, and no other corner lies in its triangle with its neighbours.
     bool isEar(size_t previous, size_t corner, size_t next) const {
         const Point &a = mPoints[previous], &b = mPoints[corner], &c = mPoints[next];
         if (area(a, b, c) < 0) return false;
@@ -89,7 +90,7 @@ class EarClipper {
     std::vector<Neighbours> mRing;
 };
 
-/// Appends the triangles of a polygon. None begins with the corner with which the one before begins.
+/// Appends the triangles of a polygon. No triangle begins with the same vertex as the one before it.
 void appendTriangles(const std::vector<openvdb::Vec3s>& points, Corners corners,
                      std::vector<openvdb::Vec3I>& triangles) {
     size_t before = corners.size();
@@ -100,7 +101,7 @@ void appendTriangles(const std::vector<openvdb::Vec3s>& points, Corners corners,
     });
 }
 
-/// Calls use(corner) for every corner of every face.
+/// Calls use(corner) for every vertex index of every face.
 template <class Use>
 void forEachCorner(Mesh& mesh, const Use& use) {
     for (auto& face : mesh.triangles)
@@ -109,8 +110,8 @@ void forEachCorner(Mesh& mesh, const Use& use) {
         for (int k = 0; k < 4; ++k) use(face[k]);
 }
 
-/// Joins points with the same position and group into the first of them, and drops those of no face. Returns the number
-/// that each point had before.
+/// Joins points with the same position and group into the first of them, and drops unused ones. Returns the previous
+/// index of each remaining point.
 std::vector<uint32_t> joinPoints(Mesh& mesh, const std::vector<uint32_t>& groups) {
     constexpr uint32_t kNone = ~uint32_t(0);
     std::vector<openvdb::Vec3s> points = std::move(mesh.points);

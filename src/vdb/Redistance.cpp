@@ -20,21 +20,21 @@ using openvdb::Coord;
 using Accessor = BackwardMap::Accessor;
 using Entry = ClosestPoints::Entry;
 
-const auto& kNeighbours = openvdb::util::COORD_OFFSETS; ///< All 26 of them.
+const auto& kNeighbours = openvdb::util::COORD_OFFSETS; ///< All 26 neighbours.
 
-/// Slides the closest point of an entry along the surface to where the way to the voxel is normal to it.
+/// Slides the closest point of an entry along the surface until the vector to the voxel is normal to the surface.
 class Slider {
   public:
     explicit Slider(Entry& entry) : mEntry(&entry), mAt(entry.point) {}
 
     const openvdb::Vec3d& at() const { return mAt; }
-    /// Whether what is left to slide changes the distance by no more than its square.
+    /// Returns whether the remaining tangential distance is so small that it changes the distance only in second order.
     bool settled() const { return mWay.length() < kSlow; }
 
-    /// Goes on from a sample at at(), if it is known; false at the end of the way.
+    /// Takes the next step, given the sample at at() if it is known. Returns false when the point stops.
     bool next(bool known, const BackwardMap::Sample& sample) {
         const double steepness = sample.gradient.length();
-        if (!known || !(steepness > 0)) return retreat(); // too far from the surface
+        if (!known || !(steepness > 0)) return retreat(); // outside the known region
         const openvdb::Vec3d normal = sample.gradient / steepness;
         if (const double off = sample.phi / steepness; std::abs(off) > kOn) {
             if (++mCorrections > kMostCorrections) return retreat();
@@ -45,7 +45,7 @@ class Slider {
         const double distance = toVoxel.length();
         if (mBegun && !(distance < mEntry->distance)) return retreat();
         if (mBegun) {
-            // Barzilai and Borwein (1988): the step that the last one would have needed.
+            // Barzilai and Borwein (1988): the step length that would have been right for the last step.
             const openvdb::Vec3d moved = mAt - mEntry->point;
             const double change = moved.dot(mWay - way);
             mPace = change > 0 ? std::clamp(moved.dot(moved) / change, 0.05, 4.0) : std::min(2 * mPace, 4.0);
@@ -75,15 +75,15 @@ class Slider {
     }
 
     Entry* mEntry;                               // its point is the best so far
-    openvdb::Vec3d mAt;                          // the one that is tried
-    openvdb::Vec3d mWay = openvdb::Vec3d(1e300); // from the best point to the voxel, as far as it is tangential
+    openvdb::Vec3d mAt;                          // the point being tried
+    openvdb::Vec3d mWay = openvdb::Vec3d(1e300); // tangential part of the vector from the best point to the voxel
     double mPace = 1;
     int mCorrections = 0;
     bool mBegun = false;
 };
 
-/// Slides the points of entries, which are on the surface, to the places closest to their voxels; they come out no
-/// farther than they went in. Returns how many did not settle.
+/// Slides the points of entries, which are on the surface, to the positions closest to their voxels. Their distances
+/// never increase. Returns how many points did not converge.
 size_t settle(const BackwardMap& map, std::span<Entry> entries) {
     constexpr int kMost = 40;
     const Accessor index(map.index());
@@ -110,7 +110,7 @@ size_t settle(const BackwardMap& map, std::span<Entry> entries) {
         std::count_if(sliders.begin(), sliders.end(), [](const Slider& s) { return !s.settled(); }));
 }
 
-/// The entry in the neighbourhood of a voxel whose closest point is nearest to it; null where there is none.
+/// Returns the entry around a voxel whose closest point is nearest to the voxel; null if there is no entry.
 const Entry* bestAround(const openvdb::Coord& voxel, const Accessor& index, const std::vector<Entry>& entries) {
     const Entry* best = nullptr;
     double least = std::numeric_limits<double>::infinity();
@@ -146,7 +146,7 @@ void ClosestPoints::insert(const std::vector<Entry>& entries) {
     }
 }
 
-/// The voxels at both ends of each crossed edge, with the nearest of their crossings.
+/// Adds the voxels at both ends of each crossed edge, with the nearest of their crossings.
 void ClosestPoints::begin(const BackwardMap& map, const std::vector<BackwardMap::Crossing>& crossings,
                           const Monitor& monitor) {
     std::vector<Entry> entries;
@@ -176,7 +176,7 @@ void ClosestPoints::begin(const BackwardMap& map, const std::vector<BackwardMap:
     insert(entries);
 }
 
-/// Takes over closest points of neighbours that are closer: another part of the surface may be.
+/// Replaces closest points by those of neighbours if they are closer, since another part of the surface may be.
 void ClosestPoints::improve(const BackwardMap& map, const Monitor& monitor) {
     constexpr double kCloser = 1e-3; // voxels
     std::vector<Entry> improved = mEntries;
@@ -201,7 +201,7 @@ void ClosestPoints::improve(const BackwardMap& map, const Monitor& monitor) {
     mEntries = std::move(improved);
 }
 
-/// The voxels around those from `first` on that are within the band; false where there are none.
+/// Adds the voxels around those from `first` on that are within the band. Returns false if there are none.
 bool ClosestPoints::addRing(const BackwardMap& map, size_t first, double halfWidth, const Monitor& monitor) {
     openvdb::MaskTree ring;
     {
@@ -225,7 +225,7 @@ bool ClosestPoints::addRing(const BackwardMap& map, size_t first, double halfWid
                 const Entry& best = *bestAround(entry.voxel, index, mEntries);
                 const int32_t at = known.getValue(entry.voxel);
                 entry.point = best.point;
-                // Where φ is not known, the surface is not between the two: there it would be.
+                // Where φ is unknown, no surface lies between the two voxels, since φ is known around the surface.
                 entry.inside = at >= 0 ? map.inside(static_cast<size_t>(at)) : best.inside;
             }
             return settle(map, std::span(entries).subspan(from, to - from));

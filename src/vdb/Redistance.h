@@ -5,30 +5,32 @@
 
 namespace curlew {
 
-/// The signed distance to the surface φ = 0 of a BackwardMap, by the closest point of each voxel of a narrow band; the
-/// surface itself stays where it is.
+/// The signed distance to the surface φ = 0 of a BackwardMap, from the closest surface point of each voxel in a narrow
+/// band. The surface itself does not move.
 ///
-/// Voxels beside an edge that the surface crosses start with the crossing; each ring of voxels around takes the best
-/// closest point among its neighbours' (Danielsson 1980). Each then slides along the surface to where the surface is
-/// perpendicular to the way to the voxel, by Newton steps on φ and on the tangential part of that way (Chopp 2001).
-/// Nothing is differenced, and no value is passed on, so errors do not add up from ring to ring.
+/// Voxels at the ends of an edge that the surface crosses start with the crossing. Each ring of voxels around them
+/// takes the best closest point of its neighbours (Danielsson 1980). The point then slides along the surface until the
+/// vector to the voxel is normal to the surface: Newton steps keep it on φ = 0 (Chopp 2001), and steps of Barzilai and
+/// Borwein (1988) along the tangential part of that vector reduce the distance. No value is differenced or passed on,
+/// so errors do not accumulate from ring to ring.
 class ClosestPoints {
   public:
-    /// Up to `halfWidth` voxels from the surface.
+    /// Finds closest points for voxels up to `halfWidth` voxels from the surface.
     ClosestPoints(const BackwardMap& map, const std::vector<BackwardMap::Crossing>& crossings, double halfWidth,
                   const Monitor& monitor);
 
-    /// Values are distances in world units for that voxel size, less than `halfWidth` voxels, which is the background.
-    /// At most the half width of the constructor.
+    /// Returns the distances as a level set, in world units for this voxel size. The background is `halfWidth` voxels,
+    /// at most the half width given to the constructor.
     openvdb::FloatGrid::Ptr grid(double halfWidth, double voxelSize) const;
 
-    /// Closest points that did not settle, for which the best that was found is taken: too far, but on the surface.
+    /// Number of closest points that did not converge. For these the best point found is used: it is on the surface,
+    /// but may be too far away.
     size_t unsettled() const { return mUnsettled; }
 
     struct Entry {
         openvdb::Coord voxel = {};
-        openvdb::Vec3d point = {}; ///< The closest of the surface, in voxels.
-        double distance = 0;       ///< To it, in voxels, never negative.
+        openvdb::Vec3d point = {}; ///< Closest surface point, in voxels.
+        double distance = 0;       ///< Distance to the point in voxels, never negative.
         bool inside = false;
     };
 

@@ -20,7 +20,7 @@ namespace {
 
 using Values = std::array<float, kBatch>;
 
-/// A grid on the active voxels of `where`, filled with what `evaluate` makes of their centres.
+/// Makes a grid on the active voxels of `where`, filled by `evaluate` at their centres.
 openvdb::FloatGrid::Ptr filledGrid(const openvdb::GridBase& where, const std::string& name,
                                    const std::function<void(const PointBatch&, Values&)>& evaluate,
                                    const Monitor& monitor) {

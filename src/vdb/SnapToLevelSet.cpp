@@ -14,15 +14,15 @@ namespace curlew {
 
 namespace {
 
-constexpr int kSteps = 6; ///< Along the surface, each with one onto it.
+constexpr int kSteps = 6; ///< Steps along the surface, each with one onto it.
 
 using Jet2 = Jet<double, 3, 2>;
 
 double determinant(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return dot(a, cross(b, c)); }
 
-/// From a place beside the surface to the one that is nearest to a point: Newton's method on half the squared distance
-/// to the point, whose second derivative along the surface is 1 + D times the surface's curvature, D being the point's
-/// distance. Steps are at most two voxels long.
+/// Moves `here` towards the surface point closest to `point`: one step of Newton's method on half the squared distance
+/// to the point. Its second derivative along the surface is 1 + D times the curvature of the surface, where D is the
+/// point's distance. Steps are at most two voxels long.
 Vec3d nearer(const Jet2& jet, const Vec3d& here, const Vec3d& point, double voxel) {
     const double slope = length(jet.gradient);
     if (!(slope > 0.1)) return here;
@@ -30,7 +30,7 @@ Vec3d nearer(const Jet2& jet, const Vec3d& here, const Vec3d& point, double voxe
                 way = point - surface;
     const double distance = dot(way, normal);
     const Vec3d along = way - normal * distance;
-    std::array<Vec3d, 3> columns; // of a symmetric matrix
+    std::array<Vec3d, 3> columns; // columns of a symmetric matrix
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) columns[static_cast<size_t>(i)][j] = distance / slope * jet.hessian(i, j);
         columns[static_cast<size_t>(i)][i] += 1;
@@ -48,7 +48,7 @@ Vec3d nearer(const Jet2& jet, const Vec3d& here, const Vec3d& point, double voxe
     return surface + (way2 > longest ? step * (longest / way2) : step);
 }
 
-/// The nearest samples of the surface to each particle.
+/// Returns the surface sample nearest to each particle.
 std::vector<openvdb::Vec3R> nearestSamples(const openvdb::FloatGrid& grid, const Points& particles,
                                            const Monitor& monitor) {
     std::vector<openvdb::Vec3R> nearest(particles.size());

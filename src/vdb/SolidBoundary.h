@@ -7,27 +7,28 @@
 
 namespace curlew {
 
-/// The solid where the winding number of a mesh is above 1/2 in size, as it looks at a voxel size.
+/// The solid where the winding number w of a mesh satisfies |w| > 1/2, resolved by voxels.
 class SolidBoundary {
   public:
-    /// Voxels closer than this to the mesh have a known winding number, in voxels: all corners of any cell that the
-    /// mesh passes through.
+    /// In voxels: w is computed at all voxels closer than this to the mesh. They include all corners of every cell that
+    /// the mesh passes through.
     static constexpr double kNear = 1.75;
 
-    /// `mesh`: triangles only, without duplicates. `whole`: winding numbers are integers, so there are no holes.
+    /// The mesh must have triangles only, without duplicates. `whole`: winding numbers are integers, so there are no
+    /// holes.
     SolidBoundary(const Mesh& mesh, const openvdb::math::Transform& transform, bool whole, const Monitor& monitor);
 
-    /// Its surface: the faces, or pieces of them, that separate inside from outside, and quads across holes. Not
-    /// oriented.
+    /// The surface of the solid: the faces, or pieces of them, that separate inside from outside, and quads across
+    /// holes. Not oriented.
     const Mesh& surface() const { return mSurface; }
-    /// Whether the voxels are inside; those that are not known yet are computed.
+    /// Returns whether voxels are inside. Computes w where it is not known yet.
     std::vector<uint8_t> inside(const std::vector<openvdb::Coord>& voxels, const Monitor& monitor);
 
-    double undecided() const { return mUndecided; } ///< Share of the near voxels where 0.1 < |w| < 0.9.
-    double hidden() const { return mHidden; }       ///< Share of the mesh's area that is not on the boundary.
-    bool turned() const { return mTurned; }         ///< Where it is inside, w is mostly negative.
+    double undecided() const { return mUndecided; } ///< Fraction of the near voxels where 0.1 < |w| < 0.9.
+    double hidden() const { return mHidden; }       ///< Fraction of the mesh's area that is not on the boundary.
+    bool turned() const { return mTurned; }         ///< w is negative at most inside voxels.
 
-    /// Above 1/2 by more than the error of w: a flat sheet, at which it is 1/2, is not inside of anything.
+    /// The margin exceeds the error of w: a flat sheet, on which w is 1/2, encloses nothing.
     static bool isInside(double w) { return std::abs(w) > 0.5 + 1e-3; }
 
   private:
@@ -40,7 +41,7 @@ class SolidBoundary {
 
     openvdb::math::Transform mTransform;
     WindingNumber mWinding;
-    openvdb::FloatTree mKnown{0.0f}; ///< w at active voxels.
+    openvdb::FloatTree mKnown{0.0f}; ///< w at its active voxels.
     Mesh mSurface;
     double mUndecided = 0, mHidden = 0;
     bool mTurned = false;

@@ -20,7 +20,7 @@ namespace {
 using openvdb::FloatGrid;
 using openvdb::Index32;
 
-/// Points at the same position become one.
+/// Returns for each point the first point with the same position.
 std::vector<Index32> firstAlike(const std::vector<openvdb::Vec3s>& points) {
     std::vector<Index32> order(points.size()), first(points.size());
     std::iota(order.begin(), order.end(), 0u);
@@ -32,7 +32,7 @@ std::vector<Index32> firstAlike(const std::vector<openvdb::Vec3s>& points) {
     return first;
 }
 
-/// A triangle by its corners in order, whether that takes an odd number of exchanges, and its number.
+/// A triangle by its sorted vertices, the parity of the sorting permutation, and its index.
 struct Corners {
     std::array<Index32, 3> sorted;
     size_t number;
@@ -72,8 +72,8 @@ Mesh distinctTriangles(const Mesh& mesh, size_t& duplicates) {
     tbb::parallel_sort(keys.begin(), keys.end(), [](const Corners& a, const Corners& b) {
         return std::tie(a.sorted, a.number) < std::tie(b.sorted, b.number);
     });
-    // Of faces with the same corners one stays, of the direction that more of them have; where they are as many in
-    // either direction, none, or one if the whole mesh is like that.
+    // Of triangles with the same vertices, one is kept, in the more frequent direction. If equally many run in either
+    // direction, none is kept, unless most of the mesh is like that; then one is.
     std::vector<size_t> stay, even;
     size_t groups = 0;
     for (size_t k = 0; k < keys.size(); ++groups) {
@@ -95,7 +95,7 @@ Mesh distinctTriangles(const Mesh& mesh, size_t& duplicates) {
 }
 
 bool isOriented(const Mesh& mesh) {
-    // Each edge once, as its ends in order and the direction.
+    // One entry per edge of each face: its sorted ends and its direction.
     std::vector<std::pair<uint64_t, int8_t>> edges;
     edges.reserve(3 * mesh.triangles.size() + 4 * mesh.quads.size());
     const auto add = [&](const Index32* corner, size_t count) {

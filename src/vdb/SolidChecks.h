@@ -5,30 +5,30 @@
 
 namespace curlew {
 
-/// The metadata of a level set that says how thick a sheet its mesh is, world units.
+/// Name of the level set metadata that holds the thickness of a sheet, in world units.
 inline constexpr const char* kThickness = "sheet_thickness";
 
-/// The thickness that is noted in a level set; 0 if there is none.
+/// Returns the thickness stored in a level set's metadata; 0 if there is none.
 double thicknessOf(const openvdb::FloatGrid& grid);
 
-/// Quads cut from their first corner to their third.
+/// Returns the mesh with each quad split along the diagonal from its first to its third vertex.
 Mesh inTriangles(const Mesh& mesh);
 
-/// The same without degenerate triangles, points at the same position joined, and without duplicates, which are
-/// counted: of triangles with the same corners one stays, of the direction that more of them have. Where as many run in
-/// either direction they bound nothing together, and none stays; but of a mesh most of whose faces are like that, which
-/// is made to be seen from both sides, one does.
+/// Does the same, joins points at the same position, and removes degenerate triangles and duplicates, which it counts.
+/// Of triangles with the same vertices one is kept, in the more frequent direction. If equally many run in either
+/// direction, they bound nothing together and none is kept. But if most of the mesh consists of such groups, it is made
+/// to be seen from both sides, and one of each is kept.
 Mesh distinctTriangles(const Mesh& mesh, size_t& duplicates);
 
-/// Whether the faces run along each edge equally often in both directions, so that winding numbers are integers.
+/// Returns whether each edge is used equally often in both directions, so that winding numbers are integers.
 bool isOriented(const Mesh& mesh);
 
-/// What a mesh encloses, positive if its faces run counter-clockwise as seen from outside (the divergence theorem, from
-/// the middle of its box).
+/// Returns the enclosed volume, positive if the faces run counter-clockwise as seen from outside (divergence theorem,
+/// with the centre of the mesh's box as origin).
 double volumeOf(const Mesh& mesh);
 
-/// The share of the area of a mesh near which a level set is not negative a voxel away from it on either side, among
-/// what is not deep inside: there the object is thinner than a voxel. Looks at up to about 20,000 faces.
+/// Returns the fraction of a mesh's area where the object is thinner than a voxel: the level set is positive one voxel
+/// away from the face on both sides. Samples up to about 20,000 faces.
 double thinShare(const Mesh& mesh, const openvdb::FloatGrid& grid);
 
 } // namespace curlew

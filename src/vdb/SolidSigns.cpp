@@ -15,7 +15,7 @@ using openvdb::Coord;
 using Leaf = openvdb::FloatTree::LeafNodeType;
 using Access = openvdb::tree::ValueAccessor<const openvdb::FloatTree>;
 
-/// From a voxel toward the surface, until one whose sign is known.
+/// Walks from a voxel towards the surface until a voxel whose sign is known.
 Coord nearOne(Coord at, float near, const Access& distance) {
     float here = std::abs(distance.getValue(at));
     while (here >= near) {
@@ -37,7 +37,7 @@ Coord nearOne(Coord at, float near, const Access& distance) {
 void spreadSigns(openvdb::FloatGrid& grid, const Monitor& monitor) {
     std::vector<Leaf*> leaves;
     grid.tree().getNodes(leaves);
-    const openvdb::FloatTree before(grid.tree()); // signs go to the grid while others are read
+    const openvdb::FloatTree before(grid.tree()); // read from a copy while signs are written to the grid
     const auto near = static_cast<float>(kNearSurface * grid.voxelSize()[0]);
     parallelFor(
         leaves.size(), 16,

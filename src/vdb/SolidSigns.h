@@ -7,15 +7,15 @@
 
 namespace curlew {
 
-/// Voxels closer to a surface than this are told apart themselves, in voxels; others follow them.
+/// In voxels: signs are determined individually for voxels closer than this to a surface; other voxels inherit them.
 inline constexpr double kNearSurface = 1.5;
 
-/// Of distances whose sign is known within kNearSurface: gives all others of the band that of the neighbour closest to
-/// the surface, step by step. There is no surface between the two.
+/// Extends signs that are known within kNearSurface to the rest of the band. Each voxel takes the sign of its neighbour
+/// closest to the surface, step by step, since no surface lies between the two.
 void spreadSigns(openvdb::FloatGrid& grid, const Monitor& monitor);
 
-/// Whether no two neighbours differ in sign that are together farther from the surface than from each other: there can
-/// be no surface between them.
+/// Returns whether all neighbouring voxels agree in sign unless the surface can pass between them. It cannot if the sum
+/// of their distances exceeds the distance between them.
 bool signsAgree(const openvdb::FloatGrid& grid, const Monitor& monitor);
 
 } // namespace curlew

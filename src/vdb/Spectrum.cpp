@@ -46,7 +46,7 @@ openvdb::CoordBBox boxOf(const openvdb::Vec3SGrid& velocity) {
     return box;
 }
 
-/// Of one axis, periodic: 0 at the middle between the last sample and the first.
+/// Returns the window along one axis, periodic: 0 midway between the last sample and the first.
 std::vector<double> windowOf(size_t size, SpectrumWindow kind) {
     std::vector<double> window(size, 1);
     if (kind == SpectrumWindow::hann)
@@ -57,7 +57,7 @@ std::vector<double> windowOf(size_t size, SpectrumWindow kind) {
     return window;
 }
 
-/// Mean, and energy of what differs from it, as it is and as the window leaves it.
+/// The mean, and the energy of the fluctuations before and after the window.
 struct Moments {
     double mean = 0, energy = 0, windowed = 0;
     Moments& operator+=(const Moments& o) {
@@ -68,7 +68,7 @@ struct Moments {
     }
 };
 
-/// Reads one component, less its mean and times the window.
+/// Reads one component, subtracts its mean and multiplies it by the window.
 Moments read(const openvdb::Vec3SGrid& velocity, int component, const std::array<std::vector<double>, 3>& window,
              Samples& samples) {
     const auto& [nx, ny, nz] = samples.size;
@@ -106,7 +106,7 @@ Moments read(const openvdb::Vec3SGrid& velocity, int component, const std::array
 void transform(Samples& samples, size_t axis) {
     const size_t length = samples.size[axis], stride = samples.stride(axis), lines = samples.values.size() / length;
     parallelFor(lines, 256, [&](size_t begin, size_t end) {
-        const kissfft<double> fft(length, false); // keeps a buffer: one for each thread
+        const kissfft<double> fft(length, false); // has a buffer, so each thread needs its own
         std::vector<Complex> line(length), transformed(length);
         for (size_t n = begin; n < end; ++n) {
             Complex* first = samples.values.data() + n / stride * stride * length + n % stride;
@@ -117,7 +117,8 @@ void transform(Samples& samples, size_t axis) {
     });
 }
 
-/// The wave number of a coefficient, cycles over the box, squared and in shells.
+/// Returns the square of one component of a coefficient's wave number, in shells. `shells`: shells per cycle over the
+/// box.
 double shellsSquared(size_t k, size_t size, double shells) {
     const double cycles = static_cast<double>(std::min(k, size - k)) * shells;
     return cycles * cycles;
@@ -132,7 +133,7 @@ struct Shells {
     }
 };
 
-/// The energy of the coefficients in each shell.
+/// Returns the energy of the coefficients in each shell.
 Shells shellsOf(const Samples& samples, size_t count) {
     const auto& [nx, ny, nz] = samples.size;
     const auto shortest = static_cast<double>(std::min({nx, ny, nz}));
@@ -152,7 +153,7 @@ Shells shellsOf(const Samples& samples, size_t count) {
     });
 }
 
-/// Sums over shells of log k, log E and their products, each shell weighted with 1/k.
+/// Sums over shells of log k, log E and their products, each shell weighted by 1/k.
 struct LogSums {
     double weights = 0, k = 0, E = 0, kk = 0, kE = 0;
 };
@@ -199,7 +200,7 @@ EnergySpectrum energySpectrum(const openvdb::Vec3SGrid& velocity, const Spectrum
             transform(samples, axis);
         }
         const Shells shells = shellsOf(samples, count);
-        // The window leaves less energy: the rest stands for the whole.
+        // Scales by the energy that the window has removed.
         const double whole = moments.windowed > 0 ? moments.energy / moments.windowed : 0;
         for (size_t s = 0; s < count; ++s) spectrum.energy[s] += whole * shells.energy[s] / spectrum.shellWidth;
         const double ofMean = 0.5 * moments.mean * moments.mean;

@@ -5,12 +5,13 @@
 
 namespace curlew {
 
-/// A tricubic B-spline where its coefficients have been found; knows nothing of OpenVDB.
+/// Evaluation of a tricubic B-spline from coefficients that have already been located; independent of OpenVDB.
 struct SplineContraction {
-    static constexpr int kLeaf = 8, kBlock = kLeaf + 3; ///< Edges of a leaf and of the coefficients that it needs.
+    static constexpr int kLeaf = 8, kBlock = kLeaf + 3; ///< Edge lengths of a leaf, and of the block of coefficients
+                                                        ///< that it needs.
 
-    /// For each position of a batch: the first of its 4³ coefficients in a block of kBlock³, z running fastest, and
-    /// where the position is between the second and the third, within [0, 1).
+    /// For each position of a batch: the first of its 4³ coefficients in a block of kBlock³ (z fastest), and its
+    /// position between the second and the third coefficient, within [0, 1).
     struct Places {
         int size = 0;
         std::array<const float*, kBatch> corner;
@@ -18,8 +19,8 @@ struct SplineContraction {
     };
 };
 
-/// The voxels whose centres are next below the positions, in whole numbers, and where from there the positions are.
-/// Those that no voxel can have, and NaN, are at kNowhere.
+/// Computes the voxel whose centre is next below each position, as integers, and the position relative to it. Positions
+/// that no voxel can have, and NaN, become kNowhere.
 struct VoxelKernel {
     static constexpr double kNowhere = 0x1p31;
 
@@ -42,7 +43,7 @@ struct VoxelKernel {
     }
 };
 
-/// The jets of the spline, which is in the coordinates A x + b.
+/// Computes jets of the spline, which is given in the coordinates A x + b.
 template <int Order>
 struct SplineKernel {
     template <class T>
@@ -56,8 +57,8 @@ struct SplineKernel {
     }
 
   private:
-    /// The weights of the four coefficients around t in [0, 1), or their derivatives with respect to t up to the third,
-    /// of the uniform cubic B-spline.
+    /// Returns the weights of the four coefficients around t in [0, 1) in the uniform cubic B-spline, or their
+    /// derivatives with respect to t up to the third.
     template <class T>
     static std::array<T, 4> weights(const T& t, int derivative) {
         const T s = T(1) - t;
@@ -75,7 +76,7 @@ struct SplineKernel {
         }
     }
 
-    /// Sums the 64 coefficients along z, then y, then x, with the weights of every derivative that the order asks for.
+    /// Sums the 64 coefficients along z, then y, then x, with the weights of all derivatives up to the order.
     template <class T>
     static Jet<T, 3, Order> contract(const float* const* corners, const Vec<T, 3>& t) {
         constexpr size_t kD = Order + 1;

@@ -16,8 +16,9 @@ namespace {
 
 using openvdb::Coord;
 
-/// A tricubic B-spline on the leaves of a narrow band. Each leaf keeps all the coefficients that a position in it can
-/// need, neighbours' included, in one block: so a lookup is one descent of a tree and 64 values that lie together.
+/// A tricubic B-spline on the leaves of a narrow band. Each leaf stores all the coefficients that a position in it
+/// needs, including its neighbours', in one block. So a lookup is one tree traversal and 64 values close together in
+/// memory.
 class SplineField {
   public:
     explicit SplineField(openvdb::FloatGrid::ConstPtr grid) : mGrid(std::move(grid)) {
@@ -48,10 +49,11 @@ class SplineField {
                 jets.set(i, Jet<T, 3, Order>(static_cast<T>(beyond)));
     }
 
-    /// A spline lies between its coefficients.
-    Range range() const { return Range::within(mMost); }
-    /// The length of its gradient, measured: the central differences of the coefficients, which it averages.
-    double steepness() const { return mSteepest; }
+    /// The values of a spline lie between its coefficients.
+    Interval range() const { return Interval::within(mMost); }
+    /// Maximum length of the gradient, from the central differences of the coefficients, of which the gradient is an
+    /// average.
+    double lipschitz() const { return mLipschitz; }
 
   private:
     static constexpr int kBlock = SplineContraction::kBlock;
@@ -78,12 +80,12 @@ class SplineField {
             for (size_t n = begin; n < end; ++n)
                 steepest[begin / kGrain] = std::max(steepest[begin / kGrain], steepestIn(mBlocks[n]));
         });
-        mSteepest = static_cast<double>(*std::max_element(steepest.begin(), steepest.end())) / mGrid->voxelSize()[0];
+        mLipschitz = static_cast<double>(*std::max_element(steepest.begin(), steepest.end())) / mGrid->voxelSize()[0];
     }
 
     template <class Accessor>
     static void fill(Block& block, const Coord& origin, const Accessor& samples) {
-        constexpr int kRim = kBlock + 2; // the prefilter needs one sample more on each side
+        constexpr int kRim = kBlock + 2; // the prefilter needs one more sample on each side
         std::array<float, kRim * kRim * kRim> s;
         size_t n = 0;
         for (int i = -2; i < kRim - 2; ++i)
@@ -103,7 +105,7 @@ class SplineField {
                 }
     }
 
-    /// The longest gradient between the coefficients of a block, per voxel.
+    /// Returns the longest gradient between the coefficients of a block, per voxel.
     static float steepestIn(const Block& block) {
         constexpr size_t kX = kBlock * kBlock, kY = kBlock;
         float squared = 0;
@@ -117,19 +119,19 @@ class SplineField {
         return std::sqrt(squared) / 2;
     }
 
-    static constexpr float kInBand = 0; // no level beyond the band is that
+    static constexpr float kInBand = 0; // no level beyond the band has this value
 
-    /// What there is in the cube of a leaf: a block, or beyond the band one level.
+    /// The content of the cube of a leaf: a block, or one level beyond the band.
     struct Cube {
         const Block* block = nullptr;
         float level = kInBand;
     };
 
-    /// Where the coefficients of the positions in the band are, and whether any is there. The others get some place;
-    /// they have a level.
+    /// Finds the coefficients of the positions in the band. Returns whether there are any. Positions beyond the band
+    /// get arbitrary coefficients and a level.
     bool find(const PointBatch& points, SplineContraction::Places& places, std::array<float, kBatch>& level) const {
         static constexpr Block kNoBlock{};
-        places.corner.fill(kNoBlock.data()); // for lanes without a position, too
+        places.corner.fill(kNoBlock.data()); // also for lanes without a position
         PointBatch voxel;
         runKernel<VoxelKernel, double>(points, mToIndex, mShift, voxel, places.fraction);
         const openvdb::tree::ValueAccessor<const openvdb::Int32Tree, /*IsSafe=*/false> blocks(*mBlockOf);
@@ -144,7 +146,7 @@ class SplineField {
             }
             const Coord base(static_cast<int>(voxel.c[0][n]), static_cast<int>(voxel.c[1][n]),
                              static_cast<int>(voxel.c[2][n]));
-            // Positions that are evaluated together are mostly in the same cube.
+            // Positions of a batch are mostly in the same cube.
             if (leafOf(base) != leaf) {
                 leaf = leafOf(base);
                 const int32_t index = blocks.getValue(leaf);
@@ -162,8 +164,8 @@ class SplineField {
     openvdb::FloatGrid::ConstPtr mGrid;
     Matrix3 mToIndex;
     Vec3d mShift;
-    double mMost = 0; // of all coefficients, and the background
-    double mSteepest = 0;
+    double mMost = 0; // maximum magnitude of all coefficients and the background
+    double mLipschitz = 0;
     openvdb::Int32Tree::Ptr mBlockOf =
         std::make_shared<openvdb::Int32Tree>(-1); // one value per leaf, at the leaf's origin / 8
     std::vector<Block> mBlocks;
@@ -187,7 +189,7 @@ Sdf sdfOf(const LevelSet& levelSet) {
     return {.distance = ScalarField(spline),
             .bounds = boundsOf(levelSet),
             .reach = std::max(levelSet.halfWidth() - kSplineSupport, 0.0) * levelSet.voxelSize(),
-            .steepness = spline.steepness()};
+            .lipschitz = spline.lipschitz()};
 }
 
 } // namespace curlew

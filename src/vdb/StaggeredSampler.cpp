@@ -18,7 +18,7 @@ StaggeredBrick::StaggeredBrick(const FlowOnVoxels& sampled, const Coord& origin)
     }
 }
 
-/// The lowest corner of a voxel.
+/// Returns the lowest corner of a voxel.
 Vec3d StaggeredBrick::cornerOf(const Coord& ijk) const {
     const double h = mSampled.voxel;
     return {{(ijk[0] - 0.5) * h, (ijk[1] - 0.5) * h, (ijk[2] - 0.5) * h}};
@@ -68,7 +68,7 @@ void StaggeredBrick::sample(VelocityLeaf& leaf) {
     activate(leaf);
 }
 
-/// Adds the velocity of a wall that changes its form, which has no potentials, at the middles of the faces.
+/// Adds the velocity of a deforming wall, which has no potentials, at the centres of the faces.
 void StaggeredBrick::addPointValues(VelocityLeaf& leaf) const {
     if (mSampled.rests(leaf.origin())) return;
     for (int axis = 0; axis < 3; ++axis)
@@ -87,7 +87,7 @@ void StaggeredBrick::addPointValues(VelocityLeaf& leaf) const {
         }
 }
 
-/// Computes the potentials at those corners of a leaf where they are not known yet.
+/// Computes the potentials at the corners of a leaf where they are not known yet.
 void StaggeredBrick::evaluateCornersOf(const Coord& leaf) {
     const Coord lower = leaf - mOrigin;
     const Parts parts = partsIn(leaf, kLeafEdge);
@@ -118,7 +118,7 @@ void StaggeredBrick::store(PointBatch& points, const Parts& parts, const std::ar
     points.size = 0;
 }
 
-/// Calls use(term, f, g) with the potentials of each term; f of those of the flow is faded beyond the wall.
+/// Calls use(term, f, g) with the potentials of each term. f of the flow's terms is faded beyond the wall.
 template <class Use>
 void StaggeredBrick::evaluate(const PointBatch& points, const Parts& parts, const Use& use) const {
     JetBatch<double, 0> d, f, g;
@@ -142,7 +142,8 @@ void StaggeredBrick::evaluate(const PointBatch& points, const Parts& parts, cons
     }
 }
 
-/// Integrates f dg over every edge in the direction of its axis, so that the faces that share it use the same bits.
+/// Integrates f dg over every edge in the direction of its axis, so that all faces that share the edge use the same
+/// bits.
 void StaggeredBrick::integrate(const Coord& leaf, Edges& edges) const {
     constexpr std::array<size_t, 3> kStep{size_t{kEdge} * kEdge, kEdge, 1};
     constexpr size_t kCorners = kLeafEdge + 1; // along an edge of the leaf
@@ -166,8 +167,8 @@ void StaggeredBrick::integrate(const Coord& leaf, Edges& edges) const {
         }
 }
 
-/// Activates the voxels in the box; with a wall, only those with a velocity. A flow inside a wall ends at the wall, so
-/// its box does not count.
+/// Activates the voxels in the box; if there is a wall, only those with a velocity. A flow inside a wall ends at the
+/// wall, so its box is ignored.
 void StaggeredBrick::activate(VelocityLeaf& leaf) const {
     const Domain& domain = mSampled.flow.domain();
     const bool contained = domain.wall && domain.wall->side == Side::inside;

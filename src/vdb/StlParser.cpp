@@ -9,7 +9,7 @@ namespace curlew {
 
 namespace {
 
-/// Three points for each face.
+/// Makes triangles of three points each.
 Polygons triangles(std::vector<openvdb::Vec3s> points, const MeshSource& source) {
     if (points.empty()) throw source.noFaces();
     size_t bad = 0;
@@ -26,7 +26,7 @@ Polygons triangles(std::vector<openvdb::Vec3s> points, const MeshSource& source)
 Polygons parseTextStl(std::string_view text, const MeshSource& source) {
     if (!text.starts_with("solid") || text.find('\0') != std::string_view::npos)
         throw source.error(
-            "it is neither a text STL nor a binary one of the size that it says; write or copy it again");
+            "it is neither a text STL nor a binary STL of the size that its header gives; write or copy it again");
     std::vector<openvdb::Vec3s> points;
     size_t number = 0, facets = 0;
     bool closed = false;
@@ -38,16 +38,16 @@ Polygons parseTextStl(std::string_view text, const MeshSource& source) {
         closed = keyword == "endsolid";
         if (keyword == "facet") {
             if (points.size() != 3 * facets++)
-                throw source.badLine(number, "begins a facet where the last one has no three points");
+                throw source.badLine(number, "begins a facet before the last one has three points");
         } else if (keyword == "vertex") {
             openvdb::Vec3s& point = points.emplace_back(0.0f);
             for (int axis = 0; axis < 3; ++axis)
                 if (!parse(takeWord(line), point[axis]))
                     throw source.badLine(number, "has a point without three numbers");
-            if (points.size() > 3 * facets) throw source.badLine(number, "has a point too many");
+            if (points.size() > 3 * facets) throw source.badLine(number, "has one point too many");
         } else if (keyword != "solid" && keyword != "outer" && keyword != "endloop" && keyword != "endfacet" &&
                    !closed) {
-            throw source.badLine(number, "begins with no keyword of STL");
+            throw source.badLine(number, "does not begin with an STL keyword");
         }
     }
     if (!closed || points.size() != 3 * facets) throw source.cutShort();
@@ -56,7 +56,7 @@ Polygons parseTextStl(std::string_view text, const MeshSource& source) {
 
 } // namespace
 
-/// A binary STL has 80 bytes of anything, a count of triangles and 50 bytes for each: normal, points, 2 bytes.
+/// Reads a binary STL: an 80-byte header, the number of triangles, and 50 bytes per triangle (normal, points, 2 bytes).
 Polygons parseStl(std::string_view data, const MeshSource& source) {
     static_assert(std::endian::native == std::endian::little, "binary STL is little-endian");
     constexpr size_t kHeader = 84, kNormal = 12, kFacet = 50;

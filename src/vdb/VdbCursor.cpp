@@ -62,8 +62,8 @@ std::optional<std::string> VdbCursor::checkMetadata(const std::string& wanted) {
     return found;
 }
 
-/// How large each leaf is in the file, which helps to read it later: two arrays of `count` values, each packed with
-/// Blosc if the number of bytes before it is not 0.
+/// Checks the metadata for delayed loading, the size of each leaf in the file: two arrays of `count` values, each
+/// compressed with Blosc if the byte count before it is not 0.
 void VdbCursor::checkDelayedLoad(uint64_t size) {
     if (size == 0) return;
     const std::streamoff end = position() + std::streamoff(size);

@@ -9,8 +9,8 @@
 
 namespace curlew {
 
-/// A place in a .vdb file that is not trusted. Everything that would lead out of the file throws a FileError that names
-/// it; a read past the end throws what the stream throws.
+/// A read position in an untrusted .vdb file. Throws a FileError that names the file if a size would lead outside the
+/// file. A read past the end throws the stream's own exception.
 class VdbCursor {
   public:
     VdbCursor(std::istream& in, const std::filesystem::path& path);
@@ -36,14 +36,14 @@ class VdbCursor {
     void seek(std::streamoff position) { mIn.seekg(position); }
     std::string readString();
 
-    /// Skips a Blosc buffer of `packed` bytes, which must unpack to `unpacked`; where `padded`, OpenVDB may have filled
-    /// a small one up to 128 bytes.
+    /// Skips a Blosc buffer of `packed` bytes, which must unpack to `unpacked` bytes. If `padded`, OpenVDB may have
+    /// padded a small buffer to 128 bytes.
     void skipBlosc(uint64_t packed, uint64_t unpacked, bool padded = false);
 
-    /// Checks a list of metadata: OpenVDB trusts the size of each value, but for text it reads what the type takes.
-    /// Returns the value of the text entry `name`, if there is one.
+    /// Checks a list of metadata. OpenVDB trusts the stored size of each value but, except for text, reads as many
+    /// bytes as the type has. Returns the value of the text entry `name`, if there is one.
     std::optional<std::string> checkMetadata(const std::string& name = {});
-    /// Checks a transform by reading it: frustums first, which hold the type of another map.
+    /// Checks a transform by reading it. Checks frustums first, since they contain the type of another map.
     void checkTransform();
 
   private:

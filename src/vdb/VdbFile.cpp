@@ -37,27 +37,27 @@ namespace fs = std::filesystem;
 
 // ---- Reading
 
-/// OpenVDB takes the points' offsets as they come and would follow wrong ones out of its arrays.
+/// Validates the points' offsets. OpenVDB does not, and wrong ones would make it read outside its arrays.
 void checkPoints(const openvdb::GridBase& grid, const Monitor& monitor) {
     if (!grid.isType<openvdb::points::PointDataGrid>()) return;
     for (auto leaf = static_cast<const openvdb::points::PointDataGrid&>(grid).tree().cbeginLeaf(); leaf; ++leaf) {
         monitor.check();
         leaf->validateOffsets();
         if (leaf->attributeSet().size() == 0 && leaf->getLastValue() > 0)
-            OPENVDB_THROW(openvdb::ValueError, "points without a position");
+            OPENVDB_THROW(openvdb::ValueError, "the points have no positions");
     }
 }
 
 // ---- Writing
 
-/// Gathers what is written into blocks. While one is filled, another thread, if there is one, adds the one before to a
-/// digest, with zeros for the UUID, and writes it to the target. (A std::filebuf would write each leaf by itself.)
+/// Collects output in blocks. While one block is filled, another thread, if available, adds the previous one to a
+/// digest, with zeros for the UUID, and writes it to the target. (A std::filebuf would write each leaf separately.)
 class DigestBuffer : public std::streambuf {
   public:
     explicit DigestBuffer(std::streambuf& target) : mTarget(target) {
         for (std::vector<char>* block : {&mFilling, &mLeaving}) block->reserve(kBlock);
     }
-    /// Of all that has been flushed.
+    /// Digest of everything that has been flushed.
     Digest digest() const { return mDigest.digest(); }
 
   protected:
@@ -95,14 +95,14 @@ class DigestBuffer : public std::streambuf {
         return to;
     }
 
-    /// Waits for the block that is leaving. Returns whether all went well; if not, errno says why.
+    /// Waits until the previous block is written. Returns whether that succeeded; if not, errno has the cause.
     bool wait() {
         mWriting.wait();
         if (mError) errno = *mError;
         return !mError;
     }
 
-    /// Sends the block that is filled on its way.
+    /// Starts writing the block that has been filled.
     bool send() {
         if (!wait()) return false;
         std::swap(mFilling, mLeaving);
@@ -124,10 +124,10 @@ class DigestBuffer : public std::streambuf {
 
     std::streambuf& mTarget;
     std::vector<char> mFilling, mLeaving;
-    std::streamoff mPosition = 0; ///< Where the next byte goes.
+    std::streamoff mPosition = 0; ///< Position of the next byte.
     DigestBuilder mDigest;
-    std::optional<int> mError; ///< The errno of a write that failed.
-    Background mWriting;       ///< Last, for it ends first.
+    std::optional<int> mError; ///< errno of a failed write.
+    Background mWriting;       ///< Last member, so that it is destroyed first.
 };
 
 uint32_t compressionFlags(Codec codec, const openvdb::GridBase& grid) {
@@ -144,9 +144,9 @@ uint32_t compressionFlags(Codec codec, const openvdb::GridBase& grid) {
     return openvdb::io::COMPRESS_ACTIVE_MASK;
 }
 
-/// Writes what OpenVDB's own archives write, to a stream that can seek and with a codec for each grid: io::File opens
-/// its file by name and does not notice when it cannot be written, io::Stream leaves out the offsets that let other
-/// programs read single grids, and both have one codec for all grids.
+/// Writes what OpenVDB's own archives write, but to a seekable stream and with a codec per grid. io::File opens its
+/// file by name and does not notice write errors. io::Stream omits the offsets that let other programs read single
+/// grids. Both have one codec for all grids.
 class SeekableArchive : public openvdb::io::Archive {
   public:
     void writeTo(std::ostream& out, const openvdb::GridCPtrVec& grids, const openvdb::MetaMap& metadata, Codec codec) {
@@ -159,12 +159,13 @@ class SeekableArchive : public openvdb::io::Archive {
         const auto count = int32_t(grids.size());
         out.write(reinterpret_cast<const char*>(&count), sizeof count);
 
-        std::map<std::string, int> named, numbered; // how many grids have the name, and have been given a number
+        std::map<std::string, int> named, numbered; // number of grids with the name, and number of those already given
+                                                    // a suffix
         for (const auto& grid : grids) ++named[grid->getName()];
         std::map<const openvdb::TreeBase*, GridDescriptor> trees;
         for (const auto& grid : grids) {
             const std::string name = grid->getName();
-            // An empty name gets a number, too: another grid could not refer to it.
+            // An empty name gets a suffix too, since another grid could not refer to it.
             const bool unique = named[name] == 1 && !name.empty();
             GridDescriptor descriptor(unique ? name : GridDescriptor::addSuffix(name, numbered[name]++), grid->type(),
                                       grid->saveFloatAsHalf());
@@ -191,7 +192,7 @@ bool hasReals(const openvdb::GridBase& grid) {
     return std::find(kReal.begin(), kReal.end(), grid.valueType()) != kReal.end();
 }
 
-/// A second handle on the same tree, with the metadata that the file is to have.
+/// Returns a shallow copy of a grid with the metadata that the file will have.
 openvdb::GridBase::ConstPtr asWritten(const openvdb::GridBase& grid, const VdbWriteOptions& options) {
     openvdb::MetaMap metadata(static_cast<const openvdb::MetaMap&>(grid));
     removeHoudiniCreator(metadata);
@@ -204,7 +205,7 @@ openvdb::GridBase::ConstPtr asWritten(const openvdb::GridBase& grid, const VdbWr
 
 namespace {
 
-/// Returns use(stream of the bytes). Turns what OpenVDB and the stream throw into FileErrors.
+/// Returns use(stream). Converts exceptions of OpenVDB and the stream to FileError.
 template <class Use>
 auto readSafely(std::streambuf& source, const fs::path& path, const Monitor& monitor, const Use& use) {
     openvdb::initialize();
@@ -219,8 +220,9 @@ auto readSafely(std::streambuf& source, const fs::path& path, const Monitor& mon
     } catch (const std::ios_base::failure&) {
         throw fail("is cut short or damaged");
     } catch (const std::bad_alloc&) {
-        throw FileError(fmt::format("'{}' needs more memory than there is, or is damaged; free some or write it again",
-                                    path.string()));
+        throw FileError(
+            fmt::format("'{}' needs more memory than is available, or is damaged; free some memory or write it again",
+                        path.string()));
     } catch (const openvdb::Exception& error) {
         throw fail(fmt::format("is damaged ({})", oneLine(error.what())));
     } catch (const std::length_error&) {
@@ -231,7 +233,7 @@ auto readSafely(std::streambuf& source, const fs::path& path, const Monitor& mon
 std::vector<openvdb::GridBase::Ptr> readGrids(std::streambuf& source, const fs::path& path, const Monitor& monitor) {
     return readSafely(source, path, monitor, [&](std::istream& in) {
         requireMemory(validateVdb(in, path).bytes, fmt::format("'{}'", path.string()),
-                      "free some, or write fewer grids into one file");
+                      "free some memory, or write fewer grids into one file");
         openvdb::io::Stream stream(in, /*delayLoad=*/false);
         const openvdb::GridPtrVecPtr grids = stream.getGrids();
         for (const openvdb::GridBase::Ptr& grid : *grids) checkPoints(*grid, monitor);
@@ -278,7 +280,7 @@ void writeVdb(const fs::path& path, const std::vector<openvdb::GridBase::ConstPt
             digested.exceptions(std::ios::badbit | std::ios::failbit);
             archive.writeTo(digested, written, metadata, options.codec);
             digested.flush();
-            // OpenVDB's own UUID is random: the same content would never give the same bytes.
+            // OpenVDB's UUID is random, so the same content would not give the same bytes.
             const std::string uuid = uuidOf(buffer.digest());
             out.seekp(kUuidBegin);
             out.write(uuid.data(), kUuidLength);

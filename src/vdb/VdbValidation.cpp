@@ -23,19 +23,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What the leaves of a tree hold beside their mask.
+/// The data of a tree's leaves besides their mask.
 enum class LeafData {
     values,
-    bits,    ///< Their origin, and another mask.
-    origin,  ///< Their origin alone.
-    indices, ///< Values, a list of indices, and bytes that are reserved.
+    bits,    ///< Origin and another mask.
+    origin,  ///< Origin only.
+    indices, ///< Values, a list of indices, and reserved bytes.
     points
 };
 
-/// How a tree stores its values.
+/// Storage of a tree's values.
 struct ValueLayout {
     std::string_view name;
-    size_t size, halfSize; ///< Bytes of one; in the voxels of a grid with half floats.
+    size_t size, halfSize; ///< Bytes per value; the same in the voxels of a grid with half floats.
     LeafData leaves = LeafData::values;
 };
 
@@ -51,8 +51,8 @@ constexpr std::array<ValueLayout, 11> kLayouts{{{"bool", 1, 1, LeafData::bits},
                                                 {"ptidx32", 4, 4, LeafData::indices},
                                                 {"ptdataidx32", 4, 4, LeafData::points}}};
 
-/// What a node takes in memory: a slot for each child or tile; values of over 8 bytes are allocated by themselves. A
-/// leaf has its mask, its origin and what the allocator adds.
+/// Memory of a node: a slot for each child or tile; values of over 8 bytes are allocated separately. A leaf has its
+/// mask, its origin and the allocator's overhead.
 double nodeMemory(size_t slots, size_t valueBytes) {
     constexpr double slot = 8, masks = 0.25, allocated = 32;
     return double(slots) * (slot + masks + (valueBytes > 8 ? allocated : 0));
@@ -67,7 +67,7 @@ class Validation {
   public:
     Validation(std::istream& in, const fs::path& path) : mCursor(in, path), mPath(path) {}
 
-    /// Checks all of the file.
+    /// Checks the whole file.
     VdbSizes checkAll() {
         const bool hasOffsets = checkHeader();
         checkGrids(hasOffsets);
@@ -76,7 +76,7 @@ class Validation {
         return mSizes;
     }
 
-    /// Checks the headers of the grids, and where the file has no offsets to find them by, all of it.
+    /// Checks the headers of the grids; the whole file if it has no offsets to find them by.
     std::vector<GridInfo> checkHeaders() {
         if (!checkHeader()) {
             checkGrids(false);
@@ -100,7 +100,7 @@ class Validation {
         if (!hasOffsets && walked && mCursor.left() > 0) damaged();
     }
 
-    /// The header of the file. Returns whether its grids have offsets.
+    /// Reads the header of the file. Returns whether its grids have offsets.
     bool checkHeader() {
         if (mCursor.size() < std::streamoff(sizeof(int64_t)) || mCursor.read<int64_t>() != openvdb::OPENVDB_MAGIC)
             throw FileError(fmt::format("'{}' is not a .vdb file; give one that OpenVDB wrote", mPath.string()));
@@ -109,8 +109,8 @@ class Validation {
         const uint32_t version = mVersion = mCursor.read<uint32_t>();
         if (version < oldest || version > newest)
             throw FileError(
-                fmt::format("'{}' is in version {} of the .vdb format, and versions {} to {} can be read; "
-                            "save it again with another OpenVDB",
+                fmt::format("'{}' has version {} of the .vdb format, but only versions {} to {} can be read; save it "
+                            "again with another OpenVDB",
                             mPath.string(), version, oldest, newest));
         const auto major = mCursor.read<uint32_t>(), minor = mCursor.read<uint32_t>();
         openvdb::io::setVersion(mCursor.stream(), {major, minor}, version);
@@ -129,10 +129,10 @@ class Validation {
     struct GridHeader {
         GridInfo info;
         bool half, isInstance;
-        int64_t blocks, end; ///< Where its values begin, and where it ends.
+        int64_t blocks, end; ///< Where the grid's values begin, and where the grid ends.
     };
 
-    /// All that is before the tree.
+    /// Reads everything before the tree.
     GridHeader readGridHeader(bool hasOffsets) {
         const std::string uniqueName = mCursor.readString();
         const std::string name = oneLine(openvdb::io::GridDescriptor::nameAsString(uniqueName));
@@ -141,7 +141,7 @@ class Validation {
         const bool half = type.ends_with(suffix);
         if (half) type.resize(type.size() - suffix.size());
         if (!openvdb::GridBase::isRegistered(type))
-            throw FileError(fmt::format("'{}' holds a grid '{}' of the unknown type '{}'; leave that grid out",
+            throw FileError(fmt::format("'{}' contains a grid '{}' of the unknown type '{}'; leave that grid out",
                                         mPath.string(), name, oneLine(type)));
         const bool isInstance = !mCursor.readString().empty();
         mOffsets.push_back(mCursor.position());
@@ -163,7 +163,7 @@ class Validation {
                 end};
     }
 
-    /// Returns whether the stream is at the end of the grid.
+    /// Checks one grid. Returns whether the stream is then at its end.
     bool checkGrid(bool hasOffsets) {
         const auto [info, half, isInstance, blocks, end] = readGridHeader(hasOffsets);
         mInfos.push_back(info);
@@ -206,7 +206,7 @@ class Validation {
             }
     }
 
-    /// A list after its length. Returns its bytes.
+    /// Skips a list preceded by its length. Returns its size in bytes.
     uint64_t skipCounted(uint64_t bytes) {
         const auto count = mCursor.read<uint64_t>();
         if (count > uint64_t(mCursor.left()) / bytes) damaged();
@@ -229,16 +229,16 @@ class Validation {
         return count;
     }
 
-    /// Returns the number of leaves.
+    /// Checks the topology of a tree. Returns its number of leaves.
     uint64_t checkTopology(const ValueLayout& layout, bool half) {
-        if (mCursor.read<int32_t>() != 1) damaged(); // buffers of a leaf
+        if (mCursor.read<int32_t>() != 1) damaged(); // buffers per leaf
         mCursor.skip(layout.size);                   // background
         const auto tiles = mCursor.read<uint32_t>(), children = mCursor.read<uint32_t>();
         const std::vector<openvdb::Coord> tileOrigins = readTiles(tiles, layout.size);
         uint64_t leaves = 0;
         openvdb::Coord last;
         for (uint32_t n = 0; n < children; ++n) {
-            // The leaves' data come in the order of the origins.
+            // The data of the leaves are in the order of the origins.
             const auto origin = readOrigin();
             if ((n > 0 && !(last < origin)) || std::binary_search(tileOrigins.begin(), tileOrigins.end(), origin))
                 damaged();
@@ -257,7 +257,7 @@ class Validation {
         return origin;
     }
 
-    /// The origins of the tiles of the root, sorted.
+    /// Returns the origins of the root's tiles, sorted.
     std::vector<openvdb::Coord> readTiles(uint32_t count, size_t valueBytes) {
         if (count > uint64_t(mCursor.left()) / (sizeof(openvdb::Coord) + valueBytes + 1)) damaged();
         std::vector<openvdb::Coord> origins;
@@ -270,7 +270,7 @@ class Validation {
         return origins;
     }
 
-    /// The same for one node.
+    /// Checks the topology of one node. Returns its number of leaves.
     template <int Log2Dim>
     uint64_t checkNode(const ValueLayout& layout, bool half) {
         const auto children = readMask<Log2Dim>();
@@ -285,7 +285,8 @@ class Validation {
         }
     }
 
-    /// The values of one node: a byte that says how the inactive ones can be rebuilt, what that takes, and one chunk.
+    /// Checks the values of one node: a byte that says how inactive values are restored, the data for that, and one
+    /// chunk.
     template <int Log2Dim>
     void checkValues(const Mask<Log2Dim>& active, const ValueLayout& layout, bool half) {
         using namespace openvdb::io;
@@ -304,7 +305,8 @@ class Validation {
             checkChunk(bytes);
     }
 
-    /// A chunk of zip or Blosc that unpacks to that many bytes; a negative size means that it is not packed.
+    /// Checks a chunk of zip or Blosc that must unpack to `bytes` bytes. A negative size means that it is not
+    /// compressed.
     void checkChunk(size_t bytes) {
         const auto size = mCursor.read<int64_t>();
         if (size <= 0) {
@@ -319,8 +321,8 @@ class Validation {
             mCursor.skip(uint64_t(size));
     }
 
-    /// Compares the content with the digest in the UUID of a file of ours. It is of all that was written, in that
-    /// order: the offsets of a grid as zeros first, then the grid, then its offsets.
+    /// Compares the content with the digest in the UUID of a file that writeVdb() wrote. The digest covers all output
+    /// in the order of writing: for each grid zeros for its offsets, then the grid, then its offsets.
     void checkDigest() {
         DigestBuilder digest;
         std::streamoff done = 0;
@@ -336,7 +338,7 @@ class Validation {
         addRange(digest, done, mCursor.size());
         if (uuidOf(digest.digest()) != std::string_view(mUuid.data(), mUuid.size()))
             throw FileError(fmt::format(
-                "'{}' is damaged: what it holds is not what was written; write or copy it again", mPath.string()));
+                "'{}' is damaged: its content does not match its checksum; write or copy it again", mPath.string()));
     }
 
     void addRange(DigestBuilder& digest, std::streamoff from, std::streamoff to) {
@@ -354,10 +356,10 @@ class Validation {
     const fs::path& mPath;
     uint32_t mVersion = 0;
     std::array<char, kUuidLength> mUuid{};
-    std::vector<std::streamoff> mOffsets, mEnds; ///< Where a grid's offsets are, and where it ends.
+    std::vector<std::streamoff> mOffsets, mEnds; ///< Positions of each grid's offsets, and of its end.
     std::vector<GridInfo> mInfos;
     VdbSizes mSizes;
-    uint32_t mCompression = 0; ///< Of the grid in question.
+    uint32_t mCompression = 0; ///< Compression flags of the current grid.
 };
 
 } // namespace

@@ -32,8 +32,8 @@ double voxelFor(const Flow& flow, const VelocityGridOptions& options) {
     return options.voxel > 0 ? options.voxel : std::max({size[0], size[1], size[2]}) / options.dim;
 }
 
-/// The distances from the wall at which voxels are active, widened by `margin`: where the flow is, or the wall takes
-/// something along.
+/// Returns the range of distances from the wall in which voxels are active, widened by `margin`: where the flow is not
+/// zero, or where the moving wall adds velocity.
 DistanceRange activeRange(const WallFade& fade, const std::optional<WallVelocity>& moving, double margin) {
     DistanceRange range = fade.range(margin);
     if (!moving) return range;
@@ -41,7 +41,7 @@ DistanceRange activeRange(const WallFade& fade, const std::optional<WallVelocity
     return {std::min(range.lower, moves.lower - margin), std::max(range.upper, moves.upper + margin)};
 }
 
-/// The origins of the leaves that may hold active voxels, in order.
+/// Returns the origins of the leaves that may hold active voxels, in order.
 std::vector<Coord> leafOrigins(const Domain& domain, double voxel, const WallFade& fade,
                                const std::optional<WallVelocity>& moving) {
     const double bytes = sizeof(VelocityLeaf) + VelocityLeaf::SIZE * sizeof(openvdb::Vec3s) + 64;
@@ -51,7 +51,7 @@ std::vector<Coord> leafOrigins(const Domain& domain, double voxel, const WallFad
     requireMemory(voxels * sizeof(openvdb::Vec3s), fmt::format("a velocity grid of {:.3g} voxels", voxels),
                   "choose larger voxels");
     std::vector<Coord> origins;
-    // The faces of a voxel reach to its corners, half a diagonal beyond its centre.
+    // The faces of a voxel reach its corners, half a diagonal from its centre.
     Domain searched = domain;
     if (domain.wall && domain.wall->side == Side::inside)
         searched.box = domain.box.padded(activeRange(fade, moving, voxel).upper);
@@ -64,7 +64,8 @@ std::vector<Coord> leafOrigins(const Domain& domain, double voxel, const WallFad
     return origins;
 }
 
-/// The voxel size of a mask. Throws ValueError unless its voxels are axis-aligned cubes around multiples of it.
+/// Returns the voxel size of a mask. Throws ValueError unless its voxels are axis-aligned cubes centred at multiples of
+/// their size.
 double maskVoxel(const openvdb::GridBase& mask) {
     const auto voxel = mask.voxelSize();
     const auto lattice = openvdb::math::Transform::createLinearTransform(voxel[0]);
@@ -74,13 +75,13 @@ double maskVoxel(const openvdb::GridBase& mask) {
     return voxel[0];
 }
 
-/// Sets all voxels outside the mask to the inactive background.
+/// Resets all voxels outside the mask to inactive background.
 void restrictTo(const openvdb::MaskTree::LeafNodeType& mask, VelocityLeaf& leaf) {
     for (openvdb::Index n = 0; n < VelocityLeaf::SIZE; ++n)
         if (!mask.isValueOn(n)) leaf.setValueOff(n, openvdb::Vec3s(0));
 }
 
-/// The leaves of one brick, as indices into their origins.
+/// A brick and the indices of its leaves.
 struct Brick {
     Coord origin;
     std::vector<size_t> leaves;
@@ -96,7 +97,7 @@ std::vector<Brick> bricksOf(const std::vector<Coord>& origins) {
     return bricks;
 }
 
-/// A tree of leaves at the origins, filled in parallel; leaves without an active voxel are left out.
+/// Makes a tree of leaves at the origins and fills it in parallel. Omits leaves without active voxels.
 openvdb::Vec3STree::Ptr filledTree(const std::vector<Coord>& origins, const FlowOnVoxels& sampled, Layout layout,
                                    const openvdb::MaskTree* mask, const Monitor& monitor) {
     std::vector<std::unique_ptr<VelocityLeaf>> leaves(origins.size());
@@ -131,14 +132,14 @@ openvdb::Vec3STree::Ptr filledTree(const std::vector<Coord>& origins, const Flow
 
 openvdb::Vec3SGrid::Ptr velocityGrid(const Flow& flow, const VelocityGridOptions& options, const Monitor& monitor) {
     if (!(options.wallFade >= 1))
-        throw ValueError(fmt::format("the wall fade of {} voxels must be at least 1", options.wallFade));
+        throw ValueError(fmt::format("the wall fade, {} voxels, must be at least 1", options.wallFade));
     if (options.layout == Layout::staggered && !flow.divergenceFree())
         throw ValueError(
-            "a normalised flow is not divergence-free, and has no staggered grid that is; sample it collocated");
+            "a normalised flow is not divergence-free, and a staggered grid cannot make it so; sample it collocated");
     const double voxel = options.mask ? maskVoxel(*options.mask) : voxelFor(flow, options);
     openvdb::MaskTree::Ptr mask;
     std::vector<Coord> origins;
-    // With a mask, the mask alone decides what is active.
+    // A mask alone decides which voxels are active.
     constexpr double kFar = 1e300;
     constexpr Box kEverywhere{{{-kFar, -kFar, -kFar}}, {{kFar, kFar, kFar}}};
     const Flow sampled = options.mask ? flow.within({kEverywhere, std::nullopt}) : flow;

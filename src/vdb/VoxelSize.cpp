@@ -18,7 +18,7 @@ namespace curlew {
 
 namespace {
 
-constexpr double kSmallestVoxel = 1.5e-5; ///< OpenVDB takes no voxel below 3e-15 in volume.
+constexpr double kSmallestVoxel = 1.5e-5; ///< OpenVDB rejects voxels with a volume below 3e-15.
 
 struct Bounds {
     std::array<double, 3> low, high;
@@ -36,7 +36,7 @@ struct Bounds {
         }
         if (bad > 0)
             throw ValueError(
-                fmt::format("{} coordinates of the {} particles are not finite numbers; leave those particles out", bad,
+                fmt::format("{} coordinates of the {} particles are not finite numbers; remove those particles", bad,
                             particles.size()));
     }
 
@@ -49,7 +49,7 @@ struct Bounds {
     }
 };
 
-constexpr double kMaxCoordinate = 1 << 30; // in voxels, so that neighbours are still 32-bit numbers
+constexpr double kMaxCoordinate = 1 << 30; // in voxels, so that neighbours still have 32-bit coordinates
 
 uint64_t spread(uint64_t bits21) {
     uint64_t spread = 0;
@@ -57,15 +57,15 @@ uint64_t spread(uint64_t bits21) {
     return spread;
 }
 
-/// Two neighbours in Morton order (Morton 1966) occupy two cells of the octree from the level on at which their codes
-/// differ: one sort counts the occupied cells of all levels.
+/// Chooses a voxel size. Two points that are adjacent in Morton order (Morton 1966) are in different octree cells from
+/// the level on at which their codes differ. So one sort counts the occupied cells of all levels.
 double chosenVoxelSize(const Points& particles, const Bounds& bounds) {
     constexpr int kLevels = 21;
     constexpr double kPointsPerVoxel = 8;
     const double extent = bounds.extent();
     if (!(extent > 0)) return 0.1;
 
-    std::array<uint64_t, 128> spreads; // of 7 bits each
+    std::array<uint64_t, 128> spreads; // for 7 bits each
     for (uint64_t bits = 0; bits < spreads.size(); ++bits) spreads[bits] = spread(bits);
     const double scale = ((1 << kLevels) - 1) / extent;
     std::vector<uint64_t> codes(particles.size());
@@ -80,7 +80,7 @@ double chosenVoxelSize(const Points& particles, const Bounds& bounds) {
     });
     tbb::parallel_sort(codes);
 
-    std::array<size_t, kLevels + 1> cells{1}; // occupied at each level
+    std::array<size_t, kLevels + 1> cells{1}; // occupied cells at each level
     for (size_t n = 1; n < codes.size(); ++n)
         if (codes[n] != codes[n - 1]) ++cells[1 + (size_t(std::countl_zero(codes[n] ^ codes[n - 1])) - 1) / 3];
     std::partial_sum(cells.begin(), cells.end(), cells.begin());
@@ -109,8 +109,7 @@ double voxelSizeFor(const Points& particles, double given) {
     const double voxel = given == 0 ? std::max(smallest, chosenVoxelSize(particles, bounds)) : given;
     if (!(voxel >= smallest) || !std::isfinite(voxel * voxel * voxel))
         throw ValueError(
-            fmt::format("the voxel size {:g} of the points is unusable; for these positions give at least {:g}, "
-                        "or 0 to have it chosen",
+            fmt::format("the voxel size {:g} does not suit these points; give at least {:g}, or 0 to have it chosen",
                         voxel, smallest));
     return voxel;
 }

@@ -9,32 +9,32 @@
 
 namespace curlew {
 
-/// How much of a flow is left beyond a one-sided wall: 1 as far as trilinear interpolation on the flow's side looks
-/// beyond the wall, then falling smoothly to 0.
+/// The factor by which a flow fades beyond a one-sided wall: 1 as far as trilinear interpolation on the flow's side
+/// looks beyond the wall, then falling smoothly to 0.
 class WallFade {
   public:
-    /// Ends `voxels` voxels of edge `voxel` beyond the wall of the domain.
+    /// The fade ends `voxels` voxels of edge `voxel` beyond the wall of the domain.
     WallFade(const Domain& domain, double voxel, double voxels) {
         if (!domain.wall || domain.wall->side == Side::both) return;
         mSide = domain.wall->side;
-        // A sampled distance levels off beyond its reach; one that is only a bound (reach 0) does not.
+        // A sampled distance levels off beyond its reach; a lower bound of the distance (reach 0) does not.
         const double reach = domain.wall->sdf.reach;
-        mSteepness = domain.wall->sdf.steepness;
+        mLipschitz = domain.wall->sdf.lipschitz;
         mEnd = reach > 0 ? std::min(voxels * voxel, reach) : voxels * voxel;
         mBegin = mEnd * std::min(kInterpolation / voxels, 0.75);
         mOneSided = true;
     }
     bool oneSided() const { return mOneSided; }
-    /// The factor, from 1 to 0, at a distance from a one-sided wall.
+    /// Returns the factor, from 1 to 0, at a distance from a one-sided wall.
     double at(double distance) const {
         const double beyond = mSide == Side::inside ? distance : -distance;
         return 1 - quinticFade((beyond - mBegin) / (mEnd - mBegin)).value;
     }
-    /// Whether the factor is 1 within `radius` of a position at this distance.
+    /// Returns whether the factor is 1 within `radius` of a position at this distance.
     bool isFar(double distance, double radius) const {
-        return !mOneSided || beyondWall(mSide, distance) + mSteepness * radius < mBegin;
+        return !mOneSided || beyondWall(mSide, distance) + mLipschitz * radius < mBegin;
     }
-    /// The distances at which the factor is positive, widened by `margin`.
+    /// Returns the distances at which the factor is positive, widened by `margin`.
     DistanceRange range(double margin) const {
         DistanceRange range;
         if (mOneSided && mSide == Side::inside) range.upper = mEnd + margin;
@@ -43,14 +43,15 @@ class WallFade {
     }
 
   private:
-    static constexpr double kInterpolation = 1.75; // voxels; trilinear interpolation looks √3 beyond the wall
+    static constexpr double kInterpolation = 1.75; // In voxels; trilinear interpolation looks √3 voxels beyond the
+                                                   // wall.
 
     bool mOneSided = false;
     Side mSide = Side::inside;
-    double mBegin = 0, mEnd = 1, mSteepness = 1;
+    double mBegin = 0, mEnd = 1, mLipschitz = 1;
 };
 
-/// The distances of the points from the wall of the domain; infinite without one.
+/// Computes the distances of the points from the wall of the domain; infinite if there is no wall.
 template <class T>
 void wallDistances(const Domain& domain, const PointBatch& points, JetBatch<T, 0>& distances) {
     if (domain.wall)

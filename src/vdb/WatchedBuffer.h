@@ -10,8 +10,8 @@
 
 namespace curlew {
 
-/// Reads a file in blocks. Before each it serves the monitor, so that whoever reads through it can be cancelled
-/// (Interrupted) wherever they are; seeking inside a block costs nothing.
+/// Reads a file in blocks. Before each block it reports progress to the monitor and throws Interrupted if the monitor
+/// asks for it, so that any reader can be cancelled. Seeking inside a block costs nothing.
 class WatchedBuffer : public std::streambuf {
   public:
     WatchedBuffer(std::streambuf& source, const Monitor& monitor)
@@ -55,11 +55,11 @@ class WatchedBuffer : public std::streambuf {
   private:
     std::streambuf& mSource;
     const Monitor& mMonitor;
-    std::streamoff mSize, mBegin = 0; ///< Of the file; where the block begins.
+    std::streamoff mSize, mBegin = 0; ///< Size of the file; position where the block begins.
     std::vector<char> mBlock;
 };
 
-/// Bytes that are in memory already.
+/// A stream buffer over bytes that are already in memory.
 class BytesBuffer : public std::streambuf {
   public:
     explicit BytesBuffer(std::string_view bytes) {

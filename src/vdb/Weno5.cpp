@@ -12,7 +12,7 @@ namespace curlew {
 
 namespace {
 
-/// A flow as OpenVDB's level set tools take a velocity field. Each thread has a copy.
+/// Adapts a flow to the velocity field interface of OpenVDB's level set tools. Each thread has a copy.
 class VelocityField {
   public:
     using ValueType = float;
@@ -20,7 +20,7 @@ class VelocityField {
 
     explicit VelocityField(FlowInTime flow) : mShared(std::make_shared<Shared>(std::move(flow))) {}
 
-    /// Another than that of any grid, so that positions come in world units.
+    /// Differs from that of any grid, so that positions come in world units.
     openvdb::math::Transform transform() const { return {}; }
 
     VectorType operator()(const openvdb::Vec3d& position, ValueType time) const {
@@ -45,7 +45,7 @@ class VelocityField {
         std::mutex mutex;
     };
     std::shared_ptr<Shared> mShared;
-    mutable std::optional<Flow> mFlow; // as it is at mTime
+    mutable std::optional<Flow> mFlow; // the flow at mTime
     mutable ValueType mTime = 0;
 };
 
@@ -66,7 +66,7 @@ LevelSet advectLevelSetWeno5(const LevelSet& levelSet, const FlowInTime& flow, d
         advection.advect(static_cast<float>(begin), static_cast<float>(begin + time));
     } catch (const openvdb::Exception& e) {
         throw ValueError(
-            fmt::format("OpenVDB's level set advection does not take level set '{}': {}", grid->getName(), e.what()));
+            fmt::format("OpenVDB's level set advection rejects level set '{}': {}", grid->getName(), e.what()));
     }
     monitor.check();
     if (grid->tree().empty()) throw ValueError("nothing is left of the level set; use smaller voxels");

@@ -8,7 +8,7 @@ namespace curlew::winding {
 
 namespace {
 
-/// The place of y_j y_k among xx xy xz yy yz zz.
+/// Returns the index of y_j y_k among xx xy xz yy yz zz.
 constexpr size_t pair(int j, int k) {
     const int low = std::min(j, k), high = std::max(j, k);
     return static_cast<size_t>(low * (5 - low) / 2 + high);
@@ -21,7 +21,7 @@ void include(Moments& moments, const Vec3d& p) {
     }
 }
 
-/// How far a corner of the box can be from the center.
+/// Returns the distance from the center to the farthest corner of the box.
 double cornerDistance(const Moments& moments) {
     Vec3d farthest;
     for (int axis = 0; axis < 3; ++axis)
@@ -30,7 +30,7 @@ double cornerDistance(const Moments& moments) {
     return length(farthest);
 }
 
-/// Adds moments, all of them about the center of `sum`: of `part`, whose center is `s` from there.
+/// Adds the moments of `part` to `sum`, shifted to the center of `sum`; `s` is the center of `part` relative to it.
 void addShifted(Moments& sum, const Moments& part, const Vec3d& s) {
     for (int i = 0; i < 3; ++i) {
         const auto n = static_cast<size_t>(i);
@@ -45,7 +45,7 @@ void addShifted(Moments& sum, const Moments& part, const Vec3d& s) {
     }
 }
 
-/// Of one triangle about its middle: ∫ y_j y_k = area / 12 (Σ v_j v_k) over its corners v.
+/// Returns the moments of one triangle about its centroid: ∫ y_j y_k = area / 12 (Σ v_j v_k) over its vertices v.
 Moments momentsOf(const Triangle& triangle) {
     Moments moments{.center = triangle.middle()};
     moments.zeroth = triangle.area();
@@ -119,7 +119,7 @@ Far farOf(const Moments& moments, double beta) {
     };
     const auto& t = moments.second;
     for (int k = 0; k < 3; ++k) {
-        double contracted = 0; // over each two of the three indices
+        double contracted = 0; // over each pair of the three indices
         for (int i = 0; i < 3; ++i)
             contracted += 2 * t[static_cast<size_t>(i)][pair(i, k)] + t[static_cast<size_t>(k)][pair(i, i)];
         for (int i = 0; i < 3; ++i) {

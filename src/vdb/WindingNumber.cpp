@@ -20,24 +20,24 @@ namespace {
 using winding::Moments;
 using winding::Triangle;
 
-constexpr size_t kLeaf = 8;   ///< Triangles of a leaf.
-constexpr double kBeta = 2.7; ///< A cluster counts as its moments beyond so many of its radii.
+constexpr size_t kLeaf = 8;   ///< Triangles per leaf.
+constexpr double kBeta = 2.7; ///< Distance, in radii, beyond which a cluster is replaced by its moments.
 
-/// The triangles of a leaf by coordinates: kLeaf x of the first corners, y, z, x of the second ones … Unused ones have
-/// no extent: they add nothing.
+/// The triangles of a leaf, stored by coordinate: kLeaf x of the first vertices, then y, z, x of the second vertices …
+/// Unused triangles have no extent and add nothing.
 struct Leaf {
     std::array<double, 9 * kLeaf> corner{};
 };
 
 constexpr size_t kGroup = 8;
 
-/// What eight clusters are from afar, side by side: the lanes of vector registers.
+/// The far-field approximations of eight clusters, stored side by side for the lanes of vector registers.
 struct Group {
     std::array<double, 3 * kGroup> center;
     std::array<float, kGroup> reach2;
     std::array<float, 19 * kGroup> moments{};
 
-    /// Clusters that do not exist are far from everything and add nothing.
+    /// Clusters that do not exist are far from every position and add nothing.
     Group() {
         center.fill(1e4);
         reach2.fill(-1);
@@ -52,8 +52,8 @@ struct Group {
         reach2[lane] = static_cast<float>(far.reach2);
     }
 
-    /// Adds what x sees of the clusters that are far enough, as Far::add does; distance2: all of their squared
-    /// distances.
+    /// Adds to `sums` the solid angles, as seen from x, of those clusters that are far enough (formula at
+    /// winding::Far). Writes the squared distances of all clusters to `distance2`.
     void add(const Vec3d& x, std::array<float, kGroup>& sums, std::array<float, kGroup>& distance2) const {
         std::array<float, 3 * kGroup> r;
         const double px = x[0], py = x[1], pz = x[2];
@@ -81,8 +81,8 @@ struct Group {
     }
 };
 
-/// A sum of half solid angles, kept as complex numbers that have them as arguments: one for each triangle of a leaf,
-/// the product over all leaves, and how often that went around.
+/// A sum of half solid angles, kept as complex numbers whose arguments are the angles: one per triangle slot of a leaf,
+/// the product over all leaves, and its number of full turns.
 struct HalfAngles {
     std::array<double, kLeaf> re, im{}, turns{};
 
@@ -99,8 +99,9 @@ struct HalfAngles {
         return std::atan2(y, x) + 2 * std::numbers::pi * around;
     }
 
-    /// A turn of less than a half crosses the negative axis, where arguments begin anew, if it goes from the upper half
-    /// plane to the lower one counter-clockwise, or back clockwise.
+    /// Returns the change of the number of full turns when a turn of less than a half is added. The argument wraps at
+    /// the negative real axis. The turn crosses it if it goes counter-clockwise from the upper half plane to the lower
+    /// one, or clockwise back.
     static double turned(double from, double by, double to) {
         const double fromUp = from >= 0 ? 1.0 : 0.0, byUp = by >= 0 ? 1.0 : 0.0, toUp = to >= 0 ? 1.0 : 0.0;
         return fromUp * byUp * (1 - toUp) - (1 - fromUp) * (1 - byUp) * toUp;
@@ -125,7 +126,7 @@ void addLeaf(const Leaf& leaf, const Vec3d& x, HalfAngles& angles) {
     }
     double *const re = angles.re.data(), *const im = angles.im.data(), *const turns = angles.turns.data();
     for (size_t k = 0; k < kLeaf; ++k) {
-        // In the plane of the triangle: the mean of both of its sides.
+        // In the plane of the triangle the result is the mean of both sides.
         const double size = std::abs(real[k]) + std::abs(det[k]), side = det[k];
         const double u = side == 0 ? 1.0 : real[k] / size, v = side == 0 ? 0.0 : side / size;
         const double newRe = re[k] * u - im[k] * v, newIm = re[k] * v + im[k] * u + 0.0;
@@ -137,15 +138,16 @@ void addLeaf(const Leaf& leaf, const Vec3d& x, HalfAngles& angles) {
 
 } // namespace
 
-/// Positions are moved and scaled so that the mesh lies between -1/2 and 1/2: moments keep their digits.
+/// A tree of clusters. Positions are translated and scaled so that the mesh lies between -1/2 and 1/2, where moments
+/// keep their precision.
 ///
-/// Halving the triangles again and again gives 2^depth leaves. Three halvings together are a level of groups, at the
-/// top fewer if that does not come out even. The clusters of group g are groups 8 g, 8 g + 1, … of the next level, or
-/// leaves of these numbers.
+/// Halving the triangles repeatedly gives 2^depth leaves. Three halvings form one level of groups, and the remainder,
+/// if any, the top level. The clusters of group g are the groups 8 g, 8 g + 1, … of the next level, or the leaves of
+/// these indices.
 struct WindingNumber::Tree {
     Vec3d center{};
     double scale = 1;
-    int depth = 0, top = 0; ///< Halvings: all of them, those of the first level.
+    int depth = 0, top = 0; ///< Number of halvings: in total, and of the first level.
     std::vector<std::vector<Group>> levels;
     std::vector<Leaf> leaves;
 
@@ -154,8 +156,8 @@ struct WindingNumber::Tree {
     void make(std::vector<Triangle>& triangles, const Monitor& monitor);
     Moments build(std::span<Triangle> triangles, size_t number, int halvings, const Monitor& monitor);
 
-    /// Calls near(leaf, squared distance, squared reach) where triangles count themselves, and returns what all others
-    /// add.
+    /// Calls near(leaf, squared distance, squared reach) for leaves whose triangles must be summed exactly. Returns the
+    /// sum over all other clusters.
     template <class Near>
     double walk(const Vec3d& x, const Near& near) const;
 };
@@ -192,7 +194,7 @@ double WindingNumber::Tree::walk(const Vec3d& x, const Near& near) const {
     return sum;
 }
 
-/// The triangles of the mesh that have an area.
+/// Returns the triangles of the mesh that have an area, in local coordinates. Sets center and scale.
 std::vector<Triangle> WindingNumber::Tree::trianglesOf(const Mesh& mesh) {
     openvdb::BBoxd box;
     for (const auto& p : mesh.points) box.expand(openvdb::Vec3d(p));
@@ -219,7 +221,7 @@ std::vector<Triangle> WindingNumber::Tree::trianglesOf(const Mesh& mesh) {
     return triangles;
 }
 
-/// Builds cluster `number` of those after so many halvings, and all below it; returns its moments.
+/// Builds the cluster with index `number` after `halvings` halvings, and all clusters below it. Returns its moments.
 Moments WindingNumber::Tree::build(std::span<Triangle> triangles, size_t number, int halvings, const Monitor& monitor) {
     const auto noted = [&](const Moments& moments) {
         if (halvings >= top && (halvings - top) % 3 == 0 && halvings > 0) {
@@ -281,7 +283,7 @@ WindingNumber::WindingNumber(const Mesh& mesh, const Monitor& monitor) {
 
 namespace {
 
-/// Beyond a million sizes of the mesh nothing is seen of it.
+/// Returns whether x is within a million mesh sizes. Farther away the solid angle is negligible.
 bool inSight(const Vec3d& x) { return dot(x, x) < 1e12; }
 
 } // namespace

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/app/registry/Action.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 #include <stdexcept>
 
 using namespace curlew::app;
 
-TEST_CASE("an input of kind field accepts any field, and of kind grid any grid", "[app]") {
+TEST_CASE("accepts: kind field covers every field and kind grid every grid", "[app]") {
     for (const Kind field : {Kind::field, Kind::noise, Kind::shape}) CHECK(accepts(Kind::field, field));
     for (const Kind grid : {Kind::grid, Kind::levelSet, Kind::velocity}) CHECK(accepts(Kind::grid, grid));
     CHECK(accepts(Kind::points, Kind::points));
@@ -21,7 +20,7 @@ TEST_CASE("an input of kind field accepts any field, and of kind grid any grid",
     CHECK_FALSE(accepts(std::vector<Kind>{}, Kind::noise));
 }
 
-TEST_CASE("an action finds its options and inputs by name", "[app]") {
+TEST_CASE("Action: options and inputs are found by name", "[app]") {
     const Action action{.name = "bend",
                         .takes = {{.name = "noise", .kinds = {Kind::noise}}, {.name = "wall", .kinds = {Kind::shape}}},
                         .makes = {{.name = "field", .kinds = {Kind::field}}},
@@ -31,7 +30,7 @@ TEST_CASE("an action finds its options and inputs by name", "[app]") {
     CHECK(action.input("wall") == &action.takes[1]);
     CHECK(action.input("width") == nullptr);
     CHECK(action.inputIndex("wall") == 1);
-    CHECK_THROWS_AS(action.inputIndex("walls"), std::logic_error); // a mistake of the programmer
-    CHECK(action.makesKind(Kind::shape));                          // a field may be one
+    CHECK_THROWS_AS(action.inputIndex("walls"), std::logic_error); // a programming error
+    CHECK(action.makesKind(Kind::shape));                          // a field can be a shape
     CHECK_FALSE(action.makesKind(Kind::points));
 }

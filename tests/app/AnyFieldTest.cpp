@@ -7,15 +7,15 @@
 using namespace curlew;
 using namespace curlew::app;
 using namespace curlew::test;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
-TEST_CASE("a field or a flow knows its dimension", "[app]") {
+TEST_CASE("dimensionOf: reports the dimension of fields and flows", "[app]") {
     CHECK(dimensionOf(AnyField(noiseField<ValueNoise<1>>())) == 1);
     CHECK(dimensionOf(AnyField(noiseField<SimplexNoise<7>>())) == 7);
     CHECK(dimensionOf(AnyFlow(FlowN<2>({noiseField<Psrd2>()}))) == 2);
 }
 
-TEST_CASE("a field of fewer dimensions is the same along the others", "[app]") {
+TEST_CASE("inSpace: a field of fewer dimensions is constant along the other axes", "[app]") {
     const ScalarFieldN<1> line = noiseField<PerlinNoise<1>>({.seed = 1});
     const ScalarFieldN<2> plane = noiseField<Psrd2>({.seed = 1});
     for (const Vec3d& p : randomPoints(cube(3), 50, 1)) {
@@ -28,10 +28,11 @@ TEST_CASE("a field of fewer dimensions is the same along the others", "[app]") {
         REQUIRE(b.value == jetB.value);
         REQUIRE(b.gradient == Vec3d{{jetB.gradient[0], jetB.gradient[1], 0}});
     }
-    CHECK_THROWS_WITH(inSpace(AnyField(noiseField<SimplexNoise<4>>())), Contains("4 dimensions") && Contains("-lift"));
+    CHECK_THROWS_WITH(inSpace(AnyField(noiseField<SimplexNoise<4>>())),
+                      ContainsSubstring("4 dimensions") && ContainsSubstring("-lift"));
 }
 
-TEST_CASE("a flow in the plane is the same in every plane of space, and lies in it", "[app]") {
+TEST_CASE("inSpace: a 2D flow is the same in every plane of space", "[app]") {
     const FlowN<2> plane({noiseField<Psrd2>({.seed = 3})}, {.box = {{{-2, -1}}, {{2, 1}}}, .wall = {}});
     const Flow flow = inSpace(AnyFlow(plane)), even = inSpace(AnyFlow(plane.normalized(2)));
     CHECK(flow.hasTracks());
@@ -45,15 +46,17 @@ TEST_CASE("a flow in the plane is the same in every plane of space, and lies in 
         REQUIRE(length(even.at(p).velocity) == Approx(2));
     }
     const auto f = noiseField<SimplexNoise<4>>();
-    CHECK_THROWS_WITH(inSpace(AnyFlow(FlowN<4>({f, f, f}))), Contains("flow") && Contains("4 dimensions"));
+    CHECK_THROWS_WITH(inSpace(AnyFlow(FlowN<4>({f, f, f}))),
+                      ContainsSubstring("flow") && ContainsSubstring("4 dimensions"));
 }
 
-TEST_CASE("fields are combined in their own dimension, or in space", "[app]") {
+TEST_CASE("combined: fields are combined in their own dimension or in 3D", "[app]") {
     const auto sum = [](const auto& a, const auto& b) { return a + b; };
     const AnyField plane = noiseField<Psrd2>(), space = noiseField<Psrd3>(), high = noiseField<SimplexNoise<5>>();
     CHECK(dimensionOf(combined(plane, plane, sum)) == 2);
     CHECK(dimensionOf(combined(high, high, sum)) == 5);
     CHECK(dimensionOf(combined(plane, space, sum)) == 3);
-    CHECK_THROWS_WITH(combined(space, high, sum), Contains("3 and 5 dimensions") && Contains("-lift"));
-    CHECK_THROWS_WITH(combined(AnyField(noiseField<ValueNoise<1>>()), plane, sum), Contains("1 and 2"));
+    CHECK_THROWS_WITH(combined(space, high, sum),
+                      ContainsSubstring("3 and 5 dimensions") && ContainsSubstring("-lift"));
+    CHECK_THROWS_WITH(combined(AnyField(noiseField<ValueNoise<1>>()), plane, sum), ContainsSubstring("1 and 2"));
 }

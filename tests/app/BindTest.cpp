@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/app/registry/Action.h"
 #include "curlew/app/registry/Bind.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 using namespace curlew::app;
 
@@ -53,7 +52,7 @@ Outer read(const std::vector<std::string>& tokens, const Outer& defaults = {}) {
 
 } // namespace
 
-TEST_CASE("a bound option has the default of the struct's member", "[app]") {
+TEST_CASE("Binding: an option's default is that of the struct member", "[app]") {
     const auto fallback = [](const Binding<Outer>& bound, const std::string& name) -> std::string {
         for (const Option& option : bound.options())
             if (option.name == name) return option.fallback;
@@ -70,7 +69,7 @@ TEST_CASE("a bound option has the default of the struct's member", "[app]") {
     CHECK(fallback(binding({.closed = true}), "ends") == "closed");
 }
 
-TEST_CASE("bound options fill the struct, members of members too", "[app]") {
+TEST_CASE("Binding: options fill the struct and its nested members", "[app]") {
     const Outer plain = read({});
     CHECK(plain.size == 0.25);
     CHECK(plain.side == Side::right);
@@ -78,7 +77,7 @@ TEST_CASE("bound options fill the struct, members of members too", "[app]") {
     CHECK_FALSE(plain.closed);
     CHECK(plain.longest == 0); // not given: left to the library
     CHECK(plain.inner.count == 3);
-    const Outer given = read({"size=2", "side=left", "fast=0", "ends=closed", "maxStep=5", "count=7", "exponent=4"});
+    const Outer given = read({"size=2", "side=left", "fast=0", "ends=closed", "longest=5", "count=7", "exponent=4"});
     CHECK(given.size == 2);
     CHECK(given.side == Side::left);
     CHECK_FALSE(given.fast);

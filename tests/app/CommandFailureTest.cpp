@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "support/Catch.h"
 #include "support/Command.h"
 
-#include <catch2/catch.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -10,8 +10,8 @@ using test::Folder;
 using test::store;
 namespace fs = std::filesystem;
 
-// What users get wrong, and what happens to them. Each failure is one line that names what is wrong, a status that is
-// not zero, and no file (Folder::mustFail checks all three).
+// User errors. Each failure prints one line that names the error, returns a nonzero status and leaves no file;
+// Folder::mustFail checks all three.
 
 namespace {
 
@@ -25,12 +25,12 @@ std::string firstHalf(const fs::path& path) {
     return bytes.substr(0, bytes.size() / 2);
 }
 
-/// A text as a word of the shell.
+/// Quotes a text for the shell.
 std::string quoted(const std::string& text) { return "'" + text + "'"; }
 
 } // namespace
 
-TEST_CASE("files that are missing, empty, folders or something else are refused by every reader", "[command]") {
+TEST_CASE("command failure: missing and empty and foreign files are refused by every reader", "[command]") {
     const Folder folder;
     const std::string png = "\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + std::string(200, '\x7f');
     for (const std::string name : {"a.obj", "a.ply", "a.stl", "a.vdb", "a.glb", "a.gltf", "a.fbx", "a.dae", "a.csv"}) {
@@ -62,7 +62,7 @@ TEST_CASE("files that are missing, empty, folders or something else are refused 
     folder.mustFail("-config scene.txt", {"scene.txt:1"});
 }
 
-TEST_CASE("files that are cut short are refused by every reader", "[command]") {
+TEST_CASE("command failure: truncated files are refused by every reader", "[command]") {
     const Folder folder;
     folder.mustRun(kFlow + "-velocity dim=8 -write a.vdb -scatter count=100 -write p.vdb");
     for (const std::string name : {"a.vdb", "p.vdb"}) {
@@ -76,7 +76,7 @@ TEST_CASE("files that are cut short are refused by every reader", "[command]") {
           "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n");
     folder.mustFail("-read a.ply", {"-read", "a.ply", "cut short"});
     std::string stl(84, '\0');
-    stl[80] = 2; // triangles, of which there is one
+    stl[80] = 2; // the header claims two triangles, the file has one
     store(folder / "a.stl", stl + std::string(50, '\0'));
     folder.mustFail("-read a.stl", {"-read", "a.stl"});
     store(folder / "in.csv", "x,y,z\n0,0,0\n1,2");
@@ -85,7 +85,7 @@ TEST_CASE("files that are cut short are refused by every reader", "[command]") {
     folder.mustFail("-config scene.txt", {"scene.txt", "\\"});
 }
 
-TEST_CASE("meshes that enclose nothing are refused", "[command]") {
+TEST_CASE("command failure: meshes that enclose nothing are refused", "[command]") {
     const Folder folder;
     const auto levelSet = [&](const std::string& mesh, const std::vector<std::string>& says) {
         CAPTURE(mesh);
@@ -99,22 +99,22 @@ TEST_CASE("meshes that enclose nothing are refused", "[command]") {
     levelSet(kPoints + "f 1 2 9\n", {"-read", "mesh.obj", "line 5", "9"});
     levelSet("v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n", {"-mesh2ls", "encloses nothing", "thickness="}); // a sheet
     levelSet(kPoints + "f 1 1 1\nf 2 2 3\n", {"-mesh2ls", "degenerate"});
-    levelSet("v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\nf 3 2 1\n", {"-mesh2ls"});    // no area
+    levelSet("v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\nf 3 2 1\n", {"-mesh2ls"});    // zero area
     levelSet(kPoints + "f 1 2 3\nf 3 2 1\n", {"-mesh2ls", "encloses nothing"}); // closed, but flat
     levelSet("v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n", {"-mesh2ls"});
 }
 
-TEST_CASE("a mesh with a hole is a solid, and what was found is said", "[command]") {
+TEST_CASE("command: a mesh with a hole becomes a solid and the hole is reported", "[command]") {
     const Folder folder;
     store(folder / "mesh.obj", kPoints + "f 1 3 2\nf 1 2 4\nf 2 3 4\n"); // one face is missing
     const auto outcome = folder.mustRun("-read mesh.obj -mesh2ls dim=20 -write ls.vdb");
-    CHECK_THAT(outcome.out + outcome.err, Catch::Contains("3 edges have a face on one side only"));
-    // thickness= makes a sheet of any mesh.
+    CHECK_THAT(outcome.out + outcome.err, Catch::ContainsSubstring("3 boundary edges"));
+    // If thickness= is given, any mesh becomes a sheet.
     folder.mustRun("-read mesh.obj -mesh2ls dim=20 thickness=0.2 -write sheet.vdb");
     folder.mustFail("-read mesh.obj -mesh2ls dim=20 thickness=0", {"thickness"});
 }
 
-TEST_CASE("sizes that make no sense, or fit no memory, are refused", "[command]") {
+TEST_CASE("command failure: invalid sizes and sizes beyond memory are refused", "[command]") {
     const Folder folder;
     store(folder / "mesh.obj", kTetrahedron);
     const std::string mesh = "-read mesh.obj -mesh2ls ", ball = "-sphere -noise -noise seed=1 -bound -dfvn -velocity ",
@@ -137,7 +137,7 @@ TEST_CASE("sizes that make no sense, or fit no memory, are refused", "[command]"
                     {"-velocity", "too small"});
 }
 
-TEST_CASE("counts that make no sense, or fit no memory, are refused", "[command]") {
+TEST_CASE("command failure: invalid counts and counts beyond memory are refused", "[command]") {
     const Folder folder;
     const std::string scatter = "-scatter box=0,0,0,1,1,1 ";
     for (const std::string count :
@@ -146,13 +146,14 @@ TEST_CASE("counts that make no sense, or fit no memory, are refused", "[command]
     for (const std::string count : {"count=1e12", "count=1e15"})
         folder.mustFail(scatter + count + " -write p.ply", {"-scatter", "points would need about", "iB of memory"});
     folder.mustFail(kFlow + "-check samples=1e9 report=a.json", {"-check", "samples", "iB of memory"});
-    folder.mustFail(scatter + "seed=9007199254740993", {"seed=9007199254740993", "whole number"}); // not a double
+    folder.mustFail(scatter + "seed=9007199254740993",
+                    {"seed=9007199254740993", "whole number"}); // not representable as a double
     folder.mustFail(scatter + "seed=-1", {"seed=-1"});
     for (const std::string threads : {"-1", "1.5", "abc", "1e9", "''", "nan"})
         folder.mustFail("-threads " + threads, {"-threads", "whole number"});
 }
 
-TEST_CASE("what is misspelt is named, with what it may have been meant to be", "[command]") {
+TEST_CASE("command failure: misspelt names are reported with a suggestion", "[command]") {
     const Folder folder;
     folder.mustFail("-nosie", {"'-nosie'", "'noise'"});
     folder.mustFail("-Mesh2LS", {"'mesh2ls'"});
@@ -161,7 +162,7 @@ TEST_CASE("what is misspelt is named, with what it may have been meant to be", "
         const auto outcome = folder.run(quoted(word));
         CHECK(outcome.status == 1);
         CHECK_THAT(outcome.err,
-                   Catch::StartsWith("curlew: '" + word + "' is not an action") && Catch::Contains("dash"));
+                   Catch::StartsWith("curlew: '" + word + "' is not an action") && Catch::ContainsSubstring("dash"));
         CHECK(test::linesIn(outcome.err) == 1);
     }
     folder.mustFail("-noise freqency=2", {"-noise", "'freqency'", "'frequency'"});
@@ -174,7 +175,7 @@ TEST_CASE("what is misspelt is named, with what it may have been meant to be", "
     folder.mustFail("-write a.txt", {"-write", "a.txt", ".vdb"});
     folder.mustFail("-write", {"-write", "FILE"});
     folder.mustFail("-write ''", {"-write", "''"});
-    folder.mustFail(quoted("-no\nise"), {"-no\\x0aise"}); // one line whatever is in it
+    folder.mustFail(quoted("-no\nise"), {"-no\\x0aise"}); // the message stays on one line
     folder.mustFail("-read " + quoted("a\nb\x1b[31m.obj"), {"a\\x0ab\\x1b[31m.obj"});
     folder.mustFail("-noise " + std::string(100000, 'x'), {"xxx …"});
     for (const std::string value :
@@ -189,7 +190,7 @@ TEST_CASE("what is misspelt is named, with what it may have been meant to be", "
     folder.mustFail("-torus radius=1 tube=2", {"-torus"});
 }
 
-TEST_CASE("actions that lack what they work on say what to make first", "[command]") {
+TEST_CASE("command failure: actions without their inputs say what to make first", "[command]") {
     const Folder folder;
     folder.mustFail("-dfvn", {"-dfvn", "a field", "none", "-noise"});
     folder.mustFail("-noise -dfvn", {"-dfvn", "a field", "only one"});
@@ -220,11 +221,11 @@ TEST_CASE("actions that lack what they work on say what to make first", "[comman
     folder.mustFail("-read a.vdb -noise -bound grid=0", {"-bound", "wall=", "is a velocity grid"});
 }
 
-TEST_CASE("an output that cannot be written is known before the work begins", "[command]") {
+TEST_CASE("command failure: an unwritable output is reported before the work", "[command]") {
     const Folder folder;
     fs::create_directory(folder / "folder.vdb");
     store(folder / "in.csv", "x,y,z\n0,0,0\n");
-    // The noise of 32 octaves would take minutes.
+    // Computing this noise of 32 octaves would take minutes.
     const std::string work = "-noise octaves=32 -slice width=32768 ";
     folder.mustFail(work + "-write missing/too/a.png", {"-write", "missing/too/a.png", "folder 'missing'"});
     folder.mustFail(work + "-write a.png folder.vdb", {"-write", "folder.vdb"});
@@ -237,14 +238,14 @@ TEST_CASE("an output that cannot be written is known before the work begins", "[
         fs::permissions(folder / "locked", fs::perms::owner_read | fs::perms::owner_exec);
         folder.mustFail(work + "-write locked/a.png", {"-write", "locked/a.png", "permission"});
     }
-    // Where only trying tells.
+    // Targets where only an attempt to write shows the error.
     folder.mustFail(kFlow + "-velocity dim=8 -write /proc/a.vdb", {"-write", "/proc/a.vdb"});
     folder.mustFail("-scatter box=0,0,0,1,1,1 count=10 -write /proc/a.ply", {"-write", "/proc/a.ply"});
     folder.mustFail("-noise -slice width=8 -write /proc/a.png", {"-write", "/proc/a.png"});
     folder.mustFail("-noise -slice width=8 -write /proc/a.exr", {"-write", "/proc/a.exr"});
 }
 
-TEST_CASE("a full disk leaves nothing but what was there before", "[command]") {
+TEST_CASE("command failure: a full disk leaves earlier files unchanged and no new ones", "[command]") {
     const Folder folder;
     const std::string flow = kFlow + "-velocity dim=40 -scatter count=20000 -slice width=300 ";
     const std::string name = GENERATE("a.vdb", "a.ply", "a.csv", "a.exr", "a.png", "probe.csv");
@@ -255,20 +256,20 @@ TEST_CASE("a full disk leaves nothing but what was there before", "[command]") {
     store(folder / name, "what was there before");
     const std::string write =
         name == "probe.csv" ? "-probe in.csv probe.csv" : (name == "a.vdb" ? "-write grid=0 " : "-write ") + name;
-    // A limit of 8 KiB on the size of a file stands for the disk.
+    // A file size limit of 8 KiB stands for a full disk.
     const auto outcome = folder.shell("ulimit -f 16; curlew -quiet " + flow + write);
     CAPTURE(outcome.out, outcome.err);
     CHECK(outcome.status == 1);
     CHECK(test::linesIn(outcome.err) == 1);
-    CHECK_THAT(outcome.err, Catch::StartsWith("curlew: -") && Catch::Contains(name));
+    CHECK_THAT(outcome.err, Catch::StartsWith("curlew: -") && Catch::ContainsSubstring(name));
     CHECK(folder.names() == std::set<std::string>{"in.csv", name});
     CHECK(test::bytesOf(folder / name) == "what was there before");
-    // Without the limit all is well.
+    // Without the limit, the run succeeds.
     folder.mustRun("-quiet " + flow + write);
     CHECK(fs::file_size(folder / name) > 8192);
 }
 
-TEST_CASE("what is no regular file is written into, a link's target is replaced", "[command]") {
+TEST_CASE("command: pipes and devices are written in place and link targets are replaced", "[command]") {
     const Folder folder;
     store(folder / "target.png", "old");
     fs::create_symlink("target.png", folder / "link.png");
@@ -285,7 +286,7 @@ TEST_CASE("what is no regular file is written into, a link's target is replaced"
     CHECK(fs::is_fifo(folder / "pipe.png"));
 }
 
-TEST_CASE("names that are not UTF-8, or hold control characters, are escaped", "[command]") {
+TEST_CASE("command: names with control characters or invalid UTF-8 are escaped", "[command]") {
     const Folder folder;
     const std::string name = "caf\xe9\x1b[31m.obj";
     folder.mustFail("-read '" + name + "'", {"caf\\xe9\\x1b[31m.obj"});
@@ -294,7 +295,7 @@ TEST_CASE("names that are not UTF-8, or hold control characters, are escaped", "
     CHECK_NOTHROW(nlohmann::json::parse(test::bytesOf(folder / "a.json")));
 }
 
-TEST_CASE("an interrupt stops any work within moments and leaves no file", "[command]") {
+TEST_CASE("command: an interrupt stops any work quickly and leaves no file", "[command]") {
     const Folder folder;
     const std::string job =
         GENERATE("-noise octaves=32 -slice width=20000 -write a.exr",
@@ -303,7 +304,7 @@ TEST_CASE("an interrupt stops any work within moments and leaves no file", "[com
                  "-noise octaves=32 -noise seed=1 -dfvn -check samples=1e8 report=a.json");
     const std::string signal = GENERATE("INT", "TERM", "HUP");
     CAPTURE(job, signal);
-    // The signal comes once the first action is done, as its line says; whatever it takes to get there.
+    // The signal is sent after the first action has printed its line, however long that takes.
     const auto outcome =
         folder.shell("said=$(mktemp); \"$curlew\" -verbose " + job +
                      " 2>\"$said\" & pid=$!; while kill -0 $pid && ! [ -s \"$said\" ]; do sleep 0.05; done; "
@@ -311,11 +312,11 @@ TEST_CASE("an interrupt stops any work within moments and leaves no file", "[com
                      signal + " $pid; wait $pid; status=$?; tail -n 1 \"$said\" >&2; rm \"$said\"; exit $status");
     CAPTURE(outcome.err);
     CHECK(outcome.status == 130);
-    CHECK(outcome.err == "curlew: interrupted; files that were not finished have been removed\n");
+    CHECK(outcome.err == "curlew: interrupted; unfinished files have been removed\n");
     CHECK(folder.names().empty());
 }
 
-TEST_CASE("streams that nobody reads, or that are closed, do no harm", "[command]") {
+TEST_CASE("command: closed and unread streams do no harm", "[command]") {
     const Folder folder;
     const auto status = [&](const std::string& line) {
         CAPTURE(line);
@@ -323,11 +324,11 @@ TEST_CASE("streams that nobody reads, or that are closed, do no harm", "[command
         CHECK(test::linesIn(outcome.err) <= 1);
         return outcome.status;
     };
-    // A reader that goes away has read enough.
+    // A reader may close the pipe early: this is no error.
     const auto pipe = folder.shell("{ curlew -help format=markdown; echo $? >status; } | head -1");
     CHECK(test::linesIn(pipe.out) == 1);
     CHECK(test::bytesOf(folder / "status") == "0\n");
-    for (const std::string stream : {"", " 2>&1"}) { // the run goes on to its end
+    for (const std::string stream : {"", " 2>&1"}) { // the run completes
         CAPTURE(stream);
         folder.shell(
             "{ sleep 0.2; curlew -verbose -scatter box=0,0,0,1,1,1 count=10 -frames 1-5 -print -write 'a.$F.ply'; echo "
@@ -341,7 +342,7 @@ TEST_CASE("streams that nobody reads, or that are closed, do no harm", "[command
     const std::string work = "curlew -noise -slice width=8 -write a.png ";
     for (const std::string streams : {"2>&-", "2>/dev/full", ">&-", ">/dev/full", "<&- >&- 2>&-"}) {
         fs::remove(folder / "a.png");
-        CHECK(status(work + streams) == 0); // it has nothing to say on its standard output
+        CHECK(status(work + streams) == 0); // this run prints nothing to standard output
         CHECK(test::bytesOf(folder / "a.png").substr(0, 4) == "\x89PNG");
         CHECK(status("curlew -nosie " + streams) == 1);
     }

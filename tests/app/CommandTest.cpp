@@ -4,23 +4,23 @@
 #include "curlew/picture/ImageFile.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
+#include "support/Catch.h"
 #include "support/Command.h"
 
-#include <catch2/catch.hpp>
 #include <fmt/format.h>
 
 using namespace curlew;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using Catch::Matchers::StartsWith;
 using test::Folder;
 using test::store;
 namespace fs = std::filesystem;
 
-// The command as its users run it: a process of its own, files, streams and an exit status.
+// Tests of the command as users run it: as a process, with files, streams and an exit status.
 
 namespace {
 
-/// A closed unit sphere of quads: the six faces of a cube, blown up.
+/// A closed unit sphere made of quads: the six faces of a cube, projected onto the sphere.
 std::string ball(int n = 16) {
     std::string text;
     for (int face = 0; face < 6; ++face) {
@@ -41,7 +41,7 @@ std::string ball(int n = 16) {
     return text;
 }
 
-/// A sphere of quads, or the cow of the scenes.
+/// Writes a sphere of quads or the cow of the scenes.
 void storeMesh(const Folder& folder, const std::string& name) {
     if (name == "ball")
         store(folder / "mesh.obj", ball());
@@ -55,7 +55,7 @@ const std::string kFlow =
     "-read mesh.obj -mesh2ls dim=64 -noise type=psrd frequency=3 octaves=2 seed=1 "
     "-noise type=psrd frequency=3 octaves=2 seed=2 -bound width=0.1 -dfvn speed=1 ";
 
-/// A flow without a wall, which takes no time.
+/// A flow without a wall, which is fast to compute.
 const std::string kSmall = "-noise seed=1 -noise seed=2 -dfvn ";
 
 bool installed(const std::string& tool) {
@@ -66,7 +66,7 @@ bool installed(const std::string& tool) {
 
 } // namespace
 
-TEST_CASE("the main job: from a mesh to velocities and points that conform to it", "[command]") {
+TEST_CASE("command: the main job gives velocities and points that conform to a mesh", "[command]") {
     for (const auto& name : kMeshes) {
         CAPTURE(name);
         const Folder folder;
@@ -86,7 +86,7 @@ TEST_CASE("the main job: from a mesh to velocities and points that conform to it
         CHECK(report["divergence_analytic"] <= 1e-6);
         CHECK(report["divergence_analytic_beyond_wall_layer"] <= 1e-9);
         CHECK(report["wall_flux"] <= 1e-6);
-        CHECK(report["wall_samples"] > 100); // so that the flux says something
+        CHECK(report["wall_samples"] > 100); // enough samples for the flux to be meaningful
         CHECK(report["outside"] == 0);
         CHECK(report["penetration_max"] <= 0);
         CHECK(report["drift_f"] <= 1e-6);
@@ -109,7 +109,7 @@ TEST_CASE("the main job: from a mesh to velocities and points that conform to it
     }
 }
 
-TEST_CASE("nothing crosses the wall in a few steps of Euler's, and without reprojection much does", "[command]") {
+TEST_CASE("command: reprojection prevents crossing the wall even with three Euler steps", "[command]") {
     for (const auto& name : kMeshes) {
         CAPTURE(name);
         const Folder folder;
@@ -124,7 +124,7 @@ TEST_CASE("nothing crosses the wall in a few steps of Euler's, and without repro
     }
 }
 
-TEST_CASE("a staggered grid is divergence-free to rounding, a collocated one is not", "[command]") {
+TEST_CASE("command: a staggered grid is divergence-free to rounding and a collocated one is not", "[command]") {
     const Folder folder;
     storeMesh(folder, "ball");
     const auto divergence = [&](const std::string& staggered) {
@@ -136,7 +136,7 @@ TEST_CASE("a staggered grid is divergence-free to rounding, a collocated one is 
     CHECK(divergence("0") > 1e-3);
 }
 
-TEST_CASE("a check that is strict fails where a promise does not hold", "[command]") {
+TEST_CASE("command: check strict=1 fails if a promise does not hold", "[command]") {
     const Folder folder;
     const std::string job =
         "-quiet -sphere -noise seed=1 frequency=2 -noise seed=2 frequency=2 -bound -dfvn speed=1 "
@@ -144,10 +144,10 @@ TEST_CASE("a check that is strict fails where a promise does not hold", "[comman
     CHECK(folder.run(job + "gauss-newton -check samples=500 strict=1").status == 0);
     const auto outcome = folder.run(job + "none -check samples=500 strict=1");
     CHECK(outcome.status == 1);
-    CHECK_THAT(outcome.err, Contains("curlew: -check: outside is"));
+    CHECK_THAT(outcome.err, ContainsSubstring("curlew: -check: outside is"));
 }
 
-TEST_CASE("the same input gives the same bytes, on any number of threads and at any time", "[command]") {
+TEST_CASE("command: the same input gives the same bytes for any number of threads", "[command]") {
     const Folder folder;
     storeMesh(folder, "ball");
     const std::vector<std::string> names{"vel.vdb",    "half.vdb",  "points.vdb", "points.ply",
@@ -167,14 +167,14 @@ TEST_CASE("the same input gives the same bytes, on any number of threads and at 
     for (size_t k = 0; k < names.size(); ++k) {
         CAPTURE(names[k]);
         CHECK(one[k].size() > 100);
-        // Not the comparison of the strings, which Catch would print.
+        // Compare in extra parentheses: Catch would print the strings otherwise.
         CHECK((one[k] == again[k]));
         CHECK((one[k] == two[k]));
         CHECK((one[k] == three[k]));
     }
 }
 
-TEST_CASE("velocity files follow the conventions of the hosts", "[command]") {
+TEST_CASE("command: velocity files follow the conventions of the hosts", "[command]") {
     const Folder folder;
     folder.mustRun("-sphere " + kSmall +
                    "-velocity dim=8 name=v density=1 potentials=1 half=1 -write grid=0,1,2,3 all.vdb "
@@ -186,7 +186,7 @@ TEST_CASE("velocity files follow the conventions of the hosts", "[command]") {
         names.push_back(grid->getName());
         CAPTURE(grid->getName());
         CHECK(grid->saveFloatAsHalf());
-        CHECK(grid->getCreator() == "Curlew"); // "Houdini…" would make Blender turn it
+        CHECK(grid->getCreator() == "Curlew"); // Blender would rotate the grid if the creator began with "Houdini"
         CHECK(grid->activeVoxelCount() == all[0]->activeVoxelCount());
     }
     CHECK(names == std::vector<std::string>{"v", "density", "f", "g"});
@@ -204,13 +204,14 @@ TEST_CASE("velocity files follow the conventions of the hosts", "[command]") {
         return grid;
     };
     CHECK(one("mac.vdb")->getGridClass() == openvdb::GRID_STAGGERED);
-    CHECK(one("plain.vdb")->getGridClass() == openvdb::GRID_UNKNOWN); // RenderMan and Blender know no staggering
+    CHECK(one("plain.vdb")->getGridClass() ==
+          openvdb::GRID_UNKNOWN); // RenderMan and Blender do not support staggered grids
     CHECK_FALSE(one("plain.vdb")->saveFloatAsHalf());
     CHECK(one("half.vdb")->saveFloatAsHalf());
     CHECK(10 * fs::file_size(folder / "half.vdb") < 7 * fs::file_size(folder / "plain.vdb"));
 }
 
-TEST_CASE("points keep their positions, velocities and ids through every file", "[command]") {
+TEST_CASE("command: points keep positions and velocities and ids in every file format", "[command]") {
     const Folder folder;
     folder.mustRun(kSmall + "-scatter count=300 -advect time=0.2 steps=2 -write p.vdb p.ply p.csv");
     const auto grid = openvdb::GridBase::grid<openvdb::points::PointDataGrid>(readVdb(folder / "p.vdb").at(0));
@@ -218,7 +219,8 @@ TEST_CASE("points keep their positions, velocities and ids through every file", 
     const Points points = pointsOf(*grid);
     REQUIRE(points.size() == 300);
     REQUIRE(points.hasVelocity());
-    CHECK_THAT(test::bytesOf(folder / "p.ply"), Contains("element vertex 300") && Contains("property float vx"));
+    CHECK_THAT(test::bytesOf(folder / "p.ply"),
+               ContainsSubstring("element vertex 300") && ContainsSubstring("property float vx"));
     std::istringstream csv(test::bytesOf(folder / "p.csv"));
     std::string line;
     std::getline(csv, line);
@@ -234,13 +236,13 @@ TEST_CASE("points keep their positions, velocities and ids through every file", 
         REQUIRE(std::abs(points.x[k] - x) < 1e-6);
         REQUIRE(std::abs(double(points.vz[k]) - vz) < 1e-6);
     }
-    // And back into the command.
+    // Read the points back.
     const auto outcome = folder.mustRun("-read p.vdb -print -write again.csv");
-    CHECK_THAT(outcome.out, Contains("300 points, with velocity"));
+    CHECK_THAT(outcome.out, ContainsSubstring("300 points, with velocity"));
     CHECK(test::linesIn(test::bytesOf(folder / "again.csv")) == 301);
 }
 
-TEST_CASE("OpenVDB's own tools open what is written", "[command]") {
+TEST_CASE("command: OpenVDB tools open the written files", "[command]") {
     const Folder folder;
     folder.mustRun("-sphere " + kSmall +
                    "-velocity dim=8 density=1 potentials=1 half=1 -write grid=0,1,2,3 vel.vdb "
@@ -253,19 +255,19 @@ TEST_CASE("OpenVDB's own tools open what is written", "[command]") {
         for (const char* name : {"Name: vel", "Name: density", "Name: f", "Name: g", "Tree_vec3s_5_4_3",
                                  "Tree_float_5_4_3", "contravariant relative", "class: fog volume",
                                  "is_saved_as_half_float: true", "creator: Curlew", "Background value: [0, 0, 0]"})
-            CHECK_THAT(vel.out, Contains(name));
-        CHECK_THAT(mac.out, Contains("Name: mac") && Contains("class: staggered"));
+            CHECK_THAT(vel.out, ContainsSubstring(name));
+        CHECK_THAT(mac.out, ContainsSubstring("Name: mac") && ContainsSubstring("class: staggered"));
         CHECK(points.status == 0);
-        CHECK_THAT(points.out, Contains("Tree_ptdataidx32_5_4_3"));
+        CHECK_THAT(points.out, ContainsSubstring("Tree_ptdataidx32_5_4_3"));
     }
     if (installed("vdb_tool")) {
         const auto vel = folder.shell("vdb_tool -read vel.vdb -print 2>&1"),
                    points = folder.shell("vdb_tool -read points.vdb -print 2>&1");
         CHECK(vel.status == 0);
         for (const char* name : {"\"vel\"", "\"density\"", "\"f\"", "\"g\"", "\"vec3s\"", "\"float\""})
-            CHECK_THAT(vel.out, Contains(name));
+            CHECK_THAT(vel.out, ContainsSubstring(name));
         CHECK(points.status == 0);
-        CHECK_THAT(points.out, Contains("\"points\""));
+        CHECK_THAT(points.out, ContainsSubstring("\"points\""));
     }
     if (installed("/usr/bin/python3") && folder.shell("/usr/bin/python3 -c 'import pyopenvdb'").status == 0) {
         store(folder / "show.py",
@@ -284,13 +286,13 @@ TEST_CASE("OpenVDB's own tools open what is written", "[command]") {
               "density; FloatGrid; -; fog volume; True; 0.0; Curlew\n", "f; FloatGrid; -; unknown; True; 0.0; Curlew\n",
               "g; FloatGrid; -; unknown; True; 0.0; Curlew\n",
               "mac; Vec3SGrid; contravariant relative; staggered; False; (0.0, 0.0, 0.0); Curlew\n"})
-            CHECK_THAT(shown.out, Contains(line));
+            CHECK_THAT(shown.out, ContainsSubstring(line));
     } else {
         WARN("skipped: pyopenvdb is not installed");
     }
 }
 
-TEST_CASE("pictures have the size and channel that were asked for", "[command]") {
+TEST_CASE("command: pictures have the requested size and channel", "[command]") {
     const Folder folder;
     folder.mustRun(kSmall + "-slice show=vx width=64 -write vx.exr vx.png bare.png legend=0 -print");
     const Image exr = readExr(folder / "vx.exr");
@@ -300,10 +302,11 @@ TEST_CASE("pictures have the size and channel that were asked for", "[command]")
     CHECK(head == "\x89PNG\r\n\x1a\n");
 }
 
-TEST_CASE("help tells all actions, and each of them in full", "[command]") {
+TEST_CASE("command: help lists all actions and describes each", "[command]") {
     const Folder folder;
     CHECK(folder.mustRun("-help").out == app::helpOverview(app::registry()));
-    CHECK(folder.mustRun("").out == app::helpOverview(app::registry())); // who types nothing wants to know more
+    CHECK(folder.mustRun("").out ==
+          app::helpOverview(app::registry())); // without arguments, the command prints the overview
     CHECK(folder.mustRun("-help format=markdown").out == app::helpTable(app::registry()));
     std::string names, all;
     for (const auto& action : app::registry()) {
@@ -319,21 +322,23 @@ TEST_CASE("help tells all actions, and each of them in full", "[command]") {
     const std::string version = folder.mustRun("-version").out;
     CHECK_THAT(version, StartsWith(app::versionLine()));
     for (const char* library : {"OpenVDB ", "oneTBB ", "Assimp ", "Embree ", "libpng "})
-        CHECK_THAT(version, Contains(library));
+        CHECK_THAT(version, ContainsSubstring(library));
 }
 
-TEST_CASE("the command says as much as it is asked to", "[command]") {
+TEST_CASE("command: quiet and verbose control the output", "[command]") {
     const Folder folder;
     const auto quiet = folder.mustRun("-quiet " + kSmall + "-velocity dim=8 -write a.vdb -check samples=100");
     CHECK(quiet.err.empty());
     CHECK(quiet.out.empty());
     const auto normal = folder.mustRun(kSmall + "-velocity dim=8 -write a.vdb");
-    CHECK_THAT(normal.err, Contains("velocity: 729 active voxels") && Contains("wrote a.vdb"));
+    CHECK_THAT(normal.err, ContainsSubstring("velocity: 729 active voxels") && ContainsSubstring("wrote a.vdb"));
     CHECK(normal.out.empty());
     const auto verbose = folder.mustRun("-verbose " + kSmall + "-velocity dim=8");
-    CHECK_THAT(verbose.err, Contains("-noise seed=1: ") && Contains(" s, peak memory ") && Contains(" %  -velocity\n"));
+    CHECK_THAT(verbose.err, ContainsSubstring("-noise seed=1: ") && ContainsSubstring(" s, peak memory ") &&
+                                ContainsSubstring(" %  -velocity\n"));
     const auto print = folder.mustRun("-sphere " + kSmall + "-velocity dim=8 -print");
-    CHECK_THAT(print.out, Contains("flow 0: ") && Contains("grid 0: 'vel' vec3s") && Contains("field 0: -sphere"));
+    CHECK_THAT(print.out, ContainsSubstring("flow 0: ") && ContainsSubstring("grid 0: 'vel' vec3s") &&
+                              ContainsSubstring("field 0: -sphere"));
     folder.mustRun("-quiet " + kSmall + "-check samples=100 -report run.json -write too.json");
     const auto report = test::jsonOf(folder / "run.json");
     CHECK(report["actions"][1]["action"] == "-noise seed=1");
@@ -341,17 +346,17 @@ TEST_CASE("the command says as much as it is asked to", "[command]") {
     CHECK(fs::exists(folder / "too.json"));
 }
 
-TEST_CASE("the demo scene can be run from the top of the checkout", "[command]") {
+TEST_CASE("command: the demo scene runs from the root of the checkout", "[command]") {
     const Folder folder;
-    // Read and checked, but not run: its first action is not there.
+    // The scene is parsed and checked but not run, since the input of its first action is missing.
     const auto outcome =
         folder.shell("cd '" + test::sourceDir() + "' && curlew -read missing.obj -config scenes/demo.txt");
     CHECK(outcome.status == 1);
-    CHECK_THAT(outcome.err, Contains("missing.obj"));
+    CHECK_THAT(outcome.err, ContainsSubstring("missing.obj"));
     CHECK(test::linesIn(outcome.err) == 1);
 }
 
-TEST_CASE("a scene does what its command line does", "[command]") {
+TEST_CASE("command: a scene gives the same files as its command line", "[command]") {
     const Folder folder;
     store(folder / "a scene.txt", "noise seed=1 # f\nnoise seed=2\ndfvn\nvelocity dim=8\nwrite 'my file.vdb'\n");
     folder.mustRun("-quiet -config 'a scene.txt'");
@@ -359,7 +364,7 @@ TEST_CASE("a scene does what its command line does", "[command]") {
     CHECK((test::bytesOf(folder / "my file.vdb") == test::bytesOf(folder / "line.vdb")));
 }
 
-TEST_CASE("a program fails where a figure is not what it expects", "[command]") {
+TEST_CASE("command: expect fails if a figure of the report is out of bounds", "[command]") {
     const Folder folder;
     const std::string points = "-set n=50 -sphere -scatter count={2*n} -jitter count={n*2} ";
     folder.mustRun(points + "-expect jitter/points min={n} max={4*n} -report run.json");
@@ -386,7 +391,7 @@ TEST_CASE("a program fails where a figure is not what it expects", "[command]") 
     folder.mustFail("-config sized.txt -set scale=3", {"'scale' is already 2", "before -config"});
 }
 
-TEST_CASE("files can have any name", "[command]") {
+TEST_CASE("command: file names may contain any characters", "[command]") {
     const Folder folder;
     const std::string names = "'a b.csv' ./-dash.csv ./a=b.csv 'ü∂.csv' '#1.csv' \"'q'.csv\" a.b.CSV";
     folder.mustRun("-scatter box=0,0,0,1,1,1 count=10 -write " + names);
@@ -394,7 +399,7 @@ TEST_CASE("files can have any name", "[command]") {
           std::set<std::string>{"a b.csv", "-dash.csv", "a=b.csv", "ü∂.csv", "#1.csv", "'q'.csv", "a.b.CSV"});
 }
 
-TEST_CASE("points that go on in another flow start a new track", "[command]") {
+TEST_CASE("command: points advected in another flow start a new track", "[command]") {
     const Folder folder;
     const std::string ball = "-sphere -noise seed=1 -noise seed=2 -bound -dfvn speed=1 ";
     const std::string go = "-advect time=0.2 steps=4 ";

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/app/run/Console.h"
+#include "support/Catch.h"
 #include "support/Command.h"
 
-#include <catch2/catch.hpp>
 #include <fcntl.h>
 
 #include <thread>
 
 using namespace curlew::app;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
-/// What `work` prints to the standard error stream, which is a file then and no terminal.
+/// Returns what `work` prints to standard error, which is a file here, not a terminal.
 template <class Work>
 std::string heard(const Work& work) {
     const curlew::test::Folder folder;
@@ -29,7 +29,7 @@ std::string heard(const Work& work) {
 
 } // namespace
 
-TEST_CASE("a console says as much as it is asked to", "[app]") {
+TEST_CASE("Console: verbosity controls what is printed", "[app]") {
     const auto all = [](Console& console) {
         console.say("line");
         console.detail("detail");
@@ -51,7 +51,7 @@ TEST_CASE("a console says as much as it is asked to", "[app]") {
           }).empty());
 }
 
-TEST_CASE("progress is shown for what takes over a second, a line every few seconds", "[app]") {
+TEST_CASE("Console: progress is shown after one second and at most every few seconds", "[app]") {
     Console console(nullptr), quiet(nullptr);
     quiet.setVerbosity(Verbosity::quiet);
     CHECK_FALSE(quiet.follow("work").report);
@@ -67,10 +67,10 @@ TEST_CASE("progress is shown for what takes over a second, a line every few seco
         monitor.report(1);
     });
     CHECK(curlew::test::linesIn(text) == 1);
-    CHECK_THAT(text, Contains("long work") && Contains("25 %") && !Contains("\x1b"));
+    CHECK_THAT(text, ContainsSubstring("long work") && ContainsSubstring("25 %") && !ContainsSubstring("\x1b"));
 }
 
-TEST_CASE("a console speaks to its listener and to nobody else", "[app]") {
+TEST_CASE("Console: a listener receives all output instead of the standard streams", "[app]") {
     std::string said, printed;
     std::vector<double> fractions;
     bool stop = false;
@@ -100,7 +100,7 @@ TEST_CASE("a console speaks to its listener and to nobody else", "[app]") {
     CHECK_FALSE(deaf.cancelled());
 }
 
-TEST_CASE("a console knows whether the user has asked to stop", "[app]") {
+TEST_CASE("Console: cancelled reports that the user has asked to stop", "[app]") {
     bool stop = false;
     Console console([&] { return stop; }), deaf(nullptr);
     const auto monitor = console.follow("work");

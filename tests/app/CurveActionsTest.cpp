@@ -7,7 +7,7 @@
 
 using namespace curlew;
 using namespace curlew::test;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -22,12 +22,12 @@ size_t linesThatBegin(const std::string& text, const std::string& with) {
 
 } // namespace
 
-TEST_CASE("trace makes curves that every kind of file holds", "[app]") {
+TEST_CASE("trace action: writes curves to every file format", "[app]") {
     const Folder folder;
     const Outcome outcome =
         folder.mustRun(kFlow + "-scatter count=60 -trace limit=20 -write a.csv a.obj a.ply a.vdb r.json -print");
-    CHECK_THAT(outcome.err, Contains("trace: 60 curves of") && Contains("closed"));
-    CHECK_THAT(outcome.out, Contains("geometry 0: 60 curves"));
+    CHECK_THAT(outcome.err, ContainsSubstring("trace: 60 streamlines with") && ContainsSubstring("closed"));
+    CHECK_THAT(outcome.out, ContainsSubstring("geometry 0: 60 curves"));
     const auto report = jsonOf(folder / "r.json").at("trace");
     const auto vertices = report.at("vertices").get<size_t>();
     const auto closed = report.at("closed").get<size_t>();
@@ -53,14 +53,14 @@ TEST_CASE("trace makes curves that every kind of file holds", "[app]") {
     const std::string obj = bytesOf(folder / "a.obj");
     CHECK(linesThatBegin(obj, "v ") == vertices);
     CHECK(linesThatBegin(obj, "l ") == 60);
-    CHECK_THAT(bytesOf(folder / "a.ply"), Contains(fmt::format("element edge {}\n", vertices - 60 + closed)));
+    CHECK_THAT(bytesOf(folder / "a.ply"), ContainsSubstring(fmt::format("element edge {}\n", vertices - 60 + closed)));
     const auto grid = openvdb::gridPtrCast<openvdb::points::PointDataGrid>(readVdb(folder / "a.vdb").at(0));
     REQUIRE(grid);
     CHECK(grid->getName() == "curves");
     CHECK(pointsOf(*grid).size() == vertices);
 }
 
-TEST_CASE("trace takes its options", "[app]") {
+TEST_CASE("trace action: options take effect", "[app]") {
     const Folder folder;
     const std::string seed = "-vortex turns=1 core=0.5 -scatter count=1 box=0.5,0,0,0.6,0.1,0.1 ";
     const auto rows = [&](const std::string& options) {
@@ -77,32 +77,32 @@ TEST_CASE("trace takes its options", "[app]") {
     const Table time = rows("by=time step=0.01 limit=0.05 turn=90");
     CHECK(time.header.substr(time.header.rfind(',')) == ",time");
     CHECK(time.rows.size() == 6);
-    CHECK(rows("closure=0 limit=9 step=0.1 turn=90").rows.size() == 91); // around more than once
+    CHECK(rows("closure=0 limit=9 step=0.1 turn=90").rows.size() == 91); // more than one turn
     CHECK(rows("limit=9 step=0.1 turn=90").rows.size() < 60);
-    // A smaller angle, more vertices.
+    // A smaller angle gives more vertices.
     CHECK(rows("step=0.1 turn=5").rows.size() > rows("step=0.1 turn=90").rows.size());
 }
 
-TEST_CASE("the newest points or curves are written, or those that are asked for", "[app]") {
+TEST_CASE("write: writes the newest points or curves or the selected ones", "[app]") {
     const Folder folder;
     folder.mustRun(kFlow +
                    "-scatter count=5 -trace limit=1 -write a.ply -scatter count=7 -write b.ply a.obj -write "
                    "geo=1 c.ply d.vdb -write geo=0 e.vdb");
-    CHECK_THAT(bytesOf(folder / "a.ply"), Contains("element edge"));
-    CHECK_THAT(bytesOf(folder / "b.ply"), Contains("element vertex 7\n"));
-    CHECK_THAT(bytesOf(folder / "c.ply"), Contains("element edge"));
+    CHECK_THAT(bytesOf(folder / "a.ply"), ContainsSubstring("element edge"));
+    CHECK_THAT(bytesOf(folder / "b.ply"), ContainsSubstring("element vertex 7\n"));
+    CHECK_THAT(bytesOf(folder / "c.ply"), ContainsSubstring("element edge"));
     CHECK(linesThatBegin(bytesOf(folder / "a.obj"), "l ") == 5);
     CHECK(readVdb(folder / "d.vdb").at(0)->getName() == "curves");
     CHECK(readVdb(folder / "e.vdb").at(0)->getName() == "points");
-    // Of several points, the seeds that are asked for.
+    // If several sets of points exist, the option chooses the seeds.
     folder.mustRun(kFlow + "-scatter count=5 -scatter count=7 -trace limit=0.1 geo=1 -write f.obj");
     CHECK(linesThatBegin(bytesOf(folder / "f.obj"), "l ") == 5);
 }
 
-TEST_CASE("trace of what has no tracks, and of nothing", "[app]") {
+TEST_CASE("trace action: flows without tracks and missing inputs", "[app]") {
     const Folder folder;
     const Outcome sum = folder.mustRun("-noise -curl offset=10 -scatter count=5 -trace limit=1 -write a.csv r.json");
-    CHECK_THAT(sum.err, Contains("no tracks"));
+    CHECK_THAT(sum.err, ContainsSubstring("no tracks"));
     CHECK(tableOf(folder / "a.csv").header == "curve,vertex,closed,x,y,z,vx,vy,vz,speed,length");
     CHECK_FALSE(jsonOf(folder / "r.json").at("trace").contains("drift_f_rms"));
     folder.mustFail(kFlow + "-trace", {"-trace", "needs points", "-scatter"});
@@ -115,7 +115,7 @@ TEST_CASE("trace of what has no tracks, and of nothing", "[app]") {
     folder.mustFail("-noise -curl offset=10 -scatter count=5 -trace reproject=newton", {"-trace", "no tracks"});
 }
 
-TEST_CASE("trace gives the same bytes for any number of threads", "[app]") {
+TEST_CASE("trace action: bytes do not depend on the number of threads", "[app]") {
     const Folder folder;
     for (const std::string threads : {"1", "2"})
         folder.mustRun("-threads " + threads + " " + kFlow +

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "support/Catch.h"
 #include "support/Command.h"
 #include "support/SessionCommand.h"
 
-#include <catch2/catch.hpp>
 #include <fmt/format.h>
 
 #include <cmath>
@@ -10,11 +10,11 @@
 
 using namespace curlew;
 using namespace curlew::app;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
-/// The particles at the end of every frame of a scene.
+/// Returns the particles at the end of each frame of a scene.
 std::vector<Points> framesOf(const std::string& before, const std::string& block) {
     test::Scenes scenes;
     std::vector<Points> frames;
@@ -30,7 +30,7 @@ Points afterwards(const std::string& scene) {
 
 } // namespace
 
-TEST_CASE("as many are born as the rate says, each at its own time", "[app]") {
+TEST_CASE("emit: births follow the rate and each has its own time", "[app]") {
     const double rate = GENERATE(1.0, 7.0, 100.0, 999.5);
     const auto frames = framesOf("sphere", fmt::format("frames 1-49 fps=24\nemit rate={}", rate));
     REQUIRE(frames.size() == 49);
@@ -42,7 +42,7 @@ TEST_CASE("as many are born as the rate says, each at its own time", "[app]") {
         if (frame % 24 == 0) CHECK(static_cast<double>(p.size()) == std::floor(rate * time));
         for (size_t k = 0; k < p.size(); ++k) {
             CHECK(p.id[k] == static_cast<int64_t>(k));
-            // Particle k is born at (k + 1) / rate; ages are sums of floats.
+            // Particle k is born at (k + 1) / rate. Ages are sums of floats, hence the margin.
             CHECK(p.age[k] == Approx(time - static_cast<double>(k + 1) / rate).margin(1e-5));
         }
     }
@@ -50,13 +50,13 @@ TEST_CASE("as many are born as the rate says, each at its own time", "[app]") {
     CHECK_FALSE(frames.back().hasLife());
 }
 
-TEST_CASE("a rate may change, even to nothing", "[app]") {
+TEST_CASE("emit: the rate may change and become zero", "[app]") {
     const auto frames = framesOf("sphere", "frames 1-25 fps=24\nemit rate='{F<14 ? 240 : 0}'");
     CHECK(frames[12].size() == 120);
     CHECK(frames[24].size() == 120);
 }
 
-TEST_CASE("particles die at their age, and those that are left keep their ids and places", "[app]") {
+TEST_CASE("emit: particles die after their life and the others keep ids and positions", "[app]") {
     const auto frames = framesOf("sphere", "frames 1-30 fps=10\nemit rate=100 life=1 spread=0.5 seed=3");
     std::map<int64_t, std::pair<float, double>> known;
     size_t shortest = 0, longest = 0;
@@ -76,17 +76,17 @@ TEST_CASE("particles die at their age, and those that are left keep their ids an
             longest += place.first > 1.25F;
         }
     }
-    // Uniform in [0.5, 1.5]: a quarter each, of 200, within 5 sigma.
+    // Lives are uniform in [0.5, 1.5]: each outer quarter has 50 of 200 particles, within 5 sigma.
     CHECK(std::abs(static_cast<double>(shortest) - 50) < 31);
     CHECK(std::abs(static_cast<double>(longest) - 50) < 31);
-    // Born at 100 / s, living for 1 s on average: 100 of them, of lives that vary.
+    // 100 births per second and a mean life of 1 s give about 100 particles; the lives vary.
     CHECK(frames.back().size() > 85);
     CHECK(frames.back().size() < 115);
-    for (const Points& p : frames) // without a spread, all have the same life
+    for (const Points& p : frames) // the longest life is 1.5 s
         CHECK(p.size() <= 151);
 }
 
-TEST_CASE("where a particle is born depends on the seed and its id alone", "[app]") {
+TEST_CASE("emit: the position of a birth depends on the seed and the id only", "[app]") {
     const auto slow = framesOf("sphere", "frames 1-11 fps=10\nemit rate=50 seed=1").back();
     const auto fast = framesOf("sphere", "frames 1-3 fps=2\nemit rate=100 seed=1").back();
     const auto other = framesOf("sphere", "frames 1-11 fps=10\nemit rate=50 seed=2").back();
@@ -99,14 +99,14 @@ TEST_CASE("where a particle is born depends on the seed and its id alone", "[app
     }
 }
 
-TEST_CASE("points that were there join those that are born", "[app]") {
+TEST_CASE("emit: newborn particles join existing points", "[app]") {
     const auto frames = framesOf("noise\nnoise seed=1\ndfvn\nscatter count=20\nadvect time=0.1 steps=1",
                                  "frames 1-3 fps=10\nemit rate=50\nadvect time=0.1 steps=2");
     REQUIRE(frames.back().size() == 30);
     const Points& p = frames.back();
     for (size_t k = 0; k < 30; ++k) CHECK(p.id[k] == static_cast<int64_t>(k));
     for (size_t k = 0; k < 20; ++k) CHECK(p.age[k] == Approx(0.2));
-    // Those who are born are on tracks of their own, in the same flow.
+    // Newborn particles have their own tracks in the same flow.
     REQUIRE(p.hasTrack());
     const auto first = frames[1];
     REQUIRE(first.size() == 25);
@@ -117,7 +117,7 @@ TEST_CASE("points that were there join those that are born", "[app]") {
     }
 }
 
-TEST_CASE("two emitters add to the same points, and each keeps its count", "[app]") {
+TEST_CASE("emit: two emitters add to the same points and count separately", "[app]") {
     const auto frames = framesOf("",
                                  "frames 1-11 fps=10\nsphere radius=0.1\nemit rate=10\n"
                                  "sphere radius=0.1 offset=5,0,0\nemit rate=30");
@@ -128,22 +128,23 @@ TEST_CASE("two emitters add to the same points, and each keeps its count", "[app
     for (size_t k = 0; k < 40; ++k) CHECK(p.id[k] == static_cast<int64_t>(k));
 }
 
-TEST_CASE("emission from a shape that moves follows it", "[app]") {
+TEST_CASE("emit: emission follows a moving shape", "[app]") {
     const auto frames = framesOf("", "frames 1-4 fps=1\nsphere radius=0.1 offset={10*T},0,0\nemit rate=10");
     const Points& p = frames.back();
     REQUIRE(p.size() == 30);
     for (size_t k = 0; k < 30; ++k) CHECK(std::abs(p.x[k] - 10 * std::ceil((static_cast<double>(k) + 0.5) / 10)) < 0.1);
 }
 
-TEST_CASE("what cannot be emitted is an error", "[app]") {
-    CHECK_THROWS_WITH(afterwards("sphere\nemit"), Contains("-frames"));
-    CHECK_THROWS_WITH(afterwards("frames 1-2\nemit"), Contains("scene:2: -emit") && Contains("shape"));
-    CHECK_THROWS_WITH(afterwards("frames 1-2\nsphere\nemit rate=1e15"), Contains("births in a frame"));
-    CHECK_THROWS_WITH(afterwards("frames 1-2\nsphere\nemit rate=-1"), Contains("rate=-1"));
-    CHECK_THROWS_WITH(afterwards("frames 1-2\nsphere\nemit life=0"), Contains("life=0"));
+TEST_CASE("emit: invalid options and missing frames are errors", "[app]") {
+    CHECK_THROWS_WITH(afterwards("sphere\nemit"), ContainsSubstring("-frames"));
+    CHECK_THROWS_WITH(afterwards("frames 1-2\nemit"),
+                      ContainsSubstring("scene:2: -emit") && ContainsSubstring("shape"));
+    CHECK_THROWS_WITH(afterwards("frames 1-2\nsphere\nemit rate=1e15"), ContainsSubstring("births in one frame"));
+    CHECK_THROWS_WITH(afterwards("frames 1-2\nsphere\nemit rate=-1"), ContainsSubstring("rate=-1"));
+    CHECK_THROWS_WITH(afterwards("frames 1-2\nsphere\nemit life=0"), ContainsSubstring("life=0"));
 }
 
-TEST_CASE("points are removed outside or inside of a box or a shape", "[app]") {
+TEST_CASE("kill: removes points outside or inside a box or a shape", "[app]") {
     const std::string some = "sphere radius=2\nscatter count=3000\n";
     const Points all = afterwards(some);
     const auto radius = [](const Points& p, size_t k) { return std::hypot(p.x[k], p.y[k], p.z[k]); };
@@ -159,14 +160,14 @@ TEST_CASE("points are removed outside or inside of a box or a shape", "[app]") {
         REQUIRE((inBox.x[k] >= 0 && inBox.x[k] <= 1 && std::abs(inBox.y[k]) <= 1 && std::abs(inBox.z[k]) <= 1));
     for (size_t k = 0; k < inShape.size(); ++k) REQUIRE(radius(inShape, k) < 1);
     for (size_t k = 0; k < offShape.size(); ++k) REQUIRE(radius(offShape, k) > 1);
-    // Those that are left keep their ids.
+    // The remaining points keep their ids.
     for (const Points* part : {&inBox, &offBox, &inShape, &offShape})
         for (size_t k = 0; k < part->size(); ++k) REQUIRE(part->x[k] == all.x[static_cast<size_t>(part->id[k])]);
-    CHECK_THROWS_WITH(afterwards("sphere\nkill"), Contains("-scatter"));
-    CHECK_THROWS_WITH(afterwards("scatter box=0,0,0,1,1,1\nkill"), Contains("shape"));
+    CHECK_THROWS_WITH(afterwards("sphere\nkill"), ContainsSubstring("-scatter"));
+    CHECK_THROWS_WITH(afterwards("scatter box=0,0,0,1,1,1\nkill"), ContainsSubstring("shape"));
 }
 
-TEST_CASE("points come back in at the other side of a periodic box", "[app]") {
+TEST_CASE("wrap: points re-enter a periodic box on the other side", "[app]") {
     const std::string some = "scatter count=2000 box=-7,-7,-7,9,9,9\n";
     const Points all = afterwards(some), wrapped = afterwards(some + "wrap box=0,-1,2,1.5,1,3");
     const double lower[3] = {0, -1, 2}, upper[3] = {1.5, 1, 3};
@@ -179,16 +180,17 @@ TEST_CASE("points come back in at the other side of a periodic box", "[app]") {
             REQUIRE((to[axis] >= lower[axis] && to[axis] < upper[axis]));
             REQUIRE(std::abs(periods - std::round(periods)) < 1e-13 * 16);
         }
-        // What is in the box already does not move by a bit.
+        // Points that are already inside the box keep their positions exactly.
         if (from[0] >= 0 && from[0] < 1.5) REQUIRE(to[0] == from[0]);
     }
-    // By default, the box of the flow.
+    // The default is the box of the flow.
     const Points home = afterwards("scatter count=100 box=3,3,3,4,4,4\nnoise\nnoise seed=1\ndfvn\nwrap");
     for (size_t k = 0; k < home.size(); ++k) REQUIRE(std::abs(home.x[k]) <= 1);
-    CHECK_THROWS_WITH(afterwards("scatter box=0,0,0,1,1,1\nwrap"), Contains("-wrap") && Contains("needs a flow"));
+    CHECK_THROWS_WITH(afterwards("scatter box=0,0,0,1,1,1\nwrap"),
+                      ContainsSubstring("-wrap") && ContainsSubstring("needs a flow"));
 }
 
-TEST_CASE("a periodic flow sees no difference between a point and the one that came back in", "[app]") {
+TEST_CASE("wrap: a periodic flow moves wrapped points as if they were not wrapped", "[app]") {
     const std::string flow = "noise period=2 frequency=1 seed=1\nnoise period=2 frequency=1 seed=2\ndfvn\n";
     const std::string move = "advect time=0.5 steps=5\n";
     const Points straight = afterwards(flow + "scatter count=200 box=0,0,0,2,2,2\n" + move + move);
@@ -197,12 +199,12 @@ TEST_CASE("a periodic flow sees no difference between a point and the one that c
     for (size_t k = 0; k < straight.size(); ++k) {
         const double periods = (straight.x[k] - wrapped.x[k]) / 2;
         CAPTURE(k);
-        REQUIRE(std::abs(periods - std::round(periods)) < 1e-6); // the reprojection's tolerance
+        REQUIRE(std::abs(periods - std::round(periods)) < 1e-6); // the tolerance of the reprojection
         REQUIRE(straight.f[k] == wrapped.f[k]);
     }
 }
 
-TEST_CASE("particles in files have the attributes that hosts know", "[app]") {
+TEST_CASE("emit: particle files have the attributes that hosts know", "[app]") {
     const test::Folder folder;
     folder.mustRun(
         "-quiet -noise -noise seed=1 -dfvn -frames 1-3 -emit rate=480 life=5 -advect time=0.1 steps=2 "
@@ -210,7 +212,7 @@ TEST_CASE("particles in files have the attributes that hosts know", "[app]") {
     CHECK_THAT(test::bytesOf(folder / "p.0001.csv"), Catch::StartsWith("x,y,z"));
     CHECK_THAT(test::bytesOf(folder / "p.0003.csv"), Catch::StartsWith("x,y,z,vx,vy,vz,id,age,life,f,g\n"));
     CHECK(test::linesIn(test::bytesOf(folder / "p.0003.csv")) == 41);
-    // Read again, the particles have what they had.
+    // The particles keep their attributes if they are read again.
     folder.mustRun("-quiet -read p.0003.vdb -write again.csv");
     CHECK_THAT(test::bytesOf(folder / "again.csv"), Catch::StartsWith("x,y,z,vx,vy,vz,id,age,life\n"));
     folder.mustRun("-quiet -read b.0003.vdb -write blender.csv");

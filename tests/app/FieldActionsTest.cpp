@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/field/Algebra.h"
-#include "curlew/field/Map.h"
 #include "curlew/field/NoiseField.h"
 #include "curlew/field/Shapes.h"
+#include "curlew/field/Transforms.h"
 #include "curlew/flow/Flow.h"
 #include "support/ProbeCommand.h"
 
@@ -16,7 +16,7 @@ const ScalarField kF = noiseField<Psrd3>({}, {.frequency = 1.5}), kG = noiseFiel
 
 } // namespace
 
-TEST_CASE("the algebra of fields is the library's, in order of age", "[app][command]") {
+TEST_CASE("field actions: algebra gives the library's fields with the operands in order of age", "[app][command]") {
     const Folder folder;
     requireField(folder, kTwo + "-sum", kF + kG);
     requireField(folder, kTwo + "-subtract", kF - kG);
@@ -31,11 +31,11 @@ TEST_CASE("the algebra of fields is the library's, in order of age", "[app][comm
                  rampField(Vec<double, 2>{{1, 2}}) + noiseField<Psrd2>());
     requireField(folder, "-ramp direction=1,2,3,4,5 offset=6", rampField(Vec<double, 5>{{1, 2, 3, 4, 5}}, 6));
     requireField(folder, "-constant value=2 dim=6", constantField<6>(2));
-    // A field of the plane and one of space meet in space.
+    // The sum of a field in 2D and one in 3D is in 3D.
     requireField(folder, "-noise dim=2 -noise seed=1 -sum", projected(noiseField<Psrd2>(), Matrix<2, 3>{}) + kG);
 }
 
-TEST_CASE("fields are lifted onto graphs and made into terrains", "[app][command]") {
+TEST_CASE("field actions: lift and height restrict fields to graphs and make terrains", "[app][command]") {
     const Folder folder;
     const auto plane = noiseField<Psrd2>({}, {.amplitude = 0.4});
     requireField(folder, "-noise dim=2 amplitude=0.4 -noise type=simplex -lift",
@@ -49,20 +49,20 @@ TEST_CASE("fields are lifted onto graphs and made into terrains", "[app][command
         placed(noiseField<Psrd2>(), PlacementN<2>{.offset = {{1, 2}}, .rotate = {{0, 0, 20}}, .scale = {{2, 3}}}));
 }
 
-TEST_CASE("shapes are united, intersected and subtracted", "[app][command]") {
+TEST_CASE("field actions: union and intersection and difference combine shapes", "[app][command]") {
     const Folder folder;
     const Sdf ball = sphereSdf(0.8), box = boxSdf({{1, 1, 1}}, 0.2);
     const std::string shapes = "-sphere radius=0.8 -box size=1 ";
     requireField(folder, shapes + "-union", unite(ball, box, 0.1).distance);
     requireField(folder, shapes + "-intersection smoothing=0.2", intersect(ball, box, 0.2).distance);
     requireField(folder, shapes + "-difference smoothing=0", subtract(ball, box, 0).distance);
-    // The result is a shape again: it can be a wall.
+    // The result is a shape, so it can be a wall.
     folder.mustRun(shapes +
                    "-difference -noise seed=1 -noise seed=2 -bound width=0.05 -dfvn speed=1 -scatter count=300 "
                    "-advect time=0.3 steps=3 -check strict=1 samples=500");
 }
 
-TEST_CASE("fields that do not fit are refused, and stay", "[app][command]") {
+TEST_CASE("field actions: unsuitable fields are refused", "[app][command]") {
     const Folder folder;
     folder.mustFail("-noise type=simplex dim=4 -noise -sum", {"-sum", "4 and 3 dimensions"});
     folder.mustFail("-noise -quotient", {"-quotient", "a field", "only one"});
@@ -70,10 +70,10 @@ TEST_CASE("fields that do not fit are refused, and stay", "[app][command]") {
     folder.mustFail(kTwo + "-min smoothing=-1", {"-min", "smoothing=-1"});
     folder.mustFail(kTwo + "-displace keep=1 -displace", {"-displace", "third derivatives"});
     folder.mustFail("-noise -lift", {"-lift", "graph=", "only one"});
-    folder.mustFail("-noise -noise -lift", {"-lift", "functions of 2", "has 3"});
+    folder.mustFail("-noise -noise -lift", {"-lift", "function of the graph needs 2", "has 3"});
     folder.mustFail("-noise -noise type=simplex dim=4 -lift functions=2", {"-lift", "graph=", "2 objects"});
     folder.mustFail("-noise type=value dim=1 -noise type=value dim=1 -lift", {"-lift"});
-    folder.mustFail("-noise type=simplex dim=7 -height", {"-height", "7 dimensions"});
+    folder.mustFail("-noise type=simplex dim=7 -height", {"-height", "at most 6 dimensions"});
     folder.mustFail("-clip", {"-clip", "a field", "none"});
     folder.mustFail("-sphere -noise -union", {"-union", "a shape", "only one"});
     folder.mustFail("-sphere -transform scale=0", {"-transform", "zero"});
@@ -81,11 +81,11 @@ TEST_CASE("fields that do not fit are refused, and stay", "[app][command]") {
     folder.mustFail("-noise type=simplex dim=4 -sphere -bound field=1", {"-bound", "4 dimensions"});
 }
 
-TEST_CASE("checking a field tells its range in any dimension", "[app][command]") {
+TEST_CASE("check: reports the range of a field in any dimension", "[app][command]") {
     const Folder folder;
     folder.mustRun("-ramp direction=1,2 -check report=a.json samples=5000");
     const auto ramp = jsonOf(folder / "a.json");
-    // Over the square from -1 to 1: values of ±3, a mean square of (1 + 4) / 3, a gradient of √5.
+    // Over the square [-1, 1]²: values between -3 and 3, a mean square of (1 + 4) / 3, a gradient of √5.
     CHECK(ramp["field_min"].get<double>() == Approx(-3).margin(0.1));
     CHECK(ramp["field_max"].get<double>() == Approx(3).margin(0.1));
     CHECK(ramp["field_rms"].get<double>() == Approx(std::sqrt(5.0 / 3)).epsilon(0.03));

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/app/registry/Expression.h"
+#include "support/Catch.h"
 #include "support/Command.h"
 #include "support/SessionCommand.h"
 
-#include <catch2/catch.hpp>
-
 using namespace curlew;
 using namespace curlew::app;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using test::Folder;
 namespace fs = std::filesystem;
 
@@ -17,7 +16,7 @@ const std::string kDust = "-noise -noise seed=1 -dfvn -scatter count=10 ";
 
 } // namespace
 
-TEST_CASE("a run of # and printf's %d stand for the frame as $F does", "[app]") {
+TEST_CASE("file names: hash marks and printf's %d stand for the frame as $F does", "[app]") {
     const Moment moment{.frame = 17, .time = 0.5};
     for (const auto& [pattern, text] : std::vector<std::pair<std::string, std::string>>{{"a.####.ply", "a.0017.ply"},
                                                                                         {"a.##.ply", "a.17.ply"},
@@ -35,45 +34,47 @@ TEST_CASE("a run of # and printf's %d stand for the frame as $F does", "[app]") 
     }
 }
 
-TEST_CASE("a file that each frame would overwrite is refused, unless overwrite=1", "[app]") {
+TEST_CASE("file names: a file that each frame would overwrite is refused without overwrite=1", "[app]") {
     const Folder folder;
     for (const char* name : {"o.vdb", "o..vdb", "o.{floor(F/10)}.vdb"}) {
         CAPTURE(name);
         folder.mustFail(kDust + "-frames 1-3 -advect -write '" + name + "'",
-                        {"-write", "frame 1 and in frame 2", ".####.vdb", "overwrite=1"});
+                        {"-write", "frame 1 and again in frame 2", ".####.vdb", "overwrite=1"});
     }
-    // Whatever part of the frames this process has.
+    // The check considers all frames, even if this process computes one part of them.
     folder.mustFail("-frames 1-4 part=1/4 -noise alpha={T} -slice width=8  -write o.png", {"overwrite=1"});
     folder.mustRun(kDust + "-frames 1-3 -advect -write o.vdb overwrite=1");
     folder.mustRun(kDust + "-frames 1-3 -advect -write a.####.ply b.%02d.ply 'c.$F4.ply'");
     for (const char* name : {"a.0001.ply", "a.0003.ply", "b.02.ply", "c.0003.ply"}) CHECK(fs::exists(folder / name));
-    folder.mustRun(kDust + "-frames 4 -advect -write one.ply");                     // one frame
-    folder.mustRun(kDust + "-frames 1-3 -advect -write report.json");               // the last report has all
-    folder.mustRun(kDust + "-write still.ply -frames 1-2 -advect -write p.##.ply"); // what is written once
+    folder.mustRun(kDust + "-frames 4 -advect -write one.ply");       // a single frame
+    folder.mustRun(kDust + "-frames 1-3 -advect -write report.json"); // the last report includes all frames
+    folder.mustRun(kDust + "-write still.ply -frames 1-2 -advect -write p.##.ply"); // written once, before the frames
 }
 
-TEST_CASE("a file that a program reads cannot be what it writes, but it may read what it has written", "[app]") {
+TEST_CASE("file names: an input cannot be overwritten but an own output may be read again", "[app]") {
     const Folder folder;
     folder.mustRun("-read " + test::sourceDir() + "/scenes/spot.obj -write ball.ply");
     const std::string before = test::bytesOf(folder / "ball.ply");
-    folder.mustFail("-read ball.ply -write ball.ply", {"-write", "ball.ply", "overwrite the input"});
-    folder.mustFail("-read ball.ply -write ball.ply overwrite=1", {"overwrite the input"});
-    folder.mustFail("-read ball.ply -write ./ball.ply", {"overwrite the input"});
-    folder.mustFail("-frames 1-2 -read ball.ply -write ball.ply overwrite=1", {"overwrite the input"});
+    folder.mustFail("-read ball.ply -write ball.ply", {"-write", "ball.ply", "overwrite an input"});
+    folder.mustFail("-read ball.ply -write ball.ply overwrite=1", {"overwrite an input"});
+    folder.mustFail("-read ball.ply -write ./ball.ply", {"overwrite an input"});
+    folder.mustFail("-frames 1-2 -read ball.ply -write ball.ply overwrite=1", {"overwrite an input"});
     CHECK(test::bytesOf(folder / "ball.ply") == before);
     folder.mustRun("-read ball.ply -write b.ply -read b.ply -write b.ply");
     folder.mustRun("-read ball.ply -write f.0.ply -frames 1-3 -read 'f.{F-1}.ply' -write 'f.{F}.ply'");
 }
 
-TEST_CASE("what is written is told: how much of what, and how large", "[app]") {
+TEST_CASE("write: reports the content and size of each file", "[app]") {
     const Folder folder;
     const auto said = [&](const std::string& arguments) { return folder.mustRun(arguments).err; };
     CHECK_THAT(said("-noise -noise seed=1 -dfvn -scatter count=5000 -advect steps=1 -write v.vdb"),
-               Contains("wrote v.vdb: 5,000 points (P v id f g), "));
-    CHECK_THAT(said("-scatter box=0,0,0,1,1,1 count=12 -write target=blender p.vdb p.ply"),
-               Contains("wrote p.vdb: 12 points (P id), ") && Contains("wrote p.ply: 12 points (P id), "));
+               ContainsSubstring("wrote v.vdb: 5,000 points (P v id f g), "));
+    CHECK_THAT(
+        said("-scatter box=0,0,0,1,1,1 count=12 -write target=blender p.vdb p.ply"),
+        ContainsSubstring("wrote p.vdb: 12 points (P id), ") && ContainsSubstring("wrote p.ply: 12 points (P id), "));
     CHECK_THAT(said("-noise -noise seed=1 -dfvn -velocity dim=16 staggered=1 density=1 -write grid=0,1 g.vdb"),
-               Contains("vel (vec3s, staggered, ") && Contains(" active voxels in ") && Contains("density (float, "));
-    CHECK_THAT(said("-noise -slice width=8 -write s.png"), Contains("wrote s.png: 8 x 8 pixels (value), "));
-    CHECK_THAT(said("-sphere -write r.json"), Contains("wrote r.json: JSON, "));
+               ContainsSubstring("vel (vec3s, staggered, ") && ContainsSubstring(" active voxels in ") &&
+                   ContainsSubstring("density (float, "));
+    CHECK_THAT(said("-noise -slice width=8 -write s.png"), ContainsSubstring("wrote s.png: 8 x 8 pixels (value), "));
+    CHECK_THAT(said("-sphere -write r.json"), ContainsSubstring("wrote r.json: JSON, "));
 }

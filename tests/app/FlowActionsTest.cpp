@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/field/Algebra.h"
-#include "curlew/field/Map.h"
 #include "curlew/field/NoiseField.h"
+#include "curlew/field/Transforms.h"
 #include "curlew/flow/Carried.h"
 #include "curlew/flow/Flows.h"
 #include "curlew/flow/Reshape.h"
@@ -22,7 +22,7 @@ const std::string kThreePlane = "-noise dim=2 seed=1 -noise dim=2 seed=2 -noise 
 
 } // namespace
 
-TEST_CASE("flows of the command are the library's", "[app][command]") {
+TEST_CASE("flow actions: give the library's flows", "[app][command]") {
     const Folder folder;
     requireFlow(folder, kTwo + "-dfvn", Flow(noise(1), noise(2)));
     requireFlow(folder, "-noise dim=2 seed=1 -dfvn", FlowN<2>({plane(1)}));
@@ -35,7 +35,7 @@ TEST_CASE("flows of the command are the library's", "[app][command]") {
                   noiseField<SimplexNoise<4>>({.seed = 3})}));
     requireFlow(folder, kThree + "-curl", curlFlow(std::array{noise(1), noise(2), noise(3)}));
     requireFlow(folder, kThreePlane + "-curl", curlFlow(std::array{plane(1), plane(2), plane(3)}));
-    // One noise three times, as the tutorial has it: the second sees x + 100, the third y + 100.
+    // One noise three times, as in the tutorial: the second is evaluated at x + 100, the third at y + 100.
     const auto moved = [](const Vec3d& by) { return placed(noise(1), {.offset = -by}); };
     requireFlow(folder, "-noise seed=1 -curl offset=100",
                 curlFlow(std::array{noise(1), moved({{100, 0, 0}}), moved({{0, 100, 0}})}));
@@ -49,7 +49,7 @@ TEST_CASE("flows of the command are the library's", "[app][command]") {
                 reshaped(Flow(noise(1), noise(2)), {.limit = 3, .f = {-0.5, 0.5}, .softness = 0.3}));
 }
 
-TEST_CASE("sums become grids and move points, unbound", "[app][command]") {
+TEST_CASE("flow actions: sums become grids and move points without a wall", "[app][command]") {
     const Folder folder;
     const std::string curl = kThree + "-curl speed=1 ";
     folder.mustRun(curl + "-velocity dim=16 staggered=1 -write curl.vdb -check report=curl.json samples=1000 strict=1");
@@ -57,12 +57,12 @@ TEST_CASE("sums become grids and move points, unbound", "[app][command]") {
     CHECK(jsonOf(folder / "curl.json")["divergence_free"] == true);
     const std::string advect = "-scatter count=100 -advect time=0.1 steps=5 ";
     const Outcome whole = folder.mustRun(curl + advect + "-write whole.csv whole.json");
-    CHECK_THAT(whole.err, Catch::Contains("a sum as a whole"));
+    CHECK_THAT(whole.err, Catch::ContainsSubstring("sum integrated as a whole"));
     CHECK(jsonOf(folder / "whole.json")["advect"]["splitting"] == "none");
     CHECK(jsonOf(folder / "whole.json")["advect"]["terms"] == 3);
-    // Whoever asks for reprojection gets it, term by term.
+    // If reprojection is requested, the flow is split into its terms.
     const Outcome split = folder.mustRun(curl + advect + "reproject=newton -write split.csv split.json");
-    CHECK_THAT(split.err, Catch::Contains("by splitting (strang)"));
+    CHECK_THAT(split.err, Catch::ContainsSubstring("by splitting (strang)"));
     CHECK(jsonOf(folder / "split.json")["advect"]["splitting"] == "strang");
     CHECK(jsonOf(folder / "split.json")["advect"]["label_drift"].get<double>() <= 1.001e-8);
     CHECK(bytesOf(folder / "whole.csv") != bytesOf(folder / "split.csv"));
@@ -71,18 +71,20 @@ TEST_CASE("sums become grids and move points, unbound", "[app][command]") {
     folder.mustFail(kThree + "-curl normalize=1 -scatter count=9 -advect splitting=strang", {"-advect", "normalised"});
     folder.mustFail(curl + "-reshape limit=1", {"-reshape", "two potentials"});
     folder.mustFail(curl + "-velocity dim=8 potentials=1", {"-velocity", "potentials=1", "tracks"});
-    // Its potentials are no tracks, so a slice of f is nothing that one could see particles follow; its speed is.
+    // The potentials of a curl flow do not label tracks, so its slice shows the speed.
     folder.mustRun(curl + "-slice width=16 -write curl.png");
 }
 
-TEST_CASE("a sum in a wall is followed term by term, and says which term does not fit", "[app][command]") {
+TEST_CASE("flow actions: a sum in a wall is followed term by term and terms that cross it are named",
+          "[app][command]") {
     const Folder folder;
     const std::string bound = "-sphere " + kTwo + "-bound -dfvn speed=1 ",
                       wind = bound + "-wind side=inside -superpose ",
                       move = "-scatter count=300 -advect time=2 steps=5 ";
     for (const std::string splitting : {"strang", "yoshida"}) {
         const Outcome tangent = folder.mustRun(wind + move + "splitting=" + splitting + " -check -write a.csv a.json");
-        CHECK_THAT(tangent.err, !Catch::Contains("wait there") && Catch::Contains("by splitting (" + splitting));
+        CHECK_THAT(tangent.err, !Catch::ContainsSubstring("points stop there") &&
+                                    Catch::ContainsSubstring("by splitting (" + splitting));
         const auto report = jsonOf(folder / "a.json");
         CHECK(report["advect"]["outside"] == 0);
         CHECK(report["check"]["outside"] == 0);
@@ -90,26 +92,28 @@ TEST_CASE("a sum in a wall is followed term by term, and says which term does no
         CHECK(report["advect"]["terms"] == 2);
         CHECK(report["advect"]["label_drift"].get<double>() <= 1.001e-8);
     }
-    // As a whole it keeps to its side, too.
+    // If the sum is followed as a whole, points stay on their side as well.
     const Outcome whole = folder.mustRun(wind + move + "-write c.json");
-    CHECK_THAT(whole.err, !Catch::Contains("wait there") && Catch::Contains("a sum as a whole"));
+    CHECK_THAT(whole.err,
+               !Catch::ContainsSubstring("points stop there") && Catch::ContainsSubstring("sum integrated as a whole"));
     CHECK(jsonOf(folder / "c.json")["advect"]["outside"] == 0);
 
     const Outcome crossing = folder.mustRun(bound + "-uniform -superpose " + move + "-write b.csv b.json");
-    CHECK_THAT(crossing.err, Catch::Contains("term 2 of 2 goes through the wall") && Catch::Contains("-bound"));
+    CHECK_THAT(crossing.err,
+               Catch::ContainsSubstring("term 2 of 2 crosses the wall") && Catch::ContainsSubstring("-bound"));
     CHECK(jsonOf(folder / "b.json")["advect"]["outside"] == 0);
     CHECK(jsonOf(folder / "b.json")["advect"]["not_converged"].get<int>() > 0);
     const Outcome free = folder.mustRun(wind + move + "reproject=none");
-    CHECK_THAT(free.err, Catch::Contains("may cross the wall"));
-    // In a sequence it is said once.
+    CHECK_THAT(free.err, Catch::ContainsSubstring("may cross the wall"));
+    // In a sequence, the warning is printed once.
     const Outcome frames =
         folder.mustRun("-frames 1-3 " + bound + "-uniform -superpose -scatter count=20 -advect -write a.{F}.csv");
-    const auto first = frames.err.find("goes through the wall");
+    const auto first = frames.err.find("crosses the wall");
     REQUIRE(first != std::string::npos);
-    CHECK(frames.err.find("goes through the wall", first + 1) == std::string::npos);
+    CHECK(frames.err.find("crosses the wall", first + 1) == std::string::npos);
 }
 
-TEST_CASE("wind of the command is the library's", "[app][command]") {
+TEST_CASE("flow actions: wind gives the library's wind", "[app][command]") {
     const Folder folder;
     const Sdf sphere = sphereSdf(0.5), box = boxSdf({{0.4, 1, 0.6}}, 0.05);
     const auto wall = [](const Sdf& sdf, double width, Side side = Side::outside) {
@@ -126,7 +130,7 @@ TEST_CASE("wind of the command is the library's", "[app][command]") {
     folder.mustFail("-sphere -wind direction=0,0,0", {"-wind", "direction"});
 }
 
-TEST_CASE("a normalised flow is measured, and not promised to be divergence-free", "[app][command]") {
+TEST_CASE("flow actions: a normalised flow is measured and not reported as divergence-free", "[app][command]") {
     const Folder folder;
     const std::string even = kTwo + "-dfvn normalize=1 speed=1.5 ";
     folder.mustRun(even + "-check report=even.json samples=1000 strict=1");
@@ -138,13 +142,13 @@ TEST_CASE("a normalised flow is measured, and not promised to be divergence-free
     folder.mustFail(even + "-velocity dim=8 staggered=1", {"-velocity", "normalised", "collocated"});
     folder.mustFail(even + "-uniform -superpose", {"-superpose", "normalised"});
     folder.mustFail(even + "-reshape limit=1", {"-reshape", "normalised"});
-    // It keeps its tracks.
+    // Normalisation keeps the tracks.
     folder.mustRun(even + "-scatter count=200 -advect time=0.2 steps=10 -check report=points.json samples=100");
     CHECK(jsonOf(folder / "points.json")["drift_f"].get<double>() < 1e-6);
     CHECK(jsonOf(folder / "points.json")["not_converged"] == 0);
 }
 
-TEST_CASE("flows of every dimension are checked", "[app][command]") {
+TEST_CASE("check: verifies flows of every dimension", "[app][command]") {
     const Folder folder;
     const int dimensions = GENERATE(2, 4, 5, 7);
     CAPTURE(dimensions);
@@ -153,7 +157,7 @@ TEST_CASE("flows of every dimension are checked", "[app][command]") {
     folder.mustRun(actions + "-dfvn speed=1 -check report=a.json samples=500 strict=1 -print");
     const auto report = jsonOf(folder / "a.json");
     CHECK(report["divergence_analytic"].get<double>() < 1e-9);
-    // Its own error falls with the square of the step: simplex noise of power 4 is C³.
+    // The error of the differences decreases with the square of the step: simplex noise of power 4 is C³.
     CHECK(report["divergence_by_differences"].get<double>() < 2e-3);
     CHECK(report["divergence_by_differences_order"].get<double>() == Approx(2).margin(0.3));
     CHECK(report["rms_speed"].get<double>() == Approx(1));
@@ -165,7 +169,7 @@ TEST_CASE("flows of every dimension are checked", "[app][command]") {
     }
 }
 
-TEST_CASE("a flow on a surface keeps its distance from it", "[app][command]") {
+TEST_CASE("surface action: a flow on a surface keeps its distance from it", "[app][command]") {
     const Folder folder;
     folder.mustRun(
         "-noise seed=1 frequency=3 -torus -surface speed=1 reach=0.1 -scatter count=300 -advect time=1 steps=20 "
@@ -173,21 +177,21 @@ TEST_CASE("a flow on a surface keeps its distance from it", "[app][command]") {
     const auto report = jsonOf(folder / "a.json");
     CHECK(report["drift_g"].get<double>() < 1e-6); // g is the distance
     CHECK(report["divergence_analytic"].get<double>() < 1e-9);
-    folder.mustRun("-sphere -scatter count=10 -write a.csv"); // a shape is still a shape
+    folder.mustRun("-sphere -scatter count=10 -write a.csv"); // a shape is still usable as a shape
 }
 
-TEST_CASE("a kink breaks the promise of a divergence-free flow", "[app][command]") {
+TEST_CASE("check: a kink in a potential breaks the promise of zero divergence", "[app][command]") {
     const Folder folder;
     const std::string kinked = "-noise seed=1 -noise seed=2 -min smoothing=0 -noise seed=3 -dfvn -check ";
-    folder.mustFail(kinked + "strict=1", {"divergence_by_differences", "does not fall", "kink"});
-    CHECK_THAT(folder.mustRun(kinked).err, Catch::Contains("min: smoothing=0 leaves a kink"));
+    folder.mustFail(kinked + "strict=1", {"divergence_by_differences", "does not decrease", "kink"});
+    CHECK_THAT(folder.mustRun(kinked).err, Catch::ContainsSubstring("min: smoothing=0 leaves a kink"));
     const std::string rounded = "-noise seed=1 -noise seed=2 -min smoothing=0.2 -noise seed=3 -dfvn -check ";
-    CHECK_THAT(folder.mustRun(rounded + "samples=5000 strict=1").err, !Catch::Contains("kink"));
+    CHECK_THAT(folder.mustRun(rounded + "samples=5000 strict=1").err, !Catch::ContainsSubstring("kink"));
 }
 
-TEST_CASE("a flow on a level set ends within its reach, without a jump", "[app][command]") {
+TEST_CASE("surface action: a flow on a level set ends within its reach without a jump", "[app][command]") {
     const Folder folder;
-    // The band of a voxelised mesh ends a few voxels beyond it, where its spline is no distance any more.
+    // The narrow band of a voxelised mesh ends a few voxels outside it. Beyond it the spline is no distance.
     const std::string reach = GENERATE("0.02", "0.2");
     CAPTURE(reach);
     folder.mustRun(
@@ -198,26 +202,27 @@ TEST_CASE("a flow on a level set ends within its reach, without a jump", "[app][
     CHECK(report["divergence_vanishes"] == true);
     CHECK(report["divergence_by_differences"].get<double>() < 0.01);
     CHECK(report["divergence_by_differences_order"].get<double>() >
-          1.2); // the spline's third derivatives jump at voxels
+          1.2); // the third derivatives of the spline jump at voxel boundaries
 }
 
-TEST_CASE("a noise is carried along a flow", "[app][command]") {
+TEST_CASE("carry action: transports a noise along a flow", "[app][command]") {
     const Folder folder;
     const auto large = [](uint64_t seed) { return noiseField<SineNoise<3>>({.seed = seed}); };
     const ScalarField there = carried(noise(3), Flow(large(1), large(2)), {.time = 0.2, .steps = 3});
     requireField(folder, "-noise type=sine seed=1 -noise type=sine seed=2 -dfvn -noise seed=3 -carry time=0.2 steps=3",
                  there);
-    // The flow stays, and so does the noise if asked to.
+    // The flow remains, and with keep=1 also the noise.
     folder.mustRun(
         "-noise dim=2 type=sine -dfvn -noise dim=2 seed=3 -carry keep=1 -sum -dfvn -check samples=2000 strict=1");
-    folder.mustFail("-noise -noise seed=1 -dfvn -noise dim=2 -carry", {"-carry", "3 dimensions", "of 2"});
+    folder.mustFail("-noise -noise seed=1 -dfvn -noise dim=2 -carry",
+                    {"-carry", "3-dimensional flow", "2-dimensional field"});
     folder.mustFail("-noise dim=2 -dfvn normalize=1 -noise dim=2 -carry", {"-carry", "normalised"});
     folder.mustFail("-noise -carry", {"-carry", "flow"});
 }
 
-TEST_CASE("the spectrum of a flow's grid is reported and plotted", "[app][command]") {
+TEST_CASE("spectrum action: reports and plots the spectrum of a velocity grid", "[app][command]") {
     const Folder folder;
-    // One wave that tiles with the box, 3 cycles over 2 world units.
+    // One wave that tiles with the box, with 3 cycles over 2 world units.
     folder.mustRun(
         "-noise type=sine dim=2 waves=1 period=1 frequency=1.5 seed=2 -dfvn -velocity "
         "box=-1,-1,-1,0.99,0.99,0.99 voxel=0.0625 -spectrum window=hann plot=a.svg name=waves fit=1,8 "
@@ -234,7 +239,7 @@ TEST_CASE("the spectrum of a flow's grid is reported and plotted", "[app][comman
     folder.mustFail("-sphere -spectrum", {"-spectrum", "velocity"});
 }
 
-TEST_CASE("flows that cannot be made say why", "[app][command]") {
+TEST_CASE("flow actions: unsuitable inputs are errors that say why", "[app][command]") {
     const Folder folder;
     folder.mustFail("-noise type=simplex dim=5 -dfvn", {"-dfvn", "n - 1 fields of n dimensions"});
     folder.mustFail("-noise -noise -noise type=simplex dim=4 -dfvn", {"-dfvn", "4 dimensions", "has 3"});
@@ -253,7 +258,7 @@ TEST_CASE("flows that cannot be made say why", "[app][command]") {
     folder.mustFail("-sphere -blend", {"-blend", "a field for noise=", "none"});
 }
 
-TEST_CASE("DeWolf's product keeps a flow within its wall", "[app][command]") {
+TEST_CASE("blend action: DeWolf's product keeps a flow within its wall", "[app][command]") {
     const Folder folder;
     folder.mustRun(
         "-sphere -noise seed=1 frequency=2 -noise seed=2 frequency=2 -blend range=0.3 -dfvn speed=1 "

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of points and .exr are read by a process of its own, which may end as it likes.
+// Point files and .exr files are read by a child process, which may crash or hang without harm.
 
+#include "support/Catch.h"
 #include "support/Command.h"
 #include "support/Places.h"
-
-#include <catch2/catch.hpp>
 
 #include <chrono>
 #include <random>
@@ -15,7 +14,7 @@ using test::Folder;
 
 namespace {
 
-/// A program in the place of the one that reads.
+/// Writes a script that replaces the reader program.
 void reader(const Folder& folder, const std::string& script) {
     test::store(folder / "reader", "#!/bin/sh\n" + script + "\n");
     std::filesystem::permissions(folder / "reader", std::filesystem::perms::owner_all);
@@ -27,7 +26,7 @@ test::Outcome withReader(const Folder& folder, const std::string& arguments) {
 
 } // namespace
 
-TEST_CASE("Isolated: another process gives the points, grids and pictures that this one reads", "[app][isolated]") {
+TEST_CASE("isolated reading: gives the same objects as reading in the same process", "[app][isolated]") {
     const Folder folder;
     folder.mustRun(
         "-quiet -scatter count=500 box=-1,-1,-1,1,1,1 -noise -noise seed=1 -dfvn -velocity dim=16 -write mixed.vdb");
@@ -47,7 +46,7 @@ TEST_CASE("Isolated: another process gives the points, grids and pictures that t
     }
 }
 
-TEST_CASE("Isolated: a process that crashes, fails or gives nonsense is an error of the file", "[app][isolated]") {
+TEST_CASE("isolated reading: a crash or invalid answer of the reader is an error of the file", "[app][isolated]") {
     const Folder folder;
     folder.mustRun("-quiet -scatter count=50 box=-1,-1,-1,1,1,1 -write p.vdb");
     folder.mustRun("-quiet -noise -slice width=16 -write p.exr");
@@ -60,22 +59,22 @@ TEST_CASE("Isolated: a process that crashes, fails or gives nonsense is an error
             reader(folder, script);
             const test::Outcome outcome = withReader(folder, std::string("-quiet -read ") + file);
             CHECK(outcome.status == 1);
-            CHECK_THAT(outcome.err, Catch::Contains(file) && Catch::Contains("is damaged"));
+            CHECK_THAT(outcome.err, Catch::ContainsSubstring(file) && Catch::ContainsSubstring("is damaged"));
         }
     const test::Outcome missing = folder.shell("CURLEW_READER=./missing \"$curlew\" -quiet -read p.vdb");
-    CHECK_THAT(missing.err, Catch::Contains("cannot start a process"));
+    CHECK_THAT(missing.err, Catch::ContainsSubstring("cannot start a process"));
 }
 
-TEST_CASE("Isolated: what the other process says of a file is said here", "[app][isolated]") {
+TEST_CASE("isolated reading: errors of the reader are reported by the command", "[app][isolated]") {
     const Folder folder;
     folder.mustRun("-quiet -scatter count=50 box=-1,-1,-1,1,1,1 -write p.vdb");
     std::string bytes = bytesOf(folder / "p.vdb");
     bytes[bytes.size() - 9] = static_cast<char>(bytes[bytes.size() - 9] ^ 1);
     test::store(folder / "p.vdb", bytes);
-    folder.mustFail("-read p.vdb", {"'p.vdb' is damaged", "what it holds is not what was written"});
+    folder.mustFail("-read p.vdb", {"'p.vdb' is damaged", "its content does not match its checksum"});
 }
 
-TEST_CASE("Isolated: a damaged model never ends the command by a signal", "[app][isolated]") {
+TEST_CASE("isolated reading: a damaged model never ends the command by a signal", "[app][isolated]") {
     const Folder folder;
     const std::string whole = bytesOf(test::sourceDir() + "/scenes/walker.glb");
     std::mt19937 random(5);
@@ -94,13 +93,13 @@ TEST_CASE("Isolated: a damaged model never ends the command by a signal", "[app]
         const test::Outcome outcome = folder.shell("\"$curlew\" -quiet -read d.glb");
         CAPTURE(n, outcome.err);
         CHECK((outcome.status == 0 || outcome.status == 1));
-        if (outcome.status == 1) CHECK_THAT(outcome.err, Catch::Contains("d.glb"));
+        if (outcome.status == 1) CHECK_THAT(outcome.err, Catch::ContainsSubstring("d.glb"));
         refused += outcome.status;
     }
     CHECK(refused > 0);
 }
 
-TEST_CASE("Isolated: a process that hangs ends with the run", "[app][isolated]") {
+TEST_CASE("isolated reading: a reader that hangs ends with the command", "[app][isolated]") {
     const Folder folder;
     folder.mustRun("-quiet -scatter count=50 box=-1,-1,-1,1,1,1 -write p.vdb");
     reader(folder, "echo $$ > pid\nexec sleep 1000");
@@ -108,6 +107,6 @@ TEST_CASE("Isolated: a process that hangs ends with the run", "[app][isolated]")
         "CURLEW_READER=./reader \"$curlew\" -quiet -read p.vdb & p=$!\n"
         "while [ ! -s pid ]; do sleep 0.01; done\nkill -INT $p\nwait $p");
     CHECK(outcome.status != 0);
-    CHECK_THAT(outcome.err, Catch::Contains("interrupted"));
+    CHECK_THAT(outcome.err, Catch::ContainsSubstring("interrupted"));
     CHECK(folder.shell("kill -0 $(cat pid)").status != 0);
 }

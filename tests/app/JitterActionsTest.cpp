@@ -3,7 +3,7 @@
 
 using namespace curlew;
 using namespace curlew::test;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -23,22 +23,22 @@ size_t beyond(const std::vector<Vec3d>& points) {
 
 } // namespace
 
-TEST_CASE("jitter fills a shape, and keeps to its wall", "[app]") {
+TEST_CASE("jitter action: fills a shape and keeps to its wall", "[app]") {
     const Folder folder;
     const auto points = pointsOf(folder, "-sphere -jitter count=3000 seed=3");
     CHECK(static_cast<double>(points.size()) == Approx(3000).epsilon(0.05));
     CHECK(beyond(points) == 0);
-    // Without it, and at random, some leave.
+    // Without conforming, and with random points, some points leave the shape.
     CHECK(beyond(pointsOf(folder, "-sphere -jitter count=3000 seed=3 conform=0")) > 5);
     CHECK(beyond(pointsOf(folder, "-sphere -jitter count=3000 seed=3 method=random")) > 5);
-    // Around it, and around what a flow goes around.
+    // Outside a sphere, and outside the obstacle of a flow.
     const auto around = pointsOf(folder, "-sphere -noise -noise seed=1 -bound side=outside -dfvn -jitter count=3000");
     CHECK(beyond(around) == around.size());
     const auto outside = pointsOf(folder, "-sphere -jitter count=500 side=outside box=-2,-2,-2,2,2,2");
     CHECK(beyond(outside) == outside.size());
 }
 
-TEST_CASE("jitter moves the points of a lattice, in space and in a plane", "[app]") {
+TEST_CASE("jitter action: moves lattice points in 3D and in a plane", "[app]") {
     const Folder folder;
     const std::string plane = "-jitter dim=2 spacing=0.25 box=0,0,-1,2,1,1 ";
     const auto lattice = pointsOf(folder, plane + "amount=0"), moved = pointsOf(folder, plane);
@@ -49,23 +49,24 @@ TEST_CASE("jitter moves the points of a lattice, in space and in a plane", "[app
     for (size_t k = 0; k < 32; ++k) {
         CHECK(moved[k][2] == 0);
         CHECK(moved[k] != lattice[k]);
-        CHECK(length(moved[k] - lattice[k]) < 0.25 * 1.2072 * 0.16 + 1e-6); // the mean distance of 8 neighbours
+        CHECK(length(moved[k] - lattice[k]) <
+              0.25 * 1.2072 * 0.16 + 1e-6); // the amount, relative to the mean distance of 8 neighbours
     }
     CHECK(pointsOf(folder, plane + "seed=1") != moved);
     CHECK(pointsOf(folder, plane + "time=0") != pointsOf(folder, plane + "time=0.1"));
     CHECK(pointsOf(folder, plane + "speed=noise") != moved);
     CHECK(pointsOf(folder, "-jitter spacing=0.5").size() == 64);
-    // Of a flow in the plane, whose dimensions are the default.
+    // For a flow in 2D, the points are in 2D by default.
     const auto flat = pointsOf(folder, "-noise dim=2 -dfvn -jitter spacing=0.25");
     CHECK(flat.size() == 64);
     CHECK(std::all_of(flat.begin(), flat.end(), [](const Vec3d& p) { return p[2] == 0; }));
-    // A section of a ball.
+    // A section through a ball.
     const auto disc = pointsOf(folder, "-sphere -jitter dim=2 count=1000");
     CHECK(static_cast<double>(disc.size()) == Approx(1000).epsilon(0.05));
     CHECK(beyond(disc) == 0);
 }
 
-TEST_CASE("jitter refuses what it cannot do", "[app]") {
+TEST_CASE("jitter action: invalid options are refused", "[app]") {
     const Folder folder;
     folder.mustFail("-jitter count=10 spacing=1", {"-jitter", "count=", "spacing=", "one of them"});
     folder.mustFail("-jitter spacing=1e-9", {"-jitter", "memory", "spacing"});
@@ -73,6 +74,6 @@ TEST_CASE("jitter refuses what it cannot do", "[app]") {
     folder.mustFail("-jitter dim=4", {"-jitter", "dim"});
     folder.mustFail("-plane -jitter side=outside box=0,-3,0,1,-2,1 spacing=0.1", {"-jitter", "in the domain"});
     const Outcome outcome = folder.mustRun("-sphere -jitter count=100 -write r.json");
-    CHECK_THAT(outcome.err, Contains("jitter:") && Contains("none of which crosses the wall"));
+    CHECK_THAT(outcome.err, ContainsSubstring("jitter:") && ContainsSubstring("none of which crosses the wall"));
     CHECK(jsonOf(folder / "r.json").at("jitter").at("conforms") == true);
 }

@@ -10,13 +10,13 @@
 #include <numbers>
 
 using namespace curlew;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using test::Folder;
 using test::jsonOf;
 
 namespace {
 
-/// Enright's sphere as a level set, and as fog.
+/// Writes Enright's sphere as a level set and as a fog volume.
 void storeSphere(const Folder& folder) {
     const auto sphere =
         openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(0.15f, {0.35f, 0.35f, 0.35f}, 1.0f / 32);
@@ -32,7 +32,7 @@ const std::string kRead = "-read sphere.vdb ";
 
 } // namespace
 
-TEST_CASE("Enright's test by the command", "[app][command]") {
+TEST_CASE("advectLevelSet action: passes Enright's test", "[app][command]") {
     const Folder folder;
     storeSphere(folder);
     folder.mustRun(kRead + "-enright -advectLevelSet time=3 steps=60 -write end.vdb end.json");
@@ -43,7 +43,7 @@ TEST_CASE("Enright's test by the command", "[app][command]") {
     REQUIRE(grids.size() == 1);
     CHECK(grids[0]->getName() == "surface");
     CHECK(grids[0]->getGridClass() == openvdb::GRID_LEVEL_SET);
-    // Backward from another time than 0.
+    // Backward, from a time other than 0.
     folder.mustRun(kRead +
                    "-enright -advectLevelSet time=0.4 steps=10 -advectLevelSet begin=0.4 time=-0.4 steps=10 "
                    "-write back.json");
@@ -52,7 +52,7 @@ TEST_CASE("Enright's test by the command", "[app][command]") {
     CHECK(std::abs(jsonOf(folder / "weno.json")["advect_level_set"]["volume_change"].get<double>()) < 0.05);
 }
 
-TEST_CASE("a level set is carried by the newest flow, and becomes a mesh", "[app][command]") {
+TEST_CASE("advectLevelSet action: moves a level set along the newest flow and ls2mesh meshes it", "[app][command]") {
     const Folder folder;
     storeSphere(folder);
     folder.mustRun(kRead +
@@ -71,7 +71,7 @@ TEST_CASE("a level set is carried by the newest flow, and becomes a mesh", "[app
     CHECK(readMesh(folder / "adaptive.ply").faces() < readMesh(folder / "fine.ply").faces());
 }
 
-TEST_CASE("fog is carried by the newest flow", "[app][command]") {
+TEST_CASE("advectGrid action: moves fog along the newest flow", "[app][command]") {
     const Folder folder;
     storeSphere(folder);
     folder.mustRun("-uniform velocity=1,0,0 -read fog.vdb -advectGrid time=0.25 steps=1 -write moved.vdb");
@@ -82,7 +82,7 @@ TEST_CASE("fog is carried by the newest flow", "[app][command]") {
         REQUIRE(after->tree().getValue(value.getCoord().offsetBy(8, 0, 0)) == Approx(*value).margin(1e-5));
 }
 
-TEST_CASE("what cannot be followed says why", "[app][command]") {
+TEST_CASE("level set actions: unsuitable inputs are errors that say why", "[app][command]") {
     const Folder folder;
     storeSphere(folder);
     folder.mustFail("-uniform -advectLevelSet", {"-advectLevelSet", "a level set", "none"});
@@ -98,7 +98,7 @@ TEST_CASE("what cannot be followed says why", "[app][command]") {
     folder.mustFail(kRead + "-write a.ply", {"-write", "-ls2mesh"});
 }
 
-TEST_CASE("a level set follows a flow from frame to frame", "[app][command]") {
+TEST_CASE("advectLevelSet action: follows a flow from frame to frame and resumes exactly", "[app][command]") {
     const Folder folder;
     storeSphere(folder);
     const std::string flow = GENERATE(as<std::string>(), "-uniform velocity=1,0,0 ",
@@ -113,21 +113,21 @@ TEST_CASE("a level set follows a flow from frame to frame", "[app][command]") {
     const auto voxels = jsonOf(folder / "f.4.json")["advect_level_set"]["voxels"].get<double>();
     CHECK(std::abs(jsonOf(folder / "f.4.json")["advect_level_set"]["volume_change"].get<double>()) < 0.02);
 
-    // As in one go, but for where the steps of the flow begin.
+    // Equal to a single call, except for where the steps of the flow begin.
     folder.mustRun(kRead + flow + "-advectLevelSet time=0.15 steps=6 -write once.json");
     CHECK(jsonOf(folder / "once.json")["advect_level_set"]["voxels"].get<double>() ==
-          Catch::Detail::Approx(voxels).epsilon(0.02));
+          Catch::Approx(voxels).epsilon(0.02));
 
-    // Resumed, to the byte.
+    // A resumed run gives the same bytes.
     std::filesystem::remove(folder / "f.4.vdb");
     std::filesystem::remove(folder / "state");
     folder.mustRun(scene(3, ""));
     folder.mustRun(scene(4, "") + " -resume");
     CHECK(test::bytesOf(folder / "f.4.vdb") == whole);
 
-    // Anew from time to time.
+    // With a restart at intervals.
     folder.mustRun(scene(4, "restart=0.05").replace(0, 0, "-quiet "));
     CHECK(jsonOf(folder / "f.4.json")["advect_level_set"]["voxels"].get<double>() ==
-          Catch::Detail::Approx(voxels).epsilon(0.05));
+          Catch::Approx(voxels).epsilon(0.05));
     folder.mustFail(scene(2, "restart=0"), {"restart"});
 }

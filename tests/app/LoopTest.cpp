@@ -5,7 +5,7 @@
 
 using namespace curlew;
 using namespace curlew::app;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using test::bytesOf;
 using test::Folder;
 using test::jsonOf;
@@ -27,11 +27,11 @@ Points pointsIn(const Scenes& scenes, const std::string& name) {
 
 } // namespace
 
-TEST_CASE("a loop's last frame has the bytes of its first, and any frame alone those of the sequence", "[app]") {
+TEST_CASE("advect loop: the last frame equals the first and single frames equal the sequence", "[app]") {
     const Folder folder;
     const std::string loop = "fps=24 -advect loop=0.5 -write '$F.ply' '$F.csv' '$F.vdb' -report loop.json ";
     folder.mustRun(kBall + "-frames 0-24 " + loop);
-    for (const char* ending : {".ply", ".csv"}) { // a .vdb has an identifier of its own
+    for (const char* ending : {".ply", ".csv"}) { // each .vdb file has a unique identifier
         for (const int frame : {0, 5, 12})
             CHECK(bytesOf(folder / (std::to_string(frame) + ending)) ==
                   bytesOf(folder / (std::to_string(frame + 12) + ending)));
@@ -48,14 +48,14 @@ TEST_CASE("a loop's last frame has the bytes of its first, and any frame alone t
     folder.mustRun(kBall + "-frames 17-17 start=0 " + loop);
     CHECK(bytesOf(folder / "17.ply") == whole);
     folder.mustRun("-read 17.vdb -write read.ply");
-    CHECK_THAT(bytesOf(folder / "read.ply"), Contains("property float fade"));
-    // One part of several, on other machines.
+    CHECK_THAT(bytesOf(folder / "read.ply"), ContainsSubstring("property float fade"));
+    // One of several parts, as on other machines.
     const std::string ninth = bytesOf(folder / "9.ply");
     folder.mustRun(kBall + "-frames 0-24 part=10/25 " + loop);
     CHECK(bytesOf(folder / "9.ply") == ninth);
 }
 
-TEST_CASE("a loop's place is a function of its time, which can be anything", "[app]") {
+TEST_CASE("advect loop: positions are a function of any time", "[app]") {
     const Folder folder;
     folder.mustRun(kBall + "-frames 0-4 fps=10 -advect loop=0.5 -write '$F.ply'");
     folder.mustRun(kBall + "-advect loop=0.5 time=0.3 -write 'still.ply'");
@@ -66,7 +66,7 @@ TEST_CASE("a loop's place is a function of its time, which can be anything", "[a
     CHECK(bytesOf(folder / "back.2.ply") == bytesOf(folder / "4.ply"));
 }
 
-TEST_CASE("a loop's tracks are found once, whatever the frames", "[app]") {
+TEST_CASE("advect loop: tracks are found once for all frames", "[app]") {
     std::vector<std::string> said;
     Console console({.say = [&](std::string_view line) { said.emplace_back(line); }});
     Scenes scenes({}, console);
@@ -77,7 +77,7 @@ TEST_CASE("a loop's tracks are found once, whatever the frames", "[app]") {
     scenes.run(kBallScene + "frames 0-5 fps=10\nadvect loop=0.7 as=dust\n");
     CHECK(found() == 1);
     const Points last = pointsIn(scenes, "dust");
-    // The next run of the session has them still, as when a host scrubs.
+    // The next run of the session reuses the tracks, as when a user scrubs in a host.
     scenes.runAnew(kBallScene + "frames 4-5 fps=10 start=0\nadvect loop=0.7 as=dust\n");
     CHECK(found() == 1);
     CHECK(pointsIn(scenes, "dust").x == last.x);
@@ -85,32 +85,32 @@ TEST_CASE("a loop's tracks are found once, whatever the frames", "[app]") {
     CHECK(found() == 2);
 }
 
-TEST_CASE("points on a loop begin each frame where they began, and what follows takes them", "[app]") {
+TEST_CASE("advect loop: each frame starts from the seeds and later actions use the result", "[app]") {
     std::vector<double> shown;
     Scenes scenes([&](Context& c) { shown.push_back(c.points("points").particles.x[0]); });
     scenes.run(kBallScene + "frames 0-3 fps=10\nadvect loop=0.3\nhere\n");
     REQUIRE(shown.size() == 4);
     CHECK(shown[3] == shown[0]);
     CHECK(shown[1] != shown[0]);
-    CHECK(test::pointsOf(scenes.session).x[0] == shown[3]); // afterwards, those of the last frame
+    CHECK(test::pointsOf(scenes.session).x[0] == shown[3]); // after the run, the points of the last frame remain
     CHECK(test::countOf(scenes.session, Kind::points) == 1);
-    // With keep=1 the others stay as they are.
+    // With keep=1 the input points remain unchanged.
     shown.clear();
     scenes.runAnew(kBallScene + "frames 0-2 fps=10\nadvect loop=0.3 keep=1 as=round\npush points=seeds\nhere\n");
     CHECK(pointsIn(scenes, "push").x[0] == Approx(3 + pointsIn(scenes, "seeds").x[0]));
 }
 
-TEST_CASE("a graph with a loop is the same as scene and as JSON", "[app]") {
+TEST_CASE("advect loop: scene and JSON round trips keep the graph", "[app]") {
     const Scenes scenes;
     const Graph graph = scenes.graph(kBallScene + "frames 0-3\nadvect loop=0.3\nhere\n");
     const std::string scene = sceneOf(graph), json = app::jsonOf(graph);
-    CHECK_THAT(scene, Contains("advect loop=0.3 time={T}"));
-    CHECK_THAT(scene, !Contains("copy"));
+    CHECK_THAT(scene, ContainsSubstring("advect loop=0.3 time={T}"));
+    CHECK_THAT(scene, !ContainsSubstring("copy"));
     CHECK(sceneOf(scenes.graph(scene)) == scene);
     CHECK(app::jsonOf(scenes.graph(json)) == json);
 }
 
-TEST_CASE("a JSON graph loops, as a sequence and as stills of its moments", "[app]") {
+TEST_CASE("advect loop: a JSON graph loops as a sequence and as stills", "[app]") {
     const auto graph = [](const std::string& more) {
         return R"({"nodes": [{"name": "ball", "action": "sphere"},
             {"name": "f", "action": "noise", "options": {"frequency": 1.5}},
@@ -134,7 +134,7 @@ TEST_CASE("a JSON graph loops, as a sequence and as stills of its moments", "[ap
     CHECK(made("").x != third.x);
 }
 
-TEST_CASE("a loop that cannot be is an error that says why", "[app]") {
+TEST_CASE("advect loop: unsuitable flows and options are errors that say why", "[app]") {
     const Folder folder;
     const std::string loop = " -advect loop=1 -write '$F.ply'", open = "-noise -noise seed=1 -dfvn speed=1 -scatter ";
     folder.mustFail(open + "-frames 1-2" + loop, {"-advect", "no wall", "bound"});
@@ -147,10 +147,10 @@ TEST_CASE("a loop that cannot be is an error that says why", "[app]") {
     folder.mustFail(kBall + "-advect loop=1 reproject=none", {"-advect", "reprojection"});
     folder.mustFail(kBall + "-advect loop=0", {"loop=0"});
     for (const char* without : {"steps=3", "dt=0.1", "scheme=rk4", "maxStep=1", "jacobian=3", "pathlines=1"})
-        folder.mustFail(kBall + "-advect loop=1 " + without, {"no effect beside loop="});
+        folder.mustFail(kBall + "-advect loop=1 " + without, {"no effect if loop= is given"});
 }
 
-TEST_CASE("T counts from start=, so a chunk has the bytes of the whole", "[app]") {
+TEST_CASE("frames: with start= a chunk has the bytes of the whole sequence", "[app]") {
     const Folder folder;
     const std::string flow = "fps=8 -noise 'alpha={2*pi*T}' -noise seed=1 -dfvn speed=1 -slice width=16 ";
     const std::string write = "-write '$F.png' -scatter count=20 -write '$F.csv'";
@@ -160,11 +160,11 @@ TEST_CASE("T counts from start=, so a chunk has the bytes of the whole", "[app]"
     folder.mustRun("-frames 4-5 start=1 " + flow + write);
     CHECK(bytesOf(folder / "4.png") == picture);
     CHECK(bytesOf(folder / "4.csv") == points);
-    folder.mustRun("-frames 4-5 " + flow + write); // without it, T is 0 in the first frame, as ever
+    folder.mustRun("-frames 4-5 " + flow + write); // without start=, T is 0 in the first frame
     CHECK(bytesOf(folder / "4.png") == bytesOf(folder / "1.png"));
 }
 
-TEST_CASE("frames that carry points cannot begin in the middle, but for a checkpoint", "[app]") {
+TEST_CASE("frames: carried points cannot start in the middle without a checkpoint", "[app]") {
     const Folder folder;
     const std::string rest = "fps=8 checkpoint=c -advect -write '$F.ply'";
     folder.mustFail(kBall + "-frames 4-6 start=1 " + rest,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Meshes that move from frame to frame, as walls.
+// Walls from meshes that move from frame to frame.
 #include "curlew/math/Rotation.h"
 #include "support/SessionCommand.h"
 
@@ -17,7 +17,7 @@ constexpr double kTurn = 0.3; // radians a frame
 constexpr double kRounded = 0.25 / 80;
 const Vec3d kHalf{{0.5, 0.03, 0.03}};
 
-/// A bar that turns about z, with a bend of its own if it is not rigid.
+/// A bar that rotates about z. It bends too if it is not rigid.
 std::shared_ptr<const Mesh> bar(double frame, double bend, bool sameFaces) {
     Mesh mesh;
     const Matrix3 turn = rotationBy({{0, 0, kTurn * (frame - 1)}});
@@ -39,7 +39,7 @@ std::shared_ptr<const Mesh> bar(double frame, double bend, bool sameFaces) {
     return std::make_shared<const Mesh>(std::move(mesh));
 }
 
-/// In coordinates in which the bar of a frame lies along x.
+/// Transforms a position to coordinates in which the bar of the given frame lies along x.
 Vec3d inBar(const Vec3d& p, double frame, double bend) {
     Vec3d q = rotationBy({{0, 0, -kTurn * (frame - 1)}}) * p;
     q[1] -= bend * (q[0] * q[0] / (kHalf[0] * kHalf[0])) * (frame - 1);
@@ -50,8 +50,8 @@ bool inside(const Vec3d& q, double depth) {
     return std::abs(q[0]) < kHalf[0] - depth && std::abs(q[1]) < kHalf[1] - depth && std::abs(q[2]) < kHalf[2] - depth;
 }
 
-/// Whether the straight way leads through the middle of the bar: of a point that goes round one of its edges it may cut
-/// that edge.
+/// Returns whether the segment passes through the middle of the bar. The segment of a point that goes round an edge of
+/// the bar may cut that edge.
 bool through(const Vec3d& a, const Vec3d& b) {
     for (int k = 0; k <= 20; ++k)
         if (const Vec3d q = a + (b - a) * (k / 20.0); inside(q * 2.0, 0)) return true;
@@ -62,7 +62,7 @@ const std::string kAround =
     "noise frequency=2\nnoise frequency=2 seed=1\nbound side=outside width=0.08\n"
     "dfvn box=-0.7,-0.7,-0.2,0.7,0.7,0.2\n";
 
-/// What happens to points about the bar.
+/// Counts of points near the bar.
 struct Fate {
     size_t inside = 0, passed = 0, points = 0;
 };
@@ -97,7 +97,7 @@ Fate pointsAbout(Scenes& scenes, double bend, bool sameFaces,
 
 } // namespace
 
-TEST_CASE("no point passes a thin bar that turns farther than it is thick", "[app]") {
+TEST_CASE("moving mesh: no point passes a thin bar that turns farther than its thickness", "[app]") {
     Scenes scenes;
     const Fate rigid = pointsAbout(scenes, 0, true);
     CHECK(rigid.points == 2000);
@@ -107,7 +107,7 @@ TEST_CASE("no point passes a thin bar that turns farther than it is thick", "[ap
     CHECK(scenes.session.report["advect"]["overrun"] == 0);
 }
 
-TEST_CASE("no point passes a thin bar that bends as it turns", "[app]") {
+TEST_CASE("moving mesh: no point passes a thin bar that bends while it turns", "[app]") {
     Scenes scenes;
     const Fate bent = pointsAbout(scenes, 0.02, true, "frames 1-2 fps=400 substeps=4\n");
     CHECK(bent.points == 2000);
@@ -115,10 +115,10 @@ TEST_CASE("no point passes a thin bar that bends as it turns", "[app]") {
     CHECK(bent.passed == 0);
 }
 
-TEST_CASE("a wall that moves too far for what is known of it is warned of", "[app]") {
+TEST_CASE("moving mesh: warns if the wall moves too far between frames of unmatched meshes", "[app]") {
     std::vector<std::string> warnings;
     Console console(Listener{.say = [&](std::string_view line) {
-        if (line.find("% of the wall move farther than") != std::string_view::npos) warnings.emplace_back(line);
+        if (line.find("% of the wall moves farther than") != std::string_view::npos) warnings.emplace_back(line);
     }});
     Scenes scenes({}, console);
     pointsAbout(scenes, 0, false);
@@ -129,7 +129,7 @@ TEST_CASE("a wall that moves too far for what is known of it is warned of", "[ap
     CHECK(warnings.empty());
 }
 
-TEST_CASE("grids around a wall that moves have its velocity", "[app]") {
+TEST_CASE("moving mesh: grids around a moving wall have its velocity", "[app]") {
     Scenes scenes;
     openvdb::GridBase::ConstPtr last;
     scenes.session.onFrame = [&](int) { last = std::get<GridValue>(valueOf(scenes.session, Kind::velocity)).grid; };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/field/Algebra.h"
-#include "curlew/field/Map.h"
 #include "curlew/field/NoiseField.h"
+#include "curlew/field/Transforms.h"
 #include "curlew/flow/Flow.h"
 #include "support/ProbeCommand.h"
 
@@ -9,9 +9,9 @@
 
 using namespace curlew;
 using namespace curlew::test;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
-TEST_CASE("every type of noise is the library's, with all its options", "[app][command]") {
+TEST_CASE("noise action: gives the library's noise for every type and option", "[app][command]") {
     const Folder folder;
     requireField(folder, "-noise seed=3 alpha=0.5 period=4,6,3 rotation=fast grid=perlin",
                  noiseField<Psrd3>({.period = {{4, 6, 3}},
@@ -44,24 +44,24 @@ TEST_CASE("every type of noise is the library's, with all its options", "[app][c
                  placed(noiseField<Psrd2>(), PlacementN<2>{.rotate = {{0, 0, 30}}}));
 }
 
-TEST_CASE("time turns gradients, is one more coordinate, or moves the noise", "[app][command]") {
+TEST_CASE("noise action: time rotates gradients or slices one more dimension or moves the noise", "[app][command]") {
     const Folder folder;
     requireField(folder, "-noise alpha=0.2 time=0.3", noiseField<Psrd3>({.alpha = 0.2 + 0.3}));
     requireField(folder, "-noise alpha=0.2 time=0.3 octaves=3 octaveAlpha=1",
                  noiseField<Psrd3>({.alpha = 0.2 + 0.3}, {.octaves = 3, .octaveAlpha = 1}));
-    // With the frequency 2, half a second is half a cell of the last coordinate.
+    // At frequency 2, half a second is half a cell of the last coordinate.
     requireField(folder, "-noise type=simplex dim=3 frequency=2 time=0.5",
                  lifted<3>(noiseField<SimplexNoise<4>>({}, {.frequency = 2}), {constantField(0.25)}));
     requireField(folder, "-noise dim=2 period=4,4 animate=slice time=0.5",
                  lifted<2>(noiseField<Psrd3>({.period = {{4, 4, 0}}}), {constantField<2>(0.5)}));
     requireField(folder, "-noise type=perlin dim=2 time=0.5",
                  placed(noiseField<PerlinNoise<2>>(), PlacementN<2>{.offset = {{0, -0.5}}}));
-    // 257 cells are one, since the noise repeats after 256.
+    // 257 cells are equivalent to 1, since the noise has a period of 256.
     requireField(folder, "-noise type=value frequency=2 time=128.5",
                  placed(noiseField<ValueNoise<3>>({}, {.frequency = 2}), Placement{.offset = {{0, 0, -0.5}}}));
 }
 
-TEST_CASE("a loop is closed to the bit, and open in the middle", "[app][command]") {
+TEST_CASE("noise action: loop= closes exactly and differs in the middle", "[app][command]") {
     const Folder folder;
     const std::string noise =
         GENERATE("-noise", "-noise dim=2 octaves=3 period=4 warp=0.2", "-noise octaves=3 lacunarity=1.7 octaveAlpha=3",
@@ -79,17 +79,17 @@ TEST_CASE("a loop is closed to the bit, and open in the middle", "[app][command]
     CHECK(begin == at(2.5));
     CHECK(begin == at(-5));
     CHECK(begin != at(1));
-    // It moves steadily: a small step in time is a small step of the noise, also across the seam.
+    // The motion is smooth: a small step in time changes the noise little, also across the seam.
     const auto before = at(2.5 - 1e-6);
     double worst = 0;
     for (size_t k = 0; k < begin.size(); ++k) worst = std::max(worst, std::abs(begin[k][0] - before[k][0]));
-    // At most 2 pi / 2.5 a second of alpha, 9 times as much in the third octave, whose amplitude is a seventh; or 6
-    // cells of it; times first derivatives below 6 times a frequency up to 4.
+    // Bound: alpha changes by at most 2 pi / 2.5 per second, 9 times as fast in the third octave, whose amplitude is
+    // 1/7; or the noise moves by 6 cells. The first derivatives are below 6 times a frequency of at most 4.
     CHECK(worst < 1e-6 * 6 * 6 * 4);
     CHECK(worst > 0);
 }
 
-TEST_CASE("an alpha that has made a full turn is the same noise", "[app][command]") {
+TEST_CASE("noise action: alpha is periodic with a full turn", "[app][command]") {
     const Folder folder;
     const auto points = randomPoints(cube(2), 50, 4);
     const auto begin = probed(folder, "-noise", points);
@@ -97,7 +97,7 @@ TEST_CASE("an alpha that has made a full turn is the same noise", "[app][command
     for (size_t k = 0; k < points.size(); ++k) REQUIRE(std::abs(begin[k][0] - end[k][0]) < 1e-14);
 }
 
-TEST_CASE("what a type of noise does not have is refused with what it has", "[app][command]") {
+TEST_CASE("noise action: options that a type lacks are refused with those it has", "[app][command]") {
     const Folder folder;
     folder.mustFail("-noise type=value dim=4", {"-noise", "type=value", "1 to 3", "not 4"});
     folder.mustFail("-noise dim=1", {"type=psrd", "2 to 3"});
@@ -111,16 +111,16 @@ TEST_CASE("what a type of noise does not have is refused with what it has", "[ap
     folder.mustFail("-noise dim=2 grid=perlin", {"grid", "3D"});
     folder.mustFail("-noise type=simplex power=3 kernel=published", {"-noise", "power"});
     folder.mustFail("-noise type=simplex dim=4 offset=1,2,3", {"offset=1,2,3", "3 numbers", "4 axes"});
-    folder.mustFail("-noise type=simplex dim=4 rotate=10,0,0", {"4 dimensions", "turned"});
+    folder.mustFail("-noise type=simplex dim=4 rotate=10,0,0", {"4 dimensions", "rotated"});
     folder.mustFail("-noise dim=2 rotate=10,0,0", {"2 dimensions", "0,0,degrees"});
     folder.mustFail("-noise loop=2", {"loop=", "time="});
     folder.mustFail("-noise animate=alpha", {"animate=", "time="});
     folder.mustFail("-noise time=1 loop=0", {"loop=0"});
     folder.mustFail("-noise type=value time=1 animate=alpha", {"type=value", "alpha", "psrd"});
     folder.mustFail("-noise type=value time=1 animate=slice", {"slice", "4 dimensions", "simplex"});
-    folder.mustFail("-noise type=simplex dim=6 time=1 loop=2", {"slice", "loops", "8 dimensions"});
+    folder.mustFail("-noise type=simplex dim=6 time=1 loop=2", {"slice", "loop=", "8 dimensions"});
     folder.mustFail("-noise type=gradient time=1 loop=2", {"loop", "period="});
     folder.mustFail("-noise turbulence=-1", {"turbulence=-1"});
     folder.mustFail("-noise period=2.5", {"period", "whole"});
-    folder.mustFail("-noise period=4 octaves=2 lacunarity=2.5", {"whole lacunarity"});
+    folder.mustFail("-noise period=4 octaves=2 lacunarity=2.5", {"lacunarity is a whole number"});
 }

@@ -6,17 +6,17 @@
 #include "curlew/field/Bound.h"
 #include "curlew/field/NoiseField.h"
 #include "curlew/flow/Flows.h"
+#include "support/Catch.h"
 #include "support/ProbeCommand.h"
 #include "support/Reference.h"
 
-#include <catch2/catch.hpp>
 #include <fmt/format.h>
 
 #include <sstream>
 
 using namespace curlew;
 using namespace curlew::app;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using test::Folder;
 using test::store;
 using test::Table;
@@ -33,7 +33,7 @@ Positions positionsOf(const std::vector<Vec<double, N>>& points) {
     return positions;
 }
 
-/// More than one batch, and the last one not full.
+/// More than one batch, the last one partly filled.
 template <int N = 3>
 std::vector<Vec<double, N>> points() {
     return test::randomPoints(test::cube<N>(3), 150, 1);
@@ -57,7 +57,7 @@ void checkField(const ScalarFieldN<N>& field, const std::string& header, const F
         REQUIRE(row.size() == N + jet.kSize);
         CAPTURE(p);
         for (int i = 0; i < N; ++i) REQUIRE(row[static_cast<size_t>(i)] == p[i]);
-        // The digits tell the numbers apart: they come back as they were.
+        // The printed digits identify the numbers exactly.
         for (int i = 0; i < jet.kSize; ++i)
             REQUIRE(static_cast<T>(row[static_cast<size_t>(N + i)]) == jet.component(i));
     }
@@ -67,7 +67,7 @@ const std::string kOrder2 = "x,y,z,value,dx,dy,dz,dxx,dyy,dzz,dxy,dxz,dyz";
 
 } // namespace
 
-TEST_CASE("probing a field gives the library's own values, to the last bit", "[app]") {
+TEST_CASE("probeField: values are exactly those of the library", "[app]") {
     const Folder folder;
     const ScalarField field = bounded(noiseField<Psrd3>({.seed = 3}, {.frequency = 1.3, .octaves = 2}),
                                       {.sdf = sphereSdf(1), .side = Side::both, .width = 0.2});
@@ -79,7 +79,7 @@ TEST_CASE("probing a field gives the library's own values, to the last bit", "[a
     checkField<float, 2>(field, kOrder2, folder);
 }
 
-TEST_CASE("probing works in every dimension, and names columns after the coordinates", "[app]") {
+TEST_CASE("probeField: works in every dimension and names columns after coordinates", "[app]") {
     const Folder folder;
     checkField<double, 2>(noiseField<PerlinNoise<1>>(), "x,value,dx,dxx", folder);
     checkField<double, 2>(noiseField<Psrd2>(), "x,y,value,dx,dy,dxx,dyy,dxy", folder);
@@ -91,10 +91,10 @@ TEST_CASE("probing works in every dimension, and names columns after the coordin
     checkField<float, 1>(noiseField<SimplexNoise<7>>(), "x0,x1,x2,x3,x4,x5,x6,value,dx0,dx1,dx2,dx3,dx4,dx5,dx6",
                          folder);
     CHECK_THROWS_WITH(probeField<double>(noiseField<Psrd2>(), positions<3>(), 0, folder / "no.csv"),
-                      Contains("2 dimensions") && Contains("x,y,z"));
+                      ContainsSubstring("2 dimensions") && ContainsSubstring("x,y,z"));
 }
 
-TEST_CASE("flows are probed in every dimension, those without tracks without potentials", "[app]") {
+TEST_CASE("probeFlow: works in every dimension and omits potentials without tracks", "[app]") {
     const Folder folder;
     const ScalarFieldN<2> f = noiseField<Psrd2>();
     probeFlow<double>(FlowN<2>({f}), positions<2>(), 1, folder / "2.csv");
@@ -116,7 +116,7 @@ TEST_CASE("flows are probed in every dimension, those without tracks without pot
     CHECK(tableOf(folder / "3.csv").header == "x,y,z,vx,vy,vz");
 }
 
-TEST_CASE("a probe has 17 digits in double, 9 in float, and positions always 17", "[app]") {
+TEST_CASE("probeField: writes 17 digits for double and 9 for float", "[app]") {
     const Folder folder;
     const ScalarField field = constantField(0.1);
     const Positions p = positionsOf<3>({Vec3d{{0.1, 1 / 3.0, 2}}});
@@ -127,7 +127,7 @@ TEST_CASE("a probe has 17 digits in double, 9 in float, and positions always 17"
     CHECK(test::bytesOf(folder / "f.csv") == "x,y,z,value\n0.10000000000000001,0.33333333333333331,2,0.100000001\n");
 }
 
-TEST_CASE("probing a flow gives velocity, potentials and Jacobian", "[app]") {
+TEST_CASE("probeFlow: writes velocity and potentials and Jacobian", "[app]") {
     const Folder folder;
     const Flow flow(noiseField<Psrd3>({.seed = 1}), noiseField<Psrd3>({.seed = 2}));
     probeFlow<double>(flow, positions(), 0, folder / "0.csv");
@@ -150,13 +150,14 @@ TEST_CASE("probing a flow gives velocity, potentials and Jacobian", "[app]") {
     const Table single = tableOf(folder / "f.csv");
     for (size_t k = 0; k < single.rows.size(); ++k) {
         CAPTURE(k);
-        // As the header of the noise promises for float: 1e-4 of the value, 5e-4 of gradients below 6.
+        // The tolerances are those that the header of the noise states for float: 1e-4 for values, 5e-4 for gradients
+        // below 6.
         REQUIRE(std::abs(single.rows[k][6] - table.rows[k][6]) < 1e-4);
         REQUIRE(std::abs(single.rows[k][3] - table.rows[k][3]) < 4 * 6 * 5e-4);
     }
 }
 
-TEST_CASE("positions are read from a table", "[app]") {
+TEST_CASE("readPositions: reads a table of positions", "[app]") {
     const Folder folder;
     store(folder / "a.csv", "x,y,z\r\n1,-2.5,1e3\r\n\r\n+.5,0,-0\n3,4,5");
     const auto read = readPositions(folder / "a.csv");
@@ -170,7 +171,7 @@ TEST_CASE("positions are read from a table", "[app]") {
     CHECK(readPositions(folder / "c.csv").size() == 2);
 }
 
-TEST_CASE("a table that is no list of positions is refused with its name and line", "[app]") {
+TEST_CASE("readPositions: an invalid table is refused with its name and line", "[app]") {
     struct Case {
         std::string content, says;
     };
@@ -185,16 +186,17 @@ TEST_CASE("a table that is no list of positions is refused with its name and lin
     const Folder folder;
     store(folder / "bad.csv", c.content);
     CHECK_THROWS_AS(readPositions(folder / "bad.csv"), FileError);
-    CHECK_THROWS_WITH(readPositions(folder / "bad.csv"), Contains("bad.csv") && Contains(c.says));
+    CHECK_THROWS_WITH(readPositions(folder / "bad.csv"), ContainsSubstring("bad.csv") && ContainsSubstring(c.says));
 }
 
-TEST_CASE("positions that are not there, or a folder, are refused", "[app]") {
+TEST_CASE("readPositions: a missing file or a folder is refused", "[app]") {
     const Folder folder;
-    CHECK_THROWS_WITH(readPositions(folder / "none.csv"), Contains("none.csv") && Contains("no such file"));
-    CHECK_THROWS_WITH(readPositions(folder / ""), Contains("folder"));
+    CHECK_THROWS_WITH(readPositions(folder / "none.csv"),
+                      ContainsSubstring("none.csv") && ContainsSubstring("no such file"));
+    CHECK_THROWS_WITH(readPositions(folder / ""), ContainsSubstring("folder"));
 }
 
-TEST_CASE("a probe that is cancelled leaves nothing behind", "[app]") {
+TEST_CASE("probeField: cancellation leaves no file", "[app]") {
     const Folder folder;
     CHECK_THROWS_AS(probeField<double>(constantField(1), positions(), 0, folder / "out.csv",
                                        {.report = {}, .cancelled = [] { return true; }}),
@@ -204,8 +206,8 @@ TEST_CASE("a probe that is cancelled leaves nothing behind", "[app]") {
 
 namespace {
 
-/// What the command's probe says at the points of reference rows, against what they say there: the greatest difference.
-/// A row holds the coordinates from `at` on, the expected columns from `expected` on.
+/// Returns the greatest difference between the command's -probe and reference rows, at the positions of these rows.
+/// Coordinates begin at column `at`, expected values at column `expected`.
 double worstOf(const Folder& folder, const std::string& options, int dimensions,
                const std::vector<nlohmann::json>& rows, size_t at, size_t expected, size_t columns, int order) {
     std::string text = test::coordinateHeader(dimensions) + '\n';
@@ -226,7 +228,7 @@ double worstOf(const Folder& folder, const std::string& options, int dimensions,
     return worst;
 }
 
-/// The rows of a file with a given number in a column, or all.
+/// Returns the rows with a given number in a column, or all rows.
 std::vector<nlohmann::json> rowsOf(const nlohmann::json& file, size_t column = 0, std::optional<double> value = {}) {
     std::vector<nlohmann::json> rows;
     for (const auto& row : file.at("rows"))
@@ -235,11 +237,11 @@ std::vector<nlohmann::json> rowsOf(const nlohmann::json& file, size_t column = 0
     return rows;
 }
 
-constexpr double kTolerance = 1e-11; // as in PsrdTest: a few hundred roundings of arguments up to 1118
+constexpr double kTolerance = 1e-11; // as in PsrdTest: a few hundred rounding errors of arguments up to 1118
 
 } // namespace
 
-TEST_CASE("the command reaches psrdnoise with every grid, rotation, period and dimension", "[app][command]") {
+TEST_CASE("probe action: psrdnoise in 3D matches published values for every option", "[app][command]") {
     struct Case {
         std::string file, options;
     };
@@ -255,7 +257,7 @@ TEST_CASE("the command reaches psrdnoise with every grid, rotation, period and d
     CHECK(worstOf(folder, c.options, 3, rows, 1, 4, 10, 2) <= kTolerance);
 }
 
-TEST_CASE("the command reaches psrdnoise in 2D, and says where an odd period tiles", "[app][command]") {
+TEST_CASE("probe action: psrdnoise in 2D matches published values and an odd period is reported", "[app][command]") {
     const auto file = test::reference("psrdnoise2_p5-4.json");
     const Folder folder;
     for (const double alpha : {0.0, 0.7, 2.5}) {
@@ -268,10 +270,10 @@ TEST_CASE("the command reaches psrdnoise in 2D, and says where an odd period til
     }
     const auto run = folder.run("-noise dim=2 period=3,5 -print");
     CHECK(run.status == 0);
-    CHECK_THAT(run.err, Contains("period of 5 along y tiles only after 10"));
+    CHECK_THAT(run.err, ContainsSubstring("period of 5 along y tiles only after 10"));
 }
 
-TEST_CASE("the command reaches value and Perlin noise in every dimension", "[app][command]") {
+TEST_CASE("probe action: value and Perlin noise match published values in every dimension", "[app][command]") {
     const std::string type = GENERATE("value", "perlin");
     const int dimensions = GENERATE(1, 2, 3);
     CAPTURE(type, dimensions);
@@ -286,7 +288,7 @@ TEST_CASE("the command reaches value and Perlin noise in every dimension", "[app
                       rowsOf(test::reference("perlin_improved_reference3.json")), 1, 4, 4, 1) <= kTolerance);
 }
 
-TEST_CASE("the command reaches simplex noise in every dimension", "[app][command]") {
+TEST_CASE("probe action: simplex noise matches published values in every dimension", "[app][command]") {
     const int dimensions = GENERATE(2, 3, 4, 5, 6, 7);
     CAPTURE(dimensions);
     const auto file = test::reference(fmt::format("macomber_simplex{}.json", dimensions));

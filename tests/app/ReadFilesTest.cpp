@@ -9,16 +9,16 @@
 #include <numbers>
 
 using namespace curlew;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using test::bytesOf;
 using test::Folder;
 
 namespace {
 
-/// Where the middle of the upper end of bendingBar() is when its second bone has turned by an angle.
+/// Returns the middle of the upper end of bendingBar() when its second bone is rotated by `angle`.
 openvdb::Vec3d endOf(double angle) { return {-std::sin(angle), 1 + std::cos(angle), 0}; }
 
-/// How far the middle of the last four points of a mesh is from there.
+/// Returns the distance from there to the mean of the mesh's last four points.
 double offEnd(const Mesh& mesh, double angle) {
     openvdb::Vec3d middle(0.0);
     for (size_t n = mesh.points.size() - 4; n < mesh.points.size(); ++n) middle += openvdb::Vec3d(mesh.points[n]) / 4;
@@ -27,13 +27,13 @@ double offEnd(const Mesh& mesh, double angle) {
 
 constexpr double kRight = std::numbers::pi / 2;
 
-/// Points with all that files of points hold.
+/// Points with every attribute that point files can hold.
 const std::string kDust =
     "-uniform velocity=1,0,0 -frames 1-3 -emit rate=2000 life=3 -advect -write 'dust.$F.ply' 'dust.$F.csv' ";
 
 } // namespace
 
-TEST_CASE("an animated mesh that is read in frames moves with them", "[app][command]") {
+TEST_CASE("read action: an animated mesh follows the frames", "[app][command]") {
     const Folder folder;
     test::store(folder / "bend.glb", test::bendingBar().bytes());
     const auto outcome = folder.mustRun("-frames 1-13 fps=12 -read bend.glb -write 'bend.$F.ply'");
@@ -42,8 +42,9 @@ TEST_CASE("an animated mesh that is read in frames moves with them", "[app][comm
         const Mesh mesh = readMesh(folder / ("bend." + std::to_string(frame) + ".ply"));
         CHECK(offEnd(mesh, kRight * (frame - 1) / 12) < 1e-5);
     }
-    CHECK_THAT(outcome.err, Contains("metres, Y up; clip 'bend' of 1 s, which stays as it ends; also 'sway'"));
-    // The time counts from the frame in which T is 0, whichever is the first here.
+    CHECK_THAT(outcome.err,
+               ContainsSubstring("metres, Y up; clip 'bend' of 1 s, which holds its last pose; other clips: 'sway'"));
+    // Time is relative to the frame in which T is 0, not to the first frame of the run.
     folder.mustRun("-frames 4 start=1 fps=12 -read bend.glb -write 'late.$F.ply'");
     CHECK(bytesOf(folder / "late.4.ply") == bytesOf(folder / "bend.4.ply"));
     folder.mustRun("-read bend.glb time=0.25 -write time.ply");
@@ -54,13 +55,14 @@ TEST_CASE("an animated mesh that is read in frames moves with them", "[app][comm
     CHECK(bytesOf(folder / "loop.ply") == bytesOf(folder / "bend.4.ply"));
     folder.mustRun("-read bend.glb clip=none -write none.ply");
     CHECK(bytesOf(folder / "none.ply") == bytesOf(folder / "bend.1.ply"));
-    CHECK_THAT(folder.mustRun("-read bend.glb -frames 1-2 -write 'still.$F.ply'").err, Contains("it stands still"));
+    CHECK_THAT(folder.mustRun("-read bend.glb -frames 1-2 -write 'still.$F.ply'").err,
+               ContainsSubstring("it does not move"));
     CHECK(bytesOf(folder / "still.2.ply") == bytesOf(folder / "bend.1.ply"));
     folder.mustFail("-read bend.glb clip=run -write x.ply", {"there is no clip 'run'", "0 'bend', 1 'sway'"});
     folder.mustFail("-read none.ply clip=run -write x.ply", {"clip=", ".glb"});
 }
 
-TEST_CASE("what does not move is not made again in each frame", "[app]") {
+TEST_CASE("read action: a static mesh is read once for all frames", "[app]") {
     const test::ScratchFolder folder;
     test::Glb still = test::bendingBar();
     still.root.erase("animations");
@@ -79,7 +81,7 @@ TEST_CASE("what does not move is not made again in each frame", "[app]") {
     CHECK(made(moves) > 1);
 }
 
-TEST_CASE("a bar that bends pushes what is around it", "[app][command]") {
+TEST_CASE("read action: a bending bar pushes points around it", "[app][command]") {
     const Folder folder;
     test::store(folder / "bend.glb", test::bendingBar().bytes());
     const std::string flow =
@@ -91,7 +93,7 @@ TEST_CASE("a bar that bends pushes what is around it", "[app][command]") {
     CHECK(test::jsonOf(folder / "bar.json")["check"]["outside"] == 0);
 }
 
-TEST_CASE("points that were written are read again, and give the same bytes", "[app][command]") {
+TEST_CASE("read action: points are read back and written with the same bytes", "[app][command]") {
     const Folder folder;
     folder.mustRun(kDust);
     for (const std::string ending : {".ply", ".csv"}) {
@@ -100,7 +102,7 @@ TEST_CASE("points that were written are read again, and give the same bytes", "[
         CHECK(bytesOf(folder / ("back" + ending)) == bytesOf(folder / ("dust.3" + ending)));
     }
     CHECK(bytesOf(folder / "dust.3.csv").starts_with("x,y,z,vx,vy,vz,id,age,life"));
-    // They go on from there like any others.
+    // They can be moved like any other points.
     folder.mustRun("-read dust.3.ply -uniform velocity=0,1,0 -advect time=1 steps=1 -write on.csv");
     const Points before = readPoints(folder / "dust.3.ply").points, after = readPoints(folder / "on.csv").points;
     REQUIRE(before.size() == after.size());
@@ -111,10 +113,11 @@ TEST_CASE("points that were written are read again, and give the same bytes", "[
     }
 }
 
-TEST_CASE("files go through pipes, and nothing else is on the standard output then", "[app][command]") {
+TEST_CASE("read and write: pipes and gzip work and standard output carries only data", "[app][command]") {
     const Folder folder;
     test::store(folder / "bar.glb", test::bendingBar().bytes());
-    folder.mustRun("-read bar.glb -write bar.obj skinned.ply -read bar.obj -write bar.ply"); // .obj has another order
+    folder.mustRun(
+        "-read bar.glb -write bar.obj skinned.ply -read bar.obj -write bar.ply"); // the .obj has another order
     folder.mustRun(kDust);
     folder.mustRun("-read bar.obj -mesh2ls dim=24 -write bar.vdb");
     const auto through = [&](const std::string& line) {
@@ -132,15 +135,16 @@ TEST_CASE("files go through pipes, and nothing else is on the standard output th
     CHECK(through("cat dust.2.csv | curlew -read - format=csv -write - format=csv") == bytesOf(folder / "dust.2.csv"));
     CHECK(through("cat dust.2.ply | curlew -read - format=ply -write - format=ply") == dust);
     CHECK(through("mkfifo pipe.ply; cat dust.2.ply >pipe.ply & curlew -read pipe.ply -write - format=ply") == dust);
-    CHECK_THAT(folder.shell("cat bar.vdb | curlew -read - format=vdb -print").out, Contains("level set"));
-    CHECK_THAT(folder.shell("curlew -read bar.obj -print -write - format=ply >/dev/null").err, Contains("mesh"));
+    CHECK_THAT(folder.shell("cat bar.vdb | curlew -read - format=vdb -print").out, ContainsSubstring("level set"));
+    CHECK_THAT(folder.shell("curlew -read bar.obj -print -write - format=ply >/dev/null").err,
+               ContainsSubstring("mesh"));
     for (const std::string name : {"bar.obj", "dust.2.ply", "dust.2.csv", "bar.glb"}) {
         CAPTURE(name);
         const std::string ending = name.substr(name.rfind('.') + 1), plain = ending == "csv" ? "csv" : "ply";
         const std::string read = through("gzip -k " + name + "; curlew -read " + name + ".gz -write - format=" + plain);
         CHECK(read == through("curlew -read " + name + " -write - format=" + plain));
     }
-    folder.mustFail("-read - -write x.ply", {"'-' does not say what it holds", "format="});
+    folder.mustFail("-read - -write x.ply", {"the format of '-' is unknown", "format="});
     folder.mustFail("-read - format=obj -write x.ply", {"'-'", "it is empty"});
     folder.mustFail("-read bar.ply -write -", {"'-'", "format="});
     folder.mustFail("-read bar.ply -write x.ply.gz", {"x.ply.gz", "no known extension"});

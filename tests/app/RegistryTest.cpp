@@ -3,18 +3,21 @@
 #include "curlew/app/language/Program.h"
 #include "curlew/app/registry/Registry.h"
 #include "curlew/app/registry/Text.h"
+#include "support/Catch.h"
+#include "support/Files.h"
 
-#include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <fstream>
 #include <regex>
 #include <set>
 
 using namespace curlew;
 using namespace curlew::app;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
-TEST_CASE("every action is declared in full, once", "[app]") {
+TEST_CASE("registry: every action is fully declared and unique", "[app]") {
     std::set<std::string> names;
     for (const auto& action : registry()) {
         CAPTURE(action.name);
@@ -28,7 +31,7 @@ TEST_CASE("every action is declared in full, once", "[app]") {
         CHECK(action.positional.what.empty() == (action.positional.maximum == 0));
         CHECK(&findAction(registry(), action.name) == &action);
     }
-    // The names that the design fixes and this version has.
+    // The names that the design requires and that this version has.
     for (const char* name :
          {"read",  "write", "sphere",  "box",     "torus", "capsule",  "plane",   "gyroid",  "mesh2ls", "noise",
           "ramp",  "sum",   "product", "bound",   "dfvn",  "velocity", "scatter", "advect",  "probe",   "check",
@@ -36,7 +39,7 @@ TEST_CASE("every action is declared in full, once", "[app]") {
         CHECK(names.contains(name));
 }
 
-TEST_CASE("the actions of a group follow each other", "[app]") {
+TEST_CASE("registry: actions of a group are contiguous", "[app]") {
     std::set<std::string> done;
     std::string group;
     for (const auto& action : registry()) {
@@ -47,7 +50,7 @@ TEST_CASE("the actions of a group follow each other", "[app]") {
     }
 }
 
-TEST_CASE("every option has help, and a default that it would accept", "[app]") {
+TEST_CASE("registry: every option has help and a valid default", "[app]") {
     for (const auto& action : registry()) {
         std::set<std::string> names;
         for (const auto& option : action.options) {
@@ -63,7 +66,7 @@ TEST_CASE("every option has help, and a default that it would accept", "[app]") 
     }
 }
 
-TEST_CASE("what an action takes and makes is declared in full", "[app]") {
+TEST_CASE("registry: inputs and outputs of every action are fully declared", "[app]") {
     for (const auto& action : registry()) {
         CAPTURE(action.name);
         CHECK(inputsOf(action).empty() == action.takes.empty());
@@ -77,7 +80,7 @@ TEST_CASE("what an action takes and makes is declared in full", "[app]") {
         for (const Input& input : action.takes) {
             CAPTURE(input.name);
             CHECK(names.insert(input.name).second);
-            CHECK_THAT(inputsOf(action), Contains(input.name + ": "));
+            CHECK_THAT(inputsOf(action), ContainsSubstring(input.name + ": "));
             CHECK(!input.kinds.empty());
             CHECK(input.amount.least <= input.amount.most);
             CHECK(declared(input.age, OptionType::ages));
@@ -86,7 +89,7 @@ TEST_CASE("what an action takes and makes is declared in full", "[app]") {
             if (input.use == Use::changed)
                 CHECK(std::any_of(action.makes.begin(), action.makes.end(),
                                   [&](const Output& output) { return output.kinds == input.kinds; }));
-            // INPUT=NAME must not be taken for an option, nor as= for an input.
+            // INPUT=NAME must not be mistaken for an option, and as= not for an input.
             CHECK(input.name != "as");
             const Option* same = action.option(input.name);
             CHECK((!same || same->type == OptionType::ages));
@@ -110,7 +113,7 @@ TEST_CASE("what an action takes and makes is declared in full", "[app]") {
     }
 }
 
-TEST_CASE("an input that is not always one object says when", "[app]") {
+TEST_CASE("registry: an input of variable number says when it is taken", "[app]") {
     for (const auto& action : registry())
         for (const Input& input : action.takes) {
             CAPTURE(action.name, input.name, input.help);
@@ -119,7 +122,7 @@ TEST_CASE("an input that is not always one object says when", "[app]") {
         }
 }
 
-TEST_CASE("the registry as JSON holds all that is declared", "[app]") {
+TEST_CASE("registryJson: contains every declaration", "[app]") {
     const auto json = nlohmann::json::parse(registryJson(registry()));
     REQUIRE(json["actions"].size() == registry().size());
     for (size_t k = 0; k < registry().size(); ++k) {
@@ -148,22 +151,22 @@ TEST_CASE("the registry as JSON holds all that is declared", "[app]") {
             CHECK(made["lower"].is_null() == !std::isfinite(option.lower));
             CHECK((made["type"] == "choice") == (option.type == OptionType::choice));
             CHECK((made["type"] == "ages") == (option.type == OptionType::ages));
-            CHECK(made["selects"] == (option.selects || option.type == OptionType::ages)); // not for a graph
+            CHECK(made["selects"] == (option.selects || option.type == OptionType::ages)); // not meaningful in a graph
         }
     }
     CHECK(std::string(nameOf(Kind::file)) == "file");
 }
 
-TEST_CASE("an option's whole name is never ambiguous, and its first letters hardly ever", "[app]") {
+TEST_CASE("registry: no option name is a prefix of another and first letters differ", "[app]") {
     for (const auto& action : registry())
         for (const auto& option : action.options)
             for (const auto& other : action.options) {
                 CAPTURE(action.name, option.name, other.name);
                 if (&option == &other) continue;
-                // A name that begins another would make every beginning of that one ambiguous or wrong.
+                // If one name began another, each abbreviation of the longer one would be ambiguous or wrong.
                 CHECK_FALSE(other.name.starts_with(option.name));
-                // These are the names of the field: where a noise is put, and psrdnoise's way of turning gradients;
-                // how many octaves there are, and how each of them turns.
+                // Exceptions, since these names are established: the placement of a noise and psrdnoise's rotation of
+                // gradients; the number of octaves and the rotation of each octave.
                 const std::set<std::string> pair{option.name, other.name};
                 if (pair == std::set<std::string>{"rotate", "rotation"}) continue;
                 if (pair == std::set<std::string>{"octaves", "octaveAlpha"}) continue;
@@ -171,7 +174,11 @@ TEST_CASE("an option's whole name is never ambiguous, and its first letters hard
             }
 }
 
-TEST_CASE("every example is a program", "[app]") {
+TEST_CASE("registry: every example is a valid program", "[app]") {
+    // Stands for scenes/demo.txt, since the tests may run in any folder.
+    const curlew::test::ScratchFolder folder;
+    const std::string scene = (folder / "demo.txt").string();
+    std::ofstream(scene) << "set scale=1\nnoise frequency={scale}\n";
     size_t examples = 0;
     for (const auto& action : registry())
         for (const auto& example : action.examples) {
@@ -179,38 +186,41 @@ TEST_CASE("every example is a program", "[app]") {
             auto words = wordsOf(example);
             REQUIRE(words.front() == "curlew");
             words.erase(words.begin());
-            std::erase(words, "-config"); // the scene would be looked for from the folder in which the tests run
-            std::erase(words, "scenes/demo.txt");
+            std::ranges::replace(words, "scenes/demo.txt", scene);
             CHECK_NOTHROW(graphOfCommandLine(words, {.registry = registry(), .world = {.lenient = true}}));
-            CHECK_THAT(example, Contains("-" + action.name));
+            CHECK_THAT(example, ContainsSubstring("-" + action.name));
             ++examples;
         }
     CHECK(examples > 15);
 }
 
-TEST_CASE("help tells all that is declared", "[app]") {
+TEST_CASE("help: contains every declaration", "[app]") {
     const std::string table = helpTable(registry()), overview = helpOverview(registry());
     for (const auto& action : registry()) {
         CAPTURE(action.name);
-        CHECK_THAT(table, Contains("| `-" + action.name + "` | " + action.summary + " |"));
-        CHECK_THAT(overview, Contains("  -" + action.name + " ") && Contains(action.summary) && Contains(action.group));
+        CHECK_THAT(table, ContainsSubstring("| `-" + action.name + "` | " + action.summary + " |"));
+        CHECK_THAT(overview, ContainsSubstring("  -" + action.name + " ") && ContainsSubstring(action.summary) &&
+                                 ContainsSubstring(action.group));
         const std::string help = helpFor(action);
-        CHECK_THAT(help, Catch::StartsWith("-" + action.name) && Contains(action.summary));
+        CHECK_THAT(help, Catch::StartsWith("-" + action.name) && ContainsSubstring(action.summary));
         for (const auto& option : action.options) {
-            CHECK_THAT(help, Contains("\n  " + option.name + "="));
+            CHECK_THAT(help, ContainsSubstring("\n  " + option.name + "="));
             const std::string unwrapped = std::regex_replace(help, std::regex("\n      "), " ");
-            CHECK_THAT(unwrapped, Contains(option.help));
-            if (!option.fallback.empty()) CHECK_THAT(unwrapped, Contains("(default " + option.fallback + ")"));
-            CHECK_THAT(table, Contains(option.name + "="));
-            for (const auto& choice : option.choices) CHECK_THAT(help, Contains(choice));
+            CHECK_THAT(unwrapped, ContainsSubstring(option.help));
+            if (!option.fallback.empty())
+                CHECK_THAT(unwrapped, ContainsSubstring("(default: " + option.fallback + ")"));
+            CHECK_THAT(table, ContainsSubstring(option.name + "="));
+            for (const auto& choice : option.choices) CHECK_THAT(help, ContainsSubstring(choice));
         }
-        for (const auto& example : action.examples) CHECK_THAT(help, Contains(example));
+        for (const auto& example : action.examples) CHECK_THAT(help, ContainsSubstring(example));
     }
 }
 
-TEST_CASE("an unknown action is an error that knows a better name", "[app]") {
-    CHECK_THROWS_WITH(findAction(registry(), "nosie"), Contains("'-nosie'") && Contains("did you mean 'noise'"));
-    CHECK_THROWS_WITH(findAction(registry(), "Mesh2LS"), Contains("did you mean 'mesh2ls'"));
-    CHECK_THROWS_WITH(findAction(registry(), "teapot"), Contains("teapot") && !Contains("did you mean"));
-    CHECK_THROWS_WITH(findAction(registry(), ""), Contains("''") || Contains("'-'"));
+TEST_CASE("findAction: an unknown action is an error with a suggestion", "[app]") {
+    CHECK_THROWS_WITH(findAction(registry(), "nosie"),
+                      ContainsSubstring("'-nosie'") && ContainsSubstring("did you mean 'noise'"));
+    CHECK_THROWS_WITH(findAction(registry(), "Mesh2LS"), ContainsSubstring("did you mean 'mesh2ls'"));
+    CHECK_THROWS_WITH(findAction(registry(), "teapot"),
+                      ContainsSubstring("teapot") && !ContainsSubstring("did you mean"));
+    CHECK_THROWS_WITH(findAction(registry(), ""), ContainsSubstring("''") || ContainsSubstring("'-'"));
 }

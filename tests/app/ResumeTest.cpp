@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Digest.h"
+#include "support/Catch.h"
 #include "support/Command.h"
 #include "support/SessionCommand.h"
 
-#include <catch2/catch.hpp>
 #include <fmt/format.h>
 
 #include <cstring>
 
 using namespace curlew;
 using namespace curlew::app;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using test::bytesOf;
 using test::Folder;
 
 namespace {
 
-/// Points from before, births and deaths, an animated flow: all that the next frame may need of this one.
+/// Existing points, births and deaths, and an animated flow: all state that the next frame can depend on.
 std::string scene(const std::string& frames = "1-6") {
     return "-quiet -noise seed=9 -scatter count=200 box=-1,-1,-1,1,1,1 -frames " + frames +
            " fps=10 checkpoint=run.checkpoint -noise frequency=2 alpha='{2*pi*T}' -noise frequency=2 seed=2 -dfvn "
@@ -44,36 +44,36 @@ void requireSame(const Folder& a, const Folder& b) {
 
 } // namespace
 
-TEST_CASE("a run that was killed and resumed gives the bytes of one that was not", "[app]") {
+TEST_CASE("resume: a killed and resumed run gives the same bytes as an uninterrupted one", "[app]") {
     const Folder whole, killed;
     whole.mustRun(scene());
-    // Killed while it works on the fourth frame, or a little later.
+    // The process is killed during the fourth frame or a little later.
     killed.shell("\"$curlew\" " + scene() +
                  " & p=$!\nwhile [ ! -e p.0003.csv ]; do sleep 0.001; done\nkill -9 $p\nwait");
     REQUIRE(std::filesystem::exists(killed / "run.checkpoint"));
-    killed.mustRun("-threads 1 " + scene() + " -resume"); // of which there may be any number
+    killed.mustRun("-threads 1 " + scene() + " -resume"); // the number of threads may differ
     requireSame(whole, killed);
-    // All is done; to resume once more does nothing.
+    // The run is complete, so resuming again does nothing.
     std::filesystem::remove(killed / "p.0006.ply");
     killed.mustRun(scene() + " -resume");
     CHECK_FALSE(std::filesystem::exists(killed / "p.0006.ply"));
 }
 
-TEST_CASE("a run can be resumed after any frame, and further than it was to go", "[app]") {
+TEST_CASE("resume: a run can continue after any frame and beyond its original range", "[app]") {
     const Folder whole, pieces;
     whole.mustRun(scene());
     for (const char* frames : {"1-1", "1-2", "1-4", "1-6"}) {
         for (const auto& name : pieces.names())
             if (name != "run.checkpoint" && !name.starts_with("keep"))
                 std::filesystem::rename(pieces / name, pieces / ("keep." + name));
-        pieces.mustRun("-resume " + scene(frames)); // at first there is no checkpoint
+        pieces.mustRun("-resume " + scene(frames)); // the first run has no checkpoint
     }
     for (const auto& name : pieces.names())
         if (name.starts_with("keep.")) std::filesystem::rename(pieces / name, pieces / name.substr(5));
     requireSame(whole, pieces);
 }
 
-TEST_CASE("a run that is cancelled leaves the checkpoint of its last whole frame", "[app]") {
+TEST_CASE("resume: a cancelled run leaves the checkpoint of its last complete frame", "[app]") {
     const Folder folder;
     const std::string text =
         "scatter count=50 box=0,0,0,1,1,1\nframes 1-9 \"checkpoint=" + (folder / "run.checkpoint").string() +
@@ -91,11 +91,11 @@ TEST_CASE("a run that is cancelled leaves the checkpoint of its last whole frame
     CHECK(runs == 4);
     stop = false;
     test::Scenes again(count, console);
-    CHECK_THROWS_AS(again.run(text + "\nhere\nnoise\nresume"), Interrupted); // the same place stops it again: frame 4
-    CHECK(runs == 5);                                                        // was not whole
+    CHECK_THROWS_AS(again.run(text + "\nhere\nnoise\nresume"), Interrupted); // stops in frame 4 again
+    CHECK(runs == 5);                                                        // frame 4 was not complete
 }
 
-TEST_CASE("a checkpoint that is damaged, or of another program, is refused", "[app]") {
+TEST_CASE("resume: a damaged checkpoint or one of another program is refused", "[app]") {
     const Folder folder;
     folder.mustRun(scene("1-2"));
     const std::string good = bytesOf(folder / "run.checkpoint");
@@ -119,11 +119,11 @@ TEST_CASE("a checkpoint that is damaged, or of another program, is refused", "[a
     std::string other = resume;
     other.replace(other.find("rate=977"), 8, "rate=978");
     folder.mustFail(other, {"another program"});
-    folder.mustFail("-resume " + scene("2-3"), {"another program"}); // its times are others
-    folder.mustRun("-threads 1 " + resume);                          // which has no part in what is made
+    folder.mustFail("-resume " + scene("2-3"), {"another program"}); // other times
+    folder.mustRun("-threads 1 " + resume);                          // does not affect the results
 }
 
-TEST_CASE("a checkpoint is refused if a file that was read has changed since", "[app]") {
+TEST_CASE("resume: a checkpoint is refused if an input file has changed", "[app]") {
     const Folder folder;
     folder.mustRun("-quiet -scatter count=9 box=-1,-1,-1,1,1,1 -write p.0001.vdb p.0002.vdb p.0003.vdb");
     test::store(folder / "ball.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n# end\n");
@@ -131,7 +131,7 @@ TEST_CASE("a checkpoint is refused if a file that was read has changed since", "
         return "-quiet -read ball.obj -scatter count=20 box=-1,-1,-1,1,1,1 -frames " + frames +
                " checkpoint=run.checkpoint -read 'p.$F4.vdb' -noise -noise seed=1 -dfvn -advect time=0.1 steps=1";
     };
-    const auto change = [&](const std::string& file) { // one byte, and the time of the file stays as it was
+    const auto change = [&](const std::string& file) { // changes one byte and keeps the time of the file
         std::string bytes = bytesOf(folder / file);
         const auto time = std::filesystem::last_write_time(folder / file);
         char& byte = bytes[file.ends_with(".obj") ? bytes.size() - 2 : bytes.size() / 2];
@@ -152,11 +152,12 @@ TEST_CASE("a checkpoint is refused if a file that was read has changed since", "
     folder.mustRun("-resume " + run("1-3"));
 }
 
-TEST_CASE("a forged checkpoint whose arrays do not go together is refused", "[app]") {
+TEST_CASE("resume: a forged checkpoint with inconsistent arrays is refused", "[app]") {
     const Folder folder;
     folder.mustRun(scene("1-2"));
     const std::string good = bytesOf(folder / "run.checkpoint");
-    // Magic number, program, frame, states; key, next id, identity and frame of the track; then x, y, … by their size.
+    // Magic number, program, frame, states; then the key, next id, identity and frame of the track; then x, y, …, each
+    // with its size.
     const size_t x = 8 + 16 + 4 + 8 + 16 + 8 + 16 + 4;
     uint64_t size = 0;
     std::memcpy(&size, &good[x], sizeof size);
@@ -173,7 +174,7 @@ TEST_CASE("a forged checkpoint whose arrays do not go together is refused", "[ap
     }
 }
 
-TEST_CASE("an unwritable checkpoint is known before the work", "[app]") {
+TEST_CASE("resume: an unwritable checkpoint is reported before the work", "[app]") {
     const Folder folder;
     folder.mustFail("-frames 1-2 checkpoint=missing/too/a -noise", {"-frames", "missing/too/a"});
 }

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/picture/ImageFile.h"
+#include "support/Catch.h"
 #include "support/Command.h"
 
-#include <catch2/catch.hpp>
 #include <fmt/format.h>
 
 using namespace curlew;
 using test::Folder;
 using test::jsonOf;
 
-// docs/scale.md: an object, a wavelength and a speed that are S times as large give the same, wherever they are.
+// docs/scale.md: if an object, a wavelength and a speed are scaled by S, the result is the same, wherever they are.
 
 namespace {
 
@@ -30,7 +30,7 @@ Scaled mainJob(const Folder& folder, double scale, double away) {
     return {jsonOf(folder / "r.json"), readExr(folder / "p.exr"), readExr(folder / "w.exr")};
 }
 
-/// The part of the pixels that differ by more than two levels of 255.
+/// Returns the fraction of pixels that differ by more than two of 255 levels.
 double different(const Image& a, const Image& b) {
     REQUIRE(a.channels == b.channels);
     const size_t channels = a.channels.size();
@@ -42,7 +42,7 @@ double different(const Image& a, const Image& b) {
 
 } // namespace
 
-TEST_CASE("the main job is the same at any scale", "[app]") {
+TEST_CASE("scale: the main job gives the same figures and pictures at any scale", "[app]") {
     const Folder folder;
     const Scaled one = mainJob(folder, 1, 0);
     const double scale = GENERATE(1e-3, 180.0);
@@ -59,19 +59,19 @@ TEST_CASE("the main job is the same at any scale", "[app]") {
         CHECK(figure(other, length) / scale == Approx(figure(one, length)).epsilon(1e-4));
     CHECK(other.figures.at("penetration_max").get<double>() / scale ==
           Approx(one.figures.at("penetration_max").get<double>()).epsilon(1e-4));
-    // Voxels whose centre is at the end of the layer may be counted or not.
+    // A voxel whose centre is at the end of the layer may or may not be counted.
     CHECK(other.figures.at("voxels").get<double>() == Approx(one.figures.at("voxels").get<double>()).epsilon(0.01));
     CHECK(different(one.points, other.points) < 1e-3);
     CHECK(different(one.wall, other.wall) < 1e-3);
 }
 
-TEST_CASE("the main job is the same 100,000 units away from the origin", "[app]") {
+TEST_CASE("scale: the main job gives the same result 100000 units from the origin", "[app]") {
     const Folder folder;
     const Scaled here = mainJob(folder, 180, 0), there = mainJob(folder, 180, 1e5);
     CHECK(there.figures.at("outside") == 0);
     CHECK(there.figures.at("not_converged") == 0);
     CHECK(there.figures.at("wall_flux").get<double>() < 1e-12);
-    // Points keep clear of the wall by a rounding of float, 0.008 there: a few of them are drawn again.
+    // Points keep a distance of one float rounding from the wall, 0.008 there. A few of them are therefore drawn again.
     CHECK(there.figures.at("advect").at("substeps").get<double>() ==
           Approx(here.figures.at("advect").at("substeps").get<double>()).epsilon(0.01));
     CHECK(there.figures.at("advect").at("speed_max").get<double>() ==
@@ -80,7 +80,7 @@ TEST_CASE("the main job is the same 100,000 units away from the origin", "[app]"
     CHECK(different(here.wall, there.wall) < 1e-3);
 }
 
-TEST_CASE("a mesh of any size becomes a level set, holds points, is snapped to and drawn", "[app]") {
+TEST_CASE("scale: a mesh of any size can be voxelised and scattered and snapped to and shaded", "[app]") {
     const Folder folder;
     const auto coverage = [&](double scale, double away) {
         std::ofstream out(folder / "m.obj");

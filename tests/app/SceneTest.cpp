@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/app/actions/Actions.h"
 #include "curlew/app/language/Program.h"
+#include "support/Catch.h"
 #include "support/Command.h"
 
-#include <catch2/catch.hpp>
 #include <fmt/format.h>
 
 using namespace curlew;
 using namespace curlew::app;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using test::Folder;
 namespace fs = std::filesystem;
 
@@ -21,7 +21,7 @@ const Reading& lenient() {
 
 Graph graphOf(const std::string& text) { return graphOfText(text, "scene", lenient()); }
 
-/// The text of a graph, which has to be read as a graph of the same text.
+/// Returns the graph of `text` as a scene, after checking that the scene gives a graph with the same scene text.
 std::string sceneAgain(const std::string& text) {
     const std::string scene = sceneOf(graphOf(text));
     CAPTURE(text, scene);
@@ -34,7 +34,7 @@ struct SceneFolder : Folder {
     SceneFolder() { fs::create_directory_symlink(fs::path(test::sourceDir()) / "scenes", *this / "scenes"); }
 };
 
-/// What is in the files that a program has written, by their names.
+/// Returns the contents of the files that a program has written, by name.
 std::map<std::string, std::string> filesIn(const Folder& folder) {
     std::map<std::string, std::string> files;
     for (const auto& name : folder.names())
@@ -44,7 +44,7 @@ std::map<std::string, std::string> filesIn(const Folder& folder) {
 
 } // namespace
 
-TEST_CASE("a graph is written as a scene without names where the newest objects are meant", "[app]") {
+TEST_CASE("sceneOf: omits names if the newest objects are meant", "[app]") {
     const std::string plain =
         "torus radius=1 tube=0.25\nnoise\nnoise seed=1\ndfvn speed=1\nvelocity dim=8\nwrite \"it's a.vdb\" '#1.vdb' "
         "half=1\n";
@@ -58,20 +58,21 @@ TEST_CASE("a graph is written as a scene without names where the newest objects 
           "sphere\nscatter\nframes 1-9 fps=10\nsphere offset={T},0,0\nkill\nwrite a.$F.ply\nresume\n");
 }
 
-TEST_CASE("a graph is written with names where the newest objects are not meant", "[app]") {
+TEST_CASE("sceneOf: writes names if other objects are meant", "[app]") {
     const std::string ages = sceneAgain("noise\nnoise\ndfvn\nvelocity\nvelocity staggered=1\nwrite a.vdb grid=1");
-    CHECK_THAT(ages,
-               Contains("velocity as=velocity\n") && Contains("write a.vdb what=velocity\n") && !Contains("grid="));
+    CHECK_THAT(ages, ContainsSubstring("velocity as=velocity\n") && ContainsSubstring("write a.vdb what=velocity\n") &&
+                         !ContainsSubstring("grid="));
     const std::string kept = sceneAgain("noise\nnoise\nsum keep=1\nsum\nsum\nslice");
     CHECK(jsonOf(graphOf(kept)).find("noise_2") != std::string::npos);
-    // Names that the user has given stay.
-    CHECK_THAT(sceneAgain("noise as=swirl\nslice"), Contains("noise as=swirl\n"));
+    // Names that the user has given are kept.
+    CHECK_THAT(sceneAgain("noise as=swirl\nslice"), ContainsSubstring("noise as=swirl\n"));
     CHECK_THAT(sceneAgain("noise as=a\nnoise as=b\nsphere\nbound noise=a as=g\ndfvn f=b g=g"),
-               Contains("bound noise=a as=g\n") && Contains("dfvn"));
-    CHECK_THAT(sceneAgain("noise\nnoise\ndfvn\nscatter\nframes 1-2\nemit points=none"), Contains("emit points=none"));
+               ContainsSubstring("bound noise=a as=g\n") && ContainsSubstring("dfvn"));
+    CHECK_THAT(sceneAgain("noise\nnoise\ndfvn\nscatter\nframes 1-2\nemit points=none"),
+               ContainsSubstring("emit points=none"));
 }
 
-TEST_CASE("text to graph to text is the same program, for all kinds of links", "[app]") {
+TEST_CASE("sceneOf: text to graph to text keeps all kinds of links", "[app]") {
     for (const std::string scene :
          {"noise\nnoise\nnoise\ncurl keep=1\ndfvn\nsuperpose\nvelocity density=1 potentials=1\nwrite grid=0,2 a.vdb",
           "noise as=a\nnoise as=b\ndfvn f=b g=a as=w\nscatter as=p\nadvect points=p keep=1 as=q\nadvect "
@@ -88,7 +89,7 @@ TEST_CASE("text to graph to text is the same program, for all kinds of links", "
           "grid=1\ndfvn\nadvectLevelSet keep=1"}) {
         CAPTURE(scene);
         const std::string again = sceneAgain(scene);
-        // Not the names, which a text gives where it needs them, but what the nodes are and what they are linked to.
+        // Ignores names, which a scene gives where it needs them; compares the nodes' actions and links.
         const auto bare = [](const Graph& graph) {
             std::string text;
             for (const Node& node : graph.nodes) {
@@ -109,9 +110,9 @@ TEST_CASE("text to graph to text is the same program, for all kinds of links", "
     }
 }
 
-TEST_CASE("every scene is read, written as a scene and as JSON, and read again as the same graph", "[app]") {
+TEST_CASE("scenes: every scene survives the round trip through scene and JSON", "[app]") {
     const fs::path before = fs::current_path();
-    fs::current_path(test::sourceDir()); // from where scenes look for their files
+    fs::current_path(test::sourceDir()); // scenes use paths relative to this folder
     size_t scenes = 0;
     for (const auto& entry : fs::directory_iterator("scenes")) {
         if (entry.path().extension() != ".txt") continue;
@@ -128,7 +129,7 @@ TEST_CASE("every scene is read, written as a scene and as JSON, and read again a
     CHECK(scenes > 20);
 }
 
-TEST_CASE("a scene, the scene of its graph and its graph as JSON write the same files", "[app]") {
+TEST_CASE("scenes: scene and rewritten scene and JSON write the same files", "[app]") {
     const std::string name = GENERATE("demo", "catlike_cheap_2d", "icn_fig5_image_warp", "icn_fig8_animated_jitter");
     CAPTURE(name);
     const SceneFolder scene, written, json;

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/app/run/Session.h"
+#include "support/Catch.h"
 #include "support/Command.h"
 #include "support/SessionCommand.h"
 
-#include <catch2/catch.hpp>
-
 using namespace curlew;
 using namespace curlew::app;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using test::countOf;
 using test::Folder;
 using test::Scenes;
@@ -39,36 +38,38 @@ Names jobNames() { return {"mesh", "ls", "f", "n", "g", "flow", "seeds", "dust"}
 
 struct Job : Scenes {
     Job() { session.provide("tetrahedron", tetrahedron(), digestOf("one")); }
-    /// The nodes that are evaluated for a text.
+    /// Returns the nodes that a text evaluates.
     Names evaluated(const std::string& text) { return runAnew(text).evaluated(); }
 };
 
 } // namespace
 
-// --- what a program leaves
+// --- what a program leaves behind
 
-TEST_CASE("actions run in order, and an error carries the action's name", "[app]") {
+TEST_CASE("Session: actions run in order and an error carries the action's name", "[app]") {
     Scenes scenes;
     Session& session = scenes.run("sphere\nnoise seed=1\nnoise seed=2\nbound width=0.2");
     CHECK(countOf(session, Kind::field) == 3);
     CHECK(std::get<FieldValue>(test::valueOf(session, Kind::field)).wall);
     CHECK(session.report["actions"].size() == 4);
     CHECK(session.report["actions"][3]["action"] == "-bound width=0.2");
-    CHECK_THROWS_WITH(scenes.run("velocity"), Contains("-velocity: ") && Contains("a flow") && Contains("-dfvn"));
-    // A scene that cannot write what it says does not begin.
-    CHECK_THROWS_WITH(scenes.run("noise\nslice width=4\nwrite missing/too/a.png"), Contains("missing/too/a.png"));
+    CHECK_THROWS_WITH(scenes.run("velocity"),
+                      ContainsSubstring("-velocity: ") && ContainsSubstring("a flow") && ContainsSubstring("-dfvn"));
+    // A scene whose output cannot be written does not start.
+    CHECK_THROWS_WITH(scenes.run("noise\nslice width=4\nwrite missing/too/a.png"),
+                      ContainsSubstring("missing/too/a.png"));
     CHECK(countOf(session, Kind::field) == 3);
     CHECK(countOf(session, Kind::image) == 0);
-    // What OpenVDB throws carries it too.
+    // Exceptions of OpenVDB get the context, too.
     Scenes failing([](Context&) { OPENVDB_THROW(openvdb::IoError, "why"); });
-    CHECK_THROWS_WITH(failing.run("here"), Contains("-here: ") && Contains("why"));
+    CHECK_THROWS_WITH(failing.run("here"), ContainsSubstring("-here: ") && ContainsSubstring("why"));
 }
 
-TEST_CASE("a program goes on with what the one before has left, as if it were one", "[app]") {
+TEST_CASE("Session: a program continues with the objects of the previous one", "[app]") {
     Scenes apart, whole;
     apart.run("noise\nnoise seed=1\nscatter box=-1,-1,-1,1,1,1 count=20 as=dust");
     apart.run("dfvn as=wind");
-    CHECK(countOf(apart.session, Kind::field) == 0); // they have been taken
+    CHECK(countOf(apart.session, Kind::field) == 0); // they were consumed
     apart.run("noise\nadvect time=0.1 steps=2 flow=wind points=dust");
     CHECK(countOf(apart.session, Kind::points) == 1);
     whole.run("noise\nnoise seed=1\nscatter box=-1,-1,-1,1,1,1 count=20\ndfvn\nadvect time=0.1 steps=2");
@@ -79,32 +80,33 @@ TEST_CASE("a program goes on with what the one before has left, as if it were on
     CHECK_THROWS_AS(apart.run("velocity"), ValueError);
 }
 
-TEST_CASE("what a program has made and taken is there when it fails or is cancelled", "[app]") {
+TEST_CASE("Session: results of a failed or cancelled program remain", "[app]") {
     Scenes scenes;
     scenes.run("noise\nnoise seed=1\ndfvn\nscatter count=20");
-    CHECK_THROWS_WITH(scenes.run("sphere\nadvect time=0.1 steps=1\nnoise\nnoise\ndfvn"), Contains("does not move"));
+    CHECK_THROWS_WITH(scenes.run("sphere\nadvect time=0.1 steps=1\nnoise\nnoise\ndfvn"),
+                      ContainsSubstring("does not move"));
     CHECK(countOf(scenes.session, Kind::shape) == 1);
     CHECK(countOf(scenes.session, Kind::points) == 1);
-    CHECK(countOf(scenes.session, Kind::noise) == 2); // which -dfvn could not make a flow of
+    CHECK(countOf(scenes.session, Kind::noise) == 2); // -dfvn could not make a flow of them
     CHECK(countOf(scenes.session, Kind::flow) == 1);
 }
 
-TEST_CASE("a result is found by the name of its node", "[app]") {
+TEST_CASE("Session: a result is found by the name of its node", "[app]") {
     Scenes scenes;
     Session& session = scenes.run(
         "sphere as=ball\nnoise as=f\nnoise seed=1\nbound as=g\ndfvn f=f g=g as=wind\n"
         "velocity dim=4 density=1 as=smoke\nscatter count=7");
     CHECK(kindOf(session.result("ball").value) == Kind::shape);
     CHECK(session.result("g").object.kind == Kind::noise);
-    CHECK(session.result("noise").name == "noise"); // which -bound has taken
+    CHECK(session.result("noise").name == "noise"); // -bound has consumed it
     CHECK(std::get<GridValue>(session.result("smoke.density").value).grid->getName() == "density");
     CHECK(std::get<GridValue>(session.result("smoke").value).grid->getName() == "vel");
     CHECK(test::pointsOf(session.result("scatter").value).size() == 7);
-    CHECK_THROWS_WITH(session.result("wnid"), Contains("'wnid'") && Contains("did you mean 'wind'"));
-    CHECK_THROWS_WITH(session.result("smoke.densty"), Contains("did you mean 'density'"));
+    CHECK_THROWS_WITH(session.result("wnid"), ContainsSubstring("'wnid'") && ContainsSubstring("did you mean 'wind'"));
+    CHECK_THROWS_WITH(session.result("smoke.densty"), ContainsSubstring("did you mean 'density'"));
 }
 
-TEST_CASE("a program that is cancelled stops at the next node", "[app]") {
+TEST_CASE("Session: a cancelled program stops at the next node", "[app]") {
     int asked = 0;
     Console console([&] { return ++asked > 1; });
     console.setVerbosity(Verbosity::quiet);
@@ -113,7 +115,7 @@ TEST_CASE("a program that is cancelled stops at the next node", "[app]") {
     CHECK(countOf(scenes.session, Kind::field) == 1);
 }
 
-TEST_CASE("where a program has failed is known by line, action and node", "[app]") {
+TEST_CASE("Session: the location of a failure has line and action and node", "[app]") {
     const auto placeOf = [](const std::string& text) {
         Scenes scenes;
         CHECK_THROWS_AS(scenes.run(text), Error);
@@ -127,7 +129,7 @@ TEST_CASE("where a program has failed is known by line, action and node", "[app]
     CHECK(placeOf("noise\nframes 4-9\nsphere radius={2-T*24} as=ball") == Place(3, "sphere", "ball"));
 }
 
-TEST_CASE("a caller sees each frame while what it has made is there", "[app]") {
+TEST_CASE("Session: onFrame sees the results of each frame", "[app]") {
     Scenes scenes;
     std::vector<int> frames;
     scenes.session.onFrame = [&](int frame) {
@@ -140,7 +142,7 @@ TEST_CASE("a caller sees each frame while what it has made is there", "[app]") {
     CHECK(frames == std::vector{1, 3, 5});
 }
 
-TEST_CASE("a program reads what its caller provides before it looks for files", "[app]") {
+TEST_CASE("Session: provided objects take precedence over files", "[app]") {
     Scenes scenes;
     Session& session = scenes.session;
     const auto mesh = tetrahedron();
@@ -152,12 +154,12 @@ TEST_CASE("a program reads what its caller provides before it looks for files", 
     REQUIRE(session.objects().size() == 2);
     CHECK(std::get<MeshPointer>(session.objects()[0].value) == mesh);
     CHECK(test::pointsOf(session).id == std::vector<int64_t>{4});
-    CHECK_THROWS_WITH(scenes.run("read other.ply"), Contains("other.ply"));
-    CHECK_THROWS_WITH(scenes.run("read other"), Contains("no known extension"));
+    CHECK_THROWS_WITH(scenes.run("read other.ply"), ContainsSubstring("other.ply"));
+    CHECK_THROWS_WITH(scenes.run("read other"), ContainsSubstring("no known extension"));
     CHECK(session.withdraw("points"));
     CHECK_FALSE(session.withdraw("points"));
-    CHECK_THROWS_WITH(scenes.run("read points"), Contains("no known extension"));
-    // Meshes that change from frame to frame are those of the frame before at its beginning.
+    CHECK_THROWS_WITH(scenes.run("read points"), ContainsSubstring("no known extension"));
+    // At the beginning of a frame, moving meshes are those of the previous frame.
     Scenes moving;
     for (int frame = 1; frame <= 2; ++frame)
         moving.session.provide("mesh" + std::to_string(frame), tetrahedron(0.1f * static_cast<float>(frame)),
@@ -166,23 +168,23 @@ TEST_CASE("a program reads what its caller provides before it looks for files", 
     CHECK(moving.session.report["advect"]["outside"] == 0);
 }
 
-TEST_CASE("the session's time goes forward", "[app]") {
+TEST_CASE("Session: seconds increases", "[app]") {
     Scenes scenes;
     const double seconds = scenes.session.seconds();
     CHECK(seconds >= 0);
     CHECK(scenes.session.seconds() >= seconds);
 }
 
-// --- values by content
+// --- caching of values by content
 
-TEST_CASE("running the same program again evaluates no value", "[app]") {
+TEST_CASE("Session: running the same program again evaluates no value", "[app]") {
     Job job;
     CHECK(job.evaluated(kJob) == jobNames());
     const Points first = test::pointsOf(job.session);
     CHECK(job.evaluated(kJob).empty());
     CHECK(test::pointsOf(job.session).x == first.x);
-    CHECK(job.evaluated(kJob).empty()); // they are kept for as many runs as they are in
-    // Effects are evaluated each time, and see the same.
+    CHECK(job.evaluated(kJob).empty()); // values are kept while each run uses them
+    // Effects are evaluated in each run and see the same values.
     int looked = 0;
     Scenes scenes([&](Context& c) {
         ++looked;
@@ -195,37 +197,37 @@ TEST_CASE("running the same program again evaluates no value", "[app]") {
     }
 }
 
-TEST_CASE("an edit evaluates what depends on it and nothing else", "[app]") {
+TEST_CASE("Session: an edit evaluates only what depends on it", "[app]") {
     Job job;
     job.run(kJob);
     const auto edited = [&](const std::string& what, const std::string& by) {
         return job.evaluated(replaced(kJob, what, by));
     };
-    // The frequency of a noise: the mesh is not voxelised again.
+    // Changes the frequency of a noise: the mesh is not voxelised again.
     CHECK(edited("noise frequency=2 as=f", "noise frequency=3 as=f") == Names{"f", "flow", "seeds", "dust"});
-    CHECK(job.evaluated(kJob) == Names{"f", "flow", "seeds", "dust"}); // the values of one run are kept
+    CHECK(job.evaluated(kJob) == Names{"f", "flow", "seeds", "dust"}); // and nothing upstream
     CHECK(edited("steps=2", "steps=3") == Names{"dust"});              // and nothing above it
     CHECK(edited("count=50", "count=60") == Names{"seeds", "dust"});
     job.runAnew(kJob);
     CHECK(edited("width=0.1", "width=0.2") == Names{"g", "flow", "seeds", "dust"});
     job.runAnew(kJob);
     CHECK(edited("dim=16", "dim=17") == Names{"ls", "g", "flow", "seeds", "dust"});
-    // What an option has by default, or how a node is called, is not an edit of a value.
+    // Writing out an option's default or renaming a node does not change a value.
     job.runAnew(kJob);
     CHECK(job.evaluated(replaced(kJob, "as=dust", "as=smoke")).empty());
     CHECK(job.evaluated(kJob + "\nslice width=4 as=picture") == Names{"picture"});
     CHECK(job.evaluated(kJob).empty());
 }
 
-TEST_CASE("other content under the same name is another value", "[app]") {
+TEST_CASE("Session: changed content under the same name is evaluated again", "[app]") {
     Job job;
     job.run(kJob);
-    job.session.provide("tetrahedron", tetrahedron(), digestOf("one")); // the same once more
+    job.session.provide("tetrahedron", tetrahedron(), digestOf("one")); // the same content again
     CHECK(job.evaluated(kJob).empty());
     job.session.provide("tetrahedron", tetrahedron(1), digestOf("two"));
     const Names all = job.evaluated(kJob);
-    CHECK(all == Names{"mesh", "ls", "g", "flow", "seeds", "dust"}); // but not the noises
-    // A file that has changed, too.
+    CHECK(all == Names{"mesh", "ls", "g", "flow", "seeds", "dust"}); // all but the noises
+    // A file that has changed is another value, too.
     const Folder folder;
     const std::string read = "read \"" + (folder / "a.vdb").string() + "\" as=p\nspacing";
     job.runAnew("sphere\nscatter count=10\nwrite \"" + (folder / "a.vdb").string() + "\"");
@@ -236,7 +238,7 @@ TEST_CASE("other content under the same name is another value", "[app]") {
     CHECK(test::pointsOf(job.session).size() == 11);
 }
 
-TEST_CASE("an edit gives what a new session gives", "[app]") {
+TEST_CASE("Session: an edit gives the same result as a new session", "[app]") {
     Job edited;
     edited.run(kJob);
     for (const auto& [what, by] : {std::pair<std::string, std::string>{"frequency=2 as=f", "frequency=3 as=f"},
@@ -255,7 +257,7 @@ TEST_CASE("an edit gives what a new session gives", "[app]") {
     }
 }
 
-TEST_CASE("points that are moved do not change the value that they were made from", "[app]") {
+TEST_CASE("Session: moving points does not change the value they were made from", "[app]") {
     Job job;
     const std::string text = "sphere\nscatter count=9 as=seeds\npush as=moved";
     const auto xOf = [&](const std::string& name) { return test::pointsOf(job.session.result(name).value).x; };
@@ -269,7 +271,7 @@ TEST_CASE("points that are moved do not change the value that they were made fro
     }
 }
 
-TEST_CASE("in frames, what does not change with time is evaluated once, and an edit elsewhere not again", "[app]") {
+TEST_CASE("Session: in frames values without time dependence are evaluated once", "[app]") {
     Scenes scenes;
     const std::string text = "noise as=n\nframes 1-4\nnoise seed=1 as=still\nnoise alpha={T} as=moving\ndfvn as=flow";
     const Names first = scenes.runAnew(text).evaluated();
@@ -283,7 +285,7 @@ TEST_CASE("in frames, what does not change with time is evaluated once, and an e
     CHECK(std::count(again.begin(), again.end(), "s") == 4);
 }
 
-TEST_CASE("only what is wanted, and effects, are evaluated", "[app]") {
+TEST_CASE("Session: only wanted nodes and effects are evaluated", "[app]") {
     int looked = 0;
     Scenes scenes([&](Context&) { ++looked; });
     const std::string nodes =
@@ -297,16 +299,16 @@ TEST_CASE("only what is wanted, and effects, are evaluated", "[app]") {
     };
     CHECK(evaluated("").size() == 5);
     CHECK(looked == 1);
-    scenes.runAnew("{}"); // forgets the values
+    scenes.runAnew("{}"); // clears the cached values
     CHECK(evaluated(R"(, "wanted": ["g"])") == Names{"f", "g", "seen"});
     CHECK(looked == 2);
     scenes.runAnew("{}");
     CHECK(evaluated(R"(, "wanted": ["wind"], "effects": false)") == Names{"f", "g", "wind"});
     CHECK(looked == 2);
     CHECK(kindOf(scenes.session.result("wind").value) == Kind::flow);
-    CHECK_THROWS_WITH(scenes.session.result("unused"), Contains("'unused' has not been made"));
+    CHECK_THROWS_WITH(scenes.session.result("unused"), ContainsSubstring("'unused' has not been made"));
     scenes.runAnew("{}");
-    CHECK(evaluated(R"(, "effects": false)").empty()); // nothing is wanted
+    CHECK(evaluated(R"(, "effects": false)").empty()); // no node is wanted
     CHECK(looked == 2);
-    CHECK_THROWS_WITH(evaluated(R"(, "wanted": ["wnid"])"), Contains("did you mean 'wind'"));
+    CHECK_THROWS_WITH(evaluated(R"(, "wanted": ["wnid"])"), ContainsSubstring("did you mean 'wind'"));
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "support/Catch.h"
 #include "support/ProbeCommand.h"
 #include "support/Variable.h"
 
-#include <catch2/catch.hpp>
 #include <fmt/format.h>
 
 #include <map>
@@ -12,7 +12,8 @@ using test::Folder;
 using test::store;
 using test::Variable;
 
-// Every instruction set gives the same bytes. It is chosen once in a process, so this is about files of the command.
+// All instruction sets give the same bytes. A process chooses its instruction set once, so these tests run the command
+// and compare its files.
 
 namespace {
 
@@ -21,7 +22,7 @@ bool runsWith(const Folder& folder, const std::string& simd) {
     return folder.run("-list").status == 0;
 }
 
-/// All that this processor has but the one that the others are compared with.
+/// Returns the instruction sets of this processor other than scalar, which is the reference.
 const std::vector<std::string>& otherThanScalar() {
     static const std::vector<std::string> kOthers = [] {
         std::vector<std::string> others;
@@ -38,7 +39,7 @@ const std::vector<std::string>& otherThanScalar() {
 
 using Files = std::map<std::string, std::string>;
 
-/// The bytes of all files that the command writes, given some to read.
+/// Returns the bytes of all files that the command writes. `inputs` are files for it to read.
 Files written(const std::string& simd, const std::string& arguments, const Files& inputs) {
     const Variable choice("CURLEW_SIMD", simd);
     const Folder folder;
@@ -59,13 +60,14 @@ void requireSameBytes(const std::string& arguments, const Files& inputs = {}) {
         REQUIRE(files.size() == expected.size());
         for (const auto& [name, bytes] : expected) {
             CAPTURE(simd, name);
-            REQUIRE(bytes.size() > 200);                                // more than a header
-            REQUIRE((files.contains(name) && files.at(name) == bytes)); // of which a failure shall not print megabytes
+            REQUIRE(bytes.size() > 200); // not only a header
+            REQUIRE((files.contains(name) &&
+                     files.at(name) == bytes)); // extra parentheses: a failure must not print megabytes
         }
     }
 }
 
-/// Writes the newest flow's velocities at centres and on faces.
+/// Writes the velocities of the newest flow at voxel centres and on faces.
 std::string grids(const std::string& job, int dim) {
     return job + fmt::format(
                      " -velocity dim={0} -write centres.vdb -velocity dim={0} staggered=1 potentials=1 "
@@ -73,19 +75,19 @@ std::string grids(const std::string& job, int dim) {
                      dim);
 }
 
-/// Two noises of these options, and what makes a flow of them.
+/// Two noises with these options, followed by the action that makes a flow of them.
 std::string pair(const std::string& options, const std::string& flow) {
     return fmt::format("-noise seed=1 {0} -noise seed=2 {0} {1}", options, flow);
 }
 
-/// An octahedron about the origin.
+/// An octahedron centred at the origin.
 const Files kMesh{{"mesh.obj",
                    "v 1 0 0\nv -1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\nf 1 3 5\nf 3 2 5\nf 2 4 5\nf 4 1 5\n"
                    "f 3 1 6\nf 2 3 6\nf 4 2 6\nf 1 4 6\n"}};
 const std::string kLevelSet = "-read mesh.obj -mesh2ls dim=24 ";
 
-/// As -probe reads them: random ones, near and far, more than fill a batch; and vertices of lattices, midpoints and
-/// zeros of either sign, where functions have corners and comparisons ties.
+/// Positions for -probe: random ones, near and far, that fill more than one batch; and lattice vertices, midpoints and
+/// zeros of either sign, where functions have corners and comparisons have ties.
 template <int N>
 std::string positions() {
     std::string text = test::coordinateHeader(N);
@@ -102,7 +104,7 @@ std::string positions() {
     return text + "\n";
 }
 
-/// Writes what each of the noises, of N dimensions, is at the positions: with no, first and second derivatives.
+/// Compares the values and first and second derivatives of each N-dimensional noise at the positions.
 template <int N>
 void requireSameProbes(const std::vector<std::string>& noises) {
     std::string job;
@@ -117,7 +119,7 @@ void requireSameProbes(const std::vector<std::string>& noises) {
 
 } // namespace
 
-TEST_CASE("an instruction set that is unknown or missing is refused before any work", "[command]") {
+TEST_CASE("CURLEW_SIMD: an unknown or missing instruction set is refused before any work", "[command]") {
     const Folder folder;
     const auto mustFailWith = [&](const std::string& simd, const std::string& says) {
         const Variable choice("CURLEW_SIMD", simd);
@@ -126,15 +128,15 @@ TEST_CASE("an instruction set that is unknown or missing is refused before any w
     };
     for (const std::string simd : {"foo", "AVX2", "avx", " "}) mustFailWith(simd, "unknown");
     for (const std::string simd : {"avx2", "avx512"})
-        if (!runsWith(folder, simd)) mustFailWith(simd, "lacks");
+        if (!runsWith(folder, simd)) mustFailWith(simd, "does not support");
     CHECK(runsWith(folder, "scalar"));
-    CHECK(runsWith(folder, "")); // is as good as unset
+    CHECK(runsWith(folder, "")); // an empty value counts as unset
 #if defined(__x86_64__)
     CHECK(runsWith(folder, "avx512") == (__builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq")));
 #endif
 }
 
-TEST_CASE("velocity grids without walls have the same bytes on every instruction set", "[command]") {
+TEST_CASE("instruction sets: velocity grids without walls have the same bytes", "[command]") {
     const std::string options =
         GENERATE("type=psrd", "type=psrd period=4,2,5 octaves=2", "type=psrd period=3,6,3 grid=perlin alpha=0.7",
                  "type=psrd turbulence=0.1 octaves=2", "type=value period=4", "type=perlin", "type=simplex",
@@ -142,7 +144,7 @@ TEST_CASE("velocity grids without walls have the same bytes on every instruction
     requireSameBytes(grids(pair(options, "-dfvn"), 12));
 }
 
-TEST_CASE("flows of every kind have the same bytes on every instruction set", "[command]") {
+TEST_CASE("instruction sets: flows of every kind have the same bytes", "[command]") {
     const std::string noises = pair("", "");
     const std::string job = GENERATE_COPY(noises + "-dfvn -reshape limit=0.5", "-torus -noise frequency=2 -surface",
                                           noises + "-sum -noise -dfvn", noises + "-product -noise -dfvn",
@@ -151,26 +153,26 @@ TEST_CASE("flows of every kind have the same bytes on every instruction set", "[
     requireSameBytes(grids(job, 12));
 }
 
-TEST_CASE("sums and normalised flows and slices have the same bytes on every instruction set", "[command]") {
+TEST_CASE("instruction sets: sums and normalised flows and slices have the same bytes", "[command]") {
     requireSameBytes("-noise -curl offset=10 -updraft -superpose -velocity dim=12 -write sum.vdb");
     requireSameBytes(pair("", "-dfvn normalize=1 speed=0.5 -velocity dim=12 -write unit.vdb"));
     requireSameBytes("-noise dim=2 octaves=3 -dfvn -slice width=40 -write slice.exr");
 }
 
-TEST_CASE("velocity grids within shapes have the same bytes on every instruction set", "[command]") {
+TEST_CASE("instruction sets: velocity grids within shapes have the same bytes", "[command]") {
     const std::string shape =
         GENERATE("-sphere", "-box rotate=10,20,30", "-torus", "-capsule", "-gyroid wavelength=1.5",
                  "-sphere -box offset=0.5 -union smoothing=0.2", "-box -sphere radius=0.7 -difference smoothing=0.1");
     requireSameBytes(grids(shape + " " + pair("octaves=3 frequency=2", "-bound width=0.3 -dfvn speed=1"), 16));
 }
 
-TEST_CASE("velocity grids within a mesh have the same bytes on every instruction set", "[command]") {
+TEST_CASE("instruction sets: velocity grids within a mesh have the same bytes", "[command]") {
     const std::string how =
         GENERATE("-bound width=0.2 -dfvn speed=1", "-bound width=0.2 side=both -dfvn", "-blend range=0.2 -dfvn");
     requireSameBytes(grids(kLevelSet + pair("frequency=2", how), 20), kMesh);
 }
 
-TEST_CASE("points have the same bytes on every instruction set", "[command]") {
+TEST_CASE("instruction sets: points have the same bytes", "[command]") {
     const std::string flow =
         GENERATE("-sphere " + pair("octaves=2", "-bound width=0.3 -dfvn speed=1"),
                  kLevelSet + pair("frequency=2", "-bound width=0.3 -dfvn speed=1"), pair("type=value", "-dfvn"),
@@ -183,14 +185,14 @@ TEST_CASE("points have the same bytes on every instruction set", "[command]") {
     requireSameBytes(job + "-advect time=0.4 -write adaptive.ply ", kMesh);
 }
 
-TEST_CASE("a sequence has the same bytes on every instruction set", "[command]") {
+TEST_CASE("instruction sets: a sequence has the same bytes", "[command]") {
     requireSameBytes(
         "-scatter count=100 box=-1,-1,-1,1,1,1 -frames 1-3 checkpoint=run -noise frequency=2 alpha='{2*pi*T}' -noise "
         "seed=1 -dfvn speed=1 -sphere offset='{sin(T)},0,0' -emit rate=2000 life=0.1 spread=1 -advect time=0.1 steps=2 "
         "-kill -write 'p.$F.csv'");
 }
 
-TEST_CASE("noises have the same values and derivatives on every instruction set", "[command]") {
+TEST_CASE("instruction sets: noises have the same values and derivatives", "[command]") {
     requireSameProbes<1>({"type=value", "type=value period=3", "type=perlin octaves=3", "type=sine"});
     requireSameProbes<2>({"type=psrd", "type=psrd period=3,4 alpha=1", "type=value", "type=perlin octaves=2",
                           "type=gradient", "type=gradient period=4", "type=simplex", "type=sine waves=3"});

@@ -6,7 +6,7 @@
 #include <openvdb/tools/LevelSetMeasure.h>
 
 using namespace curlew;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -17,10 +17,11 @@ double volumeOf(const app::Value& value) {
 
 } // namespace
 
-TEST_CASE("shapes stay shapes, and anything else becomes a level set", "[app]") {
+TEST_CASE("solid actions: shapes stay shapes and other operands become level sets", "[app]") {
     const test::Folder folder;
     writeMesh(folder / "ball.ply", test::ball(4));
-    const std::string ball = '"' + (folder / "ball.ply").string() + '"'; // its folder has a quote and a space
+    const std::string ball =
+        '"' + (folder / "ball.ply").string() + '"'; // the folder's name contains a quote and a space
     test::Scenes scenes;
     scenes.runAnew("sphere\nsphere offset=0.8,0,0\nunion");
     CHECK(test::countOf(scenes.session, app::Kind::shape) == 1);
@@ -31,20 +32,21 @@ TEST_CASE("shapes stay shapes, and anything else becomes a level set", "[app]") 
     CHECK(volumeOf(test::valueOf(scenes.session, app::Kind::levelSet)) == Approx(whole * 9 / 8).epsilon(0.01));
     scenes.runAnew("read " + ball + "\nmesh2ls dim=50\nplane\nintersection");
     CHECK(volumeOf(test::valueOf(scenes.session, app::Kind::levelSet)) == Approx(whole / 2).epsilon(0.01));
-    CHECK_THAT(scenes.complaint("read " + ball + "\nmesh2ls dim=50\nplane\nunion"), Contains("unbounded"));
-    CHECK_THAT(scenes.complaint("sphere\nunion"), Contains("union"));
+    CHECK_THAT(scenes.complaint("read " + ball + "\nmesh2ls dim=50\nplane\nunion"), ContainsSubstring("unbounded"));
+    CHECK_THAT(scenes.complaint("sphere\nunion"), ContainsSubstring("union"));
 }
 
-TEST_CASE("several walls are one: their union", "[app]") {
+TEST_CASE("bound action: several walls act as their union", "[app]") {
     const test::Folder folder;
     writeMesh(folder / "ball.ply", test::ball(4));
-    const std::string ball = '"' + (folder / "ball.ply").string() + '"'; // its folder has a quote and a space
+    const std::string ball =
+        '"' + (folder / "ball.ply").string() + '"'; // the folder's name contains a quote and a space
     test::Scenes scenes;
     const std::string noises = "noise frequency=2\nnoise frequency=2 seed=1\n";
     scenes.runAnew("read " + ball + "\nmesh2ls dim=40\nsphere offset=4,0,0\n" + noises +
                    "bound grid=0,1 side=outside width=0.2\ndfvn\n");
     const Flow flow = std::get<Flow>(std::get<app::AnyFlow>(test::valueOf(scenes.session, app::Kind::flow)));
-    // The speed through either wall vanishes.
+    // The normal velocity at either wall is nearly zero.
     for (const double x : {0.0, 4.0})
         for (uint64_t k = 0; k < 50; ++k) {
             Vec3d normal = test::randomPoint(test::cube(1), 3, k);
@@ -53,5 +55,5 @@ TEST_CASE("several walls are one: their union", "[app]") {
             CHECK(std::abs(dot(v, normal)) < 0.05 * (length(v) + 0.1));
         }
     scenes.runAnew("sphere dim=2\nsphere dim=2 offset=3,0,0\nnoise dim=2 frequency=2\nbound grid=0,1 width=0.2\n");
-    CHECK_THAT(scenes.complaint("sphere\n" + noises + "bound grid=0,1"), Contains("age 1"));
+    CHECK_THAT(scenes.complaint("sphere\n" + noises + "bound grid=0,1"), ContainsSubstring("age 1"));
 }

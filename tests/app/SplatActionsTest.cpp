@@ -4,14 +4,14 @@
 
 using namespace curlew;
 using namespace curlew::test;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
 const std::string kFlow = "-sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 ";
 const std::string kSize = " width=160 height=120 ";
 
-/// The mean of a picture's display values.
+/// Returns the mean of a picture's display values.
 double meanOf(const Image& image) {
     double sum = 0;
     for (const float value : image.pixels) sum += static_cast<double>(value);
@@ -20,12 +20,12 @@ double meanOf(const Image& image) {
 
 } // namespace
 
-TEST_CASE("splat draws curves and points, and says how much it covers", "[app]") {
+TEST_CASE("splat action: draws curves and points and reports their coverage", "[app]") {
     const Folder folder;
     const Outcome outcome = folder.mustRun(kFlow + "-scatter count=200 -trace limit=2 -splat" + kSize +
                                            "-write curves.png -scatter count=500 -splat by=height map=ice" + kSize +
                                            "-write points.png points.json");
-    CHECK_THAT(outcome.err, Contains("splat: ") && Contains("500 of 500 points"));
+    CHECK_THAT(outcome.err, ContainsSubstring("splat: ") && ContainsSubstring("500 of 500 points"));
     const auto report = jsonOf(folder / "points.json").at("splat");
     CHECK(report.at("drawn") == 500);
     CHECK(report.at("covered").get<double>() > 0.1);
@@ -34,10 +34,10 @@ TEST_CASE("splat draws curves and points, and says how much it covers", "[app]")
     CHECK(curves.height == 120);
     CHECK(meanOf(curves) > 0.05);
     CHECK(meanOf(points) > 0.03);
-    for (const float value : curves.pixels) CHECK(value < 1); // no flat white
+    for (const float value : curves.pixels) CHECK(value < 1); // no saturated white
 }
 
-TEST_CASE("splat fills the picture with what it draws, with or without its box", "[app]") {
+TEST_CASE("splat action: the camera fits what is drawn with or without a box", "[app]") {
     const Folder folder;
     const auto covered = [&](const std::string& options) {
         folder.mustRun("-jitter count=1000 box=4,4,4,5,5,5 -splat pixels=4 glow=0 " + options + kSize +
@@ -50,7 +50,7 @@ TEST_CASE("splat fills the picture with what it draws, with or without its box",
     CHECK(covered("eye=4.5,4.5,12 target=4.5,4.5,4.5 fov=10") > 0.2);
 }
 
-TEST_CASE("splat draws on a picture with depth, and hides what is behind", "[app]") {
+TEST_CASE("splat action: over=1 draws onto a picture with depth and hides what is behind", "[app]") {
     const Folder folder;
     const auto mean = [&](const std::string& later) {
         folder.mustRun(
@@ -65,13 +65,13 @@ TEST_CASE("splat draws on a picture with depth, and hides what is behind", "[app
     CHECK(mean("-scatter count=300 box=-1,-1,0.9,1,1,1 " + light) > 1.02 * alone);
     CHECK(mean("-scatter count=300 box=-1,-1,0.9,1,1,1 -splat over=1 look=opaque color=1,1,1 radius=0.05 ") >
           1.02 * alone);
-    // An opaque picture has depth, one of light has none.
+    // An opaque picture has a depth channel, one of light has none.
     folder.mustRun("-jitter count=100 -splat look=opaque" + kSize + "-write a.exr -splat" + kSize + "-write b.exr");
     CHECK(readExr(folder / "a.exr").channels == std::vector<std::string>{"R", "G", "B", "A", "Z"});
     CHECK(readExr(folder / "b.exr").channels == std::vector<std::string>{"R", "G", "B"});
 }
 
-TEST_CASE("splat has colours by speed, id, index, height, depth and age, and the wall's outline", "[app]") {
+TEST_CASE("splat action: every colour option and the wall outline change the picture", "[app]") {
     const Folder folder;
     const std::string curves = kFlow + "-sphere -scatter count=50 -trace limit=1 ";
     std::set<std::string> pictures;
@@ -83,7 +83,7 @@ TEST_CASE("splat has colours by speed, id, index, height, depth and age, and the
     CHECK(pictures.size() == 12);
 }
 
-TEST_CASE("splat refuses what it cannot draw", "[app]") {
+TEST_CASE("splat action: invalid inputs and options are refused", "[app]") {
     const Folder folder;
     folder.mustFail("-splat -write a.png", {"-splat", "points or curves", "none"});
     folder.mustFail("-sphere -scatter count=5 -splat by=speed", {"-splat", "velocity"});
@@ -95,7 +95,7 @@ TEST_CASE("splat refuses what it cannot draw", "[app]") {
     folder.mustFail("-sphere -scatter count=5 -splat geo=1", {"-splat", "geometry"});
 }
 
-TEST_CASE("advect keeps the ways of points as curves, whose distance is measured", "[app]") {
+TEST_CASE("advect trails=1: keeps pathlines as curves and distance measures them", "[app]") {
     const Folder folder;
     const std::string points = "-scatter count=100 seed=2 -advect time=0.5 pathlines=1 ";
     folder.mustRun(kFlow + points + "steps=10 -write a.csv " + points +
@@ -112,7 +112,7 @@ TEST_CASE("advect keeps the ways of points as curves, whose distance is measured
     folder.mustFail("-sphere -scatter -distance geo=0", {"-distance", "2 objects", "there is 1"});
 }
 
-TEST_CASE("snap puts points onto a shape, or onto a terrain", "[app]") {
+TEST_CASE("snap action: moves points onto a shape or a terrain", "[app]") {
     const Folder folder;
     folder.mustRun(
         "-torus -scatter count=200 -snap -write r.json -noise dim=2 -height -scatter count=300 "
@@ -124,7 +124,7 @@ TEST_CASE("snap puts points onto a shape, or onto a terrain", "[app]") {
     folder.mustFail("-torus -scatter count=3 -snap reach=0", {"-snap", "reach"});
 }
 
-TEST_CASE("splat of nothing is an empty picture, of its own or with a wall", "[app]") {
+TEST_CASE("splat action: empty points give an empty picture", "[app]") {
     const Folder folder;
     folder.mustRun("-scatter box=0,0,0,1,1,1 count=5 -kill box=5,5,5,6,6,6 -splat background=0.5,0.5,0.5" + kSize +
                    "-write a.png a.json");
@@ -135,9 +135,9 @@ TEST_CASE("splat of nothing is an empty picture, of its own or with a wall", "[a
     CHECK(meanOf(readPng(folder / "e.01.png")) < meanOf(readPng(folder / "e.03.png")));
 }
 
-TEST_CASE("one camera sees a whole sequence: the wall's domain, or what was drawn first", "[app]") {
+TEST_CASE("splat action: one camera is used for a whole sequence", "[app]") {
     const Folder folder;
-    // A ball of points that grows: with a camera of its own, each picture would be the same.
+    // A growing cube of points. With a separate camera for each frame, all pictures would be the same.
     const auto growing = [&](const std::string& wall) {
         folder.mustRun(wall +
                        "-frames 1-3 -jitter spacing='{0.1*F}' 'box={-F},{-F},{-F},{F},{F},{F}' -splat glow=0 "
@@ -153,7 +153,7 @@ TEST_CASE("one camera sees a whole sequence: the wall's domain, or what was draw
     CHECK(thirdInWall > 3 * inWall);
 }
 
-TEST_CASE("an obstacle hides the points behind it, and a container does not", "[app]") {
+TEST_CASE("splat action: an obstacle hides the points behind it and a container does not", "[app]") {
     const Folder folder;
     const auto covered = [&](const std::string& side, const std::string& box) {
         folder.mustRun("-sphere radius=0.5 -noise -noise seed=1 -bound width=0.2 side=" + side +

@@ -12,7 +12,7 @@ const std::string kSmall = " width=64 height=48 samples=2 ";
 
 } // namespace
 
-TEST_CASE("shapes, level sets, meshes and isosurfaces of the same ball look the same", "[app][command]") {
+TEST_CASE("shade action: a shape and an isosurface of the same ball look the same", "[app][command]") {
     const Folder folder;
     const std::string shade = "-shade eye=0,0,4" + kSmall;
     folder.mustRun("-sphere radius=0.8 " + shade + "-write shape.exr shape.json");
@@ -24,18 +24,18 @@ TEST_CASE("shapes, level sets, meshes and isosurfaces of the same ball look the 
         if (std::isfinite(shape.pixels[k]))
             worst = std::max(worst, static_cast<double>(std::abs(shape.pixels[k] - iso.pixels[k])));
     CHECK(worst < 1e-5);
-    // f tan(asin(r / d)) = 20.7 pixels is its radius.
+    // The radius in the picture is f tan(asin(r / d)) = 20.7 pixels.
     CHECK(jsonOf(folder / "shape.json")["shade"]["coverage"].get<double>() == Approx(0.438).epsilon(0.01));
 }
 
-TEST_CASE("a mesh is shaded", "[app][command]") {
+TEST_CASE("shade action: a mesh is shaded", "[app][command]") {
     const Folder folder;
     folder.mustRun("-read " + test::sourceDir() + "/scenes/spot.obj -shade dim=64 smooth=1" + kSmall +
                    "-write spot.png spot.json");
     CHECK(jsonOf(folder / "spot.json")["shade"]["coverage"].get<double>() > 0.1);
 }
 
-TEST_CASE("pictures in perspective are the same for any number of threads and any instruction set", "[app][command]") {
+TEST_CASE("shade action: pictures do not depend on threads or instruction set", "[app][command]") {
     const Folder folder;
     const std::string program = "-torus -noise frequency=3 -shade show=value" + kSmall;
     folder.mustRun("-threads 1 " + program + "-write one.exr");
@@ -45,7 +45,7 @@ TEST_CASE("pictures in perspective are the same for any number of threads and an
     CHECK(test::bytesOf(folder / "one.exr") == test::bytesOf(folder / "scalar.exr"));
 }
 
-TEST_CASE("one shaded picture goes into another", "[app][command]") {
+TEST_CASE("shade action: over=1 draws one surface into another picture", "[app][command]") {
     const Folder folder;
     folder.mustRun("-torus -shade eye=0,1,4 target=0,0,0" + kSmall +
                    "-sphere radius=0.3 -shade over=1 -sphere radius=0.9 -shade over=1 outline=1 -write all.exr");
@@ -58,16 +58,17 @@ TEST_CASE("one shaded picture goes into another", "[app][command]") {
     folder.mustFail("-sphere -shade show=speed", {"a flow", "none"});
     folder.mustFail("-sphere -shade time=1", {"a flow", "none"});
     folder.mustFail("-sphere -shade texture=lic", {"a flow", "none"});
-    folder.mustFail("-sphere -noise -shade show=value texture=checker", {"do not go together"});
+    folder.mustFail("-sphere -noise -shade show=value texture=checker", {"cannot be combined"});
     folder.mustFail("-sphere -shade texture=film film=-1,2", {"film"});
     folder.mustFail("-sphere -shade color=-1,0,0", {"color"});
     folder.mustFail("-sphere -shade samples=0", {"samples"});
     folder.mustFail("-shade iso=0", {"a field", "none"});
 }
 
-TEST_CASE("a flow carries a texture over a surface", "[app][command]") {
+TEST_CASE("shade action: a flow carries a texture over a surface", "[app][command]") {
     const Folder folder;
-    // It turns about the y axis by 2 f' g' t: the bands of latitude stay, and a checker does not.
+    // The flow rotates about the y axis by 2 f' g' t. This maps bands of latitude to themselves, but not a checker
+    // texture.
     const std::string turning =
         "-sphere -ramp -surface speed=1 -shade eye=0,0,4 shadow=0 samples=1 width=48 height=36 ";
     for (const char* texture : {"latitude", "checker edge=0.3"}) {

@@ -1,27 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/app/registry/Text.h"
 #include "curlew/base/Error.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 using namespace curlew;
 using namespace curlew::app;
 using Words = std::vector<std::string>;
 
-TEST_CASE("the nearest word is the one with the fewest slips", "[app]") {
+TEST_CASE("nearest: finds the word with the fewest edits", "[app]") {
     const Words words{"frequency", "octaves", "offset", "seed", "mesh2ls"};
-    CHECK(nearest("freqency", words) == "frequency");   // left out
-    CHECK(nearest("frequencyy", words) == "frequency"); // too many
-    CHECK(nearest("fraquency", words) == "frequency");  // another
-    CHECK(nearest("esed", words) == "seed");            // swapped
+    CHECK(nearest("freqency", words) == "frequency");   // a missing letter
+    CHECK(nearest("frequencyy", words) == "frequency"); // an additional letter
+    CHECK(nearest("fraquency", words) == "frequency");  // a wrong letter
+    CHECK(nearest("esed", words) == "seed");            // swapped letters
     CHECK(nearest("sed", words) == "seed");
     CHECK(nearest("MESH2LS", words) == "mesh2ls");
-    CHECK(nearest("freq", words) == "frequency"); // a beginning
+    CHECK(nearest("freq", words) == "frequency"); // an abbreviation
     CHECK(nearest("offset=", words) == "offset");
     CHECK(nearest("ofset", words) == "offset");
 }
 
-TEST_CASE("what is no slip of any word has no nearest one", "[app]") {
+TEST_CASE("nearest: finds nothing if no word is close", "[app]") {
     const Words words{"frequency", "octaves", "seed"};
     for (const char* word : {"banana", "x", "", "qqqqqqqqq", "fr"}) {
         CAPTURE(word);
@@ -32,7 +31,7 @@ TEST_CASE("what is no slip of any word has no nearest one", "[app]") {
     CHECK(didYouMean("sead", words) == " (did you mean 'seed'?)");
 }
 
-TEST_CASE("a line is split into words as a shell would", "[app]") {
+TEST_CASE("wordsOf: splits a line as a shell does", "[app]") {
     CHECK(wordsOf("noise  frequency=2\tseed=1 \r") == Words{"noise", "frequency=2", "seed=1"});
     CHECK(wordsOf("read 'my file.obj' \"it's.obj\"") == Words{"read", "my file.obj", "it's.obj"});
     CHECK(wordsOf("a\"b c\"'d e'f") == Words{"ab cd ef"});
@@ -43,19 +42,19 @@ TEST_CASE("a line is split into words as a shell would", "[app]") {
     CHECK(wordsOf("   # nothing") == Words{});
 }
 
-TEST_CASE("a quote that does not end is an error", "[app]") {
+TEST_CASE("wordsOf: an unterminated quote is an error", "[app]") {
     CHECK_THROWS_AS(wordsOf("read 'a.obj"), ValueError);
-    CHECK_THROWS_WITH(wordsOf("read \"a.obj'"), Catch::Contains("\""));
+    CHECK_THROWS_WITH(wordsOf("read \"a.obj'"), Catch::ContainsSubstring("\""));
 }
 
-TEST_CASE("splitting keeps empty parts, and joining undoes it", "[app]") {
+TEST_CASE("split: keeps empty parts and join reverses it", "[app]") {
     CHECK(split("a,b,,c", ',') == Words{"a", "b", "", "c"});
     CHECK(split("", ',') == Words{""});
     CHECK(split(",", ',') == Words{"", ""});
     for (const char* text : {"", ",", "a", "a,b", ",a,,b,"}) CHECK(join(split(text, ','), ",") == text);
 }
 
-TEST_CASE("a number is the whole text and finite", "[app]") {
+TEST_CASE("parseReal: accepts only complete finite numbers", "[app]") {
     const auto value = [](const std::string& text) {
         double number = 0;
         REQUIRE(parseReal(text, number));
@@ -75,7 +74,7 @@ TEST_CASE("a number is the whole text and finite", "[app]") {
     }
 }
 
-TEST_CASE("text is wrapped at spaces, and no word is broken", "[app]") {
+TEST_CASE("wrapped: breaks at spaces only", "[app]") {
     CHECK(wrapped("one two three four", 2, 11) == "  one two\n  three\n  four");
     CHECK(wrapped("one two", 0, 7) == "one two");
     CHECK(wrapped("incomprehensibilities", 2, 5) == "  incomprehensibilities");

@@ -18,38 +18,39 @@ Wall ball(double width, Side side = Side::inside) { return {.sdf = sphereSdf(1),
 
 } // namespace
 
-TEST_CASE("bound: takes its layer from the noise, and says so once", "[app][command]") {
+TEST_CASE("bound action: takes the layer width from the noise and reports it once", "[app][command]") {
     const Folder folder;
     requireField(folder, "-sphere -noise frequency=2 seed=1 -bound", bounded(noise(1), ball(0.15)));
     requireField(folder, "-sphere -noise frequency=2 seed=1 -bound width=0.2 side=outside separate=1 amplitude=0.1",
                  bounded(noise(1), ball(0.2, Side::outside), {.separate = true, .amplitude = 0.1}));
     requireField(folder, "-sphere -noise frequency=2 seed=1 -bound variation=0.5",
                  bounded(noise(1), ball(0.15), {.variation = 0.5}));
-    // Of a sum, the wavelength is that of its lowest noise.
+    // The wavelength of a sum is that of its lowest-frequency noise.
     requireField(folder, "-sphere -noise frequency=2 seed=1 -noise frequency=5 -sum -bound",
                  bounded(noise(1) + noise(0, 5), ball(0.15)));
     const Outcome told = folder.mustRun(
         "-sphere -frames 1-3 -noise frequency=2 'alpha={T}' -noise frequency=2 seed=1 "
         "'alpha={T}' -bound -dfvn -slice width=8 -write 'a.$F.png'");
-    CHECK_THAT(told.err, Catch::Contains("bound: a layer of 0.15, 0.3 wavelengths of the noise (0.5)"));
-    CHECK(told.err.find("bound: a layer") == told.err.rfind("bound: a layer"));
+    CHECK_THAT(told.err, Catch::ContainsSubstring("bound: layer width 0.15, 0.3 wavelengths of the noise (0.5)"));
+    CHECK(told.err.find("bound: layer") == told.err.rfind("bound: layer"));
     const Outcome measured = folder.mustRun("-sphere -ramp direction=0,2,0 -bound width=0.1 -check samples=100");
-    CHECK_THAT(measured.err, Catch::Contains("measured"));
+    CHECK_THAT(measured.err, Catch::ContainsSubstring("measured"));
 }
 
-TEST_CASE("a noise without room in its object gets a narrower layer and a warning", "[app][command]") {
+TEST_CASE("bound action: a noise too coarse for its object gets a narrower layer and a warning", "[app][command]") {
     const Folder folder;
     const Outcome small = folder.mustRun("-sphere radius=0.01 -noise -noise seed=1 -bound -dfvn -check samples=500");
-    CHECK_THAT(small.err, Catch::Contains("warning: the noise's wavelength, 1, is long for this object") &&
-                              Catch::Contains("at most 0.0167 fits"));
+    CHECK_THAT(small.err, Catch::ContainsSubstring("warning: the noise's wavelength, 1, is too long for this object") &&
+                              Catch::ContainsSubstring("at most 0.0167"));
     const Outcome thin =
         folder.mustRun("-capsule radius=0.1 length=4 " + kTwo + "-bound width=0.2 -dfvn -check samples=500");
-    CHECK_THAT(thin.err, Catch::Contains("warning: the layer, 0.2 wide, meets itself in 100 % of the inside"));
+    CHECK_THAT(thin.err,
+               Catch::ContainsSubstring("warning: the layer, 0.2 wide, overlaps itself in 100 % of the inside"));
     const Outcome fits = folder.mustRun("-sphere " + kTwo + "-bound -dfvn -check samples=500");
-    CHECK_THAT(fits.err, !Catch::Contains("warning"));
+    CHECK_THAT(fits.err, !Catch::ContainsSubstring("warning"));
 }
 
-TEST_CASE("a band that would take minutes is refused with a width that does not", "[app][command]") {
+TEST_CASE("bound action: a band that would take minutes is refused with a suggested width", "[app][command]") {
     const Folder folder;
 
     store(folder / "mesh.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
@@ -58,9 +59,9 @@ TEST_CASE("a band that would take minutes is refused with a width that does not"
         {"-bound", "a band of", "choose a width of at most"});
 }
 
-TEST_CASE("lengths are parts of the object that the action takes", "[app][command]") {
+TEST_CASE("lengths: a percentage is relative to the object that the action takes", "[app][command]") {
     const Folder folder;
-    const double diagonal = 2 * std::sqrt(3.0); // of the box of the sphere
+    const double diagonal = 2 * std::sqrt(3.0); // of the sphere's box
     requireField(folder, "-sphere -noise frequency=2 seed=1 -bound width=5%", bounded(noise(1), ball(0.05 * diagonal)));
     requireField(folder, "-sphere -noise frequency=2 seed=1 -bound width={10/2}%",
                  bounded(noise(1), ball(0.05 * diagonal)));
@@ -72,7 +73,7 @@ TEST_CASE("lengths are parts of the object that the action takes", "[app][comman
     folder.mustFail("-sphere -noise -bound width=5%% -check", {"-bound", "width=5%%", "5%"});
 }
 
-TEST_CASE("in the plane a noise conforms to a shape of the plane", "[app][command]") {
+TEST_CASE("bound action: works in 2D", "[app][command]") {
     const Folder folder;
     const WallN<2> disc{.sdf = sphereSdf<2>(1), .width = 0.15};
     const auto flat = noiseField<Psrd2>({.seed = 1}, {.frequency = 2});
@@ -84,8 +85,8 @@ TEST_CASE("in the plane a noise conforms to a shape of the plane", "[app][comman
                  subtract(placed(sphereSdf<2>(0.5), PlacementN<2>{.offset = {{0.2, 0.3}}, .scale = {{2, 2}}}),
                           boxSdf<2>({{1, 1}}, 0.2), 0.1)
                      .distance);
-    folder.mustFail("-sphere dim=2 offset=0,0,1 -check", {"-sphere", "offset", "no z"});
-    // Points stay in it, and so do pictures.
+    folder.mustFail("-sphere dim=2 offset=0,0,1 -check", {"-sphere", "offset", "z = 0"});
+    // Points and pictures stay within the shape.
     folder.mustRun(
         "-sphere dim=2 -noise dim=2 frequency=2 -bound variation=0.8 -dfvn speed=1 -scatter count=500 "
         "-advect time=2 steps=10 -check report=disc.json samples=2000 strict=1 -slice width=32 -write d.png");
@@ -96,12 +97,12 @@ TEST_CASE("in the plane a noise conforms to a shape of the plane", "[app][comman
     CHECK(report["divergence_by_differences"].get<double>() < 1e-4);
 }
 
-TEST_CASE("curl noise conforms to the wall of a bounded noise", "[app][command]") {
+TEST_CASE("curl action: conforms to the wall of a bounded noise", "[app][command]") {
     const Folder folder;
     const std::string three = "-noise seed=1 frequency=2 -noise seed=2 frequency=2 -noise seed=3 frequency=2 ";
     const Flow closed = curlFlow(std::array{noise(1), noise(2), noise(3)}, Domain::of(ball(0.15)));
     requireFlow(folder, "-sphere " + three + "-bound -curl", closed);
-    // However many of them are bounded, it is the noises that are ramped.
+    // The ramp applies to the noises themselves, however many of them are bounded.
     requireFlow(folder,
                 "-sphere -noise seed=1 frequency=2 -bound -noise seed=2 frequency=2 -bound -noise seed=3 frequency=2 "
                 "-bound width=0.1 -curl",

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Error.h"
+#include "support/Catch.h"
 
-#include <catch2/catch.hpp>
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/resource.h>
@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// An empty folder that goes away with the test.
+/// An empty folder that is deleted at the end of the test.
 struct Folder {
     fs::path path = fs::temp_directory_path() / ("curlew-test-" + std::to_string(::getpid()));
     Folder() {
@@ -44,7 +44,7 @@ std::string contents(const fs::path& file) {
 
 const std::function<void(std::ostream&)> kWriteNew = [](std::ostream& out) { out << "new"; };
 
-/// While it lives, no file may grow beyond this size: as if the disk were full.
+/// While it exists, no file can exceed this size, as on a full disk.
 struct FileSizeLimit {
     rlimit before{};
     void (*handler)(int);
@@ -63,20 +63,20 @@ struct FileSizeLimit {
 
 } // namespace
 
-TEST_CASE("a file is written whole, and leaves nothing else behind", "[base]") {
+TEST_CASE("writeAtomically: the whole file is written and no temporary file remains", "[base]") {
     const Folder folder;
     const fs::path file = folder.path / "a.bin";
     const std::string bytes("\0\r\n\xff binary", 11);
     writeAtomically(file, [&](std::ostream& out) { out << bytes; });
     CHECK(contents(file) == bytes);
-    writeAtomically(file, kWriteNew); // replaces
+    writeAtomically(file, kWriteNew); // replaces the file
     CHECK(contents(file) == "new");
-    writeAtomically(file, [&](std::ostream&) {}); // an empty file is a file
+    writeAtomically(file, [&](std::ostream&) {}); // an empty file is valid
     CHECK(contents(file).empty());
     CHECK(folder.entries() == 1);
 }
 
-TEST_CASE("a writer gets the name of a file in the same folder", "[base]") {
+TEST_CASE("writeAtomically: the writer receives a temporary file name in the same folder", "[base]") {
     const Folder folder;
     const fs::path file = folder.path / "a.vdb";
     fs::path name;
@@ -89,12 +89,12 @@ TEST_CASE("a writer gets the name of a file in the same folder", "[base]") {
     CHECK(name != file);
     CHECK(contents(file) == "named");
     CHECK(folder.entries() == 1);
-    // A writer that writes nothing has not made the file.
+    // A writer that writes nothing has not created the file.
     CHECK_THROWS_AS(writeAtomically(folder.path / "b", [](const fs::path&) {}), FileError);
     CHECK(folder.entries() == 1);
 }
 
-TEST_CASE("a failed write leaves an earlier file as it was and no temporary one", "[base]") {
+TEST_CASE("writeAtomically: a failed write keeps the earlier file and removes the temporary one", "[base]") {
     const Folder folder;
     const fs::path file = folder.path / "a.txt";
     const bool existed = GENERATE(false, true);
@@ -117,7 +117,7 @@ TEST_CASE("a failed write leaves an earlier file as it was and no temporary one"
     CHECK(folder.entries() == existed);
 }
 
-TEST_CASE("a cancelled write is Interrupted and leaves the earlier file", "[base]") {
+TEST_CASE("writeAtomically: a cancelled write throws Interrupted and keeps the earlier file", "[base]") {
     const Folder folder;
     const fs::path file = folder.path / "a.txt";
     std::ofstream(file) << "old";
@@ -133,12 +133,12 @@ TEST_CASE("a cancelled write is Interrupted and leaves the earlier file", "[base
     CHECK(contents(file) == "new");
 }
 
-TEST_CASE("a full disk is a FileError that names the file", "[base]") {
+TEST_CASE("writeAtomically: a full disk throws a FileError that names the file", "[base]") {
     const Folder folder;
     const fs::path file = folder.path / "a.txt";
     std::ofstream(file) << "old";
     std::string message;
-    // More than any buffer, and little enough to be noticed only when it is flushed at the end.
+    // One size exceeds any buffer; the other is small enough to be noticed only when the file is flushed at the end.
     const size_t bytes = GENERATE(size_t{1} << 20, size_t{600});
     try {
         const FileSizeLimit limit(500);
@@ -148,18 +148,18 @@ TEST_CASE("a full disk is a FileError that names the file", "[base]") {
     }
     CAPTURE(bytes, message);
     CHECK(message.find(file.string()) != std::string::npos);
-    CHECK(message.find("File too large") != std::string::npos); // what the limit is called
+    CHECK(message.find("File too large") != std::string::npos); // the system's message for this limit
     CHECK(contents(file) == "old");
     CHECK(folder.entries() == 1);
 }
 
-TEST_CASE("what cannot be written is said before the work, with the name", "[base]") {
+TEST_CASE("writeAtomically: an unwritable target is refused by name before the writer runs", "[base]") {
     const Folder folder;
     fs::create_directory(folder.path / "sub");
     const std::array<fs::path, 4> targets{folder.path / "missing" / "a.txt", // no such folder
                                           folder.path / "sub",               // a folder
                                           folder.path / "sub" / "",          // no file name
-                                          fs::path()};                       // nothing
+                                          fs::path()};                       // empty path
     const fs::path& target = targets[GENERATE(size_t{0}, size_t{1}, size_t{2}, size_t{3})];
     CAPTURE(target);
     bool called = false;
@@ -167,14 +167,14 @@ TEST_CASE("what cannot be written is said before the work, with the name", "[bas
         writeAtomically(target, [&](std::ostream&) { called = true; });
         FAIL("no exception");
     } catch (const FileError& error) {
-        CHECK_THAT(error.what(), Catch::Contains("'" + target.string() + "'"));
+        CHECK_THAT(error.what(), Catch::ContainsSubstring("'" + target.string() + "'"));
     }
     CHECK_FALSE(called);
     CHECK_THROWS_AS(checkWritable(target), FileError);
     CHECK(folder.entries() == 1);
 }
 
-TEST_CASE("the missing folder of a relative path is made, but only with the file and one at a time", "[base]") {
+TEST_CASE("writeAtomically: creates the last missing folder of a relative path but no parents of it", "[base]") {
     const Folder folder;
     struct InFolder {
         fs::path before = fs::current_path();
@@ -189,21 +189,21 @@ TEST_CASE("the missing folder of a relative path is made, but only with the file
     writeAtomically("out/more/b.txt", kWriteNew);
     CHECK(contents("out/a.txt") == "new");
     CHECK(contents("out/more/b.txt") == "new");
-    CHECK_THROWS_WITH(checkWritable("none/more/a.txt"), Catch::Contains("there is no folder 'none'"));
+    CHECK_THROWS_WITH(checkWritable("none/more/a.txt"), Catch::ContainsSubstring("there is no folder 'none'"));
     CHECK_THROWS_AS(writeAtomically("none/more/a.txt", kWriteNew), FileError);
-    CHECK_THROWS_AS(checkWritable("out/a.txt/b.txt"), FileError); // a file has that name
+    CHECK_THROWS_AS(checkWritable("out/a.txt/b.txt"), FileError); // a file has the name of the folder
     CHECK_THROWS_AS(checkWritable(folder.path / "none" / "a.txt"), FileError);
     CHECK(folder.entries() == 1);
 }
 
-TEST_CASE("a replaced file hands on its permissions, a new one has those of the umask", "[base]") {
+TEST_CASE("writeAtomically: keeps the permissions of a replaced file and applies the umask to a new one", "[base]") {
     const Folder folder;
     const fs::path secret = folder.path / "secret", plain = folder.path / "plain";
     std::ofstream(secret) << "old";
     fs::permissions(secret, fs::perms::owner_read | fs::perms::owner_write);
     const mode_t before = ::umask(027);
     writeAtomically(secret, [&](const fs::path& temporary) {
-        CHECK((fs::status(temporary).permissions() & fs::perms::group_all) == fs::perms::none); // not even meanwhile
+        CHECK((fs::status(temporary).permissions() & fs::perms::group_all) == fs::perms::none); // not even temporarily
         std::ofstream(temporary) << "new";
     });
     writeAtomically(plain, kWriteNew);
@@ -213,7 +213,7 @@ TEST_CASE("a replaced file hands on its permissions, a new one has those of the 
     CHECK(contents(secret) == "new");
 }
 
-TEST_CASE("of a symbolic link the target is replaced, and the link stays", "[base]") {
+TEST_CASE("writeAtomically: follows symbolic links and replaces their target", "[base]") {
     const Folder folder;
     fs::create_directory(folder.path / "there");
     const fs::path target = folder.path / "there" / "target", link = folder.path / "link", loop = folder.path / "loop";
@@ -226,11 +226,11 @@ TEST_CASE("of a symbolic link the target is replaced, and the link stays", "[bas
     CHECK(fs::is_symlink(link));
     CHECK(contents(target) == "new");
     fs::create_symlink(loop, loop);
-    CHECK_THROWS_WITH(writeAtomically(loop, kWriteNew), Catch::Contains("in a circle"));
+    CHECK_THROWS_WITH(writeAtomically(loop, kWriteNew), Catch::ContainsSubstring("form a loop"));
     CHECK_THROWS_AS(checkWritable(loop), FileError);
 }
 
-TEST_CASE("a pipe is written into and not replaced", "[base]") {
+TEST_CASE("writeAtomically: writes into pipes and devices without replacing them", "[base]") {
     const Folder folder;
     const fs::path pipe = folder.path / "pipe";
     REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
@@ -248,7 +248,7 @@ TEST_CASE("a pipe is written into and not replaced", "[base]") {
     CHECK_THROWS_AS(writeAtomically("/dev/full", kWriteNew), FileError);
 }
 
-TEST_CASE("an open descriptor is written into where it stands", "[base]") {
+TEST_CASE("writeAtomically: writes to an open file descriptor at its current offset", "[base]") {
     const Folder folder;
     const fs::path file = folder.path / "a";
     const int open = ::open(file.c_str(), O_RDWR | O_CREAT, 0600);
@@ -261,7 +261,7 @@ TEST_CASE("an open descriptor is written into where it stands", "[base]") {
     CHECK(folder.entries() == 1);
 }
 
-TEST_CASE("a name as long as the file system takes can be written", "[base]") {
+TEST_CASE("writeAtomically: accepts file names of the maximum length of 255 bytes", "[base]") {
     const Folder folder;
     const fs::path file = folder.path / std::string(255, 'n');
     writeAtomically(file, kWriteNew);
@@ -270,7 +270,7 @@ TEST_CASE("a name as long as the file system takes can be written", "[base]") {
     CHECK(folder.entries() == 1);
 }
 
-TEST_CASE("what a killed process has left is removed, what another writes is not", "[base]") {
+TEST_CASE("writeAtomically: removes stale temporary files but not locked or recent ones", "[base]") {
     const Folder folder;
     const fs::path file = folder.path / "a.vdb";
     std::array<fs::path, 3> left;
@@ -295,7 +295,7 @@ TEST_CASE("what a killed process has left is removed, what another writes is not
     ::close(lock);
 }
 
-TEST_CASE("numbers are written the same in any global locale", "[base]") {
+TEST_CASE("writeAtomically: number formatting ignores the global locale", "[base]") {
     struct Grouped : std::numpunct<char> {
         char do_thousands_sep() const override { return '.'; }
         char do_decimal_point() const override { return ','; }
@@ -311,7 +311,7 @@ TEST_CASE("numbers are written the same in any global locale", "[base]") {
     CHECK(contents(folder.path / "a") == "12345 0.5");
 }
 
-TEST_CASE("a folder without permission is a FileError", "[base]") {
+TEST_CASE("writeAtomically: a folder without write permission throws FileError", "[base]") {
     if (::geteuid() == 0) {
         WARN("skipped: root may write anywhere");
         return;
@@ -322,7 +322,7 @@ TEST_CASE("a folder without permission is a FileError", "[base]") {
     fs::permissions(folder.path, fs::perms::owner_all);
 }
 
-TEST_CASE("checkWritable accepts a new and an existing file and touches neither", "[base]") {
+TEST_CASE("checkWritable: accepts new and existing files and changes neither", "[base]") {
     const Folder folder;
     const fs::path file = folder.path / "a.txt";
     CHECK_NOTHROW(checkWritable(file));

@@ -7,9 +7,9 @@
 
 using namespace curlew;
 using namespace curlew::test;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
-TEST_CASE("readCsv: names and finite numbers, row by row", "[base][csv]") {
+TEST_CASE("readCsv: reads column names and finite numbers row by row", "[base][csv]") {
     const ScratchFolder folder;
     const CsvTable table = readCsv(store(folder / "a.csv", "x,y\r\n1,-2.5\r\n\r\n  \n+.5,1e3\n3,4"), CsvCells::finite);
     CHECK(table.names == std::vector<std::string>{"x", "y"});
@@ -17,7 +17,7 @@ TEST_CASE("readCsv: names and finite numbers, row by row", "[base][csv]") {
     CHECK(readCsv(store(folder / "b.csv", "x,y\n"), CsvCells::finite).values.empty());
 }
 
-TEST_CASE("readCsv: optional cells may be empty, quoted, spaced or not finite", "[base][csv]") {
+TEST_CASE("readCsv: optional cells may be empty or quoted or padded with spaces or not finite", "[base][csv]") {
     const ScratchFolder folder;
     const CsvTable table =
         readCsv(store(folder / "a.csv", "\nr, \"our rdf\" ,\n0 ,\"1\",2.5\n,inf,nan\n"), CsvCells::optional);
@@ -37,8 +37,8 @@ TEST_CASE("readCsv: errors name the file and the line", "[base][csv]") {
     };
     const auto c = GENERATE(
         Case{"", CsvCells::finite, "empty"}, Case{"\n \n", CsvCells::optional, "blank"},
-        Case{"x\n1\n2,3\n", CsvCells::finite, "line 3: has 2 cells"},
-        Case{"x,y\n1\n", CsvCells::optional, "line 2: has 1 cells, and the header 2"},
+        Case{"x\n1\n2,3\n", CsvCells::finite, "line 3: 2 cells, but the header has 1"},
+        Case{"x,y\n1\n", CsvCells::optional, "line 2: 1 cells, but the header has 2"},
         Case{"x\n nan\n", CsvCells::finite, "line 2: ' nan' is not a finite number"},
         Case{"x\ninf\n", CsvCells::finite, "'inf'"}, Case{"x\n 1\n", CsvCells::finite, "' 1'"},
         Case{"x,y\n1,\n", CsvCells::finite, "''"}, Case{"x\n1e999\n", CsvCells::optional, "'1e999' is not a number"},
@@ -47,17 +47,18 @@ TEST_CASE("readCsv: errors name the file and the line", "[base][csv]") {
     const ScratchFolder folder;
     const auto path = store(folder / "bad.csv", c.content);
     CHECK_THROWS_AS(readCsv(path, c.cells), FileError);
-    CHECK_THROWS_WITH(readCsv(path, c.cells), Contains("bad.csv") && Contains(c.says));
+    CHECK_THROWS_WITH(readCsv(path, c.cells), ContainsSubstring("bad.csv") && ContainsSubstring(c.says));
 }
 
-TEST_CASE("readCsv: the caller sees the names before the first row", "[base][csv]") {
+TEST_CASE("readCsv: the caller sees the column names before the first row is read", "[base][csv]") {
     const ScratchFolder folder;
     const auto refuse = [](const std::vector<std::string>& names) { throw FileError("has " + names.at(0)); };
     CHECK_THROWS_WITH(readCsv(store(folder / "a.csv", "x;y\nno number\n"), CsvCells::finite, refuse), "has x;y");
 }
 
-TEST_CASE("readCsv: a file that is missing or a folder is refused", "[base][csv]") {
+TEST_CASE("readCsv: a missing file or a folder is refused", "[base][csv]") {
     const ScratchFolder folder;
-    CHECK_THROWS_WITH(readCsv(folder / "none.csv", CsvCells::finite), Contains("none.csv") && Contains("no such file"));
-    CHECK_THROWS_WITH(readCsv(folder.path, CsvCells::finite), Contains("folder"));
+    CHECK_THROWS_WITH(readCsv(folder / "none.csv", CsvCells::finite),
+                      ContainsSubstring("none.csv") && ContainsSubstring("no such file"));
+    CHECK_THROWS_WITH(readCsv(folder.path, CsvCells::finite), ContainsSubstring("folder"));
 }

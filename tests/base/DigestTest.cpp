@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Digest.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 #include <algorithm>
 #include <bit>
@@ -20,13 +19,13 @@ Digest digestOf(std::string_view bytes, uint64_t seed = 0) {
 
 } // namespace
 
-TEST_CASE("Digest: published values of MurmurHash3 x64 128", "[base][Digest]") {
+TEST_CASE("Digest: matches published values of MurmurHash3 x64 128", "[base][Digest]") {
     CHECK(digestOf("").hex() == "00000000000000000000000000000000");
     CHECK(digestOf("hello").hex() == "cbd8a7b341bd9b025b1e906a48ae1d19");
     CHECK(digestOf("The quick brown fox jumps over the lazy dog").hex() == "e34bbc7bbc071b6c7a433ca9c49a9347");
 
-    // The verification value of SMHasher (Appleby): the keys "", 0, 01, 012, … with the seeds 256, 255, …, and the
-    // digest of all their digests.
+    // The verification value of SMHasher (Appleby): the digest of the digests of the keys "", 0, 01, 012, … with the
+    // seeds 256, 255, ….
     std::string key, digests;
     const auto append = [](std::string& bytes, const Digest& digest) {
         for (const uint64_t word : digest.words)
@@ -39,7 +38,7 @@ TEST_CASE("Digest: published values of MurmurHash3 x64 128", "[base][Digest]") {
     CHECK(static_cast<uint32_t>(digestOf(digests).words[0]) == 0x6384ba69u);
 }
 
-TEST_CASE("Digest: how the bytes are divided into calls does not matter", "[base][Digest]") {
+TEST_CASE("Digest: does not depend on how the bytes are split into calls", "[base][Digest]") {
     std::mt19937 random(1);
     std::string bytes(1000, '\0');
     for (char& byte : bytes) byte = static_cast<char>(random());
@@ -52,11 +51,11 @@ TEST_CASE("Digest: how the bytes are divided into calls does not matter", "[base
             at += size;
         }
         REQUIRE(builder.digest() == whole);
-        REQUIRE(builder.digest() == whole); // asking changes nothing
+        REQUIRE(builder.digest() == whole); // digest() does not change the state
     }
 }
 
-TEST_CASE("Digest: a changed bit changes half of the bits", "[base][Digest]") {
+TEST_CASE("Digest: flipping one input bit flips half of the output bits", "[base][Digest]") {
     const size_t size = GENERATE(1, 8, 15, 16, 17, 100);
     CAPTURE(size);
     std::mt19937 random(2);
@@ -74,7 +73,7 @@ TEST_CASE("Digest: a changed bit changes half of the bits", "[base][Digest]") {
     CHECK(std::abs(flips - 64 * kRuns) < 5 * std::sqrt(128 * kRuns * 0.25)); // 5 sigma of 128,000 coin tosses
 }
 
-TEST_CASE("Digest: numbers and texts", "[base][Digest]") {
+TEST_CASE("Digest: numbers and strings are hashed unambiguously", "[base][Digest]") {
     const auto of = [](const auto&... values) {
         DigestBuilder builder;
         (builder.add(values), ...);

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Error.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 using namespace curlew;
 
-TEST_CASE("every error of the library is an Error and keeps its message", "[base]") {
+TEST_CASE("Error: every exception of the library derives from it and keeps its message", "[base]") {
     CHECK_THROWS_AS(throw ValueError("v"), Error);
     CHECK_THROWS_AS(throw FileError("f"), Error);
     CHECK_THROWS_AS(throw ResourceError("r"), Error);

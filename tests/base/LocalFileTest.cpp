@@ -9,7 +9,7 @@
 #include <thread>
 
 using namespace curlew;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using Folder = test::ScratchFolder;
 namespace fs = std::filesystem;
 
@@ -30,7 +30,7 @@ std::string longText() {
 
 } // namespace
 
-TEST_CASE("LocalFile: a plain file is itself", "[base][files]") {
+TEST_CASE("LocalFile: a plain file is used directly", "[base][files]") {
     const Folder folder;
     const fs::path name = test::store(folder / "Cow.OBJ", "v 0 0 0\n");
     CHECK(endingOf(name) == ".obj");
@@ -40,11 +40,11 @@ TEST_CASE("LocalFile: a plain file is itself", "[base][files]") {
     CHECK(isStream("-"));
 }
 
-TEST_CASE("LocalFile: gzip is decompressed into a copy, which goes with it", "[base][files]") {
+TEST_CASE("LocalFile: gzip is decompressed into a temporary copy that is removed afterwards", "[base][files]") {
     const Folder folder;
     const std::string text = longText();
     storeGzip(folder / "cow.obj.gz", text);
-    storeGzip(folder / "cow.obj", text); // whatever its name
+    storeGzip(folder / "cow.obj", text); // the name does not matter
     CHECK(endingOf("cow.OBJ.gz") == ".obj");
     fs::path copied;
     for (const char* name : {"cow.obj.gz", "cow.obj"}) {
@@ -58,13 +58,14 @@ TEST_CASE("LocalFile: gzip is decompressed into a copy, which goes with it", "[b
     CHECK(LocalFile(folder / "cow.obj.gz", ".txt").path().extension() == ".txt");
 }
 
-TEST_CASE("LocalFile: gzip that is cut short or damaged is an error", "[base][files]") {
+TEST_CASE("LocalFile: truncated or damaged gzip is an error", "[base][files]") {
     const Folder folder;
     storeGzip(folder / "cow.obj.gz", longText());
     std::string bytes = test::bytesOf(folder / "cow.obj.gz");
     test::store(folder / "cut.obj.gz", bytes.substr(0, bytes.size() / 2));
-    CHECK_THROWS_WITH(LocalFile(folder / "cut.obj.gz"), Contains("cut.obj.gz") && Contains("cut short or damaged"));
-    bytes[bytes.size() - 6] = static_cast<char>(bytes[bytes.size() - 6] + 1); // the checksum
+    CHECK_THROWS_WITH(LocalFile(folder / "cut.obj.gz"),
+                      ContainsSubstring("cut.obj.gz") && ContainsSubstring("cut short or damaged"));
+    bytes[bytes.size() - 6] = static_cast<char>(bytes[bytes.size() - 6] + 1); // changes the checksum
     test::store(folder / "bad.obj.gz", bytes);
     CHECK_THROWS_AS(LocalFile(folder / "bad.obj.gz"), FileError);
     CHECK_THROWS_AS(LocalFile(folder / "cow.obj.gz", "", [] { return true; }), Interrupted);

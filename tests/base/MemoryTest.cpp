@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Error.h"
 #include "curlew/base/Memory.h"
+#include "support/Catch.h"
 
-#include <catch2/catch.hpp>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Control groups as the kernel shows them, in a folder of their own.
+/// Control group files as the kernel provides them, in a temporary folder.
 struct Groups {
     fs::path root = fs::temp_directory_path() / ("curlew-groups-" + std::to_string(::getpid()));
     Groups() {
@@ -39,7 +39,7 @@ constexpr size_t kUnlimited = std::numeric_limits<size_t>::max();
 
 } // namespace
 
-TEST_CASE("control groups: the tightest limit of all nested groups counts", "[base]") {
+TEST_CASE("controlGroupMemory: the tightest limit of all nested groups applies", "[base]") {
     const Groups groups;
     CHECK(groups.left("0::/\n") == kUnlimited);
     groups.store("slurm/job/step/memory.max", "max\n");
@@ -49,14 +49,14 @@ TEST_CASE("control groups: the tightest limit of all nested groups counts", "[ba
     groups.store("slurm/memory.max", "5000\n");
     groups.store("slurm/memory.current", "4500\n");
     CHECK(groups.left("0::/slurm/job/step\n") == 500);
-    groups.store("slurm/memory.stat", "anon 4100\ninactive_file 400\nactive_file 7\n"); // can be dropped
+    groups.store("slurm/memory.stat", "anon 4100\ninactive_file 400\nactive_file 7\n"); // reclaimable
     CHECK(groups.left("0::/slurm/job/step\n") == 600);
-    groups.store("slurm/job/memory.current", "1200\n"); // over its limit
+    groups.store("slurm/job/memory.current", "1200\n"); // above its limit
     CHECK(groups.left("0::/slurm/job/step\n") == 0);
     CHECK(groups.left("0::/elsewhere\n") == kUnlimited);
 }
 
-TEST_CASE("control groups of version 1, and a container's own under a name of the host", "[base]") {
+TEST_CASE("controlGroupMemory: reads version 1 groups and containers named by their host path", "[base]") {
     const Groups groups;
     groups.store("memory/docker/memory.limit_in_bytes", "2000\n");
     groups.store("memory/docker/memory.usage_in_bytes", "1500\n");
@@ -69,17 +69,17 @@ TEST_CASE("control groups of version 1, and a container's own under a name of th
     CHECK(groups.left("4:memory:/of-the-host\n") == 8000);
 }
 
-TEST_CASE("control groups: what is no list of groups gives no limit", "[base]") {
+TEST_CASE("controlGroupMemory: a missing or malformed group list means no limit", "[base]") {
     const Groups groups;
     CHECK(controlGroupMemory(groups.root / "missing", groups.root) == kUnlimited);
     CHECK(groups.left("\n:\nmemory\n0::\n") == kUnlimited);
 }
 
-TEST_CASE("a limit on the address space counts, and more than is left is refused", "[base]") {
+TEST_CASE("availableMemory: an address space limit counts and requireMemory refuses more than remains", "[base]") {
     rlimit before{};
     REQUIRE(::getrlimit(RLIMIT_AS, &before) == 0);
     const size_t without = availableMemory();
-    const rlimit tight{rlim_t{1} << 20, before.rlim_max}; // less than this program has
+    const rlimit tight{rlim_t{1} << 20, before.rlim_max}; // less than this program uses already
     REQUIRE(::setrlimit(RLIMIT_AS, &tight) == 0);
     const size_t with = availableMemory();
     ::setrlimit(RLIMIT_AS, &before);

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Monitor.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 using namespace curlew;
 
-TEST_CASE("a monitor throws only when it is cancelled", "[base]") {
+TEST_CASE("Monitor: check throws only after cancellation", "[base]") {
     bool stop = false;
     const Monitor monitor{.report = {}, .cancelled = [&] { return stop; }};
     CHECK_NOTHROW(Monitor{}.check());

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Parallel.h"
 #include "curlew/base/Random.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 #include <algorithm>
 #include <atomic>
@@ -31,7 +30,7 @@ Chunks chunksOf(size_t count, size_t grain) {
 
 } // namespace
 
-TEST_CASE("parallelFor covers every index exactly once, in chunks of at most the grain", "[base]") {
+TEST_CASE("parallelFor: covers every index exactly once in chunks no larger than the grain", "[base]") {
     const size_t count = GENERATE(size_t{0}, size_t{1}, size_t{63}, size_t{64}, size_t{65}, size_t{10007});
     const size_t grain =
         GENERATE(size_t{0}, size_t{1}, size_t{7}, size_t{64}, size_t{20000}, std::numeric_limits<size_t>::max());
@@ -47,7 +46,7 @@ TEST_CASE("parallelFor covers every index exactly once, in chunks of at most the
     CHECK(longest <= std::max<size_t>(grain, 1));
 }
 
-TEST_CASE("the chunks do not depend on the number of threads", "[base]") {
+TEST_CASE("parallelFor: chunks do not depend on the number of threads", "[base]") {
     Chunks one, two;
     {
         const ThreadLimit limit(1);
@@ -62,7 +61,7 @@ TEST_CASE("the chunks do not depend on the number of threads", "[base]") {
     CHECK(one.size() == 101);
 }
 
-TEST_CASE("a limit of one thread keeps the loop on the calling thread, until it ends", "[base]") {
+TEST_CASE("ThreadLimit: a limit of one keeps the loop on the calling thread", "[base]") {
     const auto threads = [] {
         std::set<std::thread::id> ids;
         std::mutex mutex;
@@ -74,11 +73,11 @@ TEST_CASE("a limit of one thread keeps the loop on the calling thread, until it 
     };
     const ThreadLimit limit(1);
     CHECK(threads() == std::set{std::this_thread::get_id()});
-    const ThreadLimit wider(0); // cannot lift the limit around it
+    const ThreadLimit wider(0); // cannot exceed the enclosing limit
     CHECK(threads().size() == 1);
 }
 
-TEST_CASE("an exception in the body reaches the caller as it was thrown", "[base]") {
+TEST_CASE("parallelFor: an exception in the body reaches the caller unchanged", "[base]") {
     struct Odd {
         size_t where;
     };
@@ -99,7 +98,7 @@ TEST_CASE("an exception in the body reaches the caller as it was thrown", "[base
     CHECK_NOTHROW(loop(1000));
 }
 
-TEST_CASE("a cancelled loop ends early with Interrupted", "[base]") {
+TEST_CASE("parallelFor and parallelSum: cancellation ends the loop early with Interrupted", "[base]") {
     const ThreadLimit limit(1);
     size_t calls = 0;
     const Monitor monitor{.report = {}, .cancelled = [&] { return calls >= 3; }};
@@ -112,7 +111,7 @@ TEST_CASE("a cancelled loop ends early with Interrupted", "[base]") {
                     Interrupted);
 }
 
-TEST_CASE("progress rises to one, a report at a time", "[base]") {
+TEST_CASE("parallelFor: progress reports increase to one and never overlap", "[base]") {
     std::vector<double> reports;
     std::atomic<int> inside = 0;
     bool together = false;
@@ -131,8 +130,8 @@ TEST_CASE("progress rises to one, a report at a time", "[base]") {
     CHECK(reports.back() == 1);
 }
 
-TEST_CASE("parallelSum gives the same bits for any number of threads", "[base]") {
-    // Terms of very different size and sign: a sum in another order has other bits.
+TEST_CASE("parallelSum: gives the same bits for any number of threads", "[base]") {
+    // Terms with very different magnitudes and signs: sums in different orders differ in bits.
     const auto term = [](size_t k) { return (randomUniform(3, k) - 0.5) * std::exp2(60 * randomUniform(3, k, 1)); };
     const auto sum = [&](int threads) {
         const ThreadLimit limit(threads);
@@ -145,7 +144,7 @@ TEST_CASE("parallelSum gives the same bits for any number of threads", "[base]")
     double reversed = 0;
     for (size_t k = 100000; k-- > 0;) reversed += term(k);
     const double one = sum(1);
-    CHECK(std::bit_cast<uint64_t>(one) != std::bit_cast<uint64_t>(reversed)); // the test can fail
+    CHECK(std::bit_cast<uint64_t>(one) != std::bit_cast<uint64_t>(reversed)); // confirms that the order matters
     for (int run = 0; run < 10; ++run) CHECK(std::bit_cast<uint64_t>(sum(2)) == std::bit_cast<uint64_t>(one));
     const double all = parallelSum(1000, 7, [](size_t begin, size_t end) {
         return static_cast<double>((end * (end - 1) - begin * (begin - 1)) / 2); // whole numbers: exact
@@ -154,7 +153,7 @@ TEST_CASE("parallelSum gives the same bits for any number of threads", "[base]")
     CHECK(parallelSum(0, 7, [](size_t, size_t) { return 1.0; }) == 0);
 }
 
-TEST_CASE("work in the background is done once waited for", "[base]") {
+TEST_CASE("Background: tasks run in order and wait returns after the last", "[base]") {
     for (const int threads : {1, 2}) {
         const ThreadLimit limit(threads);
         std::vector<int> done;
@@ -165,6 +164,6 @@ TEST_CASE("work in the background is done once waited for", "[base]") {
             CHECK(done == std::vector<int>{0, 1, 2, 3, 4});
             background.run([&done] { done.push_back(5); });
         }
-        CHECK(done.size() == 6); // its end waits, too
+        CHECK(done.size() == 6); // the destructor waits, too
     }
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Random.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 #include <array>
 #include <bit>
@@ -10,7 +9,7 @@
 
 using namespace curlew;
 
-TEST_CASE("random bits depend on seed, index and stream alone", "[base]") {
+TEST_CASE("randomBits: depends on seed and index and stream only", "[base]") {
     static_assert(randomBits(1, 2, 3) == randomBits(1, 2, 3));
     // The first output of the published SplitMix64 generator with seed 0.
     STATIC_REQUIRE(mixBits(0) == 0xe220a8397b1dcdafu);
@@ -21,7 +20,7 @@ TEST_CASE("random bits depend on seed, index and stream alone", "[base]") {
     CHECK(seen.size() == 8000); // 64-bit words: a collision has probability 2e-12
 }
 
-TEST_CASE("a changed input bit changes half of the output bits", "[base]") {
+TEST_CASE("randomBits: flipping one input bit flips half of the output bits", "[base]") {
     const int bit = GENERATE(0, 1, 31, 63);
     CAPTURE(bit);
     int flips = 0;
@@ -30,7 +29,7 @@ TEST_CASE("a changed input bit changes half of the output bits", "[base]") {
     CHECK(std::abs(flips - 32000) < 5 * std::sqrt(64000 * 0.25)); // 5 sigma of 64,000 coin tosses
 }
 
-TEST_CASE("uniform numbers fill the unit interval evenly", "[base]") {
+TEST_CASE("randomUniform: numbers are uniform in the unit interval and uncorrelated", "[base]") {
     constexpr int kBins = 16, kCount = 160000;
     const auto seed = static_cast<uint64_t>(GENERATE(0, 1, 12345));
     CAPTURE(seed);

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Simd.h"
+#include "support/Catch.h"
 #include "support/Variable.h"
-
-#include <catch2/catch.hpp>
 
 #include <array>
 #include <string>
@@ -10,13 +9,13 @@
 
 using namespace curlew;
 
-// What the command says to a wrong CURLEW_SIMD is in app/SimdBytesTest.cpp: the choice is made once in a process.
+// app/SimdBytesTest.cpp tests the errors for a wrong CURLEW_SIMD, since a process chooses its instruction set once.
 
 namespace {
 
 std::string best() {
 #if defined(__x86_64__)
-    // Of the processors that have these, all have the other parts.
+    // All processors with these features have the other required ones.
     if (__builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq")) return "avx512";
     if (__builtin_cpu_supports("avx2")) return "avx2";
 #endif
@@ -25,18 +24,18 @@ std::string best() {
 
 } // namespace
 
-TEST_CASE("every instruction set has a name of its own", "[simd]") {
+TEST_CASE("Simd: every instruction set has its own name", "[simd]") {
     CHECK(nameOf(Simd::scalar) == std::string("scalar"));
     CHECK(nameOf(Simd::avx2) == std::string("avx2"));
     CHECK(nameOf(Simd::avx512) == std::string("avx512"));
 }
 
-TEST_CASE("a process uses what it was asked for or the best there is", "[simd]") {
+TEST_CASE("activeSimd: is the set named by CURLEW_SIMD or the best available", "[simd]") {
     const char* asked = std::getenv("CURLEW_SIMD");
     CHECK(nameOf(activeSimd()) == (asked && *asked ? std::string(asked) : best()));
 }
 
-TEST_CASE("the choice of instructions is the same in every thread and for good", "[simd]") {
+TEST_CASE("activeSimd: is the same in every thread and never changes", "[simd]") {
     const Simd chosen = activeSimd();
     const test::Variable other("CURLEW_SIMD", chosen == Simd::scalar ? "avx2" : "scalar");
     CHECK(activeSimd() == chosen);

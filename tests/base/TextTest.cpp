@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Text.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 using namespace curlew;
 
@@ -14,7 +13,7 @@ TEST_CASE("printable: control characters are escaped", "[base]") {
     CHECK(printable("a\nb") == "a\\x0ab");
     CHECK(printable("\x1b[31mred\x7f") == "\\x1b[31mred\\x7f");
     CHECK(printable(std::string("\0", 1)) == "\\x00");
-    CHECK(printable("\xc2\x9b") == "\\xc2\\x9b"); // C1: begins a sequence on some terminals
+    CHECK(printable("\xc2\x9b") == "\\xc2\\x9b"); // C1 control: starts an escape sequence on some terminals
 }
 
 TEST_CASE("printable: bytes that are not UTF-8 are escaped one by one", "[base]") {

@@ -356,14 +356,14 @@ class Errors(unittest.TestCase):
         result = build.add("CurlewParticlesResult", build.add("trace", flow, build.add("scatter", flow, count=10), limit=1))
         self.fails(build, result, "is of kind 'curves', not 'points'")
 
-    def test_circles(self):
+    def test_cycles(self):
         build = Tree()
         a = build.add("clip")
         b = build.add("clip", a)
         build.tree.links.new(b.outputs[0], a.inputs[0])
         flow = build.add("dfvn", build.add("noise"), b)
         build.add("CurlewParticlesResult", build.add("scatter", flow))
-        self.fails(build, None, "circle")
+        self.fails(build, None, "cycle")
         build = Tree()
         one, two = build.add("NodeReroute"), build.add("NodeReroute")
         build.tree.links.new(one.outputs[0], two.inputs[0])
@@ -371,17 +371,17 @@ class Errors(unittest.TestCase):
         node = build.add("scatter")
         build.tree.links.new(one.outputs[0], node.inputs[0])
         build.add("CurlewParticlesResult", node)
-        self.fails(build, None, "circle")
+        self.fails(build, None, "cycle")
 
     def test_links_of_the_wrong_kind(self):
         build = Tree()
         node = build.add("advect", build.add("noise"), build.add("noise"))
         build.add("CurlewParticlesResult", node)
-        self.fails(build, node, "flow= needs a flow, and 'Noise' is a field")
+        self.fails(build, node, "flow= needs a flow, but 'Noise' is a field")
         build = Tree()
         node = build.add("bound", build.add("noise"), build.add("noise", seed=1))
         build.add("CurlewParticlesResult", build.add("scatter", build.add("dfvn", build.add("noise"), node)))
-        self.fails(build, node, "wall= needs a shape or a level set, and 'Noise.001' is a field")
+        self.fails(build, node, "wall= needs a shape or a level set, but 'Noise.001' is a field")
 
     def test_no_mesh(self):
         build = Tree()
@@ -434,9 +434,9 @@ class Errors(unittest.TestCase):
         taker = result.inputs[0].links[0].from_node
         volume.object = others.target
         volume.grids = "density"
-        self.fails(build, taker, "needs a level set, and 'Volume Object' is a grid")
+        self.fails(build, taker, "needs a level set, but 'Volume Object' is a grid")
         volume.grids = next(g.name for g in others.target.data.grids if g.data_type == "VECTOR_FLOAT")
-        self.fails(build, taker, "needs a level set, and 'Volume Object' is a velocity grid")
+        self.fails(build, taker, "needs a level set, but 'Volume Object' is a velocity grid")
 
     def test_a_cache_that_cannot_be_written(self):
         build = Tree()

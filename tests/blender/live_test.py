@@ -289,7 +289,7 @@ class Frames(Live):
         build.tree.sequence = True
         with self.assertRaises(RuntimeError) as raised:
             bpy.ops.curlew.bake(tree=build.tree.name)
-        self.assertIn("'direction' changes in the frames of a sequence", str(raised.exception))
+        self.assertIn("'direction' changes during the sequence", str(raised.exception))
         self.assertTrue(trace.error)
 
     def test_a_sequence_wins(self):

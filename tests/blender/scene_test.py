@@ -210,7 +210,7 @@ class Import(unittest.TestCase):
 
     def test_lines_that_are_wrong(self):
         for text, words in (("noise\nnois\n", "wrong:2: there is no action '-nois'"), ("noise freq=1 gai='2\n", "wrong:1"),
-                            ("noise colour=3\n", "no option 'colour'"), ("noise \\\n", "last line")):
+                            ("noise colour=3\n", "no option 'colour'"), ("noise \\\n", "line that should follow")):
             with self.assertRaises(support.addon("actions").TreeError) as raised:
                 self.io.tree_of(text, "wrong")
             self.assertIn(words, str(raised.exception))

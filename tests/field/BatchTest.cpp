@@ -5,7 +5,7 @@
 using namespace curlew;
 using namespace curlew::test;
 
-TEST_CASE("a batch of points keeps what is pushed, until it is full", "[field]") {
+TEST_CASE("PointBatch: holds pushed points until it is full", "[field]") {
     PointBatch batch;
     CHECK(batch.size == 0);
     for (uint64_t k = 0; k < size_t{kBatch}; ++k) {
@@ -20,7 +20,7 @@ TEST_CASE("a batch of points keeps what is pushed, until it is full", "[field]")
     CHECK(batch[4] == randomPoint(cube(1), 1, 4));
 }
 
-TEST_CASE("a batch of jets has a row for each component", "[field]") {
+TEST_CASE("JetBatch: stores one row per component", "[field]") {
     JetBatch<double, 2> batch;
     Jet<double, 3, 2> jet;
     for (int k = 0; k < 10; ++k) jet.component(k) = 10 + k;

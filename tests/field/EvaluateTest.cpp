@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/field/Evaluate.h"
+#include "support/Catch.h"
 #include "support/Points.h"
 #include "support/Polynomial.h"
-
-#include <catch2/catch.hpp>
 
 using namespace curlew;
 using namespace curlew::test;
 
-TEST_CASE("evaluateValues and evaluateGradients: as the field itself, for every precision and dimension", "[field]") {
+TEST_CASE("evaluateValues and evaluateGradients: agree with evaluation of single points", "[field]") {
     const ScalarField field = polynomial("x0**2*x1 + 3*x2");
     const size_t count = GENERATE(size_t{0}, size_t{1}, size_t{64}, size_t{65}, size_t{1000});
     const auto positions = randomPoints(cube(1), count, 1);
@@ -27,7 +26,7 @@ TEST_CASE("evaluateValues and evaluateGradients: as the field itself, for every 
     }
 }
 
-TEST_CASE("bulk evaluation: arrays of different sizes and a cancelled monitor are refused", "[field]") {
+TEST_CASE("evaluateValues and evaluateGradients: mismatched sizes and cancellation are refused", "[field]") {
     const ScalarField field = polynomial("x0");
     const auto positions = randomPoints(cube(1), 100, 1);
     std::vector<float> values(99);

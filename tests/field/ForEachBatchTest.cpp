@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/field/ForEachBatch.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 using namespace curlew;
 
-TEST_CASE("forEachBatch: every point once, in batches that begin where they say", "[field]") {
+TEST_CASE("forEachBatch: visits every point once and passes the start of each batch", "[field]") {
     const size_t count = GENERATE(size_t{0}, size_t{1}, size_t{63}, size_t{64}, size_t{1000});
     CAPTURE(count);
     std::vector<Vec<double, 2>> points;
@@ -20,7 +19,7 @@ TEST_CASE("forEachBatch: every point once, in batches that begin where they say"
     for (size_t k = 0; k < count; ++k) CHECK(points[k] == Vec<double, 2>{{double(k), 1 + double(k)}});
 }
 
-TEST_CASE("sumOverBatches: computed points, the same bits for any number of threads", "[field]") {
+TEST_CASE("sumOverBatches: sums computed points with the same bits for any number of threads", "[field]") {
     const PointsBy thirds{1000, [](size_t k) { return Vec3d{{double(k) / 3, 0, 0}}; }};
     const auto sum = [&] {
         return sumOverBatches(thirds, [](const PointBatch& batch, size_t) {

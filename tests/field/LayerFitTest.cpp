@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Error.h"
 #include "curlew/field/LayerFit.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 #include <cmath>
 
@@ -14,38 +13,38 @@ LayerFit fitOf(const Sdf& sdf, double width) { return layerFit(Wall{.sdf = sdf, 
 
 } // namespace
 
-TEST_CASE("a layer fits a ball up to its radius", "[field]") {
+TEST_CASE("layerFit: a layer fits a ball up to its radius", "[field]") {
     CHECK(fitOf(sphereSdf(1), 0.3).unreached == 0);
     CHECK(fitOf(sphereSdf(1), 0.9).unreached == 0);
     CHECK(fitOf(sphereSdf(1), 0.3).fitting == 0.3);
     const LayerFit wide = fitOf(sphereSdf(1), 1.5);
     CHECK(wide.unreached == 1);
-    // To a step of the way inwards, a sixteenth of the width.
+    // Accurate to one step inwards, a sixteenth of the width.
     CHECK(wide.fitting == Approx(1).margin(1.5 / 16));
     CHECK(fitOf(sphereSdf(0.01), 0.02).fitting == Approx(0.01).margin(0.02 / 16));
 }
 
-TEST_CASE("where an object is too thin for its layer is measured by volume", "[field]") {
-    // A ball with a rod: the rod is a capsule of radius 0.1, and 1.6 of it sticks out.
+TEST_CASE("layerFit: measures by volume where an object is too thin", "[field]") {
+    // A ball with a rod: a capsule of radius 0.1 of which a length of 1.6 is outside the ball.
     const Sdf rod = placed(capsuleSdf(2, 0.1), Placement{.offset = {{0, 1.5, 0}}});
     const Sdf both = unite(sphereSdf(1), rod, 0);
     const double pi = 3.14159265358979, ball = 4 * pi / 3, stick = pi * 0.01 * 1.5 + 2 * pi / 3 * 0.001;
     const LayerFit fit = fitOf(both, 0.3);
     CHECK(fit.unreached == Approx(stick / (ball + stick)).margin(0.01));
-    CHECK(fit.fitting == 0.3); // below what is worth a warning
+    CHECK(fit.fitting == 0.3); // not enough for a warning
     const LayerFit slab = fitOf(boxSdf(Vec3d{{20, 20, 0.2}}, 0), 0.3);
     CHECK(slab.unreached == 1);
-    CHECK(slab.fitting == Approx(0.1).margin(0.02)); // a sixteenth of the width
+    CHECK(slab.fitting == Approx(0.1).margin(0.02)); // about a sixteenth of the width
 }
 
-TEST_CASE("near a sharp edge no layer fits", "[field]") {
-    // In a square bar of edge 1 the ways from a strip of width w along each edge end on the diagonal: 4 w².
+TEST_CASE("layerFit: no layer fits fully near a sharp edge", "[field]") {
+    // In a square bar with edge 1, the paths from a strip of width w along each edge end on the diagonal: 4 w².
     const LayerFit bar = fitOf(boxSdf(Vec3d{{1, 1, 40}}, 0), 0.3);
-    CHECK(bar.unreached == Approx(4 * 0.3 * 0.3).margin(0.05)); // the width is met to a sixteenth
+    CHECK(bar.unreached == Approx(4 * 0.3 * 0.3).margin(0.05)); // the width is accurate to a sixteenth
     CHECK(bar.fitting == Approx(std::sqrt(kMostUnreached / 4)).margin(0.3 / 16));
 }
 
-TEST_CASE("a layer fits what is not bounded, and has to have a width", "[field]") {
+TEST_CASE("layerFit: any layer fits an unbounded shape and an invalid width is an error", "[field]") {
     CHECK(fitOf(planeSdf({{0, 0, 1}}, 0), 3).unreached == 0);
     CHECK(layerFit(WallN<2>{.sdf = sphereSdf<2>(1), .width = 0.5}).unreached == 0);
     CHECK(layerFit(WallN<2>{.sdf = sphereSdf<2>(1), .width = 2}).unreached == 1);

@@ -2,12 +2,11 @@
 #include "curlew/base/Error.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Formula.h"
-#include "curlew/field/Map.h"
 #include "curlew/field/NoiseField.h"
 #include "curlew/field/NoiseScale.h"
+#include "curlew/field/Transforms.h"
+#include "support/Catch.h"
 #include "support/Points.h"
-
-#include <catch2/catch.hpp>
 
 #include <numbers>
 
@@ -21,7 +20,7 @@ const ScalarField kNoise = noiseField<Psrd3>({.seed = 3}, {.frequency = 2, .octa
 
 } // namespace
 
-TEST_CASE("a field knows the wavelength of the lowest octave of its noises", "[field]") {
+TEST_CASE("ScalarField: wavelength is that of the lowest octave in the expression", "[field]") {
     CHECK(kNoise.wavelength() == 0.5);
     CHECK(noiseField<Psrd3>({}, {.frequency = 4, .octaves = 3, .lacunarity = 0.5}).wavelength() == 1);
     CHECK(noiseField<Psrd3>({}, {.frequency = 2, .octaves = 3, .warp = 0.1}).wavelength() == 0.5);
@@ -37,7 +36,7 @@ TEST_CASE("a field knows the wavelength of the lowest octave of its noises", "[f
     CHECK(constantField(1).wavelength() == 0);
 }
 
-TEST_CASE("the slope of a noise is that of its samples, whatever the box", "[field]") {
+TEST_CASE("noiseScaleOf: the slope is the rms gradient for any box", "[field]") {
     double sum = 0;
     constexpr uint64_t kCount = 50000;
     for (uint64_t k = 0; k < kCount; ++k) {
@@ -48,22 +47,22 @@ TEST_CASE("the slope of a noise is that of its samples, whatever the box", "[fie
     for (const double half : {0.01, 1.0, 30.0}) {
         CAPTURE(half);
         const NoiseScale scale = noiseScaleOf(kNoise, Box{}.padded(half));
-        CHECK(scale.slope == Approx(slope).epsilon(0.03)); // of some thousand independent squares
+        CHECK(scale.slope == Approx(slope).epsilon(0.03)); // from some thousand independent squares
         CHECK(scale.wavelength == 0.5);
         CHECK_FALSE(scale.measured);
     }
     CHECK(noiseScaleOf(3.0 * kNoise, kBox).slope == Approx(3 * noiseScaleOf(kNoise, kBox).slope));
 }
 
-TEST_CASE("the wavelength of a field that knows none is measured", "[field]") {
-    // sin k x has the deviation sqrt(1/2) and the slope k sqrt(1/2).
+TEST_CASE("noiseScaleOf: measures the wavelength of a field that does not state one", "[field]") {
+    // sin k x has the standard deviation sqrt(1/2) and the slope k sqrt(1/2).
     const double k = 11;
     const auto wave = formulaField([=](const auto& x, const auto& c) { return sin(x[0] * c(k)) + c(7); });
     const NoiseScale scale = noiseScaleOf(wave, kBox);
     CHECK(scale.measured);
     CHECK(scale.slope == Approx(k * std::numbers::sqrt2 / 2).epsilon(0.03));
     CHECK(scale.wavelength == Approx(7 / k).epsilon(0.05));
-    // psrdnoise by the same rule: within 5 % of what it knows.
+    // The same rule for psrdnoise agrees with its known wavelength within 5 %.
     const ScalarField psrd = noiseField<Psrd3>({}, {.frequency = 3});
     const double deviation = [&] {
         double squares = 0;
@@ -76,7 +75,7 @@ TEST_CASE("the wavelength of a field that knows none is measured", "[field]") {
     CHECK(7 * deviation / noiseScaleOf(psrd, kBox).slope == Approx(1.0 / 3).epsilon(0.05));
 }
 
-TEST_CASE("a field without a slope has no scale", "[field]") {
+TEST_CASE("noiseScaleOf: a field without a finite slope is an error", "[field]") {
     CHECK_THROWS_AS(noiseScaleOf(constantField(3), kBox), ValueError);
     const auto broken = formulaField([](const auto& x, const auto& c) { return x[0] * c(std::nan("")); });
     CHECK_THROWS_AS(noiseScaleOf(broken, kBox), ValueError);

@@ -10,13 +10,13 @@ using namespace curlew::test;
 
 namespace {
 
-/// A body that goes round the z axis through (1, 0, 0), and turns about an axis of its own, at a constant pace.
+/// A body that circles about the z axis through (1, 0, 0) and rotates about its own axis, both at constant speed.
 Pose roundabout(double t) {
     const Matrix3 turn = rotationBy({{0, 0, t}});
     return {turn * rotationBy({{0.3, -0.2, 0.5}}), turn * Vec3d{{1, 0, 0}}};
 }
 
-/// A motion without constant anything.
+/// A motion with varying rotation and velocity.
 Pose tumbling(double t) {
     return {rotationBy({{t + 0.2 * t * t, 0.5 * std::sin(t), -0.4 * t}}), {{std::sin(2 * t), t * t, std::cos(t)}}};
 }
@@ -31,7 +31,7 @@ double apart(const Pose& a, const Pose& b) {
 
 } // namespace
 
-TEST_CASE("a rotation is the exponential of its rotation vector", "[field]") {
+TEST_CASE("rotationBy and rotationVector: are inverse exponential and logarithm", "[field]") {
     for (uint64_t k = 0; k < 300; ++k) {
         Vec3d w = randomPoint(cube(1), 4, k);
         w *= std::numbers::pi * (k % 3 == 0 ? 1e-9 : k % 3 == 1 ? 0.3 : 0.999) / length(w);
@@ -43,7 +43,7 @@ TEST_CASE("a rotation is the exponential of its rotation vector", "[field]") {
     CHECK(std::abs(std::abs(rotationVector(rotationBy(half))[1]) - std::numbers::pi) < 1e-7);
 }
 
-TEST_CASE("a shape in another pose is where its points have gone", "[field]") {
+TEST_CASE("inPose: distance and bounds move with the body", "[field]") {
     const Sdf box = boxSdf({{1.2, 0.8, 0.6}}, 0.25);
     const Pose home{.axes = {}, .origin = {{0.1, 0.2, 0}}}, now = tumbling(0.7);
     const Sdf moved = inPose(box, home, now);
@@ -55,7 +55,7 @@ TEST_CASE("a shape in another pose is where its points have gone", "[field]") {
     }
 }
 
-TEST_CASE("a body that turns uniformly does so between frames", "[field]") {
+TEST_CASE("poseBetween: reproduces uniform rotation between frames", "[field]") {
     const double step = 0.3;
     for (const bool before : {true, false})
         for (const bool after : {true, false}) {
@@ -66,13 +66,13 @@ TEST_CASE("a body that turns uniformly does so between frames", "[field]") {
                 const Pose found = poseBetween(keys, part), exact = roundabout(0.4 + part * step);
                 CAPTURE(before, after, part);
                 CHECK(length(rotationVector(found.axes * transpose(exact.axes))) < 1e-12);
-                // Its origin is on a cubic, or on the chord.
+                // The origin follows a cubic, or a chord if both neighbours are missing.
                 CHECK(length(found.origin - exact.origin) < (before || after ? 2e-3 : 0.012));
             }
         }
 }
 
-TEST_CASE("between frames a motion is met to third order, and its velocity has no jump", "[field]") {
+TEST_CASE("poseBetween: is third-order accurate with continuous velocity", "[field]") {
     const auto errorAt = [](double step) {
         return apart(poseBetween(keysOf(tumbling, 0.3, step), 0.4), tumbling(0.3 + 0.4 * step));
     };
@@ -80,7 +80,7 @@ TEST_CASE("between frames a motion is met to third order, and its velocity has n
     CAPTURE(coarse, fine);
     CHECK(fine < 1e-3);
     CHECK(std::log2(coarse / fine) > 2.7);
-    // The velocity at a frame, seen from both sides.
+    // The velocity at a frame, from both sides.
     const double step = 0.3, h = 1e-5;
     const PoseKeys left = keysOf(tumbling, 0.3, step), right = keysOf(tumbling, 0.3 + step, step);
     const Pose here = tumbling(0.3 + step), before = poseBetween(left, 1 - h), after = poseBetween(right, h);
@@ -91,11 +91,11 @@ TEST_CASE("between frames a motion is met to third order, and its velocity has n
     CHECK(length(arrives - leaves) < 20 * h * h);
 }
 
-TEST_CASE("the weights of the frames are those of a cubic", "[field]") {
+TEST_CASE("hermiteWeights: reproduce polynomials", "[field]") {
     for (const bool before : {true, false})
         for (const bool after : {true, false}) {
             const int degree =
-                before || after ? 2 : 1; // what they reproduce; with both frames a cubic's third needs more
+                before || after ? 2 : 1; // the degree that is reproduced; with both neighbours, a cubic would need more
             for (const double part : {0.0, 0.3, 0.5, 1.0}) {
                 const auto w = hermiteWeights(before, after, part);
                 if (!before) CHECK(w[0] == 0);

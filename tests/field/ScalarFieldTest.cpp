@@ -11,7 +11,7 @@ using namespace curlew::test;
 
 namespace {
 
-/// A model that works on batches, knows its range, and counts how often it is called.
+/// A model that works on batches, has a range and counts its calls.
 struct Counting {
     int* calls;
     template <int Order, class T>
@@ -19,21 +19,21 @@ struct Counting {
         ++*calls;
         for (int i = 0; i < points.size; ++i) jets.set(i, Jet<T, 3, Order>::variable(static_cast<T>(points[i][1]), 1));
     }
-    Range range() const { return Range::within(42); }
+    Interval range() const { return Interval::within(42); }
 };
 
 } // namespace
 
-TEST_CASE("a field is made from a pointwise or a batch model", "[field]") {
+TEST_CASE("ScalarField: accepts pointwise and batch models", "[field]") {
     const ScalarField pointwise = formula([](const auto& x) { return x[0] * x[1]; });
     CHECK(pointwise.at<0>({{2, 3, 4}}).value == 6);
     CHECK(pointwise.at<1>({{2, 3, 4}}).gradient == Vec3d{{3, 2, 0}});
     CHECK(pointwise.at<2>({{2, 3, 4}}).hessian(0, 1) == 1);
-    CHECK(std::isinf(pointwise.range().bound()));
+    CHECK(std::isinf(pointwise.range().maxAbs()));
 
     int calls = 0;
     const ScalarField batched(Counting{&calls});
-    CHECK(batched.range().bound() == 42);
+    CHECK(batched.range().maxAbs() == 42);
     PointBatch points;
     for (const Vec3d& p : randomPoints(cube(1), kBatch, 1)) points.push(p);
     JetBatch<double, 1> jets;
@@ -45,7 +45,7 @@ TEST_CASE("a field is made from a pointwise or a batch model", "[field]") {
     CHECK(calls == 2);
 }
 
-TEST_CASE("every field gives the same bits whatever the order of derivatives and the batch", "[field]") {
+TEST_CASE("ScalarField: every field gives the same bits for any derivative order and batch size", "[field]") {
     const ScalarField noise = noiseField<Psrd3>({.seed = 3}, {.frequency = 2.3, .octaves = 3});
     struct Case {
         const char* name;
@@ -104,13 +104,13 @@ TEST_CASE("every field gives the same bits whatever the order of derivatives and
                 if (floatValues[i].value != floatSecond[i].value) FAIL("orders differ in float");
                 if (hasThird && difference(truncated<2>(third[i]), jet) != 0) FAIL("the third order differs");
                 if (difference(field.at<2>(p), jet) != 0) FAIL("a point alone differs from a batch");
-                // Some hundred roundings of values of the size of 1, through an amplitude of at most 3.
+                // About a hundred roundings of values near 1, with an amplitude of at most 3.
                 if (std::abs(double(floatValues[i].value) - jet.value) > 1e-4) FAIL("float differs");
             }
         }
 }
 
-TEST_CASE("evaluating an empty batch does nothing", "[field]") {
+TEST_CASE("ScalarField: evaluating an empty batch does nothing", "[field]") {
     PointBatch none;
     JetBatch<double, 2> jets;
     jets.c[0][0] = 7;

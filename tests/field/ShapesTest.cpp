@@ -17,14 +17,14 @@ struct Shape {
     std::string name;
     Sdf sdf;
     std::function<bool(const Vec3d&)> inside;
-    /// How far a point is from where the distance is not C^inf (kinks and seams): finite differences keep clear of
-    /// them.
+    /// Returns the distance from the nearest kink or seam, where the shape's distance is not C^inf. Finite differences
+    /// stay away from these.
     std::function<double(const Vec3d&)> clearance;
 };
 
 double square(double x) { return x * x; }
 
-/// Clearance of an ellipse-free shape whose formula switches where one of these is zero.
+/// Returns the clearance of a shape whose formula switches where one of these values is zero.
 double least(std::initializer_list<double> values) {
     double l = 1e300;
     for (const double v : values) l = std::min(l, std::abs(v));
@@ -64,7 +64,7 @@ double distanceAt(const Sdf& sdf, const Vec3d& p) { return sdf.distance.at<0>(p)
 
 } // namespace
 
-TEST_CASE("signed distances have the values that geometry says", "[field]") {
+TEST_CASE("shapes: signed distances match exact geometry", "[field]") {
     struct Oracle {
         Sdf sdf;
         Vec3d p;
@@ -81,7 +81,7 @@ TEST_CASE("signed distances have the values that geometry says", "[field]") {
         {boxSdf({{2, 4, 6}}, 0), {{-2, 3, -4}}, rounded},             // a corner: (1, 1, 1)
         {boxSdf({{2, 4, 6}}, 0.5), {{0, 0, 2.75}}, -0.25},            // a face
         {boxSdf({{2, 4, 6}}, 0.5), {{1.5, 2.5, 3.5}}, rounded - 0.5}, // a rounded corner
-        {boxSdf({{2, 2, 2}}, 1), {{3, 4, 0}}, 4},                     // all rounding: a sphere
+        {boxSdf({{2, 2, 2}}, 1), {{3, 4, 0}}, 4},                     // fully rounded: a sphere
         {torusSdf(2, 0.5), {{0, 0, 0}}, 1.5},
         {torusSdf(2, 0.5), {{0, 0.25, -2}}, -0.25},
         {torusSdf(2, 0.5), {{5, 4, 0}}, 4.5},
@@ -98,7 +98,7 @@ TEST_CASE("signed distances have the values that geometry says", "[field]") {
     }
 }
 
-TEST_CASE("signed distances are negative inside, and their bounds contain the inside", "[field]") {
+TEST_CASE("shapes: distances are negative inside and bounds contain the shape", "[field]") {
     for (const Shape& shape : shapes()) {
         size_t inside = 0;
         for (const Vec3d& p : randomPoints(cube(1), 20000, 1)) {
@@ -119,13 +119,13 @@ TEST_CASE("signed distances are negative inside, and their bounds contain the in
                     p[axis] = shape.sdf.bounds.upper[axis];
                     nearest = std::min(nearest, std::abs(distanceAt(shape.sdf, p)));
                 }
-                CHECK(nearest < 0.01); // 20,000 points on a face of area 1: a spacing of 0.007
+                CHECK(nearest < 0.01); // 20,000 points on a face of area 1 have a spacing of 0.007
             }
     }
     CHECK_FALSE(gyroidSdf(1, 0.1).bounds.finite());
 }
 
-TEST_CASE("exact distances have gradients of length one that lead to the surface", "[field]") {
+TEST_CASE("shapes: distances have unit gradients that lead to the surface", "[field]") {
     for (const Shape& shape : shapes()) {
         size_t seen = 0;
         for (const Vec3d& p : randomPoints(cube(1.5), 5000, 3)) {
@@ -134,7 +134,7 @@ TEST_CASE("exact distances have gradients of length one that lead to the surface
             const auto d = shape.sdf.distance.at<1>(p);
             const Vec3d foot = p - d.gradient * d.value;
             CAPTURE(shape.name, p, d.value);
-            // Rounding of numbers below 3, near a kink divided by the distance to it.
+            // Rounding of numbers below 3. Near a kink it is divided by the distance to the kink.
             if (!(std::abs(length(d.gradient) - 1) < 1e-12)) FAIL("|∇d| = " << length(d.gradient));
             if (!(std::abs(distanceAt(shape.sdf, foot)) < 1e-12))
                 FAIL("the foot is at " << distanceAt(shape.sdf, foot));
@@ -143,14 +143,14 @@ TEST_CASE("exact distances have gradients of length one that lead to the surface
     }
 }
 
-TEST_CASE("no distance is steeper than one", "[field]") {
+TEST_CASE("shapes: the Lipschitz bound of every distance is one", "[field]") {
     auto all = shapes();
     all.push_back({"gyroid", gyroidSdf(0.9, 0.15), {}, {}});
     all.push_back({"sharp box", boxSdf({{1, 0.5, 0.7}}, 0), {}, {}});
     for (const Shape& shape : all)
         for (uint64_t k = 0; k < 20000; ++k) {
             const Vec3d p = randomPoint(cube(1.5), 4, k);
-            // Far and near partners: the latter catch a gradient that is too long.
+            // Both distant and near pairs; the latter detect a gradient that is too long.
             const Vec3d q = k % 2 ? randomPoint(cube(1.5), 5, k) : p + randomPoint(cube(0.01), 6, k);
             CAPTURE(shape.name, p, q);
             const double change = std::abs(distanceAt(shape.sdf, p) - distanceAt(shape.sdf, q));
@@ -158,7 +158,7 @@ TEST_CASE("no distance is steeper than one", "[field]") {
         }
 }
 
-TEST_CASE("the gyroid's gradient comes up to one, on its sheet", "[field]") {
+TEST_CASE("gyroidSdf: the gradient comes up to one and the sheet is centred on zero", "[field]") {
     const Sdf gyroid = gyroidSdf(1, 0.2);
     Worst steepest, sheet;
     for (const Vec3d& p : randomPoints(cube(1), 100000, 7)) {
@@ -170,9 +170,9 @@ TEST_CASE("the gyroid's gradient comes up to one, on its sheet", "[field]") {
     CHECK(steepest.value <= 1 + 1e-15);
     CHECK(steepest.value > 0.98);
     CHECK(sheet.value <= 0.1);
-    // It is no distance anywhere.
+    // It is not a distance.
     CHECK(gyroid.reach == 0);
-    // It repeats with its wavelength, and turning the axes into one another changes nothing.
+    // It is periodic with its wavelength, and a cyclic permutation of the axes does not change it.
     for (const Vec3d& p : randomPoints(cube(1), 100, 8)) {
         CAPTURE(p);
         CHECK(std::abs(distanceAt(gyroid, p) - distanceAt(gyroid, p + Vec3d{{1, -2, 3}})) < 1e-14);
@@ -180,11 +180,11 @@ TEST_CASE("the gyroid's gradient comes up to one, on its sheet", "[field]") {
     }
 }
 
-TEST_CASE("the derivatives of distances agree with central differences", "[field]") {
+TEST_CASE("shapes: derivatives agree with central differences", "[field]") {
     for (const Shape& shape : shapes()) {
         if (shape.name == "plane") continue; // linear: central differences are exact, below
-        // Clear of kinks by 0.2 the curvatures are at most 5, and third derivatives at most 3 · 5² or so; the box's
-        // rounded edges have corners' curvature 1/q, q >= the clearance.
+        // At a clearance of 0.2, curvatures are at most 5 and third derivatives at most about 3 · 5². The rounded edges
+        // of the box have a corner curvature of 1/q, with q >= the clearance.
         std::vector<Vec3d> points;
         for (const Vec3d& p : randomPoints(cube(1.5), 4000, 9)) {
             const double d = distanceAt(shape.sdf, p);
@@ -200,17 +200,17 @@ TEST_CASE("the derivatives of distances agree with central differences", "[field
     }
     const Sdf plane = planeSdf({{1, -2, 2}}, 0.6), gyroid = gyroidSdf(2, 0.1);
     const auto errors = derivativeErrors(plane.distance, randomPoints(cube(1), 100, 10), 1e-2);
-    CHECK(errors.worstGradient() < 1e-13); // rounding of 1 over 1e-2
+    CHECK(errors.worstGradient() < 1e-13); // rounding of 1 divided by 1e-2
     CHECK(errors.worstHessian() == 0);
     std::vector<Vec3d> offSheet;
     for (const Vec3d& p : randomPoints(cube(1), 2000, 11))
         if (distanceAt(gyroid, p) > -0.04) offSheet.push_back(p);
-    // k = pi: third derivatives of at most 6 k³ / (sqrt 3 k).
+    // With k = pi, third derivatives are at most 6 k³ / (sqrt 3 k).
     requireDerivatives(gyroid.distance, offSheet, 1e-3, 6 * 9.9 / 1.7);
 }
 
-TEST_CASE("the gradient of a box is one where its parts meet, too", "[field]") {
-    // Points whose coordinates are exactly those of the inner box: voxel centres like to be there.
+TEST_CASE("boxSdf: the gradient has unit length where faces and roundings meet", "[field]") {
+    // Points whose coordinates are exactly those of the inner box, as is common for voxel centres.
     const Sdf rounded = boxSdf({{2, 2, 2}}, 0.25), sharp = boxSdf({{2, 2, 2}}, 0);
     for (int axis = 0; axis < 3; ++axis)
         for (const double sign : {-1.0, 1.0}) {
@@ -226,7 +226,7 @@ TEST_CASE("the gradient of a box is one where its parts meet, too", "[field]") {
         }
 }
 
-TEST_CASE("where a distance has no gradient it has a value and no NaN", "[field]") {
+TEST_CASE("shapes: value is exact and derivatives finite where no gradient exists", "[field]") {
     const auto check = [](const Sdf& sdf, const Vec3d& p, double d) {
         const auto jet = sdf.distance.at<2>(p);
         CAPTURE(p);
@@ -241,7 +241,7 @@ TEST_CASE("where a distance has no gradient it has a value and no NaN", "[field]
     check(gyroidSdf(1, 0.2), {{0, 0, 0}}, -0.1);
 }
 
-TEST_CASE("a placed shape is the shape moved, turned and scaled", "[field]") {
+TEST_CASE("placed: a placed shape is moved and rotated and scaled", "[field]") {
     const Placement placement =
         GENERATE(Placement{.offset = {{1, -2, 3}}}, Placement{.scale = {{2, 2, 2}}},
                  Placement{.offset = {{0.3, 0.1, -0.5}}, .rotate = {{30, 50, -70}}, .scale = {{0.7, 0.7, 0.7}}});
@@ -255,12 +255,12 @@ TEST_CASE("a placed shape is the shape moved, turned and scaled", "[field]") {
             const auto d = moved.distance.at<1>(p);
             if (!(std::abs(d.value - scale * expected.at<0>(p).value) < 1e-14)) FAIL("not scaled");
             if (d.value < 0 && !moved.bounds.contains(p)) FAIL("bounds too small");
-            // Still a distance.
+            // It remains a distance.
             if (length(d.gradient) > 1 + 1e-12) FAIL("steeper than one");
         }
     }
     CHECK(placed(Sdf{sphereSdf(1).distance, sphereSdf(1).bounds, 0.25}, placement).reach == Approx(0.25 * scale));
-    // By hand: a sphere of radius 1, twice as large, around (5, 0, 0).
+    // A case by hand: a sphere of radius 1, scaled by 2, around (5, 0, 0).
     const Sdf sphere = placed(sphereSdf(1), {.offset = {{5, 0, 0}}, .rotate = {}, .scale = {{2, 2, 2}}});
     CHECK(distanceAt(sphere, {{5, 0, 0}}) == -2);
     CHECK(distanceAt(sphere, {{5, 3, 0}}) == 1);
@@ -268,7 +268,7 @@ TEST_CASE("a placed shape is the shape moved, turned and scaled", "[field]") {
     CHECK(sphere.bounds.upper == Vec3d{{7, 2, 2}});
 }
 
-TEST_CASE("unusable sizes are errors", "[field]") {
+TEST_CASE("shapes: invalid sizes are errors", "[field]") {
     for (const double bad : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
         CAPTURE(bad);
         CHECK_THROWS_AS(sphereSdf(bad), ValueError);
@@ -280,7 +280,7 @@ TEST_CASE("unusable sizes are errors", "[field]") {
         CHECK_THROWS_AS(gyroidSdf(bad, 0.1), ValueError);
         CHECK_THROWS_AS(gyroidSdf(1, bad), ValueError);
     }
-    CHECK_THROWS_WITH(sphereSdf(-3), Catch::Contains("-3"));
+    CHECK_THROWS_WITH(sphereSdf(-3), Catch::ContainsSubstring("-3"));
     CHECK_THROWS_AS(boxSdf({{1, 2, 3}}, -0.1), ValueError);
     CHECK_THROWS_AS(boxSdf({{1, 2, 3}}, 0.51), ValueError);
     CHECK_THROWS_AS(boxSdf({{1, 2, 3}}, std::nan("")), ValueError);
@@ -292,7 +292,8 @@ TEST_CASE("unusable sizes are errors", "[field]") {
     CHECK_THROWS_AS(placed(sphereSdf(1), {.scale = {{0, 0, 0}}}), ValueError);
 }
 
-TEMPLATE_TEST_CASE_SIG("a ball is one in every dimension", "[field]", ((int N), N), 1, 2, 4, 7) {
+TEMPLATE_TEST_CASE_SIG("sphereSdf: value and derivatives are exact in every dimension", "[field]", ((int N), N), 1, 2,
+                       4, 7) {
     const SdfN<N> ball = sphereSdf<N>(0.8);
     size_t inside = 0;
     for (const auto& p : randomPoints(cube<N>(1), 1000, 20)) {
@@ -316,18 +317,18 @@ TEMPLATE_TEST_CASE_SIG("a ball is one in every dimension", "[field]", ((int N), 
     for (int k = 1; k < centre.kSize; ++k) CHECK(centre.component(k) == 0);
     CHECK_THROWS_AS(sphereSdf<N>(0), ValueError);
     CHECK_THROWS_AS(sphereSdf<N>(std::nan("")), ValueError);
-    if constexpr (N > 1) { // a segment's is linear
+    if constexpr (N > 1) { // in 1D the distance is linear
         std::vector<Vec<double, N>> points = randomPoints(cube<N>(2), 400, 21);
         std::erase_if(points, [](const auto& p) { return length(p) < 0.5; });
         REQUIRE(points.size() > 100);
-        requireDerivatives(ball.distance, points, 0x1p-9, 3 / square(0.5)); // of third order: at most 3 / |x|²
+        requireDerivatives(ball.distance, points, 0x1p-9, 3 / square(0.5)); // third derivatives are at most 3 / |x|²
         requireThirdDerivatives(ball.distance, points, 0x1p-9);
     }
 }
 
 namespace {
 
-/// Two shapes that overlap, smooth where their surfaces meet.
+/// Two overlapping shapes whose distances are smooth where their surfaces intersect.
 struct Pair {
     const char* name;
     Sdf a, b;
@@ -349,12 +350,12 @@ Sdf combined(Boolean how, const Sdf& a, const Sdf& b, double smoothing) {
                                        : subtract(a, b, smoothing);
 }
 
-/// Whether a point is in the shape without smoothing.
+/// Returns whether a point is inside the combined shape without smoothing.
 bool isIn(Boolean how, bool inA, bool inB) {
     return how == Boolean::unite ? inA || inB : how == Boolean::intersect ? inA && inB : inA && !inB;
 }
 
-/// Points of the zero set, from lines between random points.
+/// Returns points on the zero set, found on segments between random points.
 std::vector<Vec3d> surfacePoints(const Sdf& sdf, double half, uint64_t seed) {
     std::vector<Vec3d> surface;
     for (uint64_t k = 0; k < 2500; ++k) {
@@ -371,7 +372,7 @@ std::vector<Vec3d> surfacePoints(const Sdf& sdf, double half, uint64_t seed) {
 
 } // namespace
 
-TEST_CASE("united and intersected and subtracted shapes have the sign of sets", "[field]") {
+TEST_CASE("unite and intersect and subtract: the sign is that of set operations", "[field]") {
     const Boolean how = GENERATE(Boolean::unite, Boolean::intersect, Boolean::subtract);
     const double smoothing = GENERATE(0.0, 0.05, 0.3);
     for (const Pair& pair : pairs()) {
@@ -384,7 +385,7 @@ TEST_CASE("united and intersected and subtracted shapes have the sign of sets", 
             const double sharp = how == Boolean::unite ? std::min(a, b) : std::max(a, other);
             CAPTURE(static_cast<int>(how), smoothing, pair.name, p, a, b, d);
             inside += d < 0;
-            if (std::abs(a - other) >= smoothing) { // away from where the surfaces meet
+            if (std::abs(a - other) >= smoothing) { // away from the intersection of the surfaces
                 if (d != sharp || (d < 0) != in) FAIL("not the sharp one");
             } else if (how == Boolean::unite) { // the edge is filled
                 if (!(d <= sharp && d >= sharp - smoothing / 6 - 1e-15)) FAIL("not rounded outwards");
@@ -401,7 +402,7 @@ TEST_CASE("united and intersected and subtracted shapes have the sign of sets", 
     }
 }
 
-TEST_CASE("distances of united and intersected and subtracted shapes are lower bounds", "[field]") {
+TEST_CASE("unite and intersect and subtract: distances are lower bounds", "[field]") {
     const Boolean how = GENERATE(Boolean::unite, Boolean::intersect, Boolean::subtract);
     const double smoothing = GENERATE(0.0, 0.3);
     for (const Pair& pair : pairs()) {
@@ -417,22 +418,23 @@ TEST_CASE("distances of united and intersected and subtracted shapes are lower b
             most = std::max(most, std::abs(d.value) - nearest);
             steepest = std::max(steepest, length(d.gradient));
         }
-        CHECK(most <= 1e-12); // the bisection, and roundings
+        CHECK(most <= 1e-12); // for the bisection and roundings
         CHECK(steepest <= 1 + 1e-12);
     }
-    // Outside, the distance to two shapes that are apart is exact.
+    // Outside, the distance to two separate shapes is exact.
     const Sdf two = unite(sphereSdf(0.5), placed(sphereSdf(0.25), {.offset = {{2, 0, 0}}}), 0);
     CHECK(distanceAt(two, {{0, 1.5, 0}}) == 1);
     CHECK(distanceAt(two, {{2, 0, 1.25}}) == 1);
-    // With smoothing, by hand: equally far from both balls it is a sixth less.
+    // With smoothing, a case by hand: at equal distance from both balls, the value is lower by a sixth of the
+    // smoothing.
     const Sdf twins = unite(sphereSdf(0.5), placed(sphereSdf(0.5), {.offset = {{2, 0, 0}}}), 0.3);
     CHECK(std::abs(distanceAt(twins, {{1, 0, 0}}) - (0.5 - 0.05)) <= 1e-15);
 }
 
-TEST_CASE("smoothed edges of shapes are C²", "[field]") {
+TEST_CASE("unite and intersect and subtract: smoothed edges are C²", "[field]") {
     const Sdf a = sphereSdf(0.6), b = placed(sphereSdf(0.5), {.offset = {{0.5, 0.2, -0.1}}});
     constexpr double kStep = 0x1p-30, k = 0.2;
-    // Keep clear of the centres, where a distance has a kink: curvatures are at most 1 / 0.25.
+    // Excludes the neighbourhoods of the centres, where a distance has a kink: curvatures are at most 1 / 0.25.
     const auto clear = [](const Vec3d& p) { return length(p) > 0.25 && length(p - Vec3d{{0.5, 0.2, -0.1}}) > 0.25; };
     const Box around{{{-0.1, 0.25, -0.8}}, {{0.7, 1, 0.8}}};
     for (const Boolean how : {Boolean::unite, Boolean::intersect, Boolean::subtract}) {
@@ -442,7 +444,7 @@ TEST_CASE("smoothed edges of shapes are C²", "[field]") {
             const auto jumps = jumpsAcross(sdf.distance, gap - constantField(seam), around, kStep, 25);
             CAPTURE(static_cast<int>(how), seam, jumps.seen);
             CHECK(jumps.seen > 10);
-            // The gap has derivatives of at most 2, 8 and 96, the cubic 1, 1/k and 1/k².
+            // The gap has derivatives of at most 2, 8 and 96, the cubic of 1, 1/k and 1/k².
             CHECK(jumps.largest[0] <= 2 * kStep * 1 + 1e-15);
             CHECK(jumps.largest[1] <= 2 * kStep * (4 + 4 / k) + 1e-14);
             CHECK(jumps.largest[2] <= 2 * kStep * (3 / square(0.25) + 96 + 3 * 2 * 8 / k + 8 / (k * k)) + 1e-13);
@@ -455,7 +457,7 @@ TEST_CASE("smoothed edges of shapes are C²", "[field]") {
     }
 }
 
-TEST_CASE("shapes made of shapes can be moved and combined again", "[field]") {
+TEST_CASE("unite and intersect and subtract: combined shapes can be placed and combined again", "[field]") {
     const Sdf lens = intersect(sphereSdf(0.7), placed(sphereSdf(0.7), {.offset = {{0.5, 0, 0}}}), 0);
     const Sdf bored = subtract(boxSdf({{1, 1, 1}}, 0.05), capsuleSdf(3, 0.2), 0.1);
     const Sdf all = unite(placed(lens, {.offset = {{0.4, 0.5, 0}}, .rotate = {{10, 70, 30}}}), bored, 0.4);
@@ -470,20 +472,20 @@ TEST_CASE("shapes made of shapes can be moved and combined again", "[field]") {
     CHECK(inside > 100);
     CHECK(all.bounds.finite());
     CHECK(all.reach == 0);
-    // What two shapes that are apart share is nothing.
+    // The intersection of two separate shapes is empty.
     const Sdf nothing = intersect(sphereSdf(0.4), placed(sphereSdf(0.4), {.offset = {{1, 0, 0}}}), 0.1);
     for (const Vec3d& p : randomPoints(cube(2), 2000, 28)) {
         CAPTURE(p);
         if (distanceAt(nothing, p) < 0) FAIL("something");
         if (nothing.bounds.contains(p)) FAIL("its bounds should be empty");
     }
-    // Nothing and a ball are the ball.
+    // The union of the empty shape and a ball is the ball.
     const Sdf ball = unite(nothing, placed(sphereSdf(0.4), {.offset = {{-2, 0, 0}}}), 0);
     CHECK(distanceAt(ball, {{-2, 0, 0}}) == -0.4);
     CHECK(ball.bounds.contains({{-2.3, 0, 0}}));
 }
 
-TEST_CASE("a negative smoothing of shapes is an error", "[field]") {
+TEST_CASE("unite and intersect and subtract: an invalid smoothing is an error", "[field]") {
     const Sdf a = sphereSdf(1), b = boxSdf({{1, 1, 1}}, 0);
     for (const double bad : {-0.1, std::nan(""), std::numeric_limits<double>::infinity()}) {
         CAPTURE(bad);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Error.h"
 #include "curlew/field/Algebra.h"
-#include "curlew/field/Map.h"
 #include "curlew/field/NoiseField.h"
+#include "curlew/field/Transforms.h"
 #include "curlew/flow/Carried.h"
 #include "curlew/flow/Flows.h"
 #include "support/FiniteDifference.h"
@@ -19,20 +19,20 @@ Flow swirlsInSpace() { return Flow(noiseField<SineNoise<3>>({.seed = 3}), noiseF
 
 } // namespace
 
-TEST_CASE("a uniform flow carries a field by its velocity times the time", "[flow][Carried]") {
+TEST_CASE("carried: a uniform flow translates the field by velocity times time", "[flow][Carried]") {
     const ScalarField noise = noiseField<Psrd3>({.seed = 1});
     const Vec3d velocity{{0.5, -1, 2}};
     const ScalarField there = carried(noise, uniformFlow(velocity), {.time = 0.4, .steps = 1});
     const ScalarField moved = placed(noise, {.offset = velocity * 0.4});
     for (const Vec3d& p : randomPoints(cube(2), 200, 1)) {
         CAPTURE(p);
-        // Positions are rounded differently: some 1e-15, times derivatives up to 600.
+        // Positions are rounded differently, by some 1e-15, which is multiplied by derivatives of up to 600.
         REQUIRE(difference(there.at<2>(p), moved.at<2>(p)) < 1e-11);
         REQUIRE(difference(there.at<1, float>(p), moved.at<1, float>(p)) < 1e-4);
     }
 }
 
-TEST_CASE("a rigid rotation carries a field by its angle, at fourth order in the steps", "[flow][Carried]") {
+TEST_CASE("carried: a rigid rotation rotates the field with fourth order in the steps", "[flow][Carried]") {
     // c = (f_y, -f_x) = w (-y, x) for f = -w (x² + y²) / 2.
     const double w = 1.5, time = 0.8;
     const auto x = rampField<2>({{1, 0}}), y = rampField<2>({{0, 1}});
@@ -50,20 +50,21 @@ TEST_CASE("a rigid rotation carries a field by its angle, at fourth order in the
     CHECK(off(64) < 1e-6);
 }
 
-TEST_CASE("a carried field has the derivatives of its value, whatever its steps", "[flow][Carried]") {
+TEST_CASE("carried: derivatives agree with central differences for any number of steps", "[flow][Carried]") {
     const int steps = GENERATE(1, 5);
     CAPTURE(steps);
     const CarryOptions o{.time = 0.1, .steps = steps};
-    // Seen are third derivatives up to 8500: the field's own are some 300, and it is drawn out to a third of its
-    // wavelength.
+    // The observed third derivatives are at most 8500: the field's own are about 300, and it is compressed to a third
+    // of its wavelength.
     requireDerivatives(carried(noiseField<SineNoise<2>>({.seed = 5}), swirls(), o), randomPoints(cube<2>(1), 300, 3),
                        0x1p-10, 20000);
     requireDerivatives(carried(noiseField<SineNoise<3>>({.seed = 5}), swirlsInSpace(), o),
                        randomPoints(cube(1), 300, 4), 0x1p-10, 20000);
 }
 
-TEST_CASE("a field carried forth and back is nearly itself", "[flow][Carried]") {
-    // Back along the opposite flow, whose potentials are known; the carried field's own are not needed.
+TEST_CASE("carried: forward and back returns nearly the original field", "[flow][Carried]") {
+    // The way back uses the opposite flow, whose potentials are known; the third derivatives of the carried field are
+    // not needed.
     const auto noise = noiseField<SineNoise<2>>({.seed = 6});
     const auto forth = carried(noise, swirls(), {.time = 0.3, .steps = 20});
     const auto back = carried(forth, swirls(), {.time = -0.3, .steps = 20});
@@ -76,14 +77,14 @@ TEST_CASE("a field carried forth and back is nearly itself", "[flow][Carried]") 
     CHECK(away > 0.1);
 }
 
-TEST_CASE("what cannot carry a field says why", "[flow][Carried]") {
+TEST_CASE("carried: unsuitable flows and options are errors that say why", "[flow][Carried]") {
     const auto noise = noiseField<SineNoise<2>>();
-    CHECK_THROWS_WITH(carried(noise, swirls().normalized(1)), Catch::Contains("normalised"));
-    CHECK_THROWS_WITH(carried(noise, swirls(), {.steps = 0}), Catch::Contains("0 steps"));
+    CHECK_THROWS_WITH(carried(noise, swirls().normalized(1)), Catch::ContainsSubstring("normalised"));
+    CHECK_THROWS_WITH(carried(noise, swirls(), {.steps = 0}), Catch::ContainsSubstring("0 steps"));
     CHECK_THROWS_AS(carried(noise, swirls(), {.time = std::nan("")}), ValueError);
     const FlowN<2> warped({noiseField<Psrd2>({}, {.octaves = 2, .warp = 0.1})});
-    CHECK_THROWS_WITH(carried(noise, warped), Catch::Contains("third derivatives"));
+    CHECK_THROWS_WITH(carried(noise, warped), Catch::ContainsSubstring("third derivatives"));
     const FlowN<2> twice({carried(noise, swirls())});
-    CHECK_THROWS_WITH(carried(noise, twice), Catch::Contains("third derivatives"));
-    CHECK(carried(noise, swirls()).range().bound() == noise.range().bound());
+    CHECK_THROWS_WITH(carried(noise, twice), Catch::ContainsSubstring("third derivatives"));
+    CHECK(carried(noise, swirls()).range().maxAbs() == noise.range().maxAbs());
 }

@@ -21,13 +21,13 @@ struct Less {
 
 } // namespace
 
-TEST_CASE("the domain of a wall is the box of its shape, with air around an obstacle", "[flow]") {
+TEST_CASE("Domain: the box of a wall is that of its shape with padding around obstacles", "[flow]") {
     const Sdf box = placed(boxSdf({{2, 4, 1}}, 0.1), {.offset = {{5, 0, 0}}});
     CHECK(Domain::of(wallOf(box, Side::inside)).box.lower == box.bounds.lower);
     CHECK(Domain::of(wallOf(box, Side::inside), 7).box.upper == box.bounds.upper);
     for (const Side side : {Side::outside, Side::both}) {
         const Domain domain = Domain::of(wallOf(box, side)), tight = Domain::of(wallOf(box, side), 0.25);
-        CHECK(domain.box.lower == Vec3d{{2, -4, -2.5}}); // half the longest edge
+        CHECK(domain.box.lower == Vec3d{{2, -4, -2.5}}); // padded by half of the longest edge
         CHECK(domain.box.upper == Vec3d{{8, 4, 2.5}});
         CHECK(tight.box.lower == Vec3d{{3.75, -2.25, -0.75}});
         CHECK(tight.wall->side == side);
@@ -39,7 +39,7 @@ TEST_CASE("the domain of a wall is the box of its shape, with air around an obst
     CHECK_FALSE(Domain{}.wall.has_value());
 }
 
-TEST_CASE("beyondWall is positive on the wrong side alone", "[flow]") {
+TEST_CASE("beyondWall: is positive on the forbidden side only", "[flow]") {
     CHECK(beyondWall(Side::inside, 2) == 2);
     CHECK(beyondWall(Side::inside, -2) == -2);
     CHECK(beyondWall(Side::outside, 2) == -2);
@@ -49,14 +49,14 @@ TEST_CASE("beyondWall is positive on the wrong side alone", "[flow]") {
     CHECK(beyondWall(Side::both, 0) == 0);
 }
 
-TEST_CASE("classify says what is allowed, and it stays so in float", "[flow]") {
+TEST_CASE("classify: allowed points remain allowed after rounding to float", "[flow]") {
     const Side side = GENERATE(Side::inside, Side::outside, Side::both);
     const Domain domain = Domain::of(wallOf(placed(sphereSdf(1), {.offset = {{30, 40, 0}}}), side));
     size_t allowedPoints = 0, near = 0;
     for (uint64_t batch = 0; batch < 100; ++batch) {
         PointBatch points;
         while (!points.full()) {
-            // Half of the points are within some float roundings of the wall.
+            // Half of the points are within a few float roundings of the wall.
             const auto k = static_cast<uint64_t>(points.size);
             Vec3d p = randomPoint(cube(1.5), batch, k);
             if (k % 2) p *= (1 + 1e-5 * (randomUniform(batch, k, 7) - 0.5)) / length(p);
@@ -71,7 +71,7 @@ TEST_CASE("classify says what is allowed, and it stays so in float", "[flow]") {
             const double d = domain.wall->sdf.distance.at<0>(p).value;
             CAPTURE(static_cast<int>(side), p, d);
             if (distance[k] != d) FAIL("distance");
-            const double rounding = 71 * 0x1p-22; // twice that of coordinates whose sum is below 71
+            const double rounding = 71 * 0x1p-22; // twice the rounding of coordinates whose sum is below 71
             if (allowed[k] != (beyondWall(side, d) < 0) && std::abs(d) > rounding) FAIL("wrong");
             near += std::abs(d) < rounding;
             if (!allowed[k]) continue;
@@ -86,7 +86,7 @@ TEST_CASE("classify says what is allowed, and it stays so in float", "[flow]") {
     CHECK(near > 1000);
 }
 
-TEST_CASE("domains of other dimensions are classified too", "[flow]") {
+TEST_CASE("classify: works in 2D and 5D", "[flow]") {
     const Side side = GENERATE(Side::inside, Side::outside, Side::both);
     const auto check = [&](auto dimension) {
         constexpr int N = dimension;
@@ -94,7 +94,7 @@ TEST_CASE("domains of other dimensions are classified too", "[flow]") {
         const WallN<N> wall{.sdf = sphereSdf<N>(2), .side = side, .width = 0.1};
         const DomainN<N> domain = DomainN<N>::of(wall), tight = DomainN<N>::of(wall, 0.5);
         for (int axis = 0; axis < N; ++axis) {
-            CHECK(domain.box.upper[axis] == (side == Side::inside ? 2 : 4)); // and half the longest edge
+            CHECK(domain.box.upper[axis] == (side == Side::inside ? 2 : 4)); // padded by half of the longest edge
             CHECK(tight.box.lower[axis] == (side == Side::inside ? -2 : -2.5));
         }
         size_t within = 0, wrong = 0;
@@ -104,7 +104,7 @@ TEST_CASE("domains of other dimensions are classified too", "[flow]") {
                 points.push(randomPoint(cube<N>(3), batch, static_cast<uint64_t>(points.size)));
             points.push({});                       // the centre
             points.push(unit<N>(N - 1) * 2.0);     // on the wall
-            points.push(unit<N>(0) * -(2 + 1e-7)); // so near that it may be on the other side in float
+            points.push(unit<N>(0) * -(2 + 1e-7)); // close enough to be on the other side in float
             std::array<bool, kBatch> allowed;
             std::array<double, kBatch> distance;
             classify(domain, points, allowed, distance);
@@ -123,7 +123,7 @@ TEST_CASE("domains of other dimensions are classified too", "[flow]") {
         }
         CHECK(wrong == 0);
         CHECK(within > 20);
-        // Without a wall everything is allowed.
+        // Without a wall, each point is allowed.
         PointBatchN<N> one;
         one.push({});
         std::array<bool, kBatch> allowed;
@@ -135,7 +135,7 @@ TEST_CASE("domains of other dimensions are classified too", "[flow]") {
     check(std::integral_constant<int, 5>());
 }
 
-TEST_CASE("without a wall every point is allowed, NaN is not, with one", "[flow]") {
+TEST_CASE("classify: without a wall every point is allowed and with one NaN is not", "[flow]") {
     PointBatch points;
     points.push({{1e9, 0, 0}});
     points.push({{std::nan(""), 0, 0}});
@@ -149,7 +149,7 @@ TEST_CASE("without a wall every point is allowed, NaN is not, with one", "[flow]
     CHECK_FALSE(allowed[1]);
 }
 
-TEST_CASE("the covering cells hold every point in range, and little else", "[flow]") {
+TEST_CASE("coveringCells: cover every point in range and little else", "[flow]") {
     struct Case {
         const char* name;
         Sdf sdf;
@@ -172,7 +172,7 @@ TEST_CASE("the covering cells hold every point in range, and little else", "[flo
     const auto cells = coveringCells(domain, origin, size, c.range, size_t{1} << 22);
 
     const std::set<Cell, Less> found(cells.begin(), cells.end());
-    CHECK(found.size() == cells.size()); // none twice
+    CHECK(found.size() == cells.size()); // no duplicates
     CHECK(std::is_sorted(cells.begin(), cells.end(), Less()));
     size_t inRange = 0;
     for (const Vec3d& p : randomPoints(domain.box, 100000, 1)) {
@@ -185,7 +185,7 @@ TEST_CASE("the covering cells hold every point in range, and little else", "[flo
         if (!found.count(cell)) FAIL("a point in range is not covered");
     }
     CHECK(inRange > 500);
-    // Little else: a cell's centre is at most half a diagonal out of range, and the cell meets the box.
+    // Few others: the centre of a cell is at most half a diagonal out of range, and each cell intersects the box.
     const double reach = size * std::numbers::sqrt3 / 2;
     for (const Cell& cell : cells) {
         Vec3d centre;
@@ -197,19 +197,19 @@ TEST_CASE("the covering cells hold every point in range, and little else", "[flo
     }
 }
 
-TEST_CASE("the number of covering cells of a shell goes with its area", "[flow]") {
+TEST_CASE("coveringCells: the cell count of a shell scales with its area", "[flow]") {
     const Domain domain = Domain::of(wallOf(sphereSdf(1), Side::both), 0.5);
     const auto count = [&](double size) {
         return static_cast<double>(coveringCells(domain, {}, size, {0, 0}, size_t{1} << 24).size());
     };
     const double coarse = count(0.04), fine = count(0.02);
     CAPTURE(coarse, fine);
-    CHECK(std::abs(fine / coarse - 4) < 0.2); // an area; a volume would be 8
-    // A shell of thickness sqrt 3 cells around 4 pi.
+    CHECK(std::abs(fine / coarse - 4) < 0.2); // proportional to an area; a volume would give 8
+    // A shell of area 4 pi that is sqrt 3 cells thick.
     CHECK(fine * 0.02 * 0.02 / (4 * std::numbers::pi) == Approx(std::numbers::sqrt3).epsilon(0.05));
 }
 
-TEST_CASE("without a wall the covering cells fill the box", "[flow]") {
+TEST_CASE("coveringCells: without a wall the cells fill the box", "[flow]") {
     const Domain domain{.box = {{{0.01, 0.01, 0.01}}, {{0.99, 1.99, 0.49}}}, .wall = {}};
     CHECK(coveringCells(domain, {}, 0.25, {}, 1000).size() == 4 * 8 * 2);
     CHECK_THROWS_AS(coveringCells(domain, {}, 0.25, {}, 63), ResourceError);
@@ -218,7 +218,7 @@ TEST_CASE("without a wall the covering cells fill the box", "[flow]") {
     CHECK(coveringCells(empty, {}, 0.25, {}, 1000).empty());
 }
 
-TEST_CASE("impossible cells are errors, not hangs", "[flow]") {
+TEST_CASE("coveringCells: invalid or too small cells are errors", "[flow]") {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     CHECK_THROWS_AS(coveringCells(Domain{}, {}, 1e-12, {}, 1000), ValueError); // more than 2^30 along an edge
     CHECK_THROWS_AS(coveringCells(Domain{.box = {{{0, 0, 0}}, {{1, kInfinity, 1}}}, .wall = {}}, {}, 0.1, {}, 1000),

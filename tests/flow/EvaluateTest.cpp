@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/flow/Evaluate.h"
+#include "support/Catch.h"
 #include "support/Flows.h"
 #include "support/Points.h"
-
-#include <catch2/catch.hpp>
 
 using namespace curlew;
 using namespace curlew::test;
 
-TEST_CASE("evaluateVelocities: as the flow itself, in float and double", "[flow]") {
+TEST_CASE("evaluateVelocities: agrees with the flow in float and double", "[flow]") {
     const Flow flow(sinesF(), sinesG());
     const auto positions = randomPoints(cube(1), 200, 1);
     std::vector<Vec3d> velocities(positions.size());

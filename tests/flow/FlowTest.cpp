@@ -3,8 +3,8 @@
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/field/Algebra.h"
-#include "curlew/field/Map.h"
 #include "curlew/field/NoiseField.h"
+#include "curlew/field/Transforms.h"
 #include "curlew/flow/Flow.h"
 #include "support/FlowChecks.h"
 #include "support/Flows.h"
@@ -47,7 +47,7 @@ ScalarFieldN<N> sines(uint64_t seed) {
     return noiseField<SineNoise<N>>({.seed = seed}, {.frequency = 0.5, .amplitude = 0.5});
 }
 
-/// A restriction of a flow of M dimensions to a graph over N of them, of N - 1 fields.
+/// The restriction of an M-dimensional flow to a graph over N of its coordinates, with N - 1 fields.
 template <int N, int M>
 FlowN<N> liftedFlow() {
     const auto graph = [&]<size_t... K>(std::index_sequence<K...>) {
@@ -61,7 +61,7 @@ FlowN<N> liftedFlow() {
     (std::make_index_sequence<size_t{N - 1}>());
 }
 
-/// One kind of noise in its variants, and all other ways to make fields for a flow in space.
+/// Several variants of one noise, and the other ways to make the fields of a flow in 3D.
 std::vector<NamedN<3>> moreFlows() {
     const auto wallFlow = [](const Sdf& sdf, Side side) { return boundFlow(sdf, side); };
     const Sdf ball = sphereSdf(0.7), block = placed(boxSdf({{0.8, 0.9, 1}}, 0.25), {.offset = {{0.5, 0.2, 0}}});
@@ -119,7 +119,7 @@ std::vector<NamedN<2>> planeFlows() {
             {"a sum", potential(noise2) + liftedFlow<2, 3>()}};
 }
 
-/// In every interface the same velocity, orthogonal to the gradients of a flow of one term.
+/// Requires that all interfaces give the same velocity, which is orthogonal to the gradients of a flow of one term.
 template <int N>
 void requireOneFunction(const FlowN<N>& flow, uint64_t batches) {
     WorstN<N> along, single;
@@ -137,7 +137,7 @@ void requireOneFunction(const FlowN<N>& flow, uint64_t batches) {
             const auto sample = flow.at(p);
             CAPTURE(p);
             if (again[i] != c[i]) FAIL("velocities differ");
-            // at() is another formula where a flow is normalised: some roundings.
+            // at() uses another formula for a normalised flow, which differs by some roundings.
             if (!(length(sample.velocity - c[i]) <= 1e-15 * flow.uniformSpeed())) FAIL("at() differs");
             double size = 1;
             for (size_t k = 0; k < jets.size(); ++k) {
@@ -159,17 +159,17 @@ void requireOneFunction(const FlowN<N>& flow, uint64_t batches) {
 
 } // namespace
 
-TEST_CASE("the example of ICN Fig. 3: c = (7/4, 0, -7/4)", "[flow]") {
+TEST_CASE("Flow: reproduces the example of ICN Fig. 3 with c = (7/4 0 -7/4)", "[flow]") {
     const Flow flow(formula([](const auto& x) { return x[0] * x[0] + x[1] * x[1] + x[2] * x[2]; }),
                     formula([](const auto& x) { return x[0] * x[0] * x[0] - x[1] * x[1] + x[2] * x[2] * x[2]; }));
     const FlowSample sample = flow.at({{0.5, 0.5, 0.5}});
     CHECK(sample.potentials == std::array{0.75, 0.0});
     CHECK(sample.velocity == Vec3d{{1.75, 0, -1.75}});
-    // The derivative of c = (6 y z² + 4 y z, 6 x² z - 6 x z², -6 x² y - 4 x y) there.
+    // The derivative of c = (6 y z² + 4 y z, 6 x² z - 6 x z², -6 x² y - 4 x y) at that point.
     CHECK(sample.derivative == Matrix3{{Vec3d{{0, 3.5, 5}}, Vec3d{{1.5, 0, -1.5}}, Vec3d{{-5, -3.5, 0}}}});
 }
 
-TEST_CASE("flows of polynomials agree with the reference in every dimension", "[flow]") {
+TEST_CASE("Flow: polynomial flows agree with reference values in every dimension", "[flow]") {
     forRowsInDimensions(
         "dfvn_polynomial_fields.json", {2, 3, 4, 5, 6, 7}, [&](const nlohmann::json& row, auto dimension) {
             constexpr int N = dimension;
@@ -187,14 +187,14 @@ TEST_CASE("flows of polynomials agree with the reference in every dimension", "[
                 for (int i = 0; i < N; ++i)
                     CHECK(jet.gradient[i] == Approx(gradient(static_cast<size_t>(i))).margin(1e-13));
                 gradients *= length(jet.gradient);
-                // Sums of less than twenty products below 100, each off by a few roundings.
+                // Sums of fewer than twenty products below 100, each with a few rounding errors.
                 CHECK(std::abs(sample.potentials[k] - row["f_f64"][k].template get<double>()) < 20 * 100 * 8 * 0x1p-53);
             }
             CAPTURE(row.at("id").get<int>(), p, sample.velocity, gradients);
-            // Each component is a sum of (N - 1)! products of that size at most; few are as large.
+            // Each component is a sum of at most (N - 1)! products of at most that size. Few are as large.
             CHECK(length(sample.velocity - vec<N>(row["c_f64"])) < 64 * 0x1p-53 * gradients);
             CHECK(std::abs(trace(sample.derivative)) < 1e-13 * productsIn(flow, p));
-            // Where c is there as a formula, it gives the derivative of c.
+            // If the reference has a formula for c, its derivative is compared, too.
             if (row["c_expr"].is_null()) return;
             for (int i = 0; i < N; ++i) {
                 const auto c = polynomial<N>(row["c_expr"][static_cast<size_t>(i)].template get<std::string>());
@@ -203,8 +203,8 @@ TEST_CASE("flows of polynomials agree with the reference in every dimension", "[
         });
 }
 
-TEST_CASE("in two dimensions a flow is (f_y, -f_x)", "[flow]") {
-    // ICN §3.2: c is that of ∇f × ∇z, in its plane.
+TEST_CASE("Flow: the 2D velocity is f_y and -f_x", "[flow]") {
+    // ICN §3.2: c equals ∇f × ∇z, restricted to its plane.
     const auto f = noiseField<Psrd2>({.seed = 3});
     const FlowN<2> flow(FlowN<2>::Potentials{f});
     const Flow above(projected(f, Matrix<2, 3>{}), rampField({{0, 0, 1}}));
@@ -217,27 +217,27 @@ TEST_CASE("in two dimensions a flow is (f_y, -f_x)", "[flow]") {
     }
 }
 
-TEST_CASE("the divergence of a flow in space is zero to rounding", "[flow]") {
+TEST_CASE("Flow: divergence in 3D is zero to rounding", "[flow]") {
     for (const auto& list : {flows(), moreFlows()})
         for (const auto& [name, flow] : list) {
             CAPTURE(name);
             requireDivergenceFree(flow, flow.domain().box.padded(0.1));
         }
-    // What displaces has to be C³ for the flow to be C¹; psrd in space is C² only. So on the seams of its third
-    // derivatives, in a part of space of the size of h, differences see jumps as large as the derivative: root mean
-    // squares of about √h, h = 1e-5 of the box.
+    // A field must be C³ to displace another one if the flow is to be C¹, and psrd in 3D is only C². Near the seams of
+    // its third derivatives, in a part of space proportional to h, differences have jumps as large as the derivative.
+    // The root mean square is about √h, with h = 1e-5 of the box.
     requireDivergenceFree(flowOf<Psrd3>({}, {.octaves = 3, .warp = 0.1}), cube(1), {.differences = 5e-3});
     requireDivergenceFree(Flow(displaced(noise(1), noise(3), 0.05), noise(2)), cube(1), {.differences = 5e-3});
 }
 
-TEST_CASE("the divergence of a flow in the plane is zero to rounding", "[flow]") {
+TEST_CASE("Flow: divergence in 2D is zero to rounding", "[flow]") {
     for (const auto& [name, flow] : planeFlows()) {
         CAPTURE(name);
         requireDivergenceFree(flow, flow.domain().box.padded(0.5));
     }
 }
 
-TEST_CASE("the divergence of a flow in more dimensions is zero to rounding", "[flow]") {
+TEST_CASE("Flow: divergence in 4D to 7D is zero to rounding", "[flow]") {
     SECTION("4D") {
         requireDivergenceFree(flowOf<SimplexNoise<4>>({}), cube<4>(1));
         requireDivergenceFree(flowOf<SineNoise<4>>({}, {.octaves = 2}), cube<4>(1), {.count = 20000});
@@ -265,10 +265,11 @@ TEST_CASE("the divergence of a flow in more dimensions is zero to rounding", "[f
     }
 }
 
-TEST_CASE("the fluxes of the velocity through a small cube cancel, with second order", "[flow]") {
-    // The trace above is zero by the symmetry of any Hessian, right or wrong; this is the divergence of the velocities.
+TEST_CASE("Flow: fluxes through a small cube cancel with second order", "[flow]") {
+    // The trace above is zero because any Hessian is symmetric, even a wrong one. This tests the divergence of the
+    // velocities themselves.
     for (const auto& [name, flow] : flows()) {
-        // Medians: a few points straddle a seam of the third derivatives, where it is of first order.
+        // Medians, since a few points straddle a seam of the third derivatives, where the order is one.
         const auto divergence = [&flow = flow](double h) {
             std::vector<double> sizes;
             for (const Vec3d& p : randomPoints(flow.domain().box, 3000, 2))
@@ -282,7 +283,7 @@ TEST_CASE("the fluxes of the velocity through a small cube cancel, with second o
     }
 }
 
-TEST_CASE("the derivative of a flow is that of its velocity", "[flow]") {
+TEST_CASE("Flow: the Jacobian agrees with central differences of the velocity", "[flow]") {
     for (const auto& [name, flow] : flows()) {
         CAPTURE(name);
         requireJacobian(flow, flow.domain().box, 2000, 3);
@@ -309,7 +310,7 @@ TEST_CASE("the derivative of a flow is that of its velocity", "[flow]") {
     requireJacobian(cubics<7>(), cube<7>(1), 20, 3);
 }
 
-TEST_CASE("velocity is orthogonal to all gradients, and one function in every interface", "[flow]") {
+TEST_CASE("Flow: velocity is orthogonal to all gradients and the same in every interface", "[flow]") {
     for (const auto& list : {flows(), moreFlows()})
         for (const auto& [name, flow] : list) {
             CAPTURE(name);
@@ -328,7 +329,7 @@ TEST_CASE("velocity is orthogonal to all gradients, and one function in every in
     requireOneFunction(flowOf<SineNoise<7>>({}), 5);
 }
 
-TEST_CASE("a sum of flows has the sum of their velocities, the domain of the first and no tracks", "[flow]") {
+TEST_CASE("Flow: a sum adds velocities and keeps the first domain and has no tracks", "[flow]") {
     const Flow a = boundFlow(sphereSdf(1), Side::inside), b(noise(3), noise(4), {.box = cube(5), .wall = {}});
     const Flow sum = a + b, more = sum + b;
     CHECK(a.hasTracks());
@@ -349,7 +350,7 @@ TEST_CASE("a sum of flows has the sum of their velocities, the domain of the fir
     }
 }
 
-TEST_CASE("a normalised flow has its direction and one speed, and says that it has a divergence", "[flow]") {
+TEST_CASE("Flow.normalized: keeps the direction at one speed and reports divergence", "[flow]") {
     const auto check = [](const auto& flow, double speed, const auto& box) {
         constexpr int N = std::remove_cvref_t<decltype(flow)>::kDimension;
         const FlowN<N> same = flow.normalized(speed);
@@ -377,11 +378,11 @@ TEST_CASE("a normalised flow has its direction and one speed, and says that it h
     check(flows()[3].flow + flows()[0].flow, 7.0, cube(1));
     check(planeFlows()[0].flow, 1e6, cube<2>(1));
     check(flowOf<SimplexNoise<5>>({}), 1.0, cube<5>(1));
-    // Normalised twice, the last speed holds.
+    // If a flow is normalised twice, the last speed applies.
     CHECK(flows()[0].flow.normalized(2).normalized(3).uniformSpeed() == 3);
 }
 
-TEST_CASE("a normalised flow is normalised in float too, however weak or strong it is", "[flow]") {
+TEST_CASE("Flow.normalized: keeps its speed in float for weak and strong potentials", "[flow]") {
     for (const double factor : {1e-30, 1e-22, 1e-12, 1.0, 1e15, 1e25, 1e35}) {
         const Flow flow = Flow(factor * noise(1), noise(2)).normalized(2);
         PointBatch points;
@@ -399,18 +400,18 @@ TEST_CASE("a normalised flow is normalised in float too, however weak or strong 
         }
         CAPTURE(factor, speed.where, direction.where);
         CHECK(speed.value < 1e-6);
-        CHECK(direction.value < 1e-3); // the noises' own rounding, larger where c is small
+        CHECK(direction.value < 1e-3); // the noises' own rounding, relative to a small c
     }
 }
 
-TEST_CASE("a normalised flow stands still where the flow does", "[flow]") {
-    // A vortex: f = x² + y², g = z. On the axis the direction is not defined.
+TEST_CASE("Flow.normalized: stands still where the flow does", "[flow]") {
+    // A vortex: f = x² + y², g = z. On its axis the direction is undefined.
     const Flow flow = Flow(polynomial("x0**2 + x1**2"), polynomial("x2")).normalized(3);
     CHECK(flow.at({{0, 0, 0.5}}).velocity == Vec3d{});
-    CHECK(frobenius(flow.at({{0, 0, 0.5}}).derivative) > 0); // that of c itself, and finite
+    CHECK(frobenius(flow.at({{0, 0, 0.5}}).derivative) > 0); // the derivative of c itself, which is finite
     CHECK(std::isfinite(frobenius(flow.at({{0, 0, 0.5}}).derivative)));
     CHECK(length(flow.at({{1e-9, 0, 0.5}}).velocity - Vec3d{{0, -3, 0}}) < 1e-14);
-    // Closed form elsewhere: 3 (y, -x) / r; the derivative of its first component is 3 (-x y, x²) / r³.
+    // Elsewhere the closed form is 3 (y, -x) / r. The derivative of its first component is 3 (-x y, x²) / r³.
     const auto sample = flow.at({{3, 4, 0}});
     CHECK(length(sample.velocity - Vec3d{{2.4, -1.8, 0}}) < 1e-15);
     CHECK(length(sample.derivative[0] - Vec3d{{-36.0 / 125, 27.0 / 125, 0}}) < 1e-15);
@@ -421,37 +422,37 @@ TEST_CASE("a normalised flow stands still where the flow does", "[flow]") {
     CHECK(c[0] == Vec3d{});
 }
 
-TEST_CASE("a flow in another domain is the same flow", "[flow]") {
+TEST_CASE("Flow: changing the domain does not change the velocity", "[flow]") {
     const Wall wall{.sdf = sphereSdf(1), .side = Side::outside, .width = 0.3};
     const Domain domain = Domain::of(wall, 2);
     for (const Flow& flow : {flows()[0].flow, flows()[0].flow + flows()[4].flow, flows()[0].flow.normalized(4)}) {
         const Flow moved = flow.within(domain);
         CHECK(moved.domain().box.upper == domain.box.upper);
         CHECK(moved.domain().wall->side == Side::outside);
-        CHECK_FALSE(flow.domain().wall.has_value()); // the one that it comes from stays
+        CHECK_FALSE(flow.domain().wall.has_value()); // the original flow is unchanged
         CHECK(moved.uniformSpeed() == flow.uniformSpeed());
         CHECK(moved.hasTracks() == flow.hasTracks());
         for (const Vec3d& p : randomPoints(cube(1), 100, 1)) REQUIRE(moved.at(p).velocity == flow.at(p).velocity);
     }
 }
 
-TEST_CASE("flows that cannot be are errors", "[flow]") {
+TEST_CASE("Flow: invalid flows are errors", "[flow]") {
     CHECK_THROWS_AS(Flow(std::vector<Flow::Potentials>{}, Domain{}), ValueError);
     CHECK_THROWS_AS(FlowN<5>(std::vector<FlowN<5>::Potentials>{}, {}), ValueError);
     const Flow flow(noise(1), noise(2)), same = flow.normalized(1);
-    CHECK_THROWS_WITH(flow + same, Catch::Contains("normalised"));
-    CHECK_THROWS_WITH(same + flow, Catch::Contains("normalised"));
+    CHECK_THROWS_WITH(flow + same, Catch::ContainsSubstring("normalised"));
+    CHECK_THROWS_WITH(same + flow, Catch::ContainsSubstring("normalised"));
     CHECK_THROWS_AS(same + same, ValueError);
     CHECK_NOTHROW((flow + flow).normalized(1));
     for (const double bad : {0.0, -1.0, 1e16, std::nan(""), std::numeric_limits<double>::infinity()}) {
         CAPTURE(bad);
-        CHECK_THROWS_WITH(flow.normalized(bad), Catch::Contains("speed"));
+        CHECK_THROWS_WITH(flow.normalized(bad), Catch::ContainsSubstring("speed"));
     }
 }
 
-TEST_CASE("nothing flows through a wall", "[flow]") {
-    // On the zero level the velocity is orthogonal to ∇d: a few roundings of a velocity of 10 on a sphere, where d is a
-    // rounding of 0 and α of third order in it.
+TEST_CASE("Flow: nothing flows through a wall", "[flow]") {
+    // On the zero level, the velocity is orthogonal to ∇d except for a few roundings of a velocity of 10. On the
+    // sphere, d is a rounding of 0, and α is of third order in it.
     const Side side = GENERATE(Side::inside, Side::outside, Side::both);
     const Flow flow = boundFlow(sphereSdf(1), side);
     Worst flux, speed;
@@ -464,12 +465,12 @@ TEST_CASE("nothing flows through a wall", "[flow]") {
     CAPTURE(flux.value, flux.where);
     CHECK(speed.value > 1);
     CHECK(flux.value < 1e-14);
-    // And through a whole wall that is not where d vanishes the fluxes add up to zero (Gauss), within the error of a
-    // sum over 20,000 points: the total flux through a smaller sphere.
+    // The fluxes through a closed surface other than the wall add up to zero (Gauss), within the error of a sum over
+    // 20,000 points. This is the total flux through a smaller sphere.
     constexpr int kCount = 20000;
     double total = 0, squares = 0;
     for (int k = 0; k < kCount; ++k) {
-        // Fibonacci points: even, so that the sum converges faster than at random.
+        // Fibonacci points are evenly distributed, so the sum converges faster than with random points.
         const double z = 1 - (2 * k + 1.0) / kCount, r = std::sqrt(1 - z * z),
                      a = k * std::numbers::phi * 2 * std::numbers::pi;
         const Vec3d n{{r * std::cos(a), r * std::sin(a), z}};
@@ -482,17 +483,17 @@ TEST_CASE("nothing flows through a wall", "[flow]") {
     CHECK(std::abs(total / kCount) < 1e-3 * std::sqrt(squares / kCount));
 }
 
-TEST_CASE("speed is set as the root mean square over the domain", "[flow]") {
+TEST_CASE("withSpeed: sets the rms speed over the domain", "[flow]") {
     for (const auto& [name, flow] : flows()) {
         CAPTURE(name);
         const Flow paced = withSpeed(flow, 2.5);
-        const FlowMagnitudes before = magnitudesOf(flow), after = magnitudesOf(paced);
-        CHECK(after.speed == Approx(2.5).epsilon(1e-12)); // the same samples: rounding only
+        const FlowRms before = rmsOf(flow), after = rmsOf(paced);
+        CHECK(after.speed == Approx(2.5).epsilon(1e-12)); // the same samples, so only rounding differs
         CHECK(after.potentials[1] == before.potentials[1]);
         CHECK(after.potentials[0] / before.potentials[0] == Approx(2.5 / before.speed));
         CHECK(paced.domain().box.lower == flow.domain().box.lower);
         CHECK(paced.domain().wall.has_value() == flow.domain().wall.has_value());
-        // Other samples of the same domain: speeds vary by about their own size, so 5 / sqrt N.
+        // Other samples of the same domain. Speeds vary by about their own size, so the tolerance is 5 / sqrt N.
         double squares = 0, count = 0;
         for (const Vec3d& p : randomPoints(flow.domain().box, 40000, 5)) {
             const auto& wall = flow.domain().wall;
@@ -503,7 +504,7 @@ TEST_CASE("speed is set as the root mean square over the domain", "[flow]") {
         }
         CHECK(std::sqrt(squares / count) ==
               Approx(2.5).epsilon(5 / std::sqrt(count) + 5 / std::sqrt(131072 * count / 40000)));
-        // The streamlines are the same: velocities differ by one factor.
+        // The streamlines are the same: velocities differ by a constant factor.
         for (const Vec3d& p : randomPoints(flow.domain().box, 100, 6)) {
             const Vec3d c = flow.at(p).velocity * (2.5 / before.speed);
             CHECK(length(paced.at(p).velocity - c) <= 1e-14 * (1 + length(c)));
@@ -511,64 +512,64 @@ TEST_CASE("speed is set as the root mean square over the domain", "[flow]") {
     }
 }
 
-TEST_CASE("magnitudes are the same bits for any number of threads, and known in closed form", "[flow]") {
+TEST_CASE("rmsOf: gives the same bits for any number of threads and matches closed forms", "[flow]") {
     const auto flow = boundFlow(sphereSdf(1), Side::inside);
-    FlowMagnitudes one;
+    FlowRms one;
     {
         const ThreadLimit limit(1);
-        one = magnitudesOf(flow);
+        one = rmsOf(flow);
     }
     const ThreadLimit limit(2);
-    const FlowMagnitudes two = magnitudesOf(flow);
+    const FlowRms two = rmsOf(flow);
     CHECK(std::bit_cast<uint64_t>(one.speed) == std::bit_cast<uint64_t>(two.speed));
     CHECK(std::bit_cast<uint64_t>(one.potentials[0]) == std::bit_cast<uint64_t>(two.potentials[0]));
     CHECK(std::bit_cast<uint64_t>(one.potentials[1]) == std::bit_cast<uint64_t>(two.potentials[1]));
-    // f = x, g = 2 y in the cube [-1, 1]: c = (0, 0, 2), mean of x² 1/3; 131,072 samples.
-    const FlowMagnitudes simple = magnitudesOf(Flow(rampField({{1, 0, 0}}), rampField({{0, 2, 0}})));
+    // f = x, g = 2 y in the cube [-1, 1]: c = (0, 0, 2), and the mean of x² is 1/3. 131,072 samples.
+    const FlowRms simple = rmsOf(Flow(rampField({{1, 0, 0}}), rampField({{0, 2, 0}})));
     CHECK(simple.speed == 2);
     CHECK(simple.potentials[0] * simple.potentials[0] == Approx(1.0 / 3).epsilon(5 * 0.9 / std::sqrt(131072)));
     CHECK(simple.potentials[1] * simple.potentials[1] == Approx(4.0 / 3).epsilon(5 * 0.9 / std::sqrt(131072)));
 }
 
-TEST_CASE("magnitudes of flows in other dimensions are those of closed forms", "[flow]") {
-    // 131,072 samples; mean squares of numbers with a standard deviation of about their size.
+TEST_CASE("rmsOf: matches closed forms in 2D and 5D", "[flow]") {
+    // 131,072 samples of squares whose standard deviation is about their mean.
     const double within = 5 / std::sqrt(131072);
-    SECTION("2D: f = x² + y² in the square [-1, 1]², c² = 4 (x² + y²)") {
+    SECTION("2D: f = x² + y² in a square and in a disc") {
         const FlowN<2> flow(FlowN<2>::Potentials{polynomial<2>("x0**2 + x1**2")});
-        const auto m = magnitudesOf(flow);
+        const auto m = rmsOf(flow);
         CHECK(m.speed * m.speed == Approx(8.0 / 3).epsilon(within));
         CHECK(m.potentials[0] * m.potentials[0] == Approx(2.0 / 5 + 2.0 / 9).epsilon(within));
-        // In the disc of radius 1, where the mean of r² is 1/2.
+        // In the disc of radius 1, the mean of r² is 1/2.
         const WallN<2> wall{.sdf = sphereSdf<2>(1), .side = Side::inside, .width = 0.1};
-        const double inside = magnitudesOf(flow.within(DomainN<2>::of(wall))).speed;
+        const double inside = rmsOf(flow.within(DomainN<2>::of(wall))).speed;
         CHECK(inside * inside == Approx(2).epsilon(2 * within));
         const FlowN<2> paced = withSpeed(flow, 3);
-        CHECK(magnitudesOf(paced).speed == Approx(3).epsilon(1e-12));
+        CHECK(rmsOf(paced).speed == Approx(3).epsilon(1e-12));
         CHECK(paced.at({{0.6, -0.3}}).velocity[0] * 2 == Approx(paced.at({{0.6, -0.3}}).velocity[1]));
     }
-    SECTION("5D: ramps, whose determinant is the speed") {
+    SECTION("5D: ramps with the determinant as speed") {
         const auto ramp = [](int axis, double slope) { return rampField<5>(unit<5>(axis) * slope); };
         const FlowN<5> flow(FlowN<5>::Potentials{ramp(1, 2), ramp(0, 3), ramp(4, -1), ramp(2, 0.5)},
                             {.box = {{}, {{1, 2, 3, 4, 5}}}, .wall = {}});
-        const auto m = magnitudesOf(flow);
+        const auto m = rmsOf(flow);
         CHECK(m.speed == Approx(3).epsilon(1e-12));
         const std::array<double, 4> squares{4 * 4 / 3.0, 9 / 3.0, 25 / 3.0, 0.25 * 9 / 3.0};
         for (size_t k = 0; k < 4; ++k) CHECK(m.potentials[k] * m.potentials[k] == Approx(squares[k]).epsilon(within));
         const FlowN<5> paced = withSpeed(flow, 0.1);
-        CHECK(magnitudesOf(paced).speed == Approx(0.1).epsilon(1e-12));
-        // det[e_4 | 2 e_2 | 3 e_1 | -e_5 | e_3 / 2]: the rest permutes (4, 2, 1, 5, 3), which takes an odd number of
-        // swaps; times 2 · 3 · -1 · 1/2.
+        CHECK(rmsOf(paced).speed == Approx(0.1).epsilon(1e-12));
+        // det[e_4 | 2 e_2 | 3 e_1 | -e_5 | e_3 / 2]: the product 2 · 3 · -1 · 1/2 times the sign of the permutation (4,
+        // 2, 1, 5, 3), which is odd.
         CHECK(length(flow.at({{1, 1, 1, 1, 1}}).velocity - unit<5>(3) * 3.0) < 1e-14);
         CHECK(length(paced.at({{1, 1, 1, 1, 1}}).velocity - unit<5>(3) * 0.1) < 1e-14);
     }
 }
 
-TEST_CASE("sums and normalised flows take a pace", "[flow]") {
+TEST_CASE("withSpeed: works for sums and normalised flows", "[flow]") {
     const auto check = [](const auto& flow) {
         constexpr int N = std::remove_cvref_t<decltype(flow)>::kDimension;
-        const double before = magnitudesOf(flow).speed;
+        const double before = rmsOf(flow).speed;
         const FlowN<N> paced = withSpeed(flow, 2.5);
-        CHECK(magnitudesOf(paced).speed == Approx(2.5).epsilon(1e-12));
+        CHECK(rmsOf(paced).speed == Approx(2.5).epsilon(1e-12));
         CHECK(paced.terms().size() == flow.terms().size());
         CHECK(paced.divergenceFree() == flow.divergenceFree());
         WorstN<N> worst;
@@ -577,7 +578,7 @@ TEST_CASE("sums and normalised flows take a pace", "[flow]") {
             worst.see(length(paced.at(p).velocity - c) / (1 + length(c)), p);
         }
         CHECK(worst.value < 1e-13);
-        // The pace that it has changes nothing.
+        // Setting the present speed changes nothing.
         CHECK(withSpeed(flow, before).at({}).velocity == flow.at({}).velocity);
     };
     check(flows()[1].flow + flows()[0].flow);
@@ -586,27 +587,27 @@ TEST_CASE("sums and normalised flows take a pace", "[flow]") {
     check(planeFlows().back().flow);
     check(planeFlows()[0].flow.normalized(3));
     check(cubics<5>() + flowOf<SineNoise<5>>({}));
-    CHECK(magnitudesOf(flows()[2].flow.normalized(4)).speed == Approx(4).epsilon(1e-12));
+    CHECK(rmsOf(flows()[2].flow.normalized(4)).speed == Approx(4).epsilon(1e-12));
     CHECK(withSpeed(flows()[1].flow.normalized(4), 3).uniformSpeed() == 3);
 }
 
-TEST_CASE("a domain that is a small part of its box is found, an empty one is an error", "[flow]") {
+TEST_CASE("rmsOf: finds a domain that is a small part of its box and refuses an empty one", "[flow]") {
     Wall wall{.sdf = sphereSdf(0.05), .side = Side::inside, .width = 0.02};
     const Flow small(noise(1), noise(2), {.box = cube(1), .wall = wall}); // 6.5e-5 of the box
-    CHECK(magnitudesOf(small).speed > 0);
+    CHECK(rmsOf(small).speed > 0);
     wall.sdf = placed(wall.sdf, {.offset = {{5, 0, 0}}});
     const Flow empty(noise(1), noise(2), {.box = cube(1), .wall = wall});
-    CHECK_THROWS_AS(magnitudesOf(empty), ValueError);
+    CHECK_THROWS_AS(rmsOf(empty), ValueError);
     CHECK_THROWS_AS(withSpeed(empty, 1), ValueError);
 }
 
-TEST_CASE("a pace that cannot be is an error", "[flow]") {
+TEST_CASE("withSpeed: an invalid speed or a flow at rest is an error", "[flow]") {
     const Flow flow(noise(1), noise(2));
     for (const double bad : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
         CAPTURE(bad);
         CHECK_THROWS_AS(withSpeed(flow, bad), ValueError);
     }
-    CHECK_THROWS_AS(withSpeed(Flow(noise(1), noise(1)), 1), ValueError); // does not move
+    CHECK_THROWS_AS(withSpeed(Flow(noise(1), noise(1)), 1), ValueError); // the flow is zero
     const Monitor cancelled{.report = {}, .cancelled = [] { return true; }};
     CHECK_THROWS_AS(withSpeed(flow, 1, cancelled), Interrupted);
 }

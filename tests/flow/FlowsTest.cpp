@@ -20,7 +20,7 @@ std::array<ScalarFieldN<2>, 3> planeNoises() {
     return {noiseField<Psrd2>({.seed = 1}), noiseField<SimplexNoise<2>>({.seed = 2}), noiseField<SineNoise<2>>()};
 }
 
-/// Tests that c is a closed form, up to a few roundings of its size or of `scale`.
+/// Requires that the velocity equals a closed form, up to a few roundings of its size or of `scale`.
 template <class Velocity>
 void requireVelocity(const Flow& flow, const Box& box, const Velocity& velocity, double scale = 0) {
     Worst worst;
@@ -32,8 +32,8 @@ void requireVelocity(const Flow& flow, const Box& box, const Velocity& velocity,
     CHECK(worst.value < 16 * 0x1p-53);
 }
 
-/// Third derivatives, which a field needs to displace another: central differences of the Hessian are off by fourth
-/// differences times h².
+/// Checks third derivatives, which a field needs to displace another one, by central differences of the Hessian. Their
+/// error is a fifth derivative times h².
 void requireThird(const ScalarField& field, const std::vector<Vec3d>& points, double fifthDerivative) {
     constexpr double kStep = 0x1p-12;
     Worst worst;
@@ -52,7 +52,7 @@ void requireThird(const ScalarField& field, const std::vector<Vec3d>& points, do
 
 } // namespace
 
-TEST_CASE("curl noise is the curl of its potentials", "[flow]") {
+TEST_CASE("curlFlow: velocity is the curl of the potentials", "[flow]") {
     const auto psi = noises();
     const Flow flow = curlFlow(psi, {.box = cube(2), .wall = {}});
     CHECK(flow.domain().box.upper == Vec3d{{2, 2, 2}});
@@ -64,7 +64,7 @@ TEST_CASE("curl noise is the curl of its potentials", "[flow]") {
         const Vec3d curl{{z[1] - y[2], x[2] - z[0], y[0] - x[1]}};
         REQUIRE(length(flow.at(p).velocity - curl) < 1e-14);
     }
-    // One field in all three places gives a flow across (1, 1, 1), as the tutorial observes.
+    // If all three potentials are equal, the flow is orthogonal to (1, 1, 1), as the tutorial observes.
     const Flow flat = curlFlow(std::array{psi[0], psi[0], psi[0]});
     for (const Vec3d& p : randomPoints(cube(3), 100, 1)) {
         const Vec3d c = flat.at(p).velocity;
@@ -72,8 +72,9 @@ TEST_CASE("curl noise is the curl of its potentials", "[flow]") {
     }
 }
 
-TEST_CASE("curl noise of three noises of the plane is that of the tutorial", "[flow]") {
-    // "3D Curl, using 2D Value and Perlin noise": the samples' first and second derivatives, by where they were taken.
+TEST_CASE("curlFlow: three 2D noises give the curl noise of the tutorial", "[flow]") {
+    // "3D Curl, using 2D Value and Perlin noise": the first and second derivatives of the samples, each at its
+    // position.
     const auto psi = planeNoises();
     const Flow flow = curlFlow(psi, {.box = cube(2), .wall = {}});
     CHECK_FALSE(flow.hasTracks());
@@ -86,7 +87,7 @@ TEST_CASE("curl noise of three noises of the plane is that of the tutorial", "[f
     }
 }
 
-TEST_CASE("curl noise in a wall is tangent to it term by term, and the same beyond its layer", "[flow]") {
+TEST_CASE("curlFlow: in a wall each term is tangent and unchanged beyond the layer", "[flow]") {
     const Side side = GENERATE(Side::inside, Side::outside, Side::both);
     const Wall wall{.sdf = sphereSdf(1), .side = side, .width = 0.2};
     const Flow open = curlFlow(noises()), closed = curlFlow(noises(), Domain::of(wall));
@@ -96,18 +97,18 @@ TEST_CASE("curl noise in a wall is tangent to it term by term, and the same beyo
         CAPTURE(p);
         for (const auto& term : closed.terms()) {
             const Vec3d c = cross(term[0].at<1>(n).gradient, term[1].at<1>(n).gradient);
-            REQUIRE(std::abs(dot(c, n)) < 1e-13); // a rounding off the wall, where the ramp has a slope of 9
+            REQUIRE(std::abs(dot(c, n)) < 1e-13); // a rounding off the wall, where the slope of the ramp is 9
             REQUIRE(length(c) < 100);
         }
         const Vec3d inside = n * 0.75, outside = n * 1.25;
-        const double in = side == Side::outside ? -1 : 1; // the ramp is 1 on the side of the flow
+        const double in = side == Side::outside ? -1 : 1; // the ramp is 1 on the flow's side
         REQUIRE(length(closed.at(inside).velocity - open.at(inside).velocity * in) < 1e-13);
         REQUIRE(length(closed.at(outside).velocity + open.at(outside).velocity * in) < 1e-13);
     }
     requireDivergenceFree(closed, cube(1.3));
 }
 
-TEST_CASE("curl noise is divergence-free", "[flow]") {
+TEST_CASE("curlFlow: is divergence-free", "[flow]") {
     const Flow space = curlFlow(noises()), plane = curlFlow(planeNoises());
     requireDivergenceFree(space, cube(2));
     requireDivergenceFree(plane, cube(2));
@@ -115,7 +116,7 @@ TEST_CASE("curl noise is divergence-free", "[flow]") {
     requireJacobian(plane, cube(2), 1000, 3);
 }
 
-TEST_CASE("a uniform flow has its velocity everywhere, and straight tracks", "[flow]") {
+TEST_CASE("uniformFlow: has constant velocity and straight tracks", "[flow]") {
     std::vector<Vec3d> velocities = randomPoints(cube(1), 200, 2);
     for (const double x : {-1.0, 0.0, 1.0})
         for (const double y : {-1.0, 0.0, 1.0})
@@ -133,7 +134,7 @@ TEST_CASE("a uniform flow has its velocity everywhere, and straight tracks", "[f
             const auto sample = flow.at(p);
             CHECK(length(sample.velocity - velocity) <= 8 * 0x1p-53 * length(velocity));
             CHECK(frobenius(sample.derivative) == 0);
-            // Along the flow the potentials stay: up to a rounding of their size.
+            // Along the flow the potentials are constant, up to a rounding of their size.
             const auto later = flow.at(p + velocity * (3 / length(velocity)));
             for (size_t k = 0; k < 2; ++k)
                 CHECK(std::abs(later.potentials[k] - sample.potentials[k]) <=
@@ -141,10 +142,10 @@ TEST_CASE("a uniform flow has its velocity everywhere, and straight tracks", "[f
         }
     }
     for (const Vec3d& bad : {Vec3d{}, Vec3d{{std::nan(""), 0, 0}}, Vec3d{{0, INFINITY, 0}}})
-        CHECK_THROWS_WITH(uniformFlow(bad), Catch::Contains("speed"));
+        CHECK_THROWS_WITH(uniformFlow(bad), Catch::ContainsSubstring("speed"));
 }
 
-TEST_CASE("a vortex has the velocity of its closed form", "[flow]") {
+TEST_CASE("vortexFlow: velocity has its closed form", "[flow]") {
     for (const auto& [turns, core] : {std::pair{1.0, 0.3}, std::pair{-0.25, 2.0}, std::pair{1e-3, 1e-3}}) {
         CAPTURE(turns, core);
         const Flow flow = vortexFlow(turns, core, {.box = cube(2), .wall = {}});
@@ -160,21 +161,21 @@ TEST_CASE("a vortex has the velocity of its closed form", "[flow]") {
         requireDivergenceFree(flow, cube(2 * core), {.count = 20000, .step = 0x1p-10 * core});
         requireJacobian(flow, cube(2 * core), 500, 3, 0x1p-9 * core);
     }
-    // One turn a second on the axis: near it a quarter of a turn takes a quarter of a second, from z to x.
+    // One turn per second on the axis. Near it, a quarter turn takes a quarter of a second and leads from z to x.
     const Flow flow = vortexFlow(1, 1e3);
     CHECK(length(flow.at({{0, 0, 1}}).velocity - Vec3d{{2 * std::numbers::pi, 0, 0}}) < 1e-5);
     for (const double bad : {0.0, -1.0, std::nan(""), static_cast<double>(INFINITY)}) {
         CAPTURE(bad);
-        CHECK_THROWS_WITH(vortexFlow(1, bad), Catch::Contains("core"));
+        CHECK_THROWS_WITH(vortexFlow(1, bad), Catch::ContainsSubstring("core"));
     }
     for (const double bad : {0.0, std::nan(""), static_cast<double>(INFINITY)})
-        CHECK_THROWS_WITH(vortexFlow(bad, 1), Catch::Contains("turns"));
+        CHECK_THROWS_WITH(vortexFlow(bad, 1), Catch::ContainsSubstring("turns"));
     const auto points = randomPoints(cube(1), 500, 4);
-    requireDerivatives(vortexFlow(1, 0.8).f(), points, 0x1p-9, 200); // seen: 40
+    requireDerivatives(vortexFlow(1, 0.8).f(), points, 0x1p-9, 200); // observed: 40
     requireThird(vortexFlow(1, 0.8).f(), points, 2e4);
 }
 
-TEST_CASE("an updraft has the velocity of its closed form above and below", "[flow]") {
+TEST_CASE("updraftFlow: velocity has its closed form above and below the ground", "[flow]") {
     for (const auto& [speed, height] : {std::pair{1.0, 1.0}, std::pair{-2.5, 0.4}, std::pair{3.0, 20.0}}) {
         CAPTURE(speed, height);
         const Flow flow = updraftFlow(speed, height, {.box = cube(2), .wall = {}});
@@ -184,7 +185,7 @@ TEST_CASE("an updraft has the velocity of its closed form above and below", "[fl
             const double rise = speed / (1 + p[1] / height), slope = -rise * rise / (speed * height);
             return Vec3d{{-slope * p[0] / 2, rise, -slope * p[2] / 2}};
         };
-        // 1 - t + t², t = y / height.
+        // 1 - t + t² with t = y / height.
         const auto below = [speed = speed, height = height](const Vec3d& p) {
             const double t = p[1] / height, slope = speed * (2 * t - 1) / height;
             return Vec3d{{-slope * p[0] / 2, speed * (1 - t + t * t), -slope * p[2] / 2}};
@@ -198,17 +199,18 @@ TEST_CASE("an updraft has the velocity of its closed form above and below", "[fl
     }
     for (const double bad : {0.0, -1.0, std::nan(""), static_cast<double>(INFINITY)}) {
         CAPTURE(bad);
-        CHECK_THROWS_WITH(updraftFlow(1, bad), Catch::Contains("height"));
+        CHECK_THROWS_WITH(updraftFlow(1, bad), Catch::ContainsSubstring("height"));
     }
     for (const double bad : {0.0, std::nan(""), static_cast<double>(INFINITY)})
-        CHECK_THROWS_WITH(updraftFlow(bad, 1), Catch::Contains("speed"));
+        CHECK_THROWS_WITH(updraftFlow(bad, 1), Catch::ContainsSubstring("speed"));
 }
 
-TEST_CASE("the potentials of an updraft are C2 at the ground", "[flow]") {
+TEST_CASE("updraftFlow: potentials are C² at the ground", "[flow]") {
     const Flow flow = updraftFlow(2, 0.5);
     for (const auto& term : flow.terms()) {
         for (const Vec3d& p : randomPoints(cube(1), 200, 5)) {
-            // Their third derivatives are at most 6 · 2 / 0.5³ · |x| / 2 = 48, and what is missing below as large.
+            // The third derivatives are at most 6 · 2 / 0.5³ · |x| / 2 = 48. The part that is missing below is as
+            // large.
             const double eps = 1e-7;
             const auto up = term[0].at<2>({{p[0], eps, p[2]}}), down = term[0].at<2>({{p[0], -eps, p[2]}}),
                        at = term[0].at<2>({{p[0], 0, p[2]}});
@@ -216,14 +218,14 @@ TEST_CASE("the potentials of an updraft are C2 at the ground", "[flow]") {
             REQUIRE(difference(up, at) < 100 * eps);
             REQUIRE(difference(down, at) < 100 * eps);
         }
-        // On either side, and across: a jump of the third derivative only.
+        // On either side and across: only the third derivative jumps.
         requireDerivatives(term[0], randomPoints(Box{{{-1, 0.01, -1}}, {{1, 2, 1}}}, 500, 6), 0x1p-9, 1000);
         requireThird(term[0], randomPoints(Box{{{-1, 0.01, -1}}, {{1, 2, 1}}}, 500, 6), 1e4);
         requireThird(term[0], randomPoints(Box{{{-1, -2, -1}}, {{1, -0.01, 1}}}, 500, 6), 1e3);
     }
 }
 
-TEST_CASE("Enright's deformation field is the published one, and comes back", "[flow]") {
+TEST_CASE("enrightFlow: is the published deformation field and reverses in time", "[flow]") {
     constexpr double kPi = std::numbers::pi;
     const auto published = [](const Vec3d& p) {
         const auto s = [&](int axis) { return std::sin(kPi * p[axis]); };
@@ -243,10 +245,10 @@ TEST_CASE("Enright's deformation field is the published one, and comes back", "[
     const Vec3d p{{0.3, 0.4, 0.1}};
     for (const double t : {0.0, 0.3, 1.0, 1.7})
         CHECK(length(inTime.at(t).at(p).velocity - published(p) * std::cos(kPi * t / 2)) < 1e-15);
-    CHECK_THROWS_WITH(enrightFlowInTime(0), Catch::Contains("period"));
+    CHECK_THROWS_WITH(enrightFlowInTime(0), Catch::ContainsSubstring("period"));
 }
 
-TEST_CASE("all flows add up, and to a flow without divergence", "[flow]") {
+TEST_CASE("Flow: a sum of all kinds of flows is divergence-free", "[flow]") {
     const Flow sum = vortexFlow(0.5, 0.5) + updraftFlow(1, 1) + uniformFlow({{0.3, 0, 0.1}}) + curlFlow(noises());
     CHECK(sum.terms().size() == 1 + 2 + 1 + 3);
     requireDivergenceFree(sum, cube(1));

@@ -32,14 +32,14 @@ const Flow& smoothFlow() {
     return flow;
 }
 
-/// Of polynomials, and quick: f and g fill [-1, 1], and it moves almost everywhere.
+/// A flow of polynomials, fast to evaluate. f and g cover [-1, 1], and it moves almost everywhere.
 const Flow& shearFlow() {
     static const Flow flow(formula([](const auto& x) { return x[0] * 0.75 + x[1] * x[1] * x[1] * 0.25; }),
                            formula([](const auto& x) { return x[1] * 0.75 + x[0] * x[2] * 0.25; }));
     return flow;
 }
 
-/// Fresh points of the domain, other than those that reshaped() takes.
+/// Random points of the domain, other than the samples of reshaped().
 std::vector<Vec3d> pointsIn(const Domain& domain, size_t count, uint64_t seed) {
     std::vector<Vec3d> points;
     for (uint64_t k = 0; points.size() < count; ++k) {
@@ -50,7 +50,7 @@ std::vector<Vec3d> pointsIn(const Domain& domain, size_t count, uint64_t seed) {
     return points;
 }
 
-/// What all reshaped flows have in common: h c with 0 <= h <= 1.
+/// Requires what holds for each reshaped flow: its velocity is h c with 0 <= h <= 1.
 void requireSlower(const Flow& flow, const Flow& slow, const std::vector<Vec3d>& points) {
     CHECK(slow.hasTracks());
     CHECK(slow.divergenceFree());
@@ -58,7 +58,8 @@ void requireSlower(const Flow& flow, const Flow& slow, const std::vector<Vec3d>&
     for (const Vec3d& p : points) {
         const Vec3d c = flow.at(p).velocity, r = slow.at(p).velocity;
         const Vec3d f = slow.f().at<1>(p).gradient, g = slow.g().at<1>(p).gradient;
-        // r is made of the gradient of the new potential, whose part along ∇g cancels: roundings of their sizes.
+        // r is computed from the gradient of the new potential, whose part along ∇g cancels. This leaves roundings of
+        // their sizes.
         const double rounding = 1 + length(f) * length(g) / (length(c) + 1e-300);
         across.see(length(cross(c, r)) / (dot(c, c) * rounding), p);
         faster.see((length(r) / length(c) - 1) / rounding, p);
@@ -66,26 +67,26 @@ void requireSlower(const Flow& flow, const Flow& slow, const std::vector<Vec3d>&
     }
     CAPTURE(across.value, across.where, faster.value, faster.where, backward.value, backward.where);
     CHECK(across.value < 1e-14);
-    CHECK(faster.value < 1e-13); // a hundred coefficients are summed, and their differences taken
+    CHECK(faster.value < 1e-13); // a hundred coefficients are summed, and differences of them are taken
     CHECK(backward.value < 1e-13);
 }
 
 } // namespace
 
-TEST_CASE("a reshaped flow goes the same way, and nowhere faster", "[flow]") {
+TEST_CASE("reshaped: keeps directions and is nowhere faster", "[flow]") {
     const auto check = [](const Flow& flow, const ReshapeOptions& o) {
         CAPTURE(o.limit, o.f.lower, o.f.upper);
         const Flow slow = reshaped(flow, o);
         const auto points = pointsIn(flow.domain(), 3000, 1);
         requireSlower(flow, slow, points);
-        // The bins of the spline are a hundredth of f and g, so differences have to be as much smaller than in the
-        // flow.
+        // The bins of the spline are a hundredth of the ranges of f and g, so the step of the differences is smaller by
+        // that factor than for the original flow.
         requireDivergenceFree(slow, flow.domain().box, {.count = 10000, .still = 0.5, .differences = 1e-3});
         CHECK(slow.domain().wall.has_value() == flow.domain().wall.has_value());
         CHECK(slow.domain().box.upper == flow.domain().box.upper);
-        // The second potential is the same.
+        // The second potential is unchanged.
         CHECK(slow.g().at<1>(points[0]).gradient == flow.g().at<1>(points[0]).gradient);
-        // Beyond the domain, where it has not been looked at, it is still the same way.
+        // Outside the domain, which was not sampled, the direction is still the same.
         requireSlower(flow, slow, randomPoints(flow.domain().box.padded(3), 1000, 2));
     };
     check(noiseFlow(), {.limit = 3});
@@ -96,11 +97,11 @@ TEST_CASE("a reshaped flow goes the same way, and nowhere faster", "[flow]") {
     check(shearFlow(), {.limit = 0.5});
 }
 
-TEST_CASE("no streamline goes faster than the limit", "[flow]") {
-    // The fastest place of each streamline is found among 2^20 samples, some hundred of them in each of 96² bins, and
-    // the largest of the 7² bins around counts. Where the samples miss the fastest place of all these bins, streamlines
-    // pass it too fast: in noise 12 places in 10^5 do, by up to a fifth; in the layer along a wall, where the
-    // flow is fastest, 6 in 10^4, by up to two thirds. Smooth flows have none.
+TEST_CASE("reshaped: no streamline is faster than the limit", "[flow]") {
+    // The greatest speed of each streamline is estimated from 2^20 samples, some hundred in each of 96² bins, as the
+    // largest of the surrounding 7² bins. If the samples miss the fastest point of all these bins, streamlines exceed
+    // the limit there: in noise at 12 of 10^5 points by up to a fifth; in a wall layer, where the flow is fastest, at 6
+    // of 10^4 by up to two thirds. In smooth flows this does not occur.
     struct Case {
         const char* name;
         Flow flow;
@@ -126,12 +127,12 @@ TEST_CASE("no streamline goes faster than the limit", "[flow]") {
         CHECK(before.value > 1.2);
         CHECK(fastest.value < excess);
         CHECK(static_cast<double>(beyond) <= part * static_cast<double>(points.size()));
-        CHECK(fastest.value > 0.8);     // the limit is nearly reached,
-        CHECK(squares > 0.1 * limited); // and the flow is not stopped altogether
+        CHECK(fastest.value > 0.8);     // the limit is nearly reached
+        CHECK(squares > 0.1 * limited); // the flow is not stopped altogether
     }
 }
 
-TEST_CASE("where no limit is reached nothing changes", "[flow]") {
+TEST_CASE("reshaped: changes nothing where the limit is not reached", "[flow]") {
     const auto check = [](const Flow& flow, const ReshapeOptions& o) {
         const Flow same = reshaped(flow, o);
         Worst velocity, derivative;
@@ -143,8 +144,8 @@ TEST_CASE("where no limit is reached nothing changes", "[flow]") {
                 derivative.see(length(a.derivative[i] - b.derivative[i]) / (size + productsIn(flow, p)), p);
         }
         CAPTURE(o.limit, o.f.lower, o.g.lower, velocity.value, velocity.where, derivative.value, derivative.where);
-        CHECK(velocity.value < 1e-12);   // sums of a hundred ones, and differences of them,
-        CHECK(derivative.value < 1e-10); // in the derivative divided by the width of a bin
+        CHECK(velocity.value < 1e-12);   // sums of a hundred ones and differences of them
+        CHECK(derivative.value < 1e-10); // the derivative is divided by the width of a bin
     };
     check(noiseFlow(), {.limit = 1e5});
     check(ballFlow(), {});
@@ -152,12 +153,12 @@ TEST_CASE("where no limit is reached nothing changes", "[flow]") {
     check(shearFlow(), {.f = {-100, kInfinity}, .g = {-1e300, 1e300}, .softness = 0.5});
 }
 
-TEST_CASE("outside of the intervals streamlines stand, in the middle they go as before", "[flow]") {
+TEST_CASE("reshaped: stops streamlines outside the intervals and keeps those inside", "[flow]") {
     struct Case {
         const Flow& flow;
         ReshapeOptions options;
     };
-    // The ends lie anywhere within the bins of the spline.
+    // The ends of the intervals are anywhere within the bins of the spline.
     const auto [flow, o] = GENERATE(from_range(std::vector<Case>{
         {shearFlow(), {.f = {-0.531, 0.777}, .softness = 0}},
         {shearFlow(), {.f = {-0.531, 0.777}, .softness = 0.1}},
@@ -174,15 +175,16 @@ TEST_CASE("outside of the intervals streamlines stand, in the middle they go as 
     }));
     const Flow slow = reshaped(flow, o);
     const auto points = pointsIn(flow.domain(), 20000, 5);
-    std::array<Range, 2> all;
+    std::array<Interval, 2> all;
     all.fill({kInfinity, -kInfinity});
     for (const Vec3d& p : points) {
         const auto potentials = flow.at(p).potentials;
         for (size_t k = 0; k < 2; ++k)
             all[k] = {std::min(all[k].lower, potentials[k]), std::max(all[k].upper, potentials[k])};
     }
-    // A spline changes within 4 of its 96 bins of where it should; what has no end is as long as what occurs in it.
-    const auto middle = [&](const Range& r, const Range& values, double v) {
+    // A spline deviates within 4 of its 96 bins from an end. An interval without an end is as long as the range of the
+    // values.
+    const auto middle = [&](const Interval& r, const Interval& values, double v) {
         const double length = std::min(r.upper, values.upper) - std::max(r.lower, values.lower);
         const double margin = 1.05 * (o.softness * length + (values.upper - values.lower) * 4 / 96);
         return v > r.lower + margin && v < r.upper - margin;
@@ -213,9 +215,9 @@ TEST_CASE("outside of the intervals streamlines stand, in the middle they go as 
     CHECK(between > 20);
 }
 
-TEST_CASE("the potential of a reshaped flow is constant along the same streamlines", "[flow]") {
+TEST_CASE("reshaped: the new potential is constant along the same streamlines", "[flow]") {
     const Flow& flow = smoothFlow();
-    const Flow slow = reshaped(flow, {.limit = 0.7 * magnitudesOf(flow).speed, .f = {-2, 2.2}});
+    const Flow slow = reshaped(flow, {.limit = 0.7 * rmsOf(flow).speed, .f = {-2, 2.2}});
     PointBatch from, to;
     while (!from.full()) from.push(randomPoint(cube(1), 6, static_cast<uint64_t>(from.size)));
     const PointBatch start = from;
@@ -243,23 +245,23 @@ TEST_CASE("the potential of a reshaped flow is constant along the same streamlin
         behind += length(late[i] - fast[i]) / kBatch;
     }
     CAPTURE(drift.value, drift.where, drift2.value, drift2.where, moved, behind);
-    // RK4 with steps of at most 0.02 of a wavelength; the spline is C² only, so its knots cost some.
+    // RK4 with steps of at most 0.02 of a wavelength. The spline is only C², so its knots add to the error.
     CHECK(drift.value < 1e-6);
     CHECK(drift2.value < 1e-6);
     CHECK(moved > 0.3);
     CHECK(behind > 0.05);
 }
 
-TEST_CASE("the derivatives of a reshaped potential are its own", "[flow]") {
+TEST_CASE("reshaped: derivatives of the new potential agree with central differences", "[flow]") {
     for (const auto& [flow, options] : {std::pair{smoothFlow(), ReshapeOptions{.limit = 4, .g = {-2.5, 2.2}}},
                                         std::pair{ballFlow(), ReshapeOptions{.limit = 2}}}) {
         const Flow slow = reshaped(flow, options);
         const auto points = pointsIn(flow.domain(), 3000, 7);
-        // The spline's bins are a hundredth of f and g: third derivatives of 10^6 times those of f and g (seen: 2
-        // 10^7).
+        // The bins of the spline are a hundredth of the ranges of f and g: third derivatives are 10^6 times those of f
+        // and g (observed: 2 10^7).
         requireDerivatives(slow.f(), points, 0x1p-13, 1e8);
         requireJacobian(slow, cube(0.5), 2000, 8, 0x1p-13);
-        // Third ones, from differences of the Hessian.
+        // Third derivatives by differences of the Hessian.
         std::vector<double> errors;
         const double h = 0x1p-14;
         for (const Vec3d& p : points) {
@@ -277,7 +279,7 @@ TEST_CASE("the derivatives of a reshaped potential are its own", "[flow]") {
             errors.push_back(worst / size);
         }
         CHECK(median(errors) < 1e-5);
-        // C²: with shorter steps the Hessian changes less, also across the knots of the spline.
+        // C²: with smaller steps the Hessian changes less, also across the knots of the spline.
         const auto jump = [&slow = slow](double length) {
             Worst worst;
             for (uint64_t k = 0; k < 50; ++k) {
@@ -297,7 +299,7 @@ TEST_CASE("the derivatives of a reshaped potential are its own", "[flow]") {
     }
 }
 
-TEST_CASE("in float a reshaped flow is that in double", "[flow]") {
+TEST_CASE("reshaped: float agrees with double", "[flow]") {
     const Flow slow = reshaped(noiseFlow(), {.limit = 1, .f = {-0.4, 0.5}});
     Worst worst;
     for (uint64_t batch = 0; batch < 20; ++batch) {
@@ -312,10 +314,10 @@ TEST_CASE("in float a reshaped flow is that in double", "[flow]") {
                 worst.see(std::abs(static_cast<double>(single[i][axis]) - exact[i][axis]), points[i]);
     }
     CAPTURE(worst.value, worst.where);
-    CHECK(worst.value < 1e-5); // seen: 8e-7; the noise's own rounding
+    CHECK(worst.value < 1e-5); // observed: 8e-7, the rounding of the noise itself
 }
 
-TEST_CASE("reshaping does not depend on threads, and can be cancelled", "[flow]") {
+TEST_CASE("reshaped: does not depend on threads and can be cancelled", "[flow]") {
     const auto velocities = [] {
         const Flow slow = reshaped(ballFlow(), {.limit = 1});
         std::vector<Vec3d> all;
@@ -333,49 +335,51 @@ TEST_CASE("reshaping does not depend on threads, and can be cancelled", "[flow]"
     CHECK_THROWS_AS(reshaped(noiseFlow(), {.limit = 1}, cancelled), Interrupted);
 }
 
-TEST_CASE("a reshaped flow can be reshaped, paced and followed far out", "[flow]") {
+TEST_CASE("reshaped: can be reshaped again and set to a speed and evaluated far outside", "[flow]") {
     const Flow once = reshaped(noiseFlow(), {.limit = 1}), twice = reshaped(once, {.limit = 0.5});
     requireSlower(once, twice, randomPoints(cube(1), 500, 12));
-    CHECK(magnitudesOf(withSpeed(twice, 3)).speed == Approx(3).epsilon(1e-12));
-    // Not finite positions give no finite velocities, and no harm.
+    CHECK(rmsOf(withSpeed(twice, 3)).speed == Approx(3).epsilon(1e-12));
+    // Positions that are not finite give velocities that are not finite, and do no harm.
     for (const double bad : {std::nan(""), kInfinity, 1e300}) {
         CAPTURE(bad);
         const auto sample = twice.at({{bad, 0, 0}});
         CHECK((std::isnan(sample.velocity[1]) || std::isfinite(sample.velocity[1])));
     }
-    // Potentials far beyond those of the domain.
+    // Potentials far outside their range in the domain.
     const Flow shear = reshaped(Flow(rampField({{1, 0, 0}}), rampField({{0, 1, 0}})), {.limit = 0.5});
     for (const double far : {-1e12, -1e5, -3.0, 3.0, 1e5, 1e12})
         CHECK(length(shear.at({{far, far, 0}}).velocity - Vec3d{{0, 0, 0.5}}) < 1e-9);
 }
 
-TEST_CASE("flows that cannot be reshaped are errors", "[flow]") {
+TEST_CASE("reshaped: unsuitable flows and options are errors", "[flow]") {
     const Flow& flow = noiseFlow();
-    CHECK_THROWS_WITH(reshaped(flow + flow, {.limit = 1}), Catch::Contains("sum"));
-    CHECK_THROWS_WITH(reshaped(flow.normalized(1), {.limit = 1}), Catch::Contains("normalised"));
+    CHECK_THROWS_WITH(reshaped(flow + flow, {.limit = 1}), Catch::ContainsSubstring("sum"));
+    CHECK_THROWS_WITH(reshaped(flow.normalized(1), {.limit = 1}), Catch::ContainsSubstring("normalised"));
     for (const double bad : {-1.0, std::nan(""), kInfinity}) {
         CAPTURE(bad);
-        CHECK_THROWS_WITH(reshaped(flow, {.limit = bad}), Catch::Contains("limit"));
+        CHECK_THROWS_WITH(reshaped(flow, {.limit = bad}), Catch::ContainsSubstring("limit"));
     }
     for (const double bad : {-0.1, 0.51, std::nan(""), kInfinity}) {
         CAPTURE(bad);
-        CHECK_THROWS_WITH(reshaped(flow, {.softness = bad}), Catch::Contains("softness"));
+        CHECK_THROWS_WITH(reshaped(flow, {.softness = bad}), Catch::ContainsSubstring("softness"));
     }
-    for (const Range& bad : {Range{0, 0}, Range{1, -1}, Range{std::nan(""), 1}, Range{0, std::nan("")}}) {
+    for (const Interval& bad :
+         {Interval{0, 0}, Interval{1, -1}, Interval{std::nan(""), 1}, Interval{0, std::nan("")}}) {
         CAPTURE(bad.lower, bad.upper);
-        CHECK_THROWS_WITH(reshaped(flow, {.f = bad}), Catch::Contains("interval"));
-        CHECK_THROWS_WITH(reshaped(flow, {.g = bad}), Catch::Contains("interval"));
+        CHECK_THROWS_WITH(reshaped(flow, {.f = bad}), Catch::ContainsSubstring("interval"));
+        CHECK_THROWS_WITH(reshaped(flow, {.g = bad}), Catch::ContainsSubstring("interval"));
     }
-    // Intervals that no streamline is in, or that the spline cannot resolve.
-    for (const Range& bad : {Range{5, 6}, Range{-kInfinity, -5}, Range{0.1, 0.12}}) {
+    // Intervals that contain no streamline, or that the spline cannot resolve.
+    for (const Interval& bad : {Interval{5, 6}, Interval{-kInfinity, -5}, Interval{0.1, 0.12}}) {
         CAPTURE(bad.lower, bad.upper);
-        CHECK_THROWS_WITH(reshaped(shearFlow(), {.f = bad}), Catch::Contains("nothing would move"));
-        CHECK_THROWS_WITH(reshaped(shearFlow(), {.g = bad}), Catch::Contains("nothing would move"));
+        CHECK_THROWS_WITH(reshaped(shearFlow(), {.f = bad}), Catch::ContainsSubstring("nothing would move"));
+        CHECK_THROWS_WITH(reshaped(shearFlow(), {.g = bad}), Catch::ContainsSubstring("nothing would move"));
     }
     CHECK_NOTHROW(reshaped(shearFlow(), {.f = {0.1, 0.25}}));
     CHECK_THROWS_WITH(reshaped(flow.within({.box = cube(kInfinity), .wall = {}}), {.limit = 1}),
-                      Catch::Contains("infinite"));
-    CHECK_THROWS_WITH(reshaped(Flow(noise(1), constantField(1)), {.limit = 1}), Catch::Contains("constant"));
+                      Catch::ContainsSubstring("infinite"));
+    CHECK_THROWS_WITH(reshaped(Flow(noise(1), constantField(1)), {.limit = 1}), Catch::ContainsSubstring("constant"));
     const Wall wall{.sdf = placed(sphereSdf(0.1), {.offset = {{5, 0, 0}}}), .side = Side::inside, .width = 0.1};
-    CHECK_THROWS_WITH(reshaped(flow.within({.box = cube(1), .wall = wall}), {.limit = 1}), Catch::Contains("empty"));
+    CHECK_THROWS_WITH(reshaped(flow.within({.box = cube(1), .wall = wall}), {.limit = 1}),
+                      Catch::ContainsSubstring("empty"));
 }

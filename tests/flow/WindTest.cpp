@@ -16,7 +16,7 @@ Wall wallOf(const Sdf& sdf, double width, Side side = Side::outside) {
 }
 ScalarField gustNoise() { return noiseField<Psrd3>({.seed = 3}, {.frequency = 0.8}); }
 
-/// Points of the box of the flow's domain that are at least so far from the wall.
+/// Returns points of the domain's box whose distance from the wall is at least `distance`.
 std::vector<Vec3d> pointsBeyond(const Flow& flow, double distance, size_t count) {
     std::vector<Vec3d> points;
     for (const Vec3d& p : randomPoints(flow.domain().box, count, 1))
@@ -26,7 +26,7 @@ std::vector<Vec3d> pointsBeyond(const Flow& flow, double distance, size_t count)
 
 } // namespace
 
-TEST_CASE("wind: far from the wall it is uniform, at the wall tangent", "[flow]") {
+TEST_CASE("windFlow: is uniform far from the wall and tangent at the wall", "[flow]") {
     const Vec3d direction{{2, 1, -1}};
     const Sdf body = GENERATE(sphereSdf(0.5), boxSdf({{0.4, 1.2, 0.6}}, 0.1), torusSdf(0.5, 0.2));
     const double speed = 1.5;
@@ -54,17 +54,17 @@ TEST_CASE("wind: far from the wall it is uniform, at the wall tangent", "[flow]"
     }
     CAPTURE(through.where, along);
     CHECK(through.value < 1e-9);
-    CHECK(along > 0.5); // it slips
+    CHECK(along > 0.5); // the flow slips along the wall
 }
 
-TEST_CASE("wind is divergence-free, with gusts too", "[flow]") {
+TEST_CASE("windFlow: is divergence-free with gusts", "[flow]") {
     const Flow flow = windFlow(wallOf(sphereSdf(0.5), 0.5), gustNoise(), {.gusts = 0.5});
     CHECK(flow.hasTracks());
-    // Beyond the middle of the sphere, where the distance has no gradient.
+    // Excludes the centre of the sphere, where the distance has no gradient.
     requireDivergenceFree(flow, Box{{{0.1, -1, -1}}, {{1, 1, 1}}}, {.count = 5000});
 }
 
-TEST_CASE("wind: gusts have the strength that is asked for", "[flow]") {
+TEST_CASE("windFlow: gusts have the requested rms strength", "[flow]") {
     const Vec3d direction{{0, 0, 1}};
     for (const double gusts : {0.1, 0.4}) {
         const Flow flow = windFlow(wallOf(sphereSdf(0.3), 0.3), gustNoise(),
@@ -77,14 +77,14 @@ TEST_CASE("wind: gusts have the strength that is asked for", "[flow]") {
         }
         const double rms = std::sqrt(squares / static_cast<double>(far.size()));
         CAPTURE(gusts, rms);
-        CHECK(rms == Approx(2 * gusts).epsilon(0.03)); // of samples, on both sides
+        CHECK(rms == Approx(2 * gusts).epsilon(0.03)); // of samples on both sides
     }
     const Flow calm = windFlow(wallOf(sphereSdf(0.3), 0.3), gustNoise(), {.gusts = 0});
     CHECK(length(calm.at({{-0.6, 0.7, 0.5}}).velocity - Vec3d{{1, 0, 0}}) < 1e-12);
 }
 
-TEST_CASE("wind: what the shape displaces goes through the layer", "[flow]") {
-    // Above the middle of a sphere of radius R the mean over the layer is 1 + R / width.
+TEST_CASE("windFlow: the layer carries the flux that the shape displaces", "[flow]") {
+    // Above the centre of a sphere of radius R, the mean over the layer is 1 + R / width.
     const double radius = 0.5, width = 0.25;
     const Flow flow = windFlow(wallOf(sphereSdf(radius), width), {}, {.across = Vec3d{{0, 1, 0}}});
     constexpr int kSamples = 4000;
@@ -98,11 +98,11 @@ TEST_CASE("wind: what the shape displaces goes through the layer", "[flow]") {
     CHECK(flow.domain().wall->width == width / 4);
 }
 
-TEST_CASE("wind gives way where the shape is narrowest, or as it is told", "[flow]") {
+TEST_CASE("windAcross: deflects along the narrowest direction or the given one", "[flow]") {
     const Sdf slab = boxSdf({{1, 0.8, 0.3}}, 0.05);
     CHECK(windAcross(slab, {.direction = {{1, 0, 0}}}) == Vec3d{{0, 0, 1}});
     CHECK(windAcross(slab, {.direction = {{0, 0, 2}}}) == Vec3d{{0, 1, 0}});
-    CHECK(windAcross(sphereSdf(1), {.direction = {{1, 0, 0}}}) == Vec3d{{0, 1, 0}}); // of equals, up
+    CHECK(windAcross(sphereSdf(1), {.direction = {{1, 0, 0}}}) == Vec3d{{0, 1, 0}}); // of equal axes, up
     CHECK(length(windAcross(slab, {.direction = {{0, 0, 1}}, .across = Vec3d{{3, 4, 5}}}) - Vec3d{{0.6, 0.8, 0}}) <
           1e-15);
     CHECK(windWidth(slab, {.direction = {{1, 0, 0}}}) == Approx(0.15));
@@ -110,17 +110,18 @@ TEST_CASE("wind gives way where the shape is narrowest, or as it is told", "[flo
     CHECK(std::abs(dot(windAcross(slab, {.direction = oblique}), oblique)) < 1e-15);
 }
 
-TEST_CASE("wind that cannot be made says why", "[flow]") {
-    using Catch::Contains;
+TEST_CASE("windFlow: invalid options are errors that say why", "[flow]") {
+    using Catch::ContainsSubstring;
     const Sdf sphere = sphereSdf(0.5);
     const auto wind = [&](const WindOptions& options, double width = 0.5) {
         return windFlow(wallOf(sphere, width), gustNoise(), options);
     };
-    CHECK_THROWS_WITH(wind({.direction = {}}), Contains("direction"));
-    CHECK_THROWS_WITH(wind({.speed = 0}), Contains("speed"));
-    CHECK_THROWS_WITH(wind({.gusts = -1}), Contains("gusts"));
-    CHECK_THROWS_WITH(wind({}, 0), Contains("width"));
-    CHECK_THROWS_WITH(wind({.direction = {{0, 1, 0}}, .across = Vec3d{{0, 2, 0}}}), Contains("its own direction"));
-    CHECK_THROWS_WITH(windWidth(planeSdf({{0, 1, 0}}, 0), {}), Contains("give a width"));
-    CHECK_THROWS_WITH(windFlow(wallOf(sphere, 0.5), rampField({{0, 1, 0}}), {}), Contains("across"));
+    CHECK_THROWS_WITH(wind({.direction = {}}), ContainsSubstring("direction"));
+    CHECK_THROWS_WITH(wind({.speed = 0}), ContainsSubstring("speed"));
+    CHECK_THROWS_WITH(wind({.gusts = -1}), ContainsSubstring("gusts"));
+    CHECK_THROWS_WITH(wind({}, 0), ContainsSubstring("width"));
+    CHECK_THROWS_WITH(wind({.direction = {{0, 1, 0}}, .across = Vec3d{{0, 2, 0}}}),
+                      ContainsSubstring("its own direction"));
+    CHECK_THROWS_WITH(windWidth(planeSdf({{0, 1, 0}}, 0), {}), ContainsSubstring("give a width"));
+    CHECK_THROWS_WITH(windFlow(wallOf(sphere, 0.5), rampField({{0, 1, 0}}), {}), ContainsSubstring("across"));
 }

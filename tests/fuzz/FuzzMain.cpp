@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// libFuzzer's entry points: curlew_fuzz --target=NAME CORPUS… [-max_total_time=SECONDS …], or --seeds=FOLDER to write
-// the seeds of all targets there.
+// libFuzzer's entry points: curlew_fuzz --target=NAME CORPUS… [-max_total_time=SECONDS …]. With --seeds=FOLDER it
+// writes the seeds of all targets to that folder.
 
 #include "Targets.h"
 

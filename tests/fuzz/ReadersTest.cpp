@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every reader takes its seeds, the inputs that once broke it, and seeded damages of both.
+// Tests each reader with its seeds, with inputs that once broke it, and with random damage to both.
 
 #include "Targets.h"
+#include "support/Catch.h"
 #include "support/Files.h"
 #include "support/Places.h"
-
-#include <catch2/catch.hpp>
 
 #include <chrono>
 #include <cstdlib>
@@ -55,7 +54,7 @@ std::string damaged(std::string bytes, std::mt19937& random) {
 
 } // namespace
 
-TEST_CASE("Readers: every reader takes its seeds", "[fuzz]") {
+TEST_CASE("fuzz readers: every reader accepts its seeds", "[fuzz]") {
     for (const Target& target : fuzz::targets())
         for (const std::string& seed : fuzz::seeds(target.name)) {
             CAPTURE(target.name, seed.size());
@@ -63,7 +62,7 @@ TEST_CASE("Readers: every reader takes its seeds", "[fuzz]") {
         }
 }
 
-TEST_CASE("Readers: damaged inputs are read or refused", "[fuzz]") {
+TEST_CASE("fuzz readers: corrupted inputs are read or refused without other exceptions", "[fuzz]") {
     for (const Target& target : fuzz::targets()) {
         std::mt19937 random(11);
         const auto all = inputs(target);
@@ -78,8 +77,8 @@ TEST_CASE("Readers: damaged inputs are read or refused", "[fuzz]") {
     }
 }
 
-// Not run by itself: CURLEW_FUZZ_SECONDS for each reader, without knowing what its code looks like.
-TEST_CASE("Readers: for as long as one likes", "[.][fuzz-long]") {
+// Not run by default. Tests each reader for CURLEW_FUZZ_SECONDS with inputs that ignore its code coverage.
+TEST_CASE("fuzz readers: random corruption for CURLEW_FUZZ_SECONDS per reader", "[.][fuzz-long]") {
     const char* given = std::getenv("CURLEW_FUZZ_SECONDS");
     const std::chrono::duration<double> each(given ? std::atof(given) : 1);
     for (const Target& target : fuzz::targets()) {

@@ -29,7 +29,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A file of this process that holds the input.
+/// A file of this process that contains the input.
 struct Scratch {
     fs::path folder = fs::temp_directory_path() / ("curlew_fuzz_" + std::to_string(::getpid()));
 
@@ -67,7 +67,8 @@ bool accepts(const Read& read) {
 }
 
 bool readVdbTarget(std::string_view bytes) {
-    constexpr size_t version = 21 + 14; // of the UUID: not one of ours, whose content is compared with a digest
+    constexpr size_t version =
+        21 + 14; // part of the UUID: the file is not one of ours, whose content is compared with a digest
     std::string changed(bytes);
     if (changed.size() > version) changed[version] = '4';
     return accepts([&] {
@@ -108,7 +109,7 @@ bool readCsvTarget(std::string_view bytes) {
 
 app::Reading reading() { return {.registry = app::registry(), .world = {.lenient = true}}; }
 
-/// What is read must be written so that it is read again.
+/// Traps unless the graph, written as JSON, is read as the same graph.
 void checkGraph(const app::Graph& graph) {
     const std::string json = app::jsonOf(graph);
     if (app::jsonOf(app::graphOfJson(json, reading())) != json) __builtin_trap();
@@ -127,7 +128,7 @@ bool readExpressionTarget(std::string_view bytes) {
     });
 }
 
-/// With the digest that its content has: whoever forges one can make it.
+/// Replaces the digest by the one of the content, as anyone who forges a checkpoint can.
 bool readCheckpointTarget(std::string_view bytes) {
     Digest program, whole;
     std::string forged(bytes);

@@ -7,17 +7,17 @@
 
 namespace curlew::fuzz {
 
-/// A reader that takes any bytes. Returns whether it has read them; an Error is its way to refuse them. Everything else
-/// (another exception, a signal, what a sanitizer finds) is a fault.
+/// A reader that accepts arbitrary bytes. It returns whether it has read them. Throwing an Error is the way to refuse
+/// them. Anything else (another exception, a signal, a finding of a sanitizer) is a fault.
 struct Target {
     const char* name;
     bool (*read)(std::string_view bytes);
 };
 
-/// All readers of files, and of text from users.
+/// Returns the readers of files and of text from users.
 const std::vector<Target>& targets();
 
-/// Small inputs that the reader accepts.
+/// Returns small inputs that the reader accepts.
 std::vector<std::string> seeds(const std::string& target);
 
 } // namespace curlew::fuzz

@@ -15,7 +15,7 @@ namespace {
 template <int N>
 using Vectors = std::array<Vec<double, N>, size_t{N - 1}>;
 
-/// Whole numbers from -most to most: with them everything below is exact.
+/// Returns a vector of whole numbers from -most to most, for which all results below are exact.
 template <int N>
 Vec<double, N> wholeVector(uint64_t seed, uint64_t k, int most = 4) {
     Vec<double, N> v = randomPoint(cube<N>(most + 0.5), seed, k);
@@ -30,7 +30,7 @@ Vectors<N> wholeVectors(uint64_t seed, uint64_t k) {
     return v;
 }
 
-/// det[v | v1 | …].
+/// Computes det[v | v1 | …].
 template <class T, int N>
 T determinantWith(const Vec<T, N>& v, const std::array<Vec<T, N>, size_t{N - 1}>& others) {
     std::array<Vec<T, N>, size_t{N}> all;
@@ -45,19 +45,19 @@ void checkReference(const nlohmann::json& row) {
     Vec<double, N> expected;
     for (size_t i = 0; i < v.size(); ++i) v[i].c = row.at("v_f64").at(i).get<std::array<double, size_t{N}>>();
     expected.c = row.at("cross_f64").get<std::array<double, size_t{N}>>();
-    // Some hundred roundings of products that may be larger than what they add up to.
+    // About a hundred roundings of products that can exceed their sum.
     CAPTURE(N, row.at("id").get<int>());
     CHECK(length(cross(v) - expected) <= 1e-12 * length(expected));
 }
 
 } // namespace
 
-TEST_CASE("the cross product in N dimensions agrees with the reference", "[math]") {
+TEST_CASE("cross: agrees with reference values in two to seven dimensions", "[math]") {
     forRowsInDimensions("dfvn_cross.json", {2, 3, 4, 5, 6, 7},
                         [](const auto& row, auto dimension) { checkReference<dimension>(row); });
 }
 
-TEST_CASE("the cross product in two and three dimensions is the usual one", "[math]") {
+TEST_CASE("cross: is the usual cross product in two and three dimensions", "[math]") {
     STATIC_REQUIRE(cross(std::array{Vec<double, 2>{{2, 5}}}) == Vec<double, 2>{{5, -2}});
     for (uint64_t k = 0; k < 100; ++k) {
         const Vectors<3> v{randomPoint(cube(1), 1, k), randomPoint(cube(1), 2, k)};
@@ -66,8 +66,8 @@ TEST_CASE("the cross product in two and three dimensions is the usual one", "[ma
     }
 }
 
-TEMPLATE_TEST_CASE_SIG("the cross product of axes is the last axis with the sign of its place", "[math]", ((int N), N),
-                       2, 3, 4, 5, 6, 7) {
+TEMPLATE_TEST_CASE_SIG("cross: the cross product of all axes but one is that axis with its sign", "[math]",
+                       ((int N), N), 2, 3, 4, 5, 6, 7) {
     // Eq. 1 for e_j and the other axes in order: det[e_j | others] = (-1)^j.
     for (int j = 0; j < N; ++j) {
         Vectors<N> others;
@@ -80,7 +80,7 @@ TEMPLATE_TEST_CASE_SIG("the cross product of axes is the last axis with the sign
     }
 }
 
-TEMPLATE_TEST_CASE_SIG("the cross product is what determinants say", "[math]", ((int N), N), 2, 3, 4, 5, 6, 7) {
+TEMPLATE_TEST_CASE_SIG("cross: agrees with determinants in every dimension", "[math]", ((int N), N), 2, 3, 4, 5, 6, 7) {
     for (uint64_t k = 0; k < 20; ++k) {
         const Vectors<N> v = wholeVectors<N>(3, k);
         const Vec<double, N> c = cross(v), w = wholeVector<N>(4, k);
@@ -88,12 +88,12 @@ TEMPLATE_TEST_CASE_SIG("the cross product is what determinants say", "[math]", (
         // ICN Eq. 1.
         REQUIRE(dot(c, w) == determinantWith(w, v));
         for (const auto& each : v) REQUIRE(dot(c, each) == 0);
-        // Its length is the volume that the vectors span.
+        // Its length is the volume of the parallelepiped of the vectors.
         std::array<Vec<double, N - 1>, size_t{N - 1}> gram;
         for (size_t i = 0; i < v.size(); ++i)
             for (size_t j = 0; j < v.size(); ++j) gram[i].c[j] = dot(v[i], v[j]);
         REQUIRE(dot(c, c) == determinant(gram));
-        if constexpr (N > 2) { // it changes its sign with the order, and is zero for vectors that depend on each other
+        if constexpr (N > 2) { // swapping vectors changes its sign; dependent vectors give zero
             Vectors<N> other = v;
             std::swap(other[0], other[static_cast<size_t>(N - 2)]);
             REQUIRE(cross(other) == -c);
@@ -105,23 +105,22 @@ TEMPLATE_TEST_CASE_SIG("the cross product is what determinants say", "[math]", (
     }
 }
 
-TEMPLATE_TEST_CASE_SIG("the cross product of reals is orthogonal to them to rounding", "[math]", ((int N), N), 2, 3, 4,
-                       5, 6, 7) {
+TEMPLATE_TEST_CASE_SIG("cross: is orthogonal to its arguments to rounding", "[math]", ((int N), N), 2, 3, 4, 5, 6, 7) {
     double worst = 0;
     for (uint64_t k = 0; k < 200; ++k) {
         Vectors<N> v;
         double sizes = 1;
         for (size_t i = 0; i < v.size(); ++i) v[i] = randomPoint(cube<N>(1), 5 + i, k);
-        // (N-1)! products of N-1 numbers below 1 make a component, N of these a scalar product.
+        // A component is a sum of (N-1)! products of N-1 numbers below 1, and a scalar product has N of these.
         for (int i = 2; i <= N; ++i) sizes *= i;
         const Vec<double, N> c = cross(v);
         for (const auto& each : v) worst = std::max(worst, std::abs(dot(c, each)) / sizes);
     }
-    // Each is the result of at most 2 N roundings.
+    // Each result has at most 2 N roundings.
     CHECK(worst <= 2 * N * 0x1p-53);
 }
 
-TEMPLATE_TEST_CASE_SIG("the cross product of jets differentiates it", "[math]", ((int N), N), 2, 3, 4, 5) {
+TEMPLATE_TEST_CASE_SIG("cross: the cross product of jets carries its derivatives", "[math]", ((int N), N), 2, 3, 4, 5) {
     using J = Jet<double, 2, 2>;
     for (uint64_t k = 0; k < 10; ++k) {
         std::array<Vec<J, N>, size_t{N - 1}> v;

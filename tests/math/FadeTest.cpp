@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Random.h"
 #include "curlew/math/Fade.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 #include <cmath>
 
 using namespace curlew;
 
-TEST_CASE("the quintic fade goes from 0 to 1, flat to second order at both ends", "[math]") {
+TEST_CASE("quinticFade: rises from 0 to 1 with zero slope and curvature at both ends", "[math]") {
     for (const double s : {-1e300, -1.0, -1e-300, 0.0}) {
         const auto fade = quinticFade(s);
         CAPTURE(s);
@@ -19,7 +18,7 @@ TEST_CASE("the quintic fade goes from 0 to 1, flat to second order at both ends"
         CAPTURE(s);
         CHECK((fade.value == 1 && fade.first == 0 && fade.second == 0));
     }
-    // Just within: |p| <= 10 s³, 30 s², 60 s for the distance s to the end.
+    // Just inside: |p| <= 10 s³, 30 s², 60 s, where s is the distance to the end.
     for (const double e : {0x1p-10, 0x1p-20, 0x1p-30}) {
         const auto low = quinticFade(e), high = quinticFade(1 - e);
         CAPTURE(e);
@@ -29,7 +28,7 @@ TEST_CASE("the quintic fade goes from 0 to 1, flat to second order at both ends"
     }
 }
 
-TEST_CASE("the quintic fade has its known values and symmetry", "[math]") {
+TEST_CASE("quinticFade: has known values and is symmetric about the middle", "[math]") {
     constexpr auto middle = quinticFade(0.5);
     STATIC_REQUIRE(middle.value == 0.5);
     STATIC_REQUIRE(middle.first == 1.875);
@@ -40,7 +39,7 @@ TEST_CASE("the quintic fade has its known values and symmetry", "[math]") {
         const double s = k / 1000.0;
         const auto a = quinticFade(s), b = quinticFade(1 - s);
         CAPTURE(s);
-        // A few roundings of polynomials whose terms are at most 15, 30 and 60.
+        // Tolerances: a few roundings of polynomials whose terms are at most 15, 30 and 60.
         REQUIRE(std::abs(a.value + b.value - 1) < 1e-14);
         REQUIRE(std::abs(a.first - b.first) < 1e-13);
         REQUIRE(std::abs(a.second + b.second) < 1e-13);
@@ -49,9 +48,9 @@ TEST_CASE("the quintic fade has its known values and symmetry", "[math]") {
     }
 }
 
-TEST_CASE("the derivatives of the fade are those of its value, with second order", "[math]") {
+TEST_CASE("quinticFade: first and second derivatives agree with central differences", "[math]") {
     // f''' = 360 s² - 360 s + 60 and f'''' = 720 s - 360 bound the errors of central differences: at most 60 and 360
-    // times h²/6 (within [0, 1]; s keeps away from the ends).
+    // times h²/6 within [0, 1]. s stays away from the ends.
     for (uint64_t k = 0; k < 1000; ++k) {
         const double s = 0.01 + 0.98 * randomUniform(1, k);
         const auto fade = quinticFade(s);
@@ -62,18 +61,18 @@ TEST_CASE("the derivatives of the fade are those of its value, with second order
             REQUIRE(std::abs((up.first - down.first) / (2 * h) - fade.second) <= 60.1 * h * h + 1e-14 / h);
         }
     }
-    CHECK(std::abs(double(quinticFade(0.3f).value) - quinticFade(0.3).value) < 1e-6); // float: some roundings of 1
+    CHECK(std::abs(double(quinticFade(0.3f).value) - quinticFade(0.3).value) < 1e-6); // in float: a few roundings of 1
 }
 
-TEST_CASE("the third derivative of the fade is that of its second with second order", "[math]") {
+TEST_CASE("quinticFade: the third derivative agrees with central differences of the second", "[math]") {
     constexpr auto middle = quinticFade(0.5);
     STATIC_REQUIRE(middle.third == -30);
-    STATIC_REQUIRE(quinticFade(0.0).third == 0); // it jumps at both ends, from 0 to 60
+    STATIC_REQUIRE(quinticFade(0.0).third == 0); // the third derivative jumps at both ends, from 0 to 60
     STATIC_REQUIRE(quinticFade(1.0).third == 0);
     STATIC_REQUIRE(quinticFade(-2.0).third == 0);
     CHECK(std::abs(quinticFade(1e-9).third - 60) < 1e-6);
     CHECK(std::abs(quinticFade(1 - 1e-9).third - 60) < 1e-6);
-    // The fifth derivative is 720: the error is 720 h²/6 exactly, but for rounding of terms of at most 60 over h.
+    // The fifth derivative is 720, so the error is exactly 720 h²/6, except for rounding of terms of at most 60 over h.
     for (uint64_t k = 0; k < 300; ++k) {
         const double s = 0.01 + 0.98 * randomUniform(2, k);
         CAPTURE(s);

@@ -13,7 +13,7 @@ namespace {
 
 using J2 = Jet<double, 3, 2>;
 
-/// A jet with random components of at most 1; its value between 1 and 2.
+/// Returns a jet with random components of at most 1 and a value between 1 and 2.
 J2 randomJet(uint64_t seed, uint64_t k) {
     J2 jet;
     for (int i = 0; i < J2::kSize; ++i) jet.component(i) = 2 * randomUniform(seed, k, static_cast<uint64_t>(i)) - 1;
@@ -21,7 +21,7 @@ J2 randomJet(uint64_t seed, uint64_t k) {
     return jet;
 }
 
-/// The same of any dimension and order.
+/// Returns such a jet of any dimension and order.
 template <class J>
 J anyJet(uint64_t seed, uint64_t k) {
     J jet;
@@ -31,8 +31,8 @@ J anyJet(uint64_t seed, uint64_t k) {
     return jet;
 }
 
-/// A polynomial in N variables with small whole coefficients and its derivatives, each known from the powers of its
-/// terms: on whole numbers they are exact.
+/// A polynomial in N variables with small whole coefficients. Its derivatives follow from the powers of its terms and
+/// are exact for whole numbers.
 template <int N>
 struct Terms {
     struct Term {
@@ -41,7 +41,7 @@ struct Terms {
     };
     std::vector<Term> terms;
 
-    /// Random, each power at most 3.
+    /// Random terms with powers of at most 3.
     Terms(uint64_t seed, uint64_t k) {
         for (uint64_t t = 0; t < 5; ++t) {
             Term term{std::floor(9 * randomUniform(seed, k, 50 * t)) - 4, {}};
@@ -50,7 +50,7 @@ struct Terms {
             terms.push_back(term);
         }
     }
-    /// On numbers or jets.
+    /// Evaluates numbers or jets.
     template <class X>
     X operator()(const Vec<X, N>& x) const {
         X sum(0.0);
@@ -93,7 +93,7 @@ Vec<double, N> wholePoint(uint64_t seed, uint64_t k) {
     return x;
 }
 
-/// A x + b as jets in x.
+/// Returns A x + b as jets in x.
 template <int R, int C>
 Vec<Jet<double, C, 3>, R> affine(const Matrix<R, C>& A, const Vec<double, R>& b, const Vec<double, C>& x) {
     Vec<Jet<double, C, 3>, R> y;
@@ -120,11 +120,11 @@ void checkPullBack() {
         const Vec<double, N> b = wholePoint<N>(32, k);
         const Vec<double, M> x = wholePoint<M>(33, k);
         CAPTURE(N, M, k, x);
-        const auto expected = f(affine(A, b, x)); // by the product rule; all are whole numbers
+        const auto expected = f(affine(A, b, x)); // by the product rule; all numbers are whole
         const auto there = f.exact(A * x + b);
         REQUIRE(difference(pullBack(there, A), expected) == 0);
         REQUIRE(difference(compose(there, affine(A, b, x)), expected) == 0);
-        // Lower orders are the same, cut off.
+        // Jets of lower order are equal to the truncated ones.
         REQUIRE(difference(pullBack(truncated<2>(there), A), truncated<2>(expected)) == 0);
         REQUIRE(difference(pullBack(truncated<1>(there), A), truncated<1>(expected)) == 0);
         REQUIRE(pullBack(truncated<0>(there), A).value == expected.value);
@@ -147,7 +147,7 @@ void checkCompose() {
         double size = 1;
         for (int c = 0; c < direct.kSize; ++c) size = std::max(size, std::abs(direct.component(c)));
         for (int c = 0; c < there.kSize; ++c) size = std::max(size, std::abs(there.component(c)));
-        // Some hundred roundings of terms of this size.
+        // About a hundred roundings of terms of this size.
         REQUIRE(difference(there, same) <= 1e-13 * size);
         REQUIRE(difference(composed, direct) <= 1e-13 * size);
         Vec<Jet<double, M, 2>, N> lower;
@@ -165,7 +165,7 @@ void checkTensorIndex() {
         for (int j = 0; j <= k; ++j)
             for (int i = 0; i <= j; ++i) {
                 CAPTURE(N, i, j, k);
-                CHECK(S::index(i, j, k) == next++); // by rising k, then j, then i
+                CHECK(S::index(i, j, k) == next++); // ascending by k, then j, then i
                 for (const int other :
                      {S::index(i, k, j), S::index(j, i, k), S::index(j, k, i), S::index(k, i, j), S::index(k, j, i)})
                     CHECK(other == S::index(i, j, k));
@@ -178,7 +178,7 @@ void checkTensorIndex() {
     CHECK(called == S::kSize);
 }
 
-/// Rounding in a few operations on such jets: some dozens of terms of at most 10.
+/// Tolerance for a few operations on such jets: some dozens of terms of at most 10.
 constexpr double kRounding = 1e-13;
 
 template <int N>
@@ -197,7 +197,7 @@ void checkSymmetricIndex() {
 
 } // namespace
 
-TEST_CASE("a symmetric matrix has each entry once", "[math]") {
+TEST_CASE("Sym: index maps each entry of a symmetric matrix to one slot", "[math]") {
     checkSymmetricIndex<1>();
     checkSymmetricIndex<2>();
     checkSymmetricIndex<3>();
@@ -209,13 +209,13 @@ TEST_CASE("a symmetric matrix has each entry once", "[math]") {
         const auto [i, j] = order[static_cast<size_t>(k)];
         CHECK(S::index(i, j) == k);
     }
-    // Upper triangle by rows for N = 4: 01 02 03 12 13 23 after the diagonal.
+    // For N = 4, the upper triangle by rows follows the diagonal: 01 02 03 12 13 23.
     CHECK(Sym<double, 4>::index(0, 3) == 6);
     CHECK(Sym<double, 4>::index(2, 1) == 7);
     CHECK(Sym<double, 4>::index(2, 3) == 9);
 }
 
-TEST_CASE("a jet holds value, gradient and Hessian in one row", "[math]") {
+TEST_CASE("Jet: value and gradient and Hessian are stored in one row", "[math]") {
     STATIC_REQUIRE(Jet<float, 3, 0>::kSize == 1);
     STATIC_REQUIRE(Jet<float, 3, 1>::kSize == 4);
     STATIC_REQUIRE(Jet<float, 3, 2>::kSize == 10);
@@ -236,7 +236,7 @@ TEST_CASE("a jet holds value, gradient and Hessian in one row", "[math]") {
     CHECK(y.gradient == Vec3d{{0, 1, 0}});
 }
 
-TEST_CASE("jets obey the laws of algebra", "[math]") {
+TEST_CASE("Jet: arithmetic is commutative and associative and distributive", "[math]") {
     for (uint64_t k = 0; k < 300; ++k) {
         const J2 a = randomJet(1, k), b = randomJet(2, k), c = randomJet(3, k);
         CAPTURE(k);
@@ -250,7 +250,7 @@ TEST_CASE("jets obey the laws of algebra", "[math]") {
     }
 }
 
-TEST_CASE("square root, sine and cosine of jets satisfy their identities", "[math]") {
+TEST_CASE("Jet: sqrt and sin and cos satisfy their identities", "[math]") {
     for (uint64_t k = 0; k < 300; ++k) {
         const J2 a = randomJet(4, k), b = randomJet(5, k);
         CAPTURE(k);
@@ -265,8 +265,8 @@ TEST_CASE("square root, sine and cosine of jets satisfy their identities", "[mat
     }
 }
 
-TEST_CASE("the product rule on monomials is exact", "[math]") {
-    // x² y z³ at (2, 3, -1), all derivatives by hand.
+TEST_CASE("Jet: the product rule is exact on monomials", "[math]") {
+    // x² y z³ at (2, 3, -1); all derivatives are computed by hand.
     const J2 x = J2::variable(2, 0), y = J2::variable(3, 1), z = J2::variable(-1, 2);
     const J2 f = x * x * y * z * z * z;
     CHECK(f.value == -12);
@@ -275,23 +275,23 @@ TEST_CASE("the product rule on monomials is exact", "[math]") {
     CHECK(f.hessian.c == hessian);
 }
 
-TEST_CASE("the product and chain rules agree with central differences", "[math]") {
+TEST_CASE("Jet: product and chain rules agree with central differences", "[math]") {
     const auto points = randomPoints(cube(1), 200, 6);
-    // The largest third derivatives within the cube, generously: these functions and their factors are of size 1 … 5
-    // and vary on lengths of 1/2 … 1.
+    // Generous bounds of the third derivatives within the cube: these functions and their factors have values of 1 … 5
+    // and vary over lengths of 1/2 … 1.
     SECTION("product") { requireDerivatives(sinesG(), points, 1e-3, 100); }
     SECTION("sums of sines") { requireDerivatives(sinesF(), points, 1e-3, 100); }
-    SECTION("root") {
+    SECTION("square root") {
         requireDerivatives(formula([](const auto& x) { return sqrt(x[0] * x[1] + x[2] * x[2] * x[0] + 3.0); }), points,
                            1e-3, 100);
     }
-    SECTION("chain of chains") {
+    SECTION("nested chain rule") {
         requireDerivatives(formula([](const auto& x) { return sin(cos(x[0] * x[1]) + x[2] * x[2]) * x[0]; }), points,
                            1e-3, 300);
     }
 }
 
-TEST_CASE("lower orders and float are the same formula", "[math]") {
+TEST_CASE("Jet: lower orders and float evaluate the same formula", "[math]") {
     const auto f = sinesG();
     for (const Vec3d& p : randomPoints(cube(1), 200, 7)) {
         const auto jet = f.at<2>(p);
@@ -301,13 +301,13 @@ TEST_CASE("lower orders and float are the same formula", "[math]") {
         REQUIRE(first.value == jet.value);
         REQUIRE(first.gradient == jet.gradient);
         const auto single = f.at<2, float>(p);
-        // Some dozen roundings of terms of at most 20, the largest second derivative.
+        // A few dozen roundings of terms of at most 20, the greatest second derivative.
         for (int k = 0; k < J2::kSize; ++k)
             REQUIRE(std::abs(double(single.component(k)) - jet.component(k)) < 20 * 12 * 0x1p-23);
     }
 }
 
-TEST_CASE("pullBack is the chain rule for a linear map", "[math]") {
+TEST_CASE("pullBack: is the chain rule for a linear map", "[math]") {
     Matrix3 A, B;
     for (uint64_t i = 0; i < 3; ++i) {
         A.rows[i] = randomPoint(cube(1), 8, i);
@@ -315,14 +315,14 @@ TEST_CASE("pullBack is the chain rule for a linear map", "[math]") {
     }
     const ScalarField f = sinesG();
     const Vec3d b{{0.3, -0.2, 0.9}};
-    SECTION("against central differences") {
+    SECTION("agrees with central differences") {
         for (const Vec3d& p : randomPoints(cube(1), 100, 10)) {
             const J2 jet = pullBack(f.at<2>(A * p + b), A);
             const auto pulled = [&](const Vec3d& q) { return f.at<0>(A * q + b).value; };
             const auto pulledGradient = [&](const Vec3d& q) { return pullBack(f.at<1>(A * q + b), A).gradient; };
             const double h = 1e-3;
             CAPTURE(p);
-            // Third derivatives of f of at most 100, along vectors of at most sqrt 3: h²/6 · 100 · 3^1.5.
+            // Third derivatives of f are at most 100, along vectors of at most sqrt 3: h²/6 · 100 · 3^1.5.
             const double tolerance = h * h / 6 * 100 * std::pow(3, 1.5);
             REQUIRE(length(gradientFd(pulled, p, h) - jet.gradient) < tolerance);
             for (int j = 0; j < 3; ++j) {
@@ -331,7 +331,7 @@ TEST_CASE("pullBack is the chain rule for a linear map", "[math]") {
             }
         }
     }
-    SECTION("one map after the other is their product, and the identity does nothing") {
+    SECTION("composes like the matrix product and the identity changes nothing") {
         for (uint64_t k = 0; k < 100; ++k) {
             const J2 jet = randomJet(11, k);
             CAPTURE(k);
@@ -341,7 +341,7 @@ TEST_CASE("pullBack is the chain rule for a linear map", "[math]") {
     }
 }
 
-TEST_CASE("a symmetric tensor has each entry once", "[math]") {
+TEST_CASE("Sym3: index maps each entry of a symmetric tensor to one slot", "[math]") {
     checkTensorIndex<1>();
     checkTensorIndex<2>();
     checkTensorIndex<3>();
@@ -351,7 +351,7 @@ TEST_CASE("a symmetric tensor has each entry once", "[math]") {
     STATIC_REQUIRE(Sym3<double, 7>::kSize == 84);
 }
 
-TEST_CASE("a jet of third order holds its third derivatives after the Hessian", "[math]") {
+TEST_CASE("Jet: third derivatives are stored after the Hessian", "[math]") {
     using J = Jet<double, 2, 3>;
     STATIC_REQUIRE(J::kSize == 10);
     STATIC_REQUIRE(Jet<double, 3, 3>::kSize == 20);
@@ -374,7 +374,8 @@ TEST_CASE("a jet of third order holds its third derivatives after the Hessian", 
     }
 }
 
-TEMPLATE_TEST_CASE_SIG("jets of polynomials have all their derivatives exactly", "[math]", ((int N), N), 1, 2, 3, 5) {
+TEMPLATE_TEST_CASE_SIG("Jet: all derivatives of polynomials up to the third are exact", "[math]", ((int N), N), 1, 2, 3,
+                       5) {
     for (uint64_t k = 0; k < 50; ++k) {
         const Terms<N> f(20, k), g(21, k);
         const Vec<double, N> x = wholePoint<N>(22, k);
@@ -388,7 +389,7 @@ TEMPLATE_TEST_CASE_SIG("jets of polynomials have all their derivatives exactly",
             REQUIRE(partial(truncated<1>(jet), i).value == f.derivative(i)(x));
             for (int j = 0; j < N; ++j) {
                 REQUIRE(difference(partial(partial(jet, i), j), partial(partial(jet, j), i)) == 0);
-                // The rule of Leibniz, once more.
+                // Leibniz's rule, computed independently.
                 const auto other = g(variables), both = jet * other;
                 REQUIRE(difference(partial(both, j),
                                    partial(jet, j) * truncated<2>(other) + truncated<2>(jet) * partial(other, j)) == 0);
@@ -397,7 +398,7 @@ TEMPLATE_TEST_CASE_SIG("jets of polynomials have all their derivatives exactly",
     }
 }
 
-TEST_CASE("what is cut off of a jet changes nothing below it", "[math]") {
+TEST_CASE("truncated: operations commute with dropping higher derivatives", "[math]") {
     using J = Jet<double, 3, 3>;
     for (uint64_t k = 0; k < 100; ++k) {
         const J a = anyJet<J>(23, k), b = anyJet<J>(24, k);
@@ -411,9 +412,9 @@ TEST_CASE("what is cut off of a jet changes nothing below it", "[math]") {
     }
 }
 
-TEMPLATE_TEST_CASE_SIG("functions of jets of third order satisfy their identities", "[math]", ((int N), N), 1, 2, 3) {
+TEMPLATE_TEST_CASE_SIG("Jet: functions of third-order jets satisfy their identities", "[math]", ((int N), N), 1, 2, 3) {
     using J = Jet<double, N, 3>;
-    // Here terms are sums of up to a dozen products of three, divided by the fourth power of a value of at least 1.
+    // Terms are sums of up to a dozen products of three, divided by the fourth power of a value of at least 1.
     constexpr double kMany = 1e-12;
     for (uint64_t k = 0; k < 200; ++k) {
         const J a = anyJet<J>(25, k), b = anyJet<J>(26, k), c = anyJet<J>(27, k);
@@ -445,13 +446,13 @@ TEMPLATE_TEST_CASE_SIG("functions of jets of third order satisfy their identitie
     }
 }
 
-TEST_CASE("third derivatives of formulas agree with central differences", "[math]") {
+TEST_CASE("Jet: third derivatives agree with central differences", "[math]") {
     const auto points = randomPoints(cube(1), 200, 28);
     constexpr double kStep = 0x1p-8;
     const auto positive = [](const auto& x) { return x[0] * x[1] + x[2] * x[2] * x[0] + 3.0; };
     SECTION("product and sine") { requireThirdDerivatives(sinesG(), points, kStep); }
     SECTION("cosine") { requireThirdDerivatives(sinesF(), points, kStep); }
-    SECTION("root") {
+    SECTION("square root") {
         requireThirdDerivatives(formula([=](const auto& x) { return sqrt(positive(x)); }), points, kStep);
     }
     SECTION("logarithm") {
@@ -460,7 +461,7 @@ TEST_CASE("third derivatives of formulas agree with central differences", "[math
     SECTION("reciprocal") {
         requireThirdDerivatives(formula([=](const auto& x) { return reciprocal(positive(x)) * x[1]; }), points, kStep);
     }
-    SECTION("chain of chains") {
+    SECTION("nested chain rule") {
         requireThirdDerivatives(formula([](const auto& x) { return sin(cos(x[0] * x[1]) + x[2] * x[2]) * x[0]; }),
                                 points, kStep);
     }
@@ -472,7 +473,7 @@ TEST_CASE("third derivatives of formulas agree with central differences", "[math
     }
 }
 
-TEST_CASE("pullBack takes matrices of any shape", "[math]") {
+TEST_CASE("pullBack: accepts rectangular matrices", "[math]") {
     checkPullBack<1, 1>();
     checkPullBack<1, 3>();
     checkPullBack<2, 3>();
@@ -482,7 +483,7 @@ TEST_CASE("pullBack takes matrices of any shape", "[math]") {
     checkPullBack<4, 1>();
 }
 
-TEST_CASE("the chain rule in several variables is that of the product rule", "[math]") {
+TEST_CASE("compose: the chain rule in several variables agrees with the product rule", "[math]") {
     checkCompose<1, 1>();
     checkCompose<1, 3>();
     checkCompose<2, 3>();

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 #if defined(__x86_64__)
 
-// As for the kernels (cmake/Room.cmake). Tests are compiled for AVX2.
+// As in the kernels (cmake/Room.cmake). Tests are compiled for AVX2.
 #ifndef HWY_DISABLE_PCLMUL_AES
 #define HWY_DISABLE_PCLMUL_AES
 #endif
@@ -14,7 +14,7 @@
 #include <limits>
 #include <vector>
 
-// In the namespace, so that functions of numbers are its own, not those of the library of C.
+// In the namespace, so that calls with numbers find its own functions, not those of the C library.
 namespace curlew {
 
 namespace {
@@ -22,7 +22,7 @@ namespace {
 template <class T>
 using Bits = std::conditional_t<sizeof(T) == 8, uint64_t, uint32_t>;
 
-/// To the bit; NaNs are all alike.
+/// Returns whether two numbers are bitwise equal. All NaNs are equal.
 template <class T>
 bool same(T a, T b) {
     return std::bit_cast<Bits<T>>(a) == std::bit_cast<Bits<T>>(b) || (a != a && b != b);
@@ -55,7 +55,7 @@ std::vector<T> numbers() {
     return all;
 }
 
-/// How often f of lanes is not, in some lane, f of the number there. f takes three numbers; all triples are tried.
+/// Counts the triples of numbers for which a lane of f differs from f of the numbers. All triples are tested.
 template <class T, class F>
 int differences(const F& f) {
     using L = Lanes<T, Avx2>;
@@ -79,7 +79,7 @@ int differences(const F& f) {
     return wrong;
 }
 
-/// The same for one number.
+/// The same for functions of one number.
 template <class T, class F>
 int differencesOfOne(const F& f) {
     return differences<T>([&f](auto a, auto, auto) { return f(a); });
@@ -102,7 +102,7 @@ auto numbersOf(const L& lanes) {
 
 } // namespace
 
-TEMPLATE_TEST_CASE("lanes compute as numbers do to the bit", "[math]", float, double) {
+TEMPLATE_TEST_CASE("Lanes: floating-point arithmetic matches scalars bit for bit", "[math]", float, double) {
     using T = TestType;
     CHECK(differences<T>([](auto a, auto b, auto) { return a + b; }) == 0);
     CHECK(differences<T>([](auto a, auto b, auto) { return a - b; }) == 0);
@@ -126,7 +126,7 @@ TEMPLATE_TEST_CASE("lanes compute as numbers do to the bit", "[math]", float, do
     CHECK(differencesOfOne<T>([](auto a) { return nearestProduct(a, decltype(a)(T(0.125))); }) == 0);
 }
 
-TEMPLATE_TEST_CASE("lanes compare and choose as numbers do", "[math]", float, double) {
+TEMPLATE_TEST_CASE("Lanes: comparison and select match scalars", "[math]", float, double) {
     using T = TestType;
     CHECK(differences<T>([](auto a, auto b, auto c) { return select(a < b, a, c); }) == 0);
     CHECK(differences<T>([](auto a, auto b, auto c) { return select(a <= b, a, c); }) == 0);
@@ -142,7 +142,7 @@ TEMPLATE_TEST_CASE("lanes compare and choose as numbers do", "[math]", float, do
           }) == 0);
 }
 
-TEMPLATE_TEST_CASE("lanes of whole numbers compute as those do", "[math]", uint32_t, uint64_t) {
+TEMPLATE_TEST_CASE("Lanes: integer arithmetic matches scalars", "[math]", uint32_t, uint64_t) {
     using T = TestType;
     CHECK(differences<T>([](auto a, auto b, auto) { return a + b; }) == 0);
     CHECK(differences<T>([](auto a, auto b, auto) { return a - b; }) == 0);
@@ -155,7 +155,7 @@ TEMPLATE_TEST_CASE("lanes of whole numbers compute as those do", "[math]", uint3
     }
 }
 
-TEST_CASE("lanes are converted as numbers are", "[math]") {
+TEST_CASE("Lanes: conversions match scalars", "[math]") {
     CHECK(differencesOfOne<float>([](auto a) { return convertTo<Rebind<decltype(a), double>>(a); }) == 0);
     CHECK(differencesOfOne<double>([](auto a) { return convertTo<Rebind<decltype(a), float>>(a); }) == 0);
     CHECK(differencesOfOne<double>([](auto a) { return convertTo<decltype(a)>(a); }) == 0);
@@ -170,7 +170,7 @@ TEST_CASE("lanes are converted as numbers are", "[math]") {
     CHECK(differencesOfOne<double>(wordWithin) == 0);
 }
 
-TEMPLATE_TEST_CASE("lanes look up what numbers do", "[math]", float, double) {
+TEMPLATE_TEST_CASE("Lanes: table lookups match scalars", "[math]", float, double) {
     using T = TestType;
     using L = Lanes<T, Avx2>;
     using F = Lanes<float, Avx2>;
@@ -201,7 +201,7 @@ TEMPLATE_TEST_CASE("lanes look up what numbers do", "[math]", float, double) {
         }
     }
     CHECK(wrong == 0);
-    // What is no place becomes one.
+    // Values that are not an index become a valid index.
     for (const float x : numbers<float>()) {
         CAPTURE(x);
         CHECK(indicesOf(x, 199)[0] <= 199);

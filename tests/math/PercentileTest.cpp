@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Random.h"
 #include "curlew/math/Percentile.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 using namespace curlew;
 
-TEST_CASE("percentile: is the value of its rank, whatever the order", "[math]") {
+TEST_CASE("percentile: agrees with sorting for every rank", "[math]") {
     for (uint64_t seed = 0; seed < 200; ++seed) {
         std::vector<double> values;
         const auto size = 1 + static_cast<size_t>(100 * randomUniform(seed, 0));
@@ -21,6 +20,6 @@ TEST_CASE("percentile: is the value of its rank, whatever the order", "[math]") 
               sorted[place - static_cast<double>(below) < 0.5 ? below : below + 1]);
         CHECK(percentile(values, 0, PercentileRank::nearest) == sorted.front());
         CHECK(percentile(values, 1, PercentileRank::lower) == sorted.back());
-        CHECK(percentiles(values, 0, part) == Range{sorted.front(), sorted[below]});
+        CHECK(percentiles(values, 0, part) == Interval{sorted.front(), sorted[below]});
     }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Longer than 400 lines: value and Perlin noise, with each option, against their published forms.
+// Longer than 400 lines: value and Perlin noise, with each option, compared with their published forms.
 #include "curlew/base/Error.h"
 #include "curlew/noise/CubicLattice.h"
 #include "curlew/noise/GradientNoise.h"
@@ -14,7 +14,7 @@
 using namespace curlew;
 using namespace curlew::test;
 
-// What holds for all noises that are built on the cubic lattice, or tile with it.
+// Properties of all noises that are built on the cubic lattice or tile with it.
 namespace {
 
 using Value1 = ValueNoise<1>;
@@ -42,19 +42,19 @@ Vec<int, N> periods(const std::array<int, 3>& some) {
     return period;
 }
 
-/// Multiples of 2^-40: exact under the addition of whole numbers below 2^12, but not of other fractions.
+/// Rounds to multiples of 2^-40, to which whole numbers below 2^12 can be added exactly, but not other fractions.
 template <int N>
 Vec<double, N> manyBits(Vec<double, N> p) {
     for (double& x : p.c) x = std::floor(x * 0x1p40) * 0x1p-40;
     return p;
 }
 
-// The largest errors of float that the headers admit, and bounds of the third derivatives: 60 and 30 of fade and ramp
-// for those on the lattice (seen: 123), (2 pi 1.25)³ for the waves.
+// The float errors that the headers state, and a bound of the third derivatives: 60 and 30 of fade and ramp for lattice
+// noises (observed: 123), (2 pi 1.25)³ for waves.
 constexpr std::array<double, 3> kFloatErrors{5e-6, 2e-5, 1e-4};
 constexpr double kThirdDerivative = 500;
 
-/// Against rows of a position and the jet there, of tests/data.
+/// Compares with rows of a position and the jet there, from tests/data.
 template <class Noise>
 void checkOwn(const Noise& noise, const std::string& file, const std::string& name) {
     constexpr int N = kDimension<Noise>;
@@ -75,12 +75,12 @@ void checkOwn(const Noise& noise, const std::string& file, const std::string& na
     CHECK(rows.size() >= 10);
     for (size_t order = 0; order < 3; ++order) {
         CAPTURE(file, name, order, worst[order].where, worstFloat[order].where);
-        CHECK(worst[order].value < 3e-13); // some 10 roundings of second derivatives up to 15
+        CHECK(worst[order].value < 3e-13); // about 10 roundings of second derivatives of up to 15
         CHECK(worstFloat[order].value < kFloatErrors[order]);
     }
 }
 
-/// Against a published value and gradient at frequency · x.
+/// Compares with published values and gradients at frequency · x.
 template <class Noise>
 void checkPublished(const Noise& noise, const std::string& name) {
     constexpr int N = kDimension<Noise>;
@@ -98,12 +98,12 @@ void checkPublished(const Noise& noise, const std::string& name) {
             worst.see(std::abs(jet.component(k) * (k == 0 ? 1 : frequency) - number(N + k)), p);
     }
     CAPTURE(name, worst.value, worst.where);
-    CHECK(worst.value < 1e-13); // a few roundings of a gradient up to 3, times the frequency
+    CHECK(worst.value < 1e-13); // a few roundings of a gradient of up to 3, times the frequency
 }
 
 } // namespace
 
-TEST_CASE("lattice noises agree with an exact evaluation", "[noise]") {
+TEST_CASE("lattice noise: agrees with exact evaluation", "[noise]") {
     checkOwn(Value1(), "value_noise.json", "1");
     checkOwn(Value2(), "value_noise.json", "2");
     checkOwn(Value3(), "value_noise.json", "3");
@@ -115,7 +115,7 @@ TEST_CASE("lattice noises agree with an exact evaluation", "[noise]") {
     checkOwn(Gradient3(), "gradient_noise.json", "3");
 }
 
-TEST_CASE("lattice noises agree with the published ones with and without their own period", "[noise]") {
+TEST_CASE("lattice noise: agrees with published values with and without the period of 256", "[noise]") {
     const int period = GENERATE(0, 256);
     CAPTURE(period);
     const Vec<int, 1> in1 = periods<1>({period});
@@ -131,8 +131,8 @@ TEST_CASE("lattice noises agree with the published ones with and without their o
                    "perlin_improved_reference3.json");
 }
 
-TEMPLATE_TEST_CASE("a period of 256 changes nothing of the published noises", "[noise]", Value1, Value2, Value3,
-                   Perlin1, Perlin2, Perlin3) {
+TEMPLATE_TEST_CASE("lattice noise: a period of 256 changes nothing in the published noises", "[noise]", Value1, Value2,
+                   Value3, Perlin1, Perlin2, Perlin3) {
     constexpr int N = kDimension<TestType>;
     const TestType plain, tiled({.period = periods<N>({256, 256, 256})});
     WorstN<N> worst;
@@ -141,7 +141,7 @@ TEMPLATE_TEST_CASE("a period of 256 changes nothing of the published noises", "[
     CHECK(worst.value == 0);
 }
 
-TEST_CASE("the modulo of whole numbers is never negative and exact", "[noise]") {
+TEST_CASE("floorMod: is never negative and exact", "[noise]") {
     for (const double p : {1.0, 3.0, 256.0, 300.0, 2147483647.0, 0x1p32})
         for (const double multiple : {0.0, 1.0, -1.0, 7.0, -12345.0, 524287.0})
             for (const double rest : {0.0, 1.0, p - 1}) {
@@ -151,7 +151,7 @@ TEST_CASE("the modulo of whole numbers is never negative and exact", "[noise]") 
             }
 }
 
-TEST_CASE("cells share corners, across periods and 32 bits", "[noise]") {
+TEST_CASE("CubicLattice: neighbouring cells share vertices across periods and 32-bit limits", "[noise]") {
     for (const double natural : {256.0, 0x1p32})
         for (const int period : {0, 1, 2, 7, 300, std::numeric_limits<int>::max()})
             for (const uint64_t seed : {0, 3}) {
@@ -170,13 +170,13 @@ TEST_CASE("cells share corners, across periods and 32 bits", "[noise]") {
                     }
                 }
             }
-    // Just below a whole number the fraction rounds to 1: it is 0 in the next cell.
+    // Just below a whole number the fraction would round to 1, so it is 0 in the next cell.
     const auto cell = CubicLattice<1>({}, 256, 0).cell(Vec<double, 1>{{-1e-30}});
     CHECK(cell.index[0][0] == 0);
     CHECK(cell.fraction[0] == 0);
 }
 
-TEST_CASE("a blend takes value and derivatives of a corner at that corner", "[noise]") {
+TEST_CASE("blendCorners: at a vertex only its own value and derivatives count", "[noise]") {
     const auto corner = [](size_t k) {
         return cornerRamp<2>(Vec3d{{1.0 + double(k), -2, 0.5}}, Vec3d{{0, 1, 0}}, k) + Jet<double, 3, 2>(double(k));
     };
@@ -186,8 +186,8 @@ TEST_CASE("a blend takes value and derivatives of a corner at that corner", "[no
     for (const double h : blend.hessian.c) CHECK(h == 0);
 }
 
-TEMPLATE_TEST_CASE("lattice noises tile exactly", "[noise]", Value1, Value2, Value3, Perlin1, Perlin2, Perlin3,
-                   Gradient2, Gradient3, Sine1, Sine2, Sine3, Sine4) {
+TEMPLATE_TEST_CASE("lattice noise: tiles exactly with its period", "[noise]", Value1, Value2, Value3, Perlin1, Perlin2,
+                   Perlin3, Gradient2, Gradient3, Sine1, Sine2, Sine3, Sine4) {
     constexpr int N = kDimension<TestType>;
     const auto period = periods<N>(GENERATE(std::array<int, 3>{1, 1, 1}, std::array<int, 3>{4, 6, 3},
                                             std::array<int, 3>{5, 0, 2}, std::array<int, 3>{300, 1000, 256}));
@@ -210,11 +210,11 @@ TEMPLATE_TEST_CASE("lattice noises tile exactly", "[noise]", Value1, Value2, Val
     }
     CAPTURE(worst.where);
     CHECK(worst.value == 0);
-    CHECK(plainDiffers > 100); // so it is the period that does it
+    CHECK(plainDiffers > 100); // the period makes the difference
 }
 
-TEMPLATE_TEST_CASE("tiles of lattice noises hold far away", "[noise]", Value1, Value3, Perlin2, Perlin3, Gradient2,
-                   Gradient3, Sine1, Sine3) {
+TEMPLATE_TEST_CASE("lattice noise: tiles exactly far from the origin", "[noise]", Value1, Value3, Perlin2, Perlin3,
+                   Gradient2, Gradient3, Sine1, Sine3) {
     constexpr int N = kDimension<TestType>;
     const auto period = periods<N>({7, 300, 3});
     const TestType noise({.period = period, .seed = 5});
@@ -232,8 +232,8 @@ TEMPLATE_TEST_CASE("tiles of lattice noises hold far away", "[noise]", Value1, V
     CHECK(worst.value == 0);
 }
 
-TEMPLATE_TEST_CASE("lattice noises in float are as accurate a million away as near the origin", "[noise]", Value1,
-                   Value2, Value3, Perlin1, Perlin2, Perlin3, Gradient2, Gradient3, Sine1, Sine2, Sine3, Sine4) {
+TEMPLATE_TEST_CASE("lattice noise: float is as accurate far away as near the origin", "[noise]", Value1, Value2, Value3,
+                   Perlin1, Perlin2, Perlin3, Gradient2, Gradient3, Sine1, Sine2, Sine3, Sine4) {
     constexpr int N = kDimension<TestType>;
     const double far = GENERATE(0.0, 1e6, -1e8);
     CAPTURE(far);
@@ -252,8 +252,8 @@ TEMPLATE_TEST_CASE("lattice noises in float are as accurate a million away as ne
     }
 }
 
-TEMPLATE_TEST_CASE("lattice noises of different seeds have nothing to do with each other", "[noise]", Value1, Value2,
-                   Value3, Perlin1, Perlin2, Perlin3, Gradient2, Gradient3, Sine1, Sine2, Sine3, Sine4) {
+TEMPLATE_TEST_CASE("lattice noise: different seeds are uncorrelated", "[noise]", Value1, Value2, Value3, Perlin1,
+                   Perlin2, Perlin3, Gradient2, Gradient3, Sine1, Sine2, Sine3, Sine4) {
     constexpr int N = kDimension<TestType>;
     constexpr size_t kCount = 50000;
     const auto points = randomPoints(cube<N>(500), kCount, 5);
@@ -272,37 +272,37 @@ TEMPLATE_TEST_CASE("lattice noises of different seeds have nothing to do with ea
         return sum;
     };
     for (size_t i = 0; i < seeds.size(); ++i) {
-        CHECK(std::sqrt(product(values[i], values[i]) / kCount) > 0.1); // a field, not zeros
+        CHECK(std::sqrt(product(values[i], values[i]) / kCount) > 0.1); // not all zero
         for (size_t j = i + 1; j < seeds.size(); ++j) {
             const double correlation = product(values[i], values[j]) /
                                        std::sqrt(product(values[i], values[i]) * product(values[j], values[j]));
             CAPTURE(seeds[i], seeds[j], correlation);
-            // 4 sigma: of the samples, and of the vertices that the hash of 256 tells apart, whose neighbours are
-            // correlated by the blend: 256 in 1D, 256 rows of 256 and more else.
+            // 4 sigma: of the samples, and of the distinct values of the hash. It distinguishes 256 vertices in 1D, 256
+            // rows of 256 in 2D and more otherwise; the blend correlates neighbours.
             CHECK(std::abs(correlation) < 4 * std::sqrt(2.0 / kCount + 2 / std::pow(256, std::min(N, 2))));
         }
     }
 }
 
-TEMPLATE_TEST_CASE("lattice noises stay within their bounds", "[noise]", Value1, Value2, Value3, Perlin1, Perlin2,
+TEMPLATE_TEST_CASE("lattice noise: values stay within the bound", "[noise]", Value1, Value2, Value3, Perlin1, Perlin2,
                    Perlin3, Gradient2, Gradient3, Sine1, Sine2, Sine3, Sine4) {
     constexpr int N = kDimension<TestType>;
     double most = 0;
-    for (uint64_t seed = 0; seed < 10; ++seed) { // each has other extremes
+    for (uint64_t seed = 0; seed < 10; ++seed) { // each seed has other extremes
         const TestType noise({.seed = seed});
         for (uint64_t k = 0; k < 100000; ++k)
             most = std::max(most, std::abs(noise.template at<0, double>(randomPoint(cube<N>(1000), 6, k)).value));
     }
-    const double bound = TestType().bound();
+    const double bound = TestType().maxAbs();
     CAPTURE(most, bound);
     CHECK(bound == TestType::kBound);
     CHECK(most <= bound);
-    // The tests of each noise say more; the loosest is that of gradient noise in 3D.
+    // The tests of each noise have tighter limits. The loosest is that of gradient noise in 3D.
     CHECK(most > 0.5 * bound);
 }
 
-TEMPLATE_TEST_CASE("lattice noises are C² across the faces of their cells", "[noise]", Value1, Value2, Value3, Perlin1,
-                   Perlin2, Perlin3, Gradient2, Gradient3, Sine1, Sine2, Sine3, Sine4) {
+TEMPLATE_TEST_CASE("lattice noise: is C² across cell faces", "[noise]", Value1, Value2, Value3, Perlin1, Perlin2,
+                   Perlin3, Gradient2, Gradient3, Sine1, Sine2, Sine3, Sine4) {
     constexpr int N = kDimension<TestType>;
     constexpr double kStep = 0x1p-40;
     const auto period = periods<N>(GENERATE(std::array<int, 3>{}, std::array<int, 3>{4, 6, 3}));
@@ -318,16 +318,16 @@ TEMPLATE_TEST_CASE("lattice noises are C² across the faces of their cells", "[n
         jump[1].see(difference(a, b, 1, N + 1), p);
         jump[2].see(difference(a, b, N + 1, a.kSize), p);
     }
-    // 2 kStep times the next derivative: those of first and second order are below 8 and 65, see above; the sines lose
-    // a few roundings of arguments up to 2 pi 1.25 · 50.
+    // 2 kStep times the next derivative: those of first and second order are below 8 and 65, see above. The sines have
+    // a few roundings of arguments of up to 2 pi 1.25 · 50.
     CAPTURE(jump[0].where, jump[1].where, jump[2].where);
     CHECK(jump[0].value < 2 * kStep * 8);
     CHECK(jump[1].value < 2 * kStep * 65);
     CHECK(jump[2].value < 2 * kStep * kThirdDerivative);
 }
 
-TEMPLATE_TEST_CASE("gradient and Hessian of lattice noises are those of their value", "[noise]", Value1, Value2, Value3,
-                   Perlin1, Perlin2, Perlin3, Gradient2, Gradient3, Sine1, Sine2, Sine3, Sine4) {
+TEMPLATE_TEST_CASE("lattice noise: gradient and Hessian agree with central differences", "[noise]", Value1, Value2,
+                   Value3, Perlin1, Perlin2, Perlin3, Gradient2, Gradient3, Sine1, Sine2, Sine3, Sine4) {
     constexpr int N = kDimension<TestType>;
     const uint64_t seed = GENERATE(uint64_t{0}, uint64_t{3});
     CAPTURE(seed);
@@ -336,8 +336,8 @@ TEMPLATE_TEST_CASE("gradient and Hessian of lattice noises are those of their va
     requireDerivatives(noise, randomPoints(cube<N>(30), 2000, 9), 0x1p-9, kThirdDerivative);
 }
 
-TEMPLATE_TEST_CASE("lattice noises survive positions that are no numbers or beyond all lattices", "[noise]", Value1,
-                   Value3, Perlin1, Perlin3, Gradient2, Gradient3, Sine1, Sine3) {
+TEMPLATE_TEST_CASE("lattice noise: NaN and infinite and huge positions are safe", "[noise]", Value1, Value3, Perlin1,
+                   Perlin3, Gradient2, Gradient3, Sine1, Sine3) {
     constexpr int N = kDimension<TestType>;
     constexpr double kInfinity = std::numeric_limits<double>::infinity(), kMax = std::numeric_limits<double>::max();
     const auto period = periods<N>(GENERATE(std::array<int, 3>{}, std::array<int, 3>{4, 6, 3},
@@ -358,23 +358,23 @@ TEMPLATE_TEST_CASE("lattice noises survive positions that are no numbers or beyo
         const auto jet = noise.template at<2, double>(p);
         const auto single = noise.template at<2, float>(p);
         for (int c = 0; c < jet.kSize; ++c) sum += jet.component(c) + double(single.component(c));
-        if (sane) worst.see(std::abs(jet.value), p); // where the lattice cell still has a meaning
+        if (sane) worst.see(std::abs(jet.value), p); // only where lattice cells are well defined
     }
-    CHECK(!(sum == 1)); // used
+    CHECK(!(sum == 1)); // uses the sum
     CAPTURE(worst.where);
-    CHECK(worst.value <= noise.bound());
+    CHECK(worst.value <= noise.maxAbs());
 }
 
-TEMPLATE_TEST_CASE("lattice noises reject a negative period and say which", "[noise]", Value1, Value2, Value3, Perlin1,
-                   Perlin2, Perlin3, Gradient2, Gradient3, Sine1, Sine2, Sine3, Sine4) {
+TEMPLATE_TEST_CASE("lattice noise: a negative period is rejected by its value", "[noise]", Value1, Value2, Value3,
+                   Perlin1, Perlin2, Perlin3, Gradient2, Gradient3, Sine1, Sine2, Sine3, Sine4) {
     const auto period = periods<kDimension<TestType>>({-2, 0, 4});
     CHECK_THROWS_AS(TestType({.period = period}), ValueError);
-    CHECK_THROWS_WITH(TestType({.period = period}), Catch::Contains("-2"));
+    CHECK_THROWS_WITH(TestType({.period = period}), Catch::ContainsSubstring("-2"));
 }
 
-TEMPLATE_TEST_CASE("two lattice noises have no vertices in common", "[noise]", Perlin1, Perlin2, Perlin3, Gradient2,
+TEMPLATE_TEST_CASE("lattice noise: different seeds share no vertices", "[noise]", Perlin1, Perlin2, Perlin3, Gradient2,
                    Gradient3) {
-    // Gradient noise is zero at its own vertices, and hardly ever at those of another seed.
+    // Gradient noise is zero at its own vertices, and almost never at those of another seed.
     constexpr int N = kDimension<TestType>;
     const TestType published, other({.seed = 1});
     WorstN<N> worst;
@@ -388,16 +388,16 @@ TEMPLATE_TEST_CASE("two lattice noises have no vertices in common", "[noise]", P
     CHECK(zeros < 10);
 }
 
-TEMPLATE_TEST_CASE("third derivatives of lattice noises are those of their Hessian", "[noise]", Value1, Value2, Value3,
-                   Perlin1, Perlin2, Perlin3, Gradient2, Gradient3, Sine1, Sine2, Sine3, Sine4) {
+TEMPLATE_TEST_CASE("lattice noise: third derivatives agree with central differences of the Hessian", "[noise]", Value1,
+                   Value2, Value3, Perlin1, Perlin2, Perlin3, Gradient2, Gradient3, Sine1, Sine2, Sine3, Sine4) {
     constexpr int N = kDimension<TestType>;
     const uint64_t seed = GENERATE(uint64_t{0}, uint64_t{3});
     CAPTURE(seed);
     const TestType noise(
         {.period = periods<N>(seed == 0 ? std::array<int, 3>{} : std::array<int, 3>{40, 60, 30}), .seed = seed});
     const auto points = randomPoints(cube<N>(30), 500, 10);
-    // Third derivatives of fades jump at the faces of cells, which are one apart: a stencil of width 2 h straddles one
-    // of N axes' with probability 2 N h, below 1.2 %. Waves have no seams.
+    // Third derivatives of fades jump at the faces of cells, at distance 1. A stencil of width 2 h straddles a face of
+    // one of the N axes with probability 2 N h, below 1.2 %. Waves have no seams.
     const bool waves = std::is_same_v<TestType, SineNoise<N>>;
     requireThirdDerivatives(noise, points, 0x1p-9, waves ? 0 : 0.03);
     for (const auto& p : points) {

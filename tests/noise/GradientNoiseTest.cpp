@@ -5,9 +5,9 @@
 using namespace curlew;
 using namespace curlew::test;
 
-TEST_CASE("gradient noise has the gradients of its hash", "[noise]") {
-    // At a vertex only its own ramp counts. By hand: at the origin n is 0, then 1376312589 = 0x5208dd0d, of which the
-    // mask leaves 0x0208dd0d.
+TEST_CASE("GradientNoise: vertex gradients are those of the integer hash", "[noise]") {
+    // At a vertex, only its own ramp contributes. By hand: at the origin n is 0, then 1376312589 = 0x5208dd0d, which is
+    // masked to 0x0208dd0d.
     const double g = -1 + 2.0 * 0x0208dd0d / 0x0fffffff;
     CHECK(difference(GradientNoise<2>().at<1, double>({}), [&] {
               Jet<double, 2, 1> jet;
@@ -15,7 +15,7 @@ TEST_CASE("gradient noise has the gradients of its hash", "[noise]") {
               return jet;
           }()) < 1e-15);
     CHECK(std::abs(GradientNoise<3>().at<1, double>({}).gradient[2] - g) < 1e-15);
-    // In 2D it is the plane of zero third coordinate: the same gradients, but for their third component.
+    // In 2D the noise is the plane with third coordinate 0, without the third component of the gradients.
     for (const auto& p : randomPoints(cube<2>(1e6), 100, 1)) {
         const Vec<double, 2> v{{std::floor(p[0]), std::floor(p[1])}};
         CAPTURE(v);
@@ -25,7 +25,7 @@ TEST_CASE("gradient noise has the gradients of its hash", "[noise]") {
     }
 }
 
-TEST_CASE("without a period gradient noise repeats after 2^28 cells and not before", "[noise]") {
+TEST_CASE("GradientNoise: without a period repeats after 2^28 cells and not earlier", "[noise]") {
     const GradientNoise<3> noise({.seed = GENERATE(uint64_t{0}, uint64_t{6})});
     Worst repeated;
     int differs = 0;
@@ -40,8 +40,8 @@ TEST_CASE("without a period gradient noise repeats after 2^28 cells and not befo
     CHECK(differs > 900);
 }
 
-TEST_CASE("gradients of gradient noise fill their cube", "[noise]") {
-    // Independent uniform components: mean 0, mean square 1/3, no correlation. 4 sigma of 10^5 samples.
+TEST_CASE("GradientNoise: vertex gradients are uniform in a cube", "[noise]") {
+    // Independent uniform components: mean 0, mean square 1/3, no correlation. Limits are 4 sigma of 10^5 samples.
     constexpr int kCount = 100000;
     const GradientNoise<3> noise;
     Vec3d mean;

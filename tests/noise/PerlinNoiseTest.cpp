@@ -10,7 +10,8 @@ using namespace curlew::test;
 
 namespace {
 
-/// The largest value that any field with these gradients can have at s in a cell: every corner's ramp at its best.
+/// Returns the greatest value that a field with these gradients can have at s in a cell: each corner takes its greatest
+/// ramp.
 template <int N>
 double most(const std::vector<Vec<double, N>>& gradients, const Vec<double, N>& s) {
     return blendCorners<0>(s,
@@ -24,24 +25,24 @@ double most(const std::vector<Vec<double, N>>& gradients, const Vec<double, N>& 
 
 } // namespace
 
-TEST_CASE("reference gradients give the published number of improved noise", "[noise]") {
-    // Perlin's own check of a port.
+TEST_CASE("PerlinNoise: reference gradients give the published value of improved noise", "[noise]") {
+    // Perlin's own test value for ports.
     const PerlinNoise<3> noise({.gradients = PerlinGradients::reference});
     CHECK(std::abs(noise.at<0, double>({{3.14, 42, 7}}).value - 0.13691995878400012) < 1e-15);
     int differs = 0;
     for (const auto& p : randomPoints(cube(100), 1000, 1))
         differs += noise.at<0, double>(p).value != PerlinNoise<3>().at<0, double>(p).value;
-    // A corner in eight has one of the two entries that changed places: 1 - (7/8)^8 of all cells.
+    // One corner in eight has one of the two entries that were swapped: 1 - (7/8)^8 of all cells.
     CHECK(differs > 550);
     CHECK(differs < 750);
 }
 
-TEST_CASE("reference gradients exist in 3D only", "[noise]") {
+TEST_CASE("PerlinNoise: reference gradients are available in 3D only", "[noise]") {
     CHECK_THROWS_AS(PerlinNoise<1>({.gradients = PerlinGradients::reference}), ValueError);
-    CHECK_THROWS_WITH(PerlinNoise<2>({.gradients = PerlinGradients::reference}), Catch::Contains("3D only"));
+    CHECK_THROWS_WITH(PerlinNoise<2>({.gradients = PerlinGradients::reference}), Catch::ContainsSubstring("3D only"));
 }
 
-TEST_CASE("the bounds of Perlin noise are those of ramps at their best", "[noise]") {
+TEST_CASE("PerlinNoise: the bound is the maximum over all choices of vertex gradients", "[noise]") {
     std::vector<Vec<double, 1>> in1{{{2}}, {{-2}}};
     std::vector<Vec<double, 2>> in2;
     std::vector<Vec3d> in3;
@@ -54,7 +55,7 @@ TEST_CASE("the bounds of Perlin noise are those of ramps at their best", "[noise
         }
     double most1 = 0, most2 = 0, most3 = 0;
     constexpr int kSteps = 40;
-    const auto step = [](int i) { return 0.5 * i / kSteps; }; // half the cell: it is its own mirror image
+    const auto step = [](int i) { return 0.5 * i / kSteps; }; // half the cell, since it is symmetric
     for (int i = 0; i <= kSteps; ++i) {
         most1 = std::max(most1, most<1>(in1, {{step(i)}}));
         for (int j = 0; j <= kSteps; ++j) {
@@ -66,7 +67,7 @@ TEST_CASE("the bounds of Perlin noise are those of ramps at their best", "[noise
     CHECK(std::abs(most2 - 1) < 1e-15);
     CAPTURE(most3);
     CHECK(most3 > 1.036);
-    // The maximum, found by repeated refinement of such a grid.
+    // The maximum, found by repeatedly refining such a grid.
     const double exact = most<3>(in3, {{0.3552566956, 0.5, 0.4814922107}});
     CHECK(std::abs(exact - 1.036353811211803) < 1e-12);
     CHECK(most3 <= exact);
@@ -74,7 +75,7 @@ TEST_CASE("the bounds of Perlin noise are those of ramps at their best", "[noise
     CHECK(exact > 0.9999 * PerlinNoise<3>::kBound);
 }
 
-TEST_CASE("Perlin noise comes near its bounds", "[noise]") {
+TEST_CASE("PerlinNoise: values come close to the bound", "[noise]") {
     double most1 = 0, most2 = 0, most3 = 0;
     for (uint64_t k = 0; k < 300000; ++k) {
         most1 = std::max(most1, std::abs(PerlinNoise<1>().at<0, double>(randomPoint(cube<1>(128), 2, k)).value));

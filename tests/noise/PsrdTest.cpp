@@ -18,7 +18,7 @@ namespace {
 using Rotation = PsrdOptions::Rotation;
 using Grid = PsrdOptions::Grid;
 
-/// The published functions: one in 2D, four in 3D.
+/// The published variants: one in 2D, four in 3D.
 template <int N>
 std::vector<PsrdOptionsN<N>> variants() {
     if constexpr (N == 2)
@@ -38,7 +38,7 @@ bool onPerlinGrid([[maybe_unused]] const PsrdOptionsN<N>& options) {
         return false;
 }
 
-/// Which one it is, for CAPTURE.
+/// Returns a name of the variant for CAPTURE.
 template <int N>
 std::string describe(const PsrdOptionsN<N>& options) {
     std::string text = std::to_string(N) + "D";
@@ -50,7 +50,7 @@ std::string describe(const PsrdOptionsN<N>& options) {
            std::to_string(options.seed);
 }
 
-/// From a vertex to those next to it along the simplex coordinates.
+/// Returns the steps from a vertex to its neighbours along the simplex coordinates.
 template <int N>
 std::array<Vec<double, N>, N> latticeSteps(const PsrdOptionsN<N>& options) {
     if constexpr (N == 2)
@@ -61,7 +61,7 @@ std::array<Vec<double, N>, N> latticeSteps(const PsrdOptionsN<N>& options) {
         return {Vec3d{{-0.5, 0.5, 0.5}}, Vec3d{{0.5, -0.5, 0.5}}, Vec3d{{0.5, 0.5, -0.5}}};
 }
 
-/// The position of simplex coordinates.
+/// Returns the position of simplex coordinates.
 template <int N>
 Vec<double, N> fromSimplex(const PsrdOptionsN<N>& options, const Vec<double, N>& u) {
     Vec<double, N> x;
@@ -69,7 +69,7 @@ Vec<double, N> fromSimplex(const PsrdOptionsN<N>& options, const Vec<double, N>&
     return x;
 }
 
-/// The order of the derivative that is the k-th component of a jet.
+/// Returns the order of the derivative in component k of a jet.
 template <int N>
 size_t orderOf(int k) {
     return k == 0 ? 0 : k <= N ? 1 : 2;
@@ -82,16 +82,16 @@ bool same(const J& a, const J& b) { // zeros of either sign are equal
     return true;
 }
 
-/// What no component of the first three derivatives exceeds: seen among 2·10^6 points of each variant were 5.26, 32.9
-/// and 244 in 2D, 6.00, 45.0 and 563 in 3D.
+/// Bounds of the components of the first three derivatives. The observed maxima among 2·10^6 points of each variant
+/// were 5.26, 32.9 and 244 in 2D, and 6.00, 45.0 and 563 in 3D.
 template <int N>
 constexpr std::array<double, 3> kSteepest =
     N == 2 ? std::array<double, 3>{6, 40, 300} : std::array<double, 3>{7, 50, 650};
 
-/// Float against double, by order of the derivative: the contract of the header.
+/// The accuracy in float by order of the derivative, as the header states it.
 constexpr std::array<double, 3> kFloatAccuracy{1e-6, 6e-6, 1e-4};
 
-/// What a file of the psrdnoise families says, against the noise in double and in float.
+/// Compares the noise in double and in float with a reference file of the psrdnoise families.
 template <int N>
 void checkAgainst(const nlohmann::json& file) {
     PsrdOptionsN<N> options;
@@ -102,7 +102,7 @@ void checkAgainst(const nlohmann::json& file) {
         if (file.value("grid", "") == "PERLINGRID") options.grid = Grid::perlin;
     }
     PsrdN<N> noise(options);
-    // A few hundred roundings of theta = hash · 3.88, up to 1118 radians, times the size of the second derivatives.
+    // A few hundred roundings of theta = hash · 3.88, up to 1118 radians, times the second derivatives.
     constexpr double kTolerance = 1e-11;
     std::array<WorstN<N>, 3> worst, worstFloat;
     for (const auto& row : file.at("rows")) {
@@ -139,8 +139,8 @@ std::vector<Vec<int, N>> periods() {
         return {{{1, 1, 1}}, {{4, 6, 3}}, {{3, 6, 9}}, {{0, 5, 0}}, {{7, 0, 2}}, {{300, 1000, 289}}};
 }
 
-/// Positions whose coordinates are multiples of 2^-36: exact under the addition of numbers up to 2^16, while simplex
-/// coordinates are not.
+/// Returns a position whose coordinates are multiples of 2^-36. Numbers of up to 2^16 can be added to them exactly,
+/// while its simplex coordinates are rounded.
 template <int N>
 Vec<double, N> finePoint(double half, uint64_t seed, uint64_t k) {
     Vec<double, N> p = randomPoint(cube<N>(half), seed, k);
@@ -150,22 +150,22 @@ Vec<double, N> finePoint(double half, uint64_t seed, uint64_t k) {
 
 } // namespace
 
-TEST_CASE("psrdnoise in 2D agrees with the published shader", "[noise]") {
+TEST_CASE("psrdnoise: agrees with the published 2D shader", "[noise]") {
     const std::string period = GENERATE("0-0", "5-4", "3-0", "0-6");
     CAPTURE(period);
     checkAgainst<2>(reference("psrdnoise2_p" + period + ".json"));
 }
 
-TEST_CASE("psrdnoise in 3D agrees with the published shader", "[noise]") {
+TEST_CASE("psrdnoise: agrees with the published 3D shader", "[noise]") {
     const std::string grid = GENERATE("axisgrid", "perlingrid"), rotation = GENERATE("rot", "fastrot"),
                       period = GENERATE("0-0-0", "4-6-3", "0-5-0", "3-6-9"), alpha = GENERATE("0", "0.7", "2.5");
-    if (grid == "axisgrid" && period == "3-6-9") return; // there is none
+    if (grid == "axisgrid" && period == "3-6-9") return; // this file does not exist
     CAPTURE(grid, rotation, period, alpha);
     checkAgainst<3>(reference("psrdnoise3_" + grid + "_" + rotation + "_p" + period + "_a" + alpha + ".json"));
 }
 
-TEMPLATE_TEST_CASE_SIG("psrdnoise tiles exactly with its tiling period and with no part of it", "[noise]", ((int N), N),
-                       2, 3) {
+TEMPLATE_TEST_CASE_SIG("psrdnoise: tiles exactly with its tiling period and with no fraction of it", "[noise]",
+                       ((int N), N), 2, 3) {
     auto options = GENERATE(from_range(variants<N>()));
     options.seed = GENERATE(uint64_t{0}, uint64_t{77});
     options.alpha = 0.7;
@@ -194,7 +194,7 @@ TEMPLATE_TEST_CASE_SIG("psrdnoise tiles exactly with its tiling period and with 
                         difference(jet, along(tiling[axis] / part)) > 1e-6;
         }
     }
-    CHECK(plainDiffers > 1000); // so it is the period that does it
+    CHECK(plainDiffers > 1000); // the period makes the difference
     for (int axis = 0; axis < N; ++axis)
         for (const int part : {2, 3, 5}) {
             CAPTURE(axis, part);
@@ -203,7 +203,7 @@ TEMPLATE_TEST_CASE_SIG("psrdnoise tiles exactly with its tiling period and with 
         }
 }
 
-TEST_CASE("the tiling period is the common multiple of the period and the lattice's", "[noise]") {
+TEST_CASE("psrdnoise: the tiling period is the common multiple of period and lattice", "[noise]") {
     CHECK(Psrd2({.period = {{5, 5}}}).tilingPeriod() == Vec<int64_t, 2>{{5, 10}});
     CHECK(Psrd2({.period = {{0, 6}}}).tilingPeriod() == Vec<int64_t, 2>{{0, 6}});
     CHECK(Psrd3({.period = {{4, 0, 3}}}).tilingPeriod() == Vec<int64_t, 3>{{4, 0, 3}});
@@ -212,9 +212,10 @@ TEST_CASE("the tiling period is the common multiple of the period and the lattic
     CHECK(Psrd3({.period = {{kMost, 0, 0}}, .grid = Grid::perlin}).tilingPeriod()[0] == int64_t{3} * kMost);
 }
 
-TEMPLATE_TEST_CASE_SIG("a period leaves the noise within its first tile as it is but for the margin", "[noise]",
+TEMPLATE_TEST_CASE_SIG("psrdnoise: a period changes nothing inside the first tile away from its margin", "[noise]",
                        ((int N), N), 2, 3) {
-    // Vertices within [0, period) are not moved: the corners of a simplex lie within 1 of the point.
+    // Vertices within [0, period) keep their places: the corners of a simplex are within a distance of 1 from the
+    // point.
     auto options = GENERATE(from_range(variants<N>()));
     const PsrdN<N> plain(options);
     BoxN<N> box;
@@ -231,9 +232,9 @@ TEMPLATE_TEST_CASE_SIG("a period leaves the noise within its first tile as it is
     }
 }
 
-TEMPLATE_TEST_CASE_SIG("far away the noise repeats as its hash does", "[noise]", ((int N), N), 2, 3) {
-    // The hash sees simplex coordinates modulo 289. So the noise repeats after 289 steps along each of them, and along
-    // the axes after 289 times what the lattice repeats with.
+TEMPLATE_TEST_CASE_SIG("psrdnoise: repeats far away with the period of its hash", "[noise]", ((int N), N), 2, 3) {
+    // The hash uses simplex coordinates modulo 289. The noise therefore repeats after 289 steps along each of them, and
+    // along the axes after 289 times the period of the lattice.
     auto options = GENERATE(from_range(variants<N>()));
     options.seed = GENERATE(uint64_t{0}, uint64_t{11});
     options.alpha = 0.3;
@@ -244,7 +245,7 @@ TEMPLATE_TEST_CASE_SIG("far away the noise repeats as its hash does", "[noise]",
         const double own = onPerlinGrid(options) ? 3 : N == 2 && axis == 1 ? 2 : 1;
         translations.push_back(unit<N>(axis) * (289 * own));
         translations.push_back(unit<N>(axis) * (-289 * own * 3461)); // a million away
-        // On Perlin's grid these steps are no dyadic fractions.
+        // On Perlin's grid, these steps are not dyadic fractions.
         if (!onPerlinGrid(options)) {
             translations.push_back(latticeSteps(options)[static_cast<size_t>(axis)] * 289.0);
             translations.push_back(latticeSteps(options)[static_cast<size_t>(axis)] * (289.0 * 7001));
@@ -257,7 +258,7 @@ TEMPLATE_TEST_CASE_SIG("far away the noise repeats as its hash does", "[noise]",
             CAPTURE(t, p);
             const auto jet = noise.template at<2, double>(p);
             if (!same(jet, noise.template at<2, double>(p + t))) FAIL("not the same");
-            // In float too: the lattice cell is taken off in double.
+            // Also in float, since the lattice cell is subtracted in double.
             if (!same(noise.template at<2, float>(p), noise.template at<2, float>(p + t)))
                 FAIL("not the same in float");
             halfDiffers += difference(jet, noise.template at<2, double>(p + t * 0.5)) > 1e-6;
@@ -266,7 +267,7 @@ TEMPLATE_TEST_CASE_SIG("far away the noise repeats as its hash does", "[noise]",
     }
 }
 
-TEMPLATE_TEST_CASE_SIG("float is as accurate a million away as near the origin", "[noise]", ((int N), N), 2, 3) {
+TEMPLATE_TEST_CASE_SIG("psrdnoise: float is as accurate far away as near the origin", "[noise]", ((int N), N), 2, 3) {
     auto options = GENERATE(from_range(variants<N>()));
     options.alpha = 1;
     options.seed = 4;
@@ -287,7 +288,7 @@ TEMPLATE_TEST_CASE_SIG("float is as accurate a million away as near the origin",
     }
 }
 
-TEMPLATE_TEST_CASE_SIG("seeds give fields that have nothing to do with each other", "[noise]", ((int N), N), 2, 3) {
+TEMPLATE_TEST_CASE_SIG("psrdnoise: different seeds are uncorrelated", "[noise]", ((int N), N), 2, 3) {
     auto options = GENERATE(from_range(variants<N>()));
     CAPTURE(describe(options));
     constexpr size_t kCount = 100000;
@@ -305,19 +306,19 @@ TEMPLATE_TEST_CASE_SIG("seeds give fields that have nothing to do with each othe
     CHECK(values[1] == valuesOf(1));
     for (size_t i = 0; i < seeds.size(); ++i) {
         const double square = sumOfProducts(values[i], values[i]);
-        CHECK(std::sqrt(square / kCount) > 0.2); // a field, not zeros
+        CHECK(std::sqrt(square / kCount) > 0.2); // not all zero
         for (size_t j = i + 1; j < seeds.size(); ++j) {
             const double related = correlation(values[i], values[j]);
             CAPTURE(seeds[i], seeds[j], related);
-            // 4 sigma of independent samples (the box is much larger than a cell), and of the mean product of the
-            // gradients over at most 289² equally likely pairs of hashes, each of variance 1/N.
+            // 4 sigma of independent samples (the box is much larger than a cell), plus the mean product of the
+            // gradients over at most 289² equally likely pairs of hashes, each with variance 1/N.
             CHECK(std::abs(related) < 4 * std::sqrt(1.0 / kCount + 1.0 / (N * 289 * 289)));
         }
     }
 }
 
-TEMPLATE_TEST_CASE_SIG("psrdnoise stays within its bound and comes near it", "[noise]", ((int N), N), 2, 3) {
-    // The field of each seed and each alpha has other extremes.
+TEMPLATE_TEST_CASE_SIG("psrdnoise: values stay within the bound and come close to it", "[noise]", ((int N), N), 2, 3) {
+    // The field of each seed and alpha has other extremes.
     auto options = GENERATE(from_range(variants<N>()));
     CAPTURE(describe(options));
     constexpr size_t kCount = 1000000, kChunk = 10000;
@@ -336,12 +337,12 @@ TEMPLATE_TEST_CASE_SIG("psrdnoise stays within its bound and comes near it", "[n
     CAPTURE(most);
     CHECK(most <= PsrdN<N>::kBound);
     CHECK(most > 0.95 * PsrdN<N>::kBound);
-    CHECK(PsrdN<N>().bound() == PsrdN<N>::kBound);
+    CHECK(PsrdN<N>().maxAbs() == PsrdN<N>::kBound);
 }
 
-TEMPLATE_TEST_CASE_SIG("the bound is that of gradients at their worst", "[noise]", ((int N), N), 2, 3) {
-    // At a point every corner contributes at most 10.9 (0.8 - |d|²)⁴ |d| in 2D, 39.5 (0.5 - |d|²)³ |d| in 3D. The
-    // maximum of the sum over the simplex is sought on a fine grid of barycentric coordinates; the published bound in
+TEMPLATE_TEST_CASE_SIG("psrdnoise: the bound is the maximum over all vertex gradients", "[noise]", ((int N), N), 2, 3) {
+    // At a point, each corner contributes at most 10.9 (0.8 - |d|²)⁴ |d| in 2D and 39.5 (0.5 - |d|²)³ |d| in 3D. The
+    // maximum of the sum over the simplex is searched on a fine grid of barycentric coordinates. The published bound in
     // 3D is 39.5 · 0.026429.
     const auto options = GENERATE(from_range(variants<N>()));
     CAPTURE(describe(options));
@@ -367,15 +368,15 @@ TEMPLATE_TEST_CASE_SIG("the bound is that of gradients at their worst", "[noise]
     CHECK(most > 0.9999 * PsrdN<N>::kBound);
 }
 
-TEMPLATE_TEST_CASE_SIG("psrdnoise is zero at the vertices of its lattice", "[noise]", ((int N), N), 2, 3) {
+TEMPLATE_TEST_CASE_SIG("psrdnoise: is zero at its vertices", "[noise]", ((int N), N), 2, 3) {
     auto options = GENERATE(from_range(variants<N>()));
     options.alpha = 0.4;
     CAPTURE(describe(options));
     const PsrdN<N> noise(options);
-    // There only the vertex's own gradient g counts: |∇n| is the kernel's height, |g| = 1 up to the eight published
-    // digits of its constants.
+    // There only the vertex's own gradient g contributes: |∇n| is the height of the kernel. |g| = 1 up to the eight
+    // published digits of its constants.
     const double steepness = N == 2 ? 10.9 * 0.8 * 0.8 * 0.8 * 0.8 : 39.5 / 8;
-    // Vertices of Perlin's grid are rounded, at coordinates up to 100.
+    // Vertices of Perlin's grid are rounded, at coordinates of up to 100.
     const double tolerance = onPerlinGrid(options) ? 8 * 100 * 0x1p-52 : 0;
     WorstN<N> value, slope;
     for (uint64_t k = 0; k < 1000; ++k) {
@@ -390,8 +391,9 @@ TEMPLATE_TEST_CASE_SIG("psrdnoise is zero at the vertices of its lattice", "[noi
     CHECK(slope.value < 1e-8);
 }
 
-TEMPLATE_TEST_CASE_SIG("a seed moves the lattice to where that of no other seed is", "[noise]", ((int N), N), 2, 3) {
-    // Were the lattices in one place, all seeds would be zero at the vertices of seed 0, and their flow fastest there.
+TEMPLATE_TEST_CASE_SIG("psrdnoise: each seed shifts the lattice to different vertices", "[noise]", ((int N), N), 2, 3) {
+    // If all seeds had the same lattice, all would be zero at the vertices of seed 0, and their flow would be fastest
+    // there.
     auto options = GENERATE(from_range(variants<N>()));
     for (const uint64_t seed : {1, 2, 3}) {
         options.seed = seed;
@@ -404,12 +406,11 @@ TEMPLATE_TEST_CASE_SIG("a seed moves the lattice to where that of no other seed 
             squares += value * value;
         }
         CAPTURE(describe(options), squares);
-        CHECK(squares > 1000 * 0.01); // an rms of 0.1; the noise as a whole has 0.38 and more
+        CHECK(squares > 1000 * 0.01); // an rms of 0.1; the noise itself has 0.38 and more
     }
 }
 
-TEMPLATE_TEST_CASE_SIG("positions that are no numbers or beyond all lattices do no harm", "[noise]", ((int N), N), 2,
-                       3) {
+TEMPLATE_TEST_CASE_SIG("psrdnoise: NaN and infinite and huge positions are safe", "[noise]", ((int N), N), 2, 3) {
     constexpr double kInfinity = std::numeric_limits<double>::infinity(), kMax = std::numeric_limits<double>::max();
     auto options = GENERATE(from_range(variants<N>()));
     options.alpha = 0.7;
@@ -433,25 +434,25 @@ TEMPLATE_TEST_CASE_SIG("positions that are no numbers or beyond all lattices do 
         const auto jet = noise.template at<2, double>(p);
         const auto single = noise.template at<2, float>(p);
         for (int c = 0; c < jet.kSize; ++c) sum += jet.component(c) + double(single.component(c));
-        // Where the lattice cell still has a meaning the value is within the bound.
+        // Where lattice cells are well defined, the value is within the bound.
         if (sane) worst.see(std::abs(jet.value), p);
     }
-    CHECK(!(sum == 1)); // used
+    CHECK(!(sum == 1)); // uses the sum
     CAPTURE(worst.where);
     CHECK(worst.value <= PsrdN<N>::kBound);
 }
 
-TEMPLATE_TEST_CASE_SIG("psrdnoise is C² across the faces of its simplices", "[noise]", ((int N), N), 2, 3) {
+TEMPLATE_TEST_CASE_SIG("psrdnoise: is C² across simplex faces", "[noise]", ((int N), N), 2, 3) {
     auto options = GENERATE(from_range(variants<N>()));
     options.alpha = 1.2;
-    // Of seed 0, whose lattice is where fromSimplex says.
+    // With seed 0, the lattice is where fromSimplex puts it.
     CAPTURE(describe(options));
     const PsrdN<N> noise(options);
     constexpr double kStep = 0x1p-40;
     std::array<WorstN<N>, 3> jump;
     for (uint64_t k = 0; k < 3000; ++k) {
         auto u = dyadic(randomPoint(cube<N>(50), 8, k));
-        // Faces lie where a simplex coordinate is whole, or two have the same fractional part.
+        // Faces are where a simplex coordinate is whole, or where two have the same fractional part.
         const int i = static_cast<int>(k / 2 % N), j = (i + 1) % N;
         u[i] = k % 2 ? std::floor(u[i]) : std::floor(u[i]) + (u[j] - std::floor(u[j]));
         auto low = u, high = u;
@@ -461,14 +462,15 @@ TEMPLATE_TEST_CASE_SIG("psrdnoise is C² across the faces of its simplices", "[n
                    b = noise.template at<2, double>(fromSimplex(options, high));
         for (int c = 0; c < a.kSize; ++c) jump[orderOf<N>(c)].see(std::abs(a.component(c) - b.component(c)), u);
     }
-    // A way of at most 2.3 kStep times the next derivative, in a direction that may be oblique.
+    // A distance of at most 2.3 kStep, possibly oblique, times the next derivative.
     for (size_t order = 0; order < 3; ++order) {
         CAPTURE(order, jump[order].value, jump[order].where);
         CHECK(jump[order].value < 2.3 * kStep * kSteepest<N>[order] * 2);
     }
 }
 
-TEMPLATE_TEST_CASE_SIG("gradient and Hessian of psrdnoise are those of its value", "[noise]", ((int N), N), 2, 3) {
+TEMPLATE_TEST_CASE_SIG("psrdnoise: gradient and Hessian agree with central differences", "[noise]", ((int N), N), 2,
+                       3) {
     auto options = GENERATE(from_range(variants<N>()));
     const bool plain = GENERATE(true, false);
     if (!plain) {
@@ -480,8 +482,8 @@ TEMPLATE_TEST_CASE_SIG("gradient and Hessian of psrdnoise are those of its value
     requireDerivatives(PsrdN<N>(options), randomPoints(cube<N>(30), 2000, 9), 0x1p-9, kSteepest<N>[2]);
 }
 
-TEMPLATE_TEST_CASE_SIG("a full turn of the gradients changes nothing and half a turn the sign", "[noise]", ((int N), N),
-                       2, 3) {
+TEMPLATE_TEST_CASE_SIG("psrdnoise: rotating gradients by a full turn changes nothing and by half a turn the sign",
+                       "[noise]", ((int N), N), 2, 3) {
     auto options = GENERATE(from_range(variants<N>()));
     options.seed = 1;
     const double alpha = GENERATE(0.0, 0.7, -3.1);
@@ -498,14 +500,14 @@ TEMPLATE_TEST_CASE_SIG("a full turn of the gradients changes nothing and half a 
         worst.see(difference(jet, full.template at<2, double>(p)), p);
         worstHalf.see(difference(-jet, half.template at<2, double>(p)), p);
     }
-    // The angle, below 64 with what the hash adds to it, is off by its rounding; times the second derivatives.
+    // The angle including the hash is below 64. Its rounding is multiplied by the second derivatives.
     const double tolerance = 64 * 0x1p-52 * kSteepest<N>[1] * 2;
     CHECK(worst.value < tolerance);
     CHECK(worstHalf.value < tolerance);
 }
 
-TEST_CASE("grids and rotations are four different noises", "[noise]") {
-    const double alpha = GENERATE(0.0, 0.7); // the fast rotation by nothing is not the default noise
+TEST_CASE("psrdnoise: the two grids and two rotations give four different noises", "[noise]") {
+    const double alpha = GENERATE(0.0, 0.7); // fast rotation by zero differs from the default noise
     std::vector<Psrd3> noises;
     for (PsrdOptions options : variants<3>()) {
         options.alpha = alpha;
@@ -518,22 +520,23 @@ TEST_CASE("grids and rotations are four different noises", "[noise]") {
             for (const Vec3d& p : points)
                 square += std::pow(noises[i].at<0, double>(p).value - noises[j].at<0, double>(p).value, 2);
             CAPTURE(alpha, i, j);
-            // Independent ones of root mean square 0.38 would be 0.54 apart.
+            // Independent noises with an rms of 0.38 would differ by 0.54.
             CHECK(std::sqrt(square / double(points.size())) > 0.4);
         }
 }
 
-TEST_CASE("psrdnoise rejects a negative period and an endless alpha and says which", "[noise]") {
+TEST_CASE("psrdnoise: a negative period or non-finite alpha is rejected by its value", "[noise]") {
     CHECK_THROWS_AS(Psrd3({.period = {{0, -2, 0}}}), ValueError);
-    CHECK_THROWS_WITH(Psrd3({.period = {{0, -2, 0}}}), Catch::Contains("-2 along y"));
-    CHECK_THROWS_WITH(Psrd2({.period = {{-3, 0}}}), Catch::Contains("-3 along x"));
+    CHECK_THROWS_WITH(Psrd3({.period = {{0, -2, 0}}}), Catch::ContainsSubstring("-2 along y"));
+    CHECK_THROWS_WITH(Psrd2({.period = {{-3, 0}}}), Catch::ContainsSubstring("-3 along x"));
     for (const double bad : {std::numeric_limits<double>::infinity(), std::nan("")}) {
         CHECK_THROWS_AS(Psrd2({.alpha = bad}), ValueError);
-        CHECK_THROWS_WITH(Psrd3({.alpha = bad}), Catch::Contains("alpha"));
+        CHECK_THROWS_WITH(Psrd3({.alpha = bad}), Catch::ContainsSubstring("alpha"));
     }
 }
 
-TEMPLATE_TEST_CASE_SIG("third derivatives of psrdnoise are those of its Hessian", "[noise]", ((int N), N), 2, 3) {
+TEMPLATE_TEST_CASE_SIG("psrdnoise: third derivatives agree with central differences of the Hessian", "[noise]",
+                       ((int N), N), 2, 3) {
     auto options = GENERATE(from_range(variants<N>()));
     const bool plain = GENERATE(true, false);
     if (!plain) {
@@ -544,9 +547,9 @@ TEMPLATE_TEST_CASE_SIG("third derivatives of psrdnoise are those of its Hessian"
     CAPTURE(describe(options));
     const PsrdN<N> noise(options);
     const auto points = randomPoints(cube<N>(30), 500, 10);
-    // Where a corner comes into reach third derivatives have a kink (2D) or jump (3D). In 3D these are spheres of area
-    // 2 pi around two vertices a unit of volume, which stencils of width 2 h along three axes meet with a probability
-    // of 12 pi h = 0.9 %; in 2D there are fewer.
+    // Where a corner comes into reach, third derivatives have a kink (2D) or jump (3D). In 3D these are spheres of area
+    // 2 pi around two vertices per unit of volume. Stencils of width 2 h along three axes intersect them with a
+    // probability of 12 pi h = 0.9 %. In 2D there are fewer.
     requireThirdDerivatives(noise, points, 0x1p-12, 0.02);
     for (const auto& p : points) {
         CAPTURE(p);
@@ -554,10 +557,9 @@ TEMPLATE_TEST_CASE_SIG("third derivatives of psrdnoise are those of its Hessian"
     }
 }
 
-TEST_CASE("psrdnoise in 2D is C³", "[noise]") {
-    // Were there a jump of the third derivatives it would stay an error of the differences, whatever their step. The
-    // fourth ones jump where a corner comes into reach: w⁴ by 4! (2 r)⁴, times the scale 10.9, r² = 0.8 and a ramp of
-    // at most r.
+TEST_CASE("psrdnoise: is C³ in 2D", "[noise]") {
+    // If the third derivatives jumped, the error of the differences would remain for any step. The fourth ones jump
+    // where a corner comes into reach: w⁴ by 4! (2 r)⁴, times the scale 10.9, with r² = 0.8 and a ramp of at most r.
     const double jump = 10.9 * 24 * std::pow(2 * std::sqrt(0.8), 4) * std::sqrt(0.8);
     constexpr double kStep = 0x1p-14;
     double worst = 0;

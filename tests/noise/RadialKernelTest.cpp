@@ -23,7 +23,7 @@ struct Vertex {
         addRadialKernel<P>(sum, static_cast<T>(radius2), gradient, d);
         return sum;
     }
-    /// The same by the rules of differentiation.
+    /// The same contribution, differentiated by the rules of jets.
     Jet<double, N, 3> byRules(const Vec<double, N>& p) const {
         using J = Jet<double, N, 3>;
         const auto x = J::variables(p);
@@ -53,12 +53,12 @@ void checkKernel() {
     CAPTURE(P, N, worst.where);
     CHECK(inside > 10);
     CHECK(outside > 10);
-    CHECK(worst.value <= 1e-12); // some dozen roundings of terms of at most 8 P³ = 512
+    CHECK(worst.value <= 1e-12); // a few dozen roundings of terms of at most 8 P³ = 512
 }
 
 } // namespace
 
-TEST_CASE("the radial kernel has the derivatives of its formula and is nothing beyond its radius", "[noise]") {
+TEST_CASE("addRadialKernel: derivatives follow the formula and vanish beyond the radius", "[noise]") {
     checkKernel<3, 1>();
     checkKernel<3, 2>();
     checkKernel<3, 3>();
@@ -70,14 +70,15 @@ TEST_CASE("the radial kernel has the derivatives of its formula and is nothing b
     checkKernel<5, 3>();
 }
 
-TEST_CASE("on its radius the radial kernel is zero in all derivatives that are continuous", "[noise]") {
+TEST_CASE("addRadialKernel: continuous derivatives vanish on the radius", "[noise]") {
     const Vec<double, 2> edge{{3, 4}};
     CHECK(difference(Vertex<3, 2>{25, {{1, 2}}}.at<2, double>(edge), Jet<double, 2, 2>{}) == 0);
-    CHECK(difference(Vertex<3, 2>{25, {{1, 2}}}.at<3, double>(edge), Jet<double, 2, 3>{}) == 0); // as beyond it
+    CHECK(difference(Vertex<3, 2>{25, {{1, 2}}}.at<3, double>(edge), Jet<double, 2, 3>{}) ==
+          0); // as outside the radius
     CHECK(difference(Vertex<4, 2>{25, {{1, 2}}}.at<3, double>(edge), Jet<double, 2, 3>{}) == 0);
 }
 
-TEST_CASE("the radial kernel adds to what there is", "[noise]") {
+TEST_CASE("addRadialKernel: adds to the existing sum", "[noise]") {
     Jet<double, 2, 3> sum;
     for (int k = 0; k < sum.kSize; ++k) sum.component(k) = k;
     const auto before = sum;
@@ -86,7 +87,7 @@ TEST_CASE("the radial kernel adds to what there is", "[noise]") {
     CHECK(difference(sum - before, Vertex<3, 2>{0.5, g}.at<3, double>(d)) <= 1e-13); // roundings of 10
 }
 
-TEST_CASE("derivatives of the radial kernel agree with central differences", "[noise]") {
+TEST_CASE("addRadialKernel: derivatives agree with central differences", "[noise]") {
     std::vector<Vec3d> points;
     for (const Vec3d& p : randomPoints(cube(0.6), 500, 3))
         if (std::abs(length(p) - std::sqrt(0.5)) > 0.01) points.push_back(p * 0.9);
@@ -95,6 +96,6 @@ TEST_CASE("derivatives of the radial kernel agree with central differences", "[n
     constexpr double kStep = 0x1p-10;
     requireThirdDerivatives(Vertex<3, 3>{0.5, {{0.3, -0.8, 0.5}}}, points, kStep);
     requireThirdDerivatives(Vertex<4, 3>{0.5, {{0.3, -0.8, 0.5}}}, points, kStep);
-    // The gradient of w³ (g · d) is at most 1, and so on: derivatives of third order below 8 · 27.
+    // The gradient of w³ (g · d) is at most 1, and so on: third derivatives are below 8 · 27.
     requireDerivatives(Vertex<3, 3>{0.5, {{0.3, -0.8, 0.5}}}, points, kStep, 8 * 27);
 }

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/math/Vec.h"
 #include "curlew/noise/SimplexVertex.h"
+#include "support/Catch.h"
 #include "support/Points.h"
-
-#include <catch2/catch.hpp>
 
 #include <set>
 
@@ -17,7 +16,7 @@ double unskew() {
     return (1 - 1 / std::sqrt(N + 1.0)) / N;
 }
 
-/// In skewed coordinates, from the lowest corner of a simplex whose axes are in the order of their ranks.
+/// Returns skewed coordinates relative to the lowest corner of a simplex whose axes are in the order of their ranks.
 template <int N>
 std::array<int, N> skewed(const NearVertex<N>& v) {
     std::array<int, N> o{};
@@ -28,11 +27,11 @@ std::array<int, N> skewed(const NearVertex<N>& v) {
 
 } // namespace
 
-TEMPLATE_TEST_CASE_SIG("all vertices that come near a simplex are listed once", "[noise]", ((int N), N), 2, 3, 4, 5, 6,
-                       7) {
+TEMPLATE_TEST_CASE_SIG("NearVertex: all vertices near a simplex are listed once", "[noise]", ((int N), N), 2, 3, 4, 5,
+                       6, 7) {
     std::set<std::array<int, N>> listed;
     for (int k = 0; k < NearVertex<N>::kCount; ++k) listed.insert(skewed(NearVertex<N>(k)));
-    if (N >= 6) CHECK(listed.size() == NearVertex<N>::kCount); // in fewer dimensions some are the same
+    if (N >= 6) CHECK(listed.size() == NearVertex<N>::kCount); // in fewer dimensions some coincide
 
     std::set<std::array<int, N>> met;
     for (Vec<double, N> r : randomPoints(cube<N>(0.5), 300, 1)) {
@@ -55,10 +54,10 @@ TEMPLATE_TEST_CASE_SIG("all vertices that come near a simplex are listed once", 
         }
     }
     CAPTURE(met.size());
-    CHECK(met.size() > size_t{N} + 1); // more than the corners
+    CHECK(met.size() > size_t{N} + 1); // not only the corners
 }
 
-TEMPLATE_TEST_CASE_SIG("the place of a near vertex is that of its skewed coordinates", "[noise]", ((int N), N), 2, 5,
+TEMPLATE_TEST_CASE_SIG("NearVertex: the position agrees with the skewed coordinates", "[noise]", ((int N), N), 2, 5,
                        7) {
     for (int k = 0; k < NearVertex<N>::kCount; ++k) {
         const NearVertex<N> v(k);

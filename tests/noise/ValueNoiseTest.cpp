@@ -5,11 +5,11 @@
 using namespace curlew;
 using namespace curlew::test;
 
-TEST_CASE("value noise never leaves 0 to 1, not by a rounding, and reaches both", "[noise]") {
+TEST_CASE("ValueNoise: values stay in 0 to 1 exactly and reach both ends", "[noise]") {
     double least = 1, most = 0;
     float leastFloat = 1, mostFloat = 0;
     for (uint64_t k = 0; k < 500000; ++k) {
-        // Half of the points close to faces, where values of vertices are hardly blended.
+        // Half of the points are close to faces, where the values of vertices are hardly blended.
         Vec<double, 2> p = randomPoint(cube<2>(300), 1, k);
         if (k % 2 == 0)
             for (double& x : p.c) x = std::round(x) + (x - std::round(x)) * 0.01;
@@ -30,7 +30,7 @@ TEST_CASE("value noise never leaves 0 to 1, not by a rounding, and reaches both"
     CHECK(most > 1 - 1e-4);
 }
 
-TEST_CASE("value noise has no gradient at its vertices", "[noise]") {
+TEST_CASE("ValueNoise: the gradient vanishes at the vertices", "[noise]") {
     const ValueNoise<3> noise;
     for (const auto& p : randomPoints(cube(100), 100, 2)) {
         const Vec3d vertex{{std::floor(p[0]), std::floor(p[1]), std::floor(p[2])}};

@@ -1,8 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs every command of a page that begins with curlew, in a fresh folder, as a reader would: run.py PAGE COMMAND."""
+"""Runs what a page shows, in a fresh folder, as a reader would: run.py PAGE COMMAND [LIBRARY].
+
+Each command of its shell blocks that begins with curlew or with a tool of OpenVDB (where that is installed); with the library,
+also its Python blocks as one script, but for those that need Blender (tests/blender/pages_test.py).
+"""
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -11,23 +16,46 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 
 
+def blocks(text, language):
+    """The blocks of code in that language."""
+    return re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+
+
 def commands(text):
     """Each command of the page's shell blocks, its continued lines joined by the shell."""
-    for block in re.findall(r"^```sh\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
+    for block in blocks(text, "sh"):
         for command in re.findall(r"(?:.*\\\n)*.*\n", block):
             if command.startswith("curlew "):
                 yield command
+            elif command.startswith(("vdb_render ", "vdb_print ")):
+                if shutil.which(command.split()[0]):
+                    yield command
+                else:
+                    print(f"skipped: there is no {command.split()[0]} here (apt-get install libopenvdb-tools)")
 
 
-def main(page, curlew):
-    found = list(commands(Path(page).read_text()))
+def script(text):
+    """The page's Python blocks as one script."""
+    return "\n".join(block for block in blocks(text, "python") if not re.search(r"^import bpy", block, re.MULTILINE))
+
+
+def main(page, curlew, library=None):
+    text = Path(page).read_text()
+    found = list(commands(text))
     if not found:
         return f"{page} has no commands"
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "scenes").symlink_to(ROOT / "scenes")
-        path = f"{Path(curlew).resolve().parent}:{os.environ['PATH']}"
+        environment = {**os.environ, "PATH": f"{Path(curlew).resolve().parent}:{os.environ['PATH']}"}
+        program = script(text)
+        if library and program:
+            environment.update(CURLEW_LIBRARY=library, PYTHONPATH=str(ROOT / "plugin/python"), PYTHONDONTWRITEBYTECODE="1")
+            run = subprocess.run(["/usr/bin/python3", "-c", program], cwd=folder, env=environment, capture_output=True, text=True)
+            if run.returncode != 0:
+                return f"the Python of {page} ended with {run.returncode}:\n{run.stderr}"
+            print(run.stdout, end="")
         for command in found:
-            run = subprocess.run(["bash", "-c", command], cwd=folder, env={**os.environ, "PATH": path}, capture_output=True, text=True)
+            run = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, capture_output=True, text=True)
             if run.returncode != 0:
                 return f"{command}ended with {run.returncode}:\n{run.stderr}"
             print(command.splitlines()[0], *(line for line in run.stderr.splitlines() if "warning" in line), sep="\n    ")

@@ -2,8 +2,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/picture/Composite.h"
 #include "curlew/picture/Display.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 #include <limits>
 
@@ -13,7 +12,7 @@ namespace {
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
-/// Three pixels with the coverage 0, 1/2 and 1.
+/// Three pixels with coverage 0, 1/2 and 1.
 Image top() {
     return {.width = 3,
             .height = 1,
@@ -23,7 +22,7 @@ Image top() {
 
 } // namespace
 
-TEST_CASE("composite: colours mix in linear light by coverage", "[picture]") {
+TEST_CASE("composite: blends colours in linear light by coverage", "[picture]") {
     const Image ground = plainPicture(3, 1, {{0, 1, 0.25f}});
     const Image sum = composite(top(), ground);
     CHECK(sum.channels == top().channels);
@@ -37,7 +36,7 @@ TEST_CASE("composite: colours mix in linear light by coverage", "[picture]") {
                   .margin(1e-6));
         CHECK(sum.at(2, 0, i) == Approx(top().at(2, 0, i)));
     }
-    // The ground covers nothing and has no depth.
+    // The background has no coverage and no depth.
     for (int x = 0; x < 3; ++x) {
         CHECK(sum.at(x, 0, 3) == top().at(x, 0, 3));
         CHECK(sum.at(x, 0, 4) == top().at(x, 0, 4));
@@ -46,7 +45,7 @@ TEST_CASE("composite: colours mix in linear light by coverage", "[picture]") {
     CHECK(depthOf(sum) == std::vector<float>{kFar, 2, 7});
 }
 
-TEST_CASE("composite: coverage adds up and the lesser depth stays", "[picture]") {
+TEST_CASE("composite: accumulates coverage and keeps the smaller depth", "[picture]") {
     Image ground = filledImage(3, 1, {"Z", "A", "B", "G", "R"});
     for (int x = 0; x < 3; ++x) ground.at(x, 0, 0) = 3, ground.at(x, 0, 1) = 0.5f, ground.at(x, 0, 4) = 1;
     const Image sum = composite(top(), ground);
@@ -58,7 +57,7 @@ TEST_CASE("composite: coverage adds up and the lesser depth stays", "[picture]")
     CHECK(depthOf(sum) == std::vector<float>{3, 2, 3});
 }
 
-TEST_CASE("composite: other channels or sizes are refused", "[picture]") {
+TEST_CASE("composite: mismatched channels or sizes are refused", "[picture]") {
     CHECK_THROWS_AS(composite(top(), plainPicture(2, 1, {})), ValueError);
     CHECK_THROWS_AS(composite(top(), filledImage(3, 1, {"value"})), ValueError);
     CHECK_THROWS_AS(composite(plainPicture(3, 1, {}), plainPicture(3, 1, {})), ValueError);

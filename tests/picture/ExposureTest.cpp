@@ -3,8 +3,7 @@
 #include "curlew/base/Random.h"
 #include "curlew/picture/Display.h"
 #include "curlew/picture/Exposure.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 #include <cmath>
 
@@ -22,7 +21,7 @@ double energyOf(const Image& image) {
 
 } // namespace
 
-TEST_CASE("the automatic exposure looks at what is lit", "[picture]") {
+TEST_CASE("automaticExposure: considers lit pixels only", "[picture]") {
     Image light = lightOf(100, 100);
     CHECK(automaticExposure(light) == 1);
     for (int k = 0; k < 100; ++k) light.at(k, 3, 1) = 0.02f * static_cast<float>(k + 1);
@@ -31,7 +30,7 @@ TEST_CASE("the automatic exposure looks at what is lit", "[picture]") {
     CHECK(automaticExposure(light) == Approx(1 / 15.2).epsilon(0.02));
 }
 
-TEST_CASE("a glow spreads light and keeps its sum", "[picture]") {
+TEST_CASE("withGlow: spreads light and conserves its sum", "[picture]") {
     Image light = lightOf(300, 200);
     light.at(150, 100, 0) = 100;
     light.at(140, 90, 2) = 50;
@@ -45,7 +44,7 @@ TEST_CASE("a glow spreads light and keeps its sum", "[picture]") {
     CHECK_THROWS_AS(withGlow(light, 1.1), ValueError);
 }
 
-TEST_CASE("developed light never clips, gets brighter with its amount and keeps the order of its channels",
+TEST_CASE("developed: never clips and brightens with the amount of light and keeps the order of channels",
           "[picture]") {
     float before = 0;
     for (const float amount : {0.01f, 0.1f, 0.5f, 1.0f, 2.0f, 4.0f, 8.0f}) {
@@ -59,14 +58,14 @@ TEST_CASE("developed light never clips, gets brighter with its amount and keeps 
         CHECK(shown.at(0, 0, 2) < shown.at(0, 0, 1));
         before = shown.at(0, 0, 0);
     }
-    // Little light is linear.
+    // Faint light is mapped linearly.
     Image light = lightOf(1, 1);
     light.at(0, 0, 1) = 0.001f;
     CHECK(linearFromDisplay(static_cast<double>(developed(light, 10, lightOf(1, 1)).at(0, 0, 1))) ==
           Approx(0.01).epsilon(0.01));
 }
 
-TEST_CASE("light shines onto a picture, whose other channels stay", "[picture]") {
+TEST_CASE("developed: adds light to a picture and leaves its other channels unchanged", "[picture]") {
     Image ground = filledImage(2, 1, {"R", "G", "B", "A", "Z"}, 0.5f);
     Image light = lightOf(2, 1);
     light.at(1, 0, 0) = 1;

@@ -2,13 +2,13 @@
 #include "curlew/base/Error.h"
 #include "curlew/base/Random.h"
 #include "curlew/picture/ImageFile.h"
+#include "support/Catch.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
-#include <catch2/catch.hpp>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 
 constexpr float quietNaN = std::numeric_limits<float>::quiet_NaN();
 
-/// An empty folder that goes with its content.
+/// An empty folder that is deleted with its contents.
 struct Folder {
     fs::path path = fs::temp_directory_path() / ("curlew-image-" + std::to_string(::getpid()));
     Folder() { fs::remove_all(path), fs::create_directory(path); }
@@ -57,7 +57,7 @@ bool sameBits(const std::vector<float>& a, const std::vector<float>& b) {
                       [](float x, float y) { return std::bit_cast<uint32_t>(x) == std::bit_cast<uint32_t>(y); });
 }
 
-/// What is said of a file that cannot be read, after checking that it is one line with the file's name.
+/// Returns the error message for a file, after checking that it is a single line with the file's name.
 std::string complaint(const fs::path& path) {
     try {
         path.extension() == ".exr" ? readExr(path) : readPng(path);
@@ -76,7 +76,7 @@ void writeImage(const fs::path& path, const Image& image) {
 
 } // namespace
 
-TEST_CASE("An EXR gives back every bit, NaN and infinities too", "[picture]") {
+TEST_CASE("EXR: preserves every bit including NaN and infinities", "[picture]") {
     const Folder folder;
     Image image = randomImage(67, 45, {"speed"}, 1);
     const float specials[] = {quietNaN,
@@ -95,7 +95,7 @@ TEST_CASE("An EXR gives back every bit, NaN and infinities too", "[picture]") {
     CHECK(sameBits(back.pixels, image.pixels));
 }
 
-TEST_CASE("EXR channels keep their names and come in a settled order", "[picture]") {
+TEST_CASE("EXR: channels keep their names in a fixed order", "[picture]") {
     const Folder folder;
     const Image image = randomImage(9, 5, {"vorticity", "B", "A", "G", "R", "divergence"}, 2);
     writeExr(folder.path / "a.exr", image);
@@ -109,7 +109,7 @@ TEST_CASE("EXR channels keep their names and come in a settled order", "[picture
     }
 }
 
-TEST_CASE("Colours in an EXR are linear light and other channels are not touched", "[picture]") {
+TEST_CASE("EXR: colours are stored in linear light and other channels unchanged", "[picture]") {
     const Folder folder;
     const fs::path path = folder.path / "a.exr";
     Image image = filledImage(2, 1, {"R", "G", "B", "A", "Z"});
@@ -144,7 +144,7 @@ TEST_CASE("Colours in an EXR are linear light and other channels are not touched
     }
 }
 
-TEST_CASE("An EXR of halves is smaller and keeps eleven bits, of depth all", "[picture]") {
+TEST_CASE("EXR: half precision is smaller with eleven bits except for depth", "[picture]") {
     const Folder folder;
     Image image = randomImage(40, 30, {"Z", "speed"}, 13);
     image.at(0, 0, 1) = 1e9f, image.at(1, 0, 1) = -std::numeric_limits<float>::infinity(), image.at(2, 0, 1) = quietNaN;
@@ -168,7 +168,7 @@ TEST_CASE("An EXR of halves is smaller and keeps eleven bits, of depth all", "[p
     CHECK(worst <= 0x1p-11f);
 }
 
-TEST_CASE("An EXR of halves with a data window elsewhere is read", "[picture]") {
+TEST_CASE("EXR: reads half-precision files with an offset data window", "[picture]") {
     const Folder folder;
     const fs::path path = folder.path / "half.exr";
     const Imath::Box2i window({-3, 10}, {0, 11});
@@ -190,7 +190,7 @@ TEST_CASE("An EXR of halves with a data window elsewhere is read", "[picture]") 
     CHECK(std::isnan(image.at(3, 1)));
 }
 
-TEST_CASE("A PNG of colours comes back within half a byte step", "[picture]") {
+TEST_CASE("PNG: colours are read back within half a byte step", "[picture]") {
     const Folder folder;
     const fs::path path = folder.path / "a.png";
     Image image = randomImage(31, 17, {"R", "G", "B"}, 3);
@@ -207,7 +207,7 @@ TEST_CASE("A PNG of colours comes back within half a byte step", "[picture]") {
             for (int i = 0; i < 3; ++i) CHECK(back.at(x, y, i) == Approx(image.at(x, y, i)).margin(0.5 / 255 + 1e-6));
 }
 
-TEST_CASE("A PNG takes its channels by name", "[picture]") {
+TEST_CASE("PNG: channels are selected by name", "[picture]") {
     const Folder folder;
     Image image = filledImage(1, 1, {"Z", "B", "G", "A", "R"});
     image.pixels = {quietNaN, 0.2f, 0.4f, 0.1f, 0.6f};
@@ -215,7 +215,7 @@ TEST_CASE("A PNG takes its channels by name", "[picture]") {
     CHECK(readPng(folder.path / "a.png").pixels == std::vector<float>{153 / 255.0f, 102 / 255.0f, 51 / 255.0f});
 }
 
-TEST_CASE("A PNG of one channel is coloured by the scale", "[picture]") {
+TEST_CASE("PNG: a single channel is coloured by the scale", "[picture]") {
     const Folder folder;
     const ColorScale scale{.map = ColorMap::diverging, .lower = -2, .upper = 2};
     Image image = randomImage(20, 10, {"s"}, 4);
@@ -230,7 +230,7 @@ TEST_CASE("A PNG of one channel is coloured by the scale", "[picture]") {
     }
 }
 
-TEST_CASE("The same image gives the same bytes, in place of what was there", "[picture]") {
+TEST_CASE("image files: the same image gives the same bytes and replaces an earlier file", "[picture]") {
     const Folder folder;
     const auto extension = GENERATE(".exr", ".png");
     CAPTURE(extension);
@@ -245,28 +245,28 @@ TEST_CASE("The same image gives the same bytes, in place of what was there", "[p
     CHECK(folder.count() == 2);
 }
 
-TEST_CASE("A file that is missing, empty, foreign or a folder is refused", "[picture]") {
+TEST_CASE("image files: missing and empty and foreign files and folders are refused", "[picture]") {
     const Folder folder;
     const std::string extension = GENERATE(".exr", ".png"), other = extension == ".exr" ? ".png" : ".exr";
     CAPTURE(extension);
     const fs::path path = folder.path / ("a" + extension);
-    CHECK_THAT(complaint(path), Catch::Contains("No such file"));
+    CHECK_THAT(complaint(path), Catch::ContainsSubstring("No such file"));
 
     writeBytes(path, "");
-    CHECK_THAT(complaint(path), Catch::Contains("empty"));
+    CHECK_THAT(complaint(path), Catch::ContainsSubstring("empty"));
 
     writeBytes(path, "these are not the bytes of a picture, however long one looks at them");
-    CHECK_THAT(complaint(path), Catch::Contains(extension == ".exr" ? "not an OpenEXR file" : "PNG"));
+    CHECK_THAT(complaint(path), Catch::ContainsSubstring(extension == ".exr" ? "not an OpenEXR file" : "PNG"));
 
     writeImage(folder.path / ("b" + other), randomImage(8, 8, {"R", "G", "B"}, 6));
     fs::rename(folder.path / ("b" + other), path);
     CHECK_THROWS_AS(extension == ".exr" ? readExr(path) : readPng(path), FileError);
 
     fs::create_directory(folder.path / ("folder" + extension));
-    CHECK_THAT(complaint(folder.path / ("folder" + extension)), Catch::Contains("directory"));
+    CHECK_THAT(complaint(folder.path / ("folder" + extension)), Catch::ContainsSubstring("directory"));
 }
 
-TEST_CASE("A file that is cut off is refused wherever it ends", "[picture]") {
+TEST_CASE("image files: truncated files are refused at any length", "[picture]") {
     const Folder folder;
     const std::string extension = GENERATE(".exr", ".png");
     const fs::path path = folder.path / ("a" + extension);
@@ -280,7 +280,7 @@ TEST_CASE("A file that is cut off is refused wherever it ends", "[picture]") {
     }
 }
 
-TEST_CASE("Damaged files give an image or a FileError, nothing else", "[picture]") {
+TEST_CASE("image files: corrupted files give an image or a FileError", "[picture]") {
     const Folder folder;
     const std::string extension = GENERATE(".exr", ".png");
     const fs::path path = folder.path / ("a" + extension);
@@ -289,7 +289,7 @@ TEST_CASE("Damaged files give an image or a FileError, nothing else", "[picture]
     int refused = 0;
     for (uint64_t i = 0; i < 1500; ++i) {
         std::string damaged = whole;
-        // Half of the hits go to the header, where they do most.
+        // Half of the damage is in the header, where it has the most effect.
         const size_t range = i % 2 ? whole.size() : std::min<size_t>(whole.size(), 330);
         const size_t place = static_cast<size_t>(randomUniform(9, i) * static_cast<double>(range));
         damaged[place] = static_cast<char>(randomBits(10, i));
@@ -304,32 +304,32 @@ TEST_CASE("Damaged files give an image or a FileError, nothing else", "[picture]
     CHECK(refused > 300);
 }
 
-TEST_CASE("An EXR that claims a huge picture is refused before memory is asked for", "[picture]") {
+TEST_CASE("EXR: a header that claims a huge picture is refused before allocation", "[picture]") {
     const Folder folder;
     const fs::path path = folder.path / "a.exr";
     writeExr(path, filledImage(16, 16, {"s"}));
     std::string bytes = bytesOf(path);
-    // The upper corners of dataWindow and displayWindow, 15 x 15, become 1 048 575 x 15.
+    // Changes the upper corners of dataWindow and displayWindow from 15 x 15 to 1 048 575 x 15.
     const std::string corner{15, 0, 0, 0, 15, 0, 0, 0};
     size_t corners = 0;
     for (size_t at = bytes.find(corner); at != bytes.npos; at = bytes.find(corner, at + 1), ++corners)
         bytes.replace(at, 4, std::string{'\xff', '\xff', '\x0f', '\0'});
     REQUIRE(corners == 2);
     writeBytes(path, bytes);
-    CHECK_THAT(complaint(path), Catch::Contains("claims"));
+    CHECK_THAT(complaint(path), Catch::ContainsSubstring("claims"));
 }
 
-TEST_CASE("A PNG that claims a huge picture is refused before memory is asked for", "[picture]") {
+TEST_CASE("PNG: a header that claims a huge picture is refused before allocation", "[picture]") {
     const Folder folder;
-    // Signature and IHDR of 20 000 x 20 000 RGB, with its CRC; then the head of an empty IDAT.
+    // The signature and the IHDR of 20 000 x 20 000 RGB with its CRC, followed by the header of an empty IDAT.
     const unsigned char head[] = {0x89, 'P',  'N',  'G',  13,   10,   26, 10, 0,    0,    0,   13,  'I', 'H',
                                   'D',  'R',  0,    0,    0x4e, 0x20, 0,  0,  0x4e, 0x20, 8,   2,   0,   0,
                                   0,    0x6c, 0x12, 0xd1, 0x6e, 0,    0,  0,  0,    'I',  'D', 'A', 'T'};
     writeBytes(folder.path / "a.png", std::string(std::begin(head), std::end(head)));
-    CHECK_THAT(complaint(folder.path / "a.png"), Catch::Contains("claims"));
+    CHECK_THAT(complaint(folder.path / "a.png"), Catch::ContainsSubstring("claims"));
 }
 
-TEST_CASE("What cannot be written is refused and leaves nothing behind", "[picture]") {
+TEST_CASE("image files: invalid images and targets are refused and leave no file", "[picture]") {
     const Folder folder;
     const std::string extension = GENERATE(".exr", ".png");
     CAPTURE(extension);
@@ -345,19 +345,19 @@ TEST_CASE("What cannot be written is refused and leaves nothing behind", "[pictu
     CHECK(folder.count() == 0);
 }
 
-TEST_CASE("A PNG refuses channels that are no colours, and a scale without a range", "[picture]") {
+TEST_CASE("PNG: channels that are not colours and scales without a range are refused", "[picture]") {
     const Folder folder;
     const fs::path path = folder.path / "a.png";
-    CHECK_THROWS_WITH(writePng(path, filledImage(2, 2, {"X", "Y", "Z"})), Catch::Contains("X, Y, Z"));
+    CHECK_THROWS_WITH(writePng(path, filledImage(2, 2, {"X", "Y", "Z"})), Catch::ContainsSubstring("X, Y, Z"));
     CHECK_THROWS_AS(writePng(path, filledImage(2, 2, {"R", "G"})), ValueError);
     CHECK_THROWS_AS(writePng(path, filledImage(2, 2, {"s"}), {.lower = 0, .upper = quietNaN}), ValueError);
     CHECK(folder.count() == 0);
 }
 
-TEST_CASE("A disk that fills up gives a FileError and leaves the earlier file", "[picture]") {
+TEST_CASE("image files: a full disk gives a FileError and keeps the earlier file", "[picture]") {
     const Folder folder;
     const std::string extension = GENERATE(".exr", ".png");
-    // The EXR's offsets are written last, by a destructor: a limit just below its size meets them or the last rows.
+    // A destructor writes the offsets of the EXR last. Limits just below its size affect these or the last rows.
     const size_t missing = GENERATE(1u, 100u, 20000u);
     const fs::path path = folder.path / ("a" + extension), probe = folder.path / ("probe" + extension);
     const Image image = randomImage(100, 100, {"R", "G", "B"}, 12);
@@ -367,7 +367,7 @@ TEST_CASE("A disk that fills up gives a FileError and leaves the earlier file", 
     REQUIRE(size > missing);
     writeBytes(path, "earlier");
 
-    // A limit on the size of files fails as a full disk does, without one.
+    // A limit on file sizes fails like a full disk.
     rlimit before{};
     REQUIRE(::getrlimit(RLIMIT_FSIZE, &before) == 0);
     const auto handler = std::signal(SIGXFSZ, SIG_IGN);

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Error.h"
 #include "curlew/picture/Image.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 using namespace curlew;
 
-TEST_CASE("An image keeps its channels interleaved, rows from the top", "[picture]") {
+TEST_CASE("Image: channels are interleaved and rows start at the top", "[picture]") {
     Image image = filledImage(3, 2, {"a", "b"}, 7);
     REQUIRE(image.pixels == std::vector<float>(12, 7.0f));
     image.at(2, 1, 1) = 1;
@@ -16,15 +15,15 @@ TEST_CASE("An image keeps its channels interleaved, rows from the top", "[pictur
     CHECK_NOTHROW(checkImage(image));
 }
 
-TEST_CASE("An image that is not whole is refused with its numbers", "[picture]") {
-    CHECK_THROWS_WITH(filledImage(0, 5, {"a"}), Catch::Contains("0 x 5"));
+TEST_CASE("checkImage: inconsistent images are refused with their numbers", "[picture]") {
+    CHECK_THROWS_WITH(filledImage(0, 5, {"a"}), Catch::ContainsSubstring("0 x 5"));
     CHECK_THROWS_AS(filledImage(5, -1, {"a"}), ValueError);
     CHECK_THROWS_AS(filledImage(1, 1, {}), ValueError);
     CHECK_THROWS_AS(filledImage(1, 1, {""}), ValueError);
-    CHECK_THROWS_WITH(filledImage(1, 1, {"x", "y", "x"}), Catch::Contains("'x'"));
+    CHECK_THROWS_WITH(filledImage(1, 1, {"x", "y", "x"}), Catch::ContainsSubstring("'x'"));
 
     Image image = filledImage(4, 3, {"a"});
     image.pixels.pop_back();
-    CHECK_THROWS_WITH(checkImage(image), Catch::Contains("11 values; it needs 12"));
+    CHECK_THROWS_WITH(checkImage(image), Catch::ContainsSubstring("11 values; it needs 12"));
     CHECK_THROWS_AS(checkImage(Image{}), ValueError);
 }

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Error.h"
 #include "curlew/picture/Legend.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 #include <limits>
 #include <set>
@@ -16,7 +15,7 @@ Vec3f pixel(const Image& image, int x, int y) { return {{image.at(x, y, 0), imag
 
 bool bright(const Vec3f& color) { return color[0] > 0.8f && color[1] > 0.8f && color[2] > 0.8f; }
 
-/// The lit pixels of the title's line, one character per pixel, rows one after the other.
+/// Returns the lit pixels of the title's line row by row, one character per pixel.
 std::string titleInk(std::string_view title, int width = 200) {
     const int height = 4;
     const Image picture = withLegend(filledImage(width, height, {"s"}), {}, title);
@@ -28,7 +27,7 @@ std::string titleInk(std::string_view title, int width = 200) {
 
 } // namespace
 
-TEST_CASE("The picture stands unchanged above the legend", "[picture]") {
+TEST_CASE("withLegend: the picture is unchanged above the legend", "[picture]") {
     Image scalar = filledImage(400, 30, {"s"});
     for (int x = 0; x < 400; ++x) scalar.at(x, 7) = static_cast<float>(x) / 400;
     scalar.at(5, 5) = std::numeric_limits<float>::quiet_NaN();
@@ -39,7 +38,7 @@ TEST_CASE("The picture stands unchanged above the legend", "[picture]") {
     CHECK(std::equal(colored.pixels.begin(), colored.pixels.end(), picture.pixels.begin()));
 }
 
-TEST_CASE("A narrow picture is centred in a wider one", "[picture]") {
+TEST_CASE("withLegend: a narrow picture is centred", "[picture]") {
     const Image picture = withLegend(filledImage(10, 20, {"s"}, 1), {}, "");
     REQUIRE(picture.width == 156);
     REQUIRE(picture.height == 20 + 28);
@@ -50,7 +49,7 @@ TEST_CASE("A narrow picture is centred in a wider one", "[picture]") {
     CHECK_FALSE(pixel(picture, 83, 0) == top);
 }
 
-TEST_CASE("The bar runs through the whole map from left to right", "[picture]") {
+TEST_CASE("withLegend: the bar covers the whole map from left to right", "[picture]") {
     const auto map = GENERATE(ColorMap::viridis, ColorMap::diverging);
     CAPTURE(static_cast<int>(map));
     const Image picture = withLegend(filledImage(600, 1, {"s"}), {.map = map, .lower = 0, .upper = 1}, "");
@@ -67,7 +66,7 @@ TEST_CASE("The bar runs through the whole map from left to right", "[picture]") 
     for (int i = 0; i < 3; ++i) CHECK(middle[i] == Approx(expected[i]).margin(0.01));
 }
 
-TEST_CASE("The numbers at the ends are those of the scale", "[picture]") {
+TEST_CASE("withLegend: the numbers at both ends are those of the scale", "[picture]") {
     const Image scalar = filledImage(300, 1, {"s"});
     const auto legend = [&](float lower, float upper) {
         return withLegend(scalar, {.map = ColorMap::gray, .lower = lower, .upper = upper}, "").pixels;
@@ -80,7 +79,7 @@ TEST_CASE("The numbers at the ends are those of the scale", "[picture]") {
     CHECK_NOTHROW(legend(-most, most));
 }
 
-TEST_CASE("Every character of the font has a shape of its own", "[picture]") {
+TEST_CASE("withLegend: every character of the font has its own shape", "[picture]") {
     const std::string known = "0123456789abcdefghijklmnopqrstuvwxyz.,:+-*/=()_%^ ";
     std::set<std::string> shapes;
     for (const char character : known) shapes.insert(titleInk(std::string(1, character)));
@@ -93,7 +92,7 @@ TEST_CASE("Every character of the font has a shape of its own", "[picture]") {
     CHECK(titleInk("") == titleInk(" "));
 }
 
-TEST_CASE("A long title is cut within the picture", "[picture]") {
+TEST_CASE("withLegend: a long title is truncated to the width of the picture", "[picture]") {
     const std::string longTitle(100000, 'w');
     const Image picture = withLegend(filledImage(400, 8, {"s"}), {}, longTitle);
     REQUIRE(picture.width == 400);
@@ -104,13 +103,14 @@ TEST_CASE("A long title is cut within the picture", "[picture]") {
     }
     CHECK(inkAtLeft);
     CHECK_FALSE(inkAtRight);
-    // 24 characters of 6 pixels fit beside the margins of 156 pixels; the 25th leaves room for 22 and two dots.
+    // 24 characters of 6 pixels fit into a width of 156 pixels with margins. With a 25th, there is room for 22 and two
+    // dots.
     const std::string fits(24, 'x');
     CHECK(titleInk(fits + "x", 156) == titleInk(fits.substr(2) + "..", 156));
     CHECK_FALSE(titleInk(fits, 156) == titleInk(fits + "x", 156));
 }
 
-TEST_CASE("A legend needs one channel and a range", "[picture]") {
+TEST_CASE("withLegend: more than one channel or an empty range is refused", "[picture]") {
     CHECK_THROWS_AS(withLegend(filledImage(8, 8, {"R", "G", "B"}), {}, "t"), ValueError);
     CHECK_THROWS_AS(withLegend(filledImage(8, 8, {"s"}), {.lower = 1, .upper = 1}, "t"), ValueError);
 }

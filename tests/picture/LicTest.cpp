@@ -2,8 +2,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/picture/Lic.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 #include <cmath>
 #include <limits>
@@ -14,7 +13,7 @@ namespace {
 
 constexpr int kSize = 120;
 
-/// A value, less the middle of all.
+/// Returns a value minus 0.5, the mean of all values.
 double value(const Image& image, int x, int y) { return static_cast<double>(image.at(x, y)) - 0.5; }
 
 template <class F>
@@ -33,7 +32,7 @@ Image along(double right, double up) {
     return vectorsOf([=](double, double) { return std::pair(right, up); });
 }
 
-/// How alike pixels are that lie (dx, dy) apart: the correlation of their values.
+/// Returns the correlation between the values of pixels at the distance (dx, dy).
 double correlation(const Image& image, int dx, int dy) {
     double sum = 0, squares = 0;
     for (int y = 10; y < kSize - 10; ++y)
@@ -47,7 +46,7 @@ double correlation(const Image& image, int dx, int dy) {
 
 } // namespace
 
-TEST_CASE("Streaks run along the vectors and not across them", "[picture]") {
+TEST_CASE("lic: streaks follow the vectors", "[picture]") {
     const auto kernel = GENERATE(LicKernel::hann, LicKernel::box);
     const LicOptions options{.length = 40, .kernel = kernel, .grain = 1};
     const Image level = lic(along(3, 0), options), upright = lic(along(0, -0.01), options),
@@ -60,8 +59,8 @@ TEST_CASE("Streaks run along the vectors and not across them", "[picture]") {
     CHECK(std::abs(correlation(rising, 3, 3)) < 0.2);
 }
 
-TEST_CASE("A box streak is the mean of the noise along it", "[picture]") {
-    // Two pixels that are a apart on one line share the part 1 - a / length of their streaks.
+TEST_CASE("lic: a box kernel is the mean of the noise along the streak", "[picture]") {
+    // Two pixels at a distance a on a line share the fraction 1 - a / length of their streaks.
     const LicOptions options{.length = 40, .kernel = LicKernel::box, .grain = 1, .contrast = 0.1};
     const Image image = lic(along(1, 0), options);
     double sum = 0, squares = 0;
@@ -79,7 +78,7 @@ TEST_CASE("A box streak is the mean of the noise along it", "[picture]") {
     }
 }
 
-TEST_CASE("Streaks follow circles", "[picture]") {
+TEST_CASE("lic: streaks follow circles", "[picture]") {
     const Image image = lic(vectorsOf([](double x, double y) { return std::pair(-y, x); }), {.length = 60, .grain = 1});
     double alongSum = 0, acrossSum = 0;
     const auto at = [&](double radius, double angle) {
@@ -95,7 +94,7 @@ TEST_CASE("Streaks follow circles", "[picture]") {
     CHECK(alongSum > 4 * std::abs(acrossSum));
 }
 
-TEST_CASE("Nothing stays nothing, and ends streaks", "[picture]") {
+TEST_CASE("lic: NaN stays NaN and ends streaks", "[picture]") {
     Image vectors = along(1, 0);
     for (int y = 0; y < kSize; ++y) vectors.at(60, y, 1) = std::numeric_limits<float>::quiet_NaN();
     const Image cut = lic(vectors, {.length = 40, .contrast = 0.05}),
@@ -104,7 +103,7 @@ TEST_CASE("Nothing stays nothing, and ends streaks", "[picture]") {
     for (int y = 0; y < kSize; ++y)
         for (int x = 0; x < kSize; ++x) same = same && (x == 60) == std::isnan(cut.at(x, y));
     CHECK(same);
-    // Both sides of the gap have nothing to do with one another.
+    // The two sides of the gap are uncorrelated.
     double sum = 0, squares = 0;
     for (int y = 0; y < kSize; ++y) {
         sum += value(cut, 58, y) * value(cut, 62, y);
@@ -114,7 +113,7 @@ TEST_CASE("Nothing stays nothing, and ends streaks", "[picture]") {
     CHECK_FALSE(std::isnan(whole.at(60, 60)));
 }
 
-TEST_CASE("A line integral convolution depends on its seed and on no thread", "[picture]") {
+TEST_CASE("lic: depends on the seed and not on the number of threads", "[picture]") {
     const Image vectors = along(1, 0.3);
     const auto pixels = [&](int threads, uint64_t seed) {
         const ThreadLimit limit(threads);
@@ -122,11 +121,11 @@ TEST_CASE("A line integral convolution depends on its seed and on no thread", "[
     };
     CHECK(pixels(1, 0) == pixels(2, 0));
     CHECK_FALSE(pixels(1, 0) == pixels(1, 1));
-    // Where nothing flows there is the noise itself.
+    // Where the flow is zero, the image is the noise itself.
     CHECK(std::abs(correlation(lic(along(0, 0), {.grain = 1}), 2, 0)) < 0.1);
 }
 
-TEST_CASE("The light of a line integral convolution falls on a picture", "[picture]") {
+TEST_CASE("litBy: modulates a picture by the streaks", "[picture]") {
     Image light = filledImage(2, 1, {"lic"});
     light.pixels = {1, std::numeric_limits<float>::quiet_NaN()};
     const Image picture = filledImage(2, 1, {"R", "G", "B"}, 0.5f), lit = litBy(light, picture);
@@ -135,7 +134,7 @@ TEST_CASE("The light of a line integral convolution falls on a picture", "[pictu
     CHECK_THROWS_AS(litBy(filledImage(3, 1, {"lic"}), picture), ValueError);
 }
 
-TEST_CASE("A line integral convolution refuses what it cannot use", "[picture]") {
+TEST_CASE("lic: invalid images and options are refused", "[picture]") {
     CHECK_THROWS_AS(lic(filledImage(4, 4, {"speed"})), ValueError);
     CHECK_THROWS_AS(lic(along(1, 0), {.length = 0}), ValueError);
     CHECK_THROWS_AS(lic(along(1, 0), {.grain = -1}), ValueError);

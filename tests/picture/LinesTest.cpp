@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Error.h"
 #include "curlew/picture/Lines.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +11,7 @@ using namespace curlew;
 
 namespace {
 
-/// An image of a function of the pixels' middles.
+/// Returns an image of a function of the pixel centres.
 template <class F>
 Image imageOf(int width, int height, const F& f) {
     Image image = filledImage(width, height, {"v"});
@@ -27,7 +26,7 @@ double lengthOf(const std::vector<Segment>& lines) {
     return sum;
 }
 
-/// The largest distance of the ends of the lines from a circle, in units of its radius.
+/// Returns the largest distance of the line ends from a circle, relative to its radius.
 double offCircle(int size) {
     const double middle = size / 2.0, radius = 0.37 * size;
     const Image cone = imageOf(size, size, [&](double x, double y) {
@@ -42,7 +41,7 @@ double offCircle(int size) {
 
 } // namespace
 
-TEST_CASE("Iso-lines of a ramp are straight, where it has the level", "[picture]") {
+TEST_CASE("isoLines: lines of a ramp are straight at their level", "[picture]") {
     const Image ramp = imageOf(20, 10, [](double x, double) { return 2 * x; });
     const auto lines = isoLines(ramp, std::array{13.0});
     REQUIRE(lines.size() == 9);
@@ -54,7 +53,7 @@ TEST_CASE("Iso-lines of a ramp are straight, where it has the level", "[picture]
     CHECK(isoLines(ramp, std::array{-1.0, 100.0}).empty());
 }
 
-TEST_CASE("Iso-lines of a smooth image are of second order in the pixels", "[picture]") {
+TEST_CASE("isoLines: lines of a smooth image are second-order accurate", "[picture]") {
     const double coarse = offCircle(40), fine = offCircle(80);
     CAPTURE(coarse, fine);
     CHECK(coarse < 0.01);
@@ -64,14 +63,14 @@ TEST_CASE("Iso-lines of a smooth image are of second order in the pixels", "[pic
     CHECK(lengthOf(isoLines(cone, std::array{1.0})) == Approx(2 * 3.14159265 * 0.37 * size).epsilon(0.002));
 }
 
-TEST_CASE("A saddle has two lines that do not cross", "[picture]") {
+TEST_CASE("isoLines: a saddle has two lines that do not cross", "[picture]") {
     Image saddle = filledImage(2, 2, {"v"});
     saddle.pixels = {1, 0, 0, 1};
     for (const double level : {0.4, 0.6}) {
         CAPTURE(level);
         const auto lines = isoLines(saddle, std::array{level});
         REQUIRE(lines.size() == 2);
-        // Below the middle, the two corners of 1 belong together: each line cuts off a corner of 0.
+        // Below 0.5, the two corners with 1 are connected: each line cuts off a corner with 0.
         for (const Segment& s : lines) {
             const double alongDiagonal = s.x0 + s.y0 + s.x1 + s.y1;
             if (level < 0.5)
@@ -82,7 +81,7 @@ TEST_CASE("A saddle has two lines that do not cross", "[picture]") {
     }
 }
 
-TEST_CASE("There are no iso-lines next to nothing", "[picture]") {
+TEST_CASE("isoLines: no lines are drawn next to NaN", "[picture]") {
     Image ramp = imageOf(20, 3, [](double x, double) { return x; });
     ramp.at(7, 1) = std::numeric_limits<float>::quiet_NaN();
     CHECK(isoLines(ramp, std::array{7.0}).empty());
@@ -90,23 +89,24 @@ TEST_CASE("There are no iso-lines next to nothing", "[picture]") {
     CHECK_THROWS_AS(isoLines(filledImage(2, 2, {"a", "b"}), std::array{1.0}), ValueError);
 }
 
-TEST_CASE("Levels divide a range evenly", "[picture]") {
+TEST_CASE("evenLevels: divide a range evenly", "[picture]") {
     CHECK(evenLevels(-1, 1, 3) == std::vector<double>{-0.5, 0, 0.5});
     CHECK(evenLevels(0, 1, 0).empty());
 }
 
-TEST_CASE("An arrow points where its vector does, and the longest fills its cell", "[picture]") {
+TEST_CASE("arrows: point along their vectors and the longest fills its cell", "[picture]") {
     Image vectors = filledImage(60, 30, {"right", "up"});
     for (int y = 0; y < 30; ++y)
-        for (int x = 0; x < 60; ++x) vectors.at(x, y, 1) = x < 30 ? 2.0f : 1.0f; // up, and half of that
+        for (int x = 0; x < 60; ++x)
+            vectors.at(x, y, 1) = x < 30 ? 2.0f : 1.0f; // up, with half the length on the right
     const auto lines = arrows(vectors, 2);
-    REQUIRE(lines.size() == 2 * 3); // shaft and two strokes
+    REQUIRE(lines.size() == 2 * 3); // the shaft and two strokes
     CHECK(lines[0].x0 == Approx(15));
     CHECK(lines[0].x1 == Approx(15));
     CHECK(lines[0].y0 - lines[0].y1 == Approx(27));
     CHECK(lines[0].y0 + lines[0].y1 == Approx(30));
     CHECK(lines[3].y0 - lines[3].y1 == Approx(13.5));
-    // The strokes of the head begin at the tip and go back, to either side.
+    // The strokes of the head begin at the tip and go back, one to each side.
     CHECK(lines[1].x0 == Approx(lines[0].x1));
     CHECK(lines[1].y1 > lines[1].y0);
     CHECK((lines[1].x1 - 15) * (lines[2].x1 - 15) < 0);
@@ -119,7 +119,7 @@ TEST_CASE("An arrow points where its vector does, and the longest fills its cell
     CHECK_THROWS_AS(arrows(filledImage(10, 10, {"v"}), 1), ValueError);
 }
 
-TEST_CASE("A drawn line covers as much of the picture as it is wide and long", "[picture]") {
+TEST_CASE("drawLines: coverage equals width times length", "[picture]") {
     const double width = GENERATE(0.5, 1.0, 1.5, 4.0);
     Image picture = filledImage(100, 100, {"R", "G", "B"});
     const Segment line{20.3, 30.2, 80.1, 61.7};
@@ -128,17 +128,17 @@ TEST_CASE("A drawn line covers as much of the picture as it is wide and long", "
     for (int y = 0; y < 100; ++y)
         for (int x = 0; x < 100; ++x) sum += static_cast<double>(picture.at(x, y));
     CAPTURE(width);
-    // The ends are round: between nothing and a disc more.
+    // Line ends are round: they add up to the area of a disc.
     const double length = lengthOf({line});
     CHECK(sum > 0.97 * width * length);
     CHECK(sum < 1.03 * width * length + 3.2 * (width / 2 + 0.5) * (width / 2 + 0.5));
-    // Twice the same line covers the same.
+    // Drawing the same line twice covers the same area.
     Image twice = filledImage(100, 100, {"R", "G", "B"});
     drawLines(twice, {line, line}, {.color = {{1, 1, 1}}, .width = width});
     CHECK(twice.pixels == picture.pixels);
 }
 
-TEST_CASE("Lines beyond the picture are cut, and those to nowhere are not drawn", "[picture]") {
+TEST_CASE("drawLines: lines are clipped to the picture and NaN lines are skipped", "[picture]") {
     Image picture = filledImage(10, 10, {"R", "G", "B"});
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     drawLines(picture, {{-50, 5.5, 50, 5.5}, {nan, 0, 1, 1}, {-9, -9, -5, -5}, {20, 20, 1e9, 1e9}}, {.width = 1});
@@ -147,15 +147,15 @@ TEST_CASE("Lines beyond the picture are cut, and those to nowhere are not drawn"
     CHECK(picture.at(5, 3) == 0);
 }
 
-TEST_CASE("Contours are at even levels, symmetric about 0", "[picture]") {
+TEST_CASE("contours: levels are evenly spaced and symmetric about 0", "[picture]") {
     Image scalar = filledImage(201, 3, {"x"});
     for (int y = 0; y < 3; ++y)
         for (int x = 0; x < 201; ++x) scalar.at(x, y) = static_cast<float>(x - 150) / 100; // -1.5 to 0.5
     std::vector<double> places;
     for (const Segment& line : contours(scalar, 3)) places.push_back((line.x0 + line.x1) / 2);
     std::sort(places.begin(), places.end());
-    // The percentile 0.5 of 603 values in columns of 3 is the second column: -1.49. So the levels are 0 and ±0.745, of
-    // which the upper one is not reached.
+    // The 0.5th percentile of 603 values in columns of 3 is the second column: -1.49. So the levels are 0 and ±0.745.
+    // The upper one does not occur.
     REQUIRE(places.size() == 4);
     CHECK(places[1] == Approx(150.5 - 74.5).margin(1e-3));
     CHECK(places[2] == Approx(150.5).margin(1e-3));

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures whose headers claim more than there is.
+// Pictures whose headers claim more data than the file has.
 
 #include "curlew/base/Error.h"
 #include "curlew/picture/ImageFile.h"
+#include "support/Catch.h"
 #include "support/Files.h"
-
-#include <catch2/catch.hpp>
 
 #include <filesystem>
 #include <random>
@@ -19,7 +18,7 @@ using Folder = test::ScratchFolder;
 
 namespace {
 
-/// An EXR header of one part: the attributes given, then the least that there must be.
+/// An EXR header of one part: the given attributes, followed by the required ones.
 struct ExrBytes {
     std::string bytes = std::string("\x76\x2f\x31\x01\x02\0\0\0", 8);
 
@@ -42,7 +41,7 @@ struct ExrBytes {
     std::string whole() const { return bytes + '\0' + std::string(400, '\0'); }
 };
 
-/// What is said of a file that cannot be read.
+/// Returns the error message for a file that cannot be read.
 std::string complaint(const fs::path& path) {
     try {
         readExr(path);
@@ -54,7 +53,7 @@ std::string complaint(const fs::path& path) {
 
 } // namespace
 
-TEST_CASE("EXR attributes that claim more than they have are refused", "[picture][damage]") {
+TEST_CASE("EXR: header attributes that claim more bytes than present are refused", "[picture][damage]") {
     const Folder folder;
     const auto said = [&](const ExrBytes& exr) {
         store(folder / "a.exr", exr.whole());
@@ -62,27 +61,27 @@ TEST_CASE("EXR attributes that claim more than they have are refused", "[picture
     };
     const auto number = ExrBytes::number;
     const std::string huge = number(23170) + number(23170);
-    CHECK_THAT(said(ExrBytes().add("preview", "preview", huge + "abcd").image(8, 8, 3)), Catch::Contains("header"));
+    CHECK_THAT(said(ExrBytes().add("preview", "preview", huge + "abcd").image(8, 8, 3)),
+               Catch::ContainsSubstring("header"));
     CHECK_THAT(said(ExrBytes().add("names", "stringvector", number(1 << 30) + "abcd").image(8, 8, 3)),
-               Catch::Contains("header"));
-    CHECK_THAT(said(ExrBytes().add("size", "v3d", "short").image(8, 8, 3)), Catch::Contains("header"));
+               Catch::ContainsSubstring("header"));
+    CHECK_THAT(said(ExrBytes().add("size", "v3d", "short").image(8, 8, 3)), Catch::ContainsSubstring("header"));
     ExrBytes longer;
     longer.add("text", "string", "hello").image(8, 8, 3);
     longer.bytes.replace(longer.bytes.find("hello") - 4, 4, number(0x7fffff00));
-    CHECK_THAT(said(longer), Catch::Contains("header"));
-    // As many pixels as each way to pack them can hold, and a table of chunks that is longer than the file.
-    CHECK_THAT(said(ExrBytes().image(800000, 1, 3)), Catch::Contains("claims"));
-    CHECK_THAT(said(ExrBytes().image(40000, 1, 1)), Catch::Contains("claims"));
-    CHECK_THAT(said(ExrBytes().image(1, 1 << 24, 3)), Catch::Contains("claims"));
+    CHECK_THAT(said(longer), Catch::ContainsSubstring("header"));
+    // The largest number of pixels that each compression can hold, and a table of chunks that is longer than the file.
+    CHECK_THAT(said(ExrBytes().image(800000, 1, 3)), Catch::ContainsSubstring("claims"));
+    CHECK_THAT(said(ExrBytes().image(40000, 1, 1)), Catch::ContainsSubstring("claims"));
+    CHECK_THAT(said(ExrBytes().image(1, 1 << 24, 3)), Catch::ContainsSubstring("claims"));
 }
 
-TEST_CASE("Reading and writing a PNG can be cancelled, and a height beyond what deflate can pack is refused",
-          "[picture][damage]") {
+TEST_CASE("PNG: reading and writing can be cancelled and an impossible height is refused", "[picture][damage]") {
     const Folder folder;
     const fs::path path = folder / "a.png";
     writePng(path, filledImage(1500, 1000, {"R", "G", "B"}));
     CHECK(fs::file_size(path) < 1500 * 1000 * 3 / 100);
-    Image busy = filledImage(400, 300, {"R", "G", "B"}); // a file that takes many reads
+    Image busy = filledImage(400, 300, {"R", "G", "B"}); // large enough for many reads
     std::minstd_rand random(1);
     for (float& value : busy.pixels) value = static_cast<float>(random() % 256) / 255;
     writePng(folder / "busy.png", busy);
@@ -91,8 +90,8 @@ TEST_CASE("Reading and writing a PNG can be cancelled, and a height beyond what 
                     Interrupted);
     CHECK_THROWS_AS(writePng(path, filledImage(1500, 1000, {"R", "G", "B"}), {}, [] { return true; }), Interrupted);
     CHECK(readPng(path).width == 1500);
-    // The same file with a height of 2 billion claims more than deflate can pack; the header's CRC is not looked at
-    // before.
+    // The same file with a height of 2 billion claims more than deflate can compress. The CRC of the header is checked
+    // later.
     std::string bytes = bytesOf(path);
     bytes[20] = 0x77;
     store(path, bytes);

@@ -20,7 +20,7 @@ size_t count(const std::string& text, const std::string& part) {
     return found;
 }
 
-/// The markers' middles, in order.
+/// Returns the centres of the markers, in order.
 std::vector<std::pair<double, double>> markers(const std::string& svg) {
     std::vector<std::pair<double, double>> found;
     const std::regex circle("<circle cx=\"([-0-9.]+)\" cy=\"([-0-9.]+)\"");
@@ -31,7 +31,7 @@ std::vector<std::pair<double, double>> markers(const std::string& svg) {
 
 } // namespace
 
-TEST_CASE("A table is read by its header and rows", "[picture]") {
+TEST_CASE("readPlotData: reads a table by header and rows", "[picture]") {
     const ScratchFolder folder;
     const PlotData data = readPlotData(store(folder / "a.csv", "r, \"our rdf\" ,theirs\r\n0,1,2.5\n\n0.5,,-3e-2\n"));
     CHECK(data.xName == "r");
@@ -41,15 +41,16 @@ TEST_CASE("A table is read by its header and rows", "[picture]") {
     CHECK(std::isnan(data.curves[0].y[1]));
     CHECK(data.curves[1].y == std::vector<double>{2.5, -0.03});
 
-    CHECK_THROWS_WITH(readPlotData(folder / "none.csv"), Catch::Contains("none.csv"));
-    CHECK_THROWS_WITH(readPlotData(store(folder / "b.csv", "x,y\n1,2\n3\n")), Catch::Contains("line 3"));
-    CHECK_THROWS_WITH(readPlotData(store(folder / "c.csv", "x,y\n1,two\n")), Catch::Contains("'two' is not a number"));
+    CHECK_THROWS_WITH(readPlotData(folder / "none.csv"), Catch::ContainsSubstring("none.csv"));
+    CHECK_THROWS_WITH(readPlotData(store(folder / "b.csv", "x,y\n1,2\n3\n")), Catch::ContainsSubstring("line 3"));
+    CHECK_THROWS_WITH(readPlotData(store(folder / "c.csv", "x,y\n1,two\n")),
+                      Catch::ContainsSubstring("'two' is not a number"));
     CHECK_THROWS_AS(readPlotData(store(folder / "d.csv", "x\n1\n")), FileError);
     CHECK_THROWS_AS(readPlotData(store(folder / "e.csv", "x,y\n")), FileError);
     CHECK_THROWS_AS(readPlotData(store(folder / "f.csv", "")), FileError);
 }
 
-TEST_CASE("A plot has its values where the axes have them", "[picture]") {
+TEST_CASE("plotSvg: markers are placed according to the axes", "[picture]") {
     const bool logarithmic = GENERATE(false, true);
     const PlotData data{.xName = "n", .x = {1, 10, 100}, .curves = {{"error", {100, 10, 1}}}};
     const std::string svg = plotSvg(data, {.logX = logarithmic, .logY = logarithmic});
@@ -62,29 +63,30 @@ TEST_CASE("A plot has its values where the axes have them", "[picture]") {
     CHECK(partY == Approx(logarithmic ? 0.5 : 9.0 / 99).margin(1e-3));
     CHECK(at[0].first < at[2].first);
     CHECK(at[0].second < at[2].second); // larger values are higher up
-    CHECK_THAT(svg, Catch::Contains(">100<") && Catch::EndsWith("</svg>\n"));
+    CHECK_THAT(svg, Catch::ContainsSubstring(">100<") && Catch::EndsWith("</svg>\n"));
     CHECK(plotSvg(data, {.logX = logarithmic, .logY = logarithmic}) == svg);
 }
 
-TEST_CASE("A plot shows names, escapes them and leaves gaps where values are missing", "[picture]") {
+TEST_CASE("plotSvg: names are escaped and missing values leave gaps", "[picture]") {
     PlotData data{.xName = "x", .x = {0, 1, 2, 3, 4}, .curves = {{"a<b & c", {1, 2, kMissing, 4, 5}}}};
     const std::string one = plotSvg(data, {.title = "T", .yLabel = "why"});
     CHECK(count(one, "<circle") == 4);
     CHECK(std::regex_search(one, std::regex("M[0-9. ]+L[0-9. ]+M[0-9. ]+L[0-9. ]+\"")));
-    CHECK_THAT(one, Catch::Contains(">T<") && Catch::Contains(">why<") && Catch::Contains(">x<"));
-    CHECK_THAT(one, !Catch::Contains("a&lt;b")); // one curve needs no legend
+    CHECK_THAT(one,
+               Catch::ContainsSubstring(">T<") && Catch::ContainsSubstring(">why<") && Catch::ContainsSubstring(">x<"));
+    CHECK_THAT(one, !Catch::ContainsSubstring("a&lt;b")); // a single curve has no legend
     data.curves.push_back({"other", {0, 0, 0, 0, 0}});
-    CHECK_THAT(plotSvg(data), Catch::Contains("a&lt;b &amp; c") && Catch::Contains("other"));
+    CHECK_THAT(plotSvg(data), Catch::ContainsSubstring("a&lt;b &amp; c") && Catch::ContainsSubstring("other"));
     data.x.assign(500, 0);
     for (size_t k = 0; k < 500; ++k) data.x[k] = static_cast<double>(k);
     data.curves = {{"many", std::vector<double>(500, 3)}};
     CHECK(count(plotSvg(data), "<circle") == 0);
 }
 
-TEST_CASE("A plot refuses what it cannot show", "[picture]") {
+TEST_CASE("plotSvg: invalid data and options are refused", "[picture]") {
     const PlotData data{.xName = "x", .x = {0, 1}, .curves = {{"y", {-1, 0}}}};
     CHECK_NOTHROW(plotSvg(data));
-    CHECK_THROWS_WITH(plotSvg(data, {.logY = true}), Catch::Contains("logarithmic"));
+    CHECK_THROWS_WITH(plotSvg(data, {.logY = true}), Catch::ContainsSubstring("logarithmic"));
     CHECK_THROWS_AS(plotSvg({.xName = "x", .x = {1}, .curves = {{"y", {kMissing}}}}), ValueError);
     CHECK_THROWS_AS(plotSvg({.xName = "x", .x = {1}, .curves = {{"y", {1, 2}}}}), ValueError);
     CHECK_THROWS_AS(plotSvg(data, {.width = 10}), ValueError);

@@ -6,8 +6,7 @@
 #include "curlew/field/Shapes.h"
 #include "curlew/flow/Flows.h"
 #include "curlew/picture/Slice.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,10 +17,10 @@ namespace {
 
 const Box kBox{{{-1, -2, -3}}, {{1, 2, 3}}};
 
-/// x + 10 y + 100 z.
+/// The field x + 10 y + 100 z.
 ScalarField places() { return rampField(Vec3d{{1, 10, 100}}); }
 
-/// Within a sphere.
+/// A flow within a sphere.
 Flow containedFlow() {
     const Wall wall{.sdf = sphereSdf(0.8), .side = Side::inside, .width = 0.2};
     const OctaveOptions octaves{.frequency = 2};
@@ -31,7 +30,7 @@ Flow containedFlow() {
 
 } // namespace
 
-TEST_CASE("A slice shows each position where the plane has it", "[picture]") {
+TEST_CASE("slice: pixels show the positions of their plane", "[picture]") {
     struct Case {
         int axis, right, up;
     };
@@ -53,29 +52,29 @@ TEST_CASE("A slice shows each position where the plane has it", "[picture]") {
     REQUIRE(image.channels == std::vector<std::string>{"value"});
     for (int y = 0; y < image.height; ++y)
         for (int x = 0; x < image.width; ++x) {
-            const Vec3d p = plane.at(x + 0.5, y + 0.5); // the mean of a ramp is its middle
+            const Vec3d p = plane.at(x + 0.5, y + 0.5); // the mean of a ramp over a pixel is its value at the centre
             REQUIRE(image.at(x, y) == Approx(p[0] + 10 * p[1] + 100 * p[2]).margin(1e-3));
         }
 }
 
-TEST_CASE("A margin surrounds the box by a part of its longer edge", "[picture]") {
+TEST_CASE("PicturePlane: the margin is a fraction of the longer edge", "[picture]") {
     const PicturePlane plane(kBox, {.width = 100, .margin = 0.25});
     CHECK(plane.at(0, 0)[0] == Approx(-2));
     CHECK(plane.at(0, 0)[1] == Approx(3));
     CHECK(plane.height() == 150);
 }
 
-TEST_CASE("What a slice shows of a field are its value, gradient and slope", "[picture]") {
+TEST_CASE("fieldSource: shows value and gradient and slope of a field", "[picture]") {
     const Image gradient = slice(kBox, fieldSource(places(), "gradient"), {.width = 8});
     REQUIRE(gradient.channels == std::vector<std::string>{"gradient.x", "gradient.y", "gradient.z"});
     CHECK(gradient.at(3, 3, 0) == Approx(1));
     CHECK(gradient.at(3, 3, 1) == Approx(10));
     CHECK(gradient.at(3, 3, 2) == Approx(100));
     CHECK(slice(kBox, fieldSource(places(), "slope"), {.width = 8}).at(2, 2) == Approx(std::sqrt(10101.0)));
-    CHECK_THROWS_WITH(fieldSource(places(), "speed"), Catch::Contains("value, gradient or slope"));
+    CHECK_THROWS_WITH(fieldSource(places(), "speed"), Catch::ContainsSubstring("value, gradient or slope"));
 }
 
-TEST_CASE("What a slice shows of a flow is what the flow has there", "[picture]") {
+TEST_CASE("flowSource: shows velocity and speed and potentials and distance of a flow", "[picture]") {
     const Flow flow = containedFlow();
     const SliceOptions options{.width = 60, .supersampling = 1};
     const Box box = flow.domain().box;
@@ -110,10 +109,10 @@ TEST_CASE("What a slice shows of a flow is what the flow has there", "[picture]"
         }
     CHECK(shown > 100);
     CHECK(hidden > 50);
-    CHECK_THROWS_WITH(flowSource(flow, "value"), Catch::Contains("speed, vx"));
+    CHECK_THROWS_WITH(flowSource(flow, "value"), Catch::ContainsSubstring("speed, vx"));
 }
 
-TEST_CASE("A slice is the same for any number of threads", "[picture]") {
+TEST_CASE("slice: does not depend on the number of threads", "[picture]") {
     const auto pixels = [](int threads) {
         const ThreadLimit limit(threads);
         auto values =
@@ -126,7 +125,7 @@ TEST_CASE("A slice is the same for any number of threads", "[picture]") {
     CHECK(pixels(1) == pixels(2));
 }
 
-TEST_CASE("A slice refuses a box or a size that makes no picture", "[picture]") {
+TEST_CASE("slice: invalid boxes and options are refused", "[picture]") {
     const SliceSource source = fieldSource(places(), "value");
     CHECK_THROWS_AS(slice({{{0, 0, 0}}, {{0, 1, 1}}}, source, {}), ValueError);
     CHECK_THROWS_AS(slice({{{0, 0, 0}}, {{1e300 * 1e10, 1, 1}}}, source, {}), ValueError);
@@ -137,7 +136,7 @@ TEST_CASE("A slice refuses a box or a size that makes no picture", "[picture]") 
     CHECK_THROWS_AS(slice({{{0, 0, 0}}, {{1e-6, 1, 1}}}, source, {.margin = 0}), ValueError);
 }
 
-TEST_CASE("alongSource: is the velocity's component in the direction, whatever its length", "[picture]") {
+TEST_CASE("alongSource: is the velocity component along a direction of any length", "[picture]") {
     const Flow flow = containedFlow();
     const SliceOptions options{.width = 50, .supersampling = 1};
     const Image velocity = slice(flow.domain().box, flowSource(flow, "velocity"), options);
@@ -152,7 +151,7 @@ TEST_CASE("alongSource: is the velocity's component in the direction, whatever i
     CHECK_THROWS_AS(alongSource(flow, {}), ValueError);
 }
 
-TEST_CASE("wallSource: is the signed distance to the wall on both of its sides", "[picture]") {
+TEST_CASE("wallSource: is the signed distance on both sides of the wall", "[picture]") {
     const Domain domain = containedFlow().domain();
     const SliceOptions options{.axis = 1, .width = 40, .supersampling = 1, .margin = 0.5};
     const PicturePlane plane(domain.box, options);
@@ -164,7 +163,7 @@ TEST_CASE("wallSource: is the signed distance to the wall on both of its sides",
     CHECK(distance.at(0, 0) * distance.at(20, 20) < 0);
 }
 
-TEST_CASE("inPlane: takes the components to the right and up", "[picture]") {
+TEST_CASE("inPlane: keeps the components to the right and up", "[picture]") {
     const int axis = GENERATE(0, 1, 2);
     const PicturePlane plane(kBox, {.axis = axis, .width = 4});
     Image vectors = filledImage(2, 1, {"v.x", "v.y", "v.z"});

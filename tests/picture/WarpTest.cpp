@@ -6,8 +6,7 @@
 #include "curlew/field/NoiseField.h"
 #include "curlew/picture/ColorMap.h"
 #include "curlew/picture/Warp.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 #include <cmath>
 #include <limits>
@@ -19,7 +18,7 @@ namespace {
 using Position = Vec<double, 2>;
 using Flow2 = FlowN<2>;
 
-/// (f_y, -f_x) of f = -(x² + y²) / 2: a turn to the left, one radian a second.
+/// (f_y, -f_x) of f = -(x² + y²) / 2: a counter-clockwise rotation, one radian per second.
 Flow2 rotation() {
     return Flow2(Flow2::Potentials{
         formulaField<2>([](const auto& x, const auto& k) { return (x[0] * x[0] + x[1] * x[1]) * k(-0.5); })});
@@ -31,7 +30,7 @@ Position turned(const Position& p, double angle) {
     return {{p[0] * std::cos(angle) - p[1] * std::sin(angle), p[0] * std::sin(angle) + p[1] * std::cos(angle)}};
 }
 
-/// How far a warp by a rotation ends from where it should.
+/// Returns the error of the end position for a rotation.
 double error(Scheme scheme, int steps, int reprojections) {
     std::vector<Position> p{{{1, 0}}, {{0.3, -0.7}}};
     const auto start = p;
@@ -41,7 +40,7 @@ double error(Scheme scheme, int steps, int reprojections) {
     return worst;
 }
 
-/// How far positions leave their track.
+/// Returns how far positions drift off their tracks.
 double drift(const WarpOptions& options) {
     const Flow2 flow = noiseFlow();
     std::vector<Position> p;
@@ -56,7 +55,7 @@ double drift(const WarpOptions& options) {
 
 } // namespace
 
-TEST_CASE("A warp has the order of its scheme", "[picture]") {
+TEST_CASE("warp: has the order of its scheme", "[picture]") {
     const auto [scheme, order] =
         GENERATE(table<Scheme, double>({{Scheme::euler, 1}, {Scheme::midpoint, 2}, {Scheme::rk4, 4}}));
     const double coarse = error(scheme, 16, 0), fine = error(scheme, 32, 0);
@@ -64,17 +63,17 @@ TEST_CASE("A warp has the order of its scheme", "[picture]") {
     CHECK(std::log2(coarse / fine) == Approx(order).margin(0.15));
 }
 
-TEST_CASE("Each correction brings a warp nearer to its track", "[picture]") {
+TEST_CASE("warp: each reprojection brings positions closer to their tracks", "[picture]") {
     const double none = drift({.steps = 64, .reprojections = 0}), one = drift({.steps = 64, .reprojections = 1}),
                  ten = drift({.steps = 64, .reprojections = 10});
     CAPTURE(none, one, ten);
     CHECK(one < 0.1 * none);
     CHECK(ten < 1e-13);
-    // On circles, too, where Euler's steps lead outwards.
+    // The same on circles, where Euler steps lead outwards.
     CHECK(error(Scheme::euler, 16, 10) < 0.2 * error(Scheme::euler, 16, 0));
 }
 
-TEST_CASE("A warp back leads where it came from, on any number of threads", "[picture]") {
+TEST_CASE("warp: backward returns to the start for any number of threads", "[picture]") {
     const auto forth = [](int threads) {
         const ThreadLimit limit(threads);
         std::vector<Position> p;
@@ -88,7 +87,7 @@ TEST_CASE("A warp back leads where it came from, on any number of threads", "[pi
     for (size_t k = 0; k < p.size(); ++k) REQUIRE(length(p[k] - Position{{0.01 * static_cast<double>(k), 0.3}}) < 1e-4);
 }
 
-TEST_CASE("The wave pattern is that of the formula", "[picture]") {
+TEST_CASE("wavePattern: follows its formula", "[picture]") {
     // y + 0.05 |cos(10 π (x - y))| + 1213.12 has the fraction 0.17: stripe 1, 17 mod 13 = 4 of 13.
     CHECK(wavePattern({{0.3, 0.3}}) == colorAt(ColorMap::viridis, static_cast<float>(17 * 4 % 13) / 13));
     CHECK(wavePattern({{0, 0}}) == colorAt(ColorMap::viridis, static_cast<float>(17 % 13) / 13));
@@ -96,14 +95,14 @@ TEST_CASE("The wave pattern is that of the formula", "[picture]") {
     CHECK(wavePattern({{0.05, 0.2}}) == wavePattern({{0.05, 1.2}}));
 }
 
-TEST_CASE("A texture is an image on a box, straight between the pixels", "[picture]") {
+TEST_CASE("textureOf: interpolates an image linearly on a box", "[picture]") {
     Image image = filledImage(4, 2, {"R", "G", "B"});
     for (int y = 0; y < 2; ++y)
         for (int x = 0; x < 4; ++x)
             image.at(x, y, 0) = static_cast<float>(x), image.at(x, y, 1) = static_cast<float>(y);
     const BoxN<2> box{{{1, 10}}, {{5, 12}}};
     const Texture2 texture = textureOf(image, box);
-    CHECK(texture({{1.5, 11.5}}) == Vec3f{{0, 0, 0}}); // the middle of the upper left pixel
+    CHECK(texture({{1.5, 11.5}}) == Vec3f{{0, 0, 0}}); // the centre of the upper left pixel
     CHECK(texture({{3.25, 11}})[0] == Approx(1.75));
     CHECK(texture({{3.25, 11}})[1] == Approx(0.5));
     CHECK(texture({{-100, 100}}) == Vec3f{{0, 0, 0}});
@@ -112,7 +111,7 @@ TEST_CASE("A texture is an image on a box, straight between the pixels", "[pictu
     CHECK_THROWS_AS(textureOf(filledImage(2, 2, {"R", "G"}), box), ValueError);
 }
 
-TEST_CASE("An image stays what it is where nothing moves, and turns with a rotation", "[picture]") {
+TEST_CASE("warpedPicture: zero time changes nothing and a rotation rotates the image", "[picture]") {
     Image image = filledImage(40, 40, {"R", "G", "B"});
     for (int y = 0; y < 40; ++y)
         for (int x = 0; x < 40; ++x)
@@ -121,20 +120,20 @@ TEST_CASE("An image stays what it is where nothing moves, and turns with a rotat
     const Texture2 texture = textureOf(image, box);
     const Image still = warpedPicture(rotation(), texture, box, 40, 40, {.time = 0, .steps = 1});
     for (size_t k = 0; k < image.pixels.size(); ++k) REQUIRE(still.pixels[k] == Approx(image.pixels[k]).margin(1e-4));
-    // A quarter turn to the left takes the pixel at the right edge to the upper one.
+    // A counter-clockwise quarter turn moves the pixel at the right edge to the top.
     const Image quarter = warpedPicture(rotation(), texture, box, 40, 40, {.time = std::acos(0.0)});
     CHECK(quarter.at(39, 20, 0) == Approx(image.at(20, 0, 0)).margin(1e-3));
     CHECK(quarter.at(39, 20, 1) == Approx(image.at(20, 0, 1)).margin(1e-3));
-    // The mean over a pixel of what is straight is its middle.
+    // The mean of a linear function over a pixel is its value at the centre.
     const Image smooth = warpedPicture(rotation(), texture, box, 40, 40, {.time = std::acos(0.0), .supersampling = 3});
     CHECK(smooth.at(30, 20, 0) == Approx(quarter.at(30, 20, 0)).margin(1e-3));
 }
 
-TEST_CASE("A warp refuses what it cannot follow", "[picture]") {
+TEST_CASE("warp: unsuitable flows and options are refused", "[picture]") {
     std::vector<Position> p{{{0, 0}}};
     CHECK_THROWS_AS(warp(rotation(), p, {.steps = -1}), ValueError);
     CHECK_THROWS_AS(warp(rotation(), p, {.reprojections = -1}), ValueError);
-    CHECK_THROWS_AS(warp(rotation(), p, {.scheme = Scheme::rk4}), ValueError); // it estimates no error
+    CHECK_THROWS_AS(warp(rotation(), p, {.scheme = Scheme::rk4}), ValueError); // it has no error estimate
     CHECK_THROWS_AS(warp(rotation(), p, {.time = std::numeric_limits<double>::infinity()}), ValueError);
     CHECK_THROWS_AS(warp(rotation() + noiseFlow(), p, {}), ValueError);
     CHECK_NOTHROW(warp(rotation() + noiseFlow(), p, {.reprojections = 0}));
@@ -144,7 +143,7 @@ TEST_CASE("A warp refuses what it cannot follow", "[picture]") {
     CHECK_THROWS_AS(warpedPicture(rotation(), wavePattern, {}, 10, 10, {}), ValueError);
 }
 
-TEST_CASE("Images differ by the root mean square of their values differences", "[picture]") {
+TEST_CASE("differenceOf: is the rms and maximum difference of two images", "[picture]") {
     Image a = filledImage(2, 2, {"v"}, 1), b = a;
     CHECK(differenceOf(a, b).rms == 0);
     b.pixels = {1, 1, 1, 3};

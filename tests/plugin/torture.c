@@ -57,7 +57,7 @@ static void nullPointers(void) {
     FAILS(curlew_provide_points(session, "", &array, NULL, NULL), CURLEW_VALUE_ERROR, "empty");
     FAILS(curlew_provide_points(session, "a", NULL, NULL, NULL), CURLEW_VALUE_ERROR, "positions is NULL");
     FAILS(curlew_withdraw(NULL, "a"), CURLEW_VALUE_ERROR, "NULL");
-    FAILS(curlew_withdraw(session, "a"), CURLEW_VALUE_ERROR, "nothing is provided as 'a'");
+    FAILS(curlew_withdraw(session, "a"), CURLEW_VALUE_ERROR, "nothing has been provided as 'a'");
     FAILS(curlew_run(NULL, "noise", NULL, NULL), CURLEW_VALUE_ERROR, "NULL");
     FAILS(curlew_run(session, NULL, NULL, NULL), CURLEW_VALUE_ERROR, "text is NULL");
     FAILS(curlew_check(NULL, NULL), CURLEW_VALUE_ERROR, "NULL");
@@ -148,7 +148,7 @@ static void wrongGraphs(void) {
     FAILS(curlew_run_graph(session,
                            "{\"nodes\": [{\"name\": \"a\", \"action\": \"clip\", \"inputs\": {\"field\": [\"a\"]}}]}",
                            NULL, NULL),
-          CURLEW_VALUE_ERROR, "circle");
+          CURLEW_VALUE_ERROR, "cycle");
     memset(deep, '[', sizeof deep - 1);
     deep[sizeof deep - 1] = 0;
     memcpy(deep, "{\"nodes\":", 9);
@@ -156,7 +156,7 @@ static void wrongGraphs(void) {
     FAILS(curlew_run_graph(session, "\xff\xfe{", NULL, NULL), CURLEW_VALUE_ERROR, "");
     FAILS(curlew_check("{\"nodes\": [{\"action\": \"dfvn\"}]}", NULL), CURLEW_VALUE_ERROR, "-dfvn");
     SUCCEEDS(curlew_check("{\"nodes\": [{\"action\": \"read\", \"words\": [\"missing.obj\"]}]}", NULL));
-    FAILS(curlew_translate("noise", NULL, "xml", &text), CURLEW_VALUE_ERROR, "json and scene");
+    FAILS(curlew_translate("noise", NULL, "xml", &text), CURLEW_VALUE_ERROR, "json or scene");
     CHECK(text == NULL);
     FAILS(curlew_translate("noise\nnoize", "x.txt", "json", &text), CURLEW_VALUE_ERROR, "x.txt:2");
     SUCCEEDS(curlew_translate("noise seed=1\nslice width=4\n", NULL, "json", &text));

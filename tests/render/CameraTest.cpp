@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Error.h"
 #include "curlew/render/Camera.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +16,7 @@ const Vec3d kUp{{0, 1, 0}};
 
 } // namespace
 
-TEST_CASE("a camera shows what it looks at in the middle, right of it to the right, above it above", "[render]") {
+TEST_CASE("Camera: projects the target to the centre with right to the right and up to the top", "[render]") {
     const Camera camera({{0, 0, 5}}, {{0, 0, 0}}, kUp, 40, 320, 200);
     const auto middle = camera.project({});
     CHECK(middle.x == Approx(160));
@@ -32,7 +31,7 @@ TEST_CASE("a camera shows what it looks at in the middle, right of it to the rig
     CHECK(middle.pixelsPerUnit == Approx(160 / halfWidth));
 }
 
-TEST_CASE("a pixel is seen in the direction of what is projected onto it", "[render]") {
+TEST_CASE("Camera: direction and project are inverse", "[render]") {
     const Camera camera({{3, 2, -1}}, {{0.2, 0.1, 0.5}}, {{0.1, 1, 0.3}}, 55, 200, 300);
     for (const double x : {0.5, 71.25, 199.0})
         for (const double y : {1.5, 150.0, 299.5}) {
@@ -46,7 +45,7 @@ TEST_CASE("a pixel is seen in the direction of what is projected onto it", "[ren
     CHECK(cross(camera.right(), camera.up())[2] == Approx(-camera.forward()[2]));
 }
 
-TEST_CASE("a camera around a box sees all of it, and no more than it must", "[render]") {
+TEST_CASE("Camera: around a box shows all of it with the given margin", "[render]") {
     const Box box{{{-1, 0, -3}}, {{2, 1, 0.5}}};
     for (const Vec3d& from : {Vec3d{{0, 0, 1}}, Vec3d{{0.6, 0.45, 1}}, Vec3d{{-2, 0.5, 0.1}}}) {
         constexpr double kMargin = 0.04;
@@ -66,7 +65,7 @@ TEST_CASE("a camera around a box sees all of it, and no more than it must", "[re
     }
 }
 
-TEST_CASE("a camera that cannot be is refused", "[render]") {
+TEST_CASE("Camera: invalid parameters are refused", "[render]") {
     CHECK_THROWS_AS(Camera({}, {}, kUp, 40, 10, 10), ValueError);
     CHECK_THROWS_AS(Camera({{0, 1, 0}}, {}, kUp, 40, 10, 10), ValueError);
     CHECK_THROWS_AS(Camera({{0, 0, 1}}, {}, kUp, 0, 10, 10), ValueError);

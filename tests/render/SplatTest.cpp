@@ -3,8 +3,7 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/base/Random.h"
 #include "curlew/render/Splat.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 #include <cmath>
 #include <limits>
@@ -57,7 +56,7 @@ constexpr SplatOptions kClear{.fade = 0};
 
 } // namespace
 
-TEST_CASE("a luminous point has the energy of its kernel wherever it lies among the pixels", "[render]") {
+TEST_CASE("luminous: a point has the energy of its kernel at any subpixel position", "[render]") {
     for (const double radius : {1.5, 2.5, 7.0})
         for (int k = 0; k < 25; ++k) {
             Positions p;
@@ -71,7 +70,7 @@ TEST_CASE("a luminous point has the energy of its kernel wherever it lies among 
         }
 }
 
-TEST_CASE("what is smaller than a pixel gets fainter as its area does", "[render]") {
+TEST_CASE("luminous: features smaller than a pixel fade with their area", "[render]") {
     Positions p;
     p.add(0.003, 0.004);
     const double whole = energyOf(luminous(p.points(), faced(), {.radius = 0.02, .fade = 0}).image);
@@ -85,7 +84,7 @@ TEST_CASE("what is smaller than a pixel gets fainter as its area does", "[render
           Approx(0.1).epsilon(0.03));
 }
 
-TEST_CASE("points that fade give less light, and smaller balls", "[render]") {
+TEST_CASE("luminous and opaque: faded points give less light and smaller discs", "[render]") {
     Positions p;
     p.add(0.003, 0.004);
     Splats whole = p.points(), dim = whole, none = whole;
@@ -105,7 +104,7 @@ TEST_CASE("points that fade give less light, and smaller balls", "[render]") {
     CHECK_THROWS_AS(luminous(wrong, faced(), options), ValueError);
 }
 
-TEST_CASE("a line has the energy of its length, in any direction and however it is divided", "[render]") {
+TEST_CASE("luminous: the energy of a line depends on its length and not on direction or subdivision", "[render]") {
     for (int k = 0; k < 20; ++k) {
         const double angle = 0.05 + 0.3 * k, length = 0.7;
         const double dx = length * std::cos(angle), dy = length * std::sin(angle);
@@ -124,7 +123,7 @@ TEST_CASE("a line has the energy of its length, in any direction and however it 
     }
 }
 
-TEST_CASE("a line is 1 in its middle, and its closing edge is drawn", "[render]") {
+TEST_CASE("luminous: a line is 1 in the middle and closed lines get their last edge", "[render]") {
     Positions p;
     p.add(-0.3, 0.005), p.add(0.3, 0.005), p.add(0.3, 0.205), p.add(-0.3, 0.205);
     p.start = {0, 4};
@@ -138,7 +137,7 @@ TEST_CASE("a line is 1 in its middle, and its closing edge is drawn", "[render]"
     CHECK(energyOf(closed) / energyOf(open) == Approx(1.6 / 1.4).epsilon(0.01));
 }
 
-TEST_CASE("light adds up, and what lies behind a surface is not seen", "[render]") {
+TEST_CASE("luminous: light adds up and surfaces hide what is behind them", "[render]") {
     Positions p;
     p.add(0.105, 0.105), p.add(0.105, 0.105), p.add(0.105, 0.105, -1);
     std::vector<float> depth(size_t{160} * 120, 10.5f);
@@ -151,7 +150,7 @@ TEST_CASE("light adds up, and what lies behind a surface is not seen", "[render]
     CHECK(balls.at(90, 49, 4) == Approx(10 - 0.04).epsilon(1e-3)); // the front of the ball
 }
 
-TEST_CASE("opaque balls cover their discs, the nearer ones those behind", "[render]") {
+TEST_CASE("opaque: discs have the correct area and nearer ones hide farther ones", "[render]") {
     Positions p;
     p.add(0, 0, 0), p.add(0.1, 0, 1), p.add(-5, 0, 0), p.add(0, 0, 11);
     Splats splats = p.points();
@@ -171,7 +170,7 @@ TEST_CASE("opaque balls cover their discs, the nearer ones those behind", "[rend
     CHECK(disc.covered * 160 * 120 == Approx(std::numbers::pi * 900).epsilon(0.003));
 }
 
-TEST_CASE("what is far away is weaker", "[render]") {
+TEST_CASE("luminous: distant points are dimmer by fade", "[render]") {
     Positions p;
     p.add(-0.205, 0.005, 1), p.add(0.205 * 1.1, 0.005 * 1.1, -1);
     const Image light = luminous(p.points(), faced(), {.fade = 0.75}).image;
@@ -184,7 +183,7 @@ TEST_CASE("what is far away is weaker", "[render]") {
     CHECK(peak(80, 160) / peak(0, 80) == Approx(0.25).margin(0.03));
 }
 
-TEST_CASE("splats are the same for any number of threads", "[render]") {
+TEST_CASE("luminous and opaque: do not depend on the number of threads", "[render]") {
     const Positions walks = randomWalks(300, 40);
     const auto draw = [&](int threads) {
         const ThreadLimit limit(threads);
@@ -196,7 +195,7 @@ TEST_CASE("splats are the same for any number of threads", "[render]") {
     CHECK(one.second == four.second);
 }
 
-TEST_CASE("splats refuse what does not fit, and take what is not there", "[render]") {
+TEST_CASE("luminous and opaque: invalid input is refused and non-finite points are skipped", "[render]") {
     Positions p;
     p.add(0, 0);
     Splats splats = p.points();
@@ -220,7 +219,7 @@ TEST_CASE("splats refuse what does not fit, and take what is not there", "[rende
     CHECK(strange.points().bounds().upper[0] == 0.1);
 }
 
-TEST_CASE("a camera is framed around all splats but strays", "[render]") {
+TEST_CASE("framing: fits all splats except outliers", "[render]") {
     const auto fill = [](double stray) {
         Positions p;
         for (uint64_t k = 0; k < 3000; ++k)

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Error.h"
 #include "curlew/render/SplatValues.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 #include <limits>
 #include <numeric>
@@ -40,14 +39,14 @@ Curves twoCurves() {
 
 } // namespace
 
-TEST_CASE("splatValues: height and depth are measured from the camera", "[render]") {
+TEST_CASE("splatValues: height is the y coordinate and depth is measured from the camera", "[render]") {
     CHECK(splatValues(threePoints(), SplatValue::height, kCamera) == std::vector<float>{5, -3, 0.5f});
     CHECK(splatValues(threePoints(), SplatValue::depth, kCamera) == std::vector<float>{10, 8, 14});
     CHECK(splatValues(twoCurves(), SplatValue::height, kCamera) == std::vector<float>{5, -3, 0.5f});
     CHECK(splatValues(twoCurves(), SplatValue::depth, kCamera) == std::vector<float>{10, 8, 14});
 }
 
-TEST_CASE("splatValues: points have their own speed and age, if they have any", "[render]") {
+TEST_CASE("splatValues: speed and age come from the attributes of points and curves", "[render]") {
     Points p = threePoints();
     CHECK_THROWS_AS(splatValues(p, SplatValue::speed, kCamera), ValueError);
     CHECK_THROWS_AS(splatValues(p, SplatValue::age, kCamera), ValueError);
@@ -61,7 +60,7 @@ TEST_CASE("splatValues: points have their own speed and age, if they have any", 
     CHECK(splatValues(twoCurves(), SplatValue::age, kCamera) == std::vector<float>{0, 0.5f, 0});
 }
 
-TEST_CASE("splatValues: ids give random numbers, and the order even ones", "[render]") {
+TEST_CASE("splatValues: id gives random values and index even ones", "[render]") {
     const auto ids = splatValues(threePoints(), SplatValue::id, kCamera);
     CHECK(ids[0] == ids[2]);
     CHECK(ids[0] != ids[1]);
@@ -73,14 +72,14 @@ TEST_CASE("splatValues: ids give random numbers, and the order even ones", "[ren
     CHECK(splatValues(twoCurves(), SplatValue::index, kCamera) == std::vector<float>{0, 0, 1});
 }
 
-TEST_CASE("splatRange: lies between percentiles of what is finite", "[render]") {
+TEST_CASE("splatRange: lies between percentiles of the finite values", "[render]") {
     std::vector<float> values(101);
     std::iota(values.begin(), values.end(), 0.0f);
-    CHECK(splatRange(values, SplatValue::speed) == Range{2, 98});
+    CHECK(splatRange(values, SplatValue::speed) == Interval{2, 98});
     values.push_back(std::numeric_limits<float>::infinity());
     values.push_back(std::numeric_limits<float>::quiet_NaN());
-    CHECK(splatRange(values, SplatValue::speed) == Range{2, 98});
-    CHECK(splatRange(values, SplatValue::index) == Range{0, 1});
-    CHECK(splatRange({3, 3, 3}, SplatValue::depth) == Range{2.5, 3.5});
-    CHECK(splatRange({}, SplatValue::depth) == Range{0, 1});
+    CHECK(splatRange(values, SplatValue::speed) == Interval{2, 98});
+    CHECK(splatRange(values, SplatValue::index) == Interval{0, 1});
+    CHECK(splatRange({3, 3, 3}, SplatValue::depth) == Interval{2.5, 3.5});
+    CHECK(splatRange({}, SplatValue::depth) == Interval{0, 1});
 }

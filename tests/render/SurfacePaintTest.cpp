@@ -6,8 +6,7 @@
 #include "curlew/render/SurfacePaint.h"
 #include "curlew/render/SurfaceTexture.h"
 #include "curlew/render/ThinFilm.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 #include <algorithm>
 #include <numbers>
@@ -34,7 +33,7 @@ TEST_CASE("paintedColors: a plain surface has one colour for all hits", "[render
     CHECK_FALSE(painted.carried);
 }
 
-TEST_CASE("paintedColors: textures are those of each hit's position", "[render]") {
+TEST_CASE("paintedColors: textures are evaluated at each hit", "[render]") {
     const auto positions = positionsOf(ball());
     const auto at = [&](Texture texture, size_t k) {
         return paintedColors(ball(), {.texture = texture, .edge = 0.3, .box = kBall.bounds}).colors.at(k);
@@ -48,7 +47,7 @@ TEST_CASE("paintedColors: textures are those of each hit's position", "[render]"
     }
 }
 
-TEST_CASE("paintedColors: a film of no thickness reflects nothing", "[render]") {
+TEST_CASE("paintedColors: a film of zero thickness reflects nothing", "[render]") {
     const auto colors = paintedColors(ball(), {.texture = Texture::film, .film = {1, 1}, .box = kBall.bounds}).colors;
     for (size_t k = 0; k < colors.size(); ++k)
         if (ball().hits[k].normal[2] > 0.3f) // seen along itself, any film is a mirror
@@ -57,7 +56,7 @@ TEST_CASE("paintedColors: a film of no thickness reflects nothing", "[render]") 
     CHECK(std::any_of(thick.begin(), thick.end(), [](const Vec3f& c) { return c[0] > 0.1f; }));
 }
 
-TEST_CASE("paintedColors: a source is shown by the automatic scale of its values", "[render]") {
+TEST_CASE("paintedColors: a source is mapped by the automatic scale", "[render]") {
     const auto source = fieldSource(rampField(Vec3d{{1, 0, 0}}), "value");
     const auto colors = paintedColors(ball(), {.source = source}).colors;
     REQUIRE(colors.size() == ball().hits.size());
@@ -68,7 +67,7 @@ TEST_CASE("paintedColors: a source is shown by the automatic scale of its values
     }
 }
 
-TEST_CASE("paintedColors: a texture carried by a turning flow has turned", "[render]") {
+TEST_CASE("paintedColors: a texture carried by a rotating flow is rotated", "[render]") {
     SurfacePaint paint{.texture = Texture::waves, .edge = 0.3, .flow = turning(), .carry = {.time = 0, .steps = 40}};
     const auto still = paintedColors(ball(), paint);
     CHECK_FALSE(still.carried);
@@ -89,7 +88,7 @@ TEST_CASE("paintedColors: a texture carried by a turning flow has turned", "[ren
     CHECK(other > still.colors.size() / 100);
 }
 
-TEST_CASE("paintedColors: streaks darken and lighten the colour, and need a flow", "[render]") {
+TEST_CASE("paintedColors: streaks modulate the colour and require a flow", "[render]") {
     const SurfacePaint paint{.texture = Texture::lic, .color = {{0.5f, 0.5f, 0.5f}}, .seed = 3, .flow = turning()};
     const auto colors = paintedColors(ball(), paint).colors;
     const auto streaks = surfaceLic(ball(), turning(), {.seed = 3});

@@ -19,7 +19,7 @@ Image picture(const Surface& surface, const std::vector<Vec3f>& colors, const Su
 
 } // namespace
 
-TEST_CASE("a shaded picture has colour, coverage and depth", "[render]") {
+TEST_CASE("shadeSurface: gives colour and coverage and depth", "[render]") {
     const Image image = picture(ball(1, {}), kRed);
     CHECK(image.channels == std::vector<std::string>{"R", "G", "B", "A", "Z"});
     CHECK(image.at(48, 36, 0) > 3 * image.at(48, 36, 2));
@@ -34,7 +34,7 @@ TEST_CASE("a shaded picture has colour, coverage and depth", "[render]") {
     CHECK(edge >= 1); // pixels that are covered in part
 }
 
-TEST_CASE("whatever is drawn first, the nearer hides the farther", "[render]") {
+TEST_CASE("shadeSurface: the nearer surface hides the farther one in any drawing order", "[render]") {
     const Surface near = ball(0.7, {{0.3, 0, 1}}), far = ball(0.9, {{-0.3, 0.1, -1}});
     const Image nearFirst = picture(near, kRed), farFirst = picture(far, kBlue);
     const Image one = picture(far, kBlue, {}, &nearFirst), two = picture(near, kRed, {}, &farFirst);
@@ -52,7 +52,7 @@ TEST_CASE("whatever is drawn first, the nearer hides the farther", "[render]") {
     CHECK(worst < 1e-5);
 }
 
-TEST_CASE("an outline adds light and hides nothing", "[render]") {
+TEST_CASE("shadeSurface: an outline adds light and hides nothing", "[render]") {
     const Image solid = picture(ball(0.6, {}), kRed);
     const Image rim = picture(ball(1, {}), kBlue, {.finish = Finish::outline}, &solid);
     for (int y = 0; y < 72; ++y)
@@ -68,7 +68,7 @@ TEST_CASE("an outline adds light and hides nothing", "[render]") {
     CHECK(brightest > 4 * added(48));
 }
 
-TEST_CASE("what stands in the light throws a shadow", "[render]") {
+TEST_CASE("shadeSurface: objects cast shadows", "[render]") {
     const Sdf two = unite(planeSdf({{0, 1, 0}}, -0.6), placed(sphereSdf(0.3), {.offset = {{0, 0.4, 0}}}), 0);
     const Surface surface(two, test::cube(1));
     const SurfaceLook look{.light = {{0, 1, 0}}};
@@ -84,7 +84,7 @@ TEST_CASE("what stands in the light throws a shadow", "[render]") {
     CHECK(at(dark, beside) == at(lit, beside));
 }
 
-TEST_CASE("a shaded picture refuses what does not fit", "[render]") {
+TEST_CASE("shadeSurface: mismatched colours or backgrounds are refused", "[render]") {
     const SurfaceView view = viewSurface(ball(1, {}), kCamera, 1);
     CHECK_THROWS_AS(shadeSurface(view, {}, {}), ValueError);
     CHECK_THROWS_AS(shadeSurface(view, std::vector<Vec3f>(7), {}), ValueError);

@@ -55,13 +55,13 @@ double errorOnBall(const Surface& surface, double radius, double edge, double no
 
 } // namespace
 
-TEST_CASE("rays meet a shape where they do", "[render]") {
+TEST_CASE("Surface: rays hit a shape at the exact distance", "[render]") {
     CHECK(errorOnBall(Surface(sphereSdf(0.7)), 0.7, 0, 1e-9) < 1e-9);
-    // The same as an isosurface, whose steepness has to be measured.
+    // The same as an isosurface, whose lipschitz has to be measured.
     CHECK(errorOnBall(Surface(sphereSdf(1).distance, -0.3, test::cube(1), true), 0.7, 0, 1e-9) < 1e-9);
 }
 
-TEST_CASE("rays meet a level set where its spline is, which is nearer than its voxels", "[render]") {
+TEST_CASE("Surface: rays hit a level set with accuracy finer than its voxels", "[render]") {
     for (const double voxel : {0.05, 0.025}) {
         const auto grid =
             openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(0.7f, {0, 0, 0}, static_cast<float>(voxel), 6.0f);
@@ -74,7 +74,7 @@ TEST_CASE("rays meet a level set where its spline is, which is nearer than its v
     CHECK_THROWS_AS(Surface({.grid = openvdb::createLevelSet<openvdb::FloatGrid>(0.1), .mesh = nullptr}), ValueError);
 }
 
-TEST_CASE("of a field, rays find the first place with the value", "[render]") {
+TEST_CASE("Surface: rays find the first level crossing of a general field", "[render]") {
     const ScalarField noise = noiseField<GradientNoise<3>>({}, {.frequency = 2});
     const Surface surface(noise, 0.1, test::cube(0.8), false);
     const auto rays = raysInwards(300);
@@ -107,7 +107,7 @@ TEST_CASE("of a field, rays find the first place with the value", "[render]") {
     CHECK(thin <= 3);
 }
 
-TEST_CASE("a box cuts what is solid and leaves a sheet open", "[render]") {
+TEST_CASE("Surface: a box cuts solids and leaves sheets open", "[render]") {
     const Sdf ground = planeSdf({{0, 1, 0}}, 0);
     const Box box = test::cube(1);
     const std::vector<Ray> rays{{{{3, -0.5, 0}}, {{-1, 0, 0}}}, {{{0, 3, 0.2}}, {{0, -1, 0}}}};
@@ -124,13 +124,13 @@ TEST_CASE("a box cuts what is solid and leaves a sheet open", "[render]") {
     CHECK(inside[0].normal[0] == Approx(-1));
 }
 
-TEST_CASE("a surface has an end and a place", "[render]") {
+TEST_CASE("Surface: unbounded and empty surfaces are refused", "[render]") {
     CHECK_THROWS_AS(Surface(planeSdf({{0, 1, 0}}, 0)), ValueError);
     CHECK_THROWS_AS(Surface(sphereSdf(1), Box{}), ValueError);
     CHECK_THROWS_AS(Surface(constantField(1.0), 1, test::cube(1), true), ValueError);
 }
 
-TEST_CASE("smoothed: rounds off edges and keeps flat faces", "[render]") {
+TEST_CASE("smoothed: rounds edges and keeps flat faces", "[render]") {
     const auto grid = openvdb::tools::createLevelSetCube<openvdb::FloatGrid>(2, {0, 0, 0}, 0.1f);
     const LevelSet box{.grid = grid, .mesh = nullptr};
     CHECK(smoothed(box, 0).grid == box.grid);
@@ -177,7 +177,7 @@ Mesh ballMesh(uint32_t rings) {
 
 } // namespace
 
-TEST_CASE("rays meet the faces of a mesh, whose edges stay edges", "[render]") {
+TEST_CASE("Surface: rays hit the faces of a mesh with flat normals", "[render]") {
     const openvdb::Vec3s offset(GENERATE(0.0F, 4096.0F), 0, 0); // where float still has its corners
     const Surface cube(cubeMesh(offset));
     const Vec3d low{{static_cast<double>(offset[0]), 0, 0}};
@@ -197,13 +197,13 @@ TEST_CASE("rays meet the faces of a mesh, whose edges stay edges", "[render]") {
     CHECK_THROWS_AS(Surface(Mesh()), ValueError);
 }
 
-TEST_CASE("a ball of triangles is as round as its facets allow, and its normals are rounder", "[render]") {
+TEST_CASE("Surface: a triangulated ball converges with its facets and has smooth normals", "[render]") {
     const double coarse = errorOnBall(Surface(ballMesh(24)), 1, 0.02, 0.03);
     const double fine = errorOnBall(Surface(ballMesh(96)), 1, 0.02, 0.01);
     CHECK(fine < coarse / 4);
 }
 
-TEST_CASE("rays through the common edges and corners of faces do not fall through", "[render]") {
+TEST_CASE("Surface: rays through shared edges and vertices do not leak", "[render]") {
     const Mesh mesh = ballMesh(24);
     const Surface ball(mesh);
     std::vector<Ray> rays;

@@ -30,7 +30,7 @@ double correlation(const std::vector<float>& a, const std::vector<float>& b) {
 
 } // namespace
 
-TEST_CASE("the cubes of a checker alternate along every axis", "[render]") {
+TEST_CASE("checkerAt: cells alternate along every axis", "[render]") {
     for (uint64_t k = 0; k < 100; ++k) {
         const Vec3d p = test::randomPoint(test::cube(3), 5, k);
         for (int axis = 0; axis < 3; ++axis) {
@@ -44,7 +44,7 @@ TEST_CASE("the cubes of a checker alternate along every axis", "[render]") {
     CHECK(checkerAt({{0.1, 0.1, 0.1}}, 0.25, kEven, kOdd) == kEven);
 }
 
-TEST_CASE("latitudes and waves go around the y axis without a seam", "[render]") {
+TEST_CASE("latitudeAt and wavesAt: go around the y axis without a seam", "[render]") {
     const Vec3d center{{1, 2, 3}};
     for (const double y : {-2.0, -0.9, -0.3, 0.0, 0.4, 0.99}) {
         const Vec3f color = latitudeAt(center + Vec3d{{1, y, 0}}, center);
@@ -60,7 +60,7 @@ TEST_CASE("latitudes and waves go around the y axis without a seam", "[render]")
     }
 }
 
-TEST_CASE("a landscape is snow at its top and water at its bottom", "[render]") {
+TEST_CASE("terrainAt: is white at the top and blue near the bottom", "[render]") {
     CHECK(terrainAt(1) == Vec3f{{1, 1, 1}});
     CHECK(terrainAt(7) == terrainAt(1));
     CHECK(terrainAt(-7) == terrainAt(0));
@@ -68,7 +68,7 @@ TEST_CASE("a landscape is snow at its top and water at its bottom", "[render]") 
     CHECK(terrainAt(0.5)[1] > terrainAt(0.5)[2]);
 }
 
-TEST_CASE("streaks are alike along streamlines and not across them", "[render]") {
+TEST_CASE("surfaceLic: streaks correlate along streamlines and not across", "[render]") {
     const SurfaceView view = viewSurface(Surface(sphereSdf(1)), kCamera, 1);
     const SurfaceLicOptions options{.length = 30};
     const std::vector<float> here = surfaceLic(view, turning(), options);
@@ -96,7 +96,7 @@ TEST_CASE("streaks are alike along streamlines and not across them", "[render]")
     CHECK_THROWS_AS(surfaceLic(view, turning(), {.grain = -1}), ValueError);
 }
 
-TEST_CASE("through a surface one sees its far side", "[render]") {
+TEST_CASE("viewThrough: shows the far side of a surface", "[render]") {
     const Surface ball(sphereSdf(1));
     const SurfaceView view = viewSurface(ball, kCamera, 2), through = viewThrough(ball, view);
     REQUIRE(through.first.size() == view.first.size());

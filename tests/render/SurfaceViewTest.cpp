@@ -14,7 +14,7 @@ const Camera kCamera({{0, 0, 4}}, {}, {{0, 1, 0}}, 35, 160, 120);
 
 } // namespace
 
-TEST_CASE("a ball covers what its cone cuts out of the picture", "[render]") {
+TEST_CASE("viewSurface: coverage of a ball equals its projected area", "[render]") {
     const SurfaceView view = viewSurface(Surface(sphereSdf(0.8)), kCamera, 3);
     // The cone touches at sin = r / d; its circle is f tan across the axis, f pixels.
     const double focal = 80 / std::tan(17.5 * std::numbers::pi / 180);
@@ -30,7 +30,7 @@ TEST_CASE("a ball covers what its cone cuts out of the picture", "[render]") {
         CHECK(length(view.hits[k].position) == Approx(0.8).epsilon(1e-10));
 }
 
-TEST_CASE("hits lie in the pixels that they belong to", "[render]") {
+TEST_CASE("viewSurface: hits project into their pixels", "[render]") {
     const SurfaceView view = viewSurface(Surface(torusSdf(0.8, 0.3)), kCamera, 2);
     for (size_t pixel = 0; pixel + 1 < view.first.size(); ++pixel)
         for (size_t k = view.first[pixel]; k < view.first[pixel + 1]; ++k) {
@@ -39,7 +39,7 @@ TEST_CASE("hits lie in the pixels that they belong to", "[render]") {
         }
 }
 
-TEST_CASE("a view is the same for any number of threads", "[render]") {
+TEST_CASE("viewSurface: does not depend on the number of threads", "[render]") {
     const Surface surface(torusSdf(0.8, 0.3));
     const auto withThreads = [&](int threads) {
         const ThreadLimit limit(threads);
@@ -50,7 +50,7 @@ TEST_CASE("a view is the same for any number of threads", "[render]") {
     for (size_t k = 0; k < one.hits.size(); ++k) REQUIRE(one.hits[k].position == four.hits[k].position);
 }
 
-TEST_CASE("what a camera is fitted to fills its picture", "[render]") {
+TEST_CASE("framing: a fitted surface fills the picture", "[render]") {
     const Surface surface(torusSdf(0.7, 0.3));
     const Camera camera = framing(surface, {.width = 320, .height = 240});
     const SurfaceView view = viewSurface(surface, camera, 1);
@@ -65,7 +65,7 @@ TEST_CASE("what a camera is fitted to fills its picture", "[render]") {
     CHECK(right == Approx((1 - kFramingMargin) * 320).margin(4));
 }
 
-TEST_CASE("a view refuses what it cannot sample", "[render]") {
+TEST_CASE("viewSurface: invalid sample counts are refused and cancellation works", "[render]") {
     for (const int samples : {0, -1, 17})
         CHECK_THROWS_AS(viewSurface(Surface(sphereSdf(1)), kCamera, samples), ValueError);
     const Camera away({{0, 0, 4}}, {{0, 0, 8}}, {{0, 1, 0}}, 35, 16, 12);

@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Error.h"
 #include "curlew/render/ThinFilm.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 using namespace curlew;
 
-TEST_CASE("a film that is thin against all wavelengths is black, and one seen along itself a mirror", "[render]") {
+TEST_CASE("ThinFilm: a vanishing film is black and a film at grazing angle is a mirror", "[render]") {
     for (const double cosine : {0.1, 0.5, 1.0})
         for (const double part : ThinFilm::integrated(0, cosine, 1.33).c) CHECK(std::abs(part) < 1e-12);
     const Vec3d grazing = ThinFilm::integrated(300, 0, 1.33);
     for (const double part : grazing.c) CHECK(part == Approx(1).epsilon(0.01));
 }
 
-TEST_CASE("a film reflects most where its optical path is half a wavelength, and then 4 R of one face", "[render]") {
+TEST_CASE("ThinFilm: reflectance matches interference at quarter and half wavelength and thick films", "[render]") {
     // Straight on: r = (n - 1) / (n + 1), and the most is (2 r / (1 + r²))²; green at 4 n d = 550 nm is near it.
     const double r = 0.33 / 2.33, most = 4 * r * r / ((1 + r * r) * (1 + r * r));
     const double green = ThinFilm::integrated(550 / (4 * 1.33), 1, 1.33)[1];
@@ -28,7 +27,7 @@ TEST_CASE("a film reflects most where its optical path is half a wavelength, and
     for (const double part : thick.c) CHECK(part == Approx(2 * r * r / (1 + r * r)).epsilon(0.15));
 }
 
-TEST_CASE("the table of a film is near its integral", "[render]") {
+TEST_CASE("ThinFilm: the table approximates the integral", "[render]") {
     const ThinFilm film(1200);
     double worst = 0;
     for (double thickness = 3.7; thickness < 1200; thickness += 31.3)

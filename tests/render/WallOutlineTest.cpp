@@ -3,8 +3,7 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/picture/Display.h"
 #include "curlew/render/WallOutline.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 #include <cmath>
 
@@ -17,8 +16,7 @@ const Camera kCamera({{0, 0, 6}}, {}, {{0, 1, 0}}, 30, 200, 160);
 
 } // namespace
 
-TEST_CASE("the outline of a ball is a bright ring where it is seen edge on, faint inside, nothing outside",
-          "[render]") {
+TEST_CASE("wallOutline: a ball gives a bright ring at its silhouette and faint inside", "[render]") {
     const Image outline = wallOutline(kBall, kCamera);
     REQUIRE(outline.width == 200);
     REQUIRE(outline.height == 160);
@@ -35,7 +33,7 @@ TEST_CASE("the outline of a ball is a bright ring where it is seen edge on, fain
         }
 }
 
-TEST_CASE("an outline is the same for any number of threads", "[render]") {
+TEST_CASE("wallOutline: does not depend on the number of threads", "[render]") {
     const auto draw = [](int threads) {
         const ThreadLimit limit(threads);
         return wallOutline(kBall, kCamera).pixels;
@@ -43,14 +41,14 @@ TEST_CASE("an outline is the same for any number of threads", "[render]") {
     CHECK(draw(1) == draw(3));
 }
 
-TEST_CASE("an outline needs a wall in a finite box", "[render]") {
+TEST_CASE("wallOutline: requires a wall in a finite box", "[render]") {
     CHECK_THROWS_AS(wallOutline({}, kCamera), ValueError);
     Domain endless = kBall;
     endless.box = {{{-HUGE_VAL, -1, -1}}, {{1, 1, 1}}};
     CHECK_THROWS_AS(wallOutline(endless, kCamera), ValueError);
 }
 
-TEST_CASE("a wall shines onto a picture where its outline is, and nowhere else", "[render]") {
+TEST_CASE("withWallOutline: brightens a picture only where the outline is", "[render]") {
     const Image ground = plainPicture(200, 160, {{0.1f, 0.1f, 0.1f}});
     const Image outline = wallOutline(kBall, kCamera), lit = withWallOutline(ground, kBall, kCamera, 0.5);
     const Image brighter = withWallOutline(ground, kBall, kCamera, 1);

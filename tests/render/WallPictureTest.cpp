@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Error.h"
 #include "curlew/render/WallPicture.h"
+#include "support/Catch.h"
 #include "support/Points.h"
-
-#include <catch2/catch.hpp>
 
 using namespace curlew;
 
-TEST_CASE("wallSurface: triangles of any wall, near it, wherever it is and however large", "[render]") {
+TEST_CASE("wallSurface: triangles lie near the wall at any size and position", "[render]") {
     const double size = GENERATE(1e-3, 1.0, 180.0), away = GENERATE(0.0, 1e5);
     const Vec3d center{{away, -away, 0}};
     const Sdf sdf = placed(sphereSdf(size), {.offset = center});
@@ -23,7 +22,7 @@ TEST_CASE("wallSurface: triangles of any wall, near it, wherever it is and howev
     CHECK_THROWS_AS(wallSurface({.box = test::cube(1), .wall = {}}), ValueError);
 }
 
-TEST_CASE("obstaclePicture: the obstacle with its depth, before a plain background", "[render]") {
+TEST_CASE("obstaclePicture: shows the obstacle with depth on a plain background", "[render]") {
     const Domain domain = Domain::of({.sdf = sphereSdf(1), .side = Side::outside, .width = 0.1});
     const Camera camera({{0, 0, 5}}, {{0, 0, 0}}, {{0, 1, 0}}, 40, 64, 48);
     const Image picture = obstaclePicture(domain, camera, {{0.25f, 0.5f, 0.75f}});

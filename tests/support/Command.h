@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "Catch.h"
 #include "Files.h"
 #include "Places.h"
 
-#include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -91,7 +91,7 @@ class Folder {
         CHECK(outcome.out.empty());
         CHECK_THAT(outcome.err, Catch::StartsWith("curlew: ") && Catch::EndsWith("\n"));
         CHECK(linesIn(outcome.err) == 1);
-        for (const auto& part : parts) CHECK_THAT(outcome.err, Catch::Contains(part));
+        for (const auto& part : parts) CHECK_THAT(outcome.err, Catch::ContainsSubstring(part));
         CHECK(names() == before);
     }
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "Catch.h"
 #include "curlew/field/NoiseField.h"
 #include "curlew/flow/Flow.h"
 #include "support/Polynomial.h"
 
-#include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
 #include <utility>

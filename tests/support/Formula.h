@@ -3,8 +3,8 @@
 
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Formula.h"
-#include "curlew/field/Map.h"
 #include "curlew/field/NoiseField.h"
+#include "curlew/field/Transforms.h"
 
 namespace curlew::test {
 

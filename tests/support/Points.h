@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "Catch.h"
 #include "curlew/base/Random.h"
 #include "curlew/field/Batch.h"
-
-#include <catch2/catch.hpp>
 
 #include <sstream>
 #include <vector>

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "Catch.h"
 #include "curlew/app/actions/Actions.h"
 #include "curlew/app/registry/Options.h"
 #include "curlew/app/run/Context.h"
 #include "support/Points.h"
-
-#include <catch2/catch.hpp>
 
 namespace curlew::test {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// advect() in flows that change (track/Advect.h).
+// advect() in time-dependent flows (track/Advect.h).
 #include "curlew/base/Error.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/NoiseField.h"
@@ -16,7 +16,7 @@ using namespace curlew::test;
 
 namespace {
 
-/// A flow about or in a wall, of gradients that turn once a second.
+/// A flow inside or around a wall. The gradients of its noise rotate once per second.
 Flow turning(double t, const Wall& wall, double padding = 0.5) {
     const double alpha = 2 * std::numbers::pi * t;
     return Flow(noiseField<Psrd3>({.alpha = alpha, .seed = 1}, {.frequency = 1.5}),
@@ -24,7 +24,7 @@ Flow turning(double t, const Wall& wall, double padding = 0.5) {
                 Domain::of(wall, padding));
 }
 
-/// The order that halving the steps shows, against a solution with many more.
+/// Returns the order of convergence if the number of steps is doubled, relative to a solution with many more steps.
 double orderInTime(const FlowInTime& flow, const std::vector<Vec3d>& points) {
     const auto end = [&](int steps) {
         Points particles = particlesAt(points);
@@ -47,7 +47,7 @@ double orderInTime(const FlowInTime& flow, const std::vector<Vec3d>& points) {
 
 } // namespace
 
-TEST_CASE("a flow that does not change is the same in time", "[track]") {
+TEST_CASE("advect: a steady FlowInTime gives the same result as the Flow", "[track]") {
     const Flow flow = turning(0, {.sdf = sphereSdf(1), .side = Side::inside, .width = 0.2});
     Points a = scatter(flow.domain(), 200, 1), b = a;
     advect(flow, a, {.steps = 5});
@@ -55,15 +55,15 @@ TEST_CASE("a flow that does not change is the same in time", "[track]") {
     CHECK(a.x == b.x);
     CHECK(a.vz == b.vz);
     CHECK(a.f == b.f);
-    // Step by step on new tracks, it is nearly so.
+    // Advecting step by step, each on new tracks, gives nearly the same.
     Points c = scatter(flow.domain(), 200, 1);
     advect(FlowInTime([&](double) { return flow; }), c, 7, {.steps = 5});
-    std::vector<double> apart; // a few part at stagnation points
+    std::vector<double> apart; // a few particles separate at stagnation points
     for (size_t k = 0; k < a.size(); ++k) apart.push_back(length(position(a, k) - position(c, k)));
     CHECK(median(apart) < 1e-7);
 }
 
-TEST_CASE("a changing flow is followed to second order in time", "[track]") {
+TEST_CASE("advect: a changing flow is followed to second order in time", "[track]") {
     const Wall wall{.sdf = sphereSdf(1), .side = Side::inside, .width = 0.2};
     const FlowInTime flow([&](double t) { return turning(t, wall); });
     const auto points = randomPoints(cube(0.5), 200, 3);
@@ -72,7 +72,7 @@ TEST_CASE("a changing flow is followed to second order in time", "[track]") {
     CHECK(order < 2.6);
 }
 
-TEST_CASE("with an accuracy a changing flow is frozen as often as it needs", "[track]") {
+TEST_CASE("advect: accuracy controls how often a changing flow is sampled in time", "[track]") {
     const Wall wall{.sdf = sphereSdf(1), .side = Side::inside, .width = 0.2};
     const auto points = randomPoints(cube(0.5), 200, 3);
     const auto followed = [&](double pace, const AdvectOptions& options, AdvectResult& result) {
@@ -91,11 +91,11 @@ TEST_CASE("with an accuracy a changing flow is frozen as often as it needs", "[t
     };
     CAPTURE(coarse.moments, fine.moments, coarse.freezing, fine.freezing, apart(a), apart(b));
     CHECK(coarse.moments > 4);
-    // Of third order a step: an eighth of the error takes twice as many.
+    // The error per step is of third order: an eighth of it takes twice as many steps.
     CHECK(static_cast<double>(fine.moments) / static_cast<double>(coarse.moments) == Approx(2).margin(0.6));
     CHECK(fine.freezing < 0.5 * coarse.freezing);
     CHECK(apart(b) < 0.5 * apart(a));
-    // The flow stretches what was off on the way, and errors of either sign cancel: the estimate is not exact.
+    // The estimate is not exact: the flow stretches earlier errors, and errors of opposite signs cancel.
     CHECK(apart(b) < 4 * fine.freezing);
     CHECK(apart(b) > fine.freezing / 20);
     AdvectResult slow, equal;
@@ -106,7 +106,7 @@ TEST_CASE("with an accuracy a changing flow is frozen as often as it needs", "[t
     CHECK(equal.freezing == 0);
 }
 
-TEST_CASE("a moving wall is followed to second order in time", "[track]") {
+TEST_CASE("advect: a moving wall is followed to second order in time", "[track]") {
     const FlowInTime flow([&](double t) {
         const Placement place{.offset = {{std::sin(t), 0, 0}}, .rotate = {{0, 60 * t, 0}}};
         return turning(t, {.sdf = placed(sphereSdf(0.5), place), .side = Side::outside, .width = 0.3}, 1);
@@ -116,11 +116,11 @@ TEST_CASE("a moving wall is followed to second order in time", "[track]") {
         if (const double d = length(p - Vec3d{{0.1, 0, 0}}) - 0.5; d > 0.05 && d < 0.3) points.push_back(p);
     REQUIRE(points.size() > 100);
     const double order = orderInTime(flow, points);
-    CHECK(order > 1.8); // with these steps RK4's error still counts
+    CHECK(order > 1.8); // the error of RK4 is not negligible at these steps
     CHECK(order < 3.2);
 }
 
-TEST_CASE("no particle crosses a wall that moves, however large the steps", "[track]") {
+TEST_CASE("advect: no particle crosses a moving wall for any step size", "[track]") {
     const auto side = GENERATE(Side::outside, Side::inside);
     const auto wallAt = [side](double t) {
         const Placement place{.offset = {{0.8 * std::sin(2 * t), 0.3 * t, 0}}, .rotate = {{0, 90 * t, 45 * t}}};
@@ -135,13 +135,13 @@ TEST_CASE("no particle crosses a wall that moves, however large the steps", "[tr
     CHECK(result.outside == 0);
     CHECK(result.overrun == 0);
     CHECK(countOutside(flow.at(1).domain(), particles) == 0);
-    CHECK(countOutside(flow.at(1).domain(), start) > 5); // it has swept over where they were
-    // They know the flow where they are, with what the wall gives them.
+    CHECK(countOutside(flow.at(1).domain(), start) > 5); // the wall has moved over the start positions
+    // f and g are those of the flow at the end, including its wall.
     const Vec3d p = position(particles, 7);
     CHECK(particles.f[7] == flow.at(1).f().at<0>(p).value);
 }
 
-TEST_CASE("particles at a moving wall have its velocity", "[track]") {
+TEST_CASE("advect: particles at a moving wall have its normal velocity", "[track]") {
     const Vec3d velocity{{0.5, 0.2, 0}};
     const FlowInTime flow([&](double t) {
         return turning(
@@ -159,10 +159,10 @@ TEST_CASE("particles at a moving wall have its velocity", "[track]") {
         if (distance < 0.01) worst.see(std::abs(dot(v - velocity, outward) / length(outward)), position(particles, k));
     }
     CAPTURE(worst.where);
-    CHECK(worst.value < 0.1); // of the flow's speed, which is several
+    CHECK(worst.value < 0.1); // the speed of the flow is several times 1
 }
 
-TEST_CASE("a wall that comes and goes is an error", "[track]") {
+TEST_CASE("advect: a wall that disappears or a non-finite time is an error", "[track]") {
     const FlowInTime flow([](double t) {
         const Flow bound = turning(0, {.sdf = sphereSdf(1), .side = Side::inside, .width = 0.2});
         return t < 0.5 ? bound : bound.within({.box = cube(1), .wall = {}});

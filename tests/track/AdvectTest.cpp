@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Longer than 400 lines: schemes, accuracy, walls, moments and damaged input of one function.
+// Longer than 400 lines: schemes, accuracy, walls, moments and damaged input of a single function.
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/field/Algebra.h"
@@ -24,7 +24,7 @@ const Flow& sphereFlow() {
     return flow;
 }
 
-/// The flow of analytic fields, in a box that is large enough for what is done here.
+/// A flow of analytic fields in a box that is large enough for these tests.
 const Flow& smoothFlow() {
     static const Flow flow = withSpeed(Flow(sinesF(), sinesG(), {.box = cube(3), .wall = {}}), 1);
     return flow;
@@ -37,17 +37,17 @@ bool same(const Points& a, const Points& b) {
 
 } // namespace
 
-TEST_CASE("particles keep to their track within the tolerance", "[track]") {
+TEST_CASE("advect: particles stay on their tracks within the tolerance", "[track]") {
     const auto method = GENERATE(Reprojection::gaussNewton, Reprojection::newton);
     CAPTURE(static_cast<int>(method));
     const Flow& flow = sphereFlow();
     Points particles = scatter(flow.domain(), 2000, 1);
     const Points start = particles;
-    // One iteration more of Newton's alternating corrections gains only a factor: it gets more of them.
+    // Each of Newton's alternating corrections reduces the residual by a factor only, so more iterations are allowed.
     const AdvectOptions options{
         .time = 1, .steps = 32, .reprojection = {.method = method, .tolerance = 1e-9, .iterations = 40}};
     const AdvectResult result = advect(flow, particles, options);
-    const FlowMagnitudes typical = magnitudesOf(flow);
+    const FlowRms rms = rmsOf(flow);
     double travelled = 0;
     for (size_t k = 0; k < particles.size(); ++k) {
         const Vec3d p = position(particles, k), from = position(start, k);
@@ -56,9 +56,9 @@ TEST_CASE("particles keep to their track within the tolerance", "[track]") {
         REQUIRE(particles.id[k] == start.id[k]);
         REQUIRE(particles.f[k] == flow.f().at<0>(from).value);
         REQUIRE(particles.g[k] == flow.g().at<0>(from).value);
-        // What does not converge keeps its position, which is on the track too.
-        REQUIRE(std::abs(f - particles.f[k]) <= options.reprojection.tolerance * typical.potentials[0]);
-        REQUIRE(std::abs(g - particles.g[k]) <= options.reprojection.tolerance * typical.potentials[1]);
+        // A point whose correction does not converge keeps its position, which is on the track as well.
+        REQUIRE(std::abs(f - particles.f[k]) <= options.reprojection.tolerance * rms.potentials[0]);
+        REQUIRE(std::abs(g - particles.g[k]) <= options.reprojection.tolerance * rms.potentials[1]);
         const Vec3d c = flow.at(p).velocity;
         REQUIRE(particles.vx[k] == static_cast<float>(c[0]));
         REQUIRE(particles.vy[k] == static_cast<float>(c[1]));
@@ -72,13 +72,13 @@ TEST_CASE("particles keep to their track within the tolerance", "[track]") {
     CHECK(result.residual[1] <= options.reprojection.tolerance);
     CHECK(result.notConverged < 20);
     CHECK(result.meanIterations > 0.5);
-    // Without reprojection the error is the integrator's.
+    // Without reprojection, the error is that of the integrator.
     Points free = start;
     CHECK(advect(flow, free, {.time = 1, .steps = 32, .reprojection = {.method = Reprojection::none}}).residual[0] >
           1e-6);
 }
 
-TEST_CASE("no particle crosses a wall, however large the steps", "[track]") {
+TEST_CASE("advect: no particle crosses a wall for any step size", "[track]") {
     struct Case {
         const char* name;
         Sdf sdf;
@@ -98,8 +98,8 @@ TEST_CASE("no particle crosses a wall, however large the steps", "[track]") {
     const Flow flow = boundFlow(c.sdf, c.side);
     const Points start = scatter(flow.domain(), 4000, 2);
     const auto distance = [&](const Points& p, size_t k) { return c.sdf.distance.at<0>(position(p, k)).value; };
-    // Steps of 1/2 and 1/16 at a mean speed of 1: as long as the shape, and shorter than the layer.
-    // And adaptive ones, up to a rough accuracy.
+    // Steps of 1/2 and 1/16 at a mean speed of 1: as long as the shape, and shorter than the layer. The third case has
+    // adaptive steps with a low accuracy.
     const AdvectOptions rough{.time = 4, .scheme = Scheme::bogackiShampine, .accuracy = 0.1};
     for (const AdvectOptions& options : {AdvectOptions{.time = 4, .steps = 8, .scheme = Scheme::euler},
                                          {.time = 4, .steps = 64, .scheme = Scheme::euler},
@@ -114,10 +114,10 @@ TEST_CASE("no particle crosses a wall, however large the steps", "[track]") {
         CHECK(result.outside == 0);
         CHECK(countOutside(flow.domain(), particles) == 0);
         CHECK(changed == 0);
-        // They move: what is kept back is the exception.
+        // Particles move: only few steps are discarded.
         CHECK(result.stalled < start.size() * static_cast<size_t>(steps) / 20);
     }
-    // The same without reprojection leaks: the setting is one in which walls have to be guarded.
+    // Without reprojection particles do leak, so this setup tests the guard.
     Points free = start;
     advect(flow, free,
            {.time = 4, .steps = 8, .scheme = Scheme::euler, .reprojection = {.method = Reprojection::none}});
@@ -127,8 +127,8 @@ TEST_CASE("no particle crosses a wall, however large the steps", "[track]") {
     CHECK(changed > 20);
 }
 
-TEST_CASE("no particle changes sides even where its track exists on both", "[track]") {
-    // Plain Eq. 13, without separation: g takes the same values inside and outside.
+TEST_CASE("advect: no particle changes sides if its track exists on both", "[track]") {
+    // Eq. 13 without separation: g has the same values inside and outside.
     const Wall wall{.sdf = sphereSdf(1), .side = Side::both, .width = 0.2};
     const ScalarField f = noiseField<Psrd3>({.seed = 1}),
                       g = bounded(noiseField<Psrd3>({.seed = 2}), wall, {.separate = false});
@@ -143,9 +143,9 @@ TEST_CASE("no particle changes sides even where its track exists on both", "[tra
     CHECK(result.outside == 0);
 }
 
-TEST_CASE("no particle jumps through a wall that is thinner than its steps", "[track]") {
-    // A plate so wide that its edges are out of reach: the sign of y tells above from below, where the flow has the
-    // same sign of g, and the same tracks may exist.
+TEST_CASE("advect: no particle jumps through a wall thinner than its steps", "[track]") {
+    // A plate too wide for particles to go around. The sign of y tells above from below. On both sides g has the same
+    // sign, so the same tracks can exist.
     const Side side = GENERATE(Side::both, Side::outside);
     const double half = 0.01;
     const Wall wall{.sdf = boxSdf({{40, 2 * half, 40}}, 0.004), .side = side, .width = 0.1};
@@ -180,7 +180,7 @@ TEST_CASE("no particle jumps through a wall that is thinner than its steps", "[t
     CHECK(jumps({.time = 2, .steps = 4, .scheme = Scheme::euler, .reprojection = {.method = Reprojection::none}}) > 5);
 }
 
-TEST_CASE("the result does not depend on threads, order or company", "[track]") {
+TEST_CASE("advect: fixed steps do not depend on threads or order or other particles", "[track]") {
     const Flow& flow = sphereFlow();
     const AdvectOptions options{.time = 1, .steps = 10, .scheme = Scheme::midpoint};
     const Points start = scatter(flow.domain(), 1000, 3);
@@ -199,7 +199,7 @@ TEST_CASE("the result does not depend on threads, order or company", "[track]") 
     CHECK(resultOne.substeps == resultTwo.substeps);
     CHECK(resultOne.retries == resultTwo.retries);
 
-    // 617 and 1000 have no common factor: a permutation that mixes the batches.
+    // 617 and 1000 are coprime: the permutation mixes the batches.
     std::vector<Vec3d> shuffled;
     for (size_t k = 0; k < 1000; ++k) shuffled.push_back(position(start, k * 617 % 1000));
     Points mixed = particlesAt(shuffled);
@@ -216,7 +216,7 @@ TEST_CASE("the result does not depend on threads, order or company", "[track]") 
     CHECK(position(alone, 0) == position(one, 500));
 }
 
-TEST_CASE("the order in time is that of the scheme, with and without reprojection", "[track]") {
+TEST_CASE("advect: the order in time is that of the scheme with and without reprojection", "[track]") {
     const auto reprojection = GENERATE(Reprojection::none, Reprojection::gaussNewton);
     const auto points = randomPoints(cube(1), 200, 7);
     const auto end = [&](Scheme scheme, int steps) {
@@ -228,7 +228,7 @@ TEST_CASE("the order in time is that of the scheme, with and without reprojectio
                 .reprojection = {.method = reprojection, .tolerance = 1e-13}});
         return particles;
     };
-    // RK4 with 16 times as many steps stands for the exact end; it is 10^-10 or so off.
+    // RK4 with 16 times as many steps serves as the exact solution. Its error is about 10^-10.
     const Points exact = end(Scheme::rk4, 512);
     const auto error = [&](Scheme scheme, int steps) {
         const Points particles = end(scheme, steps);
@@ -243,14 +243,14 @@ TEST_CASE("the order in time is that of the scheme, with and without reprojectio
         const double coarse = error(scheme, 16), fine = error(scheme, 32);
         CAPTURE(static_cast<int>(reprojection), order, coarse, fine, observedOrder(coarse, fine));
         CHECK(observedOrder(coarse, fine) > order - 0.2);
-        // Reprojection may make a scheme better than its order: what is left is an error along the track.
+        // With reprojection a scheme can exceed its order, since only the error along the track remains.
         CHECK(observedOrder(coarse, fine) < order + 0.5);
     }
 }
 
-TEST_CASE("a closed streamline in closed form is followed", "[track]") {
-    // f = x² + y², g = z: a rotation by -2t. Reprojected, the radius stays; the angle has the error of RK4 in phase,
-    // (2 dt)^5 / 120 a step, and the projection does not touch it to leading order.
+TEST_CASE("advect: follows a closed streamline known in closed form", "[track]") {
+    // f = x² + y², g = z: a rotation by -2t. Reprojection keeps the radius. The angle has the phase error of RK4, (2
+    // dt)^5 / 120 per step, which the projection does not change to leading order.
     const Flow flow(polynomial("x0**2 + x1**2"), polynomial("x2"), {.box = cube(1), .wall = {}});
     Points particles = particlesAt({{{1, 0, 0.5}}});
     const AdvectResult result =
@@ -262,7 +262,7 @@ TEST_CASE("a closed streamline in closed form is followed", "[track]") {
     CHECK(result.notConverged == 0);
 }
 
-TEST_CASE("negative time runs back to the start", "[track]") {
+TEST_CASE("advect: negative time returns to the start", "[track]") {
     const auto points = randomPoints(cube(1), 300, 8);
     const auto back = [&](int steps) {
         Points particles = particlesAt(points);
@@ -278,20 +278,20 @@ TEST_CASE("negative time runs back to the start", "[track]") {
     CAPTURE(coarse, fine, observedOrder(coarse, fine));
     CHECK(fine < 1e-5);
     CHECK(observedOrder(coarse, fine) > 3.8);
-    // And it is the way back, not nothing: half of it is elsewhere.
+    // Half of the time back leads to another position.
     Points particles = particlesAt(points);
     advect(smoothFlow(), particles, {.time = -1, .steps = 20});
     CHECK(length(position(particles, 0) - points[0]) > 0.1);
 }
 
-TEST_CASE("a given track is the one that is kept", "[track]") {
-    // Particles that lie a little off their track come onto it with the first step.
+TEST_CASE("advect: given f and g values are the track that is kept", "[track]") {
+    // Particles that are slightly off their track move onto it in the first step.
     const Flow& flow = smoothFlow();
-    const FlowMagnitudes typical = magnitudesOf(flow);
+    const FlowRms rms = rmsOf(flow);
     Points particles = particlesAt(randomPoints(cube(0.5), 100, 9));
     for (size_t k = 0; k < 100; ++k) {
-        particles.f.push_back(flow.f().at<0>(position(particles, k)).value + 1e-4 * typical.potentials[0]);
-        particles.g.push_back(flow.g().at<0>(position(particles, k)).value - 1e-4 * typical.potentials[1]);
+        particles.f.push_back(flow.f().at<0>(position(particles, k)).value + 1e-4 * rms.potentials[0]);
+        particles.g.push_back(flow.g().at<0>(position(particles, k)).value - 1e-4 * rms.potentials[1]);
     }
     const Points start = particles;
     const AdvectResult result = advect(flow, particles, {.time = 0.1, .steps = 5});
@@ -299,12 +299,12 @@ TEST_CASE("a given track is the one that is kept", "[track]") {
     CHECK(result.residual[0] <= 1e-8);
     size_t on = 0;
     for (size_t k = 0; k < 100; ++k)
-        on += std::abs(flow.f().at<0>(position(particles, k)).value - start.f[k]) <= 1e-8 * typical.potentials[0];
+        on += std::abs(flow.f().at<0>(position(particles, k)).value - start.f[k]) <= 1e-8 * rms.potentials[0];
     CHECK(on == 100 - result.notConverged);
     CHECK(result.notConverged < 10);
 }
 
-TEST_CASE("particles that start beyond the wall stay, and are counted", "[track]") {
+TEST_CASE("advect: particles that start beyond the wall stay and are counted", "[track]") {
     const Flow& flow = sphereFlow();
     const std::vector<Vec3d> points{{{0.5, 0, 0}}, {{1.5, 0, 0}}, {{0, 1, 0}}, {{0, 0.3, 0.2}}, {{0, 0, -7}}};
     Points particles = particlesAt(points);
@@ -318,8 +318,8 @@ TEST_CASE("particles that start beyond the wall stay, and are counted", "[track]
     CHECK(position(nan, 1) == position(particles, 0));
 }
 
-TEST_CASE("a step that finds no way leaves its particle, and says so", "[track]") {
-    // f and g are multiples of one another, and the track is one that no point has.
+TEST_CASE("advect: a particle whose step finds no solution stays and is reported", "[track]") {
+    // f and g are multiples of each other, and no point has the values of the track.
     const Flow flow(polynomial("x0"), polynomial("2*x0"), {.box = cube(1), .wall = {}});
     Points particles = particlesAt({{{0.1, 0, 0}}});
     particles.f = {0.5};
@@ -330,17 +330,17 @@ TEST_CASE("a step that finds no way leaves its particle, and says so", "[track]"
     CHECK(result.substeps == 0);
     CHECK(particles.converged[0] == 0);
     CHECK(position(particles, 0) == Vec3d{{0.1, 0, 0}});
-    // It stays marked in a later run.
+    // The mark persists in a later run.
     CHECK(advect(flow, particles, {.time = 0, .steps = 1}).notConverged == 1);
 }
 
-TEST_CASE("a flow without tracks moves particles freely, and refuses to put them back", "[track]") {
-    // A vortex of core 10^4 about y turns like a rigid body; with a uniform wind along it, a screw.
+TEST_CASE("advect: particles of a flow without tracks move freely", "[track]") {
+    // A vortex with core 10^4 about y rotates almost rigidly. With a uniform wind along its axis, paths are helices.
     const double turns = 0.25, rise = 0.4, time = 1;
     const Flow screw = vortexFlow(turns, 1e4, {.box = cube(2), .wall = {}}) + uniformFlow({{0, rise, 0}});
     const auto points = randomPoints(cube(1), 200, 11);
     Points particles = particlesAt(points);
-    // Values of another flow's track, which mean nothing here.
+    // Track values of another flow, which have no meaning here.
     particles.f.assign(points.size(), 1);
     particles.g.assign(points.size(), 2);
     const AdvectOptions options{.time = time, .steps = 50, .reprojection = {.method = Reprojection::none}};
@@ -356,23 +356,23 @@ TEST_CASE("a flow without tracks moves particles freely, and refuses to put them
         const Vec3d p = points[k], end{{c * p[0] + s * p[2], p[1] + rise * time, c * p[2] - s * p[0]}};
         worst.see(length(position(particles, k) - end), p);
     }
-    // RK4: (angle of a step)^5 / 120 each; the core: a part 2 10^-8 of the speed.
+    // RK4's error is (angle of a step)^5 / 120 per step. The core changes the speed by a fraction of 2 10^-8.
     CAPTURE(worst.value, worst.where);
     CHECK(worst.value < 1e-7);
     CHECK(particles.vx.size() == points.size());
 
-    // Without a wall a sum is followed as a whole, whatever the reprojection.
+    // Without a wall, a sum is followed as a whole for any reprojection.
     AdvectOptions reprojecting = options;
     reprojecting.reprojection = {};
     Points again = particlesAt(points);
     CHECK(advect(screw, again, reprojecting).splitting == Splitting::none);
     CHECK(again.x == particles.x);
     CHECK(again.y == particles.y);
-    // Then on in a flow with tracks: they start new ones.
+    // In a flow with tracks, the particles start new ones.
     const AdvectResult later = advect(smoothFlow(), particles, {.time = 0.1, .steps = 5});
     CHECK(particles.f.size() == points.size());
     CHECK(later.residual[0] <= 1e-8);
-    // Order in time, of a sum without symmetry.
+    // The order in time of a sum without symmetry.
     const Flow sum = curlFlow(std::array{sinesF(), sinesG(), sinesF() * sinesG()}, {.box = cube(3), .wall = {}});
     const auto end = [&](Scheme scheme, int steps) {
         Points p = particlesAt(points);
@@ -395,14 +395,14 @@ TEST_CASE("a flow without tracks moves particles freely, and refuses to put them
     }
 }
 
-TEST_CASE("particles of a normalised flow keep their tracks, all at one speed", "[track]") {
+TEST_CASE("advect: particles of a normalised flow keep their tracks at one speed", "[track]") {
     const double speed = 2, time = 0.25;
     const Flow flow = smoothFlow().normalized(speed);
     const auto points = randomPoints(cube(1), 500, 12);
     Points particles = particlesAt(points);
     const AdvectResult result = advect(flow, particles, {.time = time, .steps = 100});
-    const FlowMagnitudes typical = magnitudesOf(flow);
-    CHECK(typical.speed == Approx(speed).epsilon(1e-12));
+    const FlowRms rms = rmsOf(flow);
+    CHECK(rms.speed == Approx(speed).epsilon(1e-12));
     CHECK(result.notConverged < 5);
     CHECK(result.residual[0] <= 1e-8);
     CHECK(result.residual[1] <= 1e-8);
@@ -411,7 +411,7 @@ TEST_CASE("particles of a normalised flow keep their tracks, all at one speed", 
     for (size_t k = 0; k < points.size(); ++k) {
         const Vec3d p = position(particles, k);
         const auto before = flow.at(points[k]).potentials, after = flow.at(p).potentials;
-        for (size_t q = 0; q < 2; ++q) drift.see(std::abs(after[q] - before[q]) / typical.potentials[q], points[k]);
+        for (size_t q = 0; q < 2; ++q) drift.see(std::abs(after[q] - before[q]) / rms.potentials[q], points[k]);
         const Vec3d v{{double{particles.vx[k]}, double{particles.vy[k]}, double{particles.vz[k]}}};
         pace.see(std::abs(length(v) / speed - 1), points[k]);
         chord.see(length(p - points[k]) / (speed * time), points[k]);
@@ -420,9 +420,9 @@ TEST_CASE("particles of a normalised flow keep their tracks, all at one speed", 
     CAPTURE(drift.value, drift.where, pace.value, chord.value);
     CHECK(drift.value <= 1e-8 * (1 + 1e-9));
     CHECK(pace.value < 1e-6);      // velocities are floats
-    CHECK(chord.value < 1 + 1e-4); // no chord is longer than the way
+    CHECK(chord.value < 1 + 1e-4); // no chord is longer than the path
     CHECK(median(ways) > 0.7 * speed * time);
-    // The same streamlines as those of the flow itself: the end of each lies on its track, to RK4's order in time.
+    // The streamlines are those of the original flow: each end point is on its track, to RK4's order in time.
     Points half = particlesAt(points);
     advect(flow, half, {.time = time, .steps = 200});
     std::vector<double> errors;
@@ -430,7 +430,7 @@ TEST_CASE("particles of a normalised flow keep their tracks, all at one speed", 
     CHECK(median(errors) < 1e-6);
 }
 
-TEST_CASE("no particles and no time are no problem", "[track]") {
+TEST_CASE("advect: empty input and zero time return the input", "[track]") {
     Points none;
     const AdvectResult result = advect(sphereFlow(), none, {});
     CHECK(result.points == 0);
@@ -443,13 +443,14 @@ TEST_CASE("no particles and no time are no problem", "[track]") {
     CHECK(particles.hasVelocity());
 }
 
-TEST_CASE("unusable options are errors that name the value", "[track]") {
+TEST_CASE("advect: invalid options are errors that name the value", "[track]") {
     Points particles = scatter(sphereFlow().domain(), 10, 5);
     const auto run = [&](const AdvectOptions& options) { advect(sphereFlow(), particles, options); };
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    CHECK_THROWS_WITH(run({.steps = -5}), Catch::Contains("-5 steps"));
-    // What does not estimate its error cannot be as accurate as asked for.
-    CHECK_THROWS_WITH(run({.scheme = Scheme::rk4}), Catch::Contains("rk4") && Catch::Contains("rk45"));
+    CHECK_THROWS_WITH(run({.steps = -5}), Catch::ContainsSubstring("-5 steps"));
+    // Schemes without an error estimate cannot be used with an accuracy.
+    CHECK_THROWS_WITH(run({.scheme = Scheme::rk4}),
+                      Catch::ContainsSubstring("rk4") && Catch::ContainsSubstring("rk45"));
     CHECK_THROWS_AS(run({.steps = 5, .scheme = Scheme::euler, .accuracy = 1e-3}), ValueError);
     for (const double bad : {-1e-3, std::nan("")}) CHECK_THROWS_AS(run({.accuracy = bad}), ValueError);
     for (const double bad : {kInfinity, -kInfinity, std::nan("")}) CHECK_THROWS_AS(run({.time = bad}), ValueError);
@@ -463,8 +464,8 @@ TEST_CASE("unusable options are errors that name the value", "[track]") {
     CHECK_THROWS_AS(advect(sphereFlow(), particles, {}, cancelled), Interrupted);
 }
 
-TEST_CASE("advection preserves volume", "[track]") {
-    // det(∂x(t)/∂x0) by central differences, second order in h.
+TEST_CASE("advect: preserves volume", "[track]") {
+    // det(∂x(t)/∂x0) by central differences, which are of second order in h.
     const auto errorOf = [](const Flow& flow, const std::vector<Vec3d>& points, double h) {
         std::vector<Vec3d> around;
         for (const Vec3d& p : points)
@@ -492,12 +493,12 @@ TEST_CASE("advection preserves volume", "[track]") {
     SECTION("bounded noise") {
         const double coarse = errorOf(sphereFlow(), points, 4e-3), fine = errorOf(sphereFlow(), points, 1e-3);
         CAPTURE(coarse, fine);
-        CHECK(fine < coarse / 3); // the flow map is C¹ only: at least first order
+        CHECK(fine < coarse / 3); // the flow map is only C¹: first order at least
         CHECK(fine < 1e-3);
     }
 }
 
-TEST_CASE("points alone are moved as particles are, to the bit", "[track]") {
+TEST_CASE("advect: positions alone move exactly as particles do", "[track]") {
     const Flow& flow = sphereFlow();
     Points particles = scatter(flow.domain(), 300, 3);
     std::vector<Vec3d> points;
@@ -505,12 +506,12 @@ TEST_CASE("points alone are moved as particles are, to the bit", "[track]") {
     const AdvectOptions options{.time = 0.7, .steps = 5};
     const AdvectResult a = advect(flow, particles, options), b = advect(flow, points, options);
     for (size_t k = 0; k < particles.size(); ++k) REQUIRE(points[k] == position(particles, k));
-    // Summed in another order.
+    // The sums are formed in another order.
     for (size_t q = 0; q < 2; ++q) CHECK(a.residual[q] == Approx(b.residual[q]).epsilon(1e-12));
     CHECK(a.substeps == b.substeps);
 }
 
-TEST_CASE("points stay in a disc of the plane whatever the steps", "[track]") {
+TEST_CASE("advect: points stay inside a disc in 2D for any step size", "[track]") {
     const WallN<2> wall{.sdf = sphereSdf<2>(1), .side = Side::inside, .width = 0.2};
     const FlowN<2> flow =
         withSpeed(FlowN<2>({bounded(noiseField<Psrd2>({.seed = 1}, {.frequency = 2}), wall)}, DomainN<2>::of(wall)), 1);
@@ -530,7 +531,7 @@ TEST_CASE("points stay in a disc of the plane whatever the steps", "[track]") {
     CHECK(moved > points.size() / 2);
 }
 
-TEMPLATE_TEST_CASE_SIG("points keep to their tracks in every dimension", "[track]", ((int N), N), 2, 4, 5, 7) {
+TEMPLATE_TEST_CASE_SIG("advect: points stay on their tracks in every dimension", "[track]", ((int N), N), 2, 4, 5, 7) {
     typename FlowN<N>::Potentials potentials = [&]<size_t... K>(std::index_sequence<K...>) {
         return typename FlowN<N>::Potentials{noiseField<SimplexNoise<N>>({.seed = K + 1})...};
     }
@@ -541,7 +542,7 @@ TEMPLATE_TEST_CASE_SIG("points keep to their tracks in every dimension", "[track
     const auto result = advect(flow, points, {.time = 0.5, .steps = 10});
     CAPTURE(result.notConverged, result.retries, result.substeps);
     CHECK(result.points == 200);
-    // Where the gradients of N - 1 noises are nearly dependent the track is ill-defined; such points wait.
+    // If the gradients of N - 1 noises are nearly dependent, the track is ill-defined, and the point waits.
     CHECK(result.notConverged <= 4);
     double moved = 0;
     for (size_t q = 0; q < result.residual.size(); ++q) CHECK(result.residual[q] <= 1e-8);
@@ -549,7 +550,7 @@ TEMPLATE_TEST_CASE_SIG("points keep to their tracks in every dimension", "[track
     CHECK(moved / 200 > 0.05);
 }
 
-TEST_CASE("adaptive steps are as accurate as asked for, and no shorter than needed", "[track]") {
+TEST_CASE("advect: adaptive steps meet the accuracy with no more steps than needed", "[track]") {
     const auto reprojection = GENERATE(Reprojection::none, Reprojection::gaussNewton);
     const auto scheme = GENERATE(Scheme::bogackiShampine, Scheme::dormandPrince);
     const auto points = randomPoints(cube(1), 200, 7);
@@ -574,22 +575,22 @@ TEST_CASE("adaptive steps are as accurate as asked for, and no shorter than need
     CAPTURE(static_cast<int>(reprojection), static_cast<int>(scheme), rough, fine, few, many);
     CHECK(rough < 1e-2);
     CHECK(fine < rough / 30);
-    // A thousandth of the error of a step takes about 1000^(1/3) = 10 times as many steps, or 1000^(1/5) = 4 times.
+    // A thousandth of the error per step takes about 1000^(1/3) = 10 times as many steps, or 1000^(1/5) = 4 times.
     const double expected = std::pow(1000, 1.0 / tableauOf(scheme).errorOrder);
     CHECK(many / few > 0.3 * expected);
     CHECK(many / few < 1.4 * expected);
     CHECK(few < 40.0 * static_cast<double>(points.size()));
 }
 
-TEST_CASE("steps that are too long, and cannot be made shorter, are counted", "[track]") {
+TEST_CASE("advect: steps too long that cannot be subdivided are counted as coarse", "[track]") {
     Points particles = particlesAt(randomPoints(cube(1), 100, 7));
     const AdvectResult result = advect(
         smoothFlow(), particles, {.time = 2, .steps = 1, .reprojection = {.maxSubdivisions = 2}, .maxStep = 1e-3});
-    CHECK(result.coarse > 300); // of 400
+    CHECK(result.coarse > 300); // of 400 steps
     CHECK(result.stalled == 0);
 }
 
-TEST_CASE("particles that were born on the way move for their age", "[track]") {
+TEST_CASE("advect: with byAge newborn particles move for their age", "[track]") {
     const auto points = randomPoints(cube(1), 100, 7);
     Points whole = particlesAt(points), half = whole, aged = whole;
     const AdvectOptions options{.time = 0.4, .steps = 4, .byAge = true};
@@ -616,7 +617,7 @@ TEST_CASE("advect: no step is longer than maxStep", "[track]") {
         CHECK(result.coarse == 0);
         return result.substeps;
     };
-    // A speed of 1 in the mean: so many steps for all of them together, at least.
+    // The mean speed is 1, which gives the minimum number of steps for all particles together.
     const size_t free = run(0), held = run(0.05);
     CAPTURE(options.adaptive(), free, held);
     CHECK(free < 400);
@@ -625,18 +626,18 @@ TEST_CASE("advect: no step is longer than maxStep", "[track]") {
     CHECK_THROWS_AS(run(std::nan("")), ValueError);
 }
 
-TEST_CASE("f and g do not drift over thousands of steps", "[track]") {
+TEST_CASE("advect: f and g do not drift over thousands of steps", "[track]") {
     Points particles = scatter(sphereFlow().domain(), 64, 3);
     const Points start = particles;
     const AdvectResult result = advect(sphereFlow(), particles, {.time = 20, .steps = 2000});
-    const FlowMagnitudes typical = magnitudesOf(sphereFlow());
+    const FlowRms rms = rmsOf(sphereFlow());
     double squares = 0;
     for (size_t k = 0; k < particles.size(); ++k) {
         const double f =
             sphereFlow().f().at<0>(position(particles, k)).value - sphereFlow().f().at<0>(position(start, k)).value;
         const double g =
             sphereFlow().g().at<0>(position(particles, k)).value - sphereFlow().g().at<0>(position(start, k)).value;
-        squares = std::max({squares, std::abs(f) / typical.potentials[0], std::abs(g) / typical.potentials[1]});
+        squares = std::max({squares, std::abs(f) / rms.potentials[0], std::abs(g) / rms.potentials[1]});
     }
     CHECK(result.notConverged == 0);
     CHECK(squares <= 1e-6);
@@ -644,7 +645,7 @@ TEST_CASE("f and g do not drift over thousands of steps", "[track]") {
 
 namespace {
 
-/// How far apart two sets of points are: on average, and at most.
+/// Returns the mean and the greatest distance between two sets of points.
 std::pair<double, double> apart(const Points& a, const Points& b) {
     double sum = 0, most = 0;
     for (size_t k = 0; k < a.size(); ++k) {
@@ -657,7 +658,7 @@ std::pair<double, double> apart(const Points& a, const Points& b) {
 
 } // namespace
 
-TEST_CASE("advect: by default points are where they should be, however the time is divided into calls", "[track]") {
+TEST_CASE("advect: the default accuracy holds however the time is split into calls", "[track]") {
     const Flow& flow = sphereFlow();
     const Points start = scatter(flow.domain(), 500, 7);
     const double size = 2;
@@ -674,13 +675,13 @@ TEST_CASE("advect: by default points are where they should be, however the time 
         CHECK(result.outside == 0);
         CHECK(result.notConverged == 0);
         CHECK(result.coarse == 0);
-        // What the steps' estimates add up to is of the size of what is found.
+        // The sum of the steps' error estimates has the magnitude of the measured error.
         CHECK(result.errorMean > 0.01 * mean);
         CHECK(result.errorMax < 1e-3 * size);
     }
 }
 
-TEST_CASE("advect: adaptive steps do not depend on threads, order or company", "[track]") {
+TEST_CASE("advect: adaptive steps do not depend on threads or other particles", "[track]") {
     const Flow& flow = sphereFlow();
     const Points start = scatter(flow.domain(), 500, 3);
     Points one = start, two = start;
@@ -699,7 +700,7 @@ TEST_CASE("advect: adaptive steps do not depend on threads, order or company", "
 }
 
 TEST_CASE("advect: the default accuracy does not depend on units", "[track]") {
-    // The same flow in other units of length and time: powers of two, so that it is the same to rounding.
+    // The same flow in other units of length and time. The factors are powers of two, so that it is equal to rounding.
     const auto moved = [](double length, double time) {
         const Wall wall{.sdf = sphereSdf(length), .side = Side::inside, .width = 0.2 * length};
         const ScalarField f = noiseField<Psrd3>({.seed = 1}, {.frequency = 1.5 / length}),
@@ -717,8 +718,8 @@ TEST_CASE("advect: the default accuracy does not depend on units", "[track]") {
     CHECK(moved(1.0 / 64, 1.0 / 16) == steps);
 }
 
-TEST_CASE("advect: an accuracy is that of the position, to a factor", "[track]") {
-    // A rotation: the error is that of the angle, and nothing stretches.
+TEST_CASE("advect: the accuracy bounds the position error up to a factor", "[track]") {
+    // In a rotation, the error is an error of the angle, and nothing is stretched.
     const Flow flow(polynomial("x0**2 + x1**2"), polynomial("x2"), {.box = cube(1), .wall = {}});
     const double accuracy = GENERATE(1e-4, 1e-6, 1e-8);
     const double time = 3;
@@ -726,30 +727,30 @@ TEST_CASE("advect: an accuracy is that of the position, to a factor", "[track]")
     const AdvectResult result = advect(flow, particles, {.time = time, .accuracy = accuracy});
     const double error = length(position(particles, 0) - Vec3d{{std::cos(2 * time), -std::sin(2 * time), 0.5}});
     CAPTURE(accuracy, error, result.errorMean, result.substeps);
-    // The estimate is that of the lower order, so the place is better than it.
+    // The estimate is that of the lower-order solution, so the position is more accurate.
     CHECK(error < result.errorMean);
     CHECK(result.errorMean <= accuracy * static_cast<double>(result.substeps));
     CHECK(result.errorMean > 0.02 * accuracy * static_cast<double>(result.substeps));
     CHECK(result.errorMax == result.errorMean);
 }
 
-TEST_CASE("advect: a step that cannot be halved is taken as its correction leaves it (ICN Algorithm 1)", "[track]") {
+TEST_CASE("advect: without subdivision steps follow ICN Algorithm 1", "[track]") {
     const Flow& flow = sphereFlow();
     const Points start = scatter(flow.domain(), 500, 8);
     Points particles = start;
     const AdvectOptions printed{.time = 0.5, .steps = 50, .reprojection = {.iterations = 1, .maxSubdivisions = 0}};
     const AdvectResult result = advect(flow, particles, printed);
-    CHECK(result.substeps > 500 * 49); // a few are kept back by the wall
+    CHECK(result.substeps > 500 * 49); // the wall discards a few steps
     CHECK(result.retries == 0);
     CHECK(result.meanIterations <= 1);
-    CHECK(result.meanIterations > 0.2); // fewer than one, where a step needs none
+    CHECK(result.meanIterations > 0.2); // below one, since some steps need no correction
     CHECK(result.outside == 0);
     const auto [moved, most] = apart(particles, start);
     CHECK(moved > 0.1);
-    // One correction a step keeps them near their tracks, far nearer than none.
+    // One correction per step keeps particles near their tracks.
     CHECK(result.residual[0] > 0);
     CHECK(result.residual[0] < 1e-3);
-    // Fewer steps are what was asked for: no step at all is counted as none, not as infinitely many corrections.
+    // If no step is taken, the mean number of corrections is 0, not infinite.
     Points beyond = particlesAt({{{5, 0, 0}}});
     CHECK(advect(flow, beyond, printed).meanIterations == 0);
 }

@@ -7,8 +7,7 @@
 #include "curlew/track/Advect.h"
 #include "curlew/track/Diagnostics.h"
 #include "curlew/track/Scatter.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 using namespace curlew;
 
@@ -22,8 +21,8 @@ Flow contained() {
                      1);
 }
 
-/// Eq. 13 as it is often written by mistake: the gradients are blended, not the functions. No function has this
-/// gradient.
+/// A common error in implementing Eq. 13: it blends the gradients instead of the functions. The result is not the
+/// gradient of any function.
 struct BlendedGradients {
     ScalarField distance, noise;
     template <int Order, class T>
@@ -36,32 +35,32 @@ struct BlendedGradients {
 
 } // namespace
 
-TEST_CASE("a contained flow keeps its promises", "[Diagnostics]") {
+TEST_CASE("diagnoseFlow: a contained flow has no divergence and no wall flux", "[Diagnostics]") {
     const FlowDiagnostics check = diagnoseFlow(contained(), 20000);
     CHECK(check.divergence.trace < 1e-9);
     CHECK(check.divergence.traceBeyond <= check.divergence.trace);
     CHECK(check.wallFlux < 1e-6);
     CHECK(check.wallSamples > 1000);
-    CHECK(check.magnitudes.speed == Approx(1));
+    CHECK(check.rms.speed == Approx(1));
 }
 
-TEST_CASE("the check finds a flow that crosses its wall", "[Diagnostics]") {
+TEST_CASE("diagnoseFlow: detects a flow that crosses its wall", "[Diagnostics]") {
     const Flow leaking(noiseField<Psrd3>({.seed = 1}, {.frequency = 2}),
                        noiseField<Psrd3>({.seed = 2}, {.frequency = 2}), Domain::of(ball()));
     CHECK(diagnoseFlow(leaking, 5000).wallFlux > 0.1);
 }
 
-TEST_CASE("the check finds a potential whose gradient is not one", "[Diagnostics]") {
+TEST_CASE("diagnoseDivergence: detects a potential with a wrong gradient", "[Diagnostics]") {
     const ScalarField noise = noiseField<Psrd3>({.seed = 2}, {.frequency = 2});
     const Flow wrong(noiseField<Psrd3>({.seed = 1}, {.frequency = 2}),
                      ScalarField(BlendedGradients{ball().sdf.distance, noise}), Domain::of(ball()));
     const DivergenceDiagnostics check = diagnoseDivergence(wrong, 20000);
     CHECK(check.byDifferences > 1e-2);
-    CHECK(check.order().value() == Approx(0).margin(0.1)); // however small the step is
+    CHECK(check.order().value() == Approx(0).margin(0.1)); // for any step of the differences
     CHECK_FALSE(check.vanishes());
 }
 
-TEST_CASE("the divergence of every divergence-free flow falls with the step of differences", "[Diagnostics]") {
+TEST_CASE("diagnoseDivergence: differences of divergence-free flows vanish with their step", "[Diagnostics]") {
     const auto psrd = [](uint64_t seed) { return noiseField<Psrd3>({.seed = seed}, {.frequency = 1.5}); };
     const auto sine = [](uint64_t seed) { return noiseField<SineNoise<3>>({.seed = seed}); };
     const auto bound = [&](const Wall& wall) { return Flow(psrd(1), bounded(psrd(2), wall), Domain::of(wall)); };
@@ -89,8 +88,8 @@ TEST_CASE("the divergence of every divergence-free flow falls with the step of d
         const DivergenceDiagnostics check = diagnoseDivergence(flow, 20000);
         CAPTURE(name, check.step, check.byDifferences, check.byHalfDifferences);
         CHECK(check.trace < 1e-9);
-        // Second order, but across seams of third derivatives h^3/2, give or take 0.2 with so few samples at them. The
-        // deformation's differences cancel exactly.
+        // The order is two, but 3/2 where third derivatives jump, with a margin of 0.2 since few samples are there. The
+        // differences of the deformation cancel exactly.
         CHECK(check.order().value_or(2) > 1.2);
         CHECK(check.order().value_or(2) < 2.1);
         CHECK(check.byDifferences < 2e-3);
@@ -107,49 +106,50 @@ TEST_CASE("the divergence of every divergence-free flow falls with the step of d
     CHECK(still.vanishes());
 }
 
-TEST_CASE("a kink of a potential is found by differences, not by the trace", "[Diagnostics]") {
+TEST_CASE("diagnoseDivergence: detects kinks of a potential that the trace misses", "[Diagnostics]") {
     const auto noise = [](uint64_t seed) { return noiseField<Psrd3>({.seed = seed}); };
     const auto flow = [&](double smoothing) { return Flow(smoothMin(noise(1), noise(2), smoothing), noise(3)); };
     const DivergenceDiagnostics kink = diagnoseDivergence(flow(0), 100000);
     CHECK(kink.trace < 1e-9);
     CHECK(kink.byDifferences > 0.05);
-    CHECK(kink.order().value() == Approx(-0.5).margin(0.2)); // half as many samples see a jump twice as steep
+    CHECK(kink.order().value() ==
+          Approx(-0.5).margin(0.2)); // half the step: half as many samples see a jump that is twice as steep
     CHECK_FALSE(kink.vanishes());
     const DivergenceDiagnostics smooth = diagnoseDivergence(flow(0.3), 20000);
     CHECK(smooth.byDifferences < 2e-3);
-    CHECK(smooth.order().value() > 1); // third derivatives jump where the rounding begins
-    // Derivatives that jump: a potential carried by a flow that is not C³ enough.
+    CHECK(smooth.order().value() > 1); // third derivatives jump at the border of the smoothing
+    // Derivatives that jump: a potential that is carried by a flow that is not C³.
     const Flow carrying(noise(4), noise(5));
     const DivergenceDiagnostics rough = diagnoseDivergence(Flow(carried(noise(1), carrying), noise(2)), 20000);
     CHECK(rough.order().value() > 0.4);
     CHECK(rough.vanishes());
-    // What is not divergence-free.
+    // A flow that is not divergence-free.
     CHECK_FALSE(diagnoseDivergence(Flow(noise(1), noise(2)).normalized(1), 5000).vanishes());
 }
 
-TEST_CASE("the divergence by differences does not depend on the flow's scale", "[Diagnostics]") {
+TEST_CASE("diagnoseDivergence: does not depend on the scale of the flow", "[Diagnostics]") {
     const auto check = [](double frequency) {
         const auto noise = [&](uint64_t seed) { return noiseField<Psrd3>({.seed = seed}, {.frequency = frequency}); };
         return diagnoseDivergence(Flow(noise(1), noise(2), {.box = Box{}.padded(1 / frequency), .wall = {}}), 5000);
     };
-    // The same samples of the same flow, but for roundings.
+    // The same samples of the same flow, except for rounding.
     CHECK(check(32).byDifferences == Approx(check(1).byDifferences).epsilon(1e-6));
     CHECK(check(32).step * 32 == Approx(check(1).step));
 }
 
-TEST_CASE("differences come to the gradient of a field with the square of their step", "[Diagnostics]") {
+TEST_CASE("diagnoseField: differences converge to the gradient with second order", "[Diagnostics]") {
     const Box box = Box{}.padded(1);
     const FieldDiagnostics good = diagnoseField(noiseField<Psrd3>({.seed = 1}, {.frequency = 2}), box, 5000);
     CHECK(good.byDifferences < 1e-3);
     CHECK(good.byDifferences / good.byHalfDifferences == Approx(4).epsilon(0.1));
-    // Not to what is no gradient.
+    // They do not converge to a vector field that is not a gradient.
     const FieldDiagnostics bad =
         diagnoseField(ScalarField(BlendedGradients{sphereSdf(1).distance, noiseField<Psrd3>()}), box, 5000);
     CHECK(bad.byDifferences / bad.byHalfDifferences < 1.5);
     CHECK(diagnoseField(constantField(2.0), box, 100).byDifferences == 0);
 }
 
-TEST_CASE("particles on their tracks, and those that left", "[Diagnostics]") {
+TEST_CASE("diagnoseParticles: tells particles on their tracks from displaced ones", "[Diagnostics]") {
     const Flow flow = contained();
     Points particles = scatter(flow.domain(), 2000, 1);
     advect(flow, particles, {.time = 1, .steps = 10});

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Error.h"
 #include "curlew/track/Distance.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 #include <cmath>
 #include <initializer_list>
@@ -19,7 +18,7 @@ Points pointsAt(std::initializer_list<Vec3d> positions, std::vector<int64_t> ids
     return p;
 }
 
-/// A circle about the z axis of so many vertices, the first of them turned by an angle.
+/// A circle about the z axis with the given number of vertices. The first vertex is at the angle `turned`.
 Curves circle(double radius, size_t vertices, double turned, bool closed) {
     Curves c;
     for (size_t k = 0; k < vertices; ++k) {
@@ -34,7 +33,7 @@ Curves circle(double radius, size_t vertices, double turned, bool closed) {
 
 } // namespace
 
-TEST_CASE("the distance of points is that of equal ids", "[track]") {
+TEST_CASE("distanceBetween: points are matched by id", "[track]") {
     const Points a = pointsAt({{{0, 0, 0}}, {{1, 0, 0}}, {{5, 5, 5}}}, {3, 1, 9});
     const Points b = pointsAt({{{1, 0, 3}}, {{7, 7, 7}}, {{0, 4, 0}}}, {1, 2, 3});
     const Distance d = distanceBetween(a, b);
@@ -47,14 +46,14 @@ TEST_CASE("the distance of points is that of equal ids", "[track]") {
     CHECK_THROWS_AS(distanceBetween(a, pointsAt({{{0, 0, 0}}, {{0, 0, 1}}}, {3, 3})), ValueError);
 }
 
-TEST_CASE("the distance of curves does not depend on where their vertices are", "[track]") {
+TEST_CASE("distanceBetween: curves are compared independently of their vertices", "[track]") {
     const Curves inner = circle(1, 2000, 0, true);
     const Distance apart = distanceBetween(inner, circle(1.1, 3000, 0.3, true));
     CHECK(apart.pairs == 2000);
     CHECK(apart.mean == Approx(0.1).epsilon(1e-4));
     CHECK(apart.max == Approx(0.1).epsilon(1e-4));
     CHECK(distanceBetween(inner, circle(1, 999, 0.7, true)).max < 1e-5);
-    // Without its closing edge, a square does not pass there.
+    // Without its closing edge, the square does not pass near that part.
     const Curves middle = circle(0.5, 4, -std::numbers::pi / 4, true);
     CHECK(distanceBetween(middle, circle(1, 4, 0, true)).max < distanceBetween(middle, circle(1, 4, 0, false)).max);
     Curves none = circle(1, 10, 0, false);

@@ -9,7 +9,7 @@
 using namespace curlew;
 using namespace curlew::test;
 
-TEST_CASE("emitted: frames together give the births of one long frame", "[track]") {
+TEST_CASE("emitted: births over many frames equal those of one long frame", "[track]") {
     const Domain domain{.box = cube(1), .wall = {}};
     const double rate = GENERATE(0.0, 7.3, 100.0, 1234.5);
     const EmissionOptions options{.rate = rate, .seed = 5};
@@ -31,14 +31,14 @@ TEST_CASE("emitted: frames together give the births of one long frame", "[track]
     CHECK(count == all.size());
     CHECK(count == static_cast<size_t>(rate));
     const Points scattered = scatter(domain, all.size(), 5);
-    CHECK(all.x == scattered.x); // position by seed and id alone
+    CHECK(all.x == scattered.x); // the position depends only on seed and id
 }
 
-TEST_CASE("emitted: lives are spread around their mean, and none has ended", "[track]") {
+TEST_CASE("emitted: lifetimes are spread around their mean and none has ended", "[track]") {
     EmissionState state;
     const Points born = emitted({.box = cube(1), .wall = {}}, {.rate = 4000, .life = 0.6, .spread = 0.5}, 1, state);
     CHECK(state.nextId == 4000);
-    CHECK(born.size() < 4000); // the oldest of the frame have died in it
+    CHECK(born.size() < 4000); // the first particles born in the frame have died in it
     for (size_t k = 0; k < born.size(); ++k) {
         REQUIRE(born.life[k] >= 0.3F);
         REQUIRE(born.life[k] <= 0.9F);
@@ -48,11 +48,11 @@ TEST_CASE("emitted: lives are spread around their mean, and none has ended", "[t
     CHECK_THROWS_AS(emitted({.box = cube(1), .wall = {}}, {.rate = 1e15}, 1, state), ResourceError);
 }
 
-TEST_CASE("joinFlow: newborn particles get the velocity and track that advection would give them", "[track]") {
+TEST_CASE("joinFlow: newborn particles get the velocity and track that advect would give them", "[track]") {
     const Flow flow(sinesF(), sinesG());
     Points others = particlesAt({{{0, 0, 0}}}), born = particlesAt(randomPoints(cube(1), 100, 1)), plain = born;
     joinFlow(flow, others, plain);
-    CHECK(!plain.hasVelocity()); // the others have none either
+    CHECK(!plain.hasVelocity()); // the other particles have no velocity
     Points expected = born;
     advect(flow, others, {.time = 0, .steps = 1});
     advect(flow, expected, {.time = 0, .steps = 1});
@@ -62,13 +62,13 @@ TEST_CASE("joinFlow: newborn particles get the velocity and track that advection
     CHECK(born.g == expected.g);
 }
 
-TEST_CASE("flagBeyondWall: what the distance says", "[track]") {
+TEST_CASE("flagBeyondWall: flags points by the sign of the distance", "[track]") {
     const Points points = particlesAt(randomPoints(cube(2), 500, 3));
     const auto flags = flagBeyondWall(points, {.box = {}, .wall = Wall{.sdf = sphereSdf(1), .side = Side::inside}});
     for (size_t k = 0; k < points.size(); ++k) CHECK((flags[k] != 0) == (length(points.position(k)) > 1));
 }
 
-TEST_CASE("wrap: positions are moved by whole periods into the box", "[track]") {
+TEST_CASE("wrap: moves positions into the box by whole periods", "[track]") {
     const Box box{{{0, -1, 2}}, {{2, 1, 2.5}}};
     const auto before = randomPoints(cube(10), 500, 4);
     Points points = particlesAt(before);
@@ -86,7 +86,7 @@ TEST_CASE("wrap: positions are moved by whole periods into the box", "[track]") 
     CHECK_THROWS_AS(wrap(points, infinite), ValueError);
 }
 
-TEST_CASE("emitted on a surface: births leave it along the normal, each for its age", "[track]") {
+TEST_CASE("emitted: particles born on a surface leave it along the normal by their age", "[track]") {
     const Domain domain = Domain::of({.sdf = sphereSdf(1), .side = Side::outside, .width = 0.1});
     EmissionState state;
     const Points born = emitted(

@@ -22,11 +22,11 @@ ScalarField moreSines() {
     return formula([](const auto& x) { return sin(x[0] * 2 - x[2]) + cos(x[1] + x[2] * 2); });
 }
 
-/// A flow of one term that changes.
+/// A time-dependent flow of one term.
 FlowInTime swaying() {
     return FlowInTime([](double t) { return Flow(0.1 * sinesF(), sinesG() + std::sin(3 * t) * moreSines(), kBox); });
 }
-/// A sum, that changes too.
+/// A time-dependent sum.
 FlowInTime swayingSum() {
     return FlowInTime([](double t) {
         return Flow(0.1 * sinesF(), std::cos(2 * t) * sinesG(), kBox) + uniformFlow({{0.3, std::sin(t) + 2, 0}}, kBox);
@@ -46,7 +46,8 @@ double greatestDifference(const std::vector<Vec3d>& a, const std::vector<Vec3d>&
     return worst;
 }
 
-/// The observed order of the map over a second: from the differences between its results in 8, 16 and 32 steps.
+/// Returns the observed order of the map over one second, from the differences between its results in 8, 16 and 32
+/// steps.
 double orderOf(const FlowInTime& flow, Scheme scheme, double from) {
     const auto moved = [&](double steps) {
         std::vector<Vec3d> points = randomPoints(cube(1), 20, 3);
@@ -59,7 +60,7 @@ double orderOf(const FlowInTime& flow, Scheme scheme, double from) {
 
 } // namespace
 
-TEST_CASE("a uniform flow's map is a translation", "[track]") {
+TEST_CASE("FlowMap: a uniform flow is a translation", "[track]") {
     const FlowMap map(uniformFlow({{1, -2, 0.5}}), {.step = 0.1});
     std::vector<Vec3d> points = randomPoints(cube(1), 100, 1), start = points;
     CHECK(map.steps(0, 0.45) == 5);
@@ -72,7 +73,7 @@ TEST_CASE("a uniform flow's map is a translation", "[track]") {
     CHECK(greatestDifference(points, start) < 1e-14);
 }
 
-TEST_CASE("the map of a steady flow has the order of its scheme", "[track]") {
+TEST_CASE("FlowMap: a steady flow has the order of the scheme", "[track]") {
     const Flow track(0.1 * sinesF(), sinesG(), kBox);
     for (const Flow& flow : {track, track + uniformFlow({{0.3, 0.1, 0}}, kBox)}) {
         CAPTURE(flow.hasTracks());
@@ -81,12 +82,12 @@ TEST_CASE("the map of a steady flow has the order of its scheme", "[track]") {
     }
 }
 
-TEST_CASE("the map of a flow that changes is of second order in time", "[track]") {
+TEST_CASE("FlowMap: a changing flow has second order in time", "[track]") {
     CHECK(orderOf(swaying(), Scheme::rk4, 1.7) == Approx(2).margin(0.3));
     CHECK(orderOf(swayingSum(), Scheme::rk4, 1.7) == Approx(2).margin(0.3));
 }
 
-TEST_CASE("the way back leads back", "[track]") {
+TEST_CASE("FlowMap: backward integration returns to the start", "[track]") {
     for (const FlowInTime& flow : {swaying(), swayingSum(), FlowInTime(contained(1, 0.3))}) {
         const FlowMap map(flow, {.step = 0.05});
         std::vector<Vec3d> points = randomPoints(cube(0.5), 100, 5);
@@ -94,12 +95,12 @@ TEST_CASE("the way back leads back", "[track]") {
         map.carry(points, 0.3, 1.3);
         CHECK(greatestDifference(points, start) > 0.2);
         map.carry(points, 1.3, 0.3);
-        // The frozen flows are the same on both ways, so only the steps' own errors remain, of fourth order.
+        // Both directions use the same frozen flows, so only the errors of the steps remain, which are of fourth order.
         CHECK(greatestDifference(points, start) < 5e-3);
     }
 }
 
-TEST_CASE("in a contained flow points stay on their side of the wall, and beyond it at their distance", "[track]") {
+TEST_CASE("FlowMap: in a contained flow points keep their side and those beyond keep their distance", "[track]") {
     const FlowMap map(contained(1, 0.3), {.step = 0.05});
     std::vector<Vec3d> points = randomPoints(cube(1.1), 500, 6);
     const auto start = points;
@@ -113,16 +114,16 @@ TEST_CASE("in a contained flow points stay on their side of the wall, and beyond
         REQUIRE(after == Approx(before).margin(1e-6));
         moved = std::max(moved, length(points[k] - start[k]));
     }
-    CHECK(moved > 0.5); // smooth across the wall, not at rest beyond it
+    CHECK(moved > 0.5); // the flow continues smoothly beyond the wall
 }
 
-TEST_CASE("times and steps that make no sense are refused, and points that are no numbers stay", "[track]") {
+TEST_CASE("FlowMap: invalid times and steps are refused and NaN positions pass through", "[track]") {
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    CHECK_THROWS_WITH(FlowMap(swaying(), {.step = -1}), Catch::Contains("step"));
+    CHECK_THROWS_WITH(FlowMap(swaying(), {.step = -1}), Catch::ContainsSubstring("step"));
     CHECK_THROWS_AS(FlowMap(swaying(), {.step = nan}), ValueError);
     const FlowMap map(swayingSum(), {.step = 0.1});
     std::vector<Vec3d> points{{{0, 0, 0}}, {{nan, 0, 0}}};
-    CHECK_THROWS_WITH(map.carry(points, 0, nan), Catch::Contains("finite"));
+    CHECK_THROWS_WITH(map.carry(points, 0, nan), Catch::ContainsSubstring("finite"));
     CHECK_THROWS_AS(map.carry(points, 0, std::numeric_limits<double>::infinity()), ValueError);
     CHECK_THROWS_AS(map.carry(points, 0, 1e12), ValueError);
     map.carry(points, 0, 1);
@@ -136,7 +137,7 @@ TEST_CASE("times and steps that make no sense are refused, and points that are n
     CHECK_THROWS_AS(map.carry(still, 0, 1, {.report = {}, .cancelled = [] { return true; }}), Interrupted);
 }
 
-TEST_CASE("a map is the same for any number of threads", "[track]") {
+TEST_CASE("FlowMap: is the same for any number of threads", "[track]") {
     const FlowMap map(swayingSum(), {.step = 0.1});
     std::vector<std::vector<Vec3d>> results;
     for (const int threads : {1, 2}) {

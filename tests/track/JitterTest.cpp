@@ -12,13 +12,13 @@ using namespace curlew::test;
 
 namespace {
 
-/// The distances of some of the points from the point that is nearest to each, found by looking at all of them.
+/// Returns the distance to the nearest point for some of the points, by brute force.
 template <int N>
 std::vector<double> nearestDistances(const std::vector<Vec<double, N>>& points, size_t queries) {
     std::vector<double> found(std::min(queries, points.size()));
     parallelFor(found.size(), 16, [&](size_t begin, size_t end) {
         for (size_t q = begin; q < end; ++q) {
-            const size_t k = q * 7919 % points.size(); // a prime: from all over the lattice
+            const size_t k = q * 7919 % points.size(); // a prime, to take queries from the whole lattice
             double least = std::numeric_limits<double>::infinity();
             for (size_t j = 0; j < points.size(); ++j) {
                 const Vec<double, N> d = points[j] - points[k];
@@ -30,7 +30,7 @@ std::vector<double> nearestDistances(const std::vector<Vec<double, N>>& points, 
     return found;
 }
 
-/// The lattice of ICN §5.1 with 10 points along each axis of the unit cube.
+/// The lattice of ICN §5.1, with 10 points along each axis of the unit cube.
 template <int N>
 DomainN<N> unitCube() {
     BoxN<N> box;
@@ -45,7 +45,7 @@ std::vector<Vec<double, N>> jittered(uint64_t seed) {
     return points;
 }
 
-/// A ball and the box in which a lattice is laid around it.
+/// A ball and the box of the lattice around it.
 template <int N>
 DomainN<N> ball(Side side) {
     return {.box = cube<N>(1), .wall = WallN<N>{.sdf = sphereSdf<N>(0.75), .side = side, .width = 0.2}};
@@ -53,7 +53,7 @@ DomainN<N> ball(Side side) {
 
 } // namespace
 
-TEST_CASE("the mean distance to the neighbours is that of all of them", "[track]") {
+TEST_CASE("meanNeighbourDistance: equals the mean over all lattice neighbours", "[track]") {
     CHECK(meanNeighbourDistance(1) == 1);
     for (int n = 2; n <= 7; ++n) {
         int all = 1;
@@ -72,7 +72,7 @@ TEST_CASE("the mean distance to the neighbours is that of all of them", "[track]
         CHECK(meanNeighbourDistance(row["n"].get<int>()) == Approx(row["dbar_f64"].get<double>()).epsilon(1e-14));
 }
 
-TEST_CASE("a lattice fills the domain, centred", "[track]") {
+TEST_CASE("latticePoints: fill the domain and are centred", "[track]") {
     const auto points = latticePoints(DomainN<2>{.box = {{{0, 1}}, {{1, 1.52}}}, .wall = {}}, 0.25);
     REQUIRE(points.size() == 8);
     CHECK(points[0][0] == Approx(0.125));
@@ -86,7 +86,7 @@ TEST_CASE("a lattice fills the domain, centred", "[track]") {
                outside = latticePoints(ball<3>(Side::outside), 0.05);
     CHECK(inside.size() + outside.size() == 64000);
     CHECK(std::all_of(inside.begin(), inside.end(), [](const Vec3d& p) { return length(p) < 0.75; }));
-    CHECK(static_cast<double>(inside.size()) == Approx(14137).epsilon(0.02)); // the volume over that of a cell
+    CHECK(static_cast<double>(inside.size()) == Approx(14137).epsilon(0.02)); // the volume divided by that of a cell
 
     CHECK_THROWS_AS(latticePoints(unitCube<3>(), 0), ValueError);
     CHECK_THROWS_AS(latticePoints(unitCube<7>(), 1e-6), ResourceError);
@@ -94,10 +94,10 @@ TEST_CASE("a lattice fills the domain, centred", "[track]") {
                     ValueError);
 }
 
-TEST_CASE("jittered points are as far apart as published", "[track]") {
-    // ICN Table 1: the median distance to the nearest point, of 10^n points at a spacing of 0.1, by curl noise and
-    // (for u = 0.1) at random. Published to two digits; one set of points deviates by about 1 %, at random by 5 % in
-    // 3D.
+TEST_CASE("jitter: nearest-neighbour distances match ICN Table 1", "[track]") {
+    // ICN Table 1: the median distance to the nearest point for 10^n points at a spacing of 0.1, by curl noise and (for
+    // u = 0.1) at random. Published with two digits. A single set of points deviates by about 1 %, a random one by 5 %
+    // in 3D.
     const auto check = [](auto dimension, double byFlow, double atRandom, size_t queries) {
         constexpr int kN = decltype(dimension)::value;
         std::vector<double> found, random;
@@ -120,11 +120,11 @@ TEST_CASE("jittered points are as far apart as published", "[track]") {
     check(std::integral_constant<int, 4>(), 0.081, 0.069, 1000);
 }
 
-TEST_CASE("one number of the step fits five dimensions, too", "[track]") {
+TEST_CASE("jitter: the same step factor fits five dimensions", "[track]") {
     CHECK(median(nearestDistances(jittered<5>(1), 400)) == Approx(0.083).epsilon(0.03));
 }
 
-TEST_CASE("points move by the step, along the flow", "[track]") {
+TEST_CASE("jitter: points move by the step along the flow", "[track]") {
     const double step = 0.016 * meanNeighbourDistance(3);
     const auto start = latticePoints(unitCube<3>(), 0.1);
     const auto flow = jitterFlow(unitCube<3>(), 0.1, {.seed = 4});
@@ -139,9 +139,9 @@ TEST_CASE("points move by the step, along the flow", "[track]") {
             REQUIRE(moved <= std::abs(amount) * step * (1 + 1e-3));
             sum += moved / step;
         }
-        CHECK(sum / 1000 == Approx(std::abs(amount)).epsilon(0.05)); // paths turn a little
+        CHECK(sum / 1000 == Approx(std::abs(amount)).epsilon(0.05)); // paths are slightly curved
     }
-    // Not uniform, the flow is divergence-free, and the step that of its root mean square.
+    // If the speed is not uniform, the flow is divergence-free, and the step is its root mean square.
     const auto free = jitterFlow(unitCube<3>(), 0.1, {.seed = 4, .uniform = false});
     CHECK(free.divergenceFree());
     CHECK_FALSE(flow.divergenceFree());
@@ -150,16 +150,16 @@ TEST_CASE("points move by the step, along the flow", "[track]") {
     double squares = 0;
     for (size_t k = 0; k < start.size(); ++k) squares += dot(points[k] - start[k], points[k] - start[k]);
     CHECK(std::sqrt(squares / 1000) == Approx(step).epsilon(0.1));
-    // Other seeds, other flows.
+    // Other seeds give other flows.
     auto one = start, two = start;
     jitter(jitterFlow(unitCube<3>(), 0.1, {.seed = 5}), one, 0.1);
     jitter(flow, two, 0.1);
     CHECK(one != two);
 }
 
-TEMPLATE_TEST_CASE_SIG("no point enters or leaves the domain in an animation", "[track]", ((int N), N), 2, 3) {
-    // ICN Fig. 8. Points of a lattice on both sides of a wall, over 300 frames of a flow that changes: those that are
-    // on another side than in the frame before are seen to pop in or out.
+TEMPLATE_TEST_CASE_SIG("jitter: no point enters or leaves the domain in an animation", "[track]", ((int N), N), 2, 3) {
+    // ICN Fig. 8. Lattice points on both sides of a wall move over 300 frames of a time-dependent flow. Points that
+    // change sides between frames would pop in or out visibly.
     const double spacing = N == 2 ? 0.1 : 0.2;
     const DomainN<N> bounds = ball<N>(Side::both);
     const auto start = latticePoints(bounds, spacing);
@@ -181,11 +181,11 @@ TEMPLATE_TEST_CASE_SIG("no point enters or leaves the domain in an animation", "
         return count;
     };
     CHECK(pops(bounds, 1) == 0);
-    CHECK(stalled == 0); // it is the flow that turns along the wall
+    CHECK(stalled == 0); // the flow itself turns along the wall
     CHECK(pops({.box = bounds.box, .wall = {}}, 30) > 50);
 }
 
-TEST_CASE("an animated flow changes smoothly with time", "[track]") {
+TEST_CASE("jitterFlow: changes smoothly with time", "[track]") {
     const Vec3d p{{0.31, 0.47, 0.62}};
     const auto velocity = [&](double time) {
         return jitterFlow(unitCube<3>(), 0.1, {.seed = 1, .uniform = false, .time = time}).at(p).velocity;
@@ -198,7 +198,7 @@ TEST_CASE("an animated flow changes smoothly with time", "[track]") {
     CHECK_THROWS_AS(jitterFlow(unitCube<7>(), 0.5, {.time = 0.5}), ValueError);
 }
 
-TEST_CASE("jitter: threads, nothing, and what is refused", "[track]") {
+TEST_CASE("jitter: threads and empty input and invalid options", "[track]") {
     std::vector<Vec3d> one, two;
     {
         const ThreadLimit limit(1);
@@ -223,8 +223,7 @@ TEST_CASE("jitter: threads, nothing, and what is refused", "[track]") {
     CHECK_THROWS_AS(jitterFlow(unitCube<3>(), 1, {.time = nan}), ValueError);
 }
 
-TEST_CASE("jitteredLattice: as many points as asked for, on their side of the wall, in space and in a plane",
-          "[track]") {
+TEST_CASE("jitteredLattice: gives the requested count inside the wall in 3D and in a plane", "[track]") {
     const Domain ball{.box = cube(1), .wall = Wall{.sdf = sphereSdf(0.8), .side = Side::inside}};
     const auto space = jitteredLattice(ball, {.count = 2000, .flow = {.seed = 3}});
     const auto plane = jitteredLattice(inPlane(ball), {.count = 2000, .flow = {.seed = 3}});

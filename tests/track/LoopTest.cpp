@@ -16,7 +16,7 @@
 
 using namespace curlew;
 using namespace curlew::test;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -27,7 +27,7 @@ const Flow& ballFlow() {
     return flow;
 }
 
-/// Whole circles about the z axis, with the angular velocity 2: f = x² + y², g = z, in a ball.
+/// Full circles about the z axis with the angular velocity 2: f = x² + y², g = z, in a ball.
 Flow circles() {
     const Wall wall{.sdf = sphereSdf(1), .side = Side::inside, .width = 0.2};
     return Flow(polynomial("x0**2 + x1**2"), polynomial("x2"), Domain::of(wall));
@@ -38,12 +38,12 @@ bool same(const Points& a, const Points& b) {
            a.f == b.f && a.g == b.g && a.fade == b.fade && a.converged == b.converged;
 }
 
-/// A loop of about that many rounds of the circles.
+/// Options of a loop with this duration.
 LoopOptions during(double seconds) { return {.duration = seconds, .accuracy = 1e-6}; }
 
 } // namespace
 
-TEST_CASE("particles on circles are where their angle says, at the pace of whole rounds", "[track]") {
+TEST_CASE("LoopedPoints: particles on circles complete whole rounds at the expected angles", "[track]") {
     const Flow flow = circles();
     const Points seeds = scatter(flow.domain(), 200, 1);
     const double period = kPi; // the angular velocity is 2
@@ -76,7 +76,7 @@ TEST_CASE("particles on circles are where their angle says, at the pace of whole
     }
 }
 
-TEST_CASE("after a loop, or any number of them, the particles are the same to the bit", "[track]") {
+TEST_CASE("LoopedPoints: positions repeat exactly after any number of loops", "[track]") {
     const uint64_t seed = GENERATE(range(1, 6));
     const Points seeds = scatter(ballFlow().domain(), 300, seed);
     const LoopedPoints loops(ballFlow(), seeds, {.duration = 1.1});
@@ -86,7 +86,7 @@ TEST_CASE("after a loop, or any number of them, the particles are the same to th
     CHECK(begin.z == seeds.z);
     CHECK(begin.id == seeds.id);
     for (const double end : {1.1, 2.2, -1.1, 33 / 30.0, 110.0}) CHECK(same(loops.at(end).points, begin));
-    // Frames of 1/30 s, a loop and a hundred loops later.
+    // Frames of 1/30 s, one loop and a hundred loops later.
     for (int frame = 1; frame < 33; ++frame) {
         const Points now = loops.at(frame / 30.0).points;
         CAPTURE(seed, frame);
@@ -96,7 +96,7 @@ TEST_CASE("after a loop, or any number of them, the particles are the same to th
     }
 }
 
-TEST_CASE("no particle is ever outside, and the pace is between 2/3 and 4/3", "[track]") {
+TEST_CASE("LoopedPoints: no particle leaves the domain and the pace is between 2/3 and 4/3", "[track]") {
     struct Case {
         const char* name;
         Sdf sdf;
@@ -130,7 +130,7 @@ TEST_CASE("no particle is ever outside, and the pace is between 2/3 and 4/3", "[
         REQUIRE(loops.pace(n) == Approx(std::max(1.0, std::round(duration / T)) * T / duration));
     }
     CHECK(closed == s.closed);
-    const FlowMagnitudes typical = magnitudesOf(flow);
+    const FlowRms rms = rmsOf(flow);
     for (int frame = 0; frame <= 24; ++frame) {
         const LoopMoment moment = loops.at(duration * frame / 24);
         CAPTURE(frame, moment.snapped);
@@ -140,18 +140,18 @@ TEST_CASE("no particle is ever outside, and the pace is between 2/3 and 4/3", "[
         for (size_t n = 0; n < seeds.size(); ++n) {
             const Vec3d p = position(moment.points, n);
             CAPTURE(n, p);
-            // On the side and on the track of its seed.
+            // It stays on the side and on the track of its seed.
             REQUIRE((c.sdf.distance.at<0>(p).value < 0) == (c.sdf.distance.at<0>(position(seeds, n)).value < 0));
-            REQUIRE(std::abs(flow.f().at<0>(p).value - moment.points.f[n]) <= 1e-8 * typical.potentials[0]);
-            REQUIRE(std::abs(flow.g().at<0>(p).value - moment.points.g[n]) <= 1e-8 * typical.potentials[1]);
+            REQUIRE(std::abs(flow.f().at<0>(p).value - moment.points.f[n]) <= 1e-8 * rms.potentials[0]);
+            REQUIRE(std::abs(flow.g().at<0>(p).value - moment.points.g[n]) <= 1e-8 * rms.potentials[1]);
         }
     }
 }
 
-TEST_CASE("particles whose track takes longer fade, and follow the flow at its own pace", "[track]") {
+TEST_CASE("LoopedPoints: particles on tracks too long for the loop fade at the pace of the flow", "[track]") {
     const Flow flow = circles();
     const Points seeds = scatter(flow.domain(), 100, 2);
-    const double duration = 0.74 * kPi; // more than 4/3 of it would be needed
+    const double duration = 0.74 * kPi; // would need a pace above 4/3
     const LoopedPoints loops(flow, seeds, during(duration));
     REQUIRE(loops.summary().fading == seeds.size());
     CHECK(loops.summary().stuck == 0);
@@ -170,7 +170,7 @@ TEST_CASE("particles whose track takes longer fade, and follow the flow at its o
             const Vec3d move = position(now, n) - position(before, n);
             const double radius = std::hypot(seeds.x[n], seeds.y[n]), arc = 2 * duration / frames * radius;
             CAPTURE(n, frame, length(move), arc);
-            // It moves by an arc, except for where it begins anew, unseen.
+            // A particle moves along an arc, except for restarts, which are invisible.
             if (length(move) < 1.01 * arc) continue;
             REQUIRE(now.fade[n] < 0.01F);
             REQUIRE(before.fade[n] < 0.01F);
@@ -184,11 +184,11 @@ TEST_CASE("particles whose track takes longer fade, and follow the flow at its o
         CHECK(most[n] == 1);
         CHECK(jumps[n] <= 1);
     }
-    // Half of its time a particle is seen whole, and not all begin anew at once.
+    // A particle is fully visible half of the time, and restarts are spread over the loop.
     CHECK(static_cast<double>(seen) / (frames * 100.0) == Approx(0.5).margin(0.02));
 }
 
-TEST_CASE("a loop follows advection, the better the more accurate its steps are", "[track]") {
+TEST_CASE("LoopedPoints: agrees with advect and converges with the accuracy", "[track]") {
     const Points seeds = scatter(ballFlow().domain(), 300, 5);
     const double duration = 1.5;
     const double accuracy = GENERATE(1e-3, 1e-5);
@@ -197,7 +197,7 @@ TEST_CASE("a loop follows advection, the better the more accurate its steps are"
     size_t count = 0;
     for (const double part : {0.13, 0.4, 0.8}) {
         const Points there = loops.at(part * duration).points;
-        Points moved = seeds; // each for its own time
+        Points moved = seeds; // each particle for its own time
         for (size_t n = 0; n < seeds.size(); ++n)
             moved.age.push_back(static_cast<float>(
                 loops.kind(n) == LoopKind::closed ? std::fmod(part * duration * loops.pace(n), loops.period(n)) : 0));
@@ -210,11 +210,12 @@ TEST_CASE("a loop follows advection, the better the more accurate its steps are"
     }
     mean /= static_cast<double>(count);
     CAPTURE(accuracy, count);
-    // The accuracy is that of a step, and the errors of some tens of them add up; 0.9 and 1.5 times it are measured.
+    // The accuracy applies to a step, and the errors of some tens of steps add up. Measured are 0.9 and 1.5 times the
+    // accuracy.
     CHECK(mean < 4 * accuracy);
 }
 
-TEST_CASE("a loop is the same for any number of threads, and of any other particles", "[track]") {
+TEST_CASE("LoopedPoints: does not depend on threads or other particles", "[track]") {
     const Points seeds = scatter(ballFlow().domain(), 700, 6);
     const LoopOptions options{.duration = 1};
     const Points all = LoopedPoints(ballFlow(), seeds, options).at(0.37).points;
@@ -227,10 +228,10 @@ TEST_CASE("a loop is the same for any number of threads, and of any other partic
     CHECK(same(LoopedPoints(ballFlow(), seeds, options).at(0.37).points, all));
 }
 
-TEST_CASE("particles that cannot move stay where they are", "[track]") {
+TEST_CASE("LoopedPoints: particles that cannot move stay in place", "[track]") {
     const double nan = std::numeric_limits<double>::quiet_NaN();
     Points seeds = particlesAt({{{2, 0, 0}}, {{nan, 0, 0}}, {{0.3, 0.1, 0}}, {{0, 0, 0.2}}});
-    const Flow flow = circles(); // which is zero on its axis
+    const Flow flow = circles(); // the flow is zero on its axis
     const LoopedPoints loops(flow, seeds, during(4));
     CHECK(loops.summary().outside == 2);
     CHECK(loops.summary().still == 3);
@@ -245,7 +246,7 @@ TEST_CASE("particles that cannot move stay where they are", "[track]") {
     CHECK(LoopedPoints(flow, {}, during(1)).at(0.5).points.size() == 0);
 }
 
-TEST_CASE("a track with too many vertices fades earlier", "[track]") {
+TEST_CASE("LoopedPoints: tracks with too many vertices are truncated and fade", "[track]") {
     const Points seeds = scatter(ballFlow().domain(), 100, 7);
     const LoopedPoints loops(ballFlow(), seeds, {.duration = 4, .accuracy = 1e-6, .vertices = 20});
     CHECK(loops.summary().truncated > 50);
@@ -254,17 +255,18 @@ TEST_CASE("a track with too many vertices fades earlier", "[track]") {
     for (const double time : {0.3, 1.0, 2.0, 3.7}) CHECK(countOutside(ballFlow().domain(), loops.at(time).points) == 0);
 }
 
-TEST_CASE("a loop that cannot be is refused", "[track]") {
+TEST_CASE("LoopedPoints: unsuitable flows and options are refused", "[track]") {
     const Points seeds = particlesAt({{{0.1, 0, 0}}});
     const Flow free(noiseField<Psrd3>({.seed = 1}), noiseField<Psrd3>({.seed = 2}), {.box = cube(1), .wall = {}});
-    CHECK_THROWS_WITH(LoopedPoints(free, seeds, {}), Contains("no wall") && Contains("bound"));
-    CHECK_THROWS_WITH(LoopedPoints(ballFlow() + ballFlow(), seeds, {}), Contains("sum") && Contains("no tracks"));
+    CHECK_THROWS_WITH(LoopedPoints(free, seeds, {}), ContainsSubstring("no wall") && ContainsSubstring("bound"));
+    CHECK_THROWS_WITH(LoopedPoints(ballFlow() + ballFlow(), seeds, {}),
+                      ContainsSubstring("sum") && ContainsSubstring("no tracks"));
     CHECK_THROWS_WITH(LoopedPoints(ballFlow(), seeds, {.reprojection = {.method = Reprojection::none}}),
-                      Contains("reprojection"));
-    CHECK_THROWS_WITH(LoopedPoints(ballFlow(), seeds, {.duration = 0}), Contains("duration"));
+                      ContainsSubstring("reprojection"));
+    CHECK_THROWS_WITH(LoopedPoints(ballFlow(), seeds, {.duration = 0}), ContainsSubstring("duration"));
     for (const double bad : {-1.0, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
-        CHECK_THROWS_WITH(LoopedPoints(ballFlow(), seeds, {.duration = bad}), Contains("duration"));
-        CHECK_THROWS_WITH(LoopedPoints(ballFlow(), seeds, {.accuracy = bad}), Contains("accuracy"));
+        CHECK_THROWS_WITH(LoopedPoints(ballFlow(), seeds, {.duration = bad}), ContainsSubstring("duration"));
+        CHECK_THROWS_WITH(LoopedPoints(ballFlow(), seeds, {.accuracy = bad}), ContainsSubstring("accuracy"));
     }
     const LoopedPoints loops(ballFlow(), seeds, {});
     CHECK_THROWS_AS(loops.at(std::numeric_limits<double>::infinity()), ValueError);

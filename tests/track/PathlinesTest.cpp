@@ -2,15 +2,14 @@
 #include "curlew/base/Error.h"
 #include "curlew/track/Pathlines.h"
 #include "curlew/track/Scatter.h"
+#include "support/Catch.h"
 #include "support/MovingPoints.h"
 #include "support/Polynomial.h"
-
-#include <catch2/catch.hpp>
 
 using namespace curlew;
 using namespace curlew::test;
 
-TEST_CASE("pathlines: vertices are the particles' positions after each step", "[track]") {
+TEST_CASE("advectWithPathlines: vertices are the particle positions after each step", "[track]") {
     const Flow flow = boundFlow(sphereSdf(1), Side::inside);
     const Points start = scatter(flow.domain(), 300, 1);
     Points along = start;
@@ -26,7 +25,7 @@ TEST_CASE("pathlines: vertices are the particles' positions after each step", "[
         for (size_t k = 0; k < c.size(); ++k) {
             CAPTURE(step, k);
             const size_t v = c.start[k] + static_cast<size_t>(step);
-            REQUIRE(length(c.position(v) - position(there, k)) < 1e-12); // the same steps, but for their rounding
+            REQUIRE(length(c.position(v) - position(there, k)) < 1e-12); // the same steps except for rounding
             REQUIRE(c.speed(v) == Approx(length(Vec3f{{there.vx[k], there.vy[k], there.vz[k]}})).epsilon(1e-4));
             REQUIRE(c.along[v] == Approx(0.5 * step / 20));
             REQUIRE(c.f[v] == along.f[k]);

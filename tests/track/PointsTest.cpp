@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Error.h"
 #include "curlew/track/Points.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 #include <limits>
 #include <type_traits>
@@ -11,7 +10,7 @@ using namespace curlew;
 
 namespace {
 
-/// Particles whose every array has values that belong to their id.
+/// Particles whose arrays have values that depend on the id.
 Points some(int64_t first, size_t count) {
     Points p;
     for (size_t k = 0; k < count; ++k) p.id.push_back(first + static_cast<int64_t>(k));
@@ -38,7 +37,7 @@ void requireIds(const Points& p, const std::vector<int64_t>& ids) {
 
 } // namespace
 
-TEST_CASE("particles know what they carry", "[track]") {
+TEST_CASE("Points: reports which attributes it carries", "[track]") {
     Points particles;
     CHECK(particles.size() == 0);
     CHECK_FALSE(particles.hasVelocity());
@@ -52,7 +51,7 @@ TEST_CASE("particles know what they carry", "[track]") {
     CHECK(Points::kBytes == 3 * 8 + 3 * 4 + 8 + 2 * 8 + 1 + 3 * 4);
 }
 
-TEST_CASE("every array of particles is visited once", "[track]") {
+TEST_CASE("forEachArray: visits every array of Points once", "[track]") {
     size_t bytes = 0;
     Points p;
     forEachArray(p, [&](auto& values) {
@@ -64,7 +63,7 @@ TEST_CASE("every array of particles is visited once", "[track]") {
     forEachArray(p, [&](const auto& values) { CHECK(values.size() == 1); });
 }
 
-TEST_CASE("particles are removed from all arrays, and the others keep their order", "[track]") {
+TEST_CASE("Points: remove compacts all arrays and keeps the order", "[track]") {
     Points p = some(0, 6);
     p.remove({0, 1, 0, 0, 1, 0});
     requireIds(p, {0, 2, 3, 5});
@@ -81,7 +80,7 @@ TEST_CASE("particles are removed from all arrays, and the others keep their orde
     CHECK_FALSE(bare.hasVelocity());
 }
 
-TEST_CASE("particles are appended with all they have", "[track]") {
+TEST_CASE("Points: append keeps attributes and fills in defaults", "[track]") {
     Points p;
     p.append(some(3, 2));
     requireIds(p, {3, 4});
@@ -105,7 +104,7 @@ TEST_CASE("particles are appended with all they have", "[track]") {
     fading.append(Points::at({{{1, 0, 0}}}));
     CHECK(fading.fade == std::vector<float>{0.25F, 1});
     CHECK(mixed.converged.back() == 1);
-    CHECK_FALSE(mixed.hasTrack()); // one has none: none has
+    CHECK_FALSE(mixed.hasTrack()); // an array that one of them lacks is removed
     bare.append(some(1, 1));
     CHECK(bare.age == std::vector<float>{0, 1});
     CHECK(bare.x == std::vector<double>{9, 1});
@@ -113,13 +112,13 @@ TEST_CASE("particles are appended with all they have", "[track]") {
     CHECK(bare.g.empty());
 }
 
-TEST_CASE("particles grow older and die after their life", "[track]") {
+TEST_CASE("Points: grow adds age and removes particles past their life", "[track]") {
     Points p = some(0, 4);
     p.age = {0, 0, 1, 1};
     p.life = {1, 0.4F, 1.5F, std::numeric_limits<float>::infinity()};
     CHECK(p.grow(0.5) == 1);
     CHECK(p.id == std::vector<int64_t>{0, 2, 3});
-    CHECK(p.age == std::vector<float>{0.5F, 1.5F, 1.5F}); // not above the life: still there
+    CHECK(p.age == std::vector<float>{0.5F, 1.5F, 1.5F}); // equal to the life: still alive
     CHECK(p.grow(0.5) == 1);
     CHECK(p.id == std::vector<int64_t>{0, 3});
     CHECK(p.grow(1000) == 1);

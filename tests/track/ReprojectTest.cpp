@@ -37,7 +37,7 @@ struct LandingN {
     bool converged;
 };
 
-/// One point brought onto a track, in any dimension.
+/// Reprojects a single point onto a track, in any dimension.
 template <int N>
 LandingN<N> land(const FlowN<N>& flow, const Vec<double, N>& from, const std::array<double, size_t{N - 1}>& values,
                  const ReprojectOptionsN<N>& options, double limit = kInfinity) {
@@ -66,8 +66,8 @@ ReprojectOptionsN<N> within(double tolerance, int iterations, Reprojection metho
     return options;
 }
 
-/// The speed against the product of all gradients: the sine of the angle between them in 3D, small where they are
-/// nearly dependent.
+/// Returns the speed divided by the product of all gradient lengths. In 3D it is the sine of the angle between the
+/// gradients. It is small if they are nearly dependent.
 template <int N>
 double independence(const FlowN<N>& flow, const Vec<double, N>& p) {
     double product = 1;
@@ -75,7 +75,7 @@ double independence(const FlowN<N>& flow, const Vec<double, N>& p) {
     return length(flow.at(p).velocity) / product;
 }
 
-/// One point brought to f = f0, g = g0.
+/// Reprojects a single point to f = f0, g = g0.
 Landing land(const Flow& flow, const Vec3d& from, double f0, double g0, const ReprojectOptions& options,
              double limit = kInfinity) {
     PointBatch points;
@@ -96,7 +96,8 @@ const Flow& smoothFlow() {
     return flow;
 }
 
-/// Points off the track of `on` by about `offset`, where the gradients are neither parallel nor small.
+/// A point `off` at a distance of about `offset` from `on` and its track. The gradients there are neither parallel nor
+/// small.
 struct Displaced {
     Vec3d on, off;
     double f, g;
@@ -115,7 +116,7 @@ std::vector<Displaced> displaced(const Flow& flow, double offset, size_t count) 
 
 } // namespace
 
-TEST_CASE("on linear fields Gauss-Newton is exact at once, and takes the shortest way", "[track]") {
+TEST_CASE("reproject: Gauss-Newton is exact on linear fields and takes the shortest way", "[track]") {
     // f = x, g = x + y: from the origin to f = 1, g = 3.
     const Flow flow(polynomial("x0"), polynomial("x0 + x1"));
     const Landing landing = land(flow, {{0, 0, 7}}, 1, 3, {});
@@ -129,7 +130,7 @@ TEST_CASE("on linear fields Gauss-Newton is exact at once, and takes the shortes
     CHECK_FALSE(newton.converged);
 }
 
-TEST_CASE("the Gauss-Newton step is the minimum-norm solution of the reference", "[track]") {
+TEST_CASE("reproject: the Gauss-Newton step agrees with the reference minimum-norm solution", "[track]") {
     forRowsInDimensions("dfvn_minnorm.json", {2, 3, 4, 5, 6, 7}, [&](const nlohmann::json& row, auto dimension) {
         constexpr int N = dimension;
         const auto flow = [&]<size_t... K>(std::index_sequence<K...>) {
@@ -140,17 +141,17 @@ TEST_CASE("the Gauss-Newton step is the minimum-norm solution of the reference",
         for (size_t k = 0; k < values.size(); ++k) values[k] = row["r_f64"][k].template get<double>();
         const auto landing = land<N>(flow, {}, values, {.iterations = 1});
         CAPTURE(row.at("id").get<int>(), landing.position);
-        // Some dozens of roundings times the condition number, which is worse in more dimensions.
+        // Some dozens of rounding errors times the condition number, which is worse in higher dimensions.
         CHECK(length(landing.position - vec<N>(row["v_f64"])) < (N < 4 ? 1e-14 : 1e-12));
     });
 }
 
-TEST_CASE("reprojection converges quadratically", "[track]") {
+TEST_CASE("reproject: converges quadratically", "[track]") {
     const Flow& flow = smoothFlow();
     for (const auto method : {Reprojection::gaussNewton, Reprojection::newton}) {
-        // Residuals after k corrections, from half the offset: Gauss-Newton leaves a quarter after one, 1/16 after two.
-        // Newton one after the other is of first order while the gradients are not orthogonal: only the second function
-        // is met to second order.
+        // Residuals after k corrections, compared with those from half the offset: Gauss-Newton leaves a quarter after
+        // one correction and 1/16 after two. Newton's alternating corrections are of first order unless the gradients
+        // are orthogonal, since only the second function is met to second order.
         const auto residual = [&](double offset, int iterations) {
             std::vector<double> sizes;
             for (const auto& [on, off, f, g] : displaced(flow, offset, 300)) {
@@ -171,7 +172,7 @@ TEST_CASE("reprojection converges quadratically", "[track]") {
     }
 }
 
-TEST_CASE("reprojection converges quadratically in every dimension", "[track]") {
+TEST_CASE("reproject: converges quadratically in every dimension", "[track]") {
     const auto check = [](const auto& flow, double offset, double independent) {
         constexpr int N = std::remove_cvref_t<decltype(flow)>::kDimension;
         CAPTURE(N);
@@ -201,8 +202,9 @@ TEST_CASE("reprojection converges quadratically in every dimension", "[track]") 
     check(flowOf<SineNoise<7>>({}), 5e-4, 0.1);
 }
 
-TEST_CASE("steps and reprojection keep to the track in every dimension", "[track]") {
-    // ICN Algorithm 1. What does not come back within the tolerance stays where it was, which is on the track too.
+TEST_CASE("reproject: with steps of every scheme points stay on the track in every dimension", "[track]") {
+    // ICN Algorithm 1. A point that does not return within the tolerance keeps its previous position, which is on the
+    // track as well.
     const auto check = [](const auto& flow, double dt, Scheme scheme, Reprojection method) {
         constexpr int N = std::remove_cvref_t<decltype(flow)>::kDimension;
         constexpr double kTolerance = 1e-11;
@@ -253,10 +255,10 @@ TEST_CASE("steps and reprojection keep to the track in every dimension", "[track
         }
         CAPTURE(drift.value, drift.where, median(free), median(moved), kept);
         CHECK(drift.value <= kTolerance);
-        CHECK(median(free) > 100 * kTolerance); // the integrator alone does not
+        CHECK(median(free) > 100 * kTolerance); // the integrator alone drifts off the track
         CHECK(median(moved) > 0.05);
-        // Newton's alternating corrections gain but a factor each, near 1 where gradients are nearly dependent; and the
-        // more of them there are, the more often they are.
+        // Each of Newton's alternating corrections reduces the residual by a factor only, which is near 1 if gradients
+        // are nearly dependent. With more gradients, this is more frequent.
         CHECK(kept < kBatch * kSteps / (method == Reprojection::newton ? 5 : 10));
     };
     const auto polynomials4 = withSpeed(cubics<4>(), 1);
@@ -277,8 +279,8 @@ TEST_CASE("steps and reprojection keep to the track in every dimension", "[track
     check(noise4.normalized(1), 0.02, Scheme::midpoint, Reprojection::gaussNewton);
 }
 
-TEST_CASE("in the plane both methods are the same", "[track]") {
-    // In 2D there is one potential: Newton and Gauss-Newton are one method.
+TEST_CASE("reproject: Newton and Gauss-Newton are the same in 2D", "[track]") {
+    // In 2D there is one potential, so Newton and Gauss-Newton are identical.
     const auto flow = flowOf<SineNoise<2>>({});
     for (uint64_t k = 0; k < 100; ++k) {
         const auto on = randomPoint(cube<2>(1), 4, k), off = on + randomPoint(cube<2>(0.02), 5, k);
@@ -292,7 +294,7 @@ TEST_CASE("in the plane both methods are the same", "[track]") {
     }
 }
 
-TEST_CASE("a sum of flows has nothing to be put back onto", "[track]") {
+TEST_CASE("reproject: a sum of flows has no track and is refused", "[track]") {
     const auto check = [](const auto& flow) {
         constexpr int N = std::remove_cvref_t<decltype(flow)>::kDimension;
         const auto sum = flow + flow;
@@ -300,9 +302,9 @@ TEST_CASE("a sum of flows has nothing to be put back onto", "[track]") {
         const auto track = potentialsAt(flow, p);
         for (const auto method : {Reprojection::newton, Reprojection::gaussNewton}) {
             CHECK_THROWS_AS((land<N>(sum, p, track, {.method = method})), ValueError);
-            CHECK_THROWS_WITH((land<N>(sum, p, track, {.method = method})), Catch::Contains("sum"));
+            CHECK_THROWS_WITH((land<N>(sum, p, track, {.method = method})), Catch::ContainsSubstring("sum"));
         }
-        // Without reprojection only the velocity is wanted.
+        // Without reprojection, only the velocity is computed.
         PointBatchN<N> points;
         points.push(p);
         ReprojectedBatchN<N> result;
@@ -315,7 +317,7 @@ TEST_CASE("a sum of flows has nothing to be put back onto", "[track]") {
     check(flowOf<SineNoise<5>>({}));
 }
 
-TEST_CASE("both methods come back onto the track, near each other", "[track]") {
+TEST_CASE("reproject: both methods return to the track close to each other", "[track]") {
     const Flow& flow = smoothFlow();
     const double offset = 0.02, tolerance = 1e-11;
     for (const auto& [on, off, f, g] : displaced(flow, offset, 500)) {
@@ -340,7 +342,7 @@ TEST_CASE("both methods come back onto the track, near each other", "[track]") {
     }
 }
 
-TEST_CASE("without reprojection the point stays and the residual is told", "[track]") {
+TEST_CASE("reproject: without correction the point stays and the residual is reported", "[track]") {
     const Flow& flow = smoothFlow();
     const auto d = displaced(flow, 0.02, 1)[0];
     const Landing l = land(flow, d.off, d.f, d.g, {.method = Reprojection::none});
@@ -348,54 +350,54 @@ TEST_CASE("without reprojection the point stays and the residual is told", "[tra
     CHECK(l.residualF == flow.f().at<0>(d.off).value - d.f);
     CHECK(l.iterations == 0);
     CHECK_FALSE(l.converged);
-    // On the track there is nothing to do.
+    // A point on the track needs no correction.
     const Landing still = land(flow, d.on, d.f, d.g, {});
     CHECK(still.position == d.on);
     CHECK(still.iterations == 0);
     CHECK(still.converged);
 }
 
-TEST_CASE("a correction is never longer than its limit", "[track]") {
+TEST_CASE("reproject: a correction is never longer than its limit", "[track]") {
     const Flow& flow = smoothFlow();
     const double limit = GENERATE(0.0, 1e-3, 0.05);
     for (const auto& [on, off, f, g] : displaced(flow, 0.3, 300)) {
         CAPTURE(on, off, limit);
         const double moved = length(land(flow, off, f, g, {.iterations = 1}, limit).position - off);
         REQUIRE(moved <= limit * (1 + 1e-12) + 1e-15);
-        // Newton makes a correction for each of the two functions.
+        // Newton makes one correction for each of the two functions.
         const Landing newton = land(flow, off, f, g, {.method = Reprojection::newton, .iterations = 1}, limit);
         REQUIRE(length(newton.position - off) <= 2 * limit * (1 + 1e-12) + 1e-15);
-        // It still arrives, if it may take enough of them.
+        // The limit does not prevent it from iterating on.
         if (limit == 0.05)
             REQUIRE(land(flow, off, f, g, {.tolerance = {1e-9, 1e-9}, .iterations = 200}, limit).iterations > 0);
     }
 }
 
-TEST_CASE("parallel and vanishing gradients are guarded", "[track]") {
+TEST_CASE("reproject: parallel and vanishing gradients are handled", "[track]") {
     const auto finite = [](const Landing& l) {
         return std::isfinite(l.position[0]) && std::isfinite(l.position[1]) && std::isfinite(l.position[2]);
     };
     const auto method = GENERATE(Reprojection::gaussNewton, Reprojection::newton);
     CAPTURE(static_cast<int>(method));
     const ReprojectOptions options{.method = method};
-    SECTION("parallel and consistent: the track is a surface") {
+    SECTION("parallel gradients with consistent values: the track is a surface") {
         const Flow flow(polynomial("x0"), polynomial("2*x0"));
         const Landing l = land(flow, {{0, 0, 0}}, 1, 2, options);
         CHECK(length(l.position - Vec3d{{1, 0, 0}}) < 1e-15);
         CHECK(l.converged);
     }
-    SECTION("parallel and contradictory: no solution") {
+    SECTION("parallel gradients with contradictory values: no solution") {
         const Flow flow(polynomial("x0"), polynomial("2*x0"));
         const Landing l = land(flow, {{0, 0, 0}}, 1, 5, options);
         CHECK(finite(l));
         CHECK_FALSE(l.converged);
         CHECK(std::abs(l.position[0]) < 3);
     }
-    SECTION("parallel to within a microradian") {
+    SECTION("parallel gradients to within a microradian") {
         const Flow flow(polynomial("x0"), rampField({{2, 1e-7, 0}}));
         const Landing l = land(flow, {{0, 0, 0}}, 1, 5, options);
         CHECK(finite(l));
-        CHECK(length(l.position) < 3); // not 10^7 away
+        CHECK(length(l.position) < 3); // not 10^7
     }
     SECTION("one gradient vanishes") {
         const Flow flow(polynomial("x0"), constantField(1));
@@ -404,23 +406,23 @@ TEST_CASE("parallel and vanishing gradients are guarded", "[track]") {
         CHECK(good.converged);
         CHECK_FALSE(land(flow, {{0, 0, 0}}, 1, 2, options).converged);
     }
-    SECTION("both vanish") {
+    SECTION("both gradients vanish") {
         const Flow flow(constantField(0), constantField(1));
         const Landing l = land(flow, {{1, 2, 3}}, 1, 2, options);
         CHECK(l.position == Vec3d{{1, 2, 3}});
         CHECK_FALSE(l.converged);
     }
-    SECTION("NaN") {
+    SECTION("NaN positions and values") {
         const Flow& flow = smoothFlow();
         CHECK_FALSE(land(flow, {{std::nan(""), 0, 0}}, 1, 2, options).converged);
         CHECK_FALSE(land(flow, {{0, 0, 0}}, std::nan(""), 2, options).converged);
     }
 }
 
-TEST_CASE("no point of a batch influences another", "[track]") {
+TEST_CASE("reproject: points of a batch do not influence each other", "[track]") {
     const auto method = GENERATE(Reprojection::none, Reprojection::gaussNewton, Reprojection::newton);
     CAPTURE(static_cast<int>(method));
-    // Noise, so that the points need different numbers of corrections.
+    // A noise, so that the points need different numbers of corrections.
     const Wall wall{.sdf = sphereSdf(1), .side = Side::both, .width = 0.2};
     const Flow flow(noiseField<Psrd3>({.seed = 1}), bounded(noiseField<Psrd3>({.seed = 2}), wall));
     const ReprojectOptions options{.method = method, .tolerance = {1e-10, 1e-10}, .iterations = 7};
@@ -444,7 +446,7 @@ TEST_CASE("no point of a batch influences another", "[track]") {
             const int i = static_cast<int>(k);
             const Landing alone = land(flow, before[i], track[0][k], track[1][k], options, limit[k]);
             CAPTURE(batch, k);
-            REQUIRE(alone.position == points[i]); // bitwise: no NaN here
+            REQUIRE(alone.position == points[i]); // bitwise: this point is not NaN
             REQUIRE(alone.residualF == together.residual[0][k]);
             REQUIRE(alone.residualG == together.residual[1][k]);
             REQUIRE(alone.iterations == together.iterations[k]);
@@ -456,7 +458,7 @@ TEST_CASE("no point of a batch influences another", "[track]") {
     if (method != Reprojection::none) CHECK(iterations.size() > 3);
 }
 
-TEST_CASE("one correction without a look leaves the square of what was off, and none leaves the point", "[track]") {
+TEST_CASE("reproject: a single unchecked correction is second-order accurate", "[track]") {
     const Flow flow(noiseField<Psrd3>({.seed = 1}, {.frequency = 1.5}),
                     noiseField<Psrd3>({.seed = 2}, {.frequency = 1.5}));
     const auto start = randomPoints(cube(1), kBatch, 9);

@@ -17,7 +17,7 @@ namespace {
 
 Domain domainOf(const Sdf& sdf, Side side) { return Domain::of({.sdf = sdf, .side = side, .width = 0.1}); }
 
-/// Requires that `seen` of `count` is what a probability says, within 5 sigma.
+/// Requires that `seen` of `count` agrees with a probability within 5 sigma.
 void requireShare(double seen, double count, double probability) {
     CAPTURE(seen, count, probability);
     CHECK(std::abs(seen - count * probability) < 5 * std::sqrt(count * probability * (1 - probability)));
@@ -25,7 +25,7 @@ void requireShare(double seen, double count, double probability) {
 
 } // namespace
 
-TEST_CASE("scattered points lie in the domain, and have their ids", "[track]") {
+TEST_CASE("scatter: points lie in the domain and are numbered", "[track]") {
     const Sdf shape = placed(torusSdf(0.7, 0.25), {.offset = {{3, 0, -1}}, .rotate = {{30, 40, 50}}});
     const Side side = GENERATE(Side::inside, Side::outside, Side::both);
     const Domain domain = domainOf(shape, side);
@@ -43,9 +43,9 @@ TEST_CASE("scattered points lie in the domain, and have their ids", "[track]") {
     }
 }
 
-TEST_CASE("scattered points are uniform", "[track]") {
+TEST_CASE("scatter: points are uniform in volume", "[track]") {
     constexpr size_t kCount = 80000;
-    SECTION("in a sphere: octants and radii") {
+    SECTION("in a sphere by octants and radii") {
         const Points particles = scatter(domainOf(sphereSdf(1), Side::inside), kCount, 2);
         std::array<double, 8> octants{};
         double within = 0;
@@ -69,7 +69,7 @@ TEST_CASE("scattered points are uniform", "[track]") {
         requireShare(corner, kCount, 0.05 * 0.02 * 0.1);
     }
     SECTION("on both sides of a sphere") {
-        const Domain domain = domainOf(sphereSdf(1), Side::both); // in the box from -2 to 2
+        const Domain domain = domainOf(sphereSdf(1), Side::both); // the box is [-2, 2]³
         const Points particles = scatter(domain, kCount, 4);
         double inside = 0;
         for (size_t k = 0; k < kCount; ++k) inside += length(position(particles, k)) < 1;
@@ -77,7 +77,7 @@ TEST_CASE("scattered points are uniform", "[track]") {
     }
 }
 
-TEST_CASE("point k depends on the seed and k alone", "[track]") {
+TEST_CASE("scatter: point k depends on the seed and k only", "[track]") {
     const Domain domain = domainOf(sphereSdf(1), Side::inside);
     const Points many = scatter(domain, 1000, 7), few = scatter(domain, 100, 7), other = scatter(domain, 100, 8);
     const ThreadLimit limit(1);
@@ -98,7 +98,7 @@ TEST_CASE("point k depends on the seed and k alone", "[track]") {
     CHECK_THROWS_AS(scatterFrom(domain, -1, 10, 7), ValueError);
 }
 
-TEST_CASE("where nothing can be scattered is an error", "[track]") {
+TEST_CASE("scatter: a domain without volume is an error", "[track]") {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     const Wall far{.sdf = placed(sphereSdf(1), {.offset = {{9, 0, 0}}}), .side = Side::inside, .width = 0.1};
     CHECK_THROWS_AS(scatter({.box = cube(1), .wall = far}, 10, 1), ValueError);
@@ -106,7 +106,7 @@ TEST_CASE("where nothing can be scattered is an error", "[track]") {
     CHECK_THROWS_AS(scatter({.box = cube(std::nan("")), .wall = {}}, 10, 1), ValueError);
     CHECK_THROWS_AS(scatter({.box = cube(0), .wall = {}}, 10, 1), ValueError);
     CHECK_THROWS_AS(scatter({.box = cube(-1), .wall = {}}, 10, 1), ValueError);
-    // Cells may hold points within range, but none does: the whole box is inside of what is to be flowed around.
+    // The ranges of some cells would allow points, but no point exists: the whole box is inside the obstacle.
     const Wall around{.sdf = sphereSdf(1.75), .side = Side::outside, .width = 0.1};
     CHECK_THROWS_AS(scatter({.box = cube(1), .wall = around}, 10, 1), ValueError);
     const Monitor cancelled{.report = {}, .cancelled = [] { return true; }};
@@ -121,7 +121,7 @@ ScatterOptions onSurface(uint64_t seed, double level = 0) {
 
 } // namespace
 
-TEST_CASE("points on a surface lie on it, at the level, and depend on seed and number alone", "[track]") {
+TEST_CASE("scatter on a surface: points lie on the level and depend on seed and number only", "[track]") {
     const Sdf shape = placed(torusSdf(0.7, 0.25), {.offset = {{3, 0, -1}}, .rotate = {{30, 40, 50}}});
     const double level = GENERATE(0.0, 0.03, -0.05);
     const Domain domain = domainOf(shape, Side::inside);
@@ -136,21 +136,21 @@ TEST_CASE("points on a surface lie on it, at the level, and depend on seed and n
     CHECK(scatterFrom(domain, 0, 5000, onSurface(4, level)).x == all.x);
 }
 
-TEST_CASE("points on a surface are uniform by area", "[track]") {
+TEST_CASE("scatter on a surface: points are uniform by area", "[track]") {
     constexpr size_t kCount = 40000;
-    SECTION("on a sphere: Archimedes' equal heights") {
+    SECTION("on a sphere by bands of equal height") {
         const Points p = scatterFrom(domainOf(sphereSdf(1), Side::outside), 0, kCount, onSurface(1));
         std::array<double, 10> bands{};
         for (size_t k = 0; k < kCount; ++k) ++bands[static_cast<size_t>(std::clamp(5 + 5 * p.y[k], 0.0, 9.0))];
         for (const double n : bands) requireShare(n, kCount, 0.1);
     }
-    SECTION("on a torus: its outer half has more") {
+    SECTION("on a torus by its outer half") {
         const Points p = scatterFrom(domainOf(torusSdf(0.7, 0.25), Side::inside), 0, kCount, onSurface(2));
         double outer = 0;
         for (size_t k = 0; k < kCount; ++k) outer += std::hypot(p.x[k], p.z[k]) > 0.7;
         requireShare(outer, kCount, 0.5 + 0.25 / (0.7 * std::numbers::pi)); // Pappus
     }
-    SECTION("on a box: faces by their areas, all but a few off the edges") {
+    SECTION("on a box by the areas of its faces") {
         const Points p = scatterFrom(domainOf(boxSdf({{1, 2, 3}}, 1e-3), Side::inside), 0, kCount, onSurface(3));
         double across = 0;
         for (size_t k = 0; k < kCount; ++k) across += std::abs(std::abs(p.x[k]) - 0.5) < 1e-4;
@@ -158,7 +158,7 @@ TEST_CASE("points on a surface are uniform by area", "[track]") {
     }
 }
 
-TEST_CASE("density thins points out, and a wall keeps them off", "[track]") {
+TEST_CASE("scatter: density thins points out and a wall excludes them", "[track]") {
     constexpr size_t kCount = 20000;
     const Domain sphere = domainOf(sphereSdf(1), Side::inside);
     ScatterOptions options = onSurface(5);

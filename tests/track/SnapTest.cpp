@@ -3,15 +3,14 @@
 #include "curlew/field/Shapes.h"
 #include "curlew/track/Scatter.h"
 #include "curlew/track/Snap.h"
+#include "support/Catch.h"
 #include "support/MovingPoints.h"
 #include "support/Polynomial.h"
-
-#include <catch2/catch.hpp>
 
 using namespace curlew;
 using namespace curlew::test;
 
-TEST_CASE("snap puts points onto a surface, to the nearest of its points where the field is a distance", "[track]") {
+TEST_CASE("snap: moves points to the nearest point of a distance field", "[track]") {
     Points points = scatter({.box = Box{}.padded(1.5), .wall = {}}, 3000, 1);
     points.f = points.g = std::vector<double>(3000, 1.0);
     const Points start = points;
@@ -28,7 +27,7 @@ TEST_CASE("snap puts points onto a surface, to the nearest of its points where t
     }
 }
 
-TEST_CASE("snap finds a value of a field that is no distance, within its reach or not at all", "[track]") {
+TEST_CASE("snap: reaches a value of a general field within its reach or leaves the point", "[track]") {
     const ScalarField field = sinesF();
     Points points = scatter({.box = Box{}.padded(1), .wall = {}}, 500, 2);
     const Points start = points;

@@ -28,7 +28,7 @@ const Flow& smoothSum() {
     return flow;
 }
 
-/// Curl noise whose potentials vanish at the wall, where they have a slope: each term is tangent to it.
+/// Curl noise whose potentials vanish linearly at the wall, so that each term is tangent to it.
 Flow rampedCurl(const Wall& wall, double frequency = 1.5) {
     const ScalarField ramp = (2 / wall.width) * clipped(wall.sdf.distance, wall.width);
     const auto psi = [&](uint64_t seed) { return ramp * noiseField<Psrd3>({.seed = seed}, {.frequency = frequency}); };
@@ -58,12 +58,12 @@ struct Body {
     Sdf sdf;
 };
 
-/// A ball with two fins that are 0.06 thin.
+/// A ball with two fins of thickness 0.06.
 Body finned() {
     const Sdf upright = boxSdf({{0.06, 1.8, 0.9}}, 0.02), level = boxSdf({{1.8, 0.06, 0.9}}, 0.02);
     return {"a ball with thin fins", unite(unite(sphereSdf(0.5), upright, 0.05), level, 0.05)};
 }
-/// Two balls, 0.1 apart.
+/// Two balls at a distance of 0.1.
 Body pair() {
     return {"two balls",
             unite(placed(sphereSdf(0.45), moved({{0.5, 0, 0}})), placed(sphereSdf(0.45), moved({{-0.5, 0, 0}})), 0.05)};
@@ -71,12 +71,12 @@ Body pair() {
 
 } // namespace
 
-TEST_CASE("splitting: compositions are symmetric and take each term for the whole step", "[track]") {
+TEST_CASE("splitting: compositions are symmetric and each term covers the whole step", "[track]") {
     CHECK(compositionOf(Splitting::strang, 1) == std::vector<SplitFactor>{{0, 1}});
     CHECK(compositionOf(Splitting::strang, 2) == std::vector<SplitFactor>{{0, 0.5}, {1, 1}, {0, 0.5}});
     CHECK(compositionOf(Splitting::strang, 3) ==
           std::vector<SplitFactor>{{0, 0.5}, {1, 0.5}, {2, 1}, {1, 0.5}, {0, 0.5}});
-    // The first term's half steps where two Strang steps meet are one.
+    // Where two Strang steps meet, the first term's half steps are merged.
     CHECK(compositionOf(Splitting::yoshida, 2).size() == 7);
     for (const Splitting splitting : {Splitting::strang, Splitting::yoshida})
         for (size_t terms = 1; terms <= 5; ++terms) {
@@ -95,7 +95,7 @@ TEST_CASE("splitting: compositions are symmetric and take each term for the whol
     CHECK_THROWS_AS(compositionOf(Splitting::none, 2), ValueError);
 }
 
-TEST_CASE("splitting is of second order by Strang and of fourth by the triple jump", "[track]") {
+TEST_CASE("splitting: Strang is of second order and the triple jump of fourth", "[track]") {
     const auto points = randomPoints(cube(1), 200, 7);
     const Points exact = movedBy(smoothSum(), points, {.time = 0.8, .steps = 512, .splitting = Splitting::none});
     for (const auto& [splitting, order] : {std::pair{Splitting::strang, 2.0}, {Splitting::yoshida, 4.0}}) {
@@ -111,9 +111,9 @@ TEST_CASE("splitting is of second order by Strang and of fourth by the triple ju
     }
 }
 
-TEST_CASE("splitting keeps volumes far better than places", "[track]") {
-    // Determinants of the map of a second in 10 steps, by central differences: their own error is of second order in h,
-    // so half of h tells how much of the rest is theirs.
+TEST_CASE("splitting: volumes are preserved far better than positions", "[track]") {
+    // Determinants of the map over one second in 10 steps, by central differences. Their own error is of second order
+    // in h, so the result at h / 2 shows how much of the error is due to the differences.
     const auto points = randomPoints(cube(1), 60, 8);
     const auto offVolume = [&](double h) {
         std::vector<Vec3d> around;
@@ -141,7 +141,7 @@ TEST_CASE("splitting keeps volumes far better than places", "[track]") {
     CHECK(volume < 0.02 * place);
 }
 
-TEST_CASE("splitting: each term's labels drift by no more than the tolerance in a substep", "[track]") {
+TEST_CASE("splitting: the potentials of each term drift by at most the tolerance per substep", "[track]") {
     const Flow flow = tangentSum(sphereSdf(1), Side::inside);
     for (const Splitting splitting : {Splitting::strang, Splitting::yoshida})
         for (const double tolerance : {1e-5, 1e-10}) {
@@ -154,10 +154,10 @@ TEST_CASE("splitting: each term's labels drift by no more than the tolerance in 
             CAPTURE(static_cast<int>(splitting), tolerance, result.drift[0], result.drift[1]);
             CHECK(result.splitting == splitting);
             CHECK(result.drift[0] > 0);
-            CHECK(result.drift[0] <= tolerance * (1 + 1e-12)); // the quotient is rounded
+            CHECK(result.drift[0] <= tolerance * (1 + 1e-12)); // for the rounding of the quotient
             CHECK(result.drift[1] <= tolerance * (1 + 1e-12));
             CHECK(result.substeps >= size_t{500} * 16 * 7);
-            CHECK_FALSE(particles.hasTrack()); // a sum has none
+            CHECK_FALSE(particles.hasTrack()); // a sum has no track
             for (size_t k = 0; k < particles.size(); ++k) {
                 const Vec3d c = flow.at(position(particles, k)).velocity;
                 REQUIRE(particles.vx[k] == static_cast<float>(c[0]));
@@ -166,7 +166,7 @@ TEST_CASE("splitting: each term's labels drift by no more than the tolerance in 
         }
 }
 
-TEST_CASE("splitting: no particle of a sum of tangent terms crosses the wall, however large the steps", "[track]") {
+TEST_CASE("splitting: no particle of a sum of tangent terms crosses the wall for any step size", "[track]") {
     const auto body = GENERATE_COPY(values<Body>({{"a sphere", sphereSdf(1)}, finned(), pair()}));
     const Side side = GENERATE(Side::inside, Side::outside, Side::both);
     const Flow flow = tangentSum(body.sdf, side);
@@ -179,7 +179,7 @@ TEST_CASE("splitting: no particle of a sum of tangent terms crosses the wall, ho
         for (size_t k = 0; k < p.size(); ++k) count += (distance(p, k) < 0) != (distance(start, k) < 0);
         return count;
     };
-    // Steps as long as the body, and shorter than the layer.
+    // Steps as long as the body, and steps shorter than the layer.
     for (const auto& [steps, scheme, splitting] : {std::tuple(4, Scheme::euler, Splitting::strang),
                                                    {4, Scheme::rk4, Splitting::none},
                                                    {32, Scheme::rk4, Splitting::none},
@@ -194,19 +194,19 @@ TEST_CASE("splitting: no particle of a sum of tangent terms crosses the wall, ho
         CHECK(countOutside(flow.domain(), particles) == 0);
         CHECK(changed(particles) == 0);
         CHECK(medianDistance(particles, start) > 0.1);
-        // What is kept back is the exception. (Not of a whole sum in steps as long as the body: with no track to come
-        // back to, its smallest parts may still end beyond the wall.)
+        // Only few steps are discarded. This is not checked for a whole sum with steps as long as the body: it has no
+        // track to return to, so even its smallest parts can end beyond the wall.
         if (splitting != Splitting::none || steps > 4)
-            CHECK(result.stalled < start.size() * static_cast<size_t>(steps) * 7 / 20); // in 7 factors, or more
+            CHECK(result.stalled < start.size() * static_cast<size_t>(steps) * 7 / 20); // 7 factors or more per step
     }
-    // Without reprojection the same sum leaks: the setting is one in which walls have to be guarded.
+    // Without reprojection particles of the same sum do leak, so this setup tests the guard.
     Points free = start;
     advect(flow, free,
            {.time = 2, .steps = 4, .scheme = Scheme::euler, .reprojection = {.method = Reprojection::none}});
     CHECK(changed(free) > 4);
 }
 
-TEST_CASE("splitting: no particle of a sum jumps through a plate that is thinner than its steps", "[track]") {
+TEST_CASE("splitting: no particle of a sum jumps through a plate thinner than its steps", "[track]") {
     const double half = 0.01;
     const Sdf plate = boxSdf({{40, 2 * half, 40}}, 0.004);
     const Domain domain{.box = {{{-1, -0.3, -1}}, {{1, 0.3, 1}}},
@@ -228,7 +228,7 @@ TEST_CASE("splitting: no particle of a sum jumps through a plate that is thinner
     }
 }
 
-TEST_CASE("splitting: a term that goes through the wall is found, and its points wait there", "[track]") {
+TEST_CASE("splitting: terms that cross the wall are detected and particles wait at the wall", "[track]") {
     const Sdf sphere = sphereSdf(1);
     const Wall wall{.sdf = sphere, .side = Side::inside, .width = 0.2};
     const Domain domain = Domain::of(wall);
@@ -245,12 +245,12 @@ TEST_CASE("splitting: a term that goes through the wall is found, and its points
     }
     CHECK(terms[1].speed == Approx(2));
     CHECK(terms[1].flux <= 1 + 1e-12);
-    CHECK(terms[1].flux > 0.995); // at the poles, which one of 3000 points comes near
+    CHECK(terms[1].flux > 0.995); // at the poles; one of 3000 points is close to them
     CHECK_FALSE(terms[1].tangent());
     CHECK_FALSE(terms[2].tangent());
     CHECK(terms[2].flux > 0.5);
     CHECK(sumAtWall(smoothSum()).terms.empty()); // no wall
-    // What two terms let through may cancel.
+    // The fluxes of two terms can cancel.
     const SumAtWall nothing =
         sumAtWall(rampedCurl(wall) + uniformFlow({{0, 1, 0}}, domain) + uniformFlow({{0, -1, 0}}, domain));
     CHECK(nothing.whole.tangent());
@@ -265,20 +265,20 @@ TEST_CASE("splitting: a term that goes through the wall is found, and its points
     }
 }
 
-TEST_CASE("splitting is for sums that are not normalised", "[track]") {
+TEST_CASE("splitting: applies to sums that are not normalised", "[track]") {
     const Flow inWall = tangentSum(sphereSdf(1), Side::inside);
     CHECK(splittingOf(inWall, {}) == Splitting::none);
     CHECK(splittingOf(inWall, {.splitting = Splitting::yoshida}) == Splitting::yoshida);
     CHECK(splittingOf(boundFlow(sphereSdf(1), Side::inside), {.splitting = Splitting::strang}) == Splitting::none);
     const Flow even = inWall.normalized(1);
     CHECK(splittingOf(even, {}) == Splitting::none);
-    CHECK_THROWS_WITH(splittingOf(even, {.splitting = Splitting::strang}), Catch::Contains("normalised"));
+    CHECK_THROWS_WITH(splittingOf(even, {.splitting = Splitting::strang}), Catch::ContainsSubstring("normalised"));
 }
 
-TEST_CASE("splitting keeps particles dense alike where steps are far too long, and a whole sum does not", "[track]") {
+TEST_CASE("splitting: long steps keep the density uniform and unsplit steps do not", "[track]") {
     const Flow flow = tangentSum(sphereSdf(1), Side::inside);
     const Points start = scatter(flow.domain(), 2000, 1);
-    // Pearson's test of the numbers in six shells of the ball, of equal volume: 5 degrees of freedom.
+    // Pearson's chi-squared test of the counts in six shells of the ball with equal volumes: 5 degrees of freedom.
     const auto chiSquared = [&](Splitting splitting) {
         Points p = start;
         advect(flow, p, {.time = 12, .steps = 40, .splitting = splitting});
@@ -292,10 +292,10 @@ TEST_CASE("splitting keeps particles dense alike where steps are far too long, a
     const double split = chiSquared(Splitting::strang), whole = chiSquared(Splitting::none);
     CAPTURE(split, whole);
     CHECK(split < 15.1);     // 99 %
-    CHECK(whole > 2 * 15.1); // they gather
+    CHECK(whole > 2 * 15.1); // they cluster
 }
 
-TEST_CASE("splitting: steps adapt to the accuracy that is asked for", "[track]") {
+TEST_CASE("splitting: steps adapt to the accuracy", "[track]") {
     const auto points = randomPoints(cube(1), 200, 10);
     const Points exact = movedBy(smoothSum(), points, {.time = 1, .steps = 1024, .splitting = Splitting::none});
     for (const Splitting splitting : {Splitting::strang, Splitting::yoshida}) {
@@ -309,14 +309,14 @@ TEST_CASE("splitting: steps adapt to the accuracy that is asked for", "[track]")
                                                          .accuracy = accuracy}),
                                                 exact);
             CAPTURE(static_cast<int>(splitting), accuracy, error);
-            CHECK(error < 30 * accuracy); // of so many steps, each within the accuracy
+            CHECK(error < 30 * accuracy); // the errors of the steps add up; each is within the accuracy
             CHECK(error < 0.5 * before);
             before = error;
         }
     }
 }
 
-TEST_CASE("splitting: the result does not depend on threads, company or how steps are grouped", "[track]") {
+TEST_CASE("splitting: the result does not depend on threads or other particles or grouping of steps", "[track]") {
     const Flow flow = tangentSum(sphereSdf(1), Side::inside);
     const Points start = scatter(flow.domain(), 300, 3);
     const AdvectOptions options{.time = 0.5, .steps = 10, .splitting = Splitting::strang};
@@ -343,12 +343,13 @@ TEST_CASE("splitting: the result does not depend on threads, company or how step
     CHECK_FALSE(pathlines.curves.hasTrack());
 }
 
-TEST_CASE("splitting: a sum that changes with time, in a wall that moves, keeps its particles", "[track]") {
+TEST_CASE("splitting: particles of a changing sum stay in a moving wall", "[track]") {
     const FlowInTime flow([](double t) {
         const Sdf sphere = placed(sphereSdf(1), moved({{0.5 * t, 0, 0}}));
         const Wall wall{.sdf = sphere, .side = Side::inside, .width = 0.2};
         const Flow curl = rampedCurl(wall);
-        return boundFlow(sphere, Side::inside) + (t < 0.5 ? curl : curl + curl); // the number of terms may change, too
+        return boundFlow(sphere, Side::inside) +
+               (t < 0.5 ? curl : curl + curl); // also tests a changing number of terms
     });
     Points particles = scatter(flow.at(0).domain(), 200, 1);
     const AdvectResult result = advect(flow, particles, 0, {.time = 1, .steps = 8, .splitting = Splitting::strang});
@@ -358,7 +359,7 @@ TEST_CASE("splitting: a sum that changes with time, in a wall that moves, keeps 
     CHECK(result.notConverged < 10);
 }
 
-TEST_CASE("the map of a sum in a wall leaves both sides to themselves", "[track]") {
+TEST_CASE("splitting: the flow map of a sum keeps both sides of a wall apart", "[track]") {
     const FlowMap map(FlowInTime(tangentSum(sphereSdf(1), Side::inside)), {.step = 0.1});
     std::vector<Vec3d> points = randomPoints(cube(1.1), 300, 6);
     const auto start = points;
@@ -373,8 +374,8 @@ TEST_CASE("the map of a sum in a wall leaves both sides to themselves", "[track]
     CHECK(travelled > 0.2);
 }
 
-TEST_CASE("splitting in the plane finds the streamlines of the sum of the stream functions", "[track]") {
-    // There a sum of terms is a flow of one term, whose tracks are known.
+TEST_CASE("splitting: in 2D follows streamlines of the summed stream functions", "[track]") {
+    // In 2D a sum of terms is a flow of one term, whose tracks are known.
     const auto f = formula<2>([](const auto& x) { return sin(x[0] * 2 + x[1]) + cos(x[1] * 3 - x[0]); });
     const auto g = formula<2>([](const auto& x) { return cos(x[0] - x[1] * 2) + sin(x[1]) * 2; });
     const DomainN<2> domain{.box = cube<2>(3), .wall = {}};

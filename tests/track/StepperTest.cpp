@@ -11,7 +11,8 @@ using namespace curlew::test;
 
 namespace {
 
-/// Where `steps` equal steps lead; put back onto the track after each (ICN Algorithm 1) where `options` say how.
+/// Returns the position after `steps` equal steps. If `options` enable reprojection, it follows each step (ICN
+/// Algorithm 1).
 template <int N>
 Vec<double, N> follow(const FlowN<N>& flow, Scheme scheme, const Vec<double, N>& start, double time, int steps,
                       const ReprojectOptionsN<N>& options = {.method = Reprojection::none}) {
@@ -37,13 +38,14 @@ Vec<double, N> follow(const FlowN<N>& flow, Scheme scheme, const Vec<double, N>&
     return from[0];
 }
 
-/// Errors with `steps` and twice as many: enough for the leading term to dominate, few enough to stay above rounding.
+/// Compares the errors of `steps` and of twice as many: enough for the leading term to dominate, few enough to stay
+/// above rounding.
 void requireOrder(const Flow& flow, Scheme scheme, double order, const Vec3d& start, double time, const Vec3d& end,
                   int steps) {
     const double coarse = length(follow(flow, scheme, start, time, steps) - end);
     const double fine = length(follow(flow, scheme, start, time, 2 * steps) - end);
     CAPTURE(static_cast<int>(scheme), start, coarse, fine, observedOrder(coarse, fine));
-    REQUIRE(fine > 1e-13); // well above rounding, or there is no order to see
+    REQUIRE(fine > 1e-13); // above rounding, which would hide the order
     CHECK(observedOrder(coarse, fine) > order - 0.2);
     CHECK(observedOrder(coarse, fine) < order + 0.3);
 }
@@ -56,20 +58,20 @@ const std::array<std::pair<Scheme, double>, 5> kSchemes{{{Scheme::euler, 1},
 
 } // namespace
 
-TEST_CASE("the schemes have their order on streamlines in closed form", "[track]") {
+TEST_CASE("step: schemes have their order on streamlines in closed form", "[track]") {
     const auto [scheme, order] = GENERATE(from_range(kSchemes));
     const int steps = order > 4 ? 16 : 64;
-    SECTION("rotation: f = x² + y², g = z") {
+    SECTION("rotation: f = x² + y² and g = z") {
         const Flow flow = Flow(polynomial("x0**2 + x1**2"), polynomial("x2"));
         const double t = 1.5, c = std::cos(2 * t), s = std::sin(2 * t);
         requireOrder(flow, scheme, order, {{1, 0.5, 0.25}}, t, {{c + 0.5 * s, 0.5 * c - s, 0.25}}, steps);
     }
-    SECTION("hyperbola: f = x y, g = z") {
+    SECTION("hyperbola: f = x y and g = z") {
         const Flow flow = Flow(polynomial("x0*x1"), polynomial("x2"));
         requireOrder(flow, scheme, order, {{1, 2, 0.5}}, 2, {{std::exp(2), 2 * std::exp(-2), 0.5}}, steps);
     }
-    SECTION("wave: f = y + sin(x) / 2, g = z") {
-        // c = (1, -cos(x) / 2, 0): a track of y0 - (sin(x0 + t) - sin x0) / 2.
+    SECTION("wave: f = y + sin(x) / 2 and g = z") {
+        // c = (1, -cos(x) / 2, 0): the track is y0 - (sin(x0 + t) - sin x0) / 2.
         const Flow flow = Flow(formula([](const auto& x) { return x[1] + sin(x[0]) * 0.5; }), polynomial("x2"));
         const double x0 = 0.3, t = 4;
         requireOrder(flow, scheme, order, {{x0, 1, 0}}, t, {{x0 + t, 1 - (std::sin(x0 + t) - std::sin(x0)) / 2, 0}},
@@ -77,23 +79,23 @@ TEST_CASE("the schemes have their order on streamlines in closed form", "[track]
     }
 }
 
-TEST_CASE("the schemes have their order on a flow without symmetry", "[track]") {
+TEST_CASE("step: schemes have their order on a flow without symmetry", "[track]") {
     const auto [scheme, order] = GENERATE(from_range(kSchemes));
     const Flow flow(sinesF(), sinesG());
     for (const Vec3d& start : {Vec3d{{0.1, 0.2, 0.3}}, Vec3d{{-0.5, 0.7, 0.1}}}) {
-        // Converged to 1e-12 by at least 16 times as many steps.
+        // Converged to 1e-12 with at least 16 times as many steps.
         const Vec3d end = follow(flow, Scheme::dormandPrince, start, 0.5, 4096);
         requireOrder(flow, scheme, order, start, 0.5, end, order > 4 ? 128 : 64);
     }
 }
 
-TEST_CASE("streamlines agree with the reference", "[track]") {
+TEST_CASE("step: streamlines agree with reference values", "[track]") {
     forRowsInDimensions("dfvn_exact_streamlines.json", {2, 3}, [&](const nlohmann::json& row, auto dimension) {
         constexpr int N = dimension;
         const FlowN<N> flow = flowOfRow<N>(row);
         const double time = row["t"].template get<double>();
         const auto start = vec<N>(row["x_start"]), end = vec<N>(row["x_end"]);
-        // RK4 on a rotation by 2t: an error of 2t (2 dt)⁴ / 120.
+        // RK4 on a rotation by 2t has an error of 2t (2 dt)⁴ / 120.
         const int rk4Steps = static_cast<int>(128 * time);
         const double tolerance = 2 * time * std::pow(2.0 / 128, 4) / 120 * 4 + 1e-12;
         CAPTURE(row["id"].template get<int>());
@@ -102,11 +104,11 @@ TEST_CASE("streamlines agree with the reference", "[track]") {
             for (const auto method : {Reprojection::none, Reprojection::newton, Reprojection::gaussNewton}) {
                 ReprojectOptionsN<N> options{.method = method, .iterations = 50};
                 options.tolerance.fill(1e-13);
-                const int steps = order > 4 ? std::max(rk4Steps / 8, 4) : rk4Steps; // its error stays above rounding
+                const int steps = order > 4 ? std::max(rk4Steps / 8, 4) : rk4Steps; // keeps the error above rounding
                 const auto coarse = follow(flow, scheme, start, time, steps, options),
                            fine = follow(flow, scheme, start, time, 2 * steps, options);
                 CAPTURE(static_cast<int>(scheme), static_cast<int>(method), length(coarse - end), length(fine - end));
-                // Put back onto a circle, schemes may be better than their order: what is left is a phase.
+                // With reprojection onto a circle, schemes can exceed their order, since only a phase error remains.
                 const double observed = observedOrder(length(coarse - end), length(fine - end));
                 CHECK(observed > order - 0.2);
                 if (method == Reprojection::none) CHECK(observed < order + 0.4);
@@ -121,9 +123,9 @@ TEST_CASE("streamlines agree with the reference", "[track]") {
     });
 }
 
-TEST_CASE("the schemes have their order in other dimensions", "[track]") {
+TEST_CASE("step: schemes have their order in other dimensions", "[track]") {
     const auto [scheme, order] = GENERATE(from_range(kSchemes));
-    // Sines are smooth, so the order is seen in full.
+    // Sines are smooth, so the full order is visible.
     const auto check = [scheme = scheme, order = order](const auto& flow) {
         constexpr int N = std::remove_cvref_t<decltype(flow)>::kDimension;
         std::vector<double> coarse, fine;
@@ -135,7 +137,7 @@ TEST_CASE("the schemes have their order in other dimensions", "[track]") {
         }
         CAPTURE(N, static_cast<int>(scheme), median(coarse), median(fine));
         CHECK(observedOrder(median(coarse), median(fine)) > order - 0.25);
-        // Dormand and Prince made the coefficients of the leading term small, so the next order shows.
+        // Dormand and Prince chose coefficients with a small leading term, so the next order is visible.
         CHECK(observedOrder(median(coarse), median(fine)) < order + (scheme == Scheme::dormandPrince ? 1 : 0.4));
     };
     check(flowOf<SineNoise<2>>({}));
@@ -143,10 +145,10 @@ TEST_CASE("the schemes have their order in other dimensions", "[track]") {
     check(flowOf<SineNoise<5>>({}));
     check(flowOf<SineNoise<6>>({}));
     check(flowOf<SineNoise<7>>({}));
-    check(flowOf<SineNoise<2>>({}) + flowOf<SineNoise<2>>({.waves = 5})); // no tracks are needed
+    check(flowOf<SineNoise<2>>({}) + flowOf<SineNoise<2>>({.waves = 5})); // no tracks required
 }
 
-TEST_CASE("every point of a batch has its own time step, and none moves another", "[track]") {
+TEST_CASE("step: every point of a batch has its own time step", "[track]") {
     const Flow flow(sinesF(), sinesG());
     for (const auto& [scheme, order] : kSchemes) {
         PointBatch from, to;
@@ -168,9 +170,9 @@ TEST_CASE("every point of a batch has its own time step, and none moves another"
     }
 }
 
-TEST_CASE("every tableau satisfies the conditions of its order on smooth problems", "[track]") {
+TEST_CASE("Tableau: satisfies the order conditions", "[track]") {
     // For dx/dt = f(t): Σ b_i c_i^k = 1 / (k + 1) for k below the order, Σ_j a_ij = c_i, and an embedded solution of
-    // one order less, so that the difference Σ e_i c_i^k vanishes below that.
+    // one order less. The difference Σ e_i c_i^k therefore vanishes below that order.
     const auto scheme = static_cast<Scheme>(GENERATE(range(size_t{0}, kSchemeNames.size())));
     const Tableau& t = tableauOf(scheme);
     CAPTURE(kSchemeNames[static_cast<size_t>(scheme)]);
@@ -183,7 +185,7 @@ TEST_CASE("every tableau satisfies the conditions of its order on smooth problem
     const Tableau::Row& last = t.rows[static_cast<size_t>(t.stages)];
     for (int k = 0; k < t.order; ++k)
         CHECK(last.factor * moment(last.weights, k) == Approx(1.0 / (k + 1)).epsilon(1e-15));
-    CHECK(last.weights[static_cast<size_t>(t.stages)] == 0); // explicit
+    CHECK(last.weights[static_cast<size_t>(t.stages)] == 0); // the scheme is explicit
     for (int i = 1; i <= t.stages; ++i) {
         const Tableau::Row& row = t.rows[static_cast<size_t>(i)];
         CHECK(row.factor * moment(row.weights, 0) == Approx(row.node).epsilon(1e-14));
@@ -193,9 +195,9 @@ TEST_CASE("every tableau satisfies the conditions of its order on smooth problem
     CHECK(std::abs(moment(t.error, t.errorOrder - 1)) > 1e-4);
 }
 
-TEST_CASE("an embedded pair estimates the error of its lower-order solution", "[track]") {
-    const Flow flow = Flow(polynomial("x0**2 + x1**2"), polynomial("x2")); // turns by 2 t
-    // The lower-order solutions by their own weights, as they were published.
+TEST_CASE("Tableau: an embedded pair estimates the error of its lower-order solution", "[track]") {
+    const Flow flow = Flow(polynomial("x0**2 + x1**2"), polynomial("x2")); // rotates by 2 t
+    // The weights of the lower-order solutions, as published.
     struct Case {
         Scheme scheme;
         std::array<double, Tableau::kMaxStages> weights;
@@ -226,10 +228,10 @@ TEST_CASE("an embedded pair estimates the error of its lower-order solution", "[
     };
     const int order = tableauOf(scheme).errorOrder;
     CHECK(observedOrder(estimate(step0), estimate(step0 / 2)) == Approx(order).margin(0.1));
-    CHECK(estimate(-step0) > 0); // backward, too
+    CHECK(estimate(-step0) > 0); // also backward
 }
 
-TEST_CASE("stages are evaluated at their nodes in time", "[track]") {
+TEST_CASE("step: stages are evaluated at their nodes in time", "[track]") {
     // dx/dt = (p + 1) t^p is integrated exactly by a scheme of order p + 1.
     const auto [scheme, order] = GENERATE(from_range(kSchemes));
     PointBatch from, to;

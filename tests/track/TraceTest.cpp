@@ -28,7 +28,7 @@ const Flow& ballFlow() {
     return flow;
 }
 
-/// Circles about the y axis, in a box that holds them.
+/// Circles about the y axis, in a box that contains them.
 Flow circles() { return vortexFlow(1, 0.5, {.box = cube(2), .wall = {}}); }
 
 double radius(const Vec3d& p) { return std::hypot(p[0], p[2]); }
@@ -41,7 +41,7 @@ bool same(const Curves& a, const Curves& b) {
 
 } // namespace
 
-TEST_CASE("circles close, with their length, in each direction and by length and time", "[track]") {
+TEST_CASE("trace: circles close with the correct length in each direction and step mode", "[track]") {
     const auto by = GENERATE(StepBy::length, StepBy::time);
     const auto direction = GENERATE(Direction::forward, Direction::backward, Direction::both);
     const Points seeds = seedsAt(randomPoints(cube(1), 100, 1));
@@ -50,7 +50,7 @@ TEST_CASE("circles close, with their length, in each direction and by length and
     CAPTURE(static_cast<int>(by), static_cast<int>(direction), result.gapMax);
     REQUIRE(c.size() == 100);
     CHECK(result.count(CurveEnd::closed) == 100);
-    // The tolerance of f over its gradient, which is smallest near the axis.
+    // The tolerance of f divided by its gradient, which is smallest near the axis.
     CHECK(result.gapMax < 5e-9);
     CHECK(result.driftMax[0] <= 1e-9);
     CHECK(c.edges() == c.vertices());
@@ -60,7 +60,7 @@ TEST_CASE("circles close, with their length, in each direction and by length and
         CAPTURE(k, seed);
         REQUIRE(c.id[k] == seeds.id[k]);
         REQUIRE(c.upstream[k] == CurveEnd::closed);
-        // Arcs of a circle are exact but for the series, which leaves 0.03 t^8 of half a turn t < 1/8.
+        // Arcs of a circle are exact except for the truncated series, which leaves 0.03 t^8 of half an angle t < 1/8.
         REQUIRE(c.length[k] == Approx(2 * kPi * r).epsilon(1e-8));
         size_t at = c.start[k + 1];
         for (size_t v = c.start[k]; v < c.start[k + 1]; ++v) {
@@ -71,13 +71,13 @@ TEST_CASE("circles close, with their length, in each direction and by length and
         }
         REQUIRE(at < c.start[k + 1]);
         REQUIRE(c.position(at) == seed);
-        // It stays short of the seed at the other end.
+        // The seed is not repeated at the other end.
         REQUIRE(at == (direction == Direction::backward ? c.start[k + 1] - 1 : c.start[k]));
     }
 }
 
-TEST_CASE("the length of a curve is of fourth order in the step", "[track]") {
-    // Around an ellipse of half axes 1 and 1/2, whose length is 4 E(3/4).
+TEST_CASE("trace: the curve length is fourth-order accurate in the step", "[track]") {
+    // An ellipse with half axes 1 and 1/2, whose length is 4 E(3/4).
     const Flow flow(polynomial("x0**2 + 4*x1**2"), polynomial("x2"), {.box = cube(2), .wall = {}});
     const auto error = [&](double step) {
         const TraceResult result = trace(flow, seedsAt({{{1, 0, 0}}}), {.step = step, .turn = 1});
@@ -89,8 +89,8 @@ TEST_CASE("the length of a curve is of fourth order in the step", "[track]") {
     CHECK(observedOrder(coarse, fine) > 3.7);
 }
 
-TEST_CASE("vertices lie where closed forms have them", "[track]") {
-    // By time: a rotation by -2t, and a hyperbola; RK4's error over 50 steps of 0.01 is below 1e-9.
+TEST_CASE("trace: end points match closed forms", "[track]") {
+    // By time: a rotation by -2t and a hyperbola. RK4's error over 50 steps of 0.01 is below 1e-9.
     const auto file = reference("dfvn_exact_streamlines.json");
     size_t rows = 0;
     for (const auto& row : file.at("rows")) {
@@ -118,7 +118,7 @@ TEST_CASE("vertices lie where closed forms have them", "[track]") {
     CHECK(rows >= 3);
 }
 
-TEST_CASE("the time along a vortex is its angle", "[track]") {
+TEST_CASE("trace: the time along a vortex gives its angle", "[track]") {
     const double r = 0.6, omega = 2 * kPi / (1 + r * r / 0.25);
     const TraceResult result = trace(circles(), seedsAt({{{r, 0, 0}}}), {.by = StepBy::time, .step = 0.01});
     const Curves& c = result.curves;
@@ -130,7 +130,7 @@ TEST_CASE("the time along a vortex is its angle", "[track]") {
     }
 }
 
-TEST_CASE("streamlines in a ball stay inside and on their track, and many close", "[track]") {
+TEST_CASE("trace: streamlines in a ball stay inside and on their tracks and most close", "[track]") {
     const Flow& flow = ballFlow();
     const Points seeds = scatter(flow.domain(), 200, 3);
     const TraceResult result = trace(flow, seeds, {.limit = 30});
@@ -149,20 +149,20 @@ TEST_CASE("streamlines in a ball stay inside and on their track, and many close"
     CHECK(result.driftRms[0] > 0);
     for (size_t v = 0; v < c.vertices(); v += 97) {
         const auto sample = flow.at(c.position(v));
-        // The residual is taken and put back: a rounding.
+        // Subtracting and adding the residual again leaves a rounding error.
         CHECK(c.f[v] == Approx(sample.potentials[0]).margin(1e-15));
         CHECK(c.g[v] == Approx(sample.potentials[1]).margin(1e-15));
         CHECK(c.vx[v] == Approx(static_cast<float>(sample.velocity[0])).margin(1e-6));
         CHECK(c.speed(v) == Approx(length(sample.velocity)).epsilon(1e-6));
     }
-    // Steps are as asked for, but where the curve bends: no edge is longer, and none turns by more.
+    // Steps are shortened only at bends: no edge is longer than the step.
     const double step = length(flow.domain().box.size()) / 200;
     for (size_t k = 0; k < c.size(); ++k)
         for (size_t v = c.start[k] + 1; v < c.start[k + 1]; ++v) {
             REQUIRE(length(c.position(v) - c.position(v - 1)) < step * (1 + 1e-6));
             REQUIRE(c.along[v] - c.along[v - 1] <= step * (1 + 1e-12));
         }
-    // A curve that closes does so from either side.
+    // A curve that closes in one direction also closes in the other.
     const TraceResult back = trace(flow, seeds, {.limit = 30, .direction = Direction::backward});
     size_t both = 0;
     for (size_t k = 0; k < c.size(); ++k) {
@@ -174,7 +174,7 @@ TEST_CASE("streamlines in a ball stay inside and on their track, and many close"
     CHECK(both > closed - 10);
 }
 
-TEST_CASE("over 2000 steps the potentials do not drift", "[track]") {
+TEST_CASE("trace: potentials do not drift over 2000 steps", "[track]") {
     const Flow& flow = ballFlow();
     const Points seeds = scatter(flow.domain(), 20, 8);
     TraceOptions options{.step = 0.02, .limit = 40, .closure = 0};
@@ -182,12 +182,12 @@ TEST_CASE("over 2000 steps the potentials do not drift", "[track]") {
     CHECK(result.count(CurveEnd::limit) >= 19);
     CHECK(result.driftMax[0] <= 1e-9);
     CHECK(result.driftMax[1] <= 1e-9);
-    // The integrator alone drifts.
+    // The integrator alone drifts off the track.
     options.reprojection.method = Reprojection::none;
     CHECK(trace(flow, seeds, options).driftRms[0] > 1e-7);
 }
 
-TEST_CASE("no curve goes through a wall that is thinner than its steps", "[track]") {
+TEST_CASE("trace: no curve passes a wall thinner than its steps", "[track]") {
     const Side side = GENERATE(Side::both, Side::outside);
     const double half = 0.01;
     const Wall wall{.sdf = boxSdf({{40, 2 * half, 40}}, 0.004), .side = side, .width = 0.1};
@@ -216,26 +216,26 @@ TEST_CASE("no curve goes through a wall that is thinner than its steps", "[track
     }
 }
 
-TEST_CASE("a curve ends where the flow stands still", "[track]") {
-    // c = (x, -y, 0): down the y axis towards the origin.
+TEST_CASE("trace: a curve ends at a stagnation point", "[track]") {
+    // c = (x, -y, 0): the curve runs down the y axis towards the origin.
     const Flow flow(polynomial("x0*x1"), polynomial("x2"), {.box = cube(1), .wall = {}});
     const TraceResult result = trace(flow, seedsAt({{{0, 1, 0.5}}, {{0, 0, 0.2}}}), {.step = 0.01, .stagnation = 0.05});
     const Curves& c = result.curves;
     CHECK(c.downstream[0] == CurveEnd::stagnation);
     CHECK(c.upstream[0] == CurveEnd::seed);
     const Vec3d end = c.position(c.start[1] - 1);
-    CHECK(end[1] > 0.02); // the speed there is y, and its rms in the box about 0.8
+    CHECK(end[1] > 0.02); // the speed there is y, and its rms in the box is about 0.8
     CHECK(end[1] < 0.05);
     CHECK(end[0] == Approx(0).margin(1e-12));
     CHECK(c.length[0] == Approx(1 - end[1]).epsilon(1e-9));
-    // In the middle of it.
+    // A seed at the stagnation point.
     CHECK(c.downstream[1] == CurveEnd::stagnation);
     CHECK(c.start[2] - c.start[1] == 1);
     CHECK(c.length[1] == 0);
 }
 
-TEST_CASE("a curve finds its way around a saddle", "[track]") {
-    // Past the origin at a distance of 0.014, with steps of 0.1: it has to turn by a right angle there.
+TEST_CASE("trace: a curve follows the sharp turn around a saddle", "[track]") {
+    // The curve passes the origin at a distance of 0.014 with steps of 0.1, where it has to turn by a right angle.
     const Flow flow(polynomial("x0*x1"), polynomial("x2"), {.box = cube(1), .wall = {}});
     for (const double turn : {0.25, 4.0}) {
         const Curves c = trace(flow, seedsAt({{{1e-4, 1, 0.5}}}), {.step = 0.1, .turn = turn}).curves;
@@ -249,8 +249,8 @@ TEST_CASE("a curve finds its way around a saddle", "[track]") {
     }
 }
 
-TEST_CASE("no correction holds a curve in one place", "[track]") {
-    // This one begins near a point where the flow stands still, and there whole steps were taken back whole.
+TEST_CASE("trace: corrections never hold a curve in place", "[track]") {
+    // The curve begins near a stagnation point, where a correction can revert a whole step.
     const Wall wall{.sdf = sphereSdf(1), .side = Side::inside, .width = 0.1};
     const Flow flow = withSpeed(Flow(noiseField<Psrd3>({}, {.frequency = 2}),
                                      bounded(noiseField<Psrd3>({.seed = 1}, {.frequency = 2}), wall), Domain::of(wall)),
@@ -261,7 +261,7 @@ TEST_CASE("no correction holds a curve in one place", "[track]") {
     CHECK(result.lengthMax == Approx(24.053).epsilon(1e-3));
 }
 
-TEST_CASE("a curve ends on the face of the box, at the limit, or with its last vertex", "[track]") {
+TEST_CASE("trace: a curve ends on the box or at the length limit or at the vertex limit", "[track]") {
     const Flow flow = uniformFlow({{2, 1, 0}}, {.box = cube(1), .wall = {}});
     const Points seeds = seedsAt({{{0.3, 0.2, 0.1}}});
     const Curves out = trace(flow, seeds, {.step = 0.04}).curves;
@@ -270,7 +270,7 @@ TEST_CASE("a curve ends on the face of the box, at the limit, or with its last v
     CHECK(out.y.back() == Approx(0.55).epsilon(1e-12));
     CHECK(out.z.back() == Approx(0.1).epsilon(1e-12));
     CHECK(out.length[0] == Approx(0.7 * std::sqrt(1.25)).epsilon(1e-12));
-    CHECK(out.vertices() == 21); // 0.7826 is 19.6 steps
+    CHECK(out.vertices() == 21); // 0.7826 is 19.6 steps long
 
     const Curves both = trace(flow, seeds, {.step = 0.04, .limit = 0.5, .direction = Direction::both}).curves;
     CHECK(both.upstream[0] == CurveEnd::limit);
@@ -287,27 +287,27 @@ TEST_CASE("a curve ends on the face of the box, at the limit, or with its last v
     CHECK(few.vertices() == 7);
     CHECK(few.position(6) == Vec3d{{0.3, 0.2, 0.1}});
 
-    // A seed on the face, and the flow through it.
+    // A seed on a face of the box, through which the flow leaves.
     const Curves edge = trace(flow, seedsAt({{{1, 0, 0}}}), {.step = 0.04}).curves;
     CHECK(edge.downstream[0] == CurveEnd::box);
     CHECK(edge.vertices() == 1);
 }
 
-TEST_CASE("a curve that comes near its seed, but not back to it, is not closed", "[track]") {
-    // A helix whose pitch is a fifth of a step.
+TEST_CASE("trace: a curve that passes near its seed is not closed", "[track]") {
+    // A helix whose pitch is a fifth of the step.
     const Flow helix = circles() + uniformFlow({{0, 0.01, 0}});
     const TraceOptions options{
         .step = 0.05, .limit = 20, .reprojection = {.method = Reprojection::none, .tolerance = 1e-9}};
     const TraceResult open = trace(helix, seedsAt({{{0.5, 0, 0}}}), options);
     CHECK(open.count(CurveEnd::limit) == 1);
     CHECK_FALSE(open.curves.hasTrack());
-    // Twice the same circles are a sum, which has no tracks: they close as well as RK4 does.
+    // A sum of the same circles has no tracks. Its curves close as accurately as RK4 allows.
     const TraceResult closed = trace(circles() + circles(), seedsAt({{{0.5, 0, 0}}}), options);
     CHECK(closed.count(CurveEnd::closed) == 1);
     CHECK(closed.gapMax > 1e-12);
 }
 
-TEST_CASE("seeds that are not in the domain give empty curves", "[track]") {
+TEST_CASE("trace: seeds outside the domain give empty curves", "[track]") {
     const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
     for (const bool wall : {true, false}) {
         const Flow flow = wall ? ballFlow() : circles();
@@ -332,7 +332,7 @@ TEST_CASE("seeds that are not in the domain give empty curves", "[track]") {
     CHECK(none.gapRms == 0);
 }
 
-TEST_CASE("curves do not depend on threads, order or company", "[track]") {
+TEST_CASE("trace: does not depend on threads or order or other seeds", "[track]") {
     const Flow& flow = ballFlow();
     const Points seeds = scatter(flow.domain(), 100, 4);
     const TraceOptions options{.limit = 3, .direction = Direction::both};
@@ -358,7 +358,7 @@ TEST_CASE("curves do not depend on threads, order or company", "[track]") {
     }
 }
 
-TEST_CASE("what cannot be traced is refused", "[track]") {
+TEST_CASE("trace: unsuitable flows and options are refused", "[track]") {
     const Points seeds = seedsAt({{{0.1, 0, 0}}});
     const Flow flow = circles();
     const double nan = std::numeric_limits<double>::quiet_NaN();

@@ -9,27 +9,27 @@
 using namespace curlew;
 using namespace curlew::test;
 
-TEST_CASE("a divergence-free flow keeps volumes, and one that is not does not", "[track]") {
+TEST_CASE("volumeChange: is 1 for a divergence-free flow and differs for a normalised one", "[track]") {
     const Flow flow(sinesF(), sinesG(), {.box = cube(3), .wall = {}});
     const auto points = randomPoints(cube(1), 200, 3);
     const AdvectOptions options{.time = 0.3};
     const VolumeChange kept = volumeChange(flow, points, 0, options);
     CHECK(kept.samples == 200);
-    CHECK(kept.farthest < 1e-6); // some 100 steps of 1e-9
+    CHECK(kept.farthest < 1e-6); // about 100 steps with errors of 1e-9
     CHECK(std::abs(kept.median - 1) <= kept.farthest);
     const VolumeChange changed = volumeChange(flow.normalized(1), points, 0, options);
     CHECK(changed.lower < 0.9);
     CHECK(changed.upper > 1.1);
 }
 
-TEST_CASE("volumeChange: the factor of a flow that is known", "[track]") {
-    // Normalised, x' = n/|n| for n = (2y, -2x, 0) turns at speed 1: at the radius r by the angle t / r, which keeps
+TEST_CASE("volumeChange: matches known factors", "[track]") {
+    // If normalised, x' = n/|n| for n = (2y, -2x, 0) rotates at speed 1, at radius r by the angle t / r. This preserves
     // areas.
     const Flow turning =
         Flow(polynomial("x0**2 + x1**2"), polynomial("x2"), {.box = cube(2), .wall = {}}).normalized(1);
     CHECK(volumeChange(turning, {{{1, 0, 0}}, {{0.5, 0.5, 0.3}}}, 0, {.time = 2}).farthest < 1e-7);
-    // Along x at the speed 1, and |c| = 1/r for f = log r: from x to x + t at any r, so areas grow as the radius:
-    // x' = x/r is the flow of f = the angle, normalised.
+    // f = y / x is a function of the angle: if normalised, x' = ±x/r. A point moves from radius r to r + t, so areas
+    // grow by the factor (r + t) / r.
     const Flow radial = Flow(formula([](const auto& x) { return x[1] * reciprocal(x[0]); }), polynomial("x2"),
                              {.box = BoxN<3>{{{0.5, -0.2, -1}}, {{3, 0.2, 1}}}, .wall = {}})
                             .normalized(1);
@@ -39,7 +39,7 @@ TEST_CASE("volumeChange: the factor of a flow that is known", "[track]") {
     CHECK(spread.median == Approx((r + 0.5) / r).epsilon(1e-7));
 }
 
-TEST_CASE("volumeChange: a bounded noise keeps volumes where its Hessians have kinks", "[track]") {
+TEST_CASE("volumeChange: is 1 for a bounded noise with kinks in its Hessian", "[track]") {
     const Flow flow = boundFlow(sphereSdf(1), Side::inside);
     std::vector<Vec3d> points = randomPoints(cube(0.5), 20, 4);
     points.push_back({{3, 0, 0}}); // beyond the wall
@@ -48,7 +48,7 @@ TEST_CASE("volumeChange: a bounded noise keeps volumes where its Hessians have k
     CHECK(kept.farthest < 1e-6);
 }
 
-TEST_CASE("volumeChange: nothing, and times that are none", "[track]") {
+TEST_CASE("volumeChange: no points and zero time and invalid times", "[track]") {
     const Flow flow(sinesF(), sinesG(), {.box = cube(3), .wall = {}});
     CHECK(volumeChange(flow, {}, 0, {}).samples == 0);
     CHECK(volumeChange(flow, {Vec3d{}}, 0, {.time = 0}).median == 1);

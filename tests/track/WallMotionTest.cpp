@@ -38,7 +38,7 @@ size_t countBeyond(const Wall& wall, const std::vector<Vec3d>& points) {
     return beyond;
 }
 
-/// det(∂x(1)/∂x(0)) by central differences.
+/// Computes det(∂x(1)/∂x(0)) by central differences.
 double determinantAt(const WallMotion& motion, const Vec3d& p, double h) {
     std::vector<Vec3d> around;
     for (int axis = 0; axis < 3; ++axis)
@@ -53,7 +53,7 @@ double determinantAt(const WallMotion& motion, const Vec3d& p, double h) {
 
 } // namespace
 
-TEST_CASE("a wall that does not move moves nothing", "[track]") {
+TEST_CASE("WallMotion: a wall at rest moves nothing", "[track]") {
     const Wall wall = placedWall(ellipsoidish(), {{0.1, 0, 0}}, {{10, 20, 30}});
     const WallMotion motion(wall, placedWall(ellipsoidish(), {{0.1, 0, 0}}, {{10, 20, 30}}), cube(1.5));
     CHECK(motion.still());
@@ -63,7 +63,7 @@ TEST_CASE("a wall that does not move moves nothing", "[track]") {
     CHECK(points == start);
 }
 
-TEST_CASE("points at a wall move as it does, and those beyond its layer stay", "[track]") {
+TEST_CASE("WallMotion: points at the wall move with it and those beyond the layer stay", "[track]") {
     const auto side = GENERATE(Side::outside, Side::inside, Side::both);
     const auto [offset, rotate] = GENERATE(table<Vec3d, Vec3d>({{{{0.2, -0.1, 0.15}}, {}},
                                                                 {{}, {{0, 25, 0}}},
@@ -94,7 +94,7 @@ TEST_CASE("points at a wall move as it does, and those beyond its layer stay", "
     CHECK(crossed == 0);
     if (side == Side::outside && rotate == Vec3d{}) CHECK(stayed > 100);
 
-    // Next to the wall: found by going down the distance.
+    // Points close to the wall, found by descending the distance.
     std::vector<Vec3d> close;
     for (Vec3d p : start) {
         const double d = from.sdf.distance.at<0>(p).value;
@@ -114,7 +114,7 @@ TEST_CASE("points at a wall move as it does, and those beyond its layer stay", "
     CHECK(worst.value < 1e-4);
 }
 
-TEST_CASE("a rigid wall keeps volumes", "[track]") {
+TEST_CASE("WallMotion: a rigid wall preserves volumes", "[track]") {
     const Wall from = wallOf(sphereSdf(0.5));
     const Placement moved{.offset = {{0.15, 0.05, 0}}, .rotate = {{0, 20, 0}}};
     const WallMotion motion(from, wallOf(placed(sphereSdf(0.5), moved)), cube(1.5));
@@ -129,11 +129,11 @@ TEST_CASE("a rigid wall keeps volumes", "[track]") {
     const double worst = worstAt(1e-3);
     CAPTURE(worst, worstAt(2e-3));
     CHECK(worst < 2e-3);
-    // What is left are the differences, not the flow: the volume between the wall and its layer is not empty.
+    // The remaining error is that of the differences, not of the flow, since it depends on their step.
     CHECK(worstAt(4e-3) > 4 * worst);
 }
 
-TEST_CASE("a wall that changes its form pushes points along its normals", "[track]") {
+TEST_CASE("WallMotion: a deforming wall pushes points along its normals", "[track]") {
     const Wall from = wallOf(sphereSdf(0.5)), to = wallOf(sphereSdf(0.6));
     const WallMotion motion(from, to, cube(1.5));
     CHECK_FALSE(motion.still());
@@ -142,23 +142,23 @@ TEST_CASE("a wall that changes its form pushes points along its normals", "[trac
     const auto start = points;
     CHECK(motion.carry(points) == 0);
     CHECK(countBeyond(to, points) == 0);
-    CHECK(countBeyond(to, start) > 10); // it would have run them over
+    CHECK(countBeyond(to, start) > 10); // the wall has moved over that many points
     for (size_t k = 0; k < points.size(); ++k) {
         const double before = length(start[k]), after = length(points[k]);
         if (before < 0.501) CHECK(after - before == Approx(0.1).margin(2e-3));
         if (before > 0.9) CHECK(after == before);
-        // Outward, radially.
+        // Points move outward along radii.
         CHECK(length(cross(start[k], points[k])) < 1e-9);
         CHECK(after >= before - 1e-12);
     }
-    SECTION("and back") {
+    SECTION("reversed") {
         CHECK(WallMotion(to, from, cube(1.5)).carry(points) == 0);
         Worst worst;
         for (size_t k = 0; k < points.size(); ++k) worst.see(length(points[k] - start[k]), start[k]);
         CAPTURE(worst.where);
         CHECK(worst.value < 2e-3);
     }
-    SECTION("inside, too") {
+    SECTION("shrinking container") {
         const Wall big = wallOf(sphereSdf(0.6), Side::inside), small = wallOf(sphereSdf(0.5), Side::inside);
         auto inner = allowedPoints(big, 500);
         CHECK(countBeyond(small, inner) > 10);
@@ -167,7 +167,7 @@ TEST_CASE("a wall that changes its form pushes points along its normals", "[trac
     }
 }
 
-TEST_CASE("points beyond a moving wall stay there", "[track]") {
+TEST_CASE("WallMotion: points beyond a moving wall stay in place", "[track]") {
     const Wall from = wallOf(sphereSdf(0.5)), to = placedWall(sphereSdf(0.5), {{0.1, 0, 0}});
     std::vector<Vec3d> points{{{0, 0, 0}}, {{0.45, 0, 0}}};
     const auto start = points;
@@ -175,7 +175,7 @@ TEST_CASE("points beyond a moving wall stay there", "[track]") {
     CHECK(points == start);
 }
 
-TEST_CASE("how points move with a wall does not depend on threads or company", "[track]") {
+TEST_CASE("WallMotion: does not depend on threads or other points", "[track]") {
     const Wall from = wallOf(sphereSdf(0.5));
     for (const Wall& to : {placedWall(sphereSdf(0.5), {{0.1, 0, 0}}), wallOf(sphereSdf(0.55))}) {
         const WallMotion motion(from, to, cube(1.5));
@@ -195,6 +195,6 @@ TEST_CASE("how points move with a wall does not depend on threads or company", "
     }
 }
 
-TEST_CASE("a wall cannot change its side", "[track]") {
+TEST_CASE("WallMotion: a wall cannot change its side", "[track]") {
     CHECK_THROWS_AS(WallMotion(wallOf(sphereSdf(1)), wallOf(sphereSdf(1), Side::inside), cube(2)), ValueError);
 }

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kWidth = 0.3, kStep = 4e-4;
 
-/// A rounded box that is carried and turned, uniformly.
+/// A rounded box that translates and rotates uniformly.
 struct Motion {
     Vec3d velocity{{1, -0.5, 0.3}}, turning{{0, 0, 40}}; ///< Degrees per second about z.
 
@@ -49,7 +49,7 @@ Vec3d velocityOf(const Points& p, size_t k) {
 
 } // namespace
 
-TEST_CASE("at a rigid wall the air has the wall's velocity, and beyond its layer none", "[track]") {
+TEST_CASE("WallVelocity: equals the velocity of a rigid wall at the wall and zero beyond the layer", "[track]") {
     const Motion motion;
     const auto side = GENERATE(Side::outside, Side::inside, Side::both);
     const double t = 0.7;
@@ -61,7 +61,7 @@ TEST_CASE("at a rigid wall the air has the wall's velocity, and beyond its layer
     for (const Vec3d& p : randomPoints(cube(2), 4000, 1)) {
         const double distance = d.at<0>(p).value;
         const Vec3d w = velocityAt(wall, p), rigid = motion.velocityOf(p, t);
-        if (std::abs(distance) < 0.1) { // the nearest point of the wall, where no share of it is missing
+        if (std::abs(distance) < 0.1) { // the nearest point of the wall, where the full velocity applies
             ++atWall;
             const Vec3d foot = p - d.at<1>(p).gradient * distance, there = motion.velocityOf(foot, t);
             REQUIRE(std::abs(d.at<0>(foot).value) < 1e-12);
@@ -69,7 +69,7 @@ TEST_CASE("at a rigid wall the air has the wall's velocity, and beyond its layer
         }
         if (distance < 0 && side == Side::outside) {
             ++inBody;
-            CHECK(length(w - rigid) < 1e-6 * length(rigid)); // the three-point formula's, and rounding
+            CHECK(length(w - rigid) < 1e-6 * length(rigid)); // the error of the three-point formula, and rounding
         }
         if (distance > kWidth || (distance < -kWidth && side != Side::outside)) {
             ++far;
@@ -82,19 +82,19 @@ TEST_CASE("at a rigid wall the air has the wall's velocity, and beyond its layer
     CHECK((inBody > 0) == (side == Side::outside));
 }
 
-TEST_CASE("what a rigid wall adds is divergence-free, by differences", "[track]") {
+TEST_CASE("WallVelocity: a rigid wall adds a divergence-free flow", "[track]") {
     const WallVelocity wall = Motion{}.wallVelocity(0.2);
     const Flow flow(wall.terms(), {.box = cube(1), .wall = {}});
     const double coarse = divergenceFd(flow, cube(1), 500, 3, 1e-3), fine = divergenceFd(flow, cube(1), 500, 3, 5e-4);
     CAPTURE(coarse, fine);
     CHECK(fine < 1e-4);
-    CHECK(fine < 0.4 * coarse); // it is the differences' error
+    CHECK(fine < 0.4 * coarse); // second-order error of the differences
 }
 
-TEST_CASE("the velocity at a wall is that with which WallMotion moves points", "[track]") {
+TEST_CASE("WallVelocity: agrees with the motion of points by WallMotion", "[track]") {
     const Motion motion;
-    // In the layer w changes by some forty times itself in a second, so that the mean velocity over dt is off by about
-    // (40 dt)² of it: dt is short enough for the order to show.
+    // In the layer w changes by some forty times itself per second, so the mean velocity over dt is off by a fraction
+    // of about (40 dt)². dt is short enough for the order to be visible.
     const double t = 0.3, dt = 5e-4;
     const auto worstAt = [&](double duration) {
         const WallMotion carried(motion.at(t - duration / 2), motion.at(t + duration / 2), cube(1.5));
@@ -116,7 +116,7 @@ TEST_CASE("the velocity at a wall is that with which WallMotion moves points", "
     CHECK(fine < 0.35 * coarse); // second order
 }
 
-TEST_CASE("a wall that grows moves along its normals", "[track]") {
+TEST_CASE("WallVelocity: a growing wall moves along its normals", "[track]") {
     const auto at = [](double t) {
         return Wall{.sdf = sphereSdf(0.5 + 0.2 * t), .side = Side::outside, .width = kWidth};
     };
@@ -131,7 +131,7 @@ TEST_CASE("a wall that grows moves along its normals", "[track]") {
     }
 }
 
-TEST_CASE("a wall that rests adds nothing", "[track]") {
+TEST_CASE("WallVelocity: a wall at rest adds nothing", "[track]") {
     const Wall rests = Motion{}.at(0.4);
     const WallVelocity wall(rests, rests, rests, kStep, cube(1.5));
     CHECK(wall.still());
@@ -143,7 +143,7 @@ TEST_CASE("a wall that rests adds nothing", "[track]") {
     CHECK_THROWS_AS(WallVelocity(rests, rests, rests, 0, cube(1)), ValueError);
 }
 
-TEST_CASE("particles' velocities are those of their paths, to second order in the frame", "[track]") {
+TEST_CASE("WallVelocity: particle velocities match their paths to second order in the frame", "[track]") {
     const auto growing = GENERATE(false, true);
     const FlowInTime flow([growing](double t) {
         const Placement place{.offset = {{2 * t, 0.5 * t * t, 0}}, .rotate = {{0, 60 * t, 20 * t}}};
@@ -160,7 +160,7 @@ TEST_CASE("particles' velocities are those of their paths, to second order in th
         if (const double d = flow.at(kMiddle).domain().wall->sdf.distance.at<0>(centre + p).value; d > 0.03 && d < 0.25)
             points.push_back(centre + p);
     REQUIRE(points.size() > 200);
-    // Back by a frame, and forward by two: the velocity is wanted in the middle.
+    // Back by one frame and forward by two: the velocity is compared in the middle.
     const auto step = [](double time) { return AdvectOptions{.time = time, .steps = 1, .accuracy = 1e-7}; };
     const auto errorAt = [&](double frame) {
         Points before = particlesAt(points);
@@ -175,10 +175,11 @@ TEST_CASE("particles' velocities are those of their paths, to second order in th
                 length((position(after, k) - position(before, k)) * (0.5 / frame) - velocityOf(middle, k)));
         return percentile(errors, 0.9, PercentileRank::nearest);
     };
-    // The frames are short against the time in which a particle at the wall goes about its layer, 0.3 at 2 and more a
-    // second: centred differences of a path that bends within a frame are no velocity.
+    // The frames are short compared with the time in which a particle at the wall moves through its layer (width 0.3 at
+    // a speed of 2 and more). Otherwise the path bends within a frame, and centred differences do not give the
+    // velocity.
     const double coarse = errorAt(0.01), fine = errorAt(0.005);
     CAPTURE(growing, coarse, fine);
-    CHECK(fine < 0.02); // of 2
+    CHECK(fine < 0.02); // the speed is about 2
     CHECK(observedOrder(coarse, fine) > 1.7);
 }

@@ -12,7 +12,7 @@
 #include <set>
 
 using namespace curlew;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using nlohmann::json;
 using openvdb::Vec3d;
 using openvdb::Vec3s;
@@ -21,13 +21,14 @@ using test::Glb;
 
 namespace {
 
-constexpr double kRounding = 2e-6; // of positions up to 3: floats, and quaternions and matrices in float in the file
+constexpr double kRounding =
+    2e-6; // for positions up to 3: positions are floats, and so are quaternions and matrices in the file
 
 AnimatedMesh read(const Folder& folder, const std::string& name, const std::string& bytes) {
     return AnimatedMesh::read(test::store(folder / name, bytes));
 }
 
-/// What is said against a file of this name and content.
+/// Returns the error message for a file with this name and content.
 std::string complaint(const Folder& folder, const std::string& name, const std::string& bytes) {
     try {
         read(folder, name, bytes).at({});
@@ -37,7 +38,7 @@ std::string complaint(const Folder& folder, const std::string& name, const std::
     return "nothing";
 }
 
-/// The bar without bones, as the only mesh; its nodes are still to be given.
+/// The bar without bones, as the only mesh. The caller adds the nodes.
 Glb barGlb() {
     const test::Bar bar;
     Glb glb;
@@ -55,7 +56,7 @@ std::vector<Vec3d> barPoints() {
     return points;
 }
 
-/// The largest distance from a point of the mesh to the same one of those.
+/// Returns the largest distance between corresponding points.
 double furthest(const Mesh& mesh, const std::vector<Vec3d>& points) {
     REQUIRE(mesh.points.size() == points.size());
     double most = 0;
@@ -75,7 +76,7 @@ Vec3d turned(const Vec3d& p, double angle) {
                  p[2]);
 }
 
-/// Where the points of bendingBar() are when its second bone has turned by an angle.
+/// Returns the points of bendingBar() when its second bone is rotated by `angle`.
 std::vector<Vec3d> bent(double angle) {
     std::vector<Vec3d> points = barPoints();
     const Vec3d joint(0, 1, 0);
@@ -88,7 +89,7 @@ std::vector<Vec3d> bent(double angle) {
 
 } // namespace
 
-TEST_CASE("a glb has the positions that its nodes give it", "[vdb][model]") {
+TEST_CASE("AnimatedMesh: node transforms place a glb mesh", "[vdb][model]") {
     const Folder folder;
     Glb glb = barGlb();
     const float root = std::sqrt(0.5f);
@@ -105,7 +106,8 @@ TEST_CASE("a glb has the positions that its nodes give it", "[vdb][model]") {
     CHECK(volumeOf(mesh) == Approx(0.32));
 }
 
-TEST_CASE("a mesh that two nodes place is there twice, and a mirrored one is not turned inside out", "[vdb][model]") {
+TEST_CASE("AnimatedMesh: a mesh used by two nodes appears twice and mirrored copies keep their orientation",
+          "[vdb][model]") {
     const Folder folder;
     Glb glb = barGlb();
     glb.root["scenes"] = {{{"nodes", {0, 1}}}};
@@ -116,7 +118,7 @@ TEST_CASE("a mesh that two nodes place is there twice, and a mirrored one is not
     CHECK(volumeOf(mesh) == Approx(0.64));
 }
 
-TEST_CASE("a skin of two bones bends as linear blend skinning says", "[vdb][model]") {
+TEST_CASE("AnimatedMesh: a skin of two bones follows linear blend skinning", "[vdb][model]") {
     const Folder folder;
     const AnimatedMesh model = read(folder, "bend.glb", test::bendingBar().bytes());
     REQUIRE(model.clips().size() == 2);
@@ -134,14 +136,14 @@ TEST_CASE("a skin of two bones bends as linear blend skinning says", "[vdb][mode
         CHECK(furthest(mesh, bent(t * right)) < kRounding);
         CHECK(mesh.triangles == first.triangles);
     }
-    // After its end a clip stays, or begins again: as it likes, or as one says.
+    // After its end a clip stays in its last pose or repeats: as the file says, or as the caller says.
     CHECK(furthest(model.at({.seconds = 1.25}), bent(right)) < kRounding);
     CHECK(furthest(model.at({.seconds = 1.25, .end = ClipEnd::loop}), bent(0.25 * right)) < kRounding);
     CHECK(furthest(model.at({.clip = 1, .seconds = 2.25}), bent(0.25 * right)) < kRounding);
     CHECK(furthest(model.at({.clip = 1, .seconds = 2.25, .end = ClipEnd::hold}), bent(0)) < kRounding);
 }
 
-TEST_CASE("clips are chosen by name or number, and begin with their first key", "[vdb][model]") {
+TEST_CASE("AnimatedMesh: clips are selected by name or index and start at their first key", "[vdb][model]") {
     const Folder folder;
     Glb glb = test::bendingBar();
     const float root = std::sqrt(0.5f);
@@ -153,14 +155,14 @@ TEST_CASE("clips are chosen by name or number, and begin with their first key", 
     CHECK(model.clip("sway") == 1);
     CHECK(model.clip("2") == 2);
     CHECK_THROWS_WITH(model.clip("run"),
-                      Contains("there is no clip 'run'") && Contains("0 'bend', 1 'sway', 2 'late'"));
-    CHECK_THROWS_WITH(model.clip("3"), Contains("there is no clip '3'"));
+                      ContainsSubstring("there is no clip 'run'") && ContainsSubstring("0 'bend', 1 'sway', 2 'late'"));
+    CHECK_THROWS_WITH(model.clip("3"), ContainsSubstring("there is no clip '3'"));
     CHECK_THROWS_AS(model.at({.clip = 3}), ValueError);
     CHECK(model.clips()[2].seconds == Approx(1));
     CHECK(furthest(model.at({.clip = 2, .seconds = 0.5}), bent(std::numbers::pi / 4)) < kRounding);
 }
 
-TEST_CASE("morph targets move points by their weights", "[vdb][model]") {
+TEST_CASE("AnimatedMesh: morph targets move points by their weights", "[vdb][model]") {
     const Folder folder;
     Glb glb = barGlb();
     const size_t points = barPoints().size();
@@ -190,9 +192,9 @@ TEST_CASE("morph targets move points by their weights", "[vdb][model]") {
     }
 }
 
-TEST_CASE("points are joined if they move alike, and only then", "[vdb][model]") {
+TEST_CASE("AnimatedMesh: coincident points are merged only if they move alike", "[vdb][model]") {
     const Folder folder;
-    // Each triangle with points of its own, as at the seams of textures; two of them meet in an edge.
+    // Each triangle has its own points, as at texture seams. The two triangles share an edge.
     Glb glb;
     const std::vector<float> points{0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
     const std::vector<uint16_t> corners{0, 1, 2, 3, 4, 5};
@@ -211,13 +213,13 @@ TEST_CASE("points are joined if they move alike, and only then", "[vdb][model]")
     };
     CHECK(model({0, 0, 0, 0, 0, 0}).at({}).points.size() == 4);
     CHECK(model({0, 0, 0, 0, 1, 0}).at({}).points.size() == 4);
-    const AnimatedMesh lips = model({0, 0, 0, 1, 1, 1}); // they open
+    const AnimatedMesh lips = model({0, 0, 0, 1, 1, 1}); // the triangles move apart
     CHECK(lips.at({}).points.size() == 6);
     const Mesh open = lips.at({.seconds = 1});
     CHECK((open.points[1] - open.points[3]).length() > 0.5f);
 }
 
-TEST_CASE("a gltf with its data inside is read, and a collada with its unit and axes", "[vdb][model]") {
+TEST_CASE("AnimatedMesh: reads gltf with embedded data and collada with units and axes", "[vdb][model]") {
     const Folder folder;
     const std::string gltf = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
@@ -248,12 +250,12 @@ AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})";
     CHECK_FALSE(AnimatedMesh::mayMove(folder / "tall.dae"));
     std::string damaged = dae;
     damaged.replace(damaged.find("<p>0 1"), 6, "<p>0 x");
-    CHECK_THAT(complaint(folder, "damaged.dae", damaged), Contains("not a whole number"));
+    CHECK_THAT(complaint(folder, "damaged.dae", damaged), ContainsSubstring("not a whole number"));
 }
 
-TEST_CASE("an fbx becomes metres with Y up, and its curves move it", "[vdb][model]") {
+TEST_CASE("AnimatedMesh: reads fbx in metres with Y up and evaluates its curves", "[vdb][model]") {
     const Folder folder;
-    // One second is 46186158000 of its ticks.
+    // FBX measures time in ticks: one second has 46186158000 ticks.
     const std::string fbx = R"(; FBX 7.4.0 project file
 FBXHeaderExtension: { FBXHeaderVersion: 1003
  FBXVersion: 7400 }
@@ -309,7 +311,7 @@ Connections: {
     for (const double t : {0.0, 0.25, 1.0}) CHECK(furthest(leaf.at({.seconds = t}), raised(10 + 100 * t)) < kRounding);
 }
 
-TEST_CASE("whether a glTF moves is known from its text", "[vdb][model]") {
+TEST_CASE("AnimatedMesh: mayMove tells from the glTF header whether there is animation", "[vdb][model]") {
     const Folder folder;
     CHECK(AnimatedMesh::mayMove(test::store(folder / "bend.glb", test::bendingBar().bytes())));
     Glb still = barGlb();
@@ -320,30 +322,32 @@ TEST_CASE("whether a glTF moves is known from its text", "[vdb][model]") {
     CHECK_FALSE(AnimatedMesh::mayMove(folder / "missing.glb"));
 }
 
-TEST_CASE("damaged model files are told in one line", "[vdb][model]") {
+TEST_CASE("AnimatedMesh: damaged files give a one-line error", "[vdb][model]") {
     const Folder folder;
     const std::string whole = test::bendingBar().bytes();
     for (const char* name : {"x.glb", "x.gltf", "x.fbx", "x.dae"}) {
         CAPTURE(name);
-        CHECK_THAT(complaint(folder, name, "hello\n"), Contains(name) && Contains("cannot be read as a mesh"));
-        CHECK_THROWS_WITH(AnimatedMesh::read(folder / (std::string("missing") + name)), Contains("no such file"));
+        CHECK_THAT(complaint(folder, name, "hello\n"),
+                   ContainsSubstring(name) && ContainsSubstring("cannot be read as a mesh"));
+        CHECK_THROWS_WITH(AnimatedMesh::read(folder / (std::string("missing") + name)),
+                          ContainsSubstring("no such file"));
     }
-    CHECK_THAT(complaint(folder, "empty.glb", ""), Contains("it is empty"));
+    CHECK_THAT(complaint(folder, "empty.glb", ""), ContainsSubstring("it is empty"));
     for (size_t part = 1; part < 16; ++part) {
         const std::string said = complaint(folder, "cut.glb", whole.substr(0, whole.size() * part / 16));
         CAPTURE(part, said);
-        CHECK_THAT(said, Contains("cut.glb"));
+        CHECK_THAT(said, ContainsSubstring("cut.glb"));
         CHECK(said.find('\n') == std::string::npos);
     }
     Glb packed = barGlb();
     packed.root["nodes"] = {{{"mesh", 0}}};
     packed.root["extensionsRequired"] = {"EXT_meshopt_compression"};
-    CHECK_THAT(complaint(folder, "packed.glb", packed.bytes()), Contains("EXT_meshopt_compression"));
+    CHECK_THAT(complaint(folder, "packed.glb", packed.bytes()), ContainsSubstring("EXT_meshopt_compression"));
     Glb bad = barGlb();
     bad.root["nodes"] = {{{"mesh", 0}}};
     std::string bytes = bad.bytes();
     const size_t binary = bytes.find(std::string("BIN\0", 4)) + 4;
     const float infinite = std::numeric_limits<float>::infinity();
     std::memcpy(bytes.data() + binary + 12, &infinite, sizeof infinite);
-    CHECK_THAT(complaint(folder, "infinite.glb", bytes), Contains("not a finite number"));
+    CHECK_THAT(complaint(folder, "infinite.glb", bytes), ContainsSubstring("not a finite number"));
 }

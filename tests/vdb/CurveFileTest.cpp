@@ -5,9 +5,9 @@
 #include "curlew/vdb/CurveFile.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
+#include "support/Catch.h"
 #include "support/Files.h"
 
-#include <catch2/catch.hpp>
 #include <openvdb/openvdb.h>
 #include <openvdb/points/PointAttribute.h>
 
@@ -17,13 +17,13 @@
 #include <sstream>
 
 using namespace curlew;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using test::bytesOf;
 using Folder = test::ScratchFolder;
 
 namespace {
 
-/// Curves of the given numbers of vertices, every other one closed, at random places.
+/// Returns curves with the given numbers of vertices at random positions. Every other curve is closed.
 Curves curvesOf(const std::vector<size_t>& sizes, bool track = true) {
     Curves c;
     const auto number = [&](uint64_t stream) { return 2 * randomUniform(5, c.x.size(), stream) - 1; };
@@ -46,7 +46,7 @@ Curves curvesOf(const std::vector<size_t>& sizes, bool track = true) {
     return c;
 }
 
-/// A few of all kinds: open, closed, empty, and a single point.
+/// A few curves of each kind: open, closed, empty, and with a single vertex.
 Curves few(bool track = true) { return curvesOf({4, 3, 0, 0, 1, 5}, track); }
 
 template <class T>
@@ -58,7 +58,7 @@ T valueAt(const std::string& bytes, size_t offset) {
 
 } // namespace
 
-TEST_CASE("CurveFile: PLY holds vertices with their attributes, and edges", "[vdb][CurveFile]") {
+TEST_CASE("CurveFile: PLY stores vertices with attributes and edges", "[vdb][CurveFile]") {
     const Folder folder;
     const bool track = GENERATE(true, false);
     Curves c = few(track);
@@ -92,7 +92,7 @@ TEST_CASE("CurveFile: PLY holds vertices with their attributes, and edges", "[vd
     }
 }
 
-TEST_CASE("CurveFile: OBJ holds polylines", "[vdb][CurveFile]") {
+TEST_CASE("CurveFile: OBJ stores polylines", "[vdb][CurveFile]") {
     const Folder folder;
     const Curves c = few();
     writeObj(folder / "a.obj", c);
@@ -113,7 +113,7 @@ TEST_CASE("CurveFile: OBJ holds polylines", "[vdb][CurveFile]") {
     CHECK(rest == "l 1 2 3 4\nl 5 6 7 5\np 8\nl 9 10 11 12 13 9\n");
 }
 
-TEST_CASE("CurveFile: CSV gives every number back", "[vdb][CurveFile]") {
+TEST_CASE("CurveFile: CSV stores every number exactly", "[vdb][CurveFile]") {
     const Folder folder;
     const bool track = GENERATE(true, false);
     const Curves c = few(track);
@@ -144,7 +144,7 @@ TEST_CASE("CurveFile: CSV gives every number back", "[vdb][CurveFile]") {
     CHECK_FALSE(std::getline(lines, line));
 }
 
-TEST_CASE("CurveFile: points of a .vdb carry what the vertices have", "[vdb][CurveFile]") {
+TEST_CASE("CurveFile: vdb points carry the attributes of curve vertices", "[vdb][CurveFile]") {
     namespace points = openvdb::points;
     const Folder folder;
     const Curves c = curvesOf({3000, 1, 0, 2000});
@@ -152,7 +152,7 @@ TEST_CASE("CurveFile: points of a .vdb carry what the vertices have", "[vdb][Cur
     const auto grid = openvdb::gridPtrCast<points::PointDataGrid>(readVdb(folder / "a.vdb").at(0));
     REQUIRE(grid);
     CHECK(grid->getName() == "lines");
-    const Points back = pointsOf(*grid); // by id, which is the number of the vertex
+    const Points back = pointsOf(*grid); // sorted by id, which is the index of the vertex
     REQUIRE(back.size() == c.vertices());
     std::vector<size_t> owner(c.vertices());
     for (size_t k = 0; k < c.size(); ++k)
@@ -185,11 +185,12 @@ TEST_CASE("CurveFile: points of a .vdb carry what the vertices have", "[vdb][Cur
     CHECK(wrong == 0);
 }
 
-TEST_CASE("CurveFile: no curves are fine everywhere", "[vdb][CurveFile]") {
+TEST_CASE("CurveFile: every format accepts empty curves", "[vdb][CurveFile]") {
     const Folder folder;
     const Curves none;
     writePly(folder / "a.ply", none);
-    CHECK_THAT(bytesOf(folder / "a.ply"), Contains("element vertex 0\n") && Contains("element edge 0\n"));
+    CHECK_THAT(bytesOf(folder / "a.ply"),
+               ContainsSubstring("element vertex 0\n") && ContainsSubstring("element edge 0\n"));
     writeObj(folder / "a.obj", none);
     CHECK(bytesOf(folder / "a.obj").empty());
     writeCsv(folder / "a.csv", none);
@@ -197,7 +198,7 @@ TEST_CASE("CurveFile: no curves are fine everywhere", "[vdb][CurveFile]") {
     CHECK(pointsOf(*pointGrid(none)).size() == 0);
 }
 
-TEST_CASE("CurveFile: the same bytes for any number of threads", "[vdb][CurveFile]") {
+TEST_CASE("CurveFile: bytes do not depend on the number of threads", "[vdb][CurveFile]") {
     const Folder folder;
     const Curves c = curvesOf({70000, 3, 30000});
     for (const int threads : {1, 2, 7}) {
@@ -216,11 +217,11 @@ TEST_CASE("CurveFile: the same bytes for any number of threads", "[vdb][CurveFil
     }
 }
 
-TEST_CASE("CurveFile: unusable curves leave nothing behind", "[vdb][CurveFile]") {
+TEST_CASE("CurveFile: invalid curves are refused and leave no file", "[vdb][CurveFile]") {
     const Folder folder;
     Curves big = few();
     big.id[1] = int64_t(1) << 31;
-    CHECK_THROWS_WITH(writePly(folder / "a.ply", big), Contains("2147483648"));
+    CHECK_THROWS_WITH(writePly(folder / "a.ply", big), ContainsSubstring("2147483648"));
     CHECK_THROWS_AS(pointGrid(big), ValueError);
     Curves ragged = few();
     ragged.g.pop_back();
@@ -236,6 +237,6 @@ TEST_CASE("CurveFile: unusable curves leave nothing behind", "[vdb][CurveFile]")
     CHECK_THROWS_AS(pointGrid(bad), ValueError);
     CHECK_THROWS_AS(writePly(folder / "none" / "a.ply", few()), FileError);
     CHECK(folder.files() == 0);
-    writeCsv(folder / "a.csv", big); // any id fits
-    CHECK_THAT(bytesOf(folder / "a.csv"), Contains("\n2147483648,2,1,"));
+    writeCsv(folder / "a.csv", big); // CSV has no limit for ids
+    CHECK_THAT(bytesOf(folder / "a.csv"), ContainsSubstring("\n2147483648,2,1,"));
 }

@@ -3,8 +3,7 @@
 #include "curlew/field/NoiseField.h"
 #include "curlew/vdb/GridDiagnostics.h"
 #include "curlew/vdb/VelocityGrid.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 using namespace curlew;
 
@@ -20,7 +19,7 @@ Flow contained() {
 
 } // namespace
 
-TEST_CASE("tracks are kept by the flow, and lost on its grid", "[Diagnostics]") {
+TEST_CASE("diagnoseTracks: the flow keeps tracks and its grid loses them", "[Diagnostics]") {
     const Flow flow = contained();
     const auto layout = GENERATE(Layout::collocated, Layout::staggered);
     const auto grid = velocityGrid(flow, {.dim = 64, .layout = layout});
@@ -31,14 +30,14 @@ TEST_CASE("tracks are kept by the flow, and lost on its grid", "[Diagnostics]") 
     CHECK(check.field.driftG < 1e-7);
     CHECK(check.onGrid.driftF > 1e-2);
     CHECK(check.onGrid.driftG > 1e-2);
-    // A finer grid loses them later.
+    // On a finer grid, particles leave their tracks later.
     const auto fine = velocityGrid(flow, {.dim = 128, .layout = layout});
     const TrackDiagnostics finer = diagnoseTracks(flow, *fine, 800, 200);
     CHECK(finer.onGrid.driftF < 0.6 * check.onGrid.driftF);
 }
 
-TEST_CASE("a grid's divergence is OpenVDB's", "[Diagnostics]") {
-    // c = (x, 0, 0) on a block: divergence 1, and the differences are exact.
+TEST_CASE("diagnoseGrid: divergence agrees with OpenVDB", "[Diagnostics]") {
+    // c = (x, 0, 0) on a block: the divergence is 1, and the differences are exact.
     auto grid = openvdb::Vec3SGrid::create(openvdb::Vec3s(0));
     const double voxel = 0.5;
     grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel));
@@ -54,6 +53,6 @@ TEST_CASE("a grid's divergence is OpenVDB's", "[Diagnostics]") {
     CHECK(check.interior == 216);
     CHECK(check.rmsSpeed == Approx(std::sqrt(squares / 512)));
     CHECK(check.divergence == Approx(voxel / check.rmsSpeed));
-    CHECK(check.divergenceOverall > check.divergence); // the jump to the background counts there
+    CHECK(check.divergenceOverall > check.divergence); // it includes the jump to the background
     CHECK(diagnoseGrid(*openvdb::Vec3SGrid::create()).voxels == 0);
 }

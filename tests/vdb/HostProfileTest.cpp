@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/vdb/HostProfile.h"
 #include "curlew/vdb/PointFile.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 using namespace curlew;
 
-TEST_CASE("HostProfile: points come back with their velocity, whatever the host calls it", "[vdb][HostProfile]") {
+TEST_CASE("HostProfile: points keep their velocity under the attribute name of each host", "[vdb][HostProfile]") {
     Points particles;
     particles.x = {1}, particles.y = {2}, particles.z = {3}, particles.id = {0};
     particles.vx = {4}, particles.vy = {5}, particles.vz = {6};

@@ -33,10 +33,10 @@ Vec3d worldOf(const openvdb::FloatGrid& grid, const openvdb::Coord& voxel) {
     return {{p[0], p[1], p[2]}};
 }
 
-/// How far the samples are from the distance to a sphere, in voxels: those at the surface, and all of the band.
+/// Errors of the samples relative to the distance to a sphere, in voxels.
 struct SphereErrors {
     double surface = 0, band = 0;
-    double mean = 0; ///< At the surface, on average.
+    double mean = 0; ///< Mean error at the surface.
 };
 SphereErrors errorsOf(const openvdb::FloatGrid& grid, const Vec3d& center, double radius) {
     SphereErrors errors;
@@ -81,7 +81,7 @@ Flow contained(double width) {
                      1);
 }
 
-/// The greatest depth of a voxel of the inside beyond the unit sphere, in voxels; negative: there is none.
+/// Returns the greatest distance by which an inside voxel is beyond the unit sphere, in voxels. Negative if none is.
 double beyondUnitSphere(const openvdb::FloatGrid& grid) {
     double worst = -std::numeric_limits<double>::infinity();
     for (auto value = grid.cbeginValueOn(); value; ++value)
@@ -91,26 +91,26 @@ double beyondUnitSphere(const openvdb::FloatGrid& grid) {
 
 } // namespace
 
-TEST_CASE("a level set is carried along a uniform flow without a change", "[LevelSetAdvection]") {
+TEST_CASE("advectLevelSet: a uniform flow translates a sphere unchanged", "[LevelSetAdvection]") {
     const LevelSet start = ball({{0.1, 0.2, -0.3}}, 0.5, 0.05);
     const auto moved = advectLevelSet(start, uniformFlow({{1, 0.5, -0.25}}), 0, 0.777, {.step = 1});
     const auto errors = errorsOf(*moved.levelSet.grid, {{0.877, 0.5885, -0.49425}}, 0.5);
-    CHECK(errors.surface < 2e-3); // closest points are on the surface to 0.001 voxels
+    CHECK(errors.surface < 2e-3); // closest points are on the surface to within 0.001 voxels
     CHECK(errors.band < 3e-3);
     CHECK(moved.levelSet.halfWidth() == Approx(3));
     CHECK(moved.levelSet.grid->getGridClass() == openvdb::GRID_LEVEL_SET);
     CHECK(moved.levelSet.grid->activeVoxelCount() ==
           Approx(static_cast<double>(start.grid->activeVoxelCount())).epsilon(0.02));
-    CHECK(moved.meanShift < 0.01); // the chord of a sphere of 10 voxels
+    CHECK(moved.meanShift < 0.01); // the chord error of a sphere with a radius of 10 voxels
     CHECK(moved.unsettled < 10);   // of 8000
     CHECK(moved.kept == 0);
-    // What is inside and outside is so beyond the band, too.
+    // The sign is also right beyond the band.
     CHECK(moved.levelSet.grid->tree().getValue(
               moved.levelSet.grid->transform().worldToIndexCellCentered({0.877, 0.5885, -0.49425})) == Approx(-0.15));
     CHECK(moved.levelSet.grid->tree().getValue({0, 0, 0}) == Approx(0.15));
 }
 
-TEST_CASE("a level set is turned by a vortex without a change, in a turned grid", "[LevelSetAdvection]") {
+TEST_CASE("advectLevelSet: a vortex rotates a sphere unchanged in rotated grids too", "[LevelSetAdvection]") {
     auto grid = ball({{0.4, 0.1, 0}}, 0.25, 0.025).grid->deepCopy();
     grid->setName("surface");
     grid->insertMeta("note", openvdb::StringMetadata("kept"));
@@ -122,7 +122,7 @@ TEST_CASE("a level set is turned by a vortex without a change, in a turned grid"
         const auto c = grid->indexToWorld(openvdb::Vec3d(16, 4, 0));
         center = {{c[0], c[1], c[2]}};
     }
-    // So wide a core turns all alike, to 1e-8. Half a turn about y.
+    // With such a wide core the rotation is rigid to 1e-8. The time is half a turn about y.
     const auto moved = advectLevelSet({grid, nullptr}, vortexFlow(0.5, 1e4), 0, 1, {.step = 0.02});
     const auto errors = errorsOf(*moved.levelSet.grid, {{-center[0], center[1], -center[2]}}, 0.25);
     CHECK(errors.surface < 2e-3);
@@ -131,7 +131,7 @@ TEST_CASE("a level set is turned by a vortex without a change, in a turned grid"
     CHECK(moved.levelSet.grid->metaValue<std::string>("note") == "kept");
 }
 
-TEST_CASE("a sphere comes back from Enright's deformation, and keeps its volume where voxels resolve it",
+TEST_CASE("advectLevelSet: a sphere returns from the Enright deformation and keeps its volume where resolved",
           "[LevelSetAdvection]") {
     const LevelSet start = enrightBall(48);
     const auto end = advectLevelSet(start, enrightFlowInTime(3), 0, 3, {.step = 0.04});
@@ -139,17 +139,18 @@ TEST_CASE("a sphere comes back from Enright's deformation, and keeps its volume 
     CAPTURE(errors.surface, errors.band);
     CHECK(errors.surface < 0.02);
     CHECK(std::abs(volumeChange(end.levelSet, start)) < 1e-3);
-    // Half way it is a sheet of a voxel or two. Early on there is no such excuse.
+    // Half way, the sphere is a sheet one or two voxels thick. At the early time it is still well resolved.
     const auto early = advectLevelSet(start, enrightFlowInTime(3), 0, 0.4, {.step = 0.04});
     CHECK(std::abs(volumeChange(early.levelSet, start)) < 0.01);
     const auto sheet = advectLevelSet(start, enrightFlowInTime(3), 0, 1.5, {.step = 0.04});
     CHECK(sheet.levelSet.grid->activeVoxelCount() > 2 * start.grid->activeVoxelCount());
 }
 
-TEST_CASE("OpenVDB's advection loses twenty times as much of Enright's sphere", "[LevelSetAdvection]") {
+TEST_CASE("advectLevelSetWeno5: loses twenty times the volume of our method in the Enright test",
+          "[LevelSetAdvection]") {
     const LevelSet start = enrightBall(24);
     const double ours = volumeChange(advectLevelSet(start, enrightFlowInTime(3), 0, 3, {.step = 0.05}).levelSet, start);
-    double theirs = -1; // nothing is left
+    double theirs = -1; // -1: nothing is left
     try {
         theirs = volumeChange(advectLevelSetWeno5(start, enrightFlowInTime(3), 0, 3), start);
     } catch (const ValueError&) {
@@ -157,29 +158,30 @@ TEST_CASE("OpenVDB's advection loses twenty times as much of Enright's sphere", 
     CHECK(std::abs(ours) < std::abs(theirs) / 20);
 }
 
-TEST_CASE("OpenVDB's advection moves a level set, too", "[LevelSetAdvection]") {
+TEST_CASE("advectLevelSetWeno5: moves a level set and leaves the original unchanged", "[LevelSetAdvection]") {
     const LevelSet start = ball({{0, 0, 0}}, 0.5, 0.05);
     const LevelSet moved = advectLevelSetWeno5(start, uniformFlow({{1, 0, 0}}), 0, 0.3);
     CHECK(errorsOf(*moved.grid, {{0.3, 0, 0}}, 0.5).surface < 0.1);
-    CHECK(errorsOf(*start.grid, {{0, 0, 0}}, 0.5).surface < 1e-3); // the original stays
+    CHECK(errorsOf(*start.grid, {{0, 0, 0}}, 0.5).surface < 1e-3); // the original is unchanged
     CHECK_THROWS_AS(advectLevelSetWeno5(start, uniformFlow({{1, 0, 0}}), 0, std::nan("")), ValueError);
 }
 
-TEST_CASE("a shape does not move in its own contained flow", "[LevelSetAdvection]") {
+TEST_CASE("advectLevelSet: a shape stays in place in its own contained flow", "[LevelSetAdvection]") {
     const LevelSet start = ball({{0, 0, 0}}, 1, 0.08);
     const auto moved = advectLevelSet(start, contained(0.4), 0, 1, {.step = 0.02});
     const auto errors = errorsOf(*moved.levelSet.grid, {{0, 0, 0}}, 1);
     CAPTURE(errors.surface, errors.band, moved.unsettled);
     CHECK(errors.mean < 0.05);
-    CHECK(std::abs(volumeChange(moved.levelSet, start)) < 6e-3); // a voxel is a twelfth of the radius
+    CHECK(std::abs(volumeChange(moved.levelSet, start)) < 6e-3); // a voxel is 1/12 of the radius
     CHECK(beyondUnitSphere(*moved.levelSet.grid) < 1e-3);
     CHECK(moved.kept == 0);
 }
 
-TEST_CASE("a sphere within a contained flow keeps its volume and does not cross the wall", "[LevelSetAdvection]") {
+TEST_CASE("advectLevelSet: a sphere in a contained flow keeps its volume and does not cross the wall",
+          "[LevelSetAdvection]") {
     std::array<double, 2> changes{};
     for (const size_t n : {size_t{0}, size_t{1}}) {
-        // It touches the wall's layer.
+        // The sphere overlaps the wall's layer.
         const LevelSet start = ball({{0.3, 0, 0}}, 0.6, n == 0 ? 0.06 : 0.03);
         const auto moved = advectLevelSet(start, contained(0.2), 0, 0.3, {.step = 0.02});
         changes[n] = std::abs(volumeChange(moved.levelSet, start));
@@ -190,7 +192,7 @@ TEST_CASE("a sphere within a contained flow keeps its volume and does not cross 
     CHECK(changes[1] < 0.0025);
 }
 
-TEST_CASE("a sequence gives what its moments give on their own", "[LevelSetAdvection]") {
+TEST_CASE("LevelSetSequence: frames equal direct advection to their times", "[LevelSetAdvection]") {
     const bool steady = GENERATE(true, false);
     CAPTURE(steady);
     const FlowInTime flow = steady ? FlowInTime(enrightFlow()) : enrightFlowInTime(3);
@@ -204,16 +206,16 @@ TEST_CASE("a sequence gives what its moments give on their own", "[LevelSetAdvec
         CHECK(sequence.time() == 0.04 * frame);
     }
     const auto alone = advectLevelSet(start, flow, 0, 0.2, map);
-    // The frozen flows are the same, for all steps begin at multiples of the same.
+    // Both use the same frozen flows, since all steps begin at multiples of the same length.
     CHECK(greatestDifference(*last.levelSet.grid, *alone.levelSet.grid) < 1e-3);
     CHECK(greatestDifference(*alone.levelSet.grid, *last.levelSet.grid) < 1e-3);
-    // Back again, through a moment twice.
+    // Back to the start, advancing to the same time twice.
     sequence.advance(0.2);
     const auto back = sequence.advance(0);
     CHECK(errorsOf(*back.levelSet.grid, {{0.35, 0.35, 0.35}}, 0.15).surface < 0.01);
 }
 
-TEST_CASE("a sequence begins anew beyond its horizon, at little cost in accuracy", "[LevelSetAdvection]") {
+TEST_CASE("LevelSetSequence: restarts beyond its horizon with little loss of accuracy", "[LevelSetAdvection]") {
     const LevelSet start = ball({{0, 0, 0}}, 0.4, 0.05);
     LevelSetSequence sequence(start, uniformFlow({{1, 0, 0}}), 0, {.map = {.step = 1}, .horizon = 0.2});
     AdvectedLevelSet last;
@@ -223,11 +225,11 @@ TEST_CASE("a sequence begins anew beyond its horizon, at little cost in accuracy
         restarts += last.restarted;
     }
     CHECK(restarts == 5);
-    CHECK(errorsOf(*last.levelSet.grid, {{1, 0, 0}}, 0.4).surface < 0.01); // 0.001 for each restart
+    CHECK(errorsOf(*last.levelSet.grid, {{1, 0, 0}}, 0.4).surface < 0.01); // 0.001 per restart
     CHECK(last.levelSet.halfWidth() == Approx(3));
 }
 
-TEST_CASE("an advected level set is the same for any number of threads", "[LevelSetAdvection]") {
+TEST_CASE("advectLevelSet: does not depend on the number of threads", "[LevelSetAdvection]") {
     std::vector<openvdb::FloatGrid::ConstPtr> grids;
     for (const int threads : {1, 2}) {
         const ThreadLimit limit(threads);
@@ -236,7 +238,7 @@ TEST_CASE("an advected level set is the same for any number of threads", "[Level
     CHECK(same(*grids[0], *grids[1]));
 }
 
-TEST_CASE("level sets that cannot be carried say why", "[LevelSetAdvection]") {
+TEST_CASE("advectLevelSet: invalid level sets and options are errors that say why", "[LevelSetAdvection]") {
     const LevelSet start = ball({{0, 0, 0}}, 0.5, 0.1);
     const Flow flow = uniformFlow({{1, 0, 0}});
     const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();
@@ -244,10 +246,10 @@ TEST_CASE("level sets that cannot be carried say why", "[LevelSetAdvection]") {
     CHECK_THROWS_AS(advectLevelSet(start, flow, nan, 1), ValueError);
     CHECK_THROWS_AS(advectLevelSet(start, flow, 0, infinity), ValueError);
     CHECK_THROWS_AS(advectLevelSet(start, flow, 0, 1, {.step = -1}), ValueError);
-    CHECK_THROWS_WITH(LevelSetSequence(start, flow, 0, {.horizon = 0}), Catch::Contains("horizon"));
+    CHECK_THROWS_WITH(LevelSetSequence(start, flow, 0, {.horizon = 0}), Catch::ContainsSubstring("horizon"));
     CHECK_THROWS_AS(advectLevelSet(start, flow, 0, 1, {.step = 0.1}, {.report = {}, .cancelled = [] { return true; }}),
                     Interrupted);
-    // A ball that holds one voxel, and none between eight of them.
+    // A ball that contains one voxel centre. After the motion it lies between eight voxels and contains none.
     auto tiny = openvdb::FloatGrid::create(0.3f);
     tiny->setTransform(openvdb::math::Transform::createLinearTransform(0.1));
     tiny->setGridClass(openvdb::GRID_LEVEL_SET);
@@ -255,5 +257,5 @@ TEST_CASE("level sets that cannot be carried say why", "[LevelSetAdvection]") {
         if (const double d = 0.1 * (*voxel).asVec3d().length() - 0.08; d < 0.3)
             tiny->tree().setValue(*voxel, static_cast<float>(d));
     CHECK_THROWS_WITH(advectLevelSet({tiny, nullptr}, uniformFlow({{1, 1, 1}}), 0, 0.05),
-                      Catch::Contains("smaller voxels"));
+                      Catch::ContainsSubstring("smaller voxels"));
 }

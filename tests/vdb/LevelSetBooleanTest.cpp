@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Error.h"
-#include "curlew/field/Map.h"
+#include "curlew/field/Transforms.h"
 #include "curlew/vdb/LevelSetBoolean.h"
 #include "support/Meshes.h"
 #include "support/Points.h"
@@ -22,17 +22,18 @@ LevelSet sphere(double x, double voxel = kVoxel) {
 
 double volumeOf(const LevelSet& levelSet) { return openvdb::tools::levelSetVolume(*levelSet.grid); }
 
-/// The cap of a unit ball beyond a plane at distance `a` from its centre.
+/// Returns the volume of the cap that a plane at distance `a` from the centre cuts off a unit ball.
 double cap(double a) { return M_PI * (1 - a) * (1 - a) * (2 + a) / 3; }
 
-/// How far, in voxels, the values are from the distance to what is left of two unit balls, 0.8 apart along x: the part
-/// of the first sphere where x is below (or above) 0.4, and that of the second.
+/// Returns the greatest error in voxels, relative to the exact distance to a surface made of parts of two unit spheres,
+/// 0.8 apart along x. `firstBelow` chooses the part of the first sphere with x below 0.4, otherwise that above;
+/// `secondBelow` does so for the second.
 double worst(const LevelSet& levelSet, bool firstBelow, bool secondBelow) {
     double most = 0;
     for (auto value = levelSet.grid->cbeginValueOn(); value; ++value) {
         const openvdb::Vec3d p = levelSet.grid->indexToWorld(value.getCoord());
         const double x = p[0] - 0.4, r = std::hypot(p[1], p[2]) - std::sqrt(1 - 0.16);
-        double exact = std::hypot(x, r); // the circle where they meet
+        double exact = std::hypot(x, r); // the circle in which the spheres intersect
         const auto see = [&](double center, bool below) {
             const double length = std::hypot(p[0] - center, p[1], p[2]);
             if (length > 0 && ((p[0] - center) / length < 0.4 - center) == below)
@@ -47,7 +48,7 @@ double worst(const LevelSet& levelSet, bool firstBelow, bool secondBelow) {
 
 } // namespace
 
-TEST_CASE("two level sets are united, intersected and subtracted", "[LevelSetBoolean]") {
+TEST_CASE("level set boolean: union and intersection and difference of two spheres", "[LevelSetBoolean]") {
     const double ball = 4.0 / 3 * M_PI, shared = 2 * cap(0.4);
     const LevelSet a = sphere(0), b = sphere(0.8);
     const LevelSet both = combined(a, b, Boolean::unite), lens = combined(a, b, Boolean::intersect),
@@ -55,38 +56,38 @@ TEST_CASE("two level sets are united, intersected and subtracted", "[LevelSetBoo
     CHECK(volumeOf(both) == Approx(2 * ball - shared).epsilon(0.005));
     CHECK(volumeOf(lens) == Approx(shared).epsilon(0.01));
     CHECK(volumeOf(crescent) == Approx(ball - shared).epsilon(0.01));
-    // Beside the edges fast sweeping is of the first order: within a third of a voxel, three voxels away.
+    // Near the edges, fast sweeping is first-order accurate: within a third of a voxel, three voxels away.
     CHECK(worst(both, true, false) < 0.35);
     CHECK(worst(lens, false, true) < 0.35);
-    CHECK(worst(crescent, true, true) < 1.1); // its edge has 47°, sharper than samples can tell
-    CHECK_THROWS_WITH(combined(a, sphere(5), Boolean::intersect), Catch::Contains("share nothing"));
-    CHECK_THROWS_WITH(combined(a, a, Boolean::subtract), Catch::Contains("nothing is left"));
+    CHECK(worst(crescent, true, true) < 1.1); // its edge has an angle of 47°, too sharp for the samples
+    CHECK_THROWS_WITH(combined(a, sphere(5), Boolean::intersect), Catch::ContainsSubstring("do not overlap"));
+    CHECK_THROWS_WITH(combined(a, a, Boolean::subtract), Catch::ContainsSubstring("nothing is left"));
 }
 
-TEST_CASE("a level set on another grid is resampled, and a narrower band widened", "[LevelSetBoolean]") {
+TEST_CASE("level set boolean: operands on other grids are resampled and narrow bands widened", "[LevelSetBoolean]") {
     const double ball = 4.0 / 3 * M_PI, shared = 2 * cap(0.4);
     const LevelSet both = combined(widened(sphere(0), 5), sphere(0.8, 0.03), Boolean::unite);
     CHECK(both.halfWidth() == Approx(5));
     CHECK(both.voxelSize() == Approx(kVoxel));
     CHECK(volumeOf(both) == Approx(2 * ball - shared).epsilon(0.005));
-    CHECK(worst(both, true, false) < 0.6); // five voxels away
+    CHECK(worst(both, true, false) < 0.6); // at five voxels from the surface
 }
 
-TEST_CASE("the union of two meshes is the solid of both", "[LevelSetBoolean]") {
+TEST_CASE("level set boolean: the union of two meshes keeps the combined mesh", "[LevelSetBoolean]") {
     const auto of = [](const Mesh& mesh) { return meshToLevelSet(std::make_shared<Mesh>(mesh), {.voxel = kVoxel}); };
     const Mesh a = test::ball(5), b = test::moved(test::ball(5), {0.8f, 0, 0});
     const LevelSet both = combined(of(a), of(b), Boolean::unite);
     REQUIRE(both.mesh);
     CHECK(both.mesh->faces() == 2 * a.faces());
     CHECK(worst(both, true, false) < 0.25);
-    // Other results have no mesh; the second is made in the voxels of the first.
+    // The other operations keep no mesh. The second level set is resampled to the voxels of the first.
     const LevelSet lens =
         combined(of(a), meshToLevelSet(std::make_shared<Mesh>(b), {.voxel = 0.07}), Boolean::intersect);
     CHECK_FALSE(lens.mesh);
     CHECK(worst(lens, false, true) < 0.35);
 }
 
-TEST_CASE("a shape is sampled like a level set", "[LevelSetBoolean]") {
+TEST_CASE("sampledShape: samples a shape on the grid of a level set", "[LevelSetBoolean]") {
     const LevelSet like = sphere(0), ball = sampledShape(sphereSdf(0.5), like);
     CHECK(volumeOf(ball) == Approx(M_PI / 6).epsilon(0.01));
     for (auto value = ball.grid->cbeginValueOn(); value; ++value) {
@@ -94,15 +95,15 @@ TEST_CASE("a shape is sampled like a level set", "[LevelSetBoolean]") {
         if (std::abs(static_cast<double>(*value) - exact) > 1e-6)
             FAIL("off by " << static_cast<double>(*value) - exact);
     }
-    // A half space is cut off with the level set.
+    // The half space is limited by the level set.
     const LevelSet dome = combined(like, sampledShape(planeSdf({{0, 1, 0}}, 0), like), Boolean::intersect);
     CHECK(volumeOf(dome) == Approx(2.0 / 3 * M_PI).epsilon(0.01));
-    // Between the voxels there is nothing of it.
+    // A shape that lies between the voxel centres has no samples.
     const Placement between{.offset = {{0.02, 0.02, 0.02}}, .rotate = {}, .scale = {{1, 1, 1}}};
     CHECK_THROWS_AS(sampledShape(placed(sphereSdf(0.001), between), like), ValueError);
 }
 
-TEST_CASE("meshes and level sets are put where shapes are put", "[LevelSetBoolean]") {
+TEST_CASE("placed: meshes and level sets are transformed as shapes are", "[LevelSetBoolean]") {
     const Placement placement{.offset = {{3, -1, 2}}, .rotate = {{30, 40, 70}}, .scale = {{2, 2, 2}}};
     const Sdf box = boxSdf({{1, 0.6, 0.3}}, 0.05), there = placed(box, placement);
     const LevelSet levelSet = sampledShape(box, meshToLevelSet(std::make_shared<Mesh>(test::ball(3)), {.voxel = 0.02}));
@@ -117,7 +118,7 @@ TEST_CASE("meshes and level sets are put where shapes are put", "[LevelSetBoolea
     const Mesh ball = placed(test::ball(2), placement);
     for (const auto& p : ball.points)
         CHECK((openvdb::Vec3d(p) - openvdb::Vec3d(3, -1, 2)).length() == Approx(2).epsilon(1e-6));
-    // A mesh and its level set stay together.
+    // The mesh and its level set are moved together.
     const LevelSet moved = placed(meshToLevelSet(std::make_shared<Mesh>(test::spot()), {.dim = 60}), placement);
     REQUIRE(moved.mesh);
     const Sdf sdf = sdfOf(moved);
@@ -128,7 +129,7 @@ TEST_CASE("meshes and level sets are put where shapes are put", "[LevelSetBoolea
     CHECK_THROWS_AS(placed(test::ball(1), Placement{.scale = {{1, 2, 1}}}), ValueError);
 }
 
-TEST_CASE("velocities turn with their grid", "[LevelSetBoolean]") {
+TEST_CASE("placed: velocity vectors rotate with their grid", "[LevelSetBoolean]") {
     auto grid = openvdb::Vec3SGrid::create();
     grid->tree().setValue({1, 2, 3}, {1, 0, 0});
     const auto put = placed(*grid, Placement{.offset = {{1, 0, 0}}, .rotate = {{0, 0, 90}}});

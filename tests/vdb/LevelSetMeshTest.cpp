@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Error.h"
 #include "curlew/vdb/LevelSetMesh.h"
+#include "support/Catch.h"
 
-#include <catch2/catch.hpp>
 #include <openvdb/tools/LevelSetSphere.h>
 
 #include <array>
@@ -19,7 +19,8 @@ LevelSet ball(double radius, double voxel) {
             nullptr};
 }
 
-/// Of a closed mesh, positive where its faces run counter-clockwise as seen from outside (the divergence theorem).
+/// Returns the volume of a closed mesh by the divergence theorem. It is positive if the faces are counter-clockwise as
+/// seen from outside.
 double volumeOf(const Mesh& mesh) {
     double volume = 0;
     const auto add = [&](openvdb::Index32 a, openvdb::Index32 b, openvdb::Index32 c) {
@@ -36,7 +37,7 @@ double volumeOf(const Mesh& mesh) {
 
 } // namespace
 
-TEST_CASE("a level set becomes a closed mesh of its surface, outward", "[LevelSetMesh]") {
+TEST_CASE("levelSetToMesh: gives a closed mesh with outward faces and second-order volume", "[LevelSetMesh]") {
     const double exact = 4.0 / 3 * std::numbers::pi;
     std::array<double, 2> errors{};
     for (const size_t n : {size_t{0}, size_t{1}}) {
@@ -45,23 +46,23 @@ TEST_CASE("a level set becomes a closed mesh of its surface, outward", "[LevelSe
         CHECK(mesh.triangles.empty());
         errors[n] = volumeOf(mesh) / exact - 1;
     }
-    // Points on chords lie inside a sphere: second order.
+    // Chords of a sphere lie inside it: the error is of second order.
     CAPTURE(errors);
     CHECK(std::abs(errors[1]) < 0.01);
     CHECK(errors[0] / errors[1] == Approx(4).epsilon(0.15));
 }
 
-TEST_CASE("an adaptive mesh has fewer faces", "[LevelSetMesh]") {
+TEST_CASE("levelSetToMesh: adaptivity reduces the number of faces", "[LevelSetMesh]") {
     const LevelSet sphere = ball(1, 0.05);
     const Mesh fine = levelSetToMesh(sphere), coarse = levelSetToMesh(sphere, 0.5);
     CHECK(coarse.faces() < fine.faces() / 2);
     CHECK(volumeOf(coarse) == Approx(volumeOf(fine)).epsilon(0.15));
 }
 
-TEST_CASE("what has no surface gives no mesh", "[LevelSetMesh]") {
+TEST_CASE("levelSetToMesh: a grid without a surface or an invalid adaptivity is an error", "[LevelSetMesh]") {
     auto grid = openvdb::FloatGrid::create(1);
     grid->setGridClass(openvdb::GRID_LEVEL_SET);
-    CHECK_THROWS_WITH(levelSetToMesh({grid, nullptr}), Catch::Contains("surface"));
+    CHECK_THROWS_WITH(levelSetToMesh({grid, nullptr}), Catch::ContainsSubstring("surface"));
     for (const double adaptivity : {-0.1, 1.1, std::numeric_limits<double>::quiet_NaN()})
-        CHECK_THROWS_WITH(levelSetToMesh(ball(1, 0.2), adaptivity), Catch::Contains("adaptivity"));
+        CHECK_THROWS_WITH(levelSetToMesh(ball(1, 0.2), adaptivity), Catch::ContainsSubstring("adaptivity"));
 }

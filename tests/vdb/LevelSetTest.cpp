@@ -15,7 +15,7 @@ using namespace curlew;
 
 namespace {
 
-/// A closed mesh of a sphere: the cube's six faces, divided and pushed out, all quads.
+/// A closed mesh of a sphere: the six faces of a cube, subdivided and projected onto the sphere, all quads.
 std::shared_ptr<const Mesh> cubeSphere(double radius, int division) {
     auto mesh = std::make_shared<Mesh>();
     std::map<std::array<int, 3>, openvdb::Index32> known;
@@ -44,7 +44,7 @@ std::shared_ptr<const Mesh> cubeSphere(double radius, int division) {
     return mesh;
 }
 
-/// A level set with exact samples of the distance to a sphere, so that what a spline makes of it has an oracle.
+/// A level set whose samples are the exact distance to a sphere, so that the spline can be compared with exact values.
 LevelSet exactSphere(double radius, double voxel, int halfWidth) {
     auto grid = openvdb::FloatGrid::create(static_cast<float>(halfWidth * voxel));
     grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel));
@@ -71,9 +71,9 @@ Vec3d onSphere(double radius, uint64_t k) {
 
 } // namespace
 
-TEST_CASE("the spline through a level set is accurate to the orders that its prefilter promises", "[LevelSet]") {
-    // Greatest errors on spheres around the surface, for voxels halved twice. Radius 1, so the fourth derivatives are
-    // O(1).
+TEST_CASE("sdfOf: the spline converges with orders 4 and 3 and 2 for value and gradient and Hessian", "[LevelSet]") {
+    // Greatest errors on spheres near the surface, for three voxel sizes, each half of the one before. The radius is 1,
+    // so that fourth derivatives are O(1).
     std::array<std::array<double, 3>, 3> errors{};
     const std::array<double, 3> voxels{0.1, 0.05, 0.025};
     for (size_t n = 0; n < voxels.size(); ++n) {
@@ -95,18 +95,18 @@ TEST_CASE("the spline through a level set is accurate to the orders that its pre
     for (size_t derivative = 0; derivative < 3; ++derivative)
         for (size_t n = 1; n < 3; ++n) {
             CAPTURE(derivative, n, errors[derivative][n - 1], errors[derivative][n]);
-            // Samples are floats: their rounding, 6e-8 / h per derivative, bends the finest Hessian a little.
+            // Samples are floats. Their rounding error, 6e-8 / h per derivative, affects the finest Hessian slightly.
             CHECK(std::log2(errors[derivative][n - 1] / errors[derivative][n]) > orders[derivative] - 0.4);
         }
 }
 
-TEST_CASE("the spline is C² across leaves and has exact derivatives", "[LevelSet]") {
+TEST_CASE("sdfOf: the spline is C² across leaves with exact derivatives", "[LevelSet]") {
     const double voxel = 0.1;
     const Sdf sdf = sdfOf(exactSphere(1, voxel, 8));
     for (uint64_t k = 0; k < 500; ++k) {
         Vec3d p = onSphere(1, k);
         CAPTURE(p[0], p[1], p[2]);
-        // Central differences of the jets themselves: the error is that of the difference, h² times a third derivative.
+        // The tolerance is the error of central differences of the jets: h² times a third derivative.
         const double h = 1e-5;
         const auto jet = sdf.distance.at<2>(p);
         for (int i = 0; i < 3; ++i) {
@@ -117,7 +117,7 @@ TEST_CASE("the spline is C² across leaves and has exact derivatives", "[LevelSe
             for (int j = 0; j < 3; ++j)
                 CHECK(jet.hessian(i, j) == Approx((up.gradient[j] - down.gradient[j]) / (2 * h)).margin(2e-4));
         }
-        // Onto a face between voxels, every eighth of which is one between leaves: both sides agree.
+        // Move to a face between voxels; every eighth is a face between leaves. Both sides agree there.
         p[0] = std::round(p[0] / voxel) * voxel;
         const auto left = sdf.distance.at<2>(p - Vec3d{{1e-9, 0, 0}}),
                    right = sdf.distance.at<2>(p + Vec3d{{1e-9, 0, 0}});
@@ -126,7 +126,7 @@ TEST_CASE("the spline is C² across leaves and has exact derivatives", "[LevelSe
     }
 }
 
-TEST_CASE("the spline in float agrees with the spline in double", "[LevelSet]") {
+TEST_CASE("sdfOf: float agrees with double", "[LevelSet]") {
     const Sdf sdf = sdfOf(exactSphere(1, 0.1, 8));
     for (uint64_t k = 0; k < 500; ++k) {
         const Vec3d p = onSphere(1, k);
@@ -139,21 +139,21 @@ TEST_CASE("the spline in float agrees with the spline in double", "[LevelSet]") 
     }
 }
 
-TEST_CASE("the spline knows a range that it never leaves", "[LevelSet]") {
+TEST_CASE("sdfOf: values stay within the range of the spline", "[LevelSet]") {
     const Sdf sdf = sdfOf(exactSphere(1, 0.1, 5));
-    const Range range = sdf.distance.range();
+    const Interval range = sdf.distance.range();
     CHECK(range.finite());
-    CHECK(range.bound() < 2 * 0.5); // twice the band: a filtered sample is hardly more than a sample
+    CHECK(range.maxAbs() < 2 * 0.5); // twice the band: filtered samples hardly exceed the samples
     test::Worst worst;
     for (const Vec3d& p : test::randomPoints(test::cube(2), 20000, 7))
         worst.see(std::abs(sdf.distance.at<0>(p).value), p);
     CAPTURE(worst.where);
-    CHECK(worst.value <= range.bound());
-    // So it can be a divisor, moved clear of zero.
+    CHECK(worst.value <= range.maxAbs());
+    // The range makes it usable as a divisor if it is shifted away from zero.
     CHECK_NOTHROW(constantField(1) / (sdf.distance + constantField(2)));
 }
 
-TEST_CASE("far from the band, and at positions that are no numbers, the spline is constant", "[LevelSet]") {
+TEST_CASE("sdfOf: is constant beyond the band and at NaN positions", "[LevelSet]") {
     const Sdf sdf = sdfOf(exactSphere(1, 0.1, 5));
     CHECK(sdf.distance.at<0>({{0, 0, 0}}).value == Approx(-0.5));
     CHECK(sdf.distance.at<0>({{100, 0, 0}}).value == Approx(0.5));
@@ -164,16 +164,17 @@ TEST_CASE("far from the band, and at positions that are no numbers, the spline i
     CHECK_FALSE(sdf.bounds.contains({{1.25, 0, 0}}));
 }
 
-TEST_CASE("how steep a level set is, is measured", "[LevelSet]") {
+TEST_CASE("sdfOf: measures the steepness of a level set", "[LevelSet]") {
     const LevelSet sphere = exactSphere(1, 0.1, 6);
-    CHECK(sdfOf(sphere).steepness == Approx(1.1).epsilon(0.1));
-    // Three times the distance is no distance, but somebody's level set.
+    CHECK(sdfOf(sphere).lipschitz == Approx(1.1).epsilon(0.1));
+    // A level set whose values are three times the distance.
     auto steep = sphere.grid->deepCopy();
     openvdb::tools::changeLevelSetBackground(steep->tree(), 3 * sphere.grid->background());
     for (auto value = steep->beginValueOn(); value; ++value) value.setValue(3 * *value);
     const Sdf sdf = sdfOf({steep, nullptr});
-    CHECK(sdf.steepness == Approx(3.3).epsilon(0.1));
-    // What is far from the wall is judged by it: a batch gets what each of its positions gets.
+    CHECK(sdf.lipschitz == Approx(3.3).epsilon(0.1));
+    // The distance from the wall takes the Lipschitz bound into account: a batch gives the same values as single
+    // positions.
     const ScalarField field = bounded(constantField(0.1), Wall{sdf, Side::inside, 0.5}, {.amplitude = 0});
     PointBatch points;
     for (const Vec3d& offset : test::randomPoints(test::cube(0.12), kBatch, 3))
@@ -183,7 +184,7 @@ TEST_CASE("how steep a level set is, is measured", "[LevelSet]") {
     for (int i = 0; i < points.size; ++i) CHECK(jets[i].value == field.at<1>(points[i]).value);
 }
 
-TEST_CASE("a level set may be turned, moved and scaled", "[LevelSet]") {
+TEST_CASE("sdfOf: grids may be rotated and translated and scaled", "[LevelSet]") {
     LevelSet levelSet = exactSphere(1, 0.1, 8);
     auto grid = levelSet.grid->deepCopy();
     grid->transform().postRotate(0.7, openvdb::math::Y_AXIS);
@@ -191,7 +192,7 @@ TEST_CASE("a level set may be turned, moved and scaled", "[LevelSet]") {
     grid->transform().postTranslate({3, -1, 2});
     levelSet = levelSetOf(grid);
     const Sdf sdf = sdfOf(levelSet);
-    // In voxel units the samples are still those of the small sphere, so the values are half the distance.
+    // In voxel units, the samples are still those of the small sphere, so the values are half the distance.
     const Vec3d center{{3, -1, 2}};
     for (uint64_t k = 0; k < 100; ++k) {
         const Vec3d normal = onSphere(1, k);
@@ -202,16 +203,16 @@ TEST_CASE("a level set may be turned, moved and scaled", "[LevelSet]") {
     }
 }
 
-TEST_CASE("a mesh becomes a level set of its shape", "[LevelSet]") {
+TEST_CASE("meshToLevelSet: samples the surface of a mesh", "[LevelSet]") {
     const LevelSet levelSet = meshToLevelSet(cubeSphere(1, 40), {.dim = 50});
     CHECK(levelSet.voxelSize() == Approx(0.04).epsilon(1e-3));
     CHECK(levelSet.halfWidth() == Approx(3));
     const Sdf sdf = sdfOf(levelSet);
-    // The facets lie inside the sphere by up to (edge length)² / 8 ≈ (1/20)² / 4.
+    // The facets lie inside the sphere by at most (edge length)² / 8 ≈ (1/20)² / 4.
     for (uint64_t k = 0; k < 500; ++k) CHECK(std::abs(sdf.distance.at<0>(onSphere(1, k)).value) < 1e-3);
 }
 
-TEST_CASE("a band is widened without moving the surface", "[LevelSet]") {
+TEST_CASE("widened: extends the band without moving the surface", "[LevelSet]") {
     for (const bool fromMesh : {true, false}) {
         LevelSet narrow = meshToLevelSet(cubeSphere(1, 40), {.dim = 50});
         if (!fromMesh) narrow.mesh = nullptr;
@@ -224,7 +225,7 @@ TEST_CASE("a band is widened without moving the surface", "[LevelSet]") {
                 std::abs(static_cast<double>(*value - wide.grid->tree().getValue(value.getCoord())));
             if (difference > 1e-5) FAIL("a sample moved by " << difference);
         }
-        // What is new is a distance: first-order fast sweeping is within a fraction of a voxel, and so are facets.
+        // The added samples are distances, within a fraction of a voxel: first-order fast sweeping and facets both are.
         const Sdf sdf = sdfOf(wide);
         for (const double r : {0.85, 1.15})
             for (uint64_t k = 0; k < 100; ++k)
@@ -235,39 +236,39 @@ TEST_CASE("a band is widened without moving the surface", "[LevelSet]") {
     }
 }
 
-TEST_CASE("unusable meshes and sizes are refused", "[LevelSet]") {
+TEST_CASE("meshToLevelSet: invalid meshes and options are refused", "[LevelSet]") {
     const auto sphere = cubeSphere(1, 8);
     auto flat = std::make_shared<Mesh>();
     flat->points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
     flat->triangles = {{0, 1, 2}, {0, 2, 1}};
-    CHECK_THROWS_WITH(meshToLevelSet(flat, {.dim = 32}), Catch::Contains("encloses nothing"));
+    CHECK_THROWS_WITH(meshToLevelSet(flat, {.dim = 32}), Catch::ContainsSubstring("encloses nothing"));
     auto degenerate = std::make_shared<Mesh>();
     degenerate->points = {{0, 0, 0}, {1, 0, 0}};
     degenerate->triangles = {{0, 1, 1}};
-    CHECK_THROWS_WITH(meshToLevelSet(degenerate, {}), Catch::Contains("degenerate"));
+    CHECK_THROWS_WITH(meshToLevelSet(degenerate, {}), Catch::ContainsSubstring("degenerate"));
     CHECK_THROWS_AS(meshToLevelSet(std::make_shared<Mesh>(), {}), ValueError);
     CHECK_THROWS_AS(meshToLevelSet(sphere, {.voxel = -1}), ValueError);
     CHECK_THROWS_AS(meshToLevelSet(sphere, {.dim = 0}), ValueError);
     CHECK_THROWS_AS(meshToLevelSet(sphere, {.voxel = 1e-30}), Error);
-    CHECK_THROWS_WITH(meshToLevelSet(sphere, {.voxel = 1e-6}), Catch::Contains("memory"));
+    CHECK_THROWS_WITH(meshToLevelSet(sphere, {.voxel = 1e-6}), Catch::ContainsSubstring("memory"));
     CHECK_THROWS_AS(meshToLevelSet(sphere, {.dim = 32, .halfWidth = 0}), ValueError);
 }
 
-TEST_CASE("cancelling ends a conversion", "[LevelSet]") {
+TEST_CASE("meshToLevelSet: can be cancelled", "[LevelSet]") {
     CHECK_THROWS_AS(meshToLevelSet(cubeSphere(1, 40), {.dim = 100}, {.report = {}, .cancelled = [] { return true; }}),
                     Interrupted);
 }
 
-TEST_CASE("only level sets are level sets", "[LevelSet]") {
-    CHECK_THROWS_WITH(levelSetOf(openvdb::Vec3SGrid::create()), Catch::Contains("float"));
+TEST_CASE("levelSetOf: accepts only valid float level sets", "[LevelSet]") {
+    CHECK_THROWS_WITH(levelSetOf(openvdb::Vec3SGrid::create()), Catch::ContainsSubstring("float"));
     auto grid = openvdb::FloatGrid::create(1.0f);
-    CHECK_THROWS_WITH(levelSetOf(grid), Catch::Contains("class"));
+    CHECK_THROWS_WITH(levelSetOf(grid), Catch::ContainsSubstring("class"));
     grid->setGridClass(openvdb::GRID_LEVEL_SET);
-    CHECK_THROWS_WITH(levelSetOf(grid), Catch::Contains("encloses nothing"));
+    CHECK_THROWS_WITH(levelSetOf(grid), Catch::ContainsSubstring("encloses nothing"));
     grid->tree().setValue({0, 0, 0}, std::nanf(""));
-    CHECK_THROWS_WITH(levelSetOf(grid), Catch::Contains("finite"));
+    CHECK_THROWS_WITH(levelSetOf(grid), Catch::ContainsSubstring("finite"));
     auto sphere = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(1, {0, 0, 0}, 0.1f);
     CHECK(levelSetOf(sphere).halfWidth() == Approx(3));
     sphere->transform().postScale({1, 2, 1});
-    CHECK_THROWS_WITH(levelSetOf(sphere), Catch::Contains("cubic"));
+    CHECK_THROWS_WITH(levelSetOf(sphere), Catch::ContainsSubstring("cubic"));
 }

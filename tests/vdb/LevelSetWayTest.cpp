@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Level sets between two frames of a mesh that changes its form (vdb/LevelSetWay.h).
+// Level sets between two frames of a deforming mesh (vdb/LevelSetWay.h).
 #include "curlew/base/Error.h"
 #include "curlew/math/Rotation.h"
 #include "curlew/vdb/LevelSetWay.h"
@@ -14,7 +14,7 @@ constexpr double kVoxel = 0.0125, kWidth = 0.08;
 const Vec3d kHalf{{0.5, 0.03, 0.03}};
 const LevelSetWay::Options kOptions{.tolerance = 0.2 * kWidth, .leastTolerance = 0.5 * kVoxel};
 
-/// What is at a place of the bar at rest, where it has turned by an angle and bends by itself.
+/// Returns the position of a point of the bar after the bar has rotated by `angle` and bent accordingly.
 Vec3d placeOf(const Vec3d& p, double angle) {
     const double s = p[0] / kHalf[0];
     return rotationBy({{0, 0, angle}}) * Vec3d{{p[0], p[1] + 0.1 * angle * s * s, p[2]}};
@@ -42,20 +42,21 @@ LevelSet levelSetAt(double angle) {
     return meshToLevelSet(bar(angle), {.voxel = kVoxel, .halfWidth = kWidth / kVoxel + kSplineSupport});
 }
 
-/// The bar turns by `angle` from frame to frame.
+/// The bar rotates by `angle` from frame to frame.
 LevelSetWay wayOver(double angle) {
     return {levelSetAt(-angle), levelSetAt(0), levelSetAt(angle),
             MeshKeys{.before = bar(-angle), .from = bar(0), .to = bar(angle), .after = bar(2 * angle)}, kOptions};
 }
 
-/// The most that the distance, `part` of the way, is off the one known: at the middle of the bar, and at its sides.
+/// Returns the greatest distance value on the sides of the bar at `angle`, where the exact distance is 0. Checks that
+/// the middle of the bar is inside.
 double errorAt(const Sdf& sdf, double angle) {
     double worst = 0;
     for (int i = -8; i <= 8; ++i) {
         const double x = 0.9 * kHalf[0] * i / 8;
         for (const double y : {-1.0, 0.0, 1.0}) {
             const double found = sdf.distance.at<0>(placeOf({{x, y * kHalf[1], 0}}, angle)).value;
-            if (y == 0) CHECK(found < -0.4 * kHalf[1]); // it is there
+            if (y == 0) CHECK(found < -0.4 * kHalf[1]); // inside the bar
             if (y != 0) worst = std::max(worst, std::abs(found));
         }
     }
@@ -64,7 +65,7 @@ double errorAt(const Sdf& sdf, double angle) {
 
 } // namespace
 
-TEST_CASE("a mesh that moves by less than it is thick needs no level set between frames", "[LevelSetWay]") {
+TEST_CASE("LevelSetWay: small motions need no level set between frames", "[LevelSetWay]") {
     const LevelSetWay way = wayOver(0.03);
     CHECK(way.levelSetsBetween() == 0);
     for (const double part : {0.25, 0.5, 0.75}) {
@@ -74,8 +75,8 @@ TEST_CASE("a mesh that moves by less than it is thick needs no level set between
     }
 }
 
-TEST_CASE("a limb that moves farther than it is thick is there between frames", "[LevelSetWay]") {
-    constexpr double kAngle = 0.3; // its ends move by 0.15, five times half their thickness
+TEST_CASE("LevelSetWay: a limb that moves farther than its thickness exists between frames", "[LevelSetWay]") {
+    constexpr double kAngle = 0.3; // its ends move by 0.15, which is five times half the thickness
     const LevelSetWay way = wayOver(kAngle);
     CHECK(way.levelSetsBetween() >= 3);
     CHECK(way.error() <= kOptions.tolerance);
@@ -90,19 +91,19 @@ TEST_CASE("a limb that moves farther than it is thick is there between frames", 
             CHECK(sdf.bounds.padded(1.5 * kVoxel)
                       .contains({{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])}}));
     }
-    // The mean of both frames has no limb there.
+    // The mean of the level sets of both frames does not contain the limb there.
     const Vec3d end = placeOf({{0.48, 0, 0}}, kAngle / 2);
     CHECK(sdfOf(levelSetAt(0)).distance.at<0>(end).value + sdfOf(levelSetAt(kAngle)).distance.at<0>(end).value > 0);
 }
 
-TEST_CASE("on its way a level set begins and ends as those of the frames", "[LevelSetWay]") {
+TEST_CASE("LevelSetWay: starts and ends at the level sets of the frames without jumps", "[LevelSetWay]") {
     const LevelSetWay way = wayOver(0.2);
     const Sdf from = sdfOf(levelSetAt(0)), to = sdfOf(levelSetAt(0.2)), first = way.at(0), last = way.at(1);
     for (const Vec3d& p : randomPoints(cube(0.5), 200, 1)) {
         CHECK(first.distance.at<0>(p).value == from.distance.at<0>(p).value);
         CHECK(last.distance.at<0>(p).value == to.distance.at<0>(p).value);
     }
-    // No jump on the way, at a level set between either.
+    // The level set is continuous in time, also at a level set between the frames.
     for (const double part : {0.25, 0.5, 0.75}) {
         const Sdf before = way.at(part - 1e-9), after = way.at(part + 1e-9);
         for (const Vec3d& p : randomPoints(cube(0.3), 50, 2))
@@ -110,7 +111,7 @@ TEST_CASE("on its way a level set begins and ends as those of the frames", "[Lev
     }
 }
 
-TEST_CASE("a level set on its way needs meshes", "[LevelSetWay]") {
+TEST_CASE("LevelSetWay: level sets without meshes are refused", "[LevelSetWay]") {
     LevelSet without = levelSetAt(0);
     without.mesh = nullptr;
     CHECK_THROWS_AS(

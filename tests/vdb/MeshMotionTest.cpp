@@ -12,7 +12,7 @@ namespace {
 
 openvdb::Vec3s stored(const Vec3d& p) { return openvdb::Vec3s(openvdb::Vec3d(p[0], p[1], p[2])); }
 
-/// Points of a box of these half edges; faces do not matter.
+/// Random points in a box with these half edges. The faces do not matter.
 Mesh cloud(const Vec3d& half, size_t count, uint64_t seed) {
     Mesh mesh;
     for (uint64_t k = 0; k < count; ++k) {
@@ -34,7 +34,7 @@ Mesh moved(Mesh mesh, const Matrix3& turn, const Vec3d& offset) {
 
 } // namespace
 
-TEST_CASE("a rigid motion of a mesh is found, of flat and thin ones too", "[MeshMotion]") {
+TEST_CASE("rigidFit: finds the rigid motion of solid and flat and thin meshes", "[MeshMotion]") {
     const auto edges = GENERATE(Vec3d{{1, 0.7, 0.5}}, Vec3d{{1, 1, 1}}, Vec3d{{1, 0.06, 0.06}}, Vec3d{{1, 0.5, 0}});
     const Mesh mesh = cloud(edges, 300, 1);
     for (uint64_t k = 0; k < 30; ++k) {
@@ -42,15 +42,15 @@ TEST_CASE("a rigid motion of a mesh is found, of flat and thin ones too", "[Mesh
         const RigidFit fit = rigidFit(mesh, moved(mesh, turn, {{5, -3, 2}}));
         CAPTURE(edges, k, fit.residual);
         CHECK(fit.rigid());
-        CHECK(fit.residual < 1e-6); // floats at 5
-        // A thin mesh tells less of its turn about its long axis.
+        CHECK(fit.residual < 1e-6); // rounding of floats at 5
+        // A thin mesh determines its rotation about its long axis less precisely.
         CHECK(length(rotationVector(fit.now.axes * transpose(turn))) < 2e-5);
     }
     CHECK(rigidFit(mesh, mesh).residual == 0);
     CHECK(rigidFit(mesh, mesh).now.axes == Matrix3{});
 }
 
-TEST_CASE("what bends, shrinks or is mirrored is not rigid", "[MeshMotion]") {
+TEST_CASE("rigidFit: bending and scaling and mirroring are not rigid", "[MeshMotion]") {
     const Mesh mesh = cloud({{1, 0.7, 0.5}}, 200, 2);
     Mesh bent = mesh, shrunk = mesh, mirrored = mesh, line = mesh;
     for (auto& p : bent.points) p[1] += 0.01f * p[0] * p[0];
@@ -60,7 +60,7 @@ TEST_CASE("what bends, shrinks or is mirrored is not rigid", "[MeshMotion]") {
     for (const Mesh& other : {bent, shrunk, mirrored, line}) CHECK_FALSE(rigidFit(mesh, other).rigid());
 }
 
-TEST_CASE("meshes correspond if their faces are the same", "[MeshMotion]") {
+TEST_CASE("correspond: meshes correspond if their faces are equal", "[MeshMotion]") {
     const Mesh mesh = cloud({{1, 1, 1}}, 20, 3);
     Mesh turned = mesh, more = mesh, other = mesh;
     turned.points[3] = {9, 9, 9};
@@ -71,7 +71,7 @@ TEST_CASE("meshes correspond if their faces are the same", "[MeshMotion]") {
     CHECK_FALSE(correspond(mesh, other));
 }
 
-TEST_CASE("points of a mesh are met between frames to third order", "[MeshMotion]") {
+TEST_CASE("meshBetween: interpolates points between frames to third order", "[MeshMotion]") {
     const Mesh mesh = cloud({{1, 0.5, 0.3}}, 100, 4);
     const auto at = [&](double t) {
         Mesh bent = mesh;
@@ -92,7 +92,8 @@ TEST_CASE("points of a mesh are met between frames to third order", "[MeshMotion
         return static_cast<double>(worst);
     };
     for (const bool ends : {false, true}) {
-        // sin 3t turns by a sixth of a radian and less in a step: at a third, the fourth order still shows.
+        // The argument of sin 3t changes by 0.3 and 0.15 in a step. At 0.3, the fourth-order term still reduces the
+        // measured order.
         const double coarse = errorAt(0.1, ends), fine = errorAt(0.05, ends);
         CAPTURE(ends, coarse, fine);
         CHECK(std::log2(coarse / fine) > 2.6);

@@ -17,8 +17,8 @@ MeshSolid solid(const Mesh& mesh, const SolidOptions& options) {
     return solidOf(std::make_shared<Mesh>(mesh), options);
 }
 
-/// Random points around a mesh, half of them close to its surface, that are more than half a voxel on the wrong side:
-/// as the spline tells them and as the exact winding number does.
+/// Counts random points around a mesh that the spline puts on the wrong side by more than half a voxel, by the exact
+/// winding number. Half of the points are close to the surface.
 size_t wrong(const Mesh& mesh, const LevelSet& levelSet, size_t count) {
     const Sdf sdf = sdfOf(levelSet);
     const double voxel = levelSet.voxelSize();
@@ -47,9 +47,8 @@ size_t wrong(const Mesh& mesh, const LevelSet& levelSet, size_t count) {
     return found;
 }
 
-/// The values of a level set are distances: neighbours differ by no more than their distance, and by nearly that much
-/// along the normal. Returns the share of voxels that are off by more than 5 % of a voxel from where their neighbours'
-/// closest surface would put them, by the gradient's length.
+/// Returns the share of voxels near the surface whose value differs from that of a neighbour by more than 1.05 voxels.
+/// Distances differ by at most one voxel.
 double notDistances(const LevelSet& levelSet) {
     const auto& tree = levelSet.grid->tree();
     const openvdb::tree::ValueAccessor<const openvdb::FloatTree> at(tree);
@@ -70,7 +69,7 @@ double notDistances(const LevelSet& levelSet) {
     return static_cast<double>(off) / static_cast<double>(all);
 }
 
-/// By looking at each triangle.
+/// Computes the distance by brute force over all triangles.
 double distanceTo(const Mesh& mesh, const openvdb::Vec3d& p) {
     double best = 1e300;
     for (const auto& t : test::trianglesOf(mesh)) {
@@ -87,7 +86,7 @@ double volumeOf(const LevelSet& levelSet) { return openvdb::tools::levelSetVolum
 
 } // namespace
 
-TEST_CASE("a clean closed mesh becomes OpenVDB's own level set, but for what is wrong with that", "[MeshSolid]") {
+TEST_CASE("solidOf: a clean closed mesh matches OpenVDB meshToVolume", "[MeshSolid]") {
     const Mesh mesh = GENERATE(test::spot(), test::flipped(test::spot()), test::ball(4));
     const double voxel = 2.0 / 80;
     const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
@@ -95,7 +94,7 @@ TEST_CASE("a clean closed mesh becomes OpenVDB's own level set, but for what is 
     for (const auto& p : mesh.points) points.push_back(p / static_cast<float>(voxel));
     std::vector<openvdb::Vec4I> faces = mesh.quads;
     for (const auto& t : mesh.triangles) faces.emplace_back(t[0], t[1], t[2], openvdb::util::INVALID_IDX);
-    // Its default would move samples by up to a hundredth of a voxel or two.
+    // OpenVDB's default renormalisation would move samples by one or two hundredths of a voxel.
     const auto reference = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
         openvdb::tools::QuadAndTriangleDataAdapter<openvdb::Vec3s, openvdb::Vec4I>(points, faces), *transform, 3, 3,
         openvdb::tools::DISABLE_RENORMALIZATION);
@@ -103,10 +102,11 @@ TEST_CASE("a clean closed mesh becomes OpenVDB's own level set, but for what is 
     CHECK(made.figures.clean);
     CHECK(made.figures.hidden == 0);
     size_t all = 0, different = 0;
-    double worst = 0; // where they differ: from the exact distance, and by the exact winding number
+    double worst = 0; // greatest deviation from the exact signed distance among the voxels that differ
     for (auto value = reference->cbeginValueOn(); value; ++value) {
         const auto d = static_cast<double>(made.levelSet.grid->tree().getValue(value.getCoord()));
-        if (std::abs(static_cast<double>(*value)) > 1.5 * voxel) continue; // at its edge the band may lack voxels
+        if (std::abs(static_cast<double>(*value)) > 1.5 * voxel)
+            continue; // the outermost voxels of the band may be missing
         ++all;
         if (std::abs(d - static_cast<double>(*value)) < 0.01 * voxel) continue;
         ++different;
@@ -115,12 +115,12 @@ TEST_CASE("a clean closed mesh becomes OpenVDB's own level set, but for what is 
         const bool inside = std::abs(test::windingNumber(mesh, p)) > 0.5;
         worst = std::max(worst, std::abs(d - (inside ? -exact : exact)) / voxel);
     }
-    CHECK(static_cast<double>(different) < 0.02 * static_cast<double>(all)); // spot's ears are thinner than voxels
+    CHECK(static_cast<double>(different) < 0.02 * static_cast<double>(all)); // the ears of spot are thinner than voxels
     CHECK(worst < 0.01);
     CHECK(wrong(mesh, made.levelSet, 300) == 0);
 }
 
-TEST_CASE("faces that run the wrong way are turned, and that is said", "[MeshSolid]") {
+TEST_CASE("solidOf: inverted faces are flipped and reported", "[MeshSolid]") {
     const MeshSolid right = solid(test::spot(), {.dim = 60}), turned = solid(test::flipped(test::spot()), {.dim = 60});
     CHECK_FALSE(right.figures.turned);
     CHECK(turned.figures.turned);
@@ -129,7 +129,7 @@ TEST_CASE("faces that run the wrong way are turned, and that is said", "[MeshSol
     CHECK(solid(open, {.dim = 60}).figures.turned);
 }
 
-TEST_CASE("any mesh is a solid: nothing is on the wrong side by more than half a voxel", "[MeshSolid]") {
+TEST_CASE("solidOf: no sample is on the wrong side by more than half a voxel for any mesh", "[MeshSolid]") {
     const auto [name, mesh] = GENERATE_COPY(table<std::string, Mesh>(
         {{"a hole", test::withHole(test::spot(), {0, 0.4, 0.3}, 0.25)},
          {"two holes", test::withHole(test::withHole(test::spot(), {0, 0.9, 0.5}, 0.2), {0.3, -0.2, 0}, 0.25)},
@@ -143,7 +143,7 @@ TEST_CASE("any mesh is a solid: nothing is on the wrong side by more than half a
     CHECK(made.figures.clean == (name == "each face twice"));
     CHECK(wrong(mesh, made.levelSet, 400) == 0);
     CHECK(notDistances(made.levelSet) < 0.001);
-    // A wider band holds the same surface.
+    // Widening the band keeps the surface.
     const LevelSet wide = widened(made.levelSet, 6);
     double moved = 0;
     for (auto value = made.levelSet.grid->cbeginValueOn(); value; ++value)
@@ -151,18 +151,18 @@ TEST_CASE("any mesh is a solid: nothing is on the wrong side by more than half a
     CHECK(moved < 1e-3 * made.levelSet.voxelSize());
 }
 
-TEST_CASE("where parts overlap there is no wall between them", "[MeshSolid]") {
-    // Two balls whose union is known: the distance inside is that to the outer surface, not to the hidden caps.
+TEST_CASE("solidOf: overlapping parts have no wall between them", "[MeshSolid]") {
+    // The union of two balls: the inside distance is measured to the outer surface, not to the hidden caps.
     const Mesh mesh = test::together(test::ball(5), test::moved(test::ball(5), {0.9f, 0, 0}));
     const MeshSolid made = solid(mesh, {.voxel = 0.04, .halfWidth = 8});
-    CHECK(made.figures.hidden == Approx(0.275).margin(0.02)); // caps of height 0.55 of diameter 2
+    CHECK(made.figures.hidden == Approx(0.275).margin(0.02)); // two caps of height 0.55 of spheres of diameter 2
     const openvdb::tree::ValueAccessor<const openvdb::FloatTree> at(made.levelSet.grid->tree());
     test::Worst worst;
     for (auto value = made.levelSet.grid->cbeginValueOn(); value; ++value) {
         const openvdb::Vec3d p = made.levelSet.grid->indexToWorld(value.getCoord());
         const openvdb::Vec3d q = p - openvdb::Vec3d(0.9, 0, 0);
         const double outside = std::min(p.length(), q.length()) - 1;
-        // Inside, the closest point is on the sphere that is behind, or on the circle where both meet.
+        // Inside, the closest point is on the visible part of either sphere or on the circle in which they intersect.
         const double x = p[0] - 0.45, r = std::hypot(p[1], p[2]) - std::sqrt(1 - 0.45 * 0.45);
         double exact = outside;
         if (outside < 0) {
@@ -177,7 +177,7 @@ TEST_CASE("where parts overlap there is no wall between them", "[MeshSolid]") {
     CHECK(worst.value < 0.25); // faces cut by others end within 0.2 voxels; facets add 0.02
 }
 
-TEST_CASE("a shell inside another is a cavity if it is turned inward", "[MeshSolid]") {
+TEST_CASE("solidOf: an inner shell is a cavity only if its faces point inward", "[MeshSolid]") {
     Mesh inner = test::ball(4);
     for (auto& p : inner.points) p *= 0.5f;
     const double outer = volumeOf(solid(test::ball(4), {.voxel = 0.04}).levelSet);
@@ -188,8 +188,8 @@ TEST_CASE("a shell inside another is a cavity if it is turned inward", "[MeshSol
     CHECK(full.figures.hidden == Approx(0.2).margin(0.01));
 }
 
-TEST_CASE("faces that touch from either side bound nothing, unless the whole mesh is double", "[MeshSolid]") {
-    // Two halves of a ball, each closed by the same disc, are a ball.
+TEST_CASE("solidOf: coincident opposite faces bound nothing unless the whole mesh is double", "[MeshSolid]") {
+    // Two half balls, each closed by the same disc, make one ball.
     Mesh halves;
     const Mesh ball = test::ball(4);
     for (const double side : {1.0, -1.0}) {
@@ -204,37 +204,37 @@ TEST_CASE("faces that touch from either side bound nothing, unless the whole mes
         halves = test::together(halves, part);
     }
     const MeshSolid whole = solid(halves, {.voxel = 0.05});
-    CHECK(whole.figures.hidden == Approx(1.0 / 3).margin(0.02)); // two discs beside a sphere: 2 π of 6 π
+    CHECK(whole.figures.hidden == Approx(1.0 / 3).margin(0.02)); // two discs and a sphere: 2 π of 6 π
     CHECK(volumeOf(whole.levelSet) == Approx(volumeOf(solid(ball, {.voxel = 0.05}).levelSet)).epsilon(1e-4));
     const MeshSolid doubled = solid(test::together(ball, test::flipped(ball)), {.voxel = 0.05});
     CHECK(volumeOf(doubled.levelSet) == Approx(volumeOf(whole.levelSet)).epsilon(1e-4));
     CHECK(wrong(ball, doubled.levelSet, 200) == 0);
 }
 
-TEST_CASE("a sheet has the thickness that it is given", "[MeshSolid]") {
+TEST_CASE("solidOf: an open sheet gets the given thickness", "[MeshSolid]") {
     const Mesh flat = test::plane(2, 8);
-    CHECK_THROWS_WITH(solid(flat, {.dim = 40}), Catch::Contains("thickness="));
+    CHECK_THROWS_WITH(solid(flat, {.dim = 40}), Catch::ContainsSubstring("thickness="));
     const MeshSolid made = solid(flat, {.voxel = 0.05, .thickness = 0.3});
     const Sdf sdf = sdfOf(widened(made.levelSet, 9));
     for (const double y : {-0.4, -0.2, -0.1, 0.1, 0.2, 0.4})
         CHECK(sdf.distance.at<0>({{0.313, y, -0.271}}).value == Approx(std::abs(y) - 0.15).margin(0.002));
     CHECK(sdf.distance.at<0>({{0.313, 0, -0.271}}).value < -0.1);
     const MeshSolid strip = solid(test::moebius(0.6, 200), {.voxel = 0.05, .thickness = 0.2});
-    // Area times thickness, and half a disc along the edge, which goes around twice.
+    // Area times thickness, plus a half disc along the edge, which goes around twice.
     CHECK(volumeOf(strip.levelSet) == Approx(2 * M_PI * 0.6 * 0.2 + 4 * M_PI * M_PI * 0.01 / 2).epsilon(0.05));
     CHECK_THROWS_AS(solid(flat, {.dim = 40, .thickness = -1}), ValueError);
 }
 
-TEST_CASE("parts thinner than a voxel are measured", "[MeshSolid]") {
+TEST_CASE("solidOf: parts thinner than a voxel are measured", "[MeshSolid]") {
     Mesh plate = test::ball(4);
     for (auto& p : plate.points) p[1] *= 0.01f;
     const MeshSolid thin = solid(test::together(test::ball(4), test::moved(plate, {3, 0, 0})), {.voxel = 0.05});
-    CHECK(thin.figures.thin == Approx(1.0 / 3).margin(0.05)); // two discs of area π beside a sphere of area 4 π
+    CHECK(thin.figures.thin == Approx(1.0 / 3).margin(0.05)); // two discs of area π and a sphere of area 4 π
     CHECK(solid(test::ball(4), {.voxel = 0.05}).figures.thin == 0);
     CHECK(solid(test::ball(4), {.voxel = 0.05}).figures.meanThickness == Approx(2.0 / 3 / 0.05).epsilon(0.01));
 }
 
-TEST_CASE("the solid of a mesh does not depend on the number of threads", "[MeshSolid]") {
+TEST_CASE("solidOf: does not depend on the number of threads", "[MeshSolid]") {
     const Mesh mesh = test::together(test::withHole(test::spot(), {0, 0.4, 0.3}, 0.25),
                                      test::moved(test::spot(), {0.31f, 0.13f, 0.22f}));
     std::vector<openvdb::FloatGrid::ConstPtr> grids;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Velocity grids of flows whose wall moves (vdb/VelocityGrid.h, track/WallVelocity.h).
+// Velocity grids of flows with a moving wall (vdb/VelocityGrid.h, track/WallVelocity.h).
 #include "curlew/base/Parallel.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/NoiseField.h"
@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kRadius = 0.4, kWidth = 0.2, kSpeed = 2, kFrame = 1.0 / 24;
 
-/// Around a sphere that moves along x.
+/// The flow around a sphere that moves along x.
 Flow aroundSphere(double t) {
     const Sdf sphere = placed(sphereSdf(kRadius), Placement{.offset = {{kSpeed * t, 0, 0}}});
     const Wall wall{.sdf = sphere, .side = Side::outside, .width = kWidth};
@@ -26,7 +26,7 @@ Flow aroundSphere(double t) {
                 Domain::of(wall, 0.4));
 }
 
-/// Around a rounded box that is carried and turned.
+/// The flow around a rounded box that translates and rotates.
 Flow aroundBox(double t) {
     const Placement place{.offset = {{kSpeed * t, 0, 0}}, .rotate = {{0, 90 * t, 200 * t}}};
     const Wall wall{.sdf = placed(boxSdf({{0.8, 0.5, 0.4}}, 0.15), place), .side = Side::outside, .width = kWidth};
@@ -62,7 +62,7 @@ void visitPoints(const openvdb::points::PointDataGrid& grid, const Use& use) {
 
 } // namespace
 
-TEST_CASE("in front of a moving sphere the grid has the sphere's velocity", "[VelocityGrid]") {
+TEST_CASE("velocityGrid: at the front of a moving sphere has the velocity of the sphere", "[VelocityGrid]") {
     const auto layout = GENERATE(Layout::collocated, Layout::staggered);
     const double t = 0.1, voxel = 0.02;
     const auto grid = gridAt(aroundSphere, t, layout, voxel);
@@ -70,7 +70,7 @@ TEST_CASE("in front of a moving sphere the grid has the sphere's velocity", "[Ve
     const double shift = layout == Layout::staggered ? -0.5 : 0; // of component x
     size_t front = 0;
     for (int i = 20; i < 40; ++i)
-        for (int j = -1; j <= 1; ++j) // beside the axis the flow that slips along has an x component, too
+        for (int j = -1; j <= 1; ++j) // away from the axis, the slipping flow has an x component, too
             for (int k = -1; k <= 1; ++k) {
                 const Vec3d p{{(i + shift) * voxel, j * voxel, k * voxel}};
                 const double d = length(p - Vec3d{{kSpeed * t, 0, 0}}) - kRadius;
@@ -80,17 +80,18 @@ TEST_CASE("in front of a moving sphere the grid has the sphere's velocity", "[Ve
                 CHECK(static_cast<double>(accessor.getValue({i, j, k})[0]) == Approx(kSpeed).epsilon(0.02));
             }
     CHECK(front >= 9);
-    // The body moves as a whole.
+    // Inside the body the velocity is that of the body.
     CHECK(static_cast<double>(accessor.getValue({10, 0, 0})[0]) == Approx(kSpeed).epsilon(1e-5));
     CHECK(accessor.isValueOn({10, 0, 0}));
 }
 
-TEST_CASE("around a rigid wall that moves a staggered grid is divergence-free to rounding", "[VelocityGrid]") {
+TEST_CASE("velocityGrid: staggered velocities around a moving rigid wall are divergence-free to rounding",
+          "[VelocityGrid]") {
     const auto grid = gridAt(aroundBox, 0.1, Layout::staggered);
     const GridDiagnostics diagnostics = diagnoseGrid(*grid);
     CAPTURE(diagnostics.divergence);
     CHECK(diagnostics.divergence < 1e-6);
-    // Beyond the layer it is that of the flow with the wall at rest.
+    // Beyond the layer, velocities equal those of the flow with the wall at rest.
     const auto rests = velocityGrid(aroundBox(0.1), {.voxel = 0.03, .layout = Layout::staggered});
     const auto accessor = rests->getConstAccessor();
     const ScalarField d = aroundBox(0.1).domain().wall->sdf.distance;
@@ -107,7 +108,7 @@ TEST_CASE("around a rigid wall that moves a staggered grid is divergence-free to
     CHECK(near > 1000);
 }
 
-TEST_CASE("collocated and staggered grids around a moving wall agree to second order", "[VelocityGrid]") {
+TEST_CASE("velocityGrid: collocated and staggered grids around a moving wall agree to second order", "[VelocityGrid]") {
     const Flow flow = aroundBox(0.1);
     const auto moving = wallVelocity(FlowInTime(aroundBox), 0.1, kFrame);
     REQUIRE(moving);
@@ -132,25 +133,25 @@ TEST_CASE("collocated and staggered grids around a moving wall agree to second o
     CHECK(std::log2(coarse / fine) > 1.7);
 }
 
-TEST_CASE("a wall that changes its form moves what is beside it, in grids too", "[VelocityGrid]") {
+TEST_CASE("velocityGrid: a deforming wall moves the air beside it", "[VelocityGrid]") {
     for (const Layout layout : {Layout::collocated, Layout::staggered}) {
         const auto grid = gridAt(inGrowingSphere, 0.1, layout, 0.025);
         const double shift = layout == Layout::staggered ? -0.5 : 0;
         const auto accessor = grid->getConstAccessor();
-        const int wall = static_cast<int>(std::lround(0.5 / 0.025)); // it stands at 0.5 and moves at 1
+        const int wall = static_cast<int>(std::lround(0.5 / 0.025)); // the wall is at 0.5 and moves at speed 1
         CHECK(static_cast<double>(accessor.getValue({wall, 0, 0})[0]) == Approx(1).epsilon(0.05));
         CHECK(std::abs(static_cast<double>(accessor.getValue({0, 0, 0})[0]) -
                        inGrowingSphere(0.1).at({{shift * 0.025, 0, 0}}).velocity[0]) < 0.02);
     }
 }
 
-TEST_CASE("OpenVDB's points stay out of a moving sphere in our grids", "[VelocityGrid]") {
+TEST_CASE("velocityGrid: OpenVDB point advection stays out of a moving sphere", "[VelocityGrid]") {
     openvdb::initialize(); // registers the attributes of points
     const auto layout = GENERATE(Layout::collocated, Layout::staggered);
     constexpr int kFrames = 6, kSubsteps = 4;
     std::vector<openvdb::Vec3d> positions;
     const Flow first = aroundSphere(0);
-    for (uint64_t k = 0; positions.size() < 30000; ++k) { // so many that a thousandth is more than chance
+    for (uint64_t k = 0; positions.size() < 30000; ++k) { // enough points for a fraction of 0.001 to be significant
         const Vec3d p = randomPoint(first.domain().box, 3, k);
         if (length(p) > kRadius) positions.emplace_back(p[0], p[1], p[2]);
     }
@@ -169,7 +170,7 @@ TEST_CASE("OpenVDB's points stay out of a moving sphere in our grids", "[Velocit
     CHECK(inside <= positions.size() / 1000);
 }
 
-TEST_CASE("grids around a moving wall do not depend on threads", "[VelocityGrid]") {
+TEST_CASE("velocityGrid: grids around a moving wall do not depend on threads", "[VelocityGrid]") {
     for (const Layout layout : {Layout::collocated, Layout::staggered}) {
         const auto grid = gridAt(aroundBox, 0.1, layout, 0.06);
         const ThreadLimit limit(1);

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of points that somebody damaged: every outcome is an error or the same points.
+// Damaged point files: reading one gives an error or the same points.
 
 #include "curlew/base/Error.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
+#include "support/Catch.h"
 #include "support/Files.h"
 
 #include <blosc.h>
-#include <catch2/catch.hpp>
 #include <openvdb/io/File.h>
 #include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
@@ -38,12 +38,12 @@ Points somePoints(size_t count) {
         for (auto* values : {&p.x, &p.y, &p.z}) values->push_back(in(random));
         for (auto* values : {&p.vx, &p.vy, &p.vz}) values->push_back(float(n % 3));
         p.id.push_back(int64_t(count - n));
-        p.age.push_back(0.5f); // one value for all: kept as one
+        p.age.push_back(0.5f); // uniform: stored as a single value
     }
     return p;
 }
 
-/// Several leaves with seven attributes, one of them text.
+/// Several leaves with seven attributes; one of them is text.
 vp::PointDataGrid::Ptr grid(size_t count = 300) {
     auto points = pointGrid(somePoints(count), {.voxelSize = 0.1});
     const auto descriptor = vp::makeDescriptorUnique(points->tree());
@@ -62,7 +62,7 @@ bool same(const Points& a, const Points& b) {
            a.age == b.age;
 }
 
-/// nullopt if the file is refused.
+/// Returns nullopt if the file is refused.
 std::optional<Points> pointsIn(const fs::path& path) {
     try {
         Points all;
@@ -74,7 +74,8 @@ std::optional<Points> pointsIn(const fs::path& path) {
     }
 }
 
-/// The bytes after one accident: some flipped, lost, doubled, from elsewhere, or a number made large or small.
+/// Returns the bytes after one random kind of damage: bytes flipped, lost, duplicated or copied from elsewhere, or a
+/// number made very large or small.
 std::string damaged(std::string bytes, std::mt19937& random) {
     const auto place = [&](size_t size) { return random() % (bytes.size() - size); };
     const size_t length = 1 + random() % 16;
@@ -107,7 +108,7 @@ std::string damaged(std::string bytes, std::mt19937& random) {
     return bytes;
 }
 
-/// As OpenVDB's own classes write it, with a random UUID.
+/// Returns a file as OpenVDB's own classes write it, with a random UUID.
 std::string foreign(const Folder& folder, const openvdb::GridBase::ConstPtr& points, uint32_t flags, bool asStream) {
     const openvdb::GridCPtrVec list{points};
     if (asStream) {
@@ -127,7 +128,7 @@ constexpr uint32_t kPacked = openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS
 
 } // namespace
 
-TEST_CASE("Damaged points: a file of ours is refused or gives the same points", "[vdb][damage]") {
+TEST_CASE("damaged points: a corrupted file of ours is refused or gives the same points", "[vdb][damage]") {
     const Folder folder;
     const auto codec = GENERATE(Codec::none, Codec::blosc, Codec::zip);
     writeVdb(folder / "a.vdb", {grid()}, {}, {.codec = codec});
@@ -147,7 +148,7 @@ TEST_CASE("Damaged points: a file of ours is refused or gives the same points", 
     }
 }
 
-TEST_CASE("Damaged points: nothing ends the program in a foreign file", "[vdb][damage]") {
+TEST_CASE("damaged points: corrupted foreign files never crash the reader", "[vdb][damage]") {
     const Folder folder;
     const auto flags = GENERATE(uint32_t(openvdb::io::COMPRESS_NONE), kPacked);
     const bool asStream = GENERATE(false, true);
@@ -164,7 +165,7 @@ TEST_CASE("Damaged points: nothing ends the program in a foreign file", "[vdb][d
     CHECK(refused > 40);
 }
 
-TEST_CASE("Damaged points: a byte too many or too few is noticed anywhere", "[vdb][damage]") {
+TEST_CASE("damaged points: one inserted or deleted byte is detected anywhere", "[vdb][damage]") {
     const Folder folder;
     const auto flags = GENERATE(uint32_t(openvdb::io::COMPRESS_NONE), kPacked);
     const bool asStream = GENERATE(false, true);
@@ -186,7 +187,7 @@ TEST_CASE("Damaged points: a byte too many or too few is noticed anywhere", "[vd
     }
 }
 
-TEST_CASE("Damaged points: the header of everything that is packed must fit what is around it", "[vdb][damage]") {
+TEST_CASE("damaged points: headers of compressed blocks must match their surroundings", "[vdb][damage]") {
     const Folder folder;
     const std::string bytes = foreign(folder, grid(3000), kPacked, false);
     int headers = 0;
@@ -198,7 +199,7 @@ TEST_CASE("Damaged points: the header of everything that is packed must fit what
         if (!begins || size > (1 << 20) || block > size || packed < 20 || packed > bytes.size() - at) continue;
         if (++headers > 40) break;
         CAPTURE(at, size, packed);
-        for (const size_t field : {4u, 12u}) // the unpacked size, the packed size
+        for (const size_t field : {4u, 12u}) // the unpacked size and the packed size
             for (const int change : {-1, 1, -16}) {
                 std::string changed = bytes;
                 uint32_t value = 0;
@@ -211,7 +212,7 @@ TEST_CASE("Damaged points: the header of everything that is packed must fit what
     CHECK(headers > 10);
 }
 
-TEST_CASE("Damaged points: four billion points in a few kilobytes ask for their memory first", "[vdb][damage]") {
+TEST_CASE("damaged points: a small file with four billion points is refused for lack of memory", "[vdb][damage]") {
     openvdb::initialize();
     const Folder folder;
     using Leaf = vp::PointDataTree::LeafNodeType;
@@ -219,7 +220,7 @@ TEST_CASE("Damaged points: four billion points in a few kilobytes ask for their 
     auto points = vp::PointDataGrid::create();
     auto* leaf = points->tree().touchLeaf({0, 0, 0});
     const auto type = vp::TypedAttributeArray<openvdb::Vec3s, vp::NullCodec>::attributeType();
-    leaf->initializeAttributes(vp::AttributeSet::Descriptor::create(type), count); // each array is one value
+    leaf->initializeAttributes(vp::AttributeSet::Descriptor::create(type), count); // each array holds a single value
     leaf->setOffsets(std::vector<Leaf::ValueType>(Leaf::SIZE, Leaf::ValueType(count)));
     writeVdb(folder / "a.vdb", {points}, {}, {.codec = Codec::blosc});
     CHECK(fs::file_size(folder / "a.vdb") < 20000);
@@ -227,7 +228,7 @@ TEST_CASE("Damaged points: four billion points in a few kilobytes ask for their 
     CHECK_THROWS_AS(pointsOf(*openvdb::gridPtrCast<vp::PointDataGrid>(read.at(0))), ResourceError);
 }
 
-TEST_CASE("Damaged points: reading can be cancelled", "[vdb][damage]") {
+TEST_CASE("damaged points: reading can be cancelled", "[vdb][damage]") {
     const Folder folder;
     writeVdb(folder / "a.vdb", {grid()});
     CHECK_THROWS_AS(readVdb(folder / "a.vdb", {.report = {}, .cancelled = [] { return true; }}), Interrupted);

@@ -3,9 +3,9 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
+#include "support/Catch.h"
 #include "support/Files.h"
 
-#include <catch2/catch.hpp>
 #include <openvdb/openvdb.h>
 #include <openvdb/points/PointAttribute.h>
 #include <openvdb/points/PointCount.h>
@@ -21,14 +21,14 @@
 #include <sstream>
 
 using namespace curlew;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 namespace fs = std::filesystem;
 using test::bytesOf;
 using Folder = test::ScratchFolder;
 
 namespace {
 
-/// `surface` puts them on a sphere, where most of their bounding box is empty.
+/// Random particles. If `surface` is set, they are on a sphere, so that most of their bounding box is empty.
 Points cloud(size_t count, bool velocity = true, bool surface = false) {
     Points particles;
     std::mt19937_64 random(7);
@@ -50,7 +50,7 @@ Points cloud(size_t count, bool velocity = true, bool surface = false) {
     return particles;
 }
 
-/// With ages, lives and tracks that floats hold exactly.
+/// Particles with ages, lives and tracks that floats represent exactly.
 Points agedCloud(size_t count) {
     Points particles = cloud(count);
     for (size_t n = 0; n < count; ++n) {
@@ -69,7 +69,7 @@ double pointsPerVoxel(const openvdb::points::PointDataGrid& grid) {
 
 } // namespace
 
-TEST_CASE("PointFile: particles come back from a grid and a file, sorted by id", "[vdb][PointFile]") {
+TEST_CASE("PointFile: points are read back from a grid and a file sorted by id", "[vdb][PointFile]") {
     const Folder folder;
     const bool velocity = GENERATE(true, false);
     CAPTURE(velocity);
@@ -83,9 +83,10 @@ TEST_CASE("PointFile: particles come back from a grid and a file, sorted by id",
     const Points back = pointsOf(*read);
     REQUIRE(back.size() == particles.size());
     REQUIRE(back.hasVelocity() == velocity);
-    const double tolerance = grid->voxelSize()[0] * 0x1p-25 + 100 * 0x1p-50; // P in voxels; world to voxels and back
+    const double tolerance = grid->voxelSize()[0] * 0x1p-25 +
+                             100 * 0x1p-50; // P is relative to the voxel; rounding from world to voxels and back
     for (size_t n = 0; n < back.size(); ++n) {
-        const size_t m = particles.size() - 1 - n; // cloud counts down
+        const size_t m = particles.size() - 1 - n; // ids in cloud() count down
         CAPTURE(n);
         REQUIRE(back.id[n] == particles.id[m]);
         REQUIRE(std::abs(back.x[n] - particles.x[m]) <= tolerance);
@@ -98,7 +99,8 @@ TEST_CASE("PointFile: particles come back from a grid and a file, sorted by id",
     }
 }
 
-TEST_CASE("PointFile: the chosen voxels hold about 8 particles, in a volume and on a surface", "[vdb][PointFile]") {
+TEST_CASE("PointFile: the default voxel size gives about 8 points per voxel in volumes and on surfaces",
+          "[vdb][PointFile]") {
     const bool surface = GENERATE(false, true);
     CAPTURE(surface);
     const auto grid = pointGrid(cloud(100000, false, surface));
@@ -107,7 +109,7 @@ TEST_CASE("PointFile: the chosen voxels hold about 8 particles, in a volume and 
     CHECK(pointGrid(cloud(1000), {.voxelSize = 0.25})->voxelSize() == openvdb::Vec3d(0.25));
 }
 
-TEST_CASE("PointFile: odd places of particles", "[vdb][PointFile]") {
+TEST_CASE("PointFile: coincident and distant points are stored accurately", "[vdb][PointFile]") {
     const auto back = [](std::vector<double> x) {
         Points particles;
         particles.x = x;
@@ -120,12 +122,12 @@ TEST_CASE("PointFile: odd places of particles", "[vdb][PointFile]") {
     CHECK(back({2, 2, 2}).at(2) == Approx(2));
     CHECK(back({1e12}).at(0) == Approx(1e12));
     CHECK(back({-1e-9, 1e-9}).at(1) == Approx(1e-9).margin(1.5e-5 * 0x1p-25));
-    const auto far = back({0, 0.001, 0.002, 1e9}); // one has got away
+    const auto far = back({0, 0.001, 0.002, 1e9}); // one particle far away
     CHECK(far.at(3) == Approx(1e9));
     CHECK(far.at(1) == Approx(0.001).margin(1e9 / 0x1p21 * 0x1p-24));
 }
 
-TEST_CASE("PointFile: no particles are fine everywhere", "[vdb][PointFile]") {
+TEST_CASE("PointFile: every format accepts empty points", "[vdb][PointFile]") {
     const Folder folder;
     const Points none;
     writeVdb(folder / "a.vdb", {pointGrid(none)});
@@ -133,12 +135,12 @@ TEST_CASE("PointFile: no particles are fine everywhere", "[vdb][PointFile]") {
     REQUIRE(read);
     CHECK(pointsOf(*read).size() == 0);
     writePly(folder / "a.ply", none);
-    CHECK_THAT(bytesOf(folder / "a.ply"), Contains("element vertex 0\n"));
+    CHECK_THAT(bytesOf(folder / "a.ply"), ContainsSubstring("element vertex 0\n"));
     writeCsv(folder / "a.csv", none);
     CHECK(bytesOf(folder / "a.csv") == "x,y,z,id\n");
 }
 
-TEST_CASE("PointFile: the same bytes for any number of threads", "[vdb][PointFile]") {
+TEST_CASE("PointFile: bytes do not depend on the number of threads", "[vdb][PointFile]") {
     const Folder folder;
     const Points particles = cloud(70000);
     const auto writeAll = [&](const std::string& name) {
@@ -158,9 +160,9 @@ TEST_CASE("PointFile: the same bytes for any number of threads", "[vdb][PointFil
     }
 }
 
-TEST_CASE("PointFile: PLY holds the particles in order", "[vdb][PointFile]") {
+TEST_CASE("PointFile: PLY stores points in order", "[vdb][PointFile]") {
     const Folder folder;
-    const Points particles = cloud(300000); // more than one round of pieces
+    const Points particles = cloud(300000); // more than one round of chunks
     writePly(folder / "a.ply", particles);
     const std::string bytes = bytesOf(folder / "a.ply");
     const std::string end = "end_header\n";
@@ -186,7 +188,7 @@ TEST_CASE("PointFile: PLY holds the particles in order", "[vdb][PointFile]") {
     CHECK(wrong == 0);
 }
 
-TEST_CASE("PointFile: CSV has nine digits and any id", "[vdb][PointFile]") {
+TEST_CASE("PointFile: CSV has nine digits and 64-bit ids", "[vdb][PointFile]") {
     const Folder folder;
     Points particles = cloud(300000);
     particles.id[1] = 1LL << 60;
@@ -205,10 +207,10 @@ TEST_CASE("PointFile: CSV has nine digits and any id", "[vdb][PointFile]") {
             right = right && at < end && *at++ == ',';
         }
         right = right && std::abs(values[0] - particles.x[n]) <= 0.5e-9 &&
-                std::abs(values[1] - particles.y[n]) <= 0.5e-6 && // about 100
+                std::abs(values[1] - particles.y[n]) <= 0.5e-6 && // coordinates are about 100
                 std::abs(values[2] - particles.z[n]) <= 0.5e-9;
         right = right && float(values[3]) == particles.vx[n] && float(values[4]) == particles.vy[n] &&
-                float(values[5]) == particles.vz[n]; // nine digits are enough for a float
+                float(values[5]) == particles.vz[n]; // nine digits identify a float
         wrong += !(right && std::string(at, end) == std::to_string(particles.id[n]));
     }
     CHECK(wrong == 0);
@@ -220,12 +222,12 @@ TEST_CASE("PointFile: CSV has nine digits and any id", "[vdb][PointFile]") {
     CHECK(bytesOf(folder / "one.csv") == "x,y,z,id\n0.1,-0.333333333,1e-07,-1\n");
 }
 
-TEST_CASE("PointFile: unusable particles", "[vdb][PointFile]") {
+TEST_CASE("PointFile: invalid points are refused", "[vdb][PointFile]") {
     const Folder folder;
     Points big = cloud(3);
     big.id[1] = int64_t(std::numeric_limits<int32_t>::max()) + 1;
     REQUIRE_THROWS_AS(pointGrid(big), ValueError);
-    REQUIRE_THROWS_WITH(writePly(folder / "a.ply", big), Contains("2147483648"));
+    REQUIRE_THROWS_WITH(writePly(folder / "a.ply", big), ContainsSubstring("2147483648"));
     Points ragged = cloud(3);
     ragged.vy.pop_back();
     REQUIRE_THROWS_AS(pointGrid(ragged), ValueError);
@@ -235,15 +237,15 @@ TEST_CASE("PointFile: unusable particles", "[vdb][PointFile]") {
     bad.y[2] = std::nan("");
     REQUIRE_THROWS_AS(pointGrid(bad), ValueError);
     bad.y[2] = -std::numeric_limits<double>::infinity();
-    REQUIRE_THROWS_WITH(pointGrid(bad), Contains("1 coordinate"));
+    REQUIRE_THROWS_WITH(pointGrid(bad), ContainsSubstring("1 coordinate"));
     for (const double voxelSize : {-1.0, 1e-9, 1e200, std::nan("")}) {
         CAPTURE(voxelSize);
-        REQUIRE_THROWS_WITH(pointGrid(cloud(3), {.voxelSize = voxelSize}), Contains("voxel size"));
+        REQUIRE_THROWS_WITH(pointGrid(cloud(3), {.voxelSize = voxelSize}), ContainsSubstring("voxel size"));
     }
     CHECK(folder.files() == 0);
 }
 
-TEST_CASE("PointFile: grids of points that others made", "[vdb][PointFile]") {
+TEST_CASE("PointFile: reads point grids of other programs", "[vdb][PointFile]") {
     namespace points = openvdb::points;
     Points particles = cloud(100, false);
     const auto grid = pointGrid(particles);
@@ -261,7 +263,7 @@ TEST_CASE("PointFile: grids of points that others made", "[vdb][PointFile]") {
 
     const auto wrongIds = withoutIds->deepCopy();
     points::appendAttribute<float>(wrongIds->tree(), "id");
-    REQUIRE_THROWS_WITH(pointsOf(*wrongIds), Contains("'id'") && Contains("float"));
+    REQUIRE_THROWS_WITH(pointsOf(*wrongIds), ContainsSubstring("'id'") && ContainsSubstring("float"));
 
     const auto wrongVelocity = grid->deepCopy();
     points::appendAttribute<openvdb::Vec3d>(wrongVelocity->tree(), "v");
@@ -272,14 +274,14 @@ TEST_CASE("PointFile: grids of points that others made", "[vdb][PointFile]") {
     CHECK(pointsOf(*packed).vx.at(7) == 0.5f);
 }
 
-TEST_CASE("PointFile: what cannot be written leaves nothing behind", "[vdb][PointFile]") {
+TEST_CASE("PointFile: a failed write leaves no file", "[vdb][PointFile]") {
     const Folder folder;
     REQUIRE_THROWS_AS(writePly(folder / "none" / "a.ply", cloud(10)), FileError);
     REQUIRE_THROWS_AS(writeCsv(folder.path, cloud(10)), FileError);
     CHECK(folder.files() == 0);
 }
 
-TEST_CASE("PointFile: ages, lives and tracks come back from a file, in the order of the ids", "[vdb][PointFile]") {
+TEST_CASE("PointFile: age and life and track attributes are read back in order of id", "[vdb][PointFile]") {
     const Folder folder;
     const Points particles = agedCloud(3000);
     writeVdb(folder / "a.vdb", {pointGrid(particles)});
@@ -291,7 +293,7 @@ TEST_CASE("PointFile: ages, lives and tracks come back from a file, in the order
     REQUIRE(back.size() == particles.size());
     REQUIRE((back.hasAge() && back.hasLife() && back.hasTrack()));
     for (size_t n = 0; n < back.size(); ++n) {
-        const size_t m = particles.size() - 1 - n; // cloud counts down
+        const size_t m = particles.size() - 1 - n; // ids in cloud() count down
         CAPTURE(n);
         REQUIRE(back.id[n] == particles.id[m]);
         REQUIRE(back.age[n] == particles.age[m]);
@@ -301,7 +303,7 @@ TEST_CASE("PointFile: ages, lives and tracks come back from a file, in the order
     }
 }
 
-TEST_CASE("PointFile: the velocity has the name that the host wants", "[vdb][PointFile]") {
+TEST_CASE("PointFile: the velocity attribute gets the name chosen by the host", "[vdb][PointFile]") {
     const Points particles = cloud(50);
     const auto grid = pointGrid(particles, {.velocity = "velocity"});
     CHECK(grid->tree().cbeginLeaf()->hasAttribute("velocity"));
@@ -311,11 +313,11 @@ TEST_CASE("PointFile: the velocity has the name that the host wants", "[vdb][Poi
     CHECK(back.vx.front() == particles.vx.back());
 }
 
-TEST_CASE("PointFile: attributes of others that only share a name are left alone", "[vdb][PointFile]") {
+TEST_CASE("PointFile: foreign attributes with the same name but another type are ignored", "[vdb][PointFile]") {
     namespace points = openvdb::points;
     const auto grid = pointGrid(cloud(50));
     points::appendAttribute<int32_t>(grid->tree(), "age", 7);
-    points::appendAttribute<float>(grid->tree(), "f", 0.5F); // without a g
+    points::appendAttribute<float>(grid->tree(), "f", 0.5F); // f without g
     points::appendAttribute<float>(grid->tree(), "life", 3.0F);
     const Points back = pointsOf(*grid);
     CHECK_FALSE(back.hasAge());
@@ -323,7 +325,7 @@ TEST_CASE("PointFile: attributes of others that only share a name are left alone
     CHECK(back.life == std::vector<float>(50, 3.0F));
 }
 
-TEST_CASE("PointFile: ages, lives and tracks follow the id in flat files", "[vdb][PointFile]") {
+TEST_CASE("PointFile: PLY and CSV store age and life and track after the id", "[vdb][PointFile]") {
     const Folder folder;
     Points one;
     one.x = {1}, one.y = {2}, one.z = {3}, one.id = {4};
@@ -333,14 +335,15 @@ TEST_CASE("PointFile: ages, lives and tracks follow the id in flat files", "[vdb
     CHECK(bytesOf(folder / "one.csv") == "x,y,z,id,age,life,f,g\n1,2,3,4,0.100000001,inf,0.333333343,-2\n");
     writePly(folder / "one.ply", one);
     const std::string bytes = bytesOf(folder / "one.ply");
-    CHECK_THAT(bytes, Contains("property int id\nproperty float age\nproperty float life\nproperty float f\nproperty "
-                               "float g\nend_header\n"));
+    CHECK_THAT(bytes,
+               ContainsSubstring("property int id\nproperty float age\nproperty float life\nproperty float f\nproperty "
+                                 "float g\nend_header\n"));
     const float last[4] = {0.1F, std::numeric_limits<float>::infinity(), static_cast<float>(1.0 / 3), -2};
     CHECK(bytes.substr(bytes.size() - sizeof last) == std::string(reinterpret_cast<const char*>(last), sizeof last));
     one.life.clear();
     writeCsv(folder / "one.csv", one);
-    CHECK_THAT(bytesOf(folder / "one.csv"), Contains("id,age,f,g\n"));
+    CHECK_THAT(bytesOf(folder / "one.csv"), ContainsSubstring("id,age,f,g\n"));
     one.g.clear();
-    CHECK_THROWS_WITH(writeCsv(folder / "two.csv", one), Contains("g 0"));
+    CHECK_THROWS_WITH(writeCsv(folder / "two.csv", one), ContainsSubstring("g 0"));
     CHECK_THROWS_AS(pointGrid(one), ValueError);
 }

@@ -7,13 +7,13 @@
 #include <random>
 
 using namespace curlew;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using Folder = test::ScratchFolder;
 using test::store;
 
 namespace {
 
-/// Points with every array, whose numbers are floats.
+/// Points with all arrays. All numbers are representable as floats.
 Points all(size_t count) {
     std::mt19937_64 random(5);
     const auto number = [&] { return static_cast<float>(random() >> 40) * 0x1p-23f - 1; };
@@ -38,7 +38,7 @@ std::string complaint(const Folder& folder, const std::string& name, const std::
 
 } // namespace
 
-TEST_CASE("points of a ply and a csv have every value that was written", "[vdb][points]") {
+TEST_CASE("readPoints: every value written to PLY and CSV is read back", "[vdb][points]") {
     const Folder folder;
     const Points points = all(1000);
     writePly(folder / "all.ply", points);
@@ -51,7 +51,7 @@ TEST_CASE("points of a ply and a csv have every value that was written", "[vdb][
         CHECK(back.id == points.id);
         CHECK((back.vx == points.vx && back.vy == points.vy && back.vz == points.vz));
         CHECK((back.age == points.age && back.life == points.life && back.fade == points.fade));
-        // 9 digits are a float, not a double.
+        // 9 digits identify a float, not a double.
         for (size_t n = 0; n < points.size(); ++n)
             if (static_cast<float>(back.x[n]) != static_cast<float>(points.x[n]) ||
                 static_cast<float>(back.g[n]) != static_cast<float>(points.g[n]))
@@ -65,7 +65,7 @@ TEST_CASE("points of a ply and a csv have every value that was written", "[vdb][
     CHECK_FALSE(plyHasFaces(folder / "all.ply"));
 }
 
-TEST_CASE("points of other programs are read with what we know of them", "[vdb][points]") {
+TEST_CASE("readPoints: reads known columns from files of other programs and reports the rest", "[vdb][points]") {
     const Folder folder;
     const std::string ply =
         "ply\nformat ascii 1.0\nelement vertex 2\nproperty double z\nproperty float nx\n"
@@ -84,27 +84,29 @@ TEST_CASE("points of other programs are read with what we know of them", "[vdb][
     CHECK(readPoints(store(folder / "none.csv", "x,y,z,id\n")).points.size() == 0);
 }
 
-TEST_CASE("files of points that are damaged or hold something else are told in one line", "[vdb][points]") {
+TEST_CASE("readPoints: damaged and unsuitable files give a one-line error", "[vdb][points]") {
     const Folder folder;
-    CHECK_THAT(complaint(folder, "a.csv", "x,y\n1,2\n"), Contains("a.csv") && Contains("no column z"));
-    CHECK_THAT(complaint(folder, "b.csv", "x,y,z,vx\n1,2,3,4\n"), Contains("no column vy"));
-    CHECK_THAT(complaint(folder, "c.csv", "x,y,z,id\n1,2,3,0.5\n"), Contains("the id 0.5"));
-    CHECK_THAT(complaint(folder, "d.csv", "x,y,z,id\n1,2,3,1e17\n"), Contains("2^53"));
-    CHECK_THAT(complaint(folder, "e.csv", "x,y,z\n1,,3\n"), Contains("1 of its 1 points"));
-    CHECK_THAT(complaint(folder, "f.csv", "x,y,z\n1,2\n"), Contains("line 2"));
-    CHECK_THAT(complaint(folder, "g.csv", "x,y,z,x\n1,2,3,4\n"), Contains("column x twice"));
+    CHECK_THAT(complaint(folder, "a.csv", "x,y\n1,2\n"),
+               ContainsSubstring("a.csv") && ContainsSubstring("no column z"));
+    CHECK_THAT(complaint(folder, "b.csv", "x,y,z,vx\n1,2,3,4\n"), ContainsSubstring("no column vy"));
+    CHECK_THAT(complaint(folder, "c.csv", "x,y,z,id\n1,2,3,0.5\n"), ContainsSubstring("the id 0.5"));
+    CHECK_THAT(complaint(folder, "d.csv", "x,y,z,id\n1,2,3,1e17\n"), ContainsSubstring("2^53"));
+    CHECK_THAT(complaint(folder, "e.csv", "x,y,z\n1,,3\n"), ContainsSubstring("1 of its 1 points"));
+    CHECK_THAT(complaint(folder, "f.csv", "x,y,z\n1,2\n"), ContainsSubstring("line 2"));
+    CHECK_THAT(complaint(folder, "g.csv", "x,y,z,x\n1,2,3,4\n"), ContainsSubstring("column x twice"));
     CHECK_THAT(complaint(folder, "h.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n"),
-               Contains("property y"));
+               ContainsSubstring("property y"));
     const std::string edges =
         "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty "
         "float z\nelement edge 1\nproperty int vertex1\nproperty int vertex2\nend_header\n1 2 3\n0 0\n";
-    CHECK_THAT(complaint(folder, "i.ply", edges), Contains("curves"));
+    CHECK_THAT(complaint(folder, "i.ply", edges), ContainsSubstring("curves"));
     writePly(folder / "whole.ply", all(100));
     const std::string whole = test::bytesOf(folder / "whole.ply");
     for (size_t part = 1; part < 20; ++part)
-        CHECK_THAT(complaint(folder, "cut.ply", whole.substr(0, whole.size() * part / 20)), Contains("cut.ply"));
+        CHECK_THAT(complaint(folder, "cut.ply", whole.substr(0, whole.size() * part / 20)),
+                   ContainsSubstring("cut.ply"));
     const std::string many =
         "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float x\n"
         "property float y\nproperty float z\nend_header\n123456789012";
-    CHECK_THAT(complaint(folder, "many.ply", many), Contains("cut short"));
+    CHECK_THAT(complaint(folder, "many.ply", many), ContainsSubstring("cut short"));
 }

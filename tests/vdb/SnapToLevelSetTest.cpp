@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/track/Scatter.h"
 #include "curlew/vdb/SnapToLevelSet.h"
+#include "support/Catch.h"
 #include "support/Points.h"
 
-#include <catch2/catch.hpp>
 #include <openvdb/tools/LevelSetSphere.h>
 
 using namespace curlew;
@@ -18,7 +18,7 @@ LevelSet ball(double voxel) {
 
 } // namespace
 
-TEST_CASE("snapToLevelSet: from anywhere to the nearest place of the surface, whatever the band", "[vdb]") {
+TEST_CASE("snapToLevelSet: reaches the nearest surface point from any distance", "[vdb]") {
     const LevelSet levelSet = ball(0.05);
     const Sdf sdf = sdfOf(levelSet);
     Points points = scatter({.box = Box{}.padded(3), .wall = {}}, 3000, 1);
@@ -33,8 +33,8 @@ TEST_CASE("snapToLevelSet: from anywhere to the nearest place of the surface, wh
         const Vec3d from = start.position(k), to = points.position(k);
         CAPTURE(k, from, to);
         REQUIRE(std::abs(sdf.distance.at<0>(to).value) <= 1e-9);
-        // A ball's nearest place is on the ray from its centre; the spline's ball is off by O(h^3) in its normals,
-        // which tells the more the closer to the centre a point begins.
+        // The nearest point of a ball is on the ray from its centre. The normals of the spline's ball are off by
+        // O(h^3), which matters more if a point begins closer to the centre.
         const double begun = length(from);
         if (begun > 0.3) REQUIRE(length(to - from * (1 / begun)) < 2e-3 * std::max(1.0, 1 / begun));
         moved += length(to - from);
@@ -42,7 +42,7 @@ TEST_CASE("snapToLevelSet: from anywhere to the nearest place of the surface, wh
     CHECK(result.moved == Approx(moved / 3000).epsilon(1e-9));
 }
 
-TEST_CASE("snapToLevelSet: what is beyond the reach stays", "[vdb]") {
+TEST_CASE("snapToLevelSet: points beyond the reach stay in place", "[vdb]") {
     Points points = Points::at({{{0, 0, 3}}, {{0, 0, 1.2}}, {{0, 0.9, 0}}});
     const SnapResult result = snapToLevelSet(ball(0.05), points, 0.3, 1e-9);
     CHECK(result.missed == 1);

@@ -3,8 +3,7 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/base/Random.h"
 #include "curlew/vdb/Spectrum.h"
-
-#include <catch2/catch.hpp>
+#include "support/Catch.h"
 
 #include <numbers>
 #include <numeric>
@@ -17,7 +16,7 @@ namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
 
-/// A grid of the given size whose velocities are a function of the voxel.
+/// Returns a grid of the given size whose velocity is a function of the voxel.
 template <class Velocity>
 openvdb::Vec3SGrid::Ptr gridOf(const Coord& size, double voxel, const Velocity& velocity) {
     const auto grid = openvdb::Vec3SGrid::create(Vec3s(0));
@@ -29,7 +28,7 @@ openvdb::Vec3SGrid::Ptr gridOf(const Coord& size, double voxel, const Velocity& 
     return grid;
 }
 
-/// Another velocity in each voxel.
+/// Returns a different velocity for each voxel.
 openvdb::Vec3d unlike(const Coord& ijk) {
     const auto index = static_cast<uint64_t>((ijk[0] * 100 + ijk[1]) * 100 + ijk[2]);
     return {randomUniform(1, index, 0), randomUniform(1, index, 1) - 0.5, 3 * randomUniform(1, index, 2)};
@@ -37,8 +36,8 @@ openvdb::Vec3d unlike(const Coord& ijk) {
 
 double total(const EnergySpectrum& s) { return std::accumulate(s.energy.begin(), s.energy.end(), 0.0) * s.shellWidth; }
 
-/// Real plane waves of random phases, 400 of them, evenly spread over the logarithm of the wave number, whose energies
-/// follow a power law.
+/// A sum of 400 real plane waves with random phases. Their wave numbers are evenly distributed on a logarithmic scale,
+/// and their energies follow a power law.
 openvdb::Vec3SGrid::Ptr powerLaw(int size, double slope) {
     struct Wave {
         openvdb::Vec3d k, amplitude;
@@ -53,7 +52,7 @@ openvdb::Vec3SGrid::Ptr powerLaw(int size, double slope) {
                    std::round(length * z)},
                   {0, 0, 0},
                   kTurn * randomUniform(2, n, 2)};
-        // As many waves in each interval of log k: the energy in it is k E(k).
+        // Each interval of log k has equally many waves, so the energy in it is k E(k).
         if (wave.k.lengthSqr() > 0) wave.amplitude[n % 3] = std::pow(wave.k.length(), (slope + 1) / 2);
         waves.push_back(wave);
     }
@@ -67,7 +66,7 @@ openvdb::Vec3SGrid::Ptr powerLaw(int size, double slope) {
 
 } // namespace
 
-TEST_CASE("the shells of a spectrum add up to the mean kinetic energy", "[Spectrum]") {
+TEST_CASE("energySpectrum: shells sum to the mean kinetic energy", "[Spectrum]") {
     const Coord size = GENERATE(Coord(16, 16, 16), Coord(12, 9, 14), Coord(7, 22, 13));
     const auto window = GENERATE(SpectrumWindow::none, SpectrumWindow::hann);
     CAPTURE(size, static_cast<int>(window));
@@ -80,11 +79,11 @@ TEST_CASE("the shells of a spectrum add up to the mean kinetic energy", "[Spectr
     CHECK(spectrum.samples == size);
     CHECK(spectrum.nyquist == Approx(5));
     CHECK(spectrum.kineticEnergy == Approx(energy).epsilon(1e-13));
-    CHECK(total(spectrum) == Approx(energy).epsilon(1e-12)); // Parseval
+    CHECK(total(spectrum) == Approx(energy).epsilon(1e-12)); // Parseval's theorem
 }
 
-TEST_CASE("a wave is in the shell of its wave number", "[Spectrum]") {
-    // 3, 4 and 12 cycles over the edges of a cube of 2 units: 13 of them, 6.5 cycles per unit.
+TEST_CASE("energySpectrum: a plane wave appears in the shell of its wave number", "[Spectrum]") {
+    // 3, 4 and 12 cycles along the edges of a cube of 2 units: a wave number of 13 cycles, 6.5 cycles per unit.
     const int n = 32;
     const auto wave = gridOf(Coord(n), 2.0 / n, [&](const Coord& ijk) {
         const double phase = kTurn / n * (3 * ijk[0] - 4 * ijk[1] + 12 * ijk[2]);
@@ -95,10 +94,10 @@ TEST_CASE("a wave is in the shell of its wave number", "[Spectrum]") {
     CHECK(peakWaveNumber(spectrum) == Approx(6.5));
     for (size_t s = 0; s < spectrum.energy.size(); ++s) {
         CAPTURE(s);
-        // ½ (2² + 1²) times the mean of a squared sine; the grid is in float.
+        // ½ (2² + 1²) times the mean of a squared sine. The grid is in float.
         CHECK(spectrum.energy[s] * spectrum.shellWidth == Approx(s == 13 ? 1.25 : 0).margin(1e-12).epsilon(1e-6));
     }
-    // In a box twice as long, and with the window, it is about there too.
+    // In a box of twice the length, and with a window, most of the energy is near that shell.
     const auto longer = gridOf(Coord(n, 2 * n, n), 2.0 / n, [&](const Coord& ijk) {
         const double phase = kTurn / n * (3 * ijk[0] - 4 * ijk[1] + 12 * ijk[2]);
         return openvdb::Vec3d(std::sin(phase), 0, 0);
@@ -110,7 +109,7 @@ TEST_CASE("a wave is in the shell of its wave number", "[Spectrum]") {
     CHECK(near == Approx(1.25).epsilon(0.01));
 }
 
-TEST_CASE("the mean velocity is the first shell", "[Spectrum]") {
+TEST_CASE("energySpectrum: the mean velocity is in the first shell", "[Spectrum]") {
     const auto wind = gridOf(Coord(8, 9, 10), 0.5, [](const Coord&) { return openvdb::Vec3d(1, -2, 0.5); });
     for (const auto window : {SpectrumWindow::none, SpectrumWindow::hann}) {
         const EnergySpectrum spectrum = energySpectrum(*wind, {.window = window});
@@ -119,31 +118,31 @@ TEST_CASE("the mean velocity is the first shell", "[Spectrum]") {
     }
 }
 
-TEST_CASE("the slope of a power law is found", "[Spectrum]") {
+TEST_CASE("powerLawSlope: finds the slope of a power law", "[Spectrum]") {
     EnergySpectrum exact{.shellWidth = 0.25, .energy = std::vector<double>(60)};
     for (size_t s = 1; s < 60; ++s) exact.energy[s] = 3 * std::pow(exact.waveNumber(s), -5.0 / 3);
     CHECK(powerLawSlope(exact, 0.5, 14) == Approx(-5.0 / 3).epsilon(1e-12));
     const auto law = powerLaw(exact, -5.0 / 3, 2, 5);
     for (size_t s = 1; s < 60; ++s) CHECK(law[s] == Approx(exact.energy[s]).epsilon(1e-12));
     CHECK(std::isnan(law[0]));
-    CHECK_THROWS_WITH(powerLawSlope(exact, 0.3, 0.5), Catch::Contains("two shells"));
+    CHECK_THROWS_WITH(powerLawSlope(exact, 0.3, 0.5), Catch::ContainsSubstring("two shells"));
     const double slope = GENERATE(-5.0 / 3, -3.0);
     CAPTURE(slope);
     const auto spectrum = energySpectrum(*powerLaw(48, slope), {.window = SpectrumWindow::none});
-    // Of 400 random waves; shells beyond 16 have none.
+    // The sum has 400 random waves; shells above 16 have no energy.
     CHECK(powerLawSlope(spectrum, 2, 14) == Approx(slope).margin(0.15));
 }
 
-TEST_CASE("a spectrum is the same for any number of threads", "[Spectrum]") {
+TEST_CASE("energySpectrum: does not depend on the number of threads", "[Spectrum]") {
     const auto grid = gridOf(Coord(20, 21, 22), 0.1, unlike);
     const EnergySpectrum all = energySpectrum(*grid);
     const ThreadLimit one(1);
     CHECK(energySpectrum(*grid).energy == all.energy);
 }
 
-TEST_CASE("what has no spectrum says why", "[Spectrum]") {
-    CHECK_THROWS_WITH(energySpectrum(*openvdb::Vec3SGrid::create()), Catch::Contains("active voxels"));
-    CHECK_THROWS_WITH(energySpectrum(*gridOf(Coord(4, 1, 4), 1, unlike)), Catch::Contains("4 x 1 x 4"));
+TEST_CASE("energySpectrum: unsuitable grids are errors that say why", "[Spectrum]") {
+    CHECK_THROWS_WITH(energySpectrum(*openvdb::Vec3SGrid::create()), Catch::ContainsSubstring("active voxels"));
+    CHECK_THROWS_WITH(energySpectrum(*gridOf(Coord(4, 1, 4), 1, unlike)), Catch::ContainsSubstring("4 x 1 x 4"));
     const auto nowhere = gridOf(Coord(4), 1, [](const Coord&) { return openvdb::Vec3d(std::nan("")); });
-    CHECK_THROWS_WITH(energySpectrum(*nowhere), Catch::Contains("not finite"));
+    CHECK_THROWS_WITH(energySpectrum(*nowhere), Catch::ContainsSubstring("not finite"));
 }

@@ -6,9 +6,8 @@
 #include "curlew/track/Advect.h"
 #include "curlew/track/Scatter.h"
 #include "curlew/vdb/LevelSet.h"
+#include "support/Catch.h"
 #include "support/Places.h"
-
-#include <catch2/catch.hpp>
 
 using namespace curlew;
 
@@ -16,7 +15,7 @@ namespace {
 
 ScalarField noise(uint64_t seed) { return noiseField<Psrd3>({.seed = seed}, {.frequency = 2}); }
 
-/// Spot, with a band that is as wide as the layers below.
+/// Spot, with a band as wide as the wall layers below.
 Sdf spot() {
     auto mesh = std::make_shared<Mesh>(readMesh(test::sourceDir() + "/scenes/spot.obj"));
     return sdfOf(meshToLevelSet(std::move(mesh), {.dim = 64, .halfWidth = 12}));
@@ -24,7 +23,7 @@ Sdf spot() {
 
 } // namespace
 
-TEST_CASE("splitting: no particle of a sum leaves or enters a mesh, however large the steps", "[vdb][Splitting]") {
+TEST_CASE("splitting: no particle of a sum leaves or enters a mesh for any step size", "[vdb][Splitting]") {
     const Sdf sdf = spot();
     const Side side = GENERATE(Side::inside, Side::outside);
     const Wall wall{.sdf = sdf, .side = side, .width = 0.1};
@@ -41,7 +40,7 @@ TEST_CASE("splitting: no particle of a sum leaves or enters a mesh, however larg
         for (size_t k = 0; k < p.size(); ++k) count += !(beyondWall(side, sdf.distance.at<0>(p.position(k)).value) < 0);
         return count;
     };
-    // Of half a body's length, of a leg's width, and shorter than the layer.
+    // Steps of half a body's length, of a leg's width, and shorter than the layer.
     for (const auto& [steps, scheme, splitting] : {std::tuple(2, Scheme::euler, Splitting::strang),
                                                    {10, Scheme::rk4, Splitting::strang},
                                                    {40, Scheme::rk4, Splitting::strang},
@@ -55,7 +54,7 @@ TEST_CASE("splitting: no particle of a sum leaves or enters a mesh, however larg
         CHECK(result.outside == 0);
         CHECK(outside(particles) == 0);
         CHECK(result.drift[0] <= 1e-8 * (1 + 1e-12));
-        // Where a step is as long as the body, most points find no way on their track and wait.
+        // If a step is as long as the body, reprojection fails for most points, and they wait.
         if (steps > 2) CHECK(result.notConverged < start.size() / 10);
     }
     Points free = start;

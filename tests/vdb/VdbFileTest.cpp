@@ -4,9 +4,9 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
+#include "support/Catch.h"
 #include "support/Files.h"
 
-#include <catch2/catch.hpp>
 #include <openvdb/io/File.h>
 #include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
@@ -22,7 +22,7 @@
 #include <string>
 
 using namespace curlew;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 namespace fs = std::filesystem;
 using test::bytesOf;
 using Folder = test::ScratchFolder;
@@ -53,7 +53,7 @@ openvdb::points::PointDataGrid::Ptr points() {
     return pointGrid(particles, {.voxelSize = 0.5});
 }
 
-/// One of each kind, two of which share a tree.
+/// One grid of each kind; two of them share a tree.
 Grids variety() {
     openvdb::initialize();
     auto level = sphere();
@@ -91,10 +91,10 @@ void requireSame(const std::vector<openvdb::GridBase::Ptr>& read, const Grids& w
     for (size_t n = 0; n < read.size(); ++n) requireSame(*read[n], *written[n]);
 }
 
-/// OpenVDB's own files have a random UUID at byte 21.
+/// Removes the random UUID that OpenVDB's own files have at byte 21.
 std::string withoutUuid(std::string bytes) { return bytes.erase(21, 36); }
 
-/// The python3 that has the module, or nothing.
+/// Returns the python3 that has the module, or an empty string.
 std::string pythonWith(const std::string& module) {
     for (const char* python : {"python3", "/usr/bin/python3"})
         if (std::system((std::string(python) + " -c 'import " + module + "' 2>/dev/null").c_str()) == 0) return python;
@@ -103,7 +103,7 @@ std::string pythonWith(const std::string& module) {
 
 } // namespace
 
-TEST_CASE("VdbFile: grids come back as they were written", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: grids are read back as written", "[vdb][VdbFile]") {
     const Folder folder;
     const Grids grids = variety();
     const auto codec = GENERATE(Codec::automatic, Codec::none, Codec::zip, Codec::blosc);
@@ -121,10 +121,10 @@ TEST_CASE("VdbFile: grids come back as they were written", "[vdb][VdbFile]") {
     openvdb::io::File file((folder / "a.vdb").string());
     file.open();
     CHECK(file.getMetadata()->metaValue<float>("frames_per_second") == 24);
-    CHECK(file.readGrid("half")->activeVoxelCount() == grids[3]->activeVoxelCount()); // through the offsets
+    CHECK(file.readGrid("half")->activeVoxelCount() == grids[3]->activeVoxelCount()); // uses the offsets
 }
 
-TEST_CASE("VdbFile: reads what OpenVDB's own writers wrote", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: reads files of OpenVDB's own writers", "[vdb][VdbFile]") {
     const Folder folder;
     const Grids grids = variety();
     const openvdb::GridCPtrVec list(grids.begin(), grids.end());
@@ -137,7 +137,7 @@ TEST_CASE("VdbFile: reads what OpenVDB's own writers wrote", "[vdb][VdbFile]") {
     file.write(list);
     requireSame(readVdb(folder / "file.vdb"), grids);
     {
-        std::ofstream out(folder / "stream.vdb", std::ios::binary); // has no offsets
+        std::ofstream out(folder / "stream.vdb", std::ios::binary); // a stream has no offsets
         openvdb::io::Stream stream(out);
         stream.setCompression(flags);
         stream.write(list);
@@ -145,7 +145,7 @@ TEST_CASE("VdbFile: reads what OpenVDB's own writers wrote", "[vdb][VdbFile]") {
     requireSame(readVdb(folder / "stream.vdb"), grids);
 }
 
-TEST_CASE("VdbFile: the bytes are those of OpenVDB but for the UUID, and always the same", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: bytes are reproducible and equal those of OpenVDB except for the UUID", "[vdb][VdbFile]") {
     const Folder folder;
     const Grids grids = variety();
     writeVdb(folder / "a.vdb", grids);
@@ -172,7 +172,7 @@ TEST_CASE("VdbFile: the bytes are those of OpenVDB but for the UUID, and always 
     CHECK_THAT(uuid, Catch::Matches("[0-9a-f]{8}-[0-9a-f]{4}-8[0-9a-f]{3}-[89ab][0-9a-f]{3}-[0-9a-f]{12}"));
 }
 
-TEST_CASE("VdbFile: half floats are an option of the file, not of the grid", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: half precision is an option of the file and not of the grid", "[vdb][VdbFile]") {
     const Folder folder;
     const Grids grids{sphere(), velocity(), points()};
     writeVdb(folder / "full.vdb", grids);
@@ -185,11 +185,10 @@ TEST_CASE("VdbFile: half floats are an option of the file, not of the grid", "[v
     const auto vel = openvdb::gridPtrCast<openvdb::Vec3SGrid>(read[1]);
     const float value = 19.0f / 7;
     CHECK(vel->tree().getValue({19, 8, 152}).x() != value);
-    CHECK(vel->tree().getValue({19, 8, 152}).x() == Approx(value).epsilon(0x1p-11)); // a half has 11 bits
+    CHECK(vel->tree().getValue({19, 8, 152}).x() == Approx(value).epsilon(0x1p-11)); // a half has 11 significant bits
 }
 
-TEST_CASE("VdbFile: one codec for all grids gives the bytes of OpenVDB, whatever their names and trees",
-          "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: with one codec for all grids the bytes equal those of OpenVDB", "[vdb][VdbFile]") {
     const Folder folder;
     Grids grids = variety();
     auto fog = sphere();
@@ -209,12 +208,12 @@ TEST_CASE("VdbFile: one codec for all grids gives the bytes of OpenVDB, whatever
     CHECK((withoutUuid(bytesOf(folder / "a.vdb")) == withoutUuid(bytesOf(folder / "file.vdb"))));
 }
 
-TEST_CASE("VdbFile: by itself it packs fog volumes and nothing else", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: the automatic codec compresses fog volumes only", "[vdb][VdbFile]") {
     const Folder folder;
     auto fog = openvdb::FloatGrid::create();
     fog->setName("density");
     fog->setGridClass(openvdb::GRID_FOG_VOLUME);
-    fog->sparseFill({{0, 0, 0}, {30, 30, 30}}, 1.0f); // tiles
+    fog->sparseFill({{0, 0, 0}, {30, 30, 30}}, 1.0f); // stored as tiles
     for (int n = 0; n < 30; ++n) fog->tree().setValue({n, 3, n}, 0.25f * float(n));
     fog->tree().voxelizeActiveTiles();
     const auto size = [&](const Grids& grids, Codec codec) {
@@ -226,7 +225,7 @@ TEST_CASE("VdbFile: by itself it packs fog volumes and nothing else", "[vdb][Vdb
     CHECK(size({fog}, Codec::automatic) == size({fog}, Codec::blosc));
     CHECK(2 * size({fog}, Codec::automatic) < size({fog}, Codec::none));
 
-    // Each grid of a file has its own.
+    // Each grid of a file chooses its own codec.
     const Grids mixed{sphere(), fog, velocity()};
     CHECK(size(mixed, Codec::automatic) - size({sphere(), velocity()}, Codec::none) < size({fog}, Codec::blosc));
     writeVdb(folder / "mixed.vdb", mixed);
@@ -236,7 +235,7 @@ TEST_CASE("VdbFile: by itself it packs fog volumes and nothing else", "[vdb][Vdb
     for (const auto& grid : mixed) requireSame(*file.readGrid(grid->getName()), *grid);
 }
 
-TEST_CASE("VdbFile: names may repeat, a list may be empty, and Houdini's mark is left out", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: names may repeat and lists may be empty and the Houdini creator is removed", "[vdb][VdbFile]") {
     const Folder folder;
     writeVdb(folder / "twins.vdb", {sphere(), sphere(), velocity()});
     const auto twins = readVdb(folder / "twins.vdb");
@@ -258,7 +257,7 @@ TEST_CASE("VdbFile: names may repeat, a list may be empty, and Houdini's mark is
     CHECK(readVdb(folder / "creator.vdb")[1]->getCreator() == "Curlew");
 }
 
-TEST_CASE("VdbFile: every cut of a file is noticed", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: every truncation of a file is detected", "[vdb][VdbFile]") {
     const Folder folder;
     const auto codec = GENERATE(Codec::automatic, Codec::none, Codec::zip, Codec::blosc);
     writeVdb(folder / "a.vdb", {velocity(), points()}, {}, {.codec = codec});
@@ -269,10 +268,10 @@ TEST_CASE("VdbFile: every cut of a file is noticed", "[vdb][VdbFile]") {
         REQUIRE_THROWS_AS(readVdb(folder / "cut.vdb"), FileError);
     }
     store(folder / "cut.vdb", bytes.substr(0, bytes.size() - 1));
-    REQUIRE_THROWS_WITH(readVdb(folder / "cut.vdb"), Contains("cut.vdb") && Contains("cut short"));
+    REQUIRE_THROWS_WITH(readVdb(folder / "cut.vdb"), ContainsSubstring("cut.vdb") && ContainsSubstring("cut short"));
 }
 
-TEST_CASE("VdbFile: a cut stream without offsets is noticed", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: a truncated stream without offsets is detected", "[vdb][VdbFile]") {
     const Folder folder;
     std::ostringstream out;
     openvdb::initialize();
@@ -285,7 +284,7 @@ TEST_CASE("VdbFile: a cut stream without offsets is noticed", "[vdb][VdbFile]") 
     }
 }
 
-TEST_CASE("VdbFile: sizes that would break OpenVDB are noticed", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: sizes that would crash OpenVDB are detected", "[vdb][VdbFile]") {
     const Folder folder;
     const auto damaged = [&](const std::string& bytes) {
         store(folder / "damaged.vdb", bytes);
@@ -295,9 +294,9 @@ TEST_CASE("VdbFile: sizes that would break OpenVDB are noticed", "[vdb][VdbFile]
     const std::string bytes = bytesOf(folder / "a.vdb");
     damaged(std::string(bytes).replace(57, 4, 4, '\x7f')); // metadata
     damaged(std::string(bytes).replace(61, 4, 4, '\x7f')); // grids
-    damaged(std::string(bytes).replace(65, 4, 4, '\x7f')); // letters of a name
+    damaged(std::string(bytes).replace(65, 4, 4, '\x7f')); // length of a name
 
-    // A value chunk that says it is larger than its node: OpenVDB 10.0 reads it before it compares.
+    // A value chunk whose size is larger than its node: OpenVDB 10.0 reads it before it checks.
     size_t chunks = 0;
     for (size_t at = 57; at + 8 < bytes.size(); ++at) {
         int64_t size = 0;
@@ -310,12 +309,13 @@ TEST_CASE("VdbFile: sizes that would break OpenVDB are noticed", "[vdb][VdbFile]
     CHECK(chunks > 0);
 }
 
-TEST_CASE("VdbFile: files that are no .vdb", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: files that are not vdb are errors", "[vdb][VdbFile]") {
     const Folder folder;
     const auto error = [&](const std::string& name, const std::string& what) {
         CAPTURE(name);
         REQUIRE_THROWS_AS(readVdb(folder / name), FileError);
-        REQUIRE_THROWS_WITH(readVdb(folder / name), Contains(name) && Contains(what) && !Contains("\n"));
+        REQUIRE_THROWS_WITH(readVdb(folder / name),
+                            ContainsSubstring(name) && ContainsSubstring(what) && !ContainsSubstring("\n"));
     };
     error("missing.vdb", "no such file");
     fs::create_directory(folder / "folder.vdb");
@@ -341,7 +341,7 @@ TEST_CASE("VdbFile: files that are no .vdb", "[vdb][VdbFile]") {
     error("broken.vdb", "Uni?ormScaleMap");
 }
 
-TEST_CASE("VdbFile: the contents of a file by its headers", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: vdbContents lists grids from their headers", "[vdb][VdbFile]") {
     const Folder folder;
     Grids grids = variety();
     auto fog = sphere(), nameless = sphere();
@@ -367,7 +367,7 @@ TEST_CASE("VdbFile: the contents of a file by its headers", "[vdb][VdbFile]") {
     writeVdb(folder / "a.vdb", grids, {}, {.half = GENERATE(false, true), .codec = Codec::zip});
     requireContents(folder / "a.vdb");
     {
-        std::ofstream out(folder / "stream.vdb", std::ios::binary); // has no offsets
+        std::ofstream out(folder / "stream.vdb", std::ios::binary); // a stream has no offsets
         openvdb::io::Stream(out).write(openvdb::GridCPtrVec(grids.begin(), grids.end()));
     }
     requireContents(folder / "stream.vdb");
@@ -375,7 +375,7 @@ TEST_CASE("VdbFile: the contents of a file by its headers", "[vdb][VdbFile]") {
     CHECK(vdbContents(folder / "none.vdb").empty());
 }
 
-TEST_CASE("VdbFile: damaged headers are noticed without reading the grids", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: vdbContents detects damaged headers without reading grids", "[vdb][VdbFile]") {
     const Folder folder;
     writeVdb(folder / "a.vdb", {velocity(), points()});
     const std::string bytes = bytesOf(folder / "a.vdb");
@@ -385,13 +385,13 @@ TEST_CASE("VdbFile: damaged headers are noticed without reading the grids", "[vd
         store(damaged, bytes.substr(0, size));
         REQUIRE_THROWS_AS(vdbContents(damaged), FileError);
     }
-    for (const size_t at : {57, 61, 65}) { // metadata, grids, letters of a name
+    for (const size_t at : {57, 61, 65}) { // metadata, grids, length of a name
         CAPTURE(at);
         store(damaged, std::string(bytes).replace(at, 4, 4, '\x7f'));
         REQUIRE_THROWS_AS(vdbContents(damaged), FileError);
     }
     std::mt19937 random(1);
-    for (int n = 0; n < 2000; ++n) { // no damage ends the program
+    for (int n = 0; n < 2000; ++n) { // no damage crashes the program
         std::string changed = bytes;
         changed[random() % 1000] = static_cast<char>(random());
         try {
@@ -400,12 +400,12 @@ TEST_CASE("VdbFile: damaged headers are noticed without reading the grids", "[vd
         }
     }
     store(damaged, std::string(bytes).replace(bytes.find("Tree_vec3s"), 10, "Tree_quark"));
-    REQUIRE_THROWS_WITH(vdbContents(damaged), Contains("Tree_quark_5_4_3"));
-    REQUIRE_THROWS_WITH(vdbContents(folder / "missing.vdb"), Contains("no such file"));
-    REQUIRE_THROWS_WITH(vdbContents(store(damaged, "v 0 0 0\n")), Contains("not a .vdb"));
+    REQUIRE_THROWS_WITH(vdbContents(damaged), ContainsSubstring("Tree_quark_5_4_3"));
+    REQUIRE_THROWS_WITH(vdbContents(folder / "missing.vdb"), ContainsSubstring("no such file"));
+    REQUIRE_THROWS_WITH(vdbContents(store(damaged, "v 0 0 0\n")), ContainsSubstring("not a .vdb"));
 }
 
-TEST_CASE("VdbFile: what cannot be written leaves nothing behind", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: a failed write leaves nothing behind", "[vdb][VdbFile]") {
     const Folder folder;
     writeVdb(folder / "a.vdb", {sphere()});
     const std::string earlier = bytesOf(folder / "a.vdb");
@@ -417,7 +417,7 @@ TEST_CASE("VdbFile: what cannot be written leaves nothing behind", "[vdb][VdbFil
     CHECK(folder.files() == 1);
 }
 
-TEST_CASE("VdbFile: OpenVDB's own programs read the files", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: OpenVDB tools read our files", "[vdb][VdbFile]") {
     const Folder folder;
     const fs::path file = folder / "a.vdb", list = folder / "list.txt";
     writeVdb(file, {sphere(), velocity()}, {}, {.half = true, .codec = Codec::blosc});
@@ -425,7 +425,7 @@ TEST_CASE("VdbFile: OpenVDB's own programs read the files", "[vdb][VdbFile]") {
         WARN("vdb_print is not installed");
     } else {
         REQUIRE(std::system(("vdb_print -l " + file.string() + " >" + list.string()).c_str()) == 0);
-        CHECK_THAT(bytesOf(list), Contains("Name: sphere") && Contains("Name: vel"));
+        CHECK_THAT(bytesOf(list), ContainsSubstring("Name: sphere") && ContainsSubstring("Name: vel"));
     }
     const std::string python = pythonWith("pyopenvdb");
     if (python.empty()) {

@@ -5,8 +5,8 @@
 #include "curlew/vdb/GridDiagnostics.h"
 #include "curlew/vdb/ScalarGrids.h"
 #include "curlew/vdb/VelocityGrid.h"
+#include "support/Catch.h"
 
-#include <catch2/catch.hpp>
 #include <openvdb/tools/GridOperators.h>
 
 #include <cmath>
@@ -15,7 +15,7 @@ using namespace curlew;
 
 namespace {
 
-/// A plane wave: smooth without end.
+/// A plane wave, which is smooth.
 struct Wave {
     Vec3d k;
     double phase;
@@ -26,7 +26,7 @@ struct Wave {
             for (int i = 0; i < 3; ++i) angle.gradient[i] = static_cast<T>(k[i]);
         return sin(angle);
     }
-    double bound() const { return 1; }
+    double maxAbs() const { return 1; }
 };
 
 Flow waves(const Domain& domain = {}) {
@@ -44,12 +44,12 @@ Vec3d centreOf(const openvdb::Vec3SGrid& grid, const openvdb::Coord& ijk) {
     return {{p[0], p[1], p[2]}};
 }
 
-/// rms of div · voxel / rms |c| over all active voxels, by OpenVDB's operator.
+/// Returns rms of div · voxel / rms |c| over all active voxels, computed by OpenVDB's operator.
 double overallDivergence(const openvdb::Vec3SGrid& grid) { return diagnoseGrid(grid).divergenceOverall; }
 
 } // namespace
 
-TEST_CASE("collocated velocities are those of the flow, and only where it is", "[VelocityGrid]") {
+TEST_CASE("velocityGrid: collocated velocities equal the flow and exist only in its domain", "[VelocityGrid]") {
     const Flow flow = contained();
     const auto grid = velocityGrid(flow, {.voxel = 0.04, .wallFade = 3});
     CHECK(grid->getName() == "vel");
@@ -63,20 +63,20 @@ TEST_CASE("collocated velocities are those of the flow, and only where it is", "
         const double d = length(p) - 0.8;
         CAPTURE(p[0], p[1], p[2], d);
         REQUIRE(d < 3 * 0.04);
-        if (d > 1.75 * 0.04) continue; // fading
+        if (d > 1.75 * 0.04) continue; // in the fading zone
         ++inside;
         const Vec3d c = flow.at(p).velocity;
-        // The float kernels are within 5e-4 of each gradient; both gradients are below about 10 here.
+        // Gradients of the float kernels are accurate to 5e-4. Both gradients are below about 10 here.
         for (int i = 0; i < 3; ++i) REQUIRE(static_cast<double>((*value)[i]) == Approx(c[i]).margin(1e-2));
     }
-    // Every voxel centre inside the sphere and no other: 4/3 pi r³ / h³ within the surface's discretisation.
+    // The grid covers at least the volume of the sphere: 4/3 pi r³ / h³ voxels.
     CHECK(static_cast<double>(inside) > 4.0 / 3 * M_PI * std::pow(0.8 / 0.04, 3));
     CHECK(grid->tree().activeTileCount() == 0);
     const auto dense = std::pow(2 * (0.8 + 0.12) / 0.04, 3);
     CHECK(static_cast<double>(grid->activeVoxelCount()) < 0.56 * dense);
 }
 
-TEST_CASE("the velocity fades to the background beyond the wall", "[VelocityGrid]") {
+TEST_CASE("velocityGrid: velocities fade to the background beyond the wall", "[VelocityGrid]") {
     const auto grid = velocityGrid(contained(), {.voxel = 0.04, .wallFade = 3});
     double last = 0, most = 0;
     for (auto value = grid->cbeginValueOn(); value; ++value) {
@@ -87,13 +87,14 @@ TEST_CASE("the velocity fades to the background beyond the wall", "[VelocityGrid
     CHECK(last < 0.02 * most);
 }
 
-TEST_CASE("staggered velocities are divergence-free to rounding, by OpenVDB's own operator", "[VelocityGrid]") {
-    SECTION("contained: everywhere") {
+TEST_CASE("velocityGrid: staggered velocities are divergence-free to rounding by OpenVDB's operator",
+          "[VelocityGrid]") {
+    SECTION("contained flow everywhere") {
         const auto grid = velocityGrid(contained(), {.voxel = 0.04, .layout = Layout::staggered});
         CHECK(grid->getGridClass() == openvdb::GRID_STAGGERED);
         CHECK(overallDivergence(*grid) < 1e-6);
     }
-    SECTION("around an obstacle, in a box, on both sides: but for the last layer") {
+    SECTION("obstacle and box and both sides except for the last layer") {
         for (const Flow& flow : {contained(Side::outside), contained(Side::both), waves()}) {
             const GridDiagnostics check =
                 diagnoseGrid(*velocityGrid(flow, {.voxel = 0.05, .layout = Layout::staggered}));
@@ -101,12 +102,12 @@ TEST_CASE("staggered velocities are divergence-free to rounding, by OpenVDB's ow
             CHECK(check.divergence < 1e-6);
         }
     }
-    SECTION("collocated is not: the measure can tell") {
+    SECTION("collocated grids show that the measure detects divergence") {
         CHECK(diagnoseGrid(*velocityGrid(contained(), {.voxel = 0.04})).divergence > 1e-4);
     }
 }
 
-TEST_CASE("staggered velocities are second-order accurate", "[VelocityGrid]") {
+TEST_CASE("velocityGrid: staggered velocities are second-order accurate", "[VelocityGrid]") {
     const Flow flow = waves();
     std::array<double, 3> error{};
     const std::array<double, 3> voxels{0.1, 0.05, 0.025};
@@ -126,7 +127,7 @@ TEST_CASE("staggered velocities are second-order accurate", "[VelocityGrid]") {
     CHECK(std::log2(error[1] / error[2]) == Approx(2).margin(0.1));
 }
 
-TEST_CASE("the flow of a wall is on its side only", "[VelocityGrid]") {
+TEST_CASE("velocityGrid: voxels are active only on the side of the flow", "[VelocityGrid]") {
     const auto outside = velocityGrid(contained(Side::outside), {.voxel = 0.05});
     CHECK_FALSE(outside->tree().isValueOn({0, 0, 0}));
     CHECK(outside->tree().isValueOn({20, 0, 0}));
@@ -136,7 +137,7 @@ TEST_CASE("the flow of a wall is on its side only", "[VelocityGrid]") {
     CHECK(both->tree().isValueOn({20, 0, 0}));
 }
 
-TEST_CASE("a mask decides which voxels are sampled", "[VelocityGrid]") {
+TEST_CASE("velocityGrid: a mask selects the voxels to sample", "[VelocityGrid]") {
     auto mask = openvdb::MaskGrid::create();
     mask->setTransform(openvdb::math::Transform::createLinearTransform(0.1));
     mask->fill({{-3, -3, -3}, {4, 4, 20}}, true);
@@ -148,10 +149,10 @@ TEST_CASE("a mask decides which voxels are sampled", "[VelocityGrid]") {
         CHECK(grid->transform() == mask->transform());
     }
     mask->transform().postTranslate({0.05, 0, 0});
-    CHECK_THROWS_WITH(velocityGrid(waves(), {.mask = mask}), Catch::Contains("cubic"));
+    CHECK_THROWS_WITH(velocityGrid(waves(), {.mask = mask}), Catch::ContainsSubstring("cubic"));
 }
 
-TEST_CASE("the same grid for any number of threads", "[VelocityGrid]") {
+TEST_CASE("velocityGrid: does not depend on the number of threads", "[VelocityGrid]") {
     for (const Layout layout : {Layout::collocated, Layout::staggered}) {
         std::array<openvdb::Vec3SGrid::Ptr, 2> grids;
         for (const int threads : {1, 2}) {
@@ -164,7 +165,7 @@ TEST_CASE("the same grid for any number of threads", "[VelocityGrid]") {
     }
 }
 
-TEST_CASE("scalars go onto the voxels of a velocity grid", "[VelocityGrid]") {
+TEST_CASE("sampledGrid and densityGrid: use the voxels of a velocity grid", "[VelocityGrid]") {
     const Flow flow = contained();
     const auto where = velocityGrid(flow, {.voxel = 0.05});
     const auto f = sampledGrid(flow.f(), *where, "f");
@@ -179,16 +180,16 @@ TEST_CASE("scalars go onto the voxels of a velocity grid", "[VelocityGrid]") {
     CHECK(density->tree().getValue({17, 0, 0}) == 0.0f);
 }
 
-TEST_CASE("impossible grids are refused", "[VelocityGrid]") {
+TEST_CASE("velocityGrid: invalid options are refused", "[VelocityGrid]") {
     CHECK_THROWS_AS(velocityGrid(waves(), {.voxel = -1}), ValueError);
     CHECK_THROWS_AS(velocityGrid(waves(), {.dim = 0}), ValueError);
     CHECK_THROWS_AS(velocityGrid(waves(), {.voxel = 0.1, .wallFade = 0}), ValueError);
-    CHECK_THROWS_WITH(velocityGrid(waves(), {.voxel = 1e-5}), Catch::Contains("memory"));
+    CHECK_THROWS_WITH(velocityGrid(waves(), {.voxel = 1e-5}), Catch::ContainsSubstring("memory"));
     CHECK_THROWS_AS(velocityGrid(waves(), {.voxel = 1e-12}), Error);
-    CHECK_THROWS_WITH(velocityGrid(contained(), {.voxel = 2e-4}), Catch::Contains("larger voxels"));
+    CHECK_THROWS_WITH(velocityGrid(contained(), {.voxel = 2e-4}), Catch::ContainsSubstring("larger voxels"));
     const double infinity = std::numeric_limits<double>::infinity();
     CHECK_THROWS_WITH(velocityGrid(waves({.box = {{{0, 0, 0}}, {{infinity, 1, 1}}}, .wall = {}}), {.voxel = 0.1}),
-                      Catch::Contains("infinite"));
+                      Catch::ContainsSubstring("infinite"));
     CHECK_THROWS_AS(velocityGrid(waves(), {.voxel = 0.02}, {.report = {}, .cancelled = [] { return true; }}),
                     Interrupted);
 }

@@ -14,14 +14,14 @@ openvdb::Vec3d inVdb(const Vec3d& p) { return {p[0], p[1], p[2]}; }
 
 } // namespace
 
-TEST_CASE("a winding number counts how often a mesh goes around", "[WindingNumber]") {
+TEST_CASE("WindingNumber: counts how often a mesh encloses a point", "[WindingNumber]") {
     const Mesh ball = test::ball(3), twice = test::together(ball, test::moved(ball, {1, 0, 0}));
     const WindingNumber one(ball), turned(test::flipped(ball)), both(twice);
     CHECK(one.at({{0.1, 0.2, 0.3}}) == Approx(1).margin(1e-3));
     CHECK(one.at({{1.1, 0.2, 0.3}}) == Approx(0).margin(1e-3));
     CHECK(turned.at({{0.1, 0.2, 0.3}}) == Approx(-1).margin(1e-3));
     CHECK(both.at({{0.5, 0.1, 0}}) == Approx(2).margin(1e-3));
-    // On a face the mean of its sides; beyond all measure nothing.
+    // Beside a sheet it is ±1/2; at NaN positions and very far away it is 0.
     const Mesh flat = test::plane(2, 4);
     CHECK(WindingNumber(flat).at({{0.1, 0, 0.2}}) == 0);
     CHECK(WindingNumber(flat).at({{0.1, -1e-9, 0.2}}) == Approx(0.5).margin(1e-3));
@@ -33,7 +33,7 @@ TEST_CASE("a winding number counts how often a mesh goes around", "[WindingNumbe
     CHECK(WindingNumber(point).at({{0, 1, 0}}) == 0);
 }
 
-TEST_CASE("fast winding numbers are within a thousandth of the exact sum", "[WindingNumber]") {
+TEST_CASE("WindingNumber: the fast sum is within a thousandth of the exact one", "[WindingNumber]") {
     const Mesh mesh =
         GENERATE(test::spot(), test::withHole(test::spot(), {0, 0.4, 0}, 0.4), test::soup(test::spot(), 0.05),
                  test::plane(2, 30), test::moebius(0.6, 200), test::moved(test::ball(4), {1000, -500, 200}));
@@ -47,7 +47,7 @@ TEST_CASE("fast winding numbers are within a thousandth of the exact sum", "[Win
     for (size_t n = 0; n < places.size(); ++n) {
         Vec3d p;
         for (int axis = 0; axis < 3; ++axis) p[axis] = lower[axis] + size[axis] * (places[n][axis] + 0.5);
-        if (n % 2 == 0) { // close to the surface
+        if (n % 2 == 0) { // half of the positions are close to the surface
             const auto& corner = mesh.points[n * 7919 % mesh.points.size()];
             for (int axis = 0; axis < 3; ++axis) p[axis] = static_cast<double>(corner[axis]) + 0.02 * places[n][axis];
         }
@@ -56,7 +56,7 @@ TEST_CASE("fast winding numbers are within a thousandth of the exact sum", "[Win
         squares += error * error;
         if (n < 60) sum.see(std::abs(exact - test::windingNumberByExcess(mesh, inVdb(p))), p);
     }
-    // Both sides of a place at once.
+    // Both sides of a position in one call.
     test::Worst pairs;
     for (size_t n = 0; n < 200; ++n) {
         const auto& corner = mesh.points[n * 7919 % mesh.points.size()];
@@ -72,12 +72,12 @@ TEST_CASE("fast winding numbers are within a thousandth of the exact sum", "[Win
     CAPTURE(fast.where, sum.where, pairs.where, mesh.points.size());
     CHECK(pairs.value < 0.01);
     CHECK(fast.value < 1e-3);
-    CHECK(std::sqrt(squares / static_cast<double>(places.size())) < 3e-4); // as stated
-    CHECK(sum.value < 1e-9);                                               // two formulas
+    CHECK(std::sqrt(squares / static_cast<double>(places.size())) < 3e-4); // the documented accuracy
+    CHECK(sum.value < 1e-9);                                               // two formulas agree
 }
 
-TEST_CASE("winding numbers do not depend on the number of threads", "[WindingNumber]") {
-    const Mesh mesh = test::ball(6); // enough triangles to build its tree in parallel
+TEST_CASE("WindingNumber: does not depend on the number of threads", "[WindingNumber]") {
+    const Mesh mesh = test::ball(6); // enough triangles for a parallel build
     const auto places = randomPoints(test::cube(1.2), 3000, 8);
     std::vector<std::vector<double>> results;
     for (const int threads : {1, 4}) {
@@ -88,6 +88,6 @@ TEST_CASE("winding numbers do not depend on the number of threads", "[WindingNum
     CHECK(WindingNumber(mesh).at(places[17]) == results[0][17]);
 }
 
-TEST_CASE("building a tree of winding numbers can be cancelled", "[WindingNumber]") {
+TEST_CASE("WindingNumber: building the tree can be cancelled", "[WindingNumber]") {
     CHECK_THROWS_AS(WindingNumber(test::ball(3), {.report = {}, .cancelled = [] { return true; }}), Interrupted);
 }

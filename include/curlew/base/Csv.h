@@ -11,20 +11,20 @@ namespace curlew {
 /// Numbers in named columns.
 struct CsvTable {
     std::vector<std::string> names;
-    std::vector<double> values; ///< Row by row, one for each name.
+    std::vector<double> values; ///< Row by row, one value per name.
 };
 
 /// What the cells of a CSV file may hold.
 enum class CsvCells {
     finite,  ///< Finite numbers, without spaces or quotes.
-    optional ///< Any numbers; an empty cell is NaN. Spaces around a name or number, and all double quotes, are ignored.
+    optional ///< Any numbers; an empty cell is NaN. Spaces around a name or number and all double quotes are ignored.
 };
 
-/// Reads a CSV file: names in its first line, then rows with a number for each of them, separated by commas. Blank
-/// lines and carriage returns are skipped. `checkNames` sees the names before the first row is read, and throws if the
-/// file is not the one that the caller expects. Throws FileError, naming file and line, if the file cannot be read, is
-/// blank, or has a row of another length than the header or a cell that is not a number; ResourceError if the table
-/// would not fit into memory.
+/// Reads a CSV file. The first line holds the names; each following row holds one number per name, separated by commas.
+/// Blank lines and carriage returns are skipped. `checkNames` is called with the names before the first row is read,
+/// and throws if this is not the file that the caller expects. Throws FileError, naming file and line, if the file
+/// cannot be read or is blank, if a row and the header differ in length, or if a cell is not a number. Throws
+/// ResourceError if the table would not fit into memory.
 CsvTable readCsv(const std::filesystem::path& path, CsvCells cells,
                  const std::function<void(const std::vector<std::string>& names)>& checkNames = {});
 

@@ -6,26 +6,26 @@
 
 namespace curlew {
 
-/// Root of everything the library throws on purpose. `what()` is one line for the user: what is wrong, where, and
-/// what to do about it.
+/// Base class of every error that the library throws on purpose. `what()` is one line for the user: what is wrong,
+/// where, and what to do about it.
 class Error : public std::runtime_error {
   public:
     using std::runtime_error::runtime_error;
 };
 
-/// A value that a caller gave is unusable: it names the value and the valid choices.
+/// The caller gave an unusable value. The message names the value and the valid choices.
 class ValueError : public Error {
   public:
     using Error::Error;
 };
 
-/// A file cannot be read or written: it names the file.
+/// A file cannot be read or written. The message names the file.
 class FileError : public Error {
   public:
     using Error::Error;
 };
 
-/// A request that this machine cannot satisfy (memory): it says how much it needs.
+/// This machine cannot satisfy the request (memory). The message says how much is needed.
 class ResourceError : public Error {
   public:
     using Error::Error;

@@ -8,11 +8,11 @@
 
 namespace curlew {
 
-/// A binary stream of an existing file that throws std::ios_base::failure if it ends before a read is complete.
-/// Throws FileError if there is no such file, it is not a regular file, it cannot be opened or it is empty.
+/// Opens an existing file as a binary stream. The stream throws std::ios_base::failure if the file ends before a read
+/// is complete. Throws FileError if the file does not exist, is not a regular file, cannot be opened or is empty.
 std::ifstream openToRead(const std::filesystem::path& path);
 
-/// The digest of the bytes of a file. Throws FileError as openToRead(), and if the file cannot be read to its end.
+/// Returns the digest of a file's bytes. Throws FileError like openToRead(), and if the file cannot be read to its end.
 Digest digestOf(const std::filesystem::path& path);
 
 } // namespace curlew

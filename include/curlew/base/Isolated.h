@@ -14,12 +14,12 @@
 
 namespace curlew {
 
-// A file that nobody trusts is read by a process of its own: one that is damaged so that the library which reads it
-// crashes, hangs or takes all memory ends that process and not the host. The process is the command `curlew` in a mode
-// that its help does not show. It is spawned, not forked: hosts have threads. What it has read comes back as parts in
-// shared memory.
+// Untrusted files are read in a process of their own. If a damaged file makes the reading library crash, hang or
+// exhaust memory, it ends that process and not the host. The process runs the command `curlew` in a mode that its help
+// does not show. It is spawned and not forked, because hosts have threads. It returns the data as parts in shared
+// memory.
 
-/// Writes arrays and texts for the other process. Throws FileError if there is no room for them.
+/// Writes arrays and texts for the host process. Throws FileError if there is no room for them.
 class PartWriter {
   public:
     explicit PartWriter(int file) : mFile(file) {}
@@ -38,8 +38,8 @@ class PartWriter {
     int mFile;
 };
 
-/// Takes the parts one after another. Throws FileError, naming the file that was read, if they are not what is asked
-/// for: the other process is trusted no more than the file.
+/// Returns the parts in the order in which they were written. Throws FileError, naming the file that was read, if a
+/// part does not match what the caller requests: the reader process is trusted no more than the file.
 class PartReader {
   public:
     PartReader(std::shared_ptr<const void> memory, std::string_view bytes, std::filesystem::path path)
@@ -50,7 +50,7 @@ class PartReader {
         static_assert(std::is_trivially_copyable_v<T>);
         const std::string_view bytes = part();
         if (bytes.size() % sizeof(T) != 0) throw damaged();
-        const T* first = reinterpret_cast<const T*>(bytes.data()); // parts begin at multiples of 8 bytes
+        const T* first = reinterpret_cast<const T*>(bytes.data()); // parts start at multiples of 8 bytes
         return std::vector<T>(first, first + bytes.size() / sizeof(T));
     }
     std::string_view text() { return part(); }
@@ -65,26 +65,28 @@ class PartReader {
     std::filesystem::path mPath;
 };
 
-/// Reads one kind of file in the other process.
+/// Reads one kind of file; runs in the reader process.
 using IsolatedReader = void (*)(const std::filesystem::path& path, PartWriter& parts);
 
-/// The command `curlew`, which can be that process: this program, or the command beside this library or in the bin/ of
-/// its installation, or what the environment variable CURLEW_READER names; "" if there is none, and then files are read
-/// in this process. Safe to call from several threads.
+/// Returns the command `curlew` that serves as the reader process: the value of the environment variable CURLEW_READER
+/// if it is set, else this program if it is `curlew`, else the command beside this library or in the bin/ of its
+/// installation. Returns "" if there is none; files are then read in the host process. Safe to call from several
+/// threads.
 const std::string& isolatedProgram();
 
-/// Whether files that cannot be trusted are read by another process: as the host has said last, at first yes, and never
-/// without isolatedProgram(). It is of the whole process, as its children are. Safe to call from several threads.
+/// Returns whether untrusted files are read in a process of their own. The default is yes; without isolatedProgram() it
+/// is always no. setReadsIsolated() changes the setting for the whole process. Safe to call from several threads.
 bool readsIsolated();
 void setReadsIsolated(bool on);
 
-/// Lets `reader` of that process read a file, which takes at most the memory that is available and a time that grows
-/// with the file (30 s of a processor, and 1 s for each MB). Throws what the reader threw, FileError if the process
-/// ended without an answer, ResourceError if it cannot be started, and Interrupted once the monitor says so. Needs
-/// isolatedProgram(). Safe to call from several threads.
+/// Runs the named `reader` on a file in a new process. The process may use the memory that is available now, and
+/// processor time of 30 s plus 1 s per MB of the file. Rethrows the ValueError, FileError or ResourceError that the
+/// reader threw. Throws FileError if the process ended without an answer, ResourceError if it cannot be started, and
+/// Interrupted if the monitor cancels. Requires isolatedProgram(). Safe to call from several threads.
 PartReader readIsolated(const std::string& reader, const std::filesystem::path& path, const Monitor& monitor);
 
-/// In the other process: whether these are the arguments of one, and if so, its exit status once it has read the file.
+/// For the reader process: isIsolatedReader() returns whether these are its arguments, and runIsolatedReader() reads
+/// the file and returns the exit status.
 bool isIsolatedReader(const std::vector<std::string>& arguments);
 int runIsolatedReader(const std::vector<std::string>& arguments, IsolatedReader (*readerOf)(const std::string& name));
 

@@ -8,7 +8,7 @@
 
 namespace curlew {
 
-/// A new folder for temporary files, which goes with this object. Throws FileError if none can be made.
+/// A new temporary folder. The destructor removes it with its content. Throws FileError if it cannot be created.
 class TemporaryFolder {
   public:
     TemporaryFolder();
@@ -24,21 +24,21 @@ class TemporaryFolder {
     std::filesystem::path mPath;
 };
 
-/// Whether a name stands for a stream: "-" (the standard input), /dev/stdin, /dev/fd/N, a pipe, socket or character
-/// device. A stream is read once, from its beginning to its end.
+/// Returns whether a name denotes a stream: "-" (standard input), /dev/stdin, /dev/fd/N, a pipe, a socket or a
+/// character device. A stream can only be read once, from beginning to end.
 bool isStream(const std::filesystem::path& name);
 
-/// The ending of a file's name in lower case, with its dot: .obj for cow.OBJ and cow.obj.gz.
+/// Returns the extension of a file name in lower case, with its dot: .obj for cow.OBJ and for cow.obj.gz.
 std::string endingOf(const std::filesystem::path& name);
 
-/// The content of a file or stream as a regular, uncompressed file whose name has a certain ending. That is the file
-/// itself where it is all that; otherwise a temporary copy, which goes with this object. What begins as gzip (RFC 1952)
-/// is decompressed, whatever its name.
+/// Makes a file or stream available as a regular, uncompressed file whose name has a given extension. If the file is
+/// already all of that, path() is the file itself. Otherwise it is a temporary copy, which the destructor removes. Data
+/// that starts with the gzip magic number (RFC 1952) is decompressed, whatever the file's name.
 class LocalFile {
   public:
-    /// `ending`: with its dot; "" for that of the name. `cancelled` is asked between pieces (Interrupted). Throws
-    /// FileError if the file cannot be read, is no whole gzip file, or does not fit into the folder for temporary
-    /// files.
+    /// `ending` is the extension with its dot; "" keeps the extension of the name. `cancelled` is polled between
+    /// pieces, and Interrupted is thrown if it returns true. Throws FileError if the file cannot be read, if its gzip
+    /// data is incomplete, or if the copy does not fit into the system's temporary folder.
     explicit LocalFile(const std::filesystem::path& name, const std::string& ending = "",
                        const std::function<bool()>& cancelled = {});
 

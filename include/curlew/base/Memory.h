@@ -7,23 +7,24 @@
 
 namespace curlew {
 
-/// Memory that this process can still get without swapping, in bytes: the least of what the system has available, what
-/// is left of the limits of its control groups, and of that on its address space (ulimit -v).
+/// Returns the memory in bytes that this process can still allocate without swapping: the minimum of the system's
+/// available memory, the remainder of its control groups' limits, and the remainder of its address space limit (ulimit
+/// -v).
 size_t availableMemory();
 
-/// The memory that is left of the limits of the control groups of a process (versions 1 and 2, with all groups around
-/// them), in bytes; the largest size_t if there is no limit. Pages of files that can be dropped count as left.
-/// `groups`: /proc/self/cgroup. `root`: where the groups are mounted, /sys/fs/cgroup.
+/// Returns the memory in bytes that remains below the limits of a process's control groups (versions 1 and 2, including
+/// all parent groups), or the largest size_t if there is no limit. File pages that can be dropped count as free.
+/// `groups` is usually /proc/self/cgroup; `root` is the mount point of the groups, usually /sys/fs/cgroup.
 size_t controlGroupMemory(const std::filesystem::path& groups, const std::filesystem::path& root);
 
-/// The most memory that this process has held so far, in bytes.
+/// Returns the peak resident memory of this process so far, in bytes.
 size_t peakMemory();
 
-/// "3.2 GiB"
+/// Formats a number of bytes for people: "3.2 GiB".
 std::string formatBytes(double bytes);
 
-/// Throws ResourceError if `what`, which takes about `bytes`, does not fit the available memory. `remedy` says what to
-/// do.
+/// Throws ResourceError if `bytes`, the approximate memory that `what` takes, exceeds the available memory. `remedy`
+/// tells the user what to do.
 void requireMemory(double bytes, const std::string& what, const std::string& remedy);
 
 } // namespace curlew

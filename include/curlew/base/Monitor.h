@@ -7,9 +7,9 @@
 
 namespace curlew {
 
-/// How a long computation speaks with its caller: it reports the fraction done and asks whether to go on. Both
-/// functions may be empty. They are called from any thread that takes part in the computation, one at a time for
-/// `report`, and must not throw.
+/// Callbacks of a long computation: `report` receives the fraction done, and `cancelled` returns whether to stop.
+/// Either may be empty. Neither may throw. Any thread of the computation may call them; calls of `report` never
+/// overlap.
 struct Monitor {
     std::function<void(double fraction)> report;
     std::function<bool()> cancelled;

@@ -11,14 +11,14 @@
 
 namespace curlew {
 
-/// Calls `body(begin, end)` for chunks of at most `grain` indices that together cover [0, count), on all threads.
-/// The chunks are the same for any number of threads. `monitor` is served between chunks; an exception in the body, or
-/// a cancelled monitor (Interrupted), ends the loop and reaches the caller.
+/// Calls `body(begin, end)` on all threads for chunks of at most `grain` indices that together cover [0, count). The
+/// chunks do not depend on the number of threads. `monitor` is called between chunks. An exception in the body or a
+/// cancelled monitor (Interrupted) ends the loop and is passed on to the caller.
 void parallelFor(size_t count, size_t grain, const std::function<void(size_t begin, size_t end)>& body,
                  const Monitor& monitor = {});
 
-/// Sums `body(begin, end)` over the chunks of parallelFor, in the order of the chunks: the same bits for any number of
-/// threads. What it sums is anything that T{} += adds up: numbers, or what several sums are kept in.
+/// Sums `body(begin, end)` over the chunks of parallelFor, in the order of the chunks, so any number of threads gives
+/// the same bits. The body returns any type that has T{} and +=: a number, or a struct of several sums.
 template <class Body>
 auto parallelSum(size_t count, size_t grain, const Body& body, const Monitor& monitor = {}) {
     using T = decltype(body(size_t{}, size_t{}));
@@ -31,7 +31,8 @@ auto parallelSum(size_t count, size_t grain, const Body& body, const Monitor& mo
     return total;
 }
 
-/// One piece of work at a time beside the caller's, on another thread where there is one. Waits at its end.
+/// Runs one piece of work at a time in parallel with the caller, on another thread if one is available. The destructor
+/// waits for it.
 class Background {
   public:
     Background();
@@ -39,9 +40,9 @@ class Background {
     Background(const Background&) = delete;
     Background& operator=(const Background&) = delete;
 
-    /// Begins it, after wait(). It must not throw.
+    /// Waits for the previous work, then starts this one. `work` must not throw.
     void run(const std::function<void()>& work);
-    /// Until it is done; does it itself if no thread has begun it.
+    /// Waits until the work is done. Runs it on the calling thread if no other thread has started it.
     void wait();
 
   private:
@@ -49,7 +50,8 @@ class Background {
     std::unique_ptr<Implementation> mImplementation;
 };
 
-/// While it lives, parallel loops (ours and OpenVDB's) use at most this many threads; 0 means one per processor.
+/// Limits parallel loops (ours and OpenVDB's) to this number of threads during its lifetime. 0 means one thread per
+/// processor.
 class ThreadLimit {
   public:
     explicit ThreadLimit(int threads);

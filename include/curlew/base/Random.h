@@ -5,8 +5,8 @@
 
 namespace curlew {
 
-/// The finaliser of SplitMix64 (Steele, Lea and Flood 2014): a bijection of 64-bit words whose output bits are well
-/// mixed. Word is uint64_t, or several of them at once (math/Lanes.h).
+/// The finaliser of SplitMix64 (Steele, Lea and Flood 2014): a bijection of 64-bit words that mixes their bits well.
+/// Word is uint64_t, or lanes of it (math/Lanes.h).
 template <class Word>
 constexpr Word mixedWord(Word word) {
     word += Word(0x9e3779b97f4a7c15u);
@@ -16,13 +16,13 @@ constexpr Word mixedWord(Word word) {
 }
 constexpr uint64_t mixBits(uint64_t word) { return mixedWord(word); }
 
-/// Counter-based random bits: the same for the same (seed, index, stream), whatever was drawn before. So random points
-/// need no state and come out the same for any number of threads.
+/// Counter-based random bits: a pure function of (seed, index, stream). Random points therefore need no state and are
+/// the same for any number of threads.
 constexpr uint64_t randomBits(uint64_t seed, uint64_t index, uint64_t stream = 0) {
     return mixBits(mixBits(mixBits(seed) ^ index) ^ stream);
 }
 
-/// Uniform in [0, 1), 53 random bits.
+/// Returns a uniform random number in [0, 1) with 53 random bits.
 constexpr double randomUniform(uint64_t seed, uint64_t index, uint64_t stream = 0) {
     return static_cast<double>(randomBits(seed, index, stream) >> 11) * 0x1p-53;
 }

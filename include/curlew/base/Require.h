@@ -10,7 +10,7 @@
 
 namespace curlew {
 
-/// Throws ValueError, naming what it is, for a value that is not positive and finite.
+/// Throws ValueError, naming `what`, if the value is not positive and finite.
 inline void requirePositive(double value, std::string_view what) {
     if (!(value > 0) || !std::isfinite(value))
         throw ValueError(fmt::format("{} is {}; it must be positive and finite", what, value));

@@ -7,11 +7,12 @@
 
 namespace curlew {
 
-/// The text as valid UTF-8 on one line: control characters and bytes that are no UTF-8 are escaped as \xNN. File names
-/// may hold either; a terminal would act on the former, and JSON and SVG cannot hold the latter.
+/// Returns the text as valid UTF-8 on one line. Control characters and bytes that are not UTF-8 are escaped as \xNN.
+/// File names may contain both: a terminal would interpret the control characters, and JSON and SVG cannot hold invalid
+/// bytes.
 std::string printable(std::string_view text);
 
-/// A count for people: "1,234,567".
+/// Formats a count for people: "1,234,567".
 std::string grouped(uint64_t count);
 
 } // namespace curlew

@@ -5,17 +5,17 @@
 
 namespace curlew {
 
-/// Fields are evaluated on this many positions at a time (an eighth of a VDB leaf): enough to hide a virtual call, few
-/// enough that every temporary of a composed field stays in the first-level cache.
+/// The number of positions at which fields are evaluated at a time (an eighth of a VDB leaf). It is large enough to
+/// hide a virtual call, and small enough to keep every temporary of a composed field in the L1 cache.
 inline constexpr int kBatch = 64;
 
-/// Positions in N dimensions, world units, as a structure of arrays.
+/// Positions in N dimensions in world units, as a structure of arrays.
 template <int N>
 struct PointBatchN {
     int size = 0;
     alignas(64) std::array<std::array<double, kBatch>, N> c;
 
-    /// The positions from i on, as many as P, a type of doubles, has lanes.
+    /// Returns the positions from i on, as many as P has lanes. P is double or lanes of double.
     template <class P>
     Vec<P, N> lanes(int i) const {
         Vec<P, N> p;
@@ -38,7 +38,7 @@ struct JetBatchN {
     using JetType = Jet<T, N, Order>;
     alignas(64) std::array<std::array<T, kBatch>, JetType::kSize> c;
 
-    /// The jets from position i on, as many as P, a type of Ts, has lanes.
+    /// Returns the jets from position i on, as many as P has lanes. P is T or lanes of T.
     template <class P>
     Jet<P, N, Order> lanes(int i) const {
         Jet<P, N, Order> jet;

@@ -13,10 +13,11 @@
 
 namespace curlew {
 
-// Fields at arrays of positions, on all threads. Results go into an array of as many floats or doubles, or vectors of
-// them, which choose the precision. All throw ValueError if the sizes differ, and Interrupted.
+// These functions evaluate fields at arrays of positions, on all threads. Results go into an array of the same size.
+// Its element type, float or double or a vector of them, selects the precision. They throw ValueError if the sizes
+// differ, and Interrupted if the monitor cancels.
 
-/// World units. Any contiguous array of positions converts to it.
+/// Positions in world units. Any contiguous array of positions converts to it.
 template <int N>
 using Positions = std::type_identity_t<std::span<const Vec<double, N>>>;
 

@@ -6,7 +6,7 @@
 
 namespace curlew {
 
-/// Points that are computed when they are needed: at(k) for k < count.
+/// A sequence of `count` points that are computed on demand by at(k).
 template <class At>
 struct PointsBy {
     size_t count;
@@ -17,7 +17,7 @@ struct PointsBy {
 template <class At>
 PointsBy(size_t, At) -> PointsBy<At>;
 
-/// Position k of points: points.position(k) of a structure of arrays, else points[k].
+/// Returns position k: points.position(k) if there is such a member, as in a structure of arrays, else points[k].
 template <class Positions>
 auto positionOf(const Positions& points, size_t k) {
     if constexpr (requires { points.position(k); })
@@ -27,12 +27,12 @@ auto positionOf(const Positions& points, size_t k) {
 }
 
 namespace detail {
-/// Only declared: its type is the batch for such positions.
+/// Only declared, to deduce the batch type for these positions.
 template <int N>
 PointBatchN<N> batchFor(const Vec<double, N>& position);
 } // namespace detail
 
-/// The points begin … end - 1, at most kBatch of them.
+/// Returns the points begin … end - 1, at most kBatch, as a batch.
 template <class Positions>
 auto batchOf(const Positions& points, size_t begin, size_t end) {
     decltype(detail::batchFor(positionOf(points, begin))) batch;
@@ -50,9 +50,8 @@ void storeBatch(const PointBatchN<N>& batch, Positions& points, size_t begin) {
             points[begin + static_cast<size_t>(i)] = batch[i];
 }
 
-/// Calls body(batch, begin) for the points in batches of kBatch, on all threads: batch[i] is point begin + i. The body
-/// may change the batch, and move those points. Throws Interrupted if the monitor is cancelled, and what the body
-/// throws.
+/// Calls body(batch, begin) for batches of kBatch points, on all threads; batch[i] is point begin + i. The body may
+/// change the batch and move those points. Throws Interrupted if the monitor cancels, and whatever the body throws.
 template <class Positions, class Body>
 void forEachBatch(const Positions& points, const Body& body, const Monitor& monitor = {}) {
     parallelFor(
@@ -64,8 +63,8 @@ void forEachBatch(const Positions& points, const Body& body, const Monitor& moni
         monitor);
 }
 
-/// The sum of what body(batch, begin) returns, added in the order of the points: the same bits for any number of
-/// threads (parallelSum).
+/// Returns the sum of the results of body(batch, begin), added in the order of the points: the same bits for any number
+/// of threads (parallelSum).
 template <class Positions, class Body>
 auto sumOverBatches(const Positions& points, const Body& body, const Monitor& monitor = {}) {
     return parallelSum(

@@ -5,9 +5,9 @@
 
 namespace curlew {
 
-/// A pointwise model from a formula on coordinates that are jets, which differentiate it: `formula(x)`, x a Vec of N
-/// jets; or `formula(x, k)`, where k turns constants into jets. A formula with kernels is written on lanes, and has
-/// `static constexpr bool kHasKernels = true`.
+/// A pointwise model made of a formula. The formula is evaluated on jets of the coordinates, which differentiate it
+/// automatically: `formula(x)`, where x is a Vec of N jets, or `formula(x, k)`, where k turns constants into jets. A
+/// formula with kernels must support lanes and declares `static constexpr bool kHasKernels = true`.
 template <int N, class F>
 struct Formula {
     static constexpr int kDimension = N;

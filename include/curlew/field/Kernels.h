@@ -9,8 +9,8 @@
     template void curlew::runOnLanes<CURLEW_SIMD, curlew::ModelKernel<Order>, T>( \
         const __VA_ARGS__&, const PointBatchN<__VA_ARGS__::kDimension>&,          \
         JetBatchN<T, __VA_ARGS__::kDimension, Order>&);
-/// In a file named *Kernels.cpp: instantiates a model of a field for lanes, in both precisions, with no, first and
-/// second derivatives.
+/// For files named *Kernels.cpp: instantiates a model of a field for lanes, in both precisions, with derivatives up to
+/// order 0, 1 and 2.
 #define CURLEW_MODEL_KERNELS(...)               \
     CURLEW_MODEL_KERNEL(float, 0, __VA_ARGS__)  \
     CURLEW_MODEL_KERNEL(float, 1, __VA_ARGS__)  \

@@ -8,8 +8,8 @@
 #include "curlew/noise/SineNoise.h"
 #include "curlew/noise/ValueNoise.h"
 
-/// The noises: NOISE(name, class template, lowest dimension, highest dimension, summary) for each. noiseField(), the
-/// kernels on lanes and `-noise type=` are made from this list.
+/// The list of noises: NOISE(name, class template, lowest dimension, highest dimension, summary) for each.
+/// noiseField(), the kernels on lanes and `-noise type=` are generated from it.
 #define CURLEW_NOISES(NOISE)                                                                               \
     NOISE("psrd", PsrdN, 2, 3, "tiling simplex noise with rotating gradients (Gustavson and McEwan 2021)") \
     NOISE("value", ValueNoise, 1, 3, "values at lattice vertices (Catlike Coding)")                        \
@@ -18,10 +18,10 @@
     NOISE("simplex", SimplexNoise, 2, 7, "simplex noise in up to 7 dimensions")                            \
     NOISE("sine", SineNoise, 1, 7, "a sum of plane waves, infinitely smooth")
 
-/// DO(Noise<N>) for each dimension N from LOWEST (1, 2 or 3) to HIGHEST (3 to 7).
+/// Expands DO(Noise<N>) for each dimension N from LOWEST (1, 2 or 3) to HIGHEST (3 to 7).
 #define CURLEW_NOISE_DIMENSIONS(DO, Noise, LOWEST, HIGHEST) \
     CURLEW_NOISE_BELOW_3(DO, Noise, LOWEST) DO(Noise<3>) CURLEW_NOISE_ABOVE_3(DO, Noise, HIGHEST)
-/// The same for those below and above 3 only.
+/// The same, only for dimensions below 3 and above 3.
 #define CURLEW_NOISE_BELOW_3(DO, Noise, LOWEST) CURLEW_NOISE_FROM_##LOWEST(DO, Noise)
 #define CURLEW_NOISE_ABOVE_3(DO, Noise, HIGHEST) CURLEW_NOISE_TO_##HIGHEST(DO, Noise)
 

@@ -7,25 +7,26 @@
 
 namespace curlew {
 
-/// A shape that was made in the pose `home` and now is in the pose `now`: carried and turned as a whole. Its pose is
-/// `now`. Bounds: the box around the turned box.
+/// Moves a shape rigidly from the pose `home`, in which it was made, to the pose `now`, which becomes its pose. Its
+/// bounds are the box around the rotated box.
 Sdf inPose(const Sdf& sdf, const Pose& home, const Pose& now);
 
-/// The poses of a body in four frames one after another: before the interval, at its ends, and after it. The outer ones
-/// may be unknown.
+/// The poses of a body in four successive frames: before an interval, at its two ends, and after it. The outer ones may
+/// be unknown.
 struct PoseKeys {
     std::optional<Pose> before = {};
     Pose from = {}, to = {};
     std::optional<Pose> after = {};
 };
 
-/// The pose on the way from one frame to the next, `part` = 0 … 1 of it: a cubic Hermite curve of the origin, and of
-/// the rotation vector in the body's axes, whose slopes at a frame are central differences of its neighbours (or
-/// three-point differences at an end). So velocities are continuous from interval to interval, a uniform turn stays
-/// one, and a body keeps its form. Turns of half a turn from frame to frame and more are ambiguous.
+/// Interpolates the pose at the fraction `part` (0 … 1) of the interval between two frames. Uses cubic Hermite curves
+/// of the origin and of the rotation vector in the body's axes. The slope at a frame is the central difference of its
+/// neighbours, or a three-point difference at the end of a sequence. Velocities are therefore continuous between
+/// intervals, a uniform rotation stays uniform, and the body keeps its shape. Rotations of half a turn or more between
+/// frames are ambiguous.
 Pose poseBetween(const PoseKeys& keys, double part);
 
-/// The weights of the four frames in that curve. Without a frame at an end its weight is 0.
+/// Returns the weights of the four frames in that curve. A missing frame has the weight 0.
 std::array<double, 4> hermiteWeights(bool before, bool after, double part);
 
 } // namespace curlew

@@ -3,7 +3,7 @@
 
 #include "curlew/field/Batch.h"
 #include "curlew/math/Dispatch.h"
-#include "curlew/math/Range.h"
+#include "curlew/math/Interval.h"
 
 #include <concepts>
 #include <limits>
@@ -13,7 +13,7 @@ namespace curlew {
 
 namespace detail {
 
-/// What a field is made of: one virtual call per batch, for each precision and order of derivatives.
+/// The implementation of a field: one virtual call per batch, for each precision and order of derivatives.
 template <int N>
 class FieldModel {
   public:
@@ -25,7 +25,7 @@ class FieldModel {
     virtual void eval(const PointBatchN<N>&, JetBatchN<double, N, 1>&) const = 0;
     virtual void eval(const PointBatchN<N>&, JetBatchN<double, N, 2>&) const = 0;
     virtual void eval(const PointBatchN<N>&, JetBatchN<double, N, 3>&) const = 0;
-    virtual Range range() const = 0;
+    virtual Interval range() const = 0;
     virtual double wavelength() const = 0;
 };
 
@@ -43,7 +43,7 @@ concept LaneModel = requires {
     requires M::kHasKernels;
 };
 
-/// Evaluates a model in numbers T.
+/// Evaluates a model with numbers T.
 template <int Order>
 struct ModelKernel {
     template <class T, class M, int N>
@@ -56,20 +56,20 @@ struct ModelKernel {
     }
 };
 
-/// A scalar function of position in N dimensions with exact derivatives: a cheap handle on an immutable model. Copies
-/// share the model; evaluation is safe from any number of threads.
+/// A scalar function of position in N dimensions with exact derivatives. It is a cheap handle to an immutable model,
+/// which copies share. Evaluation is safe from any number of threads.
 ///
-/// T is the precision of values and derivatives (float or double), Order the highest derivative: up to 2, and in double
-/// up to 3. Positions are always double.
+/// T is the precision of values and derivatives (float or double). Order is the highest derivative: up to 2, and in
+/// double up to 3. Positions are always double.
 template <int N>
 class ScalarFieldN {
   public:
     static constexpr int kDimension = N;
 
-    /// A field from a model M, which is either pointwise (above) or has
-    /// `template <int Order, class T> void evalBatch(const PointBatchN<N>&, JetBatchN<T, N, Order>&) const`;
-    /// and may have `Range range() const`, `double wavelength() const` and kernels (above; then T may be lanes, and the
-    /// batch is one of their numbers).
+    /// Creates a field from a model M. M is pointwise (above) or has
+    /// `template <int Order, class T> void evalBatch(const PointBatchN<N>&, JetBatchN<T, N, Order>&) const`.
+    /// It may have `Interval range() const`, `double wavelength() const` and kernels (above). With kernels, T may be
+    /// lanes, and the batch is then a JetBatchN<NumberOf<T>, N, Order>.
     template <class M>
     requires(!std::same_as<std::remove_cvref_t<M>, ScalarFieldN>) explicit ScalarFieldN(M model)
         : mModel(std::make_shared<const Model<M>>(std::move(model))) {}
@@ -79,7 +79,7 @@ class ScalarFieldN {
         mModel->eval(points, jets);
     }
 
-    /// The jet at one position. For many, batches are faster.
+    /// Returns the jet at one position. Batches are faster for many positions.
     template <int Order, class T = double>
     Jet<T, N, Order> at(const Vec<double, N>& position) const {
         PointBatchN<N> points;
@@ -89,11 +89,11 @@ class ScalarFieldN {
         return jets[0];
     }
 
-    /// An interval that the value never leaves; unbounded where none is known.
-    Range range() const { return mModel->range(); }
+    /// Returns an interval that contains all values; unbounded if none is known.
+    Interval range() const { return mModel->range(); }
 
-    /// The longest wavelength (cell of the lowest octave) of the noises that the field is made of, world units; 0 if it
-    /// is made of none.
+    /// Returns the longest wavelength (cell of the lowest octave) of the noises in the field, in world units; 0 if none
+    /// is known.
     double wavelength() const { return mModel->wavelength(); }
 
   private:
@@ -108,7 +108,7 @@ class ScalarFieldN {
         void eval(const PointBatchN<N>& p, JetBatchN<double, N, 1>& j) const override { run(p, j); }
         void eval(const PointBatchN<N>& p, JetBatchN<double, N, 2>& j) const override { run(p, j); }
         void eval(const PointBatchN<N>& p, JetBatchN<double, N, 3>& j) const override { run(p, j); }
-        Range range() const override {
+        Interval range() const override {
             if constexpr (requires { mM.range(); })
                 return mM.range();
             else

@@ -8,13 +8,13 @@
 #include <algorithm>
 #include <numbers>
 
-/// The shapes: each has its sizes as members; `check()`, which throws ValueError for sizes out of range; `bounds()`, a
-/// box that contains the inside; and its signed distance as a formula on coordinates p that are jets, where k turns
-/// constants into jets. A formula that gives only a lower bound on the distance says `static constexpr double kReach =
-/// 0` (SdfN::reach). Units are world units. A shape is added here, at the end of CURLEW_SHAPES too.
+/// The shapes. Each has its sizes as members; `check()`, which throws ValueError if a size is out of range; `bounds()`,
+/// a box that contains the inside; and its signed distance as a formula on jets p of the coordinates, where k turns
+/// constants into jets. A formula that is only a lower bound on the distance declares `static constexpr double kReach =
+/// 0` (SdfN::reach). Units are world units. A new shape must also be added to CURLEW_SHAPES below.
 namespace curlew::shapes {
 
-/// The root of a sum of squares; zero, without derivatives, where the sum is zero.
+/// Returns the root of a sum of squares; zero, with zero derivatives, where the sum is zero.
 template <class J>
 J norm(const J& squares) {
     return select(squares.value > decltype(squares.value)(0), sqrt(squares), J());
@@ -115,21 +115,21 @@ struct Gyroid {
     template <class X, class K>
     auto operator()(const X& p, const K& c) const {
         const double k = 2 * std::numbers::pi / wavelength;
-        // sin x cos y + sin y cos z + sin z cos x has a gradient of at most √3 in these coordinates (at the origin).
+        // The gradient of sin x cos y + sin y cos z + sin z cos x in these coordinates is at most √3 (at the origin).
         const double scale = 1 / (std::numbers::sqrt3 * k);
         const auto x = p[0] * c(k), y = p[1] * c(k), z = p[2] * c(k);
         return abs(sin(x) * cos(y) + sin(y) * cos(z) + sin(z) * cos(x)) * c(scale) - c(thickness / 2);
     }
 };
 
-/// DO(Shape) for each shape: sdfOf() and the kernels on lanes are instantiated for those in this list.
+/// DO(Shape) for each shape. sdfOf() and the kernels on lanes are instantiated for this list.
 #define CURLEW_SHAPES(DO) DO(Sphere) DO(RoundedBox<3>) DO(Torus) DO(Capsule) DO(Gyroid)
 
 } // namespace curlew::shapes
 
 namespace curlew {
 
-/// The signed distance of one of the shapes above. Throws ValueError for sizes out of range.
+/// Returns the signed distance of one of the shapes above. Throws ValueError if a size is out of range.
 template <class Shape>
 Sdf sdfOf(const Shape& shape);
 

@@ -6,8 +6,8 @@
 
 namespace curlew {
 
-/// velocities[k] = flow(positions[k]), world units per second; velocities are Vec<float, N> or Vec<double, N>. As
-/// evaluateValues(), which gives potentials: evaluateValues(flow.potentials()[q], …).
+/// velocities[k] = flow(positions[k]) in world units per second; velocities are Vec<float, N> or Vec<double, N>. Like
+/// evaluateValues(), which evaluates potentials: evaluateValues(flow.potentials()[q], …).
 template <int N, std::ranges::contiguous_range Velocities>
 void evaluateVelocities(const FlowN<N>& flow, Positions<N> positions, Velocities&& velocities,
                         const Monitor& monitor = {}) {

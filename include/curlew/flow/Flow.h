@@ -14,7 +14,7 @@ template <class T, int N>
 struct VecBatchN {
     alignas(64) std::array<std::array<T, kBatch>, N> c;
 
-    /// The vectors from i on, as many as P, a type of Ts, has lanes.
+    /// Returns the vectors from i on, as many as P has lanes. P is T or lanes of T.
     template <class P>
     Vec<P, N> lanes(int i) const {
         Vec<P, N> v;
@@ -30,21 +30,21 @@ struct VecBatchN {
 template <class T>
 using VecBatch = VecBatchN<T, 3>;
 
-/// What a flow knows at one position.
+/// The velocity and related values of a flow at one position.
 template <int N>
 struct FlowSampleN {
     Vec<double, N> velocity;                        ///< World units per second.
-    std::array<double, size_t{N - 1}> potentials{}; ///< f, g, …: those of the flow's first term.
-    Matrix<N, N> derivative;                        ///< d velocity_i / d x_j; its trace is the divergence.
+    std::array<double, size_t{N - 1}> potentials{}; ///< f, g, … of the flow's first term.
+    Matrix<N, N> derivative; ///< Velocity gradient d velocity_i / d x_j; its trace is the divergence.
 };
 using FlowSample = FlowSampleN<3>;
 
-/// A velocity field made of scalar fields, its potentials, which it remembers. N = 2 … 7.
+/// A velocity field made of scalar fields, its potentials, which it stores. N = 2 … 7.
 ///
-/// Of one term, it is divergence-free vector noise: the cross product of N - 1 gradients, in 3D c = ∇f × ∇g (DeWolf Eq.
-/// 2; ICN §3.3), in N dimensions ICN Eq. 8, in 2D (f_y, -f_x). Its streamlines are tracks: the potentials are constant
-/// along each of them, so a point can be put back onto its own (track/Reproject.h). A sum of such terms is
-/// divergence-free too, but has no tracks. Every flow that is a curl is one: curl ψ = Σ ∇ψ_i × ∇x_i.
+/// A flow of one term is divergence-free vector noise (DFVN): the cross product of N - 1 gradients, in 3D c = ∇f × ∇g
+/// (DeWolf Eq. 2; ICN §3.3), in N dimensions ICN Eq. 8, in 2D (f_y, -f_x). Its streamlines are tracks: the potentials
+/// are constant along each of them, so a point can be moved back onto its own track (reprojection, track/Reproject.h).
+/// A sum of such terms is also divergence-free but has no tracks. Every curl is such a sum: curl ψ = Σ ∇ψ_i × ∇x_i.
 ///
 /// Immutable, cheap to copy, safe to share between threads.
 template <int N>
@@ -57,9 +57,9 @@ class FlowN {
     using Jets = std::array<JetBatchN<T, N, 1>, kPotentials>;
 
     explicit FlowN(Potentials potentials, DomainN<N> domain = {}) : FlowN(std::vector{std::move(potentials)}, domain) {}
-    /// Throws ValueError where there is no term.
+    /// Throws ValueError if there are no terms.
     FlowN(std::vector<Potentials> terms, DomainN<N> domain);
-    /// In space: f and g. (Templates, so that no other dimension sees them.)
+    /// 3D: f and g. (A template, so that it exists for N = 3 only.)
     template <int M = N>
     requires(M == 3) FlowN(ScalarFieldN<M> f, ScalarFieldN<M> g, DomainN<M> domain = {})
         : FlowN(Potentials{std::move(f), std::move(g)}, std::move(domain)) {}
@@ -67,7 +67,7 @@ class FlowN {
     const std::vector<Potentials>& terms() const { return mTerms; }
     /// Whether the potentials are constant along streamlines: the flow has one term.
     bool hasTracks() const { return mTerms.size() == 1; }
-    /// Those of the first term.
+    /// Returns the potentials of the first term.
     const Potentials& potentials() const { return mTerms.front(); }
     const ScalarFieldN<N>& f() const { return mTerms.front()[0]; }
     template <int M = N>
@@ -76,14 +76,14 @@ class FlowN {
     const DomainN<N>& domain() const { return mDomain; }
     FlowN within(DomainN<N> domain) const;
 
-    /// The same directions at the same speed everywhere, zero where the flow stands still (DeWolf §5). It keeps its
-    /// tracks but is no longer divergence-free. Throws ValueError for a speed that is not positive and finite.
+    /// Returns the flow c / |c| times `speed`, zero where c is zero (DeWolf §5). It keeps its tracks but is no longer
+    /// divergence-free. Throws ValueError if `speed` is not positive or exceeds 1e15.
     FlowN normalized(double speed) const;
-    /// The speed of a normalised flow, else 0.
+    /// Returns the speed of a normalised flow, else 0.
     double uniformSpeed() const { return mUniformSpeed; }
     bool divergenceFree() const { return mUniformSpeed == 0; }
 
-    /// Velocities at a batch of positions; also the jets of the first term's potentials.
+    /// Computes the velocities at a batch of positions, and the jets of the first term's potentials.
     template <class T>
     void eval(const PointBatchN<N>& points, Jets<T>& potentials, VecBatchN<T, N>& velocity) const;
     template <class T>
@@ -92,7 +92,7 @@ class FlowN {
         eval(points, potentials, velocity);
     }
 
-    /// Everything at one position, from Hessians.
+    /// Computes velocity, potentials and velocity gradient at one position. Uses the potentials' Hessians.
     FlowSampleN<N> at(const Vec<double, N>& position) const;
 
   private:
@@ -102,26 +102,25 @@ class FlowN {
 };
 using Flow = FlowN<3>;
 
-/// The sum of two flows, in the domain of the first. It has no tracks. Throws ValueError where one of them is
-/// normalised.
+/// The sum of two flows in the domain of the first. It has no tracks. Throws ValueError if either is normalised.
 template <int N>
 FlowN<N> operator+(const FlowN<N>& a, const FlowN<N>& b);
 
-/// Root mean squares over the domain of a flow, from the same pseudo-random positions at every call.
+/// Root mean squares (rms) over the domain of a flow, from the same pseudo-random positions at every call.
 template <int N>
-struct FlowMagnitudesN {
+struct FlowRmsN {
     double speed = 0;
     std::array<double, size_t{N - 1}> potentials{}; ///< Of the first term.
 };
-using FlowMagnitudes = FlowMagnitudesN<3>;
+using FlowRms = FlowRmsN<3>;
 
-/// Throws ValueError where no sample falls into the domain, and for an infinite one.
+/// Throws ValueError if the domain is infinite or no sample lies in it.
 template <int N>
-FlowMagnitudesN<N> magnitudesOf(const FlowN<N>& flow, const Monitor& monitor = {});
+FlowRmsN<N> rmsOf(const FlowN<N>& flow, const Monitor& monitor = {});
 
-/// The same streamlines at another pace: the first potential of each term is scaled so that the root mean square of the
-/// speed over the domain is `speed`, world units per second; a normalised flow has that speed wherever it moves. Throws
-/// ValueError for a flow that does not move, and for a speed that is not positive.
+/// Returns a flow with the same streamlines and the rms speed `speed` over the domain, in world units per second.
+/// Scales the first potential of each term. A normalised flow gets that speed wherever it moves. Throws ValueError if
+/// the flow does not move, or if `speed` is not positive or exceeds 1e15.
 template <int N>
 FlowN<N> withSpeed(const FlowN<N>& flow, double speed, const Monitor& monitor = {});
 

@@ -8,11 +8,11 @@
 
 namespace curlew {
 
-/// A flow that may change with time: at(t) is the flow as it stands at t seconds, frozen. Calls from one thread at a
-/// time.
+/// A flow that may change with time: at(t) returns the flow at t seconds, frozen. Not safe to call from several threads
+/// at once.
 class FlowInTime {
   public:
-    /// One that does not change.
+    /// A steady flow.
     FlowInTime(Flow flow) : mSteady(true), mAt([flow = std::move(flow)](double) { return flow; }) {} // NOLINT
     explicit FlowInTime(std::function<Flow(double time)> at) : mAt(std::move(at)) {}
 

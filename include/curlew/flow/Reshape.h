@@ -5,23 +5,25 @@
 
 namespace curlew {
 
-/// How a flow is slowed down, streamline by streamline.
+/// How a flow is slowed down, one streamline at a time.
 struct ReshapeOptions {
-    /// No streamline goes faster than this, world units per second; 0: no limit. Each is slowed as a whole, in
-    /// proportion to its fastest place, which is found by sampling the domain and then smoothed to the safe side. It
-    /// may be missed where it is small: of noise in the open 1 place in 10^4 is a little faster, in a thin layer along
-    /// a wall 1 in 1000, the fastest of them by half.
+    /// The maximum speed of every streamline, in world units per second; 0: no limit. Each streamline is slowed as a
+    /// whole, in proportion to its fastest place. That place is found by sampling the domain, and the result is
+    /// smoothed conservatively. Small fast places may be missed. For noise without walls, 1 place in 10^4 is slightly
+    /// faster; in a thin layer along a wall 1 in 1000 is, the fastest of them by half.
     double limit = 0;
-    /// Only streamlines with f, or g, in the interval move; over `softness` of its length at each end, inside it, they
-    /// fade in. At most 1/2. Of an interval with an infinite end the length is that of what occurs in it.
-    Range f{}, g{};
+    /// Only streamlines with f and g in these intervals move. Inside an interval they fade in over `softness` of its
+    /// length at each end; at most 1/2. If an end is infinite, the length is that of the values in the interval that
+    /// occur.
+    Interval f{}, g{};
     double softness = 0.25;
 };
 
-/// h(f, g) c with 0 <= h <= 1 (docs/math.md): the same streamlines at other speeds, exactly divergence-free, since it
-/// is the flow of ∫ h df and g. h is a bicubic spline, C², over the values that f and g have in the domain. Throws
-/// ValueError for a flow without tracks or normalised, intervals that are empty or leave nothing to move (too narrow
-/// for the spline: below a twentieth of those values), and a negative limit.
+/// Returns h(f, g) c with 0 <= h <= 1 (docs/math.md): the same streamlines at other speeds. It is exactly
+/// divergence-free, because it is the flow of ∫ h df and g. h is a bicubic spline, C², over the values of f and g in
+/// the domain. Throws ValueError if the flow has no tracks or is normalised, if its domain is infinite or empty, if a
+/// potential is constant, if an option is out of range, or if the intervals are empty or leave nothing to move (if they
+/// are too narrow for the spline: below a twentieth of those values).
 Flow reshaped(const Flow& flow, const ReshapeOptions& options, const Monitor& monitor = {});
 
 } // namespace curlew

@@ -11,22 +11,23 @@
 
 namespace curlew {
 
-// What a kernel is written in: a type T of numbers that is float, double, or several of them at once (Lanes.h), and
-// these functions, each rounded once. So a kernel gives the same bits on any of them. Found by argument-dependent
-// lookup for lanes; here for one number. A choice between values is a `select`, never a branch on one of them.
+// Kernels are templates on a number type T: float, double, or SIMD lanes of them (Lanes.h). They use the functions
+// below. Each arithmetic function rounds once, so a kernel gives the same bits for a single number and for lanes. The
+// overloads for lanes are found by argument-dependent lookup; those for single numbers are here. Kernels choose between
+// values with `select` and never branch on a T.
 
-/// a b + c. (std::fma is not constexpr; what the compiler evaluates is rounded twice.)
+/// Returns a b + c, fused. (std::fma is not constexpr: constant evaluation rounds twice.)
 template <std::floating_point T>
 constexpr T mulAdd(T a, T b, T c) {
     if (std::is_constant_evaluated()) return a * b + c;
     return std::fma(a, b, c);
 }
-/// c - a b.
+/// Returns c - a b, fused.
 template <std::floating_point T>
 constexpr T negMulAdd(T a, T b, T c) {
     return mulAdd(-a, b, c);
 }
-/// For what is not a number but made of some, such as jets: not fused.
+/// For types that consist of numbers, such as jets: not fused.
 template <class T>
 requires(!std::floating_point<T>) constexpr T mulAdd(const T& a, const T& b, const T& c) { return a * b + c; }
 template <class T>
@@ -56,7 +57,7 @@ template <std::floating_point T>
 T log(T x) {
     return std::log(x);
 }
-/// b where one of them is NaN.
+/// If an argument is NaN, min and max return b.
 template <std::floating_point T>
 constexpr T min(T a, T b) {
     return a < b ? a : b;
@@ -68,7 +69,7 @@ constexpr T max(T a, T b) {
 template <class T>
 requires std::is_arithmetic_v<T>
 constexpr T select(bool condition, T yes, T no) { return condition ? yes : no; }
-/// What comparing two T gives.
+/// The type of T < T.
 template <class T>
 using MaskOf = decltype(T() < T());
 
@@ -84,25 +85,25 @@ struct LanesOf {
         return {T{from[0]}, T{from[1]}, T{from[2]}, T{from[3]}};
     }
 };
-/// What lanes are of; of a number, its own type.
+/// The number type of lanes; T itself for a single number.
 template <class T>
 using NumberOf = typename LanesOf<T>::Number;
-/// How many numbers T is.
+/// The number of lanes in T; 1 for a single number.
 template <class T>
 inline constexpr int kLanes = LanesOf<T>::kCount;
-/// As many numbers of type U as T has.
+/// The type with lanes of U, as many as T has.
 template <class T, class U>
 using Rebind = typename LanesOf<T>::template Of<U>;
 template <int Count>
 struct alignas(4 * Count) IndexArray : std::array<uint32_t, size_t{Count}> {};
-/// As many places in a table.
+/// One table index per lane of T.
 template <class T>
 using Indices = IndexArray<kLanes<T>>;
 
 template <class T, class U>
 requires(std::is_arithmetic_v<T>&& std::is_arithmetic_v<U>) T convertTo(U x) { return static_cast<T>(x); }
 
-/// The whole number x, |x| <= 2^51, modulo 2^64.
+/// Returns the integer x, |x| <= 2^51, modulo 2^64.
 inline uint64_t wordOf(double x) { return static_cast<uint64_t>(static_cast<int64_t>(x)); }
 
 template <class T>
@@ -113,25 +114,25 @@ template <class T>
 requires std::is_arithmetic_v<T>
 void store(T x, T* to) { *to = x; }
 
-/// Four numbers that are looked up together.
+/// Four numbers of a table that are looked up together.
 template <class T>
 struct alignas(4 * sizeof(T)) Row {
     std::array<T, 4> c{};
 };
 
-/// Whole numbers of 0 … last as places in a table of last + 1 rows; anything else is some such place, too.
+/// Converts integers in 0 … last to indices into a table of last + 1 rows. Any other value gives some valid index.
 inline IndexArray<1> indicesOf(float x, uint32_t last) {
     return {{x >= 0 && x <= static_cast<float>(last) ? static_cast<uint32_t>(x) : last}};
 }
-/// Whole numbers, below 2^31 and not negative, modulo last + 1, which is a power of two.
+/// Converts integers in [0, 2^31) to indices modulo last + 1, which must be a power of two.
 inline IndexArray<1> wrappedIndicesOf(float x, uint32_t last) { return {{static_cast<uint32_t>(x) & last}}; }
-/// The numbers of a table at the whole numbers x >= 0 modulo its size.
+/// Looks up a table at the integers x >= 0, modulo its size.
 template <size_t Size>
 float valuesAt(const std::array<float, Size>& table, float x) {
     static_assert((Size & (Size - 1)) == 0);
     return table[static_cast<uint32_t>(x) & (Size - 1)];
 }
-/// The first numbers of the rows at these places.
+/// Returns the first K numbers of the rows at these indices.
 template <class T, size_t K>
 std::array<T, K> rowsAt(const Row<T>* rows, const IndexArray<1>& index) {
     std::array<T, K> numbers;
@@ -139,28 +140,30 @@ std::array<T, K> rowsAt(const Row<T>* rows, const IndexArray<1>& index) {
     return numbers;
 }
 
-/// Four numbers that lie together, at an offset from one place for each lane.
+/// Loads four consecutive floats for each lane, starting at places[lane] + offset. Element k of the result holds the
+/// k-th float of every lane.
 template <class T>
 std::array<T, 4> fourFrom(const float* const* places, size_t offset) {
     return LanesOf<T>::fourFrom(places, offset);
 }
 
-/// a b rounded to a whole number, once; |a b| < 2^51 for double, 2^22 for float.
+/// Returns a b rounded to the nearest integer, with a single rounding; |a b| < 2^51 for double, 2^22 for float.
 template <class T>
 T nearestProduct(const T& a, const T& b) {
     const auto magic = static_cast<T>(std::is_same_v<NumberOf<T>, float> ? 0x1.8p23 : 0x1.8p52);
     return mulAdd(a, b, magic) - magic;
 }
 
-/// i modulo p, within [0, p), for whole numbers |i| < 2^51 in double. Beyond, and for NaN: any number. `inverse`: 1 /
-/// p.
+/// Returns i modulo p in [0, p) for integers |i| < 2^51 in double; an arbitrary number for larger |i| and for NaN.
+/// `inverse` is 1 / p.
 template <class T>
 T floorMod(const T& i, double p, double inverse) {
-    // Half more keeps the quotient away from whole numbers, where the rounding of the inverse could tell.
+    // Adding 0.5 to i keeps the quotient away from integers, where the rounding error of `inverse` could change
+    // floor().
     return negMulAdd(floor(mulAdd(i, T(inverse), T(0.5 * inverse))), T(p), i);
 }
 
-/// f(0), …, f(N - 1), each with its number as a constant.
+/// Calls f(0), …, f(N - 1), each argument as an integral_constant.
 template <int N, class F>
 constexpr void unrolled(const F& f) {
     [&]<int... K>(std::integer_sequence<int, K...>) { (f(std::integral_constant<int, K>{}), ...); }

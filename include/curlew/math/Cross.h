@@ -5,21 +5,22 @@
 
 namespace curlew {
 
-/// The cross product of N - 1 vectors in N dimensions, cross(v1, …) · v = det[v | v1 | …] (ICN Eq. 1): orthogonal to
-/// all of them, as long as the volume that they span. N = 2: (b, -a); N = 3: the usual one. T may be a jet.
+/// The cross product of N - 1 vectors in N dimensions: cross(v1, …) · v = det[v | v1 | …] (ICN Eq. 1). It is
+/// orthogonal to all of them, and its length is the volume that they span. N = 2: (b, -a); N = 3: the usual cross
+/// product. T may be a jet.
 ///
-/// The minors of the first k vectors come from those of the first k - 1, one for each set of k rows: N 2^(N-1) products
-/// in all, no division, so it is as exact as its products.
+/// Computes the minors of the first k vectors from those of the first k - 1, one minor for each set of k rows. This
+/// takes N 2^(N-1) products and no division, so the result is as accurate as its products.
 template <class T, size_t M, int N = static_cast<int>(M) + 1>
 constexpr Vec<T, N> cross(const std::array<Vec<T, N>, M>& v) {
     if constexpr (N == 2) return {{v[0][1], -v[0][0]}};
     if constexpr (N == 3) return cross(v[0], v[1]);
     constexpr unsigned kAll = (1u << N) - 1;
-    std::array<T, kAll + 1> minors{}; // by the set of rows, as bits
+    std::array<T, kAll + 1> minors{}; // indexed by the set of rows, as a bit mask
     minors[0] = T(1);
     for (unsigned rows = 1; rows < kAll; ++rows) {
-        const auto k = static_cast<unsigned>(__builtin_popcount(rows)) - 1; // the last column: v[k]
-        bool negative = k % 2 == 1;                                         // the sign of its first row
+        const auto k = static_cast<unsigned>(__builtin_popcount(rows)) - 1; // index of the last column, v[k]
+        bool negative = k % 2 == 1;                                         // sign of the expansion's first term
         T sum{};
         for (int i = 0; i < N; ++i) {
             if (!(rows >> i & 1u)) continue;

@@ -6,18 +6,19 @@
 
 namespace curlew {
 
-// A kernel is a type with `template <class T> static void run(arguments…)`, written on numbers T (Arithmetic.h). It is
-// compiled three times: for T = float and double here, and for their lanes in files named *Kernels.cpp, which CMake
-// compiles once for each instruction set.
+// A kernel is a type with `template <class T> static void run(arguments…)`, written for numbers T (Arithmetic.h). It is
+// compiled for T = float and double wherever it is used, and for lanes of them in files named *Kernels.cpp, which CMake
+// compiles once per instruction set.
 
 struct Avx2;
 struct Avx512;
 
-/// Runs a kernel on the lanes of one instruction set; defined in LaneKernels.h, instantiated in the *Kernels.cpp.
+/// Runs a kernel on lanes of the instruction set S. Defined in LaneKernels.h and instantiated in *Kernels.cpp.
 template <class S, class Kernel, class T, class... A>
 void runOnLanes(A&... arguments);
 
-/// Runs a kernel that has been instantiated for lanes, in numbers T, on the best that there is (base/Simd.h).
+/// Runs a kernel on numbers of type T, with the active instruction set (base/Simd.h). The kernel must be instantiated
+/// for lanes.
 template <class Kernel, class T, class... A>
 void runKernel(A&... arguments) {
 #if defined(__x86_64__)

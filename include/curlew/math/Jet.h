@@ -7,7 +7,7 @@
 
 namespace curlew {
 
-/// A symmetric N x N matrix: the diagonal first, then the upper triangle by rows (N = 3: xx yy zz xy xz yz).
+/// A symmetric N x N matrix. Stores the diagonal first, then the upper triangle row by row (N = 3: xx yy zz xy xz yz).
 template <class T, int N>
 struct Sym {
     static constexpr int kSize = N * (N + 1) / 2;
@@ -22,7 +22,7 @@ struct Sym {
     constexpr const T& operator()(int i, int j) const { return c[static_cast<size_t>(index(i, j))]; }
 };
 
-/// A symmetric N x N x N tensor, each component once: (i, j, k) with i <= j <= k, by rising k, then j, then i.
+/// A symmetric N x N x N tensor. Stores each component once: (i, j, k) with i <= j <= k, sorted by k, then j, then i.
 template <class T, int N>
 struct Sym3 {
     static constexpr int kSize = N * (N + 1) * (N + 2) / 6;
@@ -37,21 +37,21 @@ struct Sym3 {
     constexpr const T& operator()(int i, int j, int k) const { return c[static_cast<size_t>(index(i, j, k))]; }
 };
 
-/// A function of one variable and its derivatives at some place.
+/// A function of one variable and its derivatives at one point.
 template <class T>
 struct Univariate {
     T value{}, first{}, second{}, third{};
 };
 
-/// What is known of a scalar function at a point, up to derivatives of the given order: its value, its gradient, its
-/// Hessian and its third derivatives (which only the displacement of one field by the gradient of another needs). The
-/// operators below are the rules of differentiation, so a formula written on jets carries its exact derivatives with
-/// it.
+/// The value and derivatives of a scalar function at a point, up to the given order: value, gradient, Hessian and third
+/// derivatives. (Only the domain warp of one field by the gradient of another needs third derivatives.) The operators
+/// below implement the rules of differentiation, so a formula written with jets computes its exact derivatives: this is
+/// automatic differentiation in forward mode, a generalisation of dual numbers.
 template <class T, int N, int Order>
 struct Jet {
     static_assert(Order >= 0 && Order <= 3);
     template <int>
-    struct None {}; // one type for each, or they could not share an address
+    struct None {}; // a type per member: two empty members of the same type could not share an address
     static constexpr int kOrder = Order;
     static constexpr int kHessian = 1 + N, kThird = kHessian + Sym<T, N>::kSize;
     static constexpr int kSize = Order == 0   ? 1
@@ -73,14 +73,14 @@ struct Jet {
         if constexpr (Order >= 1) jet.gradient[i] = T(1);
         return jet;
     }
-    /// All coordinates of a position.
+    /// Returns all coordinates of a position as jets.
     static constexpr Vec<Jet, N> variables(const Vec<T, N>& x) {
         Vec<Jet, N> all;
         for (int i = 0; i < N; ++i) all[i] = variable(x[i], i);
         return all;
     }
 
-    /// The k-th of value, gradient, Hessian, third derivatives laid out in one row.
+    /// Returns the k-th number of value, gradient, Hessian and third derivatives, in this order.
     constexpr T& component(int k) {
         if constexpr (Order >= 1) {
             if (k >= 1 && k < kHessian) return gradient[k - 1];
@@ -133,7 +133,7 @@ struct Jet {
         return p;
     }
 
-    /// a b + c, the value rounded once, as of numbers.
+    /// Returns a b + c with the value rounded once, as for numbers.
     friend constexpr Jet mulAdd(const Jet& a, const Jet& b, const Jet& c) {
         Jet sum = a * b + c;
         sum.value = mulAdd(a.value, b.value, c.value);
@@ -147,13 +147,13 @@ struct Jet {
             for (int j = 0; j <= k; ++j)
                 for (int i = 0; i <= j; ++i) f(i, j, k);
     }
-    /// The sum of h(two of i, j, k) v(the third).
+    /// Returns the sum of h(two of i, j, k) v(the third) over the three splits.
     static constexpr T overSplits(const Sym<T, N>& h, const Vec<T, N>& v, int i, int j, int k) {
         return mulAdd(h(i, j), v[k], mulAdd(h(i, k), v[j], h(j, k) * v[i]));
     }
 };
 
-/// The jet of a lower order: what is above it is dropped.
+/// Returns the jet of a lower order, without the higher derivatives.
 template <int Lower, class T, int N, int Order>
 constexpr Jet<T, N, Lower> truncated(const Jet<T, N, Order>& a) {
     static_assert(Lower <= Order);
@@ -162,7 +162,7 @@ constexpr Jet<T, N, Lower> truncated(const Jet<T, N, Order>& a) {
     return r;
 }
 
-/// The partial derivative along axis i: a jet of one order less.
+/// Returns the partial derivative along axis i, a jet of one order less.
 template <class T, int N, int Order>
 constexpr Jet<T, N, Order - 1> partial(const Jet<T, N, Order>& a, int i) {
     Jet<T, N, Order - 1> r(a.gradient[i]);
@@ -174,7 +174,7 @@ constexpr Jet<T, N, Order - 1> partial(const Jet<T, N, Order>& a, int i) {
     return r;
 }
 
-/// The chain rule: h(a) for a function h of one variable, given at a.value.
+/// The chain rule: returns the jet of h(a). `h` holds a function of one variable and its derivatives at a.value.
 template <class T, int N, int Order>
 constexpr Jet<T, N, Order> compose(const Jet<T, N, Order>& a, const Univariate<T>& h) {
     using J = Jet<T, N, Order>;
@@ -220,26 +220,26 @@ Jet<T, N, Order> log(const Jet<T, N, Order>& a) {
     const T r = T(1) / a.value;
     return compose(a, Univariate<T>{log(a.value), r, -r * r, T(2) * r * r * r});
 }
-/// One of two, number by number.
+/// Selects between two jets per lane.
 template <class Mask, class T, int N, int Order>
 Jet<T, N, Order> select(const Mask& condition, const Jet<T, N, Order>& yes, const Jet<T, N, Order>& no) {
     Jet<T, N, Order> r;
     for (int k = 0; k < r.kSize; ++k) r.component(k) = select(condition, yes.component(k), no.component(k));
     return r;
 }
-/// |a|, exact where a is not zero.
+/// |a|; derivatives are exact where a is not zero.
 template <class T, int N, int Order>
 Jet<T, N, Order> abs(const Jet<T, N, Order>& a) {
     return select(a.value < T(0), -a, a);
 }
-/// max(a, b), exact where a and b differ.
+/// max(a, b); derivatives are exact where a and b differ.
 template <class T, int N, int Order>
 Jet<T, N, Order> max(const Jet<T, N, Order>& a, const Jet<T, N, Order>& b) {
     return select(a.value < b.value, b, a);
 }
 
-/// The chain rule in several variables: f(y(x)), given the jet of f at y in the variables y, and those of all y in the
-/// variables x.
+/// The chain rule in several variables: returns the jet of f(y(x)) in the variables x. `f` is the jet of f in the
+/// variables y; `y` holds the jets of all y in the variables x.
 template <class T, int N, int M, int Order>
 constexpr Jet<T, M, Order> compose(const Jet<T, N, Order>& f, const Vec<Jet<T, M, Order>, N>& y) {
     using J = Jet<T, M, Order>;
@@ -270,7 +270,7 @@ constexpr Jet<T, M, Order> compose(const Jet<T, N, Order>& f, const Vec<Jet<T, M
     return r;
 }
 
-/// The derivatives of f(A x + b) with respect to x, given those of f at A x + b.
+/// Returns the jet of f(A x + b) in x, given the jet of f at A x + b.
 template <class T, int N, int M, int Order>
 constexpr Jet<T, M, Order> pullBack(const Jet<T, N, Order>& f, const Matrix<N, M>& A) {
     using J = Jet<T, M, Order>;
@@ -278,7 +278,7 @@ constexpr Jet<T, M, Order> pullBack(const Jet<T, N, Order>& f, const Matrix<N, M
     std::array<Vec<T, M>, N> a;
     for (int i = 0; i < N; ++i)
         for (int j = 0; j < M; ++j) a[static_cast<size_t>(i)][j] = static_cast<T>(A[i][j]);
-    const auto sum = [&](const auto& weight) { // of the rows of A
+    const auto sum = [&](const auto& weight) { // weighted sum of A's rows
         Vec<T, M> s = a[0] * weight(0);
         for (int k = 1; k < N; ++k)
             for (int j = 0; j < M; ++j) s[j] = mulAdd(a[static_cast<size_t>(k)][j], weight(k), s[j]);
@@ -286,7 +286,7 @@ constexpr Jet<T, M, Order> pullBack(const Jet<T, N, Order>& f, const Matrix<N, M
     };
     if constexpr (Order >= 1) r.gradient = sum([&](int k) { return f.gradient[k]; });
     if constexpr (Order >= 2) {
-        std::array<Vec<T, M>, N> ha; // H A, by rows
+        std::array<Vec<T, M>, N> ha; // rows of H A
         for (int i = 0; i < N; ++i) ha[static_cast<size_t>(i)] = sum([&](int k) { return f.hessian(i, k); });
         for (int i = 0; i < M; ++i)
             for (int j = i; j < M; ++j) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What Arithmetic.h looks up in tables, for lanes. Only for files named *Kernels.cpp (LaneKernels.h).
+// The table lookups of Arithmetic.h for lanes. Only for files named *Kernels.cpp (LaneKernels.h).
 
 #include "curlew/math/Lanes.h"
 
@@ -11,12 +11,13 @@ template <class S>
 Indices<Lanes<float, S>> indicesOf(const Lanes<float, S>& x, uint32_t last) {
     using Tag = typename Lanes<float, S>::Tag;
     const hn::RebindToUnsigned<Tag> index;
-    // From 2^23 on, the floats are the whole numbers; all others end up beyond the last.
+    // Floats in [2^23, 2^24) are exactly the integers there. All other inputs give an index beyond `last`, which Min
+    // clamps.
     const auto magic = hn::Set(Tag(), 0x1p23f);
     const auto places = hn::Sub(hn::BitCast(index, hn::Add(x.part[0], magic)), hn::BitCast(index, magic));
     Indices<Lanes<float, S>> indices;
     hn::Store(hn::Min(places, hn::Set(index, last)), index, indices.data());
-    // The compiler shall read them from memory, one by one: taking a register apart is slower.
+    // Forces the compiler to read the indices from memory one by one: extracting them from a register is slower.
     asm volatile("" : "+m"(indices)); // NOLINT
     return indices;
 }
@@ -45,7 +46,7 @@ Lanes<float, S> valuesAt(const std::array<float, Size>& table, const Lanes<float
 
 namespace detail {
 
-/// The 128 bits from `from`, `from + step` … on, `first` first, side by side in one register.
+/// Loads the 128-bit blocks at from(first), from(first + step), … side by side into one register.
 template <class Tag, class From>
 hn::Vec<Tag> blocks(Tag tag, const From& from, size_t first, size_t step) {
     using T = hn::TFromD<Tag>;
@@ -58,9 +59,9 @@ hn::Vec<Tag> blocks(Tag tag, const From& from, size_t first, size_t step) {
     }
 }
 
-// Rows are loaded whole and transposed: several times faster than one gather for each number.
+// Loads whole rows and transposes them: several times faster than one gather per number.
 
-/// The first K of the four numbers from from(lane) on.
+/// Returns the first K of the four numbers at from(lane), for all lanes.
 template <class P, size_t K, class From>
 std::array<P, K> transposed(const From& from) {
     const typename P::Tag tag;

@@ -12,17 +12,17 @@ namespace curlew {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// The instruction sets, as types. So many positions are computed at once that their floats fill one register.
+/// The instruction sets, as types. Kernels process as many positions at once as floats fit into one register.
 struct Avx2 {
-    static constexpr size_t kRegister = 32; ///< Bytes.
+    static constexpr size_t kRegister = 32; ///< In bytes.
 };
 struct Avx512 {
     static constexpr size_t kRegister = 64;
 };
 
-/// Numbers of type T, one for each of as many positions as there are floats in a register of the instruction set S: of
-/// doubles that is two registers. Behaves as one number does (Arithmetic.h). T is float or double, or for what hashes
-/// need uint32_t or uint64_t.
+/// Numbers of type T, one per position. Their count is the number of floats in a register of the instruction set S, so
+/// doubles take two registers. Behaves like a single number (Arithmetic.h). T is float or double, or uint32_t or
+/// uint64_t, which hashes need.
 template <class T, class S>
 class Lanes {
   public:
@@ -31,7 +31,7 @@ class Lanes {
     using Tag = hn::FixedTag<T, kPart>;
     using Register = hn::Vec<Tag>;
 
-    /// What a comparison gives.
+    /// The result of a comparison.
     struct Mask {
         std::array<hn::Mask<Tag>, kParts> part;
         friend Mask operator&(const Mask& a, const Mask& b) {
@@ -96,7 +96,7 @@ class Lanes {
         return Mask::each([&](size_t k) { return hn::Eq(a.part[k], b.part[k]); });
     }
 
-    // Of bits.
+    // Bitwise operators, for unsigned integers.
     friend Lanes operator&(const Lanes& a, const Lanes& b) {
         return each([&](size_t k) { return hn::And(a.part[k], b.part[k]); });
     }
@@ -125,7 +125,7 @@ class Lanes {
     friend Lanes abs(const Lanes& a) {
         return each([&](size_t k) { return hn::Abs(a.part[k]); });
     }
-    // These by the library of C, one by one.
+    // sin, cos and log call the C library for one lane after another.
     friend Lanes sin(const Lanes& a) {
         return oneByOne(a, [](T x) { return std::sin(x); });
     }
@@ -201,7 +201,7 @@ requires std::same_as<To, Lanes<double, S>> To convertTo(const Lanes<float, S>& 
     return r;
 }
 
-/// Of whole numbers below 2^31.
+/// For integers below 2^31.
 template <class To, class S>
 requires std::same_as<To, Lanes<float, S>> To convertTo(const Lanes<uint32_t, S>& x) {
     const typename To::Tag tag;
@@ -209,7 +209,7 @@ requires std::same_as<To, Lanes<float, S>> To convertTo(const Lanes<uint32_t, S>
     r.part[0] = hn::ConvertTo(tag, hn::BitCast(hn::RebindToSigned<typename To::Tag>(), x.part[0]));
     return r;
 }
-/// Of whole numbers below 2^31.
+/// For integers below 2^31.
 template <class To, class S>
 requires std::same_as<To, Lanes<double, S>> To convertTo(const Lanes<uint32_t, S>& x) {
     const typename To::Tag tag;
@@ -220,18 +220,18 @@ requires std::same_as<To, Lanes<double, S>> To convertTo(const Lanes<uint32_t, S
     r.part[1] = hn::PromoteTo(tag, hn::UpperHalf(half, whole));
     return r;
 }
-/// Of whole numbers below 2^52.
+/// For integers below 2^52.
 template <class To, class S>
 requires std::same_as<To, Lanes<double, S>> To convertTo(const Lanes<uint64_t, S>& x) {
     using Words = Lanes<uint64_t, S>;
-    const To magic(0x1p52); // ends in 52 zeros, and whole numbers up from there are neighbours
+    const To magic(0x1p52); // its 52 low bits are zero, and adjacent doubles from here on differ by 1
     return To::each([&](size_t k) {
                return hn::BitCast(typename To::Tag(),
                                   hn::Or(x.part[k], hn::BitCast(typename Words::Tag(), magic.part[k])));
            }) -
            magic;
 }
-/// Modulo 2^32.
+/// Converts modulo 2^32.
 template <class To, class S>
 requires std::same_as<To, Lanes<uint32_t, S>> To convertTo(const Lanes<uint64_t, S>& x) {
     const typename To::Tag tag;

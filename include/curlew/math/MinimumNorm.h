@@ -5,15 +5,15 @@
 
 namespace curlew {
 
-/// The smallest v with J v = r, J given by its M <= N rows: v = Jᵀ (J Jᵀ)⁻¹ r (ICN Eq. 10 and 11), by orthogonalising
-/// the rows one after the other (Gram and Schmidt), which does not square the condition number as J Jᵀ would. T:
-/// double, or lanes of it.
+/// Returns the v of minimum norm with J v = r, where J is given by its M <= N rows: v = Jᵀ (J Jᵀ)⁻¹ r (ICN Eq. 10 and
+/// 11). Orthogonalises the rows one after another (Gram-Schmidt), which does not square the condition number as J Jᵀ
+/// would. T is double or lanes of double.
 ///
-/// A row that depends on those before it, to within `parallel` (the sine of the angle between them, squared), or that
-/// is zero, is left out: where the equations contradict each other, the first ones win.
+/// Skips a row that is zero or linearly dependent on earlier rows, with a tolerance of `parallel` (squared sine of the
+/// angle to their span). If equations contradict each other, the earlier ones win.
 template <class T, int N, size_t M>
 constexpr Vec<T, N> minimumNorm(const std::array<Vec<T, N>, M>& J, const std::array<T, M>& r, double parallel = 1e-12) {
-    std::array<Vec<T, N>, M> q{};    // orthogonal, not normalised; zero where a row is left out
+    std::array<Vec<T, N>, M> q{};    // orthogonal, not normalised; zero for a skipped row
     std::array<T, M> squared{}, y{}; // |q|², or 1, and v = Σ y q
     Vec<T, N> v;
     for (size_t i = 0; i < M; ++i) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "curlew/math/Range.h"
+#include "curlew/math/Interval.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,14 +10,14 @@
 
 namespace curlew {
 
-/// How the rank part * (size - 1) of a percentile, a fraction, becomes that of a value.
+/// How the fractional rank part * (size - 1) of a percentile is rounded to an index.
 enum class PercentileRank {
     nearest,
     lower ///< Truncated.
 };
 
-/// The value below which this part (0 to 1) of the values lies; one of them, not interpolated. Reorders the values.
-/// There must be at least one, and no NaN.
+/// Returns the value below which this part (0 to 1) of the values lies. It is one of the values, not interpolated.
+/// Reorders `values`, which must not be empty or contain NaN.
 template <class T>
 T percentile(std::vector<T>& values, double part, PercentileRank rank) {
     const double place = part * static_cast<double>(values.size() - 1);
@@ -27,9 +27,9 @@ T percentile(std::vector<T>& values, double part, PercentileRank rank) {
     return *nth;
 }
 
-/// Two percentiles, of the lower rank.
+/// Returns two percentiles, both with PercentileRank::lower.
 template <class T>
-Range percentiles(std::vector<T> values, double lower, double upper) {
+Interval percentiles(std::vector<T> values, double lower, double upper) {
     const auto first = static_cast<double>(percentile(values, lower, PercentileRank::lower));
     return {first, static_cast<double>(percentile(values, upper, PercentileRank::lower))};
 }

@@ -7,12 +7,12 @@
 
 namespace curlew {
 
-/// v turned by an angle in radians about an axis, a unit vector (Rodrigues 1840).
+/// Rotates v by an angle in radians about an axis, which must be a unit vector (Rodrigues 1840).
 inline Vec3d turned(const Vec3d& v, const Vec3d& axis, double angle) {
     return v * std::cos(angle) + cross(axis, v) * std::sin(angle) + axis * (dot(axis, v) * (1 - std::cos(angle)));
 }
 
-/// The rotation by |w| radians about w.
+/// Returns the rotation by |w| radians about w.
 inline Matrix3 rotationBy(const Vec3d& w) {
     const double angle = length(w);
     Matrix3 R;
@@ -26,12 +26,13 @@ inline Matrix3 rotationBy(const Vec3d& w) {
     return R;
 }
 
-/// The rotation vector of a rotation: its axis times its angle, 0 to pi radians. For half a turn either axis.
+/// Returns the rotation vector of a rotation: its axis times its angle, 0 to pi radians. Half a turn has two such axes;
+/// returns either.
 inline Vec3d rotationVector(const Matrix3& R) {
     const Vec3d w = Vec3d{{R[2][1] - R[1][2], R[0][2] - R[2][0], R[1][0] - R[0][1]}} * 0.5; // sin(angle) axis
     const double sine = length(w), cosine = (R[0][0] + R[1][1] + R[2][2] - 1) / 2, angle = std::atan2(sine, cosine);
     if (cosine > 0 || sine > 1e-6) return sine > 0 ? w * (angle / sine) : Vec3d{};
-    // Half a turn: R + 1 is twice the axis times itself.
+    // Half a turn: R + 1 = 2 axis axisᵀ.
     int most = 0;
     for (int i = 1; i < 3; ++i)
         if (R[i][i] > R[most][most]) most = i;

@@ -9,7 +9,7 @@
 
 namespace curlew {
 
-// Names: what exists in every dimension is called SomethingN<N>, and Something is that for N = 3.
+// Naming: a type that exists in every dimension is called SomethingN<N>, and Something is its alias for N = 3.
 
 /// A vector of N components.
 template <class T, int N>
@@ -56,14 +56,14 @@ T length(const Vec<T, N>& a) {
     return sqrt(dot(a, a));
 }
 
-/// The right-handed cross product: cross(e_x, e_y) = e_z (ICN Eq. 1 for n = 3). Not fused, so that cross(a, a) is zero
-/// and cross(b, a) = -cross(a, b), to the bit.
+/// The right-handed cross product: cross(e_x, e_y) = e_z (ICN Eq. 1 for n = 3). Not fused, so cross(a, a) = 0 and
+/// cross(b, a) = -cross(a, b) hold exactly.
 template <class T>
 constexpr Vec3<T> cross(const Vec3<T>& a, const Vec3<T>& b) {
     return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}};
 }
 
-/// A matrix of R rows and C columns, by rows; the identity unless something else is said.
+/// A matrix of R rows and C columns, stored by rows. The default is the identity.
 template <int R, int C>
 struct Matrix {
     std::array<Vec<double, C>, R> rows = identity();
@@ -104,7 +104,7 @@ constexpr Matrix<R, C> operator*(const Matrix<R, K>& a, const Matrix<K, C>& b) {
     return product;
 }
 
-/// An axis-aligned box, world units. Empty where some lower bound exceeds the upper one.
+/// An axis-aligned box in world units. Empty if a lower bound exceeds its upper bound.
 template <int N>
 struct BoxN {
     Vec<double, N> lower{}, upper{};
@@ -113,7 +113,7 @@ struct BoxN {
     constexpr Vec<double, N> center() const { return (lower + upper) * 0.5; }
     constexpr bool contains(const Vec<double, N>& p) const {
         for (int i = 0; i < N; ++i)
-            if (!(p[i] >= lower[i] && p[i] <= upper[i])) return false; // NaN is nowhere
+            if (!(p[i] >= lower[i] && p[i] <= upper[i])) return false; // false for NaN
         return true;
     }
     constexpr BoxN padded(double margin) const {

@@ -10,16 +10,16 @@
 
 namespace curlew {
 
-// What the noises on the lattice of whole numbers share: the cell of a position, Perlin's hash of its corners, and the
-// blend of what the corners say. Corner k of a cell is the upper one along each axis whose bit is set in k. P stands
-// for double, or for lanes of it (math/Lanes.h).
+// Shared by the noises on the integer lattice: the cell of a position, Perlin's hash of its corners, and the blend of
+// the corners' functions. Corner k of a cell is the upper one along each axis whose bit is set in k. P is double, or
+// lanes of double (math/Lanes.h).
 
-/// Throws ValueError for a negative period.
+/// Throws ValueError if the period is negative.
 void requirePeriod(int period);
 
 template <class P, int N>
 struct CubicCell {
-    std::array<std::array<P, 2>, N> index; ///< Of the lower and the upper corners along each axis: whole numbers.
+    std::array<std::array<P, 2>, N> index; ///< Integer indices of the lower and the upper corners along each axis.
     Vec<P, N> fraction;                    ///< Position in the cell, within [0, 1).
 
     template <class T>
@@ -30,14 +30,15 @@ struct CubicCell {
     }
 };
 
-/// The cells of space, their corners counted modulo the period along each axis: so all that follows tiles exactly.
-/// A seed translates the lattice by a multiple of 1/4096 along each axis. Without that two fields would have their
-/// vertices in common, where a value noise has no gradient, and two gradient noises often have parallel ones; the flow
-/// grad f x grad g would stand still there.
+/// The cells of the integer lattice. Corner indices are taken modulo the period along each axis, so a noise based on
+/// them tiles exactly. A seed translates the lattice by a multiple of 1/4096 along each axis. Otherwise all fields
+/// would share their vertices. A value noise has zero gradient there, and two gradient noises often have parallel
+/// gradients there, so the flow grad f x grad g would stagnate.
 template <int N>
 class CubicLattice {
   public:
-    /// `natural`: the period along an axis for which 0 is given, up to 2^32. Throws ValueError for a negative period.
+    /// `natural` is the period, up to 2^32, of an axis for which `period` is 0. Throws ValueError if a period is
+    /// negative.
     CubicLattice(const Vec<int, N>& period, double natural, uint64_t seed);
 
     template <class P>
@@ -52,39 +53,39 @@ template <class P>
 CubicCell<P, N> CubicLattice<N>::cell(const Vec<P, N>& x) const {
     CubicCell<P, N> cell;
     for (int axis = 0; axis < N; ++axis) {
-        // The shift is added to the fraction, which positions a period apart have in common to the bit.
+        // The shift is added to the fraction, which is bit for bit the same at positions a period apart.
         const P whole = floor(x[axis]), sum = x[axis] - whole + P(mShift[axis]);
         const auto next = sum >= P(1);
         cell.fraction[axis] = select(next, sum - P(1), sum);
         const double p = mPeriod[axis];
         const P modulo = floorMod(select(next, whole + P(1), whole), p, mInverse[axis]);
         auto& [low, high] = cell.index[static_cast<size_t>(axis)];
-        low = min(max(modulo, P(0)), P(p - 1)); // where there is no lattice left, too
+        low = min(max(modulo, P(0)), P(p - 1)); // valid for NaN and far out, too
         high = select(low < P(p - 1), low + P(1), P(0));
     }
     return cell;
 }
 
-/// The hash of Perlin 2002: a permutation of 0 ... 255, looked up once for each axis with the sum of the index there
-/// and what was found before. Of an index it sees the last 8 bits. A seed other than 0 shuffles the permutation.
+/// The hash of Perlin (2002): a permutation of 0 … 255, looked up once per axis at the sum of that axis's index and the
+/// previous result. It depends only on the lowest 8 bits of an index. A seed other than 0 shuffles the permutation.
 class PermutationHash {
   public:
     static constexpr size_t kSize = 256;
     explicit PermutationHash(uint64_t seed);
 
-    /// Where the hashes of all corners of a cell are looked up in the end: whole numbers of 0 … 511, to be taken modulo
-    /// 256.
+    /// Returns the table positions at which the hashes of all corners of a cell are finally looked up: integers in 0 …
+    /// 511, to be taken modulo 256.
     template <class P, int N>
     std::array<Rebind<P, float>, 1 << N> places(const CubicCell<P, N>& cell) const;
 
-    /// The hash at such a place, within [0, 255].
+    /// Returns the hash at such a position, in [0, 255].
     template <class Hash>
     Hash at(const Hash& place) const {
         return valuesAt(mPermutation, place);
     }
 
   private:
-    std::array<float, kSize> mPermutation; // floats, in which lanes compute exactly
+    std::array<float, kSize> mPermutation; // floats, because lanes compute exactly in them
 };
 
 template <class P, int N>
@@ -94,7 +95,7 @@ std::array<Rebind<P, float>, 1 << N> PermutationHash::places(const CubicCell<P, 
     unrolled<N>([&](auto axis) {
         const auto& [low, high] = cell.index[axis];
         const P lowest = negMulAdd(floor(low * P(1.0 / kSize)), P(kSize), low);
-        // The upper index may be 256 here: with a hash that is at most 511.
+        // The upper index may be 256 here; added to a hash, it is at most 511.
         const Hash lower = convertTo<Hash>(lowest), upper = convertTo<Hash>(select(high > P(0), lowest + P(1), P(0)));
         constexpr size_t kCount = size_t{1} << axis;
         unrolled<int{kCount}>([&](auto k) {
@@ -106,7 +107,7 @@ std::array<Rebind<P, float>, 1 << N> PermutationHash::places(const CubicCell<P, 
     return places;
 }
 
-/// The linear function with this gradient that is zero at corner k, at s in the cell.
+/// Returns the linear function with this gradient that is zero at corner k, evaluated at s in the cell.
 template <int Order, class T, int N>
 Jet<T, N, Order> cornerRamp(const Vec<T, N>& gradient, Vec<T, N> s, size_t k) {
     for (int axis = 0; axis < N; ++axis) s[axis] -= T(k >> axis & 1);
@@ -117,8 +118,9 @@ Jet<T, N, Order> cornerRamp(const Vec<T, N>& gradient, Vec<T, N> s, size_t k) {
 
 namespace detail {
 
-/// a becomes a + (b - a) fade along an axis, with its derivatives. The axes after this one have been blended before. In
-/// all others a Hessian is still zero, and of constants the gradient, too: no need for the whole product rule.
+/// Replaces a by a + (b - a) fade along an axis, with its derivatives. The axes after this one are already blended.
+/// Along the others the Hessian is still zero, and for constants the gradient is too, so the full product rule is not
+/// needed.
 template <bool Constant, class T, int N, int Order>
 void blendAlong(int axis, Jet<T, N, Order>& a, const Jet<T, N, Order>& b, const T& s, const Univariate<T>& fade) {
     [[maybe_unused]] Jet<T, N, Order> sum;
@@ -141,10 +143,10 @@ void blendAlong(int axis, Jet<T, N, Order>& a, const Jet<T, N, Order>& b, const 
             a.hessian(axis, axis) = mulAdd(T(2) * slope[axis], fade.first, rise * fade.second);
         }
     }
-    if constexpr (Order >= 3) a.third = sum.third; // alone: the others to the bit as without it
+    if constexpr (Order >= 3) a.third = sum.third; // only this: the lower orders stay bit for bit the same
 }
 
-/// The blend, along `Axis` and those after it, of the corners whose bits before it are these.
+/// Blends along `Axis` and the axes after it, over the corners whose bits before it are those of `Corners`.
 template <int Order, int Axis, size_t Corners, class T, int N, class Corner>
 Jet<T, N, Order> blendFrom(const Vec<T, N>& s, const Vec<Univariate<T>, N>& fades, const Corner& corner) {
     if constexpr (Axis == N) {
@@ -163,15 +165,15 @@ Jet<T, N, Order> blendFrom(const Vec<T, N>& s, const Vec<Univariate<T>, N>& fade
 
 } // namespace detail
 
-/// The blend at s in the cell of functions that belong to its corners, with quintic fades: C², and at a corner with
-/// first and second derivatives of the function there. corner(k): the jet of the k-th at s, of order 0 for constants,
-/// of order 1 for linear functions.
+/// Blends functions that belong to the corners of a cell, at s in the cell, with quintic fades. The result is C². At a
+/// corner it has the first and second derivatives of that corner's function. corner(k) returns the jet of the k-th
+/// function at s: of order 0 for constants, of order 1 for linear functions.
 template <int Order, class T, int N, class Corner>
 Jet<T, N, Order> blendCorners(const Vec<T, N>& s, const Corner& corner) {
     Vec<Univariate<T>, N> fades;
     for (int axis = 0; axis < N; ++axis) {
         fades[axis] = quinticFade(s[axis]);
-        // Its rounding must not lead out of the range of the corners. NaN stays.
+        // Rounding must not take the blend out of the range of the corners. A NaN stays NaN.
         fades[axis].value = min(T(1), fades[axis].value);
     }
     return detail::blendFrom<Order, 0, 0>(s, fades, corner);

@@ -22,14 +22,14 @@ struct PsrdOptionsN<2> {
 
 template <>
 struct PsrdOptionsN<3> {
-    /// How alpha turns the gradients. Both cost the same here; `fast` is what the original has as the cheaper one.
+    /// How alpha rotates the gradients. Both cost the same here; in the original, `fast` is cheaper.
     enum class Rotation {
-        standard, ///< Each about an axis of its own, from a point of a spherical Fibonacci spiral.
-        fast      ///< Each in the plane perpendicular to such a point: another noise, at alpha = 0 too (FASTROTATION).
+        standard, ///< Each about its own axis, starting at a point of a spherical Fibonacci spiral.
+        fast      ///< Each in the plane perpendicular to such a point (FASTROTATION). Another noise, even at alpha = 0.
     };
     enum class Grid {
-        axis,  ///< Tiles with any period. Slices in planes of whole or half x, y or z show the grid.
-        perlin ///< Perlin's, where such planes are oblique (PERLINGRID). Tiles with multiples of 3.
+        axis,  ///< Tiles with any period. Slices at integer or half-integer x, y or z show the grid.
+        perlin ///< Perlin's grid, to which such slices are oblique (PERLINGRID). Tiles with multiples of 3.
     };
     Vec<int, 3> period = {}; ///< Per axis, in lattice units; 0: does not tile. See Psrd3::tilingPeriod().
     double alpha = 0;        ///< Rotation of the gradients, radians ("flow noise"); 2 pi is a full turn.
@@ -42,11 +42,10 @@ using PsrdOptions = PsrdOptionsN<3>;
 /// Tiling simplex noise in 2D and 3D with rotating gradients: psrdnoise of Gustavson and McEwan 2021 ("the paper"
 /// below), with both grids and both rotations of the published psrddnoise3.glsl.
 ///
-/// C² (in 2D C³), of wavelength about 1, values within ±kBound. The Hessian is the true one: the published second
-/// derivatives in 3D scale the diagonal by 35.0 instead of 39.5.
-/// The lattice cell is taken off in double, so T = float loses nothing far from the origin (|x| up to 2^31): against
-/// T = double it is accurate to 1e-6 (value), 6e-6 (gradient), 1e-4 (Hessian).
-/// Immutable after construction, safe to share between threads.
+/// C² (in 2D C³), with a wavelength of about 1 and values within ±kBound. The Hessian is exact; the published second
+/// derivatives in 3D scale the diagonal by 35.0 instead of 39.5. The lattice cell is subtracted in double, so T = float
+/// loses no accuracy far from the origin (|x| up to 2^31). Compared with T = double it is accurate to 1e-6 (value),
+/// 6e-6 (gradient), 1e-4 (Hessian). Immutable after construction; safe to share between threads.
 template <int N>
 class PsrdN {
     static_assert(N == 2 || N == 3);
@@ -54,30 +53,30 @@ class PsrdN {
   public:
     using Options = PsrdOptionsN<N>;
     static constexpr int kDimension = N;
-    /// What gradients that all point the worst way would give, at the middle of a simplex's edge: in 2D 10.9 · 0.55⁴,
+    /// The value in the middle of a simplex edge if all gradients pointed in the worst direction: in 2D 10.9 · 0.55⁴,
     /// in 3D 39.5 · √3/2 · (5/16)³. The noise comes within 0.3 % of it.
     static constexpr double kBound = N == 2 ? 0.9975 : 1.0440;
 
-    /// Throws ValueError for a negative period, and an alpha that is not finite.
+    /// Throws ValueError if a period is negative or alpha is not finite.
     explicit PsrdN(const PsrdOptionsN<N>& options = {});
 
     /// T may be lanes.
     template <int Order, class T>
     Jet<T, N, Order> at(const Vec<Rebind<T, double>, N>& x) const;
 
-    double bound() const { return kBound; }
+    double maxAbs() const { return kBound; }
 
-    /// What it tiles with along each axis, exactly; 0 where no period was asked for. It is the least common multiple of
-    /// the period and the lattice's own: in 2D an odd period along y tiles with twice as much, on Perlin's grid one
-    /// that is no multiple of 3 with three times as much (both as published). Every other period is what it says.
-    /// Without a period the hash repeats, every 289 times the lattice's own.
+    /// Returns the exact tiling period along each axis; 0 if no period was requested. It is the least common multiple
+    /// of the requested period and the lattice's own period. In 2D, an odd period along y is doubled; on Perlin's grid,
+    /// a period that is not a multiple of 3 is tripled (both as published). Every other period is kept. Without a
+    /// period the noise repeats with its hash, after 289 times the lattice's own period.
     Vec<int64_t, N> tilingPeriod() const;
 
   private:
-    // Hashes are whole numbers modulo 289, the smallest there are: |h| <= 144. In float all that is done with them is
-    // exact: the permutations take sums up to 438, of a hash, a vertex, its corner and a shift.
+    // Hashes are integers modulo 289, represented by |h| <= 144. All operations on them are exact in float: the
+    // permutations take sums of a hash, a vertex, its corner and a shift, which are at most 438.
     static constexpr int kHashes = 289, kMostHash = 144;
-    /// h -> (quadratic h² + linear h) modulo 289, which is one-to-one: 17 divides the first of them but not the other.
+    /// h -> (quadratic h² + linear h) modulo 289. It is a bijection if 17 divides `quadratic` but not `linear`.
     struct Permutation {
         float quadratic, linear;
         template <class T>
@@ -85,17 +84,17 @@ class PsrdN {
             return centred(mulAdd(h, T(quadratic), T(linear)) * h);
         }
     };
-    /// Whole numbers modulo kHashes.
+    /// Reduces integers modulo kHashes to the smallest absolute value.
     template <class T>
     static T centred(const T& i) {
         return negMulAdd(nearestProduct(i, static_cast<T>(1.0 / kHashes)), T(kHashes), i);
     }
-    // A corner at distance d counts with kScale (kReach - d²)^kPower times the ramp of its gradient (Table 2).
+    // A corner at distance d contributes kScale (kReach - d²)^kPower times the ramp of its gradient (Table 2).
     static constexpr int kPower = N == 2 ? 4 : 3;
     static constexpr double kReach = N == 2 ? 0.8 : 0.5;
     static constexpr double kScale = N == 2 ? 10.9 : 39.5;
 
-    /// Calls f with the lattice, as a type.
+    /// Calls f with an object of the lattice type.
     template <class F>
     auto onLattice(const F& f) const {
         if constexpr (N == 2)
@@ -103,21 +102,21 @@ class PsrdN {
         else
             return mOptions.grid == PsrdOptions::Grid::perlin ? f(PsrdPerlinLattice3{}) : f(PsrdLattice3{});
     }
-    /// All that the noise depends on.
+    /// Everything that the noise at a position depends on.
     template <class T>
     struct Cell {
-        Vec<T, N> fraction; ///< From the base vertex, simplex coordinates, within [0, 1).
-        /// For each pair of axes, 01 02 12, whether the fraction along the second is no smaller.
+        Vec<T, N> fraction; ///< Position relative to the base vertex, in simplex coordinates, in [0, 1).
+        /// For each pair of axes 01, 02, 12: whether the fraction along the second is at least that along the first.
         std::array<MaskOf<T>, N*(N - 1) / 2> later;
-        Vec<Rebind<T, double>, N> base;    ///< The vertex, simplex coordinates; counts where the noise tiles.
-        Vec<Rebind<T, float>, N> hashable; ///< The vertex as the hash sees it, where it does not.
+        Vec<Rebind<T, double>, N> base;    ///< The base vertex in simplex coordinates; used if the noise tiles.
+        Vec<Rebind<T, float>, N> hashable; ///< The base vertex as the hash takes it; used if the noise does not tile.
     };
-    /// Of the corners, in the table of gradients.
+    /// The row in the table of gradients for each corner.
     template <class T>
     using Places = std::array<Indices<T>, N + 1>;
     template <class Lattice, bool Tiles, class T>
     Cell<T> cellOf(const Vec<Rebind<T, double>, N>& x) const;
-    /// The k-th corner from the base vertex, simplex coordinates.
+    /// Returns the offset of the k-th corner from the base vertex, in simplex coordinates.
     template <class T>
     static Vec<T, N> offset(const Cell<T>& cell, int k);
     template <class Lattice, bool Tiles, class T>
@@ -126,14 +125,14 @@ class PsrdN {
     Vec<T, N> gradientAt(const Indices<T>& places) const {
         return {rowsAt<T, size_t{N}>(table<T>(), places)};
     }
-    /// gradient(k): that of the k-th corner.
+    /// gradient(k) returns the gradient of the k-th corner.
     template <class Lattice, int Order, class T, class Gradient>
     static Jet<T, N, Order> sumOfCorners(const Cell<T>& cell, const Gradient& gradient);
-    /// Where the period sends a vertex, whole numbers.
+    /// Wraps a vertex into the period. Coordinates are integers.
     template <class Lattice, class T>
     Vec<T, N> wrapped(const Vec<T, N>& vertex) const;
 
-    /// The axis that the hash takes at each step.
+    /// The axis that the hash uses at each step.
     static constexpr int hashedAxis(int step) { return N == 2 ? step : N - 1 - step; }
 
     template <class T>
@@ -146,12 +145,12 @@ class PsrdN {
 
     PsrdOptionsN<N> mOptions;
     bool mTiles = false;
-    // The period in the lattice's units, and what to divide by for it: the same, but 1 where it is 0.
+    // The period times the lattice's kUnits, and its divisor: the same, but 1 where the period is 0.
     Vec<double, N> mPeriod, mDivisor;
-    Vec<double, N> mTranslation{}; // of the lattice, and
+    Vec<double, N> mTranslation{}; // of the lattice, from the seed
     Vec<float, N> mShift{};        // of the hash, from the seed
     std::array<Permutation, N> mPermutations;
-    // By hash, from the lowest.
+    // Indexed by hash, starting at the lowest, -kMostHash.
     std::array<Row<double>, kHashes> mGradients;
     std::array<Row<float>, kHashes> mGradientsFloat;
 };
@@ -161,7 +160,7 @@ using Psrd3 = PsrdN<3>;
 template <int N>
 template <class Lattice, class T>
 Vec<T, N> PsrdN<N>::wrapped(const Vec<T, N>& vertex) const {
-    // In units of which vertices have a whole number, so all of this is exact.
+    // In these units vertices have integer coordinates, so all of this is exact.
     Vec<T, N> k = Lattice::units(vertex);
     for (int axis = 0; axis < N; ++axis)
         k[axis] = negMulAdd(T(mPeriod[axis]), floor(k[axis] / T(mDivisor[axis])), k[axis]);
@@ -173,8 +172,8 @@ template <class Lattice, bool Tiles, class T>
 typename PsrdN<N>::template Cell<T> PsrdN<N>::cellOf(const Vec<Rebind<T, double>, N>& x) const {
     using Position = Rebind<T, double>;
     using Hash = Rebind<T, float>;
-    // First take off the lattice's own period. So positions a period apart are the same ones from here on, even where
-    // simplex coordinates have to be rounded.
+    // Subtracts multiples of the lattice's own period first. Positions a period apart are then identical from here on,
+    // even where simplex coordinates must be rounded.
     Vec<Position, N> tile, rest;
     for (int axis = 0; axis < N; ++axis) {
         const Position repeat(Lattice::kRepeat[axis]);
@@ -203,8 +202,8 @@ typename PsrdN<N>::template Cell<T> PsrdN<N>::cellOf(const Vec<Rebind<T, double>
 template <int N>
 template <class T>
 Vec<T, N> PsrdN<N>::offset(const Cell<T>& cell, int k) {
-    // From the base the corners follow the axes, the one of the largest fraction first (the paper, Table 1, steps 2
-    // and 3).
+    // From the base vertex, the corners follow the axes in the order of their fractions, largest first (the paper,
+    // Table 1, steps 2 and 3).
     const auto one = [](const auto& where) { return select(where, T(1), T(0)); };
     const auto oneUnless = [](const auto& where) { return select(where, T(0), T(1)); };
     if (k == 0) return {};
@@ -224,7 +223,7 @@ template <class Lattice, bool Tiles, class T>
 typename PsrdN<N>::template Places<T> PsrdN<N>::placesOf(const Cell<T>& cell) const {
     using Position = Rebind<T, double>;
     using Hash = Rebind<T, float>;
-    // Without a period, the first step of the hash knows but two vertices.
+    // Without a period, the first step of the hash sees only two different coordinates.
     Hash first, step;
     if constexpr (!Tiles) {
         const Hash& low = cell.hashable[hashedAxis(0)];
@@ -260,7 +259,7 @@ typename PsrdN<N>::template Places<T> PsrdN<N>::placesOf(const Cell<T>& cell) co
 template <int N>
 template <class Lattice, int Order, class T, class Gradient>
 Jet<T, N, Order> PsrdN<N>::sumOfCorners(const Cell<T>& cell, const Gradient& gradient) {
-    // With derivatives (the paper, Table 2).
+    // The sum with its derivatives (the paper, Table 2).
     const auto unit = static_cast<T>(1.0 / Lattice::kUnits);
     const Vec<T, N> x0 = Lattice::units(cell.fraction) * unit;
     Jet<T, N, Order> sum;

@@ -5,15 +5,17 @@
 
 namespace curlew {
 
-// The lattices of psrdnoise (Gustavson and McEwan 2021, "the paper" below). Their vertices are where the simplex
-// coordinates u of a position are whole numbers. Each lattice has
+// The lattices of psrdnoise (Gustavson and McEwan 2021, "the paper" below). A vertex is a position whose simplex
+// coordinates u are integers. Each lattice has
 //   kRepeat    the shortest steps along the axes from one vertex to another,
-//   toSimplex  u of a position; exact for multiples of kRepeat,
-//   units      the position of u times kUnits: whole numbers for vertices, so exact for them,
-//   vertexAt   its inverse for vertices. For the places that a period may send vertices to, where the lattice has none:
-//              the vertex whose u is nearest, halves up, as published.
+//   toSimplex  maps a position to u; exact for multiples of kRepeat,
+//   units      maps u to the position times kUnits; vertices become integers, so it is exact for them,
+//   vertexAt   the inverse of `units` for vertices. If a period wraps a vertex to a position without one, it returns
+//   the
+//              vertex with the nearest u, halves rounded up, as published.
 
-/// The plane's triangles of base 1 and height 1: every other row of vertices is shifted by 1/2 (the paper, Fig. 2).
+/// The plane's lattice of triangles with base 1 and height 1. Every other row of vertices is shifted by 1/2 (the paper,
+/// Fig. 2).
 struct PsrdLattice2 {
     static constexpr int kUnits = 2;
     static constexpr Vec<int, 2> kRepeat{{1, 2}};
@@ -32,7 +34,7 @@ struct PsrdLattice2 {
     }
 };
 
-/// The paper's own lattice in space: the corners and the centres of unit cubes (Fig. 3).
+/// The paper's own lattice in 3D: the corners and centres of unit cubes (Fig. 3).
 struct PsrdLattice3 {
     static constexpr int kUnits = 2;
     static constexpr Vec<int, 3> kRepeat{{1, 1, 1}};
@@ -51,8 +53,8 @@ struct PsrdLattice3 {
     }
 };
 
-/// The same lattice as Perlin turned it (2002): its long diagonal is that of the unit cube, and few vertices have whole
-/// coordinates.
+/// The same lattice in Perlin's orientation (2002): its long diagonal is that of the unit cube, and few vertices have
+/// integer coordinates.
 struct PsrdPerlinLattice3 {
     static constexpr int kUnits = 6;
     static constexpr Vec<int, 3> kRepeat{{3, 3, 3}};
@@ -69,7 +71,8 @@ struct PsrdPerlinLattice3 {
     }
     template <class T>
     static Vec3<T> vertexAt(const Vec3<T>& k) {
-        // Whole numbers up to the division; of what a period leaves, it makes multiples of 1/3: never halves.
+        // All numbers are integers up to the division, which yields multiples of 1/3 after a period was subtracted:
+        // never halves.
         const T sum = k[0] + k[1] + k[2];
         const auto nearest = [&sum](const T& a) { return floor((T(3) * a + sum) / T(18) + T(0.5)); };
         return {{nearest(k[0]), nearest(k[1]), nearest(k[2])}};

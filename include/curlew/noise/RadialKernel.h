@@ -5,8 +5,8 @@
 
 namespace curlew {
 
-/// Adds what one lattice vertex contributes to a simplex noise: w^P (g · d) with w = max(radius² - d · d, 0), for the
-/// offset d of the position from the vertex and the gradient g of the vertex. C^(P-1).
+/// Adds the contribution of one lattice vertex to a simplex noise: w^P (g · d) with w = max(radius2 - d · d, 0), where
+/// d is the offset of the position from the vertex and g the gradient of the vertex. It is C^(P-1).
 template <int P, class T, int N, int Order>
 void addRadialKernel(Jet<T, N, Order>& sum, T radius2, const Vec<T, N>& g, const Vec<T, N>& d) {
     static_assert(P >= 3);
@@ -35,7 +35,7 @@ void addRadialKernel(Jet<T, N, Order>& sum, T radius2, const Vec<T, N>& g, const
         }
     }
     if constexpr (Order >= 3) {
-        const T w3 = select(w > T(0), power, T(0)); // beyond the radius w^0 is nothing, too
+        const T w3 = select(w > T(0), power, T(0)); // w^0 must be zero beyond the radius, too
         sum.forTriples([&](int i, int j, int k) {
             const auto overDeltas = [&](const Vec<T, N>& v) {
                 return (j == k ? v[i] : T(0)) + (i == k ? v[j] : T(0)) + (i == j ? v[k] : T(0));

@@ -11,22 +11,22 @@
 
 namespace curlew {
 
-/// Which vertices of the lattice a SimplexNoise sums, up to which distance r, and how it scales the sum.
+/// The lattice vertices that a SimplexNoise sums, its radius r, and the scale of the sum.
 enum class SimplexKernel {
     smooth,              ///< All vertices within r; r² = 1/2 for N <= 5, 3/4 for N = 6 and 7. Within ±1.
     corners,             ///< The corners of the simplex, r² = 1/2. Within ±1. Zero in places for N = 6 and 7.
-    published,           ///< The corners, r² = 15/16 N/(N+1) (N = 2: 1/2). Jumps at the faces of simplices for N >= 3.
+    published,           ///< The corners, r² = 15/16 N/(N+1) (N = 2: 1/2). Jumps at simplex faces for N >= 3.
     publishedContinuous, ///< The corners, r² = 1/2, scaled as `published`.
 };
 
 struct SimplexOptions {
-    int power = 4; ///< Of the kernel (r² - |d|²)^power: 3 gives a C² noise, 4 a C³ one. Published kernels have 4.
-    SimplexKernel kernel = SimplexKernel::smooth; ///< The published ones are there to compare with.
-    uint64_t seed = 0; ///< 0 has the published gradient at each vertex; other seeds give independent fields.
+    int power = 4; ///< Of the kernel (r² - |d|²)^power. 3: the noise is C²; 4: C³. Published kernels require 4.
+    SimplexKernel kernel = SimplexKernel::smooth; ///< The published kernels serve for comparison.
+    uint64_t seed = 0; ///< 0 selects the published gradient at each vertex; other seeds give independent fields.
 };
 
-/// Bob Jenkins's one-at-a-time hash of the three low bytes, as the program has it: in 64 bits, nothing cut off. Word is
-/// uint64_t, or several of them at once.
+/// Bob Jenkins's one-at-a-time hash of the three low bytes, as in the program that SimplexNoise cites: in 64 bits,
+/// without truncation. Word is uint64_t, or lanes of it.
 template <class Word>
 requires(sizeof(Word) >= sizeof(uint64_t)) constexpr Word simplexHash(const Word& word) {
     Word hash(0);
@@ -40,24 +40,26 @@ requires(sizeof(Word) >= sizeof(uint64_t)) constexpr Word simplexHash(const Word
     return hash + (hash << 15);
 }
 
-/// Simplex noise in N = 2 … 7 dimensions, of wavelength about 1 (Perlin 2001; Gustavson 2005), with the lattice, the
-/// gradients and for seed 0 the hash of github.com/Craig-Macomber/N-dimensional-simplex-noise ("the program" below: its
-/// seed 12345, and of its two shuffles of the gradients the first, seeded one only).
+/// Simplex noise in N = 2 … 7 dimensions with a wavelength of about 1 (Perlin 2001; Gustavson 2005). The lattice, the
+/// gradients and, for seed 0, the hash are those of github.com/Craig-Macomber/N-dimensional-simplex-noise ("the
+/// program" below) with its seed 12345. The program shuffles its gradients twice; only the first shuffle, which is
+/// seeded, is used here.
 ///
-/// Σ (r² - |d|²)^power (g·d) over lattice vertices, d from the vertex to x, g the gradient that the vertex was dealt.
-/// The height of a vertex over the opposite face is √(1/2) for every N, so up to r² = 1/2 the corners of the simplex
-/// alone give a continuous noise. From N = 6 on that leaves gaps, because a point can be √(N(N+2) / (12 (N+1))) away
-/// from all vertices (Conway and Sloane 1988: the covering radius of the lattice A*). There `smooth` reaches further
-/// and sums all vertices within reach. Root mean square of the default noise for N = 2 … 7: 0.54, 0.39, 0.25, 0.16,
-/// 0.14, 0.10.
+/// Computes Σ (r² - |d|²)^power (g·d) over lattice vertices, where d is the vector from the vertex to x and g the
+/// gradient of the vertex. The height of a vertex over the opposite face is √(1/2) for every N, so if r² <= 1/2, the
+/// corners of the simplex alone give a continuous noise. From N = 6 on that leaves gaps, because a point can be
+/// √(N(N+2) / (12 (N+1))) away from all vertices (Conway and Sloane 1988: the covering radius of the lattice A*). There
+/// `smooth` has a larger radius and sums all vertices within it. The rms of the default noise for N = 2 … 7 is 0.54,
+/// 0.39, 0.25, 0.16, 0.14, 0.10.
 ///
-/// The program's hash repeats soon. In skewed coordinates the vertices c and c + (32, -1, 0 …) have the same gradient,
-/// from 5D on also c and c + (0, -1, 0, 0, 2 …): so with seed 0 the noise is the same again after 27 to 29 in 2D to 4D,
-/// and already after 2.2 in 5D to 7D. Other seeds have a hash of their own, of 64 bits: hundreds in 7D, more in fewer.
+/// The program's hash repeats after a short distance. In skewed coordinates, the vertices c and c + (32, -1, 0 …) have
+/// the same gradient; from 5D on, so do c and c + (0, -1, 0, 0, 2 …). With seed 0 the noise therefore repeats after 27
+/// to 29 units in 2D to 4D, and after only 2.2 units in 5D to 7D. Other seeds use a separate 64-bit hash, which repeats
+/// after hundreds of units in 7D and later in fewer dimensions.
 ///
-/// The lattice cell is taken off in double: T = float loses nothing far from the origin (|x| up to 2^50); against
-/// T = double it is accurate to 2e-6 (value), 1e-5 (gradient), 1e-4 (Hessian). What is not finite gives NaN.
-/// Immutable after construction, safe to share between threads.
+/// The lattice cell is subtracted in double, so T = float loses no accuracy far from the origin (|x| up to 2^50).
+/// Compared with T = double it is accurate to 2e-6 (value), 1e-5 (gradient), 1e-4 (Hessian). Positions that are not
+/// finite give NaN. Immutable after construction; safe to share between threads.
 template <int N>
 class SimplexNoise {
     static_assert(N >= 2 && N <= 7);
@@ -66,42 +68,42 @@ class SimplexNoise {
     using Options = SimplexOptions;
     static constexpr int kDimension = N;
 
-    /// Throws ValueError for a power that the kernel does not have.
+    /// Throws ValueError if the kernel does not support the power.
     explicit SimplexNoise(const SimplexOptions& options = {});
 
     /// T may be lanes.
     template <int Order, class T>
     Jet<T, N, Order> at(const Vec<Rebind<T, double>, N>& x) const;
 
-    /// |value| never exceeds it, whatever the gradients (to rounding).
-    double bound() const { return mBound; }
+    /// Returns a bound of |value| for any choice of gradients, up to rounding.
+    double maxAbs() const { return mBound; }
 
   private:
-    static constexpr int kGradients = N << (N - 1), kRows = N <= 4 ? 1 : 2; ///< Rows of 4 for each gradient.
+    static constexpr int kGradients = N << (N - 1), kRows = N <= 4 ? 1 : 2; ///< kRows rows of 4 numbers per gradient.
 
-    /// The cell of the skewed lattice that a position is in, and where in it. P: double or lanes of it.
+    /// The cell of the skewed lattice that contains a position, and the position in it. P is double or lanes of double.
     template <class P>
     struct Cell {
-        Rebind<P, uint64_t> index; ///< Of its lowest corner, before it is hashed.
-        Vec<P, N> x;               ///< From there, in space.
-        /// Place of each axis in the order of the skewed coordinates, the largest first: it tells the simplex within
-        /// the cell. In sorted axes all simplices are the same.
+        Rebind<P, uint64_t> index; ///< Index of its lowest corner, not yet hashed.
+        Vec<P, N> x;               ///< Position relative to that corner, in space.
+        /// Rank of each axis by skewed coordinate, largest first. It identifies the simplex within the cell: with
+        /// sorted axes all simplices are the same.
         Vec<P, N> rank;
     };
     template <class P>
     Cell<P> cell(const Vec<P, N>& x) const;
 
-    /// The gradient of a vertex, not normalised: of components ±1, and one 0.
+    /// Returns the gradient of a vertex, not normalised: one component is 0, the others are ±1.
     template <class T>
     Vec<T, N> gradient(const Rebind<T, uint64_t>& index) const;
 
-    /// Adds what a vertex contributes at a distance d from it.
+    /// Adds the contribution of a vertex at the offset d of the position from it.
     template <int Order, class T>
     void add(Jet<T, N, Order>& sum, const Rebind<T, uint64_t>& index, const Vec<T, N>& d) const {
-        if constexpr (kLanes<T> == 1) { // out of reach it would add zeros; lanes rarely all are
+        if constexpr (kLanes<T> == 1) { // a vertex out of reach would add zeros; lanes are rarely all out of reach
             T w = static_cast<T>(mRadius2);
             for (int i = 0; i < N; ++i) w = negMulAdd(d[i], d[i], w);
-            if (w <= T(0)) return; // NaN goes on
+            if (w <= T(0)) return; // false for NaN, which must be passed on
         }
         const Vec<T, N> g = gradient<T>(index);
         if (mPower == 4)
@@ -109,24 +111,24 @@ class SimplexNoise {
         else
             addRadialKernel<3>(sum, static_cast<T>(mRadius2), g, d);
     }
-    /// Of the N + 1 corners of the simplex.
+    /// Sums over the N + 1 corners of the simplex.
     template <int Order, class T>
     Jet<T, N, Order> sumOfCorners(const Cell<Rebind<T, double>>& cell) const;
-    /// Of all vertices within reach.
+    /// Sums over all vertices within reach.
     template <int Order, class T>
     Jet<T, N, Order> sumOfVertices(const Cell<Rebind<T, double>>& cell) const;
 
     static constexpr int kNear = N <= 5 ? 0 : NearVertex<N>::kCount;
-    /// The bits of those within reach of a position, and perhaps of some that are just beyond.
+    /// Returns a bit mask of the near vertices within reach of a position. It may include some that are just beyond.
     template <class P>
     std::array<uint32_t, size_t{kLanes<P>}> verticesInReach(const Cell<P>& cell) const;
 
     /// The lattice in numbers of type T.
     template <class T>
     struct Lattice {
-        /// The coordinates of corner k, along the axes of rank below k, and along the others.
+        /// The coordinates of corner k: `along` the axes of rank below k, and `beside` them.
         std::array<T, N + 1> along, beside;
-        /// Of near vertices: corner, step, sign, shift. The last one is out of reach of all.
+        /// One row per near vertex: corner, step, sign, shift. The last row is out of reach of every position.
         std::array<Row<T>, kNear + 1> near;
     };
     template <class T>
@@ -139,18 +141,18 @@ class SimplexNoise {
     template <class T>
     Lattice<T> makeLattice() const;
 
-    // Of the lattice: y = x + skew Σx has the vertices at integer points (Gustavson 2005), x = y - unskew Σy.
+    // The lattice: y = x + skew Σx maps its vertices to integer points (Gustavson 2005), and x = y - unskew Σy back.
     double mSkew = (std::sqrt(N + 1.0) - 1) / N, mUnskew = (1 - 1 / std::sqrt(N + 1.0)) / N;
     int mPower;
     bool mPublishedHash;
-    uint64_t mIndex;                  // of the vertex at 0 before it is hashed
-    std::array<uint64_t, N> mSteps{}; // what a step along each axis adds to it
+    uint64_t mIndex;                  // index of the vertex at 0, not yet hashed
+    std::array<uint64_t, N> mSteps{}; // what a step along each axis adds to the index
     bool mCornersOnly;
     double mRadius2 = 0, mScale = 0, mBound = 0;
-    Vec<double, N> mTranslation{}; // of the lattice, from the seed
+    Vec<double, N> mTranslation{}; // of the lattice; from the seed
     Lattice<double> mLattice;
     Lattice<float> mLatticeFloat;
-    std::array<float, kNear> mSquares, mTilts; // of near vertices: |p|² and the tilt
+    std::array<float, kNear> mSquares, mTilts; // of near vertices: |p|² and tilt
     std::array<Row<float>, kGradients * kRows> mGradients;
 };
 
@@ -168,7 +170,7 @@ auto SimplexNoise<N>::cell(const Vec<P, N>& x) const -> Cell<P> {
         const P y = moved[i] + skewed, low = floor(y);
         r[i] = y - low;
         sumR += r[i];
-        // Further out, and for NaN, there is no lattice left: any number will do.
+        // Farther out, and for NaN, doubles do not resolve the lattice: any index will do.
         const P whole = min(max(low, P(-0x1p51)), P(0x1p51));
         cell.index += wordOf(whole) * Rebind<P, uint64_t>(mSteps[static_cast<size_t>(i)]);
     }
@@ -189,7 +191,8 @@ Vec<T, N> SimplexNoise<N>::gradient(const Rebind<T, uint64_t>& index) const {
     using P = Rebind<T, double>;
     using F = Rebind<T, float>;
     const Word hash = mPublishedHash ? simplexHash(index) : mixedWord(index);
-    // Modulo the number of gradients, in double: the high half first brought to where the low one is, then exact.
+    // The hash modulo kGradients, in double. The high half is first multiplied by 2^32 mod kGradients, so every step is
+    // exact.
     constexpr auto kHigh = static_cast<double>((uint64_t{1} << 32) % kGradients);
     const P folded = mulAdd(convertTo<P>(hash >> 32), P(kHigh), convertTo<P>(hash & Word(0xffffffff)));
     const P place = floorMod(folded, kGradients, 1.0 / kGradients);
@@ -214,7 +217,7 @@ Jet<T, N, Order> SimplexNoise<N>::sumOfCorners(const Cell<Rebind<T, double>>& ce
         rank[i] = convertTo<T>(cell.rank[i]);
     }
     Jet<T, N, Order> sum;
-    unrolled<N + 1>([&](auto k) { // from the lowest corner the others follow the axes by their rank
+    unrolled<N + 1>([&](auto k) { // from the lowest corner, the others follow along the axes by rank
         Word index = cell.index;
         Vec<T, N> d;
         for (size_t i = 0; i < N; ++i) {
@@ -233,7 +236,7 @@ auto SimplexNoise<N>::verticesInReach(const Cell<P>& cell) const -> std::array<u
     using F = Rebind<P, float>;
     using Bits = Rebind<P, uint32_t>;
     Vec<F, N + 1> sorted;
-    F reach(static_cast<float>(mRadius2) + 1e-5F), sum(0); // all roundings cost less
+    F reach(static_cast<float>(mRadius2) + 1e-5F), sum(0); // 1e-5 exceeds the sum of all rounding errors
     for (int i = 0; i < N; ++i) {
         const F x = convertTo<F>(cell.x[i]), rank = convertTo<F>(cell.rank[i]);
         for (int r = 0; r < N; ++r) sorted[r] = select(rank == F(r), x, sorted[r]);
@@ -242,7 +245,7 @@ auto SimplexNoise<N>::verticesInReach(const Cell<P>& cell) const -> std::array<u
     }
     sorted[N] = -sum;
     Bits bits(0);
-    F corner(0); // the product of it and the position
+    F corner(0); // dot product of the corner and the position
     unrolled<kNear>([&](auto k) {
         constexpr NearVertex<N> kVertex(k);
         if constexpr (k > 0 && kVertex.sign == 0) corner += sorted[kVertex.corner - 1];
@@ -251,7 +254,7 @@ auto SimplexNoise<N>::verticesInReach(const Cell<P>& cell) const -> std::array<u
         if constexpr (kVertex.sign < 0) product -= sorted[kVertex.step];
         // r² - |x - p|²
         const F w = mulAdd(F(2), mulAdd(sum, F(mTilts[k]), product), reach - F(mSquares[k]));
-        bits += select(w <= F(0), Bits(0), Bits(uint32_t{1} << k)); // NaN is within reach
+        bits += select(w <= F(0), Bits(0), Bits(uint32_t{1} << k)); // NaN counts as within reach
     });
     std::array<uint32_t, size_t{kLanes<P>}> inReach;
     store(bits, inReach.data());
@@ -270,9 +273,9 @@ Jet<T, N, Order> SimplexNoise<N>::sumOfVertices(const Cell<Rebind<T, double>>& c
         rank[i] = convertTo<T>(cell.rank[i]);
         all += mSteps[static_cast<size_t>(i)];
     }
-    auto inReach = verticesInReach(cell); // of 28 or 32, about 5
+    auto inReach = verticesInReach(cell); // about 5 of 28 or 32
     Jet<T, N, Order> sum;
-    for (;;) { // each lane the next one of its own
+    for (;;) { // each pass takes the next vertex of every lane
         Indices<T> next;
         uint32_t any = 0;
         for (size_t lane = 0; lane < inReach.size(); ++lane) {

@@ -12,24 +12,24 @@ template <int N>
 struct SineNoiseOptions {
     Vec<int, N> period{}; ///< Tiles with this period along each axis; 0: does not tile.
     int waves = 8;        ///< 1 … 64.
-    uint64_t seed = 0;    ///< Other seeds give independent fields; 0 is a seed like any other.
+    uint64_t seed = 0;    ///< Different seeds give independent fields; 0 is not special.
 };
 
-/// A sum of plane waves, (1/M) Σ sin(2 pi (phase_m + nu_m · x)) for m = 0 … M - 1, in N = 1 … 7 dimensions: infinitely
-/// smooth, so what is computed from it converges at its full order. There is no publication of it.
+/// A sum of plane waves, (1/M) Σ sin(2 pi (phase_m + nu_m · x)) for m = 0 … M - 1, in N = 1 … 7 dimensions. It is C^∞,
+/// so numerical methods applied to it converge at their full order. It is not taken from a publication.
 ///
-/// The wave numbers |nu_m| = 3/4 + (m + r)/(2 M) are about 1 per unit of length, phases and all r uniform in [0, 1).
-/// The directions are spread, so that even a few waves look the same from everywhere: each is the one of 32 random
-/// directions that is farthest from those before; then 100 sweeps of steepest descent decrease the sum of the fourth
-/// powers of all cosines between them. That sum has its least possible value just for sets whose second and fourth
-/// moments are those of all directions (projective 2-designs; Welch 1974).
-/// Along an axis with a period p the wave vectors are rounded to multiples of 1/p; one that all became zero gets ±1/p
-/// in the component that was nearest to it. For periods of one or two that leaves only a few different waves.
+/// The wave numbers |nu_m| = 3/4 + (m + r)/(2 M) are about 1 per unit of length. Phases and all r are uniform in [0,
+/// 1). The directions are spread, so that even a few waves look isotropic. Each is the one of 32 random directions that
+/// is farthest from those before. Then 100 sweeps of steepest descent reduce the sum of the fourth powers of all
+/// cosines between them. That sum is minimal exactly for sets whose second and fourth moments are those of the uniform
+/// distribution (projective 2-designs; Welch 1974). Along an axis with a period p, the wave vectors are rounded to
+/// multiples of 1/p. If all components become zero, the one that was largest relative to 1/p is set to ±1/p. Periods of
+/// one or two leave only a few different waves.
 ///
-/// Values within ±1 (with M waves of mean square 1/(2 M); seen with 8: ±0.97). Positions are reduced to periods,
-/// and arguments to one turn, in double: T = float loses nothing far from the origin, and against T = double it is
-/// accurate to 5e-7 (value), 5e-6 (gradient), 5e-5 (Hessian).
-/// Immutable after construction, safe to share between threads.
+/// Values are within ±1, with a mean square of 1/(2 M) for M waves (largest observed with 8: ±0.97). Positions are
+/// reduced to periods, and arguments to one turn, in double, so T = float loses no accuracy far from the origin.
+/// Compared with T = double it is accurate to 5e-7 (value), 5e-6 (gradient), 5e-5 (Hessian). Immutable after
+/// construction; safe to share between threads.
 template <int N>
 class SineNoise {
     static_assert(1 <= N && N <= 7);
@@ -40,14 +40,14 @@ class SineNoise {
     static constexpr double kBound = 1;
     static constexpr int kMostWaves = 64;
 
-    /// Throws ValueError for a negative period, and for waves out of range.
+    /// Throws ValueError if a period is negative or `waves` is out of range.
     explicit SineNoise(const SineNoiseOptions<N>& options = {});
 
     /// T may be lanes.
     template <int Order, class T>
     Jet<T, N, Order> at(const Vec<Rebind<T, double>, N>& x) const;
 
-    double bound() const { return kBound; }
+    double maxAbs() const { return kBound; }
 
   private:
     SineNoiseOptions<N> mOptions;
@@ -62,7 +62,7 @@ Jet<T, N, Order> SineNoise<N>::at(const Vec<Rebind<T, double>, N>& x) const {
     Vec<Position, N> wrapped = x;
     for (int axis = 0; axis < N; ++axis)
         if (const double p = mOptions.period[axis]; p > 0) {
-            // Whole part and fraction apart: positions a period apart become the same to the bit.
+            // Integer part and fraction separately: positions a period apart become bit for bit the same.
             const Position whole = floor(x[axis]);
             wrapped[axis] = floorMod(whole, p, 1 / p) + (x[axis] - whole);
         }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "curlew/math/Range.h"
+#include "curlew/math/Interval.h"
 #include "curlew/noise/CubicLattice.h"
 
 namespace curlew {
@@ -12,16 +12,16 @@ struct ValueNoiseOptions {
     uint64_t seed = 0;    ///< 0 is the published function; other seeds give independent fields.
 };
 
-/// Value noise on the lattice of whole numbers, N = 1, 2, 3: Flick, "Noise Derivatives" (Catlike Coding), the methods
-/// Value1D to Value3D. A value from {0, 1/255, ..., 1} at each vertex, blended with quintic fades.
+/// Value noise on the integer lattice, N = 1, 2, 3: Flick, "Noise Derivatives" (Catlike Coding), methods Value1D to
+/// Value3D. Each vertex has a value from {0, 1/255, ..., 1}. The values are blended with quintic fades.
 ///
-/// C², of wavelength 2 (3D) to 3 (1D), values within [0, 1] (all of it, about the mean 1/2): the bound is sharp,
-/// rounding included. Its gradient is zero at all vertices. Value and gradient are as published, the Hessian is ours.
-/// Of a period above 256 the hash still sees indices modulo 256: parts of a tile that are 256 apart look alike. With
-/// period 1 there is but one vertex along that axis, and the noise does not depend on it.
-/// The lattice cell is taken off in double, so T = float loses nothing far from the origin (|x| up to 2^51); against
-/// T = double it is accurate to 5e-6 (value), 2e-5 (gradient), 1e-4 (Hessian).
-/// Immutable after construction, safe to share between threads.
+/// C², with a wavelength of 2 (3D) to 3 (1D). Values fill [0, 1] with a mean of 1/2; the bound is sharp and also holds
+/// with rounding. The gradient is zero at all vertices. Value and gradient are as published; the Hessian is ours. If
+/// the period exceeds 256, the hash still takes indices modulo 256, so parts of a tile that are 256 cells apart look
+/// alike. If the period is 1, there is only one vertex along that axis, and the noise does not depend on that
+/// coordinate. The lattice cell is subtracted in double, so T = float loses no accuracy far from the origin (|x| up to
+/// 2^51). Compared with T = double it is accurate to 5e-6 (value), 2e-5 (gradient), 1e-4 (Hessian). Immutable after
+/// construction; safe to share between threads.
 template <int N>
 class ValueNoise {
     static_assert(1 <= N && N <= 3);
@@ -29,10 +29,10 @@ class ValueNoise {
   public:
     using Options = ValueNoiseOptions<N>;
     static constexpr int kDimension = N;
-    static constexpr int kOwnPeriod = 256; ///< Where no other is asked for.
+    static constexpr int kOwnPeriod = 256; ///< The period if none is requested.
     static constexpr double kBound = 1;
 
-    /// Throws ValueError for a negative period.
+    /// Throws ValueError if a period is negative.
     explicit ValueNoise(const ValueNoiseOptions<N>& options = {})
         : mLattice(options.period, kOwnPeriod, options.seed), mHash(options.seed) {}
 
@@ -40,8 +40,8 @@ class ValueNoise {
     template <int Order, class T>
     Jet<T, N, Order> at(const Vec<Rebind<T, double>, N>& x) const;
 
-    Range range() const { return {0, 1}; }
-    double bound() const { return kBound; }
+    Interval range() const { return {0, 1}; }
+    double maxAbs() const { return kBound; }
 
   private:
     CubicLattice<N> mLattice;

@@ -7,19 +7,19 @@
 
 namespace curlew {
 
-/// The exposure at which most of what is lit shows: the percentile 95 of the pixels that are lit at all, each by its
-/// brightest channel, becomes 1. 1 for an image without light. `light` has the channels R, G, B in linear light.
+/// Returns the exposure that maps percentile 95 of the lit pixels, each by its brightest channel, to 1. Returns 1 if
+/// the image has no light. `light` has the channels R, G, B in linear light.
 double automaticExposure(const Image& light);
 
-/// Light with a halo: `part` of it, 0 to 1, is spread over about a hundredth and a thirtieth of the picture's longer
-/// edge (repeated box filters); the sum over the picture stays the same but for what leaves it.
+/// Adds a halo to light. The fraction `part`, 0 to 1, of the light is spread over about 1/100 and 1/30 of the picture's
+/// longer edge (repeated box filters). The sum over the picture is preserved except for light that leaves it.
 Image withGlow(const Image& light, double part, const Monitor& monitor = {});
 
-/// Light that shines onto a picture: linear light times `exposure`, with a shoulder instead of a limit, so that nothing
-/// turns into flat white: a channel value m, the greatest of a pixel, becomes 1 - exp(-m), its hue stays, and what is
-/// very bright gets paler. `ground` has at least the channels R, G, B, display values; what is bright there gets less
-/// of it (screen blending). Its other channels stay. Throws ValueError where the sizes or channels do not fit, or the
-/// exposure is not positive and finite.
+/// Adds light to a picture. The linear light is multiplied by `exposure` and compressed smoothly instead of clipped, so
+/// that nothing becomes flat white: the largest channel value m of a pixel becomes 1 - exp(-m), the hue stays, and very
+/// bright colours become paler. `ground` has at least the channels R, G, B in display values; it receives less light
+/// where it is bright (screen blending). Its other channels stay. Throws ValueError if the sizes or channels do not
+/// fit, or if the exposure is not positive and finite.
 Image developed(const Image& light, double exposure, Image ground);
 
 } // namespace curlew

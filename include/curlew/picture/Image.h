@@ -7,7 +7,7 @@
 
 namespace curlew {
 
-/// A picture in floating point, rows from top to bottom, channels interleaved. NaN means: nothing is there.
+/// A floating-point image: rows from top to bottom, channels interleaved. NaN means that a pixel has no value.
 struct Image {
     int width = 0, height = 0;
     std::vector<std::string> channels; ///< One name per channel ("speed"; or "R", "G", "B"; …).
@@ -23,10 +23,11 @@ struct Image {
     }
 };
 
-/// An image that has `value` everywhere. Throws ValueError as checkImage does.
+/// Returns an image that has `value` everywhere. Throws ValueError like checkImage.
 Image filledImage(int width, int height, std::vector<std::string> channels, float value = 0);
 
-/// Throws ValueError unless the image has a pixel, differently named channels and as many values as its size asks for.
+/// Throws ValueError unless the image has at least one pixel, channels with different names, and as many values as its
+/// size requires.
 void checkImage(const Image& image);
 
 } // namespace curlew

@@ -7,30 +7,30 @@
 
 namespace curlew {
 
-/// Curves over one x. A value that is missing is NaN.
+/// Curves over a common x. A missing value is NaN.
 struct PlotData {
     std::string xName = {};
     std::vector<double> x = {};
     struct Curve {
         std::string name = {};
-        std::vector<double> y = {}; ///< One for each x.
+        std::vector<double> y = {}; ///< One per x.
     };
     std::vector<Curve> curves = {};
 };
 
 struct PlotOptions {
-    std::string title = {}, xLabel = {}, yLabel = {}; ///< Without an xLabel: the name of x.
-    bool logX = false, logY = false;                  ///< Decades; what is not positive is not shown.
+    std::string title = {}, xLabel = {}, yLabel = {}; ///< An empty xLabel shows xName.
+    bool logX = false, logY = false;                  ///< Logarithmic axis; values that are not positive are not shown.
     int width = 760, height = 460;                    ///< Pixels.
 };
 
-/// The table of a CSV file (readCsv with CsvCells::optional): the first column is x, each other one a curve; empty
-/// cells are missing. Throws FileError as readCsv does, and if there is a single column or no row.
+/// Reads a CSV file (readCsv with CsvCells::optional): the first column is x, every other column a curve; empty cells
+/// are missing values. Throws FileError like readCsv, and if there is only one column or no row.
 PlotData readPlotData(const std::filesystem::path& path);
 
-/// The curves as an SVG, with axes, round numbers at them, a grid and a legend; markers on curves of few points. The
-/// same data give the same bytes. Throws ValueError where nothing can be shown, for a size below 200 and arrays of
-/// different lengths.
+/// Returns the curves as an SVG with axes, round tick values, a grid and a legend; curves with few points get markers.
+/// The same data give the same bytes. Throws ValueError if nothing can be shown, the width or height is not 200 to
+/// 10000 pixels, or array lengths differ.
 std::string plotSvg(const PlotData& data, const PlotOptions& options = {});
 
 } // namespace curlew

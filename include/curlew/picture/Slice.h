@@ -11,24 +11,24 @@ namespace curlew {
 
 struct SliceOptions {
     int axis = 2;          ///< The plane is perpendicular to this axis (0, 1, 2 for x, y, z).
-    double position = 0;   ///< Where on that axis, world units.
+    double position = 0;   ///< Position on that axis, world units.
     int width = 800;       ///< Pixels.
-    int supersampling = 2; ///< Samples per pixel along each edge, averaged.
-    double margin = 0.04;  ///< What is shown around the box, as a part of its longer edge.
+    int supersampling = 2; ///< Samples along each edge of a pixel, averaged.
+    double margin = 0.04;  ///< Margin around the box, relative to its longer edge.
 };
 
-/// A picture's rectangle of a plane. x points right (across x: z), y up (across y: z). Pixel positions are in pixels
-/// from the upper left corner, so that the middle of the first pixel is (0.5, 0.5).
+/// The rectangle of a plane that a picture shows. x points right (for axis x: z), y up (for axis y: z). Pixel positions
+/// are in pixels from the upper left corner, so the centre of the first pixel is (0.5, 0.5).
 class PicturePlane {
   public:
-    /// That which shows a box and its margin. Throws ValueError for an infinite or empty box, a width that is not
-    /// positive or a picture of more than 32768 pixels along an edge.
+    /// Shows a box and its margin. Throws ValueError if the box is infinite or empty, the width is not positive, or the
+    /// picture has more than 32768 pixels along an edge.
     PicturePlane(const Box& box, const SliceOptions& options);
 
     int width() const { return mWidth; }
     int height() const { return mHeight; }
-    double pixel() const { return mPixel; } ///< World units.
-    /// The axes that point to the right and upwards.
+    double pixel() const { return mPixel; } ///< Edge of a pixel, world units.
+    /// The axes that point right and up.
     int right() const { return mRight; }
     int up() const { return mUp; }
 
@@ -42,36 +42,37 @@ class PicturePlane {
   private:
     int mRight, mUp, mWidth, mHeight;
     double mPixel;
-    Vec3d mCorner; ///< The upper left one.
+    Vec3d mCorner; ///< Upper left.
 };
 
-/// What a slice shows: a value per channel at each of a batch of positions, in the order of the channels; NaN where
-/// there is nothing to show.
+/// Evaluates what a slice shows: one value per channel, in the order of the channels, at each of a batch of positions;
+/// NaN where there is no value.
 struct SliceSource {
     using Values = std::vector<std::array<float, kBatch>>;
     std::vector<std::string> channels;
     std::function<void(const PointBatch&, Values&)> eval;
 };
 
-/// A source on a plane as an image of its channels. A pixel of which more than half is nothing is NaN. Throws as
-/// PicturePlane does, and ResourceError where the memory would not do.
+/// Samples a source on a plane as an image of its channels. A pixel becomes NaN unless more than half of its samples
+/// have a value. Throws like PicturePlane, and ResourceError if the image does not fit into memory.
 Image slice(const Box& box, const SliceSource& source, const SliceOptions& options, const Monitor& monitor = {});
 
-/// Of a flow, within its domain: "speed", "vx", "vy", "vz", "f", "g", "distance", or "velocity" (velocity.x, .y, .z).
-/// ValueError for other names.
+/// Returns a source for a flow within its domain: "speed", "vx", "vy", "vz", "f", "g", "distance", or "velocity"
+/// (velocity.x, .y, .z). Throws ValueError for other names.
 SliceSource flowSource(const Flow& flow, std::string_view name);
 
-/// Of a field, everywhere: "value", "slope" (the length of the gradient), or "gradient" (gradient.x, .y, .z).
-/// ValueError for other names.
+/// Returns a source for a field, everywhere: "value", "slope" (the length of the gradient), or "gradient" (gradient.x,
+/// .y, .z). Throws ValueError for other names.
 SliceSource fieldSource(const ScalarField& field, std::string_view name);
 
-/// The component of a flow's velocity in a direction (of any length): "along". ValueError for a zero direction.
+/// Returns a source for the component of a flow's velocity along a direction of any length: "along". Throws ValueError
+/// if the direction is zero.
 SliceSource alongSource(const Flow& flow, const Vec3d& direction);
 
-/// The signed distance to the wall of a domain, also outside of the domain and its box: "distance".
+/// Returns a source for the signed distance to a domain's wall, also outside the domain and its box: "distance".
 SliceSource wallSource(const Domain& domain);
 
-/// The components of a slice through a vector in the plane of the picture: channels "right" and "up".
+/// Returns the in-plane components of a slice of a vector: channels "right" and "up".
 Image inPlane(const Image& vectors, const PicturePlane& plane);
 
 } // namespace curlew

@@ -12,47 +12,49 @@
 namespace curlew {
 
 struct WarpOptions {
-    double time = 0.5; ///< Seconds that the positions of the pixels move along the flow; negative: against it.
-    int steps = 0;     ///< Of equal length; 0: as long as `accuracy` allows.
+    double time = 0.5; ///< Seconds for which pixel positions move along the flow; negative: against it.
+    int steps = 0;     ///< Number of equal steps; 0: adaptive steps, whose length `accuracy` determines.
     std::optional<Scheme> scheme = {}; ///< As in AdvectOptions.
-    /// Corrections by Newton's method after each step (ICN Eq. 12), always as many: without tolerances and limits, as
-    /// the paper has it. For particles, which must not jump, there is track/Advect.h.
+    /// Number of corrections by Newton's method after each step (ICN Eq. 12); fewer only if f is exact to rounding.
+    /// Equal steps do not limit the length of a correction, as in the paper, so positions may jump; use track/Advect.h
+    /// for particles.
     int reprojections = 1;
-    int supersampling = 1; ///< Of pictures: positions per pixel along each edge, averaged.
-    double accuracy = 0;   ///< As in AdvectOptions: of a step, world units; 0: a millionth of the domain's diagonal.
+    int supersampling = 1; ///< For pictures: positions along each edge of a pixel, averaged.
+    double accuracy = 0;   ///< Per step, world units, as in AdvectOptions; 0: a millionth of the domain's diagonal.
 
-    bool adaptive() const { return steps == 0 || accuracy > 0; } ///< With both, the accuracy rules.
+    bool adaptive() const { return steps == 0 || accuracy > 0; } ///< If both are given, the steps are adaptive.
 };
 
-/// Moves positions along the flow (ICN Algorithm 1 in 2D, where f is constant along streamlines), each by steps of its
-/// own length or all by equal ones. No position depends on another, nor on the number of threads. Throws ValueError for
-/// a flow that is a sum, unless reprojections = 0, for values that are not finite, negative steps and reprojections,
-/// and an accuracy for a scheme that does not estimate its error.
+/// Moves positions along the flow (ICN Algorithm 1 in 2D, where f is constant along streamlines), by adaptive or equal
+/// steps. No position influences another, so the result does not depend on the number of threads. Throws ValueError if
+/// the flow is a sum and reprojections > 0, a value is not finite, the number of steps or reprojections is negative, or
+/// an accuracy is given for a scheme without error estimates.
 void warp(const FlowN<2>& flow, std::vector<Vec<double, 2>>& positions, const WarpOptions& options,
           const Monitor& monitor = {});
 
-/// The colour at a position, as display values.
+/// Returns the colour at a position, as display values.
 using Texture2 = std::function<Vec3f(const Vec<double, 2>& position)>;
 
-/// What pictures of Fig. 5 of ICN are made of: waves in the colours of viridis.
+/// The pattern of ICN Fig. 5: waves in the colours of viridis.
 Vec3f wavePattern(const Vec<double, 2>& position);
 
-/// An image as a texture on a box, bilinear between the middles of its pixels, and the colour of its edge beyond it.
-/// R, G, B only (displayed()). Throws ValueError for others.
+/// Returns an image as a texture on a box, bilinear between its pixel centres; outside, the colour of its edge. Uses
+/// displayed(). Throws ValueError if that does or if the box is empty or infinite.
 Texture2 textureOf(const Image& picture, const BoxN<2>& box);
 
-/// The picture of a texture that has been carried along: each pixel shows the colour where its middle goes by warp(),
-/// or the mean of several places in it. `box` fills the picture; pixels are square if width and height fit it. Throws
-/// as warp() does, and for sizes below 1 and an empty box; ResourceError where the memory would not do.
+/// Returns the picture of an advected texture: each pixel shows the colour at the position to which warp() moves its
+/// centre, or the mean of several positions in the pixel. `box` fills the picture; pixels are square if width and
+/// height fit the box. Throws like warp(), and ValueError if a size is below 1 or the box is empty or infinite;
+/// ResourceError if it does not fit into memory.
 Image warpedPicture(const FlowN<2>& flow, const Texture2& texture, const BoxN<2>& box, int width, int height,
                     const WarpOptions& options, const Monitor& monitor = {});
 
-/// How two images of the same size differ, channel by channel, over all values that both have.
+/// The difference of two images of the same size, channel by channel, over all values that both have.
 struct ImageDifference {
     double rms = 0, largest = 0;
-    size_t unmatched = 0; ///< Values that only one of them has: the other is NaN.
+    size_t unmatched = 0; ///< Values that are NaN in only one of the two.
 };
-/// Throws ValueError for images of other sizes or numbers of channels than each other's.
+/// Throws ValueError if the images differ in size or number of channels.
 ImageDifference differenceOf(const Image& a, const Image& b);
 
 } // namespace curlew

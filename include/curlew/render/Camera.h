@@ -7,49 +7,51 @@
 
 namespace curlew {
 
-/// Where a camera looks from, but for its distance, and its picture.
+/// The view of a camera, except for its distance, and the size of its picture.
 struct CameraOptions {
     Vec3d from{{0.6, 0.45, 1}};    ///< The direction from the subject to the camera, of any length.
-    Vec3d up{{0, 1, 0}};           ///< What is upwards in the picture.
-    double fieldOfView = 35;       ///< The angle that the longer edge of the picture spans, degrees.
+    Vec3d up{{0, 1, 0}};           ///< The direction that is up in the picture.
+    double fieldOfView = 35;       ///< Field of view along the longer edge of the picture, degrees.
     int width = 960, height = 720; ///< Pixels.
-    double margin = 0.04;          ///< How much of the picture's edges stays free, as a part of each.
+    double margin = 0.04;          ///< Free margin at each edge, relative to the picture's width or height.
 };
 
-/// The margin of cameras that are fitted to what they see rather than to its box.
+/// The margin of cameras that are fitted to the visible geometry rather than to its box.
 inline constexpr double kFramingMargin = 0.07;
 
-/// A pinhole camera. Pixel positions are in pixels from the upper left corner of the picture, so that the middle of
-/// the first pixel is (0.5, 0.5). Immutable, so safe to use from any number of threads.
+/// A pinhole camera. Pixel positions are in pixels from the upper left corner of the picture, so the centre of the
+/// first pixel is (0.5, 0.5). Immutable, safe to share between threads.
 class Camera {
   public:
-    /// From `eye` towards `target`, both world units, with `up` upwards in the picture; `fieldOfView` is the angle that
-    /// the longer edge of the picture spans, degrees. Throws ValueError where eye and target coincide, up is parallel
-    /// to the way between them, the angle is not between 0 and 170, or there is no pixel.
+    /// Looks from `eye` towards `target`, both world units, with `up` upwards in the picture. `fieldOfView` is the
+    /// angle along the longer edge of the picture, degrees. Throws ValueError if eye and target coincide, up is
+    /// parallel to the view direction, the angle is not above 0 and at most 170, or there is no pixel.
     Camera(const Vec3d& eye, const Vec3d& target, const Vec3d& up, double fieldOfView, int width, int height);
 
-    /// The nearest camera that sees all of a box and looks at its centre. Throws ValueError also if the box is empty or
-    /// infinite, or `from` is zero.
+    /// Returns the nearest camera that sees the whole box and looks at its centre. Also throws ValueError if the box is
+    /// empty or infinite, or `from` is zero.
     static Camera around(const Box& box, const CameraOptions& options);
-    /// The nearest camera that sees all of these points. Throws ValueError also if they all are the same, or there are
-    /// none.
+    /// Returns the nearest camera that sees all of these points. Also throws ValueError if there are no points, all
+    /// coincide, or `from` is zero.
     static Camera around(const std::vector<Vec3d>& points, const CameraOptions& options);
 
     int width() const { return mWidth; }
     int height() const { return mHeight; }
     const Vec3d& eye() const { return mEye; }
-    /// Unit vectors of the picture: to the right, up, and into it.
+    /// Unit vectors of the picture: right, up, and into it.
     const Vec3d& right() const { return mRight; }
     const Vec3d& up() const { return mUp; }
     const Vec3d& forward() const { return mForward; }
 
-    /// The unit direction in which a pixel position is seen from the eye.
+    /// Returns the unit direction from the eye through a pixel position.
     Vec3d direction(double x, double y) const;
 
     struct Projected {
-        double x = 0, y = 0;      ///< Pixel position.
-        double depth = 0;         ///< Along forward(), world units; not positive: behind the eye, x and y mean nothing.
-        double pixelsPerUnit = 0; ///< How large a world unit across the view is there.
+        double x = 0, y = 0; ///< Pixel position.
+        /// Along forward(), world units; if it is not positive, the position is behind the eye, and x and y are
+        /// meaningless.
+        double depth = 0;
+        double pixelsPerUnit = 0; ///< Size of a world unit perpendicular to the view at that depth.
     };
     Projected project(const Vec3d& position) const;
 

@@ -14,13 +14,14 @@
 
 namespace curlew {
 
-/// Points, or polylines, and their colours: what a picture is made of. It refers to positions that are elsewhere.
+/// Points or polylines to draw, and their colours. Refers to positions that are stored elsewhere.
 struct Splats {
     std::span<const double> x, y, z;    ///< Positions, world units.
     std::span<const size_t> start = {}; ///< Polyline k has the vertices start[k] … start[k + 1] - 1; empty: points.
-    std::vector<uint8_t> closed = {};   ///< Polylines whose last vertex leads to the first; empty: none.
-    std::vector<float> values = {};     ///< One for each position, coloured by the scale; empty: all have `color`.
-    /// One for each point, 0 to 1: how much of it is seen, as brightness of light or as size of balls; empty: all.
+    /// One flag per polyline: 1 if its last vertex connects to its first; empty: all are open.
+    std::vector<uint8_t> closed = {};
+    std::vector<float> values = {}; ///< One per position, coloured by the scale; empty: all have `color`.
+    /// One per point, 0 to 1: visibility, as brightness of light or size of balls; empty: all are fully visible.
     std::span<const float> fade = {};
     ColorScale scale = {};
     Vec3f color{{1, 1, 1}}; ///< Display values.
@@ -28,43 +29,43 @@ struct Splats {
     static Splats of(const Points& points);
     static Splats of(const Curves& curves);
 
-    /// Around all positions that are finite. ValueError where there is none.
+    /// Returns the box around all finite positions. Throws ValueError if there is none.
     Box bounds() const;
 };
 
-/// The nearest camera that sees all of the splats, and of the wall's object, if there is one with a box. Strays do not
-/// count: what is farther outside of the percentiles 0.5 to 99.5 across the picture, or upwards in it, than half of
-/// their distance. The margin is kFramingMargin; without splats, what is seen is the wall's domain. Throws ValueError
-/// as Camera::around and Splats::bounds do.
+/// Returns the nearest camera that sees all splats, and the wall's object if there is one with a finite box. Ignores
+/// outliers: splats that lie outside the percentiles 0.5 to 99.5, horizontally or vertically in the picture, by more
+/// than half of that range. The margin is kFramingMargin. If there are neither splats nor such an object, the camera
+/// shows the domain's box. Throws ValueError like Camera::around and Splats::bounds.
 Camera framing(const Splats& splats, const std::optional<Domain>& domain, CameraOptions options);
 inline Camera framing(const Splats& splats, CameraOptions options) { return framing(splats, {}, options); }
 
 struct SplatOptions {
-    double radius = 0;   ///< World units, in perspective; 0: `pixels` alone.
-    double pixels = 1.5; ///< The least radius, pixels. Below it a footprint gets fainter, not smaller.
-    double fade = 0.5;   ///< How much weaker the farthest footprints are than the nearest, 0 to 1.
+    double radius = 0;   ///< World units, in perspective; 0: only `pixels` counts.
+    double pixels = 1.5; ///< Minimum radius, pixels. Smaller footprints become fainter, not smaller.
+    double fade = 0.5;   ///< Attenuation of the farthest footprints relative to the nearest, 0 to 1.
 };
 
-/// What is seen, how much of it, and of how many footprints. Points and edges behind the camera are not drawn.
+/// The picture and its statistics. Points and edges behind the camera are not drawn.
 struct SplatImage {
     Image image;
-    size_t drawn = 0;   ///< Points, or edges of polylines, whose footprint meets the picture.
-    double covered = 0; ///< Part of the picture's pixels.
+    size_t drawn = 0;   ///< Points or polyline edges whose footprint overlaps the picture.
+    double covered = 0; ///< Covered fraction of the picture's pixels.
 };
 
-/// The light of luminous points and lines, added up: an image with the channels R, G, B in linear light, in which the
-/// middle of one line is 1 (of its colour). A point's footprint is (1 - (d/r)²)², a line's that kernel integrated along
-/// it exactly, so that the edges of a polyline join without a seam; with r at least 1.5 pixels the energy of a point or
-/// line is the same within 3 % wherever it lies among the pixels. `depth`: one value per pixel, the depth of what hides
-/// the splats behind it (empty: nothing does). The sum in each pixel is taken in the order of the input: the same bits
-/// for any number of threads. Throws ValueError for colours or sizes that do not fit, ResourceError for more than 2³²
-/// positions or too little memory.
+/// Adds up the light of luminous points and lines: an image with the channels R, G, B in linear light, where the middle
+/// of one line is 1 (times its colour). The footprint of a point is (1 - (d/r)²)². That of a line is this kernel,
+/// integrated exactly along the line, so that the edges of a polyline join without a seam. If r is at least 1.5 pixels,
+/// the energy of a point or line is the same within 3 % for any position relative to the pixels. `depth`: one value per
+/// pixel, the depth of the surface that hides splats behind it (empty: nothing is hidden). Each pixel sums its splats
+/// in input order, so the bits are the same for any number of threads. Throws ValueError if colours or sizes do not
+/// fit, ResourceError if there are more than 2³² positions or too little memory.
 SplatImage luminous(const Splats& splats, const Camera& camera, const SplatOptions& options,
                     std::span<const float> depth = {}, const Monitor& monitor = {});
 
-/// Opaque balls and tubes, lit from above the camera's left shoulder: R, G, B (display values, not multiplied by A), A
-/// (the part of the pixel that is covered) and Z (the least depth in the pixel, infinite where there is nothing). 16
-/// samples a pixel. What is hidden behind `depth` leaves A as it is. Throws as luminous().
+/// Draws opaque balls and tubes, lit from above the camera's left shoulder: R, G, B (display values, not premultiplied
+/// by A), A (coverage of the pixel) and Z (minimum depth in the pixel; infinite if there is none). 16 samples per
+/// pixel. Parts hidden behind `depth` do not change A. Throws like luminous().
 SplatImage opaque(const Splats& splats, const Camera& camera, const SplatOptions& options,
                   std::span<const float> depth = {}, const Monitor& monitor = {});
 

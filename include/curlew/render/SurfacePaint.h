@@ -2,7 +2,7 @@
 #pragma once
 
 #include "curlew/flow/Flow.h"
-#include "curlew/math/Range.h"
+#include "curlew/math/Interval.h"
 #include "curlew/picture/Slice.h"
 #include "curlew/render/SurfaceView.h"
 #include "curlew/track/Advect.h"
@@ -13,14 +13,14 @@
 
 namespace curlew {
 
-/// What is on a surface (SurfaceTexture.h, ThinFilm.h).
+/// The texture of a surface (SurfaceTexture.h, ThinFilm.h).
 enum class Texture {
     none,
     checker,  ///< checkerAt
     waves,    ///< wavesAt
-    latitude, ///< latitudeAt, about the middle of the box.
+    latitude, ///< latitudeAt, around the centre of the box.
     terrain,  ///< terrainAt, by height in the box.
-    film,     ///< What a ThinFilm reflects that gets thicker from the top of the box to its bottom.
+    film,     ///< The reflection of a ThinFilm whose thickness grows from the top of the box to its bottom.
     lic       ///< surfaceLic along the flow, times the colour.
 };
 inline constexpr std::array<std::string_view, 7> kTextureNames{"none",    "checker", "waves", "latitude",
@@ -28,28 +28,28 @@ inline constexpr std::array<std::string_view, 7> kTextureNames{"none",    "check
 
 struct SurfacePaint {
     Texture texture = Texture::none;
-    Vec3f color{{0.74f, 0.70f, 0.65f}};  ///< sRGB display values; also one of the two of a checker.
-    Vec3f second{{0.16f, 0.20f, 0.26f}}; ///< The other one.
-    double edge = 0.1;                   ///< Of a checker's cubes, or the width of the waves, world units.
-    Range film{80, 900};                 ///< Thickness of the film at its top and bottom, nm.
-    Box box = {};                        ///< Of the surface.
-    uint64_t seed = 0;                   ///< Of the noise of `lic`.
-    /// A source of one channel that colours the surface instead of `color` and of any texture but `lic`.
+    Vec3f color{{0.74f, 0.70f, 0.65f}};  ///< sRGB display values; also the first colour of a checker.
+    Vec3f second{{0.16f, 0.20f, 0.26f}}; ///< The second colour of a checker.
+    double edge = 0.1;                   ///< Edge of a checker's cubes, or width of the waves, world units.
+    Interval film{80, 900};              ///< Thickness of the film at its top and bottom, nm.
+    Box box = {};                        ///< Box of the surface.
+    uint64_t seed = 0;                   ///< Seed of the noise of `lic`.
+    /// A source of one channel that colours the surface. Replaces `color` and every texture except `lic`.
     std::optional<SliceSource> source = {};
-    /// The flow of `lic`, and the one that carries the texture or the source along.
+    /// The flow of `lic`, which also advects the texture or the source.
     std::optional<Flow> flow = {};
-    /// From each hit to where its colour is looked up: a texture that the flow has carried for t seconds has the time
-    /// -t (ICN §5.3). Nothing moves if the time is 0.
+    /// Advection from each hit to the position where its colour is looked up: for a texture that the flow has carried
+    /// for t seconds, the time is -t (ICN §5.3). 0: no advection.
     AdvectOptions carry{.time = 0};
 };
 
 struct PaintedColors {
-    std::vector<Vec3f> colors;                ///< One for each hit of the view, or one for all.
-    std::optional<AdvectResult> carried = {}; ///< Of the hits, if they have been moved.
+    std::vector<Vec3f> colors;                ///< One per hit of the view, or one for all.
+    std::optional<AdvectResult> carried = {}; ///< Result of the hits' advection, if there was any.
 };
 
-/// The colours of what a camera sees of a surface. The same for any number of threads. Throws ValueError if there is no
-/// flow and one is needed, and as advect() and surfaceLic() do; Interrupted.
+/// Returns the colours of the surface that a camera sees. The same for any number of threads. Throws ValueError if a
+/// flow is needed but missing, and like advect() and surfaceLic(); Interrupted.
 PaintedColors paintedColors(const SurfaceView& view, const SurfacePaint& paint, const Monitor& monitor = {});
 
 } // namespace curlew

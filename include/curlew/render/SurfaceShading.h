@@ -5,30 +5,31 @@
 
 namespace curlew {
 
-/// What a surface does with light.
+/// How a surface interacts with light.
 enum class Finish {
-    matt,    ///< It scatters it, and hides what is behind it.
-    outline, ///< Only a faint rim where it turns away from the camera, added to what is behind it: hides nothing.
-    mirror,  ///< It reflects it, and hides nothing: its colours are the reflected part of a studio with a window. For
-             ///< films.
+    matt,    ///< Scatters light and hides the background.
+    outline, ///< A faint rim where the surface turns away from the camera, added to the background: hides nothing.
+    /// Reflects a studio with a window, added to the background: hides nothing. The surface's colours are its
+    /// reflectance. For films.
+    mirror,
 };
 
-/// How a surface looks. Colours are sRGB display values.
+/// The look of a surface. Colours are sRGB display values.
 struct SurfaceLook {
-    Vec3f background{{0.11f, 0.115f, 0.125f}}; ///< In the middle; a little darker towards the corners.
+    Vec3f background{{0.11f, 0.115f, 0.125f}}; ///< In the middle; slightly darker towards the corners.
     Vec3d light{};                             ///< Points to the key light; zero: over the camera's left shoulder.
-    double gloss = 0.15;                       ///< Of the highlight and the rim; 0 is dull.
+    double gloss = 0.15;                       ///< Strength of highlight and rim; 0 is dull.
     Finish finish = Finish::matt;
 };
 
-/// The surface by a warm key light, which is as wide as an overcast sun, a cool sky from above and a rim from behind,
-/// with `colors` (one for all hits of the view, or one for each) as its albedo. `shadows`: whatever throws shadows by
-/// the key light. `behind`: a picture made with the same camera that goes behind the surface and before it, by depth.
+/// Shades the surface with a warm key light, as wide as an overcast sun, a cool sky from above and a rim light from
+/// behind. `colors` (one for all hits of the view, or one per hit) is the albedo. `shadows`: the surface that casts
+/// shadows from the key light. `behind`: a picture made with the same camera, merged with the surface by depth.
 ///
-/// Channels R, G and B (display values, the background behind them), A (coverage by this surface and those of `behind`)
-/// and Z (depth of the nearest along Camera::forward(), world units; infinite where there is none). Light is averaged
-/// over the samples of a pixel. Throws ValueError where the number of colours fits neither, and for a `behind` of
-/// another size or other channels; Interrupted.
+/// The channels are R, G and B (display values, over the background), A (coverage by this surface and those of
+/// `behind`) and Z (depth of the nearest surface along Camera::forward(), world units; infinite if there is none).
+/// Light is averaged over the samples of a pixel. Throws ValueError if the number of colours is neither of the two, or
+/// if `behind` has a different size or other channels; Interrupted.
 Image shadeSurface(const SurfaceView& view, const std::vector<Vec3f>& colors, const SurfaceLook& look,
                    const Surface* shadows = nullptr, const Image* behind = nullptr, const Monitor& monitor = {});
 

@@ -6,36 +6,36 @@
 
 namespace curlew {
 
-// Textures of surfaces: colours (sRGB display values) at places in space. A texture that a flow has carried along is
-// looked up where the flow has brought each hit from: advect(flow, positions, {.time = -t, …}), as ICN §5.3 has it.
+// Surface textures: colours (sRGB display values) as functions of the position. An advected texture is looked up at the
+// position from which the flow has carried each hit: advect(flow, positions, {.time = -t, …}), as in ICN §5.3.
 
 std::vector<Vec3d> positionsOf(const SurfaceView& view);
 
-/// Cubes of two colours, of this edge length (world units), their corners at the origin.
+/// Returns the colour of a 3D checker of cubes with this edge length (world units) and a corner at the origin.
 Vec3f checkerAt(const Vec3d& position, double edge, const Vec3f& even, const Vec3f& odd);
 
-/// Bands along the y axis of a ball about `center`, the colours of a banded planet from pole to pole, by latitude.
+/// Returns the colours of a banded planet around `center` by latitude, with poles along the y axis.
 Vec3f latitudeAt(const Vec3d& position, const Vec3d& center);
 
-/// The colours of a landscape, from deep water at 0 over grass and sand to snow at 1 (Catlike Coding, Noise
-/// Derivatives).
+/// Returns the colour of a landscape at a height, from deep water at 0 over grass and sand to snow at 1 (Catlike
+/// Coding, Noise Derivatives).
 Vec3f terrainAt(double height);
 
-/// The waves of ICN Fig. 5, in the colours of viridis, around the y axis: stripes of this width (world units) by height
-/// plus distance from the axis, with twelve waves to a turn.
+/// Returns the waves of ICN Fig. 5, in the colours of viridis, around the y axis: stripes of this width (world units)
+/// by the sum of the height and the distance from the axis, with twelve waves per turn.
 Vec3f wavesAt(const Vec3d& position, double width);
 
 struct SurfaceLicOptions {
-    double length = 40; ///< Of a streak, pixels of the view at the middle of the surface.
-    double grain = 1.6; ///< Of the noise, pixels.
+    double length = 40; ///< Streak length, pixels of the view at the middle of the surface.
+    double grain = 1.6; ///< Grain size of the noise, pixels.
     uint64_t seed = 0;
-    double contrast = 0.2; ///< The standard deviation of the result, about its middle, 1/2.
+    double contrast = 0.2; ///< Standard deviation of the result about its mean, 1/2.
 };
 
-/// Line integral convolution on a surface (Cabral and Leedom 1993, with solid noise as Interrante 1997 has it): for
-/// each hit, white noise in space, averaged along the streamline through it with a Hann window, by midpoint steps of
-/// half a grain. Values in [0, 1]. For a flow along the surface; its sign and speed do not show. The same for any
-/// number of threads. Throws ValueError for options that are not positive.
+/// Line integral convolution on a surface (Cabral and Leedom 1993, with solid noise as in Interrante 1997). For each
+/// hit, averages white noise in space along the streamline through it, with a Hann window and midpoint steps of 3/4 of
+/// a grain. Values are in [0, 1]. The flow should be tangent to the surface; its sign and speed do not matter. The same
+/// for any number of threads. Throws ValueError if an option is not positive.
 std::vector<float> surfaceLic(const SurfaceView& view, const Flow& flow, const SurfaceLicOptions& options = {},
                               const Monitor& monitor = {});
 

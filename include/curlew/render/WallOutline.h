@@ -8,14 +8,15 @@
 
 namespace curlew {
 
-/// The wall of a domain as thin glass: an image of one channel, "outline", from 0 (nothing) towards 1 (its edge). Each
-/// ray goes through the whole box of the domain, and every passage through the wall counts by (1 - |n·v|)³, n the
-/// wall's normal and v the ray, those behind the first for less; just beside the silhouette it fades out within two
-/// pixels. Computed at half the resolution. Throws ValueError for a domain without a wall or with an infinite box.
+/// Renders the wall of a domain as thin glass: an image of one channel, "outline", from 0 (nothing) towards 1 (the
+/// edge). Each ray passes through the whole box of the domain. Every crossing of the wall adds (1 - |n·v|)³, where n is
+/// the wall's normal and v the ray direction; crossings after the first have a lower weight. Outside the silhouette the
+/// outline fades out within two pixels. Computed at half the resolution. Throws ValueError if the domain has no wall or
+/// an infinite box.
 Image wallOutline(const Domain& domain, const Camera& camera, const Monitor& monitor = {});
 
-/// The same in the colour of glass, this bright, as light on a picture of the camera's size (developed()). Throws
-/// ValueError also for a brightness that is not positive.
+/// Adds the outline to a picture of the camera's size as light in the colour of glass with this brightness
+/// (developed()). Also throws ValueError if the brightness is not positive.
 Image withWallOutline(Image picture, const Domain& domain, const Camera& camera, double brightness,
                       const Monitor& monitor = {});
 

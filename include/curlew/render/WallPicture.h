@@ -9,13 +9,14 @@
 
 namespace curlew {
 
-/// The wall of a domain as a surface of triangles, which rays meet fast whatever the wall is made of: from samples of
-/// its distance, 192 along its longest edge, where it has a box, else along that of the domain. Throws ValueError for a
-/// domain without a wall or with an infinite box, and if the wall does not meet the box.
+/// Returns the wall of a domain as a triangle surface, whose ray tracing is fast however complex the wall is. The
+/// triangles come from samples of the wall's distance, 192 along the longest edge of the shape's box, or of the
+/// domain's box if the shape is unbounded. Throws ValueError if the domain has no wall or an infinite box, or the wall
+/// does not meet the box.
 Surface wallSurface(const Domain& domain, const Monitor& monitor = {});
 
-/// A picture of an obstacle: dull and dark, before a plain background (display values), with the channels R, G, B, A
-/// and Z of shadeSurface(), so that what is drawn into it is hidden behind the obstacle. Throws as wallSurface().
+/// Returns a picture of an obstacle, dull and dark, on a plain background (display values). It has the channels R, G,
+/// B, A and Z of shadeSurface(), so the obstacle hides what is drawn behind it. Throws like wallSurface().
 Image obstaclePicture(const Domain& domain, const Camera& camera, const Vec3f& background, const Monitor& monitor = {});
 
 } // namespace curlew

@@ -7,19 +7,20 @@
 
 namespace curlew {
 
-/// How far two sets of points or curves are apart, world units.
+/// Distance between two sets of points or curves, world units.
 struct Distance {
-    size_t pairs = 0; ///< Points of the same id; or vertices of the first set, whose curve the second set has too.
+    size_t pairs = 0; ///< Pairs of points with equal ids; or vertices of the first set with a curve in the second.
     double mean = 0, rms = 0, max = 0;
-    size_t unmatched = 0; ///< Points, or curves, of either set whose id the other has not.
+    size_t unmatched = 0; ///< Points or curves of either set whose id the other set lacks.
 };
 
-/// Between the points that have the same id in both. Throws ValueError where there are none, or one occurs twice.
+/// Returns the distances between points of equal id. Throws ValueError if no id is common or an id occurs twice in a
+/// set.
 Distance distanceBetween(const Points& a, const Points& b, const Monitor& monitor = {});
 
-/// From each vertex of the curves in `a` to the nearest point on that curve of `b` which has the same id, wherever
-/// along it that is: how far they are apart as lines, not as motions. Throws as the other; the time goes with the
-/// product of their vertices.
+/// Returns the distances from each vertex of the curves in `a` to the nearest point of the curve in `b` with the same
+/// id, wherever along that curve it is. This compares the curves as lines, not as motions. Throws like the other
+/// overload. The time is proportional to the product of their vertex counts.
 Distance distanceBetween(const Curves& a, const Curves& b, const Monitor& monitor = {});
 
 } // namespace curlew

@@ -13,37 +13,37 @@ namespace curlew {
 struct EmissionOptions {
     double rate = 1000;                                    ///< Births per second.
     double life = std::numeric_limits<double>::infinity(); ///< The age at which particles die, seconds.
-    double spread = 0; ///< Lives differ by up to this fraction of `life`, uniformly at random.
+    double spread = 0; ///< Lifetimes vary by up to this fraction of `life`, uniformly at random.
     uint64_t seed = 0;
-    /// Where in the domain they are born; its seed does not count.
+    /// Where in the domain particles are born; its seed is ignored.
     ScatterOptions place = {};
-    /// World units per second: on a surface, they leave it along its normal, away from the object on the side of
-    /// `place`, until the end of the frame in which they are born.
+    /// World units per second. Particles born on a surface leave it along its normal at this speed until the end of the
+    /// frame of their birth, away from the object on the side that `place` gives.
     double normalSpeed = 0;
 };
 
-/// What a source remembers from frame to frame.
+/// The state of an emitter between frames.
 struct EmissionState {
     double rates = 0;   ///< The sum of the rates of all frames so far.
-    int64_t nextId = 0; ///< That of the next particle.
+    int64_t nextId = 0; ///< Id of the next particle.
 };
 
-/// The particles that are born in a frame of `duration` seconds: uniform in the domain and evenly spaced in time, with
-/// position, id, and their age at the end of the frame; also a life, if that is finite. Particle `id` depends on the
-/// seed and its id alone. After any number of frames of equal rate and duration the number of births is that of one
-/// long frame. A particle whose life ended within the frame is left out. Throws as scatter(), and ResourceError if the
+/// Returns the particles born in a frame of `duration` seconds: uniform in the domain and evenly spaced in time, with
+/// position, id, and age at the end of the frame; also with a life if `life` is finite. Particle `id` depends only on
+/// the seed and its id. After any number of frames of equal rate and duration, the number of births is that of one long
+/// frame. Particles whose life ends within the frame are left out. Throws like scatter(), and ResourceError if the
 /// births do not fit into memory.
 Points emitted(const Domain& domain, const EmissionOptions& options, double duration, EmissionState& state,
                const Monitor& monitor = {});
 
-/// Gives `born` what the particles that they join have: the velocity of the flow, and the track on which they start.
+/// Gives `born` the arrays that `others` have: the velocity of the flow, and the track on which each particle starts.
 void joinFlow(const Flow& flow, const Points& others, Points& born);
 
-/// One flag per particle: 1 if it is on a side of the domain's wall that is not allowed. The box is not judged.
+/// Returns one flag per particle: 1 if the particle is on a side of the domain's wall that is not allowed. Ignores the
+/// box.
 std::vector<uint8_t> flagBeyondWall(const Points& particles, const Domain& domain, const Monitor& monitor = {});
 
-/// Moves particles that have left the box back in at its opposite face, as in a space whose periods are its edges.
-/// Throws ValueError if the box is infinite.
+/// Wraps particles that have left the box to its opposite face, as in a space that is periodic in the box.
 void wrap(Points& particles, const Box& box);
 
 } // namespace curlew

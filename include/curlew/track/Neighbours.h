@@ -10,21 +10,21 @@
 
 namespace curlew {
 
-/// Which points of a set are near each other, in N = 2 … 7 dimensions; by a k-d tree (nanoflann). Refers to the points,
-/// which have to stay as they are. Safe to share between threads.
+/// Neighbour queries on a set of points in N = 2 … 7 dimensions, by a k-d tree (nanoflann). Holds a reference to the
+/// points, which must not change. Safe to share between threads.
 template <int N>
 class NeighboursN {
   public:
-    /// Throws ValueError for a point that is not at a finite place, ResourceError for too many points, Interrupted once
-    /// the monitor says so.
+    /// Throws ValueError if a position is not finite, ResourceError if there are too many points, Interrupted on
+    /// cancellation.
     explicit NeighboursN(const std::vector<Vec<double, N>>& points, const Monitor& monitor = {});
     ~NeighboursN();
 
-    /// From each point, or from every stride-th, how far away the nearest of the others is, world units: 0 where two
-    /// points are at the same place, infinite where there is no other.
+    /// Returns the distance from each point, or from every stride-th point, to the nearest other point, world units: 0
+    /// if two points coincide, infinite if there is no other point.
     std::vector<double> nearestDistances(size_t stride = 1, const Monitor& monitor = {}) const;
 
-    /// Adds to bin k how many points are k to k + 1 widths away from this one, without itself.
+    /// Adds to bin k the number of points at a distance of k to k + 1 widths from this point, without the point itself.
     void count(size_t point, double width, std::vector<double>& bins) const;
 
   private:
@@ -33,17 +33,17 @@ class NeighboursN {
 };
 using Neighbours = NeighboursN<3>;
 
-/// How far points are from the one that is nearest to each (ICN Table 1), world units.
+/// Distances from points to their nearest neighbours (ICN Table 1), world units.
 struct Spacing {
-    double median = 0; ///< Of an even number of points, the larger of the two in the middle.
+    double median = 0; ///< For an even number of points, the larger of the two middle values.
     double minimum = 0;
 };
 
-/// Throws ValueError for fewer than two points, and as Neighbours does.
+/// Throws ValueError if there are fewer than two points, and like Neighbours.
 template <int N>
 Spacing spacingOf(const std::vector<Vec<double, N>>& points, const Monitor& monitor = {});
 
-/// Of the distances that Neighbours has found. Throws ValueError where there are none.
+/// The same from distances that Neighbours returned. Throws ValueError if there are none.
 Spacing spacingOf(std::vector<double> nearestDistances);
 
 } // namespace curlew

@@ -9,21 +9,21 @@
 namespace curlew {
 
 enum class Reprojection {
-    none,        ///< The integrator's errors stand.
-    newton,      ///< One function after the other (ICN Eq. 12).
-    gaussNewton, ///< Both at once, by the smallest correction (ICN Eq. 10 and 11).
+    none,        ///< No reprojection: the integrator's errors remain.
+    newton,      ///< One potential after the other (ICN Eq. 12).
+    gaussNewton, ///< All potentials at once, by the smallest correction (ICN Eq. 10 and 11).
 };
 /// In the order of the enumerators.
 inline constexpr std::array<std::string_view, 3> kReprojectionNames{"none", "newton", "gauss-newton"};
 
-/// How the steps along a flow are moved back onto tracks; part of the options of all who follow one.
+/// How steps along a flow are moved back onto tracks. Part of the options of every function that follows a flow.
 struct ReprojectionOptions {
     Reprojection method = Reprojection::gaussNewton;
     double tolerance = 1e-8; ///< On the residuals of f and g, relative to their root mean squares over the domain.
-    int iterations = 10;     ///< Corrections per step, at most.
+    int iterations = 10;     ///< Maximum number of corrections per step.
     int maxSubdivisions = 8; ///< A step that is not accepted is halved up to this many times.
 
-    /// Throws ValueError for a value out of range, and for reprojection in a flow without tracks.
+    /// Throws ValueError if a value is out of range, or if a method is chosen for a flow without tracks.
     void validate(bool hasTracks) const;
 };
 
@@ -33,7 +33,7 @@ struct ReprojectOptionsN {
     Reprojection method = Reprojection::gaussNewton;
     /// On |f_k - its value on the track|, in the units of each potential.
     std::array<double, size_t{N - 1}> tolerance = filled(1e-9);
-    int iterations = 10; ///< At most so many corrections.
+    int iterations = 10; ///< Maximum number of corrections.
 
   private:
     static std::array<double, size_t{N - 1}> filled(double value) {
@@ -44,9 +44,9 @@ struct ReprojectOptionsN {
 };
 using ReprojectOptions = ReprojectOptionsN<3>;
 
-/// Options for reproject() in a flow whose potentials have these root mean squares.
+/// Returns options for reproject() in a flow whose potentials have these root mean squares.
 template <int N>
-ReprojectOptionsN<N> inUnitsOf(const FlowMagnitudesN<N>& rms, const ReprojectionOptions& options);
+ReprojectOptionsN<N> inUnitsOf(const FlowRmsN<N>& rms, const ReprojectionOptions& options);
 
 /// The track that each point of a batch belongs to: the value of every potential (in 3D of f, then g).
 template <int N>
@@ -56,39 +56,40 @@ using TrackBatch = TrackBatchN<3>;
 /// The state of a batch after reprojection.
 template <int N>
 struct ReprojectedBatchN {
-    VecBatchN<double, N> velocity;      ///< At the final position; comes for free with the last residual.
-    TrackBatchN<N> residual;            ///< Potentials less the track's, at the final position.
-    std::array<int, kBatch> iterations; ///< Corrections that were made.
+    VecBatchN<double, N> velocity;      ///< At the final position; a by-product of the last residual.
+    TrackBatchN<N> residual;            ///< Potentials minus the track's values, at the final position.
+    std::array<int, kBatch> iterations; ///< Number of corrections.
     std::array<bool, kBatch> converged; ///< All residuals are within their tolerance.
 };
 using ReprojectedBatch = ReprojectedBatchN<3>;
 
-/// Moves each point back onto its track (ICN Algorithm 1). A correction (of each function, for Newton) is never longer
-/// than limit[i], the length of the step just taken: without a limit, Gauss-Newton throws points across walls. Where
-/// gradients are nearly parallel the track is ill-defined and the flow slow: there the functions that are farthest off
-/// are corrected, and those that depend on them are not; where all gradients vanish, the point is left. No point
-/// influences another. Throws ValueError for a flow without tracks, unless the method is `none`.
+/// Moves each point back onto its track (ICN Algorithm 1). A correction (for Newton, that of each potential) is at most
+/// limit[i] long, the length of the step just taken: without a limit, Gauss-Newton would throw points across walls.
+/// Where gradients are nearly parallel, the track is ill-defined and the flow slow: there only the potentials with the
+/// largest residuals are corrected, not those that depend on them. Where all gradients vanish, the point stays in
+/// place. No point influences another. Throws ValueError if the flow has no tracks, unless the method is `none`.
 template <int N>
 void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N>& track,
                const std::array<double, kBatch>& limit, const ReprojectOptionsN<N>& options,
                ReprojectedBatchN<N>& result);
 
-/// What the flow has at the points of a batch.
+/// The flow at the points of a batch.
 template <int N>
 struct FlowBatchN {
     typename FlowN<N>::template Jets<double> potentials;
     VecBatchN<double, N> velocity;
 };
 
-/// What is wanted for a point.
+/// How to correct a point.
 enum class Correction : uint8_t {
-    none, ///< It is left where it is.
-    once, ///< One correction by Gauss-Newton, and no look at what it comes to: the flow need not be evaluated for it.
-          ///< What is returned beside the position is that of the place before.
-    fully ///< Until it is within the tolerance.
+    none, ///< The point stays in place.
+    /// One Gauss-Newton correction without evaluating the flow at the corrected position. All results except the
+    /// position are those at the position before.
+    once,
+    fully ///< Correct until the residuals are within the tolerance.
 };
 
-/// The same where `here` has been evaluated at the points already (it is overwritten).
+/// The same if the caller has already evaluated `here` at the points; overwrites `here`.
 template <int N>
 void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N>& track,
                const std::array<double, kBatch>& limit, const ReprojectOptionsN<N>& options,

@@ -9,34 +9,34 @@ namespace curlew {
 
 enum class ScatterOn {
     volume,  ///< Uniform by volume.
-    surface, ///< On the wall of the domain, or beside it; uniform by area.
+    surface, ///< On the domain's wall or at a distance from it; uniform by area.
 };
 inline constexpr std::array<std::string_view, 2> kScatterOnNames{"volume", "surface"};
 
 struct ScatterOptions {
     uint64_t seed = 0;
     ScatterOn on = ScatterOn::volume;
-    /// Of points on the surface: the signed distance at which they lie, world units.
+    /// For ScatterOn::surface: the signed distance of the points, world units.
     double level = 0;
-    /// How dense the points are, from 0 (none) to 1: a point is taken with this probability. Values beyond are clamped.
+    /// Relative density of the points: each point is accepted with this probability. Clamped to 0 … 1.
     std::optional<ScalarField> density = {};
-    /// If given, no point lies where this domain's wall does not allow it; its box does not count.
+    /// If given, no point lies where this domain's wall does not allow it; its box is ignored.
     std::optional<Domain> clear = {};
 };
 
-/// `count` points, uniform in the domain, with ids 0 … count-1. Point k depends on the seed and k alone.
-/// Throws ValueError where the domain is empty or infinite.
+/// Returns `count` points, uniform in the domain, with ids 0 … count-1. Point k depends only on the seed and k. Throws
+/// ValueError if the domain is empty or infinite.
 Points scatter(const Domain& domain, size_t count, uint64_t seed, const Monitor& monitor = {});
 
-/// The points from `first` on of those that a larger `count` would give: with ids first … first+count-1.
+/// Returns the points with the ids first … first+count-1 of the sequence that scatter() gives for a larger `count`.
 Points scatterFrom(const Domain& domain, int64_t first, size_t count, uint64_t seed, const Monitor& monitor = {});
 
-/// The same with all options. Points on a surface are drawn uniformly from a shell about it, whose half thickness is
-/// 1/512 of the longest edge of the domain's box, and put onto it along the gradient: their density per area is
-/// uniform but for a part of (half thickness / radius of curvature)², and beside sharp edges. They lie at the level to
-/// within 1e-9 of the box's longest edge, on both sides of the box's faces by less than the level and the half
-/// thickness. Throws ValueError also for a surface without a wall, or one that does not meet the box, and if hardly any
-/// point is allowed by density and wall.
+/// The same with all options. Points on a surface are drawn uniformly from a shell around it, whose half thickness is
+/// 1/512 of the longest edge of the domain's box, and moved onto it along the gradient. Their density per area is
+/// uniform up to a relative error of (half thickness / radius of curvature)², except near sharp edges. They lie at the
+/// level to within 1e-9 of the box's longest edge. They may lie outside the box's faces by less than the level and the
+/// half thickness together. Also throws ValueError if a surface is requested but there is no wall or the surface does
+/// not meet the box, or if density and wall allow hardly any point.
 Points scatterFrom(const Domain& domain, int64_t first, size_t count, const ScatterOptions& options,
                    const Monitor& monitor = {});
 

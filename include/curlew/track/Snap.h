@@ -9,13 +9,13 @@ namespace curlew {
 
 struct SnapResult {
     size_t points = 0;
-    size_t missed = 0; ///< Those that did not get there; they stay where they were.
-    double moved = 0;  ///< How far the others went, world units, in the mean.
+    size_t missed = 0; ///< Points that did not converge; they stay in place.
+    double moved = 0;  ///< Mean distance that the other points moved, world units.
 };
 
-/// Moves particles to where a field has a value, by Newton steps along its gradient (ICN Eq. 12) of at most `reach`
-/// world units together, to within `tolerance` in the value. Velocities and tracks are forgotten. Throws ValueError for
-/// a value that is not finite, and a reach or tolerance that is not positive.
+/// Moves particles onto the level set of a field at `value`, by Newton steps along its gradient (ICN Eq. 12), at most
+/// `reach` world units from their start and to within `tolerance` in the value. Clears velocities and tracks. Throws
+/// ValueError if `value` is not finite, or `reach` or `tolerance` is not positive.
 SnapResult snap(const ScalarField& field, double value, Points& particles, double reach = 1, double tolerance = 1e-9,
                 const Monitor& monitor = {});
 

@@ -9,7 +9,7 @@
 
 namespace curlew {
 
-/// Explicit Runge-Kutta schemes. Orders hold where the velocity is smooth enough.
+/// Explicit Runge-Kutta schemes. The orders hold if the velocity is smooth enough.
 enum class Scheme {
     euler,           ///< First order (ICN Eq. 9).
     midpoint,        ///< Second order.
@@ -19,38 +19,38 @@ enum class Scheme {
     dormandPrince,   ///< Fifth order with an embedded fourth-order solution (Dormand and Prince, "A family of embedded
                      ///< Runge-Kutta formulae", 1980).
 };
-/// In the order of the enumerators. Those from kEmbeddedSchemes on estimate their error, for adaptive steps.
+/// In the order of the enumerators. bogackiShampine and dormandPrince estimate their error, for adaptive steps.
 inline constexpr std::array<std::string_view, 5> kSchemeNames{"euler", "midpoint", "rk4", "rk23", "rk45"};
 
 /// The Butcher tableau of a scheme. Each row is stored as weights and one factor: a stage is evaluated at
 /// from + (row.factor dt) Σ row.weights[j] k_j.
 struct Tableau {
-    static constexpr int kMaxStages = 7; ///< With the velocity at the end, which error estimates use.
+    static constexpr int kMaxStages = 7; ///< Including the velocity at the end, which error estimates use.
     struct Row {
-        double node = 0;   ///< When the stage is evaluated, as a fraction of the step: the sum of its coefficients.
-        double factor = 1; ///< Of the weights.
+        double node = 0;   ///< Time of the stage as a fraction of the step: the sum of its coefficients.
+        double factor = 1; ///< Common factor of the weights.
         std::array<double, kMaxStages> weights{};
     };
     int order = 1;
-    int stages = 1; ///< Velocities that a step needs, the one at its beginning included.
-    /// Rows 1 … stages - 1 lead to the stages after the first, row `stages` to the end of the step.
+    int stages = 1; ///< Velocity evaluations per step, including the one at its beginning.
+    /// Rows 1 … stages - 1 give the stages after the first, row `stages` the end of the step.
     std::array<Row, kMaxStages> rows{};
-    /// Of an embedded pair: the weights of the difference of both solutions. The last stage is the velocity at the end
-    /// of the step, which the next step begins with (first same as last).
+    /// For an embedded pair: the weights of the difference of the two solutions. The last stage is the velocity at the
+    /// end of the step, with which the next step begins (first same as last).
     std::array<double, kMaxStages> error{};
-    int errorOrder = 0; ///< In dt, of that difference; 0 if there is none.
+    int errorOrder = 0; ///< Order of that difference in dt; 0 if there is no embedded solution.
 
     constexpr bool embedded() const { return errorOrder > 0; }
 };
 
-/// Immutable; lives as long as the program.
+/// Returns the tableau of a scheme. It is immutable and lives as long as the program.
 const Tableau& tableauOf(Scheme scheme);
 
-/// How many equal steps, none longer than maxStep, divide a time of either sign, seconds: 0 for no time. Throws
-/// ValueError if they are not finite or more than 1e9.
+/// Returns the number of equal steps, none longer than maxStep, that divide a time of either sign, seconds; 0 if the
+/// time is 0. Throws ValueError if the number is not finite or above 1e9.
 int stepsOf(double time, double maxStep);
 
-/// to = from + (fraction dt) velocity, for each point with its own time step.
+/// to = from + (fraction dt) velocity, with a time step for each point.
 template <int N>
 void move(const PointBatchN<N>& from, const VecBatchN<double, N>& velocity, double fraction,
           const std::array<double, kBatch>& dt, PointBatchN<N>& to);
@@ -64,9 +64,9 @@ template <int N>
 void combine(int size, const std::array<double, Tableau::kMaxStages>& weights, const StagesN<N>& stages,
              VecBatchN<double, N>& sum);
 
-/// One explicit step of every point from `from`, each with its own time step dt[i], to `to`. stages[0] is the velocity
-/// at `from`; `velocity(points, velocities)` gives it elsewhere, or `velocity(points, node, velocities)` if it depends
-/// on the time, which is `node` (0 to 1) of the step.
+/// Takes one explicit step of every point from `from` to `to`, each with its own time step dt[i]. stages[0] is the
+/// velocity at `from`. `velocity(points, velocities)` evaluates it elsewhere, or `velocity(points, node, velocities)`
+/// if it depends on time; `node` is the time as a fraction of the step.
 template <int N, class VelocityFunction>
 void step(Scheme scheme, const PointBatchN<N>& from, const std::array<double, kBatch>& dt,
           const VelocityFunction& velocity, StagesN<N>& stages, PointBatchN<N>& to) {
@@ -84,8 +84,8 @@ void step(Scheme scheme, const PointBatchN<N>& from, const std::array<double, kB
     }
 }
 
-/// After a step of an embedded scheme: the difference of its two solutions, divided by the time step. `last`: the
-/// velocity at the end. Zeros for other schemes.
+/// Returns the difference of the two solutions after a step of an embedded scheme, divided by the time step; zero for
+/// other schemes. `last`: the velocity at the end.
 template <int N>
 VecBatchN<double, N> estimatedDifference(Scheme scheme, int size, StagesN<N>& stages,
                                          const VecBatchN<double, N>& last) {

@@ -5,19 +5,19 @@
 
 namespace curlew {
 
-/// How volumes change along the flow: the determinant of the derivative of its map, det(∂x(t)/∂x(0)), which is 1 in a
+/// Change of volumes along the flow: the determinant of the flow map's Jacobian, det(∂x(t)/∂x(0)), which is 1 in a
 /// divergence-free flow.
 struct VolumeChange {
-    size_t samples = 0;                      ///< Positions that the flow moves; those beyond its wall are left out.
-    double median = 1, lower = 1, upper = 1; ///< Of the determinants; lower and upper: 5 % and 95 % of them.
-    double farthest = 0;                     ///< The largest |determinant - 1|.
+    size_t samples = 0;                      ///< Positions that the flow moves; those beyond its wall are excluded.
+    double median = 1, lower = 1, upper = 1; ///< Percentiles of the determinants: 50 %, 5 % and 95 %.
+    double farthest = 0;                     ///< Maximum of |determinant - 1|.
 };
 
-/// At the given positions. The variational equation dM/dt = (∂c/∂x) M is integrated beside each position, with the
-/// Hessians of the potentials, by steps of rk45 that are so short that neither the place nor the determinant is off by
-/// more than about 1e-9 a step, relative to the size of the domain: whatever the steps of `options` are, of which only
-/// the time counts, and in a flow that changes the number of moments at which it is frozen. What a moving wall does is
-/// measured by central differences. Throws what advect() throws for these options.
+/// Measures the volume change at the given positions. The variational equation dM/dt = (∂c/∂x) M is integrated together
+/// with each position, using the Hessians of the potentials. The rk45 steps are short enough that the errors of the
+/// position, relative to the size of the domain, and of the determinant are below about 1e-9 per step. Of `options`
+/// only the time counts, and in a time-dependent flow the number of times at which it is frozen. The effect of a moving
+/// wall is measured by central differences. Throws like advect() with these options.
 VolumeChange volumeChange(const FlowInTime& flow, const std::vector<Vec3d>& positions, double begin,
                           const AdvectOptions& options, const Monitor& monitor = {});
 

@@ -9,27 +9,28 @@
 
 namespace curlew {
 
-/// What a wall does to the points near it while it moves from one place, or form, to another: at the wall they move as
-/// it does, and its layer (Wall::width) takes the rest along less and less. No point ends up on the other side of it.
-/// docs/math.md has the derivation.
+/// The motion of points near a wall while the wall moves from one pose, or form, to another. At the wall the points
+/// move with it; the motion fades out across the wall's layer (Wall::width). No point ends up on the other side of the
+/// wall. docs/math.md has the derivation.
 ///
-/// A wall that keeps its form is followed by a divergence-free flow, of its translation and its rotation apart (the
-/// construction of Bridson et al. 2007, with potentials that are constant along its streamlines). It is known from
-/// Sdf::pose, and from the distances being the same in both poses. A wall that changes its form has a normal velocity
-/// only, -(∂d/∂t) ∇d / |∇d|²; following it changes volumes, as the wall does.
+/// The points near a rigid wall follow a divergence-free flow, one for its translation and one for its rotation (the
+/// construction of Bridson et al. 2007, with potentials that are constant along its streamlines). A wall is rigid if
+/// Sdf::pose changes and the distances are the same in both poses. A wall that changes its form has only a normal
+/// velocity, -(∂d/∂t) ∇d / |∇d|²; following it changes volumes, as the wall does.
 class WallMotion {
   public:
-    /// From one wall to the other, which has the same side and width; `box`: where points are. Throws ValueError where
-    /// sides differ.
+    /// The motion from one wall to another of the same side and width. `box` contains the points. Throws ValueError if
+    /// the sides differ.
     WallMotion(const Wall& from, const Wall& to, const Box& box);
 
-    bool still() const { return mStill; } ///< Both are the same, as far as 1024 samples tell.
+    bool still() const { return mStill; } ///< Whether both walls are the same, judged by 1024 samples.
     bool rigid() const { return mRigid; }
-    /// The most that the distance from a wall changes that changes its form, world units; 0 for others.
+    /// Maximum change of the distance if the wall changes its form, world units; otherwise 0.
     double way() const { return mWay; }
 
-    /// Moves the points. Points beyond the wall at the start stay where they are. Returns how many, not counting those,
-    /// the wall left on its wrong side: it moved by more than its samples reach, and fewer or shorter steps may help.
+    /// Moves the points. Points beyond the wall at the start stay in place. Returns the number of other points that
+    /// ended on the wall's wrong side. This happens if the wall moves farther than its distance samples reach; shorter
+    /// steps may help.
     size_t carry(std::vector<Vec3d>& points, const Monitor& monitor = {}) const;
     size_t carry(Points& particles, const Monitor& monitor = {}) const;
 
@@ -41,16 +42,17 @@ class WallMotion {
     Box mBox;
     bool mStill = false, mRigid = false;
     double mWay = 0;
-    Vec3d mCentre, mTranslation, mAxis; ///< The rotation is about mAxis, a unit vector, through mCentre.
+    Vec3d mCentre, mTranslation, mAxis; ///< The rotation axis mAxis is a unit vector through mCentre.
     double mAngle = 0;                  ///< Radians.
 };
 
-/// The most that the distance from a wall is off the mean of those before and after it, as far as 1024 samples tell.
+/// Returns the maximum difference, over 1024 samples, between the distance from the middle wall and the mean of the
+/// distances from those before and after it.
 double offMean(const Wall& before, const Wall& middle, const Wall& after, const Box& box);
 
-/// How much of a wall, 0 to 1, moves so far that its distances do not tell the way: what was inside is in the end
-/// farther from the wall than its distance is known for. Walls whose form is known in between, which is not the mean of
-/// both ends (Sdf::reach), never do.
+/// Returns the fraction, 0 to 1, of the wall's inside that moves too far for its distances to show where it goes: in
+/// the end it is farther outside the wall than the distance is known (Sdf::reach). Returns 0 if the middle wall is not
+/// the mean of both ends but has a known distance of its own.
 double partLost(const Wall& begin, const Wall& middle, const Wall& end, const Box& box);
 
 } // namespace curlew

@@ -6,26 +6,26 @@
 
 namespace curlew {
 
-// Curves in files. `length` below is Curves::along: of curves by time it is called `time`. f and g are left out where
-// the curves have none. All throw ValueError where the arrays of the curves differ in length, and FileError as
-// writeAtomically.
+// Writers for curves. `length` below stands for Curves::along; if the curves are stepped by time, its name is `time`. f
+// and g are omitted if the curves have none. All functions throw ValueError if the arrays of the curves differ in
+// length. Those that write a file throw FileError as writeAtomically() does.
 
-/// Writes binary little-endian PLY: vertices of float x, y, z, speed, f, g, length and int curve (the seed's id), and
-/// edges between them, that of a closed curve's end and beginning included. Throws ValueError if an id does not fit in
-/// 32 bits, or the number of a vertex.
+/// Writes binary little-endian PLY: vertices with float x, y, z, speed, f, g, length and int curve (the seed's id), and
+/// edges between consecutive vertices. A closed curve also has an edge from its last vertex to its first. Throws
+/// ValueError if an id or the index of a vertex does not fit in 32 bits.
 void writePly(const std::filesystem::path& path, const Curves& curves);
 
-/// Writes the curves as the polylines (`l`) of an .obj, closed ones with their first vertex again at the end, single
-/// points as `p`. It holds nothing but positions.
+/// Writes the positions of the curves as polylines (`l`) of an .obj. A closed curve repeats its first vertex at the
+/// end. A curve with a single vertex becomes a point (`p`).
 void writeObj(const std::filesystem::path& path, const Curves& curves);
 
-/// Writes curve,vertex,closed,x,y,z,vx,vy,vz,speed,f,g,length with a header line, a line for each vertex, and as many
-/// digits as it takes to read the same number again.
+/// Writes a header line with curve,vertex,closed,x,y,z,vx,vy,vz,speed,f,g,length and one line per vertex. Numbers have
+/// enough digits to be read back exactly.
 void writeCsv(const std::filesystem::path& path, const Curves& curves);
 
-/// The vertices as OpenVDB points with the attributes P, v, id (their number, from 0), curve (the seed's id), vertex
-/// (from 0 for each curve), closed (0 or 1), speed, f, g and length. Options and errors are those of pointGrid() for
-/// particles; all vertices have to be finite.
+/// Converts the vertices to OpenVDB points with the attributes P, v, id (the index of the vertex, from 0), curve (the
+/// seed's id), vertex (the index within its curve, from 0), closed (0 or 1), speed, f, g and length. Options and errors
+/// are those of pointGrid() for particles. All vertices must be finite.
 openvdb::points::PointDataGrid::Ptr pointGrid(const Curves& curves,
                                               const PointGridOptions& options = {.name = "curves"});
 

@@ -7,30 +7,34 @@
 
 namespace curlew {
 
-/// How a grid is read between its voxels.
+/// How a grid is interpolated between its voxels.
 enum class Interpolation {
-    linear,   ///< OpenVDB's BoxSampler: nothing lies beyond what the voxels have.
+    linear,   ///< OpenVDB's BoxSampler: results stay within the range of the voxels' values.
     quadratic ///< OpenVDB's QuadraticSampler: sharper, but it may overshoot.
 };
 
 struct GridAdvectionOptions {
-    FlowMapOptions map = {}; ///< By default as accurate as forVoxels().
+    FlowMapOptions map = {}; ///< The default accuracy is that of forVoxels().
     Interpolation interpolation = Interpolation::linear;
 };
 
 struct AdvectedGrid {
     openvdb::GridBase::Ptr grid;
-    size_t traced = 0; ///< Voxels that were followed back.
-    size_t kept = 0;   ///< Of these: some step left them in place (FlowMapResult).
+    size_t traced = 0; ///< Voxels traced back along the flow.
+    size_t kept = 0;   ///< Traced voxels that some step left in place (FlowMapResult::stalled).
 };
 
-/// What a grid of floats or vectors (of floats) holds, as a flow carries it from the time `begin` for `time` seconds:
-/// density, temperature, colour. q(x, t) = q₀(X(x, -t)), so it is interpolated once, however long the time is; vectors
-/// are carried along as three numbers, they are not turned. Active are the voxels that are not as the background; they
-/// are found by following the active ones of the original. In a divergence-free flow the sum over all voxels stays, as
-/// far as voxels resolve what the flow stretches.
-/// Throws ValueError for other types of grids, level sets (LevelSetAdvection.h), staggered grids, values that are not
-/// finite, and grids without an active voxel; ResourceError where the grid becomes too large.
+/// Advects a grid of floats or vectors of floats (density, temperature, colour) with a flow, from the time `begin` for
+/// `time` seconds.
+///
+/// q(x, t) = q₀(X(x, -t)), where X is the flow map. The original is interpolated once, however long the time is, so
+/// nothing diffuses from step to step. The components of a vector are advected as three scalars; the vector is not
+/// rotated. A voxel of the result is active if its value differs from the background. These voxels are found by
+/// following the active voxels of the original. In a divergence-free flow the sum over all voxels is conserved, as far
+/// as the voxels resolve the stretching of the flow.
+///
+/// Throws ValueError for other grid types, level sets (use LevelSetAdvection.h), staggered grids, nonlinear transforms,
+/// values that are not finite, and grids without active voxels. Throws ResourceError if the grid becomes too large.
 AdvectedGrid advectGrid(const openvdb::GridBase& grid, const FlowInTime& flow, double begin, double time,
                         const GridAdvectionOptions& options = {}, const Monitor& monitor = {});
 

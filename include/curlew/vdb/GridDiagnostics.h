@@ -8,11 +8,11 @@
 namespace curlew {
 
 struct GridDiagnostics {
-    size_t voxels = 0;   ///< Active ones.
-    size_t interior = 0; ///< Active ones whose neighbours in the stencil are active too.
-    double divergence =
-        0; ///< rms(div) voxel / rms|c| over the interior, by OpenVDB's operator (forward differences if staggered).
-    double divergenceOverall = 0; ///< The same over all active voxels; what lies beyond them counts as background.
+    size_t voxels = 0;            ///< Number of active voxels.
+    size_t interior = 0;          ///< Active voxels whose stencil neighbours are active too.
+    double divergence = 0;        ///< rms(div) * voxel size / rms|c| over the interior, by OpenVDB's operator (forward
+                                  ///< differences if the grid is staggered).
+    double divergenceOverall = 0; ///< The same over all active voxels; voxels beyond them count as background.
     double rmsSpeed = 0;
 };
 
@@ -20,14 +20,14 @@ GridDiagnostics diagnoseGrid(const openvdb::Vec3SGrid& velocity);
 
 struct TrackDiagnostics {
     int steps = 0;
-    double time = 0; ///< Seconds: in a step a point moves by a quarter of a voxel at the rms speed.
-    ParticleDiagnostics field = {},
-                        onGrid = {}; ///< After steps of advect(); and of OpenVDB's VelocityIntegrator on the grid.
+    double time = 0; ///< Seconds. In each step a point moves a quarter of a voxel at the rms speed.
+    ParticleDiagnostics field = {}, onGrid = {}; ///< After steps of advect(), and after steps of OpenVDB's
+                                                 ///< VelocityIntegrator on the grid.
 };
 
-/// Moves `points` points of the flow's domain twice through `steps` RK4 steps of the same length: by the flow itself,
-/// with Gauss-Newton reprojection, and by a velocity grid of it, as hosts do. Throws ValueError for a flow without
-/// tracks.
+/// Moves `points` points of the flow's domain through `steps` RK4 steps of equal length, twice: by the flow itself,
+/// with Gauss-Newton reprojection, and by a velocity grid of it, as hosts do. Throws ValueError if the flow has no
+/// tracks or does not move.
 TrackDiagnostics diagnoseTracks(const Flow& flow, const openvdb::Vec3SGrid& velocity, int steps, size_t points = 1000,
                                 const Monitor& monitor = {});
 

@@ -8,13 +8,13 @@
 
 namespace curlew {
 
-/// What a host program expects in the files that it reads.
+/// The conventions of a host program for the files that it reads.
 struct HostProfile {
     std::string_view name;
-    std::string_view pointVelocity; ///< The attribute of points that holds their velocity.
+    std::string_view pointVelocity; ///< Name of the point attribute that holds the velocity.
 };
 
-/// The hosts that Curlew writes for, the default first.
+/// The supported hosts, the default first.
 inline constexpr std::array kHostProfiles{
     HostProfile{.name = "houdini", .pointVelocity = "v"},
     HostProfile{.name = "blender", .pointVelocity = "velocity"},

@@ -7,7 +7,7 @@
 
 namespace curlew {
 
-/// A Monitor in the shape in which OpenVDB's tools take it.
+/// Adapts a Monitor to the interrupter interface of OpenVDB's tools.
 class Interrupter final : public openvdb::util::NullInterrupter {
   public:
     explicit Interrupter(const Monitor& monitor) : mMonitor(monitor) {}

@@ -11,7 +11,7 @@
 
 namespace curlew {
 
-/// A narrow-band signed distance grid, and the mesh that it was made from, if there is one.
+/// A narrow-band signed distance grid, and the mesh that it was made from, if any.
 struct LevelSet {
     openvdb::FloatGrid::ConstPtr grid;
     std::shared_ptr<const Mesh> mesh;
@@ -22,38 +22,39 @@ struct LevelSet {
 };
 
 struct MeshToLevelSetOptions {
-    double voxel = 0;     ///< Voxel size, world units; 0: from dim.
-    int dim = 256;        ///< Voxels along the longest edge of the mesh's box, where no voxel size is given.
-    double halfWidth = 3; ///< Of the narrow band, in voxels.
+    double voxel = 0;     ///< Voxel size in world units; 0 means that `dim` determines it.
+    int dim = 256;        ///< Voxels along the longest edge of the mesh's box, if no voxel size is given.
+    double halfWidth = 3; ///< Half width of the narrow band, in voxels.
 };
 
-/// The level set of the solid of any mesh (MeshSolid.h). Throws ValueError for a mesh that is degenerate or encloses
-/// nothing at this resolution, and for sizes that are not positive; ResourceError where the band would not fit the
-/// memory.
+/// Converts the solid of any mesh to a level set (MeshSolid.h). Throws ValueError if the mesh is degenerate or encloses
+/// nothing at this resolution, or if a size is not positive. Throws ResourceError if the band would not fit in memory.
 LevelSet meshToLevelSet(std::shared_ptr<const Mesh> mesh, const MeshToLevelSetOptions& options,
                         const Monitor& monitor = {});
 
-/// A grid as a level set. Throws ValueError unless it is a float level set with finite values and cubic voxels.
+/// Casts a grid to a level set. Throws ValueError unless it is a float level set with finite values, a positive
+/// background and cubic voxels, and encloses something.
 LevelSet levelSetOf(const openvdb::GridBase::ConstPtr& grid);
 
-/// The box of what is inside, and a voxel more around it, world units.
+/// Returns the bounding box of the inside, padded by one voxel, in world units.
 Box boundsOf(const LevelSet& levelSet);
 
-/// The same surface with a narrow band of at least `halfWidth` voxels: made anew from the mesh where there is one; else
-/// the band is extended by OpenVDB's fast sweeping, which keeps the values that are there. The request is judged
-/// first: throws ResourceError, with a half width that would do, for a band of more than about 10⁸ voxels (tens of
-/// seconds), and for one that does not fit the memory.
+/// Returns the same surface with a narrow band of at least `halfWidth` voxels. If the level set has a mesh, the level
+/// set is made again from it. Otherwise OpenVDB's fast sweeping extends the band and keeps the existing values. Checks
+/// the request first: throws ResourceError if the band would not fit in memory, or if it would have more than about 10⁸
+/// voxels (tens of seconds); that message names a half width that would do.
 LevelSet widened(const LevelSet& levelSet, double halfWidth, const Monitor& monitor = {});
 
-/// Voxels beyond a position that the spline below needs of the band: two for itself and one for its prefilter.
+/// Voxels of the band that the spline of sdfOf() needs around a position: two for its support and one for its
+/// prefilter.
 inline constexpr double kSplineSupport = 3;
 
-/// The level set as a C² field: the tricubic B-spline through its samples, with exact derivatives.
+/// Returns the level set as a C² field: the tricubic B-spline through its samples, with exact derivatives.
 ///
-/// The samples are prefiltered by c = s - (1/6) Σ δᵢ² s, with which the spline reproduces cubics: its value is off by
-/// O(h⁴), its gradient by O(h³), its Hessian by O(h²). (Without that, its surface would shrink by h² κ/6 for a
-/// curvature κ.) The result is a distance where |d| < `reach` = the half width less kSplineSupport; beyond, it levels
-/// off at the background.
+/// The samples are prefiltered by c = s - (1/6) Σ δᵢ² s, so that the spline reproduces cubics. Its value has an error
+/// of O(h⁴), its gradient of O(h³), its Hessian of O(h²). (Without the prefilter the surface would shrink by h² κ/6 at
+/// a curvature κ.) The result is a distance where |d| < `reach`, the half width minus kSplineSupport. Beyond that it
+/// levels off at the background value.
 Sdf sdfOf(const LevelSet& levelSet);
 
 } // namespace curlew

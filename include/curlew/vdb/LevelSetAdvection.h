@@ -10,43 +10,47 @@ namespace curlew {
 
 struct AdvectedLevelSet {
     LevelSet levelSet;
-    size_t traced = 0;    ///< Voxels that were followed back.
-    size_t kept = 0;      ///< Of these: some step left them in place (FlowMapResult).
-    size_t unsettled = 0; ///< Voxels whose distance is that to a point of the surface nearby, not to the closest one.
-    /// Where the edges between voxels cross the surface: how far the linear interpolant of the result is from zero
-    /// there, in voxels. On average, and at most.
+    size_t traced = 0;    ///< Voxels traced back along the flow.
+    size_t kept = 0;      ///< Traced voxels that some step left in place (FlowMapResult::stalled).
+    size_t unsettled = 0; ///< Voxels whose distance is measured to a nearby surface point that may not be the closest.
+    /// Value of the linear interpolant of the result at the points where edges between voxels cross the surface, in
+    /// voxels: mean and maximum of its magnitude. 0 would be exact.
     double meanShift = 0, greatestShift = 0;
-    bool restarted = false; ///< A sequence begins anew from this level set.
+    bool restarted = false; ///< A LevelSetSequence restarted from this level set.
 };
 
-/// The surface of a level set as a flow carries it, from the time `begin` for `time` seconds (negative: backward).
+/// Advects the surface of a level set with a flow, from the time `begin` for `time` seconds (negative: backward).
 ///
-/// φ(x, t) = φ₀(X(x, -t)), X the flow map, φ₀ the C² spline of the original: one interpolation of the original however
-/// long the time is, so nothing diffuses. Evaluated where the surface is, which is found by following it, then made a
-/// distance again, with the half width of the original, by the closest points of the surface: so the surface stays
-/// where it is (docs/math.md). What gets thinner than a voxel is lost in the result, but not on the way to it.
+/// φ(x, t) = φ₀(X(x, -t)), where X is the flow map and φ₀ the C² spline of the original. The original is interpolated
+/// once, however long the time is, so nothing diffuses. φ is evaluated only near the advected surface, which is found
+/// by following the original surface. Closest points of the surface then turn φ into a distance again, with the half
+/// width of the original, without moving the surface (docs/math.md). A part that is thinner than a voxel at the end
+/// time is missing in the result; one that is so thin only in between is kept.
 ///
-/// Cost: about 7 voxels across for each voxel of the surface, each followed for all of the time; the distances cost
-/// about as much as 20 steps of a simple flow.
-/// By default the flow is followed to a thousandth of a voxel a step (forVoxels).
-/// Throws ValueError where nothing is left that the voxels could resolve, ResourceError where the surface becomes too
-/// large, and what FlowMap and FlowInTime throw.
+/// Cost: about 7 voxels across the surface for each surface voxel, each traced back over the whole time. The distances
+/// cost about as much as 20 steps of a simple flow. The default accuracy is a thousandth of a voxel per step
+/// (forVoxels).
+///
+/// Throws ValueError if nothing is left that the voxels resolve, ResourceError if the surface becomes too large, and
+/// whatever FlowMap and FlowInTime throw.
 AdvectedLevelSet advectLevelSet(const LevelSet& levelSet, const FlowInTime& flow, double begin, double time,
                                 const FlowMapOptions& options = {}, const Monitor& monitor = {});
 
 struct LevelSetSequenceOptions {
-    FlowMapOptions map = {}; ///< By default as accurate as forVoxels().
-    /// The flow map reaches back so many seconds at most; then the level set of that moment becomes the original.
-    /// Infinity: never. Each restart resamples the surface once: that costs about 0.001 voxels where it is smooth, but
-    /// sheets of two voxels and less are lost or fattened (docs/math.md has figures).
+    FlowMapOptions map = {}; ///< The default accuracy is that of forVoxels().
+    /// The flow map reaches back at most this many seconds. After that, the level set of the moment becomes the new
+    /// original. Infinity: never. Each restart resamples the surface once, which moves it by about 0.001 voxels where
+    /// it is smooth, but loses or thickens sheets of two voxels and less (docs/math.md has figures).
     double horizon = std::numeric_limits<double>::infinity();
 };
 
-/// The same, moment by moment. It keeps the surface, so that finding it again costs no more than the time between two
-/// moments, and the flow map at its voxels. In a steady flow the origins of voxels that are still near the surface
-/// are only continued, X(x, -t - s) = X(X(x, -t), -s), without interpolation; new voxels are followed back to the last
-/// restart. In a flow that changes all are. So the cost of a moment is bounded by the horizon, not by the length of the
-/// sequence; and without a horizon nothing is lost, as if each moment were computed on its own.
+/// Advects a level set from one time to the next, for an animation.
+///
+/// The sequence keeps the surface, so finding it again costs only the time between two frames. In a steady flow it also
+/// keeps the flow map at the voxels: the origins of voxels that are still near the surface are only continued, X(x, -t
+/// - s) = X(X(x, -t), -s), without interpolation. Voxels that are new are traced back to the last restart. In an
+/// unsteady flow all voxels are. So the horizon bounds the cost of a frame, not the length of the sequence. Without a
+/// horizon the result is as good as if each frame were computed on its own.
 class LevelSetSequence {
   public:
     LevelSetSequence(const LevelSet& levelSet, FlowInTime flow, double begin,
@@ -56,8 +60,8 @@ class LevelSetSequence {
     LevelSetSequence& operator=(LevelSetSequence&&) noexcept;
 
     double time() const;
-    /// The level set at another time, mostly a later one. Throws as advectLevelSet does; then the sequence is where it
-    /// was.
+    /// Returns the level set at another time, usually a later one. Throws as advectLevelSet() does; the sequence then
+    /// stays at its previous time.
     AdvectedLevelSet advance(double time, const Monitor& monitor = {});
 
   private:
@@ -65,9 +69,9 @@ class LevelSetSequence {
     std::unique_ptr<Implementation> mImplementation;
 };
 
-/// OpenVDB's LevelSetAdvection (HJ-WENO5, TVD Runge-Kutta of order 3, as many steps as its CFL condition asks for),
-/// driven by the flow itself instead of a grid of it: the yardstick. Beyond its wall the flow goes on as in FlowMap.
-/// Throws ValueError where nothing is left.
+/// Advects a level set by OpenVDB's LevelSetAdvection (HJ-WENO5, TVD Runge-Kutta of order 3, as many steps as its CFL
+/// condition requires), for comparison. It samples the flow itself instead of a velocity grid. Beyond its wall the flow
+/// continues as in FlowMap. Throws ValueError if nothing is left, or if OpenVDB rejects the level set.
 LevelSet advectLevelSetWeno5(const LevelSet& levelSet, const FlowInTime& flow, double begin, double time,
                              const Monitor& monitor = {});
 

@@ -9,33 +9,39 @@
 namespace curlew {
 
 enum class Boolean {
-    unite,     ///< Both together.
-    intersect, ///< What they share.
-    subtract,  ///< The first without the second.
+    unite,     ///< Union.
+    intersect, ///< Intersection.
+    subtract,  ///< Difference: the first minus the second.
 };
 
-/// Two solids as one, by OpenVDB's csg tools, on the grid of the first; if the second has another grid, it is made anew
-/// from its mesh in voxels of that size, or from polygons of its surface. The band is the wider of theirs.
+/// Combines two solids by OpenVDB's CSG tools, on the grid of the first. If the second has another transform, it is
+/// resampled: from its mesh if it has one, otherwise from polygons of its surface. The half width is the larger of the
+/// two.
 ///
-/// The smaller or larger of two distances is no distance where the closest point has been cut away. There, beside the
-/// edges where the surfaces meet, values come from OpenVDB's fast sweeping (first order: off by a third of a voxel at
-/// most around an edge of 133 degrees, by one around a sharp one of 47); all others, and the surface itself, stay
-/// exactly as they are. If both have meshes, their union is the solid of the mesh of both instead (vdb/MeshSolid.h),
-/// with exact distances, and the result has that mesh; other results have none.
+/// The minimum or maximum of two distances is not a distance where the closest point has been cut away. There, next to
+/// the edges where the surfaces meet, values come from OpenVDB's fast sweeping (first order; error at most a third of a
+/// voxel around an edge of 133 degrees, one voxel around a sharp edge of 47). All other values, and the surface itself,
+/// stay exactly as they are.
 ///
-/// Throws ValueError if nothing is left; Interrupted. The result does not depend on the number of threads.
+/// The union of two meshes, neither of them a sheet, is made from both meshes together instead (vdb/MeshSolid.h), if
+/// the first grid has the transform that solidOf() uses. It has exact distances and the joined mesh. All other results
+/// have no mesh.
+///
+/// Throws ValueError if nothing is left, and Interrupted. The result does not depend on the number of threads.
 LevelSet combined(const LevelSet& first, const LevelSet& second, Boolean operation, const Monitor& monitor = {});
 
-/// A shape as a level set with voxels like those of `like`, where the box of that and a band around it is; the shape's
-/// own box if that is smaller. Throws ValueError if nothing of it is there.
+/// Samples a shape as a level set with the voxels and the half width of `like`: within the shape's bounds, or within
+/// the box of the active voxels of `like` if the shape is unbounded. Throws ValueError if the shape encloses no voxel
+/// there.
 LevelSet sampledShape(const Sdf& shape, const LevelSet& like, const Monitor& monitor = {});
 
-/// A level set turned, moved and scaled alike along all axes, with its mesh: values stay distances.
+/// Returns a level set, with its mesh, rotated, translated and scaled uniformly. Values stay distances. All overloads
+/// throw ValueError unless the scale is positive and the same along all axes.
 LevelSet placed(const LevelSet& levelSet, const Placement& placement);
-/// A mesh turned, moved and scaled. Faces keep their sides.
+/// Returns a mesh rotated, translated and scaled. Its faces keep their orientation.
 Mesh placed(const Mesh& mesh, const Placement& placement);
-/// A grid turned, moved and scaled, by its transform; vectors that follow its type (velocities do) turn with it. Throws
-/// ValueError if a staggered grid would be turned: its components are those along its axes.
+/// Returns a grid rotated, translated and scaled by its transform. The vectors of a Vec3SGrid (velocities) rotate with
+/// it. Throws ValueError if a staggered grid would be rotated, since its components lie along its axes.
 openvdb::GridBase::Ptr placed(const openvdb::GridBase& grid, const Placement& placement);
 
 } // namespace curlew

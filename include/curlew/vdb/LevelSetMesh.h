@@ -5,9 +5,9 @@
 
 namespace curlew {
 
-/// The surface of a level set as a mesh of quads, by OpenVDB's volumeToMesh; its faces run counter-clockwise as seen
-/// from outside. With an adaptivity above 0, flat parts get larger faces, and triangles: 1 takes away the most.
-/// Throws ValueError for an adaptivity that is not between 0 and 1, and where there is no surface.
+/// Converts the surface of a level set to a mesh of quads, by OpenVDB's volumeToMesh. Faces run counter-clockwise as
+/// seen from outside. An adaptivity above 0 merges faces in flat parts into larger ones, some of them triangles; 1
+/// merges the most. Throws ValueError if the adaptivity is not between 0 and 1, or if there is no surface.
 Mesh levelSetToMesh(const LevelSet& levelSet, double adaptivity = 0);
 
 } // namespace curlew

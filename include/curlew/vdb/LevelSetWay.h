@@ -8,35 +8,36 @@
 
 namespace curlew {
 
-/// The surface of a mesh that changes its form from one frame to the next, as a distance at any time between.
+/// The signed distance to a mesh that deforms from one frame to the next, at any time in between.
 ///
-/// Level sets are made at a few moments only, of the mesh as it then is (meshBetween), and their distances are
-/// interpolated in time: quadratically, so that velocities are of second order, where three moments are known, linearly
-/// else. Between two frames that is right as long as the surface moves by less than it is thick. So the mesh in the
-/// middle is held against it, and if its points are off the interpolated surface by more than the tolerance there is a
-/// level set in the middle, too, and so on, in up to 16 parts. A limb that is thinner than its way would not be there
-/// halfway; so what its points may be off is never more than a fourth of its thickness, as far as voxels tell.
+/// The mesh is converted to level sets at a few times only (meshBetween), and their distances are interpolated in time:
+/// quadratically if three times are known, so that velocities are second-order accurate, otherwise linearly. Between
+/// two level sets this is correct as long as the surface moves by less than the thickness of the body. Therefore the
+/// mesh halfway between two level sets is compared with the interpolated surface. If its points are off by more than
+/// the tolerance, a level set is added halfway, and so on, down to a sixteenth of the frame. A limb that moves farther
+/// than its own thickness would be missing halfway. So the tolerance is at most a fourth of the local thickness, as far
+/// as the voxels resolve it.
 ///
-/// Immutable, safe to share between threads.
+/// Immutable; safe to share between threads.
 class LevelSetWay {
   public:
     struct Options {
-        /// How far points of the mesh may be off the surface between moments, world units: where the body is thick, and
-        /// at least where it is thin, and a fourth of its thickness would be less.
+        /// How far points of the mesh may be off the interpolated surface, in world units: `tolerance` where the body
+        /// is thick, and down to `leastTolerance` where a fourth of its thickness is less than that.
         double tolerance = 0, leastTolerance = 0;
     };
 
-    /// Of level sets of `meshes.from` and `meshes.to`, and that of `meshes.before` if it is known; all with bands that
-    /// are wide enough for what they will be asked. Makes the level sets between. Throws as widened(), and ValueError
-    /// if a level set has no mesh.
+    /// Takes level sets of `meshes.from` and `meshes.to`, and that of `meshes.before` if it is known. Their bands must
+    /// be wide enough for later queries. Makes the level sets in between. Throws as widened() does, and ValueError if a
+    /// level set has no mesh.
     LevelSetWay(const std::optional<LevelSet>& before, const LevelSet& from, const LevelSet& to, MeshKeys meshes,
                 const Options& options, const Monitor& monitor = {});
 
-    /// `part` = 0 … 1 of the way. Its reach is 0, and says so, where even the shortest part was too long.
+    /// Returns the distance at `part` = 0 … 1 of the interval. Its reach is 0 if the tolerance could not be met.
     Sdf at(double part) const;
 
     size_t levelSetsBetween() const { return mMoments.size() - 2; }
-    /// The most that a point of the mesh was seen to be off, world units.
+    /// The largest deviation measured at a point of the mesh, in world units.
     double error() const { return mError; }
 
   private:
@@ -49,11 +50,11 @@ class LevelSetWay {
     const Moment* thirdOf(size_t interval) const;
 
     MeshKeys mMeshes;
-    double mVoxel; ///< Of the coarser of both level sets.
+    double mVoxel; ///< Voxel size of the coarser of the two level sets.
     std::optional<Moment> mBefore;
-    std::vector<Moment> mMoments; ///< In order, from 0 to 1.
+    std::vector<Moment> mMoments; ///< Sorted by `part`, from 0 to 1.
     double mError = 0;
-    bool mKnown = true; ///< The tolerance is kept.
+    bool mKnown = true; ///< The tolerance was met everywhere.
 };
 
 } // namespace curlew

@@ -8,31 +8,32 @@
 
 namespace curlew {
 
-/// Whether two meshes have the same faces: then point k of one is point k of the other, at another time.
+/// Returns whether two meshes have the same faces, so that point k of one is point k of the other at another time.
 bool correspond(const Mesh& a, const Mesh& b);
 
-/// The box around the points of a mesh.
+/// Returns the bounding box of a mesh.
 Box boundsOf(const Mesh& mesh);
 
-/// Where a mesh is, seen from another that corresponds to it: the rigid motion that leaves the least squares of
-/// distances (Kabsch 1976). The home pose of the first is its mean point, unturned.
+/// The rigid motion from a mesh to another that corresponds to it, with the least sum of squared distances (Kabsch
+/// 1976). The home pose is that of the first mesh: its origin is the mean of the points, and its axes are not rotated.
 struct RigidFit {
     Pose home, now;
-    double residual = 0; ///< The greatest distance that is left, relative to the diagonal of the mesh's box.
+    double residual = 0; ///< The largest remaining distance, relative to the diagonal of the mesh's box.
 
-    /// Both are one body: what is left is the rounding of files.
+    /// Whether the two meshes are the same rigid body, up to the rounding of files.
     bool rigid() const { return residual < 1e-5; }
 };
 
-/// Infinite residual if the points are on a line.
+/// Fits a rigid motion. The residual is infinite if the points are collinear.
 RigidFit rigidFit(const Mesh& from, const Mesh& to);
 
-/// A mesh in four frames that correspond. The outer ones may be null.
+/// A mesh in four consecutive frames that correspond. `before` and `after` may be null.
 struct MeshKeys {
     std::shared_ptr<const Mesh> before, from, to, after;
 };
 
-/// The mesh on the way from one frame to the next, `part` = 0 … 1 of it: each point on the curve of poseBetween().
+/// Returns the mesh at `part` = 0 … 1 of the interval between two frames. Each point follows the cubic Hermite curve of
+/// poseBetween().
 Mesh meshBetween(const MeshKeys& keys, double part);
 
 } // namespace curlew

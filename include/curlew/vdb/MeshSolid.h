@@ -6,51 +6,58 @@
 namespace curlew {
 
 struct SolidOptions {
-    double voxel = 0;     ///< Voxel size, world units; 0: from dim.
-    int dim = 256;        ///< Voxels along the longest edge of the mesh's box, where no voxel size is given.
-    double halfWidth = 3; ///< Of the narrow band, in voxels.
-    double thickness = 0; ///< Above 0: the mesh is a sheet, of this thickness in world units, half on either side.
+    double voxel = 0;     ///< Voxel size in world units; 0 means that `dim` determines it.
+    int dim = 256;        ///< Voxels along the longest edge of the mesh's box, if no voxel size is given.
+    double halfWidth = 3; ///< Half width of the narrow band, in voxels.
+    double thickness = 0; ///< If above 0, the mesh is a sheet of this thickness in world units, half on either side.
 };
 
-/// What a mesh was found to be when it became a level set.
+/// Properties of a mesh, found while it was converted to a level set.
 struct SolidFigures {
     size_t boundaryEdges = 0;   ///< Edges with a face on one side only.
-    size_t duplicateFaces = 0;  ///< Triangles that were dropped since others have the same corners.
-    size_t degenerateFaces = 0; ///< Faces with fewer than three different corners, which count for nothing.
-    bool turned = false;        ///< The faces run clockwise as seen from outside: they count as if turned.
-    /// The mesh is closed, its faces agree on their sides, and none lies inside: winding numbers were not needed.
+    size_t duplicateFaces = 0;  ///< Triangles dropped because others have the same vertices.
+    size_t degenerateFaces = 0; ///< Faces with fewer than three distinct vertices; they are ignored.
+    bool turned = false;        ///< The faces run clockwise as seen from outside; they are treated as if flipped.
+    /// The mesh is closed and consistently oriented, and no part of it lies inside. Winding numbers were not needed.
     bool clean = true;
-    double undecided = 0; ///< Share of the voxels beside the mesh where 0.1 < |w| < 0.9.
-    double hidden = 0; ///< Share of the mesh's area that does not bound the solid: it lies inside, or bounds nothing.
-    double thin = 0;   ///< Share of the surface whose other side is closer than a voxel: the level set lacks it.
-    double meanThickness = 0; ///< Twice the volume of the solid by the area of its surface, voxels.
+    double undecided = 0; ///< Fraction of the voxels near the mesh where 0.1 < |w| < 0.9.
+    double hidden = 0;    ///< Fraction of the mesh's area that does not bound the solid.
+    double thin = 0; ///< Fraction of the surface where the solid is thinner than a voxel, so that the level set lacks
+                     ///< it.
+    double meanThickness = 0; ///< 2 * volume / area of the solid, in voxels.
 };
 
-/// A level set of a mesh, and what the mesh was found to be.
+/// A level set of a mesh, and the properties of that mesh.
 struct MeshSolid {
     LevelSet levelSet;
     SolidFigures figures;
 };
 
-/// The level set of the solid of any mesh: of where its winding number w is above 1/2 in size (WindingNumber.h).
+/// Converts any mesh to a level set of its solid: the points where its winding number w satisfies |w| > 1/2
+/// (WindingNumber.h).
 ///
-/// Holes, parts that overlap or lie in each other, triangles that are not joined, duplicate and degenerate faces and
-/// faces that run the wrong way are all allowed. A shell inside another is a cavity if its faces are turned inward, and
-/// counts for nothing otherwise. Values are distances to the boundary of the solid: faces inside it do not count, and
-/// holes are closed by the surface |w| = 1/2. They are exact but for faces that are cut by others, or by the surface
-/// across a hole: kept pieces end there within the size of a piece, 0.4 voxels.
+/// Holes, overlapping or nested parts, unconnected triangles, duplicate and degenerate faces and inconsistent
+/// orientation are all allowed. A shell inside another is a cavity if its faces point inward, and is ignored otherwise.
+/// Values are distances to the boundary of the solid: faces inside it do not count, and holes are closed by the surface
+/// |w| = 1/2. Distances are exact, except near faces that are cut by other faces or by the surface across a hole. There
+/// the remaining part of the face ends within 0.4 voxels, the size of a piece, of the cut.
 ///
-/// Distances are those of OpenVDB's meshToVolume, with what is too large corrected beyond 1.75 voxels. Where a mesh is
-/// closed and clean, the side of the closest face is the sign (Bærentzen and Aanæs 2005). That is checked: no two
-/// neighbours with no face between them may differ, and the parts of the mesh may not lie in each other but as
-/// cavities. For other meshes w is computed at all voxels within 1.75 of the mesh. Points at the same position are one;
-/// of faces with the same corners one counts, or none where as many run in either direction (all of them do in a mesh
-/// that is made to be seen from both sides; then one does). A sheet, such as cloth or a terrain, encloses nothing; with
-/// a thickness t the solid is where the mesh is closer than t/2.
+/// Distances come from OpenVDB's meshToVolume; beyond 1.75 voxels, those that are too large are corrected. If the mesh
+/// is closed, manifold and consistently oriented, the side of the closest face gives the sign (Bærentzen and Aanæs
+/// 2005). Two checks confirm that: neighbouring voxels with no face between them must have the same sign, and a part of
+/// the mesh may lie inside another only as a cavity. For other meshes, w is computed at all voxels within 1.75 voxels
+/// of the mesh.
 ///
-/// Throws ValueError for a mesh without faces or extent and for one that encloses nothing at this resolution, and for
-/// sizes that are not positive; ResourceError where the band would not fit the memory; Interrupted. The result does not
-/// depend on the number of threads.
+/// Points at the same position are joined. Of faces with the same vertices, one is kept; none is kept if equally many
+/// run in either direction. In a mesh where most faces are such pairs, which is made to be seen from both sides, one of
+/// each is kept.
+///
+/// A sheet, such as cloth or terrain, encloses nothing. With a thickness t, the solid consists of the points closer
+/// than t/2 to the mesh.
+///
+/// Throws ValueError if the mesh has no faces or no extent or encloses nothing at this resolution, or if a size is not
+/// positive; ResourceError if the band would not fit in memory; Interrupted. The result does not depend on the number
+/// of threads.
 MeshSolid solidOf(std::shared_ptr<const Mesh> mesh, const SolidOptions& options, const Monitor& monitor = {});
 
 } // namespace curlew

@@ -13,41 +13,43 @@
 
 namespace curlew {
 
-/// What a model file holds, as plain data: nodes that place parts, which skins and morph targets deform, and clips that
-/// move them. Matrices are as in OpenVDB: a position is a row vector, p' = p M. Metres, Y up.
+/// The content of a model file as plain data: nodes that place parts, skins and morph targets that deform the parts,
+/// and clips that animate both. Matrices follow OpenVDB's convention: a position is a row vector, p' = p M. Metres, Y
+/// up.
 struct ModelData {
     struct Node {
         std::string name;
-        std::optional<uint32_t> parent; ///< A node before this one; none for the root.
-        openvdb::Mat4d local;           ///< From its own space to its parent's, as it is without a clip.
+        std::optional<uint32_t> parent; ///< Index of a preceding node; nullopt for the root.
+        openvdb::Mat4d local;           ///< Transform from the node's space to its parent's, without a clip.
     };
 
-    /// The share of a bone in the position of a point.
+    /// The weight of a bone for a point.
     struct Influence {
         uint32_t bone;
         double weight;
     };
     struct Bone {
         uint32_t node;
-        openvdb::Mat4d offset; ///< From the space of the part to that of the bone, in the pose of binding.
+        openvdb::Mat4d offset; ///< Transform from the part's space to the bone's, in the bind pose.
     };
     struct MorphTarget {
-        double weight; ///< Without a clip.
+        double weight; ///< Weight without a clip.
         std::vector<openvdb::Vec3s> offsets;
     };
 
-    /// The faces that one node places.
+    /// A set of faces that one node places.
     struct Part {
         uint32_t node;
         std::vector<openvdb::Vec3s> points;
-        std::vector<uint32_t> corners, sizes; ///< Of faces, as in Polygons.
-        std::vector<Bone> bones;              ///< None if the part is rigid.
-        std::vector<Influence> influences;    ///< Point by point.
-        std::vector<size_t> firstInfluence;   ///< Of each point, and the end; empty if the part is rigid.
+        std::vector<uint32_t> corners, sizes; ///< Faces, as in Polygons.
+        std::vector<Bone> bones;              ///< Empty if the part is rigid.
+        std::vector<Influence> influences;    ///< Influences of all points, one point after another.
+        std::vector<size_t> firstInfluence;   ///< Index of each point's first influence, and the end; empty if the part
+                                              ///< is rigid.
         std::vector<MorphTarget> targets;
     };
 
-    /// Values at times, seconds, which do not decrease.
+    /// Values at non-decreasing times in seconds.
     template <class T>
     struct Keys {
         std::vector<double> times;
@@ -61,11 +63,11 @@ struct ModelData {
     };
     struct MorphChannel {
         uint32_t part;
-        Keys<std::vector<double>> weights; ///< One for each target.
+        Keys<std::vector<double>> weights; ///< One weight per target.
     };
     struct Clip {
         std::string name;
-        double begin = 0, end = 0; ///< Of its keys, seconds.
+        double begin = 0, end = 0; ///< First and last time of the keys, in seconds.
         std::vector<NodeChannel> nodes;
         std::vector<MorphChannel> morphs;
     };
@@ -73,22 +75,22 @@ struct ModelData {
     std::vector<Node> nodes;
     std::vector<Part> parts;
     std::vector<Clip> clips;
-    std::string units; ///< What the file says of its units and axes: "centimetres, Z up".
+    std::string units; ///< The units and axes that the file declares, such as "centimetres, Z up".
 };
 
-/// Whether all indices are in range, all arrays that belong together have the same length, parents come before their
-/// children, keys are in order, and positions are finite. importModel() returns nothing else; data from another process
-/// may be anything.
+/// Returns whether all indices are in range, arrays that belong together have the same length, parents precede their
+/// children, keys are sorted and positions are finite. Data from importModel() always is consistent; data from another
+/// process may not be.
 bool isConsistent(const ModelData& data);
 
-/// Reads a .gltf, .glb, .fbx or .dae, by Assimp and nothing else: this function can run in another process. Throws
-/// FileError, naming the file, if it is missing, damaged or without faces, if it needs something that is not read, or
-/// if a coordinate is not a finite number; ResourceError if it would not fit into memory; Interrupted once `cancelled`
-/// says so.
+/// Reads a .gltf, .glb, .fbx or .dae. Depends on Assimp and nothing else, so it can run in another process. Throws
+/// FileError, naming the file, if it is missing, damaged or without faces, if it requires an unsupported feature, or if
+/// a coordinate is not a finite number; ResourceError if the model would not fit in memory; Interrupted once
+/// `cancelled` returns true.
 ModelData importModel(const std::filesystem::path& path, const std::function<bool()>& cancelled = {});
 
-/// Whether a model file may hold clips, by its text alone: of .gltf and .glb that is exact; a .fbx or .dae may turn out
-/// to have none. False if it cannot be read.
+/// Returns whether a model file may hold clips, by searching its text. The answer is exact for .gltf and .glb; a .fbx
+/// or .dae may turn out to have none. Returns false if the file cannot be read.
 bool mayBeAnimated(const std::filesystem::path& path);
 
 } // namespace curlew

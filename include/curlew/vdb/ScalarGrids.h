@@ -10,12 +10,13 @@
 
 namespace curlew {
 
-/// Samples a field at the voxel centres of the active voxels of `where`. Same bytes for any number of threads.
+/// Samples a field at the centres of the active voxels of `where`. The result has the same bytes for any number of
+/// threads.
 openvdb::FloatGrid::Ptr sampledGrid(const ScalarField& field, const openvdb::GridBase& where, const std::string& name,
                                     const Monitor& monitor = {});
 
-/// A fog volume of the domain on the active voxels of `where`: 1 on the flow's side of the wall, falling to 0 over the
-/// last two voxels before it.
+/// Makes a fog volume of the domain on the active voxels of `where`: 1 on the flow's side of the wall, falling to 0
+/// over the last two voxels before the wall.
 openvdb::FloatGrid::Ptr densityGrid(const Domain& domain, const openvdb::GridBase& where, const Monitor& monitor = {});
 
 } // namespace curlew

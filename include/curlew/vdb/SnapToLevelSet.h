@@ -6,11 +6,11 @@
 
 namespace curlew {
 
-/// Moves particles onto the surface of a level set (sdfOf), to the nearest of its places, from any distance up to
-/// `reach` world units; those farther away stay. OpenVDB finds the nearest sample of the surface, which needs no wide
-/// band; from there Newton steps along the surface and onto the spline lead on. Particles end on the surface to within
-/// `tolerance` world units. Those near the medial axis may end at a place that is nearest among its neighbours only.
-/// Velocities and tracks are forgotten. Throws ValueError for a reach or tolerance that is not positive.
+/// Moves particles onto the closest point of the surface of a level set (sdfOf), if it is at most `reach` world units
+/// away. Other particles stay where they are. OpenVDB finds the closest surface sample, which needs no wide band. From
+/// there, Newton steps slide the point along the surface and onto the spline, to within `tolerance` world units. Near
+/// the medial axis the result may be only a local minimum of the distance. Velocities and tracks are dropped. Throws
+/// ValueError if the reach or the tolerance is not positive.
 SnapResult snapToLevelSet(const LevelSet& levelSet, Points& particles, double reach, double tolerance,
                           const Monitor& monitor = {});
 

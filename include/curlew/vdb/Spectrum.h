@@ -10,10 +10,10 @@
 
 namespace curlew {
 
-/// What is done about the ends of a box whose content does not repeat.
+/// The window that is applied along each axis of the box.
 enum class SpectrumWindow {
-    none, ///< Nothing: right for what tiles with the box. Anything else has a jump there, whose spectrum falls as k^-2.
-    hann  ///< Fluctuations fade out towards the ends. Peaks are as wide as three shells.
+    none, ///< No window, for fields that tile with the box. Other fields jump at its ends, which adds a k^-2 spectrum.
+    hann  ///< Fluctuations fade out towards the ends of the box. Peaks become three shells wide.
 };
 /// In the order of the enumerators.
 inline constexpr std::array<std::string_view, 2> kSpectrumWindowNames{"none", "hann"};
@@ -22,37 +22,38 @@ struct SpectrumOptions {
     SpectrumWindow window = SpectrumWindow::hann;
 };
 
-/// How the kinetic energy of a velocity field, ½ |u|² per mass, is shared among wave numbers.
+/// The distribution of the kinetic energy of a velocity field, ½ |u|² per mass, over wave numbers.
 struct EnergySpectrum {
-    /// Cycles per world unit, as a noise's frequency: the width of a shell, 1 / the shortest edge of the box, and the
-    /// largest wave number that the voxels can hold. Shell s is about s shellWidth.
+    /// In cycles per world unit, like the frequency of a noise: the width of a shell, which is 1 / the shortest edge of
+    /// the box, and the largest wave number that the voxels resolve. Shell s is centred at s shellWidth.
     double shellWidth = 0, nyquist = 0;
-    /// E(k) of each shell, energy per wave number: their sum times shellWidth is kineticEnergy. The first has the mean
-    /// velocity's. Shells beyond nyquist have only the corners of the box of wave numbers.
+    /// E(k) of each shell, in energy per wave number. The sum times shellWidth is kineticEnergy. Shell 0 includes the
+    /// energy of the mean velocity. Shells beyond nyquist are incomplete: they contain only the corners of the box of
+    /// wave numbers.
     std::vector<double> energy = {};
-    double kineticEnergy = 0; ///< The mean of ½ |u|² over the box, (world units / s)².
+    double kineticEnergy = 0; ///< Mean of ½ |u|² over the box, (world units / s)².
     openvdb::Coord samples = {};
 
     double waveNumber(size_t shell) const { return static_cast<double>(shell) * shellWidth; }
 };
 
-/// The spectrum of the smallest box around a velocity grid's active voxels; voxels that are not active count as they
-/// are (0 for a background of 0). Of a staggered grid each component is taken on its own faces, which changes no
-/// energy. Transforms: KISS FFT in double; memory: 16 bytes for each voxel of the box. Same bytes for any number of
-/// threads. Throws ValueError for a grid without active voxels, a box of less than 2 voxels along an axis, voxels that
-/// are no cubes, and values that are not finite; ResourceError if the box would not fit the memory.
+/// Computes the energy spectrum over the bounding box of a velocity grid's active voxels. Inactive voxels count with
+/// their value, 0 for a background of 0. On a staggered grid each component is sampled at its own faces, which does not
+/// change its energy. Uses KISS FFT in double, and 16 bytes of memory per voxel of the box. The result has the same
+/// bytes for any number of threads. Throws ValueError if the grid has no active voxels, the box has fewer than 2 voxels
+/// along an axis, the voxels are not cubes, or a value is not finite; ResourceError if the box would not fit in memory.
 EnergySpectrum energySpectrum(const openvdb::Vec3SGrid& velocity, const SpectrumOptions& options = {},
                               const Monitor& monitor = {});
 
-/// The slope of a power law through the shells with wave numbers from `lower` to `upper`, cycles per world unit: least
-/// squares over log k and log E, each shell weighted with 1/k, so that every octave counts the same. Throws ValueError
-/// if less than 2 shells with energy are there.
+/// Fits a power law to the shells with wave numbers from `lower` to `upper`, in cycles per world unit, and returns its
+/// slope. The fit is a least-squares line through log E over log k, each shell weighted by 1/k, so that every octave
+/// counts the same. Throws ValueError if fewer than 2 of these shells have energy.
 double powerLawSlope(const EnergySpectrum& spectrum, double lower, double upper);
 
-/// E(k) of the power law with this slope through the same shells, for every shell; NaN for the first.
+/// Returns E(k) of the power law with this slope, fitted to the same shells, for every shell; NaN for shell 0.
 std::vector<double> powerLaw(const EnergySpectrum& spectrum, double slope, double lower, double upper);
 
-/// The wave number, beyond 0, whose shell has most energy.
+/// Returns the wave number of the shell with the most energy, shell 0 excluded.
 double peakWaveNumber(const EnergySpectrum& spectrum);
 
 } // namespace curlew

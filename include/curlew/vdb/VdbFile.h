@@ -14,60 +14,59 @@
 
 namespace curlew {
 
-/// How the values that a file keeps are packed. Inactive ones are always left out.
+/// How values are compressed in a file. Inactive values are never stored.
 enum class Codec {
-    automatic, ///< For each grid: blosc where it saves more than half, which are the fog volumes (a third or less is
-               ///< left of them, their inside being constant); none for all others. Velocities pack to 92 % to 94 %,
-               ///< distances and points to 84 % to 93 %, and writing takes up to 3 times as long with blosc, 10 to 30
-               ///< times with zip.
+    automatic, ///< Per grid: blosc for fog volumes, whose constant inside shrinks them to a third or less, and none for
+               ///< all others. Blosc leaves 92 % to 94 % of velocities and 84 % to 93 % of distances and points.
+               ///< Writing takes up to 3 times as long with blosc, and 10 to 30 times with zip.
     none,
-    zip, ///< From OpenVDB it leaves level sets, fog volumes and points at their size.
+    zip, ///< As OpenVDB uses it, zip does not shrink level sets, fog volumes and points.
     blosc
 };
 
 struct VdbWriteOptions {
-    /// 16-bit floats for every grid of real numbers or vectors (beyond ±65504 they become infinite). Otherwise a grid
-    /// is written as its own saveFloatAsHalf() says.
+    /// Writes every grid of real numbers or vectors as 16-bit floats (values beyond ±65504 become infinite). If false,
+    /// each grid's saveFloatAsHalf() decides.
     bool half = false;
     Codec codec = Codec::automatic;
 };
 
-/// All grids of a .vdb file, in the order of the file and wholly in memory. Grids that share a tree in the file share
-/// it here. Throws FileError, naming the file, if it is missing, empty, cut short, damaged, not a .vdb file, older than
-/// OpenVDB 3 or newer than this OpenVDB, or if it holds a type of grid that this program does not know; a file of
-/// writeVdb() is damaged if a single byte of it has changed since. Throws ResourceError if the grids do not fit the
-/// memory, Interrupted once the monitor says so. Safe to call from several threads.
+/// Reads all grids of a .vdb file into memory, in the order of the file. Grids that share a tree in the file share it
+/// here. Throws FileError, naming the file, if it is missing, empty, truncated, damaged, not a .vdb file, older than
+/// OpenVDB 3 or newer than this OpenVDB, or if it holds an unknown type of grid. In a file that writeVdb() wrote, any
+/// changed byte is detected as damage. Throws ResourceError if the grids do not fit in memory, and Interrupted once the
+/// monitor asks for it. Safe to call from several threads.
 std::vector<openvdb::GridBase::Ptr> readVdb(const std::filesystem::path& path, const Monitor& monitor = {});
 
-/// The same of a file that is in memory; `path` is its name in messages.
+/// Reads a .vdb file that is already in memory; `path` names it in messages.
 std::vector<openvdb::GridBase::Ptr> readVdbBytes(std::string_view bytes, const std::filesystem::path& path,
                                                  const Monitor& monitor = {});
 
-/// What a grid is used as. A grid of points may hold curves (see CurveFile.h): its header does not say so.
+/// The use of a grid. A grid of points may hold curves (see CurveFile.h); its header does not tell.
 enum class GridKind {
     levelSet,
     fogVolume,
-    velocity, ///< Vectors of three floats, collocated or staggered.
+    velocity, ///< Vec3s, collocated or staggered.
     points,
     other
 };
 
 struct GridInfo {
-    std::string name; ///< As the grid's getName().
-    std::string type; ///< As the grid's type(), such as "Tree_float_5_4_3".
+    std::string name; ///< GridBase::getName().
+    std::string type; ///< GridBase::type(), such as "Tree_float_5_4_3".
     GridKind kind;
 };
 
-/// What the grids of a .vdb file are, in the order of the file, by their headers alone. If the file was written without
-/// offsets between its grids, all of it is read. Throws FileError as readVdb(), but damage in what is not read goes
-/// unnoticed. Safe to call from several threads.
+/// Lists the grids of a .vdb file in the order of the file, from their headers alone. If the file has no offsets
+/// between its grids, all of it is read. Throws FileError as readVdb() does, but does not notice damage in parts that
+/// it does not read. Safe to call from several threads.
 std::vector<GridInfo> vdbContents(const std::filesystem::path& path);
 
-/// Writes the grids as one .vdb file: whole or not at all (see writeAtomically). The same grids, metadata and options
-/// give the same bytes, for the UUID in the file is made from its content. Grids may share a name or a tree. The grids
-/// themselves are not changed. A `creator` that begins with "Houdini", of the file or of a grid, is left out: Blender
-/// would turn the axes of such a file.
-/// Throws ValueError for a null grid, FileError if the file cannot be written and Interrupted once `cancelled` says so.
+/// Writes the grids to one .vdb file, which appears complete or not at all (see writeAtomically). The same grids,
+/// metadata and options give the same bytes: the UUID in the file is derived from its content. Grids may share a name
+/// or a tree. The grids themselves are not changed. A `creator` that begins with "Houdini", of the file or of a grid,
+/// is omitted, because Blender would rotate the axes of such a file. Throws ValueError if a grid is null, FileError if
+/// the file cannot be written, and Interrupted once `cancelled` returns true.
 void writeVdb(const std::filesystem::path& path, const std::vector<openvdb::GridBase::ConstPtr>& grids,
               const openvdb::MetaMap& fileMetadata = {}, const VdbWriteOptions& options = {},
               const std::function<bool()>& cancelled = {});

@@ -13,7 +13,7 @@ bl_info = {
 
 
 def register() -> None:
-    """Loads the library, and makes a node of each of its actions."""
+    """Loads the library, and creates a node class for each of its actions."""
     from . import bake, library, live, nodes, panel, presets, results, scene_io, sockets
 
     actions = library.actions()
@@ -25,7 +25,7 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Takes all of it back."""
+    """Unregisters everything."""
     from . import bake, live, nodes, panel, presets, results, scene_io, sockets
 
     panel.unregister()

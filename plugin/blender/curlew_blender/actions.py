@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the registry says about actions, their sockets and options, and values as text. Needs no Blender."""
+"""The actions of the registry with their sockets and options, and the conversion of values to text. Does not need
+Blender."""
 
 import math
 import shlex
@@ -8,15 +9,15 @@ from typing import Any, Dict, FrozenSet, List, Mapping, Optional, Tuple
 
 import numpy as np
 
-MOST_INT = 2**31 - 1  # of Blender's properties
-# What only texts and the command line need.
+MOST_INT = 2**31 - 1  # largest value of Blender's integer properties
+# Actions that only make sense in texts and on the command line.
 NO_NODE = frozenset({"config", "help", "list", "set", "version"})
 _NO_SOCKET = frozenset({"report", "file"})
 _MOST_SOCKETS, _MOST_IMAGES = 4, 9
 
 
 class TreeError(Exception):
-    """Something is wrong with a node; "" is the key of none."""
+    """An error of a node; the key is "" if the error is not related to a node."""
 
     def __init__(self, key: str, message: str) -> None:
         super().__init__(message)
@@ -36,11 +37,11 @@ class Option:
     lower: float
     upper: float
     exclusive: bool
-    implied: Mapping[str, str]  # what other options are beside this one, unless they are given
+    implied: Mapping[str, str]  # values that this option implies for others that are not given
 
     @property
     def description(self) -> str:
-        """The help text, with the unit."""
+        """The help text with the unit."""
         return self.help + (f" [{self.unit}]" if self.unit else "")
 
 
@@ -49,15 +50,15 @@ class Socket:
     """A socket of a node: one object that its action takes or makes."""
 
     label: str
-    name: str  # of the input or the output; several sockets may share one
+    name: str  # of the input or output; several sockets may share a name
     kinds: FrozenSet[str]
-    number: int = 0  # among the sockets of that name
-    primary: bool = False  # of an output: what a link by the node's name alone means
+    number: int = 0  # index among the sockets with this name
+    primary: bool = False  # whether the node's name alone refers to this output
 
 
 @dataclass(frozen=True)
 class Action:
-    """One action: what a node stands for."""
+    """An action, which a node represents."""
 
     name: str
     group: str
@@ -65,12 +66,12 @@ class Action:
     takes: Tuple[Socket, ...]
     makes: Tuple[Socket, ...]
     options: Tuple[Option, ...]
-    words: str  # what its words are; "" for none
+    words: str  # what the words mean; "" if the action takes none
     fewest_words: int
     most_words: int
 
     def option(self, name: str) -> Option:
-        """The option of that name, or of that unique beginning of one."""
+        """Returns the option with this name or unique prefix. Raises ValueError if there is none."""
         found = [o for o in self.options if o.name == name] or [o for o in self.options if o.name.startswith(name)]
         if len(found) != 1:
             known = ", ".join(o.name for o in self.options) or "none"
@@ -78,12 +79,12 @@ class Action:
         return found[0]
 
     def implied(self, given: Mapping[str, str]) -> Dict[str, str]:
-        """What options have that are not given, because others are."""
+        """Returns the values that the given options imply for others that are not given."""
         texts = {name: text for o in self.options if o.name in given for name, text in o.implied.items()}
         return {name: text for name, text in texts.items() if name not in given}
 
     def has(self, name: str) -> bool:
-        """Whether there is an option of that name."""
+        """Returns whether there is an option with this name."""
         return any(o.name == name for o in self.options)
 
 
@@ -98,7 +99,7 @@ def _label(name: str, number: int) -> str:
 
 
 def _sockets(entries: List[Mapping[str, Any]]) -> Tuple[Socket, ...]:
-    """Those of inputs or outputs, a few for one that takes or makes many objects."""
+    """Returns the sockets of inputs or outputs; several for an input or output of many objects."""
     always = [e["name"] for e in entries if e["minimum"] > 0 and not e.get("flag")]
     sockets: List[Socket] = []
     for entry in entries:
@@ -110,16 +111,16 @@ def _sockets(entries: List[Mapping[str, Any]]) -> Tuple[Socket, ...]:
 
 
 def actions_of(registry: Mapping[str, Any]) -> Dict[str, Action]:
-    """The registry's JSON as actions by name, in its order."""
+    """Converts the registry's JSON to actions by name, in the registry's order."""
     result: Dict[str, Action] = {}
     for entry in registry["actions"]:
         options = tuple(
-            # A length is a number; "5%" is kept as text, as an expression is.
+            # A length is a number; a relative one such as "5%" is kept as text, like an expression.
             Option(**{**{name: o[name] for name in Option.__dataclass_fields__}, "choices": tuple(o["choices"]),
                       "type": "real" if o["type"] == "length" else o["type"],
                       "lower": _bound(o["lower"], -math.inf), "upper": _bound(o["upper"], math.inf)})
             for o in entry["options"]
-            if not o["selects"]  # links say what is taken
+            if not o["selects"]  # links select the inputs
         )
         words = entry["positional"]
         result[entry["name"]] = Action(
@@ -137,18 +138,18 @@ def actions_of(registry: Mapping[str, Any]) -> Dict[str, Action]:
 
 
 def number_text(value: float) -> str:
-    """The shortest decimal that is this float32."""
+    """Returns the shortest decimal text of this float32."""
     text = str(np.float32(value))
     return text[:-2] if text.endswith(".0") else text
 
 
 def numbers(text: str) -> List[float]:
-    """The numbers of "1,2,3"; ValueError where one is none."""
+    """Returns the numbers in "1,2,3". Raises ValueError if one is invalid."""
     return [float(part) for part in text.split(",")]
 
 
 def value_text(option: Option, value: Any) -> str:
-    """A property's value as a scene writes it."""
+    """Returns a property's value as a scene's text."""
     if option.type == "flag":
         return "1" if value else "0"
     if option.type == "integer":
@@ -161,7 +162,7 @@ def value_text(option: Option, value: Any) -> str:
 
 
 def property_value(option: Option, text: str) -> Optional[Any]:
-    """The value for the property of a text; None where only the text itself can hold it."""
+    """Returns the property's value for a text; None if the property cannot represent the text."""
     if "{" in text or "$" in text:
         return None
     if option.type == "flag":
@@ -178,7 +179,7 @@ def property_value(option: Option, text: str) -> Optional[Any]:
         exact = len(values) == 1 and values[0] == math.floor(values[0]) and abs(values[0]) <= MOST_INT
         return int(values[0]) if exact else None
     if any(float(number_text(v)) != v for v in values):
-        return None  # more digits than the property has
+        return None  # more digits than the property can hold
     if option.type == "real":
         return values[0] if len(values) == 1 else None
     size = {"vector": 3, "interval": 2, "box": 6}[option.type]
@@ -188,18 +189,18 @@ def property_value(option: Option, text: str) -> Optional[Any]:
 
 
 def option_range(option: Option) -> Tuple[float, float]:
-    """The range as a float32 property has it, an excluded bound left out."""
+    """Returns the range for a float32 property, without an excluded bound."""
     largest = float(np.finfo(np.float32).max)
     lower, upper = max(option.lower, -largest), min(option.upper, largest)
     if option.exclusive and math.isfinite(option.lower):
         lower = float(np.nextafter(np.float32(lower), np.float32(np.inf)))
         if lower < 1e-30:
-            lower = 1e-30  # not a denormal number
+            lower = 1e-30  # avoids denormal numbers
     return lower, upper
 
 
 def split_words(text: str) -> List[str]:
-    """The words of a text, as shlex.join() writes them: quotes join. Throws ValueError if a quote does not end."""
+    """Splits a text into words, in the form that shlex.join() writes. Raises ValueError if a quote is not closed."""
     lexer = shlex.shlex(text, posix=True)
     lexer.whitespace_split, lexer.escape, lexer.commenters = True, "", ""
     return list(lexer)

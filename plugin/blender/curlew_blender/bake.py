@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The operators of bakes. From the interface a thread runs the library, with its progress in the headers."""
+"""The operators for bakes. If started from the user interface, a thread runs the library and the headers show its
+progress."""
 
 from typing import Dict, Optional, Set
 
@@ -10,12 +11,12 @@ from .actions import TreeError, number_text
 from .job import Job, bake, finish, prepare, running_folders, stop_all
 from .nodes import TREE
 
-# Bakes that a button has started and that run, by the name of their tree.
+# Running bakes that a button has started, by the name of the tree.
 running: Dict[str, Job] = {}
 
 
 def active_tree(context: bpy.types.Context) -> Optional[bpy.types.NodeTree]:
-    """The tree of the node editor, or that of the panel in the 3D view."""
+    """Returns the tree of the node editor, or that of the panel in the 3D view."""
     space = getattr(context, "space_data", None)
     if space and space.type == "NODE_EDITOR" and getattr(space, "edit_tree", None) and space.tree_type == TREE:
         return space.node_tree
@@ -24,22 +25,22 @@ def active_tree(context: bpy.types.Context) -> Optional[bpy.types.NodeTree]:
 
 
 class CURLEW_OT_bake(bpy.types.Operator):
-    """Run the tree, and show its results as objects. Esc cancels"""
+    """Evaluate the node tree and show its results as objects. Esc cancels"""
 
     bl_idname = "curlew.bake"
     bl_label = "Bake"
     bl_options = {"REGISTER"}
-    __annotations__ = {"tree": bpy.props.StringProperty(name="Tree", description="Its name; none: the one at hand")}
+    __annotations__ = {"tree": bpy.props.StringProperty(name="Tree", description="Tree to bake; empty for the one in this editor or panel")}
 
     def _tree(self, context: bpy.types.Context) -> Optional[bpy.types.NodeTree]:
         tree = bpy.data.node_groups.get(self.tree) if self.tree else active_tree(context)
         return tree if tree and tree.bl_idname == TREE else None
 
     def execute(self, context: bpy.types.Context) -> Set[str]:
-        """For scripts: comes back when it is done."""
+        """For scripts: returns when the bake is finished."""
         tree = self._tree(context)
         if tree is None:
-            self.report({"ERROR"}, "there is no Curlew tree to bake")
+            self.report({"ERROR"}, "no Curlew tree to bake: choose one, or open one in the node editor")
             return {"CANCELLED"}
         try:
             bake(tree, context.scene)
@@ -50,12 +51,12 @@ class CURLEW_OT_bake(bpy.types.Operator):
         return {"FINISHED"}
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> Set[str]:
-        """From the interface: in a thread."""
+        """From the user interface: bakes in a thread."""
         tree = self._tree(context)
         if tree is None or bpy.app.background:
             return self.execute(context)
         if tree.name in running:
-            self.report({"WARNING"}, "this tree is being baked already")
+            self.report({"WARNING"}, "this tree is already being baked")
             return {"CANCELLED"}
         try:
             job = prepare(tree, context.scene)
@@ -71,9 +72,9 @@ class CURLEW_OT_bake(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> Set[str]:
-        """Shows how far it is."""
+        """Shows the progress."""
         job = running.get(self.tree)
-        if job is None:  # another file has been loaded
+        if job is None:  # another file was loaded
             return {"CANCELLED"}
         if event.type == "ESC":
             job.cancelled = True
@@ -103,7 +104,7 @@ class CURLEW_OT_bake(bpy.types.Operator):
 
 
 def say(context: bpy.types.Context, text: Optional[str]) -> None:
-    """In the status bar, and in the headers of node editors and 3D views."""
+    """Shows a text in the status bar and in the headers of node editors and 3D views."""
     if context.workspace:
         context.workspace.status_text_set(text)
     for area in context.screen.areas if context.screen else ():
@@ -113,23 +114,23 @@ def say(context: bpy.types.Context, text: Optional[str]) -> None:
 
 
 class CURLEW_OT_clear_cache(bpy.types.Operator):
-    """Remove earlier bakes of the tree that nothing shows any more"""
+    """Delete earlier bakes of this tree that no object shows any more"""
 
     bl_idname = "curlew.clear_cache"
     bl_label = "Remove Old Bakes"
 
     def execute(self, context: bpy.types.Context) -> Set[str]:
-        """Says how many there were."""
+        """Reports how many bakes were removed."""
         tree = active_tree(context)
         if tree is None:
-            self.report({"ERROR"}, "there is no Curlew tree")
+            self.report({"ERROR"}, "no Curlew tree: choose one, or open one in the node editor")
             return {"CANCELLED"}
         self.report({"INFO"}, f"{cache.clear(tree, running_folders())} old bakes removed")
         return {"FINISHED"}
 
 
 class CURLEW_OT_option(bpy.types.Operator):
-    """Give the option a value, write it as text with {expressions}, or set it back to its default"""
+    """Set the option, write it as text with {expressions}, or reset it to its default"""
 
     bl_idname = "curlew.option"
     bl_label = "Option"
@@ -141,7 +142,7 @@ class CURLEW_OT_option(bpy.types.Operator):
     }
 
     def execute(self, context: bpy.types.Context) -> Set[str]:
-        """On a node of the tree that is edited."""
+        """Changes the option on a node of the edited tree."""
         node = context.space_data.edit_tree.nodes[self.node]
         if self.to == "DEFAULT":
             node.reset_option(self.option)
@@ -160,7 +161,7 @@ CLASSES = (CURLEW_OT_bake, CURLEW_OT_clear_cache, CURLEW_OT_option)
 
 @bpy.app.handlers.persistent
 def on_load(*_: object) -> None:
-    """The file that is left takes its bakes with it."""
+    """Stops the bakes of the file that was closed."""
     stop_all()
     running.clear()
 
@@ -169,13 +170,13 @@ _register, _unregister = bpy.utils.register_classes_factory(CLASSES)
 
 
 def register() -> None:
-    """The operators."""
+    """Registers the operators."""
     _register()
     bpy.app.handlers.load_pre.append(on_load)
 
 
 def unregister() -> None:
-    """Stops what runs, and takes them back."""
+    """Stops running bakes, and unregisters the operators."""
     on_load()
     bpy.app.handlers.load_pre.remove(on_load)
     _unregister()

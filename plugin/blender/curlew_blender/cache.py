@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files of bakes: a new folder for each, beside the .blend. Needs no Blender but for its paths.
+"""Files of bakes: a new folder for each bake, beside the .blend. Only needs Blender for its paths.
 
-Bakes on frame change are in folders named after all that they depend on, so that what is in a folder never changes.
+A bake on frame change is in a folder whose name is a digest of everything that it depends on, so the content of a
+folder never changes.
 """
 
 import os
@@ -15,11 +16,11 @@ import bpy
 import numpy as np
 
 FOLDER = "//curlew_cache"
-_FRAME, _PART = "frame_", "part_"  # folders of bakes on frame change, and what they are while they are made
+_FRAME, _PART = "frame_", "part_"  # prefixes of folders for bakes on frame change: finished, and in progress
 
 
 def root(tree: bpy.types.NodeTree) -> Path:
-    """Where the bakes of a tree are."""
+    """Returns the folder for the bakes of a tree."""
     if bpy.data.filepath:
         base = Path(bpy.path.abspath(FOLDER))
     else:
@@ -28,7 +29,7 @@ def root(tree: bpy.types.NodeTree) -> Path:
 
 
 def new_folder(tree: bpy.types.NodeTree) -> Path:
-    """A folder that was not there. OSError where it cannot be made."""
+    """Creates a new folder. Raises OSError if it cannot be created."""
     base = root(tree)
     while True:
         tree.bake_number += 1
@@ -39,13 +40,13 @@ def new_folder(tree: bpy.types.NodeTree) -> Path:
 
 
 def stored(path: Path) -> str:
-    """A path as the .blend has it: relative to it where it can be."""
+    """Returns a path as the .blend stores it: relative to the .blend if that is saved."""
     text = str(path)
     return bpy.path.relpath(text) if bpy.data.filepath else text
 
 
 def save(path: Path, arrays: Dict[str, np.ndarray]) -> None:
-    """The arrays, whole or not at all."""
+    """Saves the arrays atomically."""
     part = path.with_name(path.name + ".part")
     with open(part, "wb") as file:
         np.savez(file, **arrays)
@@ -53,21 +54,21 @@ def save(path: Path, arrays: Dict[str, np.ndarray]) -> None:
 
 
 def load(path: Path) -> Dict[str, np.ndarray]:
-    """What save() has written."""
+    """Loads arrays that save() has written."""
     with np.load(path) as arrays:
         return {name: arrays[name] for name in arrays.files}
 
 
 def used_folders() -> Set[Path]:
-    """Folders whose files the open .blend shows."""
+    """Returns the folders whose files are in use by the open .blend."""
     paths: List[str] = [v.filepath for v in bpy.data.volumes]
     paths += [o["curlew_cache"] for o in bpy.data.objects if "curlew_cache" in o]
     return {Path(bpy.path.abspath(p)).resolve().parent for p in paths if p}
 
 
 def make_once(base: Path, name: str, make: Callable[[Path], None]) -> Path:
-    """The folder of frames' bakes that has this name; where there is none yet, `make` fills it, and it is there whole or
-    not at all. What is used stays longest. OSError where it cannot be made."""
+    """Returns the folder for a frame's bake with this name. If it does not exist, `make` fills a new folder, which is
+    then renamed atomically. Marks the folder as recently used. Raises OSError if it cannot be created."""
     folder = base / (_FRAME + name)
     if not folder.is_dir():
         base.mkdir(parents=True, exist_ok=True)
@@ -83,7 +84,7 @@ def make_once(base: Path, name: str, make: Callable[[Path], None]) -> Path:
 
 
 def prune(base: Path, keep: int) -> None:
-    """Removes the bakes of frames but for those used last, and those that something shows."""
+    """Removes bakes of frames except for the `keep` most recently used ones and those in use."""
     folders = sorted(base.glob(_FRAME + "*"), key=lambda folder: -folder.stat().st_mtime_ns)
     used = used_folders() if len(folders) > keep else set()
     for folder in folders[keep:]:
@@ -96,7 +97,7 @@ def _is_bake(name: str) -> bool:
 
 
 def clear(tree: bpy.types.NodeTree, busy: AbstractSet[Path] = frozenset()) -> int:
-    """Removes the bakes that nothing shows any more, but for the folders that are busy; returns how many."""
+    """Removes bakes that are no longer in use, except for busy folders. Returns the number of removed bakes."""
     base, used, removed = root(tree), used_folders() | {folder.resolve() for folder in busy}, 0
     for folder in sorted(base.iterdir()) if base.is_dir() else []:
         if folder.is_dir() and _is_bake(folder.name) and folder.resolve() not in used:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One bake: a tree becomes a graph, the library evaluates it, and its results become objects."""
+"""A bake: converts a tree to a graph, lets the library evaluate it, and turns the results into objects."""
 
 import atexit
 import threading
@@ -16,12 +16,12 @@ from .actions import TreeError
 from .sources import MeshArrays, sample
 from .tree import Collected, Graph
 
-_HERE = "@"  # stands for the folder of a bake, until there is one
+_HERE = "@"  # placeholder for the folder of a bake
 _started: List["Job"] = []
 
 
 def frame_numbers(said: Optional[Mapping[str, Any]]) -> Optional[List[int]]:
-    """The frames of {"words": ["1-48x2"], …}."""
+    """Returns the frames of {"words": ["1-48x2"], …}. Raises TreeError if the range is invalid."""
     if said is None:
         return None
     span, _, by = said["words"][0].partition("x")
@@ -29,34 +29,34 @@ def frame_numbers(said: Optional[Mapping[str, Any]]) -> Optional[List[int]]:
     try:
         return list(range(int(first), int(last) + 1, int(by or said["options"].get("by", "1"))))
     except ValueError:
-        raise TreeError("", f"frames: '{said['words'][0]}' is not FIRST-LAST") from None
+        raise TreeError("", f"frames: '{said['words'][0]}' is not a range FIRST-LAST") from None
 
 
 def cache_error(error: OSError) -> TreeError:
-    """A cache that cannot be written."""
+    """Returns the error for a cache that cannot be written."""
     return TreeError("", f"cannot write the cache: {error.strerror}: {error.filename}")
 
 
 @dataclass
 class Plan:
-    """What a bake needs of Blender. Made in the main thread."""
+    """The data that a bake needs from Blender. Created in the main thread."""
 
     tree: str
     graph: Graph
     meshes: Dict[str, MeshArrays]
     frames: Optional[List[int]]
-    volumes: Dict[str, str]  # files by the keys of results
-    wanted: Dict[str, Tuple[str, str]]  # kinds and links of the other results
+    volumes: Dict[str, str]  # files, by the keys of results
+    wanted: Dict[str, Tuple[str, str]]  # kinds and links of the other results, by key
 
     def graph_in(self, folder: Path) -> Graph:
-        """The graph that writes its volumes into a folder."""
+        """Returns the graph with its volumes written to this folder."""
         place = trees.plain(str(folder))
         return {**self.graph, "nodes": [
             {**node, "words": [self.volumes[node["name"]].replace(_HERE, place, 1)]} if node["name"] in self.volumes else node
             for node in self.graph["nodes"]]}
 
     def file(self, key: str, folder: Path) -> Path:
-        """Where a result is stored; of a sequence with `$F4` in its name."""
+        """Returns the file of a result; for a sequence, with `$F4` in its name."""
         if key in self.volumes:
             return Path(self.volumes[key].replace(_HERE, str(folder), 1))
         name = "".join(c if c.isalnum() or c in "-_" else "_" for c in key)
@@ -64,7 +64,8 @@ class Plan:
 
 
 class Job:
-    """One run of a plan. Made and finished in the main thread; run() may be called in another one, and needs no Blender."""
+    """One run of a plan. Created and finished in the main thread; run() may be called in another thread and does not
+    use Blender."""
 
     def __init__(self, plan: Plan, folder: Path, sessions: Optional[library.Sessions] = None) -> None:
         self.folder = folder
@@ -75,21 +76,21 @@ class Job:
         self.report: Mapping[str, Any] = {}
         self.seconds = 0.0
         self.plan = plan
-        self._sessions = sessions  # that go on with what they have evaluated; None: a new one
+        self._sessions = sessions  # sessions whose values are reused; None: a new session
         self._frames_done = 0
         self._thread: Optional[threading.Thread] = None
 
     def run(self) -> None:
-        """Evaluates the graph and stores what is wanted of it. Errors are kept."""
+        """Evaluates the graph and stores the results. Keeps an exception for finish()."""
         began = time.perf_counter()
         try:
             self.make()
-        except Exception as error:  # whatever it is, the main thread shows it
+        except Exception as error:  # the main thread reports it
             self.error = error
         self.seconds = time.perf_counter() - began
 
     def make(self) -> None:
-        """Makes the files."""
+        """Writes the result files."""
         sessions = self._sessions or library.Sessions()
         with sessions.of(self.plan.tree, self.plan.meshes) as session:
             session.run_graph(self.plan.graph_in(self.folder), name="tree", progress=self._progress,
@@ -99,27 +100,27 @@ class Job:
             self.report = session.report()
 
     def start(self) -> None:
-        """Runs in a thread of its own."""
+        """Starts run() in a new thread."""
         self._thread = threading.Thread(target=self.run, name="curlew bake", daemon=True)
         _started[:] = [job for job in _started if job.running()] + [self]
         self._thread.start()
 
     def running(self) -> bool:
-        """Whether the thread is still at it."""
+        """Returns whether the thread is still running."""
         return self._thread is not None and self._thread.is_alive()
 
     def stop(self) -> None:
-        """Cancels it, and waits until it is done."""
+        """Cancels the job and waits for its thread."""
         self.cancelled = True
         self.wait()
 
     def wait(self, seconds: Optional[float] = None) -> None:
-        """Until it is done, or for so long."""
+        """Waits until the thread ends, at most for a number of seconds."""
         if self._thread is not None:
             self._thread.join(seconds)
 
     def finish(self, tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> None:
-        """Makes objects of the results, for the nodes that are still there; throws TreeError with what has failed."""
+        """Turns the results into objects, for nodes that still exist. Raises TreeError if the job has failed."""
         if self.error is not None:
             if isinstance(self.error, OSError):
                 raise cache_error(self.error) from self.error
@@ -140,7 +141,7 @@ class Job:
         return self.cancelled
 
     def overall(self) -> float:
-        """From 0 to 1, as far as that is known."""
+        """Returns the overall progress from 0 to 1, as far as it is known."""
         if not self.plan.frames:
             return self.fraction
         return min(1.0, (self._frames_done + self.fraction) / len(self.plan.frames))
@@ -159,12 +160,12 @@ class Job:
 
 
 def running_folders() -> Set[Path]:
-    """Where threads are writing."""
+    """Returns the folders to which threads are writing."""
     return {job.folder for job in _started if job.running()}
 
 
 def stop_all() -> None:
-    """Ends all threads."""
+    """Stops all threads."""
     for job in _started:
         job.cancelled = True
     for job in _started:
@@ -177,7 +178,8 @@ atexit.register(stop_all)
 
 def planned(tree: bpy.types.NodeTree, scene: bpy.types.Scene, collected: Collected,
             depsgraph: Optional[bpy.types.Depsgraph] = None, still: bool = False) -> Plan:
-    """The plan of what was collected, with what objects and keyframes say. Throws TreeError."""
+    """Returns the plan for a collected tree, including the values from objects and keyframes. Raises TreeError if the
+    tree is invalid."""
     said = None if still else trees.frames_of(tree, scene, collected)
     frames = frame_numbers(said)
     sampled = sample(scene, collected.meshes, collected.places, frames, depsgraph)
@@ -191,8 +193,9 @@ def planned(tree: bpy.types.NodeTree, scene: bpy.types.Scene, collected: Collect
 
 def plan_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene, depsgraph: Optional[bpy.types.Depsgraph] = None,
             only_results: bool = False) -> Plan:
-    """What a tree says now. `depsgraph`: the one to ask for objects, if not that of the context. `only_results`: leave out
-    nodes that write files of their own (Write, Report, …). Throws TreeError."""
+    """Returns the plan for the current state of a tree. `depsgraph`: the dependency graph to use for objects, if not
+    the context's. `only_results`: leave out nodes that write files of their own (Write, Report, …). Raises TreeError if the
+    tree is invalid."""
     names: Set[str] = set()
     ending = ".$F4.vdb" if trees.is_sequence(tree) else ".vdb"
 
@@ -206,12 +209,12 @@ def plan_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene, depsgraph: Optiona
     collected = trees.collect(tree, namer, results_of_tree if only_results else None)
     trees.staggered(collected)
     if not collected.graph and not collected.wanted:
-        raise TreeError("", "nothing to do: add a result node, and connect it")
+        raise TreeError("", "nothing to do: add a result node and connect it")
     return planned(tree, scene, collected, depsgraph)
 
 
 def prepare(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> Job:
-    """The job of a tree, in a new folder. Throws TreeError, with the tree's nodes red."""
+    """Returns the job for a tree, with a new folder. Raises TreeError and marks the node red if the tree is invalid."""
     trees.clear_errors(tree)
     try:
         return Job(plan_of(tree, scene), cache.new_folder(tree))
@@ -225,7 +228,7 @@ def prepare(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> Job:
 
 
 def finish(tree: bpy.types.NodeTree, job: Job, scene: bpy.types.Scene) -> None:
-    """Shows what a job has made, or what has failed on the node that it failed at."""
+    """Shows the results of a job, or its error on the node that failed."""
     try:
         job.finish(tree, scene)
         tree.message = f"baked in {job.seconds:.1f} s"
@@ -238,7 +241,7 @@ def finish(tree: bpy.types.NodeTree, job: Job, scene: bpy.types.Scene) -> None:
 
 
 def bake(tree: bpy.types.NodeTree, scene: Optional[bpy.types.Scene] = None) -> Job:
-    """Bakes a tree, and comes back when it is done. Throws TreeError."""
+    """Bakes a tree and returns when it is finished. Raises TreeError if it fails."""
     scene = scene or bpy.context.scene
     job = prepare(tree, scene)
     job.run()

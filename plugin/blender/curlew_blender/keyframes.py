@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Keyframes of nodes' options: Blender itself only follows those of trees that an object or a scene uses."""
+"""Keyframes of nodes' options. Blender itself only evaluates the keyframes of trees that an object or a scene uses."""
 
 from typing import Any, Dict, List, Sequence, Tuple
 
@@ -13,7 +13,8 @@ _NUMBERS = ("real", "integer", "flag", "vector", "interval", "box")
 
 
 def follow(tree: bpy.types.NodeTree, frame: float) -> None:
-    """Sets what has keyframes in a tree to its value in a frame. What they are about may be gone."""
+    """Sets the keyframed properties of a tree to their values in a frame. Ignores keyframes whose property no longer
+    exists."""
     action = tree.animation_data.action if tree.animation_data else None
     for curve in action.fcurves if action else ():
         if curve.mute or not curve.is_valid:
@@ -44,8 +45,8 @@ def _set(owner: Any, name: str, index: int, value: float) -> None:
 
 
 def over_frames(collected: Collected, frames: Sequence[int], now: int) -> Dict[str, Dict[str, str]]:
-    """The options that change in these frames, by the keys of their nodes: expressions that are linear between frames.
-    Throws TreeError for what no expression can be."""
+    """Returns the options that change in these frames, by the keys of their nodes, as expressions that are linear
+    between frames. Raises TreeError if an option cannot be an expression."""
     nodes = {key: collected.nodes[key] for key in collected.graph}
     keyed = {key: node for key, node in nodes.items() if node.id_data.animation_data and hasattr(node, "given")}
     trees = {node.id_data.name: node.id_data for node in keyed.values()}
@@ -64,7 +65,7 @@ def over_frames(collected: Collected, frames: Sequence[int], now: int) -> Dict[s
 
 def _expression(key: str, option: Option, texts: Sequence[str], frames: Sequence[int]) -> str:
     if option.type not in _NUMBERS:
-        raise TreeError(key, f"'{option.name}' changes in the frames of a sequence, which only numbers can")
+        raise TreeError(key, f"'{option.name}' changes during the sequence, but only numbers can be animated")
     values = [[float(part) for part in text.split(",")] for text in texts]
     whole = option.type in ("integer", "flag")
     return ",".join(in_time(column, frames, whole) for column in zip(*values))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Places of nodes: columns from left to right, what is needed first on the left. Needs no Blender."""
+"""Layout of nodes in columns from left to right, with dependencies on the left. Does not need Blender."""
 
 from typing import Dict, List, Mapping, Sequence, Tuple
 
@@ -7,12 +7,13 @@ _COLUMN, _GAP = 260.0, 40.0
 
 
 def columns(feeds: Mapping[str, Sequence[str]]) -> Dict[str, int]:
-    """The column of each node, by those that it is fed by: as far to the right as what it feeds allows."""
+    """Returns the column of each node, given the nodes that feed it. A node is placed as far to the right as the nodes
+    that it feeds allow."""
     longest: Dict[str, int] = {}
 
     def depth(key: str) -> int:
         if key not in longest:
-            longest[key] = 0  # whatever a circle gives
+            longest[key] = 0  # guards against cycles
             longest[key] = max((depth(other) + 1 for other in feeds[key]), default=0)
         return longest[key]
 
@@ -22,15 +23,15 @@ def columns(feeds: Mapping[str, Sequence[str]]) -> Dict[str, int]:
     for key, others in feeds.items():
         for other in others:
             users[other].append(key)
-    for key in sorted(feeds, key=lambda k: -longest[k]):  # pulled towards what they feed
+    for key in sorted(feeds, key=lambda k: -longest[k]):  # moves nodes towards those that they feed
         if users[key]:
             longest[key] = min(longest[user] for user in users[key]) - 1
     return longest
 
 
 def placed(feeds: Mapping[str, Sequence[str]], heights: Mapping[str, float]) -> Dict[str, Tuple[float, float]]:
-    """The upper left corner of each node. Nodes of a column stand below each other, in the order of what they are linked
-    to."""
+    """Returns the upper left corner of each node. The nodes of a column are stacked, in the order of the nodes that
+    they are linked to."""
     column = columns(feeds)
     order = {key: float(k) for k, key in enumerate(feeds)}
     by_column: Dict[int, List[str]] = {}
@@ -40,7 +41,7 @@ def placed(feeds: Mapping[str, Sequence[str]], heights: Mapping[str, float]) -> 
     for key, others in feeds.items():
         for other in others:
             users[other].append(key)
-    for _ in range(4):  # each to the middle of its neighbours
+    for _ in range(4):  # moves each node to the mean of its neighbours
         for linked in (users, feeds):
             for keys in by_column.values():
                 middle = {k: sum(order[n] for n in linked[k]) / len(linked[k]) if linked[k] else order[k] for k in keys}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The library, its registry and its sessions. The rest of the add-on asks here."""
+"""Access to the library, its registry and its sessions for the rest of the add-on."""
 
 import importlib
 import sys
@@ -18,7 +18,7 @@ _actions: Dict[str, Action] = {}
 
 
 def curlew() -> ModuleType:
-    """The Python package of Curlew: the one in the add-on, or else the one of this checkout or of the system."""
+    """Returns Curlew's Python package: the one in the add-on, or else that of this checkout or of the system."""
     global _module
     if _module is None:
         if (_HERE / "curlew").is_dir():
@@ -32,7 +32,7 @@ def curlew() -> ModuleType:
 
 
 def actions() -> Dict[str, Action]:
-    """All actions by name, in the registry's order. Throws what loading the library throws."""
+    """Returns all actions by name, in the registry's order. Raises the errors of loading the library."""
     if not _actions:
         _actions.update(actions_of(curlew().registry()))
     return _actions
@@ -40,7 +40,7 @@ def actions() -> Dict[str, Action]:
 
 @contextmanager
 def said_of_nodes() -> Iterator[None]:
-    """What the library says is wrong becomes a TreeError of its node."""
+    """Converts an error of the library to a TreeError of the node."""
     try:
         yield
     except curlew().Error as error:
@@ -48,15 +48,15 @@ def said_of_nodes() -> Iterator[None]:
 
 
 class Sessions:
-    """A session for each tree: a run evaluates only what differs from the tree's last run. One thread at a time uses a
-    session; another one waits."""
+    """One session per tree, so that a run only evaluates what has changed since the tree's last run. A session is used
+    by one thread at a time; others wait."""
 
     def __init__(self) -> None:
         self._kept: Dict[str, "_Kept"] = {}
 
     @contextmanager
     def of(self, tree: str, meshes: Mapping[str, MeshArrays]) -> Iterator[Any]:
-        """The session of the tree of that name, which reads these meshes."""
+        """Yields the session of the tree with this name, which reads these meshes."""
         if tree not in self._kept:
             self._kept[tree] = _Kept()
         kept = self._kept[tree]
@@ -65,7 +65,7 @@ class Sessions:
             yield kept.session
 
     def keep(self, trees: Mapping[str, Any]) -> None:
-        """Forgets the sessions of all other trees; one that is in use ends after that."""
+        """Drops the sessions of all other trees. A session in use is closed afterwards."""
         self._kept = {name: kept for name, kept in self._kept.items() if name in trees}
 
 
@@ -76,7 +76,7 @@ class _Kept:
         self._meshes: Dict[str, MeshArrays] = {}
 
     def provide(self, meshes: Mapping[str, MeshArrays]) -> None:
-        """Hands over meshes that are new or have changed."""
+        """Provides meshes that are new or have changed."""
         for name in self._meshes.keys() - meshes.keys():
             self.session.withdraw(name)
         for name, mesh in meshes.items():

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bake on Frame Change: a tree that wants it is baked for each frame that the scene comes to.
+"""Bake on Frame Change: a tree with this setting is baked for each frame that the scene changes to.
 
-It bakes result nodes only. A tree that came with a foreign .blend must not write files just because the frame changes, so
-nodes that write files of their own run only in a bake that the user starts.
+It bakes result nodes only. A tree from a foreign .blend must not write files just because the frame changes, so nodes that
+write files of their own run only in a bake that the user starts.
 
-In the interface a thread bakes, and a timer takes over what it has made. The newest frame counts: the bake of an older one
-is cancelled. While Blender renders, and where it has no interface, the frame waits for its bake.
+In the user interface, a thread bakes and a timer shows its results. Only the newest frame is baked; the bake of an
+older frame is cancelled. While Blender renders, or if it runs without a user interface, the frame change waits for the
+bake.
 """
 
 import atexit
@@ -24,19 +25,19 @@ from . import tree as trees
 from .actions import TreeError
 from .job import Job, Plan, plan_of
 
-SEQUENCE_WINS = "a sequence: its baked frames are shown, and none is baked on frame change"
-_PERIOD = 0.02  # seconds between looks at the threads
-_AT_ONCE = 0.005  # seconds in which what is in the cache is there
+SEQUENCE_WINS = "this tree is a sequence: it shows its baked frames and does not bake on frame change"
+_PERIOD = 0.02  # seconds between checks of the threads
+_AT_ONCE = 0.005  # seconds to wait for results that are in the cache
 
-_waiting: Dict[str, str] = {}  # the scenes whose frame is to be baked next, by the names of trees
-_jobs: Dict[str, "FrameJob"] = {}  # that run, by the names of trees
+_waiting: Dict[str, str] = {}  # scenes whose current frame is to be baked next, by tree name
+_jobs: Dict[str, "FrameJob"] = {}  # running jobs, by tree name
 _rendering = False
 _sessions = library.Sessions()
 atexit.register(_sessions.keep, {})
 
 
 class FrameJob(Job):
-    """The bake of a frame, which is taken from the cache if it is there."""
+    """The bake of a frame, taken from the cache if available."""
 
     def __init__(self, plan: Plan, base: Path, scene: bpy.types.Scene) -> None:
         super().__init__(plan, base, _sessions)
@@ -44,7 +45,7 @@ class FrameJob(Job):
         self.frame = scene.frame_current
 
     def make(self) -> None:
-        """Makes the files, if there are none."""
+        """Writes the result files unless they exist."""
         base = self.folder
 
         def fill(folder: Path) -> None:
@@ -55,7 +56,7 @@ class FrameJob(Job):
 
 
 def digest(plan: Plan) -> str:
-    """A name for all that a bake depends on: the graph, the meshes, and the files that it reads."""
+    """Returns a digest of everything that a bake depends on: the graph, the meshes, and the files that it reads."""
     result = hashlib.blake2b(digest_size=16)
     result.update(f"{library.curlew().version()}\n{json.dumps(plan.graph)}".encode())
     for name, mesh in sorted(plan.meshes.items()):
@@ -71,18 +72,19 @@ def digest(plan: Plan) -> str:
 
 
 def synchronous() -> bool:
-    """Whether a frame waits for its bake: not one that the user comes to while a render goes on beside."""
+    """Returns whether a frame change waits for its bake. It does not if the user changes the frame during a render."""
     beside = threading.current_thread() is threading.main_thread() and bpy.app.is_job_running("RENDER")
     return bpy.app.background or (_rendering and not beside)
 
 
 def idle() -> bool:
-    """Whether all frames that were asked for have been baked."""
+    """Returns whether all requested frames have been baked."""
     return not _waiting and not _jobs
 
 
 def _trees() -> Iterator[bpy.types.NodeTree]:
-    """Those that are baked now."""
+    """Yields the trees to bake on frame change. Tells the user if a tree is a sequence, which is not baked in this
+    way."""
     for tree in [t for t in bpy.data.node_groups if t.bl_idname == nodes.TREE and t.bake_on_frame]:
         if not trees.is_sequence(tree):
             yield tree
@@ -96,8 +98,9 @@ def _tree(name: str) -> Optional[bpy.types.NodeTree]:
 
 
 def _job_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> Optional[FrameJob]:
-    """The job of the scene's frame; none where the tree is wrong, which its nodes say."""
-    # The layer's own graph, as for any bake: that of a render has no objects that are hidden in renders.
+    """Returns the job for the scene's frame; None if the tree is invalid, which its nodes then show."""
+    # Uses the view layer's dependency graph, as for any bake. That of a render lacks objects that are hidden in
+    # renders.
     layer = bpy.context.view_layer if bpy.context.scene == scene else scene.view_layers[0]
     layer.update()
     _sessions.keep(bpy.data.node_groups)
@@ -120,7 +123,7 @@ def _show(tree: bpy.types.NodeTree, scene: bpy.types.Scene, job: FrameJob) -> No
 
 
 def _fail(tree: bpy.types.NodeTree, scene: bpy.types.Scene, error: TreeError) -> None:
-    """On the node; and once where nobody sees that."""
+    """Shows the error on the node; without a user interface, also prints it once."""
     if bpy.app.background and tree.message != str(error):
         print(f"Curlew: tree '{tree.name}', frame {scene.frame_current}: {error}", file=sys.stderr)
     trees.show_error(tree, error)
@@ -145,7 +148,7 @@ def _soon(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> None:
 
 
 def step() -> Optional[float]:
-    """The timer: takes over what is done, and starts what waits."""
+    """The timer: shows finished bakes and starts waiting ones."""
     if _rendering:
         return _PERIOD
     _take_over()
@@ -171,7 +174,7 @@ def _take_over() -> None:
 @bpy.app.handlers.persistent
 @results.retry_while_drawing
 def on_frame(scene: bpy.types.Scene, *_: Any) -> None:
-    """Bakes the frame; motion blur's moments between frames are not baked."""
+    """Bakes the frame. Does not bake the moments between frames that motion blur samples."""
     if scene.frame_subframe or not results.can_change(scene):
         return
     for tree in [t for t in bpy.data.node_groups if t.bl_idname == nodes.TREE]:
@@ -182,14 +185,14 @@ def on_frame(scene: bpy.types.Scene, *_: Any) -> None:
 @bpy.app.handlers.persistent
 @results.retry_while_drawing
 def on_change(scene: bpy.types.Scene, *_: Any) -> None:
-    """Of the frame, or by undo of anything: objects may show the results of another frame again."""
+    """Handles a frame change or an undo, after which objects may show the results of another frame."""
     for tree in _trees():
         (_now if synchronous() else _soon)(tree, scene)
 
 
 @bpy.app.handlers.persistent
 def on_load(*_: Any) -> None:
-    """The trees that were baked are gone."""
+    """Discards the jobs of the previous file."""
     global _rendering
     _rendering = False
     _waiting.clear()
@@ -202,12 +205,12 @@ def on_load(*_: Any) -> None:
 @bpy.app.handlers.persistent
 @results.retry_while_drawing
 def on_render(scene: bpy.types.Scene, *_: Any) -> None:
-    """A render begins, and what it shows is to be there."""
+    """Makes the results of the frame available when a render begins."""
     global _rendering
     _rendering = True
     if not results.can_change(scene):
         if any(_trees()) or any(obj.get("curlew_frames") for obj in bpy.data.objects):
-            print("Curlew: the render does not follow the frames: it needs Render > Lock Interface", file=sys.stderr)
+            print("Curlew: objects do not follow the frames in this render: it needs Render > Lock Interface", file=sys.stderr)
         return
     for tree in [_tree(name) for name in {*_waiting, *_jobs}]:
         if tree:
@@ -216,7 +219,7 @@ def on_render(scene: bpy.types.Scene, *_: Any) -> None:
 
 @bpy.app.handlers.persistent
 def on_rendered(*_: Any) -> None:
-    """It has ended."""
+    """Handles the end of a render."""
     global _rendering
     _rendering = False
 
@@ -226,13 +229,13 @@ _HANDLERS = (("frame_change_post", on_frame), ("undo_post", on_change), ("redo_p
 
 
 def register() -> None:
-    """Follows the frames of the scene."""
+    """Registers the handlers."""
     for name, handler in _HANDLERS:
         getattr(bpy.app.handlers, name).append(handler)
 
 
 def unregister() -> None:
-    """No longer, and stops what runs."""
+    """Unregisters the handlers and stops running jobs."""
     for name, handler in _HANDLERS:
         getattr(bpy.app.handlers, name).remove(handler)
     on_load()

@@ -13,7 +13,7 @@ _STOPS: Sequence[Tuple[float, Tuple[float, float, float]]] = (  # slow to fast
 
 
 def _material(name: str) -> Tuple[bpy.types.Material, bool]:
-    """The material of that name, and whether it was just made."""
+    """Returns the material with this name, and whether it is new."""
     material = bpy.data.materials.get(name)
     if material:
         return material, False
@@ -23,7 +23,7 @@ def _material(name: str) -> Tuple[bpy.types.Material, bool]:
 
 
 def volume_material() -> bpy.types.Material:
-    """Smoke."""
+    """Returns the material of volumes: smoke."""
     material, is_new = _material("Curlew Volume")
     if is_new:
         tree = material.node_tree
@@ -38,7 +38,7 @@ def volume_material() -> bpy.types.Material:
 
 
 def surface_material() -> bpy.types.Material:
-    """A level set's mesh."""
+    """Returns the material of a level set's mesh."""
     material, is_new = _material("Curlew Surface")
     if is_new:
         shader = material.node_tree.nodes["Principled BSDF"]
@@ -48,7 +48,7 @@ def surface_material() -> bpy.types.Material:
 
 
 def _color(value: float) -> Tuple[float, float, float]:
-    """Between the stops."""
+    """Interpolates between the stops."""
     for (a, low), (b, high) in zip(_STOPS, _STOPS[1:]):
         if value <= b:
             part = (value - a) / (b - a)
@@ -57,7 +57,7 @@ def _color(value: float) -> Tuple[float, float, float]:
 
 
 def curve_materials() -> List[bpy.types.Material]:
-    """From slow to fast."""
+    """Returns materials from slow to fast."""
     materials = []
     for k in range(CURVE_COLORS):
         material, is_new = _material(f"Curlew Curves {k + 1}")
@@ -70,7 +70,7 @@ def curve_materials() -> List[bpy.types.Material]:
 
 
 def particle_material() -> bpy.types.Material:
-    """Colour by speed: the attribute `speed`, 1 where the particles are fast."""
+    """Returns the material of particles, coloured by the attribute `speed`, which is 1 for fast particles."""
     material, is_new = _material(_POINTS)
     if is_new:
         tree = material.node_tree
@@ -99,8 +99,8 @@ def _socket(group: bpy.types.NodeTree, name: str, kind: str, is_input: bool) -> 
 
 
 def points_group() -> bpy.types.NodeTree:
-    """Vertices as points: their size and their attribute `speed` grow with the length of `velocity`; `fade` is a factor of
-    the size."""
+    """Returns the Geometry Nodes group that shows vertices as points. Their size and their attribute `speed` grow with
+    the length of `velocity`; `fade` scales the size."""
     group = bpy.data.node_groups.get(_POINTS)
     if group:
         return group
@@ -160,7 +160,7 @@ def points_group() -> bpy.types.NodeTree:
 
 
 def particles(obj: bpy.types.Object, size: float, fastest: float) -> None:
-    """Gives an object the group, with the size of its points and the speed at which they are brightest."""
+    """Adds the group to an object, with the size of its points and the speed at which they are brightest."""
     group = points_group()
     modifier = next((m for m in obj.modifiers if m.type == "NODES" and m.node_group == group), None)
     if modifier is None:

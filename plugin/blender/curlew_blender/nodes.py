@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A node class for each action of the registry, and those for what is Blender's: objects in and out, groups."""
+"""Node classes: one for each action of the registry, and those for Blender's own data (object inputs and results,
+groups)."""
 
 import re
 import textwrap
@@ -22,15 +23,15 @@ from .sockets import socket_type
 
 TREE = "CurlewTree"
 _RED = (0.45, 0.08, 0.08)
-_FEW = 5  # options that a node shows before it is told to show all
+_FEW = 5  # number of options that a node shows by default
 
-# Called with a tree when something in it has been changed by hand: the preview listens.
+# Called with a tree when the user has changed something in it. Used by the preview.
 changed: List[Callable[[bpy.types.NodeTree], None]] = []
 
 
 def _update(self: bpy.types.bpy_struct, context: Optional[bpy.types.Context]) -> None:
     for listener in changed:
-        listener(self.id_data)  # a tree's is itself
+        listener(self.id_data)  # for a tree, this is the tree itself
 
 
 def title_of(name: str) -> str:
@@ -57,40 +58,40 @@ def _property_of(option: Option) -> Any:
     if option.type in ("vector", "interval", "box"):
         size = {"vector": 3, "interval": 2, "box": 6}[option.type]
         plain = {"vector": (0.0,) * 3, "interval": (0.0, 1.0), "box": (-1.0,) * 3 + (1.0,) * 3}[option.type]
-        # Box and interval have ranges of their own: that of an option is for one number.
+        # The range of an option applies to a single number, not to a box or an interval.
         return FloatVectorProperty(size=size, default=default or plain, precision=4, step=1, **common)
     return StringProperty(default=option.default, **common)
 
 
 class CurlewNode:
-    """What all nodes of a Curlew tree share."""
+    """Base class of all nodes of a Curlew tree."""
 
     bl_width_default = 190
     takes: Tuple[Socket, ...] = ()
     makes: Tuple[Socket, ...] = ()
-    shown: Tuple[str, ...] = ()  # properties; the first, an object, without its name
+    shown: Tuple[str, ...] = ()  # shown properties; the first one is an object and has no label
 
     @classmethod
     def poll(cls, tree: bpy.types.NodeTree) -> bool:
-        """Only in our trees."""
+        """Returns whether the tree is a Curlew tree."""
         return tree.bl_idname == TREE
 
     def init(self, context: Optional[bpy.types.Context]) -> None:
-        """Makes the sockets."""
+        """Creates the sockets."""
         for sockets, declared in ((self.inputs, self.takes), (self.outputs, self.makes)):
             for socket in declared:
                 sockets.new(socket_type(socket.kinds), socket.label)
 
     def output_name(self, index: int) -> str:
-        """What a link to an output socket has after the node's name; "" if that is enough."""
+        """Returns the part of a link to an output socket after the node's name; "" if the name alone suffices."""
         return ""
 
     def copy(self, node: bpy.types.Node) -> None:
-        """A copy has no error yet."""
+        """Clears the error of a copy."""
         self.show_error("")
 
     def show_error(self, message: str) -> None:
-        """Makes the node red, with a message; or clears that."""
+        """Marks the node red with a message, or clears both."""
         if bool(message) != bool(self.error):
             self.use_custom_color = bool(message)
             if message:
@@ -98,7 +99,7 @@ class CurlewNode:
         self.error = message
 
     def draw_error(self, layout: bpy.types.UILayout) -> None:
-        """The message in lines as wide as the node."""
+        """Draws the message, wrapped to the width of the node."""
         if not self.error:
             return
         column = layout.column(align=True)
@@ -113,17 +114,18 @@ class CurlewNode:
             layout.prop(self, name, **({"text": ""} if k == 0 else {}))
 
     def draw_label(self) -> str:
-        """The header."""
+        """Returns the header's text."""
         return ("Error: " if self.error else "") + self.bl_label
 
 
 class ActionNode(CurlewNode):
-    """A node that stands for an action."""
+    """A node that represents an action."""
 
     action: Action
 
     def output_name(self, index: int) -> str:
-        """The output's name; of a file the grids that were chosen by their names, or else what is its last."""
+        """Returns the output's name. For a file, this is the name of a selected grid; "" stands for the file's last
+        object."""
         made = self.makes[index]
         if self.action.name == "read":
             names = [name for name in self.given().get("grids", "").split(",") if name]
@@ -131,7 +133,7 @@ class ActionNode(CurlewNode):
         return "" if made.primary else made.name
 
     def given(self) -> Dict[str, str]:
-        """The options that have been set, as texts."""
+        """Returns the options that have been set, as texts."""
         options: Dict[str, str] = {}
         for option in self.action.options:
             written = getattr(self, "t_" + option.name)
@@ -144,7 +146,8 @@ class ActionNode(CurlewNode):
         return options
 
     def set_option(self, name: str, text: str) -> None:
-        """Sets an option from a text: its property, or where that cannot hold it exactly the text itself."""
+        """Sets an option from a text: sets its property, or stores the text if the property cannot represent it
+        exactly."""
         option = self.action.option(name)
         value = property_value(option, text)
         lower, upper = option_range(option)
@@ -157,7 +160,7 @@ class ActionNode(CurlewNode):
             setattr(self, "o_" + option.name, value)
 
     def reset_option(self, name: str) -> None:
-        """Back to the default."""
+        """Resets an option to its default."""
         self.property_unset("o_" + name)
         self.property_unset("t_" + name)
 
@@ -176,7 +179,7 @@ class ActionNode(CurlewNode):
             change.node, change.option, change.to = self.name, option.name, to
 
         if not given and (many or not option.default) and option.type != "text":
-            body.label(text=f"{option.name}: {option.default or 'as it comes'}")
+            body.label(text=f"{option.name}: {option.default or 'not set'}")
             button("ADD", "VALUE")
             return
         (body.column(align=True) if many else body).prop(self, ("t_" if written else "o_") + option.name, text=option.name)
@@ -191,7 +194,7 @@ class ActionNode(CurlewNode):
                 self._draw_option(layout, option)
 
     def draw_buttons(self, context: bpy.types.Context, layout: bpy.types.UILayout) -> None:
-        """The first options and those that are set; the sidebar has all."""
+        """Draws the first options and those that are set. The sidebar shows all options."""
         self.draw_error(layout)
         if self.action.most_words:
             layout.prop(self, "words", text="", placeholder=self.action.words) if bpy.app.version >= (4, 1, 0) else \
@@ -200,11 +203,11 @@ class ActionNode(CurlewNode):
             layout.prop(self, "place", text="")
         self._draw_options(layout, self.show_all)
         if len(self.action.options) > _FEW:
-            layout.prop(self, "show_all", toggle=True, text="Fewer options" if self.show_all else "All options",
+            layout.prop(self, "show_all", toggle=True, text="Fewer Options" if self.show_all else "All Options",
                         emboss=False, icon="TRIA_UP" if self.show_all else "TRIA_DOWN")
 
     def draw_buttons_ext(self, context: bpy.types.Context, layout: bpy.types.UILayout) -> None:
-        """In the sidebar."""
+        """Draws all options in the sidebar."""
         for line in textwrap.wrap(self.action.summary, 40):
             layout.label(text=line)
         self._draw_options(layout, True)
@@ -214,12 +217,12 @@ class ActionNode(CurlewNode):
 
     @classmethod
     def places(cls) -> bool:
-        """Whether an object can say where it is."""
+        """Returns whether an object can provide the position."""
         return all(cls.action.has(name) for name in ("offset", "rotate"))
 
 
 def action_id(name: str) -> str:
-    """The bl_idname of the node of an action."""
+    """Returns the bl_idname of an action's node."""
     return "CurlewNode_" + name
 
 
@@ -228,11 +231,11 @@ def _shared_properties() -> Dict[str, Any]:
         "error": StringProperty(options={"SKIP_SAVE"}),
         "when": EnumProperty(
             name="When",
-            description="In a sequence",
-            items=[("auto", "As needed", "In each frame if it depends on time, else once"),
-                   ("once", "Once", "Before the first frame"), ("frame", "Each frame", "Anew in each frame")],
+            description="When this node is evaluated in a sequence",
+            items=[("auto", "As Needed", "In each frame if it depends on time, otherwise once"),
+                   ("once", "Once", "Once, before the first frame"), ("frame", "Each Frame", "Again in each frame")],
         ),
-        "order": IntProperty(name="Order", description="Of those that make nothing, lower ones run earlier"),
+        "order": IntProperty(name="Order", description="Nodes without outputs run in this order, lowest first"),
     }
 
 
@@ -240,15 +243,15 @@ def _action_class(action: Action) -> Type[bpy.types.Node]:
     properties: Dict[str, Any] = {
         **_shared_properties(),
         "words": StringProperty(name=action.words or "Words", description=action.words, update=_update),
-        "show_all": BoolProperty(name="All options"),
+        "show_all": BoolProperty(name="All Options"),
         "place": PointerProperty(type=bpy.types.Object, name="Place",
-                                 description="An object, an empty for instance, whose place it takes", update=_update),
+                                 description="Object whose transform this node takes, for instance an empty", update=_update),
     }
     for option in action.options:
         properties["o_" + option.name] = _property_of(option)
         properties["t_" + option.name] = StringProperty(
             name=option.name, update=_update,
-            description=option.description + ". As text: {expressions} of the frame F and its time T are possible")
+            description=option.description + ". As text, which may contain {expressions} of the frame F and its time T")
     return type(action_id(action.name), (ActionNode, bpy.types.Node), {
         "__annotations__": properties,
         "__doc__": action.summary,
@@ -265,7 +268,7 @@ _FOUR_GRIDS = tuple(Socket(name, "what", frozenset({"grid"})) for name in ("Grid
 
 
 class CurlewMeshObject(CurlewNode, bpy.types.Node):
-    """A mesh as it is in the scene: modifiers and transform applied."""
+    """A mesh of the scene, with its modifiers and transform applied."""
 
     bl_idname = "CurlewMeshObject"
     bl_label = "Mesh Object"
@@ -275,12 +278,12 @@ class CurlewMeshObject(CurlewNode, bpy.types.Node):
         **_shared_properties(),
         "object": PointerProperty(type=bpy.types.Object, name="Object", update=_update,
                                   poll=lambda self, o: o.type in {"MESH", "CURVE", "SURFACE", "META", "FONT"}),
-        "animated": BoolProperty(name="In each frame", description="It moves or deforms in a sequence", update=_update),
+        "animated": BoolProperty(name="Animated", description="Read it again in each frame of a sequence, because it moves or deforms", update=_update),
     }
 
 
 class CurlewVolumeObject(CurlewNode, bpy.types.Node):
-    """The grids of a volume object's file, where they are in that file."""
+    """The grids of a volume object's file, placed as in the file: the object's transform is ignored."""
 
     bl_idname = "CurlewVolumeObject"
     bl_label = "Volume Object"
@@ -290,11 +293,11 @@ class CurlewVolumeObject(CurlewNode, bpy.types.Node):
         **_shared_properties(),
         "object": PointerProperty(type=bpy.types.Object, name="Object", update=_update,
                                   poll=lambda self, o: o.type == "VOLUME"),
-        "grids": StringProperty(name="Grids", description="Names, separated by commas; none: all", update=_update),
+        "grids": StringProperty(name="Grids", description="Names of the grids, separated by commas; empty for all", update=_update),
     }
 
     def output_name(self, index: int) -> str:
-        """Its number among those that are read."""
+        """Returns the index of the grid among those that are read."""
         return str(index)
 
 
@@ -303,7 +306,7 @@ def _result_class(kind: str, label: str, takes: Tuple[Socket, ...], doc: str) ->
         "__annotations__": {
             **_shared_properties(),
             "target": PointerProperty(type=bpy.types.Object, name="Object",
-                                      description="The object that shows it; made by the first bake"),
+                                      description="Object that shows the result; the first bake creates it"),
             "thickness": FloatProperty(name="Size" if kind == "points" else "Thickness", default=0.006, min=0.0, precision=4, step=0.1,
                                        description="Radius, in world units"),
         },
@@ -322,16 +325,16 @@ def _one(label: str, kind: str) -> Tuple[Socket, ...]:
 
 
 RESULTS: Tuple[Type[bpy.types.Node], ...] = (
-    _result_class("grid", "Volume", _FOUR_GRIDS, "Grids as a volume object, velocities with motion blur"),
+    _result_class("grid", "Volume", _FOUR_GRIDS, "Shows grids as a volume object, with motion blur from velocities"),
     _result_class("points", "Particles", _one("Points", "points"),
-                  "Points as a mesh of vertices with id, velocity and age, shown by Geometry Nodes"),
-    _result_class("curves", "Curves", _one("Curves", "curves"), "Streamlines as a curve object"),
-    _result_class("mesh", "Mesh", _one("Mesh", "mesh"), "A mesh object"),
+                  "Shows points as mesh vertices with id, velocity and age, drawn by Geometry Nodes"),
+    _result_class("curves", "Curves", _one("Curves", "curves"), "Shows curves, such as streamlines, as a curve object"),
+    _result_class("mesh", "Mesh", _one("Mesh", "mesh"), "Shows a mesh as a mesh object"),
 )
 
 
 class CurlewGroup(CurlewNode, bpy.types.NodeCustomGroup):
-    """A tree within a tree."""
+    """A Curlew node tree inside another one."""
 
     bl_idname = "CurlewGroup"
     bl_label = "Group"
@@ -344,30 +347,30 @@ class CurlewGroup(CurlewNode, bpy.types.NodeCustomGroup):
 
 
 class CurlewTree(bpy.types.NodeTree):
-    """Fields, flows and what follows them."""
+    """Nodes for fields, flows, grids, particles and curves."""
 
     bl_idname = TREE
     bl_label = "Curlew"
     bl_icon = "FORCE_VORTEX"
     __annotations__ = {
-        "sequence": BoolProperty(name="Sequence", description="Bake the frames of the scene instead of one still"),
+        "sequence": BoolProperty(name="Sequence", description="Bake all frames of the scene instead of only the current one"),
         "substeps": IntProperty(name="Substeps", default=1, min=1, max=1000,
-                                description="In how many steps points move from frame to frame"),
+                                description="Number of steps in which points move from one frame to the next"),
         "message": StringProperty(options={"SKIP_SAVE"}),
         "preview": EnumProperty(
             name="Preview", items=[("NONE", "Off", "No preview"),
                                    ("POINTS", "Particles", "2,000 particles in the 3D view"),
-                                   ("SLICE", "Slice", "The speed on a coarse plane, as an image")],
+                                   ("SLICE", "Slice", "The speed on a plane in low resolution, as an image")],
             update=_update),
         "bake_on_frame": BoolProperty(
             name="Bake on Frame Change",
-            description="Bake the tree anew for each frame that the scene comes to; renders wait for it. This turns on "
-                        "Render > Lock Interface, without which renders do not follow. Nodes that write files of their "
-                        "own run only in a bake that you start. Sequences and trees with a Frames node show the frames "
-                        "that they have baked instead",
+            description="Bake the tree again whenever the scene goes to another frame; renders wait for the bake. This "
+                        "turns on Render > Lock Interface, which renders need to follow the frames. Nodes that write "
+                        "files of their own run only in a bake that you start. Sequences and trees with a Frames node "
+                        "show their baked frames instead",
             update=lambda self, context: lock_interface(context.scene) if self.bake_on_frame else None),
         "keep_frames": IntProperty(name="Keep Frames", default=100, min=1, soft_max=1000,
-                                   description="How many frames that were baked on frame change stay in the cache"),
+                                   description="Number of frames baked on frame change that stay in the cache"),
         "bake_number": IntProperty(options={"HIDDEN"}),
     }
 
@@ -377,12 +380,12 @@ _actions: Dict[str, Type[bpy.types.Node]] = {}
 
 
 def node_classes() -> Dict[str, Type[bpy.types.Node]]:
-    """The node classes by their actions."""
+    """Returns the node classes by action."""
     return _actions
 
 
 def register(actions: Dict[str, Action]) -> None:
-    """Makes and registers all classes."""
+    """Creates and registers all classes."""
     for cls in OWN:
         bpy.utils.register_class(cls)
     for name, action in actions.items():
@@ -392,7 +395,7 @@ def register(actions: Dict[str, Action]) -> None:
 
 
 def unregister() -> None:
-    """Takes them back."""
+    """Unregisters all classes."""
     for cls in reversed(list(_actions.values())):
         bpy.utils.unregister_class(cls)
     _actions.clear()

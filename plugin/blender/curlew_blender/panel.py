@@ -26,7 +26,7 @@ def _draw_live(layout: bpy.types.UILayout, tree: bpy.types.NodeTree, scene: bpy.
     if (tree.bake_on_frame or trees.is_sequence(tree)) and not scene.render.use_lock_interface:
         warn = layout.row()
         warn.alert = True
-        warn.prop(scene.render, "use_lock_interface", text="Lock Interface, to render")
+        warn.prop(scene.render, "use_lock_interface", text="Lock Interface (Needed to Render)")
 
 
 class CURLEW_PT_view(bpy.types.Panel):
@@ -39,12 +39,12 @@ class CURLEW_PT_view(bpy.types.Panel):
     bl_category = "Curlew"
 
     def draw(self, context: bpy.types.Context) -> None:
-        """The panel."""
+        """Draws the panel."""
         layout, scene = self.layout, context.scene
         obj = context.active_object
         preset = presets.PRESETS[scene.curlew_preset]
         box = layout.column(align=True)
-        box.label(text=obj.name if obj and preset.needs_mesh else "No object" if preset.needs_mesh else "No object needed",
+        box.label(text=obj.name if obj and preset.needs_mesh else "No Active Object" if preset.needs_mesh else "No Object Needed",
                   icon="OBJECT_DATA")
         box.prop(scene, "curlew_preset", text="")
         big = box.row()
@@ -68,7 +68,7 @@ class CURLEW_PT_view(bpy.types.Panel):
 
 
 def draw_header(self: bpy.types.Header, context: bpy.types.Context) -> None:
-    """In the header of a node editor with a Curlew tree."""
+    """Draws into the header of a node editor with a Curlew tree."""
     space = context.space_data
     if space.tree_type != nodes.TREE:
         return
@@ -87,12 +87,12 @@ def draw_header(self: bpy.types.Header, context: bpy.types.Context) -> None:
 class _Category(nodeitems_utils.NodeCategory):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """Only in our editor."""
+        """Returns whether the editor shows a Curlew tree."""
         return context.space_data.tree_type == nodes.TREE
 
 
 def categories(actions: Dict[str, Action]) -> List[nodeitems_utils.NodeCategory]:
-    """The registry's groups, and those of Blender's own objects."""
+    """Returns the registry's groups, and those for Blender's own objects."""
     item = nodeitems_utils.NodeItem
     groups: Dict[str, List[str]] = {}
     for name, action in actions.items():
@@ -111,11 +111,11 @@ def categories(actions: Dict[str, Action]) -> List[nodeitems_utils.NodeCategory]
 
 
 def register(actions: Dict[str, Action]) -> None:
-    """Panel, header, menu, and the scene's choices."""
+    """Registers the panel, the header, the menu and the scene's properties."""
     bpy.types.Scene.curlew_preset = bpy.props.EnumProperty(
         name="Preset", items=[(key, p.name, p.help) for key, p in presets.PRESETS.items()])
-    # A name: with a pointer to a tree, Blender 3.4 crashes when it resets itself to factory settings.
-    bpy.types.Scene.curlew_tree = bpy.props.StringProperty(name="Tree", description="What the buttons are about")
+    # Stores the name: with a pointer to a tree, Blender 3.4 crashes when factory settings are loaded.
+    bpy.types.Scene.curlew_tree = bpy.props.StringProperty(name="Tree", description="Tree that the buttons below bake")
     bpy.utils.register_class(CURLEW_PT_view)
     bpy.types.NODE_HT_header.append(draw_header)
     nodeitems_utils.register_node_categories("CURLEW", categories(actions))
@@ -123,7 +123,7 @@ def register(actions: Dict[str, Action]) -> None:
 
 
 def unregister() -> None:
-    """Takes them back."""
+    """Unregisters them."""
     preview.unregister()
     nodeitems_utils.unregister_node_categories("CURLEW")
     bpy.types.NODE_HT_header.remove(draw_header)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Trees to begin with. Their lengths are parts of the object's size."""
+"""Presets: trees whose lengths are relative to the object's size."""
 
 from dataclasses import dataclass
 from typing import Callable, Dict, Optional, Set
@@ -12,8 +12,8 @@ from .actions import TreeError, number_text
 
 @dataclass(frozen=True)
 class Preset:
-    """A scene; @0.1@ is a tenth of the object's size, @/4@ four in it. What it writes becomes results, and what it
-    reads the object."""
+    """A scene. @0.1@ is a tenth of the object's size, @/4@ is 4 divided by that size. Written files become results, and
+    the file that is read becomes the object."""
 
     name: str
     help: str
@@ -24,7 +24,7 @@ class Preset:
 
 PRESETS: Dict[str, Preset] = {
     "SWIRL": Preset(
-        "Contained swirl",
+        "Contained Swirl",
         "Smoke, streamlines and particles that stay inside the object",
         """
         read object.ply
@@ -45,8 +45,8 @@ PRESETS: Dict[str, Preset] = {
         thickness=0.0022,
     ),
     "WAKE": Preset(
-        "Obstacle wake",
-        "Streamlines of a wind that parts around the object",
+        "Obstacle Wake",
+        "Streamlines of a wind that goes around the object",
         """
         read object.ply
         mesh2ls dim=80
@@ -65,8 +65,8 @@ PRESETS: Dict[str, Preset] = {
         thickness=0.003,
     ),
     "SURFACE": Preset(
-        "Surface flow",
-        "Streamlines that wind over the object's surface",
+        "Surface Flow",
+        "Streamlines that run along the object's surface",
         """
         read object.ply
         mesh2ls dim=128
@@ -80,7 +80,7 @@ PRESETS: Dict[str, Preset] = {
     ),
     "GLOBE": Preset(
         "Globe",
-        "Weather on a sphere; it needs no object",
+        "Particles and streamlines on a sphere; needs no object",
         """
         sphere radius=1
         noise frequency=2 octaves=3 seed=11
@@ -110,13 +110,13 @@ def _scaled(text: str, size: float) -> str:
 
 
 def make(name: str, obj: Optional[bpy.types.Object]) -> bpy.types.NodeTree:
-    """The tree of a preset, for an object. Throws TreeError where it needs one."""
+    """Creates the tree of a preset for an object. Raises TreeError if the preset needs an object and none is given."""
     preset = PRESETS[name]
     if preset.needs_mesh and (obj is None or obj.type not in {"MESH", "CURVE", "SURFACE", "META", "FONT"}):
-        raise TreeError("", f"'{preset.name}' needs a mesh: select one")
+        raise TreeError("", f"'{preset.name}' needs a mesh: select a mesh object")
     size = max(obj.dimensions) if preset.needs_mesh and obj else 2.0
     if not size > 0:
-        raise TreeError("", f"'{obj.name if obj else ''}' has no size")
+        raise TreeError("", f"'{obj.name if obj else ''}' has zero size")
 
     def replace(tree: bpy.types.NodeTree, entry: scene_io.Entry) -> Optional[bpy.types.Node]:
         if entry["action"] == "read":
@@ -133,7 +133,7 @@ def make(name: str, obj: Optional[bpy.types.Object]) -> bpy.types.NodeTree:
 
 
 class CURLEW_OT_quick(bpy.types.Operator):
-    """Make the tree of a preset for the active object, and bake it"""
+    """Create a node tree from the preset for the active object, and bake it"""
 
     bl_idname = "curlew.quick"
     bl_label = "Make It Flow"
@@ -153,11 +153,11 @@ class CURLEW_OT_quick(bpy.types.Operator):
         return start(tree.name) if self.bake else {"FINISHED"}
 
     def execute(self, context: bpy.types.Context) -> Set[str]:
-        """For scripts: comes back when it is baked."""
+        """For scripts: returns when the tree is baked."""
         return self._run(context, lambda name: bpy.ops.curlew.bake(tree=name))
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> Set[str]:
-        """From the interface: the bake goes on in its thread."""
+        """From the user interface: bakes in a thread."""
 
         def start(name: str) -> Set[str]:
             bpy.ops.curlew.bake("INVOKE_DEFAULT", tree=name)

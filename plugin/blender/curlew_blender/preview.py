@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The preview: while options are dragged, 2,000 particles or a coarse slice of the tree's flow."""
+"""The preview: shows 2,000 particles or a coarse slice of the tree's flow while options are dragged."""
 
 import atexit
 import time
@@ -16,12 +16,12 @@ from .tree import Collected, graph_node
 NAME = "Curlew Preview"
 PARTICLES, PIXELS, COARSE = 2000, 72, 32
 _DELAY = 0.01
-_POINTS, _SHOWN = "@points", "@preview"  # the nodes that are added
+_POINTS, _SHOWN = "@points", "@preview"  # names of the nodes that the preview adds
 
 _pending: List[str] = []
 _sessions = library.Sessions()
 atexit.register(_sessions.keep, {})
-last_seconds = 0.0  # what the last preview took
+last_seconds = 0.0  # duration of the last preview
 
 
 def _makes_flow(node: bpy.types.Node) -> bool:
@@ -29,11 +29,11 @@ def _makes_flow(node: bpy.types.Node) -> bool:
 
 
 def _flow(tree: bpy.types.NodeTree) -> str:
-    """The flow of the active node, or else one that the results are made of."""
+    """Returns the flow of the active node, or else one that the results depend on."""
     active = tree.nodes.active
     if active and not active.mute and _makes_flow(active):
         return active.name
-    collected = trees.collect(tree, lambda key, name: name)  # results first, then what they need
+    collected = trees.collect(tree, lambda key, name: name)  # results first, then their dependencies
     for key in collected.graph:
         if _makes_flow(collected.nodes[key]):
             return key
@@ -44,7 +44,7 @@ def _flow(tree: bpy.types.NodeTree) -> str:
 
 
 def _add(collected: Collected, flow: str, is_slice: bool) -> None:
-    """What shows the flow, of a coarser mesh."""
+    """Adds the nodes that show the flow, and coarsens the meshes."""
     graph = collected.graph
     for node in graph.values():
         if node["action"] == "mesh2ls":
@@ -60,7 +60,7 @@ def _add(collected: Collected, flow: str, is_slice: bool) -> None:
 
 
 def show(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> bpy.types.Object:
-    """Makes or renews the preview object. Throws TreeError."""
+    """Creates or updates the preview object. Raises TreeError if the tree is invalid."""
     global last_seconds
     began = time.perf_counter()
     flow, is_slice = _flow(tree), tree.preview == "SLICE"
@@ -100,7 +100,7 @@ def _points(arrays: results.Arrays, scene: bpy.types.Scene) -> bpy.types.Object:
 
 
 def _slice(values: np.ndarray, lower: np.ndarray, upper: np.ndarray, scene: bpy.types.Scene) -> bpy.types.Object:
-    """An image of the plane in the middle, white where the flow is fastest."""
+    """Creates an image of the central plane, white where the flow is fastest."""
     height, width = values.shape
     image = bpy.data.images.get(NAME)
     if image is None or tuple(image.size) != (width, height):
@@ -126,7 +126,7 @@ def _slice(values: np.ndarray, lower: np.ndarray, upper: np.ndarray, scene: bpy.
 
 
 def remove() -> None:
-    """Takes the preview away."""
+    """Removes the preview."""
     obj = bpy.data.objects.get(NAME)
     if obj:
         bpy.data.objects.remove(obj)
@@ -149,7 +149,7 @@ def _later() -> Optional[float]:
 
 
 def schedule(tree: bpy.types.NodeTree) -> None:
-    """Something in the tree has changed: its preview will follow."""
+    """Schedules an update of the preview after the tree has changed."""
     if tree.bl_idname != nodes.TREE or (tree.preview == "NONE" and NAME not in bpy.data.objects):
         return
     if tree.name not in _pending:
@@ -159,12 +159,12 @@ def schedule(tree: bpy.types.NodeTree) -> None:
 
 
 def register() -> None:
-    """Listens to the trees."""
+    """Registers the listener for changes in trees."""
     nodes.changed.append(schedule)
 
 
 def unregister() -> None:
-    """No longer."""
+    """Unregisters the listener."""
     nodes.changed.remove(schedule)
     if bpy.app.timers.is_registered(_later):
         bpy.app.timers.unregister(_later)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a bake has made, as objects: volumes, particles, curves and meshes."""
+"""The results of a bake as objects: volumes, particles, curves and meshes."""
 
 import functools
 import threading
@@ -18,7 +18,7 @@ _PAUSE = 0.01  # seconds between them; a draw takes less
 
 
 def points_arrays(points: Any) -> Arrays:
-    """What is stored of a session's points."""
+    """Returns the arrays to store for a session's points."""
     arrays = {
         "position": (points.positions, np.float32),
         "id": (points.ids, np.int32),
@@ -30,7 +30,7 @@ def points_arrays(points: Any) -> Arrays:
 
 
 def curves_arrays(curves: Any) -> Arrays:
-    """What is stored of a session's curves."""
+    """Returns the arrays to store for a session's curves."""
     return {
         "position": np.ascontiguousarray(curves.vertices, np.float32),
         "offsets": np.ascontiguousarray(curves.offsets, np.int64),
@@ -40,7 +40,7 @@ def curves_arrays(curves: Any) -> Arrays:
 
 
 def mesh_arrays(mesh: Any) -> Arrays:
-    """What is stored of a session's mesh."""
+    """Returns the arrays to store for a session's mesh."""
     faces = (mesh.triangles, mesh.quads)
     return {
         "position": np.ascontiguousarray(mesh.points, np.float32),
@@ -50,7 +50,7 @@ def mesh_arrays(mesh: Any) -> Arrays:
 
 
 ARRAYS = {"points": points_arrays, "curves": curves_arrays, "mesh": mesh_arrays}
-_FEWEST = 4  # vertices of a curve that is shown
+_FEWEST = 4  # minimum number of vertices of a curve that is shown
 _ATTRIBUTES = (("id", "INT", "value"), ("velocity", "FLOAT_VECTOR", "vector"), ("age", "FLOAT", "value"),
                ("fade", "FLOAT", "value"))
 
@@ -64,7 +64,8 @@ def _positions(mesh: bpy.types.Mesh, positions: np.ndarray) -> None:
 
 
 def show_points(mesh: bpy.types.Mesh, arrays: Arrays) -> None:
-    """Vertices with the attributes id, velocity and age, as far as there are such, and fade, 1 unless points have one."""
+    """Shows points as vertices with the attributes id, velocity and age, if the points have them, and fade, which is 1
+    by default."""
     positions = arrays["position"]
     arrays = {"fade": np.ones(len(positions), np.float32), **arrays}
     names = {name for name, _, _ in _ATTRIBUTES if name in arrays}
@@ -83,7 +84,7 @@ def show_points(mesh: bpy.types.Mesh, arrays: Arrays) -> None:
 
 
 def show_mesh(mesh: bpy.types.Mesh, arrays: Arrays) -> None:
-    """Vertices and faces."""
+    """Shows a mesh: vertices and faces."""
     sizes = arrays["sizes"]
     mesh.clear_geometry()
     mesh.vertices.add(len(arrays["position"]))
@@ -99,7 +100,7 @@ def show_mesh(mesh: bpy.types.Mesh, arrays: Arrays) -> None:
 
 
 def show_curves(curve: bpy.types.Curve, arrays: Arrays) -> None:
-    """A poly spline for each that goes somewhere; its material is one of the slots, by its speed."""
+    """Shows each curve with enough vertices as a poly spline. Its material slot is selected by its speed."""
     curve.splines.clear()
     curve.dimensions = "3D"
     curve.fill_mode = "FULL"
@@ -120,7 +121,7 @@ def show_curves(curve: bpy.types.Curve, arrays: Arrays) -> None:
 
 
 def show(obj: bpy.types.Object, arrays: Arrays) -> None:
-    """Arrays of the object's kind."""
+    """Shows arrays in an object of the matching kind."""
     {"points": show_points, "curves": show_curves, "mesh": show_mesh}[obj["curlew_kind"]](obj.data, arrays)
 
 
@@ -130,7 +131,7 @@ def _link(obj: bpy.types.Object, scene: bpy.types.Scene) -> None:
 
 
 def target_of(node: bpy.types.Node, scene: bpy.types.Scene) -> bpy.types.Object:
-    """The object of a result node; made where there is none, or one of another kind."""
+    """Returns the object of a result node; creates it if it is missing or of another kind."""
     wanted = {"grid": "VOLUME", "points": "MESH", "curves": "CURVE", "mesh": "MESH"}[node.kind]
     obj = node.target
     name = node.label or f"{node.id_data.name} {node.bl_label.split(' ')[0]}"
@@ -145,8 +146,8 @@ def target_of(node: bpy.types.Node, scene: bpy.types.Scene) -> bpy.types.Object:
 
 
 def can_change(scene: bpy.types.Scene) -> bool:
-    """Whether a handler may change objects. Renders from the interface call it in a thread of theirs; if Blender draws the
-    same objects meanwhile, because the interface is not locked, it crashes."""
+    """Returns whether a handler may change objects. A render from the user interface calls handlers in its own thread.
+    If the interface is not locked, Blender may draw the same objects at the same time and crash."""
     return threading.current_thread() is threading.main_thread() or scene.render.use_lock_interface
 
 
@@ -171,21 +172,22 @@ def retry_while_drawing(handler: Callable[..., None]) -> Callable[..., None]:
 
 
 def lock_interface(scene: bpy.types.Scene) -> None:
-    """What changes with the frame can be rendered from the interface."""
+    """Locks the interface during renders, so that objects can change with the frame."""
     if not scene.render.use_lock_interface:
         scene.render.use_lock_interface = True
 
 
 def show_result(node: bpy.types.Node, file: Path, frames: Optional[Sequence[int]], scene: bpy.types.Scene) -> None:
-    """What a bake has stored for a result node: a file, or one a frame with `$F4` in its name. RuntimeError where a volume
-    cannot be read."""
+    """Shows the result of a bake for a result node: a file, or one file per frame with `$F4` in its name. Raises
+    RuntimeError if a volume cannot be read."""
     (volume if node.kind == "grid" else geometry)(node, file, frames, scene)
     if frames:
         lock_interface(scene)
 
 
 def volume(node: bpy.types.Node, file: Path, frames: Optional[Sequence[int]], scene: bpy.types.Scene) -> bpy.types.Object:
-    """The volume object of a file, or of one a frame, with `$F4` in its name. Velocities are per second."""
+    """Returns the volume object of a file, or of one file per frame with `$F4` in its name. Velocities are per
+    second."""
     obj = target_of(node, scene)
     data = obj.data
     first = str(file).replace("$F4", f"{frames[0]:04d}") if frames else str(file)
@@ -203,7 +205,7 @@ def volume(node: bpy.types.Node, file: Path, frames: Optional[Sequence[int]], sc
         data.is_sequence = True
         data.frame_start = frames[0]
         data.frame_duration = frames[-1] - frames[0] + 1
-        data.frame_offset = frames[0] - 1  # the first file would be number 1
+        data.frame_offset = frames[0] - 1  # otherwise the first file would be number 1
         data.sequence_mode = "EXTEND"
     if not data.materials:
         data.materials.append(looks.volume_material())
@@ -212,7 +214,7 @@ def volume(node: bpy.types.Node, file: Path, frames: Optional[Sequence[int]], sc
 
 def geometry(node: bpy.types.Node, pattern: Path, frames: Optional[Sequence[int]],
              scene: bpy.types.Scene) -> bpy.types.Object:
-    """The object of points, curves or a mesh that a bake has stored."""
+    """Returns the object for points, curves or a mesh from a bake."""
     obj = target_of(node, scene)
     obj["curlew_cache"] = cache.stored(pattern)
     obj["curlew_frames"] = [frames[0], frames[-1]] if frames else []
@@ -231,14 +233,15 @@ def geometry(node: bpy.types.Node, pattern: Path, frames: Optional[Sequence[int]
 
 
 def fastest(arrays: Optional[Arrays]) -> float:
-    """The speed that counts as fast: hardly a particle is faster."""
+    """Returns the speed that counts as fast; very few particles are faster."""
     if arrays is None or "velocity" not in arrays or not len(arrays["velocity"]):
         return 1.0
     return float(np.percentile(np.linalg.norm(arrays["velocity"], axis=1), 98)) or 1.0
 
 
 def _of_frame(obj: bpy.types.Object, frame: int) -> Optional[Arrays]:
-    """What the object shows in a frame; beyond its frames the nearest. None where the files are gone."""
+    """Returns the arrays that the object shows in a frame, or in the nearest frame of its range. Returns None if the
+    files no longer exist."""
     frames = list(obj.get("curlew_frames", []))
     path = bpy.path.abspath(obj["curlew_cache"])
     if frames:
@@ -250,7 +253,7 @@ def _of_frame(obj: bpy.types.Object, frame: int) -> Optional[Arrays]:
 @bpy.app.handlers.persistent
 @retry_while_drawing
 def on_frame(scene: bpy.types.Scene, depsgraph: Optional[bpy.types.Depsgraph] = None) -> None:
-    """Shows what was baked for the frame."""
+    """Shows the results that were baked for the frame."""
     if not can_change(scene):
         return
     for obj in bpy.data.objects:
@@ -261,11 +264,11 @@ def on_frame(scene: bpy.types.Scene, depsgraph: Optional[bpy.types.Depsgraph] = 
 
 
 def register() -> None:
-    """Follows the frames of the scene."""
+    """Registers the frame handler."""
     bpy.app.handlers.frame_change_post.append(on_frame)
 
 
 def unregister() -> None:
-    """No longer."""
+    """Unregisters the frame handler."""
     if on_frame in bpy.app.handlers.frame_change_post:
         bpy.app.handlers.frame_change_post.remove(on_frame)

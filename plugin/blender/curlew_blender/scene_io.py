@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scenes as trees, and trees as scenes: the library translates between their texts and graphs."""
+"""Converts scenes to trees and back. The library translates between texts and graphs."""
 
 import json
 import shlex
@@ -18,13 +18,13 @@ from .layout import placed
 from .tree import Graph, graph_node
 
 Entry = Dict[str, Any]  # a node of a graph
-# What a node becomes instead of that of its action; None: that one.
+# Returns a replacement for the node of an action; None: no replacement.
 Replace = Callable[[bpy.types.NodeTree, Entry], Optional[bpy.types.Node]]
 _GRIDS = frozenset({"grid", "velocity", "levelSet"})
 
 
 def tree_of(text: str, name: str, replace: Optional[Replace] = None) -> bpy.types.NodeTree:
-    """A new tree that does what a scene (or a graph as JSON) says. Throws TreeError."""
+    """Creates a tree from a scene or a JSON graph. Raises TreeError if the text is invalid."""
     with library.said_of_nodes():
         graph = json.loads(library.curlew().translate(text, "json", name))
     entries, links = _entries(graph), _links(graph)
@@ -46,7 +46,8 @@ def tree_of(text: str, name: str, replace: Optional[Replace] = None) -> bpy.type
 
 
 def _entries(graph: Graph) -> List[Entry]:
-    """The nodes of a graph that become nodes of a tree; a file each where they read several that hold one object."""
+    """Returns the nodes of a graph that become nodes of a tree. A node that reads several files with one object each
+    becomes one node per file."""
     entries: List[Entry] = []
     for entry in graph["nodes"]:
         words = entry.get("words", [])
@@ -62,8 +63,8 @@ def _entries(graph: Graph) -> List[Entry]:
 
 
 def _links(graph: Graph) -> Callable[[str], Optional[Tuple[str, str]]]:
-    """A function from the text of a link to the name of a node and what follows it. Points that are carried along by frames
-    are those from before them, which nodes carry along by themselves."""
+    """Returns a function that maps the text of a link to the name of a node and the rest of the link. Points that are
+    carried from frame to frame map to those before the frames, since nodes of a tree carry them by themselves."""
     keys = {entry["name"] for entry in _entries(graph)}
     last = {entry["name"]: f"{entry['name']}.{len(entry.get('words', [])) - 1}" for entry in graph["nodes"]}
     before = {state["name"]: state.get("initial") for state in graph.get("states", ())}
@@ -123,8 +124,8 @@ def _height(node: bpy.types.Node) -> float:
 
 
 def export(tree: bpy.types.NodeTree, path: Path, scene: bpy.types.Scene) -> None:
-    """Writes the scene of a tree, with its meshes beside it, so that `curlew -config` run in that folder makes the same
-    files; results are written beside it too. Throws TreeError, OSError."""
+    """Writes a tree as a scene with its meshes in the same folder, so that `curlew -config` in that folder makes the
+    same files. Results are also written there. Raises TreeError or OSError on failure."""
     trees.clear_errors(tree)
     stem, frame = path.stem, ".$F4" if trees.is_sequence(tree) else ""
     try:
@@ -153,7 +154,7 @@ def export(tree: bpy.types.NodeTree, path: Path, scene: bpy.types.Scene) -> None
 
 
 class CURLEW_OT_export_scene(bpy.types.Operator, ExportHelper):
-    """Write the tree as a scene that `curlew -config` runs, with its meshes beside it"""
+    """Write the tree as a scene file that `curlew -config` can run, with its meshes beside it"""
 
     bl_idname = "curlew.export_scene"
     bl_label = "Export Curlew Scene"
@@ -161,11 +162,11 @@ class CURLEW_OT_export_scene(bpy.types.Operator, ExportHelper):
     __annotations__ = {"filter_glob": bpy.props.StringProperty(default="*.txt", options={"HIDDEN"})}
 
     def execute(self, context: bpy.types.Context) -> Set[str]:
-        """Of the tree at hand."""
+        """Exports the active tree."""
         tree = active_tree(context)
         try:
             if tree is None:
-                raise TreeError("", "there is no Curlew tree to export")
+                raise TreeError("", "no Curlew tree to export: choose one, or open one in the node editor")
             export(tree, Path(self.filepath), context.scene)
         except (TreeError, OSError) as error:
             self.report({"ERROR"}, str(error))
@@ -174,7 +175,7 @@ class CURLEW_OT_export_scene(bpy.types.Operator, ExportHelper):
 
 
 class CURLEW_OT_import_scene(bpy.types.Operator, ImportHelper):
-    """Read a scene of Curlew as a new tree"""
+    """Read a Curlew scene file as a new node tree"""
 
     bl_idname = "curlew.import_scene"
     bl_label = "Import Curlew Scene"
@@ -183,7 +184,7 @@ class CURLEW_OT_import_scene(bpy.types.Operator, ImportHelper):
     __annotations__ = {"filter_glob": bpy.props.StringProperty(default="*.txt", options={"HIDDEN"})}
 
     def execute(self, context: bpy.types.Context) -> Set[str]:
-        """Shows it in the node editor that it is called from."""
+        """Shows the imported tree in the node editor that called the operator."""
         try:
             path = Path(self.filepath)
             tree = tree_of(path.read_text(), path.stem)
@@ -197,7 +198,7 @@ class CURLEW_OT_import_scene(bpy.types.Operator, ImportHelper):
 
 
 def as_results(tree: bpy.types.NodeTree, entry: Entry) -> Optional[bpy.types.Node]:
-    """Result nodes instead of files."""
+    """Returns a result node in place of a node that writes a file."""
     if entry["action"] != "write" or len(entry["words"]) != 1:
         return None
     kind = {".vdb": "grid", ".ply": "points", ".obj": "curves", ".stl": "mesh"}.get(Path(entry["words"][0]).suffix)

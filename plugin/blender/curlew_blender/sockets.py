@@ -25,7 +25,7 @@ _OF_KIND = {
 
 
 def socket_type(kinds: AbstractSet[str]) -> str:
-    """The bl_idname of the socket for any of these kinds."""
+    """Returns the bl_idname of the socket for these kinds."""
     names = {_OF_KIND[kind] for kind in kinds}
     if names == {"Field", "Shape"}:
         names = {"Field"}

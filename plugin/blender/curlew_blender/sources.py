@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes and places of the scene's objects, at its frames."""
+"""Meshes and transforms of the scene's objects in its frames."""
 
 from dataclasses import dataclass, field
 from typing import Dict, List, Mapping, Optional, Sequence, Tuple
@@ -17,12 +17,12 @@ class MeshSource:
 
     object: bpy.types.Object
     animated: bool
-    key: str  # of its node
+    key: str  # key of the node
 
 
 @dataclass
 class Place:
-    """An object whose place a node takes."""
+    """An object whose transform a node uses."""
 
     object: bpy.types.Object
     action: Action
@@ -30,19 +30,20 @@ class Place:
 
 @dataclass
 class MeshArrays:
-    """Corners of faces in a row, and how many each face has. Positions are in the world."""
+    """The vertex indices of all faces in sequence, and the number of vertices of each face. Positions are in world
+    space."""
 
     points: np.ndarray
     indices: np.ndarray
     sizes: np.ndarray
 
     def same(self, other: "MeshArrays") -> bool:
-        """Whether all numbers are."""
+        """Returns whether all numbers are the same."""
         return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in ("points", "indices", "sizes"))
 
 
 def mesh_arrays(source: MeshSource, depsgraph: bpy.types.Depsgraph) -> MeshArrays:
-    """The object as it is evaluated. Throws TreeError where it has no faces."""
+    """Returns the evaluated object. Raises TreeError if it has no faces."""
     evaluated = source.object.evaluated_get(depsgraph)
     mesh = evaluated.to_mesh()
     try:
@@ -58,7 +59,7 @@ def mesh_arrays(source: MeshSource, depsgraph: bpy.types.Depsgraph) -> MeshArray
         evaluated.to_mesh_clear()
     matrix = np.array(evaluated.matrix_world, np.float64)
     world = points.reshape(-1, 3).astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
-    if np.linalg.det(matrix[:3, :3]) < 0:  # mirrored: what was counterclockwise no longer is
+    if np.linalg.det(matrix[:3, :3]) < 0:  # mirrored: restores the orientation of the faces
         ends = np.cumsum(sizes)
         order = np.concatenate([np.arange(end - 1, end - size - 1, -1) for end, size in zip(ends, sizes)])
         indices = indices[order]
@@ -67,7 +68,7 @@ def mesh_arrays(source: MeshSource, depsgraph: bpy.types.Depsgraph) -> MeshArray
 
 @dataclass
 class Sampled:
-    """Meshes and places at the wanted frames."""
+    """Meshes and transforms in the requested frames."""
 
     meshes: Dict[str, MeshArrays] = field(default_factory=dict)  # by file name
     options: Dict[str, Dict[str, str]] = field(default_factory=dict)  # by the key of a node
@@ -78,8 +79,9 @@ _Pose = Tuple[Tuple[float, ...], Euler, Tuple[float, ...]]
 
 def sample(scene: bpy.types.Scene, meshes: Mapping[str, MeshSource], places: Mapping[str, Place],
            frames: Optional[Sequence[int]], depsgraph: Optional[bpy.types.Depsgraph] = None) -> Sampled:
-    """What the objects are in each frame, or now. Objects that move make expressions of FF that are linear between frames.
-    `depsgraph`: the one to ask if it is about now; without one that of the context. Throws TreeError."""
+    """Samples the objects in each frame, or in the current one if `frames` is None. The transforms of moving objects
+    become expressions of FF that are linear between frames. `depsgraph`: the dependency graph for the current frame;
+    the context's if None. Raises TreeError if an object is invalid."""
     result = Sampled()
     poses: Dict[str, List[_Pose]] = {key: [] for key in places}
     moving = frames is not None and (any(m.animated for m in meshes.values()) or bool(places))
@@ -116,9 +118,9 @@ def _options(key: str, place: Place, poses: Sequence[_Pose], frames: Sequence[in
     for name, values in columns.items():
         if not place.action.has(name):
             continue
-        if place.action.option(name).type == "real":  # one scale for all axes
+        if place.action.option(name).type == "real":  # uniform scale
             if any(max(v) - min(v) > 1e-4 * max(v) for v in values):
-                raise TreeError(key, f"the scale of '{place.object.name}' differs between axes")
+                raise TreeError(key, f"the scale of '{place.object.name}' differs between its axes; make it uniform")
             values = [v[:1] for v in values]
         text = ",".join(in_time([v[axis] for v in values], frames) for axis in range(len(values[0])))
         if text not in ("0,0,0", "1", "1,1,1"):
@@ -127,7 +129,8 @@ def _options(key: str, place: Place, poses: Sequence[_Pose], frames: Sequence[in
 
 
 def in_time(values: Sequence[float], frames: Sequence[int], whole: bool = False) -> str:
-    """One number, or an expression that goes from one to the next; whole numbers jump."""
+    """Returns a number if all values are equal, otherwise an expression that interpolates linearly between frames, or
+    jumps if `whole`."""
     rounded = [float(number_text(0.0 if abs(v) < 1e-7 else v)) for v in values]
     if all(v == rounded[0] for v in rounded):
         return number_text(rounded[0])

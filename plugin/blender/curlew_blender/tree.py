@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From a node tree to a graph: reroutes, groups and muted nodes are followed, objects of the scene become files.
+"""Converts a node tree to a graph. Resolves reroutes, groups and muted nodes; objects of the scene become files.
 
-Everything else is the library's: the order of the nodes, what is evaluated in each frame, and whether links fit.
+The library determines everything else: the order of the nodes, what is evaluated in each frame, and whether links fit.
 """
 
 import re
@@ -14,28 +14,30 @@ from . import library, nodes
 from .actions import TreeError, split_words
 from .sources import MeshSource, Place
 
-_DEEPEST = 32  # groups within groups
+_DEEPEST = 32  # maximum nesting depth of groups
 
-# The file that a volume result is written into, by the key and the label of its node.
+# Returns the file for a volume result, given the key and the label of its node.
 FileNamer = Callable[[str, str], str]
-Graph = Dict[str, Any]  # as the library has it (docs/graph.md)
+Graph = Dict[str, Any]  # in the library's format (docs/graph.md)
 
 
 @dataclass
 class Collected:
-    """What a tree says."""
+    """The content of a tree."""
 
-    graph: Dict[str, Dict[str, Any]] = field(default_factory=dict)  # nodes of the graph by their names
-    frames: Optional[Dict[str, Any]] = None  # what the Frames node says
+    graph: Dict[str, Dict[str, Any]] = field(default_factory=dict)  # nodes of the graph, by name
+    frames: Optional[Dict[str, Any]] = None  # words and options of the Frames node
     resume: bool = False
-    wanted: Dict[str, Tuple[str, Optional[str]]] = field(default_factory=dict)  # kinds and links of other results
+    wanted: Dict[str, Tuple[str, Optional[str]]] = field(default_factory=dict)  # kinds and links of the other results,
+                                                                                # by key
     nodes: Dict[str, bpy.types.Node] = field(default_factory=dict)
-    meshes: Dict[str, MeshSource] = field(default_factory=dict)  # by the name that the graph reads
-    places: Dict[str, Place] = field(default_factory=dict)  # by the key of the node that takes it
-    files: Dict[str, str] = field(default_factory=dict)  # of volume results, by key
+    meshes: Dict[str, MeshSource] = field(default_factory=dict)  # by the file name that the graph reads
+    places: Dict[str, Place] = field(default_factory=dict)  # by the key of the node that uses it
+    files: Dict[str, str] = field(default_factory=dict)  # files of volume results, by key
 
     def document(self, scene: bpy.types.Scene, frames: Optional[Mapping[str, Any]]) -> Graph:
-        """The graph for the library: of frames, or a still of the scene's frame. Throws TreeError."""
+        """Returns the graph for the library: for a range of frames, or for the scene's current frame. Raises TreeError
+        if it is invalid."""
         graph: Graph = {"curlew": 1, "nodes": list(self.graph.values())}
         if frames:
             graph["frames"] = frames
@@ -53,7 +55,7 @@ class Collected:
 
 
 def _texts(node: Mapping[str, Any]) -> Iterator[str]:
-    """All that may hold expressions."""
+    """Yields all texts that may contain expressions."""
     yield from node["words"]
     yield from node["options"].values()
     yield from library.actions()[node["action"]].implied(node["options"]).values()
@@ -61,25 +63,25 @@ def _texts(node: Mapping[str, Any]) -> Iterator[str]:
 
 def graph_node(key: str, action: str, words: Sequence[str], options: Mapping[str, str],
                inputs: Mapping[str, Sequence[str]]) -> Dict[str, Any]:
-    """A node as the library has it; links are "KEY" or "KEY.OUTPUT"."""
+    """Returns a node in the library's format; links are "KEY" or "KEY.OUTPUT"."""
     return {"name": key, "action": action, "words": words, "options": dict(options), "inputs": inputs}
 
 
 def plain(text: str) -> str:
-    """A word that is meant as it is, without expressions."""
+    """Escapes a word, so that it contains no expressions."""
     return text.replace("{", "{{").replace("$", "$$")
 
 
 def collect(tree: bpy.types.NodeTree, namer: Optional[FileNamer] = None,
             roots: Optional[Sequence[str]] = None) -> Collected:
-    """The graph of what results and nodes without outputs need, or the nodes with these keys. `namer`: into which files
-    volumes go; without one they are left out. Throws TreeError."""
+    """Collects the graph for all results and nodes without outputs, or for the nodes with these keys. `namer` returns
+    the files for volumes; without it, volumes are skipped. Raises TreeError if the tree is invalid."""
     return _Collector(tree, namer, roots).collected
 
 
 @dataclass(frozen=True)
 class _Level:
-    """A tree within the groups that lead to it."""
+    """A tree, and the groups that contain it."""
 
     tree: bpy.types.NodeTree
     path: Tuple[bpy.types.Node, ...] = ()
@@ -96,7 +98,8 @@ def _is_group(node: bpy.types.Node) -> bool:
 
 
 def _walk(level: _Level) -> Iterator[Tuple[_Level, bpy.types.Node]]:
-    """The nodes that count, within groups too: no muted ones, frames, reroutes or ends of groups."""
+    """Yields the effective nodes, including those in groups: no muted nodes, frames, reroutes, or group inputs and
+    outputs."""
     if len(level.path) > _DEEPEST:
         raise TreeError(level.path[0].name, "the group contains itself")
     for node in level.tree.nodes:
@@ -111,13 +114,13 @@ def _walk(level: _Level) -> Iterator[Tuple[_Level, bpy.types.Node]]:
 
 
 def nodes_of(tree: bpy.types.NodeTree) -> Dict[str, bpy.types.Node]:
-    """The nodes by their keys. Undo replaces nodes, so a bake that has ended asks anew."""
+    """Returns the nodes by key. Undo replaces nodes, so look them up again after a bake."""
     found: Dict[str, bpy.types.Node] = {}
     try:
         for level, node in _walk(_Level(tree)):
             found[level.key(node)] = node
     except TreeError:
-        pass  # groups within themselves, which collect() tells of
+        pass  # a group contains itself; collect() reports this
     return found
 
 
@@ -148,9 +151,9 @@ class _Collector:
     # --- links
 
     def _source(self, level: _Level, socket: bpy.types.NodeSocket, depth: int = 0) -> Optional[str]:
-        """The link to the output that feeds an input socket; None where nothing does."""
+        """Returns the link to the output that feeds an input socket; None if it is not connected."""
         if depth > 150:
-            raise TreeError(level.key(socket.node), "the links go in a circle")
+            raise TreeError(level.key(socket.node), "the links form a cycle")
         for link in socket.links:
             if getattr(link, "is_muted", False):
                 continue
@@ -170,14 +173,14 @@ class _Collector:
         if _is_group(node):
             return self._of_group(level, node, _index(node.outputs, socket), depth)
         if not hasattr(node, "makes"):
-            raise TreeError(level.key(node), "is not a node of Curlew")
+            raise TreeError(level.key(node), "this is not a Curlew node")
         self._waiting.append(level.key(node))
         output = node.output_name(_index(node.outputs, socket))
         return f"{level.key(node)}.{output}" if output else level.key(node)
 
     def _of_group(self, level: _Level, group: bpy.types.Node, index: int, depth: int) -> Optional[str]:
         if not group.node_tree:
-            raise TreeError(level.key(group), "the group has no tree")
+            raise TreeError(level.key(group), "the group has no node tree; choose one")
         ends = sorted((n for n in group.node_tree.nodes if n.bl_idname == "NodeGroupOutput"),
                       key=lambda n: not n.is_active_output)
         if not ends:
@@ -185,12 +188,12 @@ class _Collector:
         return self._source(level.inside(group), ends[0].inputs[index], depth)
 
     def _through(self, level: _Level, node: bpy.types.Node, socket: bpy.types.NodeSocket, depth: int) -> Optional[str]:
-        """A muted node hands on the first input that has what the output has."""
+        """A muted node passes on the first input of the output's type."""
         for given in node.inputs:
             alike = {given.bl_idname, socket.bl_idname} <= {"CurlewFieldSocket", "CurlewShapeSocket"}
             if given.bl_idname == socket.bl_idname or alike:
                 return self._source(level, given, depth)
-        raise TreeError(level.key(node), f"is muted, and has nothing to hand on as '{socket.name}'")
+        raise TreeError(level.key(node), f"this node is muted and has no input to pass on as '{socket.name}'")
 
     def _inputs(self, level: _Level, node: bpy.types.Node) -> Dict[str, List[str]]:
         inputs: Dict[str, List[str]] = {}
@@ -273,7 +276,8 @@ def _index(sockets: Sequence[bpy.types.NodeSocket], socket: bpy.types.NodeSocket
 
 
 def staggered(collected: Collected) -> None:
-    """Throws TreeError where a volume result would show staggered velocities, which Blender takes for centred ones."""
+    """Raises TreeError if a volume result would show staggered velocities, which Blender would interpret as
+    cell-centred."""
     for key in collected.files:
         for name in collected.graph[key]["inputs"].get("what", ()):
             if collected.graph.get(name, {"options": {}})["options"].get("staggered") == "1":
@@ -282,7 +286,7 @@ def staggered(collected: Collected) -> None:
 
 
 def is_sequence(tree: bpy.types.NodeTree) -> bool:
-    """Whether its bake is one of frames."""
+    """Returns whether the tree is baked as a sequence of frames."""
     return tree.sequence or any(n.bl_idname == nodes.action_id("frames") and not n.mute for n in tree.nodes)
 
 
@@ -291,7 +295,8 @@ def _fps(scene: bpy.types.Scene) -> float:
 
 
 def frames_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene, collected: Collected) -> Optional[Dict[str, Any]]:
-    """The frames of a sequence: the scene's, unless a Frames node says more. None for a still."""
+    """Returns the frames of a sequence: the scene's, unless a Frames node overrides them. Returns None if the tree is
+    not a sequence."""
     said = collected.frames or {"words": [], "options": {}}
     if not tree.sequence and not collected.frames:
         return None
@@ -302,7 +307,7 @@ def frames_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene, collected: Colle
 
 
 def clear_errors(tree: bpy.types.NodeTree) -> None:
-    """Nodes are no longer red."""
+    """Clears the errors of all nodes."""
     tree.message = ""
     for each in [tree] + [n.node_tree for n in tree.nodes if _is_group(n) and n.node_tree]:
         for node in each.nodes:
@@ -311,7 +316,7 @@ def clear_errors(tree: bpy.types.NodeTree) -> None:
 
 
 def show_error(tree: bpy.types.NodeTree, error: TreeError) -> None:
-    """What is wrong now: on its node and on the groups that it is in, and on the tree."""
+    """Shows an error on its node, on the groups that contain it, and on the tree."""
     clear_errors(tree)
     tree.message = str(error)
     found = nodes_of(tree)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Curlew: divergence-free vector noise, and what follows it, for Python.
+"""Curlew for Python: divergence-free vector noise (DFVN), and particles, curves and level sets that follow it.
 
     import curlew
 
@@ -17,9 +17,9 @@
         ''')
         moved = session.points("dust").positions
 
-A program is the text of a scene, one action a line, or a graph of nodes as a dict: Session.run_graph() evaluates only what
-has changed since the run before. `curlew -help` and registry() tell what there is. The library is
-loaded when it is first needed; see find_library().
+A program is the text of a scene, one action per line, or a graph of nodes as a dict. Session.run_graph() only evaluates
+what has changed since the previous run. `curlew -help` and registry() list the actions. The library is loaded when it
+is first needed; see find_library().
 """
 
 from ._library import Cancelled, Error, find_library

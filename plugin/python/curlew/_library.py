@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The shared library: where it is, what its functions are called with, and how their failures become exceptions."""
+"""Finds and loads the shared library, declares its functions, and turns their errors into exceptions."""
 
 import ctypes
 import json
@@ -22,12 +22,12 @@ _TYPES = {"float32": FLOAT32, "float64": FLOAT64, "int32": INT32, "int64": INT64
 
 
 class Error(Exception):
-    """What the library says is wrong, in one line.
+    """An error that the library reports, as one line.
 
     Attributes:
-        line: the line of the program's text that has failed, from 1; None where it is no line's fault.
-        action: the name of the action that has failed; None where it is none's fault.
-        node: the name of the node that has failed; None where the program has no names, or it is no node's fault.
+        line: the line of the program's text that failed, counted from 1; None if the error is not related to a line.
+        action: the name of the action that failed; None if the error is not related to an action.
+        node: the name of the node that failed; None if the node has no name or the error is not related to a node.
     """
 
     def __init__(
@@ -40,11 +40,11 @@ class Error(Exception):
 
 
 class Cancelled(Error):
-    """A callback, or Session.cancel(), has asked the program to stop."""
+    """A callback or Session.cancel() has cancelled the program."""
 
 
 class Array(ctypes.Structure):
-    """curlew_array and curlew_buffer, which are the same in memory."""
+    """curlew_array and curlew_buffer, which have the same memory layout."""
 
     _fields_ = [
         ("data", c_void_p),
@@ -69,34 +69,37 @@ class Callbacks(ctypes.Structure):
 def _candidates() -> List[Path]:
     package = Path(__file__).resolve().parent
     beside = [package / _NAME, package.parent / _NAME]
-    # Installed: prefix/lib/python3/…/curlew; in the checkout: plugin/python/curlew, and the build tree is build/.
+    # Installed, the package is prefix/lib/python3/…/curlew. In a checkout, it is plugin/python/curlew, and the build
+    # tree is build/.
     above = [parent / _NAME for parent in list(package.parents)[:4]]
     checkout = [top / "build" / _NAME for top in list(package.parents)[2:3]]
     return beside + above + checkout
 
 
 def find_library() -> str:
-    """The path of the shared library.
+    """Returns the path of the shared library.
 
-    That is what the environment's CURLEW_LIBRARY says, if it is set; else libcurlew.so beside this package or in a
-    folder above it, or in the build tree of the checkout that the package is in. Raises Error where there is none.
+    This is the path in the environment variable CURLEW_LIBRARY if it is set. Otherwise it is libcurlew.so in this
+    package, in one of the four folders above it, or in the build tree of the checkout that contains the package. Raises
+    Error if
+    none is found.
     """
     given = os.environ.get("CURLEW_LIBRARY")
     if given:
         if not Path(given).is_file():
-            raise Error(f"CURLEW_LIBRARY is '{given}', and there is no such file")
+            raise Error(f"CURLEW_LIBRARY is '{given}', but there is no such file")
         return given
     for path in _candidates():
         if path.is_file():
             return str(path)
-    raise Error(f"{_NAME} is not beside the package '{Path(__file__).parent}'; say where it is in CURLEW_LIBRARY")
+    raise Error(f"{_NAME} is not beside the package '{Path(__file__).parent}'; set CURLEW_LIBRARY to its path")
 
 
 _library: Optional[ctypes.CDLL] = None
 
 
 def library() -> ctypes.CDLL:
-    """The loaded library."""
+    """Returns the library; loads it at the first call."""
     global _library
     if _library is None:
         _library = _load(find_library())
@@ -104,7 +107,7 @@ def library() -> ctypes.CDLL:
 
 
 def _let_run(command: Path) -> None:
-    """Blender unpacks an add-on without saying which of its files are programs."""
+    """Makes the command executable, since Blender unpacks an add-on without its files' permissions."""
     if command.is_file() and not os.access(command, os.X_OK):
         try:
             command.chmod(0o755)
@@ -120,7 +123,7 @@ def _load(path: str) -> ctypes.CDLL:
     except (OSError, AttributeError) as error:
         raise Error(f"cannot load '{path}' on {platform.platform()}: {error}") from error
     if version != ABI_VERSION:
-        raise Error(f"'{path}' has version {version} of the interface, and this package needs {ABI_VERSION}")
+        raise Error(f"'{path}' has version {version} of the interface, but this package needs {ABI_VERSION}")
     session, text, array, place = c_void_p, c_char_p, POINTER(Array), POINTER(c_int64)
     functions = {
         "version": (text, []),
@@ -166,7 +169,7 @@ def _load(path: str) -> ctypes.CDLL:
 
 
 def call(name: str, *arguments: Any) -> None:
-    """Calls a function that returns a status; a failure becomes an exception."""
+    """Calls a function that returns a status. Raises Error or Cancelled if it fails."""
     lib = library()
     status = getattr(lib, f"curlew_{name}")(*arguments)
     if status == _OK:
@@ -181,47 +184,47 @@ def call(name: str, *arguments: Any) -> None:
 
 
 def told(name: str, *arguments: Any) -> str:
-    """The text that a function hands out through its last argument."""
+    """Returns the text that a function passes out through its last argument."""
     text = c_char_p()
     call(name, *arguments, byref(text))
     return (text.value or b"").decode()
 
 
 def created(name: str, *arguments: Any) -> c_void_p:
-    """The handle that a function hands out through its last argument."""
+    """Returns the handle that a function passes out through its last argument."""
     handle = c_void_p()
     call(name, *arguments, byref(handle))
     return handle
 
 
 def plain(text: str, what: str) -> bytes:
-    """Text for the library."""
+    """Encodes text for the library. Raises Error if it contains a null character."""
     encoded = text.encode()
     if b"\0" in encoded:
-        raise Error(f"{what} must not have a character 0 in it")
+        raise Error(f"{what} must not contain the character NUL")
     return encoded
 
 
 def graph_text(graph: Any) -> str:
-    """A graph as text: text itself, or the JSON of a dict, in which NumPy's numbers and arrays may be values."""
+    """Returns a graph as text: the text itself, or the JSON of a dict. Its values may be NumPy numbers and arrays."""
     return graph if isinstance(graph, str) else json.dumps(graph, default=lambda value: value.tolist())
 
 
 def triple(values: Any = (0, 0, 0)) -> Any:
-    """Three indices for the library."""
+    """Converts three indices for the library."""
     return (c_int64 * 3)(*(int(value) for value in values))
 
 
 def array_of(values: np.ndarray) -> Array:
-    """The library's view of an array of one or two dimensions whose items are contiguous."""
+    """Returns the library's view of a 1D or 2D array, whose items must be contiguous."""
     components = 1 if values.ndim == 1 else values.shape[1]
     view = Array(values.ctypes.data, values.shape[0], values.strides[0], components, _TYPES[values.dtype.name])
-    view.kept = values  # for as long as the view is there
+    view.kept = values  # keeps the array alive as long as the view
     return view
 
 
 def numbers(values: Any, what: str, integers: bool = False) -> np.ndarray:
-    """The values as an array of a type that the library knows: themselves where they are one already."""
+    """Converts the values to an array of a type that the library supports; without a copy if they already are one."""
     try:
         array = np.asarray(values)
         if integers and array.size and array.dtype.kind not in "iub":
@@ -234,7 +237,7 @@ def numbers(values: Any, what: str, integers: bool = False) -> np.ndarray:
 
 
 def usable(values: Any, components: int, what: str, integers: bool = False) -> np.ndarray:
-    """The same, and of that many numbers an item."""
+    """Like numbers(), but also checks that each item has `components` numbers, and makes the items contiguous."""
     array = numbers(values, what, integers)
     shape = array.shape
     if array.size == 0 and array.ndim < 2:
@@ -245,5 +248,5 @@ def usable(values: Any, components: int, what: str, integers: bool = False) -> n
         wanted = "(n,)" if components == 1 else f"(n, {components})"
         raise Error(f"{what} must have the shape {wanted}, not {shape}")
     contiguous_items = array.ndim == 1 or array.strides[1] == array.itemsize
-    repeated = array.strides[0] == 0  # which the library takes for "one after another"
+    repeated = array.strides[0] == 0  # the library takes a stride of 0 for contiguous items
     return array if contiguous_items and not repeated else np.ascontiguousarray(array)

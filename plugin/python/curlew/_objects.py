@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a session has made, as NumPy arrays, and the fields and flows that can be evaluated."""
+"""The objects of a session: data as NumPy arrays, and fields and flows that can be evaluated."""
 
 import ctypes
 import json
@@ -13,15 +13,15 @@ from . import _library as lib
 
 @dataclass
 class Points:
-    """Points; arrays have an entry for each of them."""
+    """Points. Each array has one entry per point."""
 
     positions: np.ndarray  #: (n, 3) float64, world units
-    ids: np.ndarray  #: (n,) int64, the same for all of a point's life
+    ids: np.ndarray  #: (n,) int64, constant during a point's life
     velocities: Optional[np.ndarray] = None  #: (n, 3) float32, world units per second
     ages: Optional[np.ndarray] = None  #: (n,) float32, seconds
-    lives: Optional[np.ndarray] = None  #: (n,) float32, the age at which it dies; infinite: never
-    tracks: Optional[np.ndarray] = None  #: (n, 2) float64, the values of f and g that it keeps
-    fades: Optional[np.ndarray] = None  #: (n,) float32, 0 to 1: how much of it is seen
+    lives: Optional[np.ndarray] = None  #: (n,) float32, the age at which the point dies; infinite: never
+    tracks: Optional[np.ndarray] = None  #: (n, 2) float64, the values of f and g that the point keeps
+    fades: Optional[np.ndarray] = None  #: (n,) float32, visibility from 0 to 1
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -33,11 +33,11 @@ class Curves:
 
     vertices: np.ndarray  #: (n, 3) float64, world units
     offsets: np.ndarray  #: (k + 1,) int64
-    closed: np.ndarray  #: (k,) bool: an edge leads from the last vertex to the first
-    ids: np.ndarray  #: (k,) int64, those of the seeds
+    closed: np.ndarray  #: (k,) bool, whether an edge connects the last vertex to the first
+    ids: np.ndarray  #: (k,) int64, ids of the seeds
     lengths: np.ndarray  #: (k,) float64, world units
-    velocities: np.ndarray  #: (n, 3) float32, of the flow at the vertices
-    along: np.ndarray  #: (n,) float64, from the seed, world units or seconds
+    velocities: np.ndarray  #: (n, 3) float32, velocity of the flow at the vertices, world units per second
+    along: np.ndarray  #: (n,) float64, distance or time from the seed, in world units or seconds
     tracks: Optional[np.ndarray] = None  #: (n, 2) float64, f and g at the vertices
 
     def __len__(self) -> int:
@@ -54,20 +54,20 @@ class Mesh:
 
     @property
     def faces(self) -> List[Tuple[int, ...]]:
-        """The corners of each face: triangles first, then quads."""
+        """The vertex indices of each face: triangles first, then quads."""
         return [tuple(face) for face in self.triangles.tolist() + self.quads.tolist()]
 
 
 @dataclass
 class Image:
-    """A picture; rows from top to bottom. NaN: nothing is there."""
+    """An image, with rows from top to bottom. NaN marks pixels without a value."""
 
     pixels: np.ndarray  #: (h, w, c) float32
-    channels: List[str]  #: a name for each of c
+    channels: List[str]  #: c channel names
 
 
 class Field:
-    """A scalar field. It never changes; threads may share it."""
+    """A scalar field. Immutable; may be shared between threads."""
 
     def __init__(self, handle: Any) -> None:
         self._handle = handle
@@ -77,46 +77,47 @@ class Field:
         lib.library().curlew_field_release(self._handle)
 
     def value(self, positions: Any) -> np.ndarray:
-        """Its values at positions (n, d): (n,).
+        """Returns the values (n,) at positions (n, d).
 
-        Positions have as many coordinates as the field has dimensions, or 3 where it has fewer. What float32 positions
-        give is float32; positions of any other kind give float64. Where a position is not finite it is NaN.
+        Positions have as many coordinates as the field has dimensions, or 3 if it has fewer. The results are float32
+        for float32 positions, otherwise float64. They are NaN at positions that are not finite.
         """
         return _evaluated("field", self, positions, lambda d: (1, None))[0]
 
     def gradient(self, positions: Any) -> np.ndarray:
-        """Its gradients at positions (n, d): (n, d)."""
+        """Returns the gradients (n, d) at positions (n, d)."""
         return _evaluated("field", self, positions, lambda d: (None, d))[1]
 
     def value_and_gradient(self, positions: Any) -> Tuple[np.ndarray, np.ndarray]:
-        """Both, for little more than the cost of the gradient."""
+        """Returns the values and the gradients, for little more than the cost of the gradients."""
         return _evaluated("field", self, positions, lambda d: (1, d))
 
 
 class Flow:
-    """A flow: velocities made of scalar fields. It never changes; threads may share it."""
+    """A flow: a velocity field made from scalar fields. Immutable; may be shared between threads."""
 
     def __init__(self, handle: Any, about: Dict[str, Any]) -> None:
         self._handle = handle
         self.dimension: int = about["dimension"]  #: 2 to 7
-        self.has_tracks: bool = about["tracks"]  #: fields() stay the same along streamlines
+        self.has_tracks: bool = about["tracks"]  #: whether fields() are constant along streamlines
         self.divergence_free: bool = about["divergence_free"]
-        self.lower = np.array(about["lower"])  #: (d,) of the box that it is made for
-        self.upper = np.array(about["upper"])  #: (d,)
+        self.lower = np.array(about["lower"])  #: (d,) lower corner of the domain's box
+        self.upper = np.array(about["upper"])  #: (d,) upper corner of the domain's box
 
     def __del__(self) -> None:
         lib.library().curlew_flow_release(self._handle)
 
     def velocity(self, positions: Any) -> np.ndarray:
-        """Its velocities at positions (n, d): (n, d), world units per second; see Field.value()."""
+        """Returns the velocities (n, d) at positions (n, d), in world units per second; see Field.value()."""
         return _evaluated("flow", self, positions, lambda d: (d, None))[0]
 
     def fields(self, positions: Any) -> np.ndarray:
-        """Its potentials at positions (n, d): (n, d - 1); in space f and g. Raises Error for a sum of flows."""
+        """Returns the potentials (n, d - 1) at positions (n, d): f and g in 3D. Raises Error if the flow is a sum of
+        flows."""
         return _evaluated("flow", self, positions, lambda d: (None, d - 1))[1]
 
     def velocity_and_fields(self, positions: Any) -> Tuple[np.ndarray, np.ndarray]:
-        """Both, for the cost of the velocity."""
+        """Returns the velocities and the potentials, for the cost of the velocities."""
         return _evaluated("flow", self, positions, lambda d: (d, d - 1))
 
 
@@ -134,7 +135,7 @@ def _evaluated(kind: str, what: Any, positions: Any, components: Any) -> Tuple[A
     return made[0], made[1]
 
 
-_VALUES: Dict[str, Tuple[Any, Tuple[int, ...]]] = {  # what a grid's voxels have
+_VALUES: Dict[str, Tuple[Any, Tuple[int, ...]]] = {  # type and shape of a voxel's value
     "float": (np.dtype(np.float32), ()),
     "double": (np.dtype(np.float64), ()),
     "int32": (np.dtype(np.int32), ()),
@@ -145,17 +146,17 @@ _VALUES: Dict[str, Tuple[Any, Tuple[int, ...]]] = {  # what a grid's voxels have
 
 
 class Leaf(NamedTuple):
-    """One block of 8 x 8 x 8 voxels of a grid, those of the smallest indices first."""
+    """A leaf node of a grid: a block of 8 x 8 x 8 voxels in order of increasing indices."""
 
-    origin: Tuple[int, int, int]  #: the indices of its first voxel
-    values: np.ndarray  #: (8, 8, 8) or (8, 8, 8, 3), indexed by x, y, z: a view of the grid, which cannot be written to
-    active: np.ndarray  #: (8, 8, 8) bool, whether a voxel has a value of its own
+    origin: Tuple[int, int, int]  #: indices of the first voxel
+    values: np.ndarray  #: (8, 8, 8) or (8, 8, 8, 3), indexed by x, y, z: a read-only view of the grid
+    active: np.ndarray  #: (8, 8, 8) bool, whether a voxel is active
 
 
 class Grid:
     """A sparse grid of a session.
 
-    What it reads is there until the session runs again or is closed; after that its methods raise Error.
+    Can be read until the session runs again or is closed. After that, its methods raise Error.
     """
 
     def __init__(self, session: Any, position: int) -> None:
@@ -165,22 +166,22 @@ class Grid:
         self.type: str = self.about["type"]  #: "float", "vec3s", …
         self.grid_class: str = self.about["class"]  #: "level set", "fog volume", "staggered", …
         self.voxel_size = np.array(self.about["voxel_size"])  #: (3,) world units
-        self.lower = tuple(self.about["lower"])  #: of the box of the active voxels, in indices
-        self.upper = tuple(self.about["upper"])  #: exclusive
+        self.lower = tuple(self.about["lower"])  #: lower corner of the active voxels' bounding box, in index space
+        self.upper = tuple(self.about["upper"])  #: upper corner, exclusive
         self.transform = np.array(self.about["transform"])  #: (4, 4): transform @ (i, j, k, 1) is (x, y, z, 1)
         self._dtype, self._shape = _VALUES.get(self.about["value_type"], (np.dtype(np.float64), ()))
 
     def _open(self) -> Any:
         if self._session.runs != self._run:
-            raise lib.Error(f"the session has run since it was asked for the grid '{self.name}': ask again")
+            raise lib.Error(f"the session has run again since it returned the grid '{self.name}'; get the grid again")
         return self._session.handle
 
     def array(self, lower: Optional[Sequence[int]] = None, upper: Optional[Sequence[int]] = None) -> np.ndarray:
-        """The values of a box of voxels: (x, y, z), or (x, y, z, 3) for vectors.
+        """Returns the values in a box of voxels: (x, y, z), or (x, y, z, 3) for vectors.
 
         Args:
-            lower: the indices of its first voxel; those of the active voxels' box if None.
-            upper: those after its last voxel; those of the active voxels' box if None.
+            lower: the indices of the first voxel; the lower corner of the active voxels' box if None.
+            upper: the indices after the last voxel; the upper corner of the active voxels' box if None.
         """
         low = self.lower if lower is None else tuple(lower)
         high = self.upper if upper is None else tuple(upper)
@@ -192,10 +193,10 @@ class Grid:
         return values.reshape(*size, *self._shape)
 
     def leaves(self) -> Iterator[Leaf]:
-        """The blocks that have active voxels, without copies: `for origin, values, active in grid.leaves()`.
+        """Iterates over the leaf nodes without copying: `for origin, values, active in grid.leaves()`.
 
-        The values are the grid's own memory. They may be used until the session runs again or is closed; copy what has
-        to live longer.
+        The values are views of the grid's memory, valid until the session runs again or is closed. Copy what is needed
+        longer.
         """
         count = lib.c_int64()
         lib.call("grid_leaves", self._open(), self._position, lib.byref(count))
@@ -209,7 +210,7 @@ class Grid:
 
     def _memory(self, address: Any, size: int) -> np.ndarray:
         memory = (ctypes.c_uint8 * size).from_address(address.value)
-        memory.kept = self._session  # for as long as the view is there
+        memory.kept = self._session  # keeps the session alive as long as the view
         array = np.frombuffer(memory, np.uint8)
         array.flags.writeable = False
         return array
@@ -219,14 +220,14 @@ _DTYPES = {"float32": np.float32, "float64": np.float64, "int32": np.int32, "int
 
 
 class Reader:
-    """One object of a session: what there is about it, and its arrays."""
+    """Reads the description and the arrays of one object of a session."""
 
     def __init__(self, session: Any, kind: int, age: int) -> None:
         self._session, self._kind, self._age = session, kind, age
         self.about: Dict[str, Any] = json.loads(lib.told("describe", session, kind, age))
 
     def array(self, name: str) -> Optional[np.ndarray]:
-        """The array of that name, or None where it has none."""
+        """Returns the array with this name; None if the object has none."""
         shape = self.about["arrays"].get(name)
         if shape is None:
             return None
@@ -237,5 +238,5 @@ class Reader:
         return array
 
     def into(self, name: str, array: np.ndarray) -> None:
-        """Fills an array of the right shape."""
+        """Copies an object's array into an array of the right shape."""
         lib.call("read", self._session, self._kind, self._age, name.encode(), lib.array_of(array))

@@ -23,9 +23,9 @@ def _proceed(_title: str, _fraction: float) -> bool:
 
 @contextmanager
 def _ctrl_c_cancels(cancel: Callable[[], Any], seen: List[Any]) -> Iterator[None]:
-    """Ctrl-C is seen and asks to stop, and does afterwards what it does otherwise.
+    """While active, Ctrl-C calls `cancel`. Its usual effect follows afterwards.
 
-    An exception of its own, where a callback has just been entered, would be lost: nothing there can catch it.
+    An exception raised directly would be lost if a callback has just been entered, since nothing can catch it there.
     """
     usual = signal.getsignal(signal.SIGINT)
     if not callable(usual) or threading.current_thread() is not threading.main_thread():
@@ -46,23 +46,23 @@ def _ctrl_c_cancels(cancel: Callable[[], Any], seen: List[Any]) -> Iterator[None
 
 
 class Session:
-    """Runs programs, and has what they have made.
+    """Runs programs and holds the objects that they make.
 
-    What it has made is read by name ("dust", "smoke.density": a node, or one of its outputs) or by age (0 is the newest
-    of its kind). Use it in a `with` statement, or call close(). Different sessions may be used by different threads at the same
-    time; one session is used by one thread at a time, but for cancel(). While a program runs, other threads of Python
-    go on.
+    Objects are selected by name ("dust", "smoke.density": a node, or one of its outputs) or by age (0 is the newest of
+    its kind). Use a session in a `with` statement, or call close(). Different sessions may be used by different threads
+    at the same time. One session may be used by one thread at a time, except for cancel(). Other Python threads
+    continue while a program runs.
     """
 
     def __init__(self) -> None:
-        self.runs = 0  #: how often a program has been run
+        self.runs = 0  #: number of programs that were run
         self._handle: Any = None
         self._handle = lib.created("session_create")
 
     def close(self) -> None:
-        """Gives everything back. Arrays, fields and flows that came from the session live on.
+        """Releases the session. Arrays, fields and flows that came from it remain valid.
 
-        Raises Error while the session runs, in its callbacks, too.
+        Raises Error while the session runs, including from its callbacks.
         """
         if self._handle is not None:
             lib.call("session_release", self._handle)
@@ -80,20 +80,21 @@ class Session:
 
     @property
     def handle(self) -> Any:
-        """Its curlew_session. Raises Error if it is closed."""
+        """The curlew_session. Raises Error if the session is closed."""
         if self._handle is None:
             raise lib.Error("the session is closed")
         return self._handle
 
     def provide_mesh(self, name: str, points: Any, faces: Any) -> None:
-        """From now on, `read NAME` in programs takes this mesh, and no file.
+        """Provides a mesh: `read NAME` in programs then reads it instead of a file.
 
         Args:
             points: (n, 3), world units.
-            faces: (m, 3) or (m, 4) indices of points; or a pair (indices, sizes) for faces of different sizes: all
-                corners one after another, and how many each face has.
+            faces: (m, 3) or (m, 4) vertex indices; or a pair (indices, sizes) for faces of different sizes: the vertex
+                indices of all faces one after another, and the number of vertices of each face.
         """
-        # Two triangles are no such pair: there are more corners than faces.
+        # A tuple of two faces is not such a pair: its entries have the same size, while a pair has more indices than
+        # sizes.
         pair = isinstance(faces, tuple) and len(faces) == 2 and np.size(faces[0]) != np.size(faces[1])
         corners, sizes = faces if pair else (faces, None)
         if sizes is None:
@@ -108,11 +109,11 @@ class Session:
         lib.call("provide_mesh", self.handle, name, lib.array_of(points), lib.array_of(corners), sizes)
 
     def provide_points(self, name: str, positions: Any, ids: Any = None, velocities: Any = None) -> None:
-        """From now on, `read NAME` in programs takes these points, and no file.
+        """Provides points: `read NAME` in programs then reads them instead of a file.
 
         Args:
             positions: (n, 3), world units.
-            ids: (n,) integers; 0, 1, 2, … if there are none.
+            ids: (n,) integers; 0, 1, 2, … if None.
             velocities: (n, 3), world units per second.
         """
         given = [
@@ -124,7 +125,7 @@ class Session:
         lib.call("provide_points", self.handle, lib.plain(name, "the name"), *views)
 
     def withdraw(self, name: str) -> None:
-        """What was provided under that name is not there any more."""
+        """Withdraws what was provided under this name. Raises Error if there is nothing."""
         lib.call("withdraw", self.handle, lib.plain(name, "the name"))
 
     def run(
@@ -135,32 +136,33 @@ class Session:
         on_frame: Optional[Callable[[int, "Session"], Any]] = None,
         on_message: Optional[Callable[[str], Any]] = None,
     ) -> None:
-        """Runs a program on what the session has: the text of a scene, one action a line. A dict is run by run_graph().
+        """Runs a program, the text of a scene, on the objects in the session. A dict is passed to run_graph().
 
         Args:
             graph: the program.
-            name: stands for it in messages.
-            progress: called as progress(title, fraction) about 20 times a second, from any thread; something true
+            name: the program's name in messages.
+            progress: called as progress(title, fraction) up to 20 times per second, from any thread. A true result
                 cancels the program.
-            on_frame: called as on_frame(frame, session) at the end of each frame of `frames`, while what it has made
-                is there to be read; something true cancels the program.
-            on_message: called with each line that the program says, and each text that it prints.
+            on_frame: called as on_frame(frame, session) at the end of each frame of `frames`, while the results of the
+                frame can be read. A true result cancels the program.
+            on_message: called with each line that the program says and each text that it prints.
 
         Raises:
-            Cancelled: where a callback or cancel() has asked for it. Error: for everything else that fails. An
-                exception in a callback ends the program, and is raised here.
+            Cancelled: if a callback or cancel() has cancelled the program. Error: for any other failure. An exception
+                in a callback ends the program and is raised here.
         """
         self._run("run" if isinstance(graph, str) else "run_graph", graph, name, progress, on_frame, on_message)
 
     def run_graph(self, graph: Graph, name: str = "graph", **callbacks: Any) -> None:
-        """Runs a program in place of all that the session has made so far.
+        """Runs a program that replaces all objects in the session.
 
-        Nodes whose options and inputs are those of the run before are not evaluated again: `evaluated` has the others.
+        Nodes whose options and inputs are those of the previous run are not evaluated again; `evaluated` lists the
+        others.
 
         Args:
             graph: nodes and links as a dict or as JSON text (docs/graph.md), or the text of a scene.
-            name: stands for it in messages.
-            callbacks: those of run(), which raises the same.
+            name: the program's name in messages.
+            callbacks: those of run(), which raises the same exceptions.
         """
         self._run("run_graph", graph, name, **callbacks)
 
@@ -195,7 +197,7 @@ class Session:
             return text.decode(errors="replace")
 
         if progress is None and threading.current_thread() is threading.main_thread():
-            progress = _proceed  # Python sees Ctrl-C only where it is called
+            progress = _proceed  # Python only handles Ctrl-C while a callback runs
         callbacks = lib.Callbacks(
             None,
             guarded(progress, lib.PROGRESS, decoded, float),
@@ -214,12 +216,12 @@ class Session:
             raise failures[0]
 
     def cancel(self) -> None:
-        """Asks the program that runs to stop. From any thread; where none runs it does nothing."""
+        """Asks the running program to stop. May be called from any thread. Does nothing if no program is running."""
         lib.call("cancel", self.handle)
 
     @property
     def evaluated(self) -> List[str]:
-        """The names of the nodes that the last run has evaluated; the values of the others were known."""
+        """The names of the nodes that the last run evaluated. The values of the others were reused."""
         return list(json.loads(lib.told("evaluated", self.handle)))
 
     def _position(self, kind: int, which: Which) -> int:
@@ -235,15 +237,15 @@ class Session:
         return Reader(self.handle, kind, self._position(kind, which))
 
     def count(self, kind: str) -> int:
-        """How many there are: of "field", "flow", "grid", "mesh", "points", "curves" or "image"."""
+        """Returns the number of objects of a kind: "field", "flow", "grid", "mesh", "points", "curves" or "image"."""
         if kind not in lib.KINDS:
-            raise lib.Error(f"there are no objects of kind '{kind}'; kinds are {', '.join(lib.KINDS)}")
+            raise lib.Error(f"there is no kind '{kind}'; the kinds are {', '.join(lib.KINDS)}")
         number = lib.c_int64()
         lib.call("count", self.handle, lib.KINDS.index(kind), lib.byref(number))
         return number.value
 
     def points(self, age: Which = 0) -> Points:
-        """Points, by name or by age."""
+        """Returns points, by name or by age."""
         read = self._read(lib.POINTS, age).array
         return Points(
             positions=read("position"),
@@ -256,7 +258,7 @@ class Session:
         )
 
     def curves(self, age: Which = 0) -> Curves:
-        """Curves, by name or by age."""
+        """Returns curves, by name or by age."""
         read = self._read(lib.CURVES, age).array
         return Curves(
             vertices=read("position"),
@@ -270,12 +272,12 @@ class Session:
         )
 
     def mesh(self, age: Which = 0) -> Mesh:
-        """A mesh, by name or by age."""
+        """Returns a mesh, by name or by age."""
         read = self._read(lib.MESH, age).array
         return Mesh(points=read("position"), triangles=read("triangles"), quads=read("quads"))
 
     def image(self, age: Which = 0) -> Image:
-        """A picture, by name or by age."""
+        """Returns an image, by name or by age."""
         reader = self._read(lib.IMAGE, age)
         width, height, channels = (reader.about[name] for name in ("width", "height", "channels"))
         pixels = np.empty((width * height, len(channels)), np.float32)
@@ -283,12 +285,12 @@ class Session:
         return Image(pixels.reshape(height, width, len(channels)), channels)
 
     def grid(self, age: Which = 0) -> Grid:
-        """A grid to look into, by name or by age."""
+        """Returns a grid, by name or by age."""
         return Grid(self, self._position(lib.GRID, age))
 
     def grids(self) -> List[Dict[str, Any]]:
-        """What there is to know about each grid, the newest first: "name", "type", "class", "voxel_size" (the edge
-        of a voxel, or three where they differ), "active_voxels", "level_set"."""
+        """Describes each grid, the newest first: "name", "type", "class", "voxel_size" (one number, or three if they
+        differ), "active_voxels", "level_set", …"""
         found = [self._read(lib.GRID, age).about for age in range(self.count("grid"))]
         for grid in found:
             if len(set(grid["voxel_size"])) == 1:
@@ -296,14 +298,14 @@ class Session:
         return found
 
     def field(self, age: Which = 0) -> Field:
-        """A field to evaluate, by name or by age."""
+        """Returns a field, by name or by age."""
         return Field(lib.created("session_field", self.handle, self._position(lib.FIELD, age)))
 
     def flow(self, age: Which = 0) -> Flow:
-        """A flow to evaluate, by name or by age."""
+        """Returns a flow, by name or by age."""
         position = self._position(lib.FLOW, age)
         return Flow(lib.created("session_flow", self.handle, position), self._read(lib.FLOW, position).about)
 
     def report(self) -> Dict[str, Any]:
-        """What the actions have measured, by action."""
+        """Returns the measurements of the actions, by action."""
         return json.loads(lib.told("report", self.handle))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is done most, in one call."""
+"""Common tasks in one call."""
 
 import json
 from typing import Any, Dict, Mapping, Optional, Tuple, Union
@@ -12,33 +12,35 @@ Meshes = Mapping[str, Tuple[Any, Any]]
 
 
 def version() -> str:
-    """The versions of the library and of OpenVDB, and the instruction set in use."""
+    """Returns the version and commit of the library, and the instruction set in use."""
     return _text("version")
 
 
 def registry() -> Dict[str, Any]:
-    """All actions, with their inputs, outputs, options, defaults, ranges and help."""
+    """Returns all actions with their inputs, outputs, options, defaults, ranges and help."""
     return json.loads(_text("registry"))
 
 
 def read_isolated(on: bool = True) -> bool:
-    """Whether damaged files of points or pictures (.vdb, .exr) can end only a process of their own; on by default.
+    """Sets whether .vdb files with points and .exr images are read by a separate process; on by default.
 
-    It takes the command `curlew` beside the library or in the bin/ of its installation, or where the environment's
-    CURLEW_READER says. For the whole process. Returns whether such files are now read by another process.
+    A damaged file then cannot crash this process. The setting applies to the whole process. It needs the command
+    `curlew`: the one that the environment variable CURLEW_READER names, or else the one beside the library or in the
+    bin/ of its installation. Returns whether a separate process now reads such files.
     """
     return bool(lib.library().curlew_read_isolated(int(on)))
 
 
 def translate(graph: Graph, form: str, name: str = "graph") -> str:
-    """A program as JSON text (form "json": nodes and links, docs/graph.md) or as the text of a scene (form "scene").
+    """Translates a program to JSON text (form "json": nodes and links, docs/graph.md) or to the text of a scene (form
+    "scene").
 
     Args:
         graph: a dict, JSON text or the text of a scene.
         form: "json" or "scene".
-        name: stands for it in messages.
+        name: the program's name in messages.
 
-    Raises Error for what is wrong with it. Files that it reads need not be there.
+    Raises Error if the program is invalid. Files that it reads need not exist.
     """
     text = lib.plain(lib.graph_text(graph), "the graph")
     return lib.told("translate", text, lib.plain(name, "its name"), lib.plain(form, "the form"))
@@ -52,14 +54,14 @@ def _text(name: str) -> str:
 
 
 class Program:
-    """The text of a program: one action a line, as in a scene file. Raises Error where it is not right."""
+    """The text of a program: one action per line, as in a scene file. Raises Error if it is invalid."""
 
     def __init__(self, text: str, name: str = "scene") -> None:
         self.text, self.name = text, name
         lib.call("check", lib.plain(text, "the program"), lib.plain(name, "its name"))
 
     def run(self, meshes: Optional[Meshes] = None, **callbacks: Any) -> Session:
-        """Runs it in a session of its own, with meshes (points, faces) by name; callbacks as of Session.run()."""
+        """Runs the program in a new session, with meshes (points, faces) by name; callbacks as for Session.run()."""
         session = Session()
         for name, (points, faces) in (meshes or {}).items():
             session.provide_mesh(name, points, faces)
@@ -67,7 +69,7 @@ class Program:
         return session
 
     def flow(self, meshes: Optional[Meshes] = None, **callbacks: Any) -> Flow:
-        """The newest flow that it makes."""
+        """Runs the program and returns its newest flow."""
         with self.run(meshes, **callbacks) as session:
             return session.flow()
 
@@ -100,11 +102,11 @@ def advect(
     progress: Optional[Progress] = None,
     **options: Any,
 ) -> Points:
-    """Moves points along the newest flow of a program, each on its own track.
+    """Advects points along the newest flow of a program, each on its own track.
 
     Args:
         positions: (n, 3), world units.
-        program: what makes the flow.
+        program: the program that makes the flow.
         ids: (n,) integers.
         meshes: (points, faces) by name, for `read NAME` in the program.
         options: those of the action `advect`: time=2, steps=50, scheme="rk4", reproject="gauss-newton", …
@@ -125,15 +127,15 @@ def velocity_grid(
     progress: Optional[Progress] = None,
     **options: Any,
 ) -> Dict[str, Any]:
-    """Samples the newest flow of a program on a sparse grid, and writes that to a .vdb file, whole or not at all.
+    """Samples the newest flow of a program on a sparse grid, and writes the grid to a .vdb file atomically.
 
     Args:
-        path: of the file.
-        program: what makes the flow.
+        path: the path of the file.
+        program: the program that makes the flow.
         meshes: (points, faces) by name, for `read NAME` in the program.
         options: those of the action `velocity`: voxel=0.02 or dim=128, staggered=True, name="velocity", …
 
-    Returns what there is to know about the grid, as Session.grids() does.
+    Returns the description of the grid, as Session.grids() does.
     """
     with Session() as session:
         for name, (points, faces) in (meshes or {}).items():

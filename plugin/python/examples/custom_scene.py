@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A scene of one's own: its flow is evaluated as arrays, its streamlines are read, and a picture is written."""
+"""A custom scene: evaluates its flow at an array of positions, reads its streamlines, and writes a picture."""
 
 import numpy as np
 
@@ -19,7 +19,7 @@ trace limit=2 as=threads
 with curlew.Program(SCENE, name="my scene").run() as session:
     flow, curves = session.flow("wind"), session.curves("threads")
 
-# The flow at any positions; f and g, its potentials, stay the same along each curve.
+# Evaluates the flow at any positions. Its potentials f and g are constant along each curve.
 velocity, fields = flow.velocity_and_fields(curves.vertices)
 starts = np.repeat(fields[curves.offsets[:-1]], np.diff(curves.offsets), axis=0)
 print(f"{len(curves)} curves of {len(curves.vertices)} vertices, {curves.closed.sum()} of them closed")

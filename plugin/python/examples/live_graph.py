@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A graph that is edited while its session stays open: only what depends on the edit is evaluated again."""
+"""A graph that is edited while its session stays open: only the nodes that depend on the edit are evaluated again."""
 
 import time
 
@@ -7,13 +7,13 @@ import numpy as np
 
 import curlew
 
-# A cube of edge 1, as a program would have it.
+# A cube with edge length 1, as a host program would provide it.
 points = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) - 0.5
 faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
 
 
 def node(name: str, action: str, words: tuple = (), inputs: dict = {}, **options: object) -> dict:
-    """A node of a graph: its links are the names of other nodes."""
+    """Returns a node of a graph. Its inputs are the names of other nodes."""
     return {"name": name, "action": action, "words": list(words), "inputs": inputs, "options": options}
 
 
@@ -43,7 +43,7 @@ with curlew.Session() as session:
         print(f"frequency {frequency}: {', '.join(session.evaluated)} in {1000 * (time.perf_counter() - began):.0f} ms")
         frames.append(session.points("dust").positions)
 
-    # Values that are not edited stay: the level set is read as an array.
+    # Values that do not depend on the edit are kept. Reads the level set as an array.
     hull = session.grid("hull")
     print(f"{hull.name}: {hull.grid_class} of {hull.array().shape} voxels, {sum(leaf.active.sum() for leaf in hull.leaves())} active")
 

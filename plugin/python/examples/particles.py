@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Particles around a mesh that is only in memory: they follow the flow, frame by frame, and none gets into it."""
+"""Particles around a mesh in memory: they follow the flow, frame by frame, and never enter the mesh."""
 
 import numpy as np
 
 import curlew
 
-# A cube of edge 1, as a program would have it.
+# A cube with edge length 1, as a host program would provide it.
 points = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) - 0.5
 faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
 
@@ -25,12 +25,12 @@ frames = []
 
 
 def keep(frame: int, session: curlew.Session) -> None:
-    """Positions are there as an array at the end of each frame."""
+    """Stores the positions as an array at the end of each frame."""
     frames.append(session.points("dust").positions)
 
 
 def show(title: str, fraction: float) -> bool:
-    """Called now and then; True would stop the program."""
+    """Called repeatedly. Returning True would cancel the program."""
     return False
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A flow in a sphere, as a velocity grid that Blender, Houdini and others read: velocity.vdb."""
+"""Writes a flow in a sphere as a velocity grid for Blender, Houdini and others: velocity.vdb."""
 
 import curlew
 

@@ -7,7 +7,7 @@
 
 namespace curlew::app {
 
-// The actions of each group, in the order in which help lists them.
+// The actions of each group, in the order in which the help lists them.
 Registry fileActions();
 Registry shapeActions();
 Registry noiseActions();

@@ -9,22 +9,23 @@ using namespace options;
 
 std::vector<Option> cameraOptions() {
     const CameraOptions o;
-    Option fov =
-        positive("fov", fmt::format("{}", o.fieldOfView), "degrees", "that the longer edge of the picture spans");
+    Option fov = positive("fov", fmt::format("{}", o.fieldOfView), "degrees",
+                          "field of view along the longer edge of the picture");
     fov.upper = 170;
-    return {vector("from", fmt::format("{}", fmt::join(o.from.c, ",")), "",
-                   "the direction from the subject to the camera, which sees all of it"),
-            vector("up", fmt::format("{}", fmt::join(o.up.c, ",")), "", "what is upwards in the picture"),
-            vector("eye", "", "world units", "where the camera is (default: as far away as it has to be)"),
-            vector("target", "", "world units", "what it looks at (default: the middle of the subject)"),
-            fov,
-            integer("width", fmt::format("{}", o.width), 1, 32768, "pixels across"),
-            integer("height", fmt::format("{}", o.height), 1, 32768, "pixels down")};
+    return {
+        vector("from", fmt::format("{}", fmt::join(o.from.c, ",")), "",
+               "direction from the subject to the camera, which is placed so that the whole subject is visible"),
+        vector("up", fmt::format("{}", fmt::join(o.up.c, ",")), "", "up vector of the camera"),
+        vector("eye", "", "world units", "camera position (default: along from=, far enough to see the whole subject)"),
+        vector("target", "", "world units", "point that the camera looks at (default: centre of the subject)"),
+        fov,
+        integer("width", fmt::format("{}", o.width), 1, 32768, "picture width in pixels"),
+        integer("height", fmt::format("{}", o.height), 1, 32768, "picture height in pixels")};
 }
 
 CameraOptions viewpointOf(const Arguments& a) {
     if (a.given("target") && !a.given("eye"))
-        throw ValueError("target= needs eye=; without them, the camera sees all of the subject");
+        throw ValueError("target= needs eye=; give both, or neither to see the whole subject");
     return {.from = a.vector("from"),
             .up = a.vector("up"),
             .fieldOfView = a.real("fov"),

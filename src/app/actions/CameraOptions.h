@@ -6,14 +6,13 @@
 
 namespace curlew::app {
 
-/// What says from where a picture in perspective is taken, and how large it is: from, up, eye, target, fov, width,
-/// height.
+/// The options for the viewpoint and size of a picture in perspective: from, up, eye, target, fov, width, height.
 std::vector<Option> cameraOptions();
 
-/// What the options say of the camera but for its place; ValueError for a target= without eye=.
+/// Returns the camera options except for the position. Throws ValueError if target= is given without eye=.
 CameraOptions viewpointOf(const Arguments& a);
 
-/// The camera of these options; without eye=, it sees all of the box.
+/// Returns the camera for these options. Without eye=, it frames the whole box.
 Camera cameraOf(const Arguments& a, const Box& subject);
 
 } // namespace curlew::app

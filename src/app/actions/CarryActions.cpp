@@ -10,16 +10,17 @@ namespace {
 using namespace options;
 
 const Binding<CarryOptions>& carryBinding() {
-    static const auto binding =
-        Binding<CarryOptions>()
-            .add(
-                real("time", "", "s", "how long; below 0 against the flow. Keep it below a turn of the flow's swirls"),
-                [](auto& o) -> auto& { return o.time; })
-            .add(
-                integer("steps", "", 1, 1000,
-                        "of RK4: the flow of what is carried is divergence-free for any, and closer to the map with "
-                        "more"),
-                [](auto& o) -> auto& { return o.steps; });
+    static const auto binding = Binding<CarryOptions>()
+                                    .add(
+                                        real("time", "", "s",
+                                             "advection time; negative runs against the flow. Keep it shorter than one "
+                                             "turn of the flow's eddies"),
+                                        [](auto& o) -> auto& { return o.time; })
+                                    .add(
+                                        integer("steps", "", 1, 1000,
+                                                "number of RK4 steps; more steps follow the flow map more closely. A "
+                                                "flow made of the carried noise is divergence-free for any number"),
+                                        [](auto& o) -> auto& { return o.steps; });
     return binding;
 }
 
@@ -31,11 +32,11 @@ void carry(Context& c, const Arguments& a) {
             constexpr int kN = std::remove_cvref_t<decltype(field)>::kDimension;
             if (dimensionOf(flow) != kN)
                 throw ValueError(
-                    fmt::format("a flow of {} dimensions cannot carry a field of {}", dimensionOf(flow), kN));
+                    fmt::format("a {}-dimensional flow cannot carry a {}-dimensional field", dimensionOf(flow), kN));
             if constexpr (kN == 2 || kN == 3)
                 return carried(field, std::get<FlowN<kN>>(flow), options);
             else
-                throw ValueError(fmt::format("fields of 2 and 3 dimensions are carried, not of {}", kN));
+                throw ValueError(fmt::format("only 2D and 3D fields can be carried, not {}D", kN));
         },
         c.field("noise").field)});
 }
@@ -47,8 +48,7 @@ Registry carryActions() {
     options.push_back(keep());
     return {{.name = "carry",
              .group = "flows",
-             .summary =
-                 "carry the newest noise along the newest flow for a short time (advected octaves); exact derivatives",
+             .summary = "carry the newest noise along the newest flow (advected octaves), with exact derivatives",
              .takes = {taken("noise", {Kind::noise}), stays("flow", {Kind::flow})},
              .makes = {made("field", {Kind::field})},
              .options = std::move(options),

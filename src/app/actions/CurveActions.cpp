@@ -12,52 +12,54 @@ namespace {
 using namespace options;
 
 const Binding<TraceOptions>& traceBinding() {
-    Option closure =
-        notNegative("closure", "", "steps", "a curve that passes its seed nearer than this is closed; 0: none is");
+    Option closure = notNegative("closure", "", "steps",
+                                 "distance from its seed within which a streamline counts as closed; 0: never");
     closure.upper = 0.1;
     static const auto binding =
         Binding<TraceOptions>()
             .add(
-                choice("by", kStepByNames, "what the steps are equal in"), [](auto& o) -> auto& { return o.by; })
+                choice("by", kStepByNames, "quantity that is equal for all steps"),
+                [](auto& o) -> auto& { return o.by; })
             .addOptional(
                 positive("step", "", "world units or s",
-                         "how long a step is (default: a 200th of the diagonal of the domain's box, at the rms "
-                         "speed)"),
+                         "step size (default: 1/200 of the diagonal of the domain's box; with by=time, the time to "
+                         "travel that at the rms speed)"),
                 [](auto& o) -> auto& { return o.step; })
             .addOptional(
                 positive("limit", "", "world units or s",
-                         "how far a curve goes in each direction (default: 8 diagonals, at the rms speed)"),
+                         "maximum length or duration in each direction (default: 8 diagonals; with by=time, the time "
+                         "to travel them at the rms speed)"),
                 [](auto& o) -> auto& { return o.limit; })
             .add(
-                integer("vertices", "", 2, 1e9, "most vertices in each direction"),
+                integer("vertices", "", 2, 1e9, "maximum number of vertices in each direction"),
                 [](auto& o) -> auto& { return o.vertices; })
             .addOptional(
                 positive("accuracy", "", "world units",
-                         "a step whose estimated error along the track is larger is taken in parts (default: with "
-                         "by=time a millionth of the diagonal of the flow's box, else any)"),
+                         "maximum estimated error of a step along the track; larger steps are subdivided (default: "
+                         "with by=time 1e-6 of the diagonal of the flow's box, otherwise unlimited)"),
                 [](auto& o) -> auto& { return o.accuracy; })
             .add(
-                choice("direction", kDirectionNames, "with the flow, against it, or both ways"),
+                choice("direction", kDirectionNames, "direction in which to trace: with the flow, against it, or both"),
                 [](auto& o) -> auto& { return o.direction; })
             .add(
-                notNegative("stagnation", "", "", "a curve ends at this speed, relative to the rms speed"),
+                notNegative("stagnation", "", "", "speed at which a streamline ends, relative to the rms speed"),
                 [](auto& o) -> auto& { return o.stagnation; })
             .add(
                 closure, [](auto& o) -> auto& { return o.closure; })
             .include(
-                reprojectionBinding(
-                    TraceOptions{}.reprojection,
-                    "how curves are kept on their track; with none, and in flows that are sums, they drift, and end "
-                    "at walls",
-                    "curve ends"),
+                reprojectionBinding(TraceOptions{}.reprojection,
+                                    "method that projects vertices back onto their track; with none, and in flows that "
+                                    "are sums, streamlines drift, and end at walls",
+                                    "streamline ends"),
                 [](auto& o) -> auto& { return o.reprojection; });
     return binding;
 }
 
 std::vector<Option> traceDeclared() {
     std::vector<Option> all = traceBinding().options();
-    all.insert(all.begin() + 6, positive("turn", "15", "degrees", "a step that turns by more is taken in parts"));
-    all.push_back(ages("geo", "", "which points, the newest being 0"));
+    all.insert(all.begin() + 6, positive("turn", "15", "degrees",
+                                         "maximum change of direction in one step; larger steps are subdivided"));
+    all.push_back(ages("geo", "", "points that are the seeds: 0 is the newest"));
     return all;
 }
 
@@ -66,12 +68,12 @@ TraceOptions traceOptions(const Context& c, const Arguments& a, const Flow& flow
     o.turn = a.real("turn") * (std::numbers::pi / 180);
     if (!flow.hasTracks() && !a.given("reproject")) {
         o.reprojection.method = Reprojection::none;
-        c.warn("this flow is a sum and has no tracks: curves drift, end at walls, and may not close");
+        c.warn("the flow is a sum and has no tracks: streamlines drift, end at walls, and may not close");
     }
     return o;
 }
 
-/// "196 closed, 4 limit": how many ends there are of each kind that occurs.
+/// Returns the number of ends of each kind that occurs: "196 closed, 4 limit".
 std::string endsOf(const TraceResult& result) {
     std::string text;
     for (size_t k = 0; k < kCurveEnds; ++k)
@@ -84,9 +86,9 @@ void traceAction(Context& c, const Arguments& a) {
     const Flow flow = c.flow("flow");
     TraceResult result = trace(flow, c.points("points").particles, traceOptions(c, a, flow), c.follow("trace"));
     const Curves& curves = result.curves;
-    std::string line = fmt::format("trace: {} curves of {} vertices, ends: {}; mean length {:.4g}", curves.size(),
-                                   curves.vertices(), endsOf(result), result.lengthMean);
-    if (result.count(CurveEnd::closed) > 0) line += fmt::format(", gaps at most {:.1e}", result.gapMax);
+    std::string line = fmt::format("trace: {} streamlines with {} vertices; ends: {}; mean length {:.4g}",
+                                   curves.size(), curves.vertices(), endsOf(result), result.lengthMean);
+    if (result.count(CurveEnd::closed) > 0) line += fmt::format(", closing gap at most {:.1e}", result.gapMax);
     if (flow.hasTracks()) line += fmt::format(", drift f {:.1e} g {:.1e}", result.driftRms[0], result.driftRms[1]);
     c.say(line);
     auto& report = c.report("trace") = {
@@ -106,9 +108,7 @@ void traceAction(Context& c, const Arguments& a) {
 Registry curveActions() {
     return {{.name = "trace",
              .group = "curves",
-             .summary =
-                 "streamlines of the newest flow from the newest points, each on its own track, closed where they "
-                 "come back",
+             .summary = "trace streamlines of the newest flow from the newest points (seeds), each on its own track",
              .takes = {stays("flow", {Kind::flow}), stays("points", {Kind::points}, "geo")},
              .makes = {made("curves", {Kind::curves})},
              .options = traceDeclared(),

@@ -14,19 +14,19 @@ using namespace options;
 const std::string kGroup = "points";
 
 void emit(Context& c, const Arguments& a) {
-    if (!c.clock()) throw ValueError("needs frames in which to emit; put it after -frames");
+    if (!c.clock()) throw ValueError("works frame by frame; put it after -frames");
     const Birthplace birth = birthplaceOf(c, a, OffSurface::always);
     PointSet set = c.takePoints("points");
     Points& particles = set.particles;
     if (set.nextId == 0)
         for (const int64_t id : particles.id) set.nextId = std::max(set.nextId, id + 1);
-    if (!particles.hasAge()) particles.age.assign(particles.size(), 0); // they begin with the frames
+    if (!particles.hasAge()) particles.age.assign(particles.size(), 0); // existing points start with age 0
     EmissionOptions options{.rate = a.real("rate"), .seed = a.integer<uint64_t>("seed")};
     if (a.given("life")) options.life = a.real("life"), options.spread = a.real("spread");
     options.place = birth.place;
     options.normalSpeed = a.real("speed");
     if (options.normalSpeed > 0 && birth.place.on != ScatterOn::surface)
-        throw ValueError("speed= is along the normal of a surface; give on=surface");
+        throw ValueError("speed= is the speed along a surface's normal; give on=surface as well");
     if (c.has("flow") && dimensionOf(c.anyFlow("flow")) <= 3 && c.flow("flow").domain().wall)
         options.place.clear = c.flow("flow").domain();
     EmissionState state{c.memory().sum, set.nextId};
@@ -36,7 +36,7 @@ void emit(Context& c, const Arguments& a) {
     if (const AnyFlow* flow = c.trackedFlow(set)) joinFlow(inSpace(*flow), particles, born);
     const size_t count = born.size();
     particles.append(born);
-    c.say(fmt::format("emit: {} points born, {} in all", count, particles.size()));
+    c.say(fmt::format("emit: {} new points, {} in total", count, particles.size()));
     c.report("emit") = {{"born", count}, {"points", particles.size()}};
     c.give(std::make_shared<PointSet>(std::move(set)));
 }
@@ -57,7 +57,7 @@ void kill(Context& c, const Arguments& a) {
     }
     const size_t before = particles.size();
     particles.remove(flags);
-    c.say(fmt::format("kill: {} points, {} are left", before - particles.size(), particles.size()));
+    c.say(fmt::format("kill: {} points removed, {} remain", before - particles.size(), particles.size()));
     c.report("kill") = {{"killed", before - particles.size()}, {"points", particles.size()}};
     c.give(std::make_shared<PointSet>(std::move(set)));
 }
@@ -65,15 +65,14 @@ void kill(Context& c, const Arguments& a) {
 void wrap(Context& c, const Arguments& a) {
     PointSet set = c.takePoints("points");
     const Box box = a.given("box") ? a.box("box") : c.flow("flow").domain().box;
-    if (!box.finite()) throw ValueError("the box of the flow is infinite; give box=");
+    if (!box.finite()) throw ValueError("the flow's box is infinite; give box=");
     curlew::wrap(set.particles, box);
     c.give(std::make_shared<PointSet>(std::move(set)));
 }
 
-/// The points that new ones join.
+/// The existing points to which the new ones are added.
 Input joinedPoints() {
-    Input input =
-        maybe(changed("points", {Kind::points}), "that the new ones join; without any they are a set of their own");
+    Input input = maybe(changed("points", {Kind::points}), "existing points to which new points are added; optional");
     input.accumulates = true;
     return input;
 }
@@ -86,27 +85,26 @@ Registry emitActions() {
     return {
         {.name = "emit",
          .group = kGroup,
-         .summary = "in each frame, new points in the domain of the newest flow, shape or level set, or on its "
-                    "surface; those whose age is above their life are removed",
+         .summary = "emitter: in each frame, add points in or on a flow, shape or level set, and remove expired ones",
          .takes = {domainInput(), joinedPoints(), densityInput(),
-                   maybe(stays("flow", {Kind::flow}), "whose wall keeps births on the flow's side")},
+                   maybe(stays("flow", {Kind::flow}), "optional; its wall keeps new points on the flow's side")},
          .makes = {made("points", {Kind::points})},
-         .options = {notNegative("rate", "1000", "1 / s", "births"),
-                     positive("life", "", "s", "the age at which they die (default: never)"),
+         .options = {notNegative("rate", "1000", "1 / s", "number of points born"),
+                     positive("life", "", "s", "age at which points die (default: never)"),
                      {.name = "spread",
                       .type = OptionType::real,
                       .fallback = "0",
-                      .help = "lives differ by up to this part of them, at random",
+                      .help = "random variation of the lives, as a fraction of life=",
                       .lower = 0,
                       .upper = 1},
-                     integer("seed", "0", 0, 0x1p53 - 1, "another seed, other points"),
+                     integer("seed", "0", 0, 0x1p53 - 1, "random seed"),
                      onOption(),
                      offsetOption("0.1 %"),
-                     notNegative("speed", "0", "world units / s",
-                                 "with on=surface, they leave it along its normal, until the end of the frame in which "
-                                 "they are born"),
-                     box("box", "the box to fill (default: that of the domain)"),
-                     ages("grid", "", "a level set to fill"),
+                     notNegative(
+                         "speed", "0", "world units / s",
+                         "with on=surface: speed along the surface normal, until the end of the frame of birth"),
+                     box("box", "box to fill (default: the box of the domain)"),
+                     ages("grid", "", "level set to fill: 0 is the newest"),
                      keep()},
          .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound side=outside -dfvn speed=1 "
                       "-frames 1-48 -emit on=surface rate=1e4 life=1 -advect -write dust.####.ply",
@@ -116,23 +114,25 @@ Registry emitActions() {
          .run = emit},
         {.name = "kill",
          .group = kGroup,
-         .summary = "remove the newest points that are outside (or inside) of a box, or else of the newest shape or "
-                    "level set",
+         .summary = "delete the newest points outside (or inside) a box, or else the newest shape or level set",
          .takes = {changed("points", {Kind::points}), onlyIf(stays("shape", {Kind::shape, Kind::levelSet}, "grid"),
-                                                             "with box= there is none", withoutBox)},
+                                                             "not used if box= is given", withoutBox)},
          .makes = {made("points", {Kind::points})},
-         .options = {choice("side", {"outside", "inside"}, "where points are removed"),
-                     box("box", "instead of a shape"), ages("grid", "", "a level set instead of a shape"), keep()},
+         .options = {choice("side", {"outside", "inside"}, "side on which points are deleted"),
+                     box("box", "box to use instead of a shape"),
+                     ages("grid", "", "level set to use instead of a shape: 0 is the newest"), keep()},
          .examples = {"curlew -scatter box=-2,-2,-2,2,2,2 -sphere -kill side=inside -write around.ply"},
          .inFrames = InFrames::each,
          .run = kill},
         {.name = "wrap",
          .group = kGroup,
-         .summary = "put the newest points that have left a box back in at its other side: for noises with a period",
+         .summary = "wrap the newest points around a box (periodic boundary), for noises with a period",
          .takes = {changed("points", {Kind::points}),
-                   onlyIf(stays("flow", {Kind::flow}), "with box= there is none", withoutBox)},
+                   onlyIf(stays("flow", {Kind::flow}), "not used if box= is given", withoutBox)},
          .makes = {made("points", {Kind::points})},
-         .options = {box("box", "whose edges are periods of the noise (default: the box of the newest flow)"), keep()},
+         .options = {box("box",
+                         "box whose edge lengths are periods of the noise (default: the box of the newest flow)"),
+                     keep()},
          .examples = {"curlew -noise period=2 -noise period=2 seed=1 -dfvn -scatter -advect -wrap box=0,0,0,2,2,2 "
                       "-write tile.ply"},
          .inFrames = InFrames::each,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "Actions.h"
 #include "curlew/field/Algebra.h"
-#include "curlew/field/Map.h"
+#include "curlew/field/Transforms.h"
 
 #include <algorithm>
 
@@ -21,7 +21,7 @@ AnyField inDimension(int dim, const Make& make) {
     return make(std::integral_constant<int, N>());
 }
 
-/// An action that makes one field of two, of any dimension.
+/// Declares an action that combines two fields of any dimension.
 template <class Combine>
 Action combiningAction(const std::string& name, const std::string& summary, const std::string& example, Combine combine,
                        std::vector<Option> options = {}) {
@@ -37,8 +37,8 @@ Action combiningAction(const std::string& name, const std::string& summary, cons
             .run = [combine](Context& c, const Arguments& a) {
                 if (a.action().option("smoothing") && a.real("smoothing") == 0)
                     c.say(
-                        fmt::format("{}: smoothing=0 leaves a kink, where the velocity of a flow jumps; -check sees "
-                                    "that by differences, not by the trace",
+                        fmt::format("{}: smoothing=0 leaves a kink, at which the velocity of a flow jumps; -check "
+                                    "detects it by finite differences, not by the trace of the Jacobian",
                                     a.action().name));
                 c.give(FieldValue{combined(c.field("first").field, c.field("second").field,
                                            [&](const auto& f, const auto& g) { return combine(f, g, a); })});
@@ -47,16 +47,17 @@ Action combiningAction(const std::string& name, const std::string& summary, cons
 
 Option smoothing() {
     return notNegative("smoothing", "0.1", "",
-                       "differences below which the corner is rounded, C²; with 0 it is a kink, where flows jump");
+                       "difference of the two values below which the kink is rounded off (C²); 0: a kink, at which the "
+                       "velocity of a flow jumps");
 }
 
-/// What `map` makes of the field.
+/// Returns map(field).
 template <class Map>
 AnyField mapped(const Context& c, const Map& map) {
     return std::visit([&](const auto& f) -> AnyField { return map(f); }, c.field("field").field);
 }
 
-/// Whether all axes are scaled alike: then a distance stays one.
+/// Returns whether the scale is uniform and positive. A distance, scaled in this way, remains a distance.
 bool similar(const Arguments& a) {
     const auto alike = [](const auto& scale) {
         return scale[0] > 0 && std::all_of(scale.c.begin(), scale.c.end(), [&](double s) { return s == scale[0]; });
@@ -86,7 +87,7 @@ void transform(Context& c, const Arguments& a) {
     c.give(std::move(moved));
 }
 
-/// A field on the graph of one or two functions of the coordinates that are left.
+/// Restricts a field to the graph of one or two functions of the remaining coordinates.
 void lift(Context& c, const Arguments&) {
     const AnyField& high = c.field("field").field;
     const size_t count = c.count("graph");
@@ -94,7 +95,7 @@ void lift(Context& c, const Arguments&) {
     for (size_t k = 0; k < count; ++k)
         if (const int n = dimensionOf(c.field("graph", k).field); n != wanted)
             throw ValueError(
-                fmt::format("the field has {} dimensions, so the graph needs functions of {}, and one has {}",
+                fmt::format("the field has {} dimensions, so each function of the graph needs {}, but one has {}",
                             dimensionOf(high), wanted, n));
     c.give(FieldValue{std::visit(
         [&](const auto& field) -> AnyField {
@@ -109,7 +110,7 @@ void lift(Context& c, const Arguments&) {
                     constexpr std::integral_constant<int, kM - 2> kLow;
                     return lifted<kM - 2>(field, {graph(kLow, 0), graph(kLow, 1)});
                 }
-            throw ValueError("the field has too few dimensions to be lifted");
+            throw ValueError("the field has too few dimensions for -lift");
         },
         high)});
 }
@@ -118,13 +119,13 @@ void height(Context& c, const Arguments&) {
     c.give(FieldValue{mapped(c, [](const auto& field) -> AnyField {
         constexpr int kN = std::remove_cvref_t<decltype(field)>::kDimension + 1;
         if constexpr (kN <= 7) return heightField<kN>(field);
-        throw ValueError("a field of 7 dimensions is not the height of anything");
+        throw ValueError("the field must have at most 6 dimensions, since -height adds one; it has 7");
     })});
 }
 
 using Objects = std::vector<std::vector<Object>>;
 
-/// One field of so many dimensions.
+/// Returns one field of this dimension.
 std::vector<Object> fieldOf(int dimension, Kind kind = Kind::noise) {
     return {{.kind = kind, .dimension = dimension, .name = "field"}};
 }
@@ -134,7 +135,7 @@ int dimensionOfInput(const Objects& inputs, size_t input) {
 }
 
 Input graphInput() {
-    Input input = several(taken("graph", {Kind::field}), 1, 2, "as many functions as functions= says");
+    Input input = several(taken("graph", {Kind::field}), 1, 2, "as many as functions= says");
     input.amountWith = [](const Arguments& a, const Scope& scope) {
         const auto count = a.integer<size_t>("functions");
         return scope.linked() ? Amount{1, 2} : Amount{count, count};
@@ -146,11 +147,11 @@ Registry sources() {
     return {
         {.name = "ramp",
          .group = kGroup,
-         .summary = "a linear ramp, direction·x + offset",
+         .summary = "linear ramp, direction·x + offset",
          .makes = {made("field", {Kind::field})},
          .options = {coordinates("direction", "0,1,0", "1 / world unit",
-                                 "its gradient: as many numbers as the field has dimensions"),
-                     real("offset", "0", "", "its value at the origin")},
+                                 "gradient of the ramp: one number for each dimension of the field"),
+                     real("offset", "0", "", "value at the origin")},
          .examples = {"curlew -noise -ramp direction=0,0,1 -dfvn -velocity -write sheets.vdb"},
          .evaluation = Evaluation::anyTime,
          .run =
@@ -162,9 +163,10 @@ Registry sources() {
          .makesWith = [](const Arguments& a, const Objects&, const World&) { return fieldOf(a.count("direction")); }},
         {.name = "constant",
          .group = kGroup,
-         .summary = "the same value everywhere",
+         .summary = "constant field: the same value everywhere",
          .makes = {made("field", {Kind::field})},
-         .options = {real("value", "1", "", "the value"), integer("dim", "3", 1, 7, "dimensions of the field")},
+         .options = {real("value", "1", "", "value of the field"),
+                     integer("dim", "3", 1, 7, "number of dimensions of the field")},
          .examples = {"curlew -noise -constant value=0.5 -sum -probe in.csv out.csv"},
          .evaluation = Evaluation::anyTime,
          .run =
@@ -176,33 +178,35 @@ Registry sources() {
 }
 
 Registry combinations() {
-    return {combiningAction("sum", "the sum of two fields",
+    return {combiningAction("sum", "A + B, the sum of the newest two fields",
                             "curlew -noise -ramp direction=0,2,0 -sum -noise seed=1 -dfvn -velocity -write drift.vdb",
                             [](const auto& f, const auto& g, const Arguments&) { return f + g; }),
-            combiningAction("subtract", "the newest field but one less the newest",
+            combiningAction("subtract", "A - B, where B is the newest field and A the one before it",
                             "curlew -noise dim=2 -noise dim=2 seed=1 -subtract -slice -write difference.png",
                             [](const auto& f, const auto& g, const Arguments&) { return f - g; }),
-            combiningAction("product", "the product of two fields",
+            combiningAction("product", "A * B, the product of the newest two fields",
                             "curlew -noise -constant value=3 -product -probe in.csv out.csv",
                             [](const auto& f, const auto& g, const Arguments&) { return f * g; }),
-            combiningAction("quotient", "the newest field but one over the newest, which must not be zero anywhere",
+            combiningAction("quotient",
+                            "A / B, where B is the newest field and A the one before it; B must not be zero anywhere",
                             "curlew -noise -noise seed=1 -constant value=2 -sum -quotient -slice -write quotient.png",
                             [](const auto& f, const auto& g, const Arguments&) { return f / g; }),
             combiningAction(
-                "min", "the smaller of two fields, rounded where they meet",
+                "min", "smooth minimum of the newest two fields",
                 "curlew -noise -noise seed=1 -min smoothing=0.2 -slice -write smaller.png",
                 [](const auto& f, const auto& g, const Arguments& a) { return smoothMin(f, g, a.real("smoothing")); },
                 {smoothing()}),
             combiningAction(
-                "max", "the larger of two fields, rounded where they meet",
+                "max", "smooth maximum of the newest two fields",
                 "curlew -noise -noise seed=1 -max smoothing=0.2 -slice -write larger.png",
                 [](const auto& f, const auto& g, const Arguments& a) { return smoothMax(f, g, a.real("smoothing")); },
                 {smoothing()}),
             combiningAction(
-                "displace", "the newest field but one, displaced by the gradient of the newest",
+                "displace",
+                "domain warp: A displaced by the gradient of B, where B is the newest field and A the one before it",
                 "curlew -noise frequency=2 -noise frequency=1 seed=1 -displace amount=0.1 -slice -write displaced.png",
                 [](const auto& f, const auto& g, const Arguments& a) { return displaced(f, g, a.real("amount")); },
-                {real("amount", "0.1", "world units²", "factor on the gradient")})};
+                {real("amount", "0.1", "world units²", "factor by which the gradient of B is multiplied")})};
 }
 
 } // namespace
@@ -213,10 +217,12 @@ Registry fieldActions() {
     actions.push_back(
         {.name = "clip",
          .group = kGroup,
-         .summary = "level the newest field off where it is beyond a range: a distance that only matters nearby",
+         .summary = "clamp the newest field smoothly to a range; a distance then matters only near its surface",
          .takes = {taken("field", {Kind::field})},
          .makes = {made("field", {Kind::field})},
-         .options = {positive("range", "0.5", "", "where it has levelled off, at half this value, C³"), keep()},
+         .options = {positive("range", "0.5", "",
+                              "absolute value from which the result is constant, at half this value (C³)"),
+                     keep()},
          .examples = {"curlew -sphere radius=0.5 -clip range=0.4 -slice -write clipped.png"},
          .evaluation = Evaluation::anyTime,
          .run = [](Context& c, const Arguments& a) {
@@ -224,7 +230,7 @@ Registry fieldActions() {
          }});
     actions.push_back({.name = "height",
                        .group = kGroup,
-                       .summary = "the newest field as a terrain: the last of one more coordinate, less the field",
+                       .summary = "height field (terrain): a new last coordinate minus the newest field",
                        .takes = {taken("field", {Kind::field})},
                        .makes = {made("field", {Kind::field})},
                        .options = {keep()},
@@ -237,10 +243,11 @@ Registry fieldActions() {
     actions.push_back(
         {.name = "lift",
          .group = kGroup,
-         .summary = "evaluate the newest field on the graph of the field below it: anisotropy, slices, animation",
+         .summary = "restrict the newest field to the graph of the field before it: anisotropy, slices, animation",
          .takes = {graphInput(), taken("field", {Kind::field})},
          .makes = {made("field", {Kind::field})},
-         .options = {selector(integer("functions", "1", 1, 2, "how many: the last coordinates are their values")),
+         .options = {selector(
+                         integer("functions", "1", 1, 2, "number of functions, whose values are the last coordinates")),
                      keep()},
          .examples =
              {"curlew -noise dim=2 frequency=3 amplitude=0.4 -noise type=simplex -lift -slice -write lifted.png",
@@ -253,12 +260,14 @@ Registry fieldActions() {
     actions.push_back(
         {.name = "transform",
          .group = kGroup,
-         .summary = "scale, turn and move the newest field",
+         .summary = "scale, rotate and translate the newest field",
          .takes = {taken("field", {Kind::field})},
          .makes = {made("field", {Kind::field, Kind::shape})},
-         .options = {coordinates("offset", "0", "world units", "where its origin goes"),
-                     vector("rotate", "0,0,0", "degrees", "turn about x, then y, then z; in 2D about z"),
-                     coordinates("scale", "1", "", "size along each axis, first"), keep()},
+         .options = {coordinates("offset", "0", "world units", "translation"),
+                     vector("rotate", "0,0,0", "degrees", "rotation about x, then y, then z; in 2D about z"),
+                     coordinates("scale", "1", "",
+                                 "scale along each axis, applied before the rotation and the translation"),
+                     keep()},
          .examples =
              {"curlew -noise -transform scale=1,4,1 rotate=0,0,30 -slice box=-2,-2,-2,2,2,2 -write stretched.png"},
          .evaluation = Evaluation::anyTime,

@@ -26,15 +26,15 @@ const std::string kGroup = "files";
 // --- reading
 // ----------------------------------------------------------------------------------------------------------
 
-/// What files of a format can be read as and what they can hold, and the functions for it; null if it cannot be read or
-/// written. A format is added in formats(), from which the help is made too.
+/// A file format: the kinds of objects that can be read from it and written to it, and the functions that do so; null
+/// if the format cannot be read or written. To add a format, add it to formats(), from which the help is generated too.
 struct Format {
     std::string extension;
     std::vector<Kind> reads;
     void (*read)(Context&, const Arguments&, const SourceFile& file);
     std::vector<Kind> holds;
     void (*write)(const Context&, const Arguments&, const std::string& file);
-    std::string note = {}; ///< What it holds, if that is no object.
+    std::string note = {}; ///< Describes the content if it is not an object.
 };
 const std::vector<Format>& formats();
 
@@ -44,7 +44,7 @@ bool allows(const Format& format, Access access) {
     return access == Access::read ? format.read != nullptr : format.write != nullptr;
 }
 
-/// The endings of the formats.
+/// Returns the extensions of the formats.
 std::vector<std::string> endings(Access access) {
     std::vector<std::string> all;
     for (const Format& format : formats())
@@ -52,12 +52,12 @@ std::vector<std::string> endings(Access access) {
     return all;
 }
 
-/// That of the name, or the one that format= says.
+/// Returns the extension of the file name, or the one selected by format=.
 std::string endingFor(const Arguments& a, const std::string& file) {
     return a.choice("format") == 0 ? endingOf(file) : "." + a.text("format");
 }
 
-/// By the ending of the name, or by format=.
+/// Returns the format selected by the extension of the file name, or by format=.
 const Format& formatOf(const Arguments& a, const std::string& file, Access access) {
     const bool compressed = access == Access::write && file.ends_with(".gz");
     const std::string ending = compressed ? ".gz" : endingFor(a, file);
@@ -65,18 +65,18 @@ const Format& formatOf(const Arguments& a, const std::string& file, Access acces
         if (format.extension == ending && allows(format, access)) return format;
     const std::string known = join(endings(access), " ");
     if (ending.empty() && isStream(file))
-        throw ValueError(fmt::format("'{}' does not say what it holds; give format=, one of {}", file, known));
-    throw ValueError(fmt::format("'{}' has no known extension; it can be {}", file, known));
+        throw ValueError(fmt::format("the format of '{}' is unknown; give format=, one of {}", file, known));
+    throw ValueError(fmt::format("'{}' has no known extension; use one of {}", file, known));
 }
 
-/// format=, with the endings of the formats as its choices.
+/// Declares format=, with the extensions of the formats as choices.
 Option formatOption(Access access, std::string help) {
     std::vector<std::string> choices{"auto"};
     for (const std::string& ending : endings(access)) choices.push_back(ending.substr(1));
     return choice("format", std::move(choices), std::move(help));
 }
 
-/// ".vdb (grid, points), .ply (mesh), …".
+/// Returns ".vdb (grid, points), .ply (mesh), …".
 std::string listOfFormats(Access access) {
     std::vector<std::string> parts;
     for (const Format& format : formats()) {
@@ -96,7 +96,7 @@ void readOne(Context& c, const Arguments& a, const std::string& file) {
     const SourceFile source{file, (copy ? copy->path() : c.session().streamed(file, format.extension)).string()};
     try {
         format.read(c, a, source);
-    } catch (const FileError& error) { // of the file that the user knows, not of its copy
+    } catch (const FileError& error) { // name the file that the user gave, not its copy
         std::string what = error.what();
         if (const size_t at = what.find(source.path); at != std::string::npos)
             what.replace(at, source.path.size(), file);
@@ -110,10 +110,10 @@ void read(Context& c, const Arguments& a) {
             c.give(std::move(given));
         else
             readOne(c, a, file);
-    c.memory().object = std::make_shared<bool>(true); // what is said once has been said
+    c.memory().object = std::make_shared<bool>(true); // messages are only said once
 }
 
-/// Where the content of a file can be looked into, as long as the result lives.
+/// Returns a path at which the content of a file can be read, as long as the result exists.
 std::shared_ptr<const std::filesystem::path> localFor(const World& world, const std::string& file,
                                                       const std::string& ending) {
     if (isStream(file) && world.streamed)
@@ -122,7 +122,7 @@ std::shared_ptr<const std::filesystem::path> localFor(const World& world, const 
     return {copy, &copy->path()};
 }
 
-/// What the files of -read hold: from the header of a .vdb, otherwise by the extension.
+/// Returns the objects in the files of -read: from the header of a .vdb, otherwise by the extension.
 std::vector<Object> readObjects(const Arguments& a, const std::vector<std::vector<Object>>&, const World& world) {
     std::vector<Object> objects;
     for (const auto& file : a.words()) {
@@ -181,7 +181,7 @@ void writePicture(const Context& c, const Arguments& a, const std::string& file)
     if (endingOf(file) == ".exr") return writeExr(file, value.image, {.half = a.flag("half")});
     ColorScale scale = automaticScale(value.image, value.map);
     if (a.given("range")) {
-        const Range range = a.interval("range");
+        const Interval range = a.interval("range");
         scale.lower = static_cast<float>(range.lower);
         scale.upper = static_cast<float>(range.upper);
     }
@@ -192,7 +192,7 @@ void writePicture(const Context& c, const Arguments& a, const std::string& file)
              scale, c.console().cancelFunction());
 }
 
-/// Meshes, points and curves, each by its own function.
+/// Writes a mesh, points or curves with the function for that kind.
 template <class PointsWriter, class CurvesWriter>
 void writeGeometry(const Context& c, const std::string& file, const PointsWriter& points, const CurvesWriter& curves) {
     switch (c.kind("what")) {
@@ -218,7 +218,7 @@ void writeObjFile(const Context& c, const Arguments&, const std::string& file) {
         c, file, [](const Points&) {}, [&](const Curves& k) { writeObj(file, k); });
 }
 
-/// The report; or the graph, if the file's name ends so.
+/// Writes the report; or the graph, if the file is named graph.json or ends in .graph.json.
 void writeJsonFile(const Context& c, const Arguments&, const std::string& file) {
     const std::string name = std::filesystem::path(file).filename().string();
     const bool graph = name == "graph.json" || name.ends_with(".graph.json");
@@ -246,7 +246,7 @@ const std::vector<Format>& formats() {
     return all;
 }
 
-/// Files that are written by their ending, also if their name has another or none.
+/// Writes a file in the format that was selected, even if its name has another extension or none.
 void writeOne(const Context& c, const Arguments& a, const std::string& name) {
     const Format& format = formatOf(a, name, Access::write);
     const std::string file = writtenTo(name);
@@ -268,22 +268,21 @@ void write(Context& c, const Arguments& a) {
 }
 
 std::vector<Option> readOptions() {
-    std::vector<Option> all{
-        text("grids", "", "names of the grids to take from a .vdb, separated by commas (default: all)"),
-        formatOption(Access::read,
-                     "what the files are, whatever their names; auto: by the ending of the name. Needed for -, the "
-                     "standard input, and other streams)")};
+    std::vector<Option> all{text("grids", "", "comma-separated names of the grids to read from a .vdb (default: all)"),
+                            formatOption(Access::read,
+                                         "file format, whatever the files are called; auto: from the extension. Needed "
+                                         "for - (standard input) and other streams")};
     for (Option& option : modelOptions()) all.push_back(std::move(option));
     return all;
 }
 
-/// Options of animated files, for files of other kinds, are a mistake.
+/// Throws ValueError if options for animated files are given without such a file.
 void checkModelOptions(const Arguments& a) {
     for (const Option& option : modelOptions())
         if (a.given(option.name) && std::none_of(a.words().begin(), a.words().end(), [&](const std::string& file) {
                 return isModel(formatOf(a, file, Access::read).extension);
             }))
-            throw ValueError(fmt::format("{}= is for .gltf, .glb, .fbx and .dae", option.name));
+            throw ValueError(fmt::format("{}= is only for .gltf, .glb, .fbx and .dae", option.name));
 }
 
 } // namespace
@@ -312,28 +311,28 @@ Registry fileActions() {
          .makesWith = readObjects},
         {.name = "write",
          .group = kGroup,
-         .summary = "write the newest object that a file can hold: " + listOfFormats(Access::write),
+         .summary = "write the newest object that the file format can hold: " + listOfFormats(Access::write),
          .takes = {several(
              stays("what", {Kind::grid, Kind::points, Kind::curves, Kind::mesh, Kind::image}), 0, 1000,
-             "the newest that the file can hold; several grids and points for a .vdb, chosen with grid= and geo=")},
+             "the newest that the file can hold; for a .vdb several grids and points, chosen with grid= and geo=")},
          .makes = {several(made("files", {Kind::file}), 1, 1000)},
-         .options = {ages("grid", "", "grids for a .vdb, several in one file"),
-                     ages("geo", "", "which of the geometry that the file can hold, the newest being 0"),
-                     ages("image", "", "which picture"),
-                     formatOption(Access::write,
-                                  "what the files become, whatever their names (default: by the ending of "
-                                  "the name; needed for -, the standard output, and other streams)"),
-                     flag("half", "0", "16 bits a value in a .vdb or .exr, but for depth"),
-                     choice("codec", {"auto", "none", "zip", "blosc"},
-                            "compression of a .vdb; auto is blosc for fog volumes, which shrink to a third, and none "
-                            "for the rest: velocities, level sets and points hardly shrink"),
-                     choice("target", hostNames(),
-                            "whose names the attributes of points in a .vdb have: the velocity is v, or velocity"),
-                     flag("overwrite", "0",
-                          "1: after -frames, the file may have one name in all frames: the last one stays"),
-                     flag("legend", "1", "a colour bar below a .png"),
-                     interval("range", "",
-                              "values at the ends of the colours of a .png (default: those that there are)")},
+         .options =
+             {ages("grid", "", "grids for a .vdb, several in one file: 0 is the newest"),
+              ages("geo", "", "geometry to write, among the kinds that the file can hold: 0 is the newest"),
+              ages("image", "", "image to write: 0 is the newest"),
+              formatOption(Access::write,
+                           "file format, whatever the files are called; auto: from the extension (needed for - "
+                           "(standard output) and other streams)"),
+              flag("half", "0", "1: 16-bit floats in a .vdb or .exr, except for depth"),
+              choice("codec", {"auto", "none", "zip", "blosc"},
+                     "compression of a .vdb; auto: blosc for fog volumes, which shrink to a third; none for "
+                     "velocities, level sets and points, which hardly shrink"),
+              choice("target", hostNames(),
+                     "application whose attribute names are used for points in a .vdb: the velocity is v or velocity"),
+              flag("overwrite", "0",
+                   "1: after -frames, allow the same file name in all frames; the last frame remains"),
+              flag("legend", "1", "1: draw a colour bar below a .png"),
+              interval("range", "", "values at the two ends of the colour map of a .png (default: from the image)")},
          .positional = {"FILE …", 1, 1000},
          .examples = {"curlew -noise -noise seed=1 -dfvn -velocity density=1 -write grid=0,1 half=1 smoke.vdb",
                       "curlew -frames 1-24 -noise alpha={T} -noise seed=1 -dfvn -velocity -write smoke.####.vdb"},

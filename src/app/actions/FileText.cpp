@@ -27,13 +27,13 @@ std::string attributesOf(const Points& p, const std::string& velocity) {
     return join(names, " ");
 }
 
-/// "vel (vec3s, staggered, 729 active voxels in 9 x 9 x 9)".
+/// Returns "vel (vec3s, staggered, 729 active voxels in 9 x 9 x 9)".
 std::string described(const openvdb::GridBase& grid) {
     const auto size = grid.evalActiveVoxelDim();
     const bool staggered = grid.getGridClass() == openvdb::GRID_STAGGERED;
     const bool levelSet = grid.getGridClass() == openvdb::GRID_LEVEL_SET;
     return fmt::format("{} ({}{}, {} active voxels in {} x {} x {})",
-                       grid.getName().empty() ? "a grid without a name" : printable(grid.getName()),
+                       grid.getName().empty() ? "unnamed grid" : printable(grid.getName()),
                        levelSet ? "level set" : grid.valueType(), staggered ? ", staggered" : "",
                        grouped(grid.activeVoxelCount()), size[0], size[1], size[2]);
 }

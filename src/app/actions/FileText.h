@@ -5,7 +5,7 @@
 
 namespace curlew::app {
 
-/// What -write has put into a file, and its size: "5,000 points (P v id), 240.1 KiB".
+/// Describes what -write has written to a file, and its size: "5,000 points (P v id), 240.1 KiB".
 std::string describedFile(const Context& c, const Arguments& a, const std::string& file);
 
 } // namespace curlew::app

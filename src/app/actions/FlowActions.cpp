@@ -2,7 +2,7 @@
 #include "Actions.h"
 #include "FlowInSpace.h"
 #include "curlew/field/Algebra.h"
-#include "curlew/field/Map.h"
+#include "curlew/field/Transforms.h"
 #include "curlew/flow/Flows.h"
 #include "curlew/flow/Reshape.h"
 
@@ -14,7 +14,7 @@ using namespace options;
 
 const std::string kGroup = "flows";
 
-/// All fields that an action takes, in the order of its inputs.
+/// Returns all fields that an action takes, in the order of its inputs.
 std::vector<FieldValue> fieldsOf(const Context& c, const Action& action) {
     std::vector<FieldValue> fields;
     for (const Input& input : action.takes)
@@ -22,21 +22,21 @@ std::vector<FieldValue> fieldsOf(const Context& c, const Action& action) {
     return fields;
 }
 
-/// The wall that bounds one of the fields, if there is one.
+/// Returns the wall that one of the fields conforms to, if there is one.
 std::optional<AnyWall> wallOf(const std::vector<FieldValue>& fields) {
     std::optional<AnyWall> wall;
     for (const auto& field : fields) {
         if (!field.wall) continue;
         if (wall)
             throw ValueError(
-                "two of the fields are bounded by a wall, and the flow would stand still at it; bound one of them");
+                "two of the fields are bounded by a wall, so the flow would be zero at it; bound only one of them");
         wall = field.wall;
     }
     return wall;
 }
 
-/// The wall that vector potentials have to conform to: that of the bounded ones among them. Of several layers the
-/// widest, since all potentials are ramped alike.
+/// Returns the wall that the vector potentials must conform to: the wall of the bounded ones among them. If their
+/// layers differ in width, the widest counts, since all potentials are ramped in the same way.
 std::optional<Wall> wallOfPotentials(const std::vector<FieldValue>& fields) {
     std::optional<Wall> widest;
     for (const auto& field : fields) {
@@ -44,32 +44,33 @@ std::optional<Wall> wallOfPotentials(const std::vector<FieldValue>& fields) {
         const Wall wall = inSpace(*field.wall);
         if (widest && (wall.side != widest->side || wall.sdf.bounds.center() != widest->sdf.bounds.center()))
             throw ValueError(
-                "the three noises are bounded by different walls, or on different sides; bound one of them");
+                "the three noises are bounded by different walls, or on different sides; bound only one of them");
         if (!widest || wall.width > widest->width) widest = wall;
     }
     return widest;
 }
 
-/// The options that all flows have.
+/// Returns a flow's own options, followed by those that all flows have.
 std::vector<Option> paceOptions(std::vector<Option> own = {}) {
     own.push_back(positive("speed", "", "world units / s",
-                           "scale the flow to this root mean square speed over its domain (default: as it comes)"));
+                           "rms speed over the domain to which the flow is scaled (default: not scaled)"));
     own.push_back(flag("normalize", "0",
-                       "1: the same speed everywhere; the flow keeps its tracks but is no longer divergence-free"));
-    own.push_back(box("box", "the domain (default: the box of the wall; without a wall -1,-1,-1,1,1,1)"));
+                       "1: scale the velocity to the same speed everywhere; the flow keeps its tracks but is no longer "
+                       "divergence-free"));
+    own.push_back(box("box", "domain of the flow (default: the box of the wall; without a wall -1,-1,-1,1,1,1)"));
     return own;
 }
 
-/// Gives a flow of any dimension at the pace that the options ask for.
+/// Outputs a flow with the speed that the options specify.
 template <int N>
 void giveFlow(Context& c, const Arguments& a, const FlowN<N>& flow) {
     const Monitor monitor = c.follow("measuring the speed");
-    const double speed = a.given("speed") ? a.real("speed") : magnitudesOf(flow, monitor).speed;
-    const FlowN<N> paced = withSpeed(flow, speed, monitor); // also where the speed stays as it is: a flow has to move
+    const double speed = a.given("speed") ? a.real("speed") : rmsOf(flow, monitor).speed;
+    const FlowN<N> paced = withSpeed(flow, speed, monitor); // called in any case, since it checks that the flow moves
     c.give(AnyFlow(a.flag("normalize") ? flow.normalized(speed) : paced));
 }
 
-/// The domain of a flow in space.
+/// Returns the domain of a 3D flow.
 Domain domainOf(const Arguments& a, const std::optional<Wall>& wall = {}, double padding = -1) {
     Domain domain;
     if (wall) domain = Domain::of(*wall, padding);
@@ -79,15 +80,16 @@ Domain domainOf(const Arguments& a, const std::optional<Wall>& wall = {}, double
 
 double paddingOf(const Arguments& a) { return a.given("padding") ? a.real("padding") : -1; }
 
-/// N - 1 fields of N dimensions, and not 3.
+/// Makes a flow from N - 1 fields of N dimensions, for N other than 3.
 template <int N>
 void dfvnInDimension(Context& c, const Arguments& a) {
     const auto fields = fieldsOf(c, a.action());
     typename FlowN<N>::Potentials potentials = [&]<size_t... K>(std::index_sequence<K...>) {
         const auto potential = [&](const FieldValue& value) {
             if (const auto* field = std::get_if<ScalarFieldN<N>>(&value.field)) return *field;
-            throw ValueError(fmt::format("the newest field has {} dimensions, so it needs {} of them, and one has {}",
-                                         N, N - 1, dimensionOf(value.field)));
+            throw ValueError(
+                fmt::format("the newest field has {} dimensions, so {} such fields are needed, but one has {}", N,
+                            N - 1, dimensionOf(value.field)));
         };
         return typename FlowN<N>::Potentials{potential(fields.at(K))...};
     }
@@ -96,7 +98,8 @@ void dfvnInDimension(Context& c, const Arguments& a) {
     if constexpr (N == 2)
         if (const auto wall = wallOf(fields)) domain = DomainN<2>::of(std::get<WallN<2>>(*wall), paddingOf(a));
     if (a.given("box")) {
-        if (N != 2) throw ValueError("box= is for 2 and 3 dimensions; in others the domain is the cube from -1 to 1");
+        if (N != 2)
+            throw ValueError("box= is only for 2 and 3 dimensions; in others the domain is the cube from -1 to 1");
         const Box box = a.box("box");
         for (int i = 0; i < std::min(N, 2); ++i) {
             domain.box.lower[i] = box.lower[i];
@@ -106,8 +109,8 @@ void dfvnInDimension(Context& c, const Arguments& a) {
     giveFlow(c, a, FlowN<N>(std::move(potentials), domain));
 }
 
-/// How many fields make a flow, by the dimension of the newest; a second field in space makes one of 2 dimensions f or
-/// g.
+/// Returns how many fields a flow needs, depending on the dimension of the newest field. A newest field of 2 dimensions
+/// makes a 2D flow by itself, or a 3D flow together with a preceding 3D field.
 size_t fieldsForFlow(const Scope& scope) {
     const auto newest = scope.newest({Kind::field});
     if (!newest || newest->dimension == 3 || newest->dimension < 2) return 2;
@@ -116,7 +119,7 @@ size_t fieldsForFlow(const Scope& scope) {
     return before && before->dimension == 3 ? 2 : 1;
 }
 
-/// The input that has the fields number `first` to `last` of a flow.
+/// Declares the input for the potentials of a flow with indices from `first` (inclusive) to `last` (exclusive).
 Input potentialInput(std::string name, size_t first, size_t last, std::string help) {
     Input input = several(taken(std::move(name), {Kind::field}), first == 0 ? 1 : 0, last - first, std::move(help));
     input.amountWith = [first, last](const Arguments&, const Scope& scope) {
@@ -144,7 +147,7 @@ void dfvn(Context& c, const Arguments& a) {
     const auto fields = fieldsOf(c, a.action());
     const auto wall = wallOf(fields);
     Domain domain = domainOf(a, wall ? std::optional(inSpace(*wall)) : std::nullopt, paddingOf(a));
-    // On a surface: g is a distance, and every one of its level sets has a flow of its own.
+    // If g is a distance, the flow follows the surface and all other level sets of g.
     const auto shape = fields[1].sdf ? boxOf(*fields[1].sdf) : std::nullopt;
     if (shape && !a.given("box") && !domain.wall) {
         const Vec3d size = shape->size();
@@ -153,9 +156,7 @@ void dfvn(Context& c, const Arguments& a) {
     giveFlow(c, a, Flow(inSpace(fields[0].field), inSpace(fields[1].field), domain));
 }
 
-/// Flow on a surface: f, and a shape or level set as g. Samples know no distance beyond their band, so there g levels
-/// off at `reach`: the flow ends where it was asked to, and never sees the band's end, where the velocity would jump.
-/// How far from a surface a flow goes: a part of its size, if it has one.
+/// Returns how far from a surface its flow extends: a fraction of the surface's size, if the size is finite.
 double surfaceReach(const Context& c, const Arguments& a) {
     constexpr double kPart = 0.06, kOfUnbounded = 0.2;
     if (a.given("reach")) return a.real("reach");
@@ -163,6 +164,9 @@ double surfaceReach(const Context& c, const Arguments& a) {
     return box ? kPart * length(box->size()) : kOfUnbounded;
 }
 
+/// A flow along a surface: f is the noise, g the distance of a shape or level set. The distance of a level set is only
+/// known within its narrow band, so it is clipped at `reach`. The flow then ends there, and never samples the end of
+/// the band, where the velocity would jump.
 void surface(Context& c, const Arguments& a) {
     const double reach = surfaceReach(c, a);
     const Sdf sdf = c.sdf("surface", reach);
@@ -176,7 +180,7 @@ void surface(Context& c, const Arguments& a) {
              Flow(inSpace(c.field("noise").field), sampled ? clipped(sdf.distance, reach) : sdf.distance, domain));
 }
 
-/// Classical curl noise. With a wall, the noises themselves are ramped, not the fields that -bound made of them.
+/// Classical curl noise. With a wall, this ramps the noises themselves, not the fields that -bound made from them.
 void curl(Context& c, const Arguments& a) {
     const double offset = a.real("offset");
     const auto fields = fieldsOf(c, a.action());
@@ -198,7 +202,7 @@ void curl(Context& c, const Arguments& a) {
                 };
                 return curlFlow(std::array{moved(0, -1), moved(second, 0), moved(third, 1)}, domain);
             } else {
-                throw ValueError("curl noise is made of noises of 3 dimensions, or of 2 (three of them: cheaper)");
+                throw ValueError("needs noises of 3 dimensions, or three noises of 2 (cheaper)");
             }
         },
         noise(0));
@@ -210,13 +214,13 @@ void reshape(Context& c, const Arguments& a) {
     if (a.given("limit")) options.limit = a.real("limit");
     if (a.given("f")) options.f = a.interval("f");
     if (a.given("g")) options.g = a.interval("g");
-    if (!a.given("limit") && !a.given("f") && !a.given("g")) throw ValueError("give limit=, f= or g=");
+    if (!a.given("limit") && !a.given("f") && !a.given("g")) throw ValueError("needs limit=, f= or g=");
     c.give(AnyFlow(reshaped(c.flow("flow"), options, c.follow("reshape"))));
 }
 
 void addFlows(Context& c, const Arguments&) {
     const Flow first = c.flow("first"), second = c.flow("second");
-    // The one with the wall decides on the domain; of two, the narrower layer on how steps are judged.
+    // The flow with a wall determines the domain. If both have walls, the narrower layer is used to judge steps.
     Domain domain = first.domain().wall || !second.domain().wall ? first.domain() : second.domain();
     if (first.domain().wall && second.domain().wall)
         domain.wall->width = std::min(domain.wall->width, second.domain().wall->width);
@@ -225,7 +229,7 @@ void addFlows(Context& c, const Arguments&) {
 
 Action simpleFlow(std::string name, std::string summary, std::vector<Option> options, std::string example,
                   Flow (*make)(const Arguments&, const Domain&)) {
-    options.push_back(box("box", "the domain"));
+    options.push_back(box("box", "domain of the flow (default: -1,-1,-1,1,1,1)"));
     return {.name = std::move(name),
             .group = kGroup,
             .summary = std::move(summary),
@@ -241,13 +245,14 @@ Registry potentialActions() {
     return {
         {.name = "dfvn",
          .group = kGroup,
-         .summary = "the newest two fields f, g become the flow grad f x grad g; in n dimensions the newest n - 1",
-         .takes = {potentialInput("f", 0, 1, ""), potentialInput("g", 1, 2, "in 2 dimensions there is none"),
+         .summary = "divergence-free vector noise (DFVN): flow grad f x grad g of the newest two fields; in nD, n - 1",
+         .takes = {potentialInput("f", 0, 1, ""), potentialInput("g", 1, 2, "not used in 2 dimensions"),
                    potentialInput("more", 2, 6, "a flow in n dimensions takes n - 1 fields of n dimensions")},
          .makes = {made("flow", {Kind::flow})},
-         .options = paceOptions({notNegative("padding", "", "world units",
-                                             "how far the domain reaches around an obstacle (default: half its size)"),
-                                 keep()}),
+         .options = paceOptions(
+             {notNegative("padding", "", "world units",
+                          "distance by which the domain extends beyond an obstacle (default: half of its size)"),
+              keep()}),
          .examples =
              {"curlew -noise frequency=2 -noise frequency=2 seed=1 -dfvn speed=1 -velocity voxel=0.02 -write vel.vdb",
               "curlew -noise dim=2 frequency=2 octaves=3 -dfvn -slice -write swirls.png"},
@@ -255,31 +260,29 @@ Registry potentialActions() {
          .run = dfvn},
         {.name = "surface",
          .group = kGroup,
-         .summary = "the newest noise flows on the newest shape or level set, and on its parallels",
+         .summary = "flow on a surface: the newest noise on the newest shape or level set, and on its offset surfaces",
          .takes = {taken("noise", {Kind::noise}), stays("surface", {Kind::shape, Kind::levelSet})},
          .makes = {made("flow", {Kind::flow})},
-         .options = paceOptions(
-             {positive("reach", "", "world units",
-                       "how far from the surface the flow goes; around a level set it fades out until there (default: "
-                       "6 % of the diagonal of its box)"),
-              keep()}),
+         .options = paceOptions({positive("reach", "", "world units",
+                                          "distance from the surface to which the flow extends; around a level set it "
+                                          "fades out towards it (default: 6 % of the diagonal of its box)"),
+                                 keep()}),
          .examples = {"curlew -torus -noise frequency=3 -surface speed=1 -velocity voxel=0.02 -write skin.vdb"},
          .evaluation = Evaluation::anyTime,
          .run = surface,
          .makesWith = flowInSpace},
         {.name = "curl",
          .group = kGroup,
-         .summary =
-             "classical curl noise of the newest three noises, of 3 dimensions or (cheaper) of 2; it has no tracks. If "
-             "one of them is bounded, all conform to its wall",
-         .takes = {several(taken("x", {Kind::field}), 1, 1, "with offset=100 it is the only one, taken three times"),
-                   onlyIf(taken("y", {Kind::field}), "not with offset=100, which takes one noise three times", ofThree),
-                   onlyIf(taken("z", {Kind::field}), "not with offset=100, which takes one noise three times",
-                          ofThree)},
+         .summary = "classical curl noise of the newest three noises (3D, or 2D: cheaper), without tracks; if one is "
+                    "bounded, all are",
+         .takes = {several(taken("x", {Kind::field}), 1, 1, "with offset=100 the only noise, used three times"),
+                   onlyIf(taken("y", {Kind::field}), "not with offset=100, which uses one noise three times", ofThree),
+                   onlyIf(taken("z", {Kind::field}), "not with offset=100, which uses one noise three times", ofThree)},
          .makes = {made("flow", {Kind::flow})},
-         .options = paceOptions({notNegative("offset", "0", "world units",
-                                             "above 0: take one noise three times, moved by so much (Catlike: 100)"),
-                                 keep()}),
+         .options = paceOptions(
+             {notNegative("offset", "0", "world units",
+                          "shift between the three copies of a single noise (Catlike: 100); 0: take three noises"),
+              keep()}),
          .examples = {"curlew -noise frequency=2 -curl offset=100 speed=1 -velocity voxel=0.02 -write curl.vdb",
                       "curlew -noise dim=2 -noise dim=2 seed=1 -noise dim=2 seed=2 -curl -velocity -write cheap.vdb",
                       "curlew -sphere -noise frequency=2 -bound -curl offset=100 speed=1 -velocity -write ball.vdb"},
@@ -292,16 +295,17 @@ Registry otherActions() {
     return {
         {.name = "reshape",
          .group = kGroup,
-         .summary = "slow streamlines of the newest flow down, or stop them; it stays divergence-free",
+         .summary = "slow down or stop streamlines of the newest flow; it stays divergence-free",
          .takes = {taken("flow", {Kind::flow})},
          .makes = {made("flow", {Kind::flow})},
-         .options = {positive("limit", "", "world units / s", "no streamline goes faster"),
-                     interval("f", "", "only streamlines with f in this interval move"),
-                     interval("g", "", "only streamlines with g in this interval move"),
+         .options = {positive("limit", "", "world units / s",
+                              "maximum speed; a faster streamline is slowed down as a whole"),
+                     interval("f", "", "interval of f: only streamlines with f in it move"),
+                     interval("g", "", "interval of g: only streamlines with g in it move"),
                      {.name = "softness",
                       .type = OptionType::real,
                       .fallback = "0.25",
-                      .help = "over this part of an interval, at each end, they fade in",
+                      .help = "fraction of an interval, at each end, over which the speed fades in",
                       .lower = 0,
                       .upper = 0.5},
                      keep()},
@@ -312,7 +316,7 @@ Registry otherActions() {
          .makesWith = flowInSpace},
         {.name = "superpose",
          .group = kGroup,
-         .summary = "the sum of the newest two flows; points follow each of its terms on the term's own tracks",
+         .summary = "sum (superposition) of the newest two flows; -advect can follow its terms separately (splitting=)",
          .takes = {taken("first", {Kind::flow}), taken("second", {Kind::flow})},
          .makes = {made("flow", {Kind::flow})},
          .options = {keep()},
@@ -321,30 +325,31 @@ Registry otherActions() {
          .evaluation = Evaluation::anyTime,
          .run = addFlows,
          .makesWith = flowInSpace},
-        simpleFlow("uniform", "the same velocity everywhere",
-                   {vector("velocity", "0,1,0", "world units / s", "the velocity")},
+        simpleFlow("uniform", "uniform flow: the same velocity everywhere",
+                   {vector("velocity", "0,1,0", "world units / s", "velocity")},
                    "curlew -uniform velocity=1,0,0 -velocity -write wind.vdb",
                    [](const Arguments& a, const Domain& domain) { return uniformFlow(a.vector("velocity"), domain); }),
-        simpleFlow("vortex", "a vortex about the y axis, like a rigid body near it and slower away from it",
-                   {real("turns", "1", "1 / s", "at the axis"),
-                    positive("core", "0.3", "world units", "where half of the turning speed is left")},
+        simpleFlow("vortex", "vortex about the y axis: a rigid rotation near the axis, slower farther away",
+                   {real("turns", "1", "1 / s", "revolutions per second at the axis"),
+                    positive("core", "0.3", "world units",
+                             "distance from the axis at which half of the angular velocity is left")},
                    "curlew -vortex turns=0.5 -slice axis=y -write vortex.png",
                    [](const Arguments& a, const Domain& domain) {
                        return vortexFlow(a.real("turns"), a.real("core"), domain);
                    }),
-        simpleFlow("updraft",
-                   "a column that rises along y at speed / (1 + y / height), and spreads; a sum of two terms",
-                   {real("speed", "1", "world units / s", "at y = 0"),
-                    positive("height", "1", "world units", "where half of it is left")},
+        simpleFlow("updraft", "rising column along y, with speed / (1 + y / height), that spreads; a sum of two terms",
+                   {real("speed", "1", "world units / s", "vertical speed at y = 0"),
+                    positive("height", "1", "world units", "height at which half of the speed is left")},
                    "curlew -noise -noise seed=1 -dfvn speed=0.5 -updraft -superpose -velocity -write smoke.vdb",
                    [](const Arguments& a, const Domain& domain) {
                        return updraftFlow(a.real("speed"), a.real("height"), domain);
                    }),
         {.name = "enright",
          .group = kGroup,
-         .summary = "the deformation field of Enright's test, which changes with time and takes all back in its period",
+         .summary =
+             "deformation field of Enright's test: a time-dependent flow that returns everything after its period",
          .makes = {made("flow", {Kind::flow})},
-         .options = {positive("period", "3", "s", "after which everything is back where it was")},
+         .options = {positive("period", "3", "s", "time after which everything is back at its start")},
          .examples = {"curlew -enright -slice -write enright.png"},
          .evaluation = Evaluation::anyTime,
          .varies = true,

@@ -5,7 +5,7 @@
 
 namespace curlew::app {
 
-/// What an action makes that makes a flow in space, whatever the dimensions of its inputs.
+/// Returns the output of an action that makes a 3D flow, whatever the dimensions of its inputs.
 inline std::vector<Object> flowInSpace(const Arguments&, const std::vector<std::vector<Object>>&, const World&) {
     return {{.kind = Kind::flow, .dimension = 3, .name = "flow"}};
 }

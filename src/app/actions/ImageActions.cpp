@@ -14,7 +14,7 @@ using namespace options;
 const std::string kGroup = "pictures";
 constexpr double kMarginAroundWalls = 0.04;
 
-// --- what both show: a flow or field on a plane
+// --- the view of a flow or field on a plane, shared by both actions
 // --------------------------------------------------------------------------
 
 struct View {
@@ -22,7 +22,7 @@ struct View {
     SliceOptions slice;
 };
 
-/// `subject`: what there is to see; `shape`: it has an outside, which is shown too.
+/// `subject`: the box to show; `shape`: whether the object has an outside, which is shown too.
 View viewOf(const Arguments& a, const Box& subject, bool shape) {
     View view{.box = a.given("box") ? a.box("box") : subject,
               .slice = {.axis = a.choice<int>("axis"),
@@ -36,17 +36,18 @@ View viewOf(const Arguments& a, const Flow& flow) {
     return viewOf(a, flow.domain().box, flow.domain().wall.has_value());
 }
 
-/// The options that both have, and then those of one.
+/// Returns the options of both actions, followed by an action's own.
 std::vector<Option> viewOptions(const std::vector<Option>& own) {
-    std::vector<Option> all{choice("axis", {"x", "y", "z"}, "the plane is perpendicular to it", "z"),
-                            real("position", "", "world units", "of the plane on that axis (default: the middle)"),
-                            integer("width", fmt::format("{}", SliceOptions{}.width), 1, 32768, "pixels across"),
-                            box("box", "what the picture has to show (default: the domain)")};
+    std::vector<Option> all{
+        choice("axis", {"x", "y", "z"}, "axis perpendicular to the plane", "z"),
+        real("position", "", "world units", "position of the plane along that axis (default: the middle of the box)"),
+        integer("width", fmt::format("{}", SliceOptions{}.width), 1, 32768, "picture width in pixels"),
+        box("box", "region to show (default: the domain)")};
     all.insert(all.end(), own.begin(), own.end());
     return all;
 }
 
-/// What the view shows of a source, at one sample per pixel: for lines and arrows.
+/// Samples a source in the view at one sample per pixel, for lines and arrows.
 Image sampled(const View& view, const SliceSource& source, const Monitor& monitor) {
     SliceOptions single = view.slice;
     single.supersampling = 1;
@@ -63,17 +64,18 @@ bool among(const std::vector<std::string>& names, const std::string& name) {
     return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// What of the object is shown, and the sources of lines and arrows on it.
+/// The quantity to show, and the sources of the lines and arrows drawn on it.
 struct Subject {
     View view;
     SliceSource shown, contoured, vectors;
-    bool positive = false; ///< What is shown is never negative.
+    bool positive = false; ///< Whether the shown quantity is never negative.
 };
 
 Subject flowSubject(const Context& c, const Arguments& a) {
     const Flow flow = c.flow("what");
     const std::string name = a.given("show") ? a.text("show") : "speed";
-    if (!among(kOfFlows, name)) throw ValueError(fmt::format("show={} needs a field, and the newest is a flow", name));
+    if (!among(kOfFlows, name))
+        throw ValueError(fmt::format("show={} needs a field, but the newest object is a flow", name));
     const bool scalar = name == "f" || name == "g" || name == "distance";
     return {.view = viewOf(a, flow),
             .shown = name == "along" ? alongSource(flow, a.vector("direction")) : flowSource(flow, name),
@@ -87,8 +89,7 @@ Subject fieldSubject(const Context& c, const Arguments& a) {
     const ScalarField field = inSpace(value.field);
     const std::string name = a.given("show") ? a.text("show") : "value";
     if (!among(kOfFields, name))
-        throw ValueError(
-            fmt::format("show={} needs a flow; of a field, {} can be seen", name, fmt::join(kOfFields, ", ")));
+        throw ValueError(fmt::format("show={} needs a flow; for a field use {}", name, fmt::join(kOfFields, ", ")));
     const auto box = value.sdf ? boxOf(*value.sdf) : std::nullopt;
     return {.view = viewOf(a, box.value_or(Domain{}.box), box.has_value()),
             .shown = fieldSource(field, name),
@@ -101,13 +102,13 @@ void sliceAction(Context& c, const Arguments& a) {
     const Subject subject = c.kind("what") == Kind::flow ? flowSubject(c, a) : fieldSubject(c, a);
     const Monitor monitor = c.follow("slice");
     Image image = slice(subject.view.box, subject.shown, subject.view.slice, monitor);
-    // Two colours for values of both signs, one scale for those that are never negative.
+    // A diverging map for values of both signs, a sequential one for values that are never negative.
     ColorMap map = subject.positive ? ColorMap::viridis : ColorMap::diverging;
     if (a.choice("map") > 0 && !isVector(image)) map = static_cast<ColorMap>(a.choice("map") - 1);
     const auto lines = a.integer<int>("contours"), across = a.integer<int>("arrows");
     if (lines > 0 || across > 0) {
         image = displayed(image, automaticScale(image, map));
-        // Dark on the light middle of the diverging colours, light on the others.
+        // Dark lines on the light centre of the diverging map, light lines on the other maps.
         const Vec3f ink = map == ColorMap::diverging ? Vec3f{{0.08f, 0.08f, 0.1f}} : Vec3f{{1, 1, 1}};
         const double width = std::max(1.0, image.width / 640.0);
         if (lines > 0)
@@ -125,29 +126,32 @@ void sliceAction(Context& c, const Arguments& a) {
 Action sliceDeclaration() {
     std::vector<std::string> shown = kOfFlows, maps = namesOf(kColorMapNames);
     shown.insert(shown.end(), kOfFields.begin(), kOfFields.end());
-    maps.resize(3); // the others are for light on a dark ground
+    maps.resize(3); // the other maps are for light on a dark background
     maps.insert(maps.begin(), "auto");
-    return {.name = "slice",
-            .group = kGroup,
-            .summary = "a picture of the newest flow or field on a plane",
-            .takes = {stays("what", {Kind::flow, Kind::field})},
-            .makes = {made("image", {Kind::image})},
-            .options = viewOptions(
-                {choice("show", shown,
-                        "of a flow: speed, a component, a potential, the distance to the wall, or the velocity as "
-                        "colours; of a field (default: value) also slope, the length of its gradient"),
-                 vector("direction", "1,1,1", "", "of the component that show=along shows"),
-                 choice("map", maps, "colours of what is one number"),
-                 integer("contours", "0", 0, 1000,
-                         "so many iso-lines: of what is shown, or of the field, or f, where that is a component, a "
-                         "vector or its length; the image is then a picture"),
-                 integer("arrows", "0", 0, 1000,
-                         "so many arrows in a row: the velocity, or the gradient, in the plane; the longest fills its "
-                         "place")}),
-            .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn -slice show=speed "
-                         "-write speed.png speed.exr",
-                         "curlew -noise dim=2 frequency=2 -slice show=gradient -write gradient.png"},
-            .run = sliceAction};
+    return {
+        .name = "slice",
+        .group = kGroup,
+        .summary = "picture of the newest flow or field on a plane (cross-section, heat map)",
+        .takes = {stays("what", {Kind::flow, Kind::field})},
+        .makes = {made("image", {Kind::image})},
+        .options = viewOptions(
+            {choice("show", shown,
+                    "quantity to show. Of a flow: the speed, a component, a potential, the distance to the wall, or "
+                    "the velocity as colours. Of a field: the value (its default), slope (length of the gradient), or "
+                    "the gradient as colours"),
+             vector("direction", "1,1,1", "", "direction of the component that show=along shows"),
+             choice("map", maps, "colour map of a scalar quantity"),
+             integer(
+                 "contours", "0", 0, 1000,
+                 "number of contour lines (iso-lines) of the scalar that is shown; where that is a component, a vector "
+                 "or a length, of the field or of f instead. With contours, the image holds colours, not values"),
+             integer("arrows", "0", 0, 1000,
+                     "number of arrows per row, which show the velocity or the gradient in the plane; the longest "
+                     "fills its cell")}),
+        .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn -slice show=speed "
+                     "-write speed.png speed.exr",
+                     "curlew -noise dim=2 frequency=2 -slice show=gradient -write gradient.png"},
+        .run = sliceAction};
 }
 
 // --- line integral convolution
@@ -180,21 +184,21 @@ void licAction(Context& c, const Arguments& a) {
 }
 
 Action licDeclaration() {
-    return {
-        .name = "lic",
-        .group = kGroup,
-        .summary = "a picture of the newest flow on a plane as streaks: line integral convolution",
-        .takes = {stays("flow", {Kind::flow})},
-        .makes = {made("image", {Kind::image})},
-        .options = viewOptions({positive("length", "", "pixels", "of the streaks (default: 6 % of the width)"),
-                                choice("kernel", kLicKernelNames, "how the noise is averaged along a streak"),
-                                positive("grain", "", "pixels", "of the noise (default: 1.25, more in wide pictures)"),
-                                integer("seed", "0", 0, 0x1p53 - 1, "another seed, another noise"),
-                                choice("color", {"speed", "none"}, "by what the streaks are coloured"),
-                                flag("outline", "1", "draw the wall")}),
-        .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn -lic -write lic.png",
-                     "curlew -noise dim=2 frequency=2 -dfvn -lic color=none -write lic.png"},
-        .run = licAction};
+    return {.name = "lic",
+            .group = kGroup,
+            .summary = "line integral convolution (LIC): a picture of the newest flow on a plane as streaks",
+            .takes = {stays("flow", {Kind::flow})},
+            .makes = {made("image", {Kind::image})},
+            .options = viewOptions(
+                {positive("length", "", "pixels", "length of the streaks (default: 6 % of the width)"),
+                 choice("kernel", kLicKernelNames, "filter kernel along a streak"),
+                 positive("grain", "", "pixels", "grain size of the noise (default: 1.25, more in wide pictures)"),
+                 integer("seed", "0", 0, 0x1p53 - 1, "random seed of the noise"),
+                 choice("color", {"speed", "none"}, "quantity that colours the streaks"),
+                 flag("outline", "1", "1: draw the outline of the wall")}),
+            .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn -lic -write lic.png",
+                         "curlew -noise dim=2 frequency=2 -dfvn -lic color=none -write lic.png"},
+            .run = licAction};
 }
 
 } // namespace

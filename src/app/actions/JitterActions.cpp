@@ -16,36 +16,38 @@ const Binding<JitteredLatticeOptions>& jitterBinding() {
     static const auto binding =
         Binding<JitteredLatticeOptions>()
             .add(
-                integer("count", "", 1, 1e15, "about how many points"), [](auto& o) -> auto& { return o.count; })
+                integer("count", "", 1, 1e15, "approximate number of points"), [](auto& o) -> auto& { return o.count; })
             .addOptional(
-                instead(positive("spacing", "", "world units", "of the lattice, instead of count"), {"count"}),
+                instead(positive("spacing", "", "world units", "spacing of the lattice, instead of count="), {"count"}),
                 [](auto& o) -> auto& { return o.spacing; })
             .add(
                 real("amount", "", "",
-                     "how far they move: 1 leaves about 0.82 spacings between neighbours, 0 the lattice"),
+                     "amount of displacement: 1 leaves about 0.82 spacings between neighbours, 0 the lattice itself"),
                 [](auto& o) -> auto& { return o.amount; })
             .add(
-                integer("seed", "", 0, 0x1p53 - 1, "another seed, another flow"),
+                integer("seed", "", 0, 0x1p53 - 1, "random seed of the flow"),
                 [](auto& o) -> auto& { return o.flow.seed; })
             .add(
                 choice("method", {"curl", "random"},
-                       "along a flow (curl-noise jittering), or each at random in its cell"),
+                       "curl: displace along a flow (curl-noise jittering); random: displace each point randomly in "
+                       "its cell"),
                 [](auto& o) -> auto& { return o.random; })
             .add(
-                positive("frequency", "", "1 / spacing", "curl: of the noise"),
+                positive("frequency", "", "1 / spacing", "curl: frequency of the noise"),
                 [](auto& o) -> auto& { return o.flow.frequency; })
             .add(
                 choice("speed", {"noise", "uniform"},
-                       "curl: all points move equally far, or as the divergence-free flow is fast"),
+                       "curl: distance that points move: proportional to the divergence-free flow's speed (noise), or "
+                       "equal for all (uniform)"),
                 [](auto& o) -> auto& { return o.flow.uniform; })
             .addOptional(
-                real("time", "", "s", "curl: a moment of an animation, which passes a cell of noise each second"),
+                real("time", "", "s", "curl: time of an animation that passes one cell of the noise per second"),
                 [](auto& o) -> auto& { return o.flow.time; })
             .add(
                 flag("conform", "", "curl: keep points on their side of the wall, if there is one"),
                 [](auto& o) -> auto& { return o.conform; })
             .add(
-                positive("width", "", "spacings", "curl: of the layer in which the flow turns along the wall"),
+                positive("width", "", "spacings", "curl: width of the layer in which the flow turns along the wall"),
                 [](auto& o) -> auto& { return o.width; });
     return binding;
 }
@@ -71,27 +73,29 @@ std::vector<Option> jitterOptions() {
     std::vector<Option> all = jitterBinding().options();
     all.insert(
         all.begin() + 2,
-        integer("dim", "", 2, 3, "2: a lattice in the plane z = 0 (default: as many as the newest flow has, else 3)"));
-    all.push_back(choice("side", {"inside", "outside", "both"}, "of the wall, instead of that which the flow is on"));
-    all.push_back(box("box", "the box to fill (default: that of the domain)"));
+        integer(
+            "dim", "", 2, 3,
+            "number of dimensions; 2: a lattice in the plane z = 0 (default: as many as the newest flow has, else 3)"));
+    all.push_back(choice("side", {"inside", "outside", "both"}, "side of the wall to fill, instead of the flow's"));
+    all.push_back(box("box", "box to fill (default: the box of the domain)"));
     return all;
 }
 
 } // namespace
 
 Registry jitterActions() {
-    return {{.name = "jitter",
-             .group = "points",
-             .summary =
-                 "a lattice in the domain of the newest flow, shape or level set, moved a little by a flow of noise: "
-                 "irregular, well spaced points, none of which crosses the wall",
-             .takes = {maybe(stays("domain", {Kind::flow, Kind::shape, Kind::levelSet}), "without one it is a box")},
-             .makes = {made("points", {Kind::points})},
-             .options = jitterOptions(),
-             .examples = {"curlew -sphere -jitter count=2000 seed=3 -write blue.ply",
-                          "curlew -jitter dim=2 spacing=0.05 box=0,0,-1,4,3,1 -write dots.csv"},
-             .inFrames = InFrames::once,
-             .run = jitterAction}};
+    return {
+        {.name = "jitter",
+         .group = "points",
+         .summary = "jittered lattice in the newest flow, shape or level set: irregular, evenly spaced sample points",
+         .takes = {maybe(stays("domain", {Kind::flow, Kind::shape, Kind::levelSet}),
+                         "optional; without one, box= is filled")},
+         .makes = {made("points", {Kind::points})},
+         .options = jitterOptions(),
+         .examples = {"curlew -sphere -jitter count=2000 seed=3 -write blue.ply",
+                      "curlew -jitter dim=2 spacing=0.05 box=0,0,-1,4,3,1 -write dots.csv"},
+         .inFrames = InFrames::once,
+         .run = jitterAction}};
 }
 
 } // namespace curlew::app

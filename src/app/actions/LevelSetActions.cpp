@@ -16,8 +16,8 @@ using namespace options;
 
 const std::string kGroup = "following the flow";
 
-/// The equal steps of a scheme that does not estimate its error, and how often a flow that changes is frozen, if
-/// nothing is said.
+/// The default number of equal steps of a scheme without error estimate, and of frozen intervals of a flow that changes
+/// with time.
 constexpr int kParts = 100;
 
 struct FollowOptions {
@@ -30,17 +30,16 @@ struct FollowOptions {
 const Binding<FollowOptions>& followBinding() {
     static const auto binding =
         stepBinding<FollowOptions>(
-            "so many time steps of equal length, instead of those that accuracy= asks for. With both, accuracy= rules, "
-            "and this is how often a flow that changes is frozen (default: 100 times; after -frames, from frame to "
-            "frame, its substeps)",
-            "the flow is followed by steps whose estimated error is at most this (default: a thousandth of a voxel, "
-            "unless steps= is given)")
+            "number of equal time steps, instead of steps chosen by accuracy=. With both, accuracy= chooses the steps, "
+            "and this is the number of intervals in which a time-dependent flow is held constant (default: 100; after "
+            "-frames, its substeps per frame)",
+            "maximum estimated error of a step along the flow (default: 1/1000 of a voxel, unless steps= is given)")
             .include(
-                solverBinding({}, "voxel waits"), [](auto& o) -> auto& { return o.reprojection; });
+                solverBinding({}, "voxel stays where it is"), [](auto& o) -> auto& { return o.reprojection; });
     return binding;
 }
 
-/// Whether the way is that from the first frame to this one.
+/// Returns whether the level set is advected from the first frame to this one.
 bool byFrame(const Context& c, const Arguments& a) { return c.clock() && !a.given("time"); }
 double timeOf(const Context& c, const Arguments& a) { return byFrame(c, a) ? c.clock()->time : a.real("time"); }
 
@@ -67,11 +66,11 @@ double horizonOf(const Arguments& a) {
 
 double volumeOf(const LevelSet& levelSet) { return openvdb::tools::levelSetVolume(*levelSet.grid); }
 
-/// The level set in this frame. What comes before is kept from frame to frame; after -resume it is made again, through
-/// the same moments, so that the same comes out.
+/// Returns the level set in this frame. The state is kept from frame to frame. After -resume, it is recomputed through
+/// the same moments, so that the result is identical.
 AdvectedLevelSet advanced(Context& c, const Arguments& a, const LevelSet& original, const Monitor& monitor) {
     const FrameClock& clock = *c.clock();
-    if (clock.duration == 0) return {.levelSet = original}; // the first one
+    if (clock.duration == 0) return {.levelSet = original}; // the first frame
     auto sequence = std::static_pointer_cast<LevelSetSequence>(c.memory().object);
     if (!sequence)
         sequence = std::make_shared<LevelSetSequence>(
@@ -87,7 +86,7 @@ AdvectedLevelSet advanced(Context& c, const Arguments& a, const LevelSet& origin
 
 void advectLevelSetAction(Context& c, const Arguments& a) {
     const LevelSet before = levelSetOf(c);
-    const Monitor monitor = c.follow("following the level set");
+    const Monitor monitor = c.follow("advecting the level set");
     const double begin = a.real("begin"), time = timeOf(c, a);
     const bool weno5 = a.text("method") == "weno5";
     AdvectedLevelSet result;
@@ -111,8 +110,9 @@ void advectLevelSetAction(Context& c, const Arguments& a) {
         report["surface_shift_max"] = result.greatestShift;
     }
     if (result.kept > 0)
-        c.warn(fmt::format("{} of {} voxels found no way back on their tracks; give a finer accuracy= or more steps=",
-                           result.kept, result.traced));
+        c.warn(fmt::format(
+            "{} of {} voxels could not be traced back along their tracks; use a finer accuracy= or more steps=",
+            result.kept, result.traced));
     c.give(GridValue{result.levelSet.grid});
 }
 
@@ -121,7 +121,7 @@ void advectGridAction(Context& c, const Arguments& a) {
     const AdvectedGrid result = advectGrid(
         *grid, c.flowInTime("flow"), a.real("begin"), timeOf(c, a),
         {.map = mapOptions(c, a, grid->voxelSize()[0]), .interpolation = a.choice<Interpolation>("interpolation")},
-        c.follow("following the grid"));
+        c.follow("advecting the grid"));
     c.say(fmt::format("grid '{}': {} active voxels", grid->getName(), result.grid->activeVoxelCount()));
     c.report("advect_grid") = {
         {"voxels", result.grid->activeVoxelCount()}, {"traced", result.traced}, {"kept_back", result.kept}};
@@ -134,12 +134,12 @@ void levelSetToMeshAction(Context& c, const Arguments& a) {
     c.give(std::move(mesh));
 }
 
-/// What following needs, and `own` options before the rest.
+/// Returns the options for advection, with `own` inserted after time=.
 std::vector<Option> followOptions(std::vector<Option> own) {
     std::vector<Option> options{
         real("time", "1", "s",
-             "how long; negative follows the flow backward; after -frames the default is from the first frame to this"),
-        real("begin", "0", "s", "the time at which it begins; it matters in flows that change")};
+             "advection time; negative runs backward (default after -frames: from the first frame to this one)"),
+        real("begin", "0", "s", "start time; it matters only in time-dependent flows")};
     options.insert(options.end(), followBinding().options().begin(), followBinding().options().end());
     options.insert(options.begin() + 1, own.begin(), own.end());
     return options;
@@ -148,56 +148,57 @@ std::vector<Option> followOptions(std::vector<Option> own) {
 } // namespace
 
 Registry levelSetActions() {
-    return {{.name = "advectLevelSet",
-             .group = kGroup,
-             .summary = "move the newest level set along the newest flow, without diffusing it",
-             .takes = {stays("flow", {Kind::flow}), taken("levelSet", {Kind::levelSet}, "grid")},
-             .makes = {made("levelSet", {Kind::levelSet})},
-             .options = followOptions(
-                 {choice("method", {"flowmap", "weno5"},
-                         "look up where the flow has been, in one step whatever the time; or OpenVDB's advection, to "
-                         "compare with (it chooses its own steps)"),
-                  positive("restart", "", "s",
-                           "after -frames: begin anew from the level set of that moment after so long, which bounds "
-                           "the time that a frame takes, and costs accuracy (default: never)"),
-                  ages("grid", "", "which level set (default: the newest)"), keep()}),
-             .examples = {"curlew -read bunny.obj -mesh2ls -noise frequency=2 -noise frequency=2 seed=1 -dfvn speed=1 "
-                          "-advectLevelSet time=0.5 -write moved.vdb"},
-             .inFrames = InFrames::each,
-             .run = advectLevelSetAction},
-            {.name = "advectGrid",
-             .group = kGroup,
-             .summary = "move a fog volume, or another grid of numbers or vectors, along the newest flow",
-             .takes = {stays("flow", {Kind::flow}), taken("grid", {Kind::grid}, "grid")},
-             .makes = {made("grid", {Kind::grid})},
-             .options = followOptions({choice("interpolation", {"linear", "quadratic"},
-                                              "between voxels; quadratic is sharper, but may overshoot"),
-                                       ages("grid", "0", "which grid"), keep()}),
-             .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -read "
-                          "smoke.vdb grids=density -advectGrid time=0.5 -write moved.vdb"},
-             .inFrames = InFrames::each,
-             .run = advectGridAction,
-             .makesWith =
-                 [](const Arguments&, const std::vector<std::vector<Object>>& inputs, const World&) {
-                     Object moved = inputs[1].empty() ? Object{.kind = Kind::grid} : inputs[1].front();
-                     moved.name = "grid";
-                     return std::vector{moved};
-                 }},
-            {.name = "ls2mesh",
-             .group = kGroup,
-             .summary = "turn a level set into a mesh",
-             .takes = {taken("levelSet", {Kind::levelSet}, "grid")},
-             .makes = {made("mesh", {Kind::mesh})},
-             .options = {{.name = "adaptivity",
-                          .type = OptionType::real,
-                          .fallback = "0",
-                          .help = "larger faces where the surface is flat; 0 gives quads of a voxel's size",
-                          .lower = 0,
-                          .upper = 1},
-                         ages("grid", "", "which level set (default: the newest)"),
-                         keep()},
-             .examples = {"curlew -read bunny.vdb -ls2mesh -write bunny.ply"},
-             .run = levelSetToMeshAction}};
+    return {
+        {.name = "advectLevelSet",
+         .group = kGroup,
+         .summary = "advect the newest level set along the newest flow, without numerical diffusion",
+         .takes = {stays("flow", {Kind::flow}), taken("levelSet", {Kind::levelSet}, "grid")},
+         .makes = {made("levelSet", {Kind::levelSet})},
+         .options = followOptions(
+             {choice("method", {"flowmap", "weno5"},
+                     "flowmap: trace back along the flow, in one step for any time; weno5: OpenVDB's level set "
+                     "advection, for comparison (it chooses its own steps)"),
+              positive("restart", "", "s",
+                       "after -frames: interval after which the advection starts again from the level set at that "
+                       "time, which limits the time per frame but costs accuracy (default: never)"),
+              ages("grid", "", "level set to advect: 0 is the newest grid (default: the newest level set)"), keep()}),
+         .examples = {"curlew -read bunny.obj -mesh2ls -noise frequency=2 -noise frequency=2 seed=1 -dfvn speed=1 "
+                      "-advectLevelSet time=0.5 -write moved.vdb"},
+         .inFrames = InFrames::each,
+         .run = advectLevelSetAction},
+        {.name = "advectGrid",
+         .group = kGroup,
+         .summary = "advect a fog volume, or another scalar or vector grid, along the newest flow",
+         .takes = {stays("flow", {Kind::flow}), taken("grid", {Kind::grid}, "grid")},
+         .makes = {made("grid", {Kind::grid})},
+         .options = followOptions({choice("interpolation", {"linear", "quadratic"},
+                                          "interpolation between voxels; quadratic is sharper but may overshoot"),
+                                   ages("grid", "0", "grid to advect: 0 is the newest"), keep()}),
+         .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -read "
+                      "smoke.vdb grids=density -advectGrid time=0.5 -write moved.vdb"},
+         .inFrames = InFrames::each,
+         .run = advectGridAction,
+         .makesWith =
+             [](const Arguments&, const std::vector<std::vector<Object>>& inputs, const World&) {
+                 Object moved = inputs[1].empty() ? Object{.kind = Kind::grid} : inputs[1].front();
+                 moved.name = "grid";
+                 return std::vector{moved};
+             }},
+        {.name = "ls2mesh",
+         .group = kGroup,
+         .summary = "convert a level set to a mesh (isosurface polygons)",
+         .takes = {taken("levelSet", {Kind::levelSet}, "grid")},
+         .makes = {made("mesh", {Kind::mesh})},
+         .options = {{.name = "adaptivity",
+                      .type = OptionType::real,
+                      .fallback = "0",
+                      .help = "mesh simplification where the surface is flat, 0 to 1; 0: quads of the size of a voxel",
+                      .lower = 0,
+                      .upper = 1},
+                     ages("grid", "", "level set to convert: 0 is the newest grid (default: the newest level set)"),
+                     keep()},
+         .examples = {"curlew -read bunny.vdb -ls2mesh -write bunny.ply"},
+         .run = levelSetToMeshAction}};
 }
 
 } // namespace curlew::app

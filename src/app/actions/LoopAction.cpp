@@ -8,15 +8,16 @@ namespace curlew::app {
 
 namespace {
 
-/// The tracks depend on the flow, the points and the options, not on the moment.
+/// Returns the looped points, which are kept since they do not depend on the moment.
 std::shared_ptr<const LoopedPoints> loopedPoints(const Context& c, const LoopOptions& o, const Monitor& monitor) {
     const FlowInTime flow = c.flowInTime("flow");
     if (!flow.steady())
         throw ValueError(
-            "loop= needs a steady flow, and this one changes with time, so that no track leads back; take T out of it");
+            "loop= needs a steady flow, but this one changes with time, so its tracks do not lead back; remove T from "
+            "its options");
     if (!c.steady("points"))
         throw ValueError(
-            "loop= needs points that stay the same from frame to frame: put what makes or changes them "
+            "loop= needs points that stay the same from frame to frame; put the actions that make or change them "
             "before -frames");
     const auto& r = o.reprojection;
     const Digest key = DigestBuilder()
@@ -34,10 +35,10 @@ std::shared_ptr<const LoopedPoints> loopedPoints(const Context& c, const LoopOpt
         auto made = std::make_shared<const LoopedPoints>(flow.at(0), c.points("points").particles, o, monitor);
         const LoopSummary& s = made->summary();
         c.say(fmt::format(
-            "advect: of {} points {} run round closed tracks in {:.6g} s, at {:.3g} to {:.3g} times their "
-            "speed (mean {:.3g}); {} fade, {} are still; {} vertices",
+            "advect: of {} points, {} follow closed tracks in {:.6g} s, at {:.3g} to {:.3g} times their speed (mean "
+            "{:.3g}); {} fade, {} are at rest; {} vertices",
             s.points, s.closed, o.duration, s.paceMin, s.paceMax, s.paceMean, s.fading, s.still, s.vertices));
-        if (s.coarse > 0) c.warn(fmt::format("{} steps are coarser than asked for; give a larger accuracy", s.coarse));
+        if (s.coarse > 0) c.warn(fmt::format("{} steps exceed the requested error; use a larger accuracy=", s.coarse));
         return made;
     });
 }

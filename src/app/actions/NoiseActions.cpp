@@ -3,8 +3,8 @@
 #include "curlew/app/registry/Bind.h"
 #include "curlew/app/registry/Text.h"
 #include "curlew/field/Algebra.h"
-#include "curlew/field/Map.h"
 #include "curlew/field/NoiseField.h"
+#include "curlew/field/Transforms.h"
 
 #include <numbers>
 
@@ -14,10 +14,10 @@ namespace {
 
 using namespace options;
 
-/// How time enters a noise.
+/// How a noise depends on time.
 enum class Animate { automatic, alpha, slice, offset };
 
-/// A type of noise: its name, its dimensions, the options that only some types have, and its maker.
+/// A type of noise.
 struct NoiseType {
     std::string name, summary;
     std::vector<Option> options;
@@ -35,12 +35,12 @@ bool has(const std::vector<Option>& options, const std::string& name) {
     return std::any_of(options.begin(), options.end(), [&](const Option& option) { return option.name == name; });
 }
 
-/// Refuses options that the type of noise does not have.
+/// Throws ValueError if the type of noise does not have the dimension or an option that was given.
 void requireOptionsOfType(const Arguments& a) {
     const NoiseType& type = typeOf(a);
     if (dimension(a) < type.lowest || dimension(a) > type.highest)
-        throw ValueError(
-            fmt::format("type={} has {} to {} dimensions, not {}", type.name, type.lowest, type.highest, dimension(a)));
+        throw ValueError(fmt::format("type={} supports {} to {} dimensions, not {}", type.name, type.lowest,
+                                     type.highest, dimension(a)));
     std::vector<std::string> names;
     for (const Option& option : type.options) names.push_back(option.name);
     for (const auto& other : noiseTypes())
@@ -50,38 +50,41 @@ void requireOptionsOfType(const Arguments& a) {
                     fmt::format("type={} has no option '{}'; it has {}", type.name, option.name, join(names, ", ")));
 }
 
-/// Binds an option to a member that only the Options of some noises have.
+/// Binds an option to a member that only some noises' Options have.
 template <class Options, class Get>
 void bindIfThere(Binding<Options>& own, Option option, const Get& get) {
     if constexpr (requires(Options & o) { get(o); }) own.add(std::move(option), get);
 }
 
-/// The options that only some noises have. An option of a new noise is added here.
+/// Returns the options that only some noises have. Add the options of a new noise here.
 template <class Options>
 Binding<Options> ownOptions() {
     Binding<Options> own;
     bindIfThere(own,
                 real("alpha", "", "radians",
-                     "psrd: rotation of the first octave's gradients (flow noise); a full turn is 6.2832"),
+                     "psrd: rotation angle of the first octave's gradients (flow noise); a full turn is 6.2832"),
                 [](auto& o) -> decltype((o.alpha)) { return o.alpha; });
-    bindIfThere(own, choice("rotation", {"default", "fast"}, "psrd 3D: how alpha turns them; fast is another noise"),
+    bindIfThere(own,
+                choice("rotation", {"default", "fast"},
+                       "psrd 3D: method by which alpha= rotates the gradients; fast is a different noise"),
                 [](auto& o) -> decltype((o.rotation)) { return o.rotation; });
     bindIfThere(own,
                 choice("grid", {"axis", "perlin"},
-                       "psrd 3D: axis tiles with any period, and shows its grid in axis-parallel slices; perlin tiles "
-                       "with multiples of 3, and does not"),
+                       "psrd 3D: axis tiles with any period but shows its grid in axis-parallel slices; perlin tiles "
+                       "only with multiples of 3 but does not"),
                 [](auto& o) -> decltype((o.grid)) { return o.grid; });
-    bindIfThere(
-        own, choice("gradients", {"catlike", "reference"}, "perlin 3D: the tutorial's order of gradients, or Perlin's"),
-        [](auto& o) -> decltype((o.gradients)) { return o.gradients; });
-    bindIfThere(own, integer("power", "", 3, 4, "simplex: of the kernel; 3 is C², 4 is C³"),
+    bindIfThere(own,
+                choice("gradients", {"catlike", "reference"},
+                       "perlin 3D: order of the gradients, as in Catlike Coding's tutorial or in Perlin's reference"),
+                [](auto& o) -> decltype((o.gradients)) { return o.gradients; });
+    bindIfThere(own, integer("power", "", 3, 4, "simplex: power of the kernel; 3 is C², 4 is C³"),
                 [](auto& o) -> decltype((o.power)) { return o.power; });
     bindIfThere(own,
                 choice("kernel", {"smooth", "corners", "published", "published-continuous"},
-                       "simplex: smooth has no empty regions, corners has some in 6D and 7D; the published ones are "
-                       "Macomber's, with his radius (which jumps) or with r² = 1/2"),
+                       "simplex: smooth has no empty regions, corners has some in 6D and 7D; the published kernels are "
+                       "Macomber's, with his radius (discontinuous) or with r² = 1/2"),
                 [](auto& o) -> decltype((o.kernel)) { return o.kernel; });
-    bindIfThere(own, integer("waves", "", 1, SineNoise<3>::kMostWaves, "sine: how many"),
+    bindIfThere(own, integer("waves", "", 1, SineNoise<3>::kMostWaves, "sine: number of waves"),
                 [](auto& o) -> decltype((o.waves)) { return o.waves; });
     return own;
 }
@@ -97,16 +100,17 @@ typename Noise::Options optionsOf(const Arguments& a) {
     static const Binding<Options> own = ownOptions<Options>();
     Options o = own.read(a);
     o.seed = a.integer<uint64_t>("seed");
-    if constexpr (kHasPeriod<Options>) { // of the first N axes
+    if constexpr (kHasPeriod<Options>) { // for the first N axes
         const auto period = a.coordinates<N>("period");
         for (int axis = 0; axis < N; ++axis) {
             if (period[axis] != std::floor(period[axis]) || std::abs(period[axis]) > 1e6)
-                throw ValueError(fmt::format("period={} must be whole numbers of cells, 0 for none", period[axis]));
+                throw ValueError(
+                    fmt::format("period={} must be a whole number of cells; 0: not periodic", period[axis]));
             o.period[axis] = static_cast<int>(period[axis]);
         }
     }
     if (Noise::kDimension == 2 && (a.given("rotation") || a.given("grid")))
-        throw ValueError("rotation and grid are choices in 3D; in 2D there is only one of each");
+        throw ValueError("rotation= and grid= are only for 3D; in 2D there is only one of each");
     return o;
 }
 
@@ -122,7 +126,7 @@ OctaveOptions octaveOptions(const Arguments& a) {
             .octaveAlpha = a.real("octaveAlpha")};
 }
 
-/// Says where the noise tiles with another period than was asked for.
+/// Reports the axes on which the noise tiles with another period than requested.
 template <class Noise>
 void tellTiling([[maybe_unused]] Context& c, [[maybe_unused]] const typename Noise::Options& options) {
     if constexpr (requires(const Noise& n) { n.tilingPeriod(); }) {
@@ -134,8 +138,8 @@ void tellTiling([[maybe_unused]] Context& c, [[maybe_unused]] const typename Noi
     }
 }
 
-/// The last coordinates of a noise of more dimensions, as functions of time: a straight line, or for a loop a circle,
-/// passed at one unit a second. In cells, so time is not scaled with the frequency.
+/// A slice through a noise of more dimensions: its last coordinates are functions of time, along a straight line or,
+/// for a loop, a circle, at one unit per second. The unit is a cell, so time does not scale with the frequency.
 template <int N, class Noise>
 ScalarFieldN<N> sliceAt(const Arguments& a, double time, double loop) {
     constexpr int kExtra = Noise::kDimension - N;
@@ -150,7 +154,7 @@ ScalarFieldN<N> sliceAt(const Arguments& a, double time, double loop) {
     }
 }
 
-/// The noise of N dimensions at a time, where that is one of N + 1 or N + 2.
+/// Returns the noise of N dimensions at a time, as a slice of a noise of N + 1 dimensions or, in a loop, N + 2.
 template <template <int> class Noise, int N, int Lowest, int Highest>
 ScalarFieldN<N> sliced(const Arguments& a, double time) {
     const bool loops = a.given("loop");
@@ -158,13 +162,12 @@ ScalarFieldN<N> sliced(const Arguments& a, double time) {
         if (!loops) return sliceAt<N, Noise<N + 1>>(a, time, 0);
     if constexpr (N + 2 <= Highest && N + 2 >= Lowest)
         if (loops) return sliceAt<N, Noise<N + 2>>(a, time, a.real("loop"));
-    throw ValueError(
-        fmt::format("time as a slice{} needs {} dimensions, and type={} has {} at most; choose another "
-                    "animate=, or type=simplex",
-                    loops ? " that loops" : "", N + (loops ? 2 : 1), typeOf(a).name, Highest));
+    throw ValueError(fmt::format(
+        "animate=slice{} needs {} dimensions, but type={} has at most {}; use another animate=, or type=simplex",
+        loops ? " with loop=" : "", N + (loops ? 2 : 1), typeOf(a).name, Highest));
 }
 
-/// The noise, moved along its last axis by one unit a second, or in a loop by one period.
+/// Returns the offset of the noise along its last axis: one unit per second, or one period per loop.
 template <class Noise>
 double movedBy(const Arguments& a, const typename Noise::Options& options, double time) {
     double period = 0; // cells
@@ -178,37 +181,38 @@ double movedBy(const Arguments& a, const typename Noise::Options& options, doubl
     if (a.given("loop")) {
         if (!(period > 0))
             throw ValueError(
-                "a loop by an offset needs a period along the last axis; give period=, or another animate=");
+                "loop= with animate=offset needs a period along the last axis; give period=, or use another animate=");
         return period / a.real("frequency") * (time / a.real("loop"));
     }
     return period > 0 ? std::fmod(time, period / a.real("frequency")) : time;
 }
 
-/// How far the gradients have turned by `time`; in a loop, by its end, the whole number of turns that closes it.
+/// Returns the rotation of the gradients at `time`. In a loop, they make the whole number of turns that closes it.
 double turnedBy(const Arguments& a, double time) {
     if (!a.given("loop")) return time;
     const double ratio = a.real("octaveAlpha");
     if (a.integer("octaves") > 1 && ratio != std::floor(ratio))
-        throw ValueError(fmt::format(
-            "a loop does not close with octaveAlpha={}: when the first octave is back, the others are not; give a "
-            "whole number",
-            ratio));
+        throw ValueError(
+            fmt::format("the loop does not close with octaveAlpha={}: the first octave returns to its start, but the "
+                        "others do not; use a whole number",
+                        ratio));
     return 2 * std::numbers::pi * time / a.real("loop");
 }
 
-/// The noise of N dimensions with all its options.
+/// Returns the noise of N dimensions with all its options.
 template <template <int> class Noise, int N, int Lowest, int Highest>
 AnyField makeInDimension(Context& c, const Arguments& a) {
     auto options = optionsOf<Noise<N>, N>(a);
     tellTiling<Noise<N>>(c, options);
     PlacementN<N> placement{.offset = a.coordinates<N>("offset"), .rotate = a.vector("rotate")};
-    if (a.given("loop") && !a.given("time")) throw ValueError("loop= needs time=, the place in the loop in seconds");
+    if (a.given("loop") && !a.given("time")) throw ValueError("loop= needs time=, the time in the loop in seconds");
     if (!a.given("time")) {
         if (a.given("animate")) throw ValueError("animate= needs time=, in seconds");
         return placed(noiseField<Noise<N>>(options, octaveOptions(a)), placement);
     }
     double time = a.real("time");
-    if (a.given("loop")) time -= a.real("loop") * std::floor(time / a.real("loop")); // so that it closes to the bit
+    if (a.given("loop"))
+        time -= a.real("loop") * std::floor(time / a.real("loop")); // so that the loop closes bit for bit
     auto how = a.choice<Animate>("animate");
     if (how == Animate::automatic) how = typeOf(a).animate;
     switch (how) {
@@ -218,7 +222,7 @@ AnyField makeInDimension(Context& c, const Arguments& a) {
                 options.alpha += turnedBy(a, time);
             else
                 throw ValueError(
-                    fmt::format("type={} has no gradients that turn; animate=alpha is for psrd", typeOf(a).name));
+                    fmt::format("type={} has no rotating gradients; animate=alpha is for psrd", typeOf(a).name));
             break;
         case Animate::slice:
             return placed(sliced<Noise, N, Lowest, Highest>(a, time), placement);
@@ -242,14 +246,14 @@ NoiseType noiseType(std::string name, std::string summary) {
     std::vector<Option> own;
     if constexpr (kHasPeriod<Options>)
         own.push_back(coordinates("period", "0", "cells",
-                                  "tile after so many cells of the first octave along each axis; 0: never (value and "
-                                  "perlin: 256)"));
+                                  "period of the tiling along each axis, in cells of the first octave; 0: not periodic "
+                                  "(value and perlin: 256)"));
     const Binding<Options> bound = ownOptions<Options>();
     own.insert(own.end(), bound.options().begin(), bound.options().end());
     if (has(own, "alpha"))
         own.push_back(
             real("octaveAlpha", fmt::format("{}", OctaveOptions{}.octaveAlpha), "",
-                 "psrd: each octave's rotation over that of the one before; in a loop it must be a whole number"));
+                 "psrd: ratio of each octave's rotation to that of the octave before; with loop=, a whole number"));
     const Animate animate = has(own, "alpha") ? Animate::alpha : Highest > 3 ? Animate::slice : Animate::offset;
     return {std::move(name),
             std::move(summary),
@@ -286,30 +290,31 @@ Option typeOption() {
 std::vector<Option> noiseOptions() {
     std::vector<Option> all{
         typeOption(),
-        integer("dim", "3", 1, 7, "its dimensions"),
-        positive("frequency", "1", "1 / world unit", "cells per world unit of the first octave"),
-        integer("octaves", "1", 1, 32, "copies at rising frequency that are summed"),
-        positive("lacunarity", "2", "", "each octave's frequency over the one before"),
+        integer("dim", "3", 1, 7, "number of dimensions"),
+        positive("frequency", "1", "1 / world unit", "cells per world unit in the first octave"),
+        integer("octaves", "1", 1, 32, "number of octaves (fBm)"),
+        positive("lacunarity", "2", "", "ratio of each octave's frequency to that of the octave before"),
         real("gain", "0.5", "",
-             "each octave's amplitude over the one before; for Kolmogorov's spectrum 0.397 (-curl) or about 0.37 "
-             "(-dfvn)"),
+             "ratio of each octave's amplitude to that of the octave before; for Kolmogorov's spectrum 0.397 (-curl) "
+             "or about 0.37 (-dfvn)"),
         integer("seed", "0", 0, 0x1p53 - 1,
-                "0 is the published function; others are independent of it and of each other"),
-        coordinates("offset", "0", "world units", "where the origin of the noise goes"),
-        vector("rotate", "0,0,0", "degrees", "turn about x, then y, then z; in 2D about z"),
-        real("amplitude", "1", "", "factor on the whole"),
-        flag("normalize", "1", "divide by the sum of the octaves' amplitudes"),
+                "random seed; 0 is the published function, the others are independent of it and of each other"),
+        coordinates("offset", "0", "world units", "translation of the noise"),
+        vector("rotate", "0,0,0", "degrees", "rotation about x, then y, then z; in 2D about z"),
+        real("amplitude", "1", "", "factor by which the noise is multiplied"),
+        flag("normalize", "1", "1: divide by the sum of the octaves' amplitudes"),
         notNegative("turbulence", "0", "",
-                    "above 0: sum |n| of each octave, its crease rounded where |n| is below about this value, so that "
-                    "it stays C²"),
+                    "above 0: billow noise (turbulence), the sum of |n| over the octaves, with the crease rounded "
+                    "where |n| is below about this value (C²)"),
         real("warp", "0", "cells",
-             "gradient advection: displace each octave by so much times the gradient of the octaves before it"),
-        real("time", "", "s", "a moment of an animation of the noise"),
-        positive("loop", "", "s", "the animation is back where it began after this time"),
+             "domain warp (gradient advection): each octave is displaced by this factor times the gradient of the "
+             "octaves before it"),
+        real("time", "", "s", "time of an animation of the noise"),
+        positive("loop", "", "s", "period after which the animation repeats"),
         choice("animate", {"auto", "alpha", "slice", "offset"},
-               "time turns the gradients, those of the first octave by a radian a second (alpha; psrd's default); or "
-               "is one more coordinate (slice; simplex and sine), for a loop two on a circle; or moves the noise along "
-               "its last axis (offset; the others)")};
+               "effect of time=: alpha rotates the gradients, those of the first octave by one radian per second (auto "
+               "for psrd); slice is an additional coordinate, for a loop two on a circle (auto for simplex and sine); "
+               "offset moves the noise along its last axis (auto for the others)")};
     for (const NoiseType& type : noiseTypes())
         for (const Option& option : type.options)
             if (!has(all, option.name)) all.push_back(option);
@@ -321,7 +326,8 @@ std::vector<Option> noiseOptions() {
 Registry noiseActions() {
     return {{.name = "noise",
              .group = "fields",
-             .summary = "a noise with exact derivatives",
+             .summary =
+                 "noise with exact derivatives: Perlin, simplex, psrd (flow noise), value, …; fBm, billow, domain warp",
              .makes = {made("field", {Kind::field})},
              .options = noiseOptions(),
              .examples = {"curlew -noise frequency=2 octaves=3 seed=7 -slice box=-2,-2,-2,2,2,2 -write noise.png",

@@ -43,7 +43,7 @@ void panelsAction(Context& c, const Arguments& a) {
 }
 
 Input panelInput() {
-    Input input = several(taken("images", {Kind::image}), 1, 10000, "as many as count= says, or all there are");
+    Input input = several(taken("images", {Kind::image}), 1, 10000, "as many as count= says, or all");
     input.amountWith = [amount = input.amount](const Arguments& a, const Scope& scope) {
         if (scope.linked()) return amount;
         const size_t count = a.given("count") ? a.integer<size_t>("count") : scope.count({Kind::image});
@@ -53,26 +53,27 @@ Input panelInput() {
 }
 
 Action panelsDeclaration() {
-    return {.name = "panels",
-            .group = kGroup,
-            .summary = "join images into one picture, the oldest of them first",
-            .takes = {panelInput()},
-            .makes = {made("image", {Kind::image})},
-            .options = {selector(integer("count", "", 1, 10000, "the newest so many (default: all there are)")),
-                        integer("columns", fmt::format("{}", PanelOptions{}.columns), 0, 10000,
-                                "pictures in a row; 0: all of up to three, else about as many columns as rows"),
-                        integer("gap", "", 0, 10000, "pixels between them (default: a hundredth of the width)"),
-                        text("labels", "",
-                             "a line above each picture: a|b|c; [ACTION/FIGURE] in it is that figure of the report, "
-                             "[[ a plain ["),
-                        flag("legend", "1", "a colour bar below those that have one channel"),
-                        choice("scale", {"own", "common"},
-                               "of those that have one channel: colours by its own values, or by those of all"),
-                        keep()},
-            .examples = {"curlew -noise dim=2 frequency=2 -slice -noise dim=2 frequency=4 -slice -panels "
-                         "labels='two cells|four cells' -write noises.png"},
-            .readsReport = true,
-            .run = panelsAction};
+    return {
+        .name = "panels",
+        .group = kGroup,
+        .summary = "contact sheet: join images into one picture, the oldest first",
+        .takes = {panelInput()},
+        .makes = {made("image", {Kind::image})},
+        .options = {selector(integer("count", "", 1, 10000, "number of images, the newest ones (default: all)")),
+                    integer("columns", fmt::format("{}", PanelOptions{}.columns), 0, 10000,
+                            "pictures per row; 0: up to three in one row, otherwise about as many columns as rows"),
+                    integer("gap", "", 0, 10000, "pixels between pictures (default: 1/100 of the width)"),
+                    text("labels", "",
+                         "captions above the pictures: a|b|c; [ACTION/FIGURE] stands for that figure of the report, [[ "
+                         "for a plain ["),
+                    flag("legend", "1", "1: draw a colour bar below single-channel images"),
+                    choice("scale", {"own", "common"},
+                           "colour range of single-channel images: of each one's own values, or of the values of all"),
+                    keep()},
+        .examples = {"curlew -noise dim=2 frequency=2 -slice -noise dim=2 frequency=4 -slice -panels "
+                     "labels='two cells|four cells' -write noises.png"},
+        .readsReport = true,
+        .run = panelsAction};
 }
 
 // --- warps
@@ -85,29 +86,27 @@ const Binding<WarpOptions>& warpBinding() {
         return Binding<WarpOptions>(defaults)
             .add(
                 real("time", "", "s",
-                     "each pixel shows what is where the flow takes it in this time; negative: where it comes from, so "
-                     "that the image moves with the flow"),
+                     "advection time: each pixel shows what is where the flow takes it in this time; if negative, the "
+                     "image moves with the flow"),
                 [](auto& o) -> auto& { return o.time; })
             .include(
                 stepBinding<WarpOptions>(
-                    "so many steps of equal length, instead of those that accuracy= asks for, which rules if both are "
-                    "given",
-                    "each pixel takes steps whose estimated error is at most this (default: a millionth of the "
-                    "diagonal "
-                    "of the flow's box, unless steps= is given)"),
+                    "number of equal steps, instead of steps chosen by accuracy=; with both, accuracy= chooses them",
+                    "maximum estimated error of a pixel's steps (default: 1e-6 of the diagonal of the flow's box, "
+                    "unless steps= is given)"),
                 [](auto& o) -> auto& { return o; })
             .add(
-                integer("reprojections", "", 0, 1000, "corrections of Newton's method after each step"),
+                integer("reprojections", "", 0, 1000, "number of Newton corrections after each step"),
                 [](auto& o) -> auto& { return o.reprojections; })
             .add(
-                integer("supersampling", "", 1, 16, "places in a pixel along each edge, averaged"),
+                integer("supersampling", "", 1, 16, "anti-aliasing: samples along each edge of a pixel"),
                 [](auto& o) -> auto& { return o.supersampling; });
     }();
     return binding;
 }
 
 WarpOptions warpOptions(const Arguments& a) {
-    constexpr int kEqualSteps = 64; // of a scheme that does not estimate its error
+    constexpr int kEqualSteps = 64; // for a scheme without error estimate
     WarpOptions options = warpBinding().read(a);
     if (asksForEqualSteps(a, options.scheme)) options.steps = kEqualSteps;
     return options;
@@ -117,7 +116,7 @@ void warpAction(Context& c, const Arguments& a) {
     const AnyFlow& any = c.anyFlow("flow");
     const auto* flow = std::get_if<FlowN<2>>(&any);
     if (!flow)
-        throw ValueError(fmt::format("the newest flow has {} dimensions; a warp needs one of 2, made of a -noise dim=2",
+        throw ValueError(fmt::format("the newest flow has {} dimensions; -warp needs a flow of 2, made of -noise dim=2",
                                      dimensionOf(any)));
     const BoxN<2>& box = flow->domain().box;
     const ImageValue* source = c.has("image") ? &c.image("image") : nullptr;
@@ -133,14 +132,15 @@ void warpAction(Context& c, const Arguments& a) {
 
 Action warpDeclaration() {
     std::vector<Option> declared = warpBinding().options();
-    declared.insert(declared.end() - 1,
-                    {choice("pattern", {"none", "waves"}, "instead of an image: coloured waves"),
-                     ages("image", "", "which image (default: the newest); it fills the box of the flow"),
-                     integer("width", "", 1, 32768, "pixels across (default: those of the image; of waves 960)")});
+    declared.insert(
+        declared.end() - 1,
+        {choice("pattern", {"none", "waves"}, "test pattern instead of an image: coloured waves"),
+         ages("image", "", "image to warp, which fills the box of the flow: 0 is the newest (default: the newest)"),
+         integer("width", "", 1, 32768, "picture width in pixels (default: that of the image; 960 for waves)")});
     const auto noPattern = [](const Arguments& a) { return a.choice("pattern") == 0; };
     return {.name = "warp",
             .group = kGroup,
-            .summary = "move the pixels of an image along the newest flow of 2 dimensions",
+            .summary = "distort an image along the newest 2D flow",
             .takes = {onlyIf(stays("image", {Kind::image}, "image"), "only with pattern=none", noPattern),
                       stays("flow", {Kind::flow})},
             .makes = {made("image", {Kind::image})},
@@ -161,17 +161,16 @@ void compareAction(Context& c, const Arguments& a) {
 }
 
 Action compareDeclaration() {
-    return {
-        .name = "compare",
-        .group = kGroup,
-        .summary = "how the newest image differs from another: root mean square and largest difference of their values",
-        .takes = {stays("other", {Kind::image}, "with"), stays("image", {Kind::image})},
-        .makes = {made("report", {Kind::report})},
-        .options = {ages("with", "1", "the other image: 1 is the one before"),
-                    text("name", "compare", "of the figures in the report")},
-        .examples = {"curlew -read a.exr b.exr -compare -expect compare/rmse max=0.01"},
-        .evaluation = Evaluation::effect,
-        .run = compareAction};
+    return {.name = "compare",
+            .group = kGroup,
+            .summary = "compare two images: root mean square error (RMSE) and largest difference of their values",
+            .takes = {stays("other", {Kind::image}, "with"), stays("image", {Kind::image})},
+            .makes = {made("report", {Kind::report})},
+            .options = {ages("with", "1", "image to compare with: 1 is the one before the newest"),
+                        text("name", "compare", "name of the figures in the report")},
+            .examples = {"curlew -read a.exr b.exr -compare -expect compare/rmse max=0.01"},
+            .evaluation = Evaluation::effect,
+            .run = compareAction};
 }
 
 // --- plots
@@ -191,20 +190,22 @@ void plotAction(Context& c, const Arguments& a) {
 
 Action plotDeclaration() {
     const PlotOptions o;
-    return {.name = "plot",
-            .group = kGroup,
-            .summary = "curves of a table: the first column of a .csv is x, each other one a curve; into an .svg",
-            .makes = {made("file", {Kind::file})},
-            .options = {text("title", "", "above the plot"),
-                        text("x", "", "below it (default: the first column's name)"), text("y", "", "beside it"),
-                        flag("logx", "0", "a logarithmic axis"), flag("logy", "0", "a logarithmic axis"),
-                        integer("width", fmt::format("{}", o.width), 200, 10000, "pixels"),
-                        integer("height", fmt::format("{}", o.height), 200, 10000, "pixels")},
-            .positional = {"IN.csv OUT.svg", 2, 2},
-            .examples = {"curlew -plot errors.csv errors.svg logx=1 logy=1 title='error of the track' y=error"},
-            .evaluation = Evaluation::effect,
-            .run = plotAction,
-            .prepare = [](const Arguments& a) { checkWritable(a.words()[1]); }};
+    return {
+        .name = "plot",
+        .group = kGroup,
+        .summary = "line plot of a table: the first column of a .csv is x, each other column a curve; written as .svg",
+        .makes = {made("file", {Kind::file})},
+        .options = {text("title", "", "title above the plot"),
+                    text("x", "", "label of the x axis (default: the first column's name)"),
+                    text("y", "", "label of the y axis"), flag("logx", "0", "1: logarithmic axis"),
+                    flag("logy", "0", "1: logarithmic axis"),
+                    integer("width", fmt::format("{}", o.width), 200, 10000, "picture width in pixels"),
+                    integer("height", fmt::format("{}", o.height), 200, 10000, "picture height in pixels")},
+        .positional = {"IN.csv OUT.svg", 2, 2},
+        .examples = {"curlew -plot errors.csv errors.svg logx=1 logy=1 title='error of the track' y=error"},
+        .evaluation = Evaluation::effect,
+        .run = plotAction,
+        .prepare = [](const Arguments& a) { checkWritable(a.words()[1]); }};
 }
 
 } // namespace

@@ -23,12 +23,12 @@ namespace {
 using namespace options;
 
 const std::string kGroup = "points";
-constexpr double kSnapTolerance = 1e-9; ///< In the value of a field, or in parts of the surface's size or voxel.
+constexpr double kSnapTolerance = 1e-9; ///< In the field's value, or relative to the surface's size or voxel size.
 
 void scatterAction(Context& c, const Arguments& a) {
     const auto count = a.integer<size_t>("count");
     const Birthplace birth = birthplaceOf(c, a, OffSurface::flowsOnly);
-    requireMemory(static_cast<double>(count) * Points::kBytes, fmt::format("{} points", count), "scatter fewer");
+    requireMemory(static_cast<double>(count) * Points::kBytes, fmt::format("{} points", count), "use fewer points");
     ScatterOptions place = birth.place;
     place.seed = a.integer<uint64_t>("seed");
     givePoints(c, scatterFrom(birth.domain, 0, count, place, c.follow("scatter")));
@@ -39,39 +39,37 @@ const Binding<AdvectOptions>& advectBinding() {
         Binding<AdvectOptions>()
             .add(
                 real("time", "", "s",
-                     "how long; negative runs backward; after -frames the default is from frame to frame"),
+                     "advection time; negative runs backward (default after -frames: the time between frames)"),
                 [](auto& o) -> auto& { return o.time; })
             .include(
                 stepBinding<AdvectOptions>(
-                    "so many steps of equal length, instead of those that accuracy= asks for. With both, accuracy= "
-                    "rules the steps, and this is how often a flow that changes is frozen, and a pathline gets a "
-                    "vertex (default: after -frames its substeps; pathlines have 100)",
-                    "each point takes steps whose estimated error is at most this (default: a millionth of the "
-                    "diagonal of the flow's box, unless steps= or dt= is given); for a coarse one, from 3e-5 of the "
-                    "diagonal "
-                    "on, scheme=auto is rk23"),
+                    "number of equal steps, instead of steps chosen by accuracy=. With both, accuracy= chooses the "
+                    "steps, and this is the number of intervals in which a time-dependent flow is held constant and a "
+                    "pathline gets a vertex (default: after -frames, its substeps; 100 for pathlines)",
+                    "maximum estimated error of a point's steps (default: 1e-6 of the diagonal of the flow's box, "
+                    "unless steps= or dt= is given); from 3e-5 of the diagonal on, scheme=auto is rk23"),
                 [](auto& o) -> auto& { return o; })
             .addOptional(
-                formerly({"longest"},
-                         positive("maxStep", "", "world units", "no step moves a point farther (default: any)")),
+                formerly({"longest"}, positive("maxStep", "", "world units",
+                                               "maximum displacement of a point in one step (default: unlimited)")),
                 [](auto& o) -> auto& { return o.maxStep; })
             .add(
                 choice("splitting", kSplittingNames,
-                       "how a sum of flows is followed: as a whole (none), most accurate; or term by term, each on its "
-                       "own tracks (strang: second order, yoshida: fourth), which keeps volumes in the longest steps, "
-                       "too; reproject= alone chooses strang"),
+                       "integration of a flow that is a sum: as a whole (none), most accurate; or term by term, each "
+                       "on its own tracks (strang: second order, yoshida: fourth), which preserves volumes even with "
+                       "long steps; reproject= alone selects strang"),
                 [](auto& o) -> auto& { return o.splitting; })
             .include(
                 reprojectionBinding({},
-                                    "how points are kept on their track, and from crossing walls; with none they "
-                                    "drift, and cross",
-                                    "point waits; 0: what the corrections leave counts, as in ICN Algorithm 1"),
+                                    "method that projects points back onto their track and keeps them from crossing "
+                                    "walls; with none, they drift and may cross",
+                                    "point stays where it is; 0: accept the corrected position, as in ICN Algorithm 1"),
                 [](auto& o) -> auto& { return o.reprojection; });
     return binding;
 }
 
 AdvectOptions advectOptions(const Context& c, const Arguments& a, const Flow& flow) {
-    constexpr int kEqualSteps = 100; // of a scheme that does not estimate its error
+    constexpr int kEqualSteps = 100; // for a scheme without error estimate
     AdvectOptions options = advectBinding().read(a);
     if (c.clock() && !a.given("time")) {
         options.time = c.clock()->duration;
@@ -89,71 +87,69 @@ AdvectOptions advectOptions(const Context& c, const Arguments& a, const Flow& fl
     return options;
 }
 
-/// Names the terms of a sum that go through its wall.
+/// Warns about the terms of a sum that are not tangent to its wall.
 void warnOfTerms(const Context& c, const SumAtWall& sum) {
     for (size_t k = 0; k < sum.terms.size(); ++k)
         if (!sum.terms[k].tangent())
-            c.warn(
-                fmt::format("term {} of {} goes through the wall, at {:.2g} of its rms speed, so points wait there: "
-                            "bound it (-bound, or -wind for a uniform flow), or let its potentials of -curl vanish "
-                            "at the wall",
-                            k + 1, sum.terms.size(), sum.terms[k].flux));
+            c.warn(fmt::format(
+                "term {} of {} crosses the wall, at {:.2g} of its rms speed, so points stop there; bound it (-bound, "
+                "or -wind for a uniform flow), or let its potentials of -curl vanish at the wall",
+                k + 1, sum.terms.size(), sum.terms[k].flux));
 }
 
-/// How a flow that is a sum is followed. Warns if points may cross its wall, or if a term carries them against it.
+/// Sets the options for a flow that is a sum. Warns if points may cross its wall, or if a term is not tangent to it.
 void prepareSum(Context& c, const Arguments& a, const Flow& flow, AdvectOptions& options) {
     if (flow.hasTracks()) return;
     const bool reprojects = options.reprojection.method != Reprojection::none;
     if (reprojects && a.given("reproject") && !a.given("splitting")) options.splitting = Splitting::strang;
-    if (!flow.domain().wall || (c.clock() && c.report("advect").contains("terms"))) return; // said in the first frame
-    if (!reprojects) return c.warn("without reprojection nothing is guarded: points drift, and may cross the wall");
-    const SumAtWall sum = sumAtWall(flow, 2000, c.follow("the terms at the wall"));
+    if (!flow.domain().wall || (c.clock() && c.report("advect").contains("terms"))) return; // warned in the first frame
+    if (!reprojects) return c.warn("with reproject=none, points drift and may cross the wall");
+    const SumAtWall sum = sumAtWall(flow, 2000, c.follow("checking the terms at the wall"));
     if (!sum.whole.tangent() || options.splitting != Splitting::none) warnOfTerms(c, sum);
 }
 
-/// What has been done about the tracks.
+/// Describes how the tracks were kept.
 std::string tracksOf(const AdvectResult& result, bool sum) {
     if (!sum) return fmt::format("residuals f {:.1e} g {:.1e}", result.residual[0], result.residual[1]);
-    if (result.splitting == Splitting::none) return "a sum as a whole";
-    return fmt::format("a sum by splitting ({}), labels drift by {:.1e} at most",
+    if (result.splitting == Splitting::none) return "sum integrated as a whole";
+    return fmt::format("sum integrated by splitting ({}), labels drift by {:.1e} at most",
                        kSplittingNames.at(static_cast<size_t>(result.splitting)),
                        std::max(result.drift[0], result.drift[1]));
 }
 
-/// `estimated`: the scheme estimates its error.
+/// `estimated`: whether the scheme estimates its error.
 void reportAdvect(Context& c, const Flow& flow, const AdvectResult& result, const Points& particles, bool estimated) {
     const bool sum = !flow.hasTracks();
     const double stepsEach =
         static_cast<double>(result.substeps) / static_cast<double>(std::max<size_t>(result.points, 1));
-    const std::string freezing = result.freezing > 0
-                                     ? fmt::format("; frozen at {} moments, which costs about {:.1e} on average",
-                                                   result.moments, result.freezing)
-                                     : "";
+    const std::string freezing =
+        result.freezing > 0 ? fmt::format("; flow held constant in {} intervals, which costs about {:.1e} on average",
+                                          result.moments, result.freezing)
+                            : "";
     const std::string error = estimated ? fmt::format("; estimated error {:.1e} on average, {:.1e} at most",
                                                       result.errorMean, result.errorMax)
                                         : "";
-    c.say(fmt::format(
-        "advect: {} points, {:.4g} steps each{}{}; {:.3g} corrections a step, {}, {} steps redone, {} points "
-        "not converged, {} outside",
-        result.points, stepsEach, error, freezing, result.meanIterations, tracksOf(result, sum), result.retries,
-        result.notConverged, result.outside));
+    c.say(
+        fmt::format("advect: {} points, {:.4g} steps each{}{}; {:.3g} corrections per step, {}, {} steps repeated, {} "
+                    "points not converged, {} outside",
+                    result.points, stepsEach, error, freezing, result.meanIterations, tracksOf(result, sum),
+                    result.retries, result.notConverged, result.outside));
     if (result.coarse > 0)
-        c.warn(
-            fmt::format("{} of {} steps are coarser than asked for; give a coarser accuracy=, or more steps or "
-                        "halvings",
-                        result.coarse, result.substeps));
+        c.warn(fmt::format(
+            "{} of {} steps exceed the requested error; use a larger accuracy=, more steps= or more halvings=",
+            result.coarse, result.substeps));
     if (result.points > 0 && result.outside == result.points)
         c.warn(
-            fmt::format("all {} points are on the wrong side of the flow's wall, where they stay: put them where the "
-                        "flow is (-scatter after -dfvn does), or bound it on the other side (-bound side=)",
+            fmt::format("all {} points are on the wrong side of the flow's wall, where they stay; put them where the "
+                        "flow is (-scatter after -dfvn does), or bound the flow on the other side (-bound side=)",
                         result.points));
-    if (result.overrun > 0) c.warn(fmt::format("a moving wall ran over {} points; give more steps", result.overrun));
+    if (result.overrun > 0) c.warn(fmt::format("a moving wall passed over {} points; use more steps", result.overrun));
     auto& report = c.report("advect");
     if (!report.is_object()) report = nlohmann::ordered_json::object();
     const auto total = [&](const char* name, size_t now) {
         return (c.clock() ? report.value(name, size_t{0}) : 0) + now;
     };
-    const auto errorSum = [&](const char* name, double now) { // over the frames
+    const auto errorSum = [&](const char* name, double now) { // accumulated over the frames
         return (c.clock() ? report.value(name, 0.0) : 0) + now;
     };
     const double errorMean = errorSum("error_mean", result.errorMean),
@@ -188,7 +184,7 @@ void reportAdvect(Context& c, const Flow& flow, const AdvectResult& result, cons
     report["error_max"] = errorMax;
 }
 
-/// How the flow changes volumes on the way that some of the points are about to go.
+/// Reports how the flow changes volumes along the paths of some of the points, before they are advected.
 void reportVolumes(Context& c, const Arguments& a, const FlowInTime& flow, double begin, const AdvectOptions& options,
                    const Points& particles) {
     const auto count = std::min(a.integer<size_t>("jacobian"), particles.size());
@@ -199,8 +195,8 @@ void reportVolumes(Context& c, const Arguments& a, const FlowInTime& flow, doubl
     }
     const VolumeChange change = volumeChange(flow, sample, begin, options, c.follow("volumes"));
     c.say(
-        fmt::format("advect: volumes change by a factor of {:.9g}, from {:.9g} to {:.9g} for 90 % of {} samples, at "
-                    "most {:.1e} from 1",
+        fmt::format("advect: volumes change by a factor of {:.9g} (median), from {:.9g} to {:.9g} for 90 % of {} "
+                    "samples, and differ from 1 by at most {:.1e}",
                     change.median, change.lower, change.upper, change.samples, change.farthest));
     c.report("volume") = {{"samples", change.samples},
                           {"median", change.median},
@@ -209,7 +205,7 @@ void reportVolumes(Context& c, const Arguments& a, const FlowInTime& flow, doubl
                           {"farthest", change.farthest}};
 }
 
-/// Warns, once, if the wall moves so far in this time that what it does on its way is not known.
+/// Warns, once, if the wall moves so far in this time that its motion in between is unknown.
 void warnOfLostWall(Context& c, const FlowInTime& flow, const Flow& first, double begin, double time) {
     const auto& wall = first.domain().wall;
     if (!wall || flow.steady() || time == 0 || c.memory().object) return;
@@ -219,9 +215,9 @@ void warnOfLostWall(Context& c, const FlowInTime& flow, const Flow& first, doubl
     if (lost == 0) return;
     c.memory().object = std::make_shared<bool>(true);
     c.warn(
-        fmt::format("from {:.4g} to {:.4g} s {:.0f} % of the wall move farther than {:.3g}, to where its distance is "
-                    "known: points may end up on its other side. Give meshes whose faces stay the same from frame to "
-                    "frame, or more frames, or a wider layer (-bound width=)",
+        fmt::format("from {:.4g} to {:.4g} s, {:.0f} % of the wall moves farther than {:.3g}, beyond which its "
+                    "distance is unknown, so points may end up on the wrong side; use meshes whose faces stay the same "
+                    "from frame to frame, more frames, or a wider layer (-bound width=)",
                     begin, begin + time, 100 * lost, wall->sdf.reach));
 }
 
@@ -238,7 +234,7 @@ void advectAction(Context& c, const Arguments& a) {
     Points& particles = set.particles;
     const TrackedFlow tracked = c.tracked("flow");
     if (tracked.identity != set.tracked.identity || tracked.frame != set.tracked.frame)
-        for (auto* track : {&particles.f, &particles.g}) track->clear(); // of another flow
+        for (auto* track : {&particles.f, &particles.g}) track->clear(); // these belong to another flow
     set.tracked = tracked;
     if (a.integer("jacobian") > 0) reportVolumes(c, a, flow, begin, options, particles);
     const Monitor monitor = c.follow("advect");
@@ -252,14 +248,14 @@ void advectAction(Context& c, const Arguments& a) {
     c.give(std::make_shared<const Curves>(std::move(pathlines.curves)));
 }
 
-/// A field where it has a value, and points within a reach of it: half the diagonal of their box by default.
+/// Moves points within reach to the isosurface of a field. The default reach is half the diagonal of the points' box.
 SnapResult snapToValue(Context& c, const Arguments& a, Points& points, const std::optional<Box>& box) {
     const double size = box ? length(box->size()) : 0;
     const double reach = a.given("reach") ? a.real("reach") : size > 0 ? size / 2 : 1;
     return snap(inSpace(c.field("field").field), a.real("iso"), points, reach, kSnapTolerance, c.follow("snap"));
 }
 
-/// From any distance, unless reach= is given.
+/// Moves points to a surface, from any distance unless reach= is given.
 SnapResult snapToSurface(Context& c, const Arguments& a, Points& points) {
     const double reach = a.given("reach") ? a.real("reach") : std::numeric_limits<double>::max();
     if (c.kind("surface") == Kind::levelSet) {
@@ -276,7 +272,7 @@ void snapAction(Context& c, const Arguments& a) {
     PointSet set = c.takePoints("points");
     const SnapResult result =
         a.given("iso") ? snapToValue(c, a, set.particles, box) : snapToSurface(c, a, set.particles);
-    c.say(fmt::format("snap: {} points, moved by {:.4g} in the mean; {} are too far away", result.points, result.moved,
+    c.say(fmt::format("snap: {} points, moved by {:.4g} on average; {} are too far away", result.points, result.moved,
                       result.missed));
     c.report("snap") = {{"points", result.points}, {"moved", result.moved}, {"missed", result.missed}};
     c.give(std::make_shared<PointSet>(std::move(set)));
@@ -285,11 +281,11 @@ void snapAction(Context& c, const Arguments& a) {
 void distanceAction(Context& c, const Arguments&) {
     const Monitor monitor = c.follow("distance");
     if (kindOf(c.value("what", 0)) != kindOf(c.value("what", 1)))
-        throw ValueError("both have to be points, or both curves");
+        throw ValueError("the two inputs must both be points or both be curves");
     const Distance d = c.kind("what") == Kind::points
                            ? distanceBetween(c.points("what", 0).particles, c.points("what", 1).particles, monitor)
                            : distanceBetween(*c.curves("what", 0), *c.curves("what", 1), monitor);
-    c.say(fmt::format("distance: {:.6g} in the mean, {:.6g} at most, of {} pairs", d.mean, d.max, d.pairs));
+    c.say(fmt::format("distance: mean {:.6g}, maximum {:.6g}, of {} pairs", d.mean, d.max, d.pairs));
     auto& report = c.report("distance");
     const size_t earlier = c.clock() && report.is_object() ? report.value("unmatched_all", size_t{0}) : 0;
     report = {{"pairs", d.pairs}, {"mean", d.mean},           {"rms", d.rms},
@@ -299,31 +295,34 @@ void distanceAction(Context& c, const Arguments&) {
 void spacingAction(Context& c, const Arguments& a) {
     const Points& particles = c.points("points").particles;
     requireMemory(static_cast<double>(particles.size()) * sizeof(Vec3d), fmt::format("{} points", particles.size()),
-                  "give fewer");
+                  "use fewer points");
     std::vector<Vec3d> points(particles.size());
     for (size_t k = 0; k < points.size(); ++k) points[k] = {{particles.x[k], particles.y[k], particles.z[k]}};
     const Spacing spacing = spacingOf(points, c.follow("spacing"));
     const std::string name = a.text("name");
-    c.say(fmt::format("{}: from each of {} points to the nearest other it is {:.4g} in the median, {:.4g} at least",
-                      name, points.size(), spacing.median, spacing.minimum));
+    c.say(fmt::format("{}: distance of {} points to their nearest neighbours: median {:.4g}, minimum {:.4g}", name,
+                      points.size(), spacing.median, spacing.minimum));
     c.report(name) = {{"points", points.size()}, {"median", spacing.median}, {"minimum", spacing.minimum}};
 }
 
 std::vector<Option> advectDeclared() {
     std::vector<Option> all = advectBinding().options();
     all.insert(all.begin() + 2,
-               instead(positive("dt", "", "s", "instead of steps: how long one is, at most"), {"steps"}));
+               instead(positive("dt", "", "s", "maximum length of a step, instead of steps="), {"steps"}));
     all.push_back(timeless(
-        instead(positive("loop", "", "s",
-                         "each point is back where it began after so long, and time= says where on its way (default: "
-                         "T); needs a steady flow in a wall. Points whose track takes longer fade (fade, 0 to 1)"),
-                {"steps", "dt", "scheme", "maxStep", "jacobian", "pathlines"}),
+        instead(
+            positive(
+                "loop", "", "s",
+                "loop: time after which each point is back at its start; time= is the time in the loop (default: T). "
+                "Needs a steady flow inside a wall. Points whose track takes longer fade (attribute fade, 0 to 1)"),
+            {"steps", "dt", "scheme", "maxStep", "jacobian", "pathlines"}),
         {{"time", "{T}"}}));
-    all.push_back(integer("jacobian", "0", 0, 1e6,
-                          "for so many of the points, measure by which factor the flow changes volumes on their "
-                          "way: the determinant of its map's derivative"));
+    all.push_back(integer(
+        "jacobian", "0", 0, 1e6,
+        "number of points at which the volume change of the flow map is measured: the determinant of its Jacobian"));
     all.push_back(
-        formerly({"trails"}, flag("pathlines", "0", "1: also make curves of their paths, with a vertex at each step")));
+        formerly({"trails"},
+                 flag("pathlines", "0", "1: also make pathlines (trails) of the points, with a vertex at each step")));
     all.push_back(keep());
     return all;
 }
@@ -334,14 +333,14 @@ Registry pointActions() {
     return {
         {.name = "scatter",
          .group = kGroup,
-         .summary = "random points in the domain of the newest flow, shape or level set, or on its surface",
+         .summary = "scatter random points (particles) in or on the newest flow, shape or level set",
          .takes = {domainInput(), densityInput()},
          .makes = {made("points", {Kind::points})},
-         .options = {integer("count", "10000", 1, 1e15, "how many"),
-                     integer("seed", "0", 0, 0x1p53 - 1, "another seed, other points"), onOption(),
-                     offsetOption("on a shape or level set 0; beside the wall of a flow 0.1 %"),
-                     box("box", "the box to fill (default: that of the domain)"),
-                     ages("grid", "", "a level set to fill")},
+         .options = {integer("count", "10000", 1, 1e15, "number of points"),
+                     integer("seed", "0", 0, 0x1p53 - 1, "random seed"), onOption(),
+                     offsetOption("0 on a shape or level set; at the wall of a flow 0.1 %"),
+                     box("box", "box to fill (default: the box of the domain)"),
+                     ages("grid", "", "level set to fill: 0 is the newest")},
          .examples =
              {"curlew -torus -scatter count=1e5 seed=3 -write torus.ply",
               "curlew -torus -scatter on=surface count=1e5 -splat -write skin.png",
@@ -350,7 +349,7 @@ Registry pointActions() {
          .run = scatterAction},
         {.name = "advect",
          .group = kGroup,
-         .summary = "move the newest points along the newest flow, each on its own track",
+         .summary = "advect particles: move the newest points along the newest flow, each on its own track",
          .takes = {stays("flow", {Kind::flow}), changed("points", {Kind::points})},
          .makes = {made("points", {Kind::points}), made("curves", {Kind::curves}, "pathlines")},
          .options = advectDeclared(),
@@ -360,27 +359,29 @@ Registry pointActions() {
          .run = advectAction},
         {.name = "snap",
          .group = kGroup,
-         .summary = "put the newest points onto the newest shape or level set, or where a field has a value",
-         .takes = {onlyIf(stays("surface", {Kind::shape, Kind::levelSet}), "with iso= there is none",
+         .summary = "project the newest points onto the newest shape or level set, or onto an isosurface of a field",
+         .takes = {onlyIf(stays("surface", {Kind::shape, Kind::levelSet}), "not used if iso= is given",
                           [](const Arguments& a) { return !a.given("iso"); }),
                    onlyIf(stays("field", {Kind::field}),
                           "only with iso=", [](const Arguments& a) { return a.given("iso"); }),
                    changed("points", {Kind::points})},
          .makes = {made("points", {Kind::points})},
-         .options = {real("iso", "", "", "where the newest field has this value, instead of a shape or level set"),
-                     positive("reach", "", "world units",
-                              "points that are farther away stay where they are (default: from any distance; with iso= "
-                              "half the diagonal of the points' box)"),
-                     keep()},
+         .options =
+             {real("iso", "", "",
+                   "isovalue of the newest field, onto whose isosurface points move instead of a shape or level set"),
+              positive("reach", "", "world units",
+                       "maximum distance; points farther away stay where they are (default: unlimited; with iso= half "
+                       "the diagonal of the points' box)"),
+              keep()},
          .examples = {"curlew -torus -scatter count=3000 -snap -splat look=opaque radius=0.02 -write skin.png"},
          .run = snapAction},
         {.name = "distance",
          .group = kGroup,
-         .summary = "measure how far two sets of points are apart, id by id, or the vertices of curves from the other "
-                    "curve of their id, and how many ids only one of the two has",
-         .takes = {several(stays("what", {Kind::points, Kind::curves}, "geo"), 2, 2, "both of one kind")},
+         .summary =
+             "measure the distances between two sets of points or curves, matched by id, and count unmatched ids",
+         .takes = {several(stays("what", {Kind::points, Kind::curves}, "geo"), 2, 2, "both points, or both curves")},
          .makes = {made("report", {Kind::report})},
-         .options = {ages("geo", "0,1", "which two")},
+         .options = {ages("geo", "0,1", "the two objects to compare: 0 is the newest")},
          .examples =
              {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -scatter -advect "
               "steps=20 -scatter -advect steps=40 -distance"},
@@ -388,10 +389,10 @@ Registry pointActions() {
          .run = distanceAction},
         {.name = "spacing",
          .group = kGroup,
-         .summary = "measure how far the newest points are from the nearest other one each: the median and the minimum",
+         .summary = "measure each point's distance to its nearest neighbour: median and minimum",
          .takes = {stays("points", {Kind::points})},
          .makes = {made("report", {Kind::report})},
-         .options = {text("name", "spacing", "of the figures in the report")},
+         .options = {text("name", "spacing", "name of the figures in the report")},
          .examples = {"curlew -jitter spacing=0.1 -spacing -expect spacing/median min=0.078 max=0.085"},
          .evaluation = Evaluation::effect,
          .run = spacingAction}};

@@ -17,7 +17,7 @@ namespace {
 
 constexpr size_t kMostDimensions = 7;
 
-/// Whether these are the names of N coordinates: x, y, z, or x0, x1, ….
+/// Returns whether these are the names of coordinates: x, y, z, or x0, x1, ….
 bool areCoordinates(const std::vector<std::string>& names) {
     static const std::vector<std::string> kLetters{"x", "y", "z"};
     if (names.size() <= kLetters.size() && std::equal(names.begin(), names.end(), kLetters.begin())) return true;
@@ -32,10 +32,10 @@ Positions readPositions(const std::filesystem::path& path) {
     CsvTable table = readCsv(path, CsvCells::finite, [&](const std::vector<std::string>& names) {
         if (!areCoordinates(names))
             throw FileError(fmt::format(
-                "'{}' is no list of positions: its first line must be x or x,y or x,y,z or x0,x1,… up to x6",
+                "'{}' is not a list of positions: its first line must be x or x,y or x,y,z or x0,x1,… up to x6",
                 path.string()));
     });
-    if (table.values.empty()) throw FileError(fmt::format("'{}' holds no positions", path.string()));
+    if (table.values.empty()) throw FileError(fmt::format("'{}' contains no positions", path.string()));
     return {std::move(table.names), std::move(table.values)};
 }
 
@@ -48,12 +48,12 @@ void append(fmt::memory_buffer& line, T value) {
     fmt::format_to(std::back_inserter(line), ",{:.{}g}", value, std::is_same_v<T, float> ? 9 : 17);
 }
 
-/// Writes the header, then a line per position: its coordinates and what `values(batch, lines)` appends for it.
+/// Writes the header, then a line per position: its coordinates and what `values(batch, lines)` appends to the line.
 template <int N>
 void writeTable(const Positions& positions, const std::vector<std::string>& columns, const std::filesystem::path& path,
                 const Monitor& monitor, const std::function<void(const PointBatchN<N>&, Lines&)>& values) {
     if (positions.dimension() != N)
-        throw ValueError(fmt::format("what is probed has {} dimensions, and the positions have {}: {}", N,
+        throw ValueError(fmt::format("the probed object has {} dimensions, but the positions have {}: {}", N,
                                      positions.dimension(), join(positions.names, ",")));
     writeAtomically(
         path,

@@ -19,7 +19,7 @@ void probe(Context& c, const Arguments& a) {
     const auto probeAny = [&](const auto& object, const auto& asFloat, const auto& asDouble) {
         std::visit([&](const auto& o) { isFloat ? asFloat(o) : asDouble(o); }, object);
     };
-    // Positions in space see a field of fewer dimensions as it lies there.
+    // Fields of fewer dimensions are extended to 3D for 3D positions.
     const bool spatial = positions.dimension() == 3;
     if (c.kind("what") == Kind::flow) {
         const AnyFlow& flow = c.anyFlow("what");
@@ -46,13 +46,14 @@ Action probeAction() {
     return {
         .name = "probe",
         .group = "files",
-        .summary = "evaluate the newest field, flow or level set at the points of a file",
+        .summary = "evaluate the newest field, flow or level set at the positions in a .csv file",
         .takes = {stays("what", {Kind::field, Kind::flow, Kind::levelSet})},
         .makes = {made("file", {Kind::file})},
-        .options = {integer("order", "1", 0, 2,
-                            "highest derivative of the field; of a flow, whose velocity is made of first ones, 2 adds "
-                            "the Jacobian"),
-                    choice("precision", {"double", "float"}, "in which it is evaluated")},
+        .options =
+            {integer(
+                 "order", "1", 0, 2,
+                 "highest order of derivatives; of a flow, which is itself made of first ones, 2 adds the Jacobian"),
+             choice("precision", {"double", "float"}, "floating-point precision of the evaluation")},
         .positional = {"IN.csv OUT.csv", 2, 2},
         .examples = {"curlew -noise frequency=2 -probe points.csv values.csv order=2"},
         .evaluation = Evaluation::effect,

@@ -5,7 +5,7 @@
 
 namespace curlew::app {
 
-/// -probe: fields, flows and level sets at the points of a file.
+/// -probe: evaluates fields, flows and level sets at the points of a file.
 Action probeAction();
 
 } // namespace curlew::app

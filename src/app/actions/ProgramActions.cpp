@@ -14,7 +14,7 @@ using namespace options;
 
 const std::string kGroup = "program";
 
-/// "flow 'wind': with tracks in -1,-1,-1 to 1,1,1" and the like.
+/// Describes a value, for example "flow 'wind': with tracks in -1,-1,-1 to 1,1,1".
 std::string described(const Value& value) {
     struct Describe {
         std::string operator()(std::monostate) const { return "nothing"; }
@@ -100,33 +100,34 @@ Action setting(std::string name, std::string summary, std::function<void(Context
 Action printDeclaration() {
     return {.name = "print",
             .group = kGroup,
-            .summary = "list what is on the stacks; or the program as a graph",
+            .summary = "list the objects on the stacks, or print the program as a scene",
             .takes = {several(stays("what", {Kind::field, Kind::flow, Kind::grid, Kind::mesh, Kind::points,
                                              Kind::curves, Kind::image}),
-                              0, 100000, "all that there is")},
-            .options = {flag("graph", "0",
-                             "1: the whole program as a scene, with names where the newest object would not do")},
+                              0, 100000, "all objects")},
+            .options = {flag(
+                "graph", "0",
+                "1: print the whole program as a scene, with names where an object other than the newest is used")},
             .examples = {"curlew -sphere -noise -print", "curlew -config scenes/demo.txt -print graph=1"},
             .evaluation = Evaluation::effect,
             .run = print};
 }
 
-/// The parser and the evaluator do what these ask for.
+/// Declares the actions that the parser and the evaluator carry out themselves.
 Registry declaredOnly() {
     return {
         {.name = "frames",
          .group = kGroup,
-         .summary = "run all that follows once for each frame, on the points that the last frame left",
+         .summary = "animation: run the actions that follow once per frame; points continue from the previous frame",
          .options = {positive("fps", "24", "1 / s", "frames per second"),
                      integer("start", "", 0, 1e7,
-                             "the frame in which T is 0 (default: the first): one of several machines evaluates 12-24 "
-                             "start=1 of 1-48, where frames do not depend on each other"),
-                     integer("by", "1", 1, 1e6, "every so many frames, as FIRST-LASTxBY"),
-                     integer("substeps", "1", 1, 1e6, "in how many steps points move from frame to frame"),
-                     text("checkpoint", "", "a file that after each frame holds what the next one needs, for -resume"),
+                             "frame at which T is 0 (default: the first). To divide 1-48 among several machines, if "
+                             "frames do not depend on each other, one of them evaluates 12-24 start=1"),
+                     integer("by", "1", 1, 1e6, "step between frames, as in FIRST-LASTxBY"),
+                     integer("substeps", "1", 1, 1e6, "number of steps in which points move from frame to frame"),
+                     text("checkpoint", "", "checkpoint file, written after each frame, from which -resume continues"),
                      text("part", "",
-                          "3/8: only the third of eight parts, where frames do not depend on each other; each part "
-                          "has every eighth frame")},
+                          "part of the frames to evaluate, if frames do not depend on each other: 3/8 is the third of "
+                          "eight parts; each part has every eighth frame")},
          .positional = {"FIRST-LAST", 1, 1},
          .examples = {"curlew -frames 1-48 fps=24 -noise 'alpha={2*pi*T}' -noise seed=1 -dfvn -velocity -write "
                       "'vel.$F4.vdb'",
@@ -135,7 +136,7 @@ Registry declaredOnly() {
          .run = [](Context&, const Arguments&) {}},
         {.name = "resume",
          .group = kGroup,
-         .summary = "anywhere: continue -frames after the last frame whose checkpoint there is",
+         .summary = "continue -frames after the last frame of its checkpoint file; may stand anywhere",
          .examples = {"curlew -resume -sphere -scatter -frames 1-48 checkpoint=run.checkpoint -noise alpha={T} -noise "
                       "seed=1 -dfvn -advect -write 'points.$F4.ply'"},
          .run = [](Context&, const Arguments&) {}}};
@@ -148,52 +149,54 @@ Registry programActions() {
     actions.push_back(printDeclaration());
     actions.push_back({.name = "config",
                        .group = kGroup,
-                       .summary = "run the actions of a scene file: one a line, # comments",
+                       .summary = "run the actions of a scene file: one per line, # starts a comment",
                        .positional = {"SCENE …", 1, 100},
                        .examples = {"curlew -config scenes/demo.txt"},
-                       .run = [](Context&, const Arguments&) {}, // the parser has put the scene's actions in its place
+                       .run = [](Context&, const Arguments&) {}, // the parser has replaced it by the scene's actions
                        .prepare = {}});
     actions.push_back(
         {.name = "set",
          .group = kGroup,
-         .summary = "give names to numbers, for the expressions that follow; the first value of a name counts",
+         .summary = "define named constants for the expressions that follow; the first definition of a name counts",
          .positional = {"NAME=VALUE …", 1, 100},
          .examples = {"curlew -set count=1e4 -torus -scatter 'count={count/2}' -write half.ply",
                       "curlew -set scale=0.5 -config scenes/demo.txt"},
-         .run = [](Context&, const Arguments&) {}, // the parser has put the values in place
+         .run = [](Context&, const Arguments&) {}, // the parser has substituted the values
          .prepare = {}});
     actions.push_back({.name = "help",
                        .group = kGroup,
-                       .summary = "all actions, or those named in full",
+                       .summary = "list all actions, or show the full help of those named",
                        .options = {choice("format", {"text", "markdown"}, "markdown: the table of docs/actions.md")},
                        .positional = {"[ACTION …]", 0, 100},
                        .examples = {"curlew -help noise"},
                        .evaluation = Evaluation::effect,
                        .run = help});
-    actions.push_back({.name = "list",
-                       .group = kGroup,
-                       .summary = "the actions, one a line",
-                       .options = {choice("format", {"text", "json"}, "json: all about them, for programs")},
-                       .examples = {"curlew -list format=json"},
-                       .evaluation = Evaluation::effect,
-                       .run = list});
-    actions.push_back({.name = "version",
-                       .group = kGroup,
-                       .summary = "the versions of this program and of its libraries, and the instruction set in use",
-                       .evaluation = Evaluation::effect,
-                       .run = [](Context& c, const Arguments&) {
-                           c.console().print(fmt::format("{}\nbuilt with {}\n", versionLine(), kLibraries));
-                       }});
-    actions.push_back(setting("quiet", "say nothing but errors from here on", [](Context& c, const Arguments&) {
+    actions.push_back(
+        {.name = "list",
+         .group = kGroup,
+         .summary = "list the actions, one per line",
+         .options = {choice("format", {"text", "json"}, "json: complete descriptions, for other programs")},
+         .examples = {"curlew -list format=json"},
+         .evaluation = Evaluation::effect,
+         .run = list});
+    actions.push_back(
+        {.name = "version",
+         .group = kGroup,
+         .summary = "print the versions of this program and of its libraries, and the SIMD instruction set in use",
+         .evaluation = Evaluation::effect,
+         .run = [](Context& c, const Arguments&) {
+             c.console().print(fmt::format("{}\nbuilt with {}\n", versionLine(), kLibraries));
+         }});
+    actions.push_back(setting("quiet", "print only errors from here on", [](Context& c, const Arguments&) {
         c.session().console.setVerbosity(Verbosity::quiet);
     }));
     actions.push_back(
-        setting("verbose", "say what each action took, and in the end its share of the time",
+        setting("verbose", "print the time that each action takes, and at the end its share of the total",
                 [](Context& c, const Arguments&) { c.session().console.setVerbosity(Verbosity::verbose); }));
     actions.push_back(
         {.name = "threads",
          .group = kGroup,
-         .summary = "use so many threads from here on; results do not depend on it",
+         .summary = "set the number of threads from here on; results do not depend on it",
          .positional = {"COUNT", 1, 1},
          .examples = {"curlew -threads 2 -config scenes/demo.txt"},
          .evaluation = Evaluation::effect,
@@ -202,7 +205,7 @@ Registry programActions() {
              double count = 0;
              if (!parseReal(a.words()[0], count) || count != std::floor(count) || count < 0 || count > 4096)
                  throw ValueError(fmt::format(
-                     "'{}' must be a whole number of threads up to 4096; 0 for one per processor", a.words()[0]));
+                     "'{}' must be a whole number of threads from 0 to 4096; 0 means one per processor", a.words()[0]));
              c.session().setThreads(static_cast<int>(count));
          }});
     return actions;

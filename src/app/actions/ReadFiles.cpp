@@ -33,7 +33,7 @@ Digest contentOf(const std::string& path) {
         .digest();
 }
 
-/// Kept from frame to frame where it is wanted in each.
+/// Returns the model, which is kept from frame to frame if each frame needs it.
 std::shared_ptr<const AnimatedMesh> modelOf(Context& c, const Arguments& a, const SourceFile& file) {
     const auto read = [&] {
         return std::make_shared<const AnimatedMesh>(
@@ -53,12 +53,12 @@ MeshPose poseOf(const Context& c, const Arguments& a, const AnimatedMesh& model)
     return pose;
 }
 
-/// What has been chosen and what else there is: said once, not in every frame.
+/// Reports, once and not in every frame, which clip was chosen and what else the file contains.
 void tellModel(Context& c, const Arguments& a, const SourceFile& file, const AnimatedMesh& model,
                const MeshPose& pose) {
     const std::string metres = "metres, Y up";
     std::string line = fmt::format("{}: {}{}", file.name, model.units(),
-                                   model.units() == metres ? "" : fmt::format(" in the file; here {}", metres));
+                                   model.units() == metres ? "" : fmt::format(" in the file, converted to {}", metres));
     std::vector<std::string> others;
     for (size_t k = 0; k < model.clips().size(); ++k)
         if (k != pose.clip) others.push_back(fmt::format("'{}'", model.clips()[k].name));
@@ -66,14 +66,14 @@ void tellModel(Context& c, const Arguments& a, const SourceFile& file, const Ani
         const AnimatedMesh::Clip& clip = model.clips()[*pose.clip];
         const bool loops = pose.end == ClipEnd::loop || (pose.end == ClipEnd::automatic && clip.cyclic);
         line += fmt::format("; clip '{}' of {:.4g} s, which {}", clip.name, clip.seconds,
-                            loops ? "begins again" : "stays as it ends");
+                            loops ? "repeats" : "holds its last pose");
     }
-    if (!others.empty()) line += fmt::format("; {} {}", pose.clip ? "also" : "clips", join(others, ", "));
+    if (!others.empty()) line += fmt::format("; {} {}", pose.clip ? "other clips:" : "clips:", join(others, ", "));
     c.say(line);
     if (pose.clip && !c.clock() && c.graph().frameRange && !a.given("time"))
         c.warn(
-            fmt::format("'{}' is animated, and is read before -frames: it stands still; put -read behind -frames, "
-                        "or give time= or clip=none",
+            fmt::format("'{}' is animated but is read before -frames, so it does not move; put -read after -frames, or "
+                        "give time= or clip=none",
                         file.name));
 }
 
@@ -120,7 +120,7 @@ void readGrids(Context& c, const Arguments& a, const SourceFile& file) {
         if (!isWanted(wanted, content.name)) continue;
         any = true;
         if (auto* particles = std::get_if<Points>(&content.value)) {
-            // The track is of a flow that is not here, and rounded to float.
+            // The track belongs to a flow that is not available, and is rounded to float.
             for (auto* track : {&particles->f, &particles->g}) track->clear();
             givePoints(c, std::move(*particles));
         } else {
@@ -158,7 +158,7 @@ void readMeshFile(Context& c, const Arguments&, const SourceFile& file) {
 void readPointFile(Context& c, const Arguments&, const SourceFile& file) {
     PointTable table = readPoints(file.path);
     c.say(fmt::format("{}: {} points{}", file.name, table.points.size(),
-                      table.skipped.empty() ? "" : "; not read: " + join(table.skipped, " ")));
+                      table.skipped.empty() ? "" : "; skipped: " + join(table.skipped, " ")));
     givePoints(c, std::move(table.points));
 }
 
@@ -182,19 +182,19 @@ bool isModel(const std::string& ending) {
 }
 
 std::vector<Option> modelOptions() {
-    std::string help = "the clip of an animated file that shows: its name or number, or none (default: the first)";
+    std::string help = "animation clip to read: its name or number, or none (default: the first)";
     return {text("clip", "", std::move(help)),
-            notNegative("time", "", "seconds",
-                        "since the first key of the clip, whose pose shows (default: T, the time since the first "
-                        "frame, if -read comes after -frames)"),
+            notNegative("time", "", "s",
+                        "time in the clip since its first key (default: T, the time since the first frame, if -read "
+                        "comes after -frames)"),
             choice("end", kClipEndNames,
-                   "what a clip does after its last key: begin again, or stay as it is; auto: begin again if it ends "
-                   "as it begins")};
+                   "behaviour after the last key of the clip: loop, or hold the last pose; auto: loop if it ends as it "
+                   "begins")};
 }
 
 bool modelMoves(const Arguments& a, const std::string& name, const std::string& ending) {
     if (!isModel(ending) || a.given("time") || a.text("clip") == kNoClip) return false;
-    const bool closed = isStream(name) || name.ends_with(".gz"); // it cannot be looked into
+    const bool closed = isStream(name) || name.ends_with(".gz"); // the content cannot be inspected
     return closed || AnimatedMesh::mayMove(name);
 }
 

@@ -6,39 +6,40 @@
 
 namespace curlew::app {
 
-/// A file that is read: its name as it was given, and where its content lies as a regular, uncompressed file.
+/// A file to read: its name as given, and the path of its content as a regular, uncompressed file.
 struct SourceFile {
     std::string name;
     std::string path;
 };
 
-/// The grids that grids= names, or all; of points, those.
+/// Reads the grids that grids= names, or all. Point grids become points.
 void readGrids(Context& c, const Arguments& a, const SourceFile& file);
-/// What readGrids() gives, from the headers.
+/// Returns the objects that readGrids() will output, from the file's headers.
 std::vector<Object> gridObjects(const Arguments& a, const SourceFile& file);
 
 void readPicture(Context& c, const Arguments& a, const SourceFile& file);
 
-/// A mesh that is the same at every moment.
+/// Reads a mesh that does not change with time.
 void readMeshFile(Context& c, const Arguments& a, const SourceFile& file);
 
-/// A mesh, or points if there are no faces.
+/// Reads a mesh, or points if the file has no faces.
 void readPlyFile(Context& c, const Arguments& a, const SourceFile& file);
 
-/// Points with what they have.
+/// Reads points with their attributes.
 void readPointFile(Context& c, const Arguments& a, const SourceFile& file);
 
-/// A mesh as a clip of the file shows it at the moment.
+/// Reads a mesh in the pose of an animation clip at the moment.
 void readModelFile(Context& c, const Arguments& a, const SourceFile& file);
 
-/// What a .ply holds, from its header.
+/// Returns what a .ply contains, from its header.
 Kind kindOfPly(const std::filesystem::path& path);
 
-/// The endings of files with clips, and the options that choose from those.
+/// isModel() returns whether files with this extension can have animation clips; modelOptions() returns the options
+/// that select a clip.
 bool isModel(const std::string& ending);
 std::vector<Option> modelOptions();
 
-/// Whether what is read from a file with this ending depends on the moment.
+/// Returns whether the object read from a file with this extension depends on the moment.
 bool modelMoves(const Arguments& a, const std::string& name, const std::string& ending);
 
 } // namespace curlew::app

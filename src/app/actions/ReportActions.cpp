@@ -24,7 +24,7 @@ std::string plain(const nlohmann::ordered_json& value) {
     return value.is_number_float() ? fmt::format("{:.3g}", value.get<double>()) : value.dump();
 }
 
-/// What the check found wrong: the promises that do not hold.
+/// Returns the guarantees that the measurements violate.
 std::vector<std::string> brokenPromises(const nlohmann::ordered_json& check, bool staggered) {
     std::vector<std::string> broken;
     const auto require = [&](const char* name, double limit) {
@@ -34,12 +34,12 @@ std::vector<std::string> brokenPromises(const nlohmann::ordered_json& check, boo
     if (check.value("divergence_free", true)) {
         require("divergence_analytic", 1e-6);
         if (!check.value("divergence_vanishes", true))
-            broken.push_back(fmt::format(
-                "divergence_by_differences is {:.3g} and does not fall with its step (by the power {:.2g} of "
-                "it): the velocity jumps, as at the kink of a potential (-min smoothing=0), or a gradient "
-                "is not that of its potential",
-                check["divergence_by_differences"].get<double>(),
-                check["divergence_by_differences_order"].get<double>()));
+            broken.push_back(
+                fmt::format("divergence_by_differences is {:.3g} and does not decrease with the step size (order "
+                            "{:.2g}): the velocity jumps, as at the kink of a potential (-min smoothing=0), or a "
+                            "gradient is not that of its potential",
+                            check["divergence_by_differences"].get<double>(),
+                            check["divergence_by_differences_order"].get<double>()));
     }
     require("wall_flux", 1e-6);
     require("outside", 0);
@@ -53,7 +53,7 @@ openvdb::Vec3SGrid::ConstPtr velocityOf(const Context& c) {
     return openvdb::GridBase::grid<openvdb::Vec3SGrid>(c.grid("velocity").grid);
 }
 
-/// The newest field: what values it takes.
+/// Measures the range of a field's values.
 void checkField(const Context& c, const Arguments& a, Report& found) {
     const FieldValue& object = c.field("what");
     std::visit(
@@ -62,7 +62,7 @@ void checkField(const Context& c, const Arguments& a, Report& found) {
             BoxN<kN> box = BoxN<kN>{}.padded(1);
             if (a.given("box")) {
                 const Box given = a.box("box");
-                for (int i = 0; i < kN; ++i) { // beyond z, as along x
+                for (int i = 0; i < kN; ++i) { // axes beyond z use the range of x
                     box.lower[i] = given.lower[i < 3 ? i : 0];
                     box.upper[i] = given.upper[i < 3 ? i : 0];
                 }
@@ -83,7 +83,7 @@ void checkField(const Context& c, const Arguments& a, Report& found) {
         object.field);
 }
 
-/// The newest flow: divergence, and in space what happens at the wall.
+/// Measures the divergence of a flow, and in 3D its flux at the wall.
 void checkFlow(const Context& c, const Arguments& a, Report& found) {
     const auto samples = a.integer<size_t>("samples");
     const Monitor monitor = c.follow("checking the flow");
@@ -99,7 +99,7 @@ void checkFlow(const Context& c, const Arguments& a, Report& found) {
         std::visit(
             [&](const auto& flow) {
                 report(diagnoseDivergence(flow, samples, monitor), false);
-                found["rms_speed"] = magnitudesOf(flow, monitor).speed;
+                found["rms_speed"] = rmsOf(flow, monitor).speed;
             },
             c.anyFlow("what"));
         return;
@@ -112,13 +112,13 @@ void checkFlow(const Context& c, const Arguments& a, Report& found) {
         found["wall_flux"] = check.wallFlux;
         found["wall_samples"] = check.wallSamples;
     }
-    found["rms_speed"] = check.magnitudes.speed;
+    found["rms_speed"] = check.rms.speed;
 }
 
-/// How far points leave their tracks: by the flow itself, and by a grid of it.
+/// Measures how far points drift from their tracks, in the flow itself and in its grid.
 void checkTracks(const Context& c, int steps, Report& found) {
     if (!ofFlow(c) || !c.has("velocity"))
-        throw ValueError("tracks= compares a flow with its grid; make one with -velocity");
+        throw ValueError("tracks= compares a flow with its velocity grid; make one with -velocity");
     const Flow flow = c.flow("what");
     const TrackDiagnostics check = diagnoseTracks(flow, *velocityOf(c), steps, 1000, c.follow("checking the tracks"));
     found["tracks_steps"] = check.steps;
@@ -137,7 +137,7 @@ void check(Context& c, const Arguments& a) {
     Report found = Report::object();
     bool staggered = false;
     requireMemory(a.integer<double>("samples") * (Points::kBytes + 64), fmt::format("{} samples", a.integer("samples")),
-                  "give fewer");
+                  "use fewer samples");
     if (ofFlow(c))
         checkFlow(c, a, found);
     else if (c.has("what"))
@@ -161,14 +161,15 @@ void check(Context& c, const Arguments& a) {
             found["outside"] = points.outside;
             found["penetration_max"] = points.penetration;
         }
-        const bool tracked = c.points("points").tracked.identity != Digest{}; // that of a file is of another flow
+        // The track of points from a file belongs to another flow.
+        const bool tracked = c.points("points").tracked.identity != Digest{};
         if (tracked && particles.hasTrack() && flow.hasTracks()) {
             found["drift_f"] = points.driftF;
             found["drift_g"] = points.driftG;
         }
         found["not_converged"] = points.notConverged;
     }
-    if (found.empty()) throw ValueError("there is nothing to check yet: no field, flow, velocity grid or points");
+    if (found.empty()) throw ValueError("nothing to check yet: no field, flow, velocity grid or points");
     if (c.wholeReport().contains("advect")) found["advect"] = c.wholeReport()["advect"];
     found["seconds"] = c.session().seconds();
     found["peak_memory_bytes"] = peakMemory();
@@ -206,10 +207,10 @@ void expect(Context& c, const Arguments& a) {
 Action expectDeclaration() {
     return {.name = "expect",
             .group = kGroup,
-            .summary = "fail unless a figure of the report is within bounds",
-            .options = {formerly({"least"}, real("min", "", "", "the figure must not be below it")),
-                        formerly({"most"}, real("max", "", "", "the figure must not be above it")),
-                        text("below", "", "another figure, which it must be below")},
+            .summary = "fail unless a figure of the report is within bounds (assertion)",
+            .options = {formerly({"least"}, real("min", "", "", "smallest value allowed")),
+                        formerly({"most"}, real("max", "", "", "largest value allowed")),
+                        text("below", "", "another figure of the report, which is an exclusive upper bound")},
             .positional = {"ACTION/FIGURE", 1, 1},
             .examples = {"curlew -config scenes/demo.txt -expect check/outside max=0",
                          "curlew -jitter -spacing name=curl -jitter method=random -spacing name=random "
@@ -218,9 +219,9 @@ Action expectDeclaration() {
             .run = expect};
 }
 
-/// A flow if there is one, otherwise the newest field.
+/// Declares the input: a flow if there is one, otherwise the newest field.
 Input flowOrField() {
-    Input input = maybe(stays("what", {Kind::flow, Kind::field}), "if there is a grid or points");
+    Input input = maybe(stays("what", {Kind::flow, Kind::field}), "optional if there is a grid or points");
     input.firstKindFirst = true;
     return input;
 }
@@ -228,42 +229,41 @@ Input flowOrField() {
 } // namespace
 
 Registry reportActions() {
-    return {
-        {.name = "check",
-         .group = kGroup,
-         .summary = "measure what is promised: divergence, wall flux, penetration, drift; of a field, its range",
-         .takes = {flowOrField(), maybe(stays("velocity", {Kind::velocity}), "where there is one it is checked too"),
-                   maybe(stays("points", {Kind::points}), "where there are some they are checked too")},
-         .makes = {made("report", {Kind::report})},
-         .options = {text("report", "", "a .json file for the figures"),
-                     integer("samples", "100000", 1, 1e9, "points at which the flow or field is measured"),
-                     box("box", "where a field is measured (default: -1,-1,-1,1,1,1, or its own box)"),
-                     integer("tracks", "0", 0, 1e7,
-                             "so many RK4 steps of 1000 points, by the flow and by its newest grid: how far they leave "
-                             "their tracks"),
-                     flag("strict", "0", "fail where a promise does not hold")},
-         .examples = {"curlew -config scenes/demo.txt -check report=check.json strict=1"},
-         .evaluation = Evaluation::effect,
-         .run = check,
-         .prepare =
-             [](const Arguments& a) {
-                 if (a.given("report")) checkWritable(a.text("report"));
-             }},
-        expectDeclaration(),
-        {.name = "report",
-         .group = kGroup,
-         .summary = "write what has been done so far, with times and measurements",
-         .makes = {made("file", {Kind::file})},
-         .positional = {"FILE.json", 1, 1},
-         .examples = {"curlew -config scenes/demo.txt -report run.json"},
-         .evaluation = Evaluation::effect,
-         .run =
-             [](Context& c, const Arguments& a) {
-                 c.wholeReport()["seconds"] = c.session().seconds();
-                 c.wholeReport()["peak_memory_bytes"] = peakMemory();
-                 writeJson(a.words()[0], c.wholeReport());
-             },
-         .prepare = [](const Arguments& a) { checkWritable(a.words()[0]); }}};
+    return {{.name = "check",
+             .group = kGroup,
+             .summary = "measure divergence, wall flux, penetration and drift of a flow, or the value range of a field",
+             .takes = {flowOrField(), maybe(stays("velocity", {Kind::velocity}), "also checked if there is one"),
+                       maybe(stays("points", {Kind::points}), "also checked if there are any")},
+             .makes = {made("report", {Kind::report})},
+             .options = {text("report", "", ".json file to write the figures to"),
+                         integer("samples", "100000", 1, 1e9, "number of sample points in the flow or field"),
+                         box("box", "region in which a field is measured (default: -1,-1,-1,1,1,1, or its own box)"),
+                         integer("tracks", "0", 0, 1e7,
+                                 "number of RK4 steps for which 1000 points follow the flow and its newest grid, to "
+                                 "measure how far they leave their tracks"),
+                         flag("strict", "0", "1: fail if a guarantee does not hold")},
+             .examples = {"curlew -config scenes/demo.txt -check report=check.json strict=1"},
+             .evaluation = Evaluation::effect,
+             .run = check,
+             .prepare =
+                 [](const Arguments& a) {
+                     if (a.given("report")) checkWritable(a.text("report"));
+                 }},
+            expectDeclaration(),
+            {.name = "report",
+             .group = kGroup,
+             .summary = "write the report as .json: what has been done so far, with times and measurements",
+             .makes = {made("file", {Kind::file})},
+             .positional = {"FILE.json", 1, 1},
+             .examples = {"curlew -config scenes/demo.txt -report run.json"},
+             .evaluation = Evaluation::effect,
+             .run =
+                 [](Context& c, const Arguments& a) {
+                     c.wholeReport()["seconds"] = c.session().seconds();
+                     c.wholeReport()["peak_memory_bytes"] = peakMemory();
+                     writeJson(a.words()[0], c.wholeReport());
+                 },
+             .prepare = [](const Arguments& a) { checkWritable(a.words()[0]); }}};
 }
 
 } // namespace curlew::app

@@ -9,7 +9,7 @@ using namespace options;
 
 Input domainInput() {
     Input input =
-        maybe(stays("domain", {Kind::flow, Kind::shape, Kind::levelSet}, "grid"), "with box= there may be none");
+        maybe(stays("domain", {Kind::flow, Kind::shape, Kind::levelSet}, "grid"), "optional if box= is given");
     input.amountWith = [](const Arguments& a, const Scope& scope) -> Amount {
         if (!a.given("box") || a.given("grid")) return {1, 1};
         return scope.linked() || scope.count({Kind::flow}) > 0 ? Amount{0, 1} : Amount{0, 0};
@@ -31,25 +31,26 @@ Domain scatterDomain(const Context& c, const Arguments& a) {
 }
 
 Option onOption() {
-    return choice("on", kScatterOnNames, "in the volume, or on the surface: the wall of a flow, or a shape's own");
+    return choice(
+        "on", kScatterOnNames,
+        "volume: inside the domain; surface: on the wall of a flow, or on the surface of a shape or level set");
 }
 
 Option offsetOption(const std::string& byDefault) {
-    return notNegative(
-        "offset", "", "world units",
-        fmt::format("with on=surface, how far off it they are: on the flow's side, or outside of a shape "
-                    "or level set (default: {} of the diagonal of its box)",
-                    byDefault));
+    return notNegative("offset", "", "world units",
+                       fmt::format("with on=surface: distance from the surface, on the flow's side, or outside a shape "
+                                   "or level set (default: {} of the diagonal of its box)",
+                                   byDefault));
 }
 
 Input densityInput() {
     return onRequest(stays("density", {Kind::field}),
-                     "only as density=NAME: how dense the points are, from 0 where the field is 0 to 1",
+                     "only as density=NAME: relative density of the points, from 0 to 1",
                      [](const Arguments&) { return false; });
 }
 
 Birthplace birthplaceOf(const Context& c, const Arguments& a, OffSurface off) {
-    constexpr double kLittle = 1e-3; // of the diagonal
+    constexpr double kLittle = 1e-3; // relative to the diagonal
     const bool surface = a.choice<ScatterOn>("on") == ScatterOn::surface;
     if (!surface && a.given("offset")) throw ValueError("offset= has no effect without on=surface");
     Birthplace birth{.domain = scatterDomain(c, a), .place = {.on = a.choice<ScatterOn>("on")}};
@@ -63,7 +64,7 @@ Birthplace birthplaceOf(const Context& c, const Arguments& a, OffSurface off) {
     if (a.given("offset")) offset = a.real("offset");
     const bool inside = flow && birth.domain.wall->side == Side::inside;
     birth.place.level = inside ? -offset : offset;
-    // Level sets know the distance within their band only.
+    // A level set's distance is only valid within its narrow band.
     if (!flow && c.kind("domain") == Kind::levelSet) birth.domain.wall->sdf = c.sdf("domain", offset + kLittle * size);
     return birth;
 }

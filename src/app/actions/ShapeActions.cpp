@@ -12,16 +12,16 @@ using namespace options;
 const std::string kGroup = "shapes";
 
 std::vector<Option> placementOptions() {
-    return {vector("offset", "0,0,0", "world units", "where its origin goes"),
-            vector("rotate", "0,0,0", "degrees", "turn about x, then y, then z"),
-            positive("scale", "1", "", "size, before it is turned and moved")};
+    return {vector("offset", "0,0,0", "world units", "translation"),
+            vector("rotate", "0,0,0", "degrees", "rotation about x, then y, then z"),
+            positive("scale", "1", "", "scale, applied before the rotation and the translation")};
 }
 
 template <int N>
 PlacementN<N> placementOf(const Arguments& a) {
     PlacementN<N> placement{.rotate = a.vector("rotate")};
     const Vec3d offset = a.vector("offset");
-    if (N == 2 && offset[2] != 0) throw ValueError("offset= of a shape in the plane has no z");
+    if (N == 2 && offset[2] != 0) throw ValueError("offset= of a 2D shape must have z = 0");
     for (int axis = 0; axis < N; ++axis) {
         placement.offset[axis] = offset[axis];
         placement.scale[axis] = a.real("scale");
@@ -48,7 +48,7 @@ std::vector<Object> shapeOf(const Arguments& a, const std::vector<std::vector<Ob
     return {{.kind = Kind::shape, .dimension = dimension, .name = "shape"}};
 }
 
-Option dim(const std::string& what) { return integer("dim", "3", 2, 3, "2: " + what + ", for noises of 2 dimensions"); }
+Option dim(const std::string& what) { return integer("dim", "3", 2, 3, "2: " + what + ", for 2D noises"); }
 bool isFlat(const Arguments& a) { return a.integer("dim") == 2; }
 Vec<double, 2> inPlane(const Vec3d& v) { return {{v[0], v[1]}}; }
 
@@ -68,7 +68,7 @@ Action shapeAction(std::string name, std::string summary, std::vector<Option> sh
 
 Registry primitives() {
     return {
-        shapeAction("sphere", "a sphere as an exact signed distance",
+        shapeAction("sphere", "sphere, as an exact signed distance (SDF)",
                     {positive("radius", "1", "world units", "radius"), dim("a disc")},
                     "curlew -sphere radius=0.5 -noise -noise seed=1 -bound -dfvn -velocity -write ball.vdb",
                     [](const Arguments& a) -> AnySdf {
@@ -76,41 +76,43 @@ Registry primitives() {
                         return sphereSdf(a.real("radius"));
                     }),
         shapeAction(
-            "box", "a rounded box as an exact signed distance",
+            "box", "rounded box (cuboid), as an exact signed distance (SDF)",
             {vector("size", "2,2,2", "world units", "edge lengths"),
-             notNegative("rounding", "0.2", "world units", "radius of its edges; keep a wall's width below it"),
+             notNegative("rounding", "0.2", "world units",
+                         "radius of the rounded edges; keep the width= of -bound below it"),
              dim("a rectangle")},
             "curlew -box size=2,1,1 rounding=0.2 -noise -noise seed=1 -bound width=0.15 -dfvn -velocity -write box.vdb",
             [](const Arguments& a) -> AnySdf {
                 if (isFlat(a)) return boxSdf<2>(inPlane(a.vector("size")), a.real("rounding"));
                 return boxSdf(a.vector("size"), a.real("rounding"));
             }),
-        shapeAction("torus", "a torus about the y axis as an exact signed distance",
-                    {positive("radius", "0.7", "world units", "from the centre to the middle of the tube"),
-                     positive("tube", "0.3", "world units", "radius of the tube")},
-                    "curlew -torus radius=1 tube=0.4 rotate=90,0,0 -slice -write torus.png",
-                    [](const Arguments& a) -> AnySdf {
-                        return sdfOf(shapes::Torus{a.real("radius"), a.real("tube")});
-                    }),
-        shapeAction("capsule", "a capsule along y as an exact signed distance",
-                    {positive("length", "1", "world units", "of the cylinder between the hemispheres"),
+        shapeAction(
+            "torus", "torus about the y axis, as an exact signed distance (SDF)",
+            {positive("radius", "0.7", "world units", "major radius: from the centre to the middle of the tube"),
+             positive("tube", "0.3", "world units", "minor radius: of the tube")},
+            "curlew -torus radius=1 tube=0.4 rotate=90,0,0 -slice -write torus.png",
+            [](const Arguments& a) -> AnySdf {
+                return sdfOf(shapes::Torus{a.real("radius"), a.real("tube")});
+            }),
+        shapeAction("capsule", "capsule along the y axis, as an exact signed distance (SDF)",
+                    {positive("length", "1", "world units", "length of the cylinder between the hemispheres"),
                      positive("radius", "0.5", "world units", "radius")},
                     "curlew -capsule length=2 radius=0.5 -noise -noise seed=1 -bound -dfvn -velocity -write pill.vdb",
                     [](const Arguments& a) -> AnySdf {
                         return sdfOf(shapes::Capsule{a.real("length"), a.real("radius")});
                     }),
-        shapeAction("plane", "a half space, inside below the height along its normal",
-                    {vector("normal", "0,1,0", "", "points outside"),
-                     real("height", "0", "world units", "of the plane along its normal"), dim("a half plane")},
+        shapeAction("plane", "half space (ground plane), inside below the height along its normal",
+                    {vector("normal", "0,1,0", "", "normal vector, which points outside"),
+                     real("height", "0", "world units", "height of the plane along its normal"), dim("a half plane")},
                     "curlew -plane -noise -noise seed=1 -bound side=outside -dfvn -velocity box=-1,-0.1,-1,1,1,1 "
                     "-write ground.vdb",
                     [](const Arguments& a) -> AnySdf {
                         if (isFlat(a)) return planeSdf<2>(inPlane(a.vector("normal")), a.real("height"));
                         return planeSdf(a.vector("normal"), a.real("height"));
                     }),
-        shapeAction("gyroid", "a sheet of a gyroid as a signed distance (a lower bound on it)",
+        shapeAction("gyroid", "sheet of a gyroid, as a lower bound of its signed distance (SDF)",
                     {positive("wavelength", "1", "world units", "period along each axis"),
-                     positive("thickness", "0.2", "world units", "of the sheet")},
+                     positive("thickness", "0.2", "world units", "thickness of the sheet")},
                     "curlew -gyroid wavelength=1 thickness=0.3 -slice box=-1,-1,-1,1,1,1 -write gyroid.png",
                     [](const Arguments& a) -> AnySdf {
                         return sdfOf(shapes::Gyroid{a.real("wavelength"), a.real("thickness")});

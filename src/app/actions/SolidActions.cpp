@@ -15,7 +15,7 @@ const std::vector<Kind> kSolids{Kind::shape, Kind::levelSet, Kind::mesh};
 
 bool isShape(const Context& c, const char* input) { return kindOf(c.value(input)) == Kind::shape; }
 
-/// What `combine` makes of two shapes of the same dimension, or of both in space.
+/// Returns combine(a, b) for two shapes of the same dimension; otherwise for both in 3D.
 template <class Combine>
 AnySdf combinedShapes(const AnySdf& a, const AnySdf& b, const Combine& combine) {
     const auto *p = std::get_if<SdfN<2>>(&a), *q = std::get_if<SdfN<2>>(&b);
@@ -40,13 +40,13 @@ AnySdf combinedShapes(const Context& c, Boolean operation, double smoothing) {
     });
 }
 
-/// Of a level set between two frames, the earlier one if `earlier` says so.
+/// Returns a level set; if `earlier` and the level set is between two frames, returns that of the earlier frame.
 const GridValue& gridIn(const Context& c, const char* input, bool earlier) {
     const GridValue& value = c.grid(input);
     return earlier && value.earlier ? *value.earlier : value;
 }
 
-/// A level set or a mesh as a level set; a mesh in voxels like those of `like`, if there is one.
+/// Returns a level set, or a mesh converted to one, with the voxels of `like` if it is given.
 LevelSet solidIn(const Context& c, const Arguments& a, const char* input, const std::optional<LevelSet>& like,
                  bool earlier) {
     if (kindOf(c.value(input)) == Kind::levelSet) {
@@ -59,7 +59,7 @@ LevelSet solidIn(const Context& c, const Arguments& a, const char* input, const 
     return meshToLevelSet(c.mesh(input), {.voxel = voxel, .dim = a.integer<int>("dim")}, c.follow("mesh to level set"));
 }
 
-/// Two solids of which not both are shapes.
+/// Combines two solids that are not both shapes.
 LevelSet combinedSolids(const Context& c, const Arguments& a, Boolean operation, bool earlier) {
     const Monitor monitor = c.follow("combining");
     std::optional<LevelSet> first, second;
@@ -71,8 +71,8 @@ LevelSet combinedSolids(const Context& c, const Arguments& a, Boolean operation,
         for (const char* input : {"first", "second"})
             if (isShape(c, input) && !c.sdf(input, 0).bounds.finite())
                 throw ValueError(
-                    "the union of a level set and an unbounded shape has no end; cut the shape off first "
-                    "(-box -intersection)");
+                    "the union of a level set and an unbounded shape is unbounded; cut the shape off first (-box "
+                    "-intersection)");
     if (!first) first = sampledShape(c.sdf("first", 0), *second, monitor);
     if (!second) second = sampledShape(c.sdf("second", 0), *first, monitor);
     return combined(*first, *second, operation, monitor);
@@ -105,24 +105,26 @@ std::vector<Object> combinedObject(const Arguments&, const std::vector<std::vect
 
 Action combiningAction(const std::string& name, const std::string& summary, std::vector<std::string> examples,
                        Boolean operation) {
-    return {.name = name,
-            .group = "shapes",
-            .summary = summary,
-            .takes = {taken("first", kSolids), taken("second", kSolids)},
-            .makes = {made("solid", {Kind::shape, Kind::levelSet})},
-            .options = {notNegative("smoothing", "0.1", "world units",
-                                    "of two shapes: over how far the edge between them is rounded, C²; with 0 it is a "
-                                    "kink. Level sets meet in an edge"),
-                        integer("dim", "256", 1, 1e6,
-                                "of a mesh, if no level set says how large voxels are: voxels along its longest edge"),
-                        instead(positive("voxel", "", "world units", "of a mesh: voxel size"), {"dim"}), keep()},
-            .examples = std::move(examples),
-            .evaluation = Evaluation::anyTime,
-            .run = [operation](Context& c, const Arguments& a) { combine(c, a, operation); },
-            .makesWith = combinedObject};
+    return {
+        .name = name,
+        .group = "shapes",
+        .summary = summary,
+        .takes = {taken("first", kSolids), taken("second", kSolids)},
+        .makes = {made("solid", {Kind::shape, Kind::levelSet})},
+        .options = {notNegative("smoothing", "0.1", "world units",
+                                "for two shapes: distance over which the edge between them is rounded (C²); 0: a sharp "
+                                "edge. Level sets meet in a sharp edge"),
+                    integer(
+                        "dim", "256", 1, 1e6,
+                        "for meshes, if no level set gives the voxel size: number of voxels along the longest edge"),
+                    instead(positive("voxel", "", "world units", "for meshes: voxel size"), {"dim"}), keep()},
+        .examples = std::move(examples),
+        .evaluation = Evaluation::anyTime,
+        .run = [operation](Context& c, const Arguments& a) { combine(c, a, operation); },
+        .makesWith = combinedObject};
 }
 
-// --- where they are
+// --- moving
 
 void move(Context& c, const Arguments& a) {
     const double scale = a.real("scale");
@@ -142,12 +144,12 @@ void move(Context& c, const Arguments& a) {
 Action moveAction() {
     return {.name = "move",
             .group = "shapes",
-            .summary = "scale, turn and move the newest mesh or grid (-transform does it to fields and shapes)",
+            .summary = "scale, rotate and translate the newest mesh or grid (-transform does it for fields and shapes)",
             .takes = {taken("what", {Kind::mesh, Kind::grid})},
             .makes = {made("moved", {Kind::mesh, Kind::grid})},
-            .options = {vector("offset", "0,0,0", "world units", "where its origin goes"),
-                        vector("rotate", "0,0,0", "degrees", "turn about x, then y, then z"),
-                        positive("scale", "1", "", "size, before it is turned and moved"), keep()},
+            .options = {vector("offset", "0,0,0", "world units", "translation"),
+                        vector("rotate", "0,0,0", "degrees", "rotation about x, then y, then z"),
+                        positive("scale", "1", "", "scale, applied before the rotation and the translation"), keep()},
             .examples = {"curlew -read bunny.obj -move rotate=0,90,0 offset=1,0,0 -mesh2ls -write bunny.vdb"},
             .run = move,
             .makesWith = [](const Arguments&, const std::vector<std::vector<Object>>& inputs, const World&) {
@@ -160,21 +162,22 @@ Action moveAction() {
 } // namespace
 
 Registry solidActions() {
-    return {combiningAction("union",
-                            "the newest two shapes, level sets or meshes as one; level sets unless both are "
-                            "shapes, whose edge is rounded",
-                            {"curlew -sphere radius=0.5 -box offset=0,-0.6,0 size=2,0.6,2 -union smoothing=0.2 -slice "
-                             "axis=z -write union.png",
-                             "curlew -read body.obj head.obj -union -write both.vdb"},
-                            Boolean::unite),
-            combiningAction("intersection", "what the newest two shapes, level sets or meshes share",
+    return {combiningAction(
+                "union", "CSG union of the newest two shapes, level sets or meshes; a level set unless both are shapes",
+                {"curlew -sphere radius=0.5 -box offset=0,-0.6,0 size=2,0.6,2 -union smoothing=0.2 -slice "
+                 "axis=z -write union.png",
+                 "curlew -read body.obj head.obj -union -write both.vdb"},
+                Boolean::unite),
+            combiningAction("intersection", "CSG intersection of the newest two shapes, level sets or meshes",
                             {"curlew -gyroid -sphere radius=1 -intersection -noise -noise seed=1 -bound width=0.05 "
                              "-dfvn -velocity -write ball.vdb"},
                             Boolean::intersect),
-            combiningAction("difference", "the newest shape, level set or mesh but one without the newest",
-                            {"curlew -sphere radius=1 -capsule radius=0.4 length=3 -difference -noise -noise seed=1 "
-                             "-bound -dfvn -velocity -write bead.vdb"},
-                            Boolean::subtract),
+            combiningAction(
+                "difference",
+                "CSG difference A - B of shapes, level sets or meshes, where B is the newest and A the one before it",
+                {"curlew -sphere radius=1 -capsule radius=0.4 length=3 -difference -noise -noise seed=1 "
+                 "-bound -dfvn -velocity -write bead.vdb"},
+                Boolean::subtract),
             moveAction()};
 }
 

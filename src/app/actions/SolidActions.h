@@ -5,7 +5,8 @@
 
 namespace curlew::app {
 
-/// Shapes, level sets and meshes combined; meshes and grids moved. They are listed after the shapes.
+/// The actions that combine shapes, level sets and meshes, or move meshes and grids. The help lists them after the
+/// shapes.
 Registry solidActions();
 
 } // namespace curlew::app

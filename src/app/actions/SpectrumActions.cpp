@@ -16,21 +16,21 @@ constexpr double kKolmogorov = -5.0 / 3;
 const Binding<SpectrumOptions>& spectrumBinding() {
     static const auto binding = Binding<SpectrumOptions>().add(
         choice("window", kSpectrumWindowNames,
-               "hann: fade the velocity out towards the ends of the box; none: it tiles"),
+               "hann: fade the velocity out towards the ends of the box; none: for a velocity that tiles"),
         [](auto& o) -> auto& { return o.window; });
     return binding;
 }
 
-/// Where the slope is measured: what was asked for, or from the peak to half of what the voxels can hold, at least over
-/// an octave if there is one.
-Range fitOf(const Arguments& a, const EnergySpectrum& spectrum) {
+/// Returns the range for measuring the slope: fit= if given, otherwise from the peak to half the Nyquist wave number,
+/// extended to at least an octave if the Nyquist wave number allows.
+Interval fitOf(const Arguments& a, const EnergySpectrum& spectrum) {
     if (a.given("fit")) return a.interval("fit");
     const double peak = peakWaveNumber(spectrum);
     return {peak, std::max(0.5 * spectrum.nyquist, std::min(spectrum.nyquist, 2 * peak))};
 }
 
-/// The shells that the voxels can hold, without the mean velocity.
-PlotData plotOf(const EnergySpectrum& spectrum, const Range& fit) {
+/// Returns the plot of all shells up to the Nyquist wave number, without the mean velocity.
+PlotData plotOf(const EnergySpectrum& spectrum, const Interval& fit) {
     const std::vector<double> law = powerLaw(spectrum, kKolmogorov, fit.lower, fit.upper);
     PlotData data{.xName = "wave number, cycles per world unit", .curves = {{.name = "E(k)"}, {.name = "k^(-5/3)"}}};
     for (size_t s = 1; s < spectrum.energy.size() && spectrum.waveNumber(s) <= spectrum.nyquist; ++s) {
@@ -43,9 +43,9 @@ PlotData plotOf(const EnergySpectrum& spectrum, const Range& fit) {
 
 void spectrum(Context& c, const Arguments& a) {
     const auto grid = openvdb::GridBase::grid<openvdb::Vec3SGrid>(c.grid("velocity").grid);
-    if (!grid) throw ValueError("a spectrum needs a grid of float vectors");
+    if (!grid) throw ValueError("needs a grid of float vectors");
     const EnergySpectrum found = energySpectrum(*grid, spectrumBinding().read(a), c.follow("spectrum"));
-    const Range fit = fitOf(a, found);
+    const Interval fit = fitOf(a, found);
     const double slope = powerLawSlope(found, fit.lower, fit.upper);
     Report waveNumbers = Report::array();
     for (size_t s = 0; s < found.energy.size(); ++s) waveNumbers.push_back(found.waveNumber(s));
@@ -60,7 +60,7 @@ void spectrum(Context& c, const Arguments& a) {
                                 {"wave_numbers", waveNumbers},
                                 {"energy", found.energy}};
     c.say(
-        fmt::format("spectrum: {:.4g} of kinetic energy, most at {:.4g} cycles per world unit; E(k) ~ k^{:.3g} from "
+        fmt::format("spectrum: kinetic energy {:.4g}, peak at {:.4g} cycles per world unit; E(k) ~ k^{:.3g} from "
                     "{:.4g} to {:.4g} (Kolmogorov: -5/3)",
                     found.kineticEnergy, peakWaveNumber(found), slope, fit.lower, fit.upper));
     if (!a.given("plot")) return;
@@ -75,14 +75,15 @@ void spectrum(Context& c, const Arguments& a) {
 Registry spectrumActions() {
     std::vector<Option> options = spectrumBinding().options();
     options.push_back(interval("fit", "1 / world unit",
-                               "wave numbers between which the slope is measured (default: from the one with most "
-                               "energy to half of what the voxels can hold)"));
-    options.push_back(text("plot", "", "an .svg: energy against wave number, with Kolmogorov's slope"));
-    options.push_back(text("title", "", "above the plot"));
-    options.push_back(text("name", "spectrum", "of the figures in the report"));
+                               "range of wave numbers in which the slope is measured (default: from the peak of the "
+                               "energy to half of the grid's Nyquist wave number)"));
+    options.push_back(
+        text("plot", "", ".svg file for a plot of the energy against the wave number, with Kolmogorov's slope"));
+    options.push_back(text("title", "", "title above the plot"));
+    options.push_back(text("name", "spectrum", "name of the figures in the report"));
     return {{.name = "spectrum",
              .group = "grids",
-             .summary = "how the newest velocity grid's kinetic energy is shared among wave numbers, and its slope",
+             .summary = "energy spectrum of the newest velocity grid: kinetic energy by wave number, and its slope",
              .takes = {stays("velocity", {Kind::velocity})},
              .makes = {made("report", {Kind::report})},
              .options = std::move(options),

@@ -16,7 +16,7 @@ namespace {
 
 using namespace options;
 
-/// Null if curves are drawn.
+/// Returns the points; null if curves are drawn.
 const Points* pointsOf(const Context& c) {
     return c.kind("what") == Kind::points ? &c.points("what").particles : nullptr;
 }
@@ -26,18 +26,18 @@ void color(Splats& splats, const Context& c, const Arguments& a, const Camera& c
         splats.color = colorOption(a, "color");
         return;
     }
-    if (splats.x.empty()) return; // what nobody sees has no speed or age yet
+    if (splats.x.empty()) return; // no points yet, so no speed or age
     const Points* points = pointsOf(c);
     auto by = a.choice<SplatValue>("by");
     if (!a.given("by") && points && !points->hasVelocity()) by = SplatValue::height;
     splats.values = points ? splatValues(*points, by, camera) : splatValues(*c.curves("what"), by, camera);
-    const Range range = a.given("range") ? a.interval("range") : splatRange(splats.values, by);
+    const Interval range = a.given("range") ? a.interval("range") : splatRange(splats.values, by);
     splats.scale = {.map = a.choice<ColorMap>("map"),
                     .lower = static_cast<float>(range.lower),
                     .upper = static_cast<float>(range.upper)};
 }
 
-/// The domain whose wall is outlined: that of a flow in space, or the inside of a shape or level set.
+/// Returns the domain whose wall is outlined: that of a 3D flow, or the inside of a shape or level set.
 std::optional<Domain> outlined(const Context& c, const Arguments& a) {
     if (!c.has("wall") || c.has("image") || a.real("outline") == 0) return {};
     Domain domain;
@@ -49,7 +49,7 @@ std::optional<Domain> outlined(const Context& c, const Arguments& a) {
     return domain;
 }
 
-/// What the camera of a picture sees.
+/// Returns the camera of a picture.
 Camera viewOf(const Context& c, const Arguments& a, const Splats& splats, const std::optional<Domain>& domain) {
     if (a.given("box")) return cameraOf(a, a.box("box"));
     if (a.given("eye")) return cameraOf(a, splats.x.empty() ? Domain{}.box : splats.bounds());
@@ -58,8 +58,8 @@ Camera viewOf(const Context& c, const Arguments& a, const Splats& splats, const 
     return contained ? framing(Splats{}, domain, viewpointOf(a)) : cameraOf(a, domain->box);
 }
 
-/// One camera for all frames: if the flow, shape or level set does not say what is to be seen, that of the first frame
-/// that has points. Until then nothing is seen anyway.
+/// Returns one camera for all frames. If no flow, shape or level set determines the view, the camera is that of the
+/// first frame with points; earlier frames are empty anyway.
 Camera cameraOfFrames(const Context& c, const Arguments& a, const Splats& splats, const std::optional<Domain>& domain) {
     const bool nothing = splats.x.empty() && !domain && !a.given("box") && !a.given("eye");
     auto& kept = c.memory().object;
@@ -69,16 +69,18 @@ Camera cameraOfFrames(const Context& c, const Arguments& a, const Splats& splats
     return camera;
 }
 
-/// What is behind the splats: another picture, or the wall. An obstacle hides them; other walls are glass.
+/// Returns the background of the splats: another picture, or the wall. An obstacle hides the splats behind it; other
+/// walls are transparent.
 Image groundOf(const Context& c, const Arguments& a, const ImageValue* behind, const std::optional<Domain>& domain,
                const Camera& camera) {
     if (behind) return behind->image;
     const Vec3f background = colorOption(a, "background");
     const bool obstacle = domain && domain->wall->side == Side::outside;
-    Image ground = obstacle ? obstaclePicture(*domain, camera, background, c.follow("the wall"))
+    Image ground = obstacle ? obstaclePicture(*domain, camera, background, c.follow("rendering the wall"))
                             : plainPicture(camera.width(), camera.height(), background);
     if (!domain) return ground;
-    return withWallOutline(std::move(ground), *domain, camera, a.real("outline"), c.follow("the wall's outline"));
+    return withWallOutline(std::move(ground), *domain, camera, a.real("outline"),
+                           c.follow("rendering the wall's outline"));
 }
 
 void splatAction(Context& c, const Arguments& a) {
@@ -86,7 +88,7 @@ void splatAction(Context& c, const Arguments& a) {
     Splats splats = points ? Splats::of(*points) : Splats::of(*c.curves("what"));
     const ImageValue* behind = c.has("image") ? &c.image("image") : nullptr;
     if (behind && (!behind->camera || !rgbChannels(behind->image)))
-        throw ValueError("over=1 wants a picture in perspective as the newest one, of -shade or -splat");
+        throw ValueError("over=1 needs a perspective picture, of -shade or -splat, as the newest image");
     const auto domain = outlined(c, a);
     const Camera camera = behind ? *behind->camera : cameraOfFrames(c, a, splats, domain);
     color(splats, c, a, camera);
@@ -105,7 +107,7 @@ void splatAction(Context& c, const Arguments& a) {
         picture = composite(made.image, ground);
     }
     const size_t drawable = points ? splats.x.size() : c.curves("what")->edges();
-    c.say(fmt::format("splat: {} of {} {} in {} x {} pixels, {:.1f} % of which they cover", made.drawn, drawable,
+    c.say(fmt::format("splat: {} of {} {} drawn in {} x {} pixels, {:.1f} % of which they cover", made.drawn, drawable,
                       points ? "points" : "edges", camera.width(), camera.height(), 100 * made.covered));
     c.report("splat") = {{"drawn", made.drawn}, {"covered", made.covered}, {"exposure", exposure}};
     c.give(std::make_shared<const ImageValue>(ImageValue{.image = std::move(picture), .camera = camera}));
@@ -119,29 +121,31 @@ std::vector<Option> splatOptions() {
     };
     const SplatOptions o;
     std::vector<Option> all{
-        choice("look", {"luminous", "opaque"}, "light that adds up, or balls and tubes that hide each other"),
+        choice("look", {"luminous", "opaque"},
+               "luminous: light that adds up; opaque: balls and tubes that occlude each other"),
         choice("by", kSplatValueNames,
-               "what the colour tells: speed, height or depth in the picture, a random number for each id, the order, "
-               "or time since birth (of curves: the way from the seed); points without velocity have the height"),
-        choice("map", kColorMapNames, "the colours"),
-        interval("range", "", "the values at both ends of the colours (default: percentiles 2 and 98)"),
-        instead(vector("color", "", "", "one colour instead, three display values from 0 to 1"), {"by", "map"}),
-        positive("radius", "", "world units", "of points and lines (default: as many pixels as pixels= says)"),
+               "quantity that the colour shows: speed, height or depth in the picture, a random number for each id, "
+               "the order, or the time since birth (for curves: the length or time from the seed); points without "
+               "velocity show the height"),
+        choice("map", kColorMapNames, "colour map"),
+        interval("range", "", "values at the two ends of the colour map (default: percentiles 2 and 98)"),
+        instead(vector("color", "", "", "a single colour instead: red, green, blue display values from 0 to 1"),
+                {"by", "map"}),
+        positive("radius", "", "world units", "radius of points and lines (default: from pixels=)"),
         positive("pixels", fmt::format("{}", o.pixels), "pixels",
-                 "their least radius; what is smaller gets fainter, not smaller"),
-        upToOne("fade", fmt::format("{}", o.fade), "how much weaker the farthest are than the nearest"),
-        positive("exposure", "1", "", "luminous: brighter or darker than the automatic exposure by this factor"),
-        upToOne("glow", "0.15", "luminous: part of the light that makes a halo"),
-        notNegative(
-            "outline", "0.35", "",
-            "brightness of the edges of the flow's wall, or without a flow of the shape, which is glass, but an "
-            "obstacle is solid; 0: the wall is not seen"),
-        vector("background", "0.012,0.016,0.03", "", "display values from 0 to 1"),
-        selector(flag("over", "0", "draw on the newest picture, with its camera, hidden behind what is nearer there")),
-        ages("geo", "", "which points or curves (default: the newest)"),
+                 "minimum radius in the picture; smaller points and lines get fainter instead"),
+        upToOne("fade", fmt::format("{}", o.fade), "how much fainter the farthest points are than the nearest, 0 to 1"),
+        positive("exposure", "1", "", "luminous: factor on the automatic exposure"),
+        upToOne("glow", "0.15", "luminous: fraction of the light that forms a halo (glow), 0 to 1"),
+        notNegative("outline", "0.35", "",
+                    "brightness of the edges of the flow's wall or, without a flow, of the shape. A container is drawn "
+                    "as glass, an obstacle as solid; 0: the wall is not drawn"),
+        vector("background", "0.012,0.016,0.03", "", "background colour: display values from 0 to 1"),
+        selector(flag("over", "0", "1: draw on the newest picture, with its camera, behind whatever is nearer in it")),
+        ages("geo", "", "points or curves to draw: 0 is the newest geometry (default: the newest points or curves)"),
         box("box",
-            "what the camera has to see (default: all that is drawn, but for strays, and the wall; after -frames the "
-            "wall's domain, or else what is drawn first)")};
+            "region that the camera sees (default: all that is drawn, except stray points, and the wall; after -frames "
+            "the wall's domain, or else what is drawn first)")};
     const auto camera = cameraOptions();
     all.insert(all.end(), camera.begin(), camera.end());
     return all;
@@ -149,7 +153,7 @@ std::vector<Option> splatOptions() {
 
 Input wallInput() {
     Input wall = maybe(stays("wall", {Kind::flow, Kind::shape, Kind::levelSet}),
-                       "whose outline is shown if outline= is above 0");
+                       "optional; its outline is drawn if outline= is above 0");
     wall.firstKindFirst = true;
     wall.amountWith = [](const Arguments& a, const Scope& scope) {
         const bool shown = everNonzero(a, "outline") && (scope.linked() || !a.flag("over"));
@@ -163,10 +167,9 @@ Input wallInput() {
 Registry splatActions() {
     return {{.name = "splat",
              .group = "pictures",
-             .summary = "a picture of the newest points or curves, as light or as balls and tubes, and of the wall "
-                        "around them as a faint outline",
+             .summary = "render the newest points or curves (particles, streamlines) as light or as balls and tubes",
              .takes = {stays("what", {Kind::points, Kind::curves}, "geo"), wallInput(),
-                       onRequest(changed("image", {Kind::image}), "only with over=1: what is drawn on",
+                       onRequest(changed("image", {Kind::image}), "only with over=1: the picture to draw on",
                                  [](const Arguments& a) { return a.flag("over"); })},
              .makes = {made("image", {Kind::image})},
              .options = splatOptions(),

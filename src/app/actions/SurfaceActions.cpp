@@ -10,7 +10,7 @@ namespace {
 
 using namespace options;
 
-/// The isosurface of a field, or a shape, a level set or a mesh.
+/// Returns the surface to draw: the isosurface of a field, or a shape, level set or mesh.
 Surface subjectOf(const Context& c, const Arguments& a) {
     if (a.given("iso")) {
         const FieldValue& value = c.field("field");
@@ -22,12 +22,12 @@ Surface subjectOf(const Context& c, const Arguments& a) {
         const Sdf sdf = c.sdf("surface", 0);
         return {sdf, a.given("box") && !sdf.bounds.finite() ? a.box("box") : sdf.bounds};
     }
-    // A mesh is drawn as it is, unless it is to be smoothed, or seen at the resolution of a grid.
+    // A mesh is drawn directly unless smooth= or dim= asks for a level set.
     if (c.kind("surface") == Kind::mesh && !a.given("dim") && a.integer("smooth") == 0)
         return Surface(*c.mesh("surface"));
     const LevelSet levelSet =
         c.kind("surface") == Kind::levelSet
-            ? c.levelSet("surface", 0) // its band is wide enough for the spline
+            ? c.levelSet("surface", 0) // with a narrow band that is wide enough for the spline
             : meshToLevelSet(c.mesh("surface"), {.dim = a.integer<int>("dim")}, c.follow("mesh to level set"));
     return Surface(smoothed(levelSet, a.integer<int>("smooth")));
 }
@@ -35,8 +35,7 @@ Surface subjectOf(const Context& c, const Arguments& a) {
 void shade(Context& c, const Arguments& a) {
     const Surface surface = subjectOf(c, a);
     const ImageValue* behind = c.has("image") ? &c.image("image") : nullptr;
-    if (behind && !behind->camera)
-        throw ValueError("over=1 needs a picture that -shade has made, whose camera it takes");
+    if (behind && !behind->camera) throw ValueError("over=1 needs a picture made by -shade, since it uses its camera");
     const Camera camera = behind ? *behind->camera
                           : a.given("box") || a.given("eye")
                               ? cameraOf(a, a.given("box") ? a.box("box") : surface.box())
@@ -58,13 +57,13 @@ void shade(Context& c, const Arguments& a) {
         return shadeSurface(seen, painted.colors, look, a.flag("shadow") ? &surface : nullptr, before, monitor);
     };
     Image farSide;
-    if (look.finish == Finish::mirror) { // one sees its far side too
+    if (look.finish == Finish::mirror) { // the far side is visible too
         farSide = shaded(viewThrough(surface, view));
         before = &farSide;
     }
     Image image = shaded(view);
     c.report("shade") = {{"hits", view.hits.size()}, {"coverage", view.coverage()}};
-    if (view.hits.empty()) c.warn("the camera sees nothing of the surface");
+    if (view.hits.empty()) c.warn("the surface is outside the camera's view");
     c.give(std::make_shared<const ImageValue>(ImageValue{.image = std::move(image), .camera = camera}));
 }
 
@@ -74,22 +73,23 @@ std::vector<Option> shadeOptions() {
     all.insert(
         all.end(),
         {real("iso", "", "",
-              "show where the newest field has this value, in its box, instead of a mesh, level set or shape"),
-         flag("sheet", "0", "1: an isosurface is open where the box cuts it; 0: what is below the value is solid"),
+              "isovalue: show this isosurface of the newest field, in its box, instead of a mesh, level set or shape"),
+         flag("sheet", "0", "1: leave the isosurface open where the box cuts it; 0: treat values below iso= as solid"),
          box("box",
-             "where an isosurface, or a shape without end, is cut; and what the camera has to see (default: the "
+             "box that cuts off an isosurface or an unbounded shape, and the region that the camera sees (default: the "
              "surface's own)"),
          integer("dim", fmt::format("{}", MeshToLevelSetOptions{}.dim), 8, 4096,
-                 "show a mesh as a level set with so many voxels along its longest edge (default: the mesh itself)"),
+                 "number of voxels along the longest edge, to show a mesh as a level set (default: the mesh itself)"),
          integer("smooth", "0", 0, 32,
-                 "voxels over which a level set, or that of a mesh, is smoothed, so that facets do not show"),
-         flag("outline", "0", "1: only a faint rim, which hides nothing: for what is inside"),
-         selector(flag("over", "0", "1: into the newest picture that -shade has made, by depth and with its camera")),
-         flag("shadow", "1", "whether it throws shadows on itself"),
-         vector("light", "", "", "where the key light is (default: over the camera's left shoulder)"),
-         notNegative("gloss", fmt::format("{}", look.gloss), "", "of its highlight and rim"),
-         vector("background", fmt::format("{}", fmt::join(look.background.c, ",")), "", "sRGB from 0 to 1"),
-         integer("samples", "3", 1, 16, "along each edge of a pixel")});
+                 "number of voxels over which a level set, or that of a mesh, is smoothed, to hide facets"),
+         flag("outline", "0", "1: draw only a faint rim that hides nothing, to show what is inside"),
+         selector(flag("over", "0", "1: draw into the newest picture of -shade, by depth and with its camera")),
+         flag("shadow", "1", "1: the surface casts shadows on itself"),
+         vector("light", "", "", "direction to the key light (default: over the camera's left shoulder)"),
+         notNegative("gloss", fmt::format("{}", look.gloss), "", "strength of the highlight and of the rim"),
+         vector("background", fmt::format("{}", fmt::join(look.background.c, ",")), "",
+                "background colour: sRGB from 0 to 1"),
+         integer("samples", "3", 1, 16, "anti-aliasing: samples along each edge of a pixel")});
     all.insert(all.end(), camera.begin(), camera.end());
     return all;
 }
@@ -97,10 +97,10 @@ std::vector<Option> shadeOptions() {
 std::vector<Input> shadeInputs() {
     const auto iso = [](const Arguments& a) { return a.given("iso"); };
     std::vector<Input> all = colorInputs();
-    all.insert(all.begin(),
-               {onlyIf(stays("surface", {Kind::mesh, Kind::levelSet, Kind::shape}), "not with iso=", std::not_fn(iso)),
-                onlyIf(stays("field", {Kind::field}), "only with iso=", iso)});
-    all.push_back(onRequest(changed("image", {Kind::image}), "only with over=1: what is drawn into",
+    all.insert(all.begin(), {onlyIf(stays("surface", {Kind::mesh, Kind::levelSet, Kind::shape}),
+                                    "not used if iso= is given", std::not_fn(iso)),
+                             onlyIf(stays("field", {Kind::field}), "only with iso=", iso)});
+    all.push_back(onRequest(changed("image", {Kind::image}), "only with over=1: the picture to draw into",
                             [](const Arguments& a) { return a.flag("over"); }));
     return all;
 }
@@ -110,7 +110,7 @@ std::vector<Input> shadeInputs() {
 Registry surfaceActions() {
     return {{.name = "shade",
              .group = "pictures",
-             .summary = "a picture of the newest mesh, level set or shape, or of where a field has a value",
+             .summary = "render the newest mesh, level set or shape, or an isosurface of a field",
              .takes = shadeInputs(),
              .makes = {made("image", {Kind::image})},
              .options = shadeOptions(),

@@ -12,26 +12,25 @@ namespace {
 
 Texture textureOf(const Arguments& a) { return a.choice<Texture>("texture"); }
 
-constexpr double kEdge = 0.03; ///< Of a checker, in parts of the diagonal.
+constexpr double kEdge = 0.03; ///< Edge of a checker, relative to the diagonal.
 
 bool showsValue(const Arguments& a) { return a.text("show") == "value"; }
 bool showsFlow(const Arguments& a) { return a.text("show") != "color" && !showsValue(a); }
 
-/// The steps along the flow that carries a texture.
+/// The options for the steps along the flow that carries a texture.
 const Binding<AdvectOptions>& carryBinding() {
     static const auto binding = stepBinding<AdvectOptions>(
-        "so many steps of equal length on that way, instead of those that accuracy= asks for, which rules if both are "
-        "given",
-        "steps on that way whose estimated error is at most this (default: a millionth of the diagonal of the flow's "
-        "box, unless steps= is given)");
+        "number of equal steps along the flow, instead of steps chosen by accuracy=; with both, accuracy= chooses them",
+        "maximum estimated error of a step along the flow (default: 1e-6 of the diagonal of the flow's box, unless "
+        "steps= is given)");
     return binding;
 }
 
 AdvectOptions carryOptions(const Arguments& a) {
-    constexpr int kEqualSteps = 64; // of a scheme that does not estimate its error
+    constexpr int kEqualSteps = 64; // for a scheme without error estimate
     AdvectOptions options = carryBinding().read(a);
     if (asksForEqualSteps(a, options.scheme)) options.steps = kEqualSteps;
-    options.time = -a.real("time"); // to where the colours come from
+    options.time = -a.real("time"); // backward, to the origin of the colours
     options.reprojection.method = a.choice<Reprojection>("reproject");
     return options;
 }
@@ -47,7 +46,7 @@ Vec3f colorOption(const Arguments& a, std::string_view name) {
     const Vec3d given = a.vector(name);
     Vec3f color;
     for (int i = 0; i < 3; ++i) {
-        if (!(given[i] >= 0)) throw ValueError(fmt::format("{} has a negative part", name));
+        if (!(given[i] >= 0)) throw ValueError(fmt::format("{} has a negative component", name));
         color[i] = static_cast<float>(given[i]);
     }
     return color;
@@ -57,26 +56,28 @@ std::vector<Option> colorOptions() {
     const SurfacePaint paint;
     const AdvectOptions& carry = paint.carry;
     std::vector<Option> all{
-        vector("color", fmt::format("{:.2f}", fmt::join(paint.color.c, ",")), "", "of the surface: sRGB from 0 to 1"),
+        vector("color", fmt::format("{:.2f}", fmt::join(paint.color.c, ",")), "",
+               "colour of the surface: sRGB from 0 to 1"),
         choice("show", {"color", "value", "speed", "vx", "vy", "vz", "f", "g"},
-               "what colours it: color=, or what the newest field or flow has there"),
+               "source of the colour: color=, or the newest field or flow at the surface"),
         choice("texture", kTextureNames,
-               "on it: cubes of two colours; waves around the y axis (ICN Fig. 5); the bands of a planet; those of a "
-               "landscape, by height in its box; the interference colours of a thin film (the surface is then "
-               "clear); streaks along the newest flow"),
+               "pattern on the surface: cubes of two colours; waves around the y axis (ICN Fig. 5); the bands of a "
+               "planet; those of a landscape, by height in its box; the interference colours of a thin film (the "
+               "surface is then clear); streaks along the newest flow"),
         positive("edge", "", "world units",
-                 "of the cubes, or the width of the waves (default: 3 % of the diagonal of the surface's box)"),
-        vector("second", fmt::format("{:.2f}", fmt::join(paint.second.c, ",")), "", "the other colour of the cubes"),
+                 "edge length of the cubes, or width of the waves (default: 3 % of the diagonal of the surface's box)"),
+        vector("second", fmt::format("{:.2f}", fmt::join(paint.second.c, ",")), "", "second colour of the cubes"),
         {.name = "film",
          .type = OptionType::interval,
          .fallback = fmt::format("{},{}", paint.film.lower, paint.film.upper),
          .help = "thickness of the film at its top and bottom",
          .unit = "nm"},
-        integer("seed", fmt::format("{}", paint.seed), 0, 0x1p53 - 1, "of the streaks"),
+        integer("seed", fmt::format("{}", paint.seed), 0, 0x1p53 - 1, "random seed of the streaks"),
         real("time", fmt::format("{}", carry.time), "s",
-             "for how long the newest flow has carried the texture, or what show= shows, along")};
+             "time for which the newest flow has advected the texture, or what show= shows")};
     all.insert(all.end(), carryBinding().options().begin(), carryBinding().options().end());
-    all.push_back(choice("reproject", namesOf(kReprojectionNames), "how it keeps to the surface",
+    all.push_back(choice("reproject", namesOf(kReprojectionNames),
+                         "method that keeps the advected texture on the surface",
                          std::string(kReprojectionNames[static_cast<size_t>(carry.reprojection.method)])));
     return all;
 }
@@ -84,7 +85,7 @@ std::vector<Option> colorOptions() {
 std::vector<Input> colorInputs() {
     return {
         onlyIf(stays("value", {Kind::noise}), "only with show=value", showsValue),
-        onlyIf(stays("flow", {Kind::flow}), "only for show= of a flow, time= or texture=lic", [](const Arguments& a) {
+        onlyIf(stays("flow", {Kind::flow}), "only with time=, texture=lic, or show= of a flow", [](const Arguments& a) {
             return showsFlow(a) || everNonzero(a, "time") || textureOf(a) == Texture::lic;
         })};
 }
@@ -103,7 +104,7 @@ SurfacePaint paintOf(const Context& c, const Arguments& a, const Box& box) {
     if (showsValue(a)) paint.source = fieldSource(inSpace(c.field("value").field), "value");
     if (showsFlow(a)) paint.source = flowSource(*paint.flow, a.text("show"));
     if (paint.source && paint.texture != Texture::none && paint.texture != Texture::lic)
-        throw ValueError(fmt::format("show={} and texture={} do not go together", a.text("show"), a.text("texture")));
+        throw ValueError(fmt::format("show={} and texture={} cannot be combined", a.text("show"), a.text("texture")));
     return paint;
 }
 

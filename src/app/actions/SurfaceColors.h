@@ -6,18 +6,18 @@
 
 namespace curlew::app {
 
-/// What says how a surface is coloured: color, show, texture, …, and how far a flow has carried the texture.
+/// The options for the colours of a surface: color, show, texture, …, and how far a flow has carried the texture.
 std::vector<Option> colorOptions();
-/// The inputs that these options ask for: "value", a field, and "flow".
+/// The inputs that these options need: "value" (a field) and "flow".
 std::vector<Input> colorInputs();
 
-/// A colour that an option gives; ValueError for a negative part.
+/// Returns the colour in an option. Throws ValueError if a component is negative.
 Vec3f colorOption(const Arguments& a, std::string_view name);
 
-/// What the options and inputs paint on a surface in this box.
+/// Returns the paint that the options and inputs specify for a surface in this box.
 SurfacePaint paintOf(const Context& c, const Arguments& a, const Box& box);
 
-/// Whether a number is not 0 at every moment.
+/// Returns whether a number is nonzero at some moment.
 bool everNonzero(const Arguments& a, std::string_view name);
 
 } // namespace curlew::app

@@ -7,22 +7,22 @@
 
 namespace curlew::app {
 
-/// tolerance=, iterations= and halvings=. `waits`: what waits if halving does not help.
+/// Binds tolerance=, iterations= and halvings=. `waits`: for the help, what waits if halving does not help.
 inline Binding<ReprojectionOptions> solverBinding(const ReprojectionOptions& defaults, const std::string& waits) {
     using namespace options;
-    Option tolerance = positive("tolerance", "", "", "on f and g, relative to their root mean squares");
+    Option tolerance = positive("tolerance", "", "", "tolerance on f and g, relative to their rms values");
     return Binding<ReprojectionOptions>(defaults)
         .add(
             tolerance, [](auto& o) -> auto& { return o.tolerance; })
         .add(
-            integer("iterations", "", 1, 1000, "most corrections a step"),
+            integer("iterations", "", 1, 1000, "maximum number of corrections per step"),
             [](auto& o) -> auto& { return o.iterations; })
         .add(
-            integer("halvings", "", 0, 20, "how often a failing step is halved before the " + waits),
+            integer("halvings", "", 0, 20, "maximum number of times that a failing step is halved before the " + waits),
             [](auto& o) -> auto& { return o.maxSubdivisions; });
 }
 
-/// reproject= and these. `help`: what is kept on its track.
+/// Binds reproject= and the options of solverBinding(). `help`: the help of reproject=.
 inline Binding<ReprojectionOptions> reprojectionBinding(const ReprojectionOptions& defaults, const std::string& help,
                                                         const std::string& waits) {
     return Binding<ReprojectionOptions>(defaults)
@@ -32,7 +32,7 @@ inline Binding<ReprojectionOptions> reprojectionBinding(const ReprojectionOption
             solverBinding(defaults, waits), [](auto& o) -> auto& { return o; });
 }
 
-/// steps=, scheme= and accuracy= of a struct that has these members. `steps` and `accuracy`: help.
+/// Binds steps=, scheme= and accuracy= to the members of a struct. `steps` and `accuracy` are help texts.
 template <class Struct>
 Binding<Struct> stepBinding(const std::string& steps, const std::string& accuracy, const Struct& defaults = {}) {
     using namespace options;
@@ -42,16 +42,15 @@ Binding<Struct> stepBinding(const std::string& steps, const std::string& accurac
         .addOptional(
             integer("steps", "", 1, 1e9, steps), [](auto& o) -> auto& { return o.steps; })
         .add(
-            choice(
-                "scheme", schemes,
-                "integrator; auto: rk45 where accuracy= rules, rk4 for equal steps. rk23 (Bogacki-Shampine) and rk45 "
-                "(Dormand-Prince) estimate their errors; the others take equal steps"),
+            choice("scheme", schemes,
+                   "integrator; auto: rk45 if accuracy= chooses the steps, rk4 for equal steps. rk23 "
+                   "(Bogacki-Shampine) and rk45 (Dormand-Prince) estimate their errors; the others take equal steps"),
             [](auto& o) -> auto& { return o.scheme; })
         .addOptional(
             positive("accuracy", "", "world units", accuracy), [](auto& o) -> auto& { return o.accuracy; });
 }
 
-/// Whether only the scheme has been chosen, and it has to take equal steps.
+/// Returns whether only the scheme was given and it has no error estimate, so it must take equal steps.
 inline bool asksForEqualSteps(const Arguments& a, const std::optional<Scheme>& scheme) {
     return scheme && !tableauOf(*scheme).embedded() && !a.given("steps") && !a.given("accuracy");
 }

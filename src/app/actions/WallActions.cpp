@@ -24,18 +24,18 @@ const Binding<BoundOptions>& boundBinding() {
                 [](auto& o) -> auto& { return o.separate; })
             .addOptional(
                 notNegative("amplitude", "", "world units",
-                            "the noise is scaled to this size; 0 leaves it as it is (default: to a root mean "
-                            "square slope of 1, with which the layer is as fast as the flow beyond it)"),
+                            "amplitude to which the noise is scaled; 0: not scaled (default: to an rms slope of 1, "
+                            "with which the flow is as fast in the layer as beyond it)"),
                 [](auto& o) -> auto& { return o.amplitude; })
             .add(
                 notNegative("variation", "", "",
-                            "0 to below 1: how much the speed along the wall varies with the noise; in the plane it "
-                            "is the same everywhere without"),
+                            "variation of the speed along the wall with the noise, 0 to below 1; without it, the speed "
+                            "along a 2D wall is the same everywhere"),
                 [](auto& o) -> auto& { return o.variation; });
     return binding;
 }
 
-/// Whether noise and walls are all in the plane.
+/// Returns whether the noise and all walls are 2D.
 bool inPlane(const Context& c) {
     if (dimensionOf(c.field("noise").field) != 2) return false;
     for (size_t k = 0; k < c.count("wall"); ++k)
@@ -52,20 +52,21 @@ ScalarFieldN<N> noiseIn(const Context& c) {
         return inSpace(c.field("noise").field);
 }
 
-/// One of several walls in space.
+/// Returns one of several walls in 3D.
 Sdf wallInSpace(const Context& c, double distance, size_t k) {
     if (k == 0) return c.sdf("wall", distance);
     const Value& value = c.value("wall", k);
     if (const auto* shape = std::get_if<FieldValue>(&value)) return inSpace(*shape->sdf);
     const auto& grid = std::get<GridValue>(value);
     if (grid.earlier && grid.part < 1)
-        throw ValueError("one of several walls changes from frame to frame; join them by -union first");
+        throw ValueError("one of several walls changes from frame to frame; join them with -union first");
     LevelSet levelSet = levelSetOf(grid.grid);
     levelSet.mesh = grid.mesh;
     return sdfOf(widened(levelSet, distance / levelSet.voxelSize() + kSplineSupport, c.follow("widening the band")));
 }
 
-/// The wall, good up to its width: the union of all that are given, the edge between them rounded over the width.
+/// Returns the wall, whose distance is valid up to its width: the union of all given walls, with rounded edges where
+/// they meet.
 template <int N>
 WallN<N> wallIn(const Context& c, const Arguments& a, double width) {
     const auto one = [&](size_t k) {
@@ -79,13 +80,13 @@ WallN<N> wallIn(const Context& c, const Arguments& a, double width) {
     return {.sdf = all, .side = a.choice<Side>("side"), .width = width};
 }
 
-/// Gives the field that conforms to the wall.
+/// Outputs the field that conforms to the wall.
 template <int N>
 void giveBounded(Context& c, const ScalarFieldN<N>& bounded, const WallN<N>& wall) {
     c.give(FieldValue{.field = bounded, .wall = wall, .free = c.field("noise").field});
 }
 
-/// The bounds of the wall in N dimensions, before its band is as wide as it has to be.
+/// Returns the bounds of the wall in N dimensions, before its narrow band is widened.
 template <int N>
 BoxN<N> boundsIn(const Context& c) {
     const auto one = [&](size_t k) -> BoxN<N> {
@@ -110,13 +111,13 @@ BoxN<N> boundsIn(const Context& c) {
 void warnOfLimit(const Context& c, const LayerWidth& layer) {
     if (layer.limited)
         c.warn(
-            fmt::format("the noise's wavelength, {:.3g}, is long for this object: its layer is {:.3g} wide instead of "
-                        "{:.3g}, and faster than the flow beyond it; a wavelength of at most {:.3g} fits",
+            fmt::format("the noise's wavelength, {:.3g}, is too long for this object: its layer is {:.3g} wide instead "
+                        "of {:.3g}, and the flow in it faster than beyond it; use a wavelength of at most {:.3g}",
                         layer.noise.wavelength, layer.width, kLayerInWavelengths * layer.noise.wavelength,
                         layer.width / kLayerInWavelengths));
 }
 
-/// An obstacle whose layer is larger than itself: the flow keeps its distance from nothing much.
+/// Warns if the layer of an obstacle is wider than the obstacle itself.
 template <int N>
 void warnOfWideLayer(const Context& c, const WallN<N>& wall) {
     const auto size = wall.sdf.bounds.size();
@@ -124,7 +125,7 @@ void warnOfWideLayer(const Context& c, const WallN<N>& wall) {
     if (wall.side == Side::inside || !std::isfinite(longest) || wall.width <= longest) return;
     c.warn(
         fmt::format("the layer, {:.3g} wide, is wider than the object, {:.3g} in size, so the flow turns far away from "
-                    "it; give width={:.2g} or less, or noises of a shorter wavelength",
+                    "it; give width={:.2g} or less, or use noises of a shorter wavelength",
                     wall.width, longest, longest / 2));
 }
 
@@ -133,20 +134,20 @@ void warnOfThinParts(const Context& c, const WallN<N>& wall) {
     if (wall.side == Side::outside) return;
     if (const LayerFit fit = layerFit(wall); fit.unreached > kMostUnreached)
         c.warn(
-            fmt::format("the layer, {:.3g} wide, meets itself in {:.0f} % of the inside, where the object is too thin "
-                        "or too sharp for it: the flow has no room there, and kinks; width={:.2g} fits",
+            fmt::format("the layer, {:.3g} wide, overlaps itself in {:.0f} % of the inside, where the object is too "
+                        "thin or too sharp for it, so the flow has kinks there; width={:.2g} fits",
                         wall.width, 100 * fit.unreached, fit.fitting));
 }
 
-/// Says once, and not in every frame, what has been chosen.
+/// Reports, once and not in every frame, the layer that was chosen.
 template <int N>
 void tellLayer(Context& c, const WallN<N>& wall, const LayerWidth& layer, const BoundOptions& options) {
     if (c.memory().object) return;
     c.memory().object = std::make_shared<bool>(true);
-    std::string line = fmt::format("bound: a layer of {:.3g}, {:.2g} wavelengths of the noise ({:.3g}{})", wall.width,
+    std::string line = fmt::format("bound: layer width {:.3g}, {:.2g} wavelengths of the noise ({:.3g}{})", wall.width,
                                    wall.width / layer.noise.wavelength, layer.noise.wavelength,
                                    layer.noise.measured ? ", measured" : "");
-    if (options.amplitude < 0) line += fmt::format("; the noise times {:.3g}", 1 / layer.noise.slope);
+    if (options.amplitude < 0) line += fmt::format("; noise scaled by {:.3g}", 1 / layer.noise.slope);
     c.say(line);
     warnOfLimit(c, layer);
     warnOfThinParts(c, wall);
@@ -167,7 +168,7 @@ void boundIn(Context& c, const Arguments& a) {
 
 void bound(Context& c, const Arguments& a) { inPlane(c) ? boundIn<2>(c, a) : boundIn<3>(c, a); }
 
-/// DeWolf's product of a noise and a distance.
+/// Outputs DeWolf's product of a noise and a distance.
 template <int N>
 void blendIn(Context& c, const Arguments& a) {
     const WallN<N> wall = wallIn<N>(c, a, a.real("range"));
@@ -176,9 +177,9 @@ void blendIn(Context& c, const Arguments& a) {
 
 void blend(Context& c, const Arguments& a) { inPlane(c) ? blendIn<2>(c, a) : blendIn<3>(c, a); }
 
-/// One wall, or all that grid= or a link says.
+/// Declares the input: one wall, or all walls that grid= or links select.
 Input walls() {
-    Input input = several(stays("wall", {Kind::shape, Kind::levelSet}, "grid"), 1, 100, "1, or those of grid=");
+    Input input = several(stays("wall", {Kind::shape, Kind::levelSet}, "grid"), 1, 100, "one, or those of grid=");
     input.amountWith = [](const Arguments& a, const Scope& scope) {
         return Amount{1, a.given("grid") || scope.linked() ? size_t{100} : size_t{1}};
     };
@@ -187,18 +188,18 @@ Input walls() {
 
 std::vector<Option> boundOptions() {
     std::vector<Option> all{
-        positive(
-            "width", "", "world units",
-            fmt::format("depth of the layer in which the flow turns along the wall (default: {} wavelengths of the "
-                        "noise's lowest octave)",
-                        kLayerInWavelengths)),
+        positive("width", "", "world units",
+                 fmt::format("width of the layer in which the flow turns along the wall (default: {} wavelengths of "
+                             "the noise's lowest octave)",
+                             kLayerInWavelengths)),
         choice("side", {"inside", "outside", "both"},
-               "where the flow is: contained, around an obstacle, or on both sides")};
+               "side of the wall on which the flow is: inside a container, outside an obstacle, or on both sides")};
     for (const Option& option : boundBinding().options()) all.push_back(option);
-    all.push_back(ages("field", "", "which field is the noise (default: the newest that is no distance)"));
     all.push_back(
-        ages("grid", "",
-             "which level sets are the wall, as in grid=0,1: their union (default: the newest shape or level set)"));
+        ages("field", "", "field that is the noise: 0 is the newest (default: the newest that is not a distance)"));
+    all.push_back(ages("grid", "",
+                       "level sets whose union is the wall, as in grid=0,1: 0 is the newest (default: the newest shape "
+                       "or level set)"));
     all.push_back(keep());
     return all;
 }
@@ -209,7 +210,7 @@ Registry wallActions() {
     return {
         {.name = "bound",
          .group = kGroup,
-         .summary = "make the newest noise conform to the newest signed distance (Eq. 13)",
+         .summary = "bound the newest noise by the newest signed distance: boundary, obstacle, collision (ICN Eq. 13)",
          .takes = {taken("noise", {Kind::noise}, "field"), walls()},
          .makes = {made("field", {Kind::field})},
          .options = boundOptions(),
@@ -221,11 +222,11 @@ Registry wallActions() {
          .run = bound},
         {.name = "blend",
          .group = kGroup,
-         .summary = "the newest noise times the newest distance, clipped (DeWolf's way to conform to a wall)",
+         .summary = "multiply the newest noise by the newest distance, clamped (DeWolf's way to conform to a wall)",
          .takes = {taken("noise", {Kind::noise}), stays("wall", {Kind::shape, Kind::levelSet})},
          .makes = {made("field", {Kind::field})},
-         .options = {positive("range", "0.5", "world units", "beyond it the distance no longer matters"),
-                     choice("side", {"inside", "outside", "both"}, "where the flow is"), keep()},
+         .options = {positive("range", "0.5", "world units", "distance from the wall beyond which it has no effect"),
+                     choice("side", {"inside", "outside", "both"}, "side of the wall on which the flow is"), keep()},
          .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -blend range=0.3 -dfvn speed=1 "
                       "-slice -write dewolf.png"},
          .evaluation = Evaluation::anyTime,

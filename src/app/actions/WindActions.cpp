@@ -14,16 +14,16 @@ const Binding<WindOptions>& windBinding() {
     static const auto binding =
         Binding<WindOptions>()
             .add(
-                positive("speed", "", "world units / s", "of the wind far away"),
+                positive("speed", "", "world units / s", "speed of the wind far away"),
                 [](auto& o) -> auto& { return o.speed; })
             .addOptional(
                 notNegative("gusts", "", "",
-                            "rms speed of what the newest noise adds far away, relative to the wind (default: no "
-                            "noise; 0.3 of one that is linked)"),
+                            "rms speed of the newest noise far away, relative to the wind (default: no noise; 0.3 if "
+                            "one is linked)"),
                 [](auto& o) -> auto& { return o.gusts; })
             .addOptional(
                 notNegative("padding", "", "world units",
-                            "how far the domain reaches around the shape (default: half its size)"),
+                            "distance by which the domain extends beyond the shape (default: half of its size)"),
                 [](auto& o) -> auto& { return o.padding; });
     return binding;
 }
@@ -45,15 +45,15 @@ void wind(Context& c, const Arguments& a) {
 
 std::vector<Option> windDeclared() {
     std::vector<Option> all = windBinding().options();
-    all.insert(all.begin(), vector("direction", "1,0,0", "", "of the wind far away; any length"));
+    all.insert(all.begin(), vector("direction", "1,0,0", "", "direction of the wind far away; any length"));
     all.push_back(
         vector("across", "", "",
-               "in which direction the wind gives way, to both sides (default: where the shape is narrowest)"));
+               "direction in which the wind is deflected, to both sides (default: where the shape is narrowest)"));
     all.push_back(positive("width", "", "world units",
-                           "depth of the layer in which the wind goes around (default: half of the shape's extent "
-                           "across; less makes the wind faster there)"));
-    all.push_back(choice("side", {"inside", "outside", "both"}, "where the wind is", "outside"));
-    all.push_back(box("box", "the domain (default: the box of the shape, padded)"));
+                           "width of the layer in which the wind goes around the shape (default: half of the shape's "
+                           "extent across; less makes the wind faster there)"));
+    all.push_back(choice("side", {"inside", "outside", "both"}, "side of the shape on which the wind is", "outside"));
+    all.push_back(box("box", "domain of the flow (default: the box of the shape, padded)"));
     all.push_back(keep());
     return all;
 }
@@ -64,9 +64,9 @@ Registry windActions() {
     return {
         {.name = "wind",
          .group = "flows",
-         .summary = "a wind that goes around the newest shape or level set, with gusts of the newest noise; it has "
-                    "tracks",
-         .takes = {onRequest(taken("noise", {Kind::noise}), "with gusts= above 0", hasGusts),
+         .summary =
+             "wind around the newest shape or level set (obstacle), with gusts of the newest noise; it has tracks",
+         .takes = {onRequest(taken("noise", {Kind::noise}), "only with gusts= above 0", hasGusts),
                    stays("wall", {Kind::shape, Kind::levelSet})},
          .makes = {made("flow", {Kind::flow})},
          .options = windDeclared(),

@@ -12,7 +12,7 @@ namespace curlew::app {
 
 namespace {
 
-/// The kinds among which an option of type `ages` counts.
+/// Returns the kinds that an option of type `ages` counts.
 std::vector<Kind> countedBy(const std::string& option, const std::vector<Kind>& taken, bool several = false) {
     if (option == "field") return {Kind::field};
     if (option == "image" || option == "with") return {Kind::image};
@@ -22,7 +22,7 @@ std::vector<Kind> countedBy(const std::string& option, const std::vector<Kind>& 
     return {Kind::mesh, Kind::points, Kind::curves};
 }
 
-/// Whether options of type `ages` choose what is written.
+/// Returns whether options of type `ages` select the objects to write.
 bool anyAges(const Arguments& arguments) {
     const auto& options = arguments.action().options;
     return std::any_of(options.begin(), options.end(), [&](const Option& option) {
@@ -65,7 +65,7 @@ World Builder::world() const {
 }
 
 Link Builder::resolved(const std::string& name) const {
-    // An object that was moved keeps its name; the other outputs of the node stay what they were.
+    // A changed object keeps its name. The node's other outputs are not affected.
     const auto found = mNames.find(name);
     return found == mNames.end() ? linkOf(mGraph, name) : found->second;
 }
@@ -78,7 +78,7 @@ std::string Builder::nameFor(const Link& link) const {
     return nameOf(mGraph, link);
 }
 
-// --- what an action takes
+// --- the inputs of an action
 
 std::vector<Link> Builder::atAges(const std::string& option, const std::vector<size_t>& ages,
                                   const std::vector<Kind>& kinds) const {
@@ -132,7 +132,7 @@ std::vector<Link> Builder::chosen(const Input& input, const Statement& statement
     if (ages && (aged || (!ages->fallback.empty() && amount.least > 0))) {
         links = atAges(input.age, a.ages(input.age), countedBy(input.age, input.kinds, a.ages(input.age).size() > 1));
         if (links.size() > amount.most)
-            throw ValueError(fmt::format("{}={} chooses {} objects, and '{}' takes {}", input.age,
+            throw ValueError(fmt::format("{}={} selects {} objects, but '{}' takes {}", input.age,
                                          a.written().at(input.age), links.size(), input.name, amount.most));
         for (const Entry& entry : mEntries)
             if (std::find(links.begin(), links.end(), entry.link) != links.end() && input.use == Use::taken)
@@ -162,11 +162,12 @@ std::vector<std::vector<Link>> Builder::defaultInputs(const Arguments& arguments
     if (!arguments.action().holds) return inputsOf(statement);
     std::vector<Link> links = written(statement, statement.arguments.words().front());
     for (const auto& file : statement.arguments.words())
-        if (written(statement, file) != links) throw ValueError("the files of one action would hold different objects");
+        if (written(statement, file) != links)
+            throw ValueError("the files of one action would hold different objects; use one action for each");
     return {std::move(links)};
 }
 
-// --- what an action does
+// --- the effect of an action on the stacks
 
 Link Builder::addState(std::optional<Link> initial, const std::string& name) {
     const Link link{.from = Link::From::state, .index = mGraph.states.size()};
@@ -186,7 +187,7 @@ void Builder::place(Node node, bool keep) {
     if (node.outputs.empty()) node.outputs = outputsOf(node.arguments.at(mMoment), objects, world());
     const size_t index = mGraph.nodes.size();
     const bool timeless = node.action().timeless(node.arguments);
-    std::vector<size_t> replaced; // outputs that take the place of what they were made from
+    std::vector<size_t> replaced; // outputs that replace their inputs on the stacks
     for (size_t k = 0; k < takes.size() && !keep; ++k)
         for (const Link& link : node.inputs[k]) {
             for (const Entry& entry : mEntries)
@@ -213,7 +214,7 @@ void Builder::place(Node node, bool keep) {
     for (size_t k = 0; k < takes.size() && timeless; ++k)
         for (Link& link : node.inputs[k])
             if (takes[k].use == Use::changed && link.from == Link::From::state)
-                link = mGraph.states[link.index].initial.value_or(link); // in each frame from where they begin
+                link = mGraph.states[link.index].initial.value_or(link); // each frame starts from the initial points
     const bool makes = !node.outputs.empty();
     if (node.named && makes) mNames[node.name] = {.index = index, .output = node.primaryOutput()};
     node.location.node = node.named ? node.name : "";
@@ -223,7 +224,7 @@ void Builder::place(Node node, bool keep) {
     limitDepth(index);
 }
 
-/// Throws ValueError if an evaluation at a point would need too much of the stack.
+/// Throws ValueError if fields are nested so deeply that evaluating them could overflow the call stack.
 void Builder::limitDepth(size_t node) {
     constexpr size_t kDeepest = 500;
     const std::vector<Kind> functions{Kind::field, Kind::flow};
@@ -235,14 +236,13 @@ void Builder::limitDepth(size_t node) {
                     mDepths[k] = std::max(mDepths[k], mDepths[link.index] + 1);
     }
     if (mDepths[node] > kDeepest)
-        throw ValueError(
-            fmt::format("more than {} fields are made of one another; use fewer, or write a grid and go "
-                        "on with that",
-                        kDeepest));
+        throw ValueError(fmt::format(
+            "more than {} fields are made of one another; use fewer, or write a grid and continue with that",
+            kDeepest));
 }
 
 void Builder::beginFrames(const Arguments& range, SourceLocation location, bool carry) {
-    if (framed()) throw ValueError("is given twice; a program has one");
+    if (framed()) throw ValueError("is given twice; a program has only one");
     mGraph.frameRange = range;
     mGraph.frameLocation = std::move(location);
     mGraph.frames = mGraph.nodes.size();
@@ -268,10 +268,10 @@ void Builder::addNode(const Statement& statement) {
     Node node{.arguments = a, .inputs = inputsOf(now), .location = statement.location};
     node.name = statement.as.empty() ? "" : statement.as;
     node.named = !statement.as.empty();
-    for (Given& given : mGraph.given) // a new object may have the name of an older program's
+    for (Given& given : mGraph.given) // a new object may reuse the name of an older program's object
         if (node.named && given.name == node.name) given.name.clear();
     if (node.named && unusedName(mGraph, node.name) != node.name)
-        throw ValueError(fmt::format("as={}: there is a '{}' already; choose another name", node.name, node.name));
+        throw ValueError(fmt::format("as={}: there is already a '{}'; choose another name", node.name, node.name));
     place(std::move(node), a.action().option("keep") && now.arguments.flag("keep"));
 }
 
@@ -286,7 +286,7 @@ std::vector<Link> Builder::written(const Statement& statement, const std::string
     } else if (anyAges(a)) {
         for (const char* option : {"grid", "geo", "image"}) {
             if (!a.given(option)) continue;
-            std::vector<Kind> held; // ages of geometry count what the file can hold
+            std::vector<Kind> held; // ages count only geometry that the file can hold
             for (const Kind kind : able)
                 if (accepts(countedBy(option, {}), kind)) held.push_back(kind);
             if (held.empty()) continue;
@@ -303,7 +303,7 @@ std::vector<Link> Builder::written(const Statement& statement, const std::string
     return links;
 }
 
-/// A node for each choice of objects: files of one statement may hold different ones.
+/// Adds one node per selection of objects, since the files of a statement may hold different ones.
 void Builder::addWriter(const Statement& statement) {
     const Statement now{.arguments = statement.arguments.at(mMoment), .inputs = statement.inputs};
     const auto& words = statement.arguments.writtenWords();
@@ -344,7 +344,7 @@ void Builder::add(Graph graph) {
     const bool onlySettings =
         std::all_of(mGraph.nodes.begin(), mGraph.nodes.end(), [](const Node& node) { return node.action().setting; });
     if (!onlySettings || framed() || !mGraph.given.empty())
-        throw ValueError("a graph has to come first: nothing but settings (-quiet, -threads, …) may stand before it");
+        throw ValueError("a graph has to come first; only settings (-quiet, -threads, …) may stand before it");
     const size_t before = mGraph.nodes.size();
     for (Node& node : graph.nodes)
         for (auto& links : node.inputs)
@@ -386,7 +386,7 @@ Graph Builder::finish() {
                                    .made = entry.made});
         }
     for (const Entry& entry : mOutside) {
-        // What became of points that no frame carries any more, or else they themselves.
+        // Points that are no longer carried from frame to frame: what they have become, or else the points themselves.
         const auto now = std::find_if(mEntries.begin(), mEntries.end(),
                                       [&](const Entry& other) { return other.made == entry.made; });
         if (!entry.state || now == mEntries.end())

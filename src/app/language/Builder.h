@@ -5,30 +5,29 @@
 
 namespace curlew::app {
 
-/// Runs the stacks of a program symbolically: resolves "the newest", ages, keep= and names to links, so that what is
-/// wrong with them is known before anything is computed.
+/// Executes the stack operations of a program symbolically: resolves "the newest", ages, keep= and names to links, so
+/// that errors are found before anything is computed.
 class Builder : private Scope {
   public:
     explicit Builder(const Reading& reading);
 
-    /// Adds an action. Throws ValueError, with the action's name in the message.
+    /// Adds an action. Throws ValueError, naming the action, if it is invalid.
     void add(const Statement& statement);
-    /// Adds a whole graph, on whose results the actions that follow can work.
+    /// Adds a whole graph, whose results the following actions can use.
     void add(Graph graph);
     Graph finish();
 
-    /// The inputs that a node with these arguments takes if nothing is said of them. Throws ValueError if there is
-    /// none.
+    /// Returns the inputs that a node with these arguments takes by default. Throws ValueError if one is missing.
     std::vector<std::vector<Link>> defaultInputs(const Arguments& arguments) const;
-    /// Adds a node with the given inputs, and applies to the stacks what it does. Its outputs are found out if it has
-    /// none yet.
+    /// Adds a node with the given inputs and applies its effect to the stacks. Determines its outputs if they are not
+    /// set.
     void place(Node node, bool keep);
-    /// The name under which a text finds an object: that of the oldest node whose result it is or has become.
+    /// Returns the name by which a text refers to an object: that of the oldest node whose result is, or has become,
+    /// this object.
     std::string nameFor(const Link& link) const;
-    /// From here on actions run in each frame.
-    /// `carry`: with the points on the stack as their states.
+    /// Begins the actions that run in each frame. If `carry`, the points on the stack become states.
     void beginFrames(const Arguments& range, SourceLocation location, bool carry = true);
-    /// Points that are carried from frame to frame.
+    /// Adds points that are carried from frame to frame.
     Link addState(std::optional<Link> initial, const std::string& name);
 
     const Graph& graph() const { return mGraph; }
@@ -56,12 +55,12 @@ class Builder : private Scope {
     const Reading& mReading;
     Graph mGraph;
     std::vector<Entry> mEntries;                         ///< All stacks, in the order in which their objects were made.
-    std::vector<Entry> mOutside;                         ///< At -frames.
-    Moment mMoment;                                      ///< The first at which what is added is evaluated.
-    std::map<std::string, std::vector<Object>> mWritten; ///< What files hold that the program writes.
-    std::map<std::string, Link> mNames;                  ///< Where a name leads: an object that is changed keeps it.
+    std::vector<Entry> mOutside;                         ///< The stacks at -frames.
+    Moment mMoment;                                      ///< The first moment at which added nodes are evaluated.
+    std::map<std::string, std::vector<Object>> mWritten; ///< The objects in files that the program writes.
+    std::map<std::string, Link> mNames; ///< The object that each name refers to. A changed object keeps its name.
     uint64_t mClock = 1;
-    std::vector<size_t> mDepths; ///< By node: how many fields and flows are evaluated one within another.
+    std::vector<size_t> mDepths; ///< By node: the nesting depth of fields and flows.
 };
 
 } // namespace curlew::app

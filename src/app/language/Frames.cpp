@@ -36,7 +36,7 @@ void setRange(FramePlan& plan, const std::string& text) {
     const auto ends = split(std::string_view(text).substr(0, times), '-');
     const auto first = wholeNumber(ends.front()), last = wholeNumber(ends.back());
     const auto by = times == std::string::npos ? 1 : wholeNumber(std::string_view(text).substr(times + 1));
-    if (ends.size() > 2 || !first || !last || !by) throw wrong("is no range of frames");
+    if (ends.size() > 2 || !first || !last || !by) throw wrong("is not a range of frames");
     if (*by == 0) throw wrong("has a step of 0");
     if (*last < *first) throw wrong("runs backward");
     plan.first = *first;
@@ -60,7 +60,7 @@ std::vector<int> FramePlan::frames() const {
     const int count = (last - first) / by + 1;
     for (int k = part - 1; k < count; k += parts) frames.push_back(first + k * by);
     if (frames.empty())
-        throw ValueError(fmt::format("there are fewer frames than parts: none is left for part={}/{}", part, parts));
+        throw ValueError(fmt::format("there are fewer frames than parts, so part={}/{} has no frames", part, parts));
     return frames;
 }
 
@@ -86,17 +86,19 @@ FramePlan framePlanOf(const Arguments& frames) {
                    .checkpoint = frames.text("checkpoint")};
     setRange(plan, frames.words().front());
     if (frames.given("by")) {
-        if (plan.by != 1) throw ValueError("the step is given twice: in the range, and as by=");
+        if (plan.by != 1) throw ValueError("the step between frames is given twice: in the range and as by=");
         plan.by = static_cast<int>(frames.integer("by"));
     }
     plan.start = frames.given("start") ? static_cast<int>(frames.integer("start")) : plan.first;
     if (plan.start > plan.first)
-        throw ValueError(fmt::format("start={} comes after the first frame, {}; it is the frame in which the time is 0",
-                                     plan.start, plan.first));
+        throw ValueError(
+            fmt::format("start={} is after the first frame, {}; it must be at or before it, since it is the frame at "
+                        "which the time is 0",
+                        plan.start, plan.first));
     if ((plan.first - plan.start) % plan.by != 0)
-        throw ValueError(fmt::format("every {} frames from start={} on, {} is none of them; begin with {}", plan.by,
-                                     plan.start, plan.first,
-                                     plan.first + plan.by - (plan.first - plan.start) % plan.by));
+        throw ValueError(
+            fmt::format("a step of {} frames from start={} does not reach the first frame, {}; begin with {}", plan.by,
+                        plan.start, plan.first, plan.first + plan.by - (plan.first - plan.start) % plan.by));
     if (frames.given("part")) setPart(plan, frames.text("part"));
     return plan;
 }

@@ -19,7 +19,7 @@ std::string contextOf(const SourceLocation& location) {
 }
 
 size_t Node::primaryOutput() const {
-    if (outputs.empty()) throw ValueError(fmt::format("'{}' makes nothing that could be linked to", name));
+    if (outputs.empty()) throw ValueError(fmt::format("'{}' makes nothing that can be linked to", name));
     const auto always = [&](const Output& output) { return output.flag.empty() && output.amount.least > 0; };
     for (size_t k = outputs.size(); k-- > 0;)
         for (const Output& declared : action().makes)
@@ -48,7 +48,7 @@ std::optional<size_t> Graph::find(std::string_view name) const {
 
 namespace {
 
-/// The output of a node that "NAME.output" means: by its name, or by its number.
+/// Returns the output that "NAME.output" refers to, by name or by number.
 size_t outputOf(const Node& node, const std::string& output) {
     std::vector<std::string> names;
     for (size_t k = 0; k < node.outputs.size(); ++k) {
@@ -84,8 +84,9 @@ Link linkOf(const Graph& graph, const std::string& name) {
     const auto node = graph.find(name.substr(0, dot));
     if (!node) {
         const auto names = allNames(graph);
-        throw ValueError(fmt::format("there is no '{}'{}; {}", name, didYouMean(name, names),
-                                     names.empty() ? "nothing has been made yet" : "there are " + join(names, ", ")));
+        throw ValueError(
+            fmt::format("there is no '{}'{}; {}", name, didYouMean(name, names),
+                        names.empty() ? "nothing has been made yet" : "the names are " + join(names, ", ")));
     }
     const Node& found = graph.nodes[*node];
     return {.index = *node,
@@ -174,7 +175,7 @@ std::string phraseOf(const std::vector<Kind>& kinds) {
 
 namespace {
 
-/// What is linked to a node.
+/// The objects linked to a node.
 class Linked : public Scope {
   public:
     Linked(const Graph& graph, const Node& node) {
@@ -209,10 +210,10 @@ void validate(const Graph& graph, size_t index) {
         for (const Link& link : links) {
             const Object& object = graph.objectOf(link);
             if (fits(input.kinds, object)) continue;
-            // A grid of a file is called what it is called there.
+            // A grid from a file is called by its name in the file.
             const bool named = link.from != Link::From::node || graph.nodes[link.index].named || object.name.empty();
             const bool grid = accepts(Kind::grid, object.kind);
-            throw ValueError(fmt::format("{}= needs {}, and '{}' is {}", input.name, phraseOf(input.kinds),
+            throw ValueError(fmt::format("{}= needs {}, but '{}' is {}", input.name, phraseOf(input.kinds),
                                          named || !grid ? nameOf(graph, link) : object.name, phraseOf({object.kind})));
         }
         const Amount amount = input.amountWith ? input.amountWith(node.arguments, linked) : input.amount;
@@ -223,7 +224,7 @@ void validate(const Graph& graph, size_t index) {
         if (links.size() < amount.least)
             throw ValueError(links.empty() ? fmt::format("nothing is connected to '{}': it needs {}", input.name,
                                                          phraseOf(input.kinds))
-                                           : fmt::format("{}= needs {} objects, and there {} {}", input.name,
+                                           : fmt::format("{}= needs {} objects, but there {} {}", input.name,
                                                          amount.least, links.size() == 1 ? "is" : "are", links.size()));
     }
 }

@@ -26,7 +26,8 @@ Arguments argumentsOf(const Action& action, const Json& object) {
     for (const auto& [name, value] : options.items()) {
         const Option* option = action.option(name);
         if (option && (option->selects || option->type == OptionType::ages))
-            throw ValueError(fmt::format("option '{}' is for the stacks of a text; a graph has links instead", name));
+            throw ValueError(
+                fmt::format("option '{}' selects from the stacks of a scene; a graph has links instead", name));
         arguments.set(name, textOf(value));
     }
     arguments.finish();
@@ -37,9 +38,9 @@ Arguments argumentsOf(const Action& action, const Json& object) {
 struct Record {
     Arguments arguments;
     std::string name;
-    std::vector<std::vector<std::string>> inputs = {}; ///< Names, by declared input.
+    std::vector<std::vector<std::string>> inputs = {}; ///< Names of objects, by declared input.
     std::string when = {};                             ///< "", "once" or "frame"
-    std::string origin = {};                           ///< Of a copy: the name of the node that it is one of.
+    std::string origin = {};                           ///< If the node is a copy, the name of the original.
     bool inFrames = false;
 };
 
@@ -48,7 +49,8 @@ class Document {
     Document(const std::string& text, const Reading& reading) : mReading(reading) {
         try {
             mJson = Json::parse(text, [](int depth, Json::parse_event_t, Json&) {
-                if (depth > kDeepest) throw ValueError(fmt::format("the graph is nested more than {} deep", kDeepest));
+                if (depth > kDeepest)
+                    throw ValueError(fmt::format("the graph is nested more than {} levels deep", kDeepest));
                 return true;
             });
         } catch (const Json::exception& error) {
@@ -57,8 +59,8 @@ class Document {
         requireKeys(mJson, {"curlew", "nodes", "frames", "states", "moment", "resume", "wanted", "effects"},
                     "the graph");
         if (const Json version = memberOf(mJson, "curlew", kGraphVersion); version != kGraphVersion)
-            throw ValueError(
-                fmt::format("the graph has version {}, and this is for version {}", version.dump(), kGraphVersion));
+            throw ValueError(fmt::format("the graph has version {}, but this program reads version {}", version.dump(),
+                                         kGraphVersion));
     }
 
     Graph graph() {
@@ -107,7 +109,7 @@ class Document {
         return {.frame = number("frame", 1), .time = number("time", 0), .fps = number("fps", 24)};
     }
 
-    /// Runs `work` for a record; what it throws names the node.
+    /// Runs `work` for a record. Messages of exceptions name the node.
     template <class Work>
     void at(const std::string& action, const std::string& name, const Work& work) const {
         const SourceLocation location{.action = action, .node = name};
@@ -134,7 +136,7 @@ class Document {
     void readNode(const Json& node, const Action& action, const std::string& name) {
         if (name.empty()) throw ValueError("a node has no name");
         if (!mIndices.emplace(name, mRecords.size()).second)
-            throw ValueError(fmt::format("two nodes are called '{}'", name));
+            throw ValueError(fmt::format("two nodes have the name '{}'", name));
         if (action.name == "frames" || action.name == "config" || action.name == "set" || action.name == "resume")
             throw ValueError(R"(is not a node: a graph has "frames" and "resume" beside its nodes)");
         Record record{.arguments = argumentsOf(action, node), .name = name, .when = textOf(memberOf(node, "when", ""))};
@@ -171,7 +173,7 @@ class Document {
                            [&](const StateRecord& state) { return state.name == name; });
     }
 
-    /// The record that a link leads to; nullopt if that is a state or a given object.
+    /// Returns the record that a link refers to; nullopt for a state or a given object.
     std::optional<size_t> recordOf(const std::string& link) const {
         auto found = mIndices.find(link);
         if (found == mIndices.end()) found = mIndices.find(link.substr(0, link.rfind('.')));
@@ -181,7 +183,7 @@ class Document {
             return {};
         std::vector<std::string> names;
         for (const auto& [name, index] : mIndices) names.push_back(name);
-        throw ValueError(fmt::format("is linked to '{}', which is not there{}", link, didYouMean(link, names)));
+        throw ValueError(fmt::format("is linked to '{}', which does not exist{}", link, didYouMean(link, names)));
     }
 
     /// Calls `visit` with the records that a record is linked to.
@@ -192,7 +194,7 @@ class Document {
                 if (const auto source = recordOf(name)) visit(*source);
     }
 
-    /// The records, each after those that it needs, otherwise as they are given; settings first.
+    /// Returns the records in topological order, otherwise in the document's order, with settings first.
     std::vector<size_t> sorted() const {
         enum class Mark { none, open, done };
         std::vector<Mark> marks(mRecords.size(), Mark::none);
@@ -200,7 +202,7 @@ class Document {
         const auto visit = [&](auto& self, size_t k) -> void {
             if (marks[k] == Mark::done) return;
             at(mRecords[k].arguments.action().name, mRecords[k].name, [&] {
-                if (marks[k] == Mark::open) throw ValueError("the links go in a circle");
+                if (marks[k] == Mark::open) throw ValueError("the links form a cycle");
             });
             marks[k] = Mark::open;
             std::vector<size_t> sources;
@@ -216,7 +218,7 @@ class Document {
         return order;
     }
 
-    /// Decides which nodes belong after -frames.
+    /// Decides which nodes are evaluated in each frame.
     void classify() {
         if (!mFramed) return;
         for (const size_t k : sorted()) {
@@ -237,7 +239,7 @@ class Document {
         }
     }
 
-    /// Nodes that are evaluated once, from others that change, get those as they are in the first frame.
+    /// Nodes that are evaluated once but depend on nodes that change get copies of those, frozen in the starting frame.
     void splitAtFrames() {
         const Action& frames = findAction(mReading.registry, "frames");
         const Moment first = inContextOf(
@@ -281,9 +283,9 @@ class Document {
         link = copyOf(copyOf, *source) + output;
     }
 
-    /// The arguments as they are at a moment, without expressions.
+    /// Returns the arguments at a moment, with their expressions evaluated.
     static Arguments frozen(const Arguments& arguments, const Moment& moment) {
-        arguments.at(moment); // names the option whose value is not valid then
+        arguments.at(moment); // throws, naming the option, if a value is invalid then
         const auto at = [&](const std::string& text) {
             std::string plain;
             for (const char c : expanded(text, moment)) plain += c == '{' ? "{{" : c == '$' ? "$$" : std::string(1, c);
@@ -295,7 +297,7 @@ class Document {
         return still;
     }
 
-    /// A still: what changes with time is what it is at one moment.
+    /// Freezes everything that changes with time at one moment.
     void freeze(const Moment& moment) {
         if (mFramed) throw ValueError("'moment' is for a graph without frames");
         for (Record& record : mRecords)
@@ -337,14 +339,14 @@ class Document {
         });
     }
 
-    /// In frames, points that were made before them are moved on from where the last frame left them.
+    /// Points that were made before the frames continue, in each frame, from where the previous frame left them.
     Link advanced(Builder& builder, const Link& link, const Record& record) {
         if (link.from == Link::From::node && builder.graph().inFrames(link.index)) {
             if (builder.graph().objectOf(link).kind == Kind::points && !mChanged.insert(link).second)
-                throw ValueError(fmt::format(
-                    "two nodes change the points of '{}', and the next frame could go on from only one of them; give "
-                    "each its own points",
-                    nameOf(builder.graph(), link)));
+                throw ValueError(
+                    fmt::format("two nodes change the points of '{}', but the next frame can continue from only one of "
+                                "them; give each node its own points",
+                                nameOf(builder.graph(), link)));
             return link;
         }
         if (link.from == Link::From::state || builder.graph().objectOf(link).kind != Kind::points) return link;

@@ -10,16 +10,16 @@ namespace curlew::app {
 
 using Json = nlohmann::ordered_json;
 
-// Values of a JSON document. All throw ValueError, naming the value, if it is of another type.
+// Read values of a JSON document. All throw ValueError, naming the value, if it has the wrong type.
 
-/// Text, a number, true or false, or a list of those as an option has it: "1,2,3".
+/// Returns a text, a number, true or false, or a list of those, in the form of an option's value: "1,2,3".
 std::string textOf(const Json& value);
-/// Throws ValueError, with the nearest name, unless the value is an object with no other members than these.
+/// Throws ValueError unless the value is an object with known members only; suggests the nearest name.
 void requireKeys(const Json& object, const std::vector<std::string>& known, const char* what);
-/// A copy of a member; `otherwise` if there is none.
+/// Returns a copy of a member; `otherwise` if it is missing.
 Json memberOf(const Json& object, const char* name, const Json& otherwise);
 bool flagOf(const Json& object, const char* name, bool otherwise);
-/// One text or a list of texts; empty if there is no such member.
+/// Returns a member that is one text or a list of texts; empty if it is missing.
 std::vector<std::string> textsOf(const Json& object, const char* name);
 
 } // namespace curlew::app

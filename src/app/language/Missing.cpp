@@ -12,7 +12,7 @@ namespace curlew::app {
 
 namespace {
 
-/// What makes objects of these kinds.
+/// Returns a hint about the actions that make objects of these kinds.
 std::string hintFor(const std::vector<Kind>& kinds) {
     const auto actionsFor = [](Kind kind) {
         switch (kind) {
@@ -52,13 +52,13 @@ std::string hintFor(const std::vector<Kind>& kinds) {
 std::string missing(const Input& input, size_t wanted, size_t found, size_t others) {
     const std::string what = phraseOf(input.kinds), note = input.help.empty() ? "" : fmt::format(" ({})", input.help);
     if (wanted == 1 && others == 0)
-        return fmt::format("needs {} for {}={}, and there is none; make one with {}", what, input.name, note,
+        return fmt::format("needs {} for {}={}, but there is none; make one with {}", what, input.name, note,
                            hintFor(input.kinds));
     if (wanted == 1)
-        return fmt::format("needs {} for {}={} as well, and there {} only {}; make another with {}", what, input.name,
+        return fmt::format("needs {} for {}={} as well, but there {} only {}; make another with {}", what, input.name,
                            note, others == 1 ? "is" : "are", others == 1 ? "one" : std::to_string(others),
                            hintFor(input.kinds));
-    return fmt::format("needs {} objects for {}= ({} each{}), and there {} {}; make them with {}", wanted, input.name,
+    return fmt::format("needs {} objects for {}= ({} each{}), but there {} {}; make them with {}", wanted, input.name,
                        what, input.help.empty() ? "" : "; " + input.help, found == 1 ? "is" : "are",
                        found == 0 ? "none" : std::to_string(found), hintFor(input.kinds));
 }

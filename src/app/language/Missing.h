@@ -5,8 +5,8 @@
 
 namespace curlew::app {
 
-/// What to say if an input needs `wanted` objects and only `found` are left for it; `others` of its kinds are there in
-/// all.
+/// Returns the message for an input that needs `wanted` objects when only `found` are left. `others` is the total
+/// number of objects of its kinds.
 std::string missing(const Input& input, size_t wanted, size_t found, size_t others);
 
 } // namespace curlew::app

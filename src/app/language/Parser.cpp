@@ -14,10 +14,10 @@ namespace curlew::app {
 namespace {
 
 constexpr int kDeepestScene = 16, kMostScenes = 10000;
-constexpr size_t kMostActions = 20000;         ///< Of a program; each takes a few kilobytes.
-constexpr size_t kMostText = size_t(16) << 20; ///< Bytes of all that a program is made of, scenes as often as included.
+constexpr size_t kMostActions = 20000;         ///< Limit per program; each action takes a few kilobytes.
+constexpr size_t kMostText = size_t(16) << 20; ///< Limit in bytes for a program's text, with all included scenes.
 
-/// -1.5 is a value, -1x an action.
+/// Returns whether a token is an action: -1.5 is a value, -1x an action.
 bool isAction(const std::string& token) {
     double number = 0;
     return token.size() > 1 && token[0] == '-' && !parseReal(token, number);
@@ -54,8 +54,7 @@ class Parser {
 
     void scene(const std::string& text, const std::string& name) {
         if (++mDepth > kDeepestScene)
-            throw ValueError(
-                fmt::format("scene '{}': scenes include each other more than {} deep", name, kDeepestScene));
+            throw ValueError(fmt::format("scene '{}': scenes are nested more than {} deep", name, kDeepestScene));
         if (++mScenes > kMostScenes)
             throw ValueError(fmt::format("scene '{}': more than {} scenes are included", name, kMostScenes));
         const std::string outerFile = mLocation.file;
@@ -71,7 +70,8 @@ class Parser {
             if (!continues) sceneLine(std::exchange(pending, {}));
         }
         if (!pending.empty())
-            throw ValueError(fmt::format("scene '{}' ends with a \\: its last line is missing", name));
+            throw ValueError(
+                fmt::format("scene '{}' ends with a \\, but the line that should follow is missing", name));
         mLocation.file = outerFile;
         --mDepth;
     }
@@ -108,7 +108,7 @@ class Parser {
             }
             statement.arguments.finish();
             if (!statement.as.empty() && declared.makes.empty())
-                throw ValueError(fmt::format("as={}: it makes nothing that could have a name", statement.as));
+                throw ValueError(fmt::format("as={}: the action makes no object that could be named", statement.as));
             if (mStatements.size() == kMostActions)
                 throw ValueError(fmt::format("the program has more than {} actions", kMostActions));
             if (name != "config")
@@ -118,12 +118,12 @@ class Parser {
         });
     }
 
-    /// Scenes that include each other can become a thousand times as much text as they are.
+    /// Limits the total text, since nested includes can multiply it a thousandfold.
     void count(size_t bytes) {
         mText += bytes;
         if (mText > kMostText)
-            throw ValueError(fmt::format("the program has more than {} MiB of text, with the scenes that it includes",
-                                         kMostText >> 20));
+            throw ValueError(
+                fmt::format("the program has more than {} MiB of text, including its scenes", kMostText >> 20));
     }
 
     void include(const std::vector<std::string>& files) {
@@ -139,7 +139,7 @@ class Parser {
         }
     }
 
-    /// Adds one token: the name of the result, the names of inputs, an option or a word.
+    /// Adds one token: as=NAME, INPUT=NAMES, an option or a word.
     static void add(Statement& statement, const std::string& token) {
         const Action& action = statement.arguments.action();
         const size_t equals = token.find('=');
@@ -149,7 +149,7 @@ class Parser {
         if (name == "as") {
             if (!isNodeName(value))
                 throw ValueError(fmt::format(
-                    "as={} is not a name; names have letters, digits, _ and -, and begin with a letter", value));
+                    "as={} is not a valid name; use letters, digits, _ and -, beginning with a letter", value));
             if (!std::exchange(statement.as, value).empty()) throw ValueError("as= is given twice");
             return;
         }
@@ -163,7 +163,7 @@ class Parser {
             throw ValueError(fmt::format("input '{}' is given twice", input->name));
     }
 
-    /// The first definition of a name counts: a scene's own is what it has unless one before -config says otherwise.
+    /// The first definition of a name counts, so a definition before -config overrides the scene's own.
     void define(const std::vector<std::string>& definitions) {
         if (definitions.empty()) throw ValueError("needs NAME=VALUE");
         for (const auto& definition : definitions) {
@@ -194,7 +194,7 @@ class Parser {
     std::vector<std::string> mSceneNames; ///< Names that scenes define.
     SourceLocation mLocation;
     int mDepth = 0, mScenes = 0;
-    size_t mText = 0; ///< Bytes so far.
+    size_t mText = 0; ///< Bytes read so far.
 };
 
 } // namespace

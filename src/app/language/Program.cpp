@@ -20,7 +20,7 @@ Graph built(const std::vector<Included>& parts, const Reading& reading) {
     return builder.finish();
 }
 
-/// A wall that no flow conforms to is a mistake.
+/// Throws ValueError if a field conforms to a wall but no flow uses it.
 void requireWallsUsed(const Graph& graph) {
     for (size_t k = 0; k < graph.nodes.size(); ++k) {
         const Node& node = graph.nodes[k];
@@ -32,10 +32,10 @@ void requireWallsUsed(const Graph& graph) {
                 for (const Link& link : links) used = used || (link.from == Link::From::node && link.index == k);
         }
         if (!used && flowAfter)
-            throw ValueError(fmt::format(
-                "{}: nothing uses the field that conforms to the wall, so the flows do not see the wall; it has to "
-                "be one of the fields that -dfvn takes",
-                contextOf(node.location)));
+            throw ValueError(
+                fmt::format("{}: nothing uses the bounded field, so no flow conforms to the wall; -dfvn has to take it "
+                            "as one of its fields",
+                            contextOf(node.location)));
     }
 }
 

@@ -12,8 +12,8 @@ namespace curlew::app {
 
 namespace {
 
-/// Writes a graph line by line while a builder follows the stacks as a reader of the text would: an input is written by
-/// name only if the stacks would give another object.
+/// Writes a graph line by line, while a builder simulates the stacks as a parser of the text would. An input is written
+/// by name only if the stacks would give another object.
 class SceneWriter {
   public:
     SceneWriter(const Graph& graph, std::set<std::string> named) : mGraph(graph), mNamed(std::move(named)) {}
@@ -25,11 +25,11 @@ class SceneWriter {
         if (mGraph.resume) mText += "resume\n";
         return mText;
     }
-    /// The names that the text uses; those not among `named` before have yet to be given.
+    /// Returns the names that the text uses. Those that were not in `named` still have to be assigned to nodes.
     const std::set<std::string>& used() const { return mUsed; }
 
   private:
-    /// A name that a text can have: that of the node if it is one.
+    /// Returns the name if it is valid in a text, otherwise a valid one made from it.
     std::string textName(const std::string& name) const {
         if (isNodeName(name)) return name;
         std::string plain = "n_";
@@ -42,7 +42,7 @@ class SceneWriter {
         return found == mLinks.end() ? link : found->second;
     }
 
-    /// Whether the old version of what a node changes is wanted after it.
+    /// Returns whether a later node uses the old version of an object that this node changes.
     bool keepsOld(size_t index) const {
         const Node& node = mGraph.nodes[index];
         for (size_t i = 0; i < node.inputs.size(); ++i)
@@ -63,8 +63,7 @@ class SceneWriter {
             for (size_t j = 0; j < shadow.states.size() && mGraph.states[k].initial; ++j)
                 if (shadow.states[j].initial == mapped(*mGraph.states[k].initial))
                     mLinks[{.from = Link::From::state, .index = k}] = {.from = Link::From::state, .index = j};
-        // Points that no state carries stay what they are: a reader of the text finds them as a state that nothing
-        // moves.
+        // Points that no state carries do not change. In the parsed text they are a state that no node advances.
         for (size_t j = 0; j < shadow.states.size(); ++j)
             for (size_t k = mGraph.frames; k < mGraph.nodes.size(); ++k)
                 for (const auto& links : mGraph.nodes[k].inputs)
@@ -87,7 +86,7 @@ class SceneWriter {
         std::vector<std::vector<Link>> byDefault(action.takes.size()), wanted(action.takes.size());
         try {
             byDefault = mBuilder.defaultInputs(plain);
-        } catch (const ValueError&) { // there is nothing that could be taken without names
+        } catch (const ValueError&) { // no input can be taken without names
         }
         Node shadow{.arguments = plain, .name = textName(node.name), .named = true, .location = node.location};
         std::string text = plain.program(false);
@@ -136,8 +135,9 @@ class SceneWriter {
 
 namespace {
 
-/// Points that the frames use more than once (by several states, or by a state and as they were): a text has one name
-/// for an object and what becomes of it, so each use but one gets a copy of the node that makes them.
+/// Separates points that the frames use more than once (by several states, or by a state and unchanged). A text has a
+/// single name for an object and for what it becomes, so every use but one gets a copy of the node that makes the
+/// points.
 class SharedPoints {
   public:
     explicit SharedPoints(Graph graph) : mGraph(std::move(graph)) {}
@@ -168,15 +168,15 @@ class SharedPoints {
         return false;
     }
 
-    /// A copy of the node, last before the frames.
+    /// Adds a copy of the node as the last one before the frames.
     Link copyOf(const Link& link) {
         const size_t at = mGraph.frames;
         Node copy = mGraph.nodes.at(link.index);
         for (size_t i = 0; i < copy.inputs.size(); ++i)
             if (copy.action().takes[i].use == Use::changed && !copy.inputs[i].empty())
                 throw ValueError(
-                    fmt::format("the points of '{}' are used twice in the frames, and a scene has one name "
-                                "for them; write the graph as .json, or give each use points of its own",
+                    fmt::format("the points of '{}' are used twice in the frames, but a scene has only one name for "
+                                "them; write the graph as .json, or give each use its own points",
                                 nameOf(mGraph, link)));
         copy.name = unusedName(mGraph, copy.name + "_copy");
         const auto shift = [&](Link& one) {

@@ -5,18 +5,18 @@
 
 namespace curlew::app {
 
-/// Of JSON documents.
+/// The version of JSON documents.
 constexpr int kGraphVersion = 1;
 
 /// One action of a text, checked against its declaration.
 struct Statement {
     Arguments arguments;
-    std::map<std::string, std::vector<std::string>> inputs = {}; ///< Names of objects, by the input they are given to.
+    std::map<std::string, std::vector<std::string>> inputs = {}; ///< Names of objects, by input.
     std::string as = {};                                         ///< The name of the result.
     SourceLocation location = {};
 };
 
-/// What a text consists of: statements, and graphs that it includes.
+/// A part of a text: a statement or an included graph.
 struct Included {
     std::string json = {}; ///< The text of a JSON document; "" for a statement.
     std::optional<Statement> statement = {};
@@ -26,10 +26,11 @@ struct Included {
 std::vector<Included> statementsOf(const std::vector<std::string>& tokens, const Reading& reading);
 std::vector<Included> statementsOfScene(const std::string& text, const std::string& name, const Reading& reading);
 
-/// Whether an object fits an input of these kinds; a grid that is not known yet fits where some grid does.
+/// Returns whether an object fits an input of these kinds. A grid whose kind is not known yet fits if any kind of grid
+/// does.
 bool fits(const std::vector<Kind>& kinds, const Object& object);
 
-/// Whether the values of an option of type `ages` are names instead.
+/// Returns whether the value of an option of type `ages` consists of names instead.
 bool areNames(const std::string& value);
 
 } // namespace curlew::app

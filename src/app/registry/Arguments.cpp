@@ -24,12 +24,12 @@ std::vector<double> parseNumbers(const std::string& text) {
     return numbers;
 }
 
-/// Whether a value is a part of an object's size: 5%.
+/// Returns whether a value is relative to an object's size: 5%.
 bool isRelative(const Option& o, const std::string& text) {
     return o.type == OptionType::length && !text.empty() && text.back() == '%';
 }
 
-/// The number of a length, without its % sign.
+/// Returns the number of a length, without its % sign.
 double numberOf(const std::string& text) {
     return parseNumbers(text.back() == '%' ? text.substr(0, text.size() - 1) : text).at(0);
 }
@@ -45,7 +45,7 @@ bool inRange(const Option& o, double number) {
     return (o.exclusive ? number > o.lower : number >= o.lower) && number <= o.upper;
 }
 
-/// What is wrong with a value: "" if nothing is.
+/// Returns why a value is invalid; "" if it is valid.
 std::string complaint(const Option& o, const std::string& text) {
     const std::vector<double> numbers = parseNumbers(isRelative(o, text) ? text.substr(0, text.size() - 1) : text);
     const auto count = [&](size_t n) { return numbers.size() == n; };
@@ -62,7 +62,7 @@ std::string complaint(const Option& o, const std::string& text) {
         case OptionType::length:
             if (!count(1))
                 return "must be a number" + rangeOf(o) +
-                       (o.type == OptionType::length ? ", or a part of the object's size, as in 5%" : "");
+                       (o.type == OptionType::length ? ", or a percentage of the object's size, as in 5%" : "");
             return inRange(o, numbers[0]) ? "" : "must be" + rangeOf(o);
         case OptionType::vector:
             if (!count(1) && !count(3)) return "must be x,y,z or one number for all three";
@@ -101,7 +101,7 @@ void requireValid(const Option& o, const std::string& written, const std::string
                                       : fmt::format("{}={}, which is {}, {}", o.name, written, value, wrong));
 }
 
-/// What `work` makes of the text of an option, whose name its errors get.
+/// Returns work(). A ValueError gets the option and its text as a prefix.
 template <class Work>
 auto inOption(const Option& o, const std::string& text, const Work& work) {
     try {
@@ -134,7 +134,7 @@ double Arguments::real(std::string_view name) const {
     const std::string text = value(*length);
     if (isRelative(*length, text))
         throw ValueError(fmt::format(
-            "{}={}: the object whose size this is a part of is not known yet; give world units", name, text));
+            "{}={}: the object to whose size the percentage refers is not known yet; give world units", name, text));
     return numberOf(text);
 }
 
@@ -174,7 +174,7 @@ int Arguments::count(std::string_view name) const {
     return static_cast<int>(parseNumbers(value(option(name, OptionType::coordinates))).size());
 }
 
-Range Arguments::interval(std::string_view name) const {
+Interval Arguments::interval(std::string_view name) const {
     const auto n = parseNumbers(value(option(name, OptionType::interval)));
     return {n.at(0), n.at(1)};
 }
@@ -201,7 +201,7 @@ void Arguments::addWord(const std::string& word) {
     if (mWords.size() >= mAction->positional.maximum)
         throw ValueError(mAction->positional.maximum == 0
                              ? fmt::format("takes options only, not '{}'; write name=value", word)
-                             : fmt::format("'{}' is one word too many", word));
+                             : fmt::format("unexpected argument '{}'", word));
     mWords.push_back(variablesOf(word).any ? word : expanded(word, {}));
     mWrittenWords.push_back(word);
 }
@@ -233,16 +233,17 @@ void Arguments::set(const std::string& name, const std::string& text) {
                                      names.empty() ? "it has none" : "its options are " + join(names, ", "),
                                      mAction->positional.maximum == 0
                                          ? ""
-                                         : fmt::format("; if it is the name of a file, write ./{}={}", name, text)));
+                                         : fmt::format("; for a file of that name, write ./{}={}", name, text)));
     }
-    if (matches.size() > 1) throw ValueError(fmt::format("option '{}' could be {}", name, join(matches, " or ")));
+    if (matches.size() > 1) throw ValueError(fmt::format("option '{}' is ambiguous: {}", name, join(matches, " or ")));
     const Option& match = *mAction->option(matches.front());
     const bool later = inOption(match, text, [&] { return variablesOf(text).any; });
     const std::string value = later ? text : inOption(match, text, [&] { return expanded(text, {}); });
     if (!later) requireValid(match, text, value);
     if (mAction->takes.empty() && isRelative(match, text))
-        throw ValueError(fmt::format("{}={}: -{} takes no object whose size this could be a part of; give world units",
-                                     match.name, text, mAction->name));
+        throw ValueError(
+            fmt::format("{}={}: -{} takes no object to whose size a percentage could refer; give world units",
+                        match.name, text, mAction->name));
     if (!mWritten.emplace(match.name, text).second)
         throw ValueError(fmt::format("option '{}' is given twice", match.name));
     mValues[match.name] = value;
@@ -273,7 +274,8 @@ void Arguments::finish() {
     for (const auto& o : mAction->options)
         for (const auto& other : o.instead)
             if (given(o.name) && given(other))
-                throw ValueError(fmt::format("{}= has no effect beside {}=; give one of them", other, o.name));
+                throw ValueError(
+                    fmt::format("{}= has no effect if {}= is given; give only one of them", other, o.name));
     for (const auto& o : mAction->options)
         for (const auto& [other, value] : o.implied)
             if (given(o.name) && !given(other)) set(other, value);

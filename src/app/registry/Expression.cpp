@@ -15,13 +15,13 @@ namespace curlew::app {
 
 namespace {
 
-/// The remainder of a / b with the sign of b.
+/// Returns the remainder of a / b, with the sign of b.
 double modulo(double a, double b) { return a - b * std::floor(a / b); }
 double clamped(double value, double lower, double upper) { return std::max(lower, std::min(value, upper)); }
 double floorOf(double value) { return std::floor(value); }
 double ceilOf(double value) { return std::ceil(value); }
 
-/// Whether a text has a = that is not part of ==, <=, >= or !=.
+/// Returns whether a text contains a = that is not part of ==, <=, >= or !=.
 bool assigns(std::string_view expression) {
     for (size_t k = 0; k < expression.size(); ++k) {
         if (expression[k] != '=') continue;
@@ -33,10 +33,11 @@ bool assigns(std::string_view expression) {
     return false;
 }
 
-/// Its value, which may not be finite.
+/// Returns the value, which may not be finite.
 double evaluated(const std::string& expression, Moment moment, Variables& variables) {
     double frame = moment.wholeFrame();
-    if (assigns(expression)) throw ValueError(fmt::format("{{{}}}: nothing can be assigned; == compares", expression));
+    if (assigns(expression))
+        throw ValueError(fmt::format("{{{}}}: assignments are not possible; == compares", expression));
     try {
         mu::Parser parser;
         parser.DefineConst("pi", std::numbers::pi);
@@ -60,17 +61,18 @@ double evaluated(const std::string& expression, Moment moment, Variables& variab
     } catch (const mu::ParserError& error) {
         std::string message = error.GetMsg();
         while (message.ends_with('.')) message.pop_back();
-        throw ValueError(fmt::format("{{{}}}: {}; it has the variables F, T, FF and fps, and pi", expression, message));
+        throw ValueError(
+            fmt::format("{{{}}}: {}; the variables are F, T, FF and fps, the constant is pi", expression, message));
     }
 }
 
-/// What other programs write for the frame.
+/// A pattern for the frame, as other programs use it.
 struct Pattern {
-    size_t size = 0;  ///< Characters that it takes in the text; 0: there is none.
-    size_t width = 0; ///< Digits, padded with zeros.
+    size_t size = 0;  ///< Length in characters; 0: no pattern.
+    size_t width = 0; ///< Number of digits, padded with zeros.
 };
 
-/// ## and more: as many digits; %d, %4d, %04d: as in printf, padded with zeros.
+/// ## and longer: one digit per #; %d, %4d, %04d: as in printf, padded with zeros.
 Pattern patternAt(std::string_view text, size_t at) {
     const std::string_view rest = text.substr(at);
     if (rest.starts_with("##")) {
@@ -85,14 +87,14 @@ Pattern patternAt(std::string_view text, size_t at) {
     return {.size = end + 1, .width = width ? static_cast<size_t>(rest[digits] - '0') : 0};
 }
 
-constexpr std::string_view kPlain = "$#%"; ///< Characters that $ makes plain ones of.
+constexpr std::string_view kPlain = "$#%"; ///< Characters that $ escapes.
 
 class Expander {
   public:
     Expander(std::string_view text, const Moment& moment) : mText(text), mMoment(moment) {}
 
     const Variables& variables() const { return mVariables; }
-    /// The last expression whose value was not finite, and its value; "" if all were.
+    /// Returns the last expression whose value was not finite, with its value; "" if there is none.
     const std::string& notFinite() const { return mNotFinite; }
 
     std::string result() {
@@ -118,7 +120,7 @@ class Expander {
         }
         const size_t end = mText.find('}', mAt);
         if (end == std::string_view::npos)
-            throw ValueError(fmt::format("'{}' has no }} for its {{; for a plain {{ write {{{{", mText.substr(mAt)));
+            throw ValueError(fmt::format("'{}' has a {{ without a }}; for a plain {{ write {{{{", mText.substr(mAt)));
         const std::string inner(mText.substr(mAt + 1, end - mAt - 1));
         mAt = end + 1;
         const double value = evaluated(inner, mMoment, mVariables);
@@ -132,8 +134,8 @@ class Expander {
             return std::string(1, mText[mAt++]);
         if (!mText.substr(mAt).starts_with('F'))
             throw ValueError(
-                fmt::format("'{}' has a $ that means nothing; $F is the frame, $F4 the frame with four "
-                            "digits, $$ a plain $, $# a plain #, $% a plain %",
+                fmt::format("'{}' has a $ without a meaning; $F is the frame, $F4 the frame with four digits, $$ a "
+                            "plain $, $# a plain #, $% a plain %",
                             mText));
         ++mAt;
         size_t width = 0;
@@ -158,14 +160,14 @@ class Expander {
 bool beginsName(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_'; }
 bool continuesName(char c) { return beginsName(c) || std::isdigit(static_cast<unsigned char>(c)) != 0; }
 
-/// Where the word that begins at `at` ends: a name, a number with its exponent, or one other character.
+/// Returns the end of the word at `at`: a name, a number with its exponent, or one other character.
 size_t endOfWord(std::string_view text, size_t at) {
     const auto whole = [&](size_t end) {
         return std::find_if_not(text.begin() + static_cast<std::ptrdiff_t>(end), text.end(), continuesName) -
                text.begin();
     };
     if (continuesName(text[at])) return static_cast<size_t>(whole(at));
-    // .5e3 has no name in it, nor has the e3 of 1.e3.
+    // Keeps .5e3 and the .e3 of 1.e3 together, so that e3 is not taken for a name.
     return text[at] == '.' ? static_cast<size_t>(whole(at + 1)) : at + 1;
 }
 
@@ -173,7 +175,7 @@ size_t endOfWord(std::string_view text, size_t at) {
 
 double Moment::wholeFrame() const {
     const double nearest = std::round(frame);
-    return std::abs(frame - nearest) < 1e-6 ? nearest : std::ceil(frame); // times are rounded
+    return std::abs(frame - nearest) < 1e-6 ? nearest : std::ceil(frame); // allows for rounding of times
 }
 
 std::string expanded(std::string_view text, const Moment& moment) {
@@ -218,7 +220,7 @@ std::pair<std::string, double> constantOf(const std::string& definition) {
     const std::string name = definition.substr(0, equals);
     if (equals == std::string::npos || name.empty() || !beginsName(name.front()) ||
         !std::all_of(name.begin(), name.end(), continuesName))
-        throw ValueError(fmt::format("'{}' is no definition; write NAME=VALUE", definition));
+        throw ValueError(fmt::format("'{}' is not a definition; write NAME=VALUE", definition));
     Variables variables;
     bool taken = true;
     try {

@@ -26,7 +26,7 @@ std::string typeName(const Option& o) {
         case OptionType::flag:
             return "0|1";
         case OptionType::integer:
-            return "whole number";
+            return "integer";
         case OptionType::real:
             return "number";
         case OptionType::length:
@@ -52,7 +52,7 @@ std::string typeName(const Option& o) {
 std::string describe(const Option& o) {
     std::string text = o.help;
     if (!o.unit.empty()) text += fmt::format(" [{}]", o.unit);
-    if (!o.fallback.empty()) text += fmt::format(" (default {})", o.fallback);
+    if (!o.fallback.empty()) text += fmt::format(" (default: {})", o.fallback);
     return text;
 }
 
@@ -86,8 +86,8 @@ std::string inputsOf(const Action& action) {
         std::string part = fmt::format("{}: {}", input.name, countedPhrase(input.kinds, input.amount));
         std::vector<std::string> notes;
         if (input.amount.least == 0) notes.push_back(input.help.empty() ? "optional" : input.help);
-        if (input.use == Use::stays) notes.emplace_back("stays");
-        if (input.use == Use::changed) notes.emplace_back("is changed");
+        if (input.use == Use::stays) notes.emplace_back("kept");
+        if (input.use == Use::changed) notes.emplace_back("modified");
         if (!notes.empty()) part += fmt::format(" ({})", join(notes, "; "));
         parts.push_back(std::move(part));
     }
@@ -117,16 +117,16 @@ std::string helpOverview(const Registry& registry) {
     std::string text =
         "curlew -action [option=value …] -action …\n\n"
         "Actions run from left to right on stacks of fields, flows, grids, geometry and images.\n"
-        "grid=0 is the newest grid; a unique beginning of an option's name is enough.\n"
+        "grid=0 is the newest grid. Names of options may be shortened to a unique prefix.\n"
         "{2*pi*T} in a value is an expression: F is the frame, T its time in seconds, 0 in the first frame; without\n"
-        "-frames, F is 1 and T is 0. In file names, $F4, #### and %04d are the frame with four\n"
-        "digits; a shell takes $F4 away unless the name is in single quotes.\n";
+        "-frames, F is 1 and T is 0. In file names, $F4, #### and %04d are the frame number with four digits;\n"
+        "put such a name in single quotes, since a shell replaces $F4.\n";
     std::string group;
     for (const auto& a : registry) {
         if (a.group != group) text += fmt::format("\n{}\n", group = a.group);
         text += fmt::format("  -{:<12} {}\n", a.name, a.summary);
     }
-    return text + "\ncurlew -help ACTION tells its options and shows examples.\n";
+    return text + "\ncurlew -help ACTION shows the options of an action, and examples.\n";
 }
 
 std::string helpFor(const Action& action) {
@@ -139,7 +139,7 @@ std::string helpFor(const Action& action) {
     if (!action.options.empty()) text += "\n";
     for (const auto& o : action.options)
         text += fmt::format("  {}={}\n{}\n", o.name, typeName(o), wrapped(describe(o), 6, 100));
-    if (!action.examples.empty()) text += "\nfor example\n";
+    if (!action.examples.empty()) text += "\nexamples\n";
     for (const auto& example : action.examples) text += fmt::format("  {}\n", example);
     return text;
 }

@@ -19,7 +19,7 @@ bool takesFlow(const Node& node) {
     });
 }
 
-/// Points that an action makes in each frame, and that a flow moves: by one frame, and then they are gone.
+/// Warns about points that are made anew in each frame and then moved by a flow: they only move for one frame.
 void adviseOnBirths(const Graph& graph, std::vector<std::string>& advice) {
     for (size_t k = graph.frames; k < graph.nodes.size(); ++k)
         for (size_t i = 0; i < graph.nodes[k].inputs.size(); ++i)
@@ -31,13 +31,13 @@ void adviseOnBirths(const Graph& graph, std::vector<std::string>& advice) {
                     !node.action().advances(node.arguments) || node.action().takes[i].use != Use::changed)
                     continue;
                 advice.push_back(
-                    fmt::format("{} after -frames makes its points anew in each frame, so -{} moves them for one frame "
-                                "only: put it before -frames, or use -emit for points that are born as time goes by",
+                    fmt::format("{} after -frames makes its points again in each frame, so -{} moves them for one "
+                                "frame only; put it before -frames, or use -emit for points that are born over time",
                                 contextOf(source.location), node.action().name));
             }
 }
 
-/// Shapes and level sets that nothing uses, though a flow follows that could have seen them.
+/// Warns about unused shapes and level sets that are followed by a flow which could have used them.
 void adviseOnUnused(const Graph& graph, std::vector<std::string>& advice) {
     std::set<size_t> used;
     for (const Node& node : graph.nodes)
@@ -53,8 +53,8 @@ void adviseOnUnused(const Graph& graph, std::vector<std::string>& advice) {
         const Node& node = graph.nodes[k];
         if (used.contains(k) || !std::any_of(node.outputs.begin(), node.outputs.end(), isWall)) continue;
         advice.push_back(fmt::format(
-            "nothing uses {} that {} makes; for a flow to see it, give it to -bound (side=outside around "
-            "an obstacle) before -dfvn",
+            "nothing uses {} made by {}; for a flow around or inside it, give it to -bound (side=outside for an "
+            "obstacle) before -dfvn",
             node.outputs.front().kind == Kind::shape ? "the shape" : "the level set", contextOf(node.location)));
     }
 }

@@ -5,8 +5,8 @@
 
 namespace curlew::app {
 
-/// What is legal in a program and hardly ever meant, each with what to do: points that begin anew in each frame; and,
-/// if nobody looks at the results but the program itself (`alone`), shapes and level sets that nothing uses.
+/// Returns warnings about constructs that are valid but rarely intended, each with a suggestion: points that restart in
+/// each frame; and, if no host reads the results (`alone`), unused shapes and level sets.
 std::vector<std::string> adviceOn(const Graph& graph, bool alone);
 
 } // namespace curlew::app

@@ -2,7 +2,7 @@
 #include "curlew/app/run/AnyField.h"
 
 #include "curlew/field/Algebra.h"
-#include "curlew/field/Map.h"
+#include "curlew/field/Transforms.h"
 
 #include <algorithm>
 
@@ -11,11 +11,12 @@ namespace curlew::app {
 namespace {
 
 [[noreturn]] void refuse(const char* what, int dimension) {
-    throw ValueError(fmt::format(
-        "this wants a {0} in space, and the newest {0} has {1} dimensions; -lift brings fields down", what, dimension));
+    throw ValueError(
+        fmt::format("needs a {0} in 3D, but the newest {0} has {1} dimensions; -lift reduces the dimensions of fields",
+                    what, dimension));
 }
 
-/// A box in the plane as a slab around z = 0.
+/// Extends a 2D box to a slab around z = 0.
 Box slabOf(const BoxN<2>& box) {
     const double half = std::max(box.size()[0], box.size()[1]) / 16;
     return {{{box.lower[0], box.lower[1], -half}}, {{box.upper[0], box.upper[1], half}}};

@@ -7,7 +7,7 @@ namespace curlew::app {
 
 namespace {
 
-/// The box around the positions that are finite.
+/// The bounding box of the finite positions.
 class Around {
   public:
     void add(const Vec3d& p) {

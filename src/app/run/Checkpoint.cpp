@@ -13,7 +13,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "numbers are written as they are in memory");
 
-constexpr uint64_t kMagic = 0x34746b63776c7243; // "Crlwckt4"; the last one is the version
+constexpr uint64_t kMagic = 0x34746b63776c7243; // "Crlwckt4"; the last character is the version
 
 class Writer {
   public:
@@ -60,12 +60,12 @@ class Reader {
         values.resize(size);
         raw(values.data(), size * sizeof(T));
     }
-    /// Of what has been read.
+    /// Returns the digest of the data read so far.
     Digest digest() const { return mDigest.digest(); }
     uintmax_t left() const { return mLeft; }
     FileError damaged() const {
-        return FileError(
-            fmt::format("'{}' is damaged, or no checkpoint; remove it, and run again without -resume", mPath.string()));
+        return FileError(fmt::format("'{}' is damaged or not a checkpoint; remove it and run again without -resume",
+                                     mPath.string()));
     }
 
   private:
@@ -80,7 +80,8 @@ class Reader {
     DigestBuilder mDigest;
 };
 
-/// Writes or reads what a set of points has beside its arrays; the flow of its track is found again by its identity.
+/// Writes or reads the members of a point set other than its arrays. The flow of its track is found again by its
+/// identity.
 template <class Set, class Number>
 void eachNumber(Set& set, const Number& number) {
     number(set.nextId);
@@ -88,7 +89,8 @@ void eachNumber(Set& set, const Number& number) {
     number(set.tracked.frame);
 }
 
-/// Whether the arrays go together: whoever forges a file can make its digest, too.
+/// Returns whether the sizes of the arrays are consistent. The digest does not ensure this, since a forged file can
+/// have a valid digest.
 bool isWhole(const Points& p) {
     const auto each = [&p](const auto&... arrays) { return ((arrays.size() == p.size()) && ...); };
     const auto eachOrNone = [&](const auto&... arrays) { return (arrays.empty() && ...) || each(arrays...); };
@@ -125,13 +127,13 @@ void writeCheckpoint(const std::filesystem::path& path, const Digest& program, c
 std::optional<Checkpoint> readCheckpoint(const std::filesystem::path& path, const Digest& program) {
     if (!std::filesystem::exists(path)) return {};
     requireMemory(double(std::filesystem::file_size(path)), fmt::format("the checkpoint '{}'", path.string()),
-                  "free some");
+                  "free some memory");
     Reader reader(path);
     const auto number = [&](auto& value) { value = reader.number<std::remove_cvref_t<decltype(value)>>(); };
     if (reader.number<uint64_t>() != kMagic) throw reader.damaged();
     if (reader.number<Digest>() != program)
-        throw FileError(
-            fmt::format("the checkpoint '{}' is of another program; remove it, or run that one", path.string()));
+        throw FileError(fmt::format("the checkpoint '{}' belongs to another program; remove it, or run that program",
+                                    path.string()));
     Checkpoint checkpoint{.frame = reader.number<int32_t>()};
     const auto states = reader.number<uint64_t>();
     for (uint64_t k = 0; k < states; ++k) {

@@ -26,13 +26,13 @@ bool onTerminal() {
     return terminal;
 }
 
-/// That nobody can hear is no reason to stop.
+/// Ignores errors: a closed stream is no reason to stop.
 void put(const std::string& text) {
     std::fputs(text.c_str(), stderr);
     std::fflush(stderr);
 }
 
-/// Throws FileError if the standard output does not take it all. A reader who has closed a pipe has read enough.
+/// Throws FileError if the standard output does not accept all of the text. A closed pipe is not an error.
 void print(std::string_view text) {
     errno = 0;
     const bool whole = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
@@ -40,7 +40,7 @@ void print(std::string_view text) {
         throw FileError(fmt::format("cannot write to the standard output: {}", std::strerror(errno)));
 }
 
-/// The standard streams, and the bar that may stand on the last line.
+/// The standard streams, and the progress bar that may occupy the last line.
 class Terminal {
   public:
     void say(std::string_view line) {

@@ -27,7 +27,7 @@ size_t Context::count(std::string_view input) const { return links(input).size()
 
 namespace {
 
-/// The object of type T in a value. The value of an input is held by the evaluator for as long as the action runs.
+/// Returns the object of type T in a value, which is held while the action runs.
 template <class T>
 const T& held(const Value& value, std::string_view input, const char* what) {
     if (const auto* found = std::get_if<T>(&value)) return *found;
@@ -96,8 +96,7 @@ double Context::diagonal() const {
     for (const Input& input : graph().nodes[mNode].action().takes)
         for (size_t k = 0; k < count(input.name); ++k)
             if (const auto box = boxOf(value(input.name, k))) return length(box->size());
-    throw ValueError(
-        "a length in percent needs an object with a finite size, and nothing here has one; give world units");
+    throw ValueError("a percentage refers to the size of an object, but no input has a finite size; give world units");
 }
 
 std::string Context::programOf(std::string_view input, size_t index) const {

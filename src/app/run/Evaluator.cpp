@@ -17,7 +17,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr size_t kMostRemembered = 8; ///< Results of a node at other times.
+constexpr size_t kMostRemembered = 8; ///< Limit for the results of a node at other times.
 constexpr size_t kWantedLater = std::numeric_limits<size_t>::max();
 
 double secondsSince(Clock::time_point began) { return std::chrono::duration<double>(Clock::now() - began).count(); }
@@ -46,7 +46,7 @@ void Evaluator::analyse() {
         mAdvances[k] = mGraph.inFrames(k) && node.action().advances(node.arguments);
         for (const auto& links : node.inputs)
             for (const Link& link : links) {
-                // A field or flow may be evaluated again, at another time, and so may a level set of a mesh.
+                // A field or flow may be evaluated again at another time, and so may a level set made from a mesh.
                 const bool again = node.action().evaluation == Evaluation::anyTime ||
                                    (mGraph.inFrames(k) && node.action().makesKind(Kind::levelSet));
                 size_t& last = mLastUse[link];
@@ -58,7 +58,7 @@ void Evaluator::analyse() {
                 mAdvances[k] = mAdvances[k] || state || (sameSection && mAdvances[link.index]);
             }
     }
-    // What is made once, or is the same in each frame, is there for every frame.
+    // Keep objects that are made once, or do not change, for all frames.
     for (auto& [link, last] : mLastUse) {
         const bool node = link.from == Link::From::node && last != kWantedLater;
         if (link.from == Link::From::given ||
@@ -85,7 +85,7 @@ void Evaluator::analyse() {
             followed[link.index] = true;
             const State& state = mGraph.states[link.index];
             if (state.initial) needed.push_back(*state.initial);
-            needed.push_back(state.next); // what the next frame begins with, wherever it is made
+            needed.push_back(state.next); // the state of the next frame, wherever it is made
         }
         if (link.from != Link::From::node || mNeeded[link.index]) continue;
         mNeeded[link.index] = true;
@@ -113,7 +113,7 @@ bool Evaluator::steady(const Link& link) const {
 
 Moment Evaluator::momentAt(double seconds) const {
     const FrameClock clock = mClock.value_or(FrameClock{});
-    // What steps of a frame add up to is off by a rounding.
+    // The sum of a frame's steps has a rounding error.
     for (const double known : {clock.begin, clock.time})
         if (std::abs(seconds - known) <= 1e-9 * clock.duration) seconds = known;
     return clock.moment(seconds);
@@ -141,9 +141,9 @@ ResultPointer Evaluator::resultInFrame(size_t node, const FrameClock& clock) {
     return mClock && clock.frame == mClock->frame ? mResults[node] : resultAt(node, clock.moment());
 }
 
-/// Meshes whose faces correspond to those of the frame before are on the way of their points. Level sets stand between
-/// that of the frame before and their own, which are made of such meshes on the way of those; other objects are those
-/// of the frame.
+/// Returns an object between two frames. If a mesh corresponds to that of the previous frame, its points are
+/// interpolated. A level set is interpolated between the two frames; if it is made from such a mesh, it follows the
+/// mesh. Other objects are those of the frame.
 Value Evaluator::betweenFrames(const Link& link, const Moment& moment) {
     const bool moves = mClock && !mAdvances[link.index] && !steady(link);
     if (!moves) return resultAt(link.index, mNow)->outputs.at(link.output);
@@ -247,12 +247,12 @@ void Evaluator::evaluate(size_t index, const std::string& place) {
     enter(index);
     if (mSession.console.cancelled()) throw Interrupted();
     const bool effect = node.action().evaluation == Evaluation::effect;
-    if (!effect && !mVaries[index] && mResults[index]) return; // as it was in the frame before
+    if (!effect && !mVaries[index] && mResults[index]) return; // unchanged since the previous frame
     const auto began = Clock::now();
     inContextOf(place + contextOf(index), [&] {
         const Digest key = keyOf(index);
-        // What advances with the frames has a memory, which a known value would leave behind; and grids of velocities
-        // have that of the wall, for which meshes of other frames count.
+        // A reused value would not update the memory of a node that advances with the frames. A velocity grid also
+        // depends on the wall's velocity, and so on meshes of other frames.
         const bool advances = mClock && (node.action().advances(node.arguments) ||
                                          (mVaries[index] && node.action().makesKind(Kind::velocity)));
         const auto known = effect || advances ? mSession.mKnown.end() : mSession.mKnown.find(key);
@@ -269,7 +269,7 @@ void Evaluator::evaluate(size_t index, const std::string& place) {
     release(index);
 }
 
-/// A command reads no results afterwards, so what nothing wants any more goes.
+/// Frees inputs that no later node uses. Does nothing if the session keeps its results.
 void Evaluator::release(size_t index) {
     if (mSession.mKeeps) return;
     for (const auto& links : mGraph.nodes[index].inputs)
@@ -289,16 +289,17 @@ void Evaluator::prepare() {
     if (mGraph.frameRange)
         inContextOf("-frames", [&] { prepareFrames(); });
     else if (mGraph.resume)
-        throw ValueError("-resume: there is nothing to resume without -frames");
+        throw ValueError("-resume: needs -frames");
 }
 
 void Evaluator::prepareFrames() const {
     const std::vector<int> frames = mPlan->frames();
     mSession.location = mGraph.frameLocation;
-    if (mGraph.frames == mGraph.nodes.size()) throw ValueError("there is nothing to do for a frame: no action follows");
+    if (mGraph.frames == mGraph.nodes.size())
+        throw ValueError("no action follows, so there is nothing to do in a frame");
     if (!mPlan->checkpoint.empty()) checkWritable(mPlan->checkpoint);
     if (mGraph.resume && mPlan->checkpoint.empty())
-        throw ValueError("-resume needs the checkpoint that an earlier run has written; give both checkpoint=FILE");
+        throw ValueError("-resume needs the checkpoint of an earlier run; give checkpoint=FILE in both runs");
     if (mPlan->parts > 1 || (mPlan->first > mPlan->start && !mGraph.resume)) requireNoState();
     for (size_t k = mGraph.frames; k < mGraph.nodes.size(); ++k) {
         const Node& node = mGraph.nodes[k];
@@ -311,23 +312,24 @@ void Evaluator::prepareFrames() const {
     }
 }
 
-/// Throws ValueError if frames need those before them, of which this process leaves some out.
+/// Throws ValueError if frames depend on earlier frames that this process does not evaluate.
 void Evaluator::requireNoState() const {
     for (const State& state : mGraph.states) {
         if (state.next.from != Link::From::node) continue;
         const std::string& action = mGraph.nodes[state.next.index].action().name;
         if (mPlan->parts > 1)
             throw ValueError(fmt::format(
-                "part= splits frames that do not depend on each other, but -{} carries points from frame to frame",
+                "part= needs frames that do not depend on each other, but -{} carries points from frame to frame",
                 action));
-        throw ValueError(fmt::format(
-            "start={} leaves out the frames before {}, but -{} carries points from frame to frame: run those before, "
-            "with checkpoint=FILE, and go on with -resume; or let -advect loop=SECONDS find the place in any frame",
-            mPlan->start, mPlan->first, action));
+        throw ValueError(
+            fmt::format("start={} skips the frames before {}, but -{} carries points from frame to frame; run those "
+                        "first with checkpoint=FILE and continue with -resume, or use -advect loop=SECONDS, which "
+                        "finds the positions in any frame",
+                        mPlan->start, mPlan->first, action));
     }
 }
 
-/// The objects of these entries, as far as they have been made.
+/// Stores the objects of these entries in the session, if they have been made.
 void Evaluator::collect(const std::vector<Entry>& entries) {
     mSession.mObjects.clear();
     for (const Entry& entry : entries) {
@@ -344,7 +346,8 @@ void Evaluator::collect(const std::vector<Entry>& entries) {
     }
 }
 
-/// What is on the stacks without the nodes that have not been evaluated: what those would have taken is still there.
+/// Returns the stacks after a failure. The outputs of nodes that were not evaluated are missing, and the objects that
+/// these nodes would have taken remain.
 std::vector<Entry> Evaluator::leftOnFailure() const {
     std::vector<Entry> left = mGraph.left;
     for (size_t k = mGraph.frames; k-- > 0;) {
@@ -353,14 +356,14 @@ std::vector<Entry> Evaluator::leftOnFailure() const {
                       [&](const Entry& entry) { return entry.link.from == Link::From::node && entry.link.index == k; });
         left.insert(left.end(), mGraph.nodes[k].took.begin(), mGraph.nodes[k].took.end());
     }
-    for (Entry& entry : left) // before the frames have begun, points are what the first one would begin with
+    for (Entry& entry : left) // before the first frame, points are in their initial state
         if (entry.link.from == Link::From::state && !mStates[entry.link.index].points)
             entry.link = mGraph.states[entry.link.index].initial.value_or(entry.link);
     std::sort(left.begin(), left.end(), [](const Entry& a, const Entry& b) { return a.made < b.made; });
     return left;
 }
 
-/// Where the time went, for -verbose: a line for each node that took a thousandth of it.
+/// Says, for -verbose, the share of the time of each node that took at least a thousandth of it.
 void Evaluator::sayShares() const {
     double total = 0;
     for (const Timing& one : mTimings) total += one.seconds;

@@ -8,7 +8,7 @@
 
 namespace curlew::app {
 
-/// What the next frame needs to know of those before it.
+/// The state that the next frame needs from the frames before it.
 struct Checkpoint {
     int frame = 0;
     struct State {
@@ -16,12 +16,12 @@ struct Checkpoint {
         Digest key;
     };
     std::vector<State> states = {};
-    std::vector<double> sums = {}; ///< Of the memories, by node.
+    std::vector<double> sums = {}; ///< The sums in the memories, by node.
     int since = 0;                 ///< The first frame whose files are in `inputs`.
-    Digest inputs = {};            ///< Of the content of all files that were read up to this frame.
+    Digest inputs = {};            ///< Digest of the content of all files that were read up to this frame.
 };
 
-/// Evaluates one graph: once what comes before -frames, then the rest for each frame.
+/// Evaluates one graph: first the nodes before -frames, once; then the others, for each frame.
 class Evaluator {
   public:
     Evaluator(Session& session, const Graph& graph);
@@ -35,10 +35,10 @@ class Evaluator {
         Digest key;
     };
     struct Timing {
-        std::optional<size_t> entry = {}; ///< In the report.
+        std::optional<size_t> entry = {}; ///< Index of the node's entry in the report.
         double seconds = 0;
     };
-    /// A result at another time than now.
+    /// A result at another time than the current one.
     struct Remembered {
         size_t node;
         double time;
@@ -67,7 +67,7 @@ class Evaluator {
     void sayShares() const;
 
     // --- values, for Context
-    /// What a link leads to at a moment.
+    /// Returns the value of a link at a moment.
     Value value(const Link& link, const Moment& moment);
     ResultPointer resultAt(size_t node, const Moment& moment);
     ResultPointer resultInFrame(size_t node, const FrameClock& clock);
@@ -103,21 +103,21 @@ class Evaluator {
     std::vector<ResultPointer>& mResults;
     std::vector<StateValue> mStates;
     std::vector<Memory> mMemories;
-    std::vector<bool> mVaries;   ///< With time, within its part of the program.
-    std::vector<bool> mAdvances; ///< It depends on what the last frame has left.
+    std::vector<bool> mVaries;   ///< Whether a node changes with time, within its section of the program.
+    std::vector<bool> mAdvances; ///< Whether a node depends on the state of the previous frame.
     std::vector<bool> mNeeded;
-    std::map<Link, size_t> mLastUse; ///< The last node that an object is an input of; beyond all: it is wanted later.
+    std::map<Link, size_t> mLastUse; ///< The last node that uses an object; kWantedLater if it is needed afterwards.
     std::list<Remembered> mRemembered;
-    std::map<Link, std::shared_ptr<const GridValue>> mFirstForms; ///< Of rigid bodies, by their level sets.
-    std::map<std::pair<Link, int>, RigidFit> mFits;               ///< Of meshes to their first frame, by frame.
+    std::map<Link, std::shared_ptr<const GridValue>> mFirstForms; ///< Level sets of rigid bodies in the first frame.
+    std::map<std::pair<Link, int>, RigidFit> mFits; ///< Rigid fits of meshes from the first frame, by frame.
     std::vector<Timing> mTimings;
 };
 
-/// Writes it, bit by bit. Throws FileError as writeAtomically().
+/// Writes a checkpoint, which keeps the exact bits of all numbers. Throws FileError as writeAtomically().
 void writeCheckpoint(const std::filesystem::path& path, const Digest& program, const Checkpoint& checkpoint,
                      const std::function<bool()>& cancelled);
-/// What was written; nullopt if there is no such file. Throws FileError if the file is damaged, not a checkpoint or of
-/// another program, ResourceError if it does not fit the memory.
+/// Reads a checkpoint; returns nullopt if the file does not exist. Throws FileError if the file is damaged, not a
+/// checkpoint, or from another program, and ResourceError if it does not fit into memory.
 std::optional<Checkpoint> readCheckpoint(const std::filesystem::path& path, const Digest& program);
 
 } // namespace curlew::app

@@ -6,13 +6,13 @@
 
 namespace curlew::app {
 
-// What is evaluated once for each frame, and what goes on from one to the next.
+// Evaluation of the frames, and the state that is carried from frame to frame.
 
 void Evaluator::beginFrame(const FrameClock& clock) {
     mClock = clock;
     mNow = clock.moment();
     for (size_t k = mGraph.frames; k < mGraph.nodes.size(); ++k)
-        if (mVaries[k]) mResults[k].reset(); // so that points that are carried have one owner
+        if (mVaries[k]) mResults[k].reset(); // so that carried points have a single owner
     for (StateValue& state : mStates) {
         if (!state.points->particles.hasAge()) continue;
         if (state.points.use_count() > 1) state.points = std::make_shared<PointSet>(*state.points);
@@ -21,10 +21,10 @@ void Evaluator::beginFrame(const FrameClock& clock) {
     }
 }
 
-/// What is read in each frame is wanted once more, as that of the frame before.
+/// Keeps the results that the next frame needs, such as those of the previous frame.
 void Evaluator::keepForNextFrame() {
-    // Meshes of the frames around, which took time to read, are wanted again: of the first one, the last two and the
-    // next. So are level sets of the last two.
+    // Meshes are slow to read. Those of the first frame, the last two and the next are needed again. So are the level
+    // sets of the last two frames.
     std::list<Remembered> kept;
     for (Remembered& one : mRemembered) {
         const auto& made = one.result->outputs;
@@ -59,7 +59,7 @@ void Evaluator::endFrame() {
     keepForNextFrame();
 }
 
-/// After -resume: the flow made before the frames that points carry the track of.
+/// After -resume, finds the flow whose track the points carry, if it was made before the frames.
 void Evaluator::findTrackedFlow(TrackedFlow& tracked) const {
     for (size_t k = 0; k < mGraph.frames; ++k)
         for (size_t o = 0; mResults[k] && o < mResults[k]->outputs.size(); ++o)
@@ -68,7 +68,8 @@ void Evaluator::findTrackedFlow(TrackedFlow& tracked) const {
                 tracked.flow = std::make_shared<const AnyFlow>(*flow);
 }
 
-/// Reads the inputs of the frames up to that of a checkpoint again. Throws FileError if they are others now.
+/// Reads the input files of all frames up to the checkpoint's again, and returns their digest. Throws FileError if they
+/// have changed.
 Digest Evaluator::inputsUpTo(const Checkpoint& checkpoint, Digest inputs) const {
     for (int64_t frame = checkpoint.since; frame <= checkpoint.frame; frame += int64_t{mPlan->by} * mPlan->parts) {
         Monitor{.report = {}, .cancelled = mSession.console.cancelFunction()}.check();
@@ -76,8 +77,8 @@ Digest Evaluator::inputsUpTo(const Checkpoint& checkpoint, Digest inputs) const 
     }
     if (inputs != checkpoint.inputs)
         throw FileError(
-            fmt::format("a file that is read has changed since the checkpoint '{}' was written; put it "
-                        "back, or remove the checkpoint and start again",
+            fmt::format("an input file has changed since the checkpoint '{}' was written; restore it, or remove the "
+                        "checkpoint and start again",
                         mPlan->checkpoint));
     return inputs;
 }
@@ -85,7 +86,7 @@ Digest Evaluator::inputsUpTo(const Checkpoint& checkpoint, Digest inputs) const 
 void Evaluator::restore(const Checkpoint& checkpoint) {
     for (size_t k = 0; k < mStates.size() && k < checkpoint.states.size(); ++k)
         mStates[k] = {std::make_shared<PointSet>(checkpoint.states[k].set), checkpoint.states[k].key};
-    size_t remembered = 0; // settings may differ from run to run
+    size_t remembered = 0; // skips settings, which may differ from run to run
     for (size_t k = 0; k < mMemories.size(); ++k)
         if (!mGraph.nodes[k].action().setting && remembered < checkpoint.sums.size())
             mMemories[k].sum = checkpoint.sums[remembered++];
@@ -115,9 +116,9 @@ void Evaluator::runFrames() {
         }
         if (mPlan->first > mPlan->start && (!checkpoint || checkpoint->frame < mPlan->first - mPlan->by))
             inContextOf("-frames", [&] { requireNoState(); });
-        mSession.console.say(checkpoint
-                                 ? fmt::format("resuming after frame {}", checkpoint->frame)
-                                 : fmt::format("there is no '{}' yet: starting at the first frame", mPlan->checkpoint));
+        mSession.console.say(
+            checkpoint ? fmt::format("resuming after frame {}", checkpoint->frame)
+                       : fmt::format("no checkpoint '{}' yet: starting at the first frame", mPlan->checkpoint));
     }
     const double began = mSession.seconds();
     for (const size_t first = done; done < frames.size(); ++done) {

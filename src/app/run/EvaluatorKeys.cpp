@@ -5,13 +5,13 @@
 
 namespace curlew::app {
 
-// What a value depends on, as a digest.
+// Digests of everything that a value depends on.
 
 namespace {
 
 void addMoment(DigestBuilder& key, const Moment& moment) { key.add(moment.frame).add(moment.time).add(moment.fps); }
 
-/// What a file is like, so that a changed one is read again.
+/// Adds the size and modification time of a file, so that a changed file is read again.
 void addFile(DigestBuilder& key, const std::string& file) {
     std::error_code error;
     const auto size = std::filesystem::file_size(file, error);
@@ -49,7 +49,8 @@ Digest Evaluator::keyOf(size_t index) const {
         for (const Link& link : links) key.add(keyOf(link));
     }
     if (action.changes(node.arguments)) addMoment(key, mNow);
-    // How the inputs go on changing between frames counts too, and a key of now has it: it is of their expressions.
+    // The change of the inputs between frames matters too. Their current keys cover it, since they contain the
+    // expressions.
     if (mClock && action.advances(node.arguments)) {
         addMoment(key, mNow);
         key.add(mClock->begin).add(mClock->duration).add(mClock->substeps).add(mMemories[index].sum);
@@ -66,7 +67,7 @@ Digest Evaluator::keyOf(size_t index) const {
     }
     if (action.readsReport) {
         Report figures = mSession.report;
-        figures.erase("actions"); // which has times
+        figures.erase("actions"); // which contains times
         key.add(figures.dump());
     }
     return key.digest();
@@ -91,12 +92,13 @@ void Evaluator::addInputs(DigestBuilder& key, const Node& node, const Moment& mo
         const auto provided = mSession.mProvided.find(word);
         if (provided != mSession.mProvided.end())
             key.add(provided->second.content);
-        else if (!isStream(word)) // what a stream holds is gone once it has been read
+        else if (!isStream(word)) // a stream can only be read once
             key.add(digestOf(word));
     }
 }
 
-/// The content of the files that are the same in all frames. A node that was not needed has read none.
+/// Returns the digest of the files that are the same in all frames. Skips nodes that are not needed, since they read no
+/// files.
 Digest Evaluator::inputsBefore() const {
     DigestBuilder key;
     for (size_t k = 0; k < mGraph.nodes.size(); ++k) {
@@ -108,7 +110,7 @@ Digest Evaluator::inputsBefore() const {
     return key.digest();
 }
 
-/// The same with the files of a frame.
+/// Returns the digest extended by the files of a frame.
 Digest Evaluator::inputsOf(const Digest& before, const Moment& moment) const {
     DigestBuilder key;
     key.add(before);

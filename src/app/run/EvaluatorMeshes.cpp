@@ -5,10 +5,10 @@
 
 namespace curlew::app {
 
-// Meshes that move from frame to frame, and the level sets that are made of them. Any node that makes a mesh in each
-// frame will do, as long as the faces stay.
+// Meshes that move from frame to frame, and the level sets made from them. The mesh may come from any node of the
+// frames, as long as its faces do not change.
 
-/// The mesh that a level set is made of, if a node of the frames makes it of one.
+/// Returns the mesh that a level set is made from, if that is the node's only input and changes with time.
 std::optional<Link> Evaluator::meshOf(const Link& levelSet) const {
     if (levelSet.from != Link::From::node || mAdvances[levelSet.index]) return {};
     const Node& node = mGraph.nodes[levelSet.index];
@@ -17,13 +17,13 @@ std::optional<Link> Evaluator::meshOf(const Link& levelSet) const {
     std::optional<Link> mesh;
     for (size_t k = 0; k < node.inputs.size(); ++k)
         for (const Link& link : node.inputs[k]) {
-            if (mesh || !accepts(action.takes[k].kinds, Kind::mesh)) return {}; // of something else, too
+            if (mesh || !accepts(action.takes[k].kinds, Kind::mesh)) return {}; // also made from another object
             mesh = link;
         }
     return mesh && !steady(*mesh) ? mesh : std::nullopt;
 }
 
-/// The mesh in a frame; null if there is none, or if it cannot be read.
+/// Returns the mesh in a frame; null if there is none or it cannot be read.
 MeshPointer Evaluator::meshIn(const Link& mesh, const FrameClock& clock) {
     if (mesh.from != Link::From::node || mAdvances[mesh.index]) return {};
     try {
@@ -34,7 +34,7 @@ MeshPointer Evaluator::meshIn(const Link& mesh, const FrameClock& clock) {
     } catch (const Interrupted&) {
         throw;
     } catch (const Error&) {
-        return {}; // a frame beyond those that are there
+        return {}; // the frame is outside of the available ones
     }
 }
 
@@ -46,7 +46,8 @@ MeshPointer ifCorresponding(MeshPointer mesh, const Mesh& to) {
 
 } // namespace
 
-/// The mesh in the frames around the interval that ends with this one, if it corresponds at both of its ends.
+/// Returns the mesh in the frames around the interval that ends with this frame; nullopt if the meshes at both ends do
+/// not correspond.
 std::optional<MeshKeys> Evaluator::meshKeys(const Link& mesh, const FrameClock& clock) {
     if (!mPlan || clock.duration == 0) return {};
     const FrameClock before = frameBefore(clock);
@@ -57,8 +58,8 @@ std::optional<MeshKeys> Evaluator::meshKeys(const Link& mesh, const FrameClock& 
     return keys;
 }
 
-/// If these two level sets, of the frame before and of this one, are of meshes that correspond, what is between them is
-/// on the way of the points.
+/// Lets the surface between the level sets of the previous frame and this one follow the points of their meshes, if
+/// these correspond.
 void Evaluator::followWay(const Link& levelSet, const FrameClock& clock, const GridValue& from, const GridValue& to) {
     const auto mesh = meshOf(levelSet);
     if (!mesh) return;
@@ -76,7 +77,7 @@ void Evaluator::followWay(const Link& levelSet, const FrameClock& clock, const G
     mSession.mSdfs->setWay(before ? &*before : nullptr, from, to, *keys);
 }
 
-/// How the mesh of the first frame fits on that of this one; nullptr if it does not.
+/// Returns the rigid fit of the first frame's mesh to that of this frame; nullptr if the motion is not rigid.
 const RigidFit* Evaluator::fitIn(const Link& mesh, const FrameClock& clock) {
     const std::pair key(mesh, clock.frame);
     auto known = mFits.find(key);
@@ -90,7 +91,7 @@ const RigidFit* Evaluator::fitIn(const Link& mesh, const FrameClock& clock) {
     return known->second.rigid() ? &known->second : nullptr;
 }
 
-/// Where a rigid body is, `part` of the way to this frame. nullopt if it is none.
+/// Returns a rigid body at the fraction `part` of the way to this frame; nullopt if the mesh is not rigid.
 std::optional<RigidBody> Evaluator::bodyAt(const Link& levelSet, const FrameClock& clock, double part) {
     if (!mPlan || steady(levelSet)) return {};
     const auto mesh = meshOf(levelSet);
@@ -115,7 +116,7 @@ std::optional<RigidBody> Evaluator::bodyAt(const Link& levelSet, const FrameCloc
     return RigidBody{.first = first, .home = to->home, .now = poseBetween(keys, part)};
 }
 
-/// The level set of this frame, with the body that it shows.
+/// Returns the level set of this frame, with its rigid body if it has one.
 Value Evaluator::asBody(const Link& link, Value value) {
     auto* grid = std::get_if<GridValue>(&value);
     if (grid && mClock && grid->mesh && link.from == Link::From::node) grid->body = bodyAt(link, *mClock, 1);

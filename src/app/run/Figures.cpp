@@ -19,8 +19,8 @@ const nlohmann::ordered_json& numberIn(const nlohmann::ordered_json& report, con
             std::vector<std::string> names;
             if (found->is_object())
                 for (const auto& [known, value] : found->items()) names.push_back(known);
-            throw ValueError(fmt::format("the report has no '{}'{}; there it has {}", path, didYouMean(name, names),
-                                         names.empty() ? "nothing" : join(names, ", ")));
+            throw ValueError(fmt::format("the report has no '{}'{}; at that place it has {}", path,
+                                         didYouMean(name, names), names.empty() ? "nothing" : join(names, ", ")));
         }
         found = &found->at(name);
     }
@@ -49,7 +49,7 @@ std::string withFigures(const nlohmann::ordered_json& report, std::string_view t
         } else {
             const size_t end = text.find(']', at);
             if (end == std::string_view::npos)
-                throw ValueError(fmt::format("'{}' has no ] for its [; for a plain [ write [[", text.substr(at)));
+                throw ValueError(fmt::format("'{}' has a [ without a ]; for a plain [ write [[", text.substr(at)));
             result += shown(numberIn(report, std::string(text.substr(at + 1, end - at - 1))));
             at = end + 1;
         }

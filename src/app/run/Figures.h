@@ -8,12 +8,12 @@
 
 namespace curlew::app {
 
-/// A figure that the actions have put into the report, by its path, as "check/outside". Throws ValueError, with what
-/// there is, where that is no number.
+/// Returns a figure in the report by its path, such as "check/outside". Throws ValueError, listing the existing names,
+/// if the path does not lead to a number.
 double figureOf(const nlohmann::ordered_json& report, const std::string& path);
 
-/// The text with the figure, to three digits if it is not whole, for each [path], and [ for [[. Throws ValueError as
-/// figureOf() does, and for a [ that does not end.
+/// Replaces each [path] in a text by its figure, with 3 significant digits if it is a floating-point number, and [[ by
+/// [. Throws ValueError as figureOf() does, and if a [ is not closed.
 std::string withFigures(const nlohmann::ordered_json& report, std::string_view text);
 
 } // namespace curlew::app

@@ -20,7 +20,7 @@ constexpr size_t kMostFrames = 1000;
 bool reads(const Node& node) { return node.action().evaluation == Evaluation::file; }
 bool writes(const Node& node) { return static_cast<bool>(node.action().holds); }
 
-/// 'o.vdb' with the frame in it: o.####.vdb.
+/// Inserts the frame into a file name: o.vdb becomes o.####.vdb.
 std::string withFrame(const std::string& name, const std::string& frame) {
     const fs::path path = name;
     std::string stem = path.stem().string();
@@ -28,7 +28,7 @@ std::string withFrame(const std::string& name, const std::string& frame) {
     return (path.parent_path() / (stem + "." + frame + path.extension().string())).string();
 }
 
-/// Follows a program's files in the order in which it reads and writes them.
+/// Tracks a program's files in the order in which it reads and writes them.
 class FileNames {
   public:
     FileNames(const Graph& graph, const std::vector<bool>& needed,
@@ -60,23 +60,22 @@ class FileNames {
         if (isStreamKnown(name)) return;
         const std::string& file = identityOf(name);
         if (mInputs.contains(file))
-            throw ValueError(
-                fmt::format("'{}' is read by this program, and writing it would overwrite the input; "
-                            "choose another name",
-                            name));
+            throw ValueError(fmt::format(
+                "'{}' is also read by this program, so writing it would overwrite an input; choose another name",
+                name));
         mWritten.insert(file);
         if (frame >= 0) requireNew(index, name, frame);
     }
 
     void requireNew(size_t index, const std::string& name, int frame) {
         const Node& node = mGraph.nodes[index];
-        // A report grows from frame to frame, so that the last one has all.
+        // A report grows from frame to frame, so overwriting it loses nothing.
         if (node.action().holds(node.arguments, name).empty() || node.arguments.flag("overwrite")) return;
         const auto [before, isNew] = mFrameOf[index].emplace(name, frame);
         if (isNew || before->second == frame) return;
         throw ValueError(fmt::format(
-            "'{}' is the name in frame {} and in frame {}, so one would overwrite the other: put the frame into the "
-            "name, as in {} or '{}' (a shell takes $F4 away unless it is in single quotes), or give overwrite=1",
+            "'{}' is written in frame {} and again in frame {}, so one would overwrite the other; put the frame into "
+            "the name, as in {} or '{}' (in single quotes, since a shell replaces $F4), or give overwrite=1",
             name, before->second, frame, withFrame(name, "####"), withFrame(name, "$F4")));
     }
 
@@ -85,7 +84,7 @@ class FileNames {
         return found != mStreams.end() ? found->second : mStreams.emplace(name, isStream(name)).first->second;
     }
 
-    /// The same for all names of one file.
+    /// Returns a name that is the same for all names of one file.
     const std::string& identityOf(const std::string& name) {
         const auto found = mIdentities.find(name);
         if (found != mIdentities.end()) return found->second;

@@ -6,10 +6,9 @@
 
 namespace curlew::app {
 
-/// Throws ValueError for names of files by which a program would lose its own work: a file that it reads and then
-/// writes, and one that it writes anew in each frame, unless overwrite=1. Nodes that are not `needed` do not count, nor
-/// do names that are `provided` by the caller, and pipes and devices are written to as often as asked for. Of a longer
-/// range, the first 1000 frames are looked at.
+/// Throws ValueError if a program would overwrite its own files: a file that it reads and then writes, or a file that
+/// every frame overwrites, unless overwrite=1. Ignores nodes that are not `needed`, names that the caller has
+/// `provided`, pipes and devices. Checks at most the first 1000 frames.
 void requireFileNames(const Graph& graph, const std::optional<FramePlan>& plan, const std::vector<bool>& needed,
                       const std::function<bool(const std::string& name)>& provided);
 

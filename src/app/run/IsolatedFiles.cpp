@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using Contents = std::vector<VdbContent>;
 
-/// In this process.
+/// Reads the file in this process.
 Contents contentsOf(const fs::path& path, const Monitor& monitor) {
     Contents contents;
     for (openvdb::GridBase::Ptr& grid : readVdb(path, monitor)) {
@@ -36,7 +36,8 @@ Contents contentsOf(const fs::path& path, const Monitor& monitor) {
     return contents;
 }
 
-/// For each grid its name and, of points, the arrays. The other grids come last, as a .vdb without offsets.
+/// Writes the name of each grid and, for points, the arrays. The other grids follow together, as a .vdb without
+/// offsets.
 void writeContents(const fs::path& path, PartWriter& parts) {
     const Contents contents = contentsOf(path, {});
     std::vector<uint8_t> arePoints;

@@ -10,11 +10,11 @@ namespace curlew::app {
 
 namespace {
 
-/// How far the points of a mesh that changes its form may be off its level set between frames: of the distance that is
-/// asked for, which is the width of a layer; and at least, where the body is thin, voxels.
+/// How far the points of a deforming mesh may be from its level set between frames: as a fraction of the distance that
+/// is requested, which is the width of a layer; and at least, for thin bodies, this many voxels.
 constexpr double kWayTolerance = 0.2, kLeastTolerance = 0.5;
 
-/// The surface on its way from one to the other.
+/// Returns the surface between two frames.
 Sdf between(const Sdf& from, const Sdf& to, double part) {
     if (part <= 0) return from;
     Box bounds = from.bounds;
@@ -25,7 +25,7 @@ Sdf between(const Sdf& from, const Sdf& to, double part) {
     return {.distance = (1 - part) * from.distance + part * to.distance,
             .bounds = bounds,
             .reach = 0,
-            .steepness = std::max(from.steepness, to.steepness)};
+            .lipschitz = std::max(from.lipschitz, to.lipschitz)};
 }
 
 } // namespace
@@ -84,10 +84,10 @@ const LevelSetWay& SdfCache::known(Way& way, double distance, const Console& con
     const double least = kLeastTolerance * voxel;
     const LevelSetWay made(before, from, to, way.meshes,
                            {.tolerance = std::max(kWayTolerance * distance, least), .leastTolerance = least},
-                           console.follow("level sets between frames"));
-    console.detail(
-        fmt::format("level set '{}': {} more between two frames; points of the mesh are within {:.2g} voxels",
-                    way.to.grid->getName(), made.levelSetsBetween(), made.error() / voxel));
+                           console.follow("interpolating level sets between frames"));
+    console.detail(fmt::format(
+        "level set '{}': {} intermediate level sets between two frames; points of the mesh are within {:.2g} voxels",
+        way.to.grid->getName(), made.levelSetsBetween(), made.error() / voxel));
     return way.known.emplace_back(distance, made).second;
 }
 

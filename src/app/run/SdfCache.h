@@ -9,15 +9,15 @@
 
 namespace curlew::app {
 
-/// The signed distances of the last few level sets that were asked for.
+/// Caches the signed distances of the last few level sets that were requested.
 class SdfCache {
   public:
-    /// A level set as a distance that is good up to `distance` world units from the surface; between two frames, that
-    /// of the surface on its way.
+    /// Returns a level set as a signed distance that is valid up to `distance` world units from the surface. For a
+    /// level set between two frames, this is the distance to the surface in between.
     Sdf sdf(const GridValue& value, double distance, const Console& console);
-    /// Says how the mesh goes from one level set to the next, and what the level set before them is, if that is known.
+    /// Sets how the mesh moves from one level set to the next, and which level set precedes them, if known.
     void setWay(const GridValue* before, const GridValue& from, const GridValue& to, const MeshKeys& meshes);
-    /// The level set itself, its band wide enough for that.
+    /// Returns the level set itself, with a narrow band that is wide enough for that distance.
     LevelSet levelSet(const GridValue& value, double distance, const Console& console);
 
   private:
@@ -31,7 +31,7 @@ class SdfCache {
         std::optional<GridValue> before;
         GridValue from, to;
         MeshKeys meshes;
-        std::vector<std::pair<double, LevelSetWay>> known = {}; ///< By the distance asked for.
+        std::vector<std::pair<double, LevelSetWay>> known = {}; ///< By requested distance.
     };
     const Entry& entry(const GridValue& value, double distance, const Console& console);
     Way* wayTo(const GridValue& value);

@@ -34,7 +34,7 @@ void Session::run(Graph graph) {
     if (graph.given.size() > mGiven.size()) throw std::logic_error("a graph of another session");
     mGraph = std::move(graph);
     mEvaluated.clear();
-    mEvaluator = std::make_unique<Evaluator>(*this, mGraph); // lives on: flows in time are evaluated by it
+    mEvaluator = std::make_unique<Evaluator>(*this, mGraph); // kept after the run, since it evaluates flows in time
     for (auto& [key, kept] : mKept) kept.used = false;
     mEvaluator->run();
     std::erase_if(mKept, [](const auto& one) { return !one.second.used; });

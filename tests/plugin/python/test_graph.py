@@ -135,7 +135,7 @@ def test_text_goes_on_from_what_a_graph_has_left(session):
         (lambda nodes: nodes[0]["inputs"].update(points="seds"), "dust", "did you mean 'seeds'"),
         (lambda nodes: nodes[5]["options"].update(freqency=2), "swirl", "did you mean 'frequency'"),
         (lambda nodes: nodes[5]["options"].update(octaves="{1/0}"), "swirl", "octaves"),
-        (lambda nodes: nodes[3]["inputs"].update(noise="along"), "along", "circle"),
+        (lambda nodes: nodes[3]["inputs"].update(noise="along"), "along", "cycle"),
         (lambda nodes: nodes[6].update(action="nois"), "noise two", "nois"),
     ],
 )
@@ -245,7 +245,7 @@ def test_a_grid_is_an_array(session):
             active += mask.sum()
         assert active == grid.about["active_voxels"]
     session.run("noise")
-    with pytest.raises(curlew.Error, match="ask again"):
+    with pytest.raises(curlew.Error, match="get the grid again"):
         density.array()
 
 

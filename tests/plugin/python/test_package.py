@@ -79,7 +79,7 @@ def test_errors_tell_the_line_and_the_action(session):
     with pytest.raises(curlew.Error) as error:
         session.points()
     assert (error.value.line, error.value.action) == (None, None)
-    with pytest.raises(curlew.Error, match="character 0"):
+    with pytest.raises(curlew.Error, match="character NUL"):
         session.run("noise\0")
     with pytest.raises(curlew.Error, match="my scene:1"):
         session.run("nonsense", name="my scene")

@@ -5,7 +5,7 @@
 
 namespace curlew::app {
 
-/// All actions of Curlew, in the order in which help lists them.
+/// Returns all actions of Curlew, in the order in which the help lists them.
 const Registry& registry();
 
 } // namespace curlew::app

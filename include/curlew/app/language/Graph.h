@@ -7,112 +7,111 @@
 
 namespace curlew::app {
 
-/// Where an error is: a line of a scene and the action on it, or a node of a graph.
+/// Where an error occurred: a line of a scene and its action, or a node of a graph.
 struct SourceLocation {
-    int line = 0;            ///< From 1; where scenes include others, of the outermost. 0: of no scene.
-    std::string file = {};   ///< "scene.txt:3"; "" on a command line.
-    std::string action = {}; ///< "" before the first one.
-    std::string node = {};   ///< The node's name; "" where there is none.
+    int line = 0;            ///< Counted from 1, in the outermost scene if scenes include others. 0: not in a scene.
+    std::string file = {};   ///< "scene.txt:3"; "" for a command line.
+    std::string action = {}; ///< "" before the first action.
+    std::string node = {};   ///< The node's name; "" if it has none.
 };
 
-/// "-bound", "-bound 'hull'" or "scene.txt:3: -bound": what messages about a node begin with.
+/// Returns the beginning of a message about a node: "-bound", "-bound 'hull'" or "scene.txt:3: -bound".
 std::string contextOf(const SourceLocation& location);
 
-/// A reference to an object: what an input is linked to.
+/// A reference to an object, the source of an input.
 struct Link {
     enum class From {
         node,  ///< An output of a node.
-        state, ///< Points as the frame begins: what the last frame left of them.
-        given, ///< An object of an earlier program of the session.
+        state, ///< Points at the beginning of the frame, as the previous frame left them.
+        given, ///< An object that an earlier program of the session made.
     };
     From from = From::node;
-    size_t index = 0;  ///< Of the node, the state or the given object.
-    size_t output = 0; ///< Of the node.
+    size_t index = 0;  ///< Index of the node, the state or the given object.
+    size_t output = 0; ///< Index of the node's output.
 
-    // clang-tidy 14 takes the 0 in the comparison that the compiler makes of it for a null pointer.
+    // clang-tidy 14 mistakes the 0 in the generated comparison for a null pointer.
     auto operator<=>(const Link&) const = default; // NOLINT(modernize-use-nullptr)
 };
 
-/// An object on a stack, and when it was pushed.
+/// An object on a stack.
 struct Entry {
     Link link;
     Object object;
     uint64_t made = 0;
-    std::optional<size_t> state = {}; ///< Of points that the next frame sees: the state that they become.
+    std::optional<size_t> state = {}; ///< For points that are carried to the next frame: the index of their state.
 };
 
-/// An action with its options, its inputs and what it makes.
+/// An action with its options, inputs and outputs.
 struct Node {
     Arguments arguments;
-    std::vector<std::vector<Link>> inputs = {}; ///< By declared input.
+    std::vector<std::vector<Link>> inputs = {}; ///< Indexed as the action's declared inputs.
     std::vector<Object> outputs = {};
     std::string name = {}; ///< Unique in the graph.
-    bool named = false;    ///< By the user (as=), and not after its action.
+    bool named = false;    ///< Whether the user named the node (as=). Otherwise its name derives from its action.
     SourceLocation location = {};
-    std::vector<Entry> took = {}; ///< What it takes from the stacks, or changes there.
+    std::vector<Entry> took = {}; ///< The stack entries that the node takes or changes.
 
     const Action& action() const { return arguments.action(); }
-    /// The output that a link by the node's name alone means: the one that is always made. Throws ValueError if the
-    /// node makes nothing.
+    /// Returns the output that the node's name alone refers to: the one that is always made. Throws ValueError if the
+    /// node has no output.
     size_t primaryOutput() const;
 };
 
 /// Points that are carried from frame to frame.
 struct State {
-    std::optional<Link> initial = {}; ///< What the first frame begins with; nullopt: no points.
-    Link next = {};                   ///< What the next frame begins with.
+    std::optional<Link> initial = {}; ///< The points at the start of the first frame; nullopt: no points.
+    Link next = {};                   ///< The points at the start of the next frame.
     std::string name = {};
 };
 
-/// An object that is there before the program runs, with its name if it has one.
+/// An object that exists before the program runs.
 struct Given {
     Object object;
     std::string name = {};
 };
 
-/// A program: nodes in an order in which each one follows what it needs. All text (stacks, ages, names) has been
-/// resolved to links.
+/// A program: nodes in topological order. Stack positions, ages and names have been resolved to links.
 struct Graph {
     std::vector<Node> nodes = {};
-    size_t frames = 0;                        ///< The first node that is evaluated in each frame; nodes.size(): none.
-    std::optional<Arguments> frameRange = {}; ///< -frames with its options.
+    size_t frames = 0; ///< The first node that is evaluated in each frame; nodes.size() if there is none.
+    std::optional<Arguments> frameRange = {}; ///< The options of -frames.
     SourceLocation frameLocation = {};
     std::vector<State> states = {};
     std::vector<Given> given = {};
     bool resume = false;
-    /// If not empty, only these nodes, the effects and what they need are evaluated.
+    /// If not empty, only these nodes, the effects and their dependencies are evaluated.
     std::vector<std::string> wanted = {};
-    bool effects = true; ///< false: effects are left out.
+    bool effects = true; ///< If false, effects are skipped.
 
-    /// What is on the stacks at the end of the program, and at the end of each frame.
+    /// The stacks at the end of the program, and at the end of each frame.
     std::vector<Entry> left = {}, leftInFrame = {};
 
     const Object& objectOf(const Link& link) const;
     bool inFrames(size_t node) const { return node >= frames; }
-    /// The node of that name; nullopt if there is none.
+    /// Returns the node with this name; nullopt if there is none.
     std::optional<size_t> find(std::string_view name) const;
 };
 
-/// The link that a name stands for: "smoke" (the primary output of that node), "smoke.density", "file.2", a state or a
-/// given object. Throws ValueError with the nearest name if there is none.
+/// Resolves a name: "smoke" (the node's primary output), "smoke.density", "file.2", a state or a given object. Throws
+/// ValueError, suggesting the nearest name, if nothing has this name.
 Link linkOf(const Graph& graph, const std::string& name);
-/// The name that stands for a link.
+/// Returns the name that refers to a link.
 std::string nameOf(const Graph& graph, const Link& link);
 
-/// Whether a name can be given to a node: letters, digits, _ and -, not beginning with a digit.
+/// Returns whether a text is a valid node name: letters, digits, _ and -, not beginning with a digit.
 bool isNodeName(std::string_view name);
-/// `wanted`, or that with a number if another node has it already.
+/// Returns `wanted`, with a number appended if another node already has that name.
 std::string unusedName(const Graph& graph, const std::string& wanted);
 
 /// "a shape or a level set".
 std::string phraseOf(const std::vector<Kind>& kinds);
 
-/// What a node makes, with the arguments of the first moment that it is evaluated at.
+/// Returns the objects that a node makes. The arguments are those of the first moment at which it is evaluated.
 std::vector<Object> outputsOf(const Arguments& arguments, const std::vector<std::vector<Object>>& inputs,
                               const World& world);
 
-/// Throws ValueError if the objects that a node is linked to do not fit its inputs, or if some are missing or have no
-/// effect with its options.
+/// Throws ValueError if a node's linked objects do not fit its inputs, if an input is missing, or if the node's options
+/// leave an input without effect.
 void validate(const Graph& graph, size_t index);
 
 } // namespace curlew::app

@@ -7,37 +7,37 @@
 
 namespace curlew::app {
 
-/// What a program is read with.
+/// The context in which the functions below read a program.
 struct Reading {
     const Registry& registry;
     World world = {};
-    /// Objects that are there already, oldest first, on the stacks as an earlier program left them.
+    /// Objects that an earlier program left on the stacks, oldest first.
     std::vector<Given> given = {};
-    /// Where it throws: what the error is about.
+    /// If not null, receives the location of an error that is thrown.
     SourceLocation* location = nullptr;
 };
 
-/// The graph of a command line (without the command's name): -action [word …] [option=value …] …
-/// `-config file` stands for the actions of that file, or for the graph of a .json file. Throws ValueError, or
-/// FileError for a scene that cannot be read, with the action's name in the message.
+/// Reads a command line (without the command's name): -action [word …] [option=value …] …
+/// `-config file` inserts the actions of that file, or the graph of a .json file. Throws ValueError if the program is
+/// invalid and FileError if a scene cannot be read; the message names the action.
 Graph graphOfCommandLine(const std::vector<std::string>& tokens, const Reading& reading);
 
-/// The graph of a scene: one action a line, its dash optional; # starts a comment, \ at the end continues a line.
-/// `name` stands for the text in messages.
+/// Reads a scene: one action per line, its dash optional; # starts a comment, \ at the end continues a line. Messages
+/// call the text `name`.
 Graph graphOfScene(const std::string& text, const std::string& name, const Reading& reading);
 
-/// The graph of a JSON document (docs/graph.md). Nodes may come in any order; a node without "when" is evaluated in
-/// each frame if it changes with time.
+/// Reads a JSON document (docs/graph.md). Nodes may come in any order; a node without "when" is evaluated in each frame
+/// if it changes with time.
 Graph graphOfJson(const std::string& text, const Reading& reading);
 
-/// The graph of either: a JSON document begins with {.
+/// Reads a scene or a JSON document; the latter begins with {.
 Graph graphOfText(const std::string& text, const std::string& name, const Reading& reading);
 
-/// The graph as a JSON document, from which graphOfJson() makes the same graph.
+/// Writes the graph as a JSON document, from which graphOfJson() makes the same graph.
 std::string jsonOf(const Graph& graph);
 
-/// The graph as a scene, from which graphOfScene() makes the same graph. Objects have names where the newest one would
-/// not do.
+/// Writes the graph as a scene, from which graphOfScene() makes the same graph. An object is referred to by name only
+/// if the newest object would be a different one.
 std::string sceneOf(const Graph& graph);
 
 } // namespace curlew::app

@@ -3,7 +3,7 @@
 
 #include "curlew/app/registry/Expression.h"
 #include "curlew/app/registry/Option.h"
-#include "curlew/math/Range.h"
+#include "curlew/math/Interval.h"
 #include "curlew/math/Vec.h"
 
 #include <cstdint>
@@ -16,9 +16,9 @@ namespace curlew::app {
 
 struct Action;
 
-/// The options and words given to one use of an action, checked against its declaration. Reading an option that was not
-/// declared, or as another type, is a programming error (std::logic_error). Values and words may contain expressions
-/// (Expression.h); reading one gives its value at one moment: the default moment, or the one that at() was given.
+/// The options and words given to one use of an action, checked against its declaration. Reading an undeclared option,
+/// or an option as another type, is a programming error (std::logic_error). Values and words may contain expressions
+/// (Expression.h). Reading such a value evaluates it at the default moment, or at the moment passed to at().
 class Arguments {
   public:
     explicit Arguments(const Action& action) : mAction(&action) {}
@@ -33,13 +33,14 @@ class Arguments {
     T integer(std::string_view name) const {
         return static_cast<T>(integer(name));
     }
-    double real(std::string_view name) const; ///< Also of a length; ValueError if that is still relative.
+    /// Also reads a length. Throws ValueError if the length is still relative.
+    double real(std::string_view name) const;
     Vec3d vector(std::string_view name) const;
     Box box(std::string_view name) const;
-    Range interval(std::string_view name) const;
-    /// The number of numbers in a list of coordinates.
+    Interval interval(std::string_view name) const;
+    /// Returns how many numbers a list of coordinates has.
     int count(std::string_view name) const;
-    /// Throws ValueError unless one number was given, or N.
+    /// Throws ValueError unless 1 or N numbers were given.
     template <int N>
     Vec<double, N> coordinates(std::string_view name) const {
         Vec<double, N> v;
@@ -47,40 +48,41 @@ class Arguments {
         for (int i = 0; i < N; ++i) v[i] = numbers[static_cast<size_t>(i)];
         return v;
     }
-    std::string text(std::string_view name) const; ///< Also of a choice: its word.
+    std::string text(std::string_view name) const; ///< For a choice, returns its word.
     std::vector<size_t> ages(std::string_view name) const;
 
-    size_t choice(std::string_view name) const; ///< The position of the word among the choices.
-    /// The enumerator whose name is the word: the choices are the names of an enumeration, in its order.
+    size_t choice(std::string_view name) const; ///< Returns the index of the word among the choices.
+    /// Returns the enumerator that the word names. The choices must list the enumeration in its order.
     template <class Enum>
     Enum choice(std::string_view name) const {
         return static_cast<Enum>(choice(name));
     }
 
-    /// Adds one token, option=value or a word. Throws ValueError naming the nearest valid option or the valid values;
-    /// values that depend on a variable are only checked by at().
+    /// Adds one token: option=value or a word. Throws ValueError, naming the nearest valid option or the valid values,
+    /// if the token is invalid. Values that depend on a variable are only checked by at().
     void add(const std::string& token);
-    /// Adds a word, whatever it looks like.
+    /// Adds a word, even if it looks like an option.
     void addWord(const std::string& word);
-    /// Gives an option, by its full name or a unique beginning of it, a value. Throws ValueError as add() does.
+    /// Sets an option, given its name or a unique prefix of it. Throws ValueError as add() does.
     void set(const std::string& name, const std::string& value);
-    /// Gives options that others imply their values. Throws ValueError if words are missing, or if one option leaves
-    /// another without effect.
+    /// Sets the values that some options imply for others. Throws ValueError if words are missing, or if one option
+    /// leaves another without effect.
     void finish();
 
-    /// The same at that moment. Throws ValueError if a value is not valid then.
+    /// Returns the arguments evaluated at a moment. Throws ValueError if a value is invalid at that moment.
     Arguments at(const Moment& moment) const;
-    /// Whether lengths are given as parts of an object's size (5%), and the same in world units for an object whose box
-    /// has this diagonal.
+    /// Returns whether a length is relative to an object's size (5%). relativeTo() returns the arguments with such
+    /// lengths in world units, for an object whose bounding box has this diagonal.
     bool hasRelativeLengths() const;
     Arguments relativeTo(double diagonal) const;
-    /// Whether a value or word changes with time.
+    /// Returns whether a value or word changes with time.
     bool changes() const;
 
-    /// What was given, expressions and all: words, and options by name.
+    /// The words, and the options by name, as given: expressions are not evaluated.
     const std::vector<std::string>& writtenWords() const { return mWrittenWords; }
     const std::map<std::string, std::string, std::less<>>& written() const { return mWritten; }
-    /// The action as it was given, expressions and all, to run again: "-noise type=psrd seed=2".
+    /// Returns the action as it was given, expressions not evaluated, as text that can be run again: "-noise type=psrd
+    /// seed=2".
     std::string program(bool withDash = true) const;
 
   private:
@@ -93,7 +95,7 @@ class Arguments {
     std::map<std::string, std::string, std::less<>> mValues, mWritten;
 };
 
-/// A word as a line of a scene has it, quoted if need be.
+/// Returns a word as a scene's line contains it, in quotes if necessary.
 std::string quoted(const std::string& word);
 
 } // namespace curlew::app

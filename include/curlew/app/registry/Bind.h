@@ -9,32 +9,32 @@
 
 namespace curlew::app {
 
-/// Of an optional enumeration, the first choice stands for nullopt.
+/// True for an optional enumeration. Its option's first choice means nullopt.
 template <class>
 inline constexpr bool kOptionalEnum = false;
 template <class Enum>
 inline constexpr bool kOptionalEnum<std::optional<Enum>> = std::is_enum_v<Enum>;
 
-/// Options of an action that are members of a struct: each is declared once, its default is that of the struct, and
-/// read() fills the struct from what was given.
+/// Binds options of an action to the members of a struct. Each option is declared once and has the member's default;
+/// read() fills the struct from the given arguments.
 template <class Struct>
 class Binding {
   public:
     explicit Binding(const Struct& defaults = {}) : mDefaults(defaults) {}
 
-    /// Binds a member, which `get` returns a reference to. The option's own default is that of the member.
+    /// Binds an option to the member that `get` returns a reference to. The member's default becomes the option's.
     template <class Get>
     Binding& add(Option option, Get get) {
         option.fallback = textOf(option, get(mDefaults));
         return bind(std::move(option), get, false);
     }
-    /// The same for a member whose default has no meaning as a value (0: chosen by the library), so it is only read if
-    /// it is given.
+    /// Binds an option to a member whose default is not a valid value of the option (0: the library chooses). The
+    /// option is only read if it is given.
     template <class Get>
     Binding& addOptional(Option option, Get get) {
         return bind(std::move(option), get, true);
     }
-    /// Adds the options of a struct that is a member.
+    /// Adds the options of a member that is itself a bound struct.
     template <class Other, class Get>
     Binding& include(const Binding<Other>& other, Get get) {
         for (const Option& option : other.options()) mOptions.push_back(option);

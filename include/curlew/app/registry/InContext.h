@@ -10,7 +10,8 @@
 
 namespace curlew::app {
 
-/// Calls `work`; what it throws gets the action's name in front.
+/// Calls `work`, and prefixes the message of a thrown exception with the context. An openvdb::Exception becomes a
+/// ValueError.
 template <class Work>
 decltype(auto) inContextOf(const std::string& context, const Work& work) {
     const auto located = [&](const std::exception& e) { return fmt::format("{}: {}", context, e.what()); };

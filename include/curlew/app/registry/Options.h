@@ -5,7 +5,7 @@
 
 #include <array>
 
-// Short forms in which the actions declare their options.
+// Helpers that declare the options, inputs and outputs of actions.
 namespace curlew::app::options {
 
 inline Option flag(std::string name, std::string fallback, std::string help) {
@@ -20,10 +20,10 @@ inline Option integer(std::string name, std::string fallback, double lower, doub
             .lower = lower,
             .upper = upper};
 }
-/// The unit that makes a number a length.
+/// A number with this unit is a length.
 constexpr std::string_view kWorldUnits = "world units";
 
-/// A number; of world units, a length.
+/// A number; a length if the unit is world units.
 inline Option real(std::string name, std::string fallback, std::string unit, std::string help) {
     return {.name = std::move(name),
             .type = unit == kWorldUnits ? OptionType::length : OptionType::real,
@@ -62,7 +62,7 @@ inline Option interval(std::string name, std::string unit, std::string help) {
 inline Option box(std::string name, std::string help) {
     return {.name = std::move(name), .type = OptionType::box, .help = std::move(help), .unit = "world units"};
 }
-/// The choices in the order of the enumeration that they stand for.
+/// The choices must have the order of the enumeration that they represent.
 inline Option choice(std::string name, std::vector<std::string> choices, std::string help, std::string fallback = "") {
     if (fallback.empty()) fallback = choices.front();
     return {.name = std::move(name),
@@ -71,12 +71,12 @@ inline Option choice(std::string name, std::vector<std::string> choices, std::st
             .help = std::move(help),
             .choices = std::move(choices)};
 }
-/// The names of an enumeration's values as choices.
+/// Returns the names of an enumeration's values as choices.
 template <size_t N>
 std::vector<std::string> namesOf(const std::array<std::string_view, N>& names) {
     return {names.begin(), names.end()};
 }
-/// The choices are the names of an enumeration, which stand beside it.
+/// Uses the first `count` names of an enumeration as choices.
 template <size_t N>
 Option choice(std::string name, const std::array<std::string_view, N>& names, std::string help, size_t count = N) {
     return choice(std::move(name), std::vector<std::string>(names.begin(), names.begin() + static_cast<long>(count)),
@@ -99,13 +99,13 @@ inline Input stays(std::string name, std::vector<Kind> kinds, std::string age = 
 inline Input changed(std::string name, std::vector<Kind> kinds) {
     return {.name = std::move(name), .kinds = std::move(kinds), .use = Use::changed};
 }
-/// It may be missing; `help` says when.
+/// Makes the input optional; `help` says when it may be missing.
 inline Input maybe(Input input, std::string help) {
     input.amount.least = 0;
     input.help = std::move(help);
     return input;
 }
-/// Whether it counts depends on the options: 1 object if `counts` returns true, none otherwise; `help` says when.
+/// The input is only used if `counts` returns true for the options; `help` says when.
 inline Input onlyIf(Input input, std::string help, std::function<bool(const Arguments&)> counts) {
     const Amount amount = input.amount;
     input.help = std::move(help);
@@ -115,7 +115,8 @@ inline Input onlyIf(Input input, std::string help, std::function<bool(const Argu
     };
     return input;
 }
-/// It is taken from the stacks only if options ask for it, as `help` says; a link asks for itself.
+/// The input is taken from the stacks only if `asked` returns true for the options, as `help` says. A linked object is
+/// always used.
 inline Input onRequest(Input input, std::string help, std::function<bool(const Arguments&)> asked) {
     const Amount amount = input.amount;
     input.help = std::move(help);
@@ -125,7 +126,7 @@ inline Input onRequest(Input input, std::string help, std::function<bool(const A
     };
     return input;
 }
-/// `least` to `most` objects; `help` says how many.
+/// The input takes `least` to `most` objects; `help` says how many.
 inline Input several(Input input, size_t least, size_t most, std::string help) {
     input.amount = {least, most};
     input.help = std::move(help);
@@ -142,23 +143,26 @@ inline Output several(Output output, size_t least, size_t most) {
     return output;
 }
 
-/// An option that only says what is taken from the stacks.
+/// An option that only selects what is taken from the stacks.
 inline Option selector(Option option) {
     option.selects = true;
     return option;
 }
-inline Option keep() { return selector(flag("keep", "0", "leave what is taken or changed as it is")); }
+inline Option keep() {
+    return selector(flag("keep", "0", "1: keep the inputs on the stack instead of consuming or replacing them"));
+}
 /// Names that the option had in the last release (Option::formerly).
 inline Option formerly(std::vector<std::string> names, Option option) {
     option.formerly = std::move(names);
     return option;
 }
-/// Options that have no effect beside this one.
+/// The `others` have no effect if this option is given.
 inline Option instead(Option option, std::vector<std::string> others) {
     option.instead = std::move(others);
     return option;
 }
-/// An option with which the action makes a value of the moment; `implied`: what others are then unless they are given.
+/// An option that makes the action a function of the moment. `implied` holds values for other options that are not
+/// given.
 inline Option timeless(Option option, std::map<std::string, std::string> implied) {
     option.timeless = true;
     option.implied = std::move(implied);

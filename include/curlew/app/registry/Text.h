@@ -7,25 +7,25 @@
 
 namespace curlew::app {
 
-/// The candidate with the fewest edits from `given` (insert, delete, replace, swap of neighbours), if they are few
-/// enough to be a slip; else "". Upper and lower case count as the same.
+/// Returns the candidate with the smallest edit distance from `given` (insertion, deletion, replacement, swap of
+/// neighbours), or "" if no candidate is close enough to be a typing error. Ignores case.
 std::string nearest(std::string_view given, const std::vector<std::string>& candidates);
 
-/// " (did you mean 'x'?)" or "".
+/// Returns " (did you mean 'x'?)", or "" if no candidate is close.
 std::string didYouMean(std::string_view word, const std::vector<std::string>& candidates);
 
 std::vector<std::string> split(std::string_view text, char separator);
 std::string join(const std::vector<std::string>& parts, std::string_view separator);
 
-/// The text with line breaks instead of some of its spaces, so that no line is longer than `width` bytes where that can
-/// be, and each begins with `indent` spaces.
+/// Wraps the text at spaces, so that lines have at most `width` bytes if possible. Each line begins with `indent`
+/// spaces.
 std::string wrapped(std::string_view text, size_t indent, size_t width);
 
-/// The words of a line: separated by white space; "…" and '…' keep what is in them; # starts a comment.
-/// Throws ValueError for a quote that does not end.
+/// Splits a line into words at white space. "…" and '…' quote a word; # starts a comment.
+/// Throws ValueError if a quote is not closed.
 std::vector<std::string> wordsOf(std::string_view line);
 
-/// Text as a number. The whole text has to be one; infinities and NaN are not. False otherwise.
+/// Parses the whole text as a finite number. Returns false if it is not one.
 bool parseReal(std::string_view text, double& value);
 
 } // namespace curlew::app

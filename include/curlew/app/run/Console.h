@@ -11,48 +11,49 @@ namespace curlew::app {
 
 enum class Verbosity { quiet, normal, verbose };
 
-/// How far a computation has come.
+/// The progress of a computation.
 struct Progress {
     const std::string& title;
     double fraction; ///< 0 … 1
     double seconds;  ///< since it began
 };
 
-/// Who hears what a program says. Functions that are empty do not hear; none may throw.
+/// Receives a program's output. Empty functions are not called; none may throw.
 struct Listener {
     std::function<void(std::string_view line)> say = {};         ///< Results, advice and warnings.
-    std::function<void(std::string_view text)> print = {};       ///< What -print, -help and the like are there for.
-    std::function<void(const Progress& progress)> progress = {}; ///< From any thread, one at a time.
-    std::function<bool()> cancelled = {};                        ///< Whether to stop. From any thread.
+    std::function<void(std::string_view text)> print = {};       ///< The output of -print, -help and similar actions.
+    std::function<void(const Progress& progress)> progress = {}; ///< Called from any thread, one call at a time.
+    std::function<bool()> cancelled = {};                        ///< Returns whether to stop. Called from any thread.
 };
 
-/// Prints on the standard output, and says on the standard error stream; there is progress too for what takes over a
-/// second — a bar on a terminal, a plain line every few seconds otherwise.
+/// Returns a listener that prints to the standard output and says lines on the standard error stream. It also shows the
+/// progress of computations that take more than a second: as a bar on a terminal, otherwise as a line every few
+/// seconds.
 Listener terminal(std::function<bool()> cancelled);
 
-/// Where a program speaks: passes on to its listener what its user wants to hear.
+/// Passes a program's output on to its listener, filtered by the verbosity.
 class Console {
   public:
     explicit Console(Listener listener) : mListener(std::move(listener)) {}
-    /// On the terminal.
+    /// A console on the terminal.
     explicit Console(std::function<bool()> cancelled) : Console(terminal(std::move(cancelled))) {}
 
     void setVerbosity(Verbosity verbosity) { mVerbosity = verbosity; }
-    /// What is printed goes where lines are said: the standard output belongs to a file.
+    /// Sends printed text where lines are said, because a file is written to the standard output.
     void printAsSaid();
     bool cancelled() const { return mListener.cancelled && mListener.cancelled(); }
     const std::function<bool()>& cancelFunction() const { return mListener.cancelled; }
 
-    /// Text that the program was asked for; also when quiet.
+    /// Prints requested text, even if quiet.
     void print(std::string_view text) const;
-    /// A line of result or advice; not when quiet.
+    /// Says a line of results or advice, unless quiet.
     void say(std::string_view line) const;
-    /// A line that only -verbose shows.
+    /// Says a line that only -verbose shows.
     void detail(std::string_view line) const;
-    /// A line that the user should not miss; not when quiet.
+    /// Says a warning, unless quiet.
     void warn(std::string_view line) const { say("warning: " + std::string(line)); }
 
-    /// Follows one computation under the given title; silently when quiet.
+    /// Returns a monitor for one computation with this title. It reports no progress if quiet.
     Monitor follow(std::string title) const;
 
   private:

@@ -11,18 +11,18 @@ namespace curlew::app {
 
 class Evaluator;
 
-/// What a node keeps from frame to frame beside its inputs.
+/// The state that a node keeps from frame to frame, in addition to its inputs.
 struct Memory {
     double sum = 0;                    ///< Saved in checkpoints.
-    std::shared_ptr<void> object = {}; ///< Made again after -resume.
+    std::shared_ptr<void> object = {}; ///< Rebuilt after -resume.
 };
 
-/// One evaluation of a node: what its action reads and makes.
+/// One evaluation of a node, as its action sees it.
 class Context {
   public:
     Context(Evaluator& evaluator, Console& console, size_t node, const Moment& moment, NodeResult& result);
 
-    // --- inputs, by their declared names. Throw ValueError if there is nothing, or something else.
+    // --- inputs, by their declared names. Throw ValueError if the input is missing or of another type.
 
     bool has(std::string_view input) const { return count(input) > 0; }
     size_t count(std::string_view input) const;
@@ -30,61 +30,63 @@ class Context {
     const Value& value(std::string_view input, size_t index = 0) const;
     const FieldValue& field(std::string_view input, size_t index = 0) const;
     const AnyFlow& anyFlow(std::string_view input, size_t index = 0) const;
-    /// A flow in space; ValueError if it is of too high a dimension.
+    /// Returns a flow in 3D. Throws ValueError if it has more than 3 dimensions.
     Flow flow(std::string_view input, size_t index = 0) const;
-    /// A flow as it changes with time, seconds since the first frame (or, without -frames, since T = 0): at(t) is the
-    /// node at that time. Level sets whose files change from frame to frame move from those of the frame before to
-    /// those of this one: the distance between is the mean of both, weighted by the time. Valid as long as the program
-    /// runs.
+    /// Returns a flow as a function of time, in seconds since the first frame (or since T = 0 without -frames): at(t)
+    /// evaluates the node at that time. If a level set changes from frame to frame, the surface between two frames
+    /// follows its mesh if the faces of the mesh correspond; otherwise, the distance is the mean of the two frames'
+    /// distances, weighted by the time. The result is valid while the program runs.
     FlowInTime flowInTime(std::string_view input) const;
     const GridValue& grid(std::string_view input, size_t index = 0) const;
     MeshPointer mesh(std::string_view input) const;
     CurvesPointer curves(std::string_view input, size_t index = 0) const;
     const ImageValue& image(std::string_view input, size_t index = 0) const;
     const PointSet& points(std::string_view input, size_t index = 0) const;
-    /// The points, to change: moved out of the input if nothing else wants them.
+    /// Returns the points for modification. They are moved out of the input if nothing else needs them, otherwise
+    /// copied.
     PointSet takePoints(std::string_view input);
-    /// A shape or level set as a distance that is good up to `distance` world units from the surface: the band of a
-    /// level set is widened for that, the grid itself stays as it is.
+    /// Returns a shape or level set as a signed distance that is valid up to `distance` world units from the surface.
+    /// If necessary, a copy of a level set gets a wider narrow band; the grid itself does not change.
     Sdf sdf(std::string_view input, double distance) const;
-    /// The level set of that distance.
+    /// Returns the level set with a narrow band of at least that distance.
     LevelSet levelSet(std::string_view input, double distance) const;
-    /// The diagonal of the box of the first input that has one, world units: what lengths in percent are parts of.
-    /// ValueError if none has.
+    /// Returns the diagonal of the bounding box of the first input that has one, in world units. Lengths in percent are
+    /// relative to it. Throws ValueError if no input has a finite box.
     double diagonal() const;
-    /// What made the object, as text.
+    /// Returns the program text that made a field; "" for other objects.
     std::string programOf(std::string_view input, size_t index = 0) const;
-    /// The flow that points carry the track of, if it is one of now.
+    /// Returns the flow whose track the points carry; null if it is from another frame.
     const AnyFlow* trackedFlow(const PointSet& points) const;
-    /// What identifies the flow of an input, for the points that follow it.
+    /// Returns the identity of an input's flow, for the points that follow it.
     TrackedFlow tracked(std::string_view input) const;
-    /// What identifies the object of an input: equal digests stand for equal objects.
+    /// Returns a digest that identifies the object of an input: equal digests mean equal objects.
     Digest keyOf(std::string_view input) const;
-    /// Whether the object of an input is the same at every moment.
+    /// Returns whether the object of an input is the same at every moment.
     bool steady(std::string_view input) const;
-    /// What `make` returns, a shared pointer to T, made once for a key: kept for later moments, and for the next run of
-    /// the session if that asks for it. The key has to tell all that it depends on, and its type.
+    /// Returns the object for a key, calling `make` (which returns a shared pointer to T) if there is none yet. The
+    /// object is kept for later moments, and for the session's next run as long as each run uses it. The key must cover
+    /// everything that the object depends on, and its type.
     template <class T, class Make>
     std::shared_ptr<const T> kept(const Digest& key, const Make& make) const {
         std::shared_ptr<const void>& known = keptObject(key);
         if (!known) known = std::shared_ptr<const T>(make());
         return std::static_pointer_cast<const T>(known);
     }
-    /// What is provided under a name in place of a file; monostate if nothing is.
+    /// Returns the geometry provided in place of a file of this name; monostate if there is none.
     Value provided(const std::string& name) const;
 
     // --- results
 
     void give(Value value) { mResult.outputs.push_back(std::move(value)); }
-    /// Figures of the report, by the name of an action or of the user's choice; what there is so far is kept until it
-    /// is overwritten.
+    /// Returns a section of the report, named after an action or by the user. Existing values remain until they are
+    /// overwritten.
     Report& report(const std::string& name);
-    /// The whole report of the session.
+    /// Returns the whole report of the session.
     Report& wholeReport() const;
 
     // --- the moment
 
-    /// The frame; nullopt before and without -frames.
+    /// Returns the frame; nullopt before -frames and without it.
     const std::optional<FrameClock>& clock() const;
     const Moment& moment() const { return mMoment; }
     Memory& memory() const;
@@ -108,7 +110,7 @@ class Context {
     size_t mNode;
     Moment mMoment;
     NodeResult& mResult;
-    mutable std::list<std::pair<Link, Value>> mHeld; ///< Inputs that were read: they stay while the action runs.
+    mutable std::list<std::pair<Link, Value>> mHeld; ///< Inputs that were read, held while the action runs.
 };
 
 } // namespace curlew::app

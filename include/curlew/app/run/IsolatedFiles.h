@@ -15,25 +15,25 @@
 
 namespace curlew::app {
 
-/// What a .vdb file holds, in the order of the file: points are read, other grids stay grids.
+/// An object of a .vdb file. Point grids are converted to Points; other grids are kept.
 struct VdbContent {
     std::string name;
     std::variant<openvdb::GridBase::Ptr, Points> value;
 };
 
-/// Points are read by another process if readsIsolated(). Files without points are walked whole before OpenVDB reads
-/// them, and are read in this process. Throws as readVdb(),
+/// Returns the objects of a .vdb file, in its order. If readsIsolated(), files with points are read by another process.
+/// Files without points are read in this process, after their whole structure was validated. Throws as readVdb(),
 /// pointsOf() and readIsolated().
 std::vector<VdbContent> readVdbContent(const std::filesystem::path& path, const Monitor& monitor);
 
-/// By another process if readsIsolated(). Throws as readExr() and readIsolated().
+/// Reads an image; in another process if readsIsolated(). Throws as readExr() and readIsolated().
 Image readExrImage(const std::filesystem::path& path, const Monitor& monitor);
 
-/// A .gltf, .glb, .fbx or .dae. Assimp reads it, in another process if readsIsolated(). Throws as AnimatedMesh::read()
+/// Reads a .gltf, .glb, .fbx or .dae with Assimp; in another process if readsIsolated(). Throws as AnimatedMesh::read()
 /// and readIsolated().
 AnimatedMesh readModel(const std::filesystem::path& path, const Monitor& monitor);
 
-/// The readers of the other process, by name; null if there is none of that name.
+/// Returns the reader with this name, for the other process; null if there is none.
 IsolatedReader isolatedReaderOf(const std::string& name);
 
 } // namespace curlew::app

@@ -9,10 +9,10 @@
 
 namespace curlew::app {
 
-/// Positions of any dimension from 1 to 7, and what their coordinates are called.
+/// Positions of any dimension from 1 to 7, and the names of their coordinates.
 struct Positions {
     std::vector<std::string> names;
-    std::vector<double> coordinates; ///< Position after position.
+    std::vector<double> coordinates; ///< All coordinates of the first position, then of the second, …
 
     int dimension() const { return static_cast<int>(names.size()); }
     size_t size() const { return coordinates.size() / names.size(); }
@@ -24,21 +24,21 @@ struct Positions {
     }
 };
 
-/// Positions from a CSV file with the header x or x,y or x,y,z or x0,x1,…. Throws FileError, naming file and line, for
-/// anything else.
+/// Reads positions from a CSV file with the header x or x,y or x,y,z or x0,x1,…. Throws FileError, naming file and
+/// line, if the file has another form.
 Positions readPositions(const std::filesystem::path& path);
 
-/// Writes the coordinates, the value and the derivatives up to `order` (0 … 2), evaluated as T (float or double) and
-/// printed with all digits that tell two numbers apart: 9 for float, 17 for double (and for the coordinates).
-/// Derivatives are called after the coordinates: x,y,value,dx,dy,dxx,dyy,dxy; or x0,…,value,dx0,…,dx0x0,…,dx0x1,….
-/// Throws ValueError where field and positions differ in dimension.
+/// Writes a CSV file with the coordinates, the value and the derivatives up to `order` (0 … 2). They are evaluated as T
+/// (float or double) and printed with enough digits to distinguish any two numbers: 9 for float, 17 for double and for
+/// the coordinates. Derivatives are named after the coordinates: x,y,value,dx,dy,dxx,dyy,dxy; or
+/// x0,…,value,dx0,…,dx0x0,…,dx0x1,…. Throws ValueError if the field and the positions differ in dimension.
 template <class T, int N>
 void probeField(const ScalarFieldN<N>& field, const Positions& positions, int order, const std::filesystem::path& path,
                 const Monitor& monitor = {});
 
-/// Writes coordinates, velocity and, where the flow has tracks, its potentials, likewise: x,y,z,vx,vy,vz,f,g, or
-/// x,y,vx,vy,f, or x0,…,v0,…,f0,…; with order 2, also the velocity's Jacobian by rows, dvx_dx … dvz_dz, which is
-/// computed in double.
+/// Writes the coordinates, the velocity and, if the flow has tracks, its potentials in the same way:
+/// x,y,z,vx,vy,vz,f,g, or x,y,vx,vy,f, or x0,…,v0,…,f0,…. If order is 2, also writes the velocity's Jacobian by rows,
+/// dvx_dx … dvz_dz, computed in double.
 template <class T, int N>
 void probeFlow(const FlowN<N>& flow, const Positions& positions, int order, const std::filesystem::path& path,
                const Monitor& monitor = {});

@@ -16,74 +16,75 @@ namespace curlew::app {
 
 using Report = nlohmann::ordered_json;
 
-/// What evaluating a node has given.
+/// The result of evaluating a node.
 struct NodeResult {
-    Digest key = {}; ///< Of all that it depends on.
+    Digest key = {}; ///< Digest of everything that the result depends on.
     std::vector<Value> outputs = {};
-    /// What the node has put into the report, by name.
+    /// The sections that the node added to the report, by name.
     std::vector<std::pair<std::string, Report>> figures = {};
 };
 using ResultPointer = std::shared_ptr<NodeResult>;
 
-/// Level sets as distances, by grid: what bounds a field, fills points in and so on asks for the same ones again.
+/// Caches level sets as distances, by grid, since several actions need the same ones.
 class SdfCache;
 class Evaluator;
 
 class Context;
 
-/// Runs graphs, and keeps what they have made. One thread at a time.
+/// Runs graphs and keeps their results. Not thread-safe: use it from one thread at a time.
 class Session {
   public:
-    /// `keeps`: results stay for a host to read, and for the next run of an edited graph; a command needs none.
+    /// If `keeps`, results are kept for a host to read, and for the next run of an edited graph. The command does not
+    /// need this.
     explicit Session(Console& console, bool keeps = true);
     ~Session();
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
 
-    /// Evaluates a graph; values of an earlier run whose node, options and inputs are the same are taken from there.
-    /// Throws what the actions throw, with the node's action in the message; what was made until then stays.
+    /// Evaluates a graph. Reuses values of the previous run whose node, options and inputs are the same. Throws what
+    /// the actions throw, with the node's action in the message; results made before the error are kept.
     void run(Graph graph);
-    /// Forgets the objects and the report of earlier runs, but not the values that the next run may need.
+    /// Discards the objects and the report of earlier runs, but not the values that the next run may reuse.
     void clear();
 
-    /// An object that is on a stack, or a node's result.
+    /// An object on a stack, or a node's result.
     struct Held {
         Object object;
         Value value;
-        std::string name = {}; ///< Given by the user, or of the node.
+        std::string name = {}; ///< The name that the user gave, or the node's.
         Digest key = {};
     };
-    /// The objects on the stacks, oldest first: after a run; and in onFrame those of the frame.
+    /// Returns the objects on the stacks, oldest first, after a run. In onFrame, these are the objects of the frame.
     const std::vector<Held>& objects() const { return mObjects; }
-    /// The object that a name stands for: a node, or one of its outputs ("smoke.density"). Throws ValueError with the
-    /// nearest name if there is none, or if it has not been evaluated.
+    /// Returns the result of a node, or one of its outputs ("smoke.density"). Throws ValueError if nothing has this
+    /// name, suggesting the nearest one, or if it has not been evaluated.
     Held result(const std::string& name) const;
-    /// The nodes that were evaluated in the last run, in order, without those whose values were known.
+    /// Returns the nodes that the last run evaluated, in order, without those whose values were reused.
     const std::vector<std::string>& evaluated() const { return mEvaluated; }
 
-    /// What a program can find out about files and provided geometry, for reading one.
+    /// Returns what a program can learn about files and provided geometry while it is read.
     World world() const;
-    /// The objects on the stacks, for a program that goes on from there.
+    /// Returns the objects on the stacks, for a program that continues with them.
     std::vector<Given> given() const;
 
-    /// Geometry that -read takes in the place of a file of this name.
+    /// Provides geometry that -read uses instead of a file with this name.
     void provide(const std::string& name, Value value, const Digest& content);
-    /// Returns whether there was something of that name.
+    /// Removes provided geometry. Returns whether there was any with this name.
     bool withdraw(const std::string& name) { return mProvided.erase(name) > 0; }
 
-    /// The copy of a stream (LocalFile.h), whose name ends with `ending`: read to its end when it is first asked for,
-    /// and kept as long as the session.
+    /// Returns a copy of a stream (LocalFile.h), whose name ends with `ending`. The stream is read to its end at the
+    /// first call; the copy exists as long as the session.
     const std::filesystem::path& streamed(const std::string& stream, const std::string& ending) const;
 
     Console& console;
-    Report report = Report::object();            ///< What the actions have measured, by name.
-    SourceLocation location = {};                ///< The node that runs, or has run last.
-    std::function<void(int frame)> onFrame = {}; ///< Called at the end of each frame; may read objects().
+    Report report = Report::object();            ///< The measurements of the actions, by name.
+    SourceLocation location = {};                ///< The node that is running, or ran last.
+    std::function<void(int frame)> onFrame = {}; ///< Called at the end of each frame. May read objects().
 
     void setThreads(int threads) { mThreads = std::make_unique<ThreadLimit>(threads); }
-    /// As many as there are again.
+    /// Removes the limit that setThreads() has set.
     void resetThreads() { mThreads.reset(); }
-    /// Since the session began.
+    /// Returns the seconds since the session was created.
     double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - mBegan).count(); }
 
   private:
@@ -94,20 +95,20 @@ class Session {
         Digest content;
     };
 
-    /// What actions keep beyond the moment.
+    /// An object that Context::kept() keeps.
     struct Kept {
         std::shared_ptr<const void> object = {};
-        bool used = false; ///< In this run.
+        bool used = false; ///< Whether this run has used it.
     };
 
     bool mKeeps;
-    Graph mGraph;             ///< Of the last run.
-    std::vector<Held> mGiven; ///< What the last graph could take from the one before.
+    Graph mGraph;             ///< The graph of the last run.
+    std::vector<Held> mGiven; ///< The objects of the previous graph that the last graph could use.
     std::vector<Held> mObjects;
-    std::vector<ResultPointer> mResults; ///< Of the last run, by node.
+    std::vector<ResultPointer> mResults; ///< The results of the last run, by node.
     std::map<std::string, Provided> mProvided;
-    mutable std::map<std::string, LocalFile> mStreams; ///< By name.
-    std::unordered_map<Digest, ResultPointer> mKnown;  ///< Values of the last run by their keys.
+    mutable std::map<std::string, LocalFile> mStreams; ///< Copies of streams, by name.
+    std::unordered_map<Digest, ResultPointer> mKnown;  ///< The values of the last run, by key.
     std::unordered_map<Digest, Kept> mKept;
     std::unique_ptr<SdfCache> mSdfs;
     std::unique_ptr<Evaluator> mEvaluator;

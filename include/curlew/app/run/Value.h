@@ -18,16 +18,15 @@ namespace curlew::app {
 
 struct FieldValue {
     AnyField field;
-    std::optional<AnySdf> sdf = {};    ///< If the field is a signed distance.
-    std::optional<AnyWall> wall = {};  ///< If the field conforms to one.
-    std::optional<AnyField> free = {}; ///< The noise that was made to conform to it.
-    std::string program = {};          ///< What made it, as text; filled in after the action has run.
+    std::optional<AnySdf> sdf = {};    ///< Set if the field is a signed distance.
+    std::optional<AnyWall> wall = {};  ///< Set if the field conforms to a wall.
+    std::optional<AnyField> free = {}; ///< The noise before it was made to conform to the wall.
+    std::string program = {};          ///< The program text that made the field; set after the action has run.
 };
 
 struct GridValue;
 
-/// A level set of a body that moves without changing its form: as it was made in the first frame, and where that is
-/// now.
+/// A level set of a rigid body: as made in the first frame, with the body's pose then and now.
 struct RigidBody {
     std::shared_ptr<const GridValue> first;
     Pose home = {}, now = {};
@@ -35,47 +34,48 @@ struct RigidBody {
 
 struct GridValue {
     openvdb::GridBase::ConstPtr grid;
-    std::shared_ptr<const Mesh> mesh = {}; ///< If the grid is a level set of one.
-    /// Between two frames: the level set of the earlier one, and which part of the way it has gone from there to this
-    /// one.
+    std::shared_ptr<const Mesh> mesh = {}; ///< Set if the grid is a level set of a mesh.
+    /// For a level set between two frames: the level set of the earlier frame, and the fraction of the way from there
+    /// to this one.
     std::shared_ptr<const GridValue> earlier = {};
     double part = 1;
-    /// What stands for the grid as a distance, if it is a level set of a mesh that moves as a rigid body.
+    /// Set if the grid is a level set of a mesh that moves as a rigid body. Distances are then computed from it instead
+    /// of the grid.
     std::optional<RigidBody> body = {};
 };
 
-/// The flow that points carry the track of (their f and g).
+/// The flow whose track (f and g) the points carry.
 struct TrackedFlow {
     Digest identity = {};
-    int frame = -1; ///< In which it was made; -1: before the frames.
+    int frame = -1; ///< The frame in which the flow was made; -1: before the frames.
     std::shared_ptr<const AnyFlow> flow = {};
 };
 
 struct PointSet {
     Points particles = {};
     TrackedFlow tracked = {};
-    int64_t nextId = 0; ///< Of the next point that -emit adds; 0 before its first.
+    int64_t nextId = 0; ///< The id of the next point that -emit adds; 0 before its first point.
 };
 
-/// A picture, with how its first channel is shown in colour.
+/// An image, and the colour map for its first channel.
 struct ImageValue {
     Image image;
     ColorMap map = ColorMap::viridis;
-    std::optional<Camera> camera = {}; ///< Of a picture in perspective.
+    std::optional<Camera> camera = {}; ///< Set for an image in perspective.
 };
 
 using MeshPointer = std::shared_ptr<const Mesh>;
-using PointsPointer = std::shared_ptr<PointSet>; ///< Shared ones are never written to.
+using PointsPointer = std::shared_ptr<PointSet>; ///< A shared set is never modified.
 using CurvesPointer = std::shared_ptr<const Curves>;
 
-/// An object: what an action takes or makes. Cheap to copy, but for images.
+/// The value of an object. Cheap to copy.
 using Value = std::variant<std::monostate, FieldValue, AnyFlow, GridValue, MeshPointer, PointsPointer, CurvesPointer,
                            std::shared_ptr<const ImageValue>>;
 
-/// What kind of object a value is.
+/// Returns the kind of object that a value is.
 Kind kindOf(const Value& value);
-/// What is in it: a shape, level set, mesh, points or curves; the wall of a field, the domain of a flow. World units;
-/// nullopt if it is infinite or empty, and for other values.
+/// Returns the bounding box of a shape, level set, mesh, points or curves, of the wall of a field, or of the domain of
+/// a flow, in world units. Returns nullopt if the box is infinite or empty, and for other values.
 std::optional<Box> boxOf(const Value& value);
 
 } // namespace curlew::app

@@ -2,7 +2,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Bound.h"
-#include "curlew/field/Map.h"
+#include "curlew/field/Transforms.h"
 #include "support/FiniteDifference.h"
 #include "support/Formula.h"
 
@@ -16,7 +16,8 @@ namespace {
 
 constexpr double kStep = 0x1p-9;
 
-/// A smooth function in any number of variables that has no symmetries; third derivatives up to 14 were seen for seven.
+/// A smooth function of any number of variables without symmetries. Observed third derivatives are at most 14 for seven
+/// variables.
 struct Mixed {
     template <class J, int N, class K>
     J operator()(const Vec<J, N>& x, const K& k) const {
@@ -25,7 +26,7 @@ struct Mixed {
         return sum;
     }
 };
-/// Two graphs over N variables.
+/// Two graphs over N variables: Hill and Bowl.
 struct Hill {
     template <class J, int N, class K>
     J operator()(const Vec<J, N>& x, const K& k) const {
@@ -39,7 +40,7 @@ struct Bowl {
     }
 };
 
-/// The same as lifted(), by the product rule: Mixed at (x, Hill(x), Bowl(x)).
+/// The same as lifted(), differentiated by the product rule: Mixed at (x, Hill(x), Bowl(x)).
 template <int N, int M>
 struct Direct {
     template <class J, class K>
@@ -68,9 +69,9 @@ void checkLifted() {
         worstFloat.see(difference(field.template at<2, float>(p), direct.template at<2, float>(p)), p);
     }
     CAPTURE(N, M, worst.where);
-    CHECK(worst.value <= 1e-12);     // some hundred roundings of terms below 50
+    CHECK(worst.value <= 1e-12);     // about a hundred roundings of terms below 50
     CHECK(worstFloat.value <= 1e-4); // the same in float
-    // Seen are third derivatives up to 92.
+    // Observed third derivatives are at most 92.
     requireDerivatives(field, points, kStep, 300);
     requireThirdDerivatives(field, points, kStep);
 }
@@ -116,7 +117,7 @@ void checkProjected() {
         REQUIRE(difference(moved.template at<3>(p), pullBack(field.template at<3>(A * p), A)) == 0);
     }
     CAPTURE(M, N);
-    // Third derivatives of the field, up to 20, along vectors of length sqrt M.
+    // Third derivatives of the field, at most 20, along vectors of length sqrt M.
     requireDerivatives(moved, points, kStep, 20 * std::pow(M, 1.5));
     requireThirdDerivatives(moved, points, kStep);
 }
@@ -128,7 +129,7 @@ Vec<double, N> firstOf(const Vec<double, N + 1>& p) {
 
 } // namespace
 
-TEST_CASE("a field placed in two dimensions has at R S p + offset its value at p", "[field]") {
+TEST_CASE("placed: in 2D the field has at R S p + offset its value at p", "[field]") {
     const auto field = formula<2>(Mixed{});
     const double degrees = GENERATE(0.0, 90.0, -35.0, 400.0);
     const Vec<double, 2> scale = GENERATE(Vec<double, 2>{{1, 1}}, Vec<double, 2>{{2, -0.5}});
@@ -142,12 +143,12 @@ TEST_CASE("a field placed in two dimensions has at R S p + offset its value at p
         // Roundings of positions of at most 10, times a slope of at most 5.
         REQUIRE(std::abs(moved.at<0>(q).value - field.at<0>(p).value) <= 5 * 10 * 10 * 0x1p-53);
     }
-    // Derivatives of at most 20, 2³ times that where the scale is 1/2.
+    // Third derivatives of at most 20, times 2³ where the scale is 1/2.
     requireDerivatives(moved, randomPoints(cube<2>(2), 200, 6), kStep, 20 * 8 * 3);
-    CHECK(placed(waves<2>(1), placement).range() == Range::within(1));
+    CHECK(placed(waves<2>(1), placement).range() == Interval::within(1));
 }
 
-TEST_CASE("a field in five dimensions is moved and scaled along each axis", "[field]") {
+TEST_CASE("placed: in 5D the field is moved and scaled along each axis", "[field]") {
     const auto field = formula<5>(Mixed{});
     const PlacementN<5> placement{.offset = {{1, -2, 0.5, 0, 3}}, .scale = {{2, 0.5, -1, 1, 4}}};
     const auto moved = placed(field, placement);
@@ -163,16 +164,16 @@ TEST_CASE("a field in five dimensions is moved and scaled along each axis", "[fi
     CHECK(difference(placed(field, PlacementN<5>{}).at<2>({}), field.at<2>({})) == 0);
 }
 
-TEST_CASE("turns that a dimension does not have are errors", "[field]") {
+TEST_CASE("placed: rotations that a dimension lacks and zero scales are errors", "[field]") {
     const auto one = waves<1>(1);
     const auto two = waves<2>(1);
     const auto five = waves<5>(1);
     CHECK_THROWS_AS(placed(two, PlacementN<2>{.rotate = {{10, 0, 0}}}), ValueError);
     CHECK_THROWS_AS(placed(two, PlacementN<2>{.rotate = {{0, 10, 20}}}), ValueError);
-    CHECK_THROWS_WITH(placed(two, PlacementN<2>{.rotate = {{0, 10, 0}}}), Catch::Contains("0,0,degrees"));
+    CHECK_THROWS_WITH(placed(two, PlacementN<2>{.rotate = {{0, 10, 0}}}), Catch::ContainsSubstring("0,0,degrees"));
     CHECK_THROWS_AS(placed(one, PlacementN<1>{.rotate = {{0, 0, 10}}}), ValueError);
     CHECK_THROWS_AS(placed(five, PlacementN<5>{.rotate = {{0, 0, 10}}}), ValueError);
-    CHECK_THROWS_WITH(placed(five, PlacementN<5>{.rotate = {{0, 0, 10}}}), Catch::Contains("5 dimensions"));
+    CHECK_THROWS_WITH(placed(five, PlacementN<5>{.rotate = {{0, 0, 10}}}), Catch::ContainsSubstring("5 dimensions"));
     CHECK_NOTHROW(placed(five, PlacementN<5>{.offset = {{1, 2, 3, 4, 5}}}));
     for (int axis = 0; axis < 5; ++axis) {
         PlacementN<5> flat;
@@ -184,7 +185,7 @@ TEST_CASE("turns that a dimension does not have are errors", "[field]") {
     }
 }
 
-TEST_CASE("a projected field is the field at A x", "[field]") {
+TEST_CASE("projected: is the field at A x", "[field]") {
     checkProjected<1, 2>();
     checkProjected<1, 3>();
     checkProjected<2, 2>();
@@ -195,7 +196,7 @@ TEST_CASE("a projected field is the field at A x", "[field]") {
     checkProjected<6, 7>();
 }
 
-TEST_CASE("rows of the identity swizzle the coordinates", "[field]") {
+TEST_CASE("projected: identity rows reorder or drop coordinates", "[field]") {
     const ScalarField field = formula(Mixed{});
     const Matrix3 zxy{{unit(2), unit(0), unit(1)}};
     const ScalarField swizzled = projected(field, zxy);
@@ -209,7 +210,7 @@ TEST_CASE("rows of the identity swizzle the coordinates", "[field]") {
         REQUIRE(here.gradient == Vec3d{{there.gradient[1], there.gradient[2], there.gradient[0]}});
         REQUIRE(here.hessian(0, 2) == there.hessian(1, 0));
         REQUIRE(here.hessian(1, 1) == there.hessian(2, 2));
-        // A field of two variables does not change along the third.
+        // A field of two variables is constant along the third.
         const auto flat = plane.at<2>({{p[0], p[2]}});
         const auto wide = extruded.at<2>(p);
         REQUIRE(wide.value == flat.value);
@@ -217,10 +218,10 @@ TEST_CASE("rows of the identity swizzle the coordinates", "[field]") {
         REQUIRE(wide.hessian(0, 2) == flat.hessian(0, 1));
         REQUIRE((wide.hessian(1, 1) == 0 && wide.hessian(0, 1) == 0 && wide.hessian(1, 2) == 0));
     }
-    CHECK(projected(waves<2>(1), xz).range() == Range::within(1));
+    CHECK(projected(waves<2>(1), xz).range() == Interval::within(1));
 }
 
-TEST_CASE("a lifted field is the field on a graph", "[field]") {
+TEST_CASE("lifted: is the field restricted to a graph", "[field]") {
     checkLifted<2, 3>();
     checkLifted<3, 4>();
     checkLifted<3, 5>();
@@ -228,10 +229,10 @@ TEST_CASE("a lifted field is the field on a graph", "[field]") {
     checkLifted<1, 3>();
     checkLifted<2, 4>();
     checkLifted<5, 7>();
-    CHECK(lifted<2>(waves<3>(1), {formula<2>(Hill{})}).range() == Range::within(1));
+    CHECK(lifted<2>(waves<3>(1), {formula<2>(Hill{})}).range() == Interval::within(1));
 }
 
-TEST_CASE("on a constant graph a lifted field is a slice", "[field]") {
+TEST_CASE("lifted: with a constant graph is a slice", "[field]") {
     checkSlice<2, 3>();
     checkSlice<3, 4>();
     checkSlice<3, 5>();
@@ -239,7 +240,7 @@ TEST_CASE("on a constant graph a lifted field is a slice", "[field]") {
     checkSlice<6, 7>();
 }
 
-TEMPLATE_TEST_CASE_SIG("a height field is zero on the terrain and negative below", "[field]", ((int N), N), 2, 3, 5) {
+TEMPLATE_TEST_CASE_SIG("heightField: is zero on the terrain and negative below", "[field]", ((int N), N), 2, 3, 5) {
     const auto height = formula<N - 1>(Hill{});
     const auto field = heightField<N>(height);
     for (const auto& p : randomPoints(cube<N>(1), 200, 9)) {
@@ -261,10 +262,11 @@ TEMPLATE_TEST_CASE_SIG("a height field is zero on the terrain and negative below
         REQUIRE(field.template at<0>(q).value < 0);
     }
     CHECK_FALSE(field.range().finite());
-    requireDerivatives(field, randomPoints(cube<N>(1), 200, 10), kStep, 5); // of the Hill: below 2
+    requireDerivatives(field, randomPoints(cube<N>(1), 200, 10), kStep, 5); // Hill's third derivatives are below 2
 }
 
-TEMPLATE_TEST_CASE_SIG("a displaced field is the field at x + amount grad by", "[field]", ((int N), N), 1, 2, 3, 5) {
+TEMPLATE_TEST_CASE_SIG("displaced: is the field at x plus amount times the gradient", "[field]", ((int N), N), 1, 2, 3,
+                       5) {
     const auto field = waves<N>(3), by = waves<N>(4);
     constexpr double kAmount = 0.2;
     const auto moved = displaced(field, by, kAmount);
@@ -277,14 +279,14 @@ TEMPLATE_TEST_CASE_SIG("a displaced field is the field at x + amount grad by", "
         REQUIRE(std::abs(double(moved.template at<1, float>(p).value) - field.template at<0>(q).value) <= 1e-6);
         REQUIRE(difference(displaced(field, by, 0).template at<2>(p), field.template at<2>(p)) == 0);
     }
-    // The way x + 0.2 grad has derivatives of at most 1.8, 1.6 and 3.2 along unit vectors.
+    // The map x + 0.2 grad has derivatives of at most 1.8, 1.6 and 3.2 along unit vectors.
     requireDerivatives(moved, points, kStep, 8 * std::pow(1.8, 3) + 3 * 4 * 1.8 * 1.6 + 2 * 3.2);
     CHECK(moved.range() == field.range());
 }
 
-TEST_CASE("displacements that are known are these", "[field]") {
+TEST_CASE("displaced: a ramp translates and a quadratic dilates", "[field]") {
     const ScalarField field = formula(Mixed{});
-    // By a ramp: a translation. By |x|²/2: a dilation.
+    // Displacement by a ramp is a translation, by |x|²/2 a dilation.
     const ScalarField there = displaced(field, rampField({{1, -2, 3}}), 0.5);
     const ScalarField larger = displaced(field, formula([](const auto& x, auto k) { return dot(x, x) * k(0.5); }), 0.5);
     for (const Vec3d& p : randomPoints(cube(1), 100, 12)) {
@@ -297,22 +299,22 @@ TEST_CASE("displacements that are known are these", "[field]") {
     }
 }
 
-TEST_CASE("a field whose third derivatives are not known displaces no other", "[field]") {
+TEST_CASE("displaced: a displacement without third derivatives is refused", "[field]") {
     const ScalarField f = waves<3>(1), g = waves<3>(2);
     const ScalarField moved = displaced(f, g, 0.3);
     CHECK_THROWS_AS(displaced(f, moved, 0.1), ValueError);
-    CHECK_THROWS_WITH(displaced(f, moved, 0.1), Catch::Contains("third derivatives"));
+    CHECK_THROWS_WITH(displaced(f, moved, 0.1), Catch::ContainsSubstring("third derivatives"));
     CHECK_THROWS_AS(moved.at<3>({{1, 2, 3}}), ValueError);
-    // Nor what is made of it …
+    // Nor can fields made from it …
     CHECK_THROWS_AS(displaced(f, moved + g, 0.1), ValueError);
     CHECK_THROWS_AS(displaced(f, clipped(moved, 1), 0.1), ValueError);
     CHECK_THROWS_AS(displaced(f, placed(moved, {.offset = {{1, 2, 3}}}), 0.1), ValueError);
     CHECK_THROWS_AS(displaced(f, noiseField<Psrd3>({}, {.octaves = 2, .warp = 0.1}), 0.1), ValueError);
-    // … also where it only counts somewhere else.
+    // … even if it matters only elsewhere.
     const Wall wall{.sdf = placed(sphereSdf(1), {.offset = {{10, 0, 0}}}), .width = 0.1};
     CHECK_THROWS_AS(displaced(f, bounded(moved, wall), 0.1), ValueError);
     CHECK_NOTHROW(displaced(f, bounded(g, wall), 0.1));
-    // But it can be displaced once more.
+    // It can itself be displaced again.
     const ScalarField twice = displaced(moved, g, 0.3);
     const Vec3d p{{0.1, 0.2, 0.3}};
     CHECK(twice.at<0>(p).value == moved.at<0>(p + g.at<1>(p).gradient * 0.3).value);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "curlew/field/Map.h"
+#include "curlew/field/Transforms.h"
 
 #include "MapModels.h"
 #include "curlew/base/Error.h"
@@ -24,7 +24,7 @@ struct Lifted {
     std::array<ScalarFieldN<N>, kGraph> graph;
     template <int Order, class T>
     void evalBatch(const PointBatchN<N>& points, JetBatchN<T, N, Order>& jets) const {
-        // Heights are positions: in double.
+        // Heights are coordinates, so they are computed in double.
         std::array<JetBatchN<double, N, Order>, kGraph> heights;
         for (size_t k = 0; k < kGraph; ++k) graph[k].eval(points, heights[k]);
         PointBatchN<M> above;
@@ -43,7 +43,7 @@ struct Lifted {
             jets.set(i, compose(there[i], y));
         }
     }
-    Range range() const { return field.range(); }
+    Interval range() const { return field.range(); }
     double wavelength() const { return field.wavelength(); }
 };
 
@@ -54,9 +54,7 @@ struct Displaced {
     template <int Order, class T>
     void evalBatch(const PointBatchN<N>& points, JetBatchN<T, N, Order>& jets) const {
         if constexpr (Order >= 3) {
-            throw ValueError(
-                "a field that is itself displaced cannot displace another: its third derivatives are not "
-                "known");
+            throw ValueError("a displaced field cannot displace another field: its third derivatives are not known");
         } else {
             JetBatchN<double, N, Order + 1> pull;
             by.eval(points, pull);
@@ -76,7 +74,7 @@ struct Displaced {
             }
         }
     }
-    Range range() const { return field.range(); }
+    Interval range() const { return field.range(); }
     double wavelength() const { return field.wavelength(); }
 };
 
@@ -103,8 +101,8 @@ Matrix<N, N> rotationOf(const PlacementN<N>& placement) {
     if (degrees == Vec3d{}) return turn;
     if constexpr (N == 3) return rotation(degrees);
     if (N != 2 || degrees[0] != 0 || degrees[1] != 0)
-        throw ValueError(fmt::format("a field of {} dimensions cannot be turned about these axes; {}", N,
-                                     N == 2 ? "in 2D give 0,0,degrees" : "only those of 2 and 3 can be turned"));
+        throw ValueError(fmt::format("a field with {} dimensions cannot be rotated about these axes; {}", N,
+                                     N == 2 ? "in 2D give 0,0,degrees" : "only 2D and 3D fields can be rotated"));
     for (int i = 0; i < std::min(N, 2); ++i)
         for (int j = 0; j < std::min(N, 2); ++j) turn[i][j] = rotation(degrees)[i][j];
     return turn;
@@ -141,7 +139,7 @@ ScalarFieldN<N> heightField(const ScalarFieldN<N - 1>& height) {
 template <int N>
 ScalarFieldN<N> displaced(const ScalarFieldN<N>& field, const ScalarFieldN<N>& by, double amount) {
     if (!std::isfinite(amount)) throw ValueError("the amount must be finite");
-    by.template at<3>({}); // throws where there are no third derivatives
+    by.template at<3>({}); // throws if there are no third derivatives
     return ScalarFieldN<N>(Displaced<N>{field, by, amount});
 }
 

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Compares the memory that commands ask for before they work with the memory that they then use: run.py COMMAND ROOT.
+
+Prints a table. An estimate counts as wrong if it differs from the measured peak by more than a factor of 1.5. Both are
+counted from what the process uses before its first estimate.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+FACTOR = 1.5
+FLOW = "-noise -noise seed=1 -dfvn speed=1 "
+POINTS = "-scatter count=2e6 box=-1,-1,-1,1,1,1 "
+PREPARE = {
+    "points.vdb": POINTS + "-write points.vdb",
+    "points.ply": POINTS + "-write points.ply",
+    "points.csv": "-scatter count=5e5 box=-1,-1,-1,1,1,1 -write points.csv",
+}
+CASES = {
+    "mesh2ls": "-read {root}/scenes/spot.obj -mesh2ls dim=500",
+    "mesh2ls, wide band": "-read {root}/scenes/spot.obj -mesh2ls dim=250 width=20",
+    "velocity": FLOW + "-velocity dim=200",
+    "velocity, staggered": FLOW + "-velocity dim=200 staggered=1",
+    "velocity, density and potentials": FLOW + "-velocity dim=160 density=1 potentials=1",
+    "scatter": POINTS,
+    "jitter": "-jitter count=1e6",
+    "advect with pathlines": FLOW + "-scatter count=20000 -advect steps=100 pathlines=1",
+    "trace": FLOW + "-scatter count=20000 -trace limit=2",
+    "ls2mesh": "-read {root}/scenes/spot.obj -mesh2ls dim=400 -ls2mesh",
+    "spacing": POINTS + "-spacing",
+    "read points.vdb": "-read points.vdb",
+    "read points.ply": "-read points.ply",
+    "read points.csv": "-read points.csv",
+    "slice": "-noise -slice width=5000 height=5000",
+    "splat": POINTS + "-splat width=4000 height=3000",
+    "spectrum": FLOW + "-velocity dim=128 -spectrum",
+    "advectGrid": FLOW + "-sphere radius=0.5 -velocity dim=64 -advectGrid grid=0 time=0.1",
+}
+
+
+def peak(command, arguments, folder):
+    """The largest resident size of the command, in bytes; None and its message if it fails."""
+    done = subprocess.run(["/usr/bin/python3", "-c", (
+        "import resource, subprocess, sys\n"
+        "run = subprocess.run(sys.argv[1:], stderr=subprocess.PIPE)\n"
+        "sys.stderr.buffer.write(run.stderr)\n"
+        "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)\n"
+        "sys.exit(run.returncode)"), command, "-quiet", *arguments.split()], cwd=folder, capture_output=True, text=True)
+    if done.returncode != 0:
+        return None, done.stderr.strip()
+    return int(done.stdout) * 1024, ""
+
+
+def main(command, root):
+    wrong = []
+    print(f"{'':34}{'estimate':>10}{'peak':>10}   MB")
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["CURLEW_READER"] = ""  # so that files are read in the process that is measured
+        for arguments in PREPARE.values():
+            subprocess.run([command, "-quiet", *arguments.split()], cwd=folder, check=True)
+        for name, arguments in CASES.items():
+            trace = Path(folder) / "trace"
+            trace.unlink(missing_ok=True)
+            os.environ["CURLEW_MEMORY_TRACE"] = str(trace)
+            used, error = peak(command, arguments.format(root=root), folder)
+            if used is None:
+                wrong.append(f"{name}: {error}")
+                continue
+            asked = [tuple(map(float, line.split("\t")[:2])) for line in trace.read_text().splitlines()] if trace.exists() else []
+            start = asked[0][1] if asked else 4e7
+            estimate = max((bytes_ + resident - start for bytes_, resident in asked), default=0)
+            ratio = estimate / (used - start)
+            print(f"{name:34}{estimate / 1e6:10.0f}{(used - start) / 1e6:10.0f}{ratio:8.2f}", flush=True)
+            if not 1 / FACTOR <= ratio <= FACTOR:
+                wrong.append(f"{name}: the estimate is {ratio:.2f} times the peak")
+    return "\n".join(wrong) or 0
+
+
+sys.exit(main(*sys.argv[1:]))
