@@ -7,10 +7,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
 #include <string_view>
+#include <vector>
 
 namespace curlew {
 
@@ -46,16 +48,30 @@ bool parse(std::string_view cell, CsvCells cells, double& value) {
            (cells == CsvCells::optional || std::isfinite(value));
 }
 
+/// Returns an upper bound of the number of cells in a file, and rewinds it.
+size_t cellCount(std::ifstream& in) {
+    std::vector<char> buffer(1 << 16);
+    size_t cells = 1;
+    do {
+        in.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
+        const auto end = buffer.begin() + in.gcount();
+        cells += static_cast<size_t>(std::count(buffer.begin(), end, ',') + std::count(buffer.begin(), end, '\n'));
+    } while (in);
+    in.clear();
+    in.seekg(0);
+    return cells;
+}
+
 } // namespace
 
 CsvTable readCsv(const std::filesystem::path& path, CsvCells cells,
                  const std::function<void(const std::vector<std::string>& names)>& checkNames) {
     std::ifstream in = openToRead(path);
     in.exceptions(std::ios::goodbit);
-    // A cell and its comma take at least two bytes, and a number eight; a growing vector holds its numbers twice.
-    requireMemory(8 * static_cast<double>(std::filesystem::file_size(path)), fmt::format("'{}'", path.string()),
-                  "split the file");
+    const size_t most = cellCount(in);
+    requireMemory(static_cast<double>(most) * sizeof(double), fmt::format("'{}'", path.string()), "split the file");
     CsvTable table;
+    table.values.reserve(most);
     std::string line;
     for (size_t number = 1; std::getline(in, line); ++number) {
         std::erase(line, '\r');

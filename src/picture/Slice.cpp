@@ -113,7 +113,7 @@ Image slice(const Box& box, const SliceSource& source, const SliceOptions& o, co
     if (o.supersampling < 1 || o.supersampling > 16)
         throw ValueError(fmt::format("supersampling {} must be 1 to 16", o.supersampling));
     requireMemory(static_cast<double>(plane.width()) * plane.height() * static_cast<double>(source.channels.size()) *
-                      sizeof(float) * 4,
+                      sizeof(float),
                   fmt::format("a picture of {} x {} pixels", plane.width(), plane.height()), "choose a smaller width");
     Image image = filledImage(plane.width(), plane.height(), source.channels);
     parallelFor(

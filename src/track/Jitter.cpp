@@ -67,7 +67,7 @@ Positions<N> latticePoints(const DomainN<N>& domain, double spacing, const Monit
     std::array<size_t, N> cells;
     Vec<double, N> first;
     size_t count = 1;
-    double bytes = sizeof(Vec<double, N>);
+    double bytes = 4 * sizeof(Vec<double, N>); // in chunks, in one array, and as the points that they become
     for (int axis = 0; axis < N; ++axis) {
         const double size = domain.box.size()[axis];
         if (!(size >= 0)) throw ValueError("the box is empty");

@@ -53,9 +53,12 @@ double samplesInBand(const Extent& surface, double halfWidth) {
            std::numbers::pi * (size[0] + size[1] + size[2] + 4.0 / 3 * halfWidth) * halfWidth * halfWidth;
 }
 
+double bandBytes(const Extent& surface, double halfWidth) { return 18 * samplesInBand(surface, halfWidth + 4); }
+
 void requireBand(const Extent& surface, double halfWidth, double voxel) {
     const double samples = samplesInBand(surface, halfWidth);
-    requireMemory(samples * 14, fmt::format("a band of {:.3g} voxels on each side of the level set", halfWidth),
+    requireMemory(bandBytes(surface, halfWidth),
+                  fmt::format("a band of {:.3g} voxels on each side of the level set", halfWidth),
                   "choose a smaller width, or a coarser level set");
     if (samples <= kMostSamples) return;
     double fits = 0, tooWide = halfWidth;

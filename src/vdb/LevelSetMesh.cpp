@@ -2,6 +2,7 @@
 #include "curlew/vdb/LevelSetMesh.h"
 
 #include "curlew/base/Error.h"
+#include "curlew/base/Memory.h"
 
 #include <fmt/format.h>
 #include <openvdb/tools/VolumeToMesh.h>
@@ -13,6 +14,12 @@ namespace curlew {
 Mesh levelSetToMesh(const LevelSet& levelSet, double adaptivity) {
     if (!(adaptivity >= 0 && adaptivity <= 1))
         throw ValueError(fmt::format("adaptivity {} must be between 0 and 1", adaptivity));
+    // Signs and indices of the voxels in the band; for each voxel on the surface a point and a face, also in OpenVDB's
+    // own arrays.
+    const auto voxels = static_cast<double>(levelSet.grid->activeVoxelCount());
+    requireMemory(
+        voxels * (12 + 90 / (2 * static_cast<double>(levelSet.grid->background()) / levelSet.grid->voxelSize()[0])),
+        fmt::format("the mesh of a level set of {:.2g} voxels", voxels), "use a coarser level set");
     Mesh mesh;
     openvdb::tools::volumeToMesh(*levelSet.grid, mesh.points, mesh.triangles, mesh.quads, 0.0, adaptivity);
     if (mesh.faces() == 0) throw ValueError(fmt::format("level set '{}' has no surface", levelSet.grid->getName()));

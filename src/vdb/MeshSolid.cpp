@@ -137,9 +137,10 @@ MeshSolid solidOf(std::shared_ptr<const Mesh> mesh, const SolidOptions& options,
     const MeshTopology topology = topologyOf(*mesh);
     if (topology.degenerateFaces == mesh->faces()) throw ValueError("every face of the mesh is degenerate (no area)");
     const double voxel = voxelFor(*mesh, options);
-    // 14 bytes per sample in the band: the value, the face index, and copies during OpenVDB's conversion.
-    const double samples = samplesInBand(extentOf(*mesh, voxel), options.halfWidth + options.thickness / 2 / voxel);
-    requireMemory(samples * 14, fmt::format("a level set of {:.2g} voxels", samples),
+    const double halfWidth = options.halfWidth + options.thickness / 2 / voxel;
+    const Extent extent = extentOf(*mesh, voxel);
+    requireMemory(bandBytes(extent, halfWidth),
+                  fmt::format("a level set of {:.2g} voxels", samplesInBand(extent, halfWidth)),
                   "choose larger voxels, a smaller dim or a smaller width");
     requireCoordinates(*mesh, voxel);
 

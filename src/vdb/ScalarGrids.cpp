@@ -4,6 +4,7 @@
 #include "GridTopology.h"
 #include "WallFade.h"
 #include "curlew/base/Error.h"
+#include "curlew/base/Memory.h"
 #include "curlew/base/Parallel.h"
 
 #include <fmt/format.h>
@@ -25,6 +26,11 @@ openvdb::FloatGrid::Ptr filledGrid(const openvdb::GridBase& where, const std::st
                                    const std::function<void(const PointBatch&, Values&)>& evaluate,
                                    const Monitor& monitor) {
     const auto topology = activeVoxels(where);
+    requireMemory(
+        static_cast<double>(topology->leafCount()) *
+            (sizeof(openvdb::FloatTree::LeafNodeType) + sizeof(float) * openvdb::FloatTree::LeafNodeType::SIZE),
+        fmt::format("the grid '{}' of {:.3g} voxels", name, static_cast<double>(topology->activeVoxelCount())),
+        "choose larger voxels");
     auto grid =
         openvdb::FloatGrid::create(std::make_shared<openvdb::FloatTree>(*topology, 0.0f, openvdb::TopologyCopy()));
     grid->setTransform(where.transform().copy());

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Longer than 400 lines: the command as users run it, with one fixture for all.
 #include "curlew/app/Version.h"
 #include "curlew/app/actions/Actions.h"
 #include "curlew/picture/ImageFile.h"

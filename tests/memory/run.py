@@ -34,7 +34,7 @@ CASES = {
     "read points.vdb": "-read points.vdb",
     "read points.ply": "-read points.ply",
     "read points.csv": "-read points.csv",
-    "slice": "-noise -slice width=5000 height=5000",
+    "slice": "-noise -slice width=5000",
     "splat": POINTS + "-splat width=4000 height=3000",
     "spectrum": FLOW + "-velocity dim=128 -spectrum",
     "advectGrid": FLOW + "-sphere radius=0.5 -velocity dim=64 -advectGrid grid=0 time=0.1",

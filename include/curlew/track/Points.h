@@ -49,6 +49,8 @@ struct Points {
     /// without an age do not change. Returns the number of removed particles.
     size_t grow(double duration);
 
+    /// Memory per particle that has only a position and an id, bytes.
+    static constexpr size_t kPlainBytes = 3 * sizeof(double) + sizeof(int64_t);
     /// Memory per particle with all its arrays, bytes.
     static constexpr size_t kBytes =
         3 * sizeof(double) + 3 * sizeof(float) + sizeof(int64_t) + 2 * sizeof(double) + 1 + 3 * sizeof(float);

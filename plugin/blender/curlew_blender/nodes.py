@@ -7,15 +7,8 @@ import textwrap
 from typing import Any, Callable, Dict, List, Optional, Tuple, Type
 
 import bpy
-from bpy.props import (
-    BoolProperty,
-    EnumProperty,
-    FloatProperty,
-    FloatVectorProperty,
-    IntProperty,
-    PointerProperty,
-    StringProperty,
-)
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty
+from bpy.props import PointerProperty, StringProperty
 
 from .actions import MOST_INT, NO_NODE, Action, Option, Socket, numbers, option_range, property_value, value_text
 from .results import lock_interface

@@ -28,7 +28,7 @@ constexpr double kSnapTolerance = 1e-9; ///< In the field's value, or relative t
 void scatterAction(Context& c, const Arguments& a) {
     const auto count = a.integer<size_t>("count");
     const Birthplace birth = birthplaceOf(c, a, OffSurface::flowsOnly);
-    requireMemory(static_cast<double>(count) * Points::kBytes, fmt::format("{} points", count), "use fewer points");
+    requireMemory(static_cast<double>(count) * Points::kPlainBytes, fmt::format("{} points", count), "use fewer points");
     ScatterOptions place = birth.place;
     place.seed = a.integer<uint64_t>("seed");
     givePoints(c, scatterFrom(birth.domain, 0, count, place, c.follow("scatter")));

@@ -2,6 +2,7 @@
 #include "Actions.h"
 #include "CameraOptions.h"
 #include "SurfaceColors.h"
+#include "curlew/base/Memory.h"
 #include "curlew/picture/Composite.h"
 #include "curlew/picture/Display.h"
 #include "curlew/picture/Exposure.h"
@@ -92,8 +93,13 @@ void splatAction(Context& c, const Arguments& a) {
     const auto domain = outlined(c, a);
     const Camera camera = behind ? *behind->camera : cameraOfFrames(c, a, splats, domain);
     color(splats, c, a, camera);
-    Image ground = groundOf(c, a, behind, domain, camera);
     const bool light = a.choice("look") == 0;
+    // The ground, the splats and the result; a halo takes two blurred copies.
+    const double floats = light ? (a.real("glow") > 0 ? 15 : 9) : 12;
+    requireMemory(floats * sizeof(float) * camera.width() * camera.height(),
+                  fmt::format("a picture of {} x {} pixels", camera.width(), camera.height()),
+                  "choose a smaller width");
+    Image ground = groundOf(c, a, behind, domain, camera);
     const SplatImage made = (light ? luminous : opaque)(
         splats, camera,
         {.radius = a.given("radius") ? a.real("radius") : 0, .pixels = a.real("pixels"), .fade = a.real("fade")},

@@ -24,8 +24,7 @@ std::vector<Kind> countedBy(const std::string& option, const std::vector<Kind>& 
 
 /// Returns whether options of type `ages` select the objects to write.
 bool anyAges(const Arguments& arguments) {
-    const auto& options = arguments.action().options;
-    return std::any_of(options.begin(), options.end(), [&](const Option& option) {
+    return std::ranges::any_of(arguments.action().options, [&](const Option& option) {
         return option.type == OptionType::ages && arguments.given(option.name);
     });
 }

@@ -41,9 +41,8 @@ Evaluator::Evaluator(Session& session, const Graph& graph)
 void Evaluator::analyse() {
     for (size_t k = 0; k < mGraph.nodes.size(); ++k) {
         const Node& node = mGraph.nodes[k];
-        mVaries[k] =
-            node.action().changes(node.arguments) || (mGraph.inFrames(k) && node.action().advances(node.arguments));
         mAdvances[k] = mGraph.inFrames(k) && node.action().advances(node.arguments);
+        mVaries[k] = node.action().changes(node.arguments) || mAdvances[k];
         for (const auto& links : node.inputs)
             for (const Link& link : links) {
                 // A field or flow may be evaluated again at another time, and so may a level set made from a mesh.
@@ -123,14 +122,12 @@ ResultPointer Evaluator::resultAt(size_t node, const Moment& moment) {
     const bool fixed = isNow(moment) || mAdvances[node] || steady({.index = node});
     if (fixed) return mResults[node];
     size_t known = 0;
-    for (auto found = mRemembered.begin(); found != mRemembered.end(); ++found) {
-        if (found->node != node) continue;
-        if (found->time == moment.time) return found->result;
+    for (const Remembered& one : mRemembered) {
+        if (one.node != node) continue;
+        if (one.time == moment.time) return one.result;
         ++known;
     }
-    if (known >= kMostRemembered)
-        mRemembered.erase(std::find_if(mRemembered.begin(), mRemembered.end(),
-                                       [&](const Remembered& one) { return one.node == node; }));
+    if (known >= kMostRemembered) mRemembered.erase(std::ranges::find(mRemembered, node, &Remembered::node));
     Console silent(Listener{.cancelled = mSession.console.cancelFunction()});
     ResultPointer result = computed(node, moment, silent, {});
     mRemembered.push_back({node, moment.time, result});
