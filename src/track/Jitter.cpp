@@ -104,7 +104,11 @@ Positions<N> latticePoints(const DomainN<N>& domain, double spacing, const Monit
         },
         monitor);
     Positions<N> all;
-    for (const auto& chunk : chunks) all.insert(all.end(), chunk.begin(), chunk.end());
+    for (auto& chunk : chunks) {
+        monitor.check();
+        all.insert(all.end(), chunk.begin(), chunk.end());
+        chunk = {};
+    }
     return all;
 }
 

@@ -153,11 +153,24 @@ void restrict(const ScatterOptions& o, const PointBatch& points, uint64_t attemp
     }
 }
 
+/// Returns `count` points at the origin. Gets the memory in parts, as touching all of it may take seconds.
+Points blankPoints(size_t count, const Monitor& monitor) {
+    constexpr size_t kPart = 1 << 21;
+    Points p;
+    for (auto* array : {&p.x, &p.y, &p.z}) array->reserve(count);
+    p.id.reserve(count);
+    for (size_t made = 0; made < count;) {
+        monitor.check();
+        made = std::min(count, made + kPart);
+        for (auto* array : {&p.x, &p.y, &p.z}) array->resize(made);
+        p.id.resize(made);
+    }
+    return p;
+}
+
 template <class Source>
 Points drawn(const Source& source, int64_t first, size_t count, const ScatterOptions& o, const Monitor& monitor) {
-    Points particles;
-    for (auto* array : {&particles.x, &particles.y, &particles.z}) array->resize(count);
-    particles.id.resize(count);
+    Points particles = blankPoints(count, monitor);
     parallelFor(
         count, kBatch,
         [&](size_t begin, size_t end) {

@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# run.sh FILE...: disassembles programs and libraries, and fails for functions that use AVX-512 without being made for
+# run.sh FILE...: disassembles programs and objects compiled for AVX-512, and fails for functions that use AVX-512 without being made for
 # it, which those that are say in their names. The linker keeps one copy of an inline function for everyone: compiled in
 # a *Kernels.cpp it could be one that most processors cannot run. Ends with 77 where it cannot tell.
 set -eu

@@ -67,15 +67,16 @@ void Terminal::show(const Progress& progress) {
         return;
     }
     mLastShown = now;
-    const double left = fraction > 0 ? progress.seconds * (1 - fraction) / fraction : 0;
+    // The first percent says little about the others.
+    const std::string left =
+        fraction < 0.01 ? "" : fmt::format("{:.0f} s left", progress.seconds * (1 - fraction) / fraction);
     if (!onTerminal()) {
-        put(fmt::format("{}: {:.0f} %, about {:.0f} s left\n", progress.title, 100 * fraction, left));
+        put(fmt::format("{}: {:.0f} %{}{}\n", progress.title, 100 * fraction, left.empty() ? "" : ", about ", left));
         return;
     }
     constexpr int kWidth = 32;
     const int filled = std::clamp(static_cast<int>(fraction * kWidth), 0, kWidth);
-    put(fmt::format("\r\x1b[K{} [{}{}] {:3.0f} %  {:.0f} s left", progress.title,
-                    std::string(static_cast<size_t>(filled), '#'),
+    put(fmt::format("\r\x1b[K{} [{}{}] {:3.0f} %  {}", progress.title, std::string(static_cast<size_t>(filled), '#'),
                     std::string(static_cast<size_t>(kWidth - filled), '.'), 100 * fraction, left));
     mBarShown = true;
     if (fraction >= 1) clearBar();
