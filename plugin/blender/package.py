@@ -15,13 +15,14 @@ import zipfile
 from pathlib import Path
 from typing import Dict, Iterator, Tuple
 
-from bundle import bundle, licences
-
 HERE = Path(__file__).resolve().parent
 ADDON = HERE / "curlew_blender"
 PYTHON = HERE.parent / "python" / "curlew"
 CMAKE = HERE.parents[1] / "CMakeLists.txt"
 NAME = "curlew_blender"
+sys.path.append(str(HERE.parents[1] / "tools" / "packages"))
+from bundle import bundle, licences, needed  # noqa: E402
+from sbom import sbom  # noqa: E402
 
 MANIFEST = """\
 schema_version = "1.0.0"
@@ -61,13 +62,15 @@ def files(library: Path) -> Iterator[Tuple[str, bytes]]:
     with tempfile.TemporaryDirectory() as folder:
         for copy in bundle(library, Path(folder)):
             yield f"curlew/{copy.relative_to(folder)}", copy.read_bytes()
-    for name, text in licences(library).items():
+    bundled = needed(library)
+    for name, text in licences(bundled.values()).items():
         yield f"curlew/licences/{name}.txt", text
+    yield "curlew/sbom.spdx.json", sbom("curlew_blender", version(), bundled.values())
 
 
-def write(path: Path, contents: Dict[str, bytes]) -> None:
-    """Writes a reproducible zip: it depends only on its contents."""
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+def write(path: Path, contents: Dict[str, bytes], level: int) -> None:
+    """Writes a reproducible zip: it depends only on its contents and the compression level."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=level) as archive:
         for name, data in contents.items():
             entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
             entry.compress_type = zipfile.ZIP_DEFLATED
@@ -75,7 +78,7 @@ def write(path: Path, contents: Dict[str, bytes]) -> None:
             archive.writestr(entry, data)
 
 
-def package(library: Path, out: Path) -> Tuple[Path, Path]:
+def package(library: Path, out: Path, level: int) -> Tuple[Path, Path]:
     """Writes both packages and returns their paths."""
     if not library.is_file():
         raise FileNotFoundError(f"there is no '{library}'; build it: ninja -C build curlew_c")
@@ -83,8 +86,8 @@ def package(library: Path, out: Path) -> Tuple[Path, Path]:
     contents = dict(files(library))
     out.mkdir(parents=True, exist_ok=True)
     legacy, extension = out / f"{NAME}-{number}-legacy.zip", out / f"{NAME}-{number}-linux-x64.zip"
-    write(legacy, {f"{NAME}/{name}": data for name, data in contents.items()})
-    write(extension, {"blender_manifest.toml": MANIFEST.format(name=NAME, version=number).encode(), **contents})
+    write(legacy, {f"{NAME}/{name}": data for name, data in contents.items()}, level)
+    write(extension, {"blender_manifest.toml": MANIFEST.format(name=NAME, version=number).encode(), **contents}, level)
     return legacy, extension
 
 
@@ -93,9 +96,10 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--library", type=Path, required=True, help="libcurlew.so")
     parser.add_argument("--out", type=Path, default=Path("out"), help="folder for the two zip files (default: out)")
+    parser.add_argument("--level", type=int, default=9, help="compression: 1 (fast) to 9 (small; the default)")
     given = parser.parse_args()
     try:
-        for path in package(given.library, given.out):
+        for path in package(given.library, given.out, given.level):
             print(path)
     except (OSError, ValueError) as error:
         print(f"package.py: {error}", file=sys.stderr)

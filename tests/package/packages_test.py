@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The wheel and the portable archive: packages_test.py SOURCE_DIR BUILD_DIR VERSION. Makes both, and runs what is inside."""
+
+import json
+import subprocess
+import sys
+import tarfile
+import tempfile
+import unittest
+import zipfile
+from pathlib import Path
+
+source, build, version = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3]
+sys.path[:0] = [str(source / "tools" / "packages")]
+import portable  # noqa: E402
+import wheel  # noqa: E402
+from bundle import newest_symbols  # noqa: E402
+
+PROGRAM = """
+import curlew
+with curlew.Session() as session:
+    session.run("noise frequency=2\\nnoise frequency=2 seed=1\\ndfvn speed=1\\nscatter count=100\\nadvect time=0.1\\n")
+    print(len(session.points().positions))
+print(*sorted({line.split()[-1] for line in open("/proc/self/maps") if ".so" in line}), sep="\\n")
+"""
+
+
+def run(*words, **more):
+    """The output of a program that sees nothing of the user's settings."""
+    done = subprocess.run([str(w) for w in words], env={"PATH": "/usr/bin:/bin", "HOME": "/"}, text=True,
+                          capture_output=True, **more)
+    if done.returncode != 0:
+        raise AssertionError(f"{words}: {done.stderr}{done.stdout}")
+    return done.stdout
+
+
+class Sbom:
+    """What both documents have."""
+
+    def check_sbom(self, text, names):
+        document = json.loads(text)
+        self.assertEqual(document["spdxVersion"], "SPDX-2.3")
+        identifiers = [package["SPDXID"] for package in document["packages"]]
+        self.assertEqual(len(identifiers), len(set(identifiers)))
+        related = {r["relatedSpdxElement"] for r in document["relationships"]}
+        self.assertEqual(related, set(identifiers))
+        self.assertTrue(all(package["versionInfo"] for package in document["packages"]))
+        licences = {package["name"]: package["licenseDeclared"] for package in document["packages"]}
+        self.assertEqual(next(licence for name, licence in licences.items() if "openvdb" in name), "MPL-2.0")
+        self.assertLessEqual([name for name, licence in licences.items() if licence == "NOASSERTION"], ["liblzma5"])
+        self.assertEqual(set(licences) - {"curlew"}, names)
+
+
+class Wheel(unittest.TestCase, Sbom):
+    """Installed into an environment of its own."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.top = Path(cls.folder.name)
+        cls.wheel = wheel.make(build / "libcurlew.so", version, cls.top, level=1)
+        run(sys.executable, "-m", "venv", "--system-site-packages", cls.top / "venv")
+        run(cls.top / "venv/bin/pip", "install", "--no-index", "--no-deps", "--no-compile", cls.wheel)
+        cls.site = next((cls.top / "venv").glob("lib/python*/site-packages"))
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def test_runs_with_its_own_libraries(self):
+        count, *loaded = run(self.top / "venv/bin/python", "-B", "-c", PROGRAM).split()
+        self.assertEqual(count, "100")
+        ours = {Path(path).name for path in loaded if self.site in Path(path).parents}
+        self.assertIn("libcurlew.so", ours)
+        self.assertTrue(any(name.startswith("curlew-libopenvdb") for name in ours), ours)
+        self.assertFalse([p for p in loaded if "libopenvdb" in p and self.site not in Path(p).parents])
+
+    def test_the_reader_process_runs(self):
+        self.assertIn(version, run(self.site / "curlew/curlew", "-version"))
+
+    def test_its_tag_is_what_its_files_need(self):
+        files = [p for p in (self.site / "curlew").rglob("*") if p.is_file() and p.read_bytes()[:4] == b"\x7fELF"]
+        self.assertIn(f"py3-none-{wheel.platform_tag(files)}.whl", self.wheel.name)
+        self.assertTrue(self.wheel.name.endswith("manylinux_2_34_x86_64.whl"), self.wheel.name)
+
+    def test_every_bundled_library_has_its_licence_and_is_listed(self):
+        info = next(self.site.glob("curlew-*.dist-info"))
+        licences = {p.stem for p in (info / "licenses").glob("*.txt")}
+        self.assertGreater(len(licences), 10)
+        self.check_sbom((info / "sboms/curlew.spdx.json").read_text(), licences)
+
+    def test_the_same_input_gives_the_same_names_and_digests(self):
+        with zipfile.ZipFile(self.wheel) as archive:
+            recorded = archive.read(f"curlew-{version}.dist-info/RECORD").decode().splitlines()
+            self.assertEqual([line.split(",")[0] for line in recorded], archive.namelist())
+            self.assertTrue(all(entry.date_time == (1980, 1, 1, 0, 0, 0) for entry in archive.infolist()))
+
+
+class Portable(unittest.TestCase, Sbom):
+    """Unpacked into a folder of its own."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        archive = portable.make(build, version, Path(cls.folder.name), level=1)
+        with tarfile.open(archive) as packed:
+            packed.extractall(cls.folder.name)
+        archive.unlink()
+        cls.top = next(Path(cls.folder.name).iterdir())
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def test_no_file_looks_outside_for_anything_but_the_runtime(self):
+        for file in [self.top / "bin/curlew", self.top / "lib/libcurlew.so"]:
+            for line in run("ldd", file).splitlines():
+                path = line.partition(" => ")[2].partition(" (")[0]
+                if path and self.top not in Path(path).parents:
+                    self.assertRegex(Path(path).name, r"^(linux-vdso|ld-linux|lib(c|m|dl|rt|pthread|gcc_s|stdc\+\+|z)[.-])")
+
+    def test_the_command_makes_the_demo(self):
+        with tempfile.TemporaryDirectory() as work:
+            (Path(work) / "out").mkdir()
+            scenes = self.top / "share/curlew/scenes"
+            (Path(work) / "scenes").symlink_to(scenes)
+            run(self.top / "bin/curlew", "-quiet", "-noise", "-noise", "seed=1", "-dfvn", "-velocity", "dim=16", "-write",
+                "out/v.vdb", cwd=work)
+            self.assertTrue((Path(work) / "out/v.vdb").is_file())
+            run(self.top / "bin/curlew", "-quiet", "-read", "scenes/spot.obj", "-mesh2ls", "dim=24", cwd=work)
+
+    def test_python_finds_the_library(self):
+        code = f"import sys\nsys.path.insert(0, {str(self.top / 'lib/python')!r})\n{PROGRAM}"
+        count, *loaded = run(sys.executable, "-B", "-c", code).split()
+        self.assertEqual(count, "100")
+        self.assertIn(str(self.top / "lib/libcurlew.so"), loaded)
+
+    def test_manual_completions_and_licences_are_inside(self):
+        for name in ("share/man/man1/curlew.1", "share/bash-completion/completions/curlew", "LICENSE", "NOTICE"):
+            self.assertTrue((self.top / name).is_file() or (self.top / f"{name}.gz").is_file(), name)
+        licences = {p.stem for p in (self.top / "share/licences").iterdir()}
+        self.check_sbom((self.top / "sbom.spdx.json").read_text(), licences)
+
+
+unittest.main(argv=sys.argv[:1])

@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Bundles the shared libraries that a library or program needs and a machine may lack, as copies that find each other."""
+
+import re
+import shutil
+import struct
+import subprocess
+from pathlib import Path
+from typing import Dict, Iterable, Iterator, List, Tuple
+
+# Libraries that every Linux desktop provides in a suitable version.
+_BASE = re.compile(r"(linux-vdso|ld-linux-x86-64|lib(c|m|dl|rt|pthread|gcc_s|stdc\+\+|z))\.")
+FOLDER = "lib"  # beside the library
+
+
+def _run(*words: object) -> str:
+    try:
+        done = subprocess.run([str(w) for w in words], capture_output=True, text=True, check=False)
+    except FileNotFoundError:
+        raise ValueError(f"{words[0]} is not installed; ./dev plugin installs what is needed") from None
+    if done.returncode != 0:
+        raise ValueError(f"{words[0]} failed: {done.stderr.strip() or done.stdout.strip()}")
+    return done.stdout
+
+
+def needed(library: Path) -> Dict[str, Path]:
+    """Returns the paths of all direct and indirect dependencies, by soname."""
+    found = {}
+    for line in _run("ldd", library).splitlines():
+        name, arrow, rest = line.strip().partition(" => ")
+        if not arrow or _BASE.match(name):
+            continue
+        path = rest.partition(" (")[0]
+        if path == "not found":
+            raise ValueError(f"'{library}' needs {name}, which is not installed")
+        found[name] = Path(path).resolve()
+    return found
+
+
+def _bundled(soname: str) -> str:
+    """Returns a library's name in the bundle. It differs from the usual one, so that another build of the library that
+    the host has already loaded is not used instead."""
+    return f"curlew-{soname}"
+
+
+def _versions_needed(data: bytearray, table: int, strings: int) -> Iterator[Tuple[int, bytes]]:
+    """Yields the place and the name of each version that an ELF file needs (section .gnu.version_r)."""
+    while True:
+        _, count, _, first, following = struct.unpack_from("<HHIII", data, table)
+        place = table + first
+        for _ in range(count):
+            _, _, _, name, step = struct.unpack_from("<IHHII", data, place)
+            yield place, bytes(data[strings + name:data.index(b"\0", strings + name)])
+            place += step
+        if not following:
+            return
+        table += following
+
+
+def _accept_older_runtime(copy: Path) -> None:
+    """Lets a library run with the libstdc++ of GCC 11 if all that it needs of GCC 12's is condition_variable::wait: the
+    function has the version GLIBCXX_3.4.30 there, and GLIBCXX_3.4.11 in all, with the same interface."""
+    symbols = re.findall(r" (\w+)@GLIBCXX_3\.4\.30", _run("readelf", "--dyn-syms", "--wide", copy))
+    if symbols != ["_ZNSt18condition_variable4waitERSt11unique_lockISt5mutexE"]:
+        return
+    sections = _run("readelf", "--section-headers", "--wide", copy)
+    table, strings = (int(re.search(rf" {re.escape(name)} +\w+ +\w+ (\w+) ", sections)[1], 16)  # type: ignore[index]
+                      for name in (".gnu.version_r", ".dynstr"))
+    data = bytearray(copy.read_bytes())
+    places = {name: place for place, name in _versions_needed(data, table, strings)}
+    new, old = places[b"GLIBCXX_3.4.30"], places.get(b"GLIBCXX_3.4.11")
+    if old is None:
+        return
+    data[new:new + 4] = data[old:old + 4]  # the hash of the name
+    data[new + 8:new + 12] = data[old + 8:old + 12]  # the name
+    copy.write_bytes(data)
+
+
+def _connect(copy: Path, where: str) -> None:
+    """Makes a copy search for its dependencies in the bundle."""
+    _run("patchelf", "--set-rpath", where, copy)
+    for name in _run("patchelf", "--print-needed", copy).split():
+        if not _BASE.match(name):
+            _run("patchelf", "--replace-needed", name, _bundled(name), copy)
+    _accept_older_runtime(copy)
+
+
+def bundle(library: Path, folder: Path) -> List[Path]:
+    """Copies the library into a folder, and its dependencies into FOLDER in that folder. Returns all copies."""
+    (folder / FOLDER).mkdir(parents=True)
+    copies = [Path(shutil.copy(library, folder / "libcurlew.so"))]
+    _connect(copies[0], f"$ORIGIN/{FOLDER}")
+    for soname, path in sorted(needed(library).items()):
+        copy = Path(shutil.copy(path, folder / FOLDER / _bundled(soname)))
+        _run("patchelf", "--set-soname", copy.name, copy)
+        _connect(copy, "$ORIGIN")
+        copies.append(copy)
+    command = library.parent / "curlew"  # reads untrusted files in a separate process
+    if command.is_file():
+        copies.append(Path(shutil.copy(command, folder / command.name)))
+        _connect(copies[-1], f"$ORIGIN/{FOLDER}")
+    return copies
+
+
+def bundle_program(program: Path, folder: Path, where: str = "bin") -> List[Path]:
+    """Copies a program or library into a folder below `folder`, and its dependencies into FOLDER. The copies keep their
+    names, as other programs do not load them. Returns the originals of the dependencies."""
+    for name in (where, FOLDER):
+        (folder / name).mkdir(exist_ok=True)
+    copy = Path(shutil.copy(program, folder / where / program.name))
+    _run("patchelf", "--set-rpath", "$ORIGIN" if where == FOLDER else f"$ORIGIN/../{FOLDER}", copy)
+    originals = needed(program)
+    for soname, path in sorted(originals.items()):
+        if not (folder / FOLDER / soname).exists():
+            dependency = Path(shutil.copy(path, folder / FOLDER / soname))
+            _run("patchelf", "--set-rpath", "$ORIGIN", dependency)
+            _accept_older_runtime(dependency)
+    return list(originals.values())
+
+
+def owner(library: Path) -> str:
+    """Returns the name of the Debian package that a library belongs to."""
+    owners = _run("dpkg-query", "--search", f"*/{library.name}").splitlines()
+    package = next((o.split(":")[0] for o in owners if o.endswith(f"/{library.name}")), None)
+    if not package:
+        raise ValueError(f"'{library}' belongs to no Debian package, so its licence is unknown")
+    return package
+
+
+def licences(libraries: Iterable[Path]) -> Dict[str, bytes]:
+    """Returns the licences of libraries, by Debian package name."""
+    texts = {}
+    for path in libraries:
+        package = owner(path)
+        text = Path("/usr/share/doc") / package / "copyright"
+        if not text.is_file():
+            raise ValueError(f"no licence is known for {path}")
+        texts[package] = text.read_bytes()
+    return texts
+
+
+def newest_symbols(files: Iterable[Path]) -> Dict[str, Tuple[int, ...]]:
+    """Returns the newest versions of GLIBC and GLIBCXX that ELF files ask for."""
+    newest: Dict[str, Tuple[int, ...]] = {}
+    for file in files:
+        for name, text in re.findall(r"Name: (GLIBC|GLIBCXX)_([0-9.]+)", _run("readelf", "--version-info", file)):
+            version = tuple(map(int, text.split(".")))
+            newest[name] = max(newest.get(name, version), version)
+    return newest
