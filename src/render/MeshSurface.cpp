@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "RayMesh.h"
 #include "SurfaceModel.h"
 #include "curlew/field/ForEachBatch.h"
+#include "curlew/vdb/RayMesh.h"
 
 #include <openvdb/tools/VolumeToMesh.h>
 
@@ -58,7 +58,7 @@ Faces facesOf(const openvdb::FloatGrid& grid, const Place& place) {
 }
 
 void occludedBy(const RayMesh& mesh, std::span<const Ray> rays, std::span<uint8_t> flags) {
-    for (size_t k = 0; k < rays.size(); ++k) flags[k] = mesh.occluded(rays[k]) ? 1 : 0;
+    for (size_t k = 0; k < rays.size(); ++k) flags[k] = mesh.occluded(rays[k].origin, rays[k].direction) ? 1 : 0;
 }
 
 /// A mesh with a normal per corner of a face: the area-weighted mean of the faces around the vertex that are not across
@@ -75,7 +75,7 @@ class MeshSurface final : public Surface::Model {
     void intersect(std::span<const Ray> rays, double, std::span<RayHit> hits) const override {
         for (size_t k = 0; k < rays.size(); ++k) {
             hits[k] = {};
-            if (const auto hit = mMesh.hit(rays[k])) hits[k] = seen(rays[k], *hit);
+            if (const auto hit = mMesh.hit(rays[k].origin, rays[k].direction)) hits[k] = seen(rays[k], *hit);
         }
     }
 
@@ -158,7 +158,7 @@ class LevelSetSurface final : public Surface::Model {
         std::vector<size_t> found;
         for (size_t k = 0; k < rays.size(); ++k) {
             hits[k] = {};
-            const auto hit = mMesh.hit(rays[k]);
+            const auto hit = mMesh.hit(rays[k].origin, rays[k].direction);
             if (!hit) continue;
             hits[k].distance = hit->distance;
             found.push_back(k);

@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace curlew {
@@ -31,6 +33,13 @@ double areaOf(const Mesh& mesh) {
     for (const auto& t : mesh.triangles) area += triangle(t[0], t[1], t[2]);
     for (const auto& q : mesh.quads) area += triangle(q[0], q[1], q[2]) + triangle(q[0], q[2], q[3]);
     return area;
+}
+
+double spacingOf(const Mesh& mesh) {
+    float farthest = 0;
+    for (const auto& p : mesh.points)
+        for (int axis = 0; axis < 3; ++axis) farthest = std::max(farthest, std::abs(p[axis]));
+    return static_cast<double>(std::nextafter(farthest, std::numeric_limits<float>::infinity()) - farthest);
 }
 
 Extent extentOf(const Mesh& mesh, double voxel) {

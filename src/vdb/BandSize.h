@@ -14,6 +14,13 @@ struct Extent {
 openvdb::BBoxd boxOf(const Mesh& mesh);
 double areaOf(const Mesh& mesh); ///< In world units.
 
+/// Returns the distance between neighbouring float numbers at the coordinate of the mesh that is farthest from 0: the
+/// resolution of its positions.
+double spacingOf(const Mesh& mesh);
+/// The largest spacing that a level set of a mesh allows, in voxels: positions are then off by at most an eighth of a
+/// voxel along each axis.
+inline constexpr double kMostSpacing = 0.25;
+
 Extent extentOf(const Mesh& mesh, double voxel);
 Extent extentOf(const LevelSet& levelSet);
 

@@ -3,6 +3,7 @@
 
 #include "FaceSides.h"
 #include "MeshDistances.h"
+#include "MeshShells.h"
 #include "SolidChecks.h"
 #include "SolidSigns.h"
 #include "WindingMoments.h"
@@ -10,7 +11,6 @@
 #include "curlew/vdb/WindingNumber.h"
 
 #include <cmath>
-#include <numeric>
 #include <vector>
 
 namespace curlew {
@@ -39,33 +39,21 @@ void signNear(FloatGrid& grid, const openvdb::Int32Grid& closest, const FaceSide
         monitor);
 }
 
-/// Returns the largest triangle of each connected part of a mesh, where triangles are connected by vertices.
+/// Returns the largest triangle of each shell of a mesh.
 std::vector<winding::Triangle> onePerShell(const Mesh& mesh) {
-    std::vector<openvdb::Index32> parent(mesh.points.size());
-    std::iota(parent.begin(), parent.end(), 0u);
-    const auto root = [&](openvdb::Index32 n) {
-        while (parent[n] != n) n = parent[n] = parent[parent[n]];
-        return n;
-    };
-    for (const auto& t : mesh.triangles)
-        for (int k = 1; k < 3; ++k) parent[root(t[k])] = root(t[0]);
-    std::vector<winding::Triangle> shells;
-    std::vector<int64_t> shellOf(mesh.points.size(), -1);
-    std::vector<double> areas;
+    const MeshShells shells = shellsOf(mesh);
+    std::vector<winding::Triangle> largest(shells.count);
+    std::vector<double> areas(shells.count, -1);
     for (size_t n = 0; n < mesh.triangles.size(); ++n) {
         const winding::Triangle triangle = winding::triangleOf(mesh, n);
         const double area = length(triangle.area());
-        int64_t& shell = shellOf[root(mesh.triangles[n][0])];
-        if (shell < 0) {
-            shell = static_cast<int64_t>(shells.size());
-            shells.push_back(triangle);
-            areas.push_back(area);
-        } else if (const auto k = static_cast<size_t>(shell); area > areas[k]) {
-            areas[k] = area;
-            shells[k] = triangle;
+        const uint32_t shell = shells.ofTriangle[n];
+        if (area > areas[shell]) {
+            areas[shell] = area;
+            largest[shell] = triangle;
         }
     }
-    return shells;
+    return largest;
 }
 
 enum class Around { outside, inside, mixed };

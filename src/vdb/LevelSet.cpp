@@ -17,7 +17,8 @@ namespace curlew {
 
 LevelSet meshToLevelSet(std::shared_ptr<const Mesh> mesh, const MeshToLevelSetOptions& options,
                         const Monitor& monitor) {
-    return solidOf(std::move(mesh), {.voxel = options.voxel, .dim = options.dim, .halfWidth = options.halfWidth},
+    return solidOf(std::move(mesh),
+                   {.voxel = options.voxel, .dim = options.dim, .halfWidth = options.halfWidth, .measureParts = false},
                    monitor)
         .levelSet;
 }
@@ -50,7 +51,11 @@ LevelSet widened(const LevelSet& levelSet, double halfWidth, const Monitor& moni
     requireBand(levelSet.mesh ? extentOf(*levelSet.mesh, voxel) : extentOf(levelSet), halfWidth, voxel);
     if (levelSet.mesh)
         return solidOf(levelSet.mesh,
-                       {.voxel = voxel, .halfWidth = halfWidth, .thickness = thicknessOf(*levelSet.grid)}, monitor)
+                       {.voxel = voxel,
+                        .halfWidth = halfWidth,
+                        .thickness = thicknessOf(*levelSet.grid),
+                        .measureParts = false},
+                       monitor)
             .levelSet;
     const int dilation = static_cast<int>(std::ceil(halfWidth - levelSet.halfWidth()));
     // Extends the band outwards from the old one, which stays unchanged.

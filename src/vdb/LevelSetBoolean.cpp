@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/vdb/LevelSetBoolean.h"
 
+#include "BandSize.h"
 #include "Enclosed.h"
 #include "SolidChecks.h"
 #include "curlew/base/Parallel.h"
@@ -45,10 +46,12 @@ Mesh joined(const Mesh& a, const Mesh& b) {
 LevelSet onGridOf(const LevelSet& like, const LevelSet& levelSet, const Monitor& monitor) {
     if (levelSet.grid->transform() == like.grid->transform()) return levelSet;
     if (levelSet.mesh && onOrigin(*like.grid))
-        return solidOf(
-                   levelSet.mesh,
-                   {.voxel = like.voxelSize(), .halfWidth = like.halfWidth(), .thickness = thicknessOf(*levelSet.grid)},
-                   monitor)
+        return solidOf(levelSet.mesh,
+                       {.voxel = like.voxelSize(),
+                        .halfWidth = like.halfWidth(),
+                        .thickness = thicknessOf(*levelSet.grid),
+                        .measureParts = false},
+                       monitor)
             .levelSet;
     // Uses polygons of its surface: resampling (tools/GridTransformer.h) does not compile as C++20 with TBB.
     Interrupter interrupter(monitor);
@@ -249,7 +252,11 @@ LevelSet placed(const LevelSet& levelSet, const Placement& placement) {
     for (auto value = grid->beginValueAll(); value; ++value) value.setValue(*value * scale);
     openvdb::tools::changeBackground(grid->tree(), background);
     LevelSet result{grid, nullptr};
-    if (levelSet.mesh) result.mesh = std::make_shared<Mesh>(placed(*levelSet.mesh, placement));
+    if (levelSet.mesh) {
+        auto mesh = std::make_shared<Mesh>(placed(*levelSet.mesh, placement));
+        // Far from the origin the grid stays exact, since its transform is double, but the mesh does not.
+        if (spacingOf(*mesh) <= kMostSpacing * result.voxelSize()) result.mesh = std::move(mesh);
+    }
     if (const double thickness = thicknessOf(*levelSet.grid); thickness > 0) {
         grid->removeMeta(kThickness);
         grid->insertMeta(kThickness, openvdb::DoubleMetadata(thickness * placement.scale[0]));

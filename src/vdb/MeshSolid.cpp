@@ -5,6 +5,8 @@
 #include "ClosedMesh.h"
 #include "Enclosed.h"
 #include "MeshDistances.h"
+#include "MeshShells.h"
+#include "PartThickness.h"
 #include "SolidBoundary.h"
 #include "SolidChecks.h"
 #include "SolidSigns.h"
@@ -35,6 +37,36 @@ void requireCoordinates(const Mesh& mesh, double voxel) {
     requireVoxel(voxel);
 }
 
+/// Describes the resolution of positions far from the origin.
+std::string resolutionOf(const Mesh& mesh, double spacing) {
+    const auto bounds = boxOf(mesh);
+    return fmt::format("{:.3g} units from the origin, where positions in float are {:.2g} apart",
+                       std::max(bounds.max().length(), bounds.min().length()), spacing);
+}
+
+/// Explains why a mesh has no size, if that may be so because its positions were rounded to float; otherwise returns
+/// "".
+std::string roundingOf(const Mesh& mesh) {
+    constexpr double kFar = 1e3;
+    const auto bounds = boxOf(mesh);
+    if (!(bounds.max().length() > kFar)) return "";
+    return fmt::format("; it is {}, so move it to the origin before you export it",
+                       resolutionOf(mesh, spacingOf(mesh)));
+}
+
+/// Throws ValueError if the positions of the mesh are too coarse for these voxels.
+void requirePrecision(const Mesh& mesh, double voxel) {
+    const double spacing = spacingOf(mesh), enough = spacing / kMostSpacing;
+    if (spacing <= kMostSpacing * voxel) return;
+    const auto extents = boxOf(mesh).extents();
+    const bool coarser = std::max({extents[0], extents[1], extents[2]}) > 10 * enough;
+    throw ValueError(
+        fmt::format("the mesh is {}: too coarse for voxels of {:.3g}; move it to the origin before you "
+                    "export it{}",
+                    resolutionOf(mesh, spacing), voxel,
+                    coarser ? fmt::format(", or use voxels of at least {:.2g}", 1.05 * enough) : ""));
+}
+
 double voxelFor(const Mesh& mesh, const SolidOptions& options) {
     if (options.voxel < 0 || !std::isfinite(options.voxel))
         throw ValueError(fmt::format("voxel size {} must be positive", options.voxel));
@@ -45,7 +77,7 @@ double voxelFor(const Mesh& mesh, const SolidOptions& options) {
         throw ValueError(fmt::format("thickness {} must be positive", options.thickness));
     const auto extents = boxOf(mesh).extents();
     const double longest = std::max({extents[0], extents[1], extents[2]});
-    if (!(longest > 0)) throw ValueError("the mesh has no size");
+    if (!(longest > 0)) throw ValueError("the mesh has no size" + roundingOf(mesh));
     return options.voxel > 0 ? options.voxel : longest / options.dim;
 }
 
@@ -76,6 +108,10 @@ FloatGrid::Ptr judged(const Mesh& faces, const openvdb::math::Transform& transfo
     figures.turned = solid.turned();
     figures.undecided = solid.undecided();
     figures.hidden = solid.hidden();
+    const FilledShells filled = filledShells(faces, solid.winding(), {.report = {}, .cancelled = monitor.cancelled});
+    figures.filledShells = filled.count;
+    figures.filledFaces = filled.faces;
+    figures.filledVolume = filled.volume;
     area = areaOf(solid.surface());
     auto grid = solid.surface().faces() > 0
                     ? distancesTo(solid.surface(), transform, halfWidth, {.report = {}, .cancelled = monitor.cancelled})
@@ -135,13 +171,15 @@ std::string encloses(const SolidFigures& figures, double voxel) {
 MeshSolid solidOf(std::shared_ptr<const Mesh> mesh, const SolidOptions& options, const Monitor& monitor) {
     if (mesh->faces() == 0) throw ValueError("the mesh has no faces");
     const MeshTopology topology = topologyOf(*mesh);
-    if (topology.degenerateFaces == mesh->faces()) throw ValueError("every face of the mesh is degenerate (no area)");
+    if (topology.degenerateFaces == mesh->faces())
+        throw ValueError("every face of the mesh is degenerate (no area)" + roundingOf(*mesh));
     const double voxel = voxelFor(*mesh, options);
     const double halfWidth = options.halfWidth + options.thickness / 2 / voxel;
     const Extent extent = extentOf(*mesh, voxel);
     requireMemory(bandBytes(extent, halfWidth),
                   fmt::format("a level set of {:.2g} voxels", samplesInBand(extent, halfWidth)),
                   "choose larger voxels, a smaller dim or a smaller width");
+    requirePrecision(*mesh, voxel);
     requireCoordinates(*mesh, voxel);
 
     const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
@@ -153,8 +191,13 @@ MeshSolid solidOf(std::shared_ptr<const Mesh> mesh, const SolidOptions& options,
     finish(*grid);
     if (!enclosesSomething(*grid)) throw ValueError(encloses(figures, voxel));
     grid->setName("surface");
+    if (options.thickness == 0 && options.measureParts) {
+        const PartThickness parts = partThickness(*mesh, *grid, {.report = {}, .cancelled = monitor.cancelled});
+        figures.thin = parts.thin;
+        figures.missing = parts.below;
+        figures.enough = parts.thinnest / kThinVoxels;
+    }
     if (options.thickness == 0) {
-        figures.thin = thinShare(*mesh, *grid);
         const double volume = figures.clean ? std::abs(volumeOf(*mesh)) : openvdb::tools::levelSetVolume(*grid);
         figures.meanThickness = 2 * volume / (area * voxel);
     }

@@ -24,6 +24,7 @@ class SolidBoundary {
     /// Returns whether voxels are inside. Computes w where it is not known yet.
     std::vector<uint8_t> inside(const std::vector<openvdb::Coord>& voxels, const Monitor& monitor);
 
+    const WindingNumber& winding() const { return mWinding; }
     double undecided() const { return mUndecided; } ///< Fraction of the near voxels where 0.1 < |w| < 0.9.
     double hidden() const { return mHidden; }       ///< Fraction of the mesh's area that is not on the boundary.
     bool turned() const { return mTurned; }         ///< w is negative at most inside voxels.

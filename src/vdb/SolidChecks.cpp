@@ -2,9 +2,7 @@
 #include "SolidChecks.h"
 
 #include "BandSize.h"
-#include "MeshAdapter.h"
 
-#include <openvdb/tools/Interpolation.h>
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
@@ -17,7 +15,6 @@ namespace curlew {
 
 namespace {
 
-using openvdb::FloatGrid;
 using openvdb::Index32;
 
 /// Returns for each point the first point with the same position.
@@ -41,7 +38,7 @@ struct Corners {
 
 } // namespace
 
-double thicknessOf(const FloatGrid& grid) {
+double thicknessOf(const openvdb::FloatGrid& grid) {
     const auto meta = grid.getMetadata<openvdb::DoubleMetadata>(kThickness);
     return meta ? meta->value() : 0;
 }
@@ -127,28 +124,6 @@ double volumeOf(const Mesh& mesh) {
     for (const auto& t : mesh.triangles) volume += part(t[0], t[1], t[2]);
     for (const auto& q : mesh.quads) volume += part(q[0], q[1], q[2]) + part(q[0], q[2], q[3]);
     return volume;
-}
-
-double thinShare(const Mesh& mesh, const FloatGrid& grid) {
-    const MeshAdapter adapter(mesh, grid.transform());
-    const size_t faces = mesh.faces(), stride = std::max<size_t>(1, faces / 20000);
-    const openvdb::tools::GridSampler<FloatGrid::ConstAccessor, openvdb::tools::BoxSampler> sampler(
-        grid.getConstAccessor(), grid.transform());
-    double area = 0, thin = 0;
-    for (size_t face = 0; face < faces; face += stride) {
-        openvdb::Vec3d a, b, c;
-        adapter.getIndexSpacePoint(face, 0, a);
-        adapter.getIndexSpacePoint(face, 1, b);
-        adapter.getIndexSpacePoint(face, 2, c);
-        openvdb::Vec3d normal = (b - a).cross(c - a);
-        const double size = normal.length();
-        if (!(size > 0)) continue;
-        normal /= size;
-        const openvdb::Vec3d middle = (a + b + c) / 3;
-        area += size;
-        if (sampler.isSample(middle + normal) > 0 && sampler.isSample(middle - normal) > 0) thin += size;
-    }
-    return area > 0 ? thin / area : 0;
 }
 
 } // namespace curlew

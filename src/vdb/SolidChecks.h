@@ -27,8 +27,4 @@ bool isOriented(const Mesh& mesh);
 /// with the centre of the mesh's box as origin).
 double volumeOf(const Mesh& mesh);
 
-/// Returns the fraction of a mesh's area where the object is thinner than a voxel: the level set is positive one voxel
-/// away from the face on both sides. Samples up to about 20,000 faces.
-double thinShare(const Mesh& mesh, const openvdb::FloatGrid& grid);
-
 } // namespace curlew

@@ -100,7 +100,7 @@ TEST_CASE("flow actions: a sum in a wall is followed term by term and terms that
 
     const Outcome crossing = folder.mustRun(bound + "-uniform -superpose " + move + "-write b.csv b.json");
     CHECK_THAT(crossing.err,
-               Catch::ContainsSubstring("term 2 of 2 crosses the wall") && Catch::ContainsSubstring("-bound"));
+               Catch::ContainsSubstring("the newer flow crosses the wall") && Catch::ContainsSubstring("-bound"));
     CHECK(jsonOf(folder / "b.json")["advect"]["outside"] == 0);
     CHECK(jsonOf(folder / "b.json")["advect"]["not_converged"].get<int>() > 0);
     const Outcome free = folder.mustRun(wind + move + "reproject=none");

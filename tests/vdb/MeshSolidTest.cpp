@@ -186,6 +186,24 @@ TEST_CASE("solidOf: an inner shell is a cavity only if its faces point inward", 
     const MeshSolid full = solid(test::together(test::ball(4), inner), {.voxel = 0.04});
     CHECK(volumeOf(full.levelSet) == Approx(outer).epsilon(0.001));
     CHECK(full.figures.hidden == Approx(0.2).margin(0.01));
+    // What is filled is counted; a cavity is not, nor are parts that overlap.
+    CHECK(hollow.figures.filledShells == 0);
+    CHECK(full.figures.filledShells == 1);
+    CHECK(full.figures.filledFaces == inner.triangles.size());
+    CHECK(full.figures.filledVolume == Approx(M_PI / 6).epsilon(0.01));
+    const Mesh both = test::flipped(test::together(test::ball(4), inner)); // both turned inside out
+    CHECK(solid(both, {.voxel = 0.04}).figures.filledShells == 1);
+    const Mesh across = test::together(test::ball(4), test::moved(inner, {0.8f, 0, 0}));
+    CHECK(solid(across, {.voxel = 0.04}).figures.filledShells == 0);
+    // A body in a cavity is a body, and an outer shell that is turned inside out may have a cavity.
+    Mesh pearl = inner;
+    for (auto& p : pearl.points) p *= 0.5f;
+    const Mesh nested = test::together(test::together(test::ball(4), test::flipped(inner)), pearl);
+    const MeshSolid nut = solid(nested, {.voxel = 0.04});
+    CHECK(nut.figures.clean);
+    CHECK(volumeOf(nut.levelSet) == Approx(outer * (1 - 1.0 / 8 + 1.0 / 64)).epsilon(0.01));
+    CHECK(volumeOf(solid(test::flipped(nested), {.voxel = 0.04}).levelSet) ==
+          Approx(volumeOf(nut.levelSet)).epsilon(1e-4));
 }
 
 TEST_CASE("solidOf: coincident opposite faces bound nothing unless the whole mesh is double", "[MeshSolid]") {
@@ -225,13 +243,51 @@ TEST_CASE("solidOf: an open sheet gets the given thickness", "[MeshSolid]") {
     CHECK_THROWS_AS(solid(flat, {.dim = 40, .thickness = -1}), ValueError);
 }
 
-TEST_CASE("solidOf: parts thinner than a voxel are measured", "[MeshSolid]") {
+TEST_CASE("solidOf: thin parts are measured with the voxel size that they need", "[MeshSolid]") {
     Mesh plate = test::ball(4);
     for (auto& p : plate.points) p[1] *= 0.01f;
     const MeshSolid thin = solid(test::together(test::ball(4), test::moved(plate, {3, 0, 0})), {.voxel = 0.05});
-    CHECK(thin.figures.thin == Approx(1.0 / 3).margin(0.05)); // two discs of area π and a sphere of area 4 π
-    CHECK(solid(test::ball(4), {.voxel = 0.05}).figures.thin == 0);
-    CHECK(solid(test::ball(4), {.voxel = 0.05}).figures.meanThickness == Approx(2.0 / 3 / 0.05).epsilon(0.01));
+    CHECK(thin.figures.thin == Approx(1.0 / 3).margin(0.02)); // two discs of area π and a sphere of area 4 π
+    CHECK(thin.figures.missing == Approx(1.0 / 3).margin(0.02));
+    const MeshSolid ball = solid(test::ball(4), {.voxel = 0.05});
+    CHECK(ball.figures.thin == 0);
+    CHECK(ball.figures.enough == 0);
+    CHECK(ball.figures.meanThickness == Approx(2.0 / 3 / 0.05).epsilon(0.01));
+    // A box is not thin along its edges, and few large faces are sampled all over.
+    const auto box = [](float x, float y, float z) {
+        Mesh mesh;
+        for (int k = 0; k < 8; ++k) mesh.points.emplace_back(k & 1 ? x : 0, k & 2 ? y : 0, k & 4 ? z : 0);
+        mesh.quads = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+        return mesh;
+    };
+    CHECK(solid(box(1, 1, 1), {.voxel = 0.05}).figures.thin == 0);
+    const MeshSolid tile = solid(box(1, 0.1f, 1), {.voxel = 0.05}); // two voxels thick
+    CHECK(tile.figures.thin == Approx(2 / 2.4).epsilon(0.01));
+    CHECK(tile.figures.missing == 0);
+    CHECK(tile.figures.enough == Approx(0.1 / 3).epsilon(1e-3));
+    CHECK(solid(box(1, 0.1f, 1), {.voxel = 0.99 * tile.figures.enough}).figures.thin == 0);
+    // Neither the orientation nor faces inside the solid matter.
+    CHECK(solid(test::flipped(box(1, 0.1f, 1)), {.voxel = 0.05}).figures.thin == Approx(2 / 2.4).epsilon(0.01));
+    const Mesh crossed = test::together(box(1, 1, 1), test::moved(box(0.1f, 0.4f, 0.4f), {0.5f, 0.8f, 0.3f}));
+    const double fin = 2 * 0.2 * 0.4; // two voxels thick, half of it visible
+    CHECK(solid(crossed, {.voxel = 0.05}).figures.thin == Approx(fin / (6 + 2 * 0.2 * 0.5)).epsilon(0.2));
+}
+
+TEST_CASE("solidOf: a mesh too far from the origin for its voxels is refused", "[MeshSolid]") {
+    const auto at = [](float offset, float size) {
+        Mesh mesh = test::ball(3);
+        for (auto& p : mesh.points) p = p * size + test::Vec3s(offset, 0, 0);
+        return mesh;
+    };
+    // Positions of 1e6 are 1/16 apart, those of 1e5 1/128.
+    CHECK_THROWS_WITH(solid(at(1e6f, 1), {.dim = 100}), Catch::ContainsSubstring("1e+06 units from the origin") &&
+                                                            Catch::ContainsSubstring("0.062 apart") &&
+                                                            Catch::ContainsSubstring("move it to the origin"));
+    CHECK_THROWS_WITH(solid(at(1e5f, 1e-3f), {.dim = 100}), Catch::ContainsSubstring("move it to the origin"));
+    CHECK_THROWS_WITH(solid(at(1e5f, 1), {.dim = 100}), Catch::ContainsSubstring("voxels of at least 0.033"));
+    CHECK_NOTHROW(solid(at(1e5f, 1), {.voxel = 0.033}));
+    CHECK_NOTHROW(solid(at(1e5f, 100), {.dim = 100}));
+    CHECK_NOTHROW(solid(at(1e3f, 1), {.dim = 100}));
 }
 
 TEST_CASE("solidOf: does not depend on the number of threads", "[MeshSolid]") {

@@ -35,8 +35,9 @@ LevelSet combined(const LevelSet& first, const LevelSet& second, Boolean operati
 /// there.
 LevelSet sampledShape(const Sdf& shape, const LevelSet& like, const Monitor& monitor = {});
 
-/// Returns a level set, with its mesh, rotated, translated and scaled uniformly. Values stay distances. All overloads
-/// throw ValueError unless the scale is positive and the same along all axes.
+/// Returns a level set, with its mesh, rotated, translated and scaled uniformly. Values stay distances. The mesh is
+/// dropped if its positions, which are float, would be more than a quarter of a voxel apart there. All overloads throw
+/// ValueError unless the scale is positive and the same along all axes.
 LevelSet placed(const LevelSet& levelSet, const Placement& placement);
 /// Returns a mesh rotated, translated and scaled. Its faces keep their orientation.
 Mesh placed(const Mesh& mesh, const Placement& placement);

@@ -10,7 +10,14 @@ struct SolidOptions {
     int dim = 256;        ///< Voxels along the longest edge of the mesh's box, if no voxel size is given.
     double halfWidth = 3; ///< Half width of the narrow band, in voxels.
     double thickness = 0; ///< If above 0, the mesh is a sheet of this thickness in world units, half on either side.
+    bool measureParts = true; ///< Whether to measure how thin the parts of the solid are: thin, missing and enough.
 };
+
+/// In voxels: where a solid is thinner, the spline of its level set may not be accurate to half a voxel, and a film may
+/// have gaps. At this thickness, the spline is off by at most 0.1 voxels (measured on rotated plates, square rods and a
+/// hollow ball), and by at most 0.24 at the edges and corners of thick bodies. Flat films get gaps below 1.5 voxels: at
+/// 1.2 they take up to 1 % of the film, at 1 voxel 9 %, at 0.8 half of it, at 0.6 all of it.
+inline constexpr double kThinVoxels = 3;
 
 /// Properties of a mesh, found while it was converted to a level set.
 struct SolidFigures {
@@ -22,8 +29,14 @@ struct SolidFigures {
     bool clean = true;
     double undecided = 0; ///< Fraction of the voxels near the mesh where 0.1 < |w| < 0.9.
     double hidden = 0;    ///< Fraction of the mesh's area that does not bound the solid.
-    double thin = 0; ///< Fraction of the surface where the solid is thinner than a voxel, so that the level set lacks
-                     ///< it.
+    /// Closed shells inside others that bound nothing, since their faces point outward as those of the shells around
+    /// them do: their number, their faces, and their volume in cubic world units.
+    size_t filledShells = 0, filledFaces = 0;
+    double filledVolume = 0;
+    double thin = 0; ///< Fraction of the surface where the solid is thinner than kThinVoxels.
+    double missing =
+        0;             ///< Fraction of the surface where it is thinner than a voxel, so that the level set may lack it.
+    double enough = 0; ///< Voxel size at which 95 % of the thin parts are kThinVoxels thick; 0 if there are none.
     double meanThickness = 0; ///< 2 * volume / area of the solid, in voxels.
 };
 
@@ -55,9 +68,12 @@ struct MeshSolid {
 /// A sheet, such as cloth or terrain, encloses nothing. With a thickness t, the solid consists of the points closer
 /// than t/2 to the mesh.
 ///
-/// Throws ValueError if the mesh has no faces or no extent or encloses nothing at this resolution, or if a size is not
-/// positive; ResourceError if the band would not fit in memory; Interrupted. The result does not depend on the number
-/// of threads.
+/// Positions of a mesh are float, so they are coarse far from the origin. The mesh is refused if neighbouring float
+/// numbers there are more than a quarter of a voxel apart.
+///
+/// Throws ValueError if the mesh has no faces or no extent, is too far from the origin, or encloses nothing at this
+/// resolution, or if a size is not positive; ResourceError if the band would not fit in memory; Interrupted. The result
+/// does not depend on the number of threads.
 MeshSolid solidOf(std::shared_ptr<const Mesh> mesh, const SolidOptions& options, const Monitor& monitor = {});
 
 } // namespace curlew

@@ -5,6 +5,11 @@
 #include "curlew/field/Transforms.h"
 #include "curlew/flow/Flows.h"
 #include "curlew/flow/Reshape.h"
+#include "curlew/track/Splitting.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
 
 namespace curlew::app {
 
@@ -218,13 +223,38 @@ void reshape(Context& c, const Arguments& a) {
     c.give(AnyFlow(reshaped(c.flow("flow"), options, c.follow("reshape"))));
 }
 
+/// Warns, once and not in every frame, if a sum crosses its wall.
+void warnOfCrossing(const Context& c, const Flow& sum, size_t termsOfFirst) {
+    if (!sum.domain().wall || !sum.domain().box.finite()) return;
+    if (std::exchange(c.memory().object, std::make_shared<bool>(true))) return;
+    SumAtWall at;
+    try {
+        at = sumAtWall(sum, 500, c.follow("checking the sum at the wall"));
+    } catch (const ValueError&) {
+        return; // an empty domain
+    }
+    if (at.whole.tangent()) return;
+    std::array<double, 2> crossing{}; // of the first flow and of the second
+    for (size_t k = 0; k < at.terms.size(); ++k) {
+        double& most = crossing[k < termsOfFirst ? 0 : 1];
+        most = std::max(most, at.terms[k].flux * at.terms[k].speed);
+    }
+    c.warn(
+        fmt::format("the {} flow crosses the wall of the other, at up to {:.2g} times the rms speed of the sum, so the "
+                    "sum does not go around the wall and points stop there; bound that flow too (-bound before "
+                    "-dfvn), or use -wind instead of a uniform or rising one",
+                    crossing[1] >= crossing[0] ? "newer" : "older", at.whole.flux));
+}
+
 void addFlows(Context& c, const Arguments&) {
     const Flow first = c.flow("first"), second = c.flow("second");
     // The flow with a wall determines the domain. If both have walls, the narrower layer is used to judge steps.
     Domain domain = first.domain().wall || !second.domain().wall ? first.domain() : second.domain();
     if (first.domain().wall && second.domain().wall)
         domain.wall->width = std::min(domain.wall->width, second.domain().wall->width);
-    c.give(AnyFlow((first + second).within(domain)));
+    const Flow sum = (first + second).within(domain);
+    warnOfCrossing(c, sum, first.terms().size());
+    c.give(AnyFlow(sum));
 }
 
 Action simpleFlow(std::string name, std::string summary, std::vector<Option> options, std::string example,

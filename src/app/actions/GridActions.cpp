@@ -6,6 +6,8 @@
 #include "curlew/vdb/ScalarGrids.h"
 #include "curlew/vdb/VelocityGrid.h"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace curlew::app {
@@ -31,22 +33,51 @@ std::string descriptionOf(const SolidFigures& figures) {
     return join(parts, "; ");
 }
 
+/// Returns a number with two digits, rounded down, so that a voxel of that size is small enough.
+std::string roundedDown(double value) {
+    const double unit = std::pow(10.0, std::floor(std::log10(value)) - 1);
+    return fmt::format("{:.2g}", std::floor(value / unit * (1 + 1e-5)) * unit);
+}
+
+/// Warns about closed shells inside others that do not make cavities.
+void warnOfFilled(const Context& c, const SolidFigures& figures) {
+    const bool one = figures.filledShells == 1;
+    if (figures.filledShells > 0)
+        c.warn(
+            fmt::format("{} closed {} inside the solid {} filled, not hollow, since {} faces point outward like those "
+                        "of the shell around {}: {} faces, volume {:.3g}; flip those faces if {} should be {}",
+                        figures.filledShells, one ? "shell" : "shells", one ? "is" : "are", one ? "its" : "their",
+                        one ? "it" : "them", figures.filledFaces, figures.filledVolume, one ? "it" : "they",
+                        one ? "a cavity" : "cavities"));
+}
+
+/// Warns about parts that are too thin for the voxels.
+void warnOfThinParts(const Context& c, const SolidFigures& figures, double voxel) {
+    constexpr double kWorthAWarning = 0.005;
+    if (!(figures.thin > kWorthAWarning)) return;
+    const std::string missing =
+        figures.missing > kWorthAWarning
+            ? fmt::format(", {:.1f} % by parts thinner than one, which the level set may lack", 100 * figures.missing)
+            : "";
+    c.warn(
+        fmt::format("thin parts: {:.1f} % of the surface belongs to parts thinner than {} voxels, where the level set "
+                    "may be off by more than half a voxel and films may have gaps{}; voxel={} is enough",
+                    100 * figures.thin, kThinVoxels, missing, roundedDown(std::min(figures.enough, voxel))));
+}
+
 void warnOfSolid(const Context& c, const SolidFigures& figures, double voxel) {
     if (figures.undecided > 0.5)
         c.warn(
             fmt::format("the mesh is a sheet rather than a solid: {:.0f} % of the voxels next to it are neither inside "
                         "nor outside; thickness={:.3g} turns it into an obstacle four voxels thick",
                         100 * figures.undecided, 4 * voxel));
-    else if (figures.meanThickness > 0 && figures.meanThickness < 2)
+    else if (figures.boundaryEdges > 0 && figures.meanThickness > 0 && figures.meanThickness < 2)
         c.warn(fmt::format(
-            "the volume that the mesh encloses is {:.2g} voxels thick on average; if it should be thicker, close the "
-            "holes of the mesh or flip its faces; otherwise use smaller voxels or thickness={:.3g}",
+            "the volume that the mesh encloses is only {:.1f} voxels thick on average; if it should be thicker, close "
+            "the holes of the mesh or flip its faces; otherwise use smaller voxels or thickness={:.3g}",
             figures.meanThickness, 4 * voxel));
-    if (figures.thin > 0.005)
-        c.warn(
-            fmt::format("thin parts: {:.1f} % of the surface belongs to parts thinner than a voxel, which the level "
-                        "set misses; use voxels smaller than {:.3g}",
-                        100 * figures.thin, voxel));
+    warnOfFilled(c, figures);
+    warnOfThinParts(c, figures, voxel);
 }
 
 void meshToLevelSetAction(Context& c, const Arguments& a) {
@@ -73,22 +104,28 @@ void meshToLevelSetAction(Context& c, const Arguments& a) {
                            {"turned", figures.turned},
                            {"undecided", figures.undecided},
                            {"hidden", figures.hidden},
+                           {"filled_shells", figures.filledShells},
+                           {"filled_faces", figures.filledFaces},
+                           {"filled_volume", figures.filledVolume},
                            {"thin", figures.thin},
+                           {"missing", figures.missing},
+                           {"voxel_enough", figures.enough},
                            {"mean_thickness_voxels", figures.meanThickness}};
     c.give(GridValue{levelSet.grid, levelSet.mesh});
 }
 
 /// Warns, once and not in every frame, if the voxels are too large for the flow.
 void warnOfCoarseVoxels(const Context& c, const Flow& flow, double voxel) {
-    constexpr double kRoundedDown = 0.95; // so that two digits suffice
     if (std::exchange(c.memory().object, std::make_shared<bool>(true))) return;
     const double wavelength = wavelengthOf(flow, c.follow("measuring the flow's wavelength")),
                  voxels = wavelength / voxel;
     if (!(wavelength > 0) || voxels >= kVoxelsPerWavelength) return;
+    // Rounded down: 3.96 voxels are not 4.
     c.warn(
-        fmt::format("the flow's wavelength of {:.3g} spans only {:.2g} voxels, so details are lost; voxel={:.2g} gives "
-                    "it {}, or use a lower frequency or fewer octaves",
-                    wavelength, voxels, kRoundedDown * wavelength / kVoxelsPerWavelength, kVoxelsPerWavelength));
+        fmt::format("the flow's wavelength of {:.3g} spans only {:.1f} voxels, fewer than {}, so details are lost; "
+                    "voxel={} is enough, or use a lower frequency or fewer octaves",
+                    wavelength, std::floor(10 * voxels) / 10, kVoxelsPerWavelength,
+                    roundedDown(wavelength / kVoxelsPerWavelength)));
 }
 
 /// Returns the current velocity of the flow's wall: from its motion since the previous frame or, in the first frame, to
@@ -122,7 +159,7 @@ void velocity(Context& c, const Arguments& a) {
     grid->setName(a.text("name"));
     c.say(fmt::format("velocity: {} active voxels of {:.6g}{}", grid->activeVoxelCount(), grid->voxelSize()[0],
                       motionOf(options.moving)));
-    warnOfCoarseVoxels(c, flow, grid->voxelSize()[0]);
+    if (c.used("velocity")) warnOfCoarseVoxels(c, flow, grid->voxelSize()[0]);
     const auto give = [&](const openvdb::GridBase::Ptr& made) {
         made->setSaveFloatAsHalf(a.flag("half"));
         made->setCreator("Curlew");

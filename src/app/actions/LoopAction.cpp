@@ -53,7 +53,8 @@ void loopAction(Context& c, const Arguments& a, const ReprojectionOptions& repro
                                     c.follow("loop"));
     LoopMoment moment = loops->at(a.real("time"), c.follow("advect"));
     const LoopSummary& s = loops->summary();
-    c.say(fmt::format("advect: {} points on their loops, {} outside", s.points, moment.outside));
+    c.say(fmt::format("advect: {} points on their loops, {} outside{}", s.points, moment.outside,
+                      c.madeFromLevelSet("flow") ? " the level set" : ""));
     c.report("advect") = {{"points", s.points},
                           {"speed_max", moment.points.maxSpeed()},
                           {"outside", moment.outside},

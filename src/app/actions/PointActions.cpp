@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+// Longer than 400 lines: -advect has more options, warnings and figures than any other action.
 #include "Actions.h"
 #include "LoopAction.h"
 #include "ScatterDomain.h"
 #include "TrackOptions.h"
 #include "curlew/app/registry/InContext.h"
+#include "curlew/app/registry/Text.h"
 #include "curlew/base/Memory.h"
 #include "curlew/track/Distance.h"
 #include "curlew/track/Neighbours.h"
@@ -28,7 +30,8 @@ constexpr double kSnapTolerance = 1e-9; ///< In the field's value, or relative t
 void scatterAction(Context& c, const Arguments& a) {
     const auto count = a.integer<size_t>("count");
     const Birthplace birth = birthplaceOf(c, a, OffSurface::flowsOnly);
-    requireMemory(static_cast<double>(count) * Points::kPlainBytes, fmt::format("{} points", count), "use fewer points");
+    requireMemory(static_cast<double>(count) * Points::kPlainBytes, fmt::format("{} points", count),
+                  "use fewer points");
     ScatterOptions place = birth.place;
     place.seed = a.integer<uint64_t>("seed");
     givePoints(c, scatterFrom(birth.domain, 0, count, place, c.follow("scatter")));
@@ -87,14 +90,22 @@ AdvectOptions advectOptions(const Context& c, const Arguments& a, const Flow& fl
     return options;
 }
 
-/// Warns about the terms of a sum that are not tangent to its wall.
+/// Warns about the terms of a sum that are not tangent to its wall, though the sum is. (-superpose warns of a sum that
+/// is not.)
 void warnOfTerms(const Context& c, const SumAtWall& sum) {
+    std::vector<std::string> crossing;
+    double flux = 0;
     for (size_t k = 0; k < sum.terms.size(); ++k)
-        if (!sum.terms[k].tangent())
-            c.warn(fmt::format(
-                "term {} of {} crosses the wall, at {:.2g} of its rms speed, so points stop there; bound it (-bound, "
-                "or -wind for a uniform flow), or let its potentials of -curl vanish at the wall",
-                k + 1, sum.terms.size(), sum.terms[k].flux));
+        if (!sum.terms[k].tangent()) {
+            crossing.push_back(fmt::format("{}", k + 1));
+            flux = std::max(flux, sum.terms[k].flux);
+        }
+    if (!crossing.empty() && sum.whole.tangent())
+        c.warn(
+            fmt::format("{} {} of {} cross{} the wall, at up to {:.2g} of {} rms speed, though the sum does not; "
+                        "splitting follows each term by itself, so points stop there: use splitting=none",
+                        crossing.size() == 1 ? "term" : "terms", join(crossing, " and "), sum.terms.size(),
+                        crossing.size() == 1 ? "es" : "", flux, crossing.size() == 1 ? "its" : "their"));
 }
 
 /// Sets the options for a flow that is a sum. Warns if points may cross its wall, or if a term is not tangent to it.
@@ -104,8 +115,8 @@ void prepareSum(Context& c, const Arguments& a, const Flow& flow, AdvectOptions&
     if (reprojects && a.given("reproject") && !a.given("splitting")) options.splitting = Splitting::strang;
     if (!flow.domain().wall || (c.clock() && c.report("advect").contains("terms"))) return; // warned in the first frame
     if (!reprojects) return c.warn("with reproject=none, points drift and may cross the wall");
-    const SumAtWall sum = sumAtWall(flow, 2000, c.follow("checking the terms at the wall"));
-    if (!sum.whole.tangent() || options.splitting != Splitting::none) warnOfTerms(c, sum);
+    if (options.splitting != Splitting::none)
+        warnOfTerms(c, sumAtWall(flow, 2000, c.follow("checking the terms at the wall")));
 }
 
 /// Describes how the tracks were kept.
@@ -129,11 +140,11 @@ void reportAdvect(Context& c, const Flow& flow, const AdvectResult& result, cons
     const std::string error = estimated ? fmt::format("; estimated error {:.1e} on average, {:.1e} at most",
                                                       result.errorMean, result.errorMax)
                                         : "";
-    c.say(
-        fmt::format("advect: {} points, {:.4g} steps each{}{}; {:.3g} corrections per step, {}, {} steps repeated, {} "
-                    "points not converged, {} outside",
-                    result.points, stepsEach, error, freezing, result.meanIterations, tracksOf(result, sum),
-                    result.retries, result.notConverged, result.outside));
+    c.say(fmt::format(
+        "advect: {} points, {:.4g} steps each{}{}; {:.3g} corrections per step, {}, {} steps repeated, {} "
+        "points not converged, {} outside{}",
+        result.points, stepsEach, error, freezing, result.meanIterations, tracksOf(result, sum), result.retries,
+        result.notConverged, result.outside, flow.domain().wall && c.madeFromLevelSet("flow") ? " the level set" : ""));
     if (result.coarse > 0)
         c.warn(fmt::format(
             "{} of {} steps exceed the requested error; use a larger accuracy=, more steps= or more halvings=",

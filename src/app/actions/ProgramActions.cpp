@@ -28,9 +28,9 @@ std::string described(const Value& value) {
                                        flow.divergenceFree() ? "" : ", normalised", fmt::join(domain.box.lower.c, ","),
                                        fmt::join(domain.box.upper.c, ","),
                                        !domain.wall                         ? ""
-                                       : domain.wall->side == Side::inside  ? ", inside a wall"
-                                       : domain.wall->side == Side::outside ? ", outside a wall"
-                                                                            : ", on both sides of a wall");
+                                       : domain.wall->side == Side::inside  ? "; domain: inside a wall"
+                                       : domain.wall->side == Side::outside ? "; domain: outside a wall"
+                                                                            : "; domain: both sides of a wall");
                 },
                 any);
         }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "../run/Figures.h"
 #include "Actions.h"
+#include "WallSolids.h"
 #include "curlew/app/registry/Text.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Memory.h"
@@ -24,6 +25,21 @@ std::string plain(const nlohmann::ordered_json& value) {
     return value.is_number_float() ? fmt::format("{:.3g}", value.get<double>()) : value.dump();
 }
 
+/// How far points may be on the wrong side of the mesh of a wall, in voxels of its level set.
+constexpr double kMostMeshDepth = 0.5;
+
+/// Describes points that are beyond the mesh of a wall. The names of their figures begin with `prefix`.
+std::string beyondMesh(const nlohmann::ordered_json& check, const std::string& prefix) {
+    const auto figure = [&](const char* name) { return check[prefix + name].get<double>(); };
+    return fmt::format(
+        "{} of {} {} are on the wrong side of the wall's mesh, by up to {:.3g} voxels ({:.3g} world units){}",
+        figure("mesh_outside"), figure(prefix.empty() ? "points" : "vertices"),
+        prefix.empty() ? "points" : "vertices of curves", figure("mesh_depth_max_voxels"), figure("mesh_depth_max"),
+        figure("outside") > 0 ? ""
+                              : ", though on the right side of its level set, whose voxels are too large "
+                                "for the mesh; use smaller ones (-mesh2ls voxel=)");
+}
+
 /// Returns the guarantees that the measurements violate.
 std::vector<std::string> brokenPromises(const nlohmann::ordered_json& check, bool staggered) {
     std::vector<std::string> broken;
@@ -42,7 +58,11 @@ std::vector<std::string> brokenPromises(const nlohmann::ordered_json& check, boo
                             check["divergence_by_differences_order"].get<double>()));
     }
     require("wall_flux", 1e-6);
-    require("outside", 0);
+    for (const std::string what : {"", "curves_"}) {
+        require((what + "outside").c_str(), 0);
+        if (check.value(what + "mesh_depth_max_voxels", 0.0) > kMostMeshDepth)
+            broken.push_back(beyondMesh(check, what));
+    }
     if (staggered) require("divergence_grid", 1e-6);
     return broken;
 }
@@ -133,6 +153,58 @@ void checkTracks(const Context& c, int steps, Report& found) {
     }
 }
 
+/// Judges positions by the meshes of the flow's wall. The names of the figures begin with `prefix`.
+void checkMesh(const Context& c, const std::optional<WallSolids>& solids, const std::string& prefix,
+               const std::vector<double>& x, const std::vector<double>& y, const std::vector<double>& z,
+               Report& found) {
+    if (!solids) return;
+    const WrongSide wrong = solids->wrongSide(x, y, z, c.follow("judging points by the wall's mesh"));
+    found[prefix + "mesh_outside"] = wrong.points;
+    found[prefix + "mesh_depth_max"] = wrong.depth;
+    found[prefix + "mesh_depth_max_voxels"] = wrong.depth / solids->voxel();
+}
+
+/// Compares points with the flow and its wall.
+void checkPoints(const Context& c, const Flow& flow, const std::optional<WallSolids>& solids, Report& found) {
+    const Points& particles = c.points("points").particles;
+    const ParticleDiagnostics points = diagnoseParticles(flow, particles, c.follow("checking the points"));
+    found["points"] = points.points;
+    if (flow.domain().wall) {
+        found["outside"] = points.outside;
+        found["penetration_max"] = points.penetration;
+        checkMesh(c, solids, "", particles.x, particles.y, particles.z, found);
+    }
+    // The track of points from a file belongs to another flow.
+    const bool tracked = c.points("points").tracked.identity != Digest{};
+    if (tracked && particles.hasTrack() && flow.hasTracks()) {
+        found["drift_f"] = points.driftF;
+        found["drift_g"] = points.driftG;
+    }
+    found["not_converged"] = points.notConverged;
+}
+
+/// Compares curves with the wall of the flow.
+void checkCurves(const Context& c, const Flow& flow, const std::optional<WallSolids>& solids, Report& found) {
+    const Curves& curves = *c.curves("curves");
+    Points points;
+    points.x = curves.x, points.y = curves.y, points.z = curves.z;
+    const ParticleDiagnostics vertices = diagnoseParticles(flow, points, c.follow("checking the curves"));
+    found["curves_vertices"] = vertices.points;
+    found["curves_outside"] = vertices.outside;
+    found["curves_penetration_max"] = vertices.penetration;
+    checkMesh(c, solids, "curves_", curves.x, curves.y, curves.z, found);
+}
+
+void checkPositions(const Context& c, Report& found) {
+    // Pathlines in a flow that changes were elsewhere than its wall is now.
+    const bool curves = c.has("curves") && c.steady("what") && dimensionOf(c.anyFlow("what")) <= 3;
+    if (!c.has("points") && !curves) return;
+    const Flow flow = c.flow("what");
+    const auto solids = WallSolids::of(c, "what");
+    if (c.has("points")) checkPoints(c, flow, solids, found);
+    if (curves && flow.domain().wall) checkCurves(c, flow, solids, found);
+}
+
 void check(Context& c, const Arguments& a) {
     Report found = Report::object();
     bool staggered = false;
@@ -152,23 +224,7 @@ void check(Context& c, const Arguments& a) {
         found["voxels"] = grid.voxels;
     }
     if (const int64_t steps = a.integer("tracks"); steps > 0) checkTracks(c, static_cast<int>(steps), found);
-    if (c.has("points") && ofFlow(c)) {
-        const Flow flow = c.flow("what");
-        const Points& particles = c.points("points").particles;
-        const ParticleDiagnostics points = diagnoseParticles(flow, particles, c.follow("checking the points"));
-        found["points"] = points.points;
-        if (flow.domain().wall) {
-            found["outside"] = points.outside;
-            found["penetration_max"] = points.penetration;
-        }
-        // The track of points from a file belongs to another flow.
-        const bool tracked = c.points("points").tracked.identity != Digest{};
-        if (tracked && particles.hasTrack() && flow.hasTracks()) {
-            found["drift_f"] = points.driftF;
-            found["drift_g"] = points.driftG;
-        }
-        found["not_converged"] = points.notConverged;
-    }
+    if (ofFlow(c)) checkPositions(c, found);
     if (found.empty()) throw ValueError("nothing to check yet: no field, flow, velocity grid or points");
     if (c.wholeReport().contains("advect")) found["advect"] = c.wholeReport()["advect"];
     found["seconds"] = c.session().seconds();
@@ -231,9 +287,11 @@ Input flowOrField() {
 Registry reportActions() {
     return {{.name = "check",
              .group = kGroup,
-             .summary = "measure divergence, wall flux, penetration and drift of a flow, or the value range of a field",
+             .summary = "measure divergence, wall flux, penetration (of level set and mesh) and drift of a flow, or "
+                        "the value range of a field",
              .takes = {flowOrField(), maybe(stays("velocity", {Kind::velocity}), "also checked if there is one"),
-                       maybe(stays("points", {Kind::points}), "also checked if there are any")},
+                       maybe(stays("points", {Kind::points}), "also checked if there are any"),
+                       maybe(stays("curves", {Kind::curves}), "also checked if there are any and the flow is steady")},
              .makes = {made("report", {Kind::report})},
              .options = {text("report", "", ".json file to write the figures to"),
                          integer("samples", "100000", 1, 1e9, "number of sample points in the flow or field"),

@@ -35,7 +35,8 @@ Surface subjectOf(const Context& c, const Arguments& a) {
 void shade(Context& c, const Arguments& a) {
     const Surface surface = subjectOf(c, a);
     const ImageValue* behind = c.has("image") ? &c.image("image") : nullptr;
-    if (behind && !behind->camera) throw ValueError("over=1 needs a picture made by -shade, since it uses its camera");
+    if (behind && (!behind->camera || behind->image.channels.back() != "Z"))
+        throw ValueError("over=1 needs a picture with a camera and depth, of -shade or of -splat look=opaque");
     const Camera camera = behind ? *behind->camera
                           : a.given("box") || a.given("eye")
                               ? cameraOf(a, a.given("box") ? a.box("box") : surface.box())
@@ -83,7 +84,9 @@ std::vector<Option> shadeOptions() {
          integer("smooth", "0", 0, 32,
                  "number of voxels over which a level set, or that of a mesh, is smoothed, to hide facets"),
          flag("outline", "0", "1: draw only a faint rim that hides nothing, to show what is inside"),
-         selector(flag("over", "0", "1: draw into the newest picture of -shade, by depth and with its camera")),
+         selector(flag(
+             "over", "0",
+             "1: draw into the newest picture, by depth and with its camera: one of -shade or -splat look=opaque")),
          flag("shadow", "1", "1: the surface casts shadows on itself"),
          vector("light", "", "", "direction to the key light (default: over the camera's left shoulder)"),
          notNegative("gloss", fmt::format("{}", look.gloss), "", "strength of the highlight and of the rim"),

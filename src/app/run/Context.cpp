@@ -107,6 +107,54 @@ std::string Context::programOf(std::string_view input, size_t index) const {
 Digest Context::keyOf(std::string_view input) const { return mEvaluator.keyOf(link(input, 0)); }
 bool Context::steady(std::string_view input) const { return mEvaluator.steady(link(input, 0)); }
 
+/// Returns the links to level sets behind an input, by the inputs of the nodes that take them.
+std::vector<std::vector<Link>> Context::levelSetLinks(std::string_view input) const {
+    std::vector<std::vector<Link>> found;
+    std::vector<Link> ahead = links(input);
+    std::vector<bool> seen(graph().nodes.size());
+    while (!ahead.empty()) {
+        const Link at = ahead.back();
+        ahead.pop_back();
+        if (at.from != Link::From::node || seen[at.index]) continue;
+        seen[at.index] = true;
+        for (const auto& links : graph().nodes[at.index].inputs) {
+            const auto isLevelSet = [&](const Link& one) { return graph().objectOf(one).kind == Kind::levelSet; };
+            if (!links.empty() && std::all_of(links.begin(), links.end(), isLevelSet))
+                found.push_back(links);
+            else
+                ahead.insert(ahead.end(), links.begin(), links.end());
+        }
+    }
+    return found;
+}
+
+bool Context::madeFromLevelSet(std::string_view input) const { return !levelSetLinks(input).empty(); }
+
+std::vector<std::vector<GridValue>> Context::levelSetsBehind(std::string_view input) const {
+    std::vector<std::vector<GridValue>> found;
+    for (const auto& links : levelSetLinks(input)) {
+        std::vector<GridValue> levelSets;
+        for (const Link& one : links) {
+            const Value level = mEvaluator.value(one, mMoment);
+            if (const auto* grid = std::get_if<GridValue>(&level); grid && grid->grid) levelSets.push_back(*grid);
+        }
+        if (levelSets.size() == links.size()) found.push_back(std::move(levelSets));
+    }
+    return found;
+}
+
+bool Context::used(std::string_view output) const {
+    if (session().mKeeps || !graph().wanted.empty()) return true;
+    const auto& outputs = graph().nodes[mNode].outputs;
+    const auto isIt = [&](const Link& one) {
+        return one.from == Link::From::node && one.index == mNode && outputs.at(one.output).name == output;
+    };
+    for (const Node& node : graph().nodes)
+        for (const auto& links : node.inputs)
+            if (std::any_of(links.begin(), links.end(), isIt)) return true;
+    return false;
+}
+
 std::shared_ptr<const void>& Context::keptObject(const Digest& key) const {
     Session::Kept& kept = session().mKept[key];
     kept.used = true;

@@ -63,6 +63,12 @@ class Context {
     Digest keyOf(std::string_view input) const;
     /// Returns whether the object of an input is the same at every moment.
     bool steady(std::string_view input) const;
+    /// Returns the level sets from which an object was made, on any way through fields and flows: one list for each
+    /// input of a node that takes level sets only, such as the walls of -bound. Lists whose values the program no
+    /// longer holds are left out, and so are objects of an earlier program.
+    std::vector<std::vector<GridValue>> levelSetsBehind(std::string_view input) const;
+    /// Returns whether an object was made from a level set in this way.
+    bool madeFromLevelSet(std::string_view input) const;
     /// Returns the object for a key, calling `make` (which returns a shared pointer to T) if there is none yet. The
     /// object is kept for later moments, and for the session's next run as long as each run uses it. The key must cover
     /// everything that the object depends on, and its type.
@@ -77,6 +83,8 @@ class Context {
 
     // --- results
 
+    /// Returns whether an output of this node has a use: in another node or, if the session keeps its objects, later.
+    bool used(std::string_view output) const;
     void give(Value value) { mResult.outputs.push_back(std::move(value)); }
     /// Returns a section of the report, named after an action or by the user. Existing values remain until they are
     /// overwritten.
@@ -103,6 +111,7 @@ class Context {
   private:
     const std::vector<Link>& links(std::string_view input) const;
     const Link& link(std::string_view input, size_t index) const;
+    std::vector<std::vector<Link>> levelSetLinks(std::string_view input) const;
     std::shared_ptr<const void>& keptObject(const Digest& key) const;
 
     Evaluator& mEvaluator;

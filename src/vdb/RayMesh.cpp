@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "RayMesh.h"
+#include "curlew/vdb/RayMesh.h"
 
 #include "curlew/base/Error.h"
 
@@ -9,6 +9,7 @@
 #include <embree3/rtcore.h>
 #endif
 #include <fmt/format.h>
+#include <openvdb/math/Proximity.h>
 
 #include <algorithm>
 #include <cmath>
@@ -18,7 +19,7 @@ namespace curlew {
 namespace {
 
 Box boundsOf(const std::vector<Vec3d>& vertices, const std::vector<Vec<uint32_t, 3>>& triangles) {
-    if (triangles.empty()) throw ValueError("a mesh without faces cannot be drawn");
+    if (triangles.empty()) throw ValueError("a mesh without faces has no surface");
     Box box{vertices.at(triangles[0][0]), vertices.at(triangles[0][0])};
     for (const auto& triangle : triangles)
         for (const uint32_t k : triangle.c)
@@ -26,7 +27,7 @@ Box boundsOf(const std::vector<Vec3d>& vertices, const std::vector<Vec<uint32_t,
                 box.lower[axis] = std::min(box.lower[axis], vertices.at(k)[axis]);
                 box.upper[axis] = std::max(box.upper[axis], vertices.at(k)[axis]);
             }
-    if (!box.finite() || !(length(box.size()) > 0)) throw ValueError("a mesh without size cannot be drawn");
+    if (!box.finite() || !(length(box.size()) > 0)) throw ValueError("a mesh without size has no surface");
     return box;
 }
 
@@ -111,18 +112,42 @@ RayMesh::RayMesh(std::vector<Vec3d> vertices, std::vector<Vec<uint32_t, 3>> tria
     mScene->check();
 }
 
+namespace {
+
+std::vector<Vec3d> verticesOf(const Mesh& mesh) {
+    std::vector<Vec3d> vertices(mesh.points.size());
+    for (size_t k = 0; k < vertices.size(); ++k)
+        for (int axis = 0; axis < 3; ++axis) vertices[k][axis] = static_cast<double>(mesh.points[k][axis]);
+    return vertices;
+}
+
+std::vector<Vec<uint32_t, 3>> trianglesOf(const Mesh& mesh) {
+    std::vector<Vec<uint32_t, 3>> triangles;
+    triangles.reserve(mesh.triangles.size() + 2 * mesh.quads.size());
+    for (const auto& t : mesh.triangles) triangles.push_back({{t[0], t[1], t[2]}});
+    for (const auto& q : mesh.quads) {
+        triangles.push_back({{q[0], q[1], q[2]}});
+        triangles.push_back({{q[0], q[2], q[3]}});
+    }
+    return triangles;
+}
+
+} // namespace
+
+RayMesh::RayMesh(const Mesh& mesh) : RayMesh(verticesOf(mesh), trianglesOf(mesh)) {}
+
 RayMesh::~RayMesh() = default;
 
-std::optional<RayMesh::Hit> RayMesh::hit(const Ray& ray) const {
+std::optional<RayMesh::Hit> RayMesh::hit(const Vec3d& origin, const Vec3d& direction) const {
     RTCRayHit query{};
-    query.ray = queryOf((ray.origin - mCenter) * mScale, ray.direction);
+    query.ray = queryOf((origin - mCenter) * mScale, direction);
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     intersect(mScene->scene, query);
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
     // Intersect the triangle's plane in double (Möller and Trumbore 1997).
     const auto& corners = mTriangles[query.hit.primID];
     const Vec3d a = mVertices[corners[0]], ab = mVertices[corners[1]] - a, ac = mVertices[corners[2]] - a;
-    const Vec3d across = cross(ray.direction, ac), from = ray.origin - a;
+    const Vec3d across = cross(direction, ac), from = origin - a;
     const double determinant = dot(ab, across);
     Hit hit{.distance = static_cast<double>(query.ray.tfar) / mScale, .triangle = query.hit.primID};
     hit.u = static_cast<double>(query.hit.u), hit.v = static_cast<double>(query.hit.v);
@@ -132,14 +157,66 @@ std::optional<RayMesh::Hit> RayMesh::hit(const Ray& ray) const {
     if (!(std::abs(distance - hit.distance) * mScale < 1e-3)) return hit;
     hit.distance = distance;
     hit.u = std::clamp(dot(from, across) / determinant, 0.0, 1.0);
-    hit.v = std::clamp(dot(ray.direction, beside) / determinant, 0.0, 1 - hit.u);
+    hit.v = std::clamp(dot(direction, beside) / determinant, 0.0, 1 - hit.u);
     return hit;
 }
 
-bool RayMesh::occluded(const Ray& ray) const {
-    RTCRay query = queryOf((ray.origin - mCenter) * mScale, ray.direction);
+bool RayMesh::occluded(const Vec3d& origin, const Vec3d& direction) const {
+    RTCRay query = queryOf((origin - mCenter) * mScale, direction);
     occlude(mScene->scene, query);
     return query.tfar < 0;
+}
+
+namespace {
+
+openvdb::Vec3d asVdb(const Vec3d& p) { return {p[0], p[1], p[2]}; }
+
+/// The search for the closest triangle. Embree calls visit() for triangles that may be closer than the query's radius.
+struct ClosestTriangle {
+    const RayMesh& mesh;
+    openvdb::Vec3d position; ///< World units.
+    double scale;            ///< From world units to Embree's.
+    double best = std::numeric_limits<double>::infinity();
+
+    static bool visit(RTCPointQueryFunctionArguments* arguments) {
+        auto& search = *static_cast<ClosestTriangle*>(arguments->userPtr);
+        const auto& corners = search.mesh.triangles()[arguments->primID];
+        const auto corner = [&](int k) { return asVdb(search.mesh.vertices()[corners[k]]); };
+        openvdb::Vec3d weights;
+        const openvdb::Vec3d closest =
+            openvdb::math::closestPointOnTriangleToPoint(corner(0), corner(1), corner(2), search.position, weights);
+        const double distance = (closest - search.position).length();
+        if (!(distance < search.best)) return false;
+        search.best = distance;
+        // Embree compares in float: leave a margin for its rounding.
+        arguments->query->radius = static_cast<float>(distance * search.scale * (1 + 1e-5) + 1e-6);
+        return true;
+    }
+};
+
+} // namespace
+
+double RayMesh::distanceTo(const Vec3d& position) const {
+    ClosestTriangle search{.mesh = *this, .position = asVdb(position), .scale = mScale};
+    const Vec3d local = (position - mCenter) * mScale;
+    RTCPointQuery query{};
+    query.x = static_cast<float>(local[0]);
+    query.y = static_cast<float>(local[1]);
+    query.z = static_cast<float>(local[2]);
+    if (!std::isfinite(query.x) || !std::isfinite(query.y) || !std::isfinite(query.z)) return search.best;
+    query.radius = std::numeric_limits<float>::infinity();
+    RTCPointQueryContext context;
+    rtcInitPointQueryContext(&context);
+    rtcPointQuery(mScene->scene, &query, &context, ClosestTriangle::visit, &search);
+    return search.best;
+}
+
+Vec3d RayMesh::normal(uint32_t triangle) const {
+    const auto& corners = mTriangles[triangle];
+    const Vec3d a = mVertices[corners[0]];
+    const Vec3d area = cross(mVertices[corners[1]] - a, mVertices[corners[2]] - a);
+    const double size = length(area);
+    return size > 0 ? area * (1 / size) : Vec3d{};
 }
 
 } // namespace curlew

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "curlew/field/Shapes.h"
+#include "curlew/vdb/MeshFile.h"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace curlew {
+
+/// Triangles for ray tracing and closest points with Embree (3 or 4; no other file uses it). Rays hit neighbouring
+/// triangles without gaps. Embree finds the triangle in float, with the mesh's box moved to the origin and scaled to 1;
+/// the hit is then computed here in double. All machines use the same instruction set (AVX2). Immutable, safe to share
+/// between threads.
+class RayMesh {
+  public:
+    /// Throws ValueError if there are no triangles or the box has no extent, ResourceError if Embree runs out of
+    /// memory.
+    RayMesh(std::vector<Vec3d> vertices, std::vector<Vec<uint32_t, 3>> triangles);
+    /// The faces of a mesh. Each quad is split along the diagonal from its first to its third vertex.
+    explicit RayMesh(const Mesh& mesh);
+    ~RayMesh();
+    RayMesh(const RayMesh&) = delete;
+    RayMesh& operator=(const RayMesh&) = delete;
+
+    struct Hit {
+        double distance = 0; ///< From the ray's origin, world units.
+        uint32_t triangle = 0;
+        double u = 0, v = 0; ///< Barycentric weights of the triangle's second and third vertex.
+    };
+    /// Returns the first triangle that the ray from `origin` along `direction`, a unit vector, hits; nullopt if there
+    /// is none.
+    std::optional<Hit> hit(const Vec3d& origin, const Vec3d& direction) const;
+    /// Returns whether a ray hits any triangle.
+    bool occluded(const Vec3d& origin, const Vec3d& direction) const;
+    /// Returns the distance from a position to the closest triangle, world units. Infinite if the position is not
+    /// finite.
+    double distanceTo(const Vec3d& position) const;
+    /// Returns the normal of a triangle: a unit vector, on the side from which its vertices run counter-clockwise. Zero
+    /// if the triangle has no area.
+    Vec3d normal(uint32_t triangle) const;
+
+    const std::vector<Vec3d>& vertices() const { return mVertices; }
+    const std::vector<Vec<uint32_t, 3>>& triangles() const { return mTriangles; }
+    const Box& box() const { return mBox; }
+
+  private:
+    std::vector<Vec3d> mVertices;
+    std::vector<Vec<uint32_t, 3>> mTriangles;
+    Box mBox;
+    Vec3d mCenter;
+    double mScale = 1; ///< From world units to Embree's.
+    struct Scene;
+    std::unique_ptr<Scene> mScene;
+};
+
+} // namespace curlew

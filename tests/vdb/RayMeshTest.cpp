@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "curlew/base/Error.h"
+#include "curlew/vdb/RayMesh.h"
+#include "support/Meshes.h"
+#include "support/Points.h"
+
+#include <openvdb/math/Proximity.h>
+
+using namespace curlew;
+
+namespace {
+
+/// Computes the distance by brute force over all triangles.
+double distanceTo(const Mesh& mesh, const Vec3d& position) {
+    const openvdb::Vec3d p(position[0], position[1], position[2]);
+    double best = 1e300;
+    for (const auto& t : test::trianglesOf(mesh)) {
+        openvdb::Vec3d uvw;
+        const openvdb::Vec3d closest = openvdb::math::closestPointOnTriangleToPoint(
+            openvdb::Vec3d(mesh.points[t[0]]), openvdb::Vec3d(mesh.points[t[1]]), openvdb::Vec3d(mesh.points[t[2]]), p,
+            uvw);
+        best = std::min(best, (closest - p).length());
+    }
+    return best;
+}
+
+} // namespace
+
+TEST_CASE("RayMesh: the closest triangle is that of a search through all triangles", "[RayMesh]") {
+    // Also far from the origin, at a thousandth of the size, and for points far from the mesh.
+    const auto [offset, scale] = GENERATE(table<float, float>({{0.0f, 1.0f}, {100.0f, 1.0f}, {0.0f, 0.001f}}));
+    Mesh mesh = test::spot();
+    for (auto& p : mesh.points) p = p * scale + test::Vec3s(offset);
+    const RayMesh rays(mesh);
+    test::Worst worst;
+    for (uint64_t k = 0; k < 60; ++k) {
+        const double reach = k % 3 == 0 ? 50 : k % 3 == 1 ? 1.2 : 0.3;
+        Vec3d p = test::randomPoint(test::cube(reach), 5, k);
+        for (int axis = 0; axis < 3; ++axis)
+            p[axis] = p[axis] * static_cast<double>(scale) + static_cast<double>(offset);
+        const double exact = distanceTo(mesh, p);
+        worst.see(std::abs(rays.distanceTo(p) - exact) / exact, p);
+    }
+    CAPTURE(worst.where, worst.value);
+    CHECK(worst.value < 1e-9);
+    CHECK(std::isinf(rays.distanceTo({{std::nan(""), 0, 0}})));
+}
+
+TEST_CASE("RayMesh: a ray through a ball hits both sides with normals that point outward", "[RayMesh]") {
+    const RayMesh rays(test::ball(4));
+    const auto first = rays.hit({{-3, 0.1, 0.2}}, {{1, 0, 0}});
+    REQUIRE(first);
+    const double x = std::sqrt(1 - 0.01 - 0.04); // of the sphere; facets are within 0.002 of it
+    CHECK(first->distance == Approx(3 - x).margin(0.005));
+    CHECK(rays.normal(first->triangle)[0] < -0.9);
+    const auto second = rays.hit({{0, 0.1, 0.2}}, {{1, 0, 0}});
+    REQUIRE(second);
+    CHECK(second->distance == Approx(x).margin(0.005));
+    CHECK(rays.normal(second->triangle)[0] > 0.9);
+    CHECK(rays.occluded({{0, 0, 0}}, {{0, 1, 0}}));
+    CHECK_FALSE(rays.occluded({{0, 2, 0}}, {{0, 1, 0}}));
+    CHECK_THROWS_AS(RayMesh(Mesh{}), ValueError);
+}
