@@ -36,13 +36,13 @@ void forgetMemory() { malloc_trim(0); }
 
 void velocity(benchmark::State& state, const Flow& flow, const VelocityGridOptions& options, int threads = 1) {
     const ThreadLimit limit(threads);
-    openvdb::Vec3SGrid::Ptr grid; // outside of the loop, so that freeing the memory is not timed
+    openvdb::Vec3SGrid::Ptr grid; // outside the loop, so that freeing the memory is not timed
     forgetMemory();
     for (auto _ : state) grid = velocityGrid(flow, options);
     countVoxels(state, *grid);
 }
 
-/// Times the same with memory that the process already has, which leaves the work of the kernels.
+/// Times velocityGrid() in memory that the process already has, so that mainly the kernels are timed.
 void velocityAgain(benchmark::State& state, const Flow& flow, const VelocityGridOptions& options) {
     const ThreadLimit limit(1);
     mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
@@ -100,7 +100,7 @@ void fill(benchmark::State& state) {
     countVoxels(state, *grid);
 }
 
-/// Times the code that vdb_ax runs, without file input and output: compiled for this processor, with full optimisation.
+/// Times the code that vdb_ax runs, without file input and output, compiled for this processor with full optimisation.
 void curlSimplexNoise(benchmark::State& state) {
     const ThreadLimit limit(1);
     namespace ax = openvdb::ax;

@@ -181,31 +181,31 @@ void writeRdf(const std::filesystem::path& path, const std::array<Measured, 5>& 
 
 constexpr const char* kText = R"(## ICN Table 1 and Fig. 4: jittering in 3 to 7 dimensions
 
-The distance from a point to the one that is nearest: its median over the points, and its minimum. "±" is how far the
-median of one set is from the mean over the sets; the paper has one set of each kind.
+The distance from a point to its nearest neighbour: its median and its minimum over the points. "±" is the standard
+deviation of the median between sets. The paper has one set of each kind.
 
-What the paper leaves open, and how we read it:
-- *The lattice* has its outermost points at 0.05 and 0.95, so its spacing is 0.1 for n = 3, 4, 5, then 0.15 and 0.18, while
-  points at random move by u = 0.1 in all dimensions: it is this reading that gives the published figures of points at
-  random (0.118 and 0.146 for n = 6 and 7). In 3D the published 0.069 is 2.5 deviations above the mean of such sets.
-- *Curl noise as ICN*: the published simplex noise (its kernel jumps at the faces of simplices) of wavelength 1, that is one
-  unit cube and not so many spacings; the cross product of the gradients as it is; one RK4 step of {} d̄, put back onto the
-  track. That one number fits all five dimensions. Points that a jump of the noise takes off their tracks, 0.5 to 2 %, stay
-  where they are.
-- *Curl noise as Curlew* by default (`-jitter`, `curlew/track/Jitter.h`): a continuous noise of 0.3 cycles a spacing, and all points
-  move equally far, by 0.16 d̄ spacings. The median is 0.81 to 0.84 spacings in all dimensions (ICN's rises to 0.98 in 7D, where its
-  noise is weak and most points hardly move), the minimum is larger. Not divergence-free.
-- *Poisson disk*: the cube filled with points, the radius u. SciPy's sampler, which the paper uses, looks for neighbours two
-  cells of u/√n away and so misses some from 5D on: its minima of 0.092, 0.084 and 0.080 are below u. Ours are not. In
-  6D and 7D we fill a part of the cube, of edge 0.8 and 0.6.
-- *Sobol*: the published figures in 6D and 7D are those of about 10^6 and 10^7 points, not of 7^6 and 6^7, scrambled as SciPy
-  does it by default. The medians of such sets deviate by 2 to 5 %.
+The paper leaves some details open. We interpret them as follows:
+- *The lattice* has its outermost points at 0.05 and 0.95. So its spacing is 0.1 for n = 3, 4, 5, and 0.15 and 0.18 for n = 6, 7.
+  Points at random move by u = 0.1 in all dimensions. This interpretation reproduces the published figures for points at
+  random (0.118 and 0.146 for n = 6 and 7). In 3D, the published 0.069 is 2.5 standard deviations above the mean of such sets.
+- *Curl noise as ICN*: the published simplex noise (its kernel is discontinuous at the faces of simplices) with a wavelength of
+  one unit cube, independent of the spacing, the unscaled cross product of the gradients, and one RK4 step of {} d̄ with
+  reprojection. This step length fits all five dimensions. If a discontinuity of the noise takes a point off its track, the point
+  stays where it is (0.5 to 2 % of the points).
+- *Curl noise as Curlew* by default (`-jitter`, `curlew/track/Jitter.h`): a continuous noise with 0.3 cycles per spacing. All points
+  move equally far, by 0.16 d̄ spacings. The median is 0.81 to 0.84 spacings in all dimensions, and the minimum is larger. (ICN's
+  median rises to 0.98 in 7D, where its noise is weak and most points hardly move.) This flow is not divergence-free.
+- *Poisson disk*: fills the cube with points, with the radius u. SciPy's sampler, which the paper uses, searches for neighbours
+  only two cells of size u/√n away, so it misses some in 5D and above: its minima of 0.092, 0.084 and 0.080 are below u. Ours are
+  not. In 6D and 7D, we fill only a part of the cube, with the edge lengths 0.8 and 0.6.
+- *Sobol*: the published figures in 6D and 7D are those of about 10^6 and 10^7 points, not of 7^6 and 6^7 points, scrambled as
+  SciPy does by default. The medians of such sets deviate by 2 to 5 %.
 
-The curves of Fig. 4 are in icn_fig4_rdf_3d.csv to icn_fig4_rdf_7d.csv: pairs of points at a distance, relative to as many
-independent points in the same cube. Curl noise is made on all processors, so on two in half of the time below;
-the paper's times for 7D are 105 s (curl noise) and over three hours (Poisson disk).
+The curves of Fig. 4 are in icn_fig4_rdf_3d.csv to icn_fig4_rdf_7d.csv: the number of pairs of points by distance, relative to
+the same number of independent points in the same cube. Curl noise is computed on all processors, so two processors take half
+of the time below. The paper's times for 7D are 105 s (curl noise) and over three hours (Poisson disk).
 
-| n | points | number | median | ICN | minimum | ICN | sets | seconds of a processor |
+| n | points | number | median | ICN | minimum | ICN | sets | processor seconds |
 |---|---|---|---|---|---|---|---|---|
 )";
 

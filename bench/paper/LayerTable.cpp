@@ -154,16 +154,15 @@ struct Extremes {
 void profiles(const TableRun& run, fmt::memory_buffer& text, std::vector<std::string>& broken) {
     const auto out = std::back_inserter(text);
     const int pairs = std::max(2, static_cast<int>(std::lround(16 * run.scale)));
-    fmt::format_to(
-        out,
-        "Root mean square speeds in the layer at a wall, in {} bins from the wall inwards, relative to that "
-        "of the same noises without a wall. Mean over frequencies 2, 3 and 5, 1 and 2 octaves, {} pairs of "
-        "noises each, {} positions; least and most are those of any bin of any of the six noises. As printed: "
-        "Eq. 13 with (1 − α) d, the same noises. Before: the former default, shifted by more than its bound, as large "
-        "as the layer is wide.\n\n"
-        "| object | side | width × frequency | wall | | | | end | least | most | as printed | before |\n"
-        "|---|---|---|---|---|---|---|---|---|---|---|---|\n",
-        kBins, pairs, kPositions);
+    fmt::format_to(out,
+                   "Rms speeds in the layer at a wall, in {} bins from the wall to the end of the layer, relative to "
+                   "the rms speed of the same noises without a wall. Means over the frequencies 2, 3 and 5, 1 and 2 "
+                   "octaves, {} pairs of noises each, and {} positions. Min and max are over all bins of the six kinds "
+                   "of noise. As printed: Eq. 13 with (1 − α) d and the same noises. Before: the former default, in "
+                   "which the noise was scaled to the width of the layer and shifted by more than its bound.\n\n"
+                   "| object | side | width × frequency | wall | | | | end | min | max | as printed | before |\n"
+                   "|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+                   kBins, pairs, kPositions);
     for (const Place& place : places())
         for (size_t w = 0; w < kWidths.size(); ++w) {
             std::array<double, kBins> mean{};
@@ -196,7 +195,7 @@ void curlProfiles(const TableRun& run, fmt::memory_buffer& text) {
     const auto out = std::back_inserter(text);
     const int pairs = std::max(2, static_cast<int>(std::lround(16 * run.scale)));
     fmt::format_to(out,
-                   "\nClassical curl noise with Bridson's ramp, in the sphere, frequency 3:\n\n"
+                   "\nClassical curl noise with Bridson's ramp, inside the sphere, frequency 3:\n\n"
                    "| width × frequency | wall | | | | end |\n|---|---|---|---|---|---|\n");
     for (const double relative : kWidths) {
         const Wall wall{.sdf = sphereSdf(1), .width = relative / 3};
@@ -219,8 +218,8 @@ void advected(const TableRun& run, fmt::memory_buffer& text, std::vector<std::st
     const auto count = static_cast<size_t>(200000 * run.scale);
     fmt::format_to(
         out,
-        "\n{} points in and around spot, noises of frequency 3, two octaves, the default layer, rms speed 1, "
-        "time 2:\n\n| side | separated | scheme | steps | outside | not converged |\n|---|---|---|---|---|---|\n",
+        "\n{} points inside and outside spot, noises of frequency 3 with two octaves, a layer of width 0.1, rms speed "
+        "1, time 2:\n\n| side | separated | scheme | steps | outside | not converged |\n|---|---|---|---|---|---|\n",
         count);
     const Noises n = noises(3, 2, 0);
     for (const Place& place : places()) {
@@ -248,7 +247,7 @@ void advected(const TableRun& run, fmt::memory_buffer& text, std::vector<std::st
 std::vector<std::string> layerTable(const TableRun& run, std::ostream& out) {
     fmt::memory_buffer text;
     std::vector<std::string> broken;
-    fmt::format_to(std::back_inserter(text), "## ICN Eq. 13: how fast the flow is in the layer at a wall\n\n");
+    fmt::format_to(std::back_inserter(text), "## ICN Eq. 13: the speed of the flow in the layer at a wall\n\n");
     profiles(run, text, broken);
     curlProfiles(run, text);
     advected(run, text, broken);

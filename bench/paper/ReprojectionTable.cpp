@@ -38,10 +38,10 @@ std::vector<std::string> reprojectionTable(const TableRun& run, std::ostream& ou
     Points exact = start;
     advect(flow, exact, {.time = kTime, .reprojection = {.tolerance = 1e-11}, .accuracy = 1e-9});
     out << fmt::format(
-        "## What reprojection is worth\n\nOf {} points in spot after {} s, with the flow of the guide's "
-        "main job.\n\n"
-        "| | outside, reprojected | outside, not | off track (f / g), reprojected | off track (f / g), not "
-        "| from where they should be, reprojected | not |\n|---|---|---|---|---|---|---|\n",
+        "## The effect of reprojection\n\n{} points in spot after {} s, in the flow of the guide's main example, with "
+        "and without reprojection.\n\n"
+        "| | outside, with | outside, without | distance from the track (f / g), with | distance from the track (f / "
+        "g), without | position error, with | position error, without |\n|---|---|---|---|---|---|---|\n",
         count, kTime);
     std::vector<std::string> broken;
     for (const Row& row : kRows) {

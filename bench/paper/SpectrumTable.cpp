@@ -88,13 +88,13 @@ void plot(const Kind& kind, const std::array<EnergySpectrum, kGains.size()>& spe
 std::vector<std::string> spectrumTable(const TableRun& run, std::ostream& out) {
     const int dim = std::max(64, static_cast<int>(std::lround(160 * std::cbrt(run.scale))));
     out << fmt::format(
-        "## Kolmogorov's slope by gain\n\nThe slope of the energy spectrum E(k) of five octaves of lacunarity 2, in "
-        "{}³ voxels of a box of 4 cells, over wave numbers of three octaves (every octave counts the same); "
-        "Kolmogorov: "
-        "−5/3. The last column is the gain that gives it, by a straight line between its neighbours.\n\n|  |",
+        "## Kolmogorov's slope by gain\n\nThe slope of the energy spectrum E(k) of five octaves with lacunarity 2, in "
+        "{}³ voxels in a box of 4 cells, fitted over three octaves of wave numbers with equal weight for each octave. "
+        "Kolmogorov's slope is −5/3. The second to last column is the gain that gives it, by linear interpolation. The "
+        "last column is the gain that the documentation states.\n\n|  |",
         dim);
     for (const double gain : kGains) out << fmt::format(" {} |", gain);
-    out << " gain for −5/3 | documents |\n|---|---|---|---|---|---|---|\n";
+    out << " gain for −5/3 | documented |\n|---|---|---|---|---|---|---|\n";
     std::vector<std::string> broken;
     for (const Kind& kind : kKinds) {
         std::array<EnergySpectrum, kGains.size()> spectra;

@@ -80,10 +80,10 @@ void judge(std::string_view setting, const Row& row, std::vector<std::string>& b
 std::vector<std::string> splittingTable(const TableRun& run, std::ostream& out) {
     const auto count = static_cast<size_t>(std::max(100.0, std::round(5000 * run.scale)));
     out << fmt::format(
-        "## Sums in a wall, as a whole and by splitting\n\n{} points in the unit ball, time {}, RK4; the layer is 0.2 "
-        "wide, the wind's 0.5, noises have the frequency 1.5, and the rms speed is 1. Distances are from where RK4 "
-        "takes the points with 2000 steps of the sum as a whole; drift is the greatest of any term's labels in any "
-        "substep, relative to the label's rms.\n\n",
+        "## Sums in a wall, as a whole and by splitting\n\n{} points in the unit ball, time {}, RK4. The width of the "
+        "layer is 0.2 (0.5 for the wind), the noises have the frequency 1.5, and the rms speed is 1. Distances are "
+        "relative to the result of 2000 RK4 steps of the sum as a whole. Drift is the maximum over all labels of all "
+        "terms and over all substeps, relative to the label's rms.\n\n",
         count, kTime);
     out << "| sum | followed | steps | outside | mean distance | drift | not converged | seconds |\n"
            "|---|---|---|---|---|---|---|---|\n";

@@ -128,8 +128,7 @@ void writeBars(const Setting& setting, const std::vector<Way>& all, bool judged,
         const Cheapest time = cheapest(all, like.off.mean, [](const Way& way) { return way.time(); });
         const double share = work.cost / like.evaluations();
         out << fmt::format(
-            "\nAt the mean error of {}: {:.2f} of its evaluations and {:.2f} of its time, by {} (aimed at: "
-            "{}).\n",
+            "\nAt the mean error of {}: {:.2f} of its evaluations and {:.2f} of its time, by {} (target: {}).\n",
             like.name, share, time.cost / like.time(), kSchemeNames.at(static_cast<size_t>(work.scheme)), bar.aim);
         if (judged && !(share <= bar.claim))
             broken.push_back(
@@ -143,8 +142,8 @@ void writeVolumes(const Setting& setting, std::ostream& out, std::vector<std::st
     for (size_t k = 0; k < count; ++k) positions.push_back(setting.start.position(k * setting.start.size() / count));
     const VolumeChange change = volumeChange(FlowInTime(setting.flow), positions, 0, {.time = kTime});
     out << fmt::format(
-        "\nVolumes: the determinant of the flow map's derivative (variational equation) is at most {:.1e} "
-        "from 1, at {} points.\n",
+        "\nVolumes: the determinant of the flow map's Jacobian (variational equation) deviates from 1 by at most "
+        "{:.1e}, at {} points.\n",
         change.farthest, change.samples);
     if (!(change.farthest <= kVolumeBar))
         broken.push_back(fmt::format("{}: volumes change by {:.1e}", setting.name, change.farthest));
@@ -162,7 +161,7 @@ void write(const Setting& setting, bool judged, std::ostream& out, std::vector<s
     std::vector<Way> all = ways();
     measure(setting, all);
     out << fmt::format(
-        "\n### {}\n\n| | mean | largest | estimated: mean | largest | steps each | redone | evaluations | µs a point | "
+        "\n### {}\n\n| | mean | max | estimated mean | estimated max | steps | redone | evaluations | µs per point | "
         "outside |\n|---|---|---|---|---|---|---|---|---|---|\n",
         setting.name);
     const auto count = static_cast<double>(setting.start.size());
@@ -179,16 +178,17 @@ void write(const Setting& setting, bool judged, std::ostream& out, std::vector<s
     writeVolumes(setting, out, broken);
     const Way& standard = named(all, "the default");
     if (!(standard.off.mean <= kMeanBar * setting.size) || !(standard.off.most <= kMaxBar * setting.size))
-        broken.push_back(fmt::format("{}: the default is off by {:.1e}, {:.1e} at most", setting.name,
-                                     standard.off.mean, standard.off.most));
-    out << "\nThe default in parts, as frames and substeps have it:\n\n| | mean | largest |\n|---|---|---|\n";
+        broken.push_back(fmt::format("{}: the default has a mean error of {:.1e} and a maximum error of {:.1e}",
+                                     setting.name, standard.off.mean, standard.off.most));
+    out << "\nThe default, divided into frames and substeps:\n\n| | mean | max |\n|---|---|---|\n";
     for (const auto& [fps, substeps] : {std::pair(24, 1), {24, 4}, {48, 1}, {48, 4}}) {
         const Apart off = apart(inFrames(setting, static_cast<int>(kTime) * fps * substeps), setting.end);
-        out << fmt::format("| {} frames a second, {} substeps | {:.1e} | {:.1e} |\n", fps, substeps, off.mean,
+        out << fmt::format("| {} frames per second, {} substeps | {:.1e} | {:.1e} |\n", fps, substeps, off.mean,
                            off.most);
         if (!(off.mean <= kMeanBar * setting.size) || !(off.most <= kMaxBar * setting.size))
-            broken.push_back(fmt::format("{}: {} fps, {} substeps is off by {:.1e}, {:.1e} at most", setting.name, fps,
-                                         substeps, off.mean, off.most));
+            broken.push_back(
+                fmt::format("{}: {} fps, {} substeps has a mean error of {:.1e} and a maximum error of {:.1e}",
+                            setting.name, fps, substeps, off.mean, off.most));
     }
 }
 
@@ -211,9 +211,9 @@ Setting settingOf(std::string name, const Sdf& sdf, size_t count, std::ostream& 
 std::vector<std::string> timeTable(const TableRun& run, std::ostream& out) {
     const auto count = std::max<size_t>(64, static_cast<size_t>(20000 * run.scale));
     out << fmt::format(
-        "## Where points should be\n\n{} points move for {} s with the flow of the guide's main job. "
-        "Distances, in world units, from where 4000 steps of rk45 lead; evaluations of the flow for each "
-        "point, which no machine changes; time on one thread, the median of {} rounds.\n\n",
+        "## Position errors\n\n{} points move for {} s in the flow of the guide's main example. Errors are distances, "
+        "in world units, from the result of 4000 steps of rk45. Evaluations of the flow are per point and do not "
+        "depend on the machine. Times are on one thread, the median of {} rounds.\n\n",
         count, kTime, kRounds);
     std::vector<std::string> broken;
     std::vector<Setting> settings;

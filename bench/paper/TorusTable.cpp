@@ -19,14 +19,14 @@ namespace {
 constexpr double kTime = 0.6;
 constexpr int kReferenceSteps = 2048;
 
-/// A method of carrying a texture along a flow.
+/// A method of advecting a texture.
 struct Way {
     Scheme scheme;
     int steps;
     int reprojections; ///< Number of Newton corrections after each step (ICN Eq. 12).
 };
 
-/// The result of carrying a texture.
+/// An advected texture.
 struct Carried {
     std::vector<Vec3d> places; ///< Origins of the hits.
     double offSurface = 0;     ///< Root mean square distance of the origins from the torus.
@@ -97,15 +97,16 @@ std::vector<std::string> torusTable(const TableRun& run, std::ostream& out) {
 
     const Carried reference = carry(flow, view, {Scheme::rk4, kReferenceSteps, 10});
     fmt::memory_buffer text;
-    fmt::format_to(std::back_inserter(text),
-                   "## ICN Fig. 6: a texture carried along a torus\n\n"
-                   "The paper prints its errors only inside the figure, so the claim is compared, not the numbers: put "
-                   "back onto the surface and its track, places stay on the torus to rounding, and their error falls "
-                   "faster with the steps.\n\n"
-                   "RMSE over {} pixels against {} RK4 steps with ten corrections; t = {}.\n\n"
-                   "| scheme | steps | reprojection | RMSE of colours | of places | off the surface |\n"
-                   "|---|---|---|---|---|---|\n",
-                   view.hits.size(), kReferenceSteps, kTime);
+    fmt::format_to(
+        std::back_inserter(text),
+        "## ICN Fig. 6: a texture advected on a torus\n\n"
+        "The paper prints its errors only inside the figure, so we compare the claim, not the numbers: with "
+        "reprojection onto the surface and the track, positions stay on the torus up to rounding errors, and their "
+        "error falls faster with the number of steps.\n\n"
+        "RMSE over {} pixels, relative to {} RK4 steps with ten corrections; t = {}.\n\n"
+        "| scheme | steps | reprojection | RMSE of colours | RMSE of positions | distance from the surface |\n"
+        "|---|---|---|---|---|---|\n",
+        view.hits.size(), kReferenceSteps, kTime);
     std::vector<std::string> broken; // judged by the origins, since RK4 leaves no visible difference in the colours
     for (const Scheme scheme : {Scheme::euler, Scheme::rk4}) {
         const char* name = scheme == Scheme::euler ? "Euler" : "RK4";
@@ -117,7 +118,7 @@ std::vector<std::string> torusTable(const TableRun& run, std::ostream& out) {
                 found[i][j] = difference(carried, reference);
                 if (way.reprojections > 0 && !(carried.offSurface < 1e-9))
                     broken.push_back(
-                        fmt::format("{}, {} steps: projected places are off the surface", name, way.steps));
+                        fmt::format("{}, {} steps: projected positions are off the surface", name, way.steps));
                 fmt::format_to(std::back_inserter(text), "| {} | {} | {} | {:.4f} | {:.2e} | {:.1e} |\n", name,
                                way.steps,
                                j == 0   ? "no"
@@ -127,7 +128,7 @@ std::vector<std::string> torusTable(const TableRun& run, std::ostream& out) {
             }
         for (size_t i = 0; i < 2; ++i)
             if (!(found[i][1].places < found[i][0].places))
-                broken.push_back(fmt::format("{}, {} steps: projection does not lower the error", name, i ? 128 : 32));
+                broken.push_back(fmt::format("{}, {} steps: projection does not reduce the error", name, i ? 128 : 32));
         if (!(found[0][0].places / found[1][0].places < found[0][1].places / found[1][1].places))
             broken.push_back(fmt::format("{}: with projection, more steps do not help more", name));
     }
