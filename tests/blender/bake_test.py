@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bakes: what they make is what was promised, and what goes wrong is said where it is wrong."""
-# Longer than 400 lines: bakes of every kind of result share one scene and one Blender process.
+"""Bakes give the right results, and show errors on the node that caused them."""
+# Longer than 400 lines, because the bakes of all kinds of results share one scene and one Blender process.
 
 import json
 import os
@@ -19,8 +19,8 @@ from support import Tree  # noqa: E402
 
 
 def inside(obj, points):
-    """How many points are in a closed object, by the direction of its nearest face; only those that are a twentieth of
-    a voxel deep count, since the level set is not the polygons."""
+    """Returns the number of points inside a closed object, by the direction of the nearest face. Ignores points less than
+    0.05 deep, because the level set differs from the polygons."""
     depsgraph = bpy.context.evaluated_depsgraph_get()
     tree = BVHTree.FromObject(obj, depsgraph)
     count = 0
@@ -39,7 +39,7 @@ def attribute(mesh, name, size, part):
 
 
 class Around(unittest.TestCase):
-    """The main job in Blender: a flow around Suzanne."""
+    """The most common use in Blender: a flow around Suzanne."""
 
     def setUp(self):
         support.empty()
@@ -76,7 +76,7 @@ class Around(unittest.TestCase):
         self.assertGreater(speed.max(), 0.5)
         self.assertEqual(points.modifiers[0].node_group.name, "Curlew Particles")
         shown = points.evaluated_get(bpy.context.evaluated_depsgraph_get())
-        self.assertEqual(len(shown.data.vertices) if shown.type == "MESH" and shown.data else 0, 0)  # points now
+        self.assertEqual(len(shown.data.vertices) if shown.type == "MESH" and shown.data else 0, 0)  # Geometry Nodes make points of them
 
         volume = self.volume.target.data
         volume.grids.load()
@@ -154,7 +154,7 @@ class Frames(unittest.TestCase):
             places.append(tuple(mesh.vertices[0].co) if counts[-1] else None)
         self.assertEqual(counts[:4], [0, 0, 50, 100])
         for count in counts[4:]:
-            self.assertAlmostEqual(count, 120, delta=1)  # as many as are born in a life
+            self.assertAlmostEqual(count, 120, delta=1)  # the number of points that are born within one life
         self.assertEqual(len(set(places[2:6])), 4)
         mesh = particles.target.data
         self.assertEqual({a.name for a in mesh.attributes} & {"id", "velocity", "age"}, {"id", "velocity", "age"})
@@ -170,7 +170,7 @@ class Frames(unittest.TestCase):
             self.assertEqual(Path(data.grids.frame_filepath).name, f"Volume_Result.{frame:04d}.vdb")
 
     def loop(self, name):
-        """Particles in a ball that are back where they began after 8 frames."""
+        """Builds a tree with particles in a ball that are back where they began after 8 frames."""
         build = Tree(name)
         bound = build.add("bound", build.add("noise", frequency=1.5, seed=1), build.add("sphere"), width=0.2)
         flow = build.add("dfvn", build.add("noise", frequency=1.5), bound, speed=1)
@@ -179,7 +179,7 @@ class Frames(unittest.TestCase):
         return build
 
     def seen(self, result, frame):
-        """The places of a result's points in a frame of the scene, and how much of them is seen."""
+        """Returns the positions of a result's points in a frame of the scene, and their `fade`, as bytes."""
         bpy.context.scene.frame_set(frame)
         mesh = result.target.data
         places = np.empty(3 * len(mesh.vertices), np.float32)
@@ -201,7 +201,8 @@ class Frames(unittest.TestCase):
         fade = np.frombuffer(whole[5][1], np.float32)
         self.assertEqual((fade == 1).sum() + (fade < 1).sum(), 200)
         self.assertLess(fade.min(), 1)
-        # Whatever the order, and without the frames between; and baked frame by frame.
+        # The result does not depend on the order of the frames or on frames in between, and is the same if each frame is
+        # baked separately.
         for frame in (5, 1, 9, 2):
             self.assertEqual(self.seen(build.particles, frame), whole[frame])
         live = self.loop("scrubbed")
@@ -245,7 +246,7 @@ class Frames(unittest.TestCase):
         self.assertEqual(scene.frame_current, 4)
 
     def heights(self, result, axis=2):
-        """The mean height of a result's points in the frames of the scene, and how many there are."""
+        """Returns the number of a result's points and their mean coordinate, for each frame of the scene."""
         seen = []
         for frame in range(bpy.context.scene.frame_start, bpy.context.scene.frame_end + 1):
             bpy.context.scene.frame_set(frame)
@@ -254,7 +255,7 @@ class Frames(unittest.TestCase):
         return seen
 
     def test_curves_from_points_do_not_freeze_them(self):
-        """In whatever order the branches are: the points move in every frame."""
+        """The points move in every frame, whatever the order of the branches is."""
         bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 4
         for curves_first in (True, False):
             support.empty()
@@ -319,7 +320,7 @@ class Frames(unittest.TestCase):
 
 
 class Errors(unittest.TestCase):
-    """Each is said in one line, on the node."""
+    """Each error is a message of one line on its node."""
 
     def setUp(self):
         support.empty()
@@ -418,7 +419,7 @@ class Errors(unittest.TestCase):
         self.fails(build, grid, "staggered=0")
 
     def test_what_a_volume_holds(self):
-        """Level sets are found behind reroutes too; a fog volume or velocities in their place are refused."""
+        """Level sets are also found behind reroutes. Fog volumes and velocities are refused in their place."""
         build = Tree()
         level = build.add("mesh2ls", build.add("CurlewMeshObject", object=support.monkey()), dim=24)
         flow = build.add("uniform", velocity="0,0,1", box="-1,-1,-1,1,1,1")

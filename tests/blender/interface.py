@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs in Blender's interface: presses the panel's button, waits for the bake, and takes a picture of the window.
 
-interface_test.sh starts it; what has gone wrong is written to interface.txt, which else says "fine".
+interface_test.sh starts this script. It writes "fine" to interface.txt, or the traceback of the error.
 """
 
 import os
@@ -21,23 +21,23 @@ seen = set()
 
 
 def area(kind):
-    """The area of that type in the window."""
+    """Returns the area of this type in the window."""
     return next(a for a in bpy.context.window_manager.windows[0].screen.areas if a.type == kind)
 
 
 def over(where):
-    """A context in which operators act there."""
+    """Returns a context in which operators act on an area."""
     region = next(r for r in where.regions if r.type == "WINDOW")
     return bpy.context.temp_override(window=bpy.context.window_manager.windows[0], area=where, region=region)
 
 
 def results():
-    """The objects of a bake."""
+    """Returns the objects that the bake has created."""
     return [o for o in bpy.data.objects if "curlew_kind" in o]
 
 
 def press():
-    """An object, and the button."""
+    """Adds an object and presses the button."""
     support.install()
     for obj in list(bpy.data.objects):
         bpy.data.objects.remove(obj)
@@ -52,7 +52,7 @@ def press():
 
 
 def wait():
-    """True while it bakes."""
+    """Returns True while the bake runs."""
     global waited
     waited += 1
     assert waited < 600, "the bake does not end"
@@ -60,12 +60,12 @@ def wait():
 
 
 def tree():
-    """The one at hand."""
+    """Returns the current tree."""
     return bpy.data.node_groups[bpy.context.scene.curlew_tree]
 
 
 def scrub():
-    """Through frames that all differ, faster than they are baked."""
+    """Changes frames faster than they can be baked. All frames differ."""
     scene = bpy.context.scene
     for node in tree().nodes:
         if node.bl_idname == "CurlewNode_noise":
@@ -78,7 +78,7 @@ def scrub():
 
 
 def settle():
-    """True until the last one is there."""
+    """Returns True until the last frame is baked."""
     global waited
     waited += 1
     assert waited < 600, "the frame is not baked"
@@ -89,7 +89,7 @@ def settle():
 
 
 def film():
-    """Three frames, rendered beside the interface."""
+    """Starts rendering three frames while the interface stays open."""
     scene = bpy.context.scene
     scene.render.engine, scene.cycles.samples, scene.cycles.use_denoising = "CYCLES", 1, False
     scene.render.resolution_x, scene.render.resolution_y = 32, 24
@@ -103,7 +103,7 @@ def film():
 
 
 def filming():
-    """True until they are there."""
+    """Returns True until they are rendered."""
     global waited
     waited += 1
     assert waited < 600, "the render does not end"
@@ -118,13 +118,13 @@ def filming():
 
 
 def remember(scene, *_):
-    """What is rendered is the bake of its frame."""
+    """Records each rendered frame that shows its own bake."""
     if tree().message.startswith(f"frame {scene.frame_current} baked"):
         seen.add(scene.frame_current)
 
 
 def start_long():
-    """One that would take hours."""
+    """Starts a bake that would take hours."""
     assert len(results()) == 3, results()
     advect = next(n for n in tree().nodes if n.bl_idname == "CurlewNode_advect")
     advect.set_option("steps", "100000000")
@@ -133,7 +133,7 @@ def start_long():
 
 
 def press_escape():
-    """In the window, while it runs."""
+    """Presses Escape in the window while the bake runs."""
     assert support.addon("bake").running, tree().message
     window = bpy.context.window_manager.windows[0]
     for value in ("PRESS", "RELEASE"):
@@ -141,7 +141,7 @@ def press_escape():
 
 
 def arrange():
-    """The tree below the view."""
+    """Shows the tree below the 3D view."""
     assert tree().message == "cancelled", tree().message
     tree().message = ""
     assert len(results()) == 3
@@ -152,31 +152,31 @@ def arrange():
 
 
 def enlarge():
-    """The tree alone."""
+    """Makes the node editor full screen."""
     with over(area("NODE_EDITOR")):
         bpy.ops.screen.screen_full_area()
 
 
 def look():
-    """All of it."""
+    """Shows the whole tree."""
     with over(area("NODE_EDITOR")):
         bpy.ops.node.select_all(action="DESELECT")
         bpy.ops.node.view_all()
 
 
 def picture():
-    """Of the window."""
+    """Takes a picture of the window."""
     subprocess.run(["import", "-window", "root", str(WORK / "interface.png")], check=True)
 
 
 def leave():
-    """In the midst of a bake."""
+    """Starts a bake, so that Blender quits while it runs."""
     tree().bake_on_frame = True
     bpy.context.scene.frame_set(20)
 
 
 def run():
-    """One step after the other, with time for the window to draw."""
+    """Runs the steps one after the other, with time for the window to draw."""
     try:
         if steps_left and steps_left[0] in (wait, settle, filming):
             if steps_left[0]():
@@ -187,7 +187,7 @@ def run():
         if steps_left:
             return 1.5
         if not support.addon("live")._jobs:
-            return 0.01  # the bake begins
+            return 0.01  # waits for the bake to begin
         (WORK / "interface.txt").write_text("fine\n")
     except BaseException:
         (WORK / "interface.txt").write_text(traceback.format_exc())
@@ -197,6 +197,6 @@ def run():
 
 steps_left = [press, wait, scrub, settle, film, filming, start_long, press_escape, wait, arrange, enlarge, look, picture, leave]
 bpy.context.preferences.view.show_splash = False
-bpy.context.preferences.view.render_display_type = "NONE"  # no window over the picture
+bpy.context.preferences.view.render_display_type = "NONE"  # no render window in the picture
 bpy.app.handlers.render_post.append(remember)
 bpy.app.timers.register(run, first_interval=1.5)

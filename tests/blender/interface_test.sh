@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# The add-on in Blender's interface, on a display of its own: interface_test.sh SOURCE_DIR PACKAGES_DIR COMMAND WORK_DIR
-# 77 (skipped) where Blender, Xvfb or ImageMagick are missing.
+# Tests the add-on in Blender's interface, on a virtual display: interface_test.sh SOURCE_DIR PACKAGES_DIR COMMAND WORK_DIR
+# Exits with 77 (skipped) if Blender, Xvfb or ImageMagick is not installed.
 set -eu
 source=$1 packages=$2 command=$3 work=$4
 blender=${CURLEW_BLENDER:-blender}
@@ -19,7 +19,7 @@ LIBGL_ALWAYS_SOFTWARE=1 timeout 300 xvfb-run -a -s "-screen 0 1600x1000x24" \
     "$blender" --enable-event-simulate --factory-startup -noaudio --window-geometry 0 0 1600 1000 --python "$source/tests/blender/interface.py"
 cat "$work/interface.txt"
 grep -qx fine "$work/interface.txt"
-# A picture of one colour is none.
+# An empty picture has few colours.
 colors=$(identify -format %k "$work/interface.png")
 echo "$colors colours in the picture"
 test "$colors" -gt 500

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bake on Frame Change: each frame shows its own bake, whoever changes it and whatever happens meanwhile."""
-# Longer than 400 lines: each Blender process takes seconds to start, so all that bakes on frame change is in one.
+"""Bake on Frame Change: each frame shows its own bake, whatever changes the frame and whatever happens meanwhile."""
+# Longer than 400 lines, because each Blender process takes seconds to start and these tests share one.
 
 import contextlib
 import io
@@ -19,14 +19,14 @@ from support import Tree  # noqa: E402
 
 
 def keyed(owner, name, values):
-    """Keyframes of a property."""
+    """Sets keyframes of a property."""
     for frame, value in values:
         setattr(owner, name, value)
         owner.keyframe_insert(name, frame=frame)
 
 
 def growing():
-    """A tree whose flow, obstacle and source move, each in a way of its own."""
+    """Builds a tree whose flow, obstacle and source move independently."""
     bpy.ops.mesh.primitive_uv_sphere_add(segments=16, ring_count=8)
     ball = bpy.context.active_object
     keyed(ball, "scale", ((1, (0.5,) * 3), (11, (1.0,) * 3)))
@@ -51,7 +51,7 @@ def growing():
 
 
 def long(count=200000, steps=5000):
-    """A tree whose bake takes minutes."""
+    """Builds a tree whose bake takes minutes."""
     build = Tree("long")
     flow = build.add("dfvn", build.add("noise"), build.add("noise", seed=1))
     points = build.add("advect", flow, build.add("scatter", flow, count=count), steps=steps, time="{1+F}")
@@ -61,20 +61,20 @@ def long(count=200000, steps=5000):
 
 
 def shown(node):
-    """The folder of what a result node's object shows."""
+    """Returns the folder of the files that a result node's object shows."""
     data = node.target.data
     return Path(bpy.path.abspath(data.filepath if node.kind == "grid" else node.target["curlew_cache"])).parent
 
 
 def contents(folder):
-    """The files of a bake; those of arrays as what they hold, since a .npz has its time in it."""
+    """Returns the contents of a bake's files, and of an .npz the arrays, because the file contains its time."""
     cache = support.addon("cache")
     return {path.name: {k: (v.dtype, v.shape, v.tobytes()) for k, v in cache.load(path).items()} if path.suffix == ".npz"
             else path.read_bytes() for path in sorted(folder.iterdir())}
 
 
 def leftovers():
-    """Threads of bakes that are still there."""
+    """Returns the names of bake threads that are still alive."""
     return [t.name for t in threading.enumerate() if t.name == "curlew bake"]
 
 
@@ -90,7 +90,7 @@ class Live(unittest.TestCase):
         self.assertEqual(leftovers(), [])
 
     def threaded(self):
-        """As in the interface, whose timer the tests are."""
+        """Bakes in threads as in the interface. The tests replace its timer."""
         self.live.synchronous = lambda: False
 
     def settle(self):
@@ -106,7 +106,7 @@ class Live(unittest.TestCase):
         return sorted(p.name for p in base.iterdir()) if base.is_dir() else []
 
     def begin_long(self):
-        """A bake that is in the midst of its work."""
+        """Starts a long bake and waits until it is running."""
         self.threaded()
         build = long()
         self.scene.frame_set(3)
@@ -127,7 +127,7 @@ class Frames(Live):
         self.assertEqual(self.folders(build.tree), [])
 
     def test_a_foreign_file_writes_nothing_of_its_own(self):
-        """A .blend from anywhere may hold a tree that is baked on frame change, with nodes that write anywhere."""
+        """A .blend file from an unknown source may contain a tree that is baked on frame change and nodes that write anywhere."""
         victim, blend = support.WORK / "victim.ply", support.WORK / "foreign" / "foreign.blend"
         victim.write_text("precious")
         build = Tree("foreign")
@@ -147,7 +147,7 @@ class Frames(Live):
         self.assertEqual(victim.read_text(), "precious")
         self.assertFalse((support.WORK / "report.json").exists())
         self.assertEqual({path.name for path in blend.parent.iterdir()}, {"foreign.blend", "curlew_cache"})
-        self.bake.bake(tree)  # the user's own wish
+        self.bake.bake(tree)  # started by the user
         self.assertNotEqual(victim.read_bytes()[:8], b"precious")
         self.assertTrue((support.WORK / "report.json").exists())
 
@@ -169,7 +169,7 @@ class Frames(Live):
                     self.assertTrue(shown(node).name.startswith("frame_"))
                 seen[frame] = contents(shown(build.points))
                 self.assertEqual(len(seen[frame]), 4)
-                # Within half a voxel of 1/16; the mean of 200 points within 0.2 deviates by 0.006.
+                # Within half a voxel (1/16). The mean of 200 points within a radius of 0.2 has a standard deviation of 0.006.
                 size = max(v.co.x for v in build.mesh.target.data.vertices)
                 self.assertAlmostEqual(size, bpy.data.objects["Sphere"].matrix_world[0][0], delta=0.05)
                 center = np.mean([v.co for v in build.points.target.data.vertices], axis=0)
@@ -178,7 +178,7 @@ class Frames(Live):
             self.scene.frame_set(5)
             if threaded:
                 self.settle()
-            self.assertAlmostEqual(build.tree.nodes["Noise"].o_frequency, 1.352, places=5)  # Blender's ease in and out
+            self.assertAlmostEqual(build.tree.nodes["Noise"].o_frequency, 1.352, places=5)  # Blender eases in and out
             job = self.bake.bake(build.tree)
             self.assertEqual(shown(build.points), job.folder)
             self.assertEqual(contents(job.folder), seen[5])
@@ -186,7 +186,7 @@ class Frames(Live):
                 self.assertEqual(len({repr(seen[frame][name]) for frame in seen}), 3, name)
 
     def test_a_still_is_of_a_moment(self):
-        """Only a tree with expressions depends on the frame."""
+        """A still depends on the frame only if the tree has expressions."""
         build = Tree()
         noise = build.add("noise")
         build.add("CurlewParticlesResult", build.add("scatter", build.add("dfvn", noise, build.add("noise", seed=1)), count=9))
@@ -202,7 +202,7 @@ class Frames(Live):
         self.assertEqual(contents(shown(build.tree.nodes["Particles Result"])), moving)
 
     def test_only_what_changes_is_evaluated(self):
-        """A tree's session goes on from its last run."""
+        """A tree's session continues from its last run."""
         build = growing()
         self.scene.frame_set(3)
         session = self.live._sessions._kept["live"].session
@@ -217,7 +217,7 @@ class Frames(Live):
         self.assertEqual(contents(job.folder), contents(self.live_folder(build)))
 
     def live_folder(self, build):
-        """That of the frame as it was baked on its change."""
+        """Returns the folder of the current frame, baked on frame change."""
         self.scene.frame_set(self.scene.frame_current)
         return shown(build.points)
 
@@ -236,7 +236,7 @@ class Frames(Live):
         self.assertEqual((job.folder / "Volume_Result.vdb").read_bytes(), (there / "scene_Volume_Result.vdb").read_bytes())
 
     def test_each_option_counts(self):
-        """Keyframes of whole numbers, flags, choices and vectors."""
+        """Keyframes of integers, flags, choices and vectors take effect."""
         build = Tree("keys")
         noise = build.add("noise")
         keyed(noise, "o_octaves", ((1, 1), (11, 5)))
@@ -282,7 +282,7 @@ class Frames(Live):
             self.bake.bake(build.tree)
             still = np.array([v.co for v in node.target.data.vertices])
             self.assertEqual(still.shape, seen[frame - 1].shape)
-            self.assertLess(np.abs(still - seen[frame - 1]).max(), 1e-6)  # of slopes with 7 digits
+            self.assertLess(np.abs(still - seen[frame - 1]).max(), 1e-6)  # the slopes have 7 digits
         trace = build.add("trace", wind, node.inputs[0].links[0].from_node, limit=1)
         build.add("CurlewCurvesResult", trace)
         keyed(trace, "o_direction", ((1, "forward"), (5, "both")))
@@ -321,7 +321,7 @@ class Frames(Live):
             self.assertLessEqual(len(self.folders(build.tree)), 4)
         self.assertTrue(shown(build.points).is_dir())
         self.assertEqual(self.cache.clear(build.tree), 3)
-        # A changed mesh, a changed option and a changed place are other bakes.
+        # A changed mesh or a changed option needs another bake.
         there = {shown(build.points)}
         bpy.data.objects["Sphere"].data.vertices[0].co.z += 0.1
         self.scene.frame_set(12)
@@ -378,7 +378,7 @@ class Scrubbing(Live):
         self.assertEqual(len(build.points.target.data.vertices), 200000)
 
     def test_a_change_of_frame_does_not_wait(self):
-        """Of the obstacle wake around Suzanne; and what it takes the main thread, for the log."""
+        """Uses the obstacle wake around Suzanne. Prints the times that the main thread needs."""
         support.monkey(closed=False)
         bpy.ops.curlew.quick(preset="WAKE", bake=False)
         tree = bpy.data.node_groups[bpy.context.scene.curlew_tree]
@@ -394,7 +394,7 @@ class Scrubbing(Live):
                 bpy.context.scene.frame_set(frame)
                 changes.append((live, time.perf_counter() - began))
                 self.assertEqual(self.live.idle(), not live)
-                self.assertFalse(self.live._jobs)  # the change has only been noted
+                self.assertFalse(self.live._jobs)  # no job has started yet
                 if not live:
                     continue
                 began = time.perf_counter()
@@ -417,7 +417,7 @@ class Scrubbing(Live):
 
 
 class Meanwhile(Live):
-    """The tree, its file or the add-on go while it is baked."""
+    """The tree, its file or the add-on is removed during a bake."""
 
     def test_the_tree_is_removed(self):
         build, job = self.begin_long()
@@ -592,9 +592,9 @@ class Renders(Live):
         self.animation(True)
 
     def test_without_a_locked_interface_nothing_changes(self):
-        """Handlers of renders from the interface are called in a thread."""
+        """Blender calls the handlers of renders from the interface in a thread."""
         build = growing()
-        self.assertTrue(self.scene.render.use_lock_interface)  # the option has turned it on
+        self.assertTrue(self.scene.render.use_lock_interface)  # the option turns it on
         self.scene.render.use_lock_interface = False
         said = io.StringIO()
 
@@ -611,7 +611,7 @@ class Renders(Live):
         self.assertIn("needs Render > Lock Interface", said.getvalue())
 
     def test_a_handler_waits_while_blender_draws(self):
-        """Then Blender refuses changes, also those of a render's thread."""
+        """While Blender draws, it refuses changes, even from a render thread."""
         results, calls = support.addon("results"), []
 
         def handler(error, refusals):

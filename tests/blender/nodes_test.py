@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every action is a node, with the registry's options; the add-on can be switched on and off."""
+"""Every action is a node with the options of the registry. The add-on can be enabled and disabled."""
 
 import gc
 import importlib
@@ -17,7 +17,7 @@ import support  # noqa: E402
 
 
 def resident():
-    """Memory in use, MiB."""
+    """Returns the resident memory in MiB."""
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return pages * 4096 / 2**20
 
@@ -56,7 +56,7 @@ class Nodes(unittest.TestCase):
                         self.assertAlmostEqual(about.hard_max, option.upper, delta=1e-6 * abs(option.upper))
 
     def test_every_option_at_its_limits(self):
-        """What a property can be set to is what the program accepts."""
+        """The program accepts every value that a property can have."""
         tree = bpy.data.node_groups.new("t", "CurlewTree")
         curlew = support.addon("library").curlew()
         tried = 0
@@ -106,7 +106,7 @@ class Nodes(unittest.TestCase):
         node.reset_option("frequency")
         node.reset_option("seed")
         self.assertEqual(node.given(), {})
-        node.set_option("freq", "1")  # the default, but given
+        node.set_option("freq", "1")  # the default value, given explicitly
         self.assertEqual(node.given(), {"frequency": "1"})
 
     def test_a_default_is_not_given_and_a_copy_keeps_what_is(self):
@@ -133,12 +133,12 @@ class Cycles(unittest.TestCase):
             gc.collect()
             used.append(resident())
         print("MiB after each cycle:", json.dumps([round(u, 1) for u in used]))
-        self.assertLess(used[-1] - used[1], 4.0)  # of what three cycles leave; the classes of one are about 10
+        self.assertLess(used[-1] - used[1], 4.0)  # growth over three cycles; the classes of one cycle take about 10 MiB
 
 
 class Extension(unittest.TestCase):
     def test_the_other_package_under_another_name(self):
-        """An extension is a module within another one: nothing in it may rely on its own name."""
+        """An extension is a submodule of another module, so its code must not depend on its own module name."""
         support.empty()
         bpy.ops.preferences.addon_disable(module=support.NAME)
         packed = next(support.PACKAGES.glob("*-linux-x64.zip"))

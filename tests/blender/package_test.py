@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the packed add-on has inside: package_test.py SOURCE_DIR LIBRARY PACKAGES_DIR. Makes the packages for the other tests."""
+"""Tests the contents of the packed add-on: package_test.py SOURCE_DIR LIBRARY PACKAGES_DIR.
+
+Also makes the packages for the other tests.
+"""
 
 import subprocess
 import sys
@@ -13,7 +16,7 @@ source, library, packages = (Path(argument) for argument in sys.argv[1:])
 sys.path[:0] = [str(source / "tools" / "packages")]
 from bundle import needed, newest_symbols  # noqa: E402
 
-# Runs in a process of its own: which of the libraries that it has loaded are not the system's.
+# Runs in a separate process and prints the libraries that it has loaded.
 PROGRAM = """
 import curlew
 with curlew.Session() as session:
@@ -24,12 +27,12 @@ print(*sorted({line.split()[-1] for line in open("/proc/self/maps") if ".so" in 
 
 
 def tearDownModule():
-    """Leaves nothing but the packages."""
+    """Removes the unpacked files; the packages stay."""
     unpacked.cleanup()
 
 
 class Package(unittest.TestCase):
-    """Of both kinds."""
+    """Tests both kinds of packages."""
 
     def test_the_library_runs_on_what_is_inside(self):
         self.assertTrue(needed(library), "it needs nothing, so there is nothing to test")
@@ -84,13 +87,13 @@ def pack(folder):
 
 
 def contents(kind):
-    """The names of the files, with their checksums."""
+    """Returns the names of the files in a package, with their checksums."""
     with zipfile.ZipFile(next(packages.glob(f"*-{kind}.zip"))) as archive:
         return {entry.filename: entry.CRC for entry in archive.infolist()}
 
 
 def numpys():
-    """What NumPy loads by itself."""
+    """Returns the libraries that NumPy alone loads."""
     code = "import numpy\nprint(*{line.split()[-1] for line in open('/proc/self/maps') if '.so' in line})"
     return subprocess.run([sys.executable, "-c", code], text=True, capture_output=True, check=True).stdout.split()
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The Python blocks that the pages show for Blender run, and make what the pages say."""
+"""The Python blocks for Blender on the pages run, and give the results that the pages state."""
 
 import os
 import re
@@ -14,13 +14,13 @@ import support  # noqa: E402
 
 
 def blocks(page):
-    """Those for Blender, each a script of its own."""
+    """Returns the Python blocks for Blender on a page. Each is a separate script."""
     found = re.findall(r"^```python\n(.*?)^```", (support.SOURCE / page).read_text(), re.MULTILINE | re.DOTALL)
     return [block for block in found if re.search(r"^import bpy", block, re.MULTILINE)]
 
 
 class Pages(unittest.TestCase):
-    """Run in the folder of the test."""
+    """The scripts run in the folder of the test."""
 
     def setUp(self):
         support.empty()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is baked can be seen: Cycles renders it, and the pictures are not empty. How long a million particles take."""
+"""Cycles renders the results of bakes, and the pictures are not empty. Also times a million particles."""
 
 import sys
 import time
@@ -19,7 +19,7 @@ WIDTH, HEIGHT, SAMPLES = 160, 120, 8
 
 
 def stage():
-    """A camera, a lamp, a dark world."""
+    """Adds a camera, a lamp and a dark world. Returns the scene."""
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
     scene.cycles.samples = SAMPLES
@@ -40,7 +40,7 @@ def stage():
 
 
 def render(name):
-    """The picture as brightness, rows from the bottom."""
+    """Renders the scene and returns the brightness of the pixels, with rows from the bottom."""
     path = support.WORK / f"{name}.png"
     bpy.context.scene.render.filepath = str(path)
     bpy.ops.render.render(write_still=True)
@@ -48,7 +48,7 @@ def render(name):
 
 
 def within(obj):
-    """The pixels that the object's box covers (that of points is the box of their vertices)."""
+    """Returns the pixels that the object's bounding box covers (for points, that of their vertices)."""
     scene = bpy.context.scene
     corners = [v.co for v in obj.data.vertices] if obj.type == "MESH" else [Vector(c) for c in obj.bound_box]
     corners = [world_to_camera_view(scene, scene.camera, obj.matrix_world @ c) for c in corners]
@@ -90,8 +90,8 @@ class Renders(unittest.TestCase):
         self.seen("curves", node.target)
 
     def test_a_volume_and_its_motion_blur(self):
-        """A puff of smoke that moves is blurred along its velocity, by as much as it moves while the shutter is open.
-        Cycles looks up where smoke came from, so the velocities have to go beyond it."""
+        """A moving puff of smoke is blurred along its velocity, by the distance that it moves while the shutter is open.
+        Cycles looks up where the smoke came from, so the velocity grid must extend beyond the smoke."""
         build = self.build
         wind = build.add("uniform", velocity="6,0,0", box="-1.2,-0.8,-0.8,1.2,0.8,0.8")
         puff = build.add("velocity", wind, dim=24, density=1, box="-0.5,-0.5,-0.5,0.5,0.5,0.5")
@@ -104,20 +104,20 @@ class Renders(unittest.TestCase):
         self.scene.render.motion_blur_shutter = 1.0
         node.target.cycles.use_motion_blur = True
         blurred = render("volume_blurred")
-        # At 24 frames a second, 6 units a second are a quarter of a unit while the shutter is open.
+        # The shutter is open for 1/24 s. At 6 units per second, the puff moves by a quarter of a unit.
         row = HEIGHT // 2
         columns = [np.flatnonzero(picture[row - 4:row + 4].mean(axis=0) > 0.01) for picture in (sharp, blurred)]
         widths = [c[-1] - c[0] for c in columns]
         print("width in pixels, sharp and blurred:", widths)
-        self.assertAlmostEqual(widths[1] - widths[0], 0.25 * WIDTH / 3.6, delta=3)  # 3.6 units are seen there
+        self.assertAlmostEqual(widths[1] - widths[0], 0.25 * WIDTH / 3.6, delta=3)  # 3.6 units are visible at that distance
         self.assertGreater(np.abs(blurred - sharp).max(), 0.05)
         rows = [np.flatnonzero(p[:, WIDTH // 2 - 4:WIDTH // 2 + 4].mean(axis=1) > 0.01) for p in (sharp, blurred)]
-        self.assertLessEqual(abs((rows[1][-1] - rows[1][0]) - (rows[0][-1] - rows[0][0])), 2)  # not across
+        self.assertLessEqual(abs((rows[1][-1] - rows[1][0]) - (rows[0][-1] - rows[0][0])), 2)  # no blur across the velocity
 
 
 class Many(unittest.TestCase):
     def test_a_million_particles(self):
-        """Each frame new positions and velocities, as the frame handler sets them."""
+        """Sets new positions and velocities for each frame, as the frame handler does."""
         support.empty()
         results, cache = support.addon("results"), support.addon("cache")
         count = 1000000

@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Runs one of these tests in Blender, with the packed add-on and a configuration of its own:
+# Runs one of these tests in Blender, with the packed add-on and a separate configuration:
 #   run.sh TEST.py SOURCE_DIR PACKAGES_DIR COMMAND WORK_DIR
-# 77 (skipped) where there is no Blender.
+# Exits with 77 (skipped) if Blender is not installed.
 set -eu
 test=$1 source=$2 packages=$3 command=$4 work=$5
 blender=${CURLEW_BLENDER:-blender}

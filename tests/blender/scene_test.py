@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Trees and scenes are the same programs: what one writes the other writes, byte for byte."""
+"""A tree and its scene are the same program: both write the same files, byte for byte."""
 
 import hashlib
 import re
@@ -17,7 +17,7 @@ from support import Tree  # noqa: E402
 
 
 def folder(name):
-    """A new one."""
+    """Creates an empty folder."""
     path = support.WORK / name
     shutil.rmtree(path, ignore_errors=True)
     path.mkdir()
@@ -25,7 +25,7 @@ def folder(name):
 
 
 def written(path, *left_out):
-    """The files of a folder by name, as digests."""
+    """Returns the digests of the files in a folder, by name."""
     return {f.name: hashlib.sha256(f.read_bytes()).hexdigest() for f in sorted(path.iterdir())
             if f.is_file() and f.suffix != ".json" and f.name not in left_out}
 
@@ -37,7 +37,7 @@ class Export(unittest.TestCase):
         self.io = support.addon("scene_io")
 
     def same(self, tree, files):
-        """The tree baked here, and its scene run by the command: `files` are what its Write nodes write."""
+        """Exports the tree, runs the scene with the command, and bakes the tree. Returns the scene's folder and the job."""
         there = folder("exported")
         self.io.export(tree, there / "scene.txt", bpy.context.scene)
         done = support.run_command("scene.txt", there)
@@ -100,7 +100,7 @@ class Import(unittest.TestCase):
         self.trees = support.addon("tree")
 
     def again(self, text, name="scene"):
-        """The scene as a tree, and the scene of that."""
+        """Imports the scene as a tree. Returns the tree and its scene."""
         tree = self.io.tree_of(text, name)
         collected = self.trees.collect(tree)
         graph = collected.document(bpy.context.scene, self.trees.frames_of(tree, bpy.context.scene, collected))
@@ -225,7 +225,7 @@ class Walk(unittest.TestCase):
         self.trees = support.addon("tree")
 
     def said(self, tree):
-        """The graph: by the names of nodes their actions, with options and links."""
+        """Returns the actions, options and links of the graph, by the names of nodes."""
         return {key: (node["action"], node["options"], node["inputs"]) for key, node in self.trees.collect(tree).graph.items()}
 
     def test_reroutes_and_frames(self):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests in Blender share."""
+"""Shared code of the tests in Blender."""
 
 import faulthandler
 import os
@@ -28,19 +28,19 @@ def install():
 
 
 def addon(module):
-    """A module of the installed add-on."""
+    """Returns a module of the installed add-on."""
     __import__(f"{NAME}.{module}")
     return sys.modules[f"{NAME}.{module}"]
 
 
 def empty():
-    """A new file without anything, the add-on still enabled."""
+    """Opens an empty file, with the add-on enabled."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.preferences.addon_enable(module=NAME)
 
 
 def monkey(location=(0, 0, 0), closed=True):
-    """Blender's own; its eyes have holes, which a voxel remesh closes."""
+    """Adds Blender's monkey. If `closed`, a voxel remesh closes the holes of its eyes."""
     bpy.ops.mesh.primitive_monkey_add(location=location)
     obj = bpy.context.active_object
     if closed:
@@ -51,13 +51,13 @@ def monkey(location=(0, 0, 0), closed=True):
 
 
 class Tree:
-    """Builds a tree in few words."""
+    """Builds a tree with short code."""
 
     def __init__(self, name="Test"):
         self.tree = bpy.data.node_groups.new(name, "CurlewTree")
 
     def add(self, action, *inputs, words="", **options):
-        """A node of an action (or of a bl_idname), its inputs linked in order to nodes, or to (node, output)."""
+        """Adds a node of an action (or of a bl_idname). Links its inputs in order to nodes or to (node, output)."""
         kind = action if action.startswith(("Curlew", "Node")) else "CurlewNode_" + action
         node = self.tree.nodes.new(kind)
         for k, source in enumerate(inputs):
@@ -75,7 +75,7 @@ class Tree:
         return node
 
     def around(self, obj, side="outside", width=0.2):
-        """A flow around (or in) a mesh object."""
+        """Adds a flow around (or in) a mesh object."""
         mesh = self.add("CurlewMeshObject", object=obj)
         level = self.add("mesh2ls", mesh, dim=48)
         f = self.add("noise", frequency=1.5, seed=1)
@@ -85,7 +85,7 @@ class Tree:
 
 
 def blocked_cache(name):
-    """Saves the file where no cache can be made: a file is in its place, which is returned."""
+    """Saves the .blend in a folder where no cache can be created. Returns the file that blocks it."""
     folder = WORK / name
     folder.mkdir(exist_ok=True)
     bpy.ops.wm.save_as_mainfile(filepath=str(folder / "file.blend"))
@@ -94,12 +94,12 @@ def blocked_cache(name):
 
 
 def run_command(scene, folder):
-    """The command line on a scene, in a folder."""
+    """Runs the command line program on a scene in a folder."""
     return subprocess.run([COMMAND, "-quiet", "-config", scene], cwd=folder, capture_output=True, text=True, check=False)
 
 
 def image(path):
-    """The pixels of a picture, rows from the bottom."""
+    """Returns the pixels of a picture, with rows from the bottom."""
     picture = bpy.data.images.load(str(path))
     pixels = np.empty(len(picture.pixels), np.float32)
     picture.pixels.foreach_get(pixels)
@@ -107,13 +107,13 @@ def image(path):
 
 
 def main(*cases):
-    """Runs test cases; Blender ends with 1 where one fails."""
+    """Runs test cases. Blender exits with 1 if one fails."""
     try:
         install()
         suite = unittest.TestSuite(unittest.defaultTestLoader.loadTestsFromTestCase(case) for case in cases)
         result = unittest.TextTestRunner(stream=sys.stdout, verbosity=2).run(suite)
         code = 0 if result.wasSuccessful() and result.testsRun else 1
-    except BaseException:  # Blender would go on
+    except BaseException:  # otherwise Blender would continue
         traceback.print_exc()
         code = 1
     sys.stdout.flush()

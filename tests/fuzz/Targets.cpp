@@ -29,7 +29,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A file of this process that contains the input.
+/// Temporary files of this process that contain the input.
 struct Scratch {
     fs::path folder = fs::temp_directory_path() / ("curlew_fuzz_" + std::to_string(::getpid()));
 
@@ -67,8 +67,7 @@ bool accepts(const Read& read) {
 }
 
 bool readVdbTarget(std::string_view bytes) {
-    constexpr size_t version =
-        21 + 14; // part of the UUID: the file is not one of ours, whose content is compared with a digest
+    constexpr size_t version = 21 + 14; // in the UUID: the reader checks the digest only in files with our UUID
     std::string changed(bytes);
     if (changed.size() > version) changed[version] = '4';
     return accepts([&] {
@@ -83,8 +82,8 @@ bool readMeshTarget(std::string_view bytes) {
     return accepts([&] { readMesh(scratch().with(kName, bytes)); });
 }
 
-/// What the process that reads models hands over. Assimp itself is not a target: it runs in that process, for it is
-/// known to break.
+/// Reads the data that the model reader process passes on. Assimp itself is not a target, because it is known to crash
+/// and therefore runs in that process.
 bool readModelTarget(std::string_view bytes) {
     return accepts([&] {
         const auto memory = std::make_shared<std::vector<uint64_t>>((bytes.size() + 7) / 8); // parts are aligned
@@ -128,7 +127,7 @@ bool readExpressionTarget(std::string_view bytes) {
     });
 }
 
-/// Replaces the digest by the one of the content, as anyone who forges a checkpoint can.
+/// Replaces the digest by that of the content, as a forged checkpoint can.
 bool readCheckpointTarget(std::string_view bytes) {
     Digest program, whole;
     std::string forged(bytes);

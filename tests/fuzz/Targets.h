@@ -7,8 +7,8 @@
 
 namespace curlew::fuzz {
 
-/// A reader that accepts arbitrary bytes. It returns whether it has read them. Throwing an Error is the way to refuse
-/// them. Anything else (another exception, a signal, a finding of a sanitizer) is a fault.
+/// A reader of arbitrary bytes. `read` returns false if the reader refuses them by throwing an Error. Anything else
+/// (another exception, a signal, a finding of a sanitizer) is a bug.
 struct Target {
     const char* name;
     bool (*read)(std::string_view bytes);

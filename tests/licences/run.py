@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Looks for the line SPDX-License-Identifier in every source file: run.py ROOT."""
+"""Checks that every source file has the line SPDX-License-Identifier: run.py ROOT."""
 
 import re
 import sys

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# run.sh FOLDER: the manual pages that troff accepts without a warning, and what the shells complete.
+# run.sh FOLDER: checks that groff accepts the manual pages without warnings, and tests the completions in each shell.
 set -eu
 cd "$1"
 
@@ -8,7 +8,7 @@ fail() {
     exit 1
 }
 
-# expect WHAT FOUND WORD...: each word is a line of what was found.
+# expect WHAT FOUND WORD...: fails unless each word is a line of FOUND.
 expect() {
     local what=$1 found=$2 word
     shift 2
@@ -21,7 +21,7 @@ for page in man/man1/*.1; do
 done
 groff -man -Tutf8 -P-cbou man/man1/curlew-bound.1 | grep -q 'separate=0|1' || fail 'no options in curlew-bound.1'
 
-# completed WORD...: what bash offers for the last word of a command line, in words as bash parts them.
+# completed WORD...: prints bash's completions of the last word of a command line, given as split by bash.
 completed() {
     COMP_WORDS=("$@") COMP_CWORD=$(($# - 1)) COMPREPLY=()
     _curlew

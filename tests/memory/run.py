@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compares the memory that commands ask for before they work with the memory that they then use: run.py COMMAND ROOT.
+"""Compares the memory that actions estimate before they start with the memory that they use: run.py COMMAND ROOT.
 
 Prints a table. An estimate counts as wrong if it differs from the measured peak by more than a factor of 1.5. Both are
-counted from what the process uses before its first estimate.
+relative to the memory in use before the first estimate.
 """
 
 import os
@@ -42,7 +42,7 @@ CASES = {
 
 
 def peak(command, arguments, folder):
-    """The largest resident size of the command, in bytes; None and its message if it fails."""
+    """Returns the peak resident memory of the command, in bytes; or None and its message if it fails."""
     done = subprocess.run(["/usr/bin/python3", "-c", (
         "import resource, subprocess, sys\n"
         "run = subprocess.run(sys.argv[1:], stderr=subprocess.PIPE)\n"
@@ -58,7 +58,7 @@ def main(command, root):
     wrong = []
     print(f"{'':34}{'estimate':>10}{'peak':>10}   MB")
     with tempfile.TemporaryDirectory() as folder:
-        os.environ["CURLEW_READER"] = ""  # so that files are read in the process that is measured
+        os.environ["CURLEW_READER"] = ""  # reads files in the measured process
         for arguments in PREPARE.values():
             subprocess.run([command, "-quiet", *arguments.split()], cwd=folder, check=True)
         for name, arguments in CASES.items():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The wheel and the portable archive: packages_test.py SOURCE_DIR BUILD_DIR VERSION. Makes both, and runs what is inside."""
+"""Makes the wheel and the portable archive, and runs their contents: packages_test.py SOURCE_DIR BUILD_DIR VERSION."""
 
 import json
 import subprocess
@@ -26,7 +26,7 @@ print(*sorted({line.split()[-1] for line in open("/proc/self/maps") if ".so" in 
 
 
 def run(*words, **more):
-    """The output of a program that sees nothing of the user's settings."""
+    """Returns the output of a program that does not see the user's settings."""
     done = subprocess.run([str(w) for w in words], env={"PATH": "/usr/bin:/bin", "HOME": "/"}, text=True,
                           capture_output=True, **more)
     if done.returncode != 0:
@@ -35,7 +35,7 @@ def run(*words, **more):
 
 
 class Sbom:
-    """What both documents have."""
+    """Checks the bill of materials of both packages."""
 
     def check_sbom(self, text, names):
         document = json.loads(text)
@@ -52,7 +52,7 @@ class Sbom:
 
 
 class Wheel(unittest.TestCase, Sbom):
-    """Installed into an environment of its own."""
+    """Tests the wheel, installed in a virtual environment."""
 
     @classmethod
     def setUpClass(cls):
@@ -97,7 +97,7 @@ class Wheel(unittest.TestCase, Sbom):
 
 
 class Portable(unittest.TestCase, Sbom):
-    """Unpacked into a folder of its own."""
+    """Tests the portable archive, unpacked in a temporary folder."""
 
     @classmethod
     def setUpClass(cls):

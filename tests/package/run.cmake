@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # cmake -DBUILD_DIR=… -DSOURCE_DIR=… -DWORK_DIR=… [-DEXAMPLE=…] -P run.cmake
-# Installs BUILD_DIR to a prefix of its own, builds EXAMPLE (the README's) against it as a user would, and runs that.
+# Installs BUILD_DIR to a new prefix, builds EXAMPLE (default: the README's) against it as a user would, and runs it.
 foreach(name BUILD_DIR SOURCE_DIR WORK_DIR)
   if(NOT ${name})
     message(FATAL_ERROR "run.cmake: give -D${name}=")
@@ -10,7 +10,7 @@ if(NOT EXAMPLE)
   set(EXAMPLE ${SOURCE_DIR}/tests/app/ReadmeExample.cpp)
 endif()
 
-# Built by the same compiler, and with the same sanitizers, as the library.
+# The example is built with the same compiler and sanitizers as the library.
 load_cache(${BUILD_DIR} READ_WITH_PREFIX "" CMAKE_GENERATOR CMAKE_BUILD_TYPE CMAKE_CXX_COMPILER CURLEW_SANITIZE)
 if(CURLEW_SANITIZE)
   set(sanitize -DCMAKE_CXX_FLAGS=-fsanitize=${CURLEW_SANITIZE} -DCMAKE_C_FLAGS=-fsanitize=${CURLEW_SANITIZE})
@@ -20,7 +20,7 @@ function(run)
   execute_process(COMMAND ${ARGN} WORKING_DIRECTORY ${WORK_DIR} COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
 
-# Neither yesterday's files nor the user's own settings may decide.
+# Old files and the user's settings must not affect the result.
 file(REMOVE_RECURSE ${WORK_DIR})
 file(MAKE_DIRECTORY ${WORK_DIR})
 unset(ENV{DESTDIR})
@@ -32,7 +32,7 @@ run(${CMAKE_COMMAND} --build ${WORK_DIR}/build)
 run(${WORK_DIR}/build/example)
 run(${WORK_DIR}/build/c_example)
 run(${WORK_DIR}/build/pc_example)
-# The Python package finds the library that is installed with it. (Debian's interpreter has no sanitizers.)
+# The Python package finds the library that is installed with it. (Debian's interpreter is built without sanitizers.)
 if(NOT CURLEW_SANITIZE)
   file(GLOB_RECURSE package ${WORK_DIR}/prefix/lib/python3/dist-packages/curlew/__init__.py)
   cmake_path(GET package PARENT_PATH package)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs what a page shows, in a fresh folder, as a reader would: run.py PAGE COMMAND [LIBRARY].
+"""Runs the code of a page in a new folder, as a reader would: run.py PAGE COMMAND [LIBRARY].
 
-Each command of its shell blocks that begins with curlew or with a tool of OpenVDB (where that is installed); with the library,
-also its Python blocks as one script, but for those that need Blender (tests/blender/pages_test.py).
+Runs each command in its shell blocks that begins with curlew, or with one of OpenVDB's tools if that tool is installed. If a
+library is given, also runs the Python blocks as one script, except those that need Blender (see tests/blender/pages_test.py).
 """
 
 import os
@@ -17,12 +17,12 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def blocks(text, language):
-    """The blocks of code in that language."""
+    """Returns the code blocks in a language."""
     return re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
 
 
 def commands(text):
-    """Each command of the page's shell blocks, its continued lines joined by the shell."""
+    """Yields each command in the page's shell blocks, including its continuation lines."""
     for block in blocks(text, "sh"):
         for command in re.findall(r"(?:.*\\\n)*.*\n", block):
             if command.startswith("curlew "):
@@ -35,7 +35,7 @@ def commands(text):
 
 
 def script(text):
-    """The page's Python blocks as one script."""
+    """Returns the page's Python blocks, except those for Blender, as one script."""
     return "\n".join(block for block in blocks(text, "python") if not re.search(r"^import bpy", block, re.MULTILINE))
 
 

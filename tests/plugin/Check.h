@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/* What the C programs check with. */
+/* Assertions of the C programs. */
 #ifndef CURLEW_TESTS_CHECK_H
 #define CURLEW_TESTS_CHECK_H
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The header is all that a C program needs, and it is C99. */
+/* The header compiles as C99 without other headers. */
 #include "curlew.h"
 
 int main(void) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The main job, by a library that is only known when it is loaded: argv[1]. A mesh goes in as arrays; a flow around it,
-   particles that follow it and a velocity grid come out. */
+/* The most common use, with a library that is loaded at run time (argv[1]): passes in a mesh as arrays, and reads back
+   a flow around it, particles that follow the flow, and a velocity grid. */
 #include "Check.h"
 #include "curlew.h"
 
@@ -20,7 +20,7 @@ static function loaded(const char* name) {
         fprintf(stderr, "there is no %s\n", name);
         exit(1);
     }
-    memcpy(&found, &symbol, sizeof found); /* C99 has no cast for it */
+    memcpy(&found, &symbol, sizeof found); /* C99 has no cast from an object to a function pointer */
     return found;
 }
 
@@ -51,7 +51,7 @@ LOAD(curlew_status, flow_evaluate,
 
 #define GET(name) name##_ = (name##_function)loaded("curlew_" #name)
 
-/* A sphere of radius 0.5: rings of quads, and triangles at the poles, in one list of faces of different sizes. */
+/* A sphere of radius 0.5: rings of quads, and triangles at the poles, in one list of faces with different sizes. */
 enum { kRings = 24, kSides = 48, kPoints = 2 + (kRings - 1) * kSides };
 static float points[kPoints][3];
 static int32_t corners[kRings * kSides * 4];
@@ -108,7 +108,7 @@ static void mustRun(curlew_session* session, const char* text) {
     }
 }
 
-/* Positions as they are in a vertex of a larger struct. */
+/* A particle that stores its position in a larger struct. */
 typedef struct particle {
     char tag;
     float position[3];
@@ -134,7 +134,7 @@ static void checkPoints(const curlew_session* session) {
     for (int k = 0; k < kCount; ++k) {
         double p[3];
         for (int axis = 0; axis < 3; ++axis) p[axis] = particles[k].position[axis];
-        inside += lengthOf(p) < 0.49; /* the polyhedron lies a little inside of the sphere */
+        inside += lengthOf(p) < 0.49; /* the polyhedron lies slightly inside the sphere */
         sameIds += particles[k].id == k;
         CHECK(memcmp(particles[k].velocity, velocities[k], sizeof velocities[k]) == 0);
     }
@@ -142,7 +142,7 @@ static void checkPoints(const curlew_session* session) {
     CHECK(sameIds == kCount);
 }
 
-/* The flow is evaluated where the particles are: it is their velocity, and along the wall at the wall. */
+/* Evaluates the flow at the particles: it equals their velocity. */
 static void checkFlow(const curlew_session* session) {
     enum { kCount = 2000 };
     static double positions[kCount][3], velocities[kCount][3], velocityThen[kCount][3], potentials[kCount][2];
@@ -171,13 +171,13 @@ static void checkFlow(const curlew_session* session) {
         differsSingle = fmax(differsSingle, lengthOf(differenceSingle));
     }
     CHECK(largest > 0.5);
-    CHECK(differs < 1e-5 * largest);       /* particles keep their velocity as float */
-    CHECK(differsSingle < 1e-3 * largest); /* a product of gradients, with the cancellations of both */
+    CHECK(differs < 1e-5 * largest);       /* particles store their velocity as float */
+    CHECK(differsSingle < 1e-3 * largest); /* the cross product of gradients suffers from cancellation */
     flow_release_(&flow);
     CHECK(flow == NULL);
 }
 
-/* A graph as hosts hand it over. `frequency` is of the first noise. */
+/* Runs a graph such as hosts pass in. `frequency` is that of the first noise. */
 static void runGraph(curlew_session* session, const char* frequency) {
     char graph[4000];
     snprintf(graph, sizeof graph,
@@ -200,7 +200,7 @@ static void runGraph(curlew_session* session, const char* frequency) {
     }
 }
 
-/* An edited graph evaluates what depends on the edit; results are found by the names of nodes. */
+/* After an edit, only the nodes that depend on it are evaluated. Results are found by the names of nodes. */
 static void checkGraph(curlew_session* session) {
     const char* json = NULL;
     const void* values = NULL;
@@ -274,7 +274,7 @@ int main(int argc, char** argv) {
             "check samples=1000 strict=1\n"
             "print\n");
     CHECK(progressCalls > 0);
-    CHECK(strstr(said, "with tracks in ") != NULL); /* what -print prints */
+    CHECK(strstr(said, "with tracks in ") != NULL); /* the output of -print */
 
     CHECK(count_(session, CURLEW_POINTS, &number) == CURLEW_OK && number == 1);
     CHECK(count_(session, CURLEW_GRID, &number) == CURLEW_OK && number == 3);

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # cmake -DLIBRARY=… -DHEADER=… -DNM=… -DREADELF=… -P symbols.cmake
-# The library exports what the header declares and nothing else, under the soname of its version.
+# The library exports exactly the functions that the header declares, and its soname contains its ABI version.
 execute_process(COMMAND ${NM} -D --defined-only --format=posix ${LIBRARY} OUTPUT_VARIABLE listed COMMAND_ERROR_IS_FATAL ANY)
 string(REGEX MATCHALL "(^|\n)[^ \n]+" exported "${listed}")
 list(TRANSFORM exported STRIP)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Longer than 400 lines: every function of curlew.h, with every wrong argument. */
-/* Everything that a caller can do wrong: it must fail, with a message, and leave all in order. */
+/* Longer than 400 lines, because it calls every function of curlew.h with every kind of wrong argument. */
+/* Each misuse must fail with a message and leave the session usable. */
 #include "Check.h"
 #include "curlew.h"
 
@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The call must fail with that status and a message that has this in it. */
+/* The call must fail with this status and a message that contains `part`. */
 #define FAILS(call, expected, part)                                                                         \
     do {                                                                                                    \
         const curlew_status got = (call);                                                                   \
@@ -93,7 +93,7 @@ static void nullPointers(void) {
     curlew_flow_release(NULL);
     curlew_flow_release(&flow);
     curlew_session_release(&session);
-    curlew_session_release(&session); /* nothing any more */
+    curlew_session_release(&session); /* NULL by now: no effect */
     CHECK(session == NULL);
 }
 
@@ -121,9 +121,10 @@ static void wrongPrograms(void) {
     CHECK(curlew_error_line() == 2);
     SUCCEEDS(curlew_check("noise\nread missing.obj\n", NULL));
     SUCCEEDS(curlew_run(session, "", NULL, NULL));
-    SUCCEEDS(curlew_run(session, "help\nlist format=json\nversion\nverbose\nnoise\nprint", NULL, NULL)); /* silently */
+    SUCCEEDS(curlew_run(session, "help\nlist format=json\nversion\nverbose\nnoise\nprint", NULL,
+                        NULL)); /* prints nothing, as there are no callbacks */
     SUCCEEDS(curlew_count(session, CURLEW_FIELD, &count));
-    CHECK(count > 0); /* it is usable after all that */
+    CHECK(count > 0); /* the session is still usable */
     curlew_session_release(&session);
 }
 
@@ -161,10 +162,10 @@ static void wrongGraphs(void) {
     FAILS(curlew_translate("noise\nnoize", "x.txt", "json", &text), CURLEW_VALUE_ERROR, "x.txt:2");
     SUCCEEDS(curlew_translate("noise seed=1\nslice width=4\n", NULL, "json", &text));
     CHECK(text && strstr(text, "\"action\": \"slice\""));
-    SUCCEEDS(curlew_run_graph(session, text, NULL, NULL)); /* what a translation says can be run */
+    SUCCEEDS(curlew_run_graph(session, text, NULL, NULL)); /* translated text can be run */
     SUCCEEDS(curlew_evaluated(session, &text));
     CHECK(strstr(text, "noise") && strstr(text, "slice"));
-    SUCCEEDS(curlew_run_graph(session, "noise seed=1\nslice width=4\n", NULL, NULL)); /* the same as a scene */
+    SUCCEEDS(curlew_run_graph(session, "noise seed=1\nslice width=4\n", NULL, NULL)); /* a scene is accepted too */
     SUCCEEDS(curlew_evaluated(session, &text));
     CHECK(strcmp(text, "[]") == 0);
     SUCCEEDS(curlew_find(session, "slice", &kind, &position));
@@ -189,7 +190,7 @@ static void wrongMeshes(void) {
                        tooFew = {few, 2, 0, 1, CURLEW_INT32}, short1 = {sizes, 1, 0, 1, CURLEW_INT32};
     int64_t count = 0;
     SUCCEEDS(curlew_provide_mesh(session, "m", &p, &f, NULL));
-    SUCCEEDS(curlew_provide_mesh(session, "m", &p, &list, &n)); /* a polygon with corners again and again */
+    SUCCEEDS(curlew_provide_mesh(session, "m", &p, &list, &n)); /* a polygon with repeated vertices */
     FAILS(curlew_provide_mesh(session, "m", &p, &list, &tooFew), CURLEW_VALUE_ERROR, "2 corners");
     FAILS(curlew_provide_mesh(session, "m", &p, &list, &short1), CURLEW_VALUE_ERROR, "3 corners");
     FAILS(curlew_provide_mesh(session, "m", &p, &list, NULL), CURLEW_VALUE_ERROR, "3 or 4 components");
@@ -330,7 +331,7 @@ static void wrongPositions(void) {
     CHECK(field == NULL);
     SUCCEEDS(curlew_session_field(session, 0, &field));
     SUCCEEDS(curlew_session_flow(session, 0, &flow));
-    curlew_session_release(&session); /* they live on */
+    curlew_session_release(&session); /* field and flow stay valid */
     CHECK(curlew_field_dimension(field) == 2 && curlew_flow_dimension(flow) == 3);
     FAILS(curlew_field_evaluate(field, NULL, &v, NULL), CURLEW_VALUE_ERROR, "positions is NULL");
     FAILS(curlew_field_evaluate(field, &p, &wrong, NULL), CURLEW_VALUE_ERROR, "1 component, not 2");
@@ -339,8 +340,8 @@ static void wrongPositions(void) {
     FAILS(curlew_flow_evaluate(flow, &plane, &u, NULL), CURLEW_VALUE_ERROR, "3 components, not 2");
     FAILS(curlew_flow_evaluate(flow, &p, NULL, &wrong), CURLEW_VALUE_ERROR, "no tracks");
     SUCCEEDS(curlew_field_evaluate(field, &p, NULL, NULL));
-    SUCCEEDS(curlew_field_evaluate(field, &plane, &v, NULL)); /* in its own dimensions */
-    SUCCEEDS(curlew_field_evaluate(field, &p, &s, NULL));     /* and in space */
+    SUCCEEDS(curlew_field_evaluate(field, &plane, &v, NULL)); /* 2D positions for the 2D field */
+    SUCCEEDS(curlew_field_evaluate(field, &p, &s, NULL));     /* 3D positions are accepted too */
     SUCCEEDS(curlew_field_evaluate(field, &p, &v, &g));
     CHECK(fabs(values[0] - (double)single[0]) < 1e-5 && values[0] != 0);
     CHECK(gradients[0][2] == 0 && gradients[0][0] != 0);
@@ -376,7 +377,7 @@ static int countFrames(void* user, int32_t frame) {
     calls* c = user;
     int64_t count = 0;
     ++c->frames;
-    SUCCEEDS(curlew_count(c->session, CURLEW_IMAGE, &count)); /* what the frame has made is there */
+    SUCCEEDS(curlew_count(c->session, CURLEW_IMAGE, &count)); /* the results of the frame are available */
     CHECK(count >= 1);
     FAILS(curlew_run(c->session, "noise", NULL, NULL), CURLEW_VALUE_ERROR, "running");
     FAILS(curlew_withdraw(c->session, "x"), CURLEW_VALUE_ERROR, "running");
@@ -389,7 +390,7 @@ static int countFrames(void* user, int32_t frame) {
 static void* cancelSoon(void* session) {
     curlew_session* s = session;
     int64_t count = 0;
-    while (curlew_count(s, CURLEW_FIELD, &count) == CURLEW_OK) continue; /* until it runs */
+    while (curlew_count(s, CURLEW_FIELD, &count) == CURLEW_OK) continue; /* waits until the program runs */
     CHECK(strstr(curlew_error_message(), "running"));
     FAILS(curlew_session_release(&s), CURLEW_VALUE_ERROR, "running");
     SUCCEEDS(curlew_cancel(s));
@@ -423,7 +424,7 @@ static void cancelling(void) {
     CHECK(pthread_create(&other, NULL, cancelSoon, session) == 0);
     FAILS(curlew_run(session, kEndless, NULL, NULL), CURLEW_CANCELLED, "cancelled");
     pthread_join(other, NULL);
-    SUCCEEDS(curlew_run(session, "velocity dim=8", NULL, NULL)); /* and it goes on */
+    SUCCEEDS(curlew_run(session, "velocity dim=8", NULL, NULL)); /* the session is still usable */
     curlew_session_release(&session);
 }
 
@@ -435,7 +436,7 @@ enum { kThreads = 4, kMany = 5000 };
 static curlew_flow* shared = NULL;
 static double at[kMany][3], expected[kMany][3];
 
-/* Errors of one thread are not those of another, and the same program gives the same numbers beside others. */
+/* Errors are separate for each thread, and a program gives the same numbers while others run. */
 static void* work(void* number) {
     const int n = *(const int*)number;
     char wrong[32], name[32];
@@ -453,7 +454,7 @@ static void* work(void* number) {
         CHECK(curlew_error_line() == n + 1);
         SUCCEEDS(curlew_flow_evaluate(shared, &where, &v, NULL));
         CHECK(memcmp(velocities[n], expected, sizeof expected) == 0);
-        CHECK(strstr(curlew_error_message(), name) && curlew_error_line() == n + 1); /* until the next failure */
+        CHECK(strstr(curlew_error_message(), name) && curlew_error_line() == n + 1); /* kept until the next failure */
         SUCCEEDS(curlew_run(session, n % 2 == 0 ? "threads 1" : "verbose", NULL, NULL));
         SUCCEEDS(curlew_provide_mesh(session, "tetrahedron", &corners, &faces, NULL));
         SUCCEEDS(curlew_run(session,

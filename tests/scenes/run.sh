@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Runs a scene with the values of its line "# reduced:", in a fresh folder: run.sh CURLEW SCENE. The scene has to
-# succeed (what it expects included), and to make out/ and write something into it.
+# Runs a scene with the values of its line "# reduced:" in a new folder: run.sh CURLEW SCENE. The scene must succeed,
+# including its -expect actions, and must create out/ and write files to it.
 set -eu
 fail() {
     echo "$scene: $*" >&2

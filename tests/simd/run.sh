@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# run.sh FILE...: disassembles programs and objects compiled for AVX-512, and fails for functions that use AVX-512 without being made for
-# it, which those that are say in their names. The linker keeps one copy of an inline function for everyone: compiled in
-# a *Kernels.cpp it could be one that most processors cannot run. Ends with 77 where it cannot tell.
+# run.sh FILE...: disassembles programs and objects, and fails if a function uses AVX-512 but has no Avx512 in its name.
+# The linker keeps only one copy of an inline function. If that copy comes from a *Kernels.cpp file, most processors cannot
+# run it. Exits with 77 (skipped) if objdump is not installed.
 set -eu
 if [ $# -eq 0 ]; then
     echo "usage: run.sh FILE..." >&2
@@ -15,7 +15,7 @@ fi
 
 status=0
 for file in "$@"; do
-    # An instruction of AVX-512 begins with the byte 62 (EVEX), maybe after prefixes for the address, or works on a mask.
+    # An AVX-512 instruction begins with the byte 62 (EVEX), possibly after address prefixes, or uses a mask register.
     LC_ALL=C objdump --disassemble --insn-width=16 "$file" | awk -v file="$file" '
         /^[0-9a-f]+ <.*>:$/ {
             name = substr($2, 2, length($2) - 3)
@@ -33,7 +33,7 @@ for file in "$@"; do
                 print file ": " name " is for all processors, and uses AVX-512:\n" offenders[name]
             }
             printf "%s: %d functions made for AVX-512 use it, and %d others\n", file, right, wrong
-            exit wrong > 0 || right == 0 # none at all would mean that it looks in vain
+            exit wrong > 0 || right == 0 # if no kernel uses AVX-512, the search itself is broken
         }' || status=1
 done
 exit $status

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Builds the documentation site into a scratch folder and checks its pages; run.py FOLDER checks a site that is built.
+"""Builds the documentation site in a temporary folder and checks its pages. run.py FOLDER checks an existing site.
 
-Every link and picture of a page must lead to a file of the site, and every #anchor to a place in it. No page may load anything
-from elsewhere. Ends with 77 (skipped) where there is no MkDocs.
+Every link and picture of a page must lead to a file of the site, and every #anchor to an id in the page. No page may load
+anything from another site. Exits with 77 (skipped) if MkDocs is not installed.
 """
 
 import re
@@ -19,7 +19,7 @@ LOADED = {("link", "href"), ("script", "src"), ("img", "src"), ("iframe", "src")
 
 
 class Page(HTMLParser):
-    """The links of a page, what it loads, and the places in it that a link can name."""
+    """Collects the links of a page, the files that it loads, and the anchors in it."""
 
     def __init__(self, path):
         super().__init__()
@@ -37,7 +37,7 @@ class Page(HTMLParser):
 
 
 def problems(folder):
-    """What is wrong with the site, line by line, and how many links it has."""
+    """Returns the errors of the site, one per line, and the numbers of its pages and links."""
     pages = {path: Page(path) for path in sorted(folder.rglob("*.html"))}
     wrong, count = [], 0
     for path, page in pages.items():
@@ -64,7 +64,7 @@ def problems(folder):
 
 
 def check(folder):
-    """The exit status: 0, or what is wrong."""
+    """Returns the argument of sys.exit(): 0, or the errors."""
     wrong, pages, links = problems(folder)
     print(f"site: {pages} pages with {links} links and files")
     if pages == 0:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Geometry in and out, and evaluation."""
+"""Geometry passed in and read back, and evaluation at positions."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def test_meshes_of_any_type_come_back(session, dtype, index):
 
 
 def test_faces_of_different_sizes_and_points_in_the_same_place(session):
-    # A cube whose top is two triangles, with a corner that is there twice and a point of no face.
+    # A cube whose top is two triangles, with a duplicate vertex and a point that belongs to no face.
     points = [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)] + [[9, 9, 9], [1, 1, 1]]
     sizes = [4, 4, 4, 4, 4, 3, 3]
     corners = [0, 1, 3, 2, 4, 6, 9, 5, 0, 4, 5, 1, 2, 3, 7, 6, 0, 2, 6, 4, 1, 5, 7, 1, 7, 3]
@@ -48,7 +48,7 @@ def test_faces_of_different_sizes_and_points_in_the_same_place(session):
     session.provide_mesh("two triangles", [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], ((0, 1, 2), (0, 2, 3)))
     session.run("read 'two triangles'")
     assert session.mesh().triangles.tolist() == [[0, 1, 2], [0, 2, 3]]
-    # A polygon of five corners becomes triangles.
+    # A polygon with five vertices is split into triangles.
     angle = 2 * np.pi * np.arange(5) / 5
     session.provide_mesh("pentagon", np.stack([np.cos(angle), np.sin(angle), 0 * angle], 1), ([0, 1, 2, 3, 4], [5]))
     session.run("read pentagon")
@@ -70,7 +70,7 @@ def test_points_keep_their_ids_and_velocities(session):
     assert moved.tracks.shape == (50, 2)
     flow = session.flow()
     assert np.allclose(flow.fields(moved.positions), moved.tracks, atol=1e-7)
-    assert np.allclose(flow.fields(positions), moved.tracks, atol=1e-7)  # they are where they began, as far as f and g go
+    assert np.allclose(flow.fields(positions), moved.tracks, atol=1e-7)  # f and g are unchanged
 
 
 def test_slices_of_arrays_are_read_as_they_are(session):
@@ -138,7 +138,7 @@ def test_a_field_and_its_gradient(session):
     in_space, gradient_in_space = noise.value_and_gradient(positions)
     assert np.allclose(in_space, value, atol=1e-12) and np.allclose(gradient_in_space[:, :2], gradient, atol=1e-12)
     assert not gradient_in_space[:, 2].any()
-    # Differences agree to their order.
+    # Agrees with central differences.
     step = 1e-5
     ahead = noise.value(positions[:, :2] + [step, 0]) - noise.value(positions[:, :2] - [step, 0])
     assert np.allclose(ahead / (2 * step), gradient[:, 0], atol=1e-7)
@@ -186,8 +186,8 @@ def test_pictures_and_grids(session):
     assert image.pixels.shape == (20, 40, 1) and image.channels == ["value"]
     inside = image.pixels[2:-2, 2:-2, 0]
     pixel = np.diff(inside, axis=1)
-    assert np.allclose(pixel, pixel[0, 0], atol=1e-5) and pixel[0, 0] == pytest.approx(0.1, abs=1e-5)  # to the right, x grows
-    assert np.allclose(np.diff(inside, axis=0), -10 * pixel[0, 0], atol=1e-4)  # and down, y shrinks
+    assert np.allclose(pixel, pixel[0, 0], atol=1e-5) and pixel[0, 0] == pytest.approx(0.1, abs=1e-5)  # x increases to the right
+    assert np.allclose(np.diff(inside, axis=0), -10 * pixel[0, 0], atol=1e-4)  # y decreases downwards
     session.run(FLOW + "velocity voxel=0.1 density=1 name=wind staggered=1\n")
     wind, density = session.grids()
     assert wind["name"] == "wind" and wind["class"] == "staggered" and wind["type"] == "vec3s"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The examples run as they stand, and make what they say."""
+"""The examples run unchanged and write files."""
 
 import subprocess
 import sys

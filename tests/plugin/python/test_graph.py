@@ -16,7 +16,7 @@ def node(name, action, inputs=None, words=(), **options):
 
 
 def graph(**more):
-    """Two noises, a sphere between them and the flow, and points that follow it; nodes in no particular order."""
+    """Returns a graph of two noises, one bounded by a sphere, their flow, and points that follow it. The nodes are unordered."""
     return {
         "curlew": 1,
         "nodes": [
@@ -33,7 +33,7 @@ def graph(**more):
 
 
 def edited(given, name, **options):
-    """The graph with other options of a node."""
+    """Returns a copy of the graph with other options of a node."""
     result = copy.deepcopy(given)
     next(n for n in result["nodes"] if n["name"] == name)["options"].update(options)
     return result
@@ -82,7 +82,7 @@ def test_only_what_an_edit_reaches_is_evaluated(session):
     session.run_graph(edited(first, "swirl", frequency=3))
     assert {"swirl", "wind", "dust"} <= set(session.evaluated)
     assert not {"ball", "along", "noise two"} & set(session.evaluated)
-    # And the result is that of a session that knows nothing yet.
+    # The result is the same in a new session.
     with curlew.Session() as fresh:
         fresh.run_graph(edited(first, "swirl", frequency=3))
         assert np.array_equal(fresh.points("dust").positions, session.points("dust").positions)
@@ -116,7 +116,7 @@ def test_dicts_json_and_scenes_are_the_same_graph(session):
     assert json.loads(curlew.translate(graph(), "json"))["curlew"] == 1
     with pytest.raises(curlew.Error, match="form"):
         curlew.translate(TEXT, "yaml")
-    session.run_graph(edited(graph(), "seeds", count=np.int64(7), seed=np.float32(2)))  # NumPy's numbers
+    session.run_graph(edited(graph(), "seeds", count=np.int64(7), seed=np.float32(2)))  # NumPy scalars
     assert len(session.points("dust")) == 7
 
 
@@ -168,7 +168,7 @@ def test_frames_are_read_by_name(session):
 
 
 def test_emitters_without_links_stay_apart(session):
-    """Neither joins the other, nor the points that are there before the frames."""
+    """Emitted points are not added to those of the other emitter or to points made before the frames."""
     nodes = [
         node("wind", "uniform", velocity="0,0,1", box="-1,-1,-1,1,1,1"),
         node("seeds", "scatter", {"domain": "wind"}, count=7),
@@ -185,7 +185,7 @@ def test_emitters_without_links_stay_apart(session):
 
 
 def test_wanted_points_need_what_carries_them_to_the_next_frame(session):
-    """The flow that moves emitted points on is evaluated although only the emitter is wanted."""
+    """The flow that moves the emitted points is evaluated even if only the emitter is wanted."""
     nodes = [
         node("source", "emit", words=(), rate=100, box="-1,0,0,-0.9,1,1"),
         node("moved", "advect", {"flow": "wind", "points": "source"}),
@@ -197,12 +197,12 @@ def test_wanted_points_need_what_carries_them_to_the_next_frame(session):
         on_frame=lambda frame, same: heights.append(sorted(same.points("source").positions[:10, 2].tolist())),
     )
     assert len(heights[-1]) == 10
-    # Born at even intervals of 0.01 s, they have moved at speed 1 for 0 to 0.09 s.
+    # The points are born every 0.01 s, so they have moved at speed 1 for 0 to 0.09 s.
     assert np.subtract(heights[2], heights[1]).mean() == pytest.approx(0.045, abs=1e-6)
 
 
 def test_a_branch_that_traces_first_does_not_freeze_the_points(session):
-    """Curves from points that are also moved on: the points move in every frame, whichever branch comes first."""
+    """Points that are both traced and advected move in every frame, whichever branch comes first."""
     moved = []
     for order in (1, -1):
         nodes = [
@@ -228,7 +228,7 @@ def test_a_grid_is_an_array(session):
     assert np.allclose(wind.voxel_size, 0.1) and wind.about["lower"] == list(wind.lower)
     values = wind.array()
     assert values.shape == tuple(b - a for a, b in zip(wind.lower, wind.upper)) + (3,) and values.dtype == np.float32
-    # Where a voxel is, the flow has the grid's value.
+    # At a voxel's position, the flow equals the grid's value.
     index = np.array([1, -2, 3])
     x, y, z = index - wind.lower
     position = (wind.transform @ np.append(index, 1))[:3]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Points on loops: any frame without those before it, and `fade` for those whose tracks take too long."""
+"""Points on loops: each frame is computed on its own, and `fade` is below 1 for points whose tracks take too long."""
 
 import numpy as np
 
@@ -14,14 +14,14 @@ scatter count=300 seed=3
 
 
 def frames(session, text):
-    """The points of each frame."""
+    """Returns the points of each frame."""
     seen = {}
     session.run(text, on_frame=lambda frame, now: seen.update({frame: now.points("dust")}))
     return seen
 
 
 def same(a, b):
-    """Whether two sets of points are the same to the bit."""
+    """Returns whether two sets of points are equal to the bit."""
     pairs = ((a.positions, b.positions), (a.velocities, b.velocities), (a.ids, b.ids), (a.fades, b.fades))
     return all(np.array_equal(one, other) for one, other in pairs)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The package as a whole: the library, the registry, errors."""
+"""The package: the library, the registry, errors."""
 
 import os
 import signal
@@ -36,7 +36,7 @@ def test_the_registry_has_all_that_nodes_need():
 
 
 def test_what_is_read_and_written_is_known_to_programs_where_it_is_told_to_readers(tmp_path):
-    """Every action whose help says that it takes or makes something says so in its data."""
+    """The registry lists inputs and outputs for each action whose help mentions them."""
     said = []
     with curlew.Session() as session:
         session.run("help format=markdown", on_message=said.append)
@@ -55,7 +55,7 @@ def test_a_library_that_is_not_there_is_an_error_that_names_it():
     code = "import curlew\ntry: curlew.version()\nexcept curlew.Error as e: print(e)"
     done = subprocess.run([sys.executable, "-B", "-c", code], env=environment, capture_output=True, text=True, check=True)
     assert "/no/such/libcurlew.so" in done.stdout
-    # A library, but another.
+    # A different library.
     environment["CURLEW_LIBRARY"] = os.path.realpath(np.core._multiarray_umath.__file__)
     done = subprocess.run([sys.executable, "-B", "-c", code], env=environment, capture_output=True, text=True, check=True)
     assert "cannot load" in done.stdout
@@ -108,7 +108,7 @@ def test_progress_can_cancel_and_callbacks_may_fail(session):
 
 
 def interrupted(arguments):
-    """What a process says that runs an endless program, and is interrupted while it does."""
+    """Interrupts a process that runs an endless program. Returns its error output."""
     code = f"import curlew\nprint(flush=True)\ncurlew.Program('''{FLOW}{ENDLESS}''').run({arguments})"
     with subprocess.Popen([sys.executable, "-B", "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
         running.stdout.readline()
@@ -124,7 +124,7 @@ def interrupted(arguments):
 
 @pytest.mark.parametrize("arguments", ["", "progress=lambda title, fraction: False"])
 def test_ctrl_c_ends_a_program(arguments):
-    for _ in range(5):  # it may come anywhere
+    for _ in range(5):  # the signal may arrive anywhere
         complaint = interrupted(arguments)
         assert complaint.endswith("KeyboardInterrupt\n")
         assert "ignored" not in complaint
@@ -206,7 +206,7 @@ def test_a_session_that_runs_cannot_be_closed():
     session.run("noise\nframes 1-2\nslice width=4\n", on_frame=close)
     session.run("noise\nframes 1-2\nslice width=4\n", on_frame=close_beside)
     assert len(refused) == 4
-    session.run("slice width=4\n")  # and it is as it was
+    session.run("slice width=4\n")  # the session is still usable
     assert session.image().pixels.shape[:2] == (4, 4)
     session.close()
     session.close()
