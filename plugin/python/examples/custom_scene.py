@@ -19,7 +19,7 @@ trace limit=2 as=threads
 with curlew.Program(SCENE, name="my scene").run() as session:
     flow, curves = session.flow("wind"), session.curves("threads")
 
-# Evaluates the flow at any positions. Its potentials f and g are constant along each curve.
+# A flow can be evaluated at any positions. Its potentials f and g are constant along each curve.
 velocity, fields = flow.velocity_and_fields(curves.vertices)
 starts = np.repeat(fields[curves.offsets[:-1]], np.diff(curves.offsets), axis=0)
 print(f"{len(curves)} curves of {len(curves.vertices)} vertices, {curves.closed.sum()} of them closed")
