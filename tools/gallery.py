@@ -177,7 +177,7 @@ def run_table(name, paper, curlew):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", metavar="NAME", help="run only this scene or table, and keep the others")
-    parser.add_argument("--command", default=ROOT / "build/curlew", type=Path, help="the curlew to run; curlew_paper must be beside it")
+    parser.add_argument("--command", default=ROOT / "build/curlew", type=Path, help="the curlew command to run; curlew_paper must be in the same folder")
     options = parser.parse_args()
     command = options.command.resolve()
     paper_command = command.parent / "curlew_paper"
