@@ -27,8 +27,9 @@ Extent extentOf(const LevelSet& levelSet);
 /// Estimates the number of voxels within `halfWidth` voxels of a surface.
 double samplesInBand(const Extent& surface, double halfWidth);
 
-/// Estimates the memory for making a level set with a band of `halfWidth` voxels, in bytes: the values, the face indices,
-/// and copies during OpenVDB's conversion. Leaves are 8 voxels wide, so they reach about half a leaf beyond the band.
+/// Estimates the memory for making a level set with a band of `halfWidth` voxels, in bytes: the values, the face
+/// indices, and copies during OpenVDB's conversion. Leaves are 8 voxels wide, so they reach about half a leaf beyond
+/// the band.
 double bandBytes(const Extent& surface, double halfWidth);
 
 /// Throws ResourceError if widening a band to `halfWidth` voxels would take too much memory or time.

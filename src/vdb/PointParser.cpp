@@ -77,8 +77,8 @@ class Columns {
 PointTable pointsOf(const CsvTable& table, const std::filesystem::path& path) {
     Columns columns(table, path);
     // At most 8 bytes for each number, and for an id that the file does not have.
-    requireMemory(8 * static_cast<double>((table.names.size() + 1) * columns.rows()), fmt::format("'{}'", path.string()),
-                  "split the file");
+    requireMemory(8 * static_cast<double>((table.names.size() + 1) * columns.rows()),
+                  fmt::format("'{}'", path.string()), "split the file");
     PointTable result;
     Points& p = result.points;
     columns.take<double>({{"x", &p.x}, {"y", &p.y}, {"z", &p.z}}, true);
