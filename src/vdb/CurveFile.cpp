@@ -2,6 +2,7 @@
 #include "curlew/vdb/CurveFile.h"
 
 #include "ChunkedWriter.h"
+#include "CurveArrays.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Error.h"
 
@@ -16,8 +17,6 @@
 #include <utility>
 
 namespace curlew {
-
-namespace {
 
 namespace fs = std::filesystem;
 namespace points = openvdb::points;
@@ -50,7 +49,6 @@ void checkIds(const Curves& c) {
 
 const char* alongName(const Curves& curves) { return kStepByNames[static_cast<size_t>(curves.by)].data(); }
 
-/// Returns the curve of each vertex.
 std::vector<size_t> owners(const Curves& c) {
     std::vector<size_t> owner(c.vertices());
     for (size_t k = 0; k < c.size(); ++k)
@@ -58,6 +56,8 @@ std::vector<size_t> owners(const Curves& c) {
                   owner.begin() + static_cast<std::ptrdiff_t>(c.start[k + 1]), k);
     return owner;
 }
+
+namespace {
 
 /// Adds an attribute to a grid: every point gets value(id).
 template <class T, class Value>

@@ -208,7 +208,7 @@ TEST_CASE("emit: particle files have the attributes that hosts know", "[app]") {
     const test::Folder folder;
     folder.mustRun(
         "-quiet -noise -noise seed=1 -dfvn -frames 1-3 -emit rate=480 life=5 -advect time=0.1 steps=2 "
-        "-write 'p.$F4.csv' 'p.$F4.vdb' -write target=blender 'b.$F4.vdb'");
+        "-write 'p.$F4.csv' 'p.$F4.vdb' -write target=blender upAxis=z 'b.$F4.vdb'");
     CHECK_THAT(test::bytesOf(folder / "p.0001.csv"), Catch::StartsWith("x,y,z"));
     CHECK_THAT(test::bytesOf(folder / "p.0003.csv"), Catch::StartsWith("x,y,z,vx,vy,vz,id,age,life,f,g\n"));
     CHECK(test::linesIn(test::bytesOf(folder / "p.0003.csv")) == 41);

@@ -148,7 +148,7 @@ TEST_CASE("frames: meshes and level sets from before the frames are available in
     });
     scenes.run("read '" + mesh + "'\nread '" + mesh +
                "'\nmesh2ls dim=16 keep=1\nframes 1-3\nhere\nmesh2ls dim=12\nnoise\nnoise seed=1\n"
-               "bound width=1 grid=1\ndfvn");
+               "bound layer=1 grid=1\ndfvn");
     REQUIRE(atFirst.size() == 3); // the mesh that -mesh2ls consumes is back in the next frame
     CHECK(atFirst[1] == atFirst[0]);
     CHECK(atFirst[2] == atFirst[0]);
@@ -223,12 +223,24 @@ TEST_CASE("frames: each frame of a velocity sequence equals a single run at its 
     const auto scene = [](const std::string& t, const std::string& name) {
         return "-noise alpha='" + t + "' -noise seed=1 -dfvn -velocity dim=16 -write '" + name + "'";
     };
+    const auto velocityIn = [&](const std::string& file) {
+        return openvdb::gridPtrCast<openvdb::Vec3SGrid>(readVdb(folder / file).front());
+    };
     const auto outcome = folder.mustRun("-frames 5-9x2 fps=10 " + scene("{2*pi*T}", "v.$F4.vdb"));
     CHECK(folder.names() == std::set<std::string>{"v.0005.vdb", "v.0007.vdb", "v.0009.vdb"});
     CHECK_THAT(outcome.err, ContainsSubstring("frame 5, 1 of 3") && ContainsSubstring("frame 9, 3 of 3"));
     for (int k = 0; k < 3; ++k) {
+        const std::string frame = fmt::format("{:04}.vdb", 5 + 2 * k);
         folder.mustRun("-quiet " + scene(fmt::format("{{2*pi*{}/10}}", 2 * k), "one.vdb"));
-        CHECK((bytesOf(folder / "one.vdb") == bytesOf(folder / fmt::format("v.{:04}.vdb", 5 + 2 * k))));
+        const auto one = velocityIn("one.vdb"), sequence = velocityIn("v." + frame); // only this has frame and fps
+        REQUIRE(one->activeVoxelCount() == sequence->activeVoxelCount());
+        size_t different = 0;
+        for (auto value = one->cbeginValueOn(); value; ++value)
+            if (sequence->tree().getValue(value.getCoord()) != *value) ++different;
+        CHECK(different == 0);
+        folder.mustRun(fmt::format("-quiet -frames {0}-{0} start=5 fps=10 ", 5 + 2 * k) +
+                       scene("{2*pi*T}", "alone.$F4.vdb"));
+        CHECK((bytesOf(folder / ("alone." + frame)) == bytesOf(folder / ("v." + frame))));
     }
     // In two parts.
     for (int part = 1; part <= 2; ++part)

@@ -10,6 +10,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/picture/ImageFile.h"
 #include "curlew/vdb/AnimatedMesh.h"
+#include "curlew/vdb/BgeoFile.h"
 #include "curlew/vdb/MeshFile.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
@@ -92,6 +93,11 @@ bool readModelTarget(std::string_view bytes) {
         const AnimatedMesh model(app::takeModel(parts));
         for (size_t clip = 0; clip < model.clips().size(); ++clip) model.at({.clip = clip, .seconds = 0.3});
     });
+}
+
+/// NanoVDB is not a target, for the same reason.
+bool readBgeoTarget(std::string_view bytes) {
+    return accepts([&] { readBgeo(scratch().with("a.bgeo", bytes)); });
 }
 
 bool readPngTarget(std::string_view bytes) {
@@ -197,6 +203,14 @@ std::vector<std::string> imageSeeds(const std::string& name) {
     return {scratch().bytes(name)};
 }
 
+/// Points with a velocity and an id.
+std::vector<std::string> bgeoSeeds() {
+    Points points = Points::at({{{0, 0, 0}}, {{1, 1, 1}}});
+    points.vx = points.vy = points.vz = {1, 2};
+    writeBgeo(scratch().folder / "seed.bgeo", points);
+    return {scratch().bytes("seed.bgeo")};
+}
+
 std::vector<std::string> checkpointSeeds() {
     app::Checkpoint checkpoint{.frame = 3, .sums = {1, 2}, .since = 1};
     checkpoint.states.push_back({{.particles = Points::at({{{0, 0, 0}}, {{1, 1, 1}}})}, {}});
@@ -219,6 +233,7 @@ const std::vector<Target>& targets() {
                                               {"obj", readMeshTarget<'o', 'b', 'j'>},
                                               {"ply", readMeshTarget<'p', 'l', 'y'>},
                                               {"stl", readMeshTarget<'s', 't', 'l'>},
+                                              {"bgeo", readBgeoTarget},
                                               {"model", readModelTarget},
                                               {"png", readPngTarget},
                                               {"exr", readExrTarget},
@@ -241,6 +256,7 @@ std::vector<std::string> seeds(const std::string& target) {
             std::string(80, ' ') + std::string("\1\0\0\0", 4) + std::string(50, '\0')};
     if (target == "model") return {modelSeed()};
     if (target == "png" || target == "exr") return imageSeeds("seed." + target);
+    if (target == "bgeo") return bgeoSeeds();
     if (target == "csv") return {"x,y,z,id\n0,1,2,3\n-1.5e3,+2,\"3\",4\n"};
     if (target == "scene") return {kScene};
     if (target == "json") return {app::jsonOf(app::graphOfScene(kScene, "seed", reading()))};

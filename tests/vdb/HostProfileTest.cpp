@@ -19,5 +19,16 @@ TEST_CASE("HostProfile: points keep their velocity under the attribute name of e
         REQUIRE(read.hasVelocity());
         CHECK(read.vy[0] == 5);
     }
-    CHECK(hostNames() == std::vector<std::string>{"houdini", "blender"});
+    CHECK(hostNames() == std::vector<std::string>{"houdini", "blender", "arnold", "karma", "renderman", "redshift",
+                                                  "unreal", "unity"});
+}
+
+TEST_CASE("HostProfile: every host has names for velocities and a source", "[vdb][HostProfile]") {
+    for (const HostProfile& host : kHostProfiles) {
+        CAPTURE(host.name);
+        CHECK(!host.pointVelocity.empty());
+        CHECK(!host.gridVelocity.empty());
+        CHECK(!host.source.empty());
+        CHECK(host.unitsPerMetre > 0);
+    }
 }

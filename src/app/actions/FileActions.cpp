@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "Actions.h"
 #include "FileText.h"
+#include "HostFiles.h"
 #include "ProbeAction.h"
 #include "ReadFiles.h"
 #include "curlew/app/registry/Text.h"
@@ -9,7 +10,6 @@
 #include "curlew/picture/ImageFile.h"
 #include "curlew/picture/Legend.h"
 #include "curlew/vdb/CurveFile.h"
-#include "curlew/vdb/HostProfile.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
 
@@ -35,6 +35,9 @@ struct Format {
     std::vector<Kind> holds;
     void (*write)(const Context&, const Arguments&, const std::string& file);
     std::string note = {}; ///< Describes the content if it is not an object.
+    /// Returns which of several kinds a file holds, from its content; null if there is only one.
+    Kind (*kindOf)(const std::filesystem::path& path) = nullptr;
+    bool hasGrids = false; ///< Holds any number of grids, which its headers list.
 };
 const std::vector<Format>& formats();
 
@@ -133,9 +136,10 @@ std::vector<Object> readObjects(const Arguments& a, const std::vector<std::vecto
         const Format& format = formatOf(a, file, Access::read);
         const bool exists = std::filesystem::exists(file) && !isStream(file);
         const bool there = exists || !world.lenient;
-        if (format.extension == ".ply" && (exists || (isStream(file) && world.streamed))) {
-            objects.push_back({.kind = kindOfPly(*localFor(world, file, format.extension))});
-        } else if (format.extension != ".vdb") {
+        const bool readable = exists || (isStream(file) && world.streamed);
+        if (format.kindOf && readable) {
+            objects.push_back({.kind = format.kindOf(*localFor(world, file, format.extension))});
+        } else if (!format.hasGrids) {
             objects.push_back({.kind = format.reads.front()});
         } else if (!there) {
             objects.push_back({.kind = Kind::grid, .uncertain = true});
@@ -154,25 +158,8 @@ std::vector<Object> readObjects(const Arguments& a, const std::vector<std::vecto
 /// "-" is the standard output.
 std::string writtenTo(const std::string& file) { return file == "-" ? "/dev/stdout" : file; }
 
-openvdb::GridBase::ConstPtr gridOf(const Context& c, const Arguments& a, size_t index) {
-    PointGridOptions options{.velocity = std::string(kHostProfiles.at(a.choice("target")).pointVelocity)};
-    switch (curlew::app::kindOf(c.value("what", index))) {
-        case Kind::points:
-            return pointGrid(c.points("what", index).particles, options);
-        case Kind::curves:
-            options.name = "curves";
-            return pointGrid(*c.curves("what", index), options);
-        default:
-            return c.grid("what", index).grid;
-    }
-}
-
 void writeVdbFile(const Context& c, const Arguments& a, const std::string& file) {
-    openvdb::MetaMap metadata;
-    metadata.insertMeta("creator", openvdb::StringMetadata("Curlew"));
-    std::vector<openvdb::GridBase::ConstPtr> grids;
-    for (size_t k = 0; k < c.count("what"); ++k) grids.push_back(gridOf(c, a, k));
-    writeVdb(file, grids, metadata, {.half = a.flag("half"), .codec = a.choice<Codec>("codec")},
+    writeVdb(file, gridsForFile(c, a), metadataOf(c, a), {.half = a.flag("half"), .codec = a.choice<Codec>("codec")},
              c.console().cancelFunction());
 }
 
@@ -199,23 +186,24 @@ void writeGeometry(const Context& c, const std::string& file, const PointsWriter
         case Kind::mesh:
             return writeMesh(file, *c.mesh("what"), c.console().cancelFunction());
         case Kind::points:
-            return points(c.points("what").particles);
+            return points();
         default:
-            return curves(*c.curves("what"));
+            return curves();
     }
 }
 
-void writePlyFile(const Context& c, const Arguments&, const std::string& file) {
+void writePlyFile(const Context& c, const Arguments& a, const std::string& file) {
     writeGeometry(
-        c, file, [&](const Points& p) { writePly(file, p); }, [&](const Curves& k) { writePly(file, k); });
+        c, file, [&] { writePly(file, *pointsForFile(c, a)); }, [&] { writePly(file, *curvesForFile(c, a)); });
 }
-void writeCsvFile(const Context& c, const Arguments&, const std::string& file) {
+void writeCsvFile(const Context& c, const Arguments& a, const std::string& file) {
     writeGeometry(
-        c, file, [&](const Points& p) { writeCsv(file, p); }, [&](const Curves& k) { writeCsv(file, k); });
+        c, file, [&] { writeCsv(file, *pointsForFile(c, a)); }, [&] { writeCsv(file, *curvesForFile(c, a)); });
 }
+/// Importers of .obj turn axes themselves, so target= does not.
 void writeObjFile(const Context& c, const Arguments&, const std::string& file) {
     writeGeometry(
-        c, file, [](const Points&) {}, [&](const Curves& k) { writeObj(file, k); });
+        c, file, [] {}, [&] { writeObj(file, *c.curves("what")); });
 }
 
 /// Writes the report; or the graph, if the file is named graph.json or ends in .graph.json.
@@ -230,8 +218,24 @@ void writeJsonFile(const Context& c, const Arguments&, const std::string& file) 
 
 const std::vector<Format>& formats() {
     static const std::vector<Format> all{
-        {".vdb", {Kind::grid, Kind::points}, readGrids, {Kind::grid, Kind::points, Kind::curves}, writeVdbFile},
-        {".ply", {Kind::mesh, Kind::points}, readPlyFile, {Kind::mesh, Kind::points, Kind::curves}, writePlyFile},
+        {.extension = ".vdb",
+         .reads = {Kind::grid, Kind::points},
+         .read = readGrids,
+         .holds = {Kind::grid, Kind::points, Kind::curves},
+         .write = writeVdbFile,
+         .hasGrids = true},
+        {.extension = ".nvdb",
+         .reads = {Kind::grid},
+         .read = readGrids,
+         .holds = {Kind::grid},
+         .write = writeNanoFile,
+         .hasGrids = true},
+        {.extension = ".ply",
+         .reads = {Kind::mesh, Kind::points},
+         .read = readPlyFile,
+         .holds = {Kind::mesh, Kind::points, Kind::curves},
+         .write = writePlyFile,
+         .kindOf = kindOfPly},
         {".obj", {Kind::mesh}, readMeshFile, {Kind::mesh, Kind::curves}, writeObjFile},
         {".stl", {Kind::mesh}, readMeshFile, {}, nullptr},
         {".gltf", {Kind::mesh}, readModelFile, {}, nullptr},
@@ -239,6 +243,17 @@ const std::vector<Format>& formats() {
         {".fbx", {Kind::mesh}, readModelFile, {}, nullptr},
         {".dae", {Kind::mesh}, readModelFile, {}, nullptr},
         {".csv", {Kind::points}, readPointFile, {Kind::points, Kind::curves}, writeCsvFile},
+        {.extension = ".bgeo",
+         .reads = {Kind::points, Kind::curves},
+         .read = readBgeoFile,
+         .holds = {Kind::points, Kind::curves},
+         .write = writeBgeoFile,
+         .kindOf = kindOfBgeo},
+        {".usda", {}, nullptr, {Kind::grid, Kind::points, Kind::curves}, writeUsdFile},
+        {".npz", {}, nullptr, {Kind::grid, Kind::points, Kind::curves}, writeNumpyFile},
+        {".npy", {}, nullptr, {Kind::grid, Kind::points, Kind::curves}, writeNumpyFile},
+        {".fga", {}, nullptr, {Kind::velocity}, writeFgaFile},
+        {".vf", {}, nullptr, {Kind::grid}, writeVfFile},
         {".png", {Kind::image}, readPicture, {Kind::image}, writePicture},
         {".exr", {Kind::image}, readPicture, {Kind::image}, writePicture},
         {".json", {}, nullptr, {}, writeJsonFile, "the report; graph.json and NAME.graph.json: the graph"},
@@ -263,16 +278,38 @@ void writeOne(const Context& c, const Arguments& a, const std::string& name) {
 void write(Context& c, const Arguments& a) {
     for (const auto& file : a.words()) {
         writeOne(c, a, file);
-        c.say(fmt::format("wrote {}: {}", file, describedFile(c, a, file)));
+        if (!collectsFrames(c, a, file)) c.say(fmt::format("wrote {}: {}", file, describedFile(c, a, file)));
     }
 }
 
 std::vector<Option> readOptions() {
-    std::vector<Option> all{text("grids", "", "comma-separated names of the grids to read from a .vdb (default: all)"),
-                            formatOption(Access::read,
-                                         "file format, whatever the files are called; auto: from the extension. Needed "
-                                         "for - (standard input) and other streams")};
+    std::vector<Option> all{
+        text("grids", "", "comma-separated names of the grids to read from a .vdb or .nvdb (default: all)"),
+        formatOption(Access::read,
+                     "file format, whatever the files are called; auto: from the extension. Needed "
+                     "for - (standard input) and other streams")};
     for (Option& option : modelOptions()) all.push_back(std::move(option));
+    return all;
+}
+
+std::vector<Option> writeOptions() {
+    std::vector<Option> all{
+        ages("grid", "", "grids for a .vdb, .nvdb, .npz or .usda, several in one file: 0 is the newest"),
+        ages("geo", "", "geometry to write, among the kinds that the file can hold: 0 is the newest"),
+        ages("image", "", "image to write: 0 is the newest"),
+        formatOption(Access::write,
+                     "file format, whatever the files are called; auto: from the extension (needed for - "
+                     "(standard output) and other streams)"),
+        flag("half", "0", "1: 16-bit floats in a .vdb, .nvdb (not for vectors) or .exr, except for depth"),
+        choice("codec", {"auto", "none", "zip", "blosc"},
+               "compression of a .vdb, .nvdb or .npz; auto: blosc for fog volumes in a .vdb, which shrink to a third; "
+               "none for everything else, which hardly shrinks")};
+    for (Option& option : hostOptions()) all.push_back(std::move(option));
+    all.push_back(
+        flag("overwrite", "0", "1: after -frames, allow the same file name in all frames; the last frame remains"));
+    all.push_back(flag("legend", "1", "1: draw a colour bar below a .png"));
+    all.push_back(
+        interval("range", "", "values at the two ends of the colour map of a .png (default: from the image)"));
     return all;
 }
 
@@ -293,7 +330,8 @@ Registry fileActions() {
          .group = kGroup,
          .summary = "read files: " + listOfFormats(Access::read),
          .makes = {several(made("meshes", {Kind::mesh}), 0, 1000), several(made("grids", {Kind::grid}), 0, 1000),
-                   several(made("points", {Kind::points}), 0, 1000), several(made("images", {Kind::image}), 0, 1000)},
+                   several(made("points", {Kind::points}), 0, 1000), several(made("curves", {Kind::curves}), 0, 1000),
+                   several(made("images", {Kind::image}), 0, 1000)},
          .options = readOptions(),
          .positional = {"FILE …", 1, 1000},
          .examples = {"curlew -read bunny.obj -mesh2ls -write bunny.vdb",
@@ -316,30 +354,16 @@ Registry fileActions() {
              stays("what", {Kind::grid, Kind::points, Kind::curves, Kind::mesh, Kind::image}), 0, 1000,
              "the newest that the file can hold; for a .vdb several grids and points, chosen with grid= and geo=")},
          .makes = {several(made("files", {Kind::file}), 1, 1000)},
-         .options =
-             {ages("grid", "", "grids for a .vdb, several in one file: 0 is the newest"),
-              ages("geo", "", "geometry to write, among the kinds that the file can hold: 0 is the newest"),
-              ages("image", "", "image to write: 0 is the newest"),
-              formatOption(Access::write,
-                           "file format, whatever the files are called; auto: from the extension (needed for - "
-                           "(standard output) and other streams)"),
-              flag("half", "0", "1: 16-bit floats in a .vdb or .exr, except for depth"),
-              choice("codec", {"auto", "none", "zip", "blosc"},
-                     "compression of a .vdb; auto: blosc for fog volumes, which shrink to a third; none for "
-                     "velocities, level sets and points, which hardly shrink"),
-              choice("target", hostNames(),
-                     "application whose attribute names are used for points in a .vdb: the velocity is v or velocity"),
-              flag("overwrite", "0",
-                   "1: after -frames, allow the same file name in all frames; the last frame remains"),
-              flag("legend", "1", "1: draw a colour bar below a .png"),
-              interval("range", "", "values at the two ends of the colour map of a .png (default: from the image)")},
+         .options = writeOptions(),
          .positional = {"FILE …", 1, 1000},
          .examples = {"curlew -noise -noise seed=1 -dfvn -velocity density=1 -write grid=0,1 half=1 smoke.vdb",
+                      "curlew -noise -noise seed=1 -dfvn -velocity dim=64 -write target=unreal smoke.fga",
                       "curlew -frames 1-24 -noise alpha={T} -noise seed=1 -dfvn -velocity -write smoke.####.vdb"},
          .evaluation = Evaluation::effect,
          .run = write,
          .prepare =
              [](const Arguments& a) {
+                 checkHostOptions(a);
                  for (const auto& file : a.words()) {
                      formatOf(a, file, Access::write);
                      checkWritable(writtenTo(file));

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "FileText.h"
 
+#include "HostFiles.h"
 #include "curlew/app/registry/Text.h"
 #include "curlew/base/Memory.h"
 #include "curlew/base/Text.h"
-#include "curlew/vdb/HostProfile.h"
 
 #include <filesystem>
 
@@ -27,22 +27,22 @@ std::string attributesOf(const Points& p, const std::string& velocity) {
     return join(names, " ");
 }
 
-/// Returns "vel (vec3s, staggered, 729 active voxels in 9 x 9 x 9)".
-std::string described(const openvdb::GridBase& grid) {
+/// Returns "vel (vec3s, staggered, 729 active voxels in 9 x 9 x 9)". `header` is the grid in the file, without voxels.
+std::string described(const openvdb::GridBase& header, const openvdb::GridBase& grid) {
     const auto size = grid.evalActiveVoxelDim();
-    const bool staggered = grid.getGridClass() == openvdb::GRID_STAGGERED;
-    const bool levelSet = grid.getGridClass() == openvdb::GRID_LEVEL_SET;
+    const bool staggered = header.getGridClass() == openvdb::GRID_STAGGERED;
+    const bool levelSet = header.getGridClass() == openvdb::GRID_LEVEL_SET;
     return fmt::format("{} ({}{}, {} active voxels in {} x {} x {})",
-                       grid.getName().empty() ? "unnamed grid" : printable(grid.getName()),
-                       levelSet ? "level set" : grid.valueType(), staggered ? ", staggered" : "",
+                       header.getName().empty() ? "unnamed grid" : printable(header.getName()),
+                       levelSet ? "level set" : header.valueType(), staggered ? ", staggered" : "",
                        grouped(grid.activeVoxelCount()), size[0], size[1], size[2]);
 }
 
-std::string describedObject(const Value& value, const std::string& velocity) {
+std::string describedObject(const Context& c, const Arguments& a, const Value& value) {
     switch (kindOf(value)) {
         case Kind::points: {
             const Points& points = std::get<PointsPointer>(value)->particles;
-            return fmt::format("{} points ({})", grouped(points.size()), attributesOf(points, velocity));
+            return fmt::format("{} points ({})", grouped(points.size()), attributesOf(points, pointVelocityOf(a)));
         }
         case Kind::curves: {
             const Curves& curves = *std::get<CurvesPointer>(value);
@@ -56,8 +56,12 @@ std::string describedObject(const Value& value, const std::string& velocity) {
             const Image& image = std::get<std::shared_ptr<const ImageValue>>(value)->image;
             return fmt::format("{} x {} pixels ({})", image.width, image.height, join(image.channels, " "));
         }
-        default:
-            return described(*std::get<GridValue>(value).grid);
+        default: {
+            const openvdb::GridBase& grid = *std::get<GridValue>(value).grid;
+            std::vector<std::string> grids;
+            for (const auto& header : headersForFile(c, a, grid)) grids.push_back(described(*header, grid));
+            return join(grids, ", ");
+        }
     }
 }
 
@@ -65,9 +69,7 @@ std::string describedObject(const Value& value, const std::string& velocity) {
 
 std::string describedFile(const Context& c, const Arguments& a, const std::string& file) {
     std::vector<std::string> objects;
-    for (size_t k = 0; k < c.count("what"); ++k)
-        objects.push_back(
-            describedObject(c.value("what", k), std::string(kHostProfiles.at(a.choice("target")).pointVelocity)));
+    for (size_t k = 0; k < c.count("what"); ++k) objects.push_back(describedObject(c, a, c.value("what", k)));
     std::string text = objects.empty() ? "JSON" : join(objects, ", ");
     std::error_code error;
     if (const auto bytes = std::filesystem::file_size(file, error); !error && bytes > 0)

@@ -7,6 +7,8 @@
 #include "curlew/base/LocalFile.h"
 #include "curlew/picture/ImageFile.h"
 #include "curlew/vdb/AnimatedMesh.h"
+#include "curlew/vdb/BgeoFile.h"
+#include "curlew/vdb/NanoFile.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
 
@@ -104,6 +106,8 @@ Kind kindOf(GridKind kind) {
     }
 }
 
+bool isNano(const SourceFile& file) { return endingOf(file.path) == ".nvdb"; }
+
 FileError noSuchGrid(const std::string& file, const std::vector<std::string>& names) {
     return FileError(
         fmt::format("'{}' has no grid of that name; it has {}", file, names.empty() ? "none" : join(names, ", ")));
@@ -115,7 +119,9 @@ void readGrids(Context& c, const Arguments& a, const SourceFile& file) {
     const auto wanted = wantedGrids(a);
     std::vector<std::string> names;
     bool any = false;
-    for (VdbContent& content : readVdbContent(file.path, c.follow(fmt::format("reading {}", file.name)))) {
+    const Monitor monitor = c.follow(fmt::format("reading {}", file.name));
+    for (VdbContent& content :
+         isNano(file) ? readNanoContent(file.path, monitor) : readVdbContent(file.path, monitor)) {
         names.push_back(content.name);
         if (!isWanted(wanted, content.name)) continue;
         any = true;
@@ -141,7 +147,7 @@ void readPicture(Context& c, const Arguments&, const SourceFile& file) {
 std::vector<Object> gridObjects(const Arguments& a, const SourceFile& file) {
     std::vector<std::string> names;
     std::vector<Object> objects;
-    for (const GridInfo& grid : vdbContents(file.path)) {
+    for (const GridInfo& grid : isNano(file) ? nanoContents(file.path) : vdbContents(file.path)) {
         names.push_back(grid.name);
         if (isWanted(wantedGrids(a), grid.name)) objects.push_back({.kind = kindOf(grid.kind), .name = grid.name});
     }
@@ -167,6 +173,22 @@ void readPlyFile(Context& c, const Arguments& a, const SourceFile& file) {
 }
 
 Kind kindOfPly(const std::filesystem::path& path) { return plyHasFaces(path) ? Kind::mesh : Kind::points; }
+
+void readBgeoFile(Context& c, const Arguments&, const SourceFile& file) {
+    BgeoContent content = readBgeo(file.path);
+    const std::string skipped = content.skipped.empty() ? "" : "; skipped: " + join(content.skipped, " ");
+    if (auto* curves = std::get_if<Curves>(&content.geometry)) {
+        c.say(fmt::format("{}: {} curves with {} vertices{}", file.name, curves->size(), curves->vertices(), skipped));
+        c.give(std::make_shared<const Curves>(std::move(*curves)));
+    } else {
+        Points& points = std::get<Points>(content.geometry);
+        c.say(fmt::format("{}: {} points{}", file.name, points.size(), skipped));
+        for (auto* track : {&points.f, &points.g}) track->clear(); // of a flow that is not available, rounded to float
+        givePoints(c, std::move(points));
+    }
+}
+
+Kind kindOfBgeo(const std::filesystem::path& path) { return bgeoHasCurves(path) ? Kind::curves : Kind::points; }
 
 void readModelFile(Context& c, const Arguments& a, const SourceFile& file) {
     const auto model = modelOf(c, a, file);

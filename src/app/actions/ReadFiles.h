@@ -12,7 +12,7 @@ struct SourceFile {
     std::string path;
 };
 
-/// Reads the grids that grids= names, or all. Point grids become points.
+/// Reads the grids of a .vdb or .nvdb that grids= names, or all. Point grids become points.
 void readGrids(Context& c, const Arguments& a, const SourceFile& file);
 /// Returns the objects that readGrids() will output, from the file's headers.
 std::vector<Object> gridObjects(const Arguments& a, const SourceFile& file);
@@ -33,6 +33,10 @@ void readModelFile(Context& c, const Arguments& a, const SourceFile& file);
 
 /// Returns what a .ply contains, from its header.
 Kind kindOfPly(const std::filesystem::path& path);
+
+/// Reads the points or the curves of a classic .bgeo.
+void readBgeoFile(Context& c, const Arguments& a, const SourceFile& file);
+Kind kindOfBgeo(const std::filesystem::path& path);
 
 /// isModel() returns whether files with this extension can have animation clips; modelOptions() returns the options
 /// that select a clip.

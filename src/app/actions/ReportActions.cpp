@@ -6,6 +6,7 @@
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Memory.h"
 #include "curlew/vdb/GridDiagnostics.h"
+#include "curlew/vdb/HostCheck.h"
 
 namespace curlew::app {
 
@@ -205,6 +206,25 @@ void checkPositions(const Context& c, Report& found) {
     if (curves && flow.domain().wall) checkCurves(c, flow, solids, found);
 }
 
+/// Checks .vdb files against the conventions of a host. Returns what they lack.
+std::vector<std::string> checkFiles(const Context& c, const Arguments& a, Report& found) {
+    const HostProfile& host = kHostProfiles.at(a.choice("target"));
+    std::vector<std::string> problems;
+    for (const std::string& file : a.words()) {
+        const auto lacks = hostProblems(file, host);
+        for (const std::string& problem : lacks) problems.push_back(fmt::format("'{}': {}", file, problem));
+        if (lacks.empty()) c.say(fmt::format("check: '{}' has what {} looks for", file, host.name));
+    }
+    found["files"] = a.words().size();
+    found["host_problems"] = problems.size();
+    return problems;
+}
+
+void checkTarget(const Arguments& a) {
+    if (a.given("target") != !a.words().empty())
+        throw ValueError("target= and .vdb files belong together: -check target=blender smoke.vdb");
+}
+
 void check(Context& c, const Arguments& a) {
     Report found = Report::object();
     bool staggered = false;
@@ -225,6 +245,7 @@ void check(Context& c, const Arguments& a) {
     }
     if (const int64_t steps = a.integer("tracks"); steps > 0) checkTracks(c, static_cast<int>(steps), found);
     if (ofFlow(c)) checkPositions(c, found);
+    const auto lacks = a.words().empty() ? std::vector<std::string>() : checkFiles(c, a, found);
     if (found.empty()) throw ValueError("nothing to check yet: no field, flow, velocity grid or points");
     if (c.wholeReport().contains("advect")) found["advect"] = c.wholeReport()["advect"];
     found["seconds"] = c.session().seconds();
@@ -233,7 +254,8 @@ void check(Context& c, const Arguments& a) {
         if (!value.is_object()) c.say(fmt::format("check: {:<38} {}", name, plain(value)));
     c.report("check") = found;
     if (a.given("report")) writeJson(a.text("report"), found);
-    const auto broken = brokenPromises(found, staggered);
+    auto broken = brokenPromises(found, staggered);
+    broken.insert(broken.end(), lacks.begin(), lacks.end());
     for (const auto& promise : broken) c.warn(promise);
     if (a.flag("strict") && !broken.empty()) throw ValueError(join(broken, "; "));
 }
@@ -287,8 +309,9 @@ Input flowOrField() {
 Registry reportActions() {
     return {{.name = "check",
              .group = kGroup,
-             .summary = "measure divergence, wall flux, penetration (of level set and mesh) and drift of a flow, or "
-                        "the value range of a field",
+             .summary =
+                 "measure divergence, wall flux, penetration (of level set and mesh) and drift of a flow, or the value "
+                 "range of a field; or say what .vdb files lack for an application",
              .takes = {flowOrField(), maybe(stays("velocity", {Kind::velocity}), "also checked if there is one"),
                        maybe(stays("points", {Kind::points}), "also checked if there are any"),
                        maybe(stays("curves", {Kind::curves}), "also checked if there are any and the flow is steady")},
@@ -299,12 +322,16 @@ Registry reportActions() {
                          integer("tracks", "0", 0, 1e7,
                                  "number of RK4 steps for which 1000 points follow the flow and its newest grid, to "
                                  "measure how far they leave their tracks"),
-                         flag("strict", "0", "1: fail if a guarantee does not hold")},
-             .examples = {"curlew -config scenes/demo.txt -check report=check.json strict=1"},
+                         choice("target", hostNames(), "application for which the .vdb files are checked"),
+                         flag("strict", "0", "1: fail if a guarantee does not hold, or a file lacks something")},
+             .positional = {"FILE.vdb …", 0, 1000},
+             .examples = {"curlew -config scenes/demo.txt -check report=check.json strict=1",
+                          "curlew -check target=blender smoke-0001.vdb"},
              .evaluation = Evaluation::effect,
              .run = check,
              .prepare =
                  [](const Arguments& a) {
+                     checkTarget(a);
                      if (a.given("report")) checkWritable(a.text("report"));
                  }},
             expectDeclaration(),

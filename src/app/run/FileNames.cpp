@@ -69,8 +69,9 @@ class FileNames {
 
     void requireNew(size_t index, const std::string& name, int frame) {
         const Node& node = mGraph.nodes[index];
-        // A report grows from frame to frame, so overwriting it loses nothing.
-        if (node.action().holds(node.arguments, name).empty() || node.arguments.flag("overwrite")) return;
+        // A report grows from frame to frame and a .usda holds all frames, so overwriting them loses nothing.
+        const bool grows = node.action().holds(node.arguments, name).empty() || endingOf(name) == ".usda";
+        if (grows || node.arguments.flag("overwrite")) return;
         const auto [before, isNew] = mFrameOf[index].emplace(name, frame);
         if (isNew || before->second == frame) return;
         throw ValueError(fmt::format(

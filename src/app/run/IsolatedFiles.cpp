@@ -3,6 +3,7 @@
 
 #include "curlew/app/run/IsolatedModel.h"
 #include "curlew/picture/ImageFile.h"
+#include "curlew/vdb/NanoFile.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
 
@@ -36,10 +37,15 @@ Contents contentsOf(const fs::path& path, const Monitor& monitor) {
     return contents;
 }
 
+Contents nanoContentsOf(const fs::path& path, const Monitor& monitor) {
+    Contents contents;
+    for (openvdb::GridBase::Ptr& grid : readNano(path, monitor)) contents.push_back({grid->getName(), std::move(grid)});
+    return contents;
+}
+
 /// Writes the name of each grid and, for points, the arrays. The other grids follow together, as a .vdb without
 /// offsets.
-void writeContents(const fs::path& path, PartWriter& parts) {
-    const Contents contents = contentsOf(path, {});
+void writeParts(const Contents& contents, PartWriter& parts) {
     std::vector<uint8_t> arePoints;
     openvdb::GridPtrVec grids;
     for (const VdbContent& content : contents) {
@@ -60,8 +66,11 @@ void writeContents(const fs::path& path, PartWriter& parts) {
     parts.text(std::move(out).str());
 }
 
-Contents readContents(const fs::path& path, const Monitor& monitor) {
-    PartReader parts = readIsolated("vdb", path, monitor);
+void writeContents(const fs::path& path, PartWriter& parts) { writeParts(contentsOf(path, {}), parts); }
+void writeNanoContents(const fs::path& path, PartWriter& parts) { writeParts(nanoContentsOf(path, {}), parts); }
+
+Contents readContents(const std::string& reader, const fs::path& path, const Monitor& monitor) {
+    PartReader parts = readIsolated(reader, path, monitor);
     const auto arePoints = parts.array<uint8_t>();
     Contents contents;
     for (const uint8_t isPoints : arePoints) {
@@ -107,7 +116,11 @@ std::vector<VdbContent> readVdbContent(const fs::path& path, const Monitor& moni
     const std::vector<GridInfo> grids = vdbContents(path);
     const bool anyPoints =
         std::any_of(grids.begin(), grids.end(), [](const GridInfo& grid) { return grid.kind == GridKind::points; });
-    return anyPoints ? readContents(path, monitor) : contentsOf(path, monitor);
+    return anyPoints ? readContents("vdb", path, monitor) : contentsOf(path, monitor);
+}
+
+std::vector<VdbContent> readNanoContent(const fs::path& path, const Monitor& monitor) {
+    return readsIsolated() ? readContents("nvdb", path, monitor) : nanoContentsOf(path, monitor);
 }
 
 Image readExrImage(const fs::path& path, const Monitor& monitor) {
@@ -136,6 +149,7 @@ AnimatedMesh readModel(const fs::path& path, const Monitor& monitor) {
 
 IsolatedReader isolatedReaderOf(const std::string& name) {
     if (name == "vdb") return writeContents;
+    if (name == "nvdb") return writeNanoContents;
     if (name == "exr") return writeImageParts;
     if (name == "model") return writeModelParts;
     return nullptr;

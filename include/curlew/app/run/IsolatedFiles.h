@@ -26,6 +26,10 @@ struct VdbContent {
 /// pointsOf() and readIsolated().
 std::vector<VdbContent> readVdbContent(const std::filesystem::path& path, const Monitor& monitor);
 
+/// Returns the grids of a .nvdb file; read by another process if readsIsolated(). Throws as readNano() and
+/// readIsolated().
+std::vector<VdbContent> readNanoContent(const std::filesystem::path& path, const Monitor& monitor);
+
 /// Reads an image; in another process if readsIsolated(). Throws as readExr() and readIsolated().
 Image readExrImage(const std::filesystem::path& path, const Monitor& monitor);
 

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "curlew/vdb/HostConversion.h"
+
+#include "DenseBox.h"
+
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/ValueTransformer.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace curlew {
+
+namespace {
+
+using openvdb::FloatGrid;
+using openvdb::GridBase;
+using openvdb::Vec3SGrid;
+
+/// The same for any host: from the scene to metres with Y up, right-handed.
+AxisMap toYUp(UpAxis up) { return up == UpAxis::z ? AxisMap{.from = {0, 2, 1}, .sign = {1, 1, -1}} : AxisMap{}; }
+
+AxisMap fromYUp(HostAxes axes) {
+    switch (axes) {
+        case HostAxes::zUp:
+            return {.from = {0, 2, 1}, .sign = {1, -1, 1}};
+        case HostAxes::zUpLeftHanded:
+            return {.from = {0, 2, 1}};
+        case HostAxes::yUpLeftHanded:
+            return {.sign = {-1, 1, 1}};
+        case HostAxes::yUp:
+            break;
+    }
+    return {};
+}
+
+AxisMap axesOf(const HostOptions& options) { return options.host ? axesFor(*options.host, options.up) : AxisMap{}; }
+
+/// Maps three arrays as one array of vectors.
+template <class T>
+void mapArrays(std::vector<T>& x, std::vector<T>& y, std::vector<T>& z, const AxisMap& axes) {
+    if (axes.identity()) return;
+    for (size_t n = 0; n < x.size(); ++n) {
+        const std::array<T, 3> mapped = [&] {
+            const std::array<T, 3> v{x[n], y[n], z[n]};
+            std::array<T, 3> result{};
+            for (size_t k = 0; k < 3; ++k)
+                result[k] = static_cast<T>(axes.sign[k] * axes.scale *
+                                           static_cast<double>(v[static_cast<size_t>(axes.from[k])]));
+            return result;
+        }();
+        x[n] = mapped[0], y[n] = mapped[1], z[n] = mapped[2];
+    }
+}
+
+template <class PointsOrCurves>
+void mapMotion(PointsOrCurves& p, const HostOptions& options) {
+    AxisMap axes = axesOf(options);
+    mapArrays(p.x, p.y, p.z, axes);
+    axes.scale *= options.velocityScale;
+    mapArrays(p.vx, p.vy, p.vz, axes);
+}
+
+/// Returns the grid with its transform followed by the map of axes. Shares the tree.
+GridBase::ConstPtr withAxes(const GridBase::ConstPtr& grid, const AxisMap& axes) {
+    if (axes.identity()) return grid;
+    openvdb::Mat4d map = openvdb::Mat4d::zero();
+    for (int k = 0; k < 3; ++k) {
+        const auto at = static_cast<size_t>(k);
+        map(axes.from[at], k) = axes.sign[at] * axes.scale; // for row vectors
+    }
+    map(3, 3) = 1;
+    const auto transform = openvdb::math::Transform::createLinearTransform(linearMapOf(*grid) * map);
+    return grid->copyGridReplacingTransform(transform);
+}
+
+template <class GridType, class Map>
+typename GridType::Ptr withValues(const GridType& grid, const Map& map) {
+    requireMemory(static_cast<double>(grid.memUsage()), "a copy of " + titleOf(grid), "free some memory");
+    const auto copy = grid.deepCopy();
+    copy->tree().root().setBackground(map(grid.background()), /*updateChildNodes=*/false);
+    openvdb::tools::foreach (copy->beginValueAll(), [&](const auto& value) { value.setValue(map(value.getValue())); });
+    return copy;
+}
+
+/// Returns the grid with its values in the host's world. Shares the tree if they do not change.
+GridBase::ConstPtr withHostValues(const GridBase::ConstPtr& grid, AxisMap axes, double velocityScale) {
+    if (const auto vectors = GridBase::grid<Vec3SGrid>(grid)) {
+        if (isVelocity(*grid)) axes.scale *= velocityScale;
+        if (!axes.identity()) return withValues(*vectors, [&](const openvdb::Vec3s& v) { return axes(v); });
+    } else if (const auto distances = GridBase::grid<FloatGrid>(grid)) {
+        const auto scale = static_cast<float>(axes.scale);
+        if (grid->getGridClass() == openvdb::GRID_LEVEL_SET && scale != 1)
+            return withValues(*distances, [&](float distance) { return scale * distance; });
+    }
+    return grid;
+}
+
+FloatGrid::Ptr componentOf(const Vec3SGrid& grid, int component, const std::string& name) {
+    const auto tree = std::make_shared<openvdb::FloatTree>(grid.tree(), 0.0f, openvdb::TopologyCopy());
+    auto values = FloatGrid::create(tree);
+    values->setTransform(grid.transform().copy());
+    values->setName(name);
+    values->setGridClass(openvdb::GRID_FOG_VOLUME);
+    values->setSaveFloatAsHalf(grid.saveFloatAsHalf());
+    openvdb::tools::foreach (values->beginValueOn(), [&grid, component](const FloatGrid::ValueOnIter& value) {
+        value.setValue(grid.tree().getValue(value.getCoord())[component]);
+    });
+    return values;
+}
+
+std::vector<GridBase::ConstPtr> splitGrid(const Vec3SGrid& grid, std::string_view suffix) {
+    std::vector<GridBase::ConstPtr> grids;
+    for (int k = 0; k < 3; ++k)
+        grids.push_back(componentOf(grid, k, fmt::format("{}{}{}", grid.getName(), suffix, "xyz"[k])));
+    return grids;
+}
+
+void requireComponents(const HostOptions& options) {
+    if (!options.host || !options.host->componentSuffix.empty()) return;
+    std::string able;
+    for (const HostProfile& host : kHostProfiles)
+        if (!host.componentSuffix.empty()) able += fmt::format("{}{}", able.empty() ? "" : ", ", host.name);
+    throw ValueError(
+        fmt::format("{} takes velocities as one vector grid, not as components; leave out split=1 (it is for "
+                    "{})",
+                    options.host->name, able));
+}
+
+} // namespace
+
+AxisMap axesFor(const HostProfile& host, UpAxis up) {
+    const AxisMap first = toYUp(up), second = fromYUp(host.axes);
+    AxisMap both{.scale = host.unitsPerMetre};
+    for (size_t k = 0; k < 3; ++k) {
+        const auto middle = static_cast<size_t>(second.from[k]);
+        both.from[k] = first.from[middle];
+        both.sign[k] = second.sign[k] * first.sign[middle];
+    }
+    return both;
+}
+
+Points forHost(Points points, const HostOptions& options) {
+    mapMotion(points, options);
+    return points;
+}
+
+Curves forHost(Curves curves, const HostOptions& options) {
+    mapMotion(curves, options);
+    const double scale = axesOf(options).scale;
+    if (curves.by == StepBy::length)
+        for (double& along : curves.along) along *= scale;
+    for (double& length : curves.length) length *= scale;
+    for (double& gap : curves.gap) gap *= scale;
+    return curves;
+}
+
+bool isVelocity(const GridBase& grid) {
+    if (!grid.isType<Vec3SGrid>()) return false;
+    const std::string& name = grid.getName();
+    return name == "vel" || name == "v" ||
+           std::any_of(kHostProfiles.begin(), kHostProfiles.end(),
+                       [&](const HostProfile& host) { return name == host.gridVelocity; });
+}
+
+std::vector<GridBase::ConstPtr> forHost(const GridBase::ConstPtr& grid, const HostOptions& options) {
+    const AxisMap axes = axesOf(options);
+    const auto vectors = GridBase::grid<Vec3SGrid>(grid);
+    if (vectors && options.split) requireComponents(options);
+
+    GridBase::ConstPtr made = grid;
+    const bool centred = (options.host && !options.host->staggered) || axes.turns() || options.split;
+    if (vectors && grid->getGridClass() == openvdb::GRID_STAGGERED && centred) made = collocated(*vectors);
+    made = withAxes(withHostValues(made, axes, options.velocityScale), axes);
+
+    openvdb::MetaMap metadata(static_cast<const openvdb::MetaMap&>(*made));
+    const bool renamed = options.host && isVelocity(*grid) && grid->getName() != options.host->gridVelocity;
+    const bool reclassed = vectors && options.host && options.host->fogVectors;
+    if (renamed)
+        metadata.insertMeta(GridBase::META_GRID_NAME, openvdb::StringMetadata(std::string(options.host->gridVelocity)));
+    if (reclassed)
+        metadata.insertMeta(GridBase::META_GRID_CLASS,
+                            openvdb::StringMetadata(GridBase::gridClassToString(openvdb::GRID_FOG_VOLUME)));
+    if (renamed || reclassed) made = made->copyGridReplacingMetadata(metadata);
+    if (!vectors || !options.split) return {made};
+    return splitGrid(*GridBase::grid<Vec3SGrid>(made), options.host ? options.host->componentSuffix : ".");
+}
+
+Vec3SGrid::Ptr collocated(const Vec3SGrid& staggered) {
+    requireMemory(2.0 * static_cast<double>(staggered.memUsage()),
+                  "a copy of " + titleOf(staggered) + " at voxel centres", "make the velocities without staggered=1");
+    auto centred = staggered.deepCopy();
+    centred->setGridClass(openvdb::GRID_UNKNOWN);
+    // A face is shared by two voxels, so the voxel below an active one along each axis is active too.
+    const auto faces = staggered.getConstAccessor();
+    auto access = centred->getAccessor();
+    for (auto value = staggered.cbeginValueOn(); value; ++value) {
+        if (!value.isVoxelValue()) continue; // a constant tile does not change
+        for (int axis = 0; axis < 3; ++axis) {
+            openvdb::Coord below = value.getCoord();
+            --below[axis];
+            if (!faces.isValueOn(below)) access.setValueOn(below);
+        }
+    }
+    openvdb::tools::foreach (centred->beginValueOn(), [&staggered](const Vec3SGrid::ValueOnIter& value) {
+        if (!value.isVoxelValue()) return;
+        const openvdb::Coord ijk = value.getCoord();
+        openvdb::Vec3s mean;
+        for (int axis = 0; axis < 3; ++axis) {
+            openvdb::Coord above = ijk;
+            ++above[axis];
+            mean[axis] = 0.5f * (staggered.tree().getValue(ijk)[axis] + staggered.tree().getValue(above)[axis]);
+        }
+        value.setValue(mean);
+    });
+    return centred;
+}
+
+} // namespace curlew

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "curlew/vdb/HostConversion.h"
+#include "support/HostObjects.h"
+
+#include <openvdb/tools/LevelSetSphere.h>
+
+using namespace curlew;
+using namespace curlew::test;
+using Catch::Matchers::ContainsSubstring;
+
+namespace {
+
+const HostProfile& host(std::string_view name) {
+    return *std::find_if(kHostProfiles.begin(), kHostProfiles.end(), [&](const auto& h) { return h.name == name; });
+}
+
+openvdb::Vec3d mapped(std::string_view name, UpAxis up) { return axesFor(host(name), up)(openvdb::Vec3d(1, 2, 3)); }
+
+} // namespace
+
+TEST_CASE("HostConversion: axes turn as the importers of the hosts turn them", "[vdb][HostConversion]") {
+    using V = openvdb::Vec3d;
+    CHECK(mapped("houdini", UpAxis::y) == V(1, 2, 3));
+    CHECK(mapped("houdini", UpAxis::z) == V(1, 3, -2));
+    CHECK(mapped("blender", UpAxis::y) == V(1, -3, 2));
+    CHECK(mapped("blender", UpAxis::z) == V(1, 2, 3)); // there and back again
+    CHECK(mapped("unreal", UpAxis::y) == V(100, 300, 200));
+    CHECK(mapped("unreal", UpAxis::z) == V(100, -200, 300));
+    CHECK(mapped("unity", UpAxis::y) == V(-1, 2, 3));
+    // What points up in the scene points up in every host; only the left-handed ones mirror.
+    for (const HostProfile& profile : kHostProfiles)
+        for (const UpAxis up : {UpAxis::y, UpAxis::z}) {
+            CAPTURE(profile.name);
+            const AxisMap axes = axesFor(profile, up);
+            const bool zUp = profile.axes == HostAxes::zUp || profile.axes == HostAxes::zUpLeftHanded;
+            const V above = axes(up == UpAxis::y ? V(0, 1, 0) : V(0, 0, 1));
+            CHECK(above == profile.unitsPerMetre * (zUp ? V(0, 0, 1) : V(0, 1, 0)));
+            const double handed = axes(V(1, 0, 0)).cross(axes(V(0, 1, 0))).dot(axes(V(0, 0, 1)));
+            const bool left = profile.axes == HostAxes::zUpLeftHanded || profile.axes == HostAxes::yUpLeftHanded;
+            CHECK((handed < 0) == left);
+        }
+}
+
+TEST_CASE("HostConversion: points turn with their velocities and can have them per frame", "[vdb][HostConversion]") {
+    const Points p = forHost(particlesWithEverything(3), {.host = &host("blender"), .velocityScale = 0.25});
+    CHECK(p.position(2) == Vec3d{{2, 2, 1}});
+    CHECK((p.vx[2] == 0.25f && p.vy[2] == 0.5f && p.vz[2] == 0.5f));
+    const Curves c = forHost(curvesOfSizes({3}), {.host = &host("unreal")});
+    CHECK(c.along[2] == 50);
+    CHECK(c.position(2) == Vec3d{{200, -200, 0}});
+}
+
+TEST_CASE("HostConversion: a turned grid has the turned velocity at the turned place", "[vdb][HostConversion]") {
+    const auto ramp = rampGrid();
+    for (const HostProfile& profile : kHostProfiles) {
+        CAPTURE(profile.name);
+        const auto made = forHost(ramp, {.host = &profile});
+        REQUIRE(made.size() == 1);
+        const auto grid = openvdb::GridBase::grid<openvdb::Vec3SGrid>(made.front());
+        CHECK(grid->getName() == profile.gridVelocity);
+        CHECK((grid->getGridClass() == openvdb::GRID_FOG_VOLUME) == profile.fogVectors);
+        CHECK(grid->activeVoxelCount() == 60);
+        const AxisMap axes = axesFor(profile, UpAxis::y);
+        const openvdb::Coord ijk(1, 4, 9);
+        const openvdb::Vec3d there = axes(ramp->indexToWorld(ijk));
+        const auto index = grid->worldToIndex(there);
+        CHECK(grid->tree().getValue(openvdb::Coord::round(index)) == axes(ramp->tree().getValue(ijk)));
+        CHECK((index - openvdb::Coord::round(index).asVec3d()).length() < 1e-9);
+    }
+    CHECK(ramp->getName() == "vel"); // the given grid is not changed
+    CHECK(ramp->tree().getValue({1, 4, 9}) == openvdb::Vec3s(1, 4, 90));
+}
+
+TEST_CASE("HostConversion: staggered velocities of a linear field are exact at voxel centres",
+          "[vdb][HostConversion]") {
+    const auto faces = rampGrid();
+    faces->setGridClass(openvdb::GRID_STAGGERED);
+    // Component k lies half a voxel below the centre, so the value at the centre is half a step further.
+    const auto centres = collocated(*faces);
+    CHECK(centres->getGridClass() == openvdb::GRID_UNKNOWN);
+    CHECK(centres->tree().getValue({0, 3, 8}) == openvdb::Vec3s(0.5f, 3.5f, 85));
+    CHECK(centres->tree().isValueOn({-2, 3, 8})); // has a face of its neighbour
+    CHECK(forHost(faces, {.host = &host("houdini")}).front()->getGridClass() == openvdb::GRID_STAGGERED);
+    CHECK(forHost(faces, {.host = &host("arnold")}).front()->getGridClass() == openvdb::GRID_UNKNOWN);
+}
+
+TEST_CASE("HostConversion: splits vectors into the components that a host looks for", "[vdb][HostConversion]") {
+    const auto parts = forHost(rampGrid(), {.host = &host("redshift"), .split = true});
+    REQUIRE(parts.size() == 3);
+    CHECK(parts[1]->getName() == "velocity.y");
+    const auto z = openvdb::GridBase::grid<openvdb::FloatGrid>(parts[2]);
+    CHECK(z->tree().getValue({1, 4, 9}) == 90);
+    CHECK(z->activeVoxelCount() == 60);
+    CHECK_THAT(messageOf([] { forHost(rampGrid(), {.host = &host("karma"), .split = true}); }),
+               ContainsSubstring("karma takes velocities as one vector grid"));
+    CHECK(forHost(openvdb::FloatGrid::create(), {.host = &host("karma"), .split = true}).size() == 1);
+}
+
+TEST_CASE("HostConversion: distances of a level set scale with the unit and densities do not",
+          "[vdb][HostConversion]") {
+    const openvdb::GridBase::ConstPtr sphere =
+        openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(1, openvdb::Vec3f(0), 0.1f);
+    const auto made = openvdb::GridBase::grid<openvdb::FloatGrid>(forHost(sphere, {.host = &host("unreal")}).front());
+    CHECK(made->background() == Approx(30));
+    CHECK(made->voxelSize()[0] == Approx(10));
+    auto density = openvdb::FloatGrid::create();
+    density->tree().setValue({0, 0, 0}, 0.5f);
+    const auto kept = openvdb::GridBase::grid<openvdb::FloatGrid>(forHost(density, {.host = &host("unreal")}).front());
+    CHECK(kept->tree().getValue({0, 0, 0}) == 0.5f);
+    CHECK(forHost(sphere, {}).front() == sphere); // nothing to do, nothing copied
+}
