@@ -15,6 +15,7 @@ Sdf inPose(const Sdf& sdf, const Pose& home, const Pose& now) {
     Sdf moved = sdf;
     moved.distance = ScalarField(detail::Affine<3, 3>{sdf.distance, transpose(turn), origin});
     moved.pose = now;
+    moved.surfaceVelocity.reset(); // the pose has the motion
     if (!sdf.bounds.finite()) return moved;
     const Vec3d centre = turn * sdf.bounds.center() + origin, half = sdf.bounds.size() * 0.5;
     Vec3d reach;
@@ -34,6 +35,13 @@ struct Hermite {
           fromSlope(s * (1 - s) * (1 - s)),
           to(s * s * (3 - 2 * s)),
           toSlope(s * s * (s - 1)) {}
+};
+
+/// The derivatives of the basis.
+struct HermiteSlopes {
+    double from, fromSlope, to, toSlope;
+    explicit HermiteSlopes(double s)
+        : from(6 * s * (s - 1)), fromSlope((1 - s) * (1 - 3 * s)), to(6 * s * (1 - s)), toSlope(s * (3 * s - 2)) {}
 };
 
 /// The slope at an end of the interval from its neighbouring frames, relative to that end: the central difference
@@ -82,8 +90,11 @@ Pose poseBetween(const PoseKeys& keys, double part) {
             keys.from.origin + leaving * h.fromSlope + way * h.to + arriving * h.toSlope};
 }
 
-std::array<double, 4> hermiteWeights(bool before, bool after, double part) {
-    const Hermite h(part);
+namespace {
+
+/// Returns the weights of the four frames in a curve with the basis functions h.
+template <class Basis>
+std::array<double, 4> frameWeights(bool before, bool after, const Basis& h) {
     std::array<double, 4> w{0, h.from, h.to, 0};
     const auto add = [&](double factor, const std::array<double, 4>& slope) {
         for (size_t k = 0; k < 4; ++k) w[k] += factor * slope[k];
@@ -92,6 +103,16 @@ std::array<double, 4> hermiteWeights(bool before, bool after, double part) {
     add(h.fromSlope, before ? std::array{-0.5, 0.0, 0.5, 0.0} : after ? std::array{0.0, -1.5, 2.0, -0.5} : straight);
     add(h.toSlope, after ? std::array{0.0, -0.5, 0.0, 0.5} : before ? std::array{0.5, -2.0, 1.5, 0.0} : straight);
     return w;
+}
+
+} // namespace
+
+std::array<double, 4> hermiteWeights(bool before, bool after, double part) {
+    return frameWeights(before, after, Hermite(part));
+}
+
+std::array<double, 4> hermiteSlopes(bool before, bool after, double part) {
+    return frameWeights(before, after, HermiteSlopes(part));
 }
 
 } // namespace curlew

@@ -296,7 +296,7 @@ size_t followWall(const FlowInTime& flow, const FlowAt& from, const FlowAt& to, 
     };
     requireWall(before && after);
     const Box& box = from.flow.domain().box;
-    const WallMotion motion(*before, *after, box);
+    const WallMotion motion(*before, *after, box, to.time - from.time);
     constexpr double kFar = 0.25; // relative to the layer
     if (halvings == 0 || motion.way() <= kFar * before->width) return motion.carry(particles, monitor);
     const double time = (from.time + to.time) / 2;

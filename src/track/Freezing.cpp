@@ -25,9 +25,9 @@ std::vector<Vec3d> probesOf(const Domain& domain) {
     return probes;
 }
 
-void carry(const Flow& from, const Flow& to, Points& points, const Monitor& monitor) {
+void carry(const Flow& from, const Flow& to, double seconds, Points& points, const Monitor& monitor) {
     if (from.domain().wall && to.domain().wall)
-        WallMotion(*from.domain().wall, *to.domain().wall, from.domain().box).carry(points, monitor);
+        WallMotion(*from.domain().wall, *to.domain().wall, from.domain().box, seconds).carry(points, monitor);
 }
 
 /// Computes points after `count` frozen steps from `begin`.
@@ -47,11 +47,11 @@ class FrozenSteps {
         Flow before = mBefore;
         for (int k = 0; k < count; ++k) {
             const Flow middle = mFlow.at(mBegin + step * (k + 0.5)), after = mFlow.at(mBegin + step * (k + 1));
-            carry(before, middle, points, mMonitor);
+            carry(before, middle, step / 2, points, mMonitor);
             points.f.clear();
             points.g.clear();
             advectKnowing(middle, mScales, points, one, mMonitor);
-            carry(middle, after, points, mMonitor);
+            carry(middle, after, step / 2, points, mMonitor);
             before = after;
         }
         return points;

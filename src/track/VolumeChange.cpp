@@ -119,9 +119,10 @@ void follow(const Flow& flow, double time, double firstStep, double diagonal, Sa
 }
 
 /// Applies the motion of a wall, with its Jacobian by central differences.
-void followWall(const Flow& from, const Flow& to, std::vector<Sample>& samples, const Monitor& monitor) {
+void followWall(const Flow& from, const Flow& to, double seconds, std::vector<Sample>& samples,
+                const Monitor& monitor) {
     if (!from.domain().wall || !to.domain().wall) return;
-    const WallMotion motion(*from.domain().wall, *to.domain().wall, from.domain().box);
+    const WallMotion motion(*from.domain().wall, *to.domain().wall, from.domain().box, seconds);
     if (motion.still()) return;
     const double h = 1e-4 * from.domain().wall->width;
     std::vector<Vec3d> points;
@@ -186,14 +187,14 @@ VolumeChange volumeChange(const FlowInTime& flow, const std::vector<Vec3d>& posi
     for (int k = 0; k < count && time != 0; ++k) {
         const Flow middle = flow.at(begin + time * (k + 0.5)), after = flow.at(begin + time * (k + 1));
         const double first = detail::firstStep(middle, Scheme::dormandPrince, accuracy);
-        followWall(before, middle, samples, monitor);
+        followWall(before, middle, time / 2, samples, monitor);
         parallelFor(samples.size(), 1,
                     [&](size_t from, size_t to) {
                         for (size_t n = from; n < to; ++n)
                             if (samples[n].moves) follow(middle, time, first, diagonal, samples[n], monitor);
                     },
                     {.report = {}, .cancelled = monitor.cancelled});
-        followWall(middle, after, samples, monitor);
+        followWall(middle, after, time / 2, samples, monitor);
         before = after;
         if (monitor.report) monitor.report((k + 1.0) / count);
     }

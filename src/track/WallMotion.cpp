@@ -54,6 +54,17 @@ double greatestDifference(const Wall& from, const Wall& to, const Box& box, cons
 
 Vec3d stay(const Vec3d& x) { return x; }
 
+/// Returns an upper bound on the speed of a surface; 0 if its velocity is unknown.
+double mostSpeed(const Sdf& sdf) {
+    if (!sdf.surfaceVelocity) return 0;
+    double squared = 0;
+    for (const ScalarField& component : *sdf.surfaceVelocity) {
+        const double most = component.range().maxAbs();
+        squared += most * most;
+    }
+    return std::sqrt(squared);
+}
+
 /// Returns the number of steps for which none is longer than a quarter of the wall's layer.
 int stepsFor(double way, const Wall& wall) {
     return static_cast<int>(std::clamp(std::ceil(4 * way / wall.width), 1.0, 64.0));
@@ -79,13 +90,16 @@ void driftBack(const Wall& wall, double size, const ScalarField& a, const Scalar
 
 } // namespace
 
-WallMotion::WallMotion(const Wall& from, const Wall& to, const Box& box) : mFrom(from), mTo(to), mBox(box) {
+WallMotion::WallMotion(const Wall& from, const Wall& to, const Box& box, double seconds)
+    : mFrom(from), mTo(to), mBox(box), mSeconds(seconds) {
     if (from.side != to.side) throw ValueError("the flow cannot change sides of a moving wall");
     const Pose &before = from.sdf.pose, &after = to.sdf.pose;
     const bool posed = before.axes == after.axes && before.origin == after.origin;
     if (posed) {
         mWay = greatestDifference(from, to, box, stay);
-        mStill = mWay == 0;
+        if (seconds != 0 && from.sdf.surfaceVelocity && to.sdf.surfaceVelocity)
+            mSlide = std::abs(seconds) * std::max(mostSpeed(from.sdf), mostSpeed(to.sdf));
+        mStill = mWay == 0 && mSlide == 0;
         return;
     }
     mCentre = before.origin;
@@ -123,20 +137,40 @@ void WallMotion::carryRigidly(std::vector<Vec3d>& points, const Monitor& monitor
     for (Vec3d& p : points) p = mCentre + mTranslation + turned(p - mCentre, mAxis, mAngle);
 }
 
-void WallMotion::carryAlongNormals(std::vector<Vec3d>& points, const Monitor& monitor) const {
+/// Returns how far points of the surface move during the whole motion, by the mean of their velocities at both ends,
+/// weighted with s.
+void WallMotion::evalSurface(const PointBatch& points, double s, VecBatch<double>& way) const {
+    for (size_t axis = 0; axis < 3; ++axis) {
+        JetBatch<double, 0> before, after;
+        (*mFrom.sdf.surfaceVelocity)[axis].eval(points, before);
+        (*mTo.sdf.surfaceVelocity)[axis].eval(points, after);
+        for (size_t i = 0; i < static_cast<size_t>(points.size); ++i)
+            way.c[axis][i] = mSeconds * ((1 - s) * before.c[0][i] + s * after.c[0][i]);
+    }
+}
+
+void WallMotion::carryWithSurface(std::vector<Vec3d>& points, const Monitor& monitor) const {
     // The wall at s, 0 to 1, is the zero set of (1 - s) d_from + s d_to.
     const auto velocity = [&](const PointBatch& p, double s, VecBatch<double>& v) {
         JetBatch<double, 1> before, after;
         mFrom.sdf.distance.eval(p, before);
         mTo.sdf.distance.eval(p, after);
+        VecBatch<double> slide;
+        if (mSlide > 0) evalSurface(p, s, slide);
         for (int i = 0; i < p.size; ++i) {
             const auto b = before[i], a = after[i], d = b * (1 - s) + a * s;
             const double beta = 1 - quinticFade(std::abs(d.value) / mFrom.width).value;
             const double squared = dot(d.gradient, d.gradient);
-            v.set(i, squared > 0 ? d.gradient * (beta * (b.value - a.value) / squared) : Vec3d{});
+            if (!(squared > 0)) {
+                v.set(i, Vec3d{});
+                continue;
+            }
+            Vec3d u = d.gradient * ((b.value - a.value) / squared);
+            if (mSlide > 0) u += slide[i] - d.gradient * (dot(slide[i], d.gradient) / squared);
+            v.set(i, u * beta);
         }
     };
-    const int steps = stepsFor(mWay, mFrom);
+    const int steps = stepsFor(std::max(mWay, mSlide), mFrom);
     std::array<double, kBatch> dt;
     dt.fill(1.0 / steps);
     forEachBatch(
@@ -211,7 +245,7 @@ size_t WallMotion::carry(std::vector<Vec3d>& points, const Monitor& monitor) con
     if (mRigid)
         carryRigidly(moved, monitor);
     else
-        carryAlongNormals(moved, monitor);
+        carryWithSurface(moved, monitor);
     std::vector<Place> after = placesOf(mTo, moved);
     size_t overrun = 0;
     for (size_t n = 0; n < taken.size(); ++n) {

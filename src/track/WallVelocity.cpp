@@ -69,9 +69,9 @@ std::pair<Vec3d, Vec3d> across(const Vec3d& direction) {
 WallVelocity::WallVelocity(const Wall& now, const Wall& next, const Wall& afterNext, double step, const Box& box)
     : mWall(now), mStep(step) {
     if (!std::isfinite(step) || step == 0) throw ValueError("the step must be finite and not zero");
-    const WallMotion motion(now, afterNext, box);
-    mStill = motion.still() && WallMotion(now, next, box).still();
-    mRigid = motion.rigid() && WallMotion(now, next, box).rigid();
+    const WallMotion motion(now, afterNext, box, 2 * step), half(now, next, box, step);
+    mStill = motion.still() && half.still();
+    mRigid = motion.rigid() && half.rigid();
     if (mStill) return;
     if (!mRigid) {
         mLater = std::pair(next, afterNext);
@@ -119,12 +119,22 @@ void WallVelocity::eval(const PointBatch& points, VecBatch<double>& velocity) co
     mWall.sdf.distance.eval(points, now);
     mLater->first.sdf.distance.eval(points, next);
     mLater->second.sdf.distance.eval(points, afterNext);
+    const auto& surface = mWall.sdf.surfaceVelocity;
+    VecBatch<double> slide;
+    for (size_t axis = 0; axis < 3 && surface; ++axis) {
+        JetBatch<double, 0> component;
+        (*surface)[axis].eval(points, component);
+        slide.c[axis] = component.c[0];
+    }
     const Share share{Side::both, mWall.width};
     for (int i = 0; i < points.size; ++i) {
         const auto d = now[i];
         const double squared = dot(d.gradient, d.gradient);
         const double change = derivative(d.value, next[i].value, afterNext[i].value, mStep);
-        if (squared > 0) velocity.set(i, d.gradient * (-share.at(d.value).value * change / squared));
+        if (!(squared > 0)) continue;
+        Vec3d w = d.gradient * (-change / squared);
+        if (surface) w += slide[i] - d.gradient * (dot(slide[i], d.gradient) / squared);
+        velocity.set(i, w * share.at(d.value).value);
     }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/vdb/LevelSetWay.h"
 
+#include "SurfaceVelocity.h"
 #include "curlew/base/Error.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/ForEachBatch.h"
@@ -17,6 +18,10 @@ constexpr double kPartOfDepth = 0.5; ///< Tolerance as a fraction of half the th
                                      ///< all of it.)
 constexpr double kCoarser = 1.25;    ///< Size of voxels between frames relative to those of the frames: half as many
                                      ///< voxels.
+
+/// Size of the voxels for velocities, relative to those of the level sets. Along a surface, velocities vary less than
+/// distances do across it.
+constexpr double kVelocityVoxels = 2;
 
 /// Makes a level set of another mesh with the band width and the metadata of `given`, and other voxels.
 LevelSet levelSetLike(const LevelSet& given, double voxel, std::shared_ptr<const Mesh> mesh, const Monitor& monitor) {
@@ -111,6 +116,16 @@ LevelSetWay::LevelSetWay(const std::optional<LevelSet>& before, const LevelSet& 
     for (double& one : tolerance) one = std::clamp(kPartOfDepth * one, options.leastTolerance, options.tolerance);
     const LevelSet& finer = from.voxelSize() <= to.voxelSize() ? from : to;
     const double voxel = kCoarser * finer.voxelSize();
+    // The surface of a sheet is beside its mesh, by half of its thickness.
+    const double beside = std::max(0.0, -*std::max_element(distances[0].begin(), distances[0].end()));
+    const auto addVelocity = [&](Moment& moment, const Mesh& mesh) {
+        if (options.seconds == 0) return;
+        moment.sdf.surfaceVelocity =
+            surfaceVelocity({mesh, velocitiesBetween(mMeshes, moment.part, options.seconds)},
+                            kVelocityVoxels * finer.voxelSize(), mMoments[0].sdf.reach + beside, monitor);
+    };
+    addVelocity(mMoments[0], *mMeshes.from);
+    addVelocity(mMoments[1], *mMeshes.to);
     for (size_t k = 0; k + 1 < mMoments.size();) {
         const double length = mMoments[k + 1].part - mMoments[k].part, part = mMoments[k].part + length / 2;
         const auto mesh = std::make_shared<const Mesh>(meshBetween(mMeshes, part));
@@ -122,7 +137,8 @@ LevelSetWay::LevelSetWay(const std::optional<LevelSet>& before, const LevelSet& 
             ++k;
             continue;
         }
-        const Moment between{part, sdfOf(levelSetLike(finer, voxel, mesh, monitor))};
+        Moment between{part, sdfOf(levelSetLike(finer, voxel, mesh, monitor))};
+        addVelocity(between, *mesh);
         const auto next = static_cast<std::ptrdiff_t>(k) + 1;
         distances.insert(distances.begin() + next, distancesAt(between.sdf.distance, *mesh));
         mMoments.insert(mMoments.begin() + next, between);
@@ -151,6 +167,11 @@ Sdf LevelSetWay::interpolated(size_t interval, double part, const Mesh& mesh) co
     sdf.distance = weightA * a.sdf.distance + weightB * b.sdf.distance;
     sdf.lipschitz = std::abs(weightA) * a.sdf.lipschitz + std::abs(weightB) * b.sdf.lipschitz;
     sdf.reach = mKnown ? std::min(a.sdf.reach, b.sdf.reach) : 0;
+    if (a.sdf.surfaceVelocity && b.sdf.surfaceVelocity) {
+        const auto &from = *a.sdf.surfaceVelocity, &to = *b.sdf.surfaceVelocity;
+        const auto between = [&](size_t axis) { return (1 - s) * from[axis] + s * to[axis]; };
+        sdf.surfaceVelocity = {between(0), between(1), between(2)};
+    }
     if (!c) return sdf;
     const double weightC = 1 - weightA - weightB;
     sdf.distance = sdf.distance + weightC * c->sdf.distance;

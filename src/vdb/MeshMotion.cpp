@@ -99,19 +99,35 @@ RigidFit rigidFit(const Mesh& from, const Mesh& to) {
     return fit;
 }
 
-Mesh meshBetween(const MeshKeys& keys, double part) {
-    if (part <= 0) return *keys.from;
-    if (part >= 1) return *keys.to;
+namespace {
+
+/// Returns, for each point, the sum of its positions in the four frames with these weights.
+std::vector<openvdb::Vec3s> weightedPoints(const MeshKeys& keys, const std::array<double, 4>& weights) {
     const std::array<const Mesh*, 4> frames{keys.before.get(), keys.from.get(), keys.to.get(), keys.after.get()};
-    const auto weights = hermiteWeights(frames[0] != nullptr, frames[3] != nullptr, part);
-    Mesh mesh = *keys.from;
-    for (size_t k = 0; k < mesh.points.size(); ++k) {
+    std::vector<openvdb::Vec3s> points(keys.from->points.size());
+    for (size_t k = 0; k < points.size(); ++k) {
         Vec3d p;
         for (size_t n = 0; n < 4; ++n)
             if (frames[n]) p += at(*frames[n], k) * weights[n];
-        for (int axis = 0; axis < 3; ++axis) mesh.points[k][axis] = static_cast<float>(p[axis]);
+        for (int axis = 0; axis < 3; ++axis) points[k][axis] = static_cast<float>(p[axis]);
     }
+    return points;
+}
+
+} // namespace
+
+Mesh meshBetween(const MeshKeys& keys, double part) {
+    if (part <= 0) return *keys.from;
+    if (part >= 1) return *keys.to;
+    Mesh mesh = *keys.from;
+    mesh.points = weightedPoints(keys, hermiteWeights(keys.before != nullptr, keys.after != nullptr, part));
     return mesh;
+}
+
+std::vector<openvdb::Vec3s> velocitiesBetween(const MeshKeys& keys, double part, double seconds) {
+    auto weights = hermiteSlopes(keys.before != nullptr, keys.after != nullptr, part);
+    for (double& weight : weights) weight /= seconds;
+    return weightedPoints(keys, weights);
 }
 
 } // namespace curlew

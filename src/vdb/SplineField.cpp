@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "SplineField.h"
+
 #include "SplineContraction.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/math/Dispatch.h"
@@ -7,6 +9,7 @@
 #include <openvdb/tree/LeafManager.h>
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -119,7 +122,7 @@ class SplineField {
         return std::sqrt(squared) / 2;
     }
 
-    static constexpr float kInBand = 0; // no level beyond the band has this value
+    static constexpr float kInBand = std::numeric_limits<float>::infinity(); // no level beyond the band has this value
 
     /// The content of the cube of a leaf: a block, or one level beyond the band.
     struct Cube {
@@ -183,6 +186,8 @@ Box boundsOf(const LevelSet& levelSet) {
     const auto world = grid.transform().indexToWorld(openvdb::BBoxd(voxels.min().asVec3d(), voxels.max().asVec3d()));
     return {{{world.min()[0], world.min()[1], world.min()[2]}}, {{world.max()[0], world.max()[1], world.max()[2]}}};
 }
+
+ScalarField splineOf(openvdb::FloatGrid::ConstPtr grid) { return ScalarField(SplineField(std::move(grid))); }
 
 Sdf sdfOf(const LevelSet& levelSet) {
     const SplineField spline(levelSet.grid);

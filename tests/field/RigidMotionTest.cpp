@@ -108,3 +108,16 @@ TEST_CASE("hermiteWeights: reproduce polynomials", "[field]") {
             }
         }
 }
+
+TEST_CASE("hermiteSlopes: are the derivatives of the weights", "[field]") {
+    for (const bool before : {true, false})
+        for (const bool after : {true, false})
+            for (const double part : {0.0, 0.3, 0.5, 1.0}) {
+                constexpr double kStep = 1e-4;
+                const auto slopes = hermiteSlopes(before, after, part),
+                           above = hermiteWeights(before, after, part + kStep),
+                           below = hermiteWeights(before, after, part - kStep);
+                for (size_t k = 0; k < 4; ++k) // the differences of a cubic are off by about 5 step²
+                    CHECK(slopes[k] == Approx((above[k] - below[k]) / (2 * kStep)).margin(1e-7));
+            }
+}

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/field/Algebra.h"
 #include "curlew/flow/Domain.h"
+#include "curlew/math/Fade.h"
+#include "curlew/math/Rotation.h"
 #include "curlew/track/WallMotion.h"
 #include "support/Points.h"
 
@@ -197,4 +200,50 @@ TEST_CASE("WallMotion: does not depend on threads or other points", "[track]") {
 
 TEST_CASE("WallMotion: a wall cannot change its side", "[track]") {
     CHECK_THROWS_AS(WallMotion(wallOf(sphereSdf(1)), wallOf(sphereSdf(1), Side::inside), cube(2)), ValueError);
+}
+
+namespace {
+
+const Vec3d kSpin{{0.4, -0.3, 1.2}}; // radians per second
+
+/// A sphere that rotates, described by the velocity of its surface instead of a pose, with a normal part that must not
+/// matter.
+Wall spinning(double radius = 0.5) {
+    Wall wall = wallOf(sphereSdf(radius));
+    const auto component = [](const Vec3d& gradient) { return rampField(gradient); };
+    const Vec3d w = kSpin;
+    wall.sdf.surfaceVelocity = {component({{2, -w[2], w[1]}}), component({{w[2], 2, -w[0]}}),
+                                component({{-w[1], w[0], 2}})};
+    return wall;
+}
+
+} // namespace
+
+TEST_CASE("WallMotion: a surface that slides along itself carries the points beside it", "[track]") {
+    const double seconds = GENERATE(0.3, -0.3);
+    const WallMotion motion(spinning(), spinning(), cube(1.5), seconds);
+    CHECK_FALSE(motion.still());
+    CHECK(motion.way() == 0);
+    CHECK(WallMotion(spinning(), spinning(), cube(1.5)).still()); // without a time, nothing is known to move
+    auto points = allowedPoints(spinning(), 500);
+    const auto start = points;
+    CHECK(motion.carry(points) == 0);
+    Worst worst;
+    for (size_t k = 0; k < points.size(); ++k) {
+        const double distance = length(start[k]) - 0.5, angle = seconds * length(kSpin);
+        const double share = 1 - quinticFade(distance / kWidth).value;
+        worst.see(length(points[k] - rotationBy(kSpin * (angle * share / length(kSpin))) * start[k]), start[k]);
+    }
+    CAPTURE(worst.where);
+    CHECK(worst.value < 1e-6); // RK4 in 64 steps
+}
+
+TEST_CASE("WallMotion: a surface that grows and slides does both", "[track]") {
+    const WallMotion motion(spinning(0.5), spinning(0.6), cube(1.5), 0.5);
+    std::vector<Vec3d> points;
+    for (const Vec3d& p : randomPoints(cube(1), 50, 4)) points.push_back(p * (0.5001 / length(p)));
+    const auto start = points;
+    CHECK(motion.carry(points) == 0);
+    for (size_t k = 0; k < points.size(); ++k)
+        CHECK(length(points[k] - rotationBy(kSpin * 0.5) * (start[k] * (0.6 / 0.5))) < 1e-3);
 }

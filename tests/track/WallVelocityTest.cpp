@@ -131,6 +131,29 @@ TEST_CASE("WallVelocity: a growing wall moves along its normals", "[track]") {
     }
 }
 
+TEST_CASE("WallVelocity: a surface that slides adds the tangential part of its velocity", "[track]") {
+    const Vec3d spin{{0.4, -0.3, 1.2}};
+    const auto at = [&](double t) {
+        Wall wall{.sdf = sphereSdf(0.5 + 0.2 * t), .side = Side::outside, .width = kWidth};
+        const auto component = [](const Vec3d& gradient) { return rampField(gradient); };
+        wall.sdf.surfaceVelocity = {component({{3, -spin[2], spin[1]}}), component({{spin[2], 3, -spin[0]}}),
+                                    component({{-spin[1], spin[0], 3}})}; // the spin, and a normal part
+        return wall;
+    };
+    const WallVelocity wall(at(0), at(kStep), at(2 * kStep), kStep, cube(1.5));
+    CHECK_FALSE(wall.still());
+    CHECK_FALSE(wall.rigid());
+    for (const Vec3d& p : randomPoints(cube(1), 200, 2)) {
+        const Vec3d normal = p * (1 / length(p)), foot = normal * 0.5;
+        CHECK(length(velocityAt(wall, foot) - normal * 0.2 - cross(spin, foot)) < 1e-9);
+        if (length(p) > 0.5 + kWidth) CHECK(velocityAt(wall, p) == Vec3d{});
+    }
+    // Also if the form stays the same.
+    const WallVelocity slides(at(0), at(0), at(0), kStep, cube(1.5));
+    CHECK_FALSE(slides.still());
+    CHECK(length(velocityAt(slides, {{0.5, 0, 0}}) - cross(spin, Vec3d{{0.5, 0, 0}})) < 1e-9);
+}
+
 TEST_CASE("WallVelocity: a wall at rest adds nothing", "[track]") {
     const Wall rests = Motion{}.at(0.4);
     const WallVelocity wall(rests, rests, rests, kStep, cube(1.5));
@@ -144,11 +167,17 @@ TEST_CASE("WallVelocity: a wall at rest adds nothing", "[track]") {
 }
 
 TEST_CASE("WallVelocity: particle velocities match their paths to second order in the frame", "[track]") {
-    const auto growing = GENERATE(false, true);
-    const FlowInTime flow([growing](double t) {
+    const auto [growing, slides] = GENERATE(table<bool, bool>({{false, false}, {true, false}, {true, true}}));
+    const FlowInTime flow([growing = growing, slides = slides](double t) {
         const Placement place{.offset = {{2 * t, 0.5 * t * t, 0}}, .rotate = {{0, 60 * t, 20 * t}}};
         const Sdf body = growing ? sphereSdf(0.4 + 0.5 * t) : boxSdf({{0.9, 0.7, 0.6}}, 0.25);
-        const Wall wall{.sdf = placed(body, place), .side = Side::outside, .width = kWidth};
+        Wall wall{.sdf = placed(body, place), .side = Side::outside, .width = kWidth};
+        if (slides) { // about y, and without a pose, as of a mesh that deforms
+            wall.sdf.pose = {};
+            const double spin = 2 + t;
+            wall.sdf.surfaceVelocity = {rampField({{0, 0, spin}}, 2), rampField({{0, 0, 0}}, t),
+                                        rampField({{-spin, 0, 0}}, spin * 2 * t)};
+        }
         return Flow(0.3 * noiseField<Psrd3>({.alpha = t, .seed = 1}, {.frequency = 1.5}),
                     bounded(noiseField<Psrd3>({.alpha = t, .seed = 2}, {.frequency = 1.5}), wall),
                     Domain::of(wall, 0.5));
@@ -179,7 +208,7 @@ TEST_CASE("WallVelocity: particle velocities match their paths to second order i
     // a speed of 2 and more). Otherwise the path bends within a frame, and centred differences do not give the
     // velocity.
     const double coarse = errorAt(0.01), fine = errorAt(0.005);
-    CAPTURE(growing, coarse, fine);
+    CAPTURE(growing, slides, coarse, fine);
     CHECK(fine < 0.02); // the speed is about 2
     CHECK(observedOrder(coarse, fine) > 1.7);
 }

@@ -111,6 +111,44 @@ TEST_CASE("LevelSetWay: starts and ends at the level sets of the frames without 
     }
 }
 
+TEST_CASE("LevelSetWay: the velocity of the surface is that of the mesh to second order in the frame",
+          "[LevelSetWay]") {
+    constexpr double kRate = 2; // radians per second
+    // The point of the bar at `rest` has this velocity when the bar has rotated by `angle`.
+    const auto velocityOf = [](const Vec3d& rest, double angle) {
+        constexpr double kStep = 1e-4;
+        return (placeOf(rest, angle + kStep) - placeOf(rest, angle - kStep)) * (kRate / (2 * kStep));
+    };
+    const auto errorOver = [&](double angle) {
+        LevelSetWay::Options options = kOptions;
+        options.seconds = angle / kRate;
+        const LevelSetWay way({}, levelSetAt(0), levelSetAt(angle),
+                              {.before = bar(-angle), .from = bar(0), .to = bar(angle), .after = bar(2 * angle)},
+                              options);
+        double worst = 0;
+        for (const double part : {0.0, 0.4, 1.0}) {
+            const Sdf sdf = way.at(part);
+            REQUIRE(sdf.surfaceVelocity);
+            for (int i = -8; i <= 8; ++i)
+                for (const double away : {0.0, 0.5 * kWidth}) { // beside the middle of a long face, and farther out
+                    const Vec3d rest{{0.9 * kHalf[0] * i / 8, 0, kHalf[2]}};
+                    const Vec3d p = placeOf(rest, angle * part) + Vec3d{{0, 0, away}};
+                    Vec3d v;
+                    for (int axis = 0; axis < 3; ++axis)
+                        v[axis] = (*sdf.surfaceVelocity)[static_cast<size_t>(axis)].at<0>(p).value;
+                    worst = std::max(worst, length(v - velocityOf(rest, angle * part)));
+                }
+        }
+        return worst;
+    };
+    const double coarse = errorOver(0.4), fine = errorOver(0.2);
+    CAPTURE(coarse, fine);
+    CHECK(fine < 0.02 * kRate * kHalf[0]); // the bar has 20 parts, between which its bend is a polygon
+    CHECK(fine < 0.5 * coarse);
+    // Without a time there is no velocity.
+    CHECK_FALSE(wayOver(0.03).at(0.5).surfaceVelocity);
+}
+
 TEST_CASE("LevelSetWay: level sets without meshes are refused", "[LevelSetWay]") {
     LevelSet without = levelSetAt(0);
     without.mesh = nullptr;

@@ -102,3 +102,22 @@ TEST_CASE("meshBetween: interpolates points between frames to third order", "[Me
     CHECK(meshBetween(keys, 0).points == keys.from->points);
     CHECK(meshBetween(keys, 1).points == keys.to->points);
 }
+
+TEST_CASE("velocitiesBetween: are the derivatives of meshBetween", "[MeshMotion]") {
+    const auto at = [](double t) {
+        Mesh mesh = cloud({{1, 0.7, 0.5}}, 50, 3);
+        for (auto& p : mesh.points) p += openvdb::Vec3s(openvdb::Vec3d(2 * t, t * t * p[1], t * t * t));
+        return std::make_shared<const Mesh>(mesh);
+    };
+    constexpr double kFrame = 0.25, kStep = 1e-2;
+    const MeshKeys keys{.before = at(-kFrame), .from = at(0), .to = at(kFrame), .after = at(2 * kFrame)};
+    for (const double part : {0.1, 0.5, 0.8}) {
+        const auto velocities = velocitiesBetween(keys, part, kFrame);
+        const Mesh below = meshBetween(keys, part - kStep), above = meshBetween(keys, part + kStep);
+        REQUIRE(velocities.size() == below.points.size());
+        for (size_t k = 0; k < velocities.size(); ++k) {
+            const auto difference = (above.points[k] - below.points[k]) / static_cast<float>(2 * kStep * kFrame);
+            CHECK((velocities[k] - difference).length() < 1e-3f); // the points are floats, so 1e-7 / (kStep kFrame)
+        }
+    }
+}

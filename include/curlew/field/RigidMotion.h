@@ -29,4 +29,7 @@ Pose poseBetween(const PoseKeys& keys, double part);
 /// Returns the weights of the four frames in that curve. A missing frame has the weight 0.
 std::array<double, 4> hermiteWeights(bool before, bool after, double part);
 
+/// Returns the derivatives of these weights by `part`.
+std::array<double, 4> hermiteSlopes(bool before, bool after, double part);
+
 } // namespace curlew

@@ -3,6 +3,9 @@
 
 #include "curlew/field/Transforms.h"
 
+#include <array>
+#include <optional>
+
 namespace curlew {
 
 /// The position and orientation of a rigid body.
@@ -24,6 +27,10 @@ struct SdfN {
     /// sampled, it is measured and may exceed 1.
     double lipschitz = 1;
     PoseN<N> pose = {}; ///< Where the shape was placed; track/WallMotion.h derives a wall's motion from it.
+    /// The velocity at this moment of the closest point of a surface that deforms, world units per second, if the
+    /// points of the surface are known from moment to moment (a mesh whose faces stay the same). Valid where |distance|
+    /// is below `reach`. Its normal part is only approximate; that of a wall follows from its distances.
+    std::optional<std::array<ScalarFieldN<N>, size_t{N}>> surfaceVelocity = {};
 };
 using Sdf = SdfN<3>;
 

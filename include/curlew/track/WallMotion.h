@@ -3,6 +3,7 @@
 
 #include "curlew/base/Monitor.h"
 #include "curlew/field/Bound.h"
+#include "curlew/flow/Flow.h"
 #include "curlew/track/Points.h"
 
 #include <vector>
@@ -15,15 +16,19 @@ namespace curlew {
 ///
 /// The points near a rigid wall follow a divergence-free flow, one for its translation and one for its rotation (the
 /// construction of Bridson et al. 2007, with potentials that are constant along its streamlines). A wall is rigid if
-/// Sdf::pose changes and the distances are the same in both poses. A wall that changes its form has only a normal
-/// velocity, -(∂d/∂t) ∇d / |∇d|²; following it changes volumes, as the wall does.
+/// Sdf::pose changes and the distances are the same in both poses. A wall that changes its form has a normal velocity,
+/// -(∂d/∂t) ∇d / |∇d|². If the velocity of its surface is known (Sdf::surfaceVelocity), the points also move with the
+/// tangential part of that, as they move with the surface of a rigid wall. Following such a wall changes volumes, as
+/// the wall does.
 class WallMotion {
   public:
-    /// The motion from one wall to another of the same side and width. `box` contains the points. Throws ValueError if
-    /// the sides differ.
-    WallMotion(const Wall& from, const Wall& to, const Box& box);
+    /// The motion from one wall to another of the same side and width. `box` contains the points. `seconds`: the time
+    /// that the motion takes, negative if it goes backward; it is needed for the tangential motion of surfaces that
+    /// deform. Throws ValueError if the sides differ.
+    WallMotion(const Wall& from, const Wall& to, const Box& box, double seconds = 0);
 
-    bool still() const { return mStill; } ///< Whether both walls are the same, judged by 1024 samples.
+    /// Whether both walls are the same, judged by 1024 samples, and no surface moves along itself.
+    bool still() const { return mStill; }
     bool rigid() const { return mRigid; }
     /// Maximum change of the distance if the wall changes its form, world units; otherwise 0.
     double way() const { return mWay; }
@@ -36,12 +41,15 @@ class WallMotion {
 
   private:
     void carryRigidly(std::vector<Vec3d>& points, const Monitor& monitor) const;
-    void carryAlongNormals(std::vector<Vec3d>& points, const Monitor& monitor) const;
+    void evalSurface(const PointBatch& points, double s, VecBatch<double>& way) const;
+    void carryWithSurface(std::vector<Vec3d>& points, const Monitor& monitor) const;
 
     Wall mFrom, mTo;
     Box mBox;
     bool mStill = false, mRigid = false;
     double mWay = 0;
+    double mSeconds = 0;
+    double mSlide = 0; ///< An upper bound on how far points of the surface move if it deforms; 0: unknown.
     Vec3d mCentre, mTranslation, mAxis; ///< The rotation axis mAxis is a unit vector through mCentre.
     double mAngle = 0;                  ///< Radians.
 };

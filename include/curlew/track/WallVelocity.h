@@ -15,8 +15,9 @@ namespace curlew {
 /// in WallMotion, which moves points by it. docs/math.md has the derivation.
 ///
 /// For a rigid wall, w has the form ∇((1−α) a) × ∇b for its translation and for its rotation, so it is divergence-free.
-/// Inside a body (Side::outside), w continues as the body's own motion. A wall that changes its form has a normal
-/// velocity, w = -(1−α) (∂d/∂t) ∇d / |∇d|², which is not divergence-free; it fades out on both sides.
+/// Inside a body (Side::outside), w continues as the body's own motion. A wall that changes its form has the normal
+/// velocity -(∂d/∂t) ∇d / |∇d|² and, if it is known, the tangential part of the velocity of its surface
+/// (Sdf::surfaceVelocity). w is (1−α) times their sum, which is not divergence-free; it fades out on both sides.
 ///
 /// Immutable, safe to share between threads.
 class WallVelocity {

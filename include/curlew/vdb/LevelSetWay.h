@@ -18,6 +18,9 @@ namespace curlew {
 /// than its own thickness would be missing halfway. So the tolerance is at most a fourth of the local thickness, as far
 /// as the voxels resolve it.
 ///
+/// The velocity of the surface (Sdf::surfaceVelocity) is that of the mesh: of the closest point, by barycentric
+/// weights. It is sampled at the same few times, on voxels twice as large, and interpolated linearly in time.
+///
 /// Immutable; safe to share between threads.
 class LevelSetWay {
   public:
@@ -25,6 +28,7 @@ class LevelSetWay {
         /// How far points of the mesh may be off the interpolated surface, in world units: `tolerance` where the body
         /// is thick, and down to `leastTolerance` where a fourth of its thickness is less than that.
         double tolerance = 0, leastTolerance = 0;
+        double seconds = 0; ///< Time between the two frames; 0: the velocity of the surface is not needed.
     };
 
     /// Takes level sets of `meshes.from` and `meshes.to`, and that of `meshes.before` if it is known. Their bands must

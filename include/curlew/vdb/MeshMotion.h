@@ -36,4 +36,8 @@ struct MeshKeys {
 /// poseBetween().
 Mesh meshBetween(const MeshKeys& keys, double part);
 
+/// Returns the velocities of the points of meshBetween(), the derivatives of those curves, in world units per second.
+/// `seconds`: the time between two frames.
+std::vector<openvdb::Vec3s> velocitiesBetween(const MeshKeys& keys, double part, double seconds);
+
 } // namespace curlew

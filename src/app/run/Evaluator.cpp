@@ -376,7 +376,8 @@ void Evaluator::run() {
         collect(left);
         mSession.mKnown.clear();
         for (const ResultPointer& result : mResults)
-            if (result && !(result->key == Digest{})) mSession.mKnown.emplace(result->key, result);
+            if (result && !(result->key == Digest{}) && !dependsOnOtherFrames(*result))
+                mSession.mKnown.emplace(result->key, result);
     };
     try {
         if (mGraph.frameRange)

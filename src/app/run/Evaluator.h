@@ -81,6 +81,7 @@ class Evaluator {
     const RigidFit* fitIn(const Link& mesh, const FrameClock& clock);
     std::optional<RigidBody> bodyAt(const Link& levelSet, const FrameClock& clock, double part);
     Value asBody(const Link& link, Value value);
+    GridValue withWay(const Link& link, const GridValue& grid, const Moment& moment);
     bool isNow(const Moment& moment) const { return moment.time == mNow.time && moment.frame == mNow.frame; }
     bool steady(const Link& link) const;
     Moment momentAt(double seconds) const;
@@ -119,5 +120,9 @@ void writeCheckpoint(const std::filesystem::path& path, const Digest& program, c
 /// Reads a checkpoint; returns nullopt if the file does not exist. Throws FileError if the file is damaged, not a
 /// checkpoint, or from another program, and ResourceError if it does not fit into memory.
 std::optional<Checkpoint> readCheckpoint(const std::filesystem::path& path, const Digest& program);
+
+/// Returns whether a result knows the velocity of a surface (Sdf::surfaceVelocity). It then depends on meshes of other
+/// frames than its own.
+bool dependsOnOtherFrames(const NodeResult& result);
 
 } // namespace curlew::app

@@ -3,6 +3,8 @@
 #include "SdfCache.h"
 #include "curlew/base/Error.h"
 
+#include <algorithm>
+
 namespace curlew::app {
 
 // Meshes that move from frame to frame, and the level sets made from them. The mesh may come from any node of the
@@ -74,7 +76,7 @@ void Evaluator::followWay(const Link& levelSet, const FrameClock& clock, const G
         const auto* grid = levelSet.output < made.size() ? std::get_if<GridValue>(&made[levelSet.output]) : nullptr;
         if (grid && isOf(*grid, keys->before)) before = *grid;
     }
-    mSession.mSdfs->setWay(before ? &*before : nullptr, from, to, *keys);
+    mSession.mSdfs->setWay(before ? &*before : nullptr, from, to, *keys, clock.duration);
 }
 
 /// Returns the rigid fit of the first frame's mesh to that of this frame; nullptr if the motion is not rigid.
@@ -114,6 +116,34 @@ std::optional<RigidBody> Evaluator::bodyAt(const Link& levelSet, const FrameCloc
         first = std::make_shared<const GridValue>(std::get<GridValue>(result->outputs.at(levelSet.output)));
     }
     return RigidBody{.first = first, .home = to->home, .now = poseBetween(keys, part)};
+}
+
+/// Returns a level set with the way of its surface from the previous frame, if it is that of this frame and its mesh
+/// deforms. So the velocity of the surface is known at the frame too.
+GridValue Evaluator::withWay(const Link& link, const GridValue& grid, const Moment& moment) {
+    const bool atFrame = mClock && mClock->duration > 0 && isNow(moment) && !grid.body && !grid.earlier;
+    if (!atFrame || !grid.mesh || steady(link) || !meshOf(link)) return grid;
+    const ResultPointer before = resultInFrame(link.index, frameBefore(*mClock));
+    if (!before || link.output >= before->outputs.size()) return grid;
+    const auto* from = std::get_if<GridValue>(&before->outputs[link.output]);
+    if (!from) return grid;
+    GridValue with = grid;
+    followWay(link, *mClock, *from, grid);
+    with.earlier = std::make_shared<const GridValue>(*from);
+    return with;
+}
+
+bool dependsOnOtherFrames(const NodeResult& result) {
+    const auto known = [](const Value& value) {
+        if (const auto* field = std::get_if<FieldValue>(&value)) {
+            const auto* wall = field->wall ? std::get_if<Wall>(&*field->wall) : nullptr;
+            return wall && wall->sdf.surfaceVelocity.has_value();
+        }
+        const auto* any = std::get_if<AnyFlow>(&value);
+        const auto* flow = any ? std::get_if<Flow>(any) : nullptr;
+        return flow && flow->domain().wall && flow->domain().wall->sdf.surfaceVelocity.has_value();
+    };
+    return std::any_of(result.outputs.begin(), result.outputs.end(), known);
 }
 
 /// Returns the level set of this frame, with its rigid body if it has one.

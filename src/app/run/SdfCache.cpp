@@ -53,18 +53,20 @@ Sdf SdfCache::sdf(const GridValue& value, double distance, const Console& consol
         if (const auto box = boxOf(Value(value))) sdf.bounds = box->padded(first.levelSet.voxelSize());
         return sdf;
     }
-    if (!value.earlier || value.part >= 1) return entry(value, distance, console).sdf;
+    if (!value.earlier) return entry(value, distance, console).sdf;
     if (Way* way = wayTo(value)) return known(*way, distance, console).at(value.part);
+    if (value.part >= 1) return entry(value, distance, console).sdf;
     const Sdf from = entry(*value.earlier, distance, console).sdf;
     return between(from, entry(value, distance, console).sdf, value.part);
 }
 
-void SdfCache::setWay(const GridValue* before, const GridValue& from, const GridValue& to, const MeshKeys& meshes) {
+void SdfCache::setWay(const GridValue* before, const GridValue& from, const GridValue& to, const MeshKeys& meshes,
+                      double seconds) {
     if (std::any_of(mWays.begin(), mWays.end(),
                     [&](const Way& way) { return way.from.grid == from.grid && way.to.grid == to.grid; }))
         return;
     if (mWays.size() == kMostWays) mWays.pop_front();
-    mWays.push_back({before ? std::optional(*before) : std::nullopt, from, to, meshes});
+    mWays.push_back({before ? std::optional(*before) : std::nullopt, from, to, meshes, seconds});
 }
 
 SdfCache::Way* SdfCache::wayTo(const GridValue& value) {
@@ -82,9 +84,10 @@ const LevelSetWay& SdfCache::known(Way& way, double distance, const Console& con
     const auto before = way.before ? std::optional(wide(*way.before)) : std::nullopt;
     const double voxel = std::max(from.voxelSize(), to.voxelSize());
     const double least = kLeastTolerance * voxel;
-    const LevelSetWay made(before, from, to, way.meshes,
-                           {.tolerance = std::max(kWayTolerance * distance, least), .leastTolerance = least},
-                           console.follow("interpolating level sets between frames"));
+    const LevelSetWay made(
+        before, from, to, way.meshes,
+        {.tolerance = std::max(kWayTolerance * distance, least), .leastTolerance = least, .seconds = way.seconds},
+        console.follow("interpolating level sets between frames"));
     console.detail(fmt::format(
         "level set '{}': {} intermediate level sets between two frames; points of the mesh are within {:.2g} voxels",
         way.to.grid->getName(), made.levelSetsBetween(), made.error() / voxel));

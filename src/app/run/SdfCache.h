@@ -15,8 +15,10 @@ class SdfCache {
     /// Returns a level set as a signed distance that is valid up to `distance` world units from the surface. For a
     /// level set between two frames, this is the distance to the surface in between.
     Sdf sdf(const GridValue& value, double distance, const Console& console);
-    /// Sets how the mesh moves from one level set to the next, and which level set precedes them, if known.
-    void setWay(const GridValue* before, const GridValue& from, const GridValue& to, const MeshKeys& meshes);
+    /// Sets how the mesh moves from one level set to the next in so many seconds, and which level set precedes them, if
+    /// known.
+    void setWay(const GridValue* before, const GridValue& from, const GridValue& to, const MeshKeys& meshes,
+                double seconds);
     /// Returns the level set itself, with a narrow band that is wide enough for that distance.
     LevelSet levelSet(const GridValue& value, double distance, const Console& console);
 
@@ -31,6 +33,7 @@ class SdfCache {
         std::optional<GridValue> before;
         GridValue from, to;
         MeshKeys meshes;
+        double seconds;
         std::vector<std::pair<double, LevelSetWay>> known = {}; ///< By requested distance.
     };
     const Entry& entry(const GridValue& value, double distance, const Console& console);

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "curlew/field/ScalarField.h"
+
+#include <openvdb/openvdb.h>
+
+namespace curlew {
+
+/// Returns the tricubic B-spline through the values of a narrow band, as sdfOf() does for a level set. Beyond the
+/// leaves of the grid it is the background value.
+ScalarField splineOf(openvdb::FloatGrid::ConstPtr grid);
+
+} // namespace curlew
