@@ -67,10 +67,7 @@ FlowMapResult FlowMap::carry(std::vector<Vec3d>& points, double from, double to,
     const int count = steps(from, to);
     if (count == 0 || points.empty()) return result;
     const Flow first = mFlow.at(from + 0.5 * (to - from) / count);
-    if (first.hasTracks() || first.domain().wall) {
-        result.stalled = follow(points, from, to, count, monitor);
-        return result;
-    }
+    if (first.hasTracks() || first.domain().wall) return follow(points, from, to, count, monitor);
     AdvectOptions options = advectOptions(to - from, count, first.domain());
     options.reprojection.method = Reprojection::none;
     // A steady flow with adaptive steps needs no division of the time.
@@ -89,13 +86,14 @@ FlowMapResult FlowMap::carry(std::vector<Vec3d>& points, double from, double to,
     return result;
 }
 
-size_t FlowMap::follow(std::vector<Vec3d>& points, double from, double to, int count, const Monitor& monitor) const {
+FlowMapResult FlowMap::follow(std::vector<Vec3d>& points, double from, double to, int count,
+                              const Monitor& monitor) const {
     const FlowInTime both = mFlow.steady() ? FlowInTime(onBothSides(mFlow.at(from)))
                                            : FlowInTime([this](double t) { return onBothSides(mFlow.at(t)); });
     Points p = Points::at(points);
     const AdvectResult result = advect(both, p, from, advectOptions(to - from, count, both.at(from).domain()), monitor);
     for (size_t k = 0; k < points.size(); ++k) points[k] = p.position(k);
-    return result.notConverged;
+    return {.points = points.size(), .stalled = result.notConverged, .overrun = result.overrun};
 }
 
 } // namespace curlew

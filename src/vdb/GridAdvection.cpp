@@ -82,7 +82,7 @@ class GridAdvector {
         bool first = true;
         for (auto voxels = mFrontier.take(); !voxels.empty(); voxels = mFrontier.take())
             evaluate(voxels, std::exchange(first, false) ? mMonitor : Monitor{{}, mMonitor.cancelled});
-        return {mMoved, mTraced, mKept};
+        return {mMoved, mTraced, mKept, mOverrun};
     }
 
   private:
@@ -117,7 +117,9 @@ class GridAdvector {
             origins.push_back({{p[0], p[1], p[2]}});
         }
         mTraced += voxels.size();
-        mKept += mMap.carry(origins, mEnd, mBegin, monitor).stalled;
+        const FlowMapResult traced = mMap.carry(origins, mEnd, mBegin, monitor);
+        mKept += traced.stalled;
+        mOverrun += traced.overrun;
         std::vector<Value> values(voxels.size());
         parallelFor(voxels.size(), 1024, [&](size_t begin, size_t end) {
             const auto samples = mGrid.getConstUnsafeAccessor();
@@ -145,7 +147,7 @@ class GridAdvector {
     typename GridT::Ptr mMoved;
     Frontier mFrontier;
     double mMost = 0; // maximum difference from the background
-    size_t mTraced = 0, mKept = 0;
+    size_t mTraced = 0, mKept = 0, mOverrun = 0;
 };
 
 } // namespace

@@ -137,8 +137,11 @@ class LevelSetSequence::Implementation {
                 whole.push_back(toVec(mTemplate->indexToWorld(voxels[n])));
             }
         }
-        result.kept += mMap.carry(rest, time, mTime, quiet(monitor)).stalled;
-        result.kept += mMap.carry(whole, time, mBegan, monitor).stalled;
+        for (const FlowMapResult& traced :
+             {mMap.carry(rest, time, mTime, quiet(monitor)), mMap.carry(whole, time, mBegan, monitor)}) {
+            result.kept += traced.stalled;
+            result.overrun += traced.overrun;
+        }
         for (size_t n = 0; n < rest.size(); ++n) origins[restOf[n]] = rest[n];
         for (size_t n = 0; n < whole.size(); ++n) origins[wholeOf[n]] = whole[n];
         return origins;

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "curlew/track/WallVelocity.h"
 #include "curlew/vdb/Interrupter.h"
 #include "curlew/vdb/LevelSetAdvection.h"
 
 #include <fmt/format.h>
 #include <openvdb/tools/LevelSetAdvect.h>
 
+#include <algorithm>
 #include <mutex>
 #include <optional>
 
@@ -18,34 +20,64 @@ class VelocityField {
     using ValueType = float;
     using VectorType = openvdb::Vec3f;
 
-    explicit VelocityField(FlowInTime flow) : mShared(std::make_shared<Shared>(std::move(flow))) {}
+    VelocityField(FlowInTime flow, double begin, double end)
+        : mShared(std::make_shared<Shared>(std::move(flow), begin, end)) {}
 
     /// Differs from that of any grid, so that positions come in world units.
     openvdb::math::Transform transform() const { return {}; }
 
     VectorType operator()(const openvdb::Vec3d& position, ValueType time) const {
-        if (!mFlow || time != mTime) {
-            const std::lock_guard lock(mShared->mutex);
-            mFlow = mShared->flow.at(static_cast<double>(time));
+        if (!mNow || time != mTime) {
+            mNow = mShared->at(time);
             mTime = time;
         }
         PointBatch points;
         points.push({{position[0], position[1], position[2]}});
         VecBatch<float> velocity;
-        mFlow->velocity(points, velocity);
-        const Vec3f v = velocity[0];
+        mNow->flow.velocity(points, velocity);
+        Vec3f v = velocity[0];
+        if (mNow->wall) {
+            VecBatch<double> w;
+            mNow->wall->eval(points, w);
+            for (int axis = 0; axis < 3; ++axis) v[axis] += static_cast<float>(w[0][axis]);
+        }
         return {v[0], v[1], v[2]};
     }
     VectorType operator()(const openvdb::Coord& voxel, ValueType time) const { return (*this)(voxel.asVec3d(), time); }
 
   private:
-    struct Shared {
-        explicit Shared(FlowInTime f) : flow(std::move(f)) {}
-        FlowInTime flow;
-        std::mutex mutex;
+    /// The flow at a moment, and the velocity that its wall adds if it moves.
+    struct Frozen {
+        Flow flow;
+        std::optional<WallVelocity> wall;
+    };
+    /// The flow at the moment that was requested last.
+    class Shared {
+      public:
+        Shared(FlowInTime flow, double begin, double end) : mFlow(std::move(flow)), mBegin(begin), mEnd(end) {}
+
+        std::shared_ptr<const Frozen> at(ValueType time) {
+            const std::lock_guard lock(mMutex);
+            if (mLast && time == mTime) return mLast;
+            // The wall's motion is taken from times between the beginning and the end.
+            const auto now = static_cast<double>(time);
+            const double most = std::min(kFrozenSeconds, std::abs(mEnd - mBegin) / 2);
+            const double way = std::abs(now - mBegin) < std::abs(mEnd - now) ? most : -most;
+            mLast =
+                std::make_shared<Frozen>(Frozen{mFlow.at(now), wallVelocity(mFlow, now, mEnd < mBegin ? -way : way)});
+            mTime = time;
+            return mLast;
+        }
+
+      private:
+        FlowInTime mFlow;
+        double mBegin, mEnd;
+        std::mutex mMutex;
+        std::shared_ptr<const Frozen> mLast;
+        ValueType mTime = 0;
     };
     std::shared_ptr<Shared> mShared;
-    mutable std::optional<Flow> mFlow; // the flow at mTime
+    mutable std::shared_ptr<const Frozen> mNow; // at mTime
     mutable ValueType mTime = 0;
 };
 
@@ -57,7 +89,7 @@ LevelSet advectLevelSetWeno5(const LevelSet& levelSet, const FlowInTime& flow, d
     const auto grid = levelSet.grid->deepCopy();
     Interrupter interrupter(monitor);
     openvdb::tools::LevelSetAdvection<openvdb::FloatGrid, VelocityField, Interrupter> advection(
-        *grid, VelocityField(flow), &interrupter);
+        *grid, VelocityField(flow, begin, begin + time), &interrupter);
     advection.setSpatialScheme(openvdb::math::HJWENO5_BIAS);
     advection.setTemporalScheme(openvdb::math::TVD_RK3);
     advection.setTrackerSpatialScheme(openvdb::math::HJWENO5_BIAS);

@@ -31,6 +31,7 @@ inline FlowMapOptions forVoxels(FlowMapOptions options, double voxelSize) {
 struct FlowMapResult {
     size_t points = 0;
     size_t stalled = 0; ///< Points that stayed in place in some step because not even its smallest part was accepted.
+    size_t overrun = 0; ///< How often a moving wall left a point on its wrong side (AdvectResult::overrun).
 };
 
 /// The flow map X: the positions, at an earlier or later time, of points that a flow carries.
@@ -42,7 +43,9 @@ struct FlowMapResult {
 /// wall also costs about 1e5 evaluations per step to measure its potentials.
 ///
 /// On the far side of a wall, points follow the flow's continuation, which is tangent to the wall. So the map is smooth
-/// across the wall, and no point crosses it. Immutable. Call it from one thread at a time, as FlowInTime requires.
+/// across the wall, and no point crosses it. Around a moving wall, points follow u = c + w, as particles do
+/// (WallMotion.h): they are pushed by the wall and carried by its surface. On its far side they stay there and move
+/// with it within the width of the layer. Immutable. Call it from one thread at a time, as FlowInTime requires.
 class FlowMap {
   public:
     /// Throws ValueError if the step is negative or not finite.
@@ -62,8 +65,8 @@ class FlowMap {
 
   private:
     AdvectOptions advectOptions(double time, int count, const Domain& domain) const;
-    /// Moves the points of a flow with tracks or a wall. Returns the number of points that stalled.
-    size_t follow(std::vector<Vec3d>& points, double from, double to, int count, const Monitor& monitor) const;
+    /// Moves the points of a flow with tracks or a wall.
+    FlowMapResult follow(std::vector<Vec3d>& points, double from, double to, int count, const Monitor& monitor) const;
 
     FlowInTime mFlow;
     FlowMapOptions mOptions;

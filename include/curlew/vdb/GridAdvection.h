@@ -20,8 +20,9 @@ struct GridAdvectionOptions {
 
 struct AdvectedGrid {
     openvdb::GridBase::Ptr grid;
-    size_t traced = 0; ///< Voxels traced back along the flow.
-    size_t kept = 0;   ///< Traced voxels that some step left in place (FlowMapResult::stalled).
+    size_t traced = 0;  ///< Voxels traced back along the flow.
+    size_t kept = 0;    ///< Traced voxels that some step left in place (FlowMapResult::stalled).
+    size_t overrun = 0; ///< How often a moving wall left a traced voxel on its wrong side (FlowMapResult::overrun).
 };
 
 /// Advects a grid of floats or vectors of floats (density, temperature, colour) with a flow, from the time `begin` for
@@ -31,7 +32,8 @@ struct AdvectedGrid {
 /// nothing diffuses from step to step. The components of a vector are advected as three scalars; the vector is not
 /// rotated. A voxel of the result is active if its value differs from the background. These voxels are found by
 /// following the active voxels of the original. In a divergence-free flow the sum over all voxels is conserved, as far
-/// as the voxels resolve the stretching of the flow.
+/// as the voxels resolve the stretching of the flow. A moving wall pushes the matter near it, as it pushes particles;
+/// none of it gets inside the wall, except by the interpolation of the original.
 ///
 /// Throws ValueError for other grid types, level sets (use LevelSetAdvection.h), staggered grids, nonlinear transforms,
 /// values that are not finite, and grids without active voxels. Throws ResourceError if the grid becomes too large.

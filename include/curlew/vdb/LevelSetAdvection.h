@@ -12,6 +12,7 @@ struct AdvectedLevelSet {
     LevelSet levelSet;
     size_t traced = 0;    ///< Voxels traced back along the flow.
     size_t kept = 0;      ///< Traced voxels that some step left in place (FlowMapResult::stalled).
+    size_t overrun = 0;   ///< How often a moving wall left a traced voxel on its wrong side (FlowMapResult::overrun).
     size_t unsettled = 0; ///< Voxels whose distance is measured to a nearby surface point that may not be the closest.
     /// Value of the linear interpolant of the result at the points where edges between voxels cross the surface, in
     /// voxels: mean and maximum of its magnitude. 0 would be exact.
@@ -70,8 +71,9 @@ class LevelSetSequence {
 };
 
 /// Advects a level set by OpenVDB's LevelSetAdvection (HJ-WENO5, TVD Runge-Kutta of order 3, as many steps as its CFL
-/// condition requires), for comparison. It samples the flow itself instead of a velocity grid. Beyond its wall the flow
-/// continues as in FlowMap. Throws ValueError if nothing is left, or if OpenVDB rejects the level set.
+/// condition requires), for comparison. It samples the flow itself instead of a velocity grid, including the velocity
+/// of a moving wall (WallVelocity.h). Beyond its wall the flow continues as in FlowMap. Throws ValueError if nothing is
+/// left, or if OpenVDB rejects the level set.
 LevelSet advectLevelSetWeno5(const LevelSet& levelSet, const FlowInTime& flow, double begin, double time,
                              const Monitor& monitor = {});
 

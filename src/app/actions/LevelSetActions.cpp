@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "Actions.h"
+#include "MovingWall.h"
 #include "TrackOptions.h"
 #include "curlew/flow/Flows.h"
 #include "curlew/vdb/GridAdvection.h"
@@ -66,6 +67,18 @@ double horizonOf(const Arguments& a) {
 
 double volumeOf(const LevelSet& levelSet) { return openvdb::tools::levelSetVolume(*levelSet.grid); }
 
+/// Warns if voxels could not be traced back, or if a moving wall left some on its wrong side.
+void warnOfTraces(const Context& c, size_t kept, size_t overrun, size_t traced) {
+    if (kept > 0)
+        c.warn(fmt::format(
+            "{} of {} voxels could not be traced back along their tracks; use a finer accuracy= or more steps=", kept,
+            traced));
+    if (overrun > 0)
+        c.warn(fmt::format("a moving wall passed over {} of {} traced voxels; use more steps=", overrun, traced));
+}
+
+constexpr std::string_view kMixedSides = "matter may end up on the wrong side";
+
 /// Returns the level set in this frame. The state is kept from frame to frame. After -resume, it is recomputed through
 /// the same moments, so that the result is identical.
 AdvectedLevelSet advanced(Context& c, const Arguments& a, const LevelSet& original, const Monitor& monitor) {
@@ -86,6 +99,7 @@ AdvectedLevelSet advanced(Context& c, const Arguments& a, const LevelSet& origin
 
 void advectLevelSetAction(Context& c, const Arguments& a) {
     const LevelSet before = levelSetOf(c);
+    warnOfLostWall(c, c.flowInTime("flow"), kMixedSides);
     const Monitor monitor = c.follow("advecting the level set");
     const double begin = a.real("begin"), time = timeOf(c, a);
     const bool weno5 = a.text("method") == "weno5";
@@ -105,26 +119,28 @@ void advectLevelSetAction(Context& c, const Arguments& a) {
     if (!weno5) {
         report["traced"] = result.traced;
         report["kept_back"] = result.kept;
+        report["overrun"] = result.overrun;
         report["unsettled"] = result.unsettled;
         report["surface_shift_mean"] = result.meanShift;
         report["surface_shift_max"] = result.greatestShift;
     }
-    if (result.kept > 0)
-        c.warn(fmt::format(
-            "{} of {} voxels could not be traced back along their tracks; use a finer accuracy= or more steps=",
-            result.kept, result.traced));
+    warnOfTraces(c, result.kept, result.overrun, result.traced);
     c.give(GridValue{result.levelSet.grid});
 }
 
 void advectGridAction(Context& c, const Arguments& a) {
     const openvdb::GridBase::ConstPtr grid = c.grid("grid").grid;
+    warnOfLostWall(c, c.flowInTime("flow"), kMixedSides);
     const AdvectedGrid result = advectGrid(
         *grid, c.flowInTime("flow"), a.real("begin"), timeOf(c, a),
         {.map = mapOptions(c, a, grid->voxelSize()[0]), .interpolation = a.choice<Interpolation>("interpolation")},
         c.follow("advecting the grid"));
     c.say(fmt::format("grid '{}': {} active voxels", grid->getName(), result.grid->activeVoxelCount()));
-    c.report("advect_grid") = {
-        {"voxels", result.grid->activeVoxelCount()}, {"traced", result.traced}, {"kept_back", result.kept}};
+    c.report("advect_grid") = {{"voxels", result.grid->activeVoxelCount()},
+                               {"traced", result.traced},
+                               {"kept_back", result.kept},
+                               {"overrun", result.overrun}};
+    warnOfTraces(c, result.kept, result.overrun, result.traced);
     c.give(GridValue{result.grid});
 }
 
@@ -151,7 +167,8 @@ Registry levelSetActions() {
     return {
         {.name = "advectLevelSet",
          .group = kGroup,
-         .summary = "advect the newest level set along the newest flow, without numerical diffusion",
+         .summary =
+             "advect the newest level set along the newest flow, without numerical diffusion; moving walls push it",
          .takes = {stays("flow", {Kind::flow}), taken("levelSet", {Kind::levelSet}, "grid")},
          .makes = {made("levelSet", {Kind::levelSet})},
          .options = followOptions(
@@ -168,7 +185,8 @@ Registry levelSetActions() {
          .run = advectLevelSetAction},
         {.name = "advectGrid",
          .group = kGroup,
-         .summary = "advect a fog volume, or another scalar or vector grid, along the newest flow",
+         .summary =
+             "advect a fog volume, or another scalar or vector grid, along the newest flow; moving walls push it",
          .takes = {stays("flow", {Kind::flow}), taken("grid", {Kind::grid}, "grid")},
          .makes = {made("grid", {Kind::grid})},
          .options = followOptions({choice("interpolation", {"linear", "quadratic"},

@@ -2,6 +2,7 @@
 // Longer than 400 lines: -advect has more options, warnings and figures than any other action.
 #include "Actions.h"
 #include "LoopAction.h"
+#include "MovingWall.h"
 #include "ScatterDomain.h"
 #include "TrackOptions.h"
 #include "curlew/app/registry/InContext.h"
@@ -13,7 +14,6 @@
 #include "curlew/track/Scatter.h"
 #include "curlew/track/Snap.h"
 #include "curlew/track/VolumeChange.h"
-#include "curlew/track/WallMotion.h"
 #include "curlew/vdb/SnapToLevelSet.h"
 
 #include <utility>
@@ -216,22 +216,6 @@ void reportVolumes(Context& c, const Arguments& a, const FlowInTime& flow, doubl
                           {"farthest", change.farthest}};
 }
 
-/// Warns, once, if the wall moves so far in this time that its motion in between is unknown.
-void warnOfLostWall(Context& c, const FlowInTime& flow, const Flow& first, double begin, double time) {
-    const auto& wall = first.domain().wall;
-    if (!wall || flow.steady() || time == 0 || c.memory().object) return;
-    const Flow middle = flow.at(begin + time / 2), end = flow.at(begin + time);
-    if (!middle.domain().wall || !end.domain().wall) return;
-    const double lost = partLost(*wall, *middle.domain().wall, *end.domain().wall, first.domain().box);
-    if (lost == 0) return;
-    c.memory().object = std::make_shared<bool>(true);
-    c.warn(
-        fmt::format("from {:.4g} to {:.4g} s, {:.0f} % of the wall moves farther than {:.3g}, beyond which its "
-                    "distance is unknown, so points may end up on the wrong side; use meshes whose faces stay the same "
-                    "from frame to frame, more frames, or a wider layer (-bound width=)",
-                    begin, begin + time, 100 * lost, wall->sdf.reach));
-}
-
 void advectAction(Context& c, const Arguments& a) {
     if (a.given("loop")) return loopAction(c, a, advectBinding().read(a).reprojection);
     const FlowInTime flow = c.flowInTime("flow");
@@ -240,7 +224,7 @@ void advectAction(Context& c, const Arguments& a) {
     AdvectOptions options = advectOptions(c, a, first);
     const bool estimated = tableauOf(options.usedScheme()).embedded();
     prepareSum(c, a, first, options);
-    warnOfLostWall(c, flow, first, begin, options.time);
+    warnOfLostWall(c, flow, begin, options.time, "points may end up on the wrong side");
     PointSet set = c.takePoints("points");
     Points& particles = set.particles;
     const TrackedFlow tracked = c.tracked("flow");

@@ -15,6 +15,7 @@ class Evaluator;
 struct Memory {
     double sum = 0;                    ///< Saved in checkpoints.
     std::shared_ptr<void> object = {}; ///< Rebuilt after -resume.
+    bool warnedOfWall = false;         ///< The action has warned of a wall that moves too far.
 };
 
 /// One evaluation of a node, as its action sees it.
