@@ -128,7 +128,39 @@ openvdb::Vec3STree::Ptr filledTree(const std::vector<Coord>& origins, const Flow
     return tree;
 }
 
+/// Adds the velocity of displaced air, which is given on the faces of voxels, and activates the voxels where it is not
+/// zero. The velocity at the centre of a voxel is the mean of those on opposite faces.
+void addDisplaced(const openvdb::Vec3STree& faces, Layout layout, const openvdb::MaskTree* mask,
+                  openvdb::Vec3STree& tree) {
+    std::vector<const VelocityLeaf*> from;
+    std::vector<VelocityLeaf*> to;
+    for (auto leaf = faces.cbeginLeaf(); leaf; ++leaf) {
+        if (leaf->isEmpty() || (mask && !mask->probeConstLeaf(leaf->origin()))) continue;
+        from.push_back(&*leaf);
+        to.push_back(tree.touchLeaf(leaf->origin()));
+    }
+    parallelFor(from.size(), 8, [&](size_t begin, size_t end) {
+        const openvdb::tree::ValueAccessor<const openvdb::Vec3STree, false> around(faces);
+        for (size_t n = begin; n < end; ++n)
+            for (auto value = from[n]->cbeginValueOn(); value; ++value) {
+                const Coord ijk = value.getCoord();
+                if (mask && !mask->isValueOn(ijk)) continue;
+                openvdb::Vec3s v = *value;
+                for (int axis = 0; axis < 3 && layout == Layout::collocated; ++axis) {
+                    Coord above = ijk;
+                    ++above[axis];
+                    v[axis] = 0.5f * (v[axis] + around.getValue(above)[axis]);
+                }
+                to[n]->setValueOn(value.pos(), to[n]->getValue(value.pos()) + v);
+            }
+    });
+}
+
 } // namespace
+
+double voxelOf(const Flow& flow, const VelocityGridOptions& options) {
+    return options.mask ? maskVoxel(*options.mask) : voxelFor(flow, options);
+}
 
 openvdb::Vec3SGrid::Ptr velocityGrid(const Flow& flow, const VelocityGridOptions& options, const Monitor& monitor) {
     if (!(options.wallFade >= 1))
@@ -136,7 +168,10 @@ openvdb::Vec3SGrid::Ptr velocityGrid(const Flow& flow, const VelocityGridOptions
     if (options.layout == Layout::staggered && !flow.divergenceFree())
         throw ValueError(
             "a normalised flow is not divergence-free, and a staggered grid cannot make it so; sample it collocated");
-    const double voxel = options.mask ? maskVoxel(*options.mask) : voxelFor(flow, options);
+    const double voxel = voxelOf(flow, options);
+    if (options.displaced && options.displaced->voxelSize()[0] != voxel)
+        throw ValueError(fmt::format("the displaced air is given on voxels of {}, but the grid has voxels of {}",
+                                     options.displaced->voxelSize()[0], voxel));
     openvdb::MaskTree::Ptr mask;
     std::vector<Coord> origins;
     // A mask alone decides which voxels are active.
@@ -148,11 +183,13 @@ openvdb::Vec3SGrid::Ptr velocityGrid(const Flow& flow, const VelocityGridOptions
         for (auto leaf = mask->cbeginLeaf(); leaf; ++leaf) origins.push_back(leaf->origin());
     }
     const WallFade fade(sampled.domain(), voxel, options.wallFade);
-    if (!options.mask) origins = leafOrigins(flow.domain(), voxel, fade, options.moving);
+    const std::optional<WallVelocity> moving = options.displaced ? std::nullopt : options.moving;
+    if (!options.mask) origins = leafOrigins(flow.domain(), voxel, fade, moving);
     requireVoxel(voxel);
 
-    const auto tree = filledTree(origins, {sampled, voxel, fade, options.moving ? &*options.moving : nullptr},
-                                 options.layout, mask.get(), monitor);
+    const auto tree =
+        filledTree(origins, {sampled, voxel, fade, moving ? &*moving : nullptr}, options.layout, mask.get(), monitor);
+    if (options.displaced) addDisplaced(options.displaced->tree(), options.layout, mask.get(), *tree);
     auto grid = openvdb::Vec3SGrid::create(tree);
     grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel));
     grid->setName("vel");

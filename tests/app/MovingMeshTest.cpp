@@ -129,6 +129,114 @@ TEST_CASE("moving mesh: warns if the wall moves too far between frames of unmatc
     CHECK(warnings.empty());
 }
 
+namespace {
+
+constexpr double kShear = 1.5; // per second
+
+/// A bar along x whose points move along x by kShear y t, so that its faces above and below slide along themselves.
+std::shared_ptr<const Mesh> shearingBar(double t) {
+    Mesh mesh;
+    constexpr int kParts = 12;
+    for (int i = 0; i <= kParts; ++i)
+        for (const auto& [y, z] : {std::pair(-1, -1), std::pair(1, -1), std::pair(1, 1), std::pair(-1, 1)}) {
+            const double x = 2.0 * i / kParts - 1;
+            mesh.points.emplace_back(openvdb::Vec3s(openvdb::Vec3d(0.6 * x + kShear * 0.2 * y * t, 0.2 * y, 0.2 * z)));
+        }
+    for (unsigned i = 0; i < kParts; ++i)
+        for (unsigned k = 0; k < 4; ++k) {
+            const unsigned a = 4 * i + k, b = 4 * i + (k + 1) % 4;
+            mesh.quads.emplace_back(a, b, b + 4, a + 4);
+        }
+    mesh.quads.emplace_back(3, 2, 1, 0);
+    mesh.quads.emplace_back(4 * kParts, 4 * kParts + 1, 4 * kParts + 2, 4 * kParts + 3);
+    return std::make_shared<const Mesh>(std::move(mesh));
+}
+
+} // namespace
+
+TEST_CASE("moving mesh: a surface that slides along itself carries the air beside it", "[app]") {
+    Scenes scenes;
+    for (int f = 1; f <= 4; ++f)
+        scenes.session.provide("bar" + std::to_string(f), shearingBar(f / 24.0),
+                               DigestBuilder().add(f).add(std::string_view("shear")).digest());
+    openvdb::GridBase::ConstPtr last;
+    PointsPointer points;
+    scenes.session.onFrame = [&](int) {
+        last = std::get<GridValue>(valueOf(scenes.session, Kind::velocity)).grid;
+        points = std::get<PointsPointer>(valueOf(scenes.session, Kind::points));
+    };
+    // The air is at rest except for what the wall adds.
+    const std::string around = "noise\nnoise seed=1\nbound side=outside width=0.15\ndfvn speed=1e-6 padding=0.3\n";
+    scenes.run("read bar1\nmesh2ls voxel=0.02\n" + around + "scatter count=3000\nframes 1-3 fps=24\nread bar$F\n" +
+               "mesh2ls voxel=0.02\n" + around + "advect\nvelocity voxel=0.02");
+    REQUIRE(last);
+    const auto grid = openvdb::gridConstPtrCast<openvdb::Vec3SGrid>(last);
+    const auto accessor = grid->getConstAccessor();
+    for (const int side : {-1, 1})
+        for (const int i : {-10, 0, 10}) { // at the middle of the face and 0.2 away from it
+            const auto v = accessor.getValue({i, side * 10, 0});
+            CHECK(static_cast<double>(v[0]) == Approx(side * 0.2 * kShear).epsilon(0.03));
+            CHECK(std::abs(v[1]) < 0.03f);
+        }
+    // Beyond the layer, nothing moves.
+    CHECK(accessor.getValue({0, 20, 0}).length() < 1e-3f);
+    // Particles beside the face have that velocity too.
+    size_t beside = 0;
+    const Points& p = points->particles;
+    for (size_t k = 0; k < p.size(); ++k) {
+        const double away = std::abs(p.y[k]) - 0.2;
+        if (std::abs(p.x[k]) > 0.3 || std::abs(p.z[k]) > 0.1 || !(away > 0 && away < 0.02)) continue;
+        ++beside;
+        CHECK(static_cast<double>(p.vx[k]) == Approx(std::copysign(0.2 * kShear, p.y[k])).epsilon(0.05));
+    }
+    CHECK(beside > 3);
+}
+
+TEST_CASE("moving mesh: grids warn too if the wall moves too far between frames of unmatched meshes", "[app]") {
+    // `turns` are those of the frames; a whole even number has other faces than the rest.
+    const auto warningsOf = [](const std::vector<double>& turns, bool sameFaces, const std::string& action) {
+        size_t warnings = 0;
+        Console console(Listener{.say = [&](std::string_view line) {
+            warnings += line.find("% of the wall moves farther than") != std::string_view::npos;
+        }});
+        Scenes scenes({}, console);
+        for (size_t f = 0; f < turns.size(); ++f)
+            scenes.session.provide(
+                "bar" + std::to_string(f + 1), bar(turns[f], 0, sameFaces),
+                DigestBuilder().add(turns[f]).add(std::string_view(sameFaces ? "same" : "other")).digest());
+        scenes.run("frames 1-3 fps=400\nread bar$F\nmesh2ls dim=80\n" + kAround + action);
+        return warnings;
+    };
+    for (const std::string action :
+         {"velocity voxel=0.05", "velocity voxel=0.05 density=1\nadvectGrid grid=1 steps=1"}) {
+        CAPTURE(action);
+        CHECK(warningsOf({1, 2, 3, 4}, false, action) >= 1);
+        CHECK(warningsOf({1, 2, 3, 4}, true, action) == 0);
+        CHECK(warningsOf({1.99, 2, 2.01, 2.02}, false, action) == 0); // other faces, but little motion
+    }
+}
+
+TEST_CASE("moving mesh: displaced=potential moves air beyond the layer", "[app]") {
+    Scenes scenes;
+    openvdb::GridBase::ConstPtr last;
+    scenes.session.onFrame = [&](int) { last = std::get<GridValue>(valueOf(scenes.session, Kind::velocity)).grid; };
+    const auto program = [](const std::string& option, const std::string& side = "outside") {
+        return "frames 1-2 fps=24\nsphere radius=0.4 offset={2*T},0,0\nnoise\nnoise seed=1\nbound side=" + side +
+               " width=0.1\ndfvn speed=1e-6\nvelocity voxel=0.05 displaced=" + option;
+    };
+    const auto xAhead = [&](const std::string& option) { // 0.2 in front of the sphere
+        scenes.runAnew(program(option));
+        const auto grid = openvdb::gridConstPtrCast<openvdb::Vec3SGrid>(last);
+        return static_cast<double>(
+            grid->getConstAccessor().getValue({static_cast<int>((0.4 + 2 / 24.0 + 0.2) / 0.05), 0, 0})[0]);
+    };
+    CHECK(std::abs(xAhead("fade")) < 1e-3);
+    // The dipole flow there is 2 (0.4 / 0.57)³ = 0.70; the box is close, which adds to it.
+    CHECK(xAhead("potential") == Approx(0.75).margin(0.1));
+    CHECK(scenes.session.report["displaced"]["iterations"] > 0);
+    CHECK_THAT(scenes.complaint(program("potential", "inside")), Catch::ContainsSubstring("obstacle"));
+}
+
 TEST_CASE("moving mesh: grids around a moving wall have its velocity", "[app]") {
     Scenes scenes;
     openvdb::GridBase::ConstPtr last;

@@ -106,7 +106,8 @@ TEST_CASE("meshBetween: interpolates points between frames to third order", "[Me
 TEST_CASE("velocitiesBetween: are the derivatives of meshBetween", "[MeshMotion]") {
     const auto at = [](double t) {
         Mesh mesh = cloud({{1, 0.7, 0.5}}, 50, 3);
-        for (auto& p : mesh.points) p += openvdb::Vec3s(openvdb::Vec3d(2 * t, t * t * p[1], t * t * t));
+        for (auto& p : mesh.points)
+            p += openvdb::Vec3s(openvdb::Vec3d(2 * t, t * t * static_cast<double>(p[1]), t * t * t));
         return std::make_shared<const Mesh>(mesh);
     };
     constexpr double kFrame = 0.25, kStep = 1e-2;

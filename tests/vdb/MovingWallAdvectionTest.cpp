@@ -77,9 +77,26 @@ TEST_CASE("advectGrid: a moving wall pushes fog and does not pass through it", "
     const Mass after = massOf(dynamic_cast<const openvdb::FloatGrid&>(*moved.grid), kTime, grows);
     CAPTURE(grows, before.total, after.total, after.middle);
     CHECK(after.inWall <= 1e-3 * after.total);
-    CHECK(after.middle[0] > before.middle[0] + 0.15);
-    // A rigid wall keeps volumes. A growing one only moves along its normals, where it compresses the air.
-    if (!grows) CHECK(after.total == Approx(before.total).epsilon(0.05));
+    if (grows) { // along its normals, where it compresses the air
+        CHECK(after.middle[0] > before.middle[0] + 0.15);
+        return;
+    }
+    // A rigid wall keeps volumes, and the fog goes where particles go.
+    CHECK(after.total == Approx(before.total).epsilon(0.05));
+    std::vector<Vec3d> voxels;
+    std::vector<double> masses;
+    for (auto value = start->cbeginValueOn(); value; ++value) {
+        const auto p = start->indexToWorld(value.getCoord());
+        voxels.push_back({{p[0], p[1], p[2]}});
+        masses.push_back(static_cast<double>(*value));
+    }
+    Points particles = particlesAt(voxels);
+    advect(around(grows), particles, 0, {.time = kTime, .steps = 40, .scheme = Scheme::rk4});
+    Vec3d middle;
+    for (size_t k = 0; k < masses.size(); ++k) middle += position(particles, k) * (masses[k] / before.total);
+    CAPTURE(middle);
+    CHECK(length(middle - before.middle) > 0.2);
+    CHECK(length(after.middle - middle) < kVoxel / 2);
 }
 
 TEST_CASE("FlowMap: around a moving wall points go where particles go, to second order in time", "[track]") {
@@ -117,7 +134,8 @@ TEST_CASE("FlowMap: around a moving wall points go where particles go, to second
 
 TEST_CASE("advectLevelSet: a moving wall pushes a ball and keeps its volume", "[LevelSetAdvection]") {
     const LevelSet start{ball(), nullptr};
-    const ScalarField distance = flowAt(kTime, false).domain().wall->sdf.distance;
+    constexpr double kShort = kTime / 2; // later the ball is a sheet around the sphere, too thin for its voxels
+    const ScalarField distance = flowAt(kShort, false).domain().wall->sdf.distance;
     const auto depthOf = [&](const LevelSet& levelSet) { // of the surface in the wall, in voxels
         double depth = 0;
         for (auto value = levelSet.grid->cbeginValueOn(); value; ++value) {
@@ -127,12 +145,12 @@ TEST_CASE("advectLevelSet: a moving wall pushes a ball and keeps its volume", "[
         return depth;
     };
     REQUIRE(depthOf(start) > 4);
-    const auto moved = advectLevelSet(start, around(false), 0, kTime, {.step = 0.02, .accuracy = 1e-5});
+    const auto moved = advectLevelSet(start, around(false), 0, kShort, {.step = 0.02, .accuracy = 1e-5});
     CHECK(depthOf(moved.levelSet) < 0.5);
     CHECK(openvdb::tools::levelSetVolume(*moved.levelSet.grid) ==
           Approx(openvdb::tools::levelSetVolume(*start.grid)).epsilon(0.05));
     // OpenVDB's method samples u = c + w itself.
-    const LevelSet weno5 = advectLevelSetWeno5(start, around(false), 0, kTime);
+    const LevelSet weno5 = advectLevelSetWeno5(start, around(false), 0, kShort);
     CHECK(depthOf(weno5) < 1.5);
     double apart = 0;
     const Sdf exact = sdfOf(moved.levelSet);

@@ -25,7 +25,13 @@ struct VelocityGridOptions {
     /// Motion of the flow's wall; nullopt if it is at rest. With it, the grid holds u = c + w: the flow c relative to
     /// the wall, plus the velocity w that the moving wall adds.
     std::optional<WallVelocity> moving = {};
+    /// If given, the velocity of displaced air (DisplacedAir.h) in the box of the flow's domain, which is added instead
+    /// of w. Must have the voxels of this grid.
+    openvdb::Vec3SGrid::ConstPtr displaced = {};
 };
+
+/// Returns the voxel size that these options give. Throws ValueError as velocityGrid() does.
+double voxelOf(const Flow& flow, const VelocityGridOptions& options);
 
 /// Samples the flow on a sparse grid over its domain: world units per second, contravariant, background 0.
 ///
@@ -41,11 +47,12 @@ struct VelocityGridOptions {
 ///
 /// A moving wall (`moving`) adds w. Around a rigid body, w does not fade inside the body: all of the body is active and
 /// has the body's velocity, so whatever gets inside moves along with it. The terms ∇((1−α) a) × ∇b of w have the form
-/// of the flow's own, so a staggered grid stays divergence-free. A deforming wall adds point values of its normal
-/// velocity, which are not divergence-free.
+/// of the flow's own, so a staggered grid stays divergence-free. A deforming wall adds point values of the velocity of
+/// its surface, which are not divergence-free. Instead, `displaced` adds a potential flow, which is.
 ///
 /// The result has the same bytes for any number of threads. Throws ValueError if a size is not positive, the box is
-/// infinite, the voxels of the mask are not axis-aligned cubes, or a staggered grid of a normalised flow is requested;
+/// infinite, the voxels of the mask are not axis-aligned cubes, those of `displaced` are others, or a staggered grid of
+/// a normalised flow is requested;
 /// ResourceError if the grid would not fit in memory.
 openvdb::Vec3SGrid::Ptr velocityGrid(const Flow& flow, const VelocityGridOptions& options, const Monitor& monitor = {});
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "Actions.h"
+#include "MovingWall.h"
 #include "curlew/app/registry/Text.h"
 #include "curlew/flow/FlowScale.h"
+#include "curlew/vdb/DisplacedAir.h"
 #include "curlew/vdb/MeshSolid.h"
 #include "curlew/vdb/ScalarGrids.h"
 #include "curlew/vdb/VelocityGrid.h"
@@ -135,8 +137,17 @@ std::optional<WallVelocity> movingWall(const Context& c) {
     return wallVelocity(c.flowInTime("flow"), c.moment().time, frame);
 }
 
-std::string motionOf(const std::optional<WallVelocity>& moving) {
+/// Returns the velocity of the air that the wall displaces, as a potential flow.
+openvdb::Vec3SGrid::ConstPtr displacedBy(Context& c, const Flow& flow, const VelocityGridOptions& options) {
+    const DisplacedAir air =
+        displacedAir(flow.domain(), *options.moving, {.voxel = voxelOf(flow, options)}, c.follow("displaced air"));
+    c.report("displaced") = {{"voxels", air.voxels}, {"iterations", air.iterations}};
+    return air.faces;
+}
+
+std::string motionOf(const std::optional<WallVelocity>& moving, bool potential) {
     if (!moving) return "";
+    if (potential) return ", including the potential flow around the moving wall";
     return moving->rigid() ? ", including the velocity of the moving wall"
                            : ", including the velocity of the deforming wall, which is not divergence-free";
 }
@@ -147,18 +158,21 @@ void velocity(Context& c, const Arguments& a) {
     if (a.given("padding") && domain.wall) domain = Domain::of(*domain.wall, a.real("padding"));
     if (a.given("box")) domain.box = a.box("box");
     flow = flow.within(domain);
-    const VelocityGridOptions options{.voxel = a.given("voxel") ? a.real("voxel") : 0,
-                                      .dim = a.integer<int>("dim"),
-                                      .layout = a.flag("staggered") ? Layout::staggered : Layout::collocated,
-                                      .mask = c.has("mask") ? c.grid("mask").grid : nullptr,
-                                      .wallFade = a.real("skin"),
-                                      .moving = movingWall(c)};
+    warnOfLostWall(c, c.flowInTime("flow"), "velocities beside it may be wrong");
+    VelocityGridOptions options{.voxel = a.given("voxel") ? a.real("voxel") : 0,
+                                .dim = a.integer<int>("dim"),
+                                .layout = a.flag("staggered") ? Layout::staggered : Layout::collocated,
+                                .mask = c.has("mask") ? c.grid("mask").grid : nullptr,
+                                .wallFade = a.real("skin"),
+                                .moving = movingWall(c)};
+    const bool potential = options.moving && a.text("displaced") == "potential";
+    if (potential) options.displaced = displacedBy(c, flow, options);
     const auto grid = velocityGrid(flow, options, c.follow("velocity"));
     if (grid->activeVoxelCount() == 0)
         throw ValueError("the grid has no active voxel, since the domain is thinner than a voxel; use smaller voxels");
     grid->setName(a.text("name"));
     c.say(fmt::format("velocity: {} active voxels of {:.6g}{}", grid->activeVoxelCount(), grid->voxelSize()[0],
-                      motionOf(options.moving)));
+                      motionOf(options.moving, potential)));
     if (c.used("velocity")) warnOfCoarseVoxels(c, flow, grid->voxelSize()[0]);
     const auto give = [&](const openvdb::GridBase::Ptr& made) {
         made->setSaveFloatAsHalf(a.flag("half"));
@@ -225,6 +239,10 @@ Registry gridActions() {
                       .unit = "voxels",
                       .lower = 1,
                       .upper = 100},
+                     choice("displaced", {"fade", "potential"},
+                            "air that a moving wall pushes away; fade: it moves with the wall and ends with the layer. "
+                            "potential: the potential flow around an obstacle, as far as the box, which is "
+                            "divergence-free for a wall that deforms too; the solution takes time"),
                      flag("density", "0", "1: also make a fog volume 'density' of the domain"),
                      flag("potentials", "0", "1: also make grids 'f' and 'g' of the potentials")},
          .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -velocity "
