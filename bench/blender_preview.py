@@ -50,7 +50,7 @@ def tree_around(obj):
     add("hull", "mesh2ls", "mesh", dim="96")
     add("f", "noise", frequency="1.5", octaves="2", seed="1")
     add("g", "noise", frequency="1.5", octaves="2", seed="2")
-    add("along", "bound", "g", "hull", side="outside", width="0.2")
+    add("along", "bound", "g", "hull", side="outside", layer="0.2")
     add("flow", "dfvn", "f", "along", speed="1")
     add("points", "scatter", "flow", count="20000")
     add("moved", "advect", "flow", "points")

@@ -18,7 +18,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 NOISES = ROOT / "docs/noises.md"
 # The noises in the table of ranges, with their dimensions.
-RANGES = {"psrd": "2 3", "psrd grid=perlin": "3", "psrd rotation=fast": "3", "value": "1 2 3", "perlin": "1 2 3",
+RANGES = {"psrd": "2 3", "psrd lattice=perlin": "3", "psrd rotation=fast": "3", "value": "1 2 3", "perlin": "1 2 3",
           "perlin gradients=reference": "3", "gradient": "2 3", "simplex": "2 3 4 5 6 7",
           "simplex power=3": "2 3 4 5 6 7", "sine": "1 2 3"}
 
@@ -60,7 +60,7 @@ def range_row(curlew, noise, dim, folder):
     """Returns a row of the table of ranges, measured from a million values."""
     report = Path(folder) / "report.json"
     kind, *options = noise.split()
-    subprocess.run([curlew, "-quiet", "-noise", f"type={kind}", f"dim={dim}", *options, "-check",
+    subprocess.run([curlew, "-quiet", "-noise", f"type={kind}", f"dimensions={dim}", *options, "-check",
                     "box=-500,-500,-500,500,500,500", "samples=1e6", f"report={report}"], check=True)
     found = json.loads(report.read_text())
     figures = [found[f"field_{name}"] for name in ("min", "max", "rms", "rms_gradient")]

@@ -330,7 +330,7 @@ DisplacedAir displacedAir(const Domain& domain, const WallVelocity& wall, const 
     if (reach > 0 && reach < needed)
         throw ValueError(
             fmt::format("the distance from the wall is known up to {:.3g} only, but a potential flow on "
-                        "voxels of {:.3g} needs {:.3g}; use smaller voxels or a wider layer (-bound width=)",
+                        "voxels of {:.3g} needs {:.3g}; use smaller voxels or a wider layer (-bound layer=)",
                         reach, options.voxel, needed));
     return AirSolver(domain, wall, options, monitor).run();
 }

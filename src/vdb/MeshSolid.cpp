@@ -178,7 +178,7 @@ MeshSolid solidOf(std::shared_ptr<const Mesh> mesh, const SolidOptions& options,
     const Extent extent = extentOf(*mesh, voxel);
     requireMemory(bandBytes(extent, halfWidth),
                   fmt::format("a level set of {:.2g} voxels", samplesInBand(extent, halfWidth)),
-                  "choose larger voxels, a smaller dim or a smaller width");
+                  "choose larger voxels, a smaller dim or a smaller half width");
     requirePrecision(*mesh, voxel);
     requireCoordinates(*mesh, voxel);
 

@@ -41,10 +41,10 @@ TEST_CASE("advice: warns of a grid with fewer than four voxels per wavelength an
 
 TEST_CASE("advice: warns of a layer wider than its object and of points inside the wall", "[app]") {
     const std::string bound = "-sphere radius=0.3 -noise frequency=2 -noise frequency=2 seed=1 -bound side=outside ";
-    CHECK_THAT(said(bound + "width=1 -dfvn -scatter count=10 -write a.ply"),
+    CHECK_THAT(said(bound + "layer=1 -dfvn -scatter count=10 -write a.ply"),
                ContainsSubstring("wider than the object, 0.6"));
-    CHECK_THAT(said(bound + "width=0.2 -dfvn -scatter count=10 -write a.ply"), !ContainsSubstring("warning"));
-    CHECK_THAT(said(bound + "width=0.2 -dfvn -scatter box=-0.1,-0.1,-0.1,0.1,0.1,0.1 domain=none count=10 -advect "
-                            "time=0.1 -write a.ply"),
+    CHECK_THAT(said(bound + "layer=0.2 -dfvn -scatter count=10 -write a.ply"), !ContainsSubstring("warning"));
+    CHECK_THAT(said(bound + "layer=0.2 -dfvn -scatter box=-0.1,-0.1,-0.1,0.1,0.1,0.1 domain=none count=10 -advect "
+                            "duration=0.1 -write a.ply"),
                ContainsSubstring("all 10 points are on the wrong side"));
 }

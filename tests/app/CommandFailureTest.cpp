@@ -127,10 +127,11 @@ TEST_CASE("command failure: invalid sizes and sizes beyond memory are refused", 
         for (const std::string size : {"dim=1000000", "voxel=1e-9", "voxel=1e-300"})
             folder.mustFail(job + size + end, {"iB of memory", "are available", "choose"});
     }
-    folder.mustFail(mesh + "dim=10 width=0" + end, {"width=0", "at least 1"});
-    folder.mustFail(mesh + "dim=10 width=1e4" + end, {"width=1e4", "at most 1000"});
-    folder.mustFail(mesh + "dim=30 width=1000" + end, {"-mesh2ls", "iB of memory", "width"}); // 4e9 voxels around it
-    folder.mustFail(mesh + "dim=10 -noise -noise seed=1 -bound width=1e6 -dfvn -velocity" + end, {"-bound", "memory"});
+    folder.mustFail(mesh + "dim=10 halfWidth=0" + end, {"halfWidth=0", "at least 1"});
+    folder.mustFail(mesh + "dim=10 halfWidth=1e4" + end, {"halfWidth=1e4", "at most 1000"});
+    folder.mustFail(mesh + "dim=30 halfWidth=1000" + end,
+                    {"-mesh2ls", "iB of memory", "half width"}); // 4e9 voxels around it
+    folder.mustFail(mesh + "dim=10 -noise -noise seed=1 -bound layer=1e6 -dfvn -velocity" + end, {"-bound", "memory"});
     folder.mustFail("-sphere radius=1e-5 -noise -noise seed=1 -bound -dfvn -velocity" + end,
                     {"-velocity", "too small"});
     folder.mustFail("-box size=1e-3 rounding=0 -noise -noise seed=1 -bound -dfvn -velocity dim=1000" + end,
@@ -166,7 +167,7 @@ TEST_CASE("command failure: misspelt names are reported with a suggestion", "[co
         CHECK(test::linesIn(outcome.err) == 1);
     }
     folder.mustFail("-noise freqency=2", {"-noise", "'freqency'", "'frequency'"});
-    folder.mustFail("-noise o=2", {"-noise", "'o'", "octaves or offset"});
+    folder.mustFail("-noise o=2", {"-noise", "'o'", "octaves or octaveAlpha"});
     folder.mustFail("-noise seed=1 seed=2", {"-noise", "'seed'", "twice"});
     folder.mustFail("-noise seed", {"-noise", "'seed'", "name=value"});
     folder.mustFail("-noise type=prsd", {"-noise", "type=prsd", "'psrd'"});
@@ -180,7 +181,7 @@ TEST_CASE("command failure: misspelt names are reported with a suggestion", "[co
     folder.mustFail("-noise " + std::string(100000, 'x'), {"xxx …"});
     for (const std::string value :
          {"frequency=-1", "frequency=0", "octaves=0", "octaves=1e6", "lacunarity=nan", "period=1.5", "period=-1",
-          "period=1e9", "alpha=inf", "offset=1,2", "normalize=yes"})
+          "period=1e9", "alpha=inf", "translate=1,2", "normalize=yes"})
         folder.mustFail("-noise " + value, {"-noise", value.substr(0, value.find('='))});
     folder.mustFail("-noise -slice width=0", {"-slice", "width=0"});
     folder.mustFail("-noise -slice box=1,1,1,0,0,0", {"-slice", "box=1,1,1,0,0,0", "empty"});

@@ -54,7 +54,7 @@ const std::vector<std::string> kMeshes{"ball", "spot"};
 
 const std::string kFlow =
     "-read mesh.obj -mesh2ls dim=64 -noise type=psrd frequency=3 octaves=2 seed=1 "
-    "-noise type=psrd frequency=3 octaves=2 seed=2 -bound width=0.1 -dfvn speed=1 ";
+    "-noise type=psrd frequency=3 octaves=2 seed=2 -bound layer=0.1 -dfvn speed=1 ";
 
 /// A flow without a wall, which is fast to compute.
 const std::string kSmall = "-noise seed=1 -noise seed=2 -dfvn ";
@@ -74,7 +74,7 @@ TEST_CASE("command: the main job gives velocities and points that conform to a m
         storeMesh(folder, name);
         folder.mustRun(kFlow +
                        "-velocity voxel=0.03 name=vel -write vel.vdb -scatter count=5000 seed=7 "
-                       "-advect time=2 steps=20 scheme=rk4 reproject=gauss-newton -write points.vdb points.ply "
+                       "-advect duration=2 steps=20 scheme=rk4 reproject=gauss-newton -write points.vdb points.ply "
                        "-check report=report.json samples=5000");
         const auto report = test::jsonOf(folder / "report.json");
         for (const char* figure :
@@ -116,7 +116,7 @@ TEST_CASE("command: reprojection prevents crossing the wall even with three Eule
         const Folder folder;
         storeMesh(folder, name);
         const auto outside = [&](const std::string& reproject) {
-            folder.mustRun(kFlow + "-scatter count=2000 seed=7 -advect time=2 steps=3 scheme=euler reproject=" +
+            folder.mustRun(kFlow + "-scatter count=2000 seed=7 -advect duration=2 steps=3 scheme=euler reproject=" +
                            reproject + " -check report=report.json samples=1000");
             return test::jsonOf(folder / "report.json")["outside"].get<int>();
         };
@@ -156,9 +156,9 @@ TEST_CASE("command: the same input gives the same bytes for any number of thread
     const auto bytes = [&](const std::string& threads) {
         for (const auto& name : names) fs::remove(folder / name);
         folder.mustRun("-quiet -threads " + threads + " -read mesh.obj -mesh2ls dim=32 -noise seed=1 -noise seed=2 " +
-                       "-bound width=0.15 -dfvn speed=1 -velocity voxel=0.06 density=1 -write grid=0,1 vel.vdb " +
+                       "-bound layer=0.15 -dfvn speed=1 -velocity voxel=0.06 density=1 -write grid=0,1 vel.vdb " +
                        "-velocity voxel=0.06 staggered=1 half=1 -write half.vdb codec=blosc " +
-                       "-scatter count=3000 -advect time=1 steps=5 -write points.vdb points.ply points.csv " +
+                       "-scatter count=3000 -advect duration=1 steps=5 -write points.vdb points.ply points.csv " +
                        "-slice width=100 -write speed.png speed.exr");
         std::vector<std::string> all;
         for (const auto& name : names) all.push_back(test::bytesOf(folder / name));
@@ -214,7 +214,7 @@ TEST_CASE("command: velocity files follow the conventions of the hosts", "[comma
 
 TEST_CASE("command: points keep positions and velocities and ids in every file format", "[command]") {
     const Folder folder;
-    folder.mustRun(kSmall + "-scatter count=300 -advect time=0.2 steps=2 -write p.vdb p.ply p.csv");
+    folder.mustRun(kSmall + "-scatter count=300 -advect duration=0.2 steps=2 -write p.vdb p.ply p.csv");
     const auto grid = openvdb::GridBase::grid<openvdb::points::PointDataGrid>(readVdb(folder / "p.vdb").at(0));
     REQUIRE(grid);
     const Points points = pointsOf(*grid);
@@ -248,7 +248,7 @@ TEST_CASE("command: OpenVDB tools open the written files", "[command]") {
     folder.mustRun("-sphere " + kSmall +
                    "-velocity dim=8 density=1 potentials=1 half=1 -write grid=0,1,2,3 vel.vdb "
                    "-velocity dim=8 staggered=1 name=mac -write mac.vdb "
-                   "-scatter count=100 -advect time=0.1 steps=1 -write points.vdb");
+                   "-scatter count=100 -advect duration=0.1 steps=1 -write points.vdb");
     if (installed("vdb_print")) {
         const auto vel = folder.shell("vdb_print -l vel.vdb"), mac = folder.shell("vdb_print -l mac.vdb"),
                    points = folder.shell("vdb_print -l points.vdb");
@@ -403,7 +403,7 @@ TEST_CASE("command: file names may contain any characters", "[command]") {
 TEST_CASE("command: points advected in another flow start a new track", "[command]") {
     const Folder folder;
     const std::string ball = "-sphere -noise seed=1 -noise seed=2 -bound -dfvn speed=1 ";
-    const std::string go = "-advect time=0.2 steps=4 ";
+    const std::string go = "-advect duration=0.2 steps=4 ";
     folder.mustRun("-quiet " + ball + "-scatter count=500 " + go + "-noise seed=3 -noise seed=4 -bound -dfvn speed=1 " +
                    go + "-check report=other.json");
     const auto check = test::jsonOf(folder / "other.json");

@@ -90,8 +90,8 @@ TEST_CASE("Context: a narrow band is widened once on demand and the grid is unch
 
 TEST_CASE("Context: a flow in time equals the flow of a program with that time written in it", "[app]") {
     const auto scene = [](const std::string& t) {
-        return "sphere offset=" + t + ",0,0\nnoise seed=1 alpha={2*pi}\nnoise seed=2 alpha=" + t +
-               "\nbound width=0.3\ndfvn speed=2\n";
+        return "sphere translate=" + t + ",0,0\nnoise seed=1 alpha={2*pi}\nnoise seed=2 alpha=" + t +
+               "\nbound layer=0.3\ndfvn speed=2\n";
     };
     const auto still = [&](double t) {
         std::vector<Vec3d> velocities;
@@ -171,7 +171,7 @@ TEST_CASE("Context: a level set read in each frame moves from the previous frame
         const auto at = flow.domain().wall->sdf.distance.at<1>({{1.2, 0, 0}});
         return 1.2 - at.value / at.gradient[0];
     };
-    const std::string block = read + "noise\nnoise seed=1\nbound width=0.2\ndfvn\nslice width=8\nhere";
+    const std::string block = read + "noise\nnoise seed=1\nbound layer=0.2\ndfvn\nslice width=8\nhere";
     int seen = 0;
     std::vector<Vec3d> second;
     runWith("frames 1-3 fps=10\n" + block, [&](Context& c) {
@@ -199,7 +199,7 @@ TEST_CASE("Context: a level set read in each frame moves from the previous frame
 TEST_CASE("Context: the flow at the beginning of a frame is that at the end of the previous one", "[app]") {
     // The flow at the time of the previous frame equals the flow that this frame had, including its walls.
     std::vector<std::vector<Vec3d>> newest, earlier;
-    runWith("frames 1-4 fps=10\nsphere offset={T},0,0\nnoise alpha={T}\nnoise seed=1\nbound width=0.3\ndfvn\nhere",
+    runWith("frames 1-4 fps=10\nsphere translate={T},0,0\nnoise alpha={T}\nnoise seed=1\nbound layer=0.3\ndfvn\nhere",
             [&](Context& c) {
                 newest.push_back(velocitiesOf(c.flow("flow")));
                 earlier.push_back(velocitiesOf(c.flowInTime("flow").at(c.clock()->begin)));

@@ -25,7 +25,7 @@ size_t linesThatBegin(const std::string& text, const std::string& with) {
 TEST_CASE("trace action: writes curves to every file format", "[app]") {
     const Folder folder;
     const Outcome outcome =
-        folder.mustRun(kFlow + "-scatter count=60 -trace limit=20 -write a.csv a.obj a.ply a.vdb r.json -print");
+        folder.mustRun(kFlow + "-scatter count=60 -trace maxLength=20 -write a.csv a.obj a.ply a.vdb r.json -print");
     CHECK_THAT(outcome.err, ContainsSubstring("trace: 60 streamlines with") && ContainsSubstring("closed"));
     CHECK_THAT(outcome.out, ContainsSubstring("geometry 0: 60 curves"));
     const auto report = jsonOf(folder / "r.json").at("trace");
@@ -67,18 +67,18 @@ TEST_CASE("trace action: options take effect", "[app]") {
         folder.mustRun(seed + "-trace " + options + " -write a.csv");
         return tableOf(folder / "a.csv");
     };
-    const Table few = rows("step=0.1 limit=0.35 turn=90 direction=both");
+    const Table few = rows("step=0.1 maxLength=0.35 turn=90 direction=both");
     REQUIRE(few.rows.size() == 9);
     CHECK(few.rows.front().back() == Approx(-0.35));
     CHECK(few.rows[4].back() == 0);
     CHECK(few.rows[5].back() == Approx(0.1));
-    CHECK(rows("step=0.1 limit=0.35 turn=90 direction=backward").rows.front().back() == Approx(-0.35));
+    CHECK(rows("step=0.1 maxLength=0.35 turn=90 direction=backward").rows.front().back() == Approx(-0.35));
     CHECK(rows("step=0.1 vertices=3 turn=90").rows.size() == 3);
-    const Table time = rows("by=time step=0.01 limit=0.05 turn=90");
+    const Table time = rows("unit=time step=0.01 maxLength=0.05 turn=90");
     CHECK(time.header.substr(time.header.rfind(',')) == ",time");
     CHECK(time.rows.size() == 6);
-    CHECK(rows("closure=0 limit=9 step=0.1 turn=90").rows.size() == 91); // more than one turn
-    CHECK(rows("limit=9 step=0.1 turn=90").rows.size() < 60);
+    CHECK(rows("closure=0 maxLength=9 step=0.1 turn=90").rows.size() == 91); // more than one turn
+    CHECK(rows("maxLength=9 step=0.1 turn=90").rows.size() < 60);
     // A smaller angle gives more vertices.
     CHECK(rows("step=0.1 turn=5").rows.size() > rows("step=0.1 turn=90").rows.size());
 }
@@ -86,7 +86,7 @@ TEST_CASE("trace action: options take effect", "[app]") {
 TEST_CASE("write: writes the newest points or curves or the selected ones", "[app]") {
     const Folder folder;
     folder.mustRun(kFlow +
-                   "-scatter count=5 -trace limit=1 -write a.ply -scatter count=7 -write b.ply a.obj -write "
+                   "-scatter count=5 -trace maxLength=1 -write a.ply -scatter count=7 -write b.ply a.obj -write "
                    "geo=1 c.ply d.vdb -write geo=0 e.vdb");
     CHECK_THAT(bytesOf(folder / "a.ply"), ContainsSubstring("element edge"));
     CHECK_THAT(bytesOf(folder / "b.ply"), ContainsSubstring("element vertex 7\n"));
@@ -95,13 +95,13 @@ TEST_CASE("write: writes the newest points or curves or the selected ones", "[ap
     CHECK(readVdb(folder / "d.vdb").at(0)->getName() == "curves");
     CHECK(readVdb(folder / "e.vdb").at(0)->getName() == "points");
     // If several sets of points exist, the option chooses the seeds.
-    folder.mustRun(kFlow + "-scatter count=5 -scatter count=7 -trace limit=0.1 geo=1 -write f.obj");
+    folder.mustRun(kFlow + "-scatter count=5 -scatter count=7 -trace maxLength=0.1 geo=1 -write f.obj");
     CHECK(linesThatBegin(bytesOf(folder / "f.obj"), "l ") == 5);
 }
 
 TEST_CASE("trace action: flows without tracks and missing inputs", "[app]") {
     const Folder folder;
-    const Outcome sum = folder.mustRun("-noise -curl offset=10 -scatter count=5 -trace limit=1 -write a.csv r.json");
+    const Outcome sum = folder.mustRun("-noise -curl shift=10 -scatter count=5 -trace maxLength=1 -write a.csv r.json");
     CHECK_THAT(sum.err, ContainsSubstring("no tracks"));
     CHECK(tableOf(folder / "a.csv").header == "curve,vertex,closed,x,y,z,vx,vy,vz,speed,length");
     CHECK_FALSE(jsonOf(folder / "r.json").at("trace").contains("drift_f_rms"));
@@ -110,16 +110,16 @@ TEST_CASE("trace action: flows without tracks and missing inputs", "[app]") {
     folder.mustFail(kFlow + "-scatter count=2 -trace closure=0.5", {"-trace", "closure"});
     folder.mustFail(kFlow + "-scatter count=2 -trace step=0", {"-trace", "step"});
     folder.mustFail(kFlow + "-write a.obj", {"-write", "mesh or curves", "-trace"});
-    folder.mustFail(kFlow + "-scatter count=2 -trace limit=0.1 -scatter count=2 -write geo=1 a.obj",
+    folder.mustFail(kFlow + "-scatter count=2 -trace maxLength=0.1 -scatter count=2 -write geo=1 a.obj",
                     {"-write", "geo=1", "there is 1"});
-    folder.mustFail("-noise -curl offset=10 -scatter count=5 -trace reproject=newton", {"-trace", "no tracks"});
+    folder.mustFail("-noise -curl shift=10 -scatter count=5 -trace reproject=newton", {"-trace", "no tracks"});
 }
 
 TEST_CASE("trace action: bytes do not depend on the number of threads", "[app]") {
     const Folder folder;
     for (const std::string threads : {"1", "2"})
         folder.mustRun("-threads " + threads + " " + kFlow +
-                       "-scatter count=100 -trace direction=both limit=3 -write " + threads + ".csv " + threads +
+                       "-scatter count=100 -trace direction=both maxLength=3 -write " + threads + ".csv " + threads +
                        ".vdb");
     CHECK((bytesOf(folder / "1.csv") == bytesOf(folder / "2.csv")));
     CHECK((bytesOf(folder / "1.vdb") == bytesOf(folder / "2.vdb")));

@@ -100,8 +100,8 @@ TEST_CASE("emit: the position of a birth depends on the seed and the id only", "
 }
 
 TEST_CASE("emit: newborn particles join existing points", "[app]") {
-    const auto frames = framesOf("noise\nnoise seed=1\ndfvn\nscatter count=20\nadvect time=0.1 steps=1",
-                                 "frames 1-3 fps=10\nemit rate=50\nadvect time=0.1 steps=2");
+    const auto frames = framesOf("noise\nnoise seed=1\ndfvn\nscatter count=20\nadvect duration=0.1 steps=1",
+                                 "frames 1-3 fps=10\nemit rate=50\nadvect duration=0.1 steps=2");
     REQUIRE(frames.back().size() == 30);
     const Points& p = frames.back();
     for (size_t k = 0; k < 30; ++k) CHECK(p.id[k] == static_cast<int64_t>(k));
@@ -120,7 +120,7 @@ TEST_CASE("emit: newborn particles join existing points", "[app]") {
 TEST_CASE("emit: two emitters add to the same points and count separately", "[app]") {
     const auto frames = framesOf("",
                                  "frames 1-11 fps=10\nsphere radius=0.1\nemit rate=10\n"
-                                 "sphere radius=0.1 offset=5,0,0\nemit rate=30");
+                                 "sphere radius=0.1 translate=5,0,0\nemit rate=30");
     const Points& p = frames.back();
     REQUIRE(p.size() == 40);
     const auto right = static_cast<size_t>(std::count_if(p.x.begin(), p.x.end(), [](double x) { return x > 2; }));
@@ -129,7 +129,7 @@ TEST_CASE("emit: two emitters add to the same points and count separately", "[ap
 }
 
 TEST_CASE("emit: emission follows a moving shape", "[app]") {
-    const auto frames = framesOf("", "frames 1-4 fps=1\nsphere radius=0.1 offset={10*T},0,0\nemit rate=10");
+    const auto frames = framesOf("", "frames 1-4 fps=1\nsphere radius=0.1 translate={10*T},0,0\nemit rate=10");
     const Points& p = frames.back();
     REQUIRE(p.size() == 30);
     for (size_t k = 0; k < 30; ++k) CHECK(std::abs(p.x[k] - 10 * std::ceil((static_cast<double>(k) + 0.5) / 10)) < 0.1);
@@ -192,7 +192,7 @@ TEST_CASE("wrap: points re-enter a periodic box on the other side", "[app]") {
 
 TEST_CASE("wrap: a periodic flow moves wrapped points as if they were not wrapped", "[app]") {
     const std::string flow = "noise period=2 frequency=1 seed=1\nnoise period=2 frequency=1 seed=2\ndfvn\n";
-    const std::string move = "advect time=0.5 steps=5\n";
+    const std::string move = "advect duration=0.5 steps=5\n";
     const Points straight = afterwards(flow + "scatter count=200 box=0,0,0,2,2,2\n" + move + move);
     const Points wrapped =
         afterwards(flow + "scatter count=200 box=0,0,0,2,2,2\n" + move + "wrap box=0,0,0,2,2,2\n" + move);
@@ -207,7 +207,7 @@ TEST_CASE("wrap: a periodic flow moves wrapped points as if they were not wrappe
 TEST_CASE("emit: particle files have the attributes that hosts know", "[app]") {
     const test::Folder folder;
     folder.mustRun(
-        "-quiet -noise -noise seed=1 -dfvn -frames 1-3 -emit rate=480 life=5 -advect time=0.1 steps=2 "
+        "-quiet -noise -noise seed=1 -dfvn -frames 1-3 -emit rate=480 life=5 -advect duration=0.1 steps=2 "
         "-write 'p.$F4.csv' 'p.$F4.vdb' -write target=blender upAxis=z 'b.$F4.vdb'");
     CHECK_THAT(test::bytesOf(folder / "p.0001.csv"), Catch::StartsWith("x,y,z"));
     CHECK_THAT(test::bytesOf(folder / "p.0003.csv"), Catch::StartsWith("x,y,z,vx,vy,vz,id,age,life,f,g\n"));

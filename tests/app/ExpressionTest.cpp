@@ -122,13 +122,13 @@ TEST_CASE("expressions: an error names the expression and the cause", "[app]") {
 }
 
 TEST_CASE("expressions: options and words are evaluated at a moment", "[app]") {
-    const Arguments line = given("noise alpha={2*pi*T} seed={F} offset={T},0,1 frequency={1+2}");
+    const Arguments line = given("noise alpha={2*pi*T} seed={F} translate={T},0,1 frequency={1+2}");
     CHECK(line.changes());
     CHECK(line.real("frequency") == 3); // does not depend on the moment
     const Arguments now = line.at({.frame = 5, .time = 0.25});
     CHECK(now.real("alpha") == 0.5 * std::numbers::pi);
     CHECK(now.integer("seed") == 5);
-    CHECK(now.coordinates<3>("offset") == Vec3d{{0.25, 0, 1}});
+    CHECK(now.coordinates<3>("translate") == Vec3d{{0.25, 0, 1}});
     CHECK(now.at({.frame = 6, .time = 0}).integer("seed") == 6);
     CHECK(given("report a.$F4.json").at({.frame = 5}).words() == std::vector<std::string>{"a.0005.json"});
     CHECK(given("report b.{F}.json").at({.frame = 5}).words() == std::vector<std::string>{"b.5.json"});

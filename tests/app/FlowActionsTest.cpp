@@ -18,34 +18,34 @@ ScalarFieldN<2> plane(uint64_t seed) { return noiseField<Psrd2>({.seed = seed});
 
 const std::string kTwo = "-noise seed=1 -noise seed=2 ";
 const std::string kThree = kTwo + "-noise seed=3 ";
-const std::string kThreePlane = "-noise dim=2 seed=1 -noise dim=2 seed=2 -noise dim=2 seed=3 ";
+const std::string kThreePlane = "-noise dimensions=2 seed=1 -noise dimensions=2 seed=2 -noise dimensions=2 seed=3 ";
 
 } // namespace
 
 TEST_CASE("flow actions: give the library's flows", "[app][command]") {
     const Folder folder;
     requireFlow(folder, kTwo + "-dfvn", Flow(noise(1), noise(2)));
-    requireFlow(folder, "-noise dim=2 seed=1 -dfvn", FlowN<2>({plane(1)}));
-    requireFlow(folder, kTwo + "-noise dim=2 seed=3 -product -dfvn",
+    requireFlow(folder, "-noise dimensions=2 seed=1 -dfvn", FlowN<2>({plane(1)}));
+    requireFlow(folder, kTwo + "-noise dimensions=2 seed=3 -product -dfvn",
                 Flow(noise(1), noise(2) * projected(plane(3), Matrix<2, 3>{})));
-    requireFlow(
-        folder,
-        "-noise type=simplex dim=4 seed=1 -noise type=simplex dim=4 seed=2 -noise type=simplex dim=4 seed=3 -dfvn",
-        FlowN<4>({noiseField<SimplexNoise<4>>({.seed = 1}), noiseField<SimplexNoise<4>>({.seed = 2}),
-                  noiseField<SimplexNoise<4>>({.seed = 3})}));
+    requireFlow(folder,
+                "-noise type=simplex dimensions=4 seed=1 -noise type=simplex dimensions=4 seed=2 -noise type=simplex "
+                "dimensions=4 seed=3 -dfvn",
+                FlowN<4>({noiseField<SimplexNoise<4>>({.seed = 1}), noiseField<SimplexNoise<4>>({.seed = 2}),
+                          noiseField<SimplexNoise<4>>({.seed = 3})}));
     requireFlow(folder, kThree + "-curl", curlFlow(std::array{noise(1), noise(2), noise(3)}));
     requireFlow(folder, kThreePlane + "-curl", curlFlow(std::array{plane(1), plane(2), plane(3)}));
     // One noise three times, as in the tutorial: the second is evaluated at x + 100, the third at y + 100.
     const auto moved = [](const Vec3d& by) { return placed(noise(1), {.offset = -by}); };
-    requireFlow(folder, "-noise seed=1 -curl offset=100",
+    requireFlow(folder, "-noise seed=1 -curl shift=100",
                 curlFlow(std::array{noise(1), moved({{100, 0, 0}}), moved({{0, 100, 0}})}));
     requireFlow(folder, "-noise seed=1 -torus -surface", Flow(noise(1), torusSdf(0.7, 0.3).distance));
     requireFlow(folder, "-uniform velocity=1,2,3", uniformFlow({{1, 2, 3}}));
     requireFlow(folder, "-vortex turns=0.5 core=0.2", vortexFlow(0.5, 0.2));
-    requireFlow(folder, "-updraft speed=2 height=0.5", updraftFlow(2, 0.5));
+    requireFlow(folder, "-updraft speed=2 halfHeight=0.5", updraftFlow(2, 0.5));
     requireFlow(folder, kTwo + "-dfvn -uniform -superpose", Flow(noise(1), noise(2)) + uniformFlow({{0, 1, 0}}));
-    requireFlow(folder, kTwo + "-dfvn normalize=1 speed=2", Flow(noise(1), noise(2)).normalized(2));
-    requireFlow(folder, kTwo + "-dfvn -reshape limit=3 f=-0.5,0.5 softness=0.3",
+    requireFlow(folder, kTwo + "-dfvn uniformSpeed=1 speed=2", Flow(noise(1), noise(2)).normalized(2));
+    requireFlow(folder, kTwo + "-dfvn -reshape maxSpeed=3 f=-0.5,0.5 softness=0.3",
                 reshaped(Flow(noise(1), noise(2)), {.limit = 3, .f = {-0.5, 0.5}, .softness = 0.3}));
 }
 
@@ -55,7 +55,7 @@ TEST_CASE("flow actions: sums become grids and move points without a wall", "[ap
     folder.mustRun(curl + "-velocity dim=16 staggered=1 -write curl.vdb -check report=curl.json samples=1000 strict=1");
     CHECK(jsonOf(folder / "curl.json")["divergence_grid"].get<double>() < 1e-6);
     CHECK(jsonOf(folder / "curl.json")["divergence_free"] == true);
-    const std::string advect = "-scatter count=100 -advect time=0.1 steps=5 ";
+    const std::string advect = "-scatter count=100 -advect duration=0.1 steps=5 ";
     const Outcome whole = folder.mustRun(curl + advect + "-write whole.csv whole.json");
     CHECK_THAT(whole.err, Catch::ContainsSubstring("sum integrated as a whole"));
     CHECK(jsonOf(folder / "whole.json")["advect"]["splitting"] == "none");
@@ -68,8 +68,9 @@ TEST_CASE("flow actions: sums become grids and move points without a wall", "[ap
     CHECK(bytesOf(folder / "whole.csv") != bytesOf(folder / "split.csv"));
     folder.mustRun(curl + advect + "reproject=none -write plain.csv");
     CHECK(bytesOf(folder / "whole.csv") == bytesOf(folder / "plain.csv"));
-    folder.mustFail(kThree + "-curl normalize=1 -scatter count=9 -advect splitting=strang", {"-advect", "normalised"});
-    folder.mustFail(curl + "-reshape limit=1", {"-reshape", "two potentials"});
+    folder.mustFail(kThree + "-curl uniformSpeed=1 -scatter count=9 -advect splitting=strang",
+                    {"-advect", "normalised"});
+    folder.mustFail(curl + "-reshape maxSpeed=1", {"-reshape", "two potentials"});
     folder.mustFail(curl + "-velocity dim=8 potentials=1", {"-velocity", "potentials=1", "tracks"});
     // The potentials of a curl flow do not label tracks, so its slice shows the speed.
     folder.mustRun(curl + "-slice width=16 -write curl.png");
@@ -80,7 +81,7 @@ TEST_CASE("flow actions: a sum in a wall is followed term by term and terms that
     const Folder folder;
     const std::string bound = "-sphere " + kTwo + "-bound -dfvn speed=1 ",
                       wind = bound + "-wind side=inside -superpose ",
-                      move = "-scatter count=300 -advect time=2 steps=5 ";
+                      move = "-scatter count=300 -advect duration=2 steps=5 ";
     for (const std::string splitting : {"strang", "yoshida"}) {
         const Outcome tangent = folder.mustRun(wind + move + "splitting=" + splitting + " -check -write a.csv a.json");
         CHECK_THAT(tangent.err, !Catch::ContainsSubstring("points stop there") &&
@@ -120,7 +121,7 @@ TEST_CASE("flow actions: wind gives the library's wind", "[app][command]") {
         return Wall{.sdf = sdf, .side = side, .width = width};
     };
     requireFlow(folder, "-sphere radius=0.5 -wind", windFlow(wall(sphere, 0.5), {}));
-    requireFlow(folder, "-box size=0.4,1,0.6 rounding=0.05 -wind direction=0,0,2 speed=1.5 width=0.2 across=0,1,0",
+    requireFlow(folder, "-box size=0.4,1,0.6 rounding=0.05 -wind direction=0,0,2 speed=1.5 layer=0.2 across=0,1,0",
                 windFlow(wall(box, 0.2), {}, {.direction = {{0, 0, 1}}, .speed = 1.5, .across = Vec3d{{0, 1, 0}}}));
     requireFlow(folder, "-noise seed=1 -sphere radius=0.5 -wind gusts=0.5 side=inside",
                 windFlow(wall(sphere, 0.5, Side::inside), noise(1), {.gusts = 0.5}));
@@ -132,7 +133,7 @@ TEST_CASE("flow actions: wind gives the library's wind", "[app][command]") {
 
 TEST_CASE("flow actions: a normalised flow is measured and not reported as divergence-free", "[app][command]") {
     const Folder folder;
-    const std::string even = kTwo + "-dfvn normalize=1 speed=1.5 ";
+    const std::string even = kTwo + "-dfvn uniformSpeed=1 speed=1.5 ";
     folder.mustRun(even + "-check report=even.json samples=1000 strict=1");
     const auto report = jsonOf(folder / "even.json");
     CHECK(report["divergence_free"] == false);
@@ -141,9 +142,9 @@ TEST_CASE("flow actions: a normalised flow is measured and not reported as diver
     CHECK(report["rms_speed"].get<double>() == Approx(1.5));
     folder.mustFail(even + "-velocity dim=8 staggered=1", {"-velocity", "normalised", "collocated"});
     folder.mustFail(even + "-uniform -superpose", {"-superpose", "normalised"});
-    folder.mustFail(even + "-reshape limit=1", {"-reshape", "normalised"});
+    folder.mustFail(even + "-reshape maxSpeed=1", {"-reshape", "normalised"});
     // Normalisation keeps the tracks.
-    folder.mustRun(even + "-scatter count=200 -advect time=0.2 steps=10 -check report=points.json samples=100");
+    folder.mustRun(even + "-scatter count=200 -advect duration=0.2 steps=10 -check report=points.json samples=100");
     CHECK(jsonOf(folder / "points.json")["drift_f"].get<double>() < 1e-6);
     CHECK(jsonOf(folder / "points.json")["not_converged"] == 0);
 }
@@ -153,7 +154,8 @@ TEST_CASE("check: verifies flows of every dimension", "[app][command]") {
     const int dimensions = GENERATE(2, 4, 5, 7);
     CAPTURE(dimensions);
     std::string actions;
-    for (int k = 1; k < dimensions; ++k) actions += fmt::format("-noise type=simplex dim={} seed={} ", dimensions, k);
+    for (int k = 1; k < dimensions; ++k)
+        actions += fmt::format("-noise type=simplex dimensions={} seed={} ", dimensions, k);
     folder.mustRun(actions + "-dfvn speed=1 -check report=a.json samples=500 strict=1 -print");
     const auto report = jsonOf(folder / "a.json");
     CHECK(report["divergence_analytic"].get<double>() < 1e-9);
@@ -165,14 +167,15 @@ TEST_CASE("check: verifies flows of every dimension", "[app][command]") {
         folder.mustFail(actions + "-dfvn -velocity dim=8", {"-velocity", "flow", "dimensions"});
         folder.mustFail(actions + "-dfvn box=-1,-1,-1,1,1,1", {"-dfvn", "box="});
     } else {
-        folder.mustRun(actions + "-dfvn -velocity voxel=0.1 -scatter count=50 -advect time=0.1 steps=2 -write a.vdb");
+        folder.mustRun(actions +
+                       "-dfvn -velocity voxel=0.1 -scatter count=50 -advect duration=0.1 steps=2 -write a.vdb");
     }
 }
 
 TEST_CASE("surface action: a flow on a surface keeps its distance from it", "[app][command]") {
     const Folder folder;
     folder.mustRun(
-        "-noise seed=1 frequency=3 -torus -surface speed=1 reach=0.1 -scatter count=300 -advect time=1 steps=20 "
+        "-noise seed=1 frequency=3 -torus -surface speed=1 extent=0.1 -scatter count=300 -advect duration=1 steps=20 "
         "-check report=a.json samples=500 strict=1");
     const auto report = jsonOf(folder / "a.json");
     CHECK(report["drift_g"].get<double>() < 1e-6); // g is the distance
@@ -195,8 +198,8 @@ TEST_CASE("surface action: a flow on a level set ends within its reach without a
     const std::string reach = GENERATE("0.02", "0.2");
     CAPTURE(reach);
     folder.mustRun(
-        fmt::format("-read {}/scenes/spot.obj -mesh2ls dim=40 -noise frequency=3 -surface speed=1 reach={} "
-                    "-check report=a.json samples=20000 strict=1 -scatter count=200 -advect time=0.2 steps=10",
+        fmt::format("-read {}/scenes/spot.obj -mesh2ls dim=40 -noise frequency=3 -surface speed=1 extent={} "
+                    "-check report=a.json samples=20000 strict=1 -scatter count=200 -advect duration=0.2 steps=10",
                     test::sourceDir(), reach));
     const auto report = jsonOf(folder / "a.json");
     CHECK(report["divergence_vanishes"] == true);
@@ -209,14 +212,16 @@ TEST_CASE("carry action: transports a noise along a flow", "[app][command]") {
     const Folder folder;
     const auto large = [](uint64_t seed) { return noiseField<SineNoise<3>>({.seed = seed}); };
     const ScalarField there = carried(noise(3), Flow(large(1), large(2)), {.time = 0.2, .steps = 3});
-    requireField(folder, "-noise type=sine seed=1 -noise type=sine seed=2 -dfvn -noise seed=3 -carry time=0.2 steps=3",
+    requireField(folder,
+                 "-noise type=sine seed=1 -noise type=sine seed=2 -dfvn -noise seed=3 -carry duration=0.2 steps=3",
                  there);
     // The flow remains, and with keep=1 also the noise.
     folder.mustRun(
-        "-noise dim=2 type=sine -dfvn -noise dim=2 seed=3 -carry keep=1 -sum -dfvn -check samples=2000 strict=1");
-    folder.mustFail("-noise -noise seed=1 -dfvn -noise dim=2 -carry",
+        "-noise dimensions=2 type=sine -dfvn -noise dimensions=2 seed=3 -carry keep=1 -sum -dfvn -check samples=2000 "
+        "strict=1");
+    folder.mustFail("-noise -noise seed=1 -dfvn -noise dimensions=2 -carry",
                     {"-carry", "3-dimensional flow", "2-dimensional field"});
-    folder.mustFail("-noise dim=2 -dfvn normalize=1 -noise dim=2 -carry", {"-carry", "normalised"});
+    folder.mustFail("-noise dimensions=2 -dfvn uniformSpeed=1 -noise dimensions=2 -carry", {"-carry", "normalised"});
     folder.mustFail("-noise -carry", {"-carry", "flow"});
 }
 
@@ -224,7 +229,7 @@ TEST_CASE("spectrum action: reports and plots the spectrum of a velocity grid", 
     const Folder folder;
     // One wave that tiles with the box, with 3 cycles over 2 world units.
     folder.mustRun(
-        "-noise type=sine dim=2 waves=1 period=1 frequency=1.5 seed=2 -dfvn -velocity "
+        "-noise type=sine dimensions=2 waves=1 period=1 frequency=1.5 seed=2 -dfvn -velocity "
         "box=-1,-1,-1,0.99,0.99,0.99 voxel=0.0625 -spectrum window=hann plot=a.svg name=waves fit=1,8 "
         "-report a.json");
     const auto report = jsonOf(folder / "a.json")["waves"];
@@ -241,28 +246,28 @@ TEST_CASE("spectrum action: reports and plots the spectrum of a velocity grid", 
 
 TEST_CASE("flow actions: unsuitable inputs are errors that say why", "[app][command]") {
     const Folder folder;
-    folder.mustFail("-noise type=simplex dim=5 -dfvn", {"-dfvn", "n - 1 fields of n dimensions"});
-    folder.mustFail("-noise -noise -noise type=simplex dim=4 -dfvn", {"-dfvn", "4 dimensions", "has 3"});
-    folder.mustFail("-noise type=simplex dim=4 -noise -dfvn", {"-dfvn", "4 dimensions"});
-    folder.mustFail(kTwo + "-curl", {"-curl", "x=", "offset=100"});
-    folder.mustFail("-noise dim=2 -noise -noise -curl", {"-curl", "all have 2 or all have 3"});
-    folder.mustFail("-noise type=simplex dim=4 -curl offset=1", {"-curl", "3 dimensions"});
+    folder.mustFail("-noise type=simplex dimensions=5 -dfvn", {"-dfvn", "n - 1 fields of n dimensions"});
+    folder.mustFail("-noise -noise -noise type=simplex dimensions=4 -dfvn", {"-dfvn", "4 dimensions", "has 3"});
+    folder.mustFail("-noise type=simplex dimensions=4 -noise -dfvn", {"-dfvn", "4 dimensions"});
+    folder.mustFail(kTwo + "-curl", {"-curl", "x=", "shift=100"});
+    folder.mustFail("-noise dimensions=2 -noise -noise -curl", {"-curl", "all have 2 or all have 3"});
+    folder.mustFail("-noise type=simplex dimensions=4 -curl shift=1", {"-curl", "3 dimensions"});
     folder.mustFail("-sphere -surface", {"-surface", "a field", "none"});
     folder.mustFail("-noise -surface", {"-surface", "a shape", "none"});
-    folder.mustFail(kTwo + "-dfvn -reshape", {"-reshape", "limit="});
+    folder.mustFail(kTwo + "-dfvn -reshape", {"-reshape", "maxSpeed="});
     folder.mustFail(kTwo + "-dfvn -reshape f=1,0", {"-reshape", "f=1,0", "empty"});
     folder.mustFail(kTwo + "-dfvn -superpose", {"-superpose", "a flow", "only one"});
     folder.mustFail("-uniform velocity=0", {"-uniform"});
     folder.mustFail("-vortex core=0", {"-vortex", "core=0"});
-    folder.mustFail("-updraft height=-1", {"-updraft", "height=-1"});
+    folder.mustFail("-updraft halfHeight=-1", {"-updraft", "halfHeight=-1"});
     folder.mustFail("-sphere -blend", {"-blend", "a field for noise=", "none"});
 }
 
 TEST_CASE("blend action: DeWolf's product keeps a flow within its wall", "[app][command]") {
     const Folder folder;
     folder.mustRun(
-        "-sphere -noise seed=1 frequency=2 -noise seed=2 frequency=2 -blend range=0.3 -dfvn speed=1 "
-        "-scatter count=500 -advect time=1 steps=20 -check report=a.json samples=1000 strict=1");
+        "-sphere -noise seed=1 frequency=2 -noise seed=2 frequency=2 -blend layer=0.3 -dfvn speed=1 "
+        "-scatter count=500 -advect duration=1 steps=20 -check report=a.json samples=1000 strict=1");
     CHECK(jsonOf(folder / "a.json")["outside"] == 0);
     CHECK(jsonOf(folder / "a.json")["wall_flux"].get<double>() < 1e-9);
 }

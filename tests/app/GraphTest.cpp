@@ -48,9 +48,9 @@ TEST_CASE("Graph: an action takes the newest suitable object", "[app]") {
     CHECK(taken("noise\nnoise\ndfvn\nsphere\nscatter") == "domain=sphere"); // the newest of all kinds that fit
     CHECK(taken("sphere\nnoise\nnoise\ndfvn\nscatter") == "domain=dfvn");
     CHECK(taken("noise\nnoise\nnoise\ncurl") == "x=noise y=noise_2 z=noise_3");
-    CHECK(taken("noise dim=2\ndfvn") == "f=noise");
-    CHECK(taken("noise\nnoise\nnoise type=simplex dim=4\nnoise type=simplex dim=4\nnoise type=simplex dim=4\ndfvn") ==
-          "f=noise_3 g=noise_4 more=noise_5");
+    CHECK(taken("noise dimensions=2\ndfvn") == "f=noise");
+    CHECK(taken("noise\nnoise\nnoise type=simplex dimensions=4\nnoise type=simplex dimensions=4\nnoise type=simplex "
+                "dimensions=4\ndfvn") == "f=noise_3 g=noise_4 more=noise_5");
     // If both a shape and a level set exist, the newer one is the wall.
     const std::string mesh = "read a.obj\n";
     CHECK(taken(mesh + "mesh2ls dim=16\nsphere\nnoise\nbound") == "noise=noise wall=sphere");
@@ -93,7 +93,7 @@ TEST_CASE("Graph: an option without effect beside another one is an error", "[ap
                ContainsSubstring("-advect") && ContainsSubstring("steps= has no effect if dt= is given"));
     CHECK_THAT(complaint("read a.obj\nmesh2ls dim=9\nscatter box=0,0,0,1,1,1\nkill box=0,0,0,1,1,1 grid=0"),
                ContainsSubstring("-kill") && ContainsSubstring("grid= has no effect"));
-    CHECK_THAT(complaint("noise dim=2\ndfvn as=wind\nnoise dim=2\nslice width=8 as=plate\n"
+    CHECK_THAT(complaint("noise dimensions=2\ndfvn as=wind\nnoise dimensions=2\nslice width=8 as=plate\n"
                          "warp pattern=waves image=plate"),
                ContainsSubstring("-warp") && ContainsSubstring("image= has no effect"));
 }

@@ -28,8 +28,8 @@ TEST_CASE("write: every format that hosts take is written and described", "[app]
     const Folder folder;
     const auto outcome = folder.mustRun(kSmoke +
                                         "-write a.npz a.npy a.fga a.vf a.nvdb grid=0 -write grid=0,1 b.vdb b.usda "
-                                        "-scatter count=20 -advect time=0.1 -write p.npz p.npy p.bgeo p.usda "
-                                        "-scatter count=3 -trace limit=0.3 -write c.npz c.npy c.bgeo c.usda");
+                                        "-scatter count=20 -advect duration=0.1 -write p.npz p.npy p.bgeo p.usda "
+                                        "-scatter count=3 -trace maxLength=0.3 -write c.npz c.npy c.bgeo c.usda");
     for (const char* name : {"a.npz", "a.npy", "a.fga", "a.vf", "a.nvdb", "b.usda", "p.npz", "p.npy", "p.bgeo",
                              "p.usda", "c.npz", "c.npy", "c.bgeo", "c.usda"}) {
         CAPTURE(name);
@@ -45,8 +45,8 @@ TEST_CASE("write: every format that hosts take is written and described", "[app]
 TEST_CASE("read: nvdb and bgeo come back as they were written", "[app][command]") {
     const Folder folder;
     folder.mustRun(kSmoke +
-                   "-write grid=0,1 a.nvdb -write grid=0,1 a.vdb -scatter count=20 -advect time=0.1 -write p.bgeo "
-                   "-scatter count=3 -trace limit=0.3 -write c.bgeo");
+                   "-write grid=0,1 a.nvdb -write grid=0,1 a.vdb -scatter count=20 -advect duration=0.1 -write p.bgeo "
+                   "-scatter count=3 -trace maxLength=0.3 -write c.bgeo");
     folder.mustRun("-read a.nvdb -write grid=1,0 b.nvdb");
     CHECK((bytesOf(folder / "a.nvdb") == bytesOf(folder / "b.nvdb")));
     folder.mustRun("-read p.bgeo -write q.bgeo -read c.bgeo -write d.bgeo");
@@ -62,9 +62,12 @@ TEST_CASE("read: nvdb and bgeo come back as they were written", "[app][command]"
 
 TEST_CASE("write: target sets names, classes, axes and metadata", "[app][command]") {
     const Folder folder;
-    folder.mustRun(kFlow +
-                   "-frames 3-4 fps=25 -velocity dim=32 staggered=1 density=1 -write grid=0,1 target=renderman "
-                   "'r.$F4.vdb' -write grid=0,1 target=blender 'b-$F4.vdb' -write grid=0,1 'plain.$F4.vdb'");
+    const auto outcome =
+        folder.mustRun(kFlow +
+                       "-frames 3-4 fps=25 -velocity dim=32 staggered=1 density=1 -write grid=0,1 target=renderman "
+                       "'r.$F4.vdb' -write grid=0,1 target=blender 'b-$F4.vdb' -write grid=0,1 'plain.$F4.vdb'");
+    CHECK_THAT(outcome.err, ContainsSubstring("wrote b-0003.vdb: velocity (vec3s, ") &&
+                                ContainsSubstring("wrote plain.0003.vdb: vel (vec3s, staggered, "));
     const auto metadata = metadataOf(folder / "r.0004.vdb");
     CHECK(metadata->metaValue<double>("frame") == 4);
     CHECK(metadata->metaValue<double>("fps") == 25);
@@ -112,13 +115,13 @@ TEST_CASE("write: a usda collects the frames of points and refers to those of a 
     for (const char* sample : {"1: @./smoke.0001.vdb@", "3: @./smoke.0003.vdb@", "endTimeCode = 3"})
         CHECK_THAT(smoke, ContainsSubstring(sample));
     folder.mustFail(kFlow + "-velocity dim=8 -write other.usda", {"refers to a .vdb"});
-    folder.mustFail(kFlow + "-scatter count=3 -frames 1-3 part=1/3 -trace limit=0.1 -write other.usda",
+    folder.mustFail(kFlow + "-scatter count=3 -frames 1-3 part=1/3 -trace maxLength=0.1 -write other.usda",
                     {"without part="});
 }
 
 TEST_CASE("write: velocities per frame and components are options of every host", "[app][command]") {
     const Folder folder;
-    folder.mustRun(kFlow + "-frames 1 fps=25 -velocity dim=32 -write a.vdb -write per=frame b.vdb -write split=1 c.vdb");
+    folder.mustRun(kFlow + "-frames 1 fps=25 -velocity dim=8 -write a.vdb -write per=frame b.vdb -write split=1 c.vdb");
     const auto a = openvdb::gridPtrCast<openvdb::Vec3SGrid>(readVdb(folder / "a.vdb").front());
     const auto b = openvdb::gridPtrCast<openvdb::Vec3SGrid>(readVdb(folder / "b.vdb").front());
     const openvdb::Coord ijk = a->evalActiveVoxelBoundingBox().min();

@@ -40,7 +40,7 @@ TEST_CASE("jitter action: fills a shape and keeps to its wall", "[app]") {
 
 TEST_CASE("jitter action: moves lattice points in 3D and in a plane", "[app]") {
     const Folder folder;
-    const std::string plane = "-jitter dim=2 spacing=0.25 box=0,0,-1,2,1,1 ";
+    const std::string plane = "-jitter dimensions=2 spacing=0.25 box=0,0,-1,2,1,1 ";
     const auto lattice = pointsOf(folder, plane + "amount=0"), moved = pointsOf(folder, plane);
     REQUIRE(lattice.size() == 32);
     REQUIRE(moved.size() == 32);
@@ -54,14 +54,14 @@ TEST_CASE("jitter action: moves lattice points in 3D and in a plane", "[app]") {
     }
     CHECK(pointsOf(folder, plane + "seed=1") != moved);
     CHECK(pointsOf(folder, plane + "time=0") != pointsOf(folder, plane + "time=0.1"));
-    CHECK(pointsOf(folder, plane + "speed=noise") != moved);
+    CHECK(pointsOf(folder, plane + "displacement=noise") != moved);
     CHECK(pointsOf(folder, "-jitter spacing=0.5").size() == 64);
     // For a flow in 2D, the points are in 2D by default.
-    const auto flat = pointsOf(folder, "-noise dim=2 -dfvn -jitter spacing=0.25");
+    const auto flat = pointsOf(folder, "-noise dimensions=2 -dfvn -jitter spacing=0.25");
     CHECK(flat.size() == 64);
     CHECK(std::all_of(flat.begin(), flat.end(), [](const Vec3d& p) { return p[2] == 0; }));
     // A section through a ball.
-    const auto disc = pointsOf(folder, "-sphere -jitter dim=2 count=1000");
+    const auto disc = pointsOf(folder, "-sphere -jitter dimensions=2 count=1000");
     CHECK(static_cast<double>(disc.size()) == Approx(1000).epsilon(0.05));
     CHECK(beyond(disc) == 0);
 }
@@ -71,7 +71,7 @@ TEST_CASE("jitter action: invalid options are refused", "[app]") {
     folder.mustFail("-jitter count=10 spacing=1", {"-jitter", "count=", "spacing=", "one of them"});
     folder.mustFail("-jitter spacing=1e-9", {"-jitter", "memory", "spacing"});
     folder.mustFail("-jitter spacing=0", {"-jitter", "spacing"});
-    folder.mustFail("-jitter dim=4", {"-jitter", "dim"});
+    folder.mustFail("-jitter dimensions=4", {"-jitter", "dim"});
     folder.mustFail("-plane -jitter side=outside box=0,-3,0,1,-2,1 spacing=0.1", {"-jitter", "in the domain"});
     const Outcome outcome = folder.mustRun("-sphere -jitter count=100 -write r.json");
     CHECK_THAT(outcome.err, ContainsSubstring("jitter:") && ContainsSubstring("none of which crosses the wall"));

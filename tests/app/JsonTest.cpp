@@ -51,9 +51,18 @@ std::vector<std::string> namesOf(const Graph& graph) {
 
 } // namespace
 
+TEST_CASE("JSON: a former name of an option becomes the current one", "[app]") {
+    const Graph graph = graphOf(document(
+        R"({"name": "n", "action": "noise", "options": {"dim": 3, "grid": "perlin", "offset": [1, 2, 3]}},
+           {"name": "ball", "action": "sphere"},
+           {"action": "bound", "options": {"width": 0.2}, "inputs": {"noise": ["n"], "wall": ["ball"]}})"));
+    CHECK(graph.nodes[0].arguments.program() == "-noise dimensions=3 lattice=perlin translate=1,2,3");
+    CHECK(graph.nodes[2].arguments.real("layer") == 0.2);
+}
+
 TEST_CASE("JSON: nodes have names and actions and words and options and links", "[app]") {
     const Graph graph = graphOf(document(
-        R"({"name": "hull", "action": "sphere", "options": {"radius": 0.5, "offset": [1, 2.5, -3]}},
+        R"({"name": "hull", "action": "sphere", "options": {"radius": 0.5, "translate": [1, 2.5, -3]}},
            {"name": "f", "action": "noise", "options": {"seed": 7, "normalize": false}},
            {"action": "noise", "options": {"frequency": "{1+1}"}},
            {"name": "my wall", "action": "bound", "inputs": {"noise": "noise", "wall": ["hull"]}},
@@ -62,7 +71,7 @@ TEST_CASE("JSON: nodes have names and actions and words and options and links", 
            {"action": "write", "words": ["a b.vdb"], "inputs": {"what": ["smoke", "smoke.density"]}})"));
     CHECK(namesOf(graph) == std::vector<std::string>{"hull", "f", "noise", "my wall", "wind", "smoke", "write"});
     CHECK(graph.nodes[0].arguments.real("radius") == 0.5);
-    CHECK(graph.nodes[0].arguments.vector("offset") == Vec3d{{1, 2.5, -3}});
+    CHECK(graph.nodes[0].arguments.vector("translate") == Vec3d{{1, 2.5, -3}});
     CHECK(graph.nodes[1].arguments.integer("seed") == 7);
     CHECK_FALSE(graph.nodes[1].arguments.flag("normalize"));
     CHECK(graph.nodes[2].arguments.real("frequency") == 2);
@@ -89,9 +98,9 @@ TEST_CASE("JSON: a written graph is read as the same graph", "[app]") {
         "sphere as=ball\nnoise\nnoise\nbound wall=ball\ndfvn as=wind\nscatter as=dust\nadvect keep=1\nadvect flow=wind "
         "points=dust",
         "quiet\nsphere\nnoise\nnoise\ndfvn\nscatter\nframes 1-9x2 fps=10 checkpoint=a.ckpt\nadvect\nsphere "
-        "offset={T},0,0\n"
+        "translate={T},0,0\n"
         "emit rate=9\nwrite 'a.$F4.ply' b.vdb geo=0\nresume",
-        "noise dim=2\nslice width=8\nslice width=8\npanels labels='a|b'\nwrite a.png b.exr"};
+        "noise dimensions=2\nslice width=8\nslice width=8\npanels labels='a|b'\nwrite a.png b.exr"};
     for (const auto& scene : scenes) {
         CAPTURE(scene);
         const std::string json = jsonOf(graphOfScene(scene, "scene", lenient()));
@@ -125,7 +134,7 @@ TEST_CASE("JSON: time-dependent nodes are evaluated in each frame and others onc
 
 TEST_CASE("JSON: a node evaluated once uses the first frame of time-dependent inputs", "[app]") {
     // The points exist from the first frame on, while the shape that they fill keeps moving.
-    const Graph graph = graphOf(document(R"({"name": "ball", "action": "sphere", "options": {"offset": "{T},0,0"}},
+    const Graph graph = graphOf(document(R"({"name": "ball", "action": "sphere", "options": {"translate": "{T},0,0"}},
         {"name": "seeds", "action": "scatter", "inputs": {"domain": ["ball"]}},
         {"name": "picture", "action": "slice", "inputs": {"what": ["ball"]}})",
                                          kThreeFrames));
@@ -135,7 +144,7 @@ TEST_CASE("JSON: a node evaluated once uses the first frame of time-dependent in
     CHECK(graph.inFrames(*graph.find("ball")));
     const Link domain = graph.nodes[*graph.find("seeds")].inputs[0].at(0);
     CHECK_FALSE(graph.inFrames(domain.index));
-    CHECK(graph.nodes[domain.index].arguments.vector("offset") == Vec3d{});
+    CHECK(graph.nodes[domain.index].arguments.vector("translate") == Vec3d{});
     CHECK_THAT(complaint(document(kDust + R"(, {"name": "dust", "action": "advect",
                                                 "inputs": {"flow": ["wind"], "points": ["seeds"]}},
         {"name": "late", "action": "snap", "options": {"iso": 0}, "when": "once",

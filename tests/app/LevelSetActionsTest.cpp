@@ -35,7 +35,7 @@ const std::string kRead = "-read sphere.vdb ";
 TEST_CASE("advectLevelSet action: passes Enright's test", "[app][command]") {
     const Folder folder;
     storeSphere(folder);
-    folder.mustRun(kRead + "-enright -advectLevelSet time=3 steps=60 -write end.vdb end.json");
+    folder.mustRun(kRead + "-enright -advectLevelSet duration=3 steps=60 -write end.vdb end.json");
     const auto report = jsonOf(folder / "end.json")["advect_level_set"];
     CHECK(std::abs(report["volume_change"].get<double>()) < 1e-3);
     CHECK(report["kept_back"] == 0);
@@ -45,10 +45,10 @@ TEST_CASE("advectLevelSet action: passes Enright's test", "[app][command]") {
     CHECK(grids[0]->getGridClass() == openvdb::GRID_LEVEL_SET);
     // Backward, from a time other than 0.
     folder.mustRun(kRead +
-                   "-enright -advectLevelSet time=0.4 steps=10 -advectLevelSet begin=0.4 time=-0.4 steps=10 "
+                   "-enright -advectLevelSet duration=0.4 steps=10 -advectLevelSet begin=0.4 duration=-0.4 steps=10 "
                    "-write back.json");
     CHECK(std::abs(jsonOf(folder / "back.json")["advect_level_set"]["volume_change"].get<double>()) < 0.05);
-    folder.mustRun(kRead + "-enright -advectLevelSet method=weno5 time=0.1 -write weno.json");
+    folder.mustRun(kRead + "-enright -advectLevelSet method=weno5 duration=0.1 -write weno.json");
     CHECK(std::abs(jsonOf(folder / "weno.json")["advect_level_set"]["volume_change"].get<double>()) < 0.05);
 }
 
@@ -56,7 +56,7 @@ TEST_CASE("advectLevelSet action: moves a level set along the newest flow and ls
     const Folder folder;
     storeSphere(folder);
     folder.mustRun(kRead +
-                   "-uniform velocity=1,0,0 -advectLevelSet time=0.25 steps=1 keep=1 -ls2mesh "
+                   "-uniform velocity=1,0,0 -advectLevelSet duration=0.25 steps=1 keep=1 -ls2mesh "
                    "-write moved.ply moved.obj");
     for (const char* name : {"moved.ply", "moved.obj"}) {
         const Mesh mesh = readMesh(folder / name);
@@ -74,7 +74,7 @@ TEST_CASE("advectLevelSet action: moves a level set along the newest flow and ls
 TEST_CASE("advectGrid action: moves fog along the newest flow", "[app][command]") {
     const Folder folder;
     storeSphere(folder);
-    folder.mustRun("-uniform velocity=1,0,0 -read fog.vdb -advectGrid time=0.25 steps=1 -write moved.vdb");
+    folder.mustRun("-uniform velocity=1,0,0 -read fog.vdb -advectGrid duration=0.25 steps=1 -write moved.vdb");
     const auto before = openvdb::GridBase::grid<openvdb::FloatGrid>(readVdb(folder / "fog.vdb").at(0));
     const auto after = openvdb::GridBase::grid<openvdb::FloatGrid>(readVdb(folder / "moved.vdb").at(0));
     REQUIRE(after);
@@ -114,7 +114,7 @@ TEST_CASE("advectLevelSet action: follows a flow from frame to frame and resumes
     CHECK(std::abs(jsonOf(folder / "f.4.json")["advect_level_set"]["volume_change"].get<double>()) < 0.02);
 
     // Equal to a single call, except for where the steps of the flow begin.
-    folder.mustRun(kRead + flow + "-advectLevelSet time=0.15 steps=6 -write once.json");
+    folder.mustRun(kRead + flow + "-advectLevelSet duration=0.15 steps=6 -write once.json");
     CHECK(jsonOf(folder / "once.json")["advect_level_set"]["voxels"].get<double>() ==
           Catch::Approx(voxels).epsilon(0.02));
 

@@ -15,10 +15,10 @@ namespace {
 
 /// A flow in a ball and points in it, before the frames.
 const std::string kBall =
-    "-sphere -noise frequency=1.5 -noise frequency=1.5 seed=1 -bound width=0.2 -dfvn speed=1 -scatter count=200 "
+    "-sphere -noise frequency=1.5 -noise frequency=1.5 seed=1 -bound layer=0.2 -dfvn speed=1 -scatter count=200 "
     "seed=3 ";
 const std::string kBallScene =
-    "sphere\nnoise frequency=1.5\nnoise frequency=1.5 seed=1\nbound width=0.2\ndfvn speed=1\nscatter count=50 seed=3 "
+    "sphere\nnoise frequency=1.5\nnoise frequency=1.5 seed=1\nbound layer=0.2\ndfvn speed=1\nscatter count=50 seed=3 "
     "as=seeds\n";
 
 Points pointsIn(const Scenes& scenes, const std::string& name) {
@@ -58,11 +58,11 @@ TEST_CASE("advect loop: the last frame equals the first and single frames equal 
 TEST_CASE("advect loop: positions are a function of any time", "[app]") {
     const Folder folder;
     folder.mustRun(kBall + "-frames 0-4 fps=10 -advect loop=0.5 -write '$F.ply'");
-    folder.mustRun(kBall + "-advect loop=0.5 time=0.3 -write 'still.ply'");
+    folder.mustRun(kBall + "-advect loop=0.5 duration=0.3 -write 'still.ply'");
     CHECK(bytesOf(folder / "still.ply") == bytesOf(folder / "3.ply"));
     folder.mustRun(kBall + "-advect loop=0.5 -write 'zero.ply'");
     CHECK(bytesOf(folder / "zero.ply") == bytesOf(folder / "0.ply"));
-    folder.mustRun(kBall + "-frames 1-2 fps=10 -advect loop=0.5 'time={0.5-T}' -write 'back.$F.ply'");
+    folder.mustRun(kBall + "-frames 1-2 fps=10 -advect loop=0.5 'duration={0.5-T}' -write 'back.$F.ply'");
     CHECK(bytesOf(folder / "back.2.ply") == bytesOf(folder / "4.ply"));
 }
 
@@ -104,7 +104,7 @@ TEST_CASE("advect loop: scene and JSON round trips keep the graph", "[app]") {
     const Scenes scenes;
     const Graph graph = scenes.graph(kBallScene + "frames 0-3\nadvect loop=0.3\nhere\n");
     const std::string scene = sceneOf(graph), json = app::jsonOf(graph);
-    CHECK_THAT(scene, ContainsSubstring("advect loop=0.3 time={T}"));
+    CHECK_THAT(scene, ContainsSubstring("advect duration={T} loop=0.3"));
     CHECK_THAT(scene, !ContainsSubstring("copy"));
     CHECK(sceneOf(scenes.graph(scene)) == scene);
     CHECK(app::jsonOf(scenes.graph(json)) == json);

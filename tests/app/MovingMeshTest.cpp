@@ -59,7 +59,7 @@ bool through(const Vec3d& a, const Vec3d& b) {
 }
 
 const std::string kAround =
-    "noise frequency=2\nnoise frequency=2 seed=1\nbound side=outside width=0.08\n"
+    "noise frequency=2\nnoise frequency=2 seed=1\nbound side=outside layer=0.08\n"
     "dfvn box=-0.7,-0.7,-0.2,0.7,0.7,0.2\n";
 
 /// Counts of points near the bar.
@@ -242,7 +242,7 @@ TEST_CASE("moving mesh: grids around a moving wall have its velocity", "[app]") 
     openvdb::GridBase::ConstPtr last;
     scenes.session.onFrame = [&](int) { last = std::get<GridValue>(valueOf(scenes.session, Kind::velocity)).grid; };
     scenes.run(
-        "frames 1-3 fps=24\nsphere radius=0.4 offset={2*T},0,0\nnoise\nnoise seed=1\nbound side=outside width=0.2\n"
+        "frames 1-3 fps=24\nsphere radius=0.4 translate={2*T},0,0\nnoise\nnoise seed=1\nbound side=outside layer=0.2\n"
         "dfvn speed=0.3 padding=0.4\nscatter count=20\nadvect\nvelocity voxel=0.02");
     REQUIRE(last);
     const auto grid = openvdb::gridConstPtrCast<openvdb::Vec3SGrid>(last);

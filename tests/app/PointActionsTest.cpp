@@ -9,7 +9,7 @@ namespace {
 
 /// A flow in a ball and points in it, followed by `rest`.
 std::string inBall(const std::string& rest) {
-    return "-sphere -noise frequency=1.5 -noise frequency=1.5 seed=1 -bound width=0.2 -dfvn speed=1 "
+    return "-sphere -noise frequency=1.5 -noise frequency=1.5 seed=1 -bound layer=0.2 -dfvn speed=1 "
            "-scatter count=300 seed=3 " +
            rest;
 }
@@ -17,10 +17,10 @@ std::string inBall(const std::string& rest) {
 /// A ball that moves through points around it, in a flow that changes, in frames 1 to 4.
 std::string aroundBall(const std::string& advect) {
     const std::string flow =
-        "-noise frequency=1.5 'alpha={2*pi*T}' -noise frequency=1.5 seed=1 -bound width=0.2 side=outside -dfvn speed=1 "
+        "-noise frequency=1.5 'alpha={2*pi*T}' -noise frequency=1.5 seed=1 -bound layer=0.2 side=outside -dfvn speed=1 "
         "padding=0.6 ";
     return "-sphere radius=0.5 " + flow +
-           "-scatter count=400 seed=3 -frames 1-4 fps=4 substeps=2 -sphere radius=0.5 'offset={T},0,0' "
+           "-scatter count=400 seed=3 -frames 1-4 fps=4 substeps=2 -sphere radius=0.5 'translate={T},0,0' "
            "'rotate=0,{90*T},0' " +
            flow + advect;
 }
@@ -29,9 +29,9 @@ std::string aroundBall(const std::string& advect) {
 
 TEST_CASE("advect action: adaptive steps and step limits", "[app]") {
     const Folder folder;
-    folder.mustRun(inBall("-advect time=1 scheme=rk23 accuracy=1e-3 -report a.json"));
-    folder.mustRun(inBall("-advect time=1 scheme=rk23 accuracy=1e-5 -report b.json"));
-    folder.mustRun(inBall("-advect time=1 steps=4 maxStep=0.02 -report c.json"));
+    folder.mustRun(inBall("-advect duration=1 scheme=rk23 accuracy=1e-3 -report a.json"));
+    folder.mustRun(inBall("-advect duration=1 scheme=rk23 accuracy=1e-5 -report b.json"));
+    folder.mustRun(inBall("-advect duration=1 steps=4 maxStep=0.02 -report c.json"));
     const auto a = jsonOf(folder / "a.json")["advect"], b = jsonOf(folder / "b.json")["advect"],
                c = jsonOf(folder / "c.json")["advect"];
     CHECK(b["substeps"].get<double>() > 2 * a["substeps"].get<double>());
@@ -43,18 +43,18 @@ TEST_CASE("advect action: adaptive steps and step limits", "[app]") {
     CHECK(c["speed_max"] > 1);
     CHECK_FALSE(c.contains("error_mean")); // rk4 has no error estimate
 
-    const auto warned = folder.mustRun(inBall("-advect steps=1 maxStep=1e-3 halvings=1"));
+    const auto warned = folder.mustRun(inBall("-advect steps=1 maxStep=1e-3 maxSubdivisions=1"));
     CHECK_THAT(warned.err, Catch::ContainsSubstring("exceed the requested error"));
-    folder.mustRun(inBall("-advect time=1 steps=7 -write steps.csv"));
-    folder.mustRun(inBall("-advect time=1 dt=0.15 -write dt.csv"));
+    folder.mustRun(inBall("-advect duration=1 steps=7 -write steps.csv"));
+    folder.mustRun(inBall("-advect duration=1 dt=0.15 -write dt.csv"));
     CHECK(bytesOf(folder / "steps.csv") == bytesOf(folder / "dt.csv"));
     // If both are given, the accuracy determines the steps.
-    folder.mustRun(inBall("-advect time=1 accuracy=1e-4 -write accurate.csv"));
-    folder.mustRun(inBall("-advect time=1 accuracy=1e-4 steps=3 -write both.csv"));
+    folder.mustRun(inBall("-advect duration=1 accuracy=1e-4 -write accurate.csv"));
+    folder.mustRun(inBall("-advect duration=1 accuracy=1e-4 steps=3 -write both.csv"));
     CHECK(bytesOf(folder / "accurate.csv") == bytesOf(folder / "both.csv"));
     // A scheme without an error estimate takes 100 equal steps by default.
-    folder.mustRun(inBall("-advect time=1 scheme=rk4 -write alone.csv -report alone.json"));
-    folder.mustRun(inBall("-advect time=1 steps=100 -write hundred.csv"));
+    folder.mustRun(inBall("-advect duration=1 scheme=rk4 -write alone.csv -report alone.json"));
+    folder.mustRun(inBall("-advect duration=1 steps=100 -write hundred.csv"));
     CHECK(bytesOf(folder / "alone.csv") == bytesOf(folder / "hundred.csv"));
     folder.mustFail(inBall("-advect scheme=rk4 accuracy=1e-3"), {"rk4", "rk45"});
     folder.mustFail(inBall("-advect steps=7 dt=0.15"), {"dt"});
@@ -70,7 +70,7 @@ TEST_CASE("advect action: positions do not depend on frame rate or substeps", "[
         // The first second, computed frame by frame, and in one call for each frame.
         folder.mustRun(
             inBall(fmt::format("-frames 1-{} fps={} substeps={} -advect -scatter count=300 seed=3 "
-                               "-advect 'time={{T}}' accuracy=1e-9 -distance -report report.json",
+                               "-advect 'duration={{T}}' accuracy=1e-9 -distance -report report.json",
                                fps + 1, fps, substeps)));
         const auto distance = jsonOf(folder / "report.json")["distance"];
         CHECK(distance["pairs"] == 300);
@@ -82,12 +82,13 @@ TEST_CASE("advect action: positions do not depend on frame rate or substeps", "[
 
 TEST_CASE("advect action: jacobian= measures the change of volumes", "[app]") {
     const Folder folder;
-    folder.mustRun(inBall("-advect time=0.2 jacobian=100 -report a.json"));
+    folder.mustRun(inBall("-advect duration=0.2 jacobian=100 -report a.json"));
     const auto kept = jsonOf(folder / "a.json")["volume"];
     CHECK(kept["samples"] == 100);
     CHECK(kept["farthest"] < 1e-6);
     folder.mustRun(
-        "-noise -noise seed=1 -dfvn speed=1 normalize=1 -scatter count=100 -advect time=0.5 steps=40 jacobian=100 "
+        "-noise -noise seed=1 -dfvn speed=1 uniformSpeed=1 -scatter count=100 -advect duration=0.5 steps=40 "
+        "jacobian=100 "
         "-report b.json");
     const auto changed = jsonOf(folder / "b.json")["volume"];
     CHECK(changed["upper"].get<double>() - changed["lower"].get<double>() > 0.1);
@@ -135,7 +136,7 @@ TEST_CASE("check tracks=: compares tracks of the flow and of its grid", "[app]")
 TEST_CASE("spacing action: measures nearest-neighbour distances", "[app]") {
     const Folder folder;
     folder.mustRun(
-        "-jitter spacing=0.25 amount=0 -spacing -jitter dim=2 spacing=0.125 amount=0 -spacing name=flat "
+        "-jitter spacing=0.25 amount=0 -spacing -jitter dimensions=2 spacing=0.125 amount=0 -spacing name=flat "
         "-report r.json");
     const auto report = jsonOf(folder / "r.json");
     CHECK(report["spacing"]["points"] == 512);

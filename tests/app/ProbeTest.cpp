@@ -217,7 +217,7 @@ double worstOf(const Folder& folder, const std::string& options, int dimensions,
         text += '\n';
     }
     store(folder / "in.csv", text);
-    folder.mustRun(fmt::format("-noise {} dim={} -probe in.csv out.csv order={}", options, dimensions, order));
+    folder.mustRun(fmt::format("-noise {} dimensions={} -probe in.csv out.csv order={}", options, dimensions, order));
     const Table table = tableOf(folder / "out.csv");
     REQUIRE(table.rows.size() == rows.size());
     double worst = 0;
@@ -249,8 +249,8 @@ TEST_CASE("probe action: psrdnoise in 3D matches published values for every opti
         GENERATE(Case{"psrdnoise3_axisgrid_rot_p0-0-0_a0.json", ""},
                  Case{"psrdnoise3_axisgrid_rot_p4-6-3_a0.7.json", "period=4,6,3 alpha=0.7"},
                  Case{"psrdnoise3_axisgrid_fastrot_p4-6-3_a0.7.json", "period=4,6,3 alpha=0.7 rotation=fast"},
-                 Case{"psrdnoise3_perlingrid_rot_p3-6-9_a2.5.json", "period=3,6,9 alpha=2.5 grid=perlin"},
-                 Case{"psrdnoise3_perlingrid_rot_p4-6-3_a0.7.json", "period=4,6,3 alpha=0.7 grid=perlin"});
+                 Case{"psrdnoise3_perlingrid_rot_p3-6-9_a2.5.json", "period=3,6,9 alpha=2.5 lattice=perlin"},
+                 Case{"psrdnoise3_perlingrid_rot_p4-6-3_a0.7.json", "period=4,6,3 alpha=0.7 lattice=perlin"});
     const Folder folder;
     const auto rows = rowsOf(test::reference(c.file));
     CAPTURE(c.file);
@@ -268,7 +268,7 @@ TEST_CASE("probe action: psrdnoise in 2D matches published values and an odd per
         CAPTURE(alpha);
         CHECK(worstOf(folder, fmt::format("alpha={} period=5,4", alpha), 2, rows, 2, 4, 6, 2) <= kTolerance);
     }
-    const auto run = folder.run("-noise dim=2 period=3,5 -print");
+    const auto run = folder.run("-noise dimensions=2 period=3,5 -print");
     CHECK(run.status == 0);
     CHECK_THAT(run.err, ContainsSubstring("period of 5 along y tiles only after 10"));
 }

@@ -33,15 +33,16 @@ std::string complaint(const std::string& text) {
 } // namespace
 
 TEST_CASE("parsing: a command line and a scene give the same graph", "[app]") {
-    const Graph line = graphOfLine({"-sphere", "radius=0.5", "-noise", "seed=1", "freq=2", "-noise", "offset=-1,-2,-3",
-                                    "-dfvn", "-velocity", "-velocity", "-write", "my file.vdb", "grid=0,1"});
+    const Graph line =
+        graphOfLine({"-sphere", "radius=0.5", "-noise", "seed=1", "freq=2", "-noise", "translate=-1,-2,-3", "-dfvn",
+                     "-velocity", "-velocity", "-write", "my file.vdb", "grid=0,1"});
     const Graph scene = graphOfLines(
         "# a scene\n"
         "sphere radius=0.5   # the wall\n"
         "\n"
         "-noise seed=1 \\\n"
         "   freq=2\r\n"
-        "noise offset=-1,-2,-3\n"
+        "noise translate=-1,-2,-3\n"
         "dfvn\nvelocity\nvelocity\n"
         "  write 'my file.vdb' grid=0,1");
     REQUIRE(line.nodes.size() == 7);

@@ -85,7 +85,7 @@ TEST_CASE("read action: a bending bar pushes points around it", "[app][command]"
     const Folder folder;
     test::store(folder / "bend.glb", test::bendingBar().bytes());
     const std::string flow =
-        "-noise frequency=2 -noise seed=1 frequency=2 -bound side=outside width=0.15 -dfvn speed=0.3 "
+        "-noise frequency=2 -noise seed=1 frequency=2 -bound side=outside layer=0.15 -dfvn speed=0.3 "
         "padding=0.5 ";
     folder.mustRun("-read bend.glb clip=none -mesh2ls dim=48 " + flow +
                    "-scatter count=2000 -frames 1-5 fps=12 -read bend.glb -mesh2ls dim=48 " + flow +
@@ -103,7 +103,7 @@ TEST_CASE("read action: points are read back and written with the same bytes", "
     }
     CHECK(bytesOf(folder / "dust.3.csv").starts_with("x,y,z,vx,vy,vz,id,age,life"));
     // They can be moved like any other points.
-    folder.mustRun("-read dust.3.ply -uniform velocity=0,1,0 -advect time=1 steps=1 -write on.csv");
+    folder.mustRun("-read dust.3.ply -uniform velocity=0,1,0 -advect duration=1 steps=1 -write on.csv");
     const Points before = readPoints(folder / "dust.3.ply").points, after = readPoints(folder / "on.csv").points;
     REQUIRE(before.size() == after.size());
     for (size_t n = 0; n < before.size(); ++n) {

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <map>
 #include <regex>
 #include <set>
 
@@ -148,6 +149,7 @@ TEST_CASE("registryJson: contains every declaration", "[app]") {
             CHECK(made["name"] == option.name);
             CHECK(made["default"] == option.fallback);
             CHECK(made["choices"] == option.choices);
+            CHECK(made["formerly"] == option.formerly);
             CHECK(made["lower"].is_null() == !std::isfinite(option.lower));
             CHECK((made["type"] == "choice") == (option.type == OptionType::choice));
             CHECK((made["type"] == "ages") == (option.type == OptionType::ages));
@@ -166,12 +168,88 @@ TEST_CASE("registry: no option name is a prefix of another and first letters dif
                 // If one name began another, each abbreviation of the longer one would be ambiguous or wrong.
                 CHECK_FALSE(other.name.starts_with(option.name));
                 // Exceptions, since these names are established: the placement of a noise and psrdnoise's rotation of
-                // gradients; the number of octaves and the rotation of each octave.
+                // gradients; the number of octaves and the rotation of each octave; two limits of a step.
                 const std::set<std::string> pair{option.name, other.name};
                 if (pair == std::set<std::string>{"rotate", "rotation"}) continue;
                 if (pair == std::set<std::string>{"octaves", "octaveAlpha"}) continue;
+                if (pair == std::set<std::string>{"maxStep", "maxSubdivisions"}) continue;
                 CHECK(option.name.substr(0, 4) != other.name.substr(0, 4));
             }
+}
+
+namespace {
+
+/// Returns a value that the option accepts.
+std::string valueFor(const Option& option) {
+    if (!option.fallback.empty()) return option.fallback;
+    switch (option.type) {
+        case OptionType::vector:
+            return "1,2,3";
+        case OptionType::interval:
+            return "1,2";
+        case OptionType::box:
+            return "-1,-1,-1,1,1,1";
+        default:
+            return "2";
+    }
+}
+
+/// Returns an action with one option, as it is written after parsing.
+std::string written(const Action& action, const std::string& name, const std::string& value) {
+    Arguments arguments(action);
+    arguments.set(name, value);
+    return arguments.program();
+}
+
+} // namespace
+
+TEST_CASE("registry: every former name of an option means the option", "[app]") {
+    size_t names = 0;
+    for (const auto& action : registry())
+        for (const auto& option : action.options)
+            for (const auto& former : option.formerly) {
+                CAPTURE(action.name, option.name, former);
+                const std::string value = valueFor(option);
+                CHECK(written(action, former, value) == written(action, option.name, value));
+                CHECK_THAT(written(action, former, value), ContainsSubstring(" " + option.name + "="));
+                CHECK_THAT(helpFor(action), !ContainsSubstring("\n  " + former + "="));
+                ++names;
+            }
+    CHECK(names >= 60); // the names that 0.2.0 changed
+}
+
+TEST_CASE("registry: all current and former names within an action are different", "[app]") {
+    for (const auto& action : registry()) {
+        std::set<std::string> names{"as"};
+        for (const auto& option : action.options) names.insert(option.name);
+        for (const auto& input : action.takes) names.insert(input.name);
+        for (const auto& option : action.options)
+            for (const auto& former : option.formerly) {
+                CAPTURE(action.name, option.name, former);
+                CHECK(names.insert(former).second);
+            }
+    }
+}
+
+TEST_CASE("registry: an option name has one type and one unit in all actions", "[app]") {
+    // The direction of a trace is a word. The outline of a wall is drawn or not in a plane, but has a brightness in
+    // perspective. A jittered lattice is measured in its spacings, a fade between fields in their unit.
+    const std::set<std::string> exceptions{"trace direction", "lic outline",   "jitter frequency", "jitter layer",
+                                           "jitter amount",   "min smoothing", "max smoothing",    "noise amplitude"};
+    const auto typeOf = [](const Option& option) {
+        return option.type == OptionType::length        ? OptionType::real
+               : option.type == OptionType::coordinates ? OptionType::vector
+                                                        : option.type;
+    };
+    std::map<std::string, const Option*> first;
+    for (const auto& action : registry())
+        for (const auto& option : action.options) {
+            CAPTURE(action.name, option.name);
+            if (exceptions.contains(action.name + " " + option.name)) continue;
+            const Option& same = *first.emplace(option.name, &option).first->second;
+            if (option.name != "scale") CHECK(typeOf(option) == typeOf(same)); // along each axis, or along all alike
+            CHECK(option.unit == same.unit);
+        }
 }
 
 TEST_CASE("registry: every example is a valid program", "[app]") {

@@ -20,7 +20,7 @@ namespace {
 std::string scene(const std::string& frames = "1-6") {
     return "-quiet -noise seed=9 -scatter count=200 box=-1,-1,-1,1,1,1 -frames " + frames +
            " fps=10 checkpoint=run.checkpoint -noise frequency=2 alpha='{2*pi*T}' -noise frequency=2 seed=2 -dfvn "
-           "speed=1 -advect time='{1/fps}' steps=3 -sphere radius=0.3 offset='{T},0,0' -emit rate=977 life=0.3 "
+           "speed=1 -advect duration='{1/fps}' steps=3 -sphere radius=0.3 translate='{T},0,0' -emit rate=977 life=0.3 "
            "spread=0.5 -kill box=-1,-1,-1,1,1,1 -write 'p.$F4.vdb' 'p.$F4.ply' 'p.$F4.csv'";
 }
 
@@ -77,7 +77,7 @@ TEST_CASE("resume: a cancelled run leaves the checkpoint of its last complete fr
     const Folder folder;
     const std::string text =
         "scatter count=50 box=0,0,0,1,1,1\nframes 1-9 \"checkpoint=" + (folder / "run.checkpoint").string() +
-        "\"\nnoise\nnoise seed=1\ndfvn\nadvect time=0.1 steps=1";
+        "\"\nnoise\nnoise seed=1\ndfvn\nadvect duration=0.1 steps=1";
     bool stop = false;
     int runs = 0;
     Console console([&] { return stop; });
@@ -129,7 +129,7 @@ TEST_CASE("resume: a checkpoint is refused if an input file has changed", "[app]
     test::store(folder / "ball.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n# end\n");
     const auto run = [](const std::string& frames) {
         return "-quiet -read ball.obj -scatter count=20 box=-1,-1,-1,1,1,1 -frames " + frames +
-               " checkpoint=run.checkpoint -read 'p.$F4.vdb' -noise -noise seed=1 -dfvn -advect time=0.1 steps=1";
+               " checkpoint=run.checkpoint -read 'p.$F4.vdb' -noise -noise seed=1 -dfvn -advect duration=0.1 steps=1";
     };
     const auto change = [&](const std::string& file) { // changes one byte and keeps the time of the file
         std::string bytes = bytesOf(folder / file);

@@ -22,9 +22,10 @@ std::string placed(double scale, double away) { return fmt::format(" offset={},0
 
 Scaled mainJob(const Folder& folder, double scale, double away) {
     folder.mustRun(fmt::format(
-        "-sphere radius={0} offset={1},0,0 -noise{2} -noise{2} seed=1 -bound -dfvn speed={0} -velocity dim=32 "
-        "-scatter count=500 seed=7 -advect time=0.5 -splat width=160 height=120 -write p.exr "
-        "-check samples=1000 report=r.json -sphere radius={0} offset={1},0,0 -shade texture=latitude samples=2 "
+        "-sphere radius={0} translate={1},0,0 -noise{2} -noise{2} seed=1 -bound -dfvn speed={0} -velocity dim=32 "
+        "-scatter count=500 seed=7 -advect duration=0.5 -splat width=160 height=120 -write p.exr "
+        "-check samples=1000 report=r.json -sphere radius={0} translate={1},0,0 -shade texture=latitude "
+        "supersampling=2 "
         "width=160 height=120 -write w.exr",
         scale, away, placed(scale, away)));
     return {jsonOf(folder / "r.json"), readExr(folder / "p.exr"), readExr(folder / "w.exr")};

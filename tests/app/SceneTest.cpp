@@ -54,8 +54,8 @@ TEST_CASE("sceneOf: omits names if the newest objects are meant", "[app]") {
     CHECK(sceneOf({}).empty());
     CHECK(sceneAgain("noise alpha={2*pi*T} seed={F}\nslice width=8\nwrite 'out.$F4.png'\n") ==
           "noise alpha={2*pi*T} seed={F}\nslice width=8\nwrite out.$F4.png\n");
-    CHECK(sceneAgain("sphere\nscatter\nframes 1-9 fps=10\nsphere offset={T},0,0\nkill\nwrite a.$F.ply\nresume") ==
-          "sphere\nscatter\nframes 1-9 fps=10\nsphere offset={T},0,0\nkill\nwrite a.$F.ply\nresume\n");
+    CHECK(sceneAgain("sphere\nscatter\nframes 1-9 fps=10\nsphere translate={T},0,0\nkill\nwrite a.$F.ply\nresume") ==
+          "sphere\nscatter\nframes 1-9 fps=10\nsphere translate={T},0,0\nkill\nwrite a.$F.ply\nresume\n");
 }
 
 TEST_CASE("sceneOf: writes names if other objects are meant", "[app]") {
@@ -84,7 +84,7 @@ TEST_CASE("sceneOf: text to graph to text keeps all kinds of links", "[app]") {
           "frames 1-3\nsphere as=s\nemit as=a\nemit points=none as=b\nkill points=a box=0,0,0,1,1,1\nwrite a.$F.ply "
           "what=b",
           "noise\nnoise\ndfvn\nscatter\nadvect pathlines=1\nscatter\nwrite a.obj\nsplat geo=1",
-          "noise dim=2\nslice\nslice position=1\nslice position=2\npanels count=2\ncompare with=1",
+          "noise dimensions=2\nslice\nslice position=1\nslice position=2\npanels count=2\ncompare with=1",
           "read a.obj\nmesh2ls dim=9 keep=1\nframes 1-2\nmesh2ls dim=12\nnoise\nnoise\nbound "
           "grid=1\ndfvn\nadvectLevelSet keep=1"}) {
         CAPTURE(scene);

@@ -31,8 +31,8 @@ std::string replaced(std::string text, const std::string& what, const std::strin
 /// From a mesh to points that move in it.
 const std::string kJob =
     "read tetrahedron as=mesh\nmesh2ls dim=16 as=ls\nnoise frequency=2 as=f\nnoise frequency=2 seed=1 as=n\n"
-    "bound noise=n wall=ls width=0.1 as=g\ndfvn f=f g=g speed=1 as=flow\nscatter domain=flow count=50 as=seeds\n"
-    "advect flow=flow points=seeds time=0.1 steps=2 as=dust";
+    "bound noise=n wall=ls layer=0.1 as=g\ndfvn f=f g=g speed=1 as=flow\nscatter domain=flow count=50 as=seeds\n"
+    "advect flow=flow points=seeds duration=0.1 steps=2 as=dust";
 
 Names jobNames() { return {"mesh", "ls", "f", "n", "g", "flow", "seeds", "dust"}; }
 
@@ -48,11 +48,11 @@ struct Job : Scenes {
 
 TEST_CASE("Session: actions run in order and an error carries the action's name", "[app]") {
     Scenes scenes;
-    Session& session = scenes.run("sphere\nnoise seed=1\nnoise seed=2\nbound width=0.2");
+    Session& session = scenes.run("sphere\nnoise seed=1\nnoise seed=2\nbound layer=0.2");
     CHECK(countOf(session, Kind::field) == 3);
     CHECK(std::get<FieldValue>(test::valueOf(session, Kind::field)).wall);
     CHECK(session.report["actions"].size() == 4);
-    CHECK(session.report["actions"][3]["action"] == "-bound width=0.2");
+    CHECK(session.report["actions"][3]["action"] == "-bound layer=0.2");
     CHECK_THROWS_WITH(scenes.run("velocity"),
                       ContainsSubstring("-velocity: ") && ContainsSubstring("a flow") && ContainsSubstring("-dfvn"));
     // A scene whose output cannot be written does not start.
@@ -70,9 +70,9 @@ TEST_CASE("Session: a program continues with the objects of the previous one", "
     apart.run("noise\nnoise seed=1\nscatter box=-1,-1,-1,1,1,1 count=20 as=dust");
     apart.run("dfvn as=wind");
     CHECK(countOf(apart.session, Kind::field) == 0); // they were consumed
-    apart.run("noise\nadvect time=0.1 steps=2 flow=wind points=dust");
+    apart.run("noise\nadvect duration=0.1 steps=2 flow=wind points=dust");
     CHECK(countOf(apart.session, Kind::points) == 1);
-    whole.run("noise\nnoise seed=1\nscatter box=-1,-1,-1,1,1,1 count=20\ndfvn\nadvect time=0.1 steps=2");
+    whole.run("noise\nnoise seed=1\nscatter box=-1,-1,-1,1,1,1 count=20\ndfvn\nadvect duration=0.1 steps=2");
     CHECK(test::pointsOf(apart.session).x == test::pointsOf(whole.session).x);
     CHECK(countOf(apart.session, Kind::flow) == 1);
     apart.session.clear();
@@ -83,7 +83,7 @@ TEST_CASE("Session: a program continues with the objects of the previous one", "
 TEST_CASE("Session: results of a failed or cancelled program remain", "[app]") {
     Scenes scenes;
     scenes.run("noise\nnoise seed=1\ndfvn\nscatter count=20");
-    CHECK_THROWS_WITH(scenes.run("sphere\nadvect time=0.1 steps=1\nnoise\nnoise\ndfvn"),
+    CHECK_THROWS_WITH(scenes.run("sphere\nadvect duration=0.1 steps=1\nnoise\nnoise\ndfvn"),
                       ContainsSubstring("does not move"));
     CHECK(countOf(scenes.session, Kind::shape) == 1);
     CHECK(countOf(scenes.session, Kind::points) == 1);
@@ -209,7 +209,7 @@ TEST_CASE("Session: an edit evaluates only what depends on it", "[app]") {
     CHECK(edited("steps=2", "steps=3") == Names{"dust"});              // and nothing above it
     CHECK(edited("count=50", "count=60") == Names{"seeds", "dust"});
     job.runAnew(kJob);
-    CHECK(edited("width=0.1", "width=0.2") == Names{"g", "flow", "seeds", "dust"});
+    CHECK(edited("layer=0.1", "layer=0.2") == Names{"g", "flow", "seeds", "dust"});
     job.runAnew(kJob);
     CHECK(edited("dim=16", "dim=17") == Names{"ls", "g", "flow", "seeds", "dust"});
     // Writing out an option's default or renaming a node does not change a value.

@@ -109,7 +109,7 @@ template <int N>
 void requireSameProbes(const std::vector<std::string>& noises) {
     std::string job;
     for (size_t k = 0; k < noises.size(); ++k) {
-        job += fmt::format("-noise dim={} seed=3 frequency=1.3 {} ", N, noises[k]);
+        job += fmt::format("-noise dimensions={} seed=3 frequency=1.3 {} ", N, noises[k]);
         for (const char* precision : {"float", "double"})
             for (int order = 0; order <= 2; ++order)
                 job += fmt::format("-probe in.csv {0}_{1}_{2}.csv precision={1} order={2} ", k, precision, order);
@@ -146,49 +146,50 @@ TEST_CASE("instruction sets: velocity grids without walls have the same bytes", 
 
 TEST_CASE("instruction sets: flows of every kind have the same bytes", "[command]") {
     const std::string noises = pair("", "");
-    const std::string job = GENERATE_COPY(noises + "-dfvn -reshape limit=0.5", "-torus -noise frequency=2 -surface",
-                                          noises + "-sum -noise -dfvn", noises + "-product -noise -dfvn",
-                                          noises + "-displace -noise -dfvn", noises + "-max smoothing=0.3 -noise -dfvn",
-                                          "-noise rotate=10,20,30 offset=1 -transform scale=1.5 rotate=5 -noise -dfvn");
+    const std::string job = GENERATE_COPY(
+        noises + "-dfvn -reshape maxSpeed=0.5", "-torus -noise frequency=2 -surface", noises + "-sum -noise -dfvn",
+        noises + "-product -noise -dfvn", noises + "-displace -noise -dfvn", noises + "-max smoothing=0.3 -noise -dfvn",
+        "-noise rotate=10,20,30 translate=1 -transform scale=1.5 rotate=5 -noise -dfvn");
     requireSameBytes(grids(job, 12));
 }
 
 TEST_CASE("instruction sets: sums and normalised flows and slices have the same bytes", "[command]") {
-    requireSameBytes("-noise -curl offset=10 -updraft -superpose -velocity dim=12 -write sum.vdb");
-    requireSameBytes(pair("", "-dfvn normalize=1 speed=0.5 -velocity dim=12 -write unit.vdb"));
-    requireSameBytes("-noise dim=2 octaves=3 -dfvn -slice width=40 -write slice.exr");
+    requireSameBytes("-noise -curl shift=10 -updraft -superpose -velocity dim=12 -write sum.vdb");
+    requireSameBytes(pair("", "-dfvn uniformSpeed=1 speed=0.5 -velocity dim=12 -write unit.vdb"));
+    requireSameBytes("-noise dimensions=2 octaves=3 -dfvn -slice width=40 -write slice.exr");
 }
 
 TEST_CASE("instruction sets: velocity grids within shapes have the same bytes", "[command]") {
-    const std::string shape =
-        GENERATE("-sphere", "-box rotate=10,20,30", "-torus", "-capsule", "-gyroid wavelength=1.5",
-                 "-sphere -box offset=0.5 -union smoothing=0.2", "-box -sphere radius=0.7 -difference smoothing=0.1");
-    requireSameBytes(grids(shape + " " + pair("octaves=3 frequency=2", "-bound width=0.3 -dfvn speed=1"), 16));
+    const std::string shape = GENERATE("-sphere", "-box rotate=10,20,30", "-torus", "-capsule",
+                                       "-gyroid wavelength=1.5", "-sphere -box translate=0.5 -union smoothing=0.2",
+                                       "-box -sphere radius=0.7 -difference smoothing=0.1");
+    requireSameBytes(grids(shape + " " + pair("octaves=3 frequency=2", "-bound layer=0.3 -dfvn speed=1"), 16));
 }
 
 TEST_CASE("instruction sets: velocity grids within a mesh have the same bytes", "[command]") {
     const std::string how =
-        GENERATE("-bound width=0.2 -dfvn speed=1", "-bound width=0.2 side=both -dfvn", "-blend range=0.2 -dfvn");
+        GENERATE("-bound layer=0.2 -dfvn speed=1", "-bound layer=0.2 side=both -dfvn", "-blend layer=0.2 -dfvn");
     requireSameBytes(grids(kLevelSet + pair("frequency=2", how), 20), kMesh);
 }
 
 TEST_CASE("instruction sets: points have the same bytes", "[command]") {
     const std::string flow =
-        GENERATE("-sphere " + pair("octaves=2", "-bound width=0.3 -dfvn speed=1"),
-                 kLevelSet + pair("frequency=2", "-bound width=0.3 -dfvn speed=1"), pair("type=value", "-dfvn"),
-                 pair("type=sine waves=3", "-dfvn normalize=1"), "-torus -noise frequency=2 -surface speed=1");
+        GENERATE("-sphere " + pair("octaves=2", "-bound layer=0.3 -dfvn speed=1"),
+                 kLevelSet + pair("frequency=2", "-bound layer=0.3 -dfvn speed=1"), pair("type=value", "-dfvn"),
+                 pair("type=sine waves=3", "-dfvn uniformSpeed=1"), "-torus -noise frequency=2 -surface speed=1");
     std::string job = flow + " -scatter count=100 seed=3 -write start.ply ";
     for (const std::string scheme : {"euler", "midpoint", "rk4"})
         for (const std::string reproject : {"newton", "gauss-newton", "none"})
-            job +=
-                fmt::format("-advect time=0.4 steps=3 scheme={0} reproject={1} -write {0}_{1}.ply ", scheme, reproject);
-    requireSameBytes(job + "-advect time=0.4 -write adaptive.ply ", kMesh);
+            job += fmt::format("-advect duration=0.4 steps=3 scheme={0} reproject={1} -write {0}_{1}.ply ", scheme,
+                               reproject);
+    requireSameBytes(job + "-advect duration=0.4 -write adaptive.ply ", kMesh);
 }
 
 TEST_CASE("instruction sets: a sequence has the same bytes", "[command]") {
     requireSameBytes(
         "-scatter count=100 box=-1,-1,-1,1,1,1 -frames 1-3 checkpoint=run -noise frequency=2 alpha='{2*pi*T}' -noise "
-        "seed=1 -dfvn speed=1 -sphere offset='{sin(T)},0,0' -emit rate=2000 life=0.1 spread=1 -advect time=0.1 steps=2 "
+        "seed=1 -dfvn speed=1 -sphere translate='{sin(T)},0,0' -emit rate=2000 life=0.1 spread=1 -advect duration=0.1 "
+        "steps=2 "
         "-kill -write 'p.$F.csv'");
 }
 
@@ -196,11 +197,11 @@ TEST_CASE("instruction sets: noises have the same values and derivatives", "[com
     requireSameProbes<1>({"type=value", "type=value period=3", "type=perlin octaves=3", "type=sine"});
     requireSameProbes<2>({"type=psrd", "type=psrd period=3,4 alpha=1", "type=value", "type=perlin octaves=2",
                           "type=gradient", "type=gradient period=4", "type=simplex", "type=sine waves=3"});
-    requireSameProbes<3>({"type=psrd octaves=3", "type=psrd grid=perlin", "type=psrd rotation=fast alpha=0.5 period=4",
-                          "type=psrd grid=perlin period=3", "type=value", "type=value period=2,3,5 octaves=2",
-                          "type=perlin", "type=perlin gradients=reference period=4", "type=gradient",
-                          "type=gradient octaves=2 turbulence=0.1", "type=simplex", "type=simplex power=3",
-                          "type=simplex kernel=corners", "type=sine", "type=sine period=4"});
+    requireSameProbes<3>(
+        {"type=psrd octaves=3", "type=psrd lattice=perlin", "type=psrd rotation=fast alpha=0.5 period=4",
+         "type=psrd lattice=perlin period=3", "type=value", "type=value period=2,3,5 octaves=2", "type=perlin",
+         "type=perlin gradients=reference period=4", "type=gradient", "type=gradient octaves=2 billow=0.1",
+         "type=simplex", "type=simplex power=3", "type=simplex kernel=corners", "type=sine", "type=sine period=4"});
     requireSameProbes<4>({"type=simplex octaves=2", "type=sine"});
     requireSameProbes<5>({"type=simplex", "type=sine"});
     requireSameProbes<6>({"type=simplex", "type=simplex kernel=corners", "type=sine"});

@@ -23,12 +23,12 @@ TEST_CASE("solid actions: shapes stay shapes and other operands become level set
     const std::string ball =
         '"' + (folder / "ball.ply").string() + '"'; // the folder's name contains a quote and a space
     test::Scenes scenes;
-    scenes.runAnew("sphere\nsphere offset=0.8,0,0\nunion");
+    scenes.runAnew("sphere\nsphere translate=0.8,0,0\nunion");
     CHECK(test::countOf(scenes.session, app::Kind::shape) == 1);
     const double whole = 4.0 / 3 * M_PI;
     scenes.runAnew("read " + ball + "\nmesh2ls dim=50\nsphere radius=0.5\ndifference");
     CHECK(volumeOf(test::valueOf(scenes.session, app::Kind::levelSet)) == Approx(whole * 7 / 8).epsilon(0.01));
-    scenes.runAnew("read " + ball + "\nmove offset=3,0,0 scale=0.5\nread " + ball + "\nunion dim=50");
+    scenes.runAnew("read " + ball + "\nmove translate=3,0,0 scale=0.5\nread " + ball + "\nunion dim=50");
     CHECK(volumeOf(test::valueOf(scenes.session, app::Kind::levelSet)) == Approx(whole * 9 / 8).epsilon(0.01));
     scenes.runAnew("read " + ball + "\nmesh2ls dim=50\nplane\nintersection");
     CHECK(volumeOf(test::valueOf(scenes.session, app::Kind::levelSet)) == Approx(whole / 2).epsilon(0.01));
@@ -43,8 +43,8 @@ TEST_CASE("bound action: several walls act as their union", "[app]") {
         '"' + (folder / "ball.ply").string() + '"'; // the folder's name contains a quote and a space
     test::Scenes scenes;
     const std::string noises = "noise frequency=2\nnoise frequency=2 seed=1\n";
-    scenes.runAnew("read " + ball + "\nmesh2ls dim=40\nsphere offset=4,0,0\n" + noises +
-                   "bound grid=0,1 side=outside width=0.2\ndfvn\n");
+    scenes.runAnew("read " + ball + "\nmesh2ls dim=40\nsphere translate=4,0,0\n" + noises +
+                   "bound grid=0,1 side=outside layer=0.2\ndfvn\n");
     const Flow flow = std::get<Flow>(std::get<app::AnyFlow>(test::valueOf(scenes.session, app::Kind::flow)));
     // The normal velocity at either wall is nearly zero.
     for (const double x : {0.0, 4.0})
@@ -54,6 +54,8 @@ TEST_CASE("bound action: several walls act as their union", "[app]") {
             const Vec3d v = flow.at(Vec3d{{x, 0, 0}} + normal).velocity;
             CHECK(std::abs(dot(v, normal)) < 0.05 * (length(v) + 0.1));
         }
-    scenes.runAnew("sphere dim=2\nsphere dim=2 offset=3,0,0\nnoise dim=2 frequency=2\nbound grid=0,1 width=0.2\n");
+    scenes.runAnew(
+        "sphere dimensions=2\nsphere dimensions=2 translate=3,0,0\nnoise dimensions=2 frequency=2\nbound grid=0,1 "
+        "layer=0.2\n");
     CHECK_THAT(scenes.complaint("sphere\n" + noises + "bound grid=0,1"), ContainsSubstring("age 1"));
 }

@@ -22,8 +22,8 @@ double meanOf(const Image& image) {
 
 TEST_CASE("splat action: draws curves and points and reports their coverage", "[app]") {
     const Folder folder;
-    const Outcome outcome = folder.mustRun(kFlow + "-scatter count=200 -trace limit=2 -splat" + kSize +
-                                           "-write curves.png -scatter count=500 -splat by=height map=ice" + kSize +
+    const Outcome outcome = folder.mustRun(kFlow + "-scatter count=200 -trace maxLength=2 -splat" + kSize +
+                                           "-write curves.png -scatter count=500 -splat show=height map=ice" + kSize +
                                            "-write points.png points.json");
     CHECK_THAT(outcome.err, ContainsSubstring("splat: ") && ContainsSubstring("500 of 500 points"));
     const auto report = jsonOf(folder / "points.json").at("splat");
@@ -46,16 +46,16 @@ TEST_CASE("splat action: the camera fits what is drawn with or without a box", "
     };
     CHECK(covered("") > 0.35);
     CHECK(covered("from=0,0,1 fov=0.1") > 0.35);
-    CHECK(covered("box=0,0,0,9,9,9") < covered(""));
-    CHECK(covered("eye=4.5,4.5,12 target=4.5,4.5,4.5 fov=10") > 0.2);
+    CHECK(covered("viewBox=0,0,0,9,9,9") < covered(""));
+    CHECK(covered("eye=4.5,4.5,12 aim=4.5,4.5,4.5 fov=10") > 0.2);
 }
 
 TEST_CASE("splat action: over=1 draws onto a picture with depth and hides what is behind", "[app]") {
     const Folder folder;
     const auto mean = [&](const std::string& later) {
         folder.mustRun(
-            "-jitter spacing=0.1 box=-1,-1,0.5,1,1,0.7 -splat look=opaque radius=0.08 fade=0 "
-            "eye=0,0,5 target=0,0,0" +
+            "-jitter spacing=0.1 box=-1,-1,0.5,1,1,0.7 -splat look=opaque pointRadius=0.08 fade=0 "
+            "eye=0,0,5 aim=0,0,0" +
             kSize + later + "-write a.png");
         return meanOf(readPng(folder / "a.png"));
     };
@@ -63,7 +63,7 @@ TEST_CASE("splat action: over=1 draws onto a picture with depth and hides what i
     const double alone = mean("");
     CHECK(mean("-scatter count=300 box=-1,-1,-1,1,1,-0.5 " + light) == Approx(alone).epsilon(0.02));
     CHECK(mean("-scatter count=300 box=-1,-1,0.9,1,1,1 " + light) > 1.02 * alone);
-    CHECK(mean("-scatter count=300 box=-1,-1,0.9,1,1,1 -splat over=1 look=opaque color=1,1,1 radius=0.05 ") >
+    CHECK(mean("-scatter count=300 box=-1,-1,0.9,1,1,1 -splat over=1 look=opaque color=1,1,1 pointRadius=0.05 ") >
           1.02 * alone);
     // An opaque picture has a depth channel, one of light has none.
     folder.mustRun("-jitter count=100 -splat look=opaque" + kSize + "-write a.exr -splat" + kSize + "-write b.exr");
@@ -73,10 +73,11 @@ TEST_CASE("splat action: over=1 draws onto a picture with depth and hides what i
 
 TEST_CASE("splat action: every colour option and the wall outline change the picture", "[app]") {
     const Folder folder;
-    const std::string curves = kFlow + "-sphere -scatter count=50 -trace limit=1 ";
+    const std::string curves = kFlow + "-sphere -scatter count=50 -trace maxLength=1 ";
     std::set<std::string> pictures;
-    for (const std::string by : {"by=speed", "by=id", "by=index", "by=height", "by=depth", "by=age", "color=1,0.5,0",
-                                 "map=ember", "outline=0", "range=0,9", "background=0.1,0.1,0.1", "exposure=3"}) {
+    for (const std::string by :
+         {"show=speed", "show=id", "show=index", "show=height", "show=depth", "show=age", "color=1,0.5,0", "map=ember",
+          "outline=0", "range=0,9", "background=0.1,0.1,0.1", "exposure=3"}) {
         folder.mustRun(curves + "-splat " + by + kSize + "-write a.png");
         pictures.insert(bytesOf(folder / "a.png"));
     }
@@ -86,9 +87,10 @@ TEST_CASE("splat action: every colour option and the wall outline change the pic
 TEST_CASE("splat action: invalid inputs and options are refused", "[app]") {
     const Folder folder;
     folder.mustFail("-splat -write a.png", {"-splat", "points or curves", "none"});
-    folder.mustFail("-sphere -scatter count=5 -splat by=speed", {"-splat", "velocity"});
-    folder.mustFail("-sphere -scatter count=5 -splat by=age", {"-splat", "age"});
-    folder.mustFail("-sphere -scatter count=5 -splat by=id color=1,1,1", {"-splat", "by=", "color=", "one of them"});
+    folder.mustFail("-sphere -scatter count=5 -splat show=speed", {"-splat", "velocity"});
+    folder.mustFail("-sphere -scatter count=5 -splat show=age", {"-splat", "age"});
+    folder.mustFail("-sphere -scatter count=5 -splat show=id color=1,1,1",
+                    {"-splat", "show=", "color=", "one of them"});
     folder.mustFail("-sphere -scatter count=5 -splat over=1", {"-splat", "an image", "none"});
     folder.mustFail("-noise -slice width=20 -sphere -scatter count=5 -splat over=1", {"-splat", "perspective"});
     folder.mustFail("-sphere -scatter count=5 -splat pixels=0", {"-splat", "pixels"});
@@ -97,7 +99,7 @@ TEST_CASE("splat action: invalid inputs and options are refused", "[app]") {
 
 TEST_CASE("advect trails=1: keeps pathlines as curves and distance measures them", "[app]") {
     const Folder folder;
-    const std::string points = "-scatter count=100 seed=2 -advect time=0.5 pathlines=1 ";
+    const std::string points = "-scatter count=100 seed=2 -advect duration=0.5 pathlines=1 ";
     folder.mustRun(kFlow + points + "steps=10 -write a.csv " + points +
                    "steps=20 -distance geo=0,2 -write curves.json -distance geo=1,3 -write points.json");
     CHECK(linesIn(bytesOf(folder / "a.csv")) == 1 + 100 * 11);
@@ -115,13 +117,13 @@ TEST_CASE("advect trails=1: keeps pathlines as curves and distance measures them
 TEST_CASE("snap action: moves points onto a shape or a terrain", "[app]") {
     const Folder folder;
     folder.mustRun(
-        "-torus -scatter count=200 -snap -write r.json -noise dim=2 -height -scatter count=300 "
-        "box=-1,-1,-0.5,1,1,0.5 -snap iso=0 reach=2 -write h.json");
+        "-torus -scatter count=200 -snap -write r.json -noise dimensions=2 -height -scatter count=300 "
+        "box=-1,-1,-0.5,1,1,0.5 -snap iso=0 maxDistance=2 -write h.json");
     CHECK(jsonOf(folder / "r.json").at("snap").at("missed") == 0);
     CHECK(jsonOf(folder / "h.json").at("snap").at("missed") == 0);
     folder.mustFail("-scatter count=3 box=0,0,0,1,1,1 -snap", {"-snap", "shape"});
     folder.mustFail("-torus -snap", {"-snap", "points"});
-    folder.mustFail("-torus -scatter count=3 -snap reach=0", {"-snap", "reach"});
+    folder.mustFail("-torus -scatter count=3 -snap maxDistance=0", {"-snap", "maxDistance"});
 }
 
 TEST_CASE("splat action: empty points give an empty picture", "[app]") {
@@ -156,10 +158,9 @@ TEST_CASE("splat action: one camera is used for a whole sequence", "[app]") {
 TEST_CASE("splat action: an obstacle hides the points behind it and a container does not", "[app]") {
     const Folder folder;
     const auto covered = [&](const std::string& side, const std::string& box) {
-        folder.mustRun("-sphere radius=0.5 -noise -noise seed=1 -bound width=0.2 side=" + side +
+        folder.mustRun("-sphere radius=0.5 -noise -noise seed=1 -bound layer=0.2 side=" + side +
                        " -dfvn -scatter count=300 seed=2 domain=none box=" + box +
-                       " -splat color=1,1,1 glow=0 fade=0 eye=0,0,5 target=0,0,0 fov=30" + kSize +
-                       "-write a.png a.json");
+                       " -splat color=1,1,1 glow=0 fade=0 eye=0,0,5 aim=0,0,0 fov=30" + kSize + "-write a.png a.json");
         return jsonOf(folder / "a.json").at("splat").at("covered").get<double>();
     };
     const std::string behind = "-0.2,-0.2,-1.2,0.2,0.2,-1", before = "-0.2,-0.2,1,0.2,0.2,1.2";

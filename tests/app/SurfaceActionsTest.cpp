@@ -47,21 +47,21 @@ TEST_CASE("shade action: pictures do not depend on threads or instruction set", 
 
 TEST_CASE("shade action: over=1 draws one surface into another picture", "[app][command]") {
     const Folder folder;
-    folder.mustRun("-torus -shade eye=0,1,4 target=0,0,0" + kSmall +
-                   "-sphere radius=0.3 -shade over=1 -sphere radius=0.9 -shade over=1 outline=1 -write all.exr");
+    folder.mustRun("-torus -shade eye=0,1,4 aim=0,0,0" + kSmall +
+                   "-sphere radius=0.3 -shade over=1 -sphere radius=0.9 -shade over=1 rimOnly=1 -write all.exr");
     CHECK(readExr(folder / "all.exr").width == 64);
-    folder.mustFail("-noise dim=2 -slice width=16 -sphere -shade over=1", {"-shade", "camera"});
+    folder.mustFail("-noise dimensions=2 -slice width=16 -sphere -shade over=1", {"-shade", "camera"});
     folder.mustFail("-sphere -shade over=1", {"-shade", "image"});
     folder.mustFail("-noise -shade", {"-shade", "iso="});
     folder.mustFail("-plane -shade", {"infinite"});
     folder.mustFail("-sphere -shade show=value", {"a field", "none"});
     folder.mustFail("-sphere -shade show=speed", {"a flow", "none"});
-    folder.mustFail("-sphere -shade time=1", {"a flow", "none"});
+    folder.mustFail("-sphere -shade duration=1", {"a flow", "none"});
     folder.mustFail("-sphere -shade texture=lic", {"a flow", "none"});
     folder.mustFail("-sphere -noise -shade show=value texture=checker", {"cannot be combined"});
     folder.mustFail("-sphere -shade texture=film film=-1,2", {"film"});
     folder.mustFail("-sphere -shade color=-1,0,0", {"color"});
-    folder.mustFail("-sphere -shade samples=0", {"samples"});
+    folder.mustFail("-sphere -shade supersampling=0", {"supersampling"});
     folder.mustFail("-shade iso=0", {"a field", "none"});
 }
 
@@ -70,11 +70,11 @@ TEST_CASE("shade action: a flow carries a texture over a surface", "[app][comman
     // The flow rotates about the y axis by 2 f' g' t. This maps bands of latitude to themselves, but not a checker
     // texture.
     const std::string turning =
-        "-sphere -ramp -surface speed=1 -shade eye=0,0,4 shadow=0 samples=1 width=48 height=36 ";
+        "-sphere -ramp -surface speed=1 -shade eye=0,0,4 shadow=0 supersampling=1 width=48 height=36 ";
     for (const char* texture : {"latitude", "checker edge=0.3"}) {
         CAPTURE(texture);
         folder.mustRun(turning + "texture=" + texture + " -write still.exr");
-        folder.mustRun(turning + "texture=" + texture + " time=0.7 steps=8 -write moved.exr moved.json");
+        folder.mustRun(turning + "texture=" + texture + " duration=0.7 steps=8 -write moved.exr moved.json");
         const Image still = readExr(folder / "still.exr"), moved = readExr(folder / "moved.exr");
         double worst = 0;
         for (size_t k = 0; k < still.pixels.size(); ++k)

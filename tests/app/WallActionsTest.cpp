@@ -21,7 +21,7 @@ Wall ball(double width, Side side = Side::inside) { return {.sdf = sphereSdf(1),
 TEST_CASE("bound action: takes the layer width from the noise and reports it once", "[app][command]") {
     const Folder folder;
     requireField(folder, "-sphere -noise frequency=2 seed=1 -bound", bounded(noise(1), ball(0.15)));
-    requireField(folder, "-sphere -noise frequency=2 seed=1 -bound width=0.2 side=outside separate=1 amplitude=0.1",
+    requireField(folder, "-sphere -noise frequency=2 seed=1 -bound layer=0.2 side=outside separate=1 amplitude=0.1",
                  bounded(noise(1), ball(0.2, Side::outside), {.separate = true, .amplitude = 0.1}));
     requireField(folder, "-sphere -noise frequency=2 seed=1 -bound variation=0.5",
                  bounded(noise(1), ball(0.15), {.variation = 0.5}));
@@ -33,7 +33,7 @@ TEST_CASE("bound action: takes the layer width from the noise and reports it onc
         "'alpha={T}' -bound -dfvn -slice width=8 -write 'a.$F.png'");
     CHECK_THAT(told.err, Catch::ContainsSubstring("bound: layer width 0.15, 0.3 wavelengths of the noise (0.5)"));
     CHECK(told.err.find("bound: layer") == told.err.rfind("bound: layer"));
-    const Outcome measured = folder.mustRun("-sphere -ramp direction=0,2,0 -bound width=0.1 -check samples=100");
+    const Outcome measured = folder.mustRun("-sphere -ramp gradient=0,2,0 -bound layer=0.1 -check samples=100");
     CHECK_THAT(measured.err, Catch::ContainsSubstring("measured"));
 }
 
@@ -43,7 +43,7 @@ TEST_CASE("bound action: a noise too coarse for its object gets a narrower layer
     CHECK_THAT(small.err, Catch::ContainsSubstring("warning: the noise's wavelength, 1, is too long for this object") &&
                               Catch::ContainsSubstring("at most 0.0167"));
     const Outcome thin =
-        folder.mustRun("-capsule radius=0.1 length=4 " + kTwo + "-bound width=0.2 -dfvn -check samples=500");
+        folder.mustRun("-capsule radius=0.1 length=4 " + kTwo + "-bound layer=0.2 -dfvn -check samples=500");
     CHECK_THAT(thin.err,
                Catch::ContainsSubstring("warning: the layer, 0.2 wide, overlaps itself in 100 % of the inside"));
     const Outcome fits = folder.mustRun("-sphere " + kTwo + "-bound -dfvn -check samples=500");
@@ -55,41 +55,43 @@ TEST_CASE("bound action: a band that would take minutes is refused with a sugges
 
     store(folder / "mesh.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
     folder.mustFail(
-        "-read mesh.obj -mesh2ls dim=100 -noise -noise seed=1 -bound width=2.4 side=outside -dfvn -velocity",
+        "-read mesh.obj -mesh2ls dim=100 -noise -noise seed=1 -bound layer=2.4 side=outside -dfvn -velocity",
         {"-bound", "a band of", "choose a width of at most"});
 }
 
 TEST_CASE("lengths: a percentage is relative to the object that the action takes", "[app][command]") {
     const Folder folder;
     const double diagonal = 2 * std::sqrt(3.0); // of the sphere's box
-    requireField(folder, "-sphere -noise frequency=2 seed=1 -bound width=5%", bounded(noise(1), ball(0.05 * diagonal)));
-    requireField(folder, "-sphere -noise frequency=2 seed=1 -bound width={10/2}%",
+    requireField(folder, "-sphere -noise frequency=2 seed=1 -bound layer=5%", bounded(noise(1), ball(0.05 * diagonal)));
+    requireField(folder, "-sphere -noise frequency=2 seed=1 -bound layer={10/2}%",
                  bounded(noise(1), ball(0.05 * diagonal)));
-    folder.mustRun("-sphere " + kTwo + "-bound width=4% -dfvn -velocity voxel=2% -check report=grid.json samples=100");
+    folder.mustRun("-sphere " + kTwo + "-bound layer=4% -dfvn -velocity voxel=2% -check report=grid.json samples=100");
     folder.mustFail("-sphere radius=5%", {"-sphere", "radius=5%", "takes no object", "world units"});
-    folder.mustFail("-noise -noise seed=1 -curl offset=5%", {"-curl", "offset=5%", "world units"});
-    folder.mustFail("-plane -noise -bound width=5% -check", {"-bound", "finite size"});
-    folder.mustFail("-sphere -noise -bound width=-5% -check", {"-bound", "width=-5%", "above 0"});
-    folder.mustFail("-sphere -noise -bound width=5%% -check", {"-bound", "width=5%%", "5%"});
+    folder.mustFail("-noise -noise seed=1 -curl shift=5%", {"-curl", "shift=5%", "world units"});
+    folder.mustFail("-plane -noise -bound layer=5% -check", {"-bound", "finite size"});
+    folder.mustFail("-sphere -noise -bound layer=-5% -check", {"-bound", "layer=-5%", "above 0"});
+    folder.mustFail("-sphere -noise -bound layer=5%% -check", {"-bound", "layer=5%%", "5%"});
 }
 
 TEST_CASE("bound action: works in 2D", "[app][command]") {
     const Folder folder;
     const WallN<2> disc{.sdf = sphereSdf<2>(1), .width = 0.15};
     const auto flat = noiseField<Psrd2>({.seed = 1}, {.frequency = 2});
-    requireField(folder, "-sphere dim=2 -noise dim=2 frequency=2 seed=1 -bound", bounded(flat, disc));
-    requireFlow(folder, "-sphere dim=2 -noise dim=2 frequency=2 seed=1 -bound -dfvn", FlowN<2>({bounded(flat, disc)}));
-    requireField(folder, "-box dim=2 size=2,1,1 rounding=0.3", boxSdf<2>({{2, 1}}, 0.3).distance);
-    requireField(folder, "-plane dim=2 normal=1,2,0 height=0.5", planeSdf<2>({{1, 2}}, 0.5).distance);
-    requireField(folder, "-sphere dim=2 radius=0.5 offset=0.2,0.3,0 scale=2 -box dim=2 size=1 -difference",
+    requireField(folder, "-sphere dimensions=2 -noise dimensions=2 frequency=2 seed=1 -bound", bounded(flat, disc));
+    requireFlow(folder, "-sphere dimensions=2 -noise dimensions=2 frequency=2 seed=1 -bound -dfvn",
+                FlowN<2>({bounded(flat, disc)}));
+    requireField(folder, "-box dimensions=2 size=2,1,1 rounding=0.3", boxSdf<2>({{2, 1}}, 0.3).distance);
+    requireField(folder, "-plane dimensions=2 normal=1,2,0 distance=0.5", planeSdf<2>({{1, 2}}, 0.5).distance);
+    requireField(folder,
+                 "-sphere dimensions=2 radius=0.5 translate=0.2,0.3,0 scale=2 -box dimensions=2 size=1 -difference",
                  subtract(placed(sphereSdf<2>(0.5), PlacementN<2>{.offset = {{0.2, 0.3}}, .scale = {{2, 2}}}),
                           boxSdf<2>({{1, 1}}, 0.2), 0.1)
                      .distance);
-    folder.mustFail("-sphere dim=2 offset=0,0,1 -check", {"-sphere", "offset", "z = 0"});
+    folder.mustFail("-sphere dimensions=2 translate=0,0,1 -check", {"-sphere", "translate", "z = 0"});
     // Points and pictures stay within the shape.
     folder.mustRun(
-        "-sphere dim=2 -noise dim=2 frequency=2 -bound variation=0.8 -dfvn speed=1 -scatter count=500 "
-        "-advect time=2 steps=10 -check report=disc.json samples=2000 strict=1 -slice width=32 -write d.png");
+        "-sphere dimensions=2 -noise dimensions=2 frequency=2 -bound variation=0.8 -dfvn speed=1 -scatter count=500 "
+        "-advect duration=2 steps=10 -check report=disc.json samples=2000 strict=1 -slice width=32 -write d.png");
     const auto report = jsonOf(folder / "disc.json");
     CHECK(report["outside"] == 0);
     CHECK(report["not_converged"] == 0);
@@ -105,7 +107,7 @@ TEST_CASE("curl action: conforms to the wall of a bounded noise", "[app][command
     // The ramp applies to the noises themselves, however many of them are bounded.
     requireFlow(folder,
                 "-sphere -noise seed=1 frequency=2 -bound -noise seed=2 frequency=2 -bound -noise seed=3 frequency=2 "
-                "-bound width=0.1 -curl",
+                "-bound layer=0.1 -curl",
                 closed);
     folder.mustRun("-sphere " + three +
                    "-bound -curl speed=1 -velocity dim=24 staggered=1 -check report=a.json "

@@ -9,7 +9,7 @@ using Catch::Matchers::ContainsSubstring;
 namespace {
 
 const std::string kNoises = "-noise frequency=2 -noise frequency=2 seed=1 ";
-const std::string kFlow = kNoises + "-bound side=outside width=0.2 -dfvn speed=1 ";
+const std::string kFlow = kNoises + "-bound side=outside layer=0.2 -dfvn speed=1 ";
 const std::string kCheck = "-check samples=200 report=check.json ";
 
 /// A plate that is two units wide and `thickness` thick.
@@ -32,7 +32,7 @@ nlohmann::json checked(const Folder& folder, const std::string& program) {
 TEST_CASE("check: points are judged by the mesh that the wall was made from", "[app][command]") {
     const Folder folder;
     writeMesh(folder / "ball.ply", ball(4));
-    const std::string points = "-scatter count=3000 -advect time=1 steps=10 ";
+    const std::string points = "-scatter count=3000 -advect duration=1 steps=10 ";
     const Outcome outcome = folder.mustRun("-read ball.ply -mesh2ls dim=40 " + kFlow + points + kCheck);
     const auto report = jsonOf(folder / "check.json");
     CHECK(report.at("outside") == 0);
@@ -75,21 +75,21 @@ TEST_CASE("check: a mesh that is missed by more than half a voxel breaks the pro
 
 TEST_CASE("check: the mesh moves with its level set and unions keep it", "[app][command]") {
     const auto [name, wall] = GENERATE(table<std::string, std::string>(
-        {{"moved", "-read ball.ply -mesh2ls dim=30 -move offset=3,1,0 rotate=10,20,30 scale=0.5 " + kFlow},
-         {"union", "-read ball.ply -mesh2ls dim=30 -read ball.ply -move offset=1,0,0 -union " + kFlow},
-         {"several walls", "-read ball.ply -mesh2ls dim=30 -read ball.ply -move offset=4,0,0 -mesh2ls dim=30 " +
-                               kNoises + "-bound grid=0,1 side=outside width=0.2 -dfvn speed=1 "},
+        {{"moved", "-read ball.ply -mesh2ls dim=30 -move translate=3,1,0 rotate=10,20,30 scale=0.5 " + kFlow},
+         {"union", "-read ball.ply -mesh2ls dim=30 -read ball.ply -move translate=1,0,0 -union " + kFlow},
+         {"several walls", "-read ball.ply -mesh2ls dim=30 -read ball.ply -move translate=4,0,0 -mesh2ls dim=30 " +
+                               kNoises + "-bound grid=0,1 side=outside layer=0.2 -dfvn speed=1 "},
          {"sheet", "-read sheet.ply -mesh2ls dim=30 thickness=0.3 " + kFlow},
          {"wind", "-read ball.ply -mesh2ls dim=30 -wind speed=1 "},
          {"inside", "-read ball.ply -mesh2ls dim=30 " + kNoises + "-bound -dfvn speed=1 "},
          {"not the newest",
-          "-read ball.ply -mesh2ls dim=30 as=hull -read ball.ply -move offset=4,0,0 -mesh2ls dim=30 " + kNoises +
-              "-bound wall=hull width=0.2 -dfvn speed=1 "}}));
+          "-read ball.ply -mesh2ls dim=30 as=hull -read ball.ply -move translate=4,0,0 -mesh2ls dim=30 " + kNoises +
+              "-bound wall=hull layer=0.2 -dfvn speed=1 "}}));
     CAPTURE(name);
     const Folder folder;
     writeMesh(folder / "ball.ply", ball(3));
     writeMesh(folder / "sheet.ply", plane(2, 8));
-    const auto report = checked(folder, wall + "-scatter count=300 -advect time=0.3 steps=3 ");
+    const auto report = checked(folder, wall + "-scatter count=300 -advect duration=0.3 steps=3 ");
     REQUIRE(report.contains("mesh_outside"));
     CHECK(report.at("outside") == 0);
     CHECK(report.at("mesh_depth_max_voxels").get<double>() < 0.5);
@@ -100,16 +100,16 @@ TEST_CASE("check: without a mesh there is nothing to judge points by", "[app][co
     writeMesh(folder / "ball.ply", ball(3));
     const std::string points = "-scatter count=50 ";
     CHECK_FALSE(checked(folder, "-sphere " + kFlow + points).contains("mesh_outside"));
-    CHECK_FALSE(
-        checked(folder, "-read ball.ply -mesh2ls dim=30 -sphere radius=0.5 offset=1,0,0 -difference " + kFlow + points)
-            .contains("mesh_outside"));
+    CHECK_FALSE(checked(folder, "-read ball.ply -mesh2ls dim=30 -sphere radius=0.5 translate=1,0,0 -difference " +
+                                    kFlow + points)
+                    .contains("mesh_outside"));
 }
 
 TEST_CASE("check: curves are judged like points", "[app][command]") {
     const Folder folder;
     writeMesh(folder / "ball.ply", ball(4));
     const auto report =
-        checked(folder, "-read ball.ply -mesh2ls dim=30 " + kFlow + "-scatter count=100 -trace limit=1 ");
+        checked(folder, "-read ball.ply -mesh2ls dim=30 " + kFlow + "-scatter count=100 -trace maxLength=1 ");
     CHECK(report.at("curves_vertices").get<int>() > 500);
     CHECK(report.at("curves_outside") == 0);
     CHECK(report.at("curves_mesh_depth_max_voxels").get<double>() < 0.5);
@@ -119,8 +119,8 @@ TEST_CASE("check: a mesh that moves is judged as it is in the frame", "[app][com
     const Folder folder;
     writeMesh(folder / "ball.ply", ball(3));
     folder.mustRun(kNoises +
-                   "-frames 1-3 -read ball.ply -move 'offset={T*3},0,0' -mesh2ls dim=20 "
-                   "-bound side=outside width=0.3 -dfvn speed=1 -emit rate=5000 -advect " +
+                   "-frames 1-3 -read ball.ply -move 'translate={T*3},0,0' -mesh2ls dim=20 "
+                   "-bound side=outside layer=0.3 -dfvn speed=1 -emit rate=5000 -advect " +
                    "-check samples=200 'report=check.$F.json'");
     for (const std::string frame : {"2", "3"}) {
         const auto report = jsonOf(folder / ("check." + frame + ".json"));
@@ -152,8 +152,8 @@ TEST_CASE("mesh2ls: warns of filled shells and thin parts and refuses objects th
     writeMesh(folder / "far.ply", moved(ball(3), {1e6f, 0, 0}));
     folder.mustFail("-read far.ply -mesh2ls dim=100", {"-mesh2ls", "from the origin", "move it to the origin"});
     // A level set far away is exact, since its transform is double; its mesh is not kept.
-    const auto far = checked(folder, "-read hollow.ply -mesh2ls dim=40 width=9 -move offset=1e6,0,0 " + kFlow +
-                                         "-scatter count=100 -advect time=0.3 steps=3 ");
+    const auto far = checked(folder, "-read hollow.ply -mesh2ls dim=40 halfWidth=9 -move translate=1e6,0,0 " + kFlow +
+                                         "-scatter count=100 -advect duration=0.3 steps=3 ");
     CHECK(far.at("outside") == 0);
     CHECK_FALSE(far.contains("mesh_outside"));
 }
@@ -167,7 +167,7 @@ TEST_CASE("superpose action: warns once of a flow that crosses the other's wall"
     };
     const std::string bound = "-sphere " + kFlow;
     const Outcome crossing =
-        folder.mustRun(bound + "-updraft -superpose -print -scatter count=50 -advect time=0.1 steps=2");
+        folder.mustRun(bound + "-updraft -superpose -print -scatter count=50 -advect duration=0.1 steps=2");
     CHECK(count(crossing.err, "warning") == 1);
     CHECK_THAT(crossing.err, ContainsSubstring("the newer flow crosses the wall of the other"));
     CHECK_THAT(crossing.out, ContainsSubstring("domain: outside a wall"));

@@ -50,11 +50,11 @@ class Around(unittest.TestCase):
         flow = build.around(support.monkey())
         grid = build.add("velocity", flow, dim=40, name="velocity", density=1)
         self.volume = build.add("CurlewVolumeResult", (grid, "Velocity"), (grid, "Density"))
-        points = build.add("advect", flow, build.add("scatter", flow, count=4000, seed=3), time=1, steps=10)
+        points = build.add("advect", flow, build.add("scatter", flow, count=4000, seed=3), duration=1, steps=10)
         self.particles = build.add("CurlewParticlesResult", points)
-        curves = build.add("trace", flow, build.add("scatter", flow, count=40), limit=3)
+        curves = build.add("trace", flow, build.add("scatter", flow, count=40), maxLength=3)
         self.curves = build.add("CurlewCurvesResult", curves)
-        level = build.add("advectLevelSet", flow, build.add("mesh2ls", build.tree.nodes["Mesh Object"], dim=32), time=0.3)
+        level = build.add("advectLevelSet", flow, build.add("mesh2ls", build.tree.nodes["Mesh Object"], dim=32), duration=0.3)
         self.level = build.add("CurlewMeshResult", build.add("ls2mesh", level))
         return build.tree
 
@@ -172,7 +172,7 @@ class Frames(unittest.TestCase):
     def loop(self, name):
         """Builds a tree with particles in a ball that are back where they began after 8 frames."""
         build = Tree(name)
-        bound = build.add("bound", build.add("noise", frequency=1.5, seed=1), build.add("sphere"), width=0.2)
+        bound = build.add("bound", build.add("noise", frequency=1.5, seed=1), build.add("sphere"), layer=0.2)
         flow = build.add("dfvn", build.add("noise", frequency=1.5), bound, speed=1)
         points = build.add("advect", flow, build.add("scatter", flow, count=200), loop=8 / 24)
         build.particles = build.add("CurlewParticlesResult", points)
@@ -265,7 +265,7 @@ class Frames(unittest.TestCase):
             points = build.add("scatter", flow, count=50, box="-1,-1,-1,1,1,1")
 
             def add_curves():
-                return build.add("CurlewCurvesResult", build.add("trace", flow, points, limit=1))
+                return build.add("CurlewCurvesResult", build.add("trace", flow, points, maxLength=1))
 
             curves = add_curves() if curves_first else None
             result = build.add("CurlewParticlesResult", build.add("advect", flow, points))
@@ -282,10 +282,10 @@ class Frames(unittest.TestCase):
         build = Tree()
         flow = build.add("uniform", velocity="0,0,1", box="-1,-1,-1,1,1,1")
         scattered = build.add("scatter", flow, count=7)
-        build.add("CurlewCurvesResult", build.add("trace", flow, scattered, limit=1))
+        build.add("CurlewCurvesResult", build.add("trace", flow, scattered, maxLength=1))
         results, emitters = [], []
         for x, rate in ((-0.5, 240), (0.5, 480)):
-            emitters.append(build.add("emit", build.add("sphere", radius=0.1, offset=f"{x},0,0"), rate=rate))
+            emitters.append(build.add("emit", build.add("sphere", radius=0.1, translate=f"{x},0,0"), rate=rate))
             results.append(build.add("CurlewParticlesResult", build.add("advect", flow, emitters[-1]), label=f"at {x}"))
         build.tree.sequence = True
         self.bake.bake(build.tree)
@@ -354,7 +354,7 @@ class Errors(unittest.TestCase):
     def test_a_result_of_another_kind(self):
         build = Tree()
         flow = build.add("dfvn", build.add("noise"), build.add("noise", seed=1))
-        result = build.add("CurlewParticlesResult", build.add("trace", flow, build.add("scatter", flow, count=10), limit=1))
+        result = build.add("CurlewParticlesResult", build.add("trace", flow, build.add("scatter", flow, count=10), maxLength=1))
         self.fails(build, result, "is of kind 'curves', not 'points'")
 
     def test_cycles(self):

@@ -39,10 +39,10 @@ def growing():
     level = build.add("mesh2ls", mesh, dim=16)
     f = build.add("noise", alpha="{2*pi*T}")
     keyed(f, "o_frequency", ((1, 1.0), (11, 2.0)))
-    flow = build.add("dfvn", f, build.add("bound", build.add("noise", seed=2), level, width=0.3), speed=1)
+    flow = build.add("dfvn", f, build.add("bound", build.add("noise", seed=2), level, layer=0.3), speed=1)
     source = build.add("sphere", radius=0.2, place=empty)
     build.points = build.add("CurlewParticlesResult", build.add("scatter", source, count=200), thickness=0.05)
-    build.curves = build.add("CurlewCurvesResult", build.add("trace", flow, build.add("scatter", flow, count=20), limit=1))
+    build.curves = build.add("CurlewCurvesResult", build.add("trace", flow, build.add("scatter", flow, count=20), maxLength=1))
     build.mesh = build.add("CurlewMeshResult", build.add("ls2mesh", level))
     grid = build.add("velocity", flow, dim=16, name="velocity")
     build.volume = build.add("CurlewVolumeResult", (grid, "Velocity"))
@@ -54,7 +54,7 @@ def long(count=200000, steps=5000):
     """Builds a tree whose bake takes minutes."""
     build = Tree("long")
     flow = build.add("dfvn", build.add("noise"), build.add("noise", seed=1))
-    points = build.add("advect", flow, build.add("scatter", flow, count=count), steps=steps, time="{1+F}")
+    points = build.add("advect", flow, build.add("scatter", flow, count=count), steps=steps, duration="{1+F}")
     build.points = build.add("CurlewParticlesResult", points)
     build.tree.bake_on_frame = True
     return build
@@ -193,11 +193,11 @@ class Frames(Live):
         plan_of = support.addon("job").plan_of
         self.scene.frame_set(7)
         self.assertNotIn("moment", plan_of(build.tree, self.scene).graph)
-        noise.set_option("offset", "{F},{T},{fps}")
+        noise.set_option("translate", "{F},{T},{fps}")
         self.assertEqual(plan_of(build.tree, self.scene).graph["moment"], {"frame": 7, "fps": 24, "time": 0.25})
         self.bake.bake(build.tree)
         moving = contents(shown(build.tree.nodes["Particles Result"]))
-        noise.set_option("offset", "7,0.25,24")
+        noise.set_option("translate", "7,0.25,24")
         self.bake.bake(build.tree)
         self.assertEqual(contents(shown(build.tree.nodes["Particles Result"])), moving)
 
@@ -283,7 +283,7 @@ class Frames(Live):
             still = np.array([v.co for v in node.target.data.vertices])
             self.assertEqual(still.shape, seen[frame - 1].shape)
             self.assertLess(np.abs(still - seen[frame - 1]).max(), 1e-6)  # the slopes have 7 digits
-        trace = build.add("trace", wind, node.inputs[0].links[0].from_node, limit=1)
+        trace = build.add("trace", wind, node.inputs[0].links[0].from_node, maxLength=1)
         build.add("CurlewCurvesResult", trace)
         keyed(trace, "o_direction", ((1, "forward"), (5, "both")))
         build.tree.sequence = True

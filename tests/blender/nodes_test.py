@@ -109,6 +109,49 @@ class Nodes(unittest.TestCase):
         node.set_option("freq", "1")  # the default value, given explicitly
         self.assertEqual(node.given(), {"frequency": "1"})
 
+    def test_former_names_of_options_load(self):
+        """A file of the last release stores options under their names of that time."""
+        tree = bpy.data.node_groups.new("old", "CurlewTree")
+        tree.use_fake_user = True
+
+        def stored(action, **properties):
+            node = tree.nodes.new("CurlewNode_" + action)
+            for name, value in properties.items():
+                node[name] = value
+            return node
+
+        bound = stored("bound")
+        for frame, width in ((1, 0.25), (11, 0.5)):
+            bound.o_layer = width
+            bound.keyframe_insert("o_layer", frame=frame)
+        curve = tree.animation_data.action.fcurves[0]
+        curve.data_path = curve.data_path.replace("o_layer", "o_width")  # as that release wrote it
+        del bound["o_layer"]
+        bound["o_width"] = 0.25
+        sphere = stored("sphere", o_offset=(1.0, 2.0, 3.0), o_dim=2)
+        noise = stored("noise", o_grid=1, t_offset="{T},0,0")
+        stored("splat", o_by=3, o_radius=0.5, o_box=(-1.0, -1.0, -1.0, 1.0, 1.0, 2.0))
+        both = stored("advect", o_time=1.0)
+        both.o_duration = 2.0
+        path = str(support.WORK / "former.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        self.assertEqual((sphere.given(), noise.given()), ({}, {}))
+        bpy.ops.wm.open_mainfile(filepath=path)
+        tree = bpy.data.node_groups["old"]
+        given = {node.name: node.given() for node in tree.nodes}
+        self.assertEqual(given, {
+            "Bound": {"layer": "0.25"},
+            "Sphere": {"dimensions": "2", "translate": "1,2,3"},
+            "Noise": {"lattice": "perlin", "translate": "{T},0,0"},
+            "Splat": {"show": "id", "pointRadius": "0.5", "viewBox": "-1,-1,-1,1,1,2"},
+            "Advect": {"duration": "2"},
+        })
+        self.assertEqual([c.data_path for c in tree.animation_data.action.fcurves], ['nodes["Bound"].o_layer'])
+        support.addon("keyframes").follow(tree, 11)
+        self.assertEqual(tree.nodes["Bound"].given(), {"layer": "0.5"})
+        tree.nodes["Bound"].set_option("width", "0.75")  # in scripts too
+        self.assertEqual(tree.nodes["Bound"].given(), {"layer": "0.75"})
+
     def test_a_default_is_not_given_and_a_copy_keeps_what_is(self):
         tree = bpy.data.node_groups.new("t", "CurlewTree")
         node = tree.nodes.new("CurlewNode_advect")

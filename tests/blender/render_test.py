@@ -62,7 +62,7 @@ class Renders(unittest.TestCase):
         support.empty()
         build = self.build = Tree()
         sphere = build.add("sphere", radius=1)
-        bound = build.add("bound", build.add("noise", frequency=1.5, seed=1), sphere, width=0.3)
+        bound = build.add("bound", build.add("noise", frequency=1.5, seed=1), sphere, layer=0.3)
         self.flow = build.add("dfvn", build.add("noise", frequency=1.5, seed=2), bound, speed=2)
 
     def bake(self):

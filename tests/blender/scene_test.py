@@ -79,7 +79,7 @@ class Export(unittest.TestCase):
         build = Tree("moving")
         level = build.add("mesh2ls", build.add("CurlewMeshObject", object=ball, animated=True), dim=24)
         f, g = build.add("noise", alpha="{T}"), build.add("noise", seed=1)
-        flow = build.add("dfvn", f, build.add("bound", g, level, side="outside", width=0.3), speed=1)
+        flow = build.add("dfvn", f, build.add("bound", g, level, side="outside", layer=0.3), speed=1)
         points = build.add("advect", flow, build.add("scatter", flow, count=300))
         build.add("CurlewParticlesResult", points)
         here = folder("here")
@@ -152,18 +152,18 @@ class Import(unittest.TestCase):
             "sphere radius=0.6\nnoise frequency=2\nnoise seed=1\nbound keep=1\ndfvn speed=1\n"
             "sphere radius=0.3\nnoise seed=3\nnoise seed=4\nbound side=outside\ndfvn\n"
             "scatter count=50 seed=1\nscatter count=60 seed=2\nwrite geo=1 old.csv\nadvect steps=2\nwrite new.csv\n"
-            "velocity dim=16 density=1 potentials=1\nwrite grid=0,1,3 three.vdb\ntrace geo=1 limit=1\nwrite c.obj c.csv\n",
+            "velocity dim=16 density=1 potentials=1\nwrite grid=0,1,3 three.vdb\ntrace geo=1 maxLength=1\nwrite c.obj c.csv\n",
             "ages")
 
     def test_fields_of_other_dimensions(self):
-        self.agree("noise dim=2 frequency=3 amplitude=0.4\nnoise type=simplex\nlift\nslice width=40\nwrite a.png\n"
-                   "noise type=simplex dim=4\nnoise type=simplex dim=4 seed=1\nnoise type=simplex dim=4 seed=2\n"
-                   "noise dim=2 seed=8\ndfvn\nslice width=40\nwrite b.png\nnoise dim=2\nheight\nslice axis=y width=40\n"
-                   "write c.png\nnoise\ncurl offset=100\nslice width=40\nwrite d.png\n", "dimensions")
+        self.agree("noise dimensions=2 frequency=3 amplitude=0.4\nnoise type=simplex\nlift\nslice width=40\nwrite a.png\n"
+                   "noise type=simplex dimensions=4\nnoise type=simplex dimensions=4 seed=1\nnoise type=simplex dimensions=4 seed=2\n"
+                   "noise dimensions=2 seed=8\ndfvn\nslice width=40\nwrite b.png\nnoise dimensions=2\nheight\nslice axis=y width=40\n"
+                   "write c.png\nnoise\ncurl shift=100\nslice width=40\nwrite d.png\n", "dimensions")
 
     def test_pictures_that_are_drawn_into_and_joined(self):
         text = ("noise\nnoise seed=1\ndfvn speed=1\nscatter count=50 seed=1\nscatter count=50 seed=2\n"
-                "advect time=0.2 steps=4 pathlines=1\nsplat width=60\nwrite x.png\ntorus\nshade width=60\n"
+                "advect duration=0.2 steps=4 pathlines=1\nsplat width=60\nwrite x.png\ntorus\nshade width=60\n"
                 "splat over=1 geo=2\nwrite y.png\nslice width=40\npanels count=2\nwrite z.png\ndistance geo=1,2\n"
                 "expect distance/mean min=0\n")
         _, program = self.agree(text, "pictures")
@@ -182,7 +182,7 @@ class Import(unittest.TestCase):
 
     def test_frames(self):
         _, program = self.agree(
-            "noise seed=5\nnoise seed=6\ndfvn\nscatter count=40\nadvect time=0.1 steps=2\nframes 3-5 fps=12 substeps=2\n"
+            "noise seed=5\nnoise seed=6\ndfvn\nscatter count=40\nadvect duration=0.1 steps=2\nframes 3-5 fps=12 substeps=2\n"
             "noise alpha={T}\nnoise seed=1\ndfvn speed=1\nadvect\nscatter count=5 seed=9\nwrite 'new.$F4.csv'\n"
             "sphere radius=0.3\nkill side=inside\nwrite 'b.$F2.csv'\n", "frames")
         self.assertIn("frames 3-5 fps=12 substeps=2\n", program)
@@ -243,11 +243,11 @@ class Walk(unittest.TestCase):
     def test_muted_nodes_hand_on(self):
         build = Tree()
         noise = build.add("noise")
-        clip = build.add("clip", noise, range=0.3)
+        clip = build.add("clip", noise, limit=0.3)
         flow = build.add("dfvn", clip, build.add("noise", seed=1))
         build.add("write", build.add("slice", flow), words="a.png")
         muted = build.add("write", build.add("slice", flow, axis="x"), words="b.png")
-        self.assertEqual(self.said(build.tree)["Clip"], ("clip", {"range": "0.3"}, {"field": ["Noise"]}))
+        self.assertEqual(self.said(build.tree)["Clip"], ("clip", {"limit": "0.3"}, {"field": ["Noise"]}))
         clip.mute = muted.mute = True
         self.assertEqual(self.said(build.tree), {
             "Noise": ("noise", {}, {}), "Noise.001": ("noise", {"seed": "1"}, {}),
@@ -263,7 +263,7 @@ class Walk(unittest.TestCase):
         inner.tree.inputs.new("CurlewFieldSocket", "Field")
         inner.tree.outputs.new("CurlewFieldSocket", "Field")
         start, end = inner.add("NodeGroupInput"), inner.add("NodeGroupOutput")
-        inner.tree.links.new(inner.add("clip", start, range=0.25).outputs[0], end.inputs[0])
+        inner.tree.links.new(inner.add("clip", start, limit=0.25).outputs[0], end.inputs[0])
         outer = Tree("outer")
         outer.tree.inputs.new("CurlewFieldSocket", "Field")
         outer.tree.outputs.new("CurlewFlowSocket", "Flow")
@@ -279,7 +279,7 @@ class Walk(unittest.TestCase):
         said = self.said(build.tree)
         self.assertEqual(said["Slice"][2], {"what": ["Group/Flow (∇f × ∇g)"]})
         self.assertEqual(said["Group/Flow (∇f × ∇g)"][2], {"f": ["Group/Group/Clip"], "g": ["Group/Noise"]})
-        self.assertEqual(said["Group/Group/Clip"], ("clip", {"range": "0.25"}, {"field": ["Noise"]}))
+        self.assertEqual(said["Group/Group/Clip"], ("clip", {"limit": "0.25"}, {"field": ["Noise"]}))
         result = build.add("CurlewParticlesResult", build.add("scatter", group, count=5))
         flow.set_option("speed", "{1/0}")
         with self.assertRaises(RuntimeError):
@@ -298,7 +298,7 @@ class Walk(unittest.TestCase):
         again = Tree()
         volume = again.add("CurlewVolumeObject", object=result.target, grids="density")
         flow = again.add("dfvn", again.add("noise"), again.add("noise", seed=1), speed=1)
-        moved = again.add("CurlewVolumeResult", again.add("advectGrid", flow, volume, time=0.2))
+        moved = again.add("CurlewVolumeResult", again.add("advectGrid", flow, volume, duration=0.2))
         support.addon("bake").bake(again.tree)
         moved.target.data.grids.load()
         self.assertEqual([g.name for g in moved.target.data.grids], ["density"])

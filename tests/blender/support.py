@@ -80,7 +80,7 @@ class Tree:
         level = self.add("mesh2ls", mesh, dim=48)
         f = self.add("noise", frequency=1.5, seed=1)
         g = self.add("noise", frequency=1.5, seed=2)
-        bound = self.add("bound", g, level, width=width, side=side)
+        bound = self.add("bound", g, level, layer=width, side=side)
         return self.add("dfvn", f, bound, speed=1)
 
 

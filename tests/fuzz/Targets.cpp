@@ -224,7 +224,7 @@ const std::string kPly =
     "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
 const std::string kScene =
     "set a=2\nsphere radius={a*0.5} as=ball\nnoise frequency={a} alpha={T}\nbound wall=ball\n"
-    "noise seed=1\ndfvn speed=1\nscatter count=10\nframes 1-3 fps=24\nadvect time={1/fps} steps=2\n";
+    "noise seed=1\ndfvn speed=1\nscatter count=10\nframes 1-3 fps=24\nadvect duration={1/fps} steps=2\n";
 
 } // namespace
 

@@ -21,14 +21,14 @@ PREPARE = {
 }
 CASES = {
     "mesh2ls": "-read {root}/scenes/spot.obj -mesh2ls dim=500",
-    "mesh2ls, wide band": "-read {root}/scenes/spot.obj -mesh2ls dim=250 width=20",
+    "mesh2ls, wide band": "-read {root}/scenes/spot.obj -mesh2ls dim=250 halfWidth=20",
     "velocity": FLOW + "-velocity dim=200",
     "velocity, staggered": FLOW + "-velocity dim=200 staggered=1",
     "velocity, density and potentials": FLOW + "-velocity dim=160 density=1 potentials=1",
     "scatter": POINTS,
     "jitter": "-jitter count=1e6",
     "advect with pathlines": FLOW + "-scatter count=20000 -advect steps=100 pathlines=1",
-    "trace": FLOW + "-scatter count=20000 -trace limit=2",
+    "trace": FLOW + "-scatter count=20000 -trace maxLength=2",
     "ls2mesh": "-read {root}/scenes/spot.obj -mesh2ls dim=400 -ls2mesh",
     "spacing": POINTS + "-spacing",
     "read points.vdb": "-read points.vdb",
@@ -37,7 +37,7 @@ CASES = {
     "slice": "-noise -slice width=5000",
     "splat": POINTS + "-splat width=4000 height=3000",
     "spectrum": FLOW + "-velocity dim=128 -spectrum",
-    "advectGrid": FLOW + "-sphere radius=0.5 -velocity dim=64 -advectGrid grid=0 time=0.1",
+    "advectGrid": FLOW + "-sphere radius=0.5 -velocity dim=64 -advectGrid grid=0 duration=0.1",
 }
 
 

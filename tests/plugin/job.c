@@ -266,11 +266,11 @@ int main(int argc, char** argv) {
             "mesh2ls voxel=0.02\n"
             "noise frequency=2 seed=1\n"
             "noise frequency=2 seed=2\n"
-            "bound width=0.15 side=outside\n"
+            "bound layer=0.15 side=outside\n"
             "dfvn speed=1\n"
             "velocity voxel=0.1 density=1\n"
             "scatter count=2000\n"
-            "advect time=0.5 steps=10\n"
+            "advect duration=0.5 steps=10\n"
             "check samples=1000 strict=1\n"
             "print\n");
     CHECK(progressCalls > 0);

@@ -326,7 +326,7 @@ static void wrongPositions(void) {
     FAILS(curlew_session_field(session, 0, &field), CURLEW_VALUE_ERROR, "no field");
     FAILS(curlew_session_flow(session, -1, &flow), CURLEW_VALUE_ERROR, "-1");
     SUCCEEDS(curlew_run(session, kFlow, NULL, NULL));
-    SUCCEEDS(curlew_run(session, "uniform\nsuperpose keep=1\nnoise dim=2\n", NULL, NULL));
+    SUCCEEDS(curlew_run(session, "uniform\nsuperpose keep=1\nnoise dimensions=2\n", NULL, NULL));
     FAILS(curlew_session_field(session, 1, &field), CURLEW_VALUE_ERROR, "no field of age 1");
     CHECK(field == NULL);
     SUCCEEDS(curlew_session_field(session, 0, &field));
@@ -458,7 +458,7 @@ static void* work(void* number) {
         SUCCEEDS(curlew_run(session, n % 2 == 0 ? "threads 1" : "verbose", NULL, NULL));
         SUCCEEDS(curlew_provide_mesh(session, "tetrahedron", &corners, &faces, NULL));
         SUCCEEDS(curlew_run(session,
-                            "read tetrahedron\nmesh2ls dim=16\nnoise alpha={pi/4}\nnoise seed=1\nbound width=0.2\n"
+                            "read tetrahedron\nmesh2ls dim=16\nnoise alpha={pi/4}\nnoise seed=1\nbound layer=0.2\n"
                             "dfvn speed=1\nvelocity dim=16\nscatter count=500\nadvect steps=3\ncheck samples=100\n",
                             NULL, NULL));
         SUCCEEDS(curlew_read(session, CURLEW_POINTS, 0, "position", &p));

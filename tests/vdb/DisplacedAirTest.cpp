@@ -186,7 +186,7 @@ TEST_CASE("displacedAir: errors say what is missing", "[DisplacedAir]") {
     CHECK_THAT(complaint(domain, 0.1), ContainsSubstring("obstacle"));
     domain = sphere.domain();
     domain.wall->sdf.reach = 0.2;
-    CHECK_THAT(complaint(domain, 0.1), ContainsSubstring("width="));
+    CHECK_THAT(complaint(domain, 0.1), ContainsSubstring("layer="));
     CHECK(complaint(domain, 0.06) == "nothing is wrong");
     domain = sphere.domain();
     domain.box = cube(0.2);

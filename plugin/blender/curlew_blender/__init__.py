@@ -14,20 +14,20 @@ bl_info = {
 
 def register() -> None:
     """Loads the library, and creates a node class for each of its actions."""
-    from . import bake, library, live, nodes, panel, presets, results, scene_io, sockets
+    from . import bake, former, library, live, nodes, panel, presets, results, scene_io, sockets
 
     actions = library.actions()
     sockets.register()
     nodes.register(actions)
-    for module in (bake, scene_io, presets, results, live):
+    for module in (former, bake, scene_io, presets, results, live):
         module.register()
     panel.register(actions)
 
 
 def unregister() -> None:
     """Unregisters everything."""
-    from . import bake, live, nodes, panel, presets, results, scene_io, sockets
+    from . import bake, former, live, nodes, panel, presets, results, scene_io, sockets
 
     panel.unregister()
-    for module in (live, results, presets, scene_io, bake, nodes, sockets):
+    for module in (live, results, presets, scene_io, bake, former, nodes, sockets):
         module.unregister()

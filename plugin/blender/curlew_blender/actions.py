@@ -38,6 +38,7 @@ class Option:
     upper: float
     exclusive: bool
     implied: Mapping[str, str]  # values that this option implies for others that are not given
+    formerly: Tuple[str, ...] = ()  # names that it had in the last release
 
     @property
     def description(self) -> str:
@@ -71,8 +72,9 @@ class Action:
     most_words: int
 
     def option(self, name: str) -> Option:
-        """Returns the option with this name or unique prefix. Raises ValueError if there is none."""
-        found = [o for o in self.options if o.name == name] or [o for o in self.options if o.name.startswith(name)]
+        """Returns the option with this name, former name or unique prefix. Raises ValueError if there is none."""
+        found = ([o for o in self.options if o.name == name] or [o for o in self.options if name in o.formerly]
+                 or [o for o in self.options if o.name.startswith(name)])
         if len(found) != 1:
             known = ", ".join(o.name for o in self.options) or "none"
             raise ValueError(f"-{self.name} has no option '{name}'; its options are {known}")
@@ -117,6 +119,7 @@ def actions_of(registry: Mapping[str, Any]) -> Dict[str, Action]:
         options = tuple(
             # A length is a number; a relative one such as "5%" is kept as text, like an expression.
             Option(**{**{name: o[name] for name in Option.__dataclass_fields__}, "choices": tuple(o["choices"]),
+                      "formerly": tuple(o["formerly"]),
                       "type": "real" if o["type"] == "length" else o["type"],
                       "lower": _bound(o["lower"], -math.inf), "upper": _bound(o["upper"], math.inf)})
             for o in entry["options"]

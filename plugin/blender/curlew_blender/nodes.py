@@ -211,7 +211,7 @@ class ActionNode(CurlewNode):
     @classmethod
     def places(cls) -> bool:
         """Returns whether an object can provide the position."""
-        return all(cls.action.has(name) for name in ("offset", "rotate"))
+        return all(cls.action.has(name) for name in ("translate", "rotate"))
 
 
 def action_id(name: str) -> str:

@@ -31,15 +31,15 @@ PRESETS: Dict[str, Preset] = {
         mesh2ls dim=96
         noise frequency=@/3@ octaves=2 seed=1
         noise frequency=@/3@ octaves=2 seed=2
-        bound width=@0.06@
+        bound layer=@0.06@
         dfvn speed=@0.35@
         velocity dim=96 name=velocity density=1
         write volume.vdb grid=0,1
         scatter count=250 seed=5
-        trace limit=@1.5@
+        trace maxLength=@1.5@
         write curves.obj
         scatter count=20000 seed=7
-        advect time=1.5 steps=40
+        advect duration=1.5 steps=40
         write particles.ply
         """,
         thickness=0.0022,
@@ -50,16 +50,16 @@ PRESETS: Dict[str, Preset] = {
         """
         read object.ply
         mesh2ls dim=80
-        ramp direction=0,0,1
+        ramp gradient=0,0,1
         noise frequency=@/1.3@ octaves=2 seed=3 amplitude=@0.09@
         sum
-        ramp direction=0,1,0
+        ramp gradient=0,1,0
         noise frequency=@/1.3@ octaves=2 seed=5 amplitude=@0.09@
         sum
-        bound side=outside width=@0.3@
+        bound side=outside layer=@0.3@
         dfvn speed=@1@ padding=@0.35@
         scatter count=150 seed=4
-        trace direction=both limit=@2@
+        trace direction=both maxLength=@2@
         write curves.obj
         """,
         thickness=0.003,
@@ -71,9 +71,9 @@ PRESETS: Dict[str, Preset] = {
         read object.ply
         mesh2ls dim=128
         noise frequency=@/4@ octaves=2 seed=4
-        surface reach=@0.014@ speed=@0.3@
+        surface extent=@0.014@ speed=@0.3@
         scatter count=5000 seed=2
-        trace direction=both limit=@0.5@
+        trace direction=both maxLength=@0.5@
         write curves.obj
         """,
         thickness=0.002,
@@ -84,15 +84,15 @@ PRESETS: Dict[str, Preset] = {
         """
         sphere radius=1
         noise frequency=2 octaves=3 seed=11
-        surface reach=0.04 speed=0.5
+        surface extent=0.04 speed=0.5
         sphere radius=1.012
         sphere radius=1.002
         difference smoothing=0
         scatter count=40000 seed=3
-        advect time=0.8 steps=30
+        advect duration=0.8 steps=30
         write particles.ply
         scatter count=500 seed=5
-        trace direction=both limit=1.6
+        trace direction=both maxLength=1.6
         write curves.obj
         """,
         needs_mesh=False,

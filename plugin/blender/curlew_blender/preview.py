@@ -53,7 +53,7 @@ def _add(collected: Collected, flow: str, is_slice: bool) -> None:
     if is_slice:
         graph[_SHOWN] = graph_node(_SHOWN, "slice", [], {"width": str(PIXELS)}, {"what": [flow]})
     else:
-        short = {"time": "0.3", "steps": "2", "scheme": "midpoint"}
+        short = {"duration": "0.3", "steps": "2", "scheme": "midpoint"}
         graph[_POINTS] = graph_node(_POINTS, "scatter", [], {"count": str(PARTICLES)}, {"domain": [flow]})
         graph[_SHOWN] = graph_node(_SHOWN, "advect", [], short, {"flow": [flow], "points": [_POINTS]})
     collected.wanted[_SHOWN] = ("image" if is_slice else "points", _SHOWN)

@@ -111,7 +111,7 @@ def _pose(place: Place, depsgraph: bpy.types.Depsgraph, before: Sequence[_Pose])
 def _options(key: str, place: Place, poses: Sequence[_Pose], frames: Sequence[int]) -> Dict[str, str]:
     options: Dict[str, str] = {}
     columns: Dict[str, List[Tuple[float, ...]]] = {
-        "offset": [pose[0] for pose in poses],
+        "translate": [pose[0] for pose in poses],
         "rotate": [tuple(np.degrees(pose[1])) for pose in poses],
         "scale": [pose[2] for pose in poses],
     }

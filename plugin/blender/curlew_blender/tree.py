@@ -10,7 +10,7 @@ from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Seque
 
 import bpy
 
-from . import library, nodes
+from . import former, library, nodes
 from .actions import TreeError, split_words
 from .sources import MeshSource, Place
 
@@ -76,6 +76,7 @@ def collect(tree: bpy.types.NodeTree, namer: Optional[FileNamer] = None,
             roots: Optional[Sequence[str]] = None) -> Collected:
     """Collects the graph for all results and nodes without outputs, or for the nodes with these keys. `namer` returns
     the files for volumes; without it, volumes are skipped. Raises TreeError if the tree is invalid."""
+    former.rename_all()  # trees appended from the file of an earlier release
     return _Collector(tree, namer, roots).collected
 
 

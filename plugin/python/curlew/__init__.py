@@ -10,10 +10,10 @@
             mesh2ls dim=64
             noise frequency=2
             noise frequency=2 seed=1
-            bound width=0.2 side=outside
+            bound layer=0.2 side=outside
             dfvn speed=1
             scatter count=1e5
-            advect time=1 as=dust
+            advect duration=1 as=dust
         ''')
         moved = session.points("dust").positions
 

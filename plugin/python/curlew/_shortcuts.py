@@ -109,7 +109,7 @@ def advect(
         program: the program that makes the flow.
         ids: (n,) integers.
         meshes: (points, faces) by name, for `read NAME` in the program.
-        options: those of the action `advect`: time=2, steps=50, scheme="rk4", reproject="gauss-newton", …
+        options: those of the action `advect`: duration=2, steps=50, scheme="rk4", reproject="gauss-newton", …
     """
     with Session() as session:
         for name, (points, faces) in (meshes or {}).items():

@@ -8,12 +8,12 @@ import curlew
 SCENE = """
 torus radius=0.7 tube=0.3
 noise frequency=2 seed=1
-surface speed=1 reach=0.1 as=wind
+surface speed=1 extent=0.1 as=wind
 slice axis=y show=speed width=400
 write speed.png
 torus radius=0.7 tube=0.3
 scatter count=200 seed=3
-trace limit=2 as=threads
+trace maxLength=2 as=threads
 """
 
 with curlew.Program(SCENE, name="my scene").run() as session:

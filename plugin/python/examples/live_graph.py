@@ -25,10 +25,10 @@ graph = {
         node("hull", "mesh2ls", inputs={"mesh": "cube"}, dim=96),
         swirl,
         node("drift", "noise", frequency=1, seed=2),
-        node("along", "bound", inputs={"noise": "drift", "wall": "hull"}, side="outside", width=0.2),
+        node("along", "bound", inputs={"noise": "drift", "wall": "hull"}, side="outside", layer=0.2),
         node("wind", "dfvn", inputs={"f": "swirl", "g": "along"}, speed=1),
         node("seeds", "scatter", inputs={"domain": "wind"}, count=2000),
-        node("dust", "advect", inputs={"flow": "wind", "points": "seeds"}, time=0.5, steps=10),
+        node("dust", "advect", inputs={"flow": "wind", "points": "seeds"}, duration=0.5, steps=10),
     ],
     "wanted": ["dust"],
 }

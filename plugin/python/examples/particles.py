@@ -14,7 +14,7 @@ read cube.ply
 mesh2ls dim=48
 noise frequency=1.5 seed=1
 noise frequency=1.5 seed=2
-bound width=0.2 side=outside
+bound layer=0.2 side=outside
 dfvn speed=1
 scatter count=5000
 frames 1-12 substeps=4

@@ -7,7 +7,7 @@ FLOW = """
 sphere radius=1
 noise frequency=2 octaves=2 seed=1
 noise frequency=2 octaves=2 seed=2
-bound width=0.2
+bound layer=0.2
 dfvn speed=1
 """
 

@@ -17,15 +17,20 @@ std::vector<Option> cameraOptions() {
                "direction from the subject to the camera, which is placed so that the whole subject is visible"),
         vector("up", fmt::format("{}", fmt::join(o.up.c, ",")), "", "up vector of the camera"),
         vector("eye", "", "world units", "camera position (default: along from=, far enough to see the whole subject)"),
-        vector("target", "", "world units", "point that the camera looks at (default: centre of the subject)"),
+        formerly({"target"},
+                 vector("aim", "", "world units", "point that the camera looks at (default: centre of the subject)")),
         fov,
         integer("width", fmt::format("{}", o.width), 1, 32768, "picture width in pixels"),
         integer("height", fmt::format("{}", o.height), 1, 32768, "picture height in pixels")};
 }
 
+Option viewBoxOption(const std::string& fallback) {
+    return box("viewBox", "region that the camera sees (default: " + fallback + ")");
+}
+
 CameraOptions viewpointOf(const Arguments& a) {
-    if (a.given("target") && !a.given("eye"))
-        throw ValueError("target= needs eye=; give both, or neither to see the whole subject");
+    if (a.given("aim") && !a.given("eye"))
+        throw ValueError("aim= needs eye=; give both, or neither to see the whole subject");
     return {.from = a.vector("from"),
             .up = a.vector("up"),
             .fieldOfView = a.real("fov"),
@@ -36,8 +41,8 @@ CameraOptions viewpointOf(const Arguments& a) {
 Camera cameraOf(const Arguments& a, const Box& subject) {
     const CameraOptions o = viewpointOf(a);
     if (!a.given("eye")) return Camera::around(subject, o);
-    if (!a.given("target") && !subject.finite()) throw ValueError("the subject is infinite; give target=");
-    const Vec3d target = a.given("target") ? a.vector("target") : subject.center();
+    if (!a.given("aim") && !subject.finite()) throw ValueError("the subject is infinite; give aim=");
+    const Vec3d target = a.given("aim") ? a.vector("aim") : subject.center();
     return {a.vector("eye"), target, o.up, o.fieldOfView, o.width, o.height};
 }
 

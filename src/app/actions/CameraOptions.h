@@ -9,6 +9,9 @@ namespace curlew::app {
 /// The options for the viewpoint and size of a picture in perspective: from, up, eye, target, fov, width, height.
 std::vector<Option> cameraOptions();
 
+/// The option for the region that the camera shows. `fallback`: for the help, the region without it.
+Option viewBoxOption(const std::string& fallback);
+
 /// Returns the camera options except for the position. Throws ValueError if target= is given without eye=.
 CameraOptions viewpointOf(const Arguments& a);
 

@@ -10,17 +10,18 @@ namespace {
 using namespace options;
 
 const Binding<CarryOptions>& carryBinding() {
-    static const auto binding = Binding<CarryOptions>()
-                                    .add(
-                                        real("time", "", "s",
-                                             "advection time; negative runs against the flow. Keep it shorter than one "
-                                             "turn of the flow's eddies"),
-                                        [](auto& o) -> auto& { return o.time; })
-                                    .add(
-                                        integer("steps", "", 1, 1000,
-                                                "number of RK4 steps; more steps follow the flow map more closely. A "
-                                                "flow made of the carried noise is divergence-free for any number"),
-                                        [](auto& o) -> auto& { return o.steps; });
+    static const auto binding =
+        Binding<CarryOptions>()
+            .add(
+                formerly({"time"}, real("duration", "", "s",
+                                        "advection time; negative runs against the flow. Keep it shorter than one "
+                                        "turn of the flow's eddies")),
+                [](auto& o) -> auto& { return o.time; })
+            .add(
+                integer("steps", "", 1, 1000,
+                        "number of RK4 steps; more steps follow the flow map more closely. A "
+                        "flow made of the carried noise is divergence-free for any number"),
+                [](auto& o) -> auto& { return o.steps; });
     return binding;
 }
 
@@ -52,9 +53,9 @@ Registry carryActions() {
              .takes = {taken("noise", {Kind::noise}), stays("flow", {Kind::flow})},
              .makes = {made("field", {Kind::field})},
              .options = std::move(options),
-             .examples =
-                 {"curlew -noise type=sine dim=2 -dfvn keep=1 -noise dim=2 frequency=4 amplitude=0.2 -carry time=0.1 "
-                  "-sum -dfvn -slice -write carried.png"},
+             .examples = {"curlew -noise type=sine dimensions=2 -dfvn keep=1 -noise dimensions=2 frequency=4 "
+                          "amplitude=0.2 -carry duration=0.1 "
+                          "-sum -dfvn -slice -write carried.png"},
              .evaluation = Evaluation::anyTime,
              .run = carry}};
 }

@@ -18,17 +18,22 @@ const Binding<TraceOptions>& traceBinding() {
     static const auto binding =
         Binding<TraceOptions>()
             .add(
-                choice("by", kStepByNames, "quantity that is equal for all steps"),
+                formerly({"by"},
+                         choice("unit", kStepByNames,
+                                "measure of step= and maxLength=, and so the quantity that is equal for all steps")),
                 [](auto& o) -> auto& { return o.by; })
             .addOptional(
                 positive("step", "", "world units or s",
-                         "step size (default: 1/200 of the diagonal of the domain's box; with by=time, the time to "
+                         "step size (default: 1/200 of the diagonal of the domain's box; with unit=time, the time to "
                          "travel that at the rms speed)"),
                 [](auto& o) -> auto& { return o.step; })
             .addOptional(
-                positive("limit", "", "world units or s",
-                         "maximum length or duration in each direction (default: 8 diagonals; with by=time, the time "
-                         "to travel them at the rms speed)"),
+                formerly(
+                    {"limit"},
+                    positive(
+                        "maxLength", "", "world units or s",
+                        "maximum length or duration in each direction (default: 8 diagonals; with unit=time, the time "
+                        "to travel them at the rms speed)")),
                 [](auto& o) -> auto& { return o.limit; })
             .add(
                 integer("vertices", "", 2, 1e9, "maximum number of vertices in each direction"),
@@ -36,7 +41,7 @@ const Binding<TraceOptions>& traceBinding() {
             .addOptional(
                 positive("accuracy", "", "world units",
                          "maximum estimated error of a step along the track; larger steps are subdivided (default: "
-                         "with by=time 1e-6 of the diagonal of the flow's box, otherwise unlimited)"),
+                         "with unit=time 1e-6 of the diagonal of the flow's box, otherwise unlimited)"),
                 [](auto& o) -> auto& { return o.accuracy; })
             .add(
                 choice("direction", kDirectionNames, "direction in which to trace: with the flow, against it, or both"),

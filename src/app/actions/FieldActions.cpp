@@ -70,7 +70,7 @@ bool similar(const Arguments& a) {
 void transform(Context& c, const Arguments& a) {
     FieldValue moved{mapped(c, [&](const auto& field) {
         constexpr int kN = std::remove_cvref_t<decltype(field)>::kDimension;
-        return placed(field, PlacementN<kN>{.offset = a.coordinates<kN>("offset"),
+        return placed(field, PlacementN<kN>{.offset = a.coordinates<kN>("translate"),
                                             .rotate = a.vector("rotate"),
                                             .scale = a.coordinates<kN>("scale")});
     })};
@@ -78,7 +78,7 @@ void transform(Context& c, const Arguments& a) {
         std::visit(
             [&](const auto& sdf) {
                 constexpr int kN = std::remove_cvref_t<decltype(sdf.distance)>::kDimension;
-                const auto put = placed(sdf, PlacementN<kN>{.offset = a.coordinates<kN>("offset"),
+                const auto put = placed(sdf, PlacementN<kN>{.offset = a.coordinates<kN>("translate"),
                                                             .rotate = a.vector("rotate"),
                                                             .scale = a.coordinates<kN>("scale")});
                 moved = {put.distance, put};
@@ -147,66 +147,69 @@ Registry sources() {
     return {
         {.name = "ramp",
          .group = kGroup,
-         .summary = "linear ramp, direction·x + offset",
+         .summary = "linear ramp, gradient·x + value",
          .makes = {made("field", {Kind::field})},
-         .options = {coordinates("direction", "0,1,0", "1 / world unit",
-                                 "gradient of the ramp: one number for each dimension of the field"),
-                     real("offset", "0", "", "value at the origin")},
-         .examples = {"curlew -noise -ramp direction=0,0,1 -dfvn -velocity -write sheets.vdb"},
+         .options = {formerly({"direction"},
+                              coordinates("gradient", "0,1,0", "1 / world unit",
+                                          "gradient of the ramp: one number for each dimension of the field")),
+                     formerly({"offset"}, real("value", "0", "", "value at the origin"))},
+         .examples = {"curlew -noise -ramp gradient=0,0,1 -dfvn -velocity -write sheets.vdb"},
          .evaluation = Evaluation::anyTime,
          .run =
              [](Context& c, const Arguments& a) {
-                 c.give(FieldValue{inDimension(a.count("direction"), [&](auto n) {
-                     return rampField(a.coordinates<n>("direction"), a.real("offset"));
+                 c.give(FieldValue{inDimension(a.count("gradient"), [&](auto n) {
+                     return rampField(a.coordinates<n>("gradient"), a.real("value"));
                  })});
              },
-         .makesWith = [](const Arguments& a, const Objects&, const World&) { return fieldOf(a.count("direction")); }},
+         .makesWith = [](const Arguments& a, const Objects&, const World&) { return fieldOf(a.count("gradient")); }},
         {.name = "constant",
          .group = kGroup,
          .summary = "constant field: the same value everywhere",
          .makes = {made("field", {Kind::field})},
          .options = {real("value", "1", "", "value of the field"),
-                     integer("dim", "3", 1, 7, "number of dimensions of the field")},
+                     formerly({"dim"}, integer("dimensions", "3", 1, 7, "number of dimensions of the field"))},
          .examples = {"curlew -noise -constant value=0.5 -sum -probe in.csv out.csv"},
          .evaluation = Evaluation::anyTime,
          .run =
              [](Context& c, const Arguments& a) {
-                 c.give(FieldValue{
-                     inDimension(a.integer<int>("dim"), [&](auto n) { return constantField<n>(a.real("value")); })});
+                 c.give(FieldValue{inDimension(a.integer<int>("dimensions"),
+                                               [&](auto n) { return constantField<n>(a.real("value")); })});
              },
-         .makesWith = [](const Arguments& a, const Objects&, const World&) { return fieldOf(a.integer<int>("dim")); }}};
+         .makesWith = [](const Arguments& a, const Objects&,
+                         const World&) { return fieldOf(a.integer<int>("dimensions")); }}};
 }
 
 Registry combinations() {
-    return {combiningAction("sum", "A + B, the sum of the newest two fields",
-                            "curlew -noise -ramp direction=0,2,0 -sum -noise seed=1 -dfvn -velocity -write drift.vdb",
-                            [](const auto& f, const auto& g, const Arguments&) { return f + g; }),
-            combiningAction("subtract", "A - B, where B is the newest field and A the one before it",
-                            "curlew -noise dim=2 -noise dim=2 seed=1 -subtract -slice -write difference.png",
-                            [](const auto& f, const auto& g, const Arguments&) { return f - g; }),
-            combiningAction("product", "A * B, the product of the newest two fields",
-                            "curlew -noise -constant value=3 -product -probe in.csv out.csv",
-                            [](const auto& f, const auto& g, const Arguments&) { return f * g; }),
-            combiningAction("quotient",
-                            "A / B, where B is the newest field and A the one before it; B must not be zero anywhere",
-                            "curlew -noise -noise seed=1 -constant value=2 -sum -quotient -slice -write quotient.png",
-                            [](const auto& f, const auto& g, const Arguments&) { return f / g; }),
-            combiningAction(
-                "min", "smooth minimum of the newest two fields",
-                "curlew -noise -noise seed=1 -min smoothing=0.2 -slice -write smaller.png",
-                [](const auto& f, const auto& g, const Arguments& a) { return smoothMin(f, g, a.real("smoothing")); },
-                {smoothing()}),
-            combiningAction(
-                "max", "smooth maximum of the newest two fields",
-                "curlew -noise -noise seed=1 -max smoothing=0.2 -slice -write larger.png",
-                [](const auto& f, const auto& g, const Arguments& a) { return smoothMax(f, g, a.real("smoothing")); },
-                {smoothing()}),
-            combiningAction(
-                "displace",
-                "domain warp: A displaced by the gradient of B, where B is the newest field and A the one before it",
-                "curlew -noise frequency=2 -noise frequency=1 seed=1 -displace amount=0.1 -slice -write displaced.png",
-                [](const auto& f, const auto& g, const Arguments& a) { return displaced(f, g, a.real("amount")); },
-                {real("amount", "0.1", "world units²", "factor by which the gradient of B is multiplied")})};
+    return {
+        combiningAction("sum", "A + B, the sum of the newest two fields",
+                        "curlew -noise -ramp gradient=0,2,0 -sum -noise seed=1 -dfvn -velocity -write drift.vdb",
+                        [](const auto& f, const auto& g, const Arguments&) { return f + g; }),
+        combiningAction("subtract", "A - B, where B is the newest field and A the one before it",
+                        "curlew -noise dimensions=2 -noise dimensions=2 seed=1 -subtract -slice -write difference.png",
+                        [](const auto& f, const auto& g, const Arguments&) { return f - g; }),
+        combiningAction("product", "A * B, the product of the newest two fields",
+                        "curlew -noise -constant value=3 -product -probe in.csv out.csv",
+                        [](const auto& f, const auto& g, const Arguments&) { return f * g; }),
+        combiningAction("quotient",
+                        "A / B, where B is the newest field and A the one before it; B must not be zero anywhere",
+                        "curlew -noise -noise seed=1 -constant value=2 -sum -quotient -slice -write quotient.png",
+                        [](const auto& f, const auto& g, const Arguments&) { return f / g; }),
+        combiningAction(
+            "min", "smooth minimum of the newest two fields",
+            "curlew -noise -noise seed=1 -min smoothing=0.2 -slice -write smaller.png",
+            [](const auto& f, const auto& g, const Arguments& a) { return smoothMin(f, g, a.real("smoothing")); },
+            {smoothing()}),
+        combiningAction(
+            "max", "smooth maximum of the newest two fields",
+            "curlew -noise -noise seed=1 -max smoothing=0.2 -slice -write larger.png",
+            [](const auto& f, const auto& g, const Arguments& a) { return smoothMax(f, g, a.real("smoothing")); },
+            {smoothing()}),
+        combiningAction(
+            "displace",
+            "domain warp: A displaced by the gradient of B, where B is the newest field and A the one before it",
+            "curlew -noise frequency=2 -noise frequency=1 seed=1 -displace amount=0.1 -slice -write displaced.png",
+            [](const auto& f, const auto& g, const Arguments& a) { return displaced(f, g, a.real("amount")); },
+            {real("amount", "0.1", "world units²", "factor by which the gradient of B is multiplied")})};
 }
 
 } // namespace
@@ -220,26 +223,28 @@ Registry fieldActions() {
          .summary = "clamp the newest field smoothly to a range; a distance then matters only near its surface",
          .takes = {taken("field", {Kind::field})},
          .makes = {made("field", {Kind::field})},
-         .options = {positive("range", "0.5", "",
-                              "absolute value from which the result is constant, at half this value (C³)"),
+         .options = {formerly({"range"},
+                              positive("limit", "0.5", "",
+                                       "absolute value from which the result is constant, at half this value (C³)")),
                      keep()},
-         .examples = {"curlew -sphere radius=0.5 -clip range=0.4 -slice -write clipped.png"},
+         .examples = {"curlew -sphere radius=0.5 -clip limit=0.4 -slice -write clipped.png"},
          .evaluation = Evaluation::anyTime,
          .run = [](Context& c, const Arguments& a) {
-             c.give(FieldValue{mapped(c, [&](const auto& f) { return clipped(f, a.real("range")); })});
+             c.give(FieldValue{mapped(c, [&](const auto& f) { return clipped(f, a.real("limit")); })});
          }});
-    actions.push_back({.name = "height",
-                       .group = kGroup,
-                       .summary = "height field (terrain): a new last coordinate minus the newest field",
-                       .takes = {taken("field", {Kind::field})},
-                       .makes = {made("field", {Kind::field})},
-                       .options = {keep()},
-                       .examples = {"curlew -noise dim=2 amplitude=0.3 -height -slice axis=y -write terrain.png"},
-                       .evaluation = Evaluation::anyTime,
-                       .run = height,
-                       .makesWith = [](const Arguments&, const Objects& inputs, const World&) {
-                           return fieldOf(dimensionOfInput(inputs, 0) + 1);
-                       }});
+    actions.push_back(
+        {.name = "height",
+         .group = kGroup,
+         .summary = "height field (terrain): a new last coordinate minus the newest field",
+         .takes = {taken("field", {Kind::field})},
+         .makes = {made("field", {Kind::field})},
+         .options = {keep()},
+         .examples = {"curlew -noise dimensions=2 amplitude=0.3 -height -slice axis=y -write terrain.png"},
+         .evaluation = Evaluation::anyTime,
+         .run = height,
+         .makesWith = [](const Arguments&, const Objects& inputs, const World&) {
+             return fieldOf(dimensionOfInput(inputs, 0) + 1);
+         }});
     actions.push_back(
         {.name = "lift",
          .group = kGroup,
@@ -250,8 +255,8 @@ Registry fieldActions() {
                          integer("functions", "1", 1, 2, "number of functions, whose values are the last coordinates")),
                      keep()},
          .examples =
-             {"curlew -noise dim=2 frequency=3 amplitude=0.4 -noise type=simplex -lift -slice -write lifted.png",
-              "curlew -constant value=0.3 -noise type=simplex dim=4 -lift -slice -write slice.png"},
+             {"curlew -noise dimensions=2 frequency=3 amplitude=0.4 -noise type=simplex -lift -slice -write lifted.png",
+              "curlew -constant value=0.3 -noise type=simplex dimensions=4 -lift -slice -write slice.png"},
          .evaluation = Evaluation::anyTime,
          .run = lift,
          .makesWith = [](const Arguments&, const Objects& inputs, const World&) {
@@ -263,7 +268,7 @@ Registry fieldActions() {
          .summary = "scale, rotate and translate the newest field",
          .takes = {taken("field", {Kind::field})},
          .makes = {made("field", {Kind::field, Kind::shape})},
-         .options = {coordinates("offset", "0", "world units", "translation"),
+         .options = {formerly({"offset"}, coordinates("translate", "0", "world units", "translation")),
                      vector("rotate", "0,0,0", "degrees", "rotation about x, then y, then z; in 2D about z"),
                      coordinates("scale", "1", "",
                                  "scale along each axis, applied before the rotation and the translation"),

@@ -59,9 +59,11 @@ std::optional<Wall> wallOfPotentials(const std::vector<FieldValue>& fields) {
 std::vector<Option> paceOptions(std::vector<Option> own = {}) {
     own.push_back(positive("speed", "", "world units / s",
                            "rms speed over the domain to which the flow is scaled (default: not scaled)"));
-    own.push_back(flag("normalize", "0",
-                       "1: scale the velocity to the same speed everywhere; the flow keeps its tracks but is no longer "
-                       "divergence-free"));
+    own.push_back(
+        formerly({"normalize"},
+                 flag("uniformSpeed", "0",
+                      "1: scale the velocity to the same speed everywhere; the flow keeps its tracks but is no longer "
+                      "divergence-free")));
     own.push_back(box("box", "domain of the flow (default: the box of the wall; without a wall -1,-1,-1,1,1,1)"));
     return own;
 }
@@ -72,7 +74,7 @@ void giveFlow(Context& c, const Arguments& a, const FlowN<N>& flow) {
     const Monitor monitor = c.follow("measuring the speed");
     const double speed = a.given("speed") ? a.real("speed") : rmsOf(flow, monitor).speed;
     const FlowN<N> paced = withSpeed(flow, speed, monitor); // called in any case, since it checks that the flow moves
-    c.give(AnyFlow(a.flag("normalize") ? flow.normalized(speed) : paced));
+    c.give(AnyFlow(a.flag("uniformSpeed") ? flow.normalized(speed) : paced));
 }
 
 /// Returns the domain of a 3D flow.
@@ -162,32 +164,32 @@ void dfvn(Context& c, const Arguments& a) {
 }
 
 /// Returns how far from a surface its flow extends: a fraction of the surface's size, if the size is finite.
-double surfaceReach(const Context& c, const Arguments& a) {
+double surfaceExtent(const Context& c, const Arguments& a) {
     constexpr double kPart = 0.06, kOfUnbounded = 0.2;
-    if (a.given("reach")) return a.real("reach");
+    if (a.given("extent")) return a.real("extent");
     const auto box = boxOf(c.value("surface"));
     return box ? kPart * length(box->size()) : kOfUnbounded;
 }
 
 /// A flow along a surface: f is the noise, g the distance of a shape or level set. The distance of a level set is only
-/// known within its narrow band, so it is clipped at `reach`. The flow then ends there, and never samples the end of
+/// known within its narrow band, so it is clipped at `extent`. The flow then ends there, and never samples the end of
 /// the band, where the velocity would jump.
 void surface(Context& c, const Arguments& a) {
-    const double reach = surfaceReach(c, a);
-    const Sdf sdf = c.sdf("surface", reach);
+    const double extent = surfaceExtent(c, a);
+    const Sdf sdf = c.sdf("surface", extent);
     Domain domain;
     if (a.given("box"))
         domain.box = a.box("box");
     else if (sdf.bounds.finite())
-        domain.box = sdf.bounds.padded(reach);
+        domain.box = sdf.bounds.padded(extent);
     const bool sampled = c.kind("surface") == Kind::levelSet;
     giveFlow(c, a,
-             Flow(inSpace(c.field("noise").field), sampled ? clipped(sdf.distance, reach) : sdf.distance, domain));
+             Flow(inSpace(c.field("noise").field), sampled ? clipped(sdf.distance, extent) : sdf.distance, domain));
 }
 
 /// Classical curl noise. With a wall, this ramps the noises themselves, not the fields that -bound made from them.
 void curl(Context& c, const Arguments& a) {
-    const double offset = a.real("offset");
+    const double shift = a.real("shift");
     const auto fields = fieldsOf(c, a.action());
     const Domain domain = domainOf(a, wallOfPotentials(fields));
     const auto noise = [&](size_t k) -> const AnyField& {
@@ -202,7 +204,7 @@ void curl(Context& c, const Arguments& a) {
                     const auto* field = std::get_if<Field>(&noise(k));
                     if (!field) throw ValueError("the three noises must all have 2 or all have 3 dimensions");
                     PlacementN<Field::kDimension> placement;
-                    if (axis >= 0) placement.offset[axis] = -offset;
+                    if (axis >= 0) placement.offset[axis] = -shift;
                     return placed(*field, placement);
                 };
                 return curlFlow(std::array{moved(0, -1), moved(second, 0), moved(third, 1)}, domain);
@@ -216,10 +218,10 @@ void curl(Context& c, const Arguments& a) {
 
 void reshape(Context& c, const Arguments& a) {
     ReshapeOptions options{.softness = a.real("softness")};
-    if (a.given("limit")) options.limit = a.real("limit");
+    if (a.given("maxSpeed")) options.limit = a.real("maxSpeed");
     if (a.given("f")) options.f = a.interval("f");
     if (a.given("g")) options.g = a.interval("g");
-    if (!a.given("limit") && !a.given("f") && !a.given("g")) throw ValueError("needs limit=, f= or g=");
+    if (!a.given("maxSpeed") && !a.given("f") && !a.given("g")) throw ValueError("needs maxSpeed=, f= or g=");
     c.give(AnyFlow(reshaped(c.flow("flow"), options, c.follow("reshape"))));
 }
 
@@ -271,7 +273,7 @@ Action simpleFlow(std::string name, std::string summary, std::vector<Option> opt
 }
 
 Registry potentialActions() {
-    const auto ofThree = [](const Arguments& a) { return !(a.real("offset") > 0); };
+    const auto ofThree = [](const Arguments& a) { return !(a.real("shift") > 0); };
     return {
         {.name = "dfvn",
          .group = kGroup,
@@ -285,7 +287,7 @@ Registry potentialActions() {
               keep()}),
          .examples =
              {"curlew -noise frequency=2 -noise frequency=2 seed=1 -dfvn speed=1 -velocity voxel=0.02 -write vel.vdb",
-              "curlew -noise dim=2 frequency=2 octaves=3 -dfvn -slice -write swirls.png"},
+              "curlew -noise dimensions=2 frequency=2 octaves=3 -dfvn -slice -write swirls.png"},
          .evaluation = Evaluation::anyTime,
          .run = dfvn},
         {.name = "surface",
@@ -293,10 +295,11 @@ Registry potentialActions() {
          .summary = "flow on a surface: the newest noise on the newest shape or level set, and on its offset surfaces",
          .takes = {taken("noise", {Kind::noise}), stays("surface", {Kind::shape, Kind::levelSet})},
          .makes = {made("flow", {Kind::flow})},
-         .options = paceOptions({positive("reach", "", "world units",
-                                          "distance from the surface to which the flow extends; around a level set it "
-                                          "fades out towards it (default: 6 % of the diagonal of its box)"),
-                                 keep()}),
+         .options = paceOptions(
+             {formerly({"reach"}, positive("extent", "", "world units",
+                                           "distance from the surface to which the flow extends; around a level set it "
+                                           "fades out towards it (default: 6 % of the diagonal of its box)")),
+              keep()}),
          .examples = {"curlew -torus -noise frequency=3 -surface speed=1 -velocity voxel=0.02 -write skin.vdb"},
          .evaluation = Evaluation::anyTime,
          .run = surface,
@@ -305,17 +308,20 @@ Registry potentialActions() {
          .group = kGroup,
          .summary = "classical curl noise of the newest three noises (3D, or 2D: cheaper), without tracks; if one is "
                     "bounded, all are",
-         .takes = {several(taken("x", {Kind::field}), 1, 1, "with offset=100 the only noise, used three times"),
-                   onlyIf(taken("y", {Kind::field}), "not with offset=100, which uses one noise three times", ofThree),
-                   onlyIf(taken("z", {Kind::field}), "not with offset=100, which uses one noise three times", ofThree)},
+         .takes = {several(taken("x", {Kind::field}), 1, 1, "with shift=100 the only noise, used three times"),
+                   onlyIf(taken("y", {Kind::field}), "not with shift=100, which uses one noise three times", ofThree),
+                   onlyIf(taken("z", {Kind::field}), "not with shift=100, which uses one noise three times", ofThree)},
          .makes = {made("flow", {Kind::flow})},
          .options = paceOptions(
-             {notNegative("offset", "0", "world units",
-                          "shift between the three copies of a single noise (Catlike: 100); 0: take three noises"),
+             {formerly(
+                  {"offset"},
+                  notNegative("shift", "0", "world units",
+                              "shift between the three copies of a single noise (Catlike: 100); 0: take three noises")),
               keep()}),
-         .examples = {"curlew -noise frequency=2 -curl offset=100 speed=1 -velocity voxel=0.02 -write curl.vdb",
-                      "curlew -noise dim=2 -noise dim=2 seed=1 -noise dim=2 seed=2 -curl -velocity -write cheap.vdb",
-                      "curlew -sphere -noise frequency=2 -bound -curl offset=100 speed=1 -velocity -write ball.vdb"},
+         .examples = {"curlew -noise frequency=2 -curl shift=100 speed=1 -velocity voxel=0.02 -write curl.vdb",
+                      "curlew -noise dimensions=2 -noise dimensions=2 seed=1 -noise dimensions=2 seed=2 -curl "
+                      "-velocity -write cheap.vdb",
+                      "curlew -sphere -noise frequency=2 -bound -curl shift=100 speed=1 -velocity -write ball.vdb"},
          .evaluation = Evaluation::anyTime,
          .run = curl,
          .makesWith = flowInSpace}};
@@ -328,8 +334,8 @@ Registry otherActions() {
          .summary = "slow down or stop streamlines of the newest flow; it stays divergence-free",
          .takes = {taken("flow", {Kind::flow})},
          .makes = {made("flow", {Kind::flow})},
-         .options = {positive("limit", "", "world units / s",
-                              "maximum speed; a faster streamline is slowed down as a whole"),
+         .options = {formerly({"limit"}, positive("maxSpeed", "", "world units / s",
+                                                  "maximum speed; a faster streamline is slowed down as a whole")),
                      interval("f", "", "interval of f: only streamlines with f in it move"),
                      interval("g", "", "interval of g: only streamlines with g in it move"),
                      {.name = "softness",
@@ -339,7 +345,7 @@ Registry otherActions() {
                       .lower = 0,
                       .upper = 0.5},
                      keep()},
-         .examples = {"curlew -noise frequency=2 -noise frequency=2 seed=1 -dfvn speed=1 -reshape limit=1.5 -slice "
+         .examples = {"curlew -noise frequency=2 -noise frequency=2 seed=1 -dfvn speed=1 -reshape maxSpeed=1.5 -slice "
                       "-write limited.png"},
          .evaluation = Evaluation::anyTime,
          .run = reshape,
@@ -367,24 +373,26 @@ Registry otherActions() {
                    [](const Arguments& a, const Domain& domain) {
                        return vortexFlow(a.real("turns"), a.real("core"), domain);
                    }),
-        simpleFlow("updraft", "rising column along y, with speed / (1 + y / height), that spreads; a sum of two terms",
+        simpleFlow("updraft",
+                   "rising column along y, with speed / (1 + y / halfHeight), that spreads; a sum of two terms",
                    {real("speed", "1", "world units / s", "vertical speed at y = 0"),
-                    positive("height", "1", "world units", "height at which half of the speed is left")},
+                    formerly({"height"},
+                             positive("halfHeight", "1", "world units", "height at which half of the speed is left"))},
                    "curlew -noise -noise seed=1 -dfvn speed=0.5 -updraft -superpose -velocity -write smoke.vdb",
                    [](const Arguments& a, const Domain& domain) {
-                       return updraftFlow(a.real("speed"), a.real("height"), domain);
+                       return updraftFlow(a.real("speed"), a.real("halfHeight"), domain);
                    }),
         {.name = "enright",
          .group = kGroup,
-         .summary =
-             "deformation field of Enright's test: a time-dependent flow that returns everything after its period",
+         .summary = "deformation field of Enright's test: a time-dependent flow that returns everything after loop=",
          .makes = {made("flow", {Kind::flow})},
-         .options = {positive("period", "3", "s", "time after which everything is back at its start")},
+         .options = {formerly({"period"},
+                              positive("loop", "3", "s", "time after which everything is back at its start"))},
          .examples = {"curlew -enright -slice -write enright.png"},
          .evaluation = Evaluation::anyTime,
          .varies = true,
          .run = [](Context& c, const Arguments& a) {
-             c.give(AnyFlow(enrightFlowInTime(a.real("period")).at(c.moment().time)));
+             c.give(AnyFlow(enrightFlowInTime(a.real("loop")).at(c.moment().time)));
          }}};
 }
 

@@ -87,7 +87,7 @@ void meshToLevelSetAction(Context& c, const Arguments& a) {
     const auto [levelSet, figures] = solidOf(c.mesh("mesh"),
                                              {.voxel = a.given("voxel") ? a.real("voxel") : 0,
                                               .dim = a.integer<int>("dim"),
-                                              .halfWidth = a.real("width"),
+                                              .halfWidth = a.real("halfWidth"),
                                               .thickness = thickness},
                                              c.follow("mesh to level set"));
     c.say(fmt::format("level set: {} voxels of {:.6g}", levelSet.grid->activeVoxelCount(), levelSet.voxelSize()));
@@ -163,7 +163,7 @@ void velocity(Context& c, const Arguments& a) {
                                 .dim = a.integer<int>("dim"),
                                 .layout = a.flag("staggered") ? Layout::staggered : Layout::collocated,
                                 .mask = c.has("mask") ? c.grid("mask").grid : nullptr,
-                                .wallFade = a.real("skin"),
+                                .wallFade = a.real("wallFade"),
                                 .moving = movingWall(c)};
     const bool potential = options.moving && a.text("displaced") == "potential";
     if (potential) options.displaced = displacedBy(c, flow, options);
@@ -199,13 +199,14 @@ Registry gridActions() {
          .makes = {made("levelSet", {Kind::levelSet})},
          .options = {integer("dim", "256", 1, 1e6, "number of voxels along the longest edge of the mesh's box"),
                      instead(positive("voxel", "", "world units", "voxel size (default: from dim=)"), {"dim"}),
-                     {.name = "width",
+                     {.name = "halfWidth",
                       .type = OptionType::real,
                       .fallback = "3",
                       .help = "half width of the narrow band; -bound widens it if necessary",
                       .unit = "voxels",
                       .lower = 1,
-                      .upper = 1000},
+                      .upper = 1000,
+                      .formerly = {"width"}},
                      positive("thickness", "", "world units",
                               "thickness of a sheet such as cloth or terrain, half on either side (default: a solid; "
                               "holes are closed)"),
@@ -232,13 +233,14 @@ Registry gridActions() {
                                  "distance to sample beyond an obstacle (default: the domain of the flow)"),
                      ages("mask", "",
                           "grid whose active voxels, and no others, are sampled, at its resolution: 0 is the newest"),
-                     {.name = "skin",
+                     {.name = "wallFade",
                       .type = OptionType::real,
                       .fallback = "3",
                       .help = "width of the layer beyond the wall in which the velocity fades to zero",
                       .unit = "voxels",
                       .lower = 1,
-                      .upper = 100},
+                      .upper = 100,
+                      .formerly = {"skin"}},
                      choice("displaced", {"fade", "potential"},
                             "air that a moving wall pushes away; fade: it moves with the wall and ends with the layer. "
                             "potential: the potential flow around an obstacle, as far as the box, which is "

@@ -150,7 +150,7 @@ Action sliceDeclaration() {
                      "fills its cell")}),
         .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn -slice show=speed "
                      "-write speed.png speed.exr",
-                     "curlew -noise dim=2 frequency=2 -slice show=gradient -write gradient.png"},
+                     "curlew -noise dimensions=2 frequency=2 -slice show=gradient -write gradient.png"},
         .run = sliceAction};
 }
 
@@ -164,12 +164,12 @@ void licAction(Context& c, const Arguments& a) {
     const Image vectors = slice(view.box, flowSource(flow, "velocity"), view.slice, monitor);
     const PicturePlane plane(view.box, view.slice);
     Image picture = lic(inPlane(vectors, plane),
-                        {.length = a.given("length") ? a.real("length") : 0.06 * view.slice.width,
-                         .kernel = a.choice<LicKernel>("kernel"),
+                        {.length = a.given("streakLength") ? a.real("streakLength") : 0.06 * view.slice.width,
+                         .kernel = a.choice<LicKernel>("filter"),
                          .grain = a.given("grain") ? a.real("grain") : std::max(1.25, view.slice.width / 800.0),
                          .seed = a.integer<uint64_t>("seed")},
                         monitor);
-    if (a.choice("color") == 0) {
+    if (a.choice("show") == 0) {
         const Image speed = slice(view.box, flowSource(flow, "speed"), view.slice, monitor);
         ColorScale scale = automaticScale(speed, ColorMap::viridis);
         scale.lower -= 0.25f * scale.upper; // the darkest colours would hide the streaks
@@ -184,21 +184,23 @@ void licAction(Context& c, const Arguments& a) {
 }
 
 Action licDeclaration() {
-    return {.name = "lic",
-            .group = kGroup,
-            .summary = "line integral convolution (LIC): a picture of the newest flow on a plane as streaks",
-            .takes = {stays("flow", {Kind::flow})},
-            .makes = {made("image", {Kind::image})},
-            .options = viewOptions(
-                {positive("length", "", "pixels", "length of the streaks (default: 6 % of the width)"),
-                 choice("kernel", kLicKernelNames, "filter kernel along a streak"),
-                 positive("grain", "", "pixels", "grain size of the noise (default: 1.25, more in wide pictures)"),
-                 integer("seed", "0", 0, 0x1p53 - 1, "random seed of the noise"),
-                 choice("color", {"speed", "none"}, "quantity that colours the streaks"),
-                 flag("outline", "1", "1: draw the outline of the wall")}),
-            .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn -lic -write lic.png",
-                         "curlew -noise dim=2 frequency=2 -dfvn -lic color=none -write lic.png"},
-            .run = licAction};
+    return {
+        .name = "lic",
+        .group = kGroup,
+        .summary = "line integral convolution (LIC): a picture of the newest flow on a plane as streaks",
+        .takes = {stays("flow", {Kind::flow})},
+        .makes = {made("image", {Kind::image})},
+        .options = viewOptions(
+            {formerly({"length"},
+                      positive("streakLength", "", "pixels", "length of the streaks (default: 6 % of the width)")),
+             formerly({"kernel"}, choice("filter", kLicKernelNames, "filter kernel along a streak")),
+             positive("grain", "", "pixels", "grain size of the noise (default: 1.25, more in wide pictures)"),
+             integer("seed", "0", 0, 0x1p53 - 1, "random seed of the noise"),
+             formerly({"color"}, choice("show", {"speed", "none"}, "quantity that the colour of the streaks shows")),
+             flag("outline", "1", "1: draw the outline of the wall")}),
+        .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn -lic -write lic.png",
+                     "curlew -noise dimensions=2 frequency=2 -dfvn -lic show=none -write lic.png"},
+        .run = licAction};
 }
 
 } // namespace

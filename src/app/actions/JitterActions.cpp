@@ -36,9 +36,12 @@ const Binding<JitteredLatticeOptions>& jitterBinding() {
                 positive("frequency", "", "1 / spacing", "curl: frequency of the noise"),
                 [](auto& o) -> auto& { return o.flow.frequency; })
             .add(
-                choice("speed", {"noise", "uniform"},
-                       "curl: distance that points move: proportional to the divergence-free flow's speed (noise), or "
-                       "equal for all (uniform)"),
+                formerly(
+                    {"speed"},
+                    choice(
+                        "displacement", {"noise", "uniform"},
+                        "curl: distance that points move: proportional to the divergence-free flow's speed (noise), or "
+                        "equal for all (uniform)")),
                 [](auto& o) -> auto& { return o.flow.uniform; })
             .addOptional(
                 real("time", "", "s", "curl: time of an animation that passes one cell of the noise per second"),
@@ -47,7 +50,8 @@ const Binding<JitteredLatticeOptions>& jitterBinding() {
                 flag("conform", "", "curl: keep points on their side of the wall, if there is one"),
                 [](auto& o) -> auto& { return o.conform; })
             .add(
-                positive("width", "", "spacings", "curl: width of the layer in which the flow turns along the wall"),
+                formerly({"width"}, positive("layer", "", "spacings",
+                                             "curl: width of the layer in which the flow turns along the wall")),
                 [](auto& o) -> auto& { return o.width; });
     return binding;
 }
@@ -56,7 +60,9 @@ void jitterAction(Context& c, const Arguments& a) {
     Domain domain = c.has("domain") ? domainOfInput(c, "domain") : Domain{};
     if (a.given("box")) domain.box = a.box("box");
     const bool flow = c.has("domain") && c.kind("domain") == Kind::flow;
-    const int64_t dimensions = a.given("dim") ? a.integer("dim") : flow ? dimensionOf(c.anyFlow("domain")) : 3;
+    const int64_t dimensions = a.given("dimensions") ? a.integer("dimensions")
+                               : flow                ? dimensionOf(c.anyFlow("domain"))
+                                                     : 3;
     if (domain.wall && a.given("side")) domain.wall->side = a.choice<Side>("side");
     const JitteredLatticeOptions options = jitterBinding().read(a);
     const Monitor monitor = c.follow("jitter");
@@ -71,11 +77,9 @@ void jitterAction(Context& c, const Arguments& a) {
 
 std::vector<Option> jitterOptions() {
     std::vector<Option> all = jitterBinding().options();
-    all.insert(
-        all.begin() + 2,
-        integer(
-            "dim", "", 2, 3,
-            "number of dimensions; 2: a lattice in the plane z = 0 (default: as many as the newest flow has, else 3)"));
+    all.insert(all.begin() + 2, formerly({"dim"}, integer("dimensions", "", 2, 3,
+                                                          "number of dimensions; 2: a lattice in the plane z = 0 "
+                                                          "(default: as many as the newest flow has, else 3)")));
     all.push_back(choice("side", {"inside", "outside", "both"}, "side of the wall to fill, instead of the flow's"));
     all.push_back(box("box", "box to fill (default: the box of the domain)"));
     return all;
@@ -93,7 +97,7 @@ Registry jitterActions() {
          .makes = {made("points", {Kind::points})},
          .options = jitterOptions(),
          .examples = {"curlew -sphere -jitter count=2000 seed=3 -write blue.ply",
-                      "curlew -jitter dim=2 spacing=0.05 box=0,0,-1,4,3,1 -write dots.csv"},
+                      "curlew -jitter dimensions=2 spacing=0.05 box=0,0,-1,4,3,1 -write dots.csv"},
          .inFrames = InFrames::once,
          .run = jitterAction}};
 }

@@ -41,13 +41,13 @@ const Binding<FollowOptions>& followBinding() {
 }
 
 /// Returns whether the level set is advected from the first frame to this one.
-bool byFrame(const Context& c, const Arguments& a) { return c.clock() && !a.given("time"); }
-double timeOf(const Context& c, const Arguments& a) { return byFrame(c, a) ? c.clock()->time : a.real("time"); }
+bool byFrame(const Context& c, const Arguments& a) { return c.clock() && !a.given("duration"); }
+double timeOf(const Context& c, const Arguments& a) { return byFrame(c, a) ? c.clock()->time : a.real("duration"); }
 
 FlowMapOptions mapOptions(const Context& c, const Arguments& a, double voxelSize) {
     const FollowOptions given = followBinding().read(a);
     FlowMapOptions options{.scheme = given.scheme, .reprojection = given.reprojection, .accuracy = given.accuracy};
-    const double time = std::abs(byFrame(c, a) ? c.clock()->duration : a.real("time"));
+    const double time = std::abs(byFrame(c, a) ? c.clock()->duration : a.real("duration"));
     if (!a.given("steps") && !asksForEqualSteps(a, given.scheme)) options = forVoxels(options, voxelSize);
     const int parts = a.given("steps") ? given.steps : byFrame(c, a) ? c.clock()->substeps : kParts;
     if (time > 0) options.step = time / parts;
@@ -150,11 +150,13 @@ void levelSetToMeshAction(Context& c, const Arguments& a) {
     c.give(std::move(mesh));
 }
 
-/// Returns the options for advection, with `own` inserted after time=.
+/// Returns the options for advection, with `own` inserted after duration=.
 std::vector<Option> followOptions(std::vector<Option> own) {
     std::vector<Option> options{
-        real("time", "1", "s",
-             "advection time; negative runs backward (default after -frames: from the first frame to this one)"),
+        formerly(
+            {"time"},
+            real("duration", "1", "s",
+                 "advection time; negative runs backward (default after -frames: from the first frame to this one)")),
         real("begin", "0", "s", "start time; it matters only in time-dependent flows")};
     options.insert(options.end(), followBinding().options().begin(), followBinding().options().end());
     options.insert(options.begin() + 1, own.begin(), own.end());
@@ -180,7 +182,7 @@ Registry levelSetActions() {
                        "time, which limits the time per frame but costs accuracy (default: never)"),
               ages("grid", "", "level set to advect: 0 is the newest grid (default: the newest level set)"), keep()}),
          .examples = {"curlew -read bunny.obj -mesh2ls -noise frequency=2 -noise frequency=2 seed=1 -dfvn speed=1 "
-                      "-advectLevelSet time=0.5 -write moved.vdb"},
+                      "-advectLevelSet duration=0.5 -write moved.vdb"},
          .inFrames = InFrames::each,
          .run = advectLevelSetAction},
         {.name = "advectGrid",
@@ -193,7 +195,7 @@ Registry levelSetActions() {
                                           "interpolation between voxels; quadratic is sharper but may overshoot"),
                                    ages("grid", "0", "grid to advect: 0 is the newest"), keep()}),
          .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -read "
-                      "smoke.vdb grids=density -advectGrid time=0.5 -write moved.vdb"},
+                      "smoke.vdb grids=density -advectGrid duration=0.5 -write moved.vdb"},
          .inFrames = InFrames::each,
          .run = advectGridAction,
          .makesWith =

@@ -51,7 +51,7 @@ void loopAction(Context& c, const Arguments& a, const ReprojectionOptions& repro
                                      .accuracy = a.given("accuracy") ? a.real("accuracy") : 0,
                                      .reprojection = reprojection},
                                     c.follow("loop"));
-    LoopMoment moment = loops->at(a.real("time"), c.follow("advect"));
+    LoopMoment moment = loops->at(a.real("duration"), c.follow("advect"));
     const LoopSummary& s = loops->summary();
     c.say(fmt::format("advect: {} points on their loops, {} outside{}", s.points, moment.outside,
                       c.madeFromLevelSet("flow") ? " the level set" : ""));

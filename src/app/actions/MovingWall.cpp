@@ -19,7 +19,7 @@ void warnOfLostWall(const Context& c, const FlowInTime& flow, double begin, doub
     c.warn(
         fmt::format("from {:.4g} to {:.4g} s, {:.0f} % of the wall moves farther than {:.3g}, beyond which its "
                     "distance is unknown, so {}; use meshes whose faces stay the same from frame to frame, more "
-                    "frames, or a wider layer (-bound width=)",
+                    "frames, or a wider layer (-bound layer=)",
                     begin, begin + time, 100 * lost, first.wall->sdf.reach, consequence));
 }
 

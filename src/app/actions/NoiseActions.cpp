@@ -29,7 +29,7 @@ struct NoiseType {
 const std::vector<NoiseType>& noiseTypes();
 
 const NoiseType& typeOf(const Arguments& a) { return noiseTypes()[a.choice("type")]; }
-int dimension(const Arguments& a) { return a.integer<int>("dim"); }
+int dimension(const Arguments& a) { return a.integer<int>("dimensions"); }
 
 bool has(const std::vector<Option>& options, const std::string& name) {
     return std::any_of(options.begin(), options.end(), [&](const Option& option) { return option.name == name; });
@@ -68,11 +68,14 @@ Binding<Options> ownOptions() {
                 choice("rotation", {"default", "fast"},
                        "psrd 3D: method by which alpha= rotates the gradients; fast is a different noise"),
                 [](auto& o) -> decltype((o.rotation)) { return o.rotation; });
-    bindIfThere(own,
-                choice("grid", {"axis", "perlin"},
-                       "psrd 3D: axis tiles with any period but shows its grid in axis-parallel slices; perlin tiles "
-                       "only with multiples of 3 but does not"),
-                [](auto& o) -> decltype((o.grid)) { return o.grid; });
+    bindIfThere(
+        own,
+        formerly(
+            {"grid"},
+            choice("lattice", {"axis", "perlin"},
+                   "psrd 3D: axis tiles with any period but shows its lattice in axis-parallel slices; perlin tiles "
+                   "only with multiples of 3 but does not")),
+        [](auto& o) -> decltype((o.grid)) { return o.grid; });
     bindIfThere(own,
                 choice("gradients", {"catlike", "reference"},
                        "perlin 3D: order of the gradients, as in Catlike Coding's tutorial or in Perlin's reference"),
@@ -109,8 +112,8 @@ typename Noise::Options optionsOf(const Arguments& a) {
             o.period[axis] = static_cast<int>(period[axis]);
         }
     }
-    if (Noise::kDimension == 2 && (a.given("rotation") || a.given("grid")))
-        throw ValueError("rotation= and grid= are only for 3D; in 2D there is only one of each");
+    if (Noise::kDimension == 2 && (a.given("rotation") || a.given("lattice")))
+        throw ValueError("rotation= and lattice= are only for 3D; in 2D there is only one of each");
     return o;
 }
 
@@ -121,7 +124,7 @@ OctaveOptions octaveOptions(const Arguments& a) {
             .gain = a.real("gain"),
             .amplitude = a.real("amplitude"),
             .normalize = a.flag("normalize"),
-            .turbulence = a.real("turbulence"),
+            .turbulence = a.real("billow"),
             .warp = a.real("warp"),
             .octaveAlpha = a.real("octaveAlpha")};
 }
@@ -204,7 +207,7 @@ template <template <int> class Noise, int N, int Lowest, int Highest>
 AnyField makeInDimension(Context& c, const Arguments& a) {
     auto options = optionsOf<Noise<N>, N>(a);
     tellTiling<Noise<N>>(c, options);
-    PlacementN<N> placement{.offset = a.coordinates<N>("offset"), .rotate = a.vector("rotate")};
+    PlacementN<N> placement{.offset = a.coordinates<N>("translate"), .rotate = a.vector("rotate")};
     if (a.given("loop") && !a.given("time")) throw ValueError("loop= needs time=, the time in the loop in seconds");
     if (!a.given("time")) {
         if (a.given("animate")) throw ValueError("animate= needs time=, in seconds");
@@ -290,7 +293,7 @@ Option typeOption() {
 std::vector<Option> noiseOptions() {
     std::vector<Option> all{
         typeOption(),
-        integer("dim", "3", 1, 7, "number of dimensions"),
+        formerly({"dim"}, integer("dimensions", "3", 1, 7, "number of dimensions")),
         positive("frequency", "1", "1 / world unit", "cells per world unit in the first octave"),
         integer("octaves", "1", 1, 32, "number of octaves (fBm)"),
         positive("lacunarity", "2", "", "ratio of each octave's frequency to that of the octave before"),
@@ -299,13 +302,15 @@ std::vector<Option> noiseOptions() {
              "or about 0.37 (-dfvn)"),
         integer("seed", "0", 0, 0x1p53 - 1,
                 "random seed; 0 is the published function, the others are independent of it and of each other"),
-        coordinates("offset", "0", "world units", "translation of the noise"),
+        formerly({"offset"}, coordinates("translate", "0", "world units", "translation of the noise")),
         vector("rotate", "0,0,0", "degrees", "rotation about x, then y, then z; in 2D about z"),
         real("amplitude", "1", "", "factor by which the noise is multiplied"),
         flag("normalize", "1", "1: divide by the sum of the octaves' amplitudes"),
-        notNegative("turbulence", "0", "",
-                    "above 0: billow noise (turbulence), the sum of |n| over the octaves, with the crease rounded "
-                    "where |n| is below about this value (C²)"),
+        formerly(
+            {"turbulence"},
+            notNegative("billow", "0", "",
+                        "above 0: billow noise (turbulence), the sum of |n| over the octaves, with the crease rounded "
+                        "where |n| is below about this value (C²)")),
         real("warp", "0", "cells",
              "domain warp (gradient advection): each octave is displaced by this factor times the gradient of the "
              "octaves before it"),
@@ -324,21 +329,22 @@ std::vector<Option> noiseOptions() {
 } // namespace
 
 Registry noiseActions() {
-    return {{.name = "noise",
-             .group = "fields",
-             .summary =
-                 "noise with exact derivatives: Perlin, simplex, psrd (flow noise), value, …; fBm, billow, domain warp",
-             .makes = {made("field", {Kind::field})},
-             .options = noiseOptions(),
-             .examples = {"curlew -noise frequency=2 octaves=3 seed=7 -slice box=-2,-2,-2,2,2,2 -write noise.png",
-                          "curlew -noise type=simplex dim=4 -probe in.csv out.csv",
-                          "curlew -noise dim=2 period=4 octaves=4 warp=-0.3 time=0.5 loop=2 -slice -write loop.png"},
-             .evaluation = Evaluation::anyTime,
-             .run = [](Context& c, const Arguments& a) { c.give(FieldValue{makeNoise(c, a)}); },
-             .makesWith =
-                 [](const Arguments& a, const auto&, const World&) {
-                     return std::vector{Object{.kind = Kind::noise, .dimension = dimension(a), .name = "field"}};
-                 }}};
+    return {
+        {.name = "noise",
+         .group = "fields",
+         .summary =
+             "noise with exact derivatives: Perlin, simplex, psrd (flow noise), value, …; fBm, billow, domain warp",
+         .makes = {made("field", {Kind::field})},
+         .options = noiseOptions(),
+         .examples = {"curlew -noise frequency=2 octaves=3 seed=7 -slice box=-2,-2,-2,2,2,2 -write noise.png",
+                      "curlew -noise type=simplex dimensions=4 -probe in.csv out.csv",
+                      "curlew -noise dimensions=2 period=4 octaves=4 warp=-0.3 time=0.5 loop=2 -slice -write loop.png"},
+         .evaluation = Evaluation::anyTime,
+         .run = [](Context& c, const Arguments& a) { c.give(FieldValue{makeNoise(c, a)}); },
+         .makesWith =
+             [](const Arguments& a, const auto&, const World&) {
+                 return std::vector{Object{.kind = Kind::noise, .dimension = dimension(a), .name = "field"}};
+             }}};
 }
 
 } // namespace curlew::app

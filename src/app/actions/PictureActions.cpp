@@ -24,7 +24,7 @@ const std::string kGroup = "pictures";
 void panelsAction(Context& c, const Arguments& a) {
     std::vector<Image> images, pictures;
     for (size_t k = 0; k < c.count("images"); ++k) images.push_back(c.image("images", k).image);
-    const bool common = a.choice("scale") == 1;
+    const bool common = a.choice("colorRange") == 1;
     for (size_t k = 0; k < images.size(); ++k) {
         const Image& image = images[k];
         const ColorMap map = c.image("images", k).map;
@@ -59,18 +59,21 @@ Action panelsDeclaration() {
         .summary = "contact sheet: join images into one picture, the oldest first",
         .takes = {panelInput()},
         .makes = {made("image", {Kind::image})},
-        .options = {selector(integer("count", "", 1, 10000, "number of images, the newest ones (default: all)")),
-                    integer("columns", fmt::format("{}", PanelOptions{}.columns), 0, 10000,
-                            "pictures per row; 0: up to three in one row, otherwise about as many columns as rows"),
-                    integer("gap", "", 0, 10000, "pixels between pictures (default: 1/100 of the width)"),
-                    text("labels", "",
-                         "captions above the pictures: a|b|c; [ACTION/FIGURE] stands for that figure of the report, [[ "
-                         "for a plain ["),
-                    flag("legend", "1", "1: draw a colour bar below single-channel images"),
-                    choice("scale", {"own", "common"},
-                           "colour range of single-channel images: of each one's own values, or of the values of all"),
-                    keep()},
-        .examples = {"curlew -noise dim=2 frequency=2 -slice -noise dim=2 frequency=4 -slice -panels "
+        .options =
+            {selector(integer("count", "", 1, 10000, "number of images, the newest ones (default: all)")),
+             integer("columns", fmt::format("{}", PanelOptions{}.columns), 0, 10000,
+                     "pictures per row; 0: up to three in one row, otherwise about as many columns as rows"),
+             integer("gap", "", 0, 10000, "pixels between pictures (default: 1/100 of the width)"),
+             text("labels", "",
+                  "captions above the pictures: a|b|c; [ACTION/FIGURE] stands for that figure of the report, [[ "
+                  "for a plain ["),
+             flag("legend", "1", "1: draw a colour bar below single-channel images"),
+             formerly(
+                 {"scale"},
+                 choice("colorRange", {"own", "common"},
+                        "colour range of single-channel images: of each one's own values, or of the values of all")),
+             keep()},
+        .examples = {"curlew -noise dimensions=2 frequency=2 -slice -noise dimensions=2 frequency=4 -slice -panels "
                      "labels='two cells|four cells' -write noises.png"},
         .readsReport = true,
         .run = panelsAction};
@@ -85,9 +88,10 @@ const Binding<WarpOptions>& warpBinding() {
         defaults.supersampling = 2;
         return Binding<WarpOptions>(defaults)
             .add(
-                real("time", "", "s",
-                     "advection time: each pixel shows what is where the flow takes it in this time; if negative, the "
-                     "image moves with the flow"),
+                formerly({"time"}, real("duration", "", "s",
+                                        "advection time: each pixel shows what is where the flow takes it in this "
+                                        "time; if negative, the "
+                                        "image moves with the flow")),
                 [](auto& o) -> auto& { return o.time; })
             .include(
                 stepBinding<WarpOptions>(
@@ -116,8 +120,9 @@ void warpAction(Context& c, const Arguments& a) {
     const AnyFlow& any = c.anyFlow("flow");
     const auto* flow = std::get_if<FlowN<2>>(&any);
     if (!flow)
-        throw ValueError(fmt::format("the newest flow has {} dimensions; -warp needs a flow of 2, made of -noise dim=2",
-                                     dimensionOf(any)));
+        throw ValueError(
+            fmt::format("the newest flow has {} dimensions; -warp needs a flow of 2, made of -noise dimensions=2",
+                        dimensionOf(any)));
     const BoxN<2>& box = flow->domain().box;
     const ImageValue* source = c.has("image") ? &c.image("image") : nullptr;
     int width = source ? source->image.width : 960, height = source ? source->image.height : 0;
@@ -145,10 +150,11 @@ Action warpDeclaration() {
                       stays("flow", {Kind::flow})},
             .makes = {made("image", {Kind::image})},
             .options = declared,
-            .examples = {"curlew -noise type=gradient dim=2 frequency=7 -dfvn box=0,0,0,1.7778,1,1 -warp pattern=waves "
-                         "-write warped.png",
-                         "curlew -read plate.png -noise dim=2 frequency=3 -dfvn box=0,0,0,1.5,1,1 -warp time=-0.05 "
-                         "-write warped.exr"},
+            .examples =
+                {"curlew -noise type=gradient dimensions=2 frequency=7 -dfvn box=0,0,0,1.7778,1,1 -warp pattern=waves "
+                 "-write warped.png",
+                 "curlew -read plate.png -noise dimensions=2 frequency=3 -dfvn box=0,0,0,1.5,1,1 -warp duration=-0.05 "
+                 "-write warped.exr"},
             .run = warpAction};
 }
 

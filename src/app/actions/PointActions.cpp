@@ -41,8 +41,10 @@ const Binding<AdvectOptions>& advectBinding() {
     static const auto binding =
         Binding<AdvectOptions>()
             .add(
-                real("time", "", "s",
-                     "advection time; negative runs backward (default after -frames: the time between frames)"),
+                formerly(
+                    {"time"},
+                    real("duration", "", "s",
+                         "advection time; negative runs backward (default after -frames: the time between frames)")),
                 [](auto& o) -> auto& { return o.time; })
             .include(
                 stepBinding<AdvectOptions>(
@@ -74,7 +76,7 @@ const Binding<AdvectOptions>& advectBinding() {
 AdvectOptions advectOptions(const Context& c, const Arguments& a, const Flow& flow) {
     constexpr int kEqualSteps = 100; // for a scheme without error estimate
     AdvectOptions options = advectBinding().read(a);
-    if (c.clock() && !a.given("time")) {
+    if (c.clock() && !a.given("duration")) {
         options.time = c.clock()->duration;
         options.byAge = true;
     }
@@ -147,7 +149,7 @@ void reportAdvect(Context& c, const Flow& flow, const AdvectResult& result, cons
         result.notConverged, result.outside, flow.domain().wall && c.madeFromLevelSet("flow") ? " the level set" : ""));
     if (result.coarse > 0)
         c.warn(fmt::format(
-            "{} of {} steps exceed the requested error; use a larger accuracy=, more steps= or more halvings=",
+            "{} of {} steps exceed the requested error; use a larger accuracy=, more steps= or more maxSubdivisions=",
             result.coarse, result.substeps));
     if (result.points > 0 && result.outside == result.points)
         c.warn(
@@ -246,13 +248,13 @@ void advectAction(Context& c, const Arguments& a) {
 /// Moves points within reach to the isosurface of a field. The default reach is half the diagonal of the points' box.
 SnapResult snapToValue(Context& c, const Arguments& a, Points& points, const std::optional<Box>& box) {
     const double size = box ? length(box->size()) : 0;
-    const double reach = a.given("reach") ? a.real("reach") : size > 0 ? size / 2 : 1;
+    const double reach = a.given("maxDistance") ? a.real("maxDistance") : size > 0 ? size / 2 : 1;
     return snap(inSpace(c.field("field").field), a.real("iso"), points, reach, kSnapTolerance, c.follow("snap"));
 }
 
-/// Moves points to a surface, from any distance unless reach= is given.
+/// Moves points to a surface, from any distance unless maxDistance= is given.
 SnapResult snapToSurface(Context& c, const Arguments& a, Points& points) {
-    const double reach = a.given("reach") ? a.real("reach") : std::numeric_limits<double>::max();
+    const double reach = a.given("maxDistance") ? a.real("maxDistance") : std::numeric_limits<double>::max();
     if (c.kind("surface") == Kind::levelSet) {
         const LevelSet levelSet = c.levelSet("surface", 0);
         return snapToLevelSet(levelSet, points, reach, kSnapTolerance * levelSet.voxelSize(), c.follow("snap"));
@@ -305,13 +307,13 @@ std::vector<Option> advectDeclared() {
     all.insert(all.begin() + 2,
                instead(positive("dt", "", "s", "maximum length of a step, instead of steps="), {"steps"}));
     all.push_back(timeless(
-        instead(
-            positive(
-                "loop", "", "s",
-                "loop: time after which each point is back at its start; time= is the time in the loop (default: T). "
-                "Needs a steady flow inside a wall. Points whose track takes longer fade (attribute fade, 0 to 1)"),
-            {"steps", "dt", "scheme", "maxStep", "jacobian", "pathlines"}),
-        {{"time", "{T}"}}));
+        instead(positive(
+                    "loop", "", "s",
+                    "loop: time after which each point is back at its start; duration= is the time in the loop "
+                    "(default: T). "
+                    "Needs a steady flow inside a wall. Points whose track takes longer fade (attribute fade, 0 to 1)"),
+                {"steps", "dt", "scheme", "maxStep", "jacobian", "pathlines"}),
+        {{"duration", "{T}"}}));
     all.push_back(integer(
         "jacobian", "0", 0, 1e6,
         "number of points at which the volume change of the flow map is measured: the determinant of its Jacobian"));
@@ -349,7 +351,7 @@ Registry pointActions() {
          .makes = {made("points", {Kind::points}), made("curves", {Kind::curves}, "pathlines")},
          .options = advectDeclared(),
          .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -scatter "
-                      "-advect time=2 -write points.ply"},
+                      "-advect duration=2 -write points.ply"},
          .inFrames = InFrames::each,
          .run = advectAction},
         {.name = "snap",
@@ -364,11 +366,14 @@ Registry pointActions() {
          .options =
              {real("iso", "", "",
                    "isovalue of the newest field, onto whose isosurface points move instead of a shape or level set"),
-              positive("reach", "", "world units",
-                       "maximum distance; points farther away stay where they are (default: unlimited; with iso= half "
-                       "the diagonal of the points' box)"),
+              formerly(
+                  {"reach"},
+                  positive(
+                      "maxDistance", "", "world units",
+                      "maximum distance; points farther away stay where they are (default: unlimited; with iso= half "
+                      "the diagonal of the points' box)")),
               keep()},
-         .examples = {"curlew -torus -scatter count=3000 -snap -splat look=opaque radius=0.02 -write skin.png"},
+         .examples = {"curlew -torus -scatter count=3000 -snap -splat look=opaque pointRadius=0.02 -write skin.png"},
          .run = snapAction},
         {.name = "distance",
          .group = kGroup,

@@ -12,7 +12,7 @@ using namespace options;
 const std::string kGroup = "shapes";
 
 std::vector<Option> placementOptions() {
-    return {vector("offset", "0,0,0", "world units", "translation"),
+    return {formerly({"offset"}, vector("translate", "0,0,0", "world units", "translation")),
             vector("rotate", "0,0,0", "degrees", "rotation about x, then y, then z"),
             positive("scale", "1", "", "scale, applied before the rotation and the translation")};
 }
@@ -20,8 +20,8 @@ std::vector<Option> placementOptions() {
 template <int N>
 PlacementN<N> placementOf(const Arguments& a) {
     PlacementN<N> placement{.rotate = a.vector("rotate")};
-    const Vec3d offset = a.vector("offset");
-    if (N == 2 && offset[2] != 0) throw ValueError("offset= of a 2D shape must have z = 0");
+    const Vec3d offset = a.vector("translate");
+    if (N == 2 && offset[2] != 0) throw ValueError("translate= of a 2D shape must have z = 0");
     for (int axis = 0; axis < N; ++axis) {
         placement.offset[axis] = offset[axis];
         placement.scale[axis] = a.real("scale");
@@ -41,15 +41,17 @@ FieldValue valueOf(const AnySdf& shape) {
     return {std::visit([](const auto& sdf) -> AnyField { return sdf.distance; }, shape), shape};
 }
 
-bool hasDimension(const Action& action) { return action.option("dim") != nullptr; }
+bool hasDimension(const Action& action) { return action.option("dimensions") != nullptr; }
 
 std::vector<Object> shapeOf(const Arguments& a, const std::vector<std::vector<Object>>&, const World&) {
-    const int dimension = hasDimension(a.action()) ? a.integer<int>("dim") : 3;
+    const int dimension = hasDimension(a.action()) ? a.integer<int>("dimensions") : 3;
     return {{.kind = Kind::shape, .dimension = dimension, .name = "shape"}};
 }
 
-Option dim(const std::string& what) { return integer("dim", "3", 2, 3, "2: " + what + ", for 2D noises"); }
-bool isFlat(const Arguments& a) { return a.integer("dim") == 2; }
+Option dimensions(const std::string& what) {
+    return formerly({"dim"}, integer("dimensions", "3", 2, 3, "2: " + what + ", for 2D noises"));
+}
+bool isFlat(const Arguments& a) { return a.integer("dimensions") == 2; }
 Vec<double, 2> inPlane(const Vec3d& v) { return {{v[0], v[1]}}; }
 
 Action shapeAction(std::string name, std::string summary, std::vector<Option> shape, std::string example,
@@ -69,7 +71,7 @@ Action shapeAction(std::string name, std::string summary, std::vector<Option> sh
 Registry primitives() {
     return {
         shapeAction("sphere", "sphere, as an exact signed distance (SDF)",
-                    {positive("radius", "1", "world units", "radius"), dim("a disc")},
+                    {positive("radius", "1", "world units", "radius"), dimensions("a disc")},
                     "curlew -sphere radius=0.5 -noise -noise seed=1 -bound -dfvn -velocity -write ball.vdb",
                     [](const Arguments& a) -> AnySdf {
                         if (isFlat(a)) return sphereSdf<2>(a.real("radius"));
@@ -79,9 +81,9 @@ Registry primitives() {
             "box", "rounded box (cuboid), as an exact signed distance (SDF)",
             {vector("size", "2,2,2", "world units", "edge lengths"),
              notNegative("rounding", "0.2", "world units",
-                         "radius of the rounded edges; keep the width= of -bound below it"),
-             dim("a rectangle")},
-            "curlew -box size=2,1,1 rounding=0.2 -noise -noise seed=1 -bound width=0.15 -dfvn -velocity -write box.vdb",
+                         "radius of the rounded edges; keep the layer= of -bound below it"),
+             dimensions("a rectangle")},
+            "curlew -box size=2,1,1 rounding=0.2 -noise -noise seed=1 -bound layer=0.15 -dfvn -velocity -write box.vdb",
             [](const Arguments& a) -> AnySdf {
                 if (isFlat(a)) return boxSdf<2>(inPlane(a.vector("size")), a.real("rounding"));
                 return boxSdf(a.vector("size"), a.real("rounding"));
@@ -101,14 +103,16 @@ Registry primitives() {
                     [](const Arguments& a) -> AnySdf {
                         return sdfOf(shapes::Capsule{a.real("length"), a.real("radius")});
                     }),
-        shapeAction("plane", "half space (ground plane), inside below the height along its normal",
+        shapeAction("plane", "half space (ground plane), inside below its distance along its normal",
                     {vector("normal", "0,1,0", "", "normal vector, which points outside"),
-                     real("height", "0", "world units", "height of the plane along its normal"), dim("a half plane")},
+                     formerly({"height"}, real("distance", "0", "world units",
+                                               "signed distance of the plane from the origin, along its normal")),
+                     dimensions("a half plane")},
                     "curlew -plane -noise -noise seed=1 -bound side=outside -dfvn -velocity box=-1,-0.1,-1,1,1,1 "
                     "-write ground.vdb",
                     [](const Arguments& a) -> AnySdf {
-                        if (isFlat(a)) return planeSdf<2>(inPlane(a.vector("normal")), a.real("height"));
-                        return planeSdf(a.vector("normal"), a.real("height"));
+                        if (isFlat(a)) return planeSdf<2>(inPlane(a.vector("normal")), a.real("distance"));
+                        return planeSdf(a.vector("normal"), a.real("distance"));
                     }),
         shapeAction("gyroid", "sheet of a gyroid, as a lower bound of its signed distance (SDF)",
                     {positive("wavelength", "1", "world units", "period along each axis"),

@@ -129,7 +129,7 @@ Action combiningAction(const std::string& name, const std::string& summary, std:
 void move(Context& c, const Arguments& a) {
     const double scale = a.real("scale");
     const Placement placement{
-        .offset = a.vector("offset"), .rotate = a.vector("rotate"), .scale = {{scale, scale, scale}}};
+        .offset = a.vector("translate"), .rotate = a.vector("rotate"), .scale = {{scale, scale, scale}}};
     const Kind kind = kindOf(c.value("what"));
     if (kind == Kind::mesh) {
         c.give(std::make_shared<const Mesh>(placed(*c.mesh("what"), placement)));
@@ -147,10 +147,10 @@ Action moveAction() {
             .summary = "scale, rotate and translate the newest mesh or grid (-transform does it for fields and shapes)",
             .takes = {taken("what", {Kind::mesh, Kind::grid})},
             .makes = {made("moved", {Kind::mesh, Kind::grid})},
-            .options = {vector("offset", "0,0,0", "world units", "translation"),
+            .options = {formerly({"offset"}, vector("translate", "0,0,0", "world units", "translation")),
                         vector("rotate", "0,0,0", "degrees", "rotation about x, then y, then z"),
                         positive("scale", "1", "", "scale, applied before the rotation and the translation"), keep()},
-            .examples = {"curlew -read bunny.obj -move rotate=0,90,0 offset=1,0,0 -mesh2ls -write bunny.vdb"},
+            .examples = {"curlew -read bunny.obj -move rotate=0,90,0 translate=1,0,0 -mesh2ls -write bunny.vdb"},
             .run = move,
             .makesWith = [](const Arguments&, const std::vector<std::vector<Object>>& inputs, const World&) {
                 Object moved = inputs[0].empty() ? Object{.kind = Kind::mesh} : inputs[0].front();
@@ -164,12 +164,12 @@ Action moveAction() {
 Registry solidActions() {
     return {combiningAction(
                 "union", "CSG union of the newest two shapes, level sets or meshes; a level set unless both are shapes",
-                {"curlew -sphere radius=0.5 -box offset=0,-0.6,0 size=2,0.6,2 -union smoothing=0.2 -slice "
+                {"curlew -sphere radius=0.5 -box translate=0,-0.6,0 size=2,0.6,2 -union smoothing=0.2 -slice "
                  "axis=z -write union.png",
                  "curlew -read body.obj head.obj -union -write both.vdb"},
                 Boolean::unite),
             combiningAction("intersection", "CSG intersection of the newest two shapes, level sets or meshes",
-                            {"curlew -gyroid -sphere radius=1 -intersection -noise -noise seed=1 -bound width=0.05 "
+                            {"curlew -gyroid -sphere radius=1 -intersection -noise -noise seed=1 -bound layer=0.05 "
                              "-dfvn -velocity -write ball.vdb"},
                             Boolean::intersect),
             combiningAction(

@@ -29,8 +29,8 @@ void color(Splats& splats, const Context& c, const Arguments& a, const Camera& c
     }
     if (splats.x.empty()) return; // no points yet, so no speed or age
     const Points* points = pointsOf(c);
-    auto by = a.choice<SplatValue>("by");
-    if (!a.given("by") && points && !points->hasVelocity()) by = SplatValue::height;
+    auto by = a.choice<SplatValue>("show");
+    if (!a.given("show") && points && !points->hasVelocity()) by = SplatValue::height;
     splats.values = points ? splatValues(*points, by, camera) : splatValues(*c.curves("what"), by, camera);
     const Interval range = a.given("range") ? a.interval("range") : splatRange(splats.values, by);
     splats.scale = {.map = a.choice<ColorMap>("map"),
@@ -52,7 +52,7 @@ std::optional<Domain> outlined(const Context& c, const Arguments& a) {
 
 /// Returns the camera of a picture.
 Camera viewOf(const Context& c, const Arguments& a, const Splats& splats, const std::optional<Domain>& domain) {
-    if (a.given("box")) return cameraOf(a, a.box("box"));
+    if (a.given("viewBox")) return cameraOf(a, a.box("viewBox"));
     if (a.given("eye")) return cameraOf(a, splats.x.empty() ? Domain{}.box : splats.bounds());
     if (!c.clock() || !domain) return framing(splats, domain, viewpointOf(a));
     const bool contained = domain->wall->side == Side::inside;
@@ -62,7 +62,7 @@ Camera viewOf(const Context& c, const Arguments& a, const Splats& splats, const 
 /// Returns one camera for all frames. If no flow, shape or level set determines the view, the camera is that of the
 /// first frame with points; earlier frames are empty anyway.
 Camera cameraOfFrames(const Context& c, const Arguments& a, const Splats& splats, const std::optional<Domain>& domain) {
-    const bool nothing = splats.x.empty() && !domain && !a.given("box") && !a.given("eye");
+    const bool nothing = splats.x.empty() && !domain && !a.given("viewBox") && !a.given("eye");
     auto& kept = c.memory().object;
     if (c.clock() && kept) return *std::static_pointer_cast<Camera>(kept);
     const Camera camera = nothing ? cameraOf(a, Domain{}.box) : viewOf(c, a, splats, domain);
@@ -100,10 +100,11 @@ void splatAction(Context& c, const Arguments& a) {
                   fmt::format("a picture of {} x {} pixels", camera.width(), camera.height()),
                   "choose a smaller width");
     Image ground = groundOf(c, a, behind, domain, camera);
-    const SplatImage made = (light ? luminous : opaque)(
-        splats, camera,
-        {.radius = a.given("radius") ? a.real("radius") : 0, .pixels = a.real("pixels"), .fade = a.real("fade")},
-        depthOf(ground), c.follow("splat"));
+    const SplatImage made = (light ? luminous : opaque)(splats, camera,
+                                                        {.radius = a.given("pointRadius") ? a.real("pointRadius") : 0,
+                                                         .pixels = a.real("pixels"),
+                                                         .fade = a.real("fade")},
+                                                        depthOf(ground), c.follow("splat"));
     double exposure = 0;
     Image picture;
     if (light) {
@@ -129,15 +130,19 @@ std::vector<Option> splatOptions() {
     std::vector<Option> all{
         choice("look", {"luminous", "opaque"},
                "luminous: light that adds up; opaque: balls and tubes that occlude each other"),
-        choice("by", kSplatValueNames,
-               "quantity that the colour shows: speed, height or depth in the picture, a random number for each id, "
-               "the order, or the time since birth (for curves: the length or time from the seed); points without "
-               "velocity show the height"),
+        formerly(
+            {"by"},
+            choice(
+                "show", kSplatValueNames,
+                "quantity that the colour shows: speed, height or depth in the picture, a random number for each id, "
+                "the order, or the time since birth (for curves: the length or time from the seed); points without "
+                "velocity show the height")),
         choice("map", kColorMapNames, "colour map"),
         interval("range", "", "values at the two ends of the colour map (default: percentiles 2 and 98)"),
         instead(vector("color", "", "", "a single colour instead: red, green, blue display values from 0 to 1"),
-                {"by", "map"}),
-        positive("radius", "", "world units", "radius of points and lines (default: from pixels=)"),
+                {"show", "map"}),
+        formerly({"radius"},
+                 positive("pointRadius", "", "world units", "radius of points and lines (default: from pixels=)")),
         positive("pixels", fmt::format("{}", o.pixels), "pixels",
                  "minimum radius in the picture; smaller points and lines get fainter instead"),
         upToOne("fade", fmt::format("{}", o.fade), "how much fainter the farthest points are than the nearest, 0 to 1"),
@@ -149,9 +154,10 @@ std::vector<Option> splatOptions() {
         vector("background", "0.012,0.016,0.03", "", "background colour: display values from 0 to 1"),
         selector(flag("over", "0", "1: draw on the newest picture, with its camera, behind whatever is nearer in it")),
         ages("geo", "", "points or curves to draw: 0 is the newest geometry (default: the newest points or curves)"),
-        box("box",
-            "region that the camera sees (default: all that is drawn, except stray points, and the wall; after -frames "
-            "the wall's domain, or else what is drawn first)")};
+        formerly(
+            {"box"},
+            viewBoxOption("all that is drawn, except stray points, and the wall; after -frames the wall's domain, or "
+                          "else what is drawn first"))};
     const auto camera = cameraOptions();
     all.insert(all.end(), camera.begin(), camera.end());
     return all;
@@ -171,20 +177,21 @@ Input wallInput() {
 } // namespace
 
 Registry splatActions() {
-    return {{.name = "splat",
-             .group = "pictures",
-             .summary = "render the newest points or curves (particles, streamlines) as light or as balls and tubes",
-             .takes = {stays("what", {Kind::points, Kind::curves}, "geo"), wallInput(),
-                       onRequest(changed("image", {Kind::image}), "only with over=1: the picture to draw on",
-                                 [](const Arguments& a) { return a.flag("over"); })},
-             .makes = {made("image", {Kind::image})},
-             .options = splatOptions(),
-             .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -scatter "
-                          "count=2000 -trace limit=3 -splat -write curves.png",
-                          "curlew -torus -jitter count=3000 -splat look=opaque radius=0.02 map=ember -write balls.png",
-                          "curlew -noise dim=2 -dfvn -scatter count=3000 -trace -splat from=0,0,1 fov=0.1 "
-                          "-write flat.png"},
-             .run = splatAction}};
+    return {
+        {.name = "splat",
+         .group = "pictures",
+         .summary = "render the newest points or curves (particles, streamlines) as light or as balls and tubes",
+         .takes = {stays("what", {Kind::points, Kind::curves}, "geo"), wallInput(),
+                   onRequest(changed("image", {Kind::image}), "only with over=1: the picture to draw on",
+                             [](const Arguments& a) { return a.flag("over"); })},
+         .makes = {made("image", {Kind::image})},
+         .options = splatOptions(),
+         .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -scatter "
+                      "count=2000 -trace maxLength=3 -splat -write curves.png",
+                      "curlew -torus -jitter count=3000 -splat look=opaque pointRadius=0.02 map=ember -write balls.png",
+                      "curlew -noise dimensions=2 -dfvn -scatter count=3000 -trace -splat from=0,0,1 fov=0.1 "
+                      "-write flat.png"},
+         .run = splatAction}};
 }
 
 } // namespace curlew::app

@@ -32,21 +32,28 @@ Surface subjectOf(const Context& c, const Arguments& a) {
     return Surface(smoothed(levelSet, a.integer<int>("smooth")));
 }
 
+/// Returns the region that the camera must show, if the options give one.
+std::optional<Box> shownBy(const Arguments& a) {
+    for (const char* name : {"viewBox", "box"})
+        if (a.given(name)) return a.box(name);
+    return {};
+}
+
 void shade(Context& c, const Arguments& a) {
     const Surface surface = subjectOf(c, a);
     const ImageValue* behind = c.has("image") ? &c.image("image") : nullptr;
     if (behind && (!behind->camera || behind->image.channels.back() != "Z"))
         throw ValueError("over=1 needs a picture with a camera and depth, of -shade or of -splat look=opaque");
-    const Camera camera = behind ? *behind->camera
-                          : a.given("box") || a.given("eye")
-                              ? cameraOf(a, a.given("box") ? a.box("box") : surface.box())
-                              : framing(surface, viewpointOf(a));
+    const auto region = shownBy(a);
+    const Camera camera = behind                     ? *behind->camera
+                          : region || a.given("eye") ? cameraOf(a, region.value_or(surface.box()))
+                                                     : framing(surface, viewpointOf(a));
     const SurfacePaint paint = paintOf(c, a, surface.box());
     SurfaceLook look{.background = colorOption(a, "background"), .gloss = a.real("gloss")};
-    if (a.flag("outline")) look.finish = Finish::outline;
+    if (a.flag("rimOnly")) look.finish = Finish::outline;
     if (paint.texture == Texture::film) look.finish = Finish::mirror;
     if (a.given("light")) look.light = a.vector("light");
-    const SurfaceView view = viewSurface(surface, camera, a.integer<int>("samples"), c.follow("rays"));
+    const SurfaceView view = viewSurface(surface, camera, a.integer<int>("supersampling"), c.follow("rays"));
     const Image* before = behind ? &behind->image : nullptr;
     const auto shaded = [&](const SurfaceView& seen) {
         const Monitor monitor = c.follow("shading");
@@ -76,14 +83,14 @@ std::vector<Option> shadeOptions() {
         {real("iso", "", "",
               "isovalue: show this isosurface of the newest field, in its box, instead of a mesh, level set or shape"),
          flag("sheet", "0", "1: leave the isosurface open where the box cuts it; 0: treat values below iso= as solid"),
-         box("box",
-             "box that cuts off an isosurface or an unbounded shape, and the region that the camera sees (default: the "
-             "surface's own)"),
+         box("box", "box that cuts off an isosurface or an unbounded shape (default: the surface's own)"),
+         viewBoxOption("box=, or else the surface's own box"),
          integer("dim", fmt::format("{}", MeshToLevelSetOptions{}.dim), 8, 4096,
                  "number of voxels along the longest edge, to show a mesh as a level set (default: the mesh itself)"),
          integer("smooth", "0", 0, 32,
                  "number of voxels over which a level set, or that of a mesh, is smoothed, to hide facets"),
-         flag("outline", "0", "1: draw only a faint rim that hides nothing, to show what is inside"),
+         formerly({"outline"},
+                  flag("rimOnly", "0", "1: draw only a faint rim that hides nothing, to show what is inside")),
          selector(flag(
              "over", "0",
              "1: draw into the newest picture, by depth and with its camera: one of -shade or -splat look=opaque")),
@@ -92,7 +99,8 @@ std::vector<Option> shadeOptions() {
          notNegative("gloss", fmt::format("{}", look.gloss), "", "strength of the highlight and of the rim"),
          vector("background", fmt::format("{}", fmt::join(look.background.c, ",")), "",
                 "background colour: sRGB from 0 to 1"),
-         integer("samples", "3", 1, 16, "anti-aliasing: samples along each edge of a pixel")});
+         formerly({"samples"},
+                  integer("supersampling", "3", 1, 16, "anti-aliasing: samples along each edge of a pixel"))});
     all.insert(all.end(), camera.begin(), camera.end());
     return all;
 }

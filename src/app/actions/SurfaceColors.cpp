@@ -30,7 +30,7 @@ AdvectOptions carryOptions(const Arguments& a) {
     constexpr int kEqualSteps = 64; // for a scheme without error estimate
     AdvectOptions options = carryBinding().read(a);
     if (asksForEqualSteps(a, options.scheme)) options.steps = kEqualSteps;
-    options.time = -a.real("time"); // backward, to the origin of the colours
+    options.time = -a.real("duration"); // backward, to the origin of the colours
     options.reprojection.method = a.choice<Reprojection>("reproject");
     return options;
 }
@@ -73,8 +73,8 @@ std::vector<Option> colorOptions() {
          .help = "thickness of the film at its top and bottom",
          .unit = "nm"},
         integer("seed", fmt::format("{}", paint.seed), 0, 0x1p53 - 1, "random seed of the streaks"),
-        real("time", fmt::format("{}", carry.time), "s",
-             "time for which the newest flow has advected the texture, or what show= shows")};
+        formerly({"time"}, real("duration", fmt::format("{}", carry.time), "s",
+                                "time for which the newest flow has advected the texture, or what show= shows"))};
     all.insert(all.end(), carryBinding().options().begin(), carryBinding().options().end());
     all.push_back(choice("reproject", namesOf(kReprojectionNames),
                          "method that keeps the advected texture on the surface",
@@ -83,11 +83,11 @@ std::vector<Option> colorOptions() {
 }
 
 std::vector<Input> colorInputs() {
-    return {
-        onlyIf(stays("value", {Kind::noise}), "only with show=value", showsValue),
-        onlyIf(stays("flow", {Kind::flow}), "only with time=, texture=lic, or show= of a flow", [](const Arguments& a) {
-            return showsFlow(a) || everNonzero(a, "time") || textureOf(a) == Texture::lic;
-        })};
+    return {onlyIf(stays("value", {Kind::noise}), "only with show=value", showsValue),
+            onlyIf(stays("flow", {Kind::flow}), "only with duration=, texture=lic, or show= of a flow",
+                   [](const Arguments& a) {
+                       return showsFlow(a) || everNonzero(a, "duration") || textureOf(a) == Texture::lic;
+                   })};
 }
 
 SurfacePaint paintOf(const Context& c, const Arguments& a, const Box& box) {

@@ -7,7 +7,7 @@
 
 namespace curlew::app {
 
-/// Binds tolerance=, iterations= and halvings=. `waits`: for the help, what waits if halving does not help.
+/// Binds tolerance=, iterations= and maxSubdivisions=. `waits`: for the help, what waits if halving does not help.
 inline Binding<ReprojectionOptions> solverBinding(const ReprojectionOptions& defaults, const std::string& waits) {
     using namespace options;
     Option tolerance = positive("tolerance", "", "", "tolerance on f and g, relative to their rms values");
@@ -18,7 +18,9 @@ inline Binding<ReprojectionOptions> solverBinding(const ReprojectionOptions& def
             integer("iterations", "", 1, 1000, "maximum number of corrections per step"),
             [](auto& o) -> auto& { return o.iterations; })
         .add(
-            integer("halvings", "", 0, 20, "maximum number of times that a failing step is halved before the " + waits),
+            formerly({"halvings"},
+                     integer("maxSubdivisions", "", 0, 20,
+                             "maximum number of times that a failing step is halved before the " + waits)),
             [](auto& o) -> auto& { return o.maxSubdivisions; });
 }
 

@@ -125,7 +125,7 @@ void warnOfWideLayer(const Context& c, const WallN<N>& wall) {
     if (wall.side == Side::inside || !std::isfinite(longest) || wall.width <= longest) return;
     c.warn(
         fmt::format("the layer, {:.3g} wide, is wider than the object, {:.3g} in size, so the flow turns far away from "
-                    "it; give width={:.2g} or less, or use noises of a shorter wavelength",
+                    "it; give layer={:.2g} or less, or use noises of a shorter wavelength",
                     wall.width, longest, longest / 2));
 }
 
@@ -135,7 +135,7 @@ void warnOfThinParts(const Context& c, const WallN<N>& wall) {
     if (const LayerFit fit = layerFit(wall); fit.unreached > kMostUnreached)
         c.warn(
             fmt::format("the layer, {:.3g} wide, overlaps itself in {:.0f} % of the inside, where the object is too "
-                        "thin or too sharp for it, so the flow has kinks there; width={:.2g} fits",
+                        "thin or too sharp for it, so the flow has kinks there; layer={:.2g} fits",
                         wall.width, 100 * fit.unreached, fit.fitting));
 }
 
@@ -159,7 +159,7 @@ void boundIn(Context& c, const Arguments& a) {
     const ScalarFieldN<N> noise = noiseIn<N>(c);
     BoundOptions options = boundBinding().read(a);
     LayerWidth layer = layerWidth(noise, boundsIn<N>(c), a.choice<Side>("side"));
-    if (a.given("width")) layer = {.width = a.real("width"), .noise = layer.noise};
+    if (a.given("layer")) layer = {.width = a.real("layer"), .noise = layer.noise};
     const WallN<N> wall = wallIn<N>(c, a, layer.width);
     options.slope = layer.noise.slope;
     giveBounded(c, bounded(noise, wall, options), wall);
@@ -171,7 +171,7 @@ void bound(Context& c, const Arguments& a) { inPlane(c) ? boundIn<2>(c, a) : bou
 /// Outputs DeWolf's product of a noise and a distance.
 template <int N>
 void blendIn(Context& c, const Arguments& a) {
-    const WallN<N> wall = wallIn<N>(c, a, a.real("range"));
+    const WallN<N> wall = wallIn<N>(c, a, a.real("layer"));
     giveBounded(c, productBounded(noiseIn<N>(c), wall.sdf, wall.width), wall);
 }
 
@@ -188,10 +188,12 @@ Input walls() {
 
 std::vector<Option> boundOptions() {
     std::vector<Option> all{
-        positive("width", "", "world units",
-                 fmt::format("width of the layer in which the flow turns along the wall (default: {} wavelengths of "
-                             "the noise's lowest octave)",
-                             kLayerInWavelengths)),
+        formerly({"width"},
+                 positive("layer", "", "world units",
+                          fmt::format(
+                              "width of the layer in which the flow turns along the wall (default: {} wavelengths of "
+                              "the noise's lowest octave)",
+                              kLayerInWavelengths))),
         choice("side", {"inside", "outside", "both"},
                "side of the wall on which the flow is: inside a container, outside an obstacle, or on both sides")};
     for (const Option& option : boundBinding().options()) all.push_back(option);
@@ -214,9 +216,10 @@ Registry wallActions() {
          .takes = {taken("noise", {Kind::noise}, "field"), walls()},
          .makes = {made("field", {Kind::field})},
          .options = boundOptions(),
-         .examples = {"curlew -read bunny.obj -mesh2ls -noise -noise seed=1 -bound width=0.05 -dfvn speed=1 -velocity "
-                      "-write vel.vdb",
-                      "curlew -sphere dim=2 -noise dim=2 frequency=2 -bound -dfvn -slice -write disc.png"},
+         .examples =
+             {"curlew -read bunny.obj -mesh2ls -noise -noise seed=1 -bound layer=0.05 -dfvn speed=1 -velocity "
+              "-write vel.vdb",
+              "curlew -sphere dimensions=2 -noise dimensions=2 frequency=2 -bound -dfvn -slice -write disc.png"},
          .evaluation = Evaluation::anyTime,
          .conforms = true,
          .run = bound},
@@ -225,9 +228,10 @@ Registry wallActions() {
          .summary = "multiply the newest noise by the newest distance, clamped (DeWolf's way to conform to a wall)",
          .takes = {taken("noise", {Kind::noise}), stays("wall", {Kind::shape, Kind::levelSet})},
          .makes = {made("field", {Kind::field})},
-         .options = {positive("range", "0.5", "world units", "distance from the wall beyond which it has no effect"),
+         .options = {formerly({"range"}, positive("layer", "0.5", "world units",
+                                                  "width of the layer beyond which the wall has no effect")),
                      choice("side", {"inside", "outside", "both"}, "side of the wall on which the flow is"), keep()},
-         .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -blend range=0.3 -dfvn speed=1 "
+         .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -blend layer=0.3 -dfvn speed=1 "
                       "-slice -write dewolf.png"},
          .evaluation = Evaluation::anyTime,
          .conforms = true,

@@ -34,7 +34,7 @@ void wind(Context& c, const Arguments& a) {
     WindOptions options = windBinding().read(a);
     options.direction = a.vector("direction");
     if (a.given("across")) options.across = a.vector("across");
-    const double width = a.given("width") ? a.real("width") : windWidth(c.sdf("wall", 0), options);
+    const double width = a.given("layer") ? a.real("layer") : windWidth(c.sdf("wall", 0), options);
     const Wall wall{.sdf = c.sdf("wall", width), .side = a.choice<Side>("side"), .width = width};
     const auto noise = c.has("noise") ? std::optional(inSpace(c.field("noise").field)) : std::nullopt;
     const Flow flow = windFlow(wall, noise, options);
@@ -49,9 +49,10 @@ std::vector<Option> windDeclared() {
     all.push_back(
         vector("across", "", "",
                "direction in which the wind is deflected, to both sides (default: where the shape is narrowest)"));
-    all.push_back(positive("width", "", "world units",
-                           "width of the layer in which the wind goes around the shape (default: half of the shape's "
-                           "extent across; less makes the wind faster there)"));
+    all.push_back(formerly(
+        {"width"}, positive("layer", "", "world units",
+                            "width of the layer in which the wind goes around the shape (default: half of the shape's "
+                            "extent across; less makes the wind faster there)")));
     all.push_back(choice("side", {"inside", "outside", "both"}, "side of the shape on which the wind is", "outside"));
     all.push_back(box("box", "domain of the flow (default: the box of the shape, padded)"));
     all.push_back(keep());

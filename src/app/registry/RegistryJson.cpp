@@ -57,6 +57,7 @@ Json json(const Option& option) {
             {"upper", boundOf(option.upper)},
             {"exclusive", option.exclusive},
             {"implied", option.implied},
+            {"formerly", option.formerly},
             {"selects", option.selects || option.type == OptionType::ages}};
 }
 

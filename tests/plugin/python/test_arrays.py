@@ -10,7 +10,7 @@ from conftest import FLOW, octahedron
 
 def test_a_provided_mesh_is_that_of_a_file(session, command, tmp_path):
     points, faces = octahedron()
-    text = "read mesh.ply\nmesh2ls dim=24\nnoise frequency=2\nnoise frequency=2 seed=1\nbound width=0.1\ndfvn speed=1\n"
+    text = "read mesh.ply\nmesh2ls dim=24\nnoise frequency=2\nnoise frequency=2 seed=1\nbound layer=0.1\ndfvn speed=1\n"
     text += "velocity dim=24\nwrite {}.vdb\n"
     (tmp_path / "scene.txt").write_text(text.format("file"))
     header = f"ply\nformat ascii 1.0\nelement vertex {len(points)}\n"
@@ -64,7 +64,7 @@ def test_points_keep_their_ids_and_velocities(session):
     assert np.array_equal(points.positions, positions) and np.array_equal(points.ids, ids)
     assert np.array_equal(points.velocities, (2 * positions).astype(np.float32))
     assert points.ages is None and points.tracks is None and len(points) == 50
-    session.run(FLOW + "advect time=0.2 steps=4")
+    session.run(FLOW + "advect duration=0.2 steps=4")
     moved = session.points()
     assert np.array_equal(moved.ids, ids) and not np.array_equal(moved.positions, positions)
     assert moved.tracks.shape == (50, 2)
@@ -125,7 +125,7 @@ def test_no_points_are_points_too(session):
 
 
 def test_a_field_and_its_gradient(session):
-    session.run("ramp direction=1,2,3 offset=0.5\nnoise dim=2\n")
+    session.run("ramp gradient=1,2,3 value=0.5\nnoise dimensions=2\n")
     positions = np.random.default_rng(3).uniform(-2, 2, (1000, 3))
     ramp = session.field(1)
     assert np.allclose(ramp.value(positions), positions @ [1, 2, 3] + 0.5, atol=1e-12)
@@ -158,7 +158,7 @@ def test_a_flow_is_the_cross_product_of_the_gradients_of_its_fields(session):
 
 
 def test_a_flow_of_two_dimensions_and_a_sum(session):
-    session.run("noise dim=2\ndfvn\n")
+    session.run("noise dimensions=2\ndfvn\n")
     plane, space = session.flow().velocity([[0.3, 0.4]]), session.flow().velocity([[0.3, 0.4, 0]])
     assert plane.shape == (1, 2) and np.allclose(space[0, :2], plane[0]) and space[0, 2] == 0
     assert session.flow().fields([[0.3, 0.4]]).shape == (1, 1)
@@ -181,7 +181,7 @@ def test_curves_come_with_where_each_begins(session):
 
 
 def test_pictures_and_grids(session):
-    session.run("ramp direction=1,10,0\nslice width=40 box=-1,-1,-1,3,1,1\n")
+    session.run("ramp gradient=1,10,0\nslice width=40 box=-1,-1,-1,3,1,1\n")
     image = session.image()
     assert image.pixels.shape == (20, 40, 1) and image.channels == ["value"]
     inside = image.pixels[2:-2, 2:-2, 0]
@@ -225,7 +225,7 @@ def test_a_mesh_for_each_frame(session):
 
 def test_advect_in_one_call():
     positions = np.random.default_rng(5).uniform(-0.9, 0.9, (30, 3))
-    moved = curlew.advect(positions, curlew.Program("vortex turns=0.25 core=1e6"), time=1, steps=200, ids=range(30, 60))
+    moved = curlew.advect(positions, curlew.Program("vortex turns=0.25 core=1e6"), duration=1, steps=200, ids=range(30, 60))
     quarter = np.stack([positions[:, 2], positions[:, 1], -positions[:, 0]], 1)
     assert np.allclose(moved.positions, quarter, atol=1e-4)
     assert moved.ids.tolist() == list(range(30, 60))

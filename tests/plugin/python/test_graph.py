@@ -20,10 +20,10 @@ def graph(**more):
     return {
         "curlew": 1,
         "nodes": [
-            node("dust", "advect", {"flow": "wind", "points": "seeds"}, time=0.2, steps=4),
+            node("dust", "advect", {"flow": "wind", "points": "seeds"}, duration=0.2, steps=4),
             node("wind", "dfvn", {"f": "swirl", "g": "along"}, speed=1),
             node("seeds", "scatter", {"domain": "wind"}, count=300),
-            node("along", "bound", {"noise": "noise two", "wall": "ball"}, width=0.2),
+            node("along", "bound", {"noise": "noise two", "wall": "ball"}, layer=0.2),
             node("ball", "sphere", radius=1),
             node("swirl", "noise", frequency=2),
             node("noise two", "noise", frequency=2, seed=1),
@@ -43,10 +43,10 @@ TEXT = """
 noise frequency=2 as=swirl
 noise frequency=2 seed=1 as=second
 sphere radius=1 as=ball
-bound width=0.2 noise=second wall=ball as=along
+bound layer=0.2 noise=second wall=ball as=along
 dfvn speed=1 f=swirl g=along as=wind
 scatter count=300 domain=wind as=seeds
-advect time=0.2 steps=4 flow=wind points=seeds as=dust
+advect duration=0.2 steps=4 flow=wind points=seeds as=dust
 """
 
 
@@ -76,7 +76,7 @@ def test_only_what_an_edit_reaches_is_evaluated(session):
     before = session.points("dust").positions
     session.run_graph(first)
     assert session.evaluated == []
-    session.run_graph(edited(first, "dust", time=0.1))
+    session.run_graph(edited(first, "dust", duration=0.1))
     assert session.evaluated == ["dust"]
     assert not np.array_equal(session.points("dust").positions, before)
     session.run_graph(edited(first, "swirl", frequency=3))
@@ -123,7 +123,7 @@ def test_dicts_json_and_scenes_are_the_same_graph(session):
 def test_text_goes_on_from_what_a_graph_has_left(session):
     session.run_graph(graph())
     before = session.points("dust").positions
-    session.run("advect flow=wind points=dust time=0.1 steps=2 as=later\n")
+    session.run("advect flow=wind points=dust duration=0.1 steps=2 as=later\n")
     assert not np.array_equal(session.points("later").positions, before)
 
 
@@ -152,10 +152,10 @@ def test_errors_name_the_node(session, change, name, words):
 
 
 def test_stills_of_a_moment(session):
-    moving = edited(graph(), "swirl", offset="{T},0,0")
+    moving = edited(graph(), "swirl", translate="{T},0,0")
     session.run_graph({**moving, "moment": {"frame": 13, "time": 0.5, "fps": 24}})
     still = session.points("dust").positions
-    session.run_graph(edited(graph(), "swirl", offset="0.5,0,0"))
+    session.run_graph(edited(graph(), "swirl", translate="0.5,0,0"))
     assert np.array_equal(session.points("dust").positions, still)
 
 
@@ -208,7 +208,7 @@ def test_a_branch_that_traces_first_does_not_freeze_the_points(session):
         nodes = [
             node("wind", "uniform", velocity="0,0,1", box="-9,-9,-9,9,9,9"),
             node("seeds", "scatter", {"domain": "wind"}, count=5, box="-1,-1,-1,1,1,1"),
-            node("lines", "trace", {"flow": "wind", "points": "seeds"}, limit=1),
+            node("lines", "trace", {"flow": "wind", "points": "seeds"}, maxLength=1),
             node("dust", "advect", {"flow": "wind", "points": "seeds"}),
         ][::order]
         heights = []

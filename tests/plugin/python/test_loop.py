@@ -7,7 +7,7 @@ BALL = """
 sphere
 noise frequency=1.5
 noise frequency=1.5 seed=1
-bound width=0.2
+bound layer=0.2
 dfvn speed=1
 scatter count=300 seed=3
 """
