@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 
 namespace curlew {
 
@@ -32,6 +33,25 @@ bool isControl(std::string_view sequence) {
     return first < ' ' || first == 0x7f || (first == 0xc2 && byteOf(sequence, 1) < 0xa0);
 }
 
+std::string lowerCase(std::string_view text) {
+    std::string lower(text);
+    for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return lower;
+}
+
+size_t editDistance(std::string_view a, std::string_view b) {
+    std::vector<std::vector<size_t>> d(a.size() + 1, std::vector<size_t>(b.size() + 1));
+    for (size_t i = 0; i <= a.size(); ++i) d[i][0] = i;
+    for (size_t j = 0; j <= b.size(); ++j) d[0][j] = j;
+    for (size_t i = 1; i <= a.size(); ++i)
+        for (size_t j = 1; j <= b.size(); ++j) {
+            d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (a[i - 1] != b[j - 1])});
+            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+                d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
+        }
+    return d[a.size()][b.size()];
+}
+
 } // namespace
 
 std::string printable(std::string_view text) {
@@ -56,6 +76,27 @@ std::string grouped(uint64_t count) {
         result += digits[k];
     }
     return result;
+}
+
+std::string nearest(std::string_view given, const std::vector<std::string>& candidates) {
+    const std::string word = lowerCase(given);
+    std::string best;
+    size_t fewest = std::max<size_t>(1, word.size() / 3) + 1;
+    for (const auto& candidate : candidates) {
+        const std::string known = lowerCase(candidate);
+        const bool contained = word.size() >= 3 && (known.starts_with(word) || word.starts_with(known));
+        const size_t edits = contained ? 1 : editDistance(word, known);
+        if (edits < fewest) {
+            fewest = edits;
+            best = candidate;
+        }
+    }
+    return best;
+}
+
+std::string didYouMean(std::string_view word, const std::vector<std::string>& candidates) {
+    const std::string near = nearest(word, candidates);
+    return near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near);
 }
 
 } // namespace curlew

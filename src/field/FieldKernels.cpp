@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "AlgebraModels.h"
 #include "BoundModel.h"
+#include "FunctionModel.h"
 #include "MapModels.h"
 #include "curlew/field/Kernels.h"
 #include "curlew/field/ShapeModels.h"
@@ -18,6 +19,7 @@ CURLEW_MODEL_KERNELS(Binary<3, Quotient>)
 CURLEW_MODEL_KERNELS(Binary<3, SmoothMin>)
 CURLEW_MODEL_KERNELS(Unary<3, Scaled>)
 CURLEW_MODEL_KERNELS(Unary<3, Clip>)
+CURLEW_MODEL_KERNELS(Unary<3, FunctionMap>)
 CURLEW_MODEL_KERNELS(Bounded<3>)
 CURLEW_MODEL_KERNELS(LayerRamp<3>)
 CURLEW_MODEL_KERNELS(Affine<3, 3>)

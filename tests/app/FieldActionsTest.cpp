@@ -8,6 +8,7 @@
 
 using namespace curlew;
 using namespace curlew::test;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -60,6 +61,44 @@ TEST_CASE("field actions: union and intersection and difference combine shapes",
     folder.mustRun(shapes +
                    "-difference -noise seed=1 -noise seed=2 -bound layer=0.05 -dfvn speed=1 -scatter count=300 "
                    "-advect duration=0.3 steps=3 -check strict=1 samples=500");
+}
+
+TEST_CASE("formula: coordinates, fields by name, constants and the time", "[app][command]") {
+    const Folder folder;
+    const auto noise = noiseField<Psrd3>();
+    const std::string actions = "-noise as=swirl -formula ";
+    requireField(folder, actions + "'2*swirl + (3*x - y/2 + 1)'", 2.0 * noise + rampField({{3, -0.5, 0}}, 1));
+    requireField(folder, "-set k=3 -noise as=swirl -formula 'k*swirl - T'", 3.0 * noise);
+    requireField(folder, "-noise -noise seed=1 as=other -formula 'other' fields=noise", noise);
+    requireField(folder, "-noise dimensions=2 as=flat -formula 'flat + z'",
+                 projected(noiseField<Psrd2>(), Matrix<2, 3>{}) + rampField({{0, 0, 1}}));
+    requireField(folder, "-formula '-x + 1'", rampField({{-1, 0, 0}}, 1));
+    requireField(folder, "-formula dimensions=2 'x*y'", rampField<2>({{1, 0}}) * rampField<2>({{0, 1}}));
+    folder.mustRun("-formula 'x + w' -constant dimensions=4 -sum"); // 4 dimensions
+    // The graph, written and read back, makes the same file.
+    folder.mustRun(actions + "'swirl * sin(3*z)' -slice width=16 -write a.exr graph.json");
+    folder.mustRun("-config graph.json");
+    folder.mustRun(actions + "'swirl * sin(3*z)' -print graph=1");
+    CHECK_THAT(folder.mustRun("-formula 'abs(x) + y' -slice width=8 -write a.png").err,
+               ContainsSubstring("abs(x) may have a kink"));
+    // Frames: the field changes with time.
+    folder.mustRun("-frames 1-2 -formula 'sin(x + 10*T)' dimensions=2 -slice width=8 -write 's.$F4.exr'");
+    CHECK(bytesOf(folder / "s.0001.exr") != bytesOf(folder / "s.0002.exr"));
+}
+
+TEST_CASE("formula: errors name the column or the nearest name", "[app][command]") {
+    const Folder folder;
+    folder.mustFail("-formula 'sni(x)'", {"-formula", "column 1", "'sni'", "did you mean 'sin'"});
+    folder.mustFail("-formula 'x + '", {"-formula", "column 5", "missing before the end"});
+    folder.mustFail("-noise as=swirl -formula '2*swrl'", {"-formula", "swrl", "swirl"});
+    folder.mustFail("-formula 'w + z' dimensions=3", {"-formula", "no coordinate 'w' in 3 dimensions"});
+    folder.mustFail("-noise as=a -formula '1/a'", {"-formula", "column 2", "may be zero"});
+    folder.mustFail("-noise type=simplex dimensions=4 as=a -noise as=b -formula 'a + b'",
+                    {"-formula", "a field of 3 dimensions in a formula of 4"});
+    folder.mustFail("-noise as=a -formula 'a' dimensions=2", {"-formula", "a field of 3 dimensions in a formula of 2"});
+    folder.mustFail("-noise as=a -formula '1' fields=a", {"-formula", "names 0 fields", "1 are linked"});
+    folder.mustFail("-formula", {"-formula", "FORMULA"});
+    folder.mustFail("-set unused=1 -formula 'x'", {"unused"});
 }
 
 TEST_CASE("field actions: unsuitable fields are refused", "[app][command]") {

@@ -7,30 +7,6 @@ using namespace curlew;
 using namespace curlew::app;
 using Words = std::vector<std::string>;
 
-TEST_CASE("nearest: finds the word with the fewest edits", "[app]") {
-    const Words words{"frequency", "octaves", "offset", "seed", "mesh2ls"};
-    CHECK(nearest("freqency", words) == "frequency");   // a missing letter
-    CHECK(nearest("frequencyy", words) == "frequency"); // an additional letter
-    CHECK(nearest("fraquency", words) == "frequency");  // a wrong letter
-    CHECK(nearest("esed", words) == "seed");            // swapped letters
-    CHECK(nearest("sed", words) == "seed");
-    CHECK(nearest("MESH2LS", words) == "mesh2ls");
-    CHECK(nearest("freq", words) == "frequency"); // an abbreviation
-    CHECK(nearest("offset=", words) == "offset");
-    CHECK(nearest("ofset", words) == "offset");
-}
-
-TEST_CASE("nearest: finds nothing if no word is close", "[app]") {
-    const Words words{"frequency", "octaves", "seed"};
-    for (const char* word : {"banana", "x", "", "qqqqqqqqq", "fr"}) {
-        CAPTURE(word);
-        CHECK(nearest(word, words).empty());
-        CHECK(didYouMean(word, words).empty());
-    }
-    CHECK(nearest("seed", {}).empty());
-    CHECK(didYouMean("sead", words) == " (did you mean 'seed'?)");
-}
-
 TEST_CASE("wordsOf: splits a line as a shell does", "[app]") {
     CHECK(wordsOf("noise  frequency=2\tseed=1 \r") == Words{"noise", "frequency=2", "seed=1"});
     CHECK(wordsOf("read 'my file.obj' \"it's.obj\"") == Words{"read", "my file.obj", "it's.obj"});

@@ -3,6 +3,7 @@
 #include "support/Catch.h"
 
 using namespace curlew;
+using Words = std::vector<std::string>;
 
 TEST_CASE("printable: valid UTF-8 without control characters passes through unchanged", "[base]") {
     for (const std::string text : {"", "plain text", "größer", "→ ∇f × ∇g", "\U0001F426", "a\\b"})
@@ -23,4 +24,28 @@ TEST_CASE("printable: bytes that are not UTF-8 are escaped one by one", "[base]"
     CHECK(printable("\xf4\x90\x80\x80") == "\\xf4\\x90\\x80\\x80"); // beyond U+10FFFF
     CHECK(printable("ab\xe2\x82") == "ab\\xe2\\x82");               // cut off
     CHECK(printable("\x80ok") == "\\x80ok");
+}
+
+TEST_CASE("nearest: finds the word with the fewest edits", "[base]") {
+    const Words words{"frequency", "octaves", "offset", "seed", "mesh2ls"};
+    CHECK(nearest("freqency", words) == "frequency");   // a missing letter
+    CHECK(nearest("frequencyy", words) == "frequency"); // an additional letter
+    CHECK(nearest("fraquency", words) == "frequency");  // a wrong letter
+    CHECK(nearest("esed", words) == "seed");            // swapped letters
+    CHECK(nearest("sed", words) == "seed");
+    CHECK(nearest("MESH2LS", words) == "mesh2ls");
+    CHECK(nearest("freq", words) == "frequency"); // an abbreviation
+    CHECK(nearest("offset=", words) == "offset");
+    CHECK(nearest("ofset", words) == "offset");
+}
+
+TEST_CASE("nearest: finds nothing if no word is close", "[base]") {
+    const Words words{"frequency", "octaves", "seed"};
+    for (const char* word : {"banana", "x", "", "qqqqqqqqq", "fr"}) {
+        CAPTURE(word);
+        CHECK(nearest(word, words).empty());
+        CHECK(didYouMean(word, words).empty());
+    }
+    CHECK(nearest("seed", {}).empty());
+    CHECK(didYouMean("sead", words) == " (did you mean 'seed'?)");
 }

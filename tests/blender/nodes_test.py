@@ -63,7 +63,7 @@ class Nodes(unittest.TestCase):
         for name, action in self.actions.items():
             if name not in self.classes or name in ("resume", "threads"):
                 continue
-            words = ["1-2"] if name == "frames" else [{"read": "a.ply"}.get(name, "a.json")] * action.fewest_words
+            words = ["1-2"] if name == "frames" else [{"read": "a.ply", "formula": "x + y"}.get(name, "a.json")] * action.fewest_words
             for option in action.options:
                 for end in ("lower", "upper"):
                     node = tree.nodes.new("CurlewNode_" + name)

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace curlew {
 
@@ -14,5 +15,12 @@ std::string printable(std::string_view text);
 
 /// Formats a count for people: "1,234,567".
 std::string grouped(uint64_t count);
+
+/// Returns the candidate with the smallest edit distance from `given` (insertion, deletion, replacement, swap of
+/// neighbours), or "" if no candidate is close enough to be a typing error. Ignores case.
+std::string nearest(std::string_view given, const std::vector<std::string>& candidates);
+
+/// Returns " (did you mean 'x'?)", or "" if no candidate is close.
+std::string didYouMean(std::string_view word, const std::vector<std::string>& candidates);
 
 } // namespace curlew

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "Actions.h"
+#include "curlew/app/registry/Text.h"
 #include "curlew/field/Algebra.h"
+#include "curlew/field/ParsedFormula.h"
 #include "curlew/field/Transforms.h"
 
 #include <algorithm>
@@ -143,8 +145,77 @@ Input graphInput() {
     return input;
 }
 
+/// Returns the dimension of a formula: 3 without fields, otherwise that of its fields, or more if a coordinate needs
+/// it. In 3D, fields of fewer dimensions are constant along the other axes.
+int dimensionOfFormula(const Arguments& a, const std::vector<int>& fields) {
+    const int least = fields.empty() ? 3 : *std::max_element(fields.begin(), fields.end());
+    const int dimension =
+        a.given("dimensions") ? a.integer<int>("dimensions") : std::max(least, lastCoordinateIn(a.words().front()));
+    for (const int n : fields)
+        if (n > dimension || (n < dimension && dimension != 3))
+            throw ValueError(fmt::format("a field of {} dimensions in a formula of {} dimensions", n, dimension));
+    return dimension;
+}
+
+template <int N>
+ScalarFieldN<N> inFormula(const AnyField& field) {
+    if constexpr (N == 3) return inSpace(field);
+    return std::get<ScalarFieldN<N>>(field);
+}
+
+void formula(Context& c, const Arguments& a) {
+    const std::string& text = a.words().front();
+    const std::vector<std::string> names = namesInFormula(text);
+    std::vector<int> dimensions;
+    for (size_t k = 0; k < c.count("fields"); ++k) dimensions.push_back(dimensionOf(c.field("fields", k).field));
+    c.give(FieldValue{inDimension(dimensionOfFormula(a, dimensions), [&](auto n) {
+        NamedFields<n> fields;
+        for (size_t k = 0; k < names.size(); ++k) fields.emplace(names[k], inFormula<n>(c.field("fields", k).field));
+        auto made = parsedFormula<n>(text, fields);
+        if (!made.kinks.empty())
+            c.say(
+                fmt::format("formula: {} may have a kink, at which the velocity of a flow jumps; smin, smax and "
+                            "smoothstep have none",
+                            join(made.kinks, ", ")));
+        return made.field;
+    })});
+}
+
+/// Checks the fields that are linked, and returns what the formula makes.
+std::vector<Object> madeByFormula(const Arguments& a, const Objects& inputs, const World&) {
+    const std::vector<std::string> names = namesInFormula(a.words().front());
+    if (names.size() != inputs.at(0).size())
+        throw ValueError(fmt::format("the formula names {} fields{}, but {} are linked", names.size(),
+                                     names.empty() ? "" : " (" + join(names, ", ") + ")", inputs[0].size()));
+    std::vector<int> dimensions;
+    for (const Object& field : inputs[0]) dimensions.push_back(field.dimension);
+    return fieldOf(dimensionOfFormula(a, dimensions));
+}
+
+Action formulaAction() {
+    Input fields = several(stays("fields", {Kind::field}), 0, 100, "those that the formula names, in that order");
+    fields.namesWith = [](const Arguments& a) { return namesInFormula(a.words().front()); };
+    return {.name = "formula",
+            .group = kGroup,
+            .summary = "field from a formula of the position and of other fields, with exact derivatives",
+            .takes = {std::move(fields)},
+            .makes = {made("field", {Kind::field})},
+            .options = {integer("dimensions", "", 1, 7,
+                                "number of dimensions (default: that of its fields, or 3; more if a coordinate needs "
+                                "it)")},
+            .positional = {.what = "FORMULA", .minimum = 1, .maximum = 1, .formulas = true},
+            .examples = {"curlew -formula '(x^2 + y^2 + z^2)^2' -formula 'x + 0.2*sin(4*z)' -dfvn -velocity -write "
+                         "rings.vdb",
+                         "curlew -noise as=swirl -formula '0.3*swirl + smoothstep(-1, 1, y)' -noise seed=1 -dfvn "
+                         "-velocity -write layers.vdb"},
+            .evaluation = Evaluation::anyTime,
+            .run = formula,
+            .makesWith = madeByFormula};
+}
+
 Registry sources() {
     return {
+        formulaAction(),
         {.name = "ramp",
          .group = kGroup,
          .summary = "linear ramp, gradient·x + value",

@@ -123,6 +123,10 @@ std::vector<Link> Builder::chosen(const Input& input, const Statement& statement
                 links.push_back(inContextOf(input.name + "=" + name, [&] { return resolved(name); }));
         return links;
     }
+    if (input.namesWith) {
+        for (const auto& name : input.namesWith(a)) links.push_back(resolved(name));
+        return links;
+    }
     const Amount amount = input.amountWith ? input.amountWith(a, *this) : input.amount;
     const bool aged = !input.age.empty() && a.given(input.age);
     if (amount.most == 0 && aged) throw ValueError(fmt::format("{}= has no effect here: {}", input.age, input.help));

@@ -31,6 +31,9 @@ std::string readText(const std::string& file) {
     return text.str();
 }
 
+/// How the constants of -set are put into a word.
+using Substitution = std::string (*)(std::string_view, const Constants&);
+
 class Parser {
   public:
     explicit Parser(const Reading& reading) : mReading(reading) {}
@@ -43,7 +46,7 @@ class Parser {
                 throw ValueError(
                     fmt::format("'{}' is not an action; actions begin with a dash: curlew -help", tokens[k]));
             const size_t begin = k++;
-            while (k < tokens.size() && !isAction(tokens[k])) ++k;
+            while (k < tokens.size() && (!isAction(tokens[k]) || isFormula(tokens[begin], tokens[k]))) ++k;
             const size_t dashes = tokens[begin].starts_with("--") ? 2 : 1;
             action(tokens[begin].substr(dashes), {tokens.begin() + static_cast<std::ptrdiff_t>(begin) + 1,
                                                   tokens.begin() + static_cast<std::ptrdiff_t>(k)});
@@ -77,6 +80,19 @@ class Parser {
     }
 
   private:
+    const Action* known(const std::string& token) const {
+        const std::string name = token.substr(std::min(token.find_first_not_of('-'), token.size()));
+        const auto found = std::find_if(mReading.registry.begin(), mReading.registry.end(),
+                                        [&](const Action& action) { return action.name == name; });
+        return found == mReading.registry.end() ? nullptr : &*found;
+    }
+
+    /// Returns whether a token that begins with a dash is a formula: -x + 1.
+    bool isFormula(const std::string& action, const std::string& token) const {
+        const Action* declared = known(action);
+        return declared && declared->positional.formulas && !known(token);
+    }
+
     void locate(SourceLocation location) {
         mLocation = std::move(location);
         if (mReading.location) *mReading.location = mLocation;
@@ -101,8 +117,10 @@ class Parser {
             if (name == "set") return define(tokens);
             Statement statement{.arguments = Arguments(declared), .location = location};
             for (const auto& token : tokens) {
-                noteUse(token);
-                const std::string text = withConstants(token, mConstants);
+                const bool formula = declared.positional.formulas && token.find('=') == std::string::npos;
+                const Substitution with = formula ? formulaWithConstants : withConstants;
+                noteUse(token, with);
+                const std::string text = with(token, mConstants);
                 count(text.size());
                 add(statement, text);
             }
@@ -183,9 +201,8 @@ class Parser {
     }
 
     /// A misspelled name on the command line would change nothing without a word.
-    void noteUse(const std::string& token) {
-        if (token.find('{') == std::string::npos) return;
-        std::erase_if(mUnused, [&](const auto& constant) { return withConstants(token, {constant}) != token; });
+    void noteUse(const std::string& token, Substitution with = withConstants) {
+        std::erase_if(mUnused, [&](const auto& constant) { return with(token, {constant}) != with(token, {}); });
     }
 
     const Reading& mReading;

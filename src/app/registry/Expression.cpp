@@ -8,6 +8,7 @@
 #include <muParser.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -171,6 +172,33 @@ size_t endOfWord(std::string_view text, size_t at) {
     return text[at] == '.' ? static_cast<size_t>(whole(at + 1)) : at + 1;
 }
 
+/// Replaces names in {expressions}; in a formula, also outside them.
+std::string replaced(std::string_view text, const Constants& constants, bool formula) {
+    constexpr std::array<std::string_view, 4> kVariables{"F", "FF", "T", "fps"};
+    std::string result;
+    bool inside = false;
+    for (size_t at = 0; at < text.size();) {
+        if (!inside && text.substr(at).starts_with("{{")) {
+            result += "{{";
+            at += 2;
+            continue;
+        }
+        if (text[at] == '{') inside = true;
+        if (text[at] == '}') inside = false;
+        const size_t end = inside || formula ? endOfWord(text, at) : at + 1;
+        const std::string word(text.substr(at, end - at));
+        const auto found = inside || formula ? constants.find(word) : constants.end();
+        if (found != constants.end())
+            result += fmt::format("({})", found->second);
+        else if (formula && !inside && std::find(kVariables.begin(), kVariables.end(), word) != kVariables.end())
+            result += fmt::format("({{{}}})", word);
+        else
+            result += word;
+        at = end;
+    }
+    return result;
+}
+
 } // namespace
 
 double Moment::wholeFrame() const {
@@ -196,23 +224,11 @@ Variables variablesOf(std::string_view text) {
 }
 
 std::string withConstants(std::string_view text, const Constants& constants) {
-    std::string result;
-    bool inside = false;
-    for (size_t at = 0; at < text.size();) {
-        if (!inside && text.substr(at).starts_with("{{")) {
-            result += "{{";
-            at += 2;
-            continue;
-        }
-        if (text[at] == '{') inside = true;
-        if (text[at] == '}') inside = false;
-        const size_t end = inside ? endOfWord(text, at) : at + 1;
-        const std::string word(text.substr(at, end - at));
-        const auto found = inside ? constants.find(word) : constants.end();
-        result += found == constants.end() ? word : fmt::format("({})", found->second);
-        at = end;
-    }
-    return result;
+    return replaced(text, constants, false);
+}
+
+std::string formulaWithConstants(std::string_view formula, const Constants& constants) {
+    return replaced(formula, constants, true);
 }
 
 std::pair<std::string, double> constantOf(const std::string& definition) {

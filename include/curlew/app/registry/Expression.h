@@ -40,6 +40,9 @@ using Constants = std::map<std::string, double>;
 /// Replaces the names of constants in a text's {expressions} by their values.
 std::string withConstants(std::string_view text, const Constants& constants);
 
+/// Replaces the names of constants in a formula by their values, and F, FF, T and fps by {expressions}.
+std::string formulaWithConstants(std::string_view formula, const Constants& constants);
+
 /// Parses `NAME=VALUE`, whose value is a number or an {expression} without variables. Throws ValueError if the value is
 /// invalid, or if the name is invalid or already has a meaning in expressions.
 std::pair<std::string, double> constantOf(const std::string& definition);

@@ -48,6 +48,8 @@ struct Option {
 struct Positional {
     std::string what = {};
     size_t minimum = 0, maximum = 0;
+    /// The words are formulas: the constants of -set and F, FF, T and fps need no {} in them.
+    bool formulas = false;
 };
 
 } // namespace curlew::app

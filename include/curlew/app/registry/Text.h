@@ -1,18 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "curlew/base/Text.h"
+
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace curlew::app {
-
-/// Returns the candidate with the smallest edit distance from `given` (insertion, deletion, replacement, swap of
-/// neighbours), or "" if no candidate is close enough to be a typing error. Ignores case.
-std::string nearest(std::string_view given, const std::vector<std::string>& candidates);
-
-/// Returns " (did you mean 'x'?)", or "" if no candidate is close.
-std::string didYouMean(std::string_view word, const std::vector<std::string>& candidates);
 
 std::vector<std::string> split(std::string_view text, char separator);
 std::string join(const std::vector<std::string>& parts, std::string_view separator);
