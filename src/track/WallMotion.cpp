@@ -11,6 +11,7 @@
 #include "curlew/math/Rotation.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace curlew {
 
@@ -225,6 +226,22 @@ Vec3d atDistance(const Wall& wall, Vec3d point, double distance) {
     return point;
 }
 
+/// Returns a position on the former side of the wall near `moved`: at the former distance; in a gap that closes, at a
+/// smaller one; but at one that classify() can tell from the wall. Returns `moved` if there is none.
+Vec3d putBack(const Wall& wall, const Vec3d& moved, const Vec3d& former, const Place& before) {
+    constexpr int kHalvings = 12;
+    for (const Vec3d& start : {moved, former}) {
+        const double least = 0x1p-21 * (std::abs(start[0]) + std::abs(start[1]) + std::abs(start[2]));
+        double distance = std::abs(before.distance);
+        for (int k = 0; k <= kHalvings; ++k, distance /= 2) {
+            const double signedDistance = std::copysign(std::max(distance, least), before.distance);
+            const Vec3d point = atDistance(wall, start, signedDistance);
+            if (keptIn(before, placesOf(wall, {point}).front())) return point;
+        }
+    }
+    return moved;
+}
+
 } // namespace
 
 size_t WallMotion::carry(std::vector<Vec3d>& points, const Monitor& monitor) const {
@@ -250,9 +267,9 @@ size_t WallMotion::carry(std::vector<Vec3d>& points, const Monitor& monitor) con
     size_t overrun = 0;
     for (size_t n = 0; n < taken.size(); ++n) {
         const size_t k = taken[n];
-        points[k] = moved[n];
+        const Vec3d former = std::exchange(points[k], moved[n]);
         if (keptIn(before[k], after[n])) continue;
-        points[k] = atDistance(mTo, moved[n], before[k].distance);
+        points[k] = putBack(mTo, moved[n], former, before[k]);
         overrun += !keptIn(before[k], placesOf(mTo, {points[k]}).front());
     }
     return overrun;

@@ -170,6 +170,35 @@ TEST_CASE("WallMotion: a deforming wall pushes points along its normals", "[trac
     }
 }
 
+TEST_CASE("WallMotion: points on the wall or in a gap that closes stay outside", "[track]") {
+    SECTION("on the wall, as close as classify() allows") {
+        const Wall from = wallOf(sphereSdf(0.5)), to = wallOf(sphereSdf(0.53));
+        std::vector<Vec3d> points;
+        for (const Vec3d& p : randomPoints(cube(1), 2000, 5)) {
+            const Vec3d direction = p * (1 / length(p));
+            const double sum = std::abs(direction[0]) + std::abs(direction[1]) + std::abs(direction[2]);
+            points.push_back(direction * (0.5 + 0x1p-23 * 0.501 * sum));
+        }
+        CHECK(WallMotion(from, to, cube(1.5)).carry(points) == 0);
+        CHECK(countBeyond(to, points) == 0);
+    }
+    SECTION("a gap of 0.2 between two spheres closes to 0.02") {
+        const auto pair = [](double gap) {
+            const double x = 0.4 + gap / 2;
+            return wallOf(unite(placed(sphereSdf(0.4), Placement{.offset = {{x, 0, 0}}}),
+                                placed(sphereSdf(0.4), Placement{.offset = {{-x, 0, 0}}}), 0));
+        };
+        const Wall from = pair(0.2), to = pair(0.02);
+        std::vector<Vec3d> points;
+        for (const Vec3d& p : randomPoints(cube(0.1), 4000, 6))
+            if (from.sdf.distance.at<0>(p).value > 1e-6) points.push_back(p);
+        REQUIRE(points.size() > 2000);
+        REQUIRE(countBeyond(to, points) > 1000);
+        CHECK(WallMotion(from, to, cube(1.5)).carry(points) == 0);
+        CHECK(countBeyond(to, points) == 0);
+    }
+}
+
 TEST_CASE("WallMotion: points beyond a moving wall stay in place", "[track]") {
     const Wall from = wallOf(sphereSdf(0.5)), to = placedWall(sphereSdf(0.5), {{0.1, 0, 0}});
     std::vector<Vec3d> points{{{0, 0, 0}}, {{0.45, 0, 0}}};
