@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs all scenes and the papers' tables; writes docs/gallery.md with its pictures, and docs/paper_tables.md.
 
-./dev gallery runs it and passes on its arguments: --only NAME renews only that scene or table.
+./dev gallery runs it and passes on its arguments: --only NAME … renews only those scenes or tables.
 """
 
 import argparse
@@ -176,7 +176,7 @@ def run_table(name, paper, curlew):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--only", metavar="NAME", help="run only this scene or table, and keep the others")
+    parser.add_argument("--only", metavar="NAME", nargs="+", help="run only these scenes or tables, and keep the others")
     parser.add_argument("--command", default=ROOT / "build/curlew", type=Path, help="the curlew command to run; curlew_paper must be in the same folder")
     options = parser.parse_args()
     command = options.command.resolve()
@@ -187,13 +187,22 @@ def main():
     work = [(scene.name, lambda scene=scene: run_scene(scene, command)) for scene in scenes]
     work += [(table, lambda table=table: run_table(table, paper_command, command)) for table in tables]
     if options.only:
-        work = [(name, run) for name, run in work if name == options.only]
-        if not work:
-            sys.exit(f"gallery: no scene or table '{options.only}'; choose one of "
+        for name in set(options.only) - {name for name, run in work}:
+            sys.exit(f"gallery: no scene or table '{name}'; choose one of "
                      + ", ".join([scene.name for scene in scenes] + tables))
+        work = [(name, run) for name, run in work if name in options.only]
 
     gallery, paper = Page(DOCS / "gallery.md", GALLERY.format(width=WIDTH)), Page(DOCS / "paper_tables.md", TABLES)
     taken, pictures, failed = [], {}, []
+
+    def write_pages():
+        order = []
+        for group in dict.fromkeys([GROUPS["shot"], OTHERS, *GROUPS.values()]):
+            members = [scene.name for scene in scenes if scene.group() == group and scene.name in gallery.parts]
+            order += [f"## {group}", *members] if members else []
+        gallery.write(order)
+        paper.write(tables)
+
     for name, run in work:
         print(f"gallery: {name}", file=sys.stderr)
         begin = time.monotonic()
@@ -210,13 +219,8 @@ def main():
                 warn(f"{name} and {pictures[picture]} both write {picture}")
                 failed.append(name)
             pictures[picture] = name
+        write_pages()  # after each, so that an interrupted run keeps what it has made
 
-    order = []
-    for group in dict.fromkeys([GROUPS["shot"], OTHERS, *GROUPS.values()]):
-        members = [scene.name for scene in scenes if scene.group() == group and scene.name in gallery.parts]
-        order += [f"## {group}", *members] if members else []
-    gallery.write(order)
-    paper.write(tables)
     if not options.only and not failed:
         for picture in set(PICTURES.iterdir()) - {PICTURES / name for name in pictures}:
             picture.unlink()

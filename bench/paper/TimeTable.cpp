@@ -76,7 +76,7 @@ std::vector<Way> ways() {
     for (const int steps : {10, 20, 50, 100, 200, 1000}) all.push_back({rk4(steps), equal(Scheme::rk4, steps)});
     for (const double accuracy : {1e-2, 3e-3, 1e-3, 1e-4, 1e-5})
         all.push_back({fmt::format("rk23, {:.0e}", accuracy), accurate(accuracy, Scheme::bogackiShampine)});
-    for (const double accuracy : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7})
+    for (const double accuracy : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8})
         all.push_back({fmt::format("rk45, {:.0e}", accuracy), accurate(accuracy, Scheme::dormandPrince)});
     all.push_back({"the default", {.time = kTime}});
     return all;
