@@ -139,10 +139,11 @@ struct FunctionMap {
         };
         // The k-th derivative is n (n - 1) … (n - k + 1) v^(n - k).
         Univariate<T> all;
-        T* const parts[] = {&all.value, &all.first, &all.second, &all.third};
+        const std::array<T*, 4> parts{&all.value, &all.first, &all.second, &all.third};
         double factor = 1;
         for (int k = 0; k <= 3; ++k) {
-            *parts[k] = factor == 0 ? T(0) : static_cast<T>(factor) * raised(n < 0 ? k - n : n - k);
+            *parts[static_cast<size_t>(k)] =
+                factor == 0 ? T(0) : static_cast<T>(factor) * raised(n < 0 ? k - n : n - k);
             factor *= n - k;
         }
         return all;

@@ -26,6 +26,7 @@ Flow onBothSides(const Flow& flow) {
 void drift(const std::vector<Flow>& flows, const AdvectOptions& options, double first, std::vector<Vec3d>& points,
            const Monitor& monitor) {
     std::vector<GuardedStepper<3>> steppers;
+    steppers.reserve(flows.size());
     for (const Flow& flow : flows)
         steppers.push_back(detail::advectionStepper(flow, options, {.method = Reprojection::none}));
     forEachBatch(

@@ -123,7 +123,7 @@ class HostCheck {
             others.empty() ? "" : fmt::format("; its vector grids are {}", others));
     }
 
-    static constexpr char kAxes[] = {'x', 'y', 'z'};
+    static constexpr std::string_view kAxes = "xyz";
 
     const HostProfile& mHost;
     openvdb::MetaMap::Ptr mMetadata;

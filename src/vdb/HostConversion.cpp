@@ -77,7 +77,7 @@ GridBase::ConstPtr withAxes(const GridBase::ConstPtr& grid, const AxisMap& axes)
 template <class GridType, class Map>
 typename GridType::Ptr withValues(const GridType& grid, const Map& map) {
     requireMemory(static_cast<double>(grid.memUsage()), "a copy of " + titleOf(grid), "free some memory");
-    const auto copy = grid.deepCopy();
+    auto copy = grid.deepCopy();
     copy->tree().root().setBackground(map(grid.background()), /*updateChildNodes=*/false);
     openvdb::tools::foreach (copy->beginValueAll(), [&](const auto& value) { value.setValue(map(value.getValue())); });
     return copy;

@@ -5,7 +5,7 @@
 #include "curlew/track/Points.h"
 #include "curlew/vdb/HostProfile.h"
 
-#include <openvdb/Grid.h>
+#include <openvdb/openvdb.h>
 
 #include <vector>
 

@@ -91,6 +91,7 @@ inline constexpr std::array kHostProfiles{
 
 inline std::vector<std::string> hostNames() {
     std::vector<std::string> names;
+    names.reserve(kHostProfiles.size());
     for (const HostProfile& host : kHostProfiles) names.emplace_back(host.name);
     return names;
 }

@@ -4,7 +4,7 @@
 #include "curlew/track/Curves.h"
 #include "curlew/track/Points.h"
 
-#include <openvdb/Grid.h>
+#include <openvdb/openvdb.h>
 
 #include <filesystem>
 #include <memory>

@@ -3,7 +3,7 @@
 
 #include "curlew/base/Monitor.h"
 
-#include <openvdb/Grid.h>
+#include <openvdb/openvdb.h>
 
 #include <filesystem>
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Longer than 400 lines: one action for each kind of flow, most of it declarations of options.
 #include "Actions.h"
 #include "FlowInSpace.h"
 #include "curlew/field/Algebra.h"

@@ -29,7 +29,8 @@ std::string descriptionOf(const SolidFigures& figures) {
                         figures.boundaryEdges, 100 * figures.undecided));
     if (figures.hidden > 0.0005)
         parts.push_back(fmt::format("{:.1f} % of its surface is interior or encloses nothing", 100 * figures.hidden));
-    if (figures.turned) parts.push_back("its faces are clockwise seen from outside, so their orientation is reversed");
+    if (figures.turned)
+        parts.emplace_back("its faces are clockwise seen from outside, so their orientation is reversed");
     if (figures.duplicateFaces > 0) parts.push_back(fmt::format("{} duplicate faces", figures.duplicateFaces));
     if (figures.degenerateFaces > 0) parts.push_back(fmt::format("{} degenerate faces", figures.degenerateFaces));
     return join(parts, "; ");

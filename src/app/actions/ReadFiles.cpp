@@ -181,7 +181,7 @@ void readBgeoFile(Context& c, const Arguments&, const SourceFile& file) {
         c.say(fmt::format("{}: {} curves with {} vertices{}", file.name, curves->size(), curves->vertices(), skipped));
         c.give(std::make_shared<const Curves>(std::move(*curves)));
     } else {
-        Points& points = std::get<Points>(content.geometry);
+        auto& points = std::get<Points>(content.geometry);
         c.say(fmt::format("{}: {} points{}", file.name, points.size(), skipped));
         for (auto* track : {&points.f, &points.g}) track->clear(); // of a flow that is not available, rounded to float
         givePoints(c, std::move(points));

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Longer than 400 lines: what an action takes from the stacks and what it leaves there follow one another.
 #include "Builder.h"
 
 #include "Missing.h"

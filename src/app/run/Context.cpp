@@ -85,7 +85,7 @@ FlowInTime Context::flowInTime(std::string_view input) const {
 Sdf Context::sdf(std::string_view input, double distance) const {
     const Value& wall = value(input);
     if (const auto* shape = std::get_if<FieldValue>(&wall); shape && shape->sdf) return inSpace(*shape->sdf);
-    const GridValue& grid = held<GridValue>(wall, input, "a shape or level set");
+    const auto& grid = held<GridValue>(wall, input, "a shape or level set");
     return session().mSdfs->sdf(mEvaluator.withWay(link(input, 0), grid, mMoment), distance, mConsole);
 }
 
