@@ -28,12 +28,14 @@ MOST_SECONDS = 60  # Limit for a scene.
 GROUPS = {"shot": "Shots", "icn": "Improving Curl Noise (ICN)", "dewolf": "DeWolf", "catlike": "Catlike Coding", "psrd": "psrdnoise"}
 OTHERS = "Curlew"
 
-GALLERY = """# Gallery
+GALLERY = """<!-- SPDX-License-Identifier: Apache-2.0 -->
+# Gallery
 
 Made by `./dev gallery`. It runs each scene from the top of the checkout with the command below the picture, here {width} pixels
 wide (`-set width={width}`). The list after the command gives the values of this run and the bounds that the scene checks.
 """
-TABLES = """# The papers' tables
+TABLES = """<!-- SPDX-License-Identifier: Apache-2.0 -->
+# The papers' tables
 
 Made by `./dev gallery` with `build/curlew_paper`. The tables compare the papers' figures with ours, and say where and why they
 differ. Times are from the machine that made this page.
@@ -50,7 +52,8 @@ class Scene:
     @staticmethod
     def read(path):
         header = []
-        for line in path.read_text().splitlines():
+        _licence, *lines = path.read_text().splitlines()
+        for line in lines:
             if not line.startswith("#"):
                 break
             header.append(line[1:].strip())
