@@ -21,7 +21,7 @@ PYTHON = HERE.parent / "python" / "curlew"
 CMAKE = HERE.parents[1] / "CMakeLists.txt"
 NAME = "curlew_blender"
 sys.path.append(str(HERE.parents[1] / "tools" / "packages"))
-from bundle import bundle, licences, needed  # noqa: E402
+from bundle import bundle, contained, licences, needed  # noqa: E402
 from sbom import sbom  # noqa: E402
 
 MANIFEST = """\
@@ -62,10 +62,10 @@ def files(library: Path) -> Iterator[Tuple[str, bytes]]:
     with tempfile.TemporaryDirectory() as folder:
         for copy in bundle(library, Path(folder)):
             yield f"curlew/{copy.relative_to(folder)}", copy.read_bytes()
-    bundled = needed(library)
-    for name, text in licences(bundled.values()).items():
+    packages = contained(needed(library).values())
+    for name, text in licences(packages).items():
         yield f"curlew/licences/{name}.txt", text
-    yield "curlew/sbom.spdx.json", sbom("curlew_blender", version(), bundled.values())
+    yield "curlew/sbom.spdx.json", sbom(version(), packages)
 
 
 def write(path: Path, contents: Dict[str, bytes], level: int) -> None:

@@ -322,7 +322,10 @@ TEST_CASE("command: help lists all actions and describes each", "[command]") {
     CHECK(list.err.empty());
     const std::string version = folder.mustRun("-version").out;
     CHECK_THAT(version, StartsWith(app::versionLine()));
-    for (const char* library : {"OpenVDB ", "oneTBB ", "Assimp ", "Embree ", "libpng "})
+    const std::string commit = app::kCommit;
+    CHECK((commit == "unknown" || commit.find_first_not_of("0123456789abcdef") >= 10));
+    for (const char* library :
+         {"OpenVDB ", "NanoVDB ", "oneTBB ", "Assimp ", "Embree ", "libpng ", "KISS FFT", "Boost "})
         CHECK_THAT(version, ContainsSubstring(library));
 }
 

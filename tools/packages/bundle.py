@@ -11,6 +11,8 @@ from typing import Dict, Iterable, Iterator, List, Tuple
 # Libraries that every Linux desktop provides in a suitable version.
 _BASE = re.compile(r"(linux-vdso|ld-linux-x86-64|lib(c|m|dl|rt|pthread|gcc_s|stdc\+\+|z))\.")
 FOLDER = "lib"  # beside the library
+# Packages of libraries that consist of headers.
+HEADERS = ("libhwy-dev", "libkissfft-dev", "libnanoflann-dev", "libnanovdb-dev", "nlohmann-json3-dev")
 
 
 def _run(*words: object) -> str:
@@ -118,7 +120,7 @@ def bundle_program(program: Path, folder: Path, where: str = "bin") -> List[Path
     return list(originals.values())
 
 
-def owner(library: Path) -> str:
+def _owner(library: Path) -> str:
     """Returns the name of the Debian package that a library belongs to."""
     owners = _run("dpkg-query", "--search", f"*/{library.name}").splitlines()
     package = next((o.split(":")[0] for o in owners if o.endswith(f"/{library.name}")), None)
@@ -127,16 +129,14 @@ def owner(library: Path) -> str:
     return package
 
 
-def licences(libraries: Iterable[Path]) -> Dict[str, bytes]:
-    """Returns the licences of libraries, by Debian package name."""
-    texts = {}
-    for path in libraries:
-        package = owner(path)
-        text = Path("/usr/share/doc") / package / "copyright"
-        if not text.is_file():
-            raise ValueError(f"no licence is known for {path}")
-        texts[package] = text.read_bytes()
-    return texts
+def contained(libraries: Iterable[Path]) -> List[str]:
+    """Returns the Debian packages of these libraries, and those of the headers that are compiled into Curlew."""
+    return sorted({*HEADERS, *map(_owner, libraries)})
+
+
+def licences(packages: Iterable[str]) -> Dict[str, bytes]:
+    """Returns the licences of Debian packages, by name."""
+    return {package: Path("/usr/share/doc", package, "copyright").read_bytes() for package in packages}
 
 
 def newest_symbols(files: Iterable[Path]) -> Dict[str, Tuple[int, ...]]:

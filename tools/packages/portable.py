@@ -14,7 +14,7 @@ import tarfile
 import tempfile
 from pathlib import Path
 
-from bundle import FOLDER, bundle_program, licences, newest_symbols
+from bundle import FOLDER, bundle_program, contained, licences, newest_symbols
 from sbom import sbom
 
 TOP = Path(__file__).resolve().parents[2]
@@ -36,11 +36,11 @@ def fill(folder: Path, build: Path, version: str) -> None:
     shutil.copytree(TOP / "scenes", folder / "share" / "curlew" / "scenes")
     for name in ("LICENSE", "NOTICE", "README.md"):
         shutil.copy(TOP / name, folder / name)
-    others = sorted(set(bundled))
-    for name, text in licences(others).items():
+    packages = contained(bundled)
+    for name, text in licences(packages).items():
         (folder / "share" / "licences").mkdir(exist_ok=True)
         (folder / "share" / "licences" / f"{name}.txt").write_bytes(text)
-    (folder / "sbom.spdx.json").write_bytes(sbom("curlew", version, others))
+    (folder / "sbom.spdx.json").write_bytes(sbom(version, packages))
     newest = newest_symbols(path for path in folder.rglob("*") if path.is_file() and path.read_bytes()[:4] == b"\x7fELF")
     for name, version in newest.items():
         if version > OLDEST[name]:

@@ -16,7 +16,7 @@ import zipfile
 from pathlib import Path
 from typing import Dict
 
-from bundle import bundle, licences, needed, newest_symbols
+from bundle import bundle, contained, licences, needed, newest_symbols
 from sbom import sbom
 
 TOP = Path(__file__).resolve().parents[2]
@@ -72,14 +72,14 @@ def contents(library: Path, version: str) -> Dict[str, bytes]:
         for copy in copies:
             files[f"curlew/{copy.relative_to(folder)}"] = copy.read_bytes()
     info = f"curlew-{version}.dist-info"
-    libraries = needed(library).values()
+    packages = contained(needed(library).values())
     files[f"{info}/METADATA"] = METADATA.format(version=version, description=description()).encode()
     files[f"{info}/WHEEL"] = WHEEL.format(version=version, tag=tag).encode()
     for name in ("LICENSE", "NOTICE"):
         files[f"{info}/licenses/{name}"] = (TOP / name).read_bytes()
-    for name, text in licences(libraries).items():
+    for name, text in licences(packages).items():
         files[f"{info}/licenses/{name}.txt"] = text
-    files[f"{info}/sboms/curlew.spdx.json"] = sbom("curlew", version, libraries)
+    files[f"{info}/sboms/curlew.spdx.json"] = sbom(version, packages)
     return files
 
 
