@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Packs the Blender add-on: a legacy add-on (Blender 3.4 and later) and an extension (4.2 and later).
 
-The packages contain the library and its dependencies, except for the C and C++ runtime libraries and zlib.
+Both contain Curlew's wheel, with the library and its dependencies: the legacy add-on unpacked, because Blender before 4.2
+has no place for wheels, the extension as a file.
+https://docs.blender.org/manual/en/latest/advanced/extensions/python_wheels.html
 
     plugin/blender/package.py --library build/libcurlew.so --out out/
 """
@@ -13,16 +15,14 @@ import sys
 import tempfile
 import zipfile
 from pathlib import Path
-from typing import Dict, Iterator, Tuple
+from typing import Dict, Tuple
 
 HERE = Path(__file__).resolve().parent
 ADDON = HERE / "curlew_blender"
-PYTHON = HERE.parent / "python" / "curlew"
 CMAKE = HERE.parents[1] / "CMakeLists.txt"
 NAME = "curlew_blender"
-sys.path.append(str(HERE.parents[1] / "tools" / "packages"))
-from bundle import bundle, contained, licences, needed  # noqa: E402
-from sbom import sbom  # noqa: E402
+sys.path.insert(0, str(HERE.parents[1] / "tools" / "packages"))  # before a package of the system called wheel
+import wheel  # noqa: E402
 
 MANIFEST = """\
 schema_version = "1.0.0"
@@ -37,6 +37,7 @@ tags = ["Physics", "Node"]
 blender_version_min = "4.2.0"
 license = ["SPDX:GPL-3.0-or-later"]
 platforms = ["linux-x64"]
+wheels = ["./wheels/{wheel}"]
 
 [permissions]
 files = "Writes bakes beside the .blend file, and exported scenes"
@@ -53,19 +54,10 @@ def version() -> str:
     return text
 
 
-def files(library: Path) -> Iterator[Tuple[str, bytes]]:
-    """Yields all files of the add-on, relative to its folder."""
-    for path in sorted(ADDON.glob("*.py")):
-        yield path.name, path.read_bytes()
-    for path in sorted(p for p in PYTHON.iterdir() if p.suffix == ".py" or p.name == "py.typed"):
-        yield f"curlew/{path.name}", path.read_bytes()
-    with tempfile.TemporaryDirectory() as folder:
-        for copy in bundle(library, Path(folder)):
-            yield f"curlew/{copy.relative_to(folder)}", copy.read_bytes()
-    packages = contained(needed(library).values())
-    for name, text in licences(packages).items():
-        yield f"curlew/licences/{name}.txt", text
-    yield "curlew/sbom.spdx.json", sbom(version(), packages)
+def own_files() -> Dict[str, bytes]:
+    """Returns the add-on's own files."""
+    paths = [*sorted(ADDON.glob("*.py")), HERE / "LICENSE"]
+    return {path.name: path.read_bytes() for path in paths}
 
 
 def write(path: Path, contents: Dict[str, bytes], level: int) -> None:
@@ -83,11 +75,17 @@ def package(library: Path, out: Path, level: int) -> Tuple[Path, Path]:
     if not library.is_file():
         raise FileNotFoundError(f"there is no '{library}'; build it: ninja -C build curlew_c")
     number = version()
-    contents = dict(files(library))
+    own = own_files()
+    with tempfile.TemporaryDirectory() as folder:
+        built = wheel.make(library, number, Path(folder), level)
+        packed = built.read_bytes()
+        with zipfile.ZipFile(built) as archive:
+            unpacked = {name: archive.read(name) for name in archive.namelist()}
+    manifest = MANIFEST.format(name=NAME, version=number, wheel=built.name)
     out.mkdir(parents=True, exist_ok=True)
     legacy, extension = out / f"{NAME}-{number}-legacy.zip", out / f"{NAME}-{number}-linux-x64.zip"
-    write(legacy, {f"{NAME}/{name}": data for name, data in contents.items()}, level)
-    write(extension, {"blender_manifest.toml": MANIFEST.format(name=NAME, version=number).encode(), **contents}, level)
+    write(legacy, {f"{NAME}/{name}": data for name, data in {**own, **unpacked}.items()}, level)
+    write(extension, {"blender_manifest.toml": manifest.encode(), **own, f"wheels/{built.name}": packed}, level)
     return legacy, extension
 
 

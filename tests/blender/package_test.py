@@ -4,6 +4,7 @@
 Also makes the packages for the other tests.
 """
 
+import io
 import subprocess
 import sys
 import tempfile
@@ -55,18 +56,22 @@ class Package(unittest.TestCase):
         self.assertLessEqual(newest["GLIBCXX"], (3, 4, 29))  # GCC 11
 
     def test_every_bundled_library_has_its_licence(self):
-        texts = list((inside / "curlew" / "licences").iterdir())
+        texts = list(inside.glob("*.dist-info/licenses/*.txt"))
         self.assertTrue(any("openvdb" in text.name for text in texts))
         for text in texts:
             self.assertIn(b"icense", text.read_bytes(), text)
 
-    def test_the_extension_has_the_same_files_and_a_manifest(self):
-        legacy = {name.partition("/")[2]: crc for name, crc in contents("legacy").items()}
+    def test_the_extension_has_the_same_files_in_a_wheel_and_a_manifest(self):
+        legacy = {name.partition("/")[2]: data for name, data in contents("legacy").items()}
         extension = contents("linux-x64")
-        manifest = extension.pop("blender_manifest.toml")
-        self.assertTrue(manifest)
-        self.assertEqual(legacy, extension)
-        told = tomllib.loads((inside / "blender_manifest.toml").read_text())
+        told = tomllib.loads(extension.pop("blender_manifest.toml").decode())
+        self.assertEqual(len(told["wheels"]), 1)
+        self.assertRegex(told["wheels"][0], r"^\./wheels/curlew-[0-9.]+-py3-none-manylinux_2_34_x86_64\.whl$")
+        with zipfile.ZipFile(io.BytesIO(extension.pop(told["wheels"][0][2:]))) as wheel:
+            extension.update({name: wheel.read(name) for name in wheel.namelist()})
+        self.assertEqual(legacy.keys(), extension.keys())
+        self.assertEqual([name for name in legacy if legacy[name] != extension[name]], [])
+        self.assertIn("LICENSE", legacy)
         wanted = {"schema_version", "id", "version", "name", "tagline", "maintainer", "type", "blender_version_min", "license"}
         self.assertLessEqual(wanted, told.keys())
         self.assertEqual((told["type"], told["platforms"]), ("add-on", ["linux-x64"]))
@@ -87,9 +92,9 @@ def pack(folder):
 
 
 def contents(kind):
-    """Returns the names of the files in a package, with their checksums."""
+    """Returns the files in a package, by name."""
     with zipfile.ZipFile(next(packages.glob(f"*-{kind}.zip"))) as archive:
-        return {entry.filename: entry.CRC for entry in archive.infolist()}
+        return {name: archive.read(name) for name in archive.namelist()}
 
 
 def numpys():
@@ -102,7 +107,7 @@ for old in packages.glob("*.zip"):
     old.unlink()
 pack(packages)
 unpacked = tempfile.TemporaryDirectory()
-inside = Path(unpacked.name)
-with zipfile.ZipFile(next(packages.glob("*-linux-x64.zip"))) as extension_file:
-    extension_file.extractall(inside)
+inside = Path(unpacked.name) / "curlew_blender"
+with zipfile.ZipFile(next(packages.glob("*-legacy.zip"))) as legacy_file:
+    legacy_file.extractall(unpacked.name)
 unittest.main(argv=sys.argv[:1])

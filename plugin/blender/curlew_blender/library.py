@@ -18,7 +18,8 @@ _actions: Dict[str, Action] = {}
 
 
 def curlew() -> ModuleType:
-    """Returns Curlew's Python package: the one in the add-on, or else that of this checkout or of the system."""
+    """Returns Curlew's Python package: the one in the legacy add-on, or else that of the extension's wheel, which Blender
+    installs, or of the system, or else that of this checkout."""
     global _module
     if _module is None:
         if (_HERE / "curlew").is_dir():
