@@ -12,7 +12,8 @@ install(FILES ${PROJECT_BINARY_DIR}/curlewConfig.cmake ${PROJECT_BINARY_DIR}/cur
 install(FILES ${PROJECT_SOURCE_DIR}/NOTICE ${PROJECT_SOURCE_DIR}/CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright)
 
-# ./dev package
+# ./dev package. The Blender add-on is not part of an installation, so ./dev packs it into this folder before.
+set(CPACK_INSTALLED_DIRECTORIES ${PROJECT_BINARY_DIR}/blender usr/share/curlew/blender)
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_CONTACT "The Curlew developers <curlew@example.org>")
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
@@ -22,5 +23,8 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON) # dependencies of the command and the library
 set(CPACK_DEBIAN_PACKAGE_DEPENDS python3-numpy)
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS "libopenvdb-dev, libtbb-dev, libfmt-dev, zlib1g-dev, libassimp-dev") # to build with the C++ library
+# To build with the C++ library: what the build needs, too.
+file(STRINGS ${PROJECT_SOURCE_DIR}/cmake/packages.txt suggested REGEX "^[^# ]+-dev *(#|$)")
+list(TRANSFORM suggested REPLACE " .*" "")
+list(JOIN suggested ", " CPACK_DEBIAN_PACKAGE_SUGGESTS)
 include(CPack)

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the wheel and the portable archive, and runs their contents: packages_test.py SOURCE_DIR BUILD_DIR VERSION."""
+"""Makes the wheel, the portable archive and the Debian package, and runs the contents of the first two:
+packages_test.py SOURCE_DIR BUILD_DIR VERSION ADDON_DIR, where ADDON_DIR contains the packed Blender add-on.
+"""
 
 import json
+import re
 import subprocess
 import sys
 import tarfile
@@ -10,7 +13,7 @@ import unittest
 import zipfile
 from pathlib import Path
 
-source, build, version = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3]
+source, build, version, addon = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3], Path(sys.argv[4])
 sys.path[:0] = [str(source / "tools" / "packages")]
 import portable  # noqa: E402
 import wheel  # noqa: E402
@@ -141,6 +144,40 @@ class Portable(unittest.TestCase, Sbom):
             self.assertTrue((self.top / name).is_file() or (self.top / f"{name}.gz").is_file(), name)
         licences = {p.stem for p in (self.top / "share/licences").iterdir()}
         self.check_sbom((self.top / "sbom.spdx.json").read_text(), licences)
+
+
+class Deb(unittest.TestCase):
+    """Looks into the Debian package."""
+
+    @classmethod
+    def setUpClass(cls):
+        with tempfile.TemporaryDirectory() as folder:
+            run("cpack", "--config", build / "CPackConfig.cmake", "-B", folder, "-D",
+                f"CPACK_INSTALLED_DIRECTORIES={addon};usr/share/curlew/blender")
+            deb = next(Path(folder).glob("*.deb"))
+            cls.names = [line.split(maxsplit=5)[5].partition(" -> ")[0] for line in run("dpkg-deb", "-c", deb).splitlines()]
+            cls.fields = {name: run("dpkg-deb", "-f", deb, name) for name in ("Package", "Version", "Depends", "Suggests")}
+
+    def test_everything_is_inside(self):
+        for pattern in (r"bin/curlew", r"lib/.*libcurlew\.so", r"include/curlew/vdb/VdbFile\.h", r"include/curlew\.h",
+                        r"lib/.*cmake/curlew/curlewConfig\.cmake", r"lib/.*pkgconfig/curlew\.pc",
+                        r"lib/python3/dist-packages/curlew/__init__\.py", r"share/curlew/blender/curlew_blender-.*-legacy\.zip",
+                        r"share/curlew/blender/curlew_blender-.*-linux-x64\.zip", r"share/man/man1/curlew\.1(\.gz)?",
+                        r"share/man/man1/curlew-noise\.1(\.gz)?", r"share/bash-completion/completions/curlew",
+                        r"share/zsh/vendor-completions/_curlew", r"share/fish/vendor_completions\.d/curlew\.fish",
+                        r"share/doc/curlew/copyright", r"share/doc/curlew/NOTICE"):
+            self.assertTrue(any(re.fullmatch(r"\./usr/" + pattern, name) for name in self.names), pattern)
+        self.assertEqual([name for name in self.names if not name.startswith("./usr/")], [])
+
+    def test_it_asks_for_what_it_needs(self):
+        self.assertEqual((self.fields["Package"].strip(), self.fields["Version"].strip()), ("curlew", version))
+        for name in ("libopenvdb", "libtbb12", "libassimp", "libc6", "python3-numpy"):
+            self.assertIn(name, self.fields["Depends"])
+        # The packages that curlewConfig.cmake searches for, and those of the static libraries' own libraries.
+        for name in ("openvdb", "boost", "tbb", "fmt", "openexr", "png", "embree", "muparser", "assimp", "minizip", "blosc"):
+            self.assertIn(f"lib{name}-dev", self.fields["Suggests"])
+        for name in ("nlohmann-json3-dev", "zlib1g-dev"):
+            self.assertIn(name, self.fields["Suggests"])
 
 
 unittest.main(argv=sys.argv[:1])
