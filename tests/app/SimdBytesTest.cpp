@@ -119,7 +119,7 @@ void requireSameProbes(const std::vector<std::string>& noises) {
 
 } // namespace
 
-TEST_CASE("CURLEW_SIMD: an unknown or missing instruction set is refused before any work", "[command]") {
+TEST_CASE("CURLEW_SIMD: an unknown or missing instruction set is refused before any work", "[app][command]") {
     const Folder folder;
     const auto mustFailWith = [&](const std::string& simd, const std::string& says) {
         const Variable choice("CURLEW_SIMD", simd);
@@ -136,7 +136,7 @@ TEST_CASE("CURLEW_SIMD: an unknown or missing instruction set is refused before 
 #endif
 }
 
-TEST_CASE("instruction sets: velocity grids without walls have the same bytes", "[command]") {
+TEST_CASE("instruction sets: velocity grids without walls have the same bytes", "[app][command]") {
     const std::string options =
         GENERATE("type=psrd", "type=psrd period=4,2,5 octaves=2", "type=psrd period=3,6,3 grid=perlin alpha=0.7",
                  "type=psrd turbulence=0.1 octaves=2", "type=value period=4", "type=perlin", "type=simplex",
@@ -144,7 +144,7 @@ TEST_CASE("instruction sets: velocity grids without walls have the same bytes", 
     requireSameBytes(grids(pair(options, "-dfvn"), 12));
 }
 
-TEST_CASE("instruction sets: flows of every kind have the same bytes", "[command]") {
+TEST_CASE("instruction sets: flows of every kind have the same bytes", "[app][command]") {
     const std::string noises = pair("", "");
     const std::string job = GENERATE_COPY(
         noises + "-dfvn -reshape maxSpeed=0.5", "-torus -noise frequency=2 -surface", noises + "-sum -noise -dfvn",
@@ -153,26 +153,26 @@ TEST_CASE("instruction sets: flows of every kind have the same bytes", "[command
     requireSameBytes(grids(job, 12));
 }
 
-TEST_CASE("instruction sets: sums and normalised flows and slices have the same bytes", "[command]") {
+TEST_CASE("instruction sets: sums and normalised flows and slices have the same bytes", "[app][command]") {
     requireSameBytes("-noise -curl shift=10 -updraft -superpose -velocity dim=12 -write sum.vdb");
     requireSameBytes(pair("", "-dfvn uniformSpeed=1 speed=0.5 -velocity dim=12 -write unit.vdb"));
     requireSameBytes("-noise dimensions=2 octaves=3 -dfvn -slice width=40 -write slice.exr");
 }
 
-TEST_CASE("instruction sets: velocity grids within shapes have the same bytes", "[command]") {
-    const std::string shape = GENERATE("-sphere", "-box rotate=10,20,30", "-torus", "-capsule",
+TEST_CASE("instruction sets: velocity grids within shapes have the same bytes", "[app][command]") {
+    const std::string shape = GENERATE("-sphere", "-box rotate=10,20,30", "-torus", "-capsule", "-cylinder",
                                        "-gyroid wavelength=1.5", "-sphere -box translate=0.5 -union smoothing=0.2",
                                        "-box -sphere radius=0.7 -difference smoothing=0.1");
     requireSameBytes(grids(shape + " " + pair("octaves=3 frequency=2", "-bound layer=0.3 -dfvn speed=1"), 16));
 }
 
-TEST_CASE("instruction sets: velocity grids within a mesh have the same bytes", "[command]") {
+TEST_CASE("instruction sets: velocity grids within a mesh have the same bytes", "[app][command]") {
     const std::string how =
         GENERATE("-bound layer=0.2 -dfvn speed=1", "-bound layer=0.2 side=both -dfvn", "-blend layer=0.2 -dfvn");
     requireSameBytes(grids(kLevelSet + pair("frequency=2", how), 20), kMesh);
 }
 
-TEST_CASE("instruction sets: points have the same bytes", "[command]") {
+TEST_CASE("instruction sets: points have the same bytes", "[app][command]") {
     const std::string flow =
         GENERATE("-sphere " + pair("octaves=2", "-bound layer=0.3 -dfvn speed=1"),
                  kLevelSet + pair("frequency=2", "-bound layer=0.3 -dfvn speed=1"), pair("type=value", "-dfvn"),
@@ -185,7 +185,7 @@ TEST_CASE("instruction sets: points have the same bytes", "[command]") {
     requireSameBytes(job + "-advect duration=0.4 -write adaptive.ply ", kMesh);
 }
 
-TEST_CASE("instruction sets: a sequence has the same bytes", "[command]") {
+TEST_CASE("instruction sets: a sequence has the same bytes", "[app][command]") {
     requireSameBytes(
         "-scatter count=100 box=-1,-1,-1,1,1,1 -frames 1-3 checkpoint=run -noise frequency=2 alpha='{2*pi*T}' -noise "
         "seed=1 -dfvn speed=1 -sphere translate='{sin(T)},0,0' -emit rate=2000 life=0.1 spread=1 -advect duration=0.1 "
@@ -193,7 +193,7 @@ TEST_CASE("instruction sets: a sequence has the same bytes", "[command]") {
         "-kill -write 'p.$F.csv'");
 }
 
-TEST_CASE("instruction sets: noises have the same values and derivatives", "[command]") {
+TEST_CASE("instruction sets: noises have the same values and derivatives", "[app][command]") {
     requireSameProbes<1>({"type=value", "type=value period=3", "type=perlin octaves=3", "type=sine"});
     requireSameProbes<2>({"type=psrd", "type=psrd period=3,4 alpha=1", "type=value", "type=perlin octaves=2",
                           "type=gradient", "type=gradient period=4", "type=simplex", "type=sine waves=3"});

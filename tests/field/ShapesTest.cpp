@@ -2,6 +2,7 @@
 // Longer than 400 lines: each shape has its own exact distances.
 #include "curlew/base/Error.h"
 #include "curlew/field/Algebra.h"
+#include "curlew/field/ShapeModels.h"
 #include "curlew/field/Shapes.h"
 #include "support/FiniteDifference.h"
 
@@ -31,7 +32,7 @@ double least(std::initializer_list<double> values) {
     return l;
 }
 
-std::vector<Shape> shapes() {
+std::vector<Shape> allShapes() {
     const Vec3d half{{0.5, 0.4, 0.7}};
     const double rounding = 0.1;
     const Vec3d inner = half - Vec3d{{rounding, rounding, rounding}};
@@ -55,6 +56,15 @@ std::vector<Shape> shapes() {
         {"capsule", capsuleSdf(0.8, 0.3),
          [=](const Vec3d& p) { return square(cylinder(p)) + square(std::max(std::abs(p[1]) - 0.4, 0.0)) < 0.09; },
          [=](const Vec3d& p) { return std::min(cylinder(p), least({std::abs(p[1]) - 0.4})); }},
+        {"cylinder", sdfOf(shapes::Cylinder{1.2, 0.5, 0.1}),
+         [=](const Vec3d& p) {
+             const double side = std::max(cylinder(p) - 0.4, 0.0), cap = std::max(std::abs(p[1]) - 0.5, 0.0);
+             return square(side) + square(cap) < 0.01;
+         },
+         [=](const Vec3d& p) {
+             const double side = cylinder(p) - 0.4, cap = std::abs(p[1]) - 0.5;
+             return least({cylinder(p), p[1], side, cap, side - cap});
+         }},
         {"plane", planeSdf({{1, -2, 2}}, 0.6), [](const Vec3d& p) { return p[0] - 2 * p[1] + 2 * p[2] < 0.6; },
          [](const Vec3d&) { return 1.0; }},
     };
@@ -88,6 +98,11 @@ TEST_CASE("shapes: signed distances match exact geometry", "[field]") {
         {capsuleSdf(2, 0.5), {{0, 0, 3}}, 2.5},
         {capsuleSdf(2, 0.5), {{3, 5, 0}}, 4.5},
         {capsuleSdf(2, 0.5), {{0, -1.25, 0}}, -0.25},
+        {sdfOf(shapes::Cylinder{2, 1, 0}), {{0, 0, 0}}, -1},
+        {sdfOf(shapes::Cylinder{2, 1, 0}), {{0, 0, 4}}, 3},
+        {sdfOf(shapes::Cylinder{2, 1, 0}), {{4, 5, 0}}, 5},                              // an edge: (3, 4)
+        {sdfOf(shapes::Cylinder{2, 1, 0.25}), {{0, -0.75, 0}}, -0.25},                   // a cap
+        {sdfOf(shapes::Cylinder{2, 1, 0.25}), {{1.75, 1.75, 0}}, std::sqrt(2.0) - 0.25}, // a rounded edge
         {planeSdf({{0, 3, 0}}, 6), {{7, 5, 9}}, 3},
         {planeSdf({{0, 3, 0}}, 6), {{7, -1, 9}}, -3},
         {gyroidSdf(1, 0.2), {{0, 0, 0}}, -0.1}, // the middle of the sheet
@@ -99,7 +114,7 @@ TEST_CASE("shapes: signed distances match exact geometry", "[field]") {
 }
 
 TEST_CASE("shapes: distances are negative inside and bounds contain the shape", "[field]") {
-    for (const Shape& shape : shapes()) {
+    for (const Shape& shape : allShapes()) {
         size_t inside = 0;
         for (const Vec3d& p : randomPoints(cube(1), 20000, 1)) {
             const bool in = shape.inside(p);
@@ -126,7 +141,7 @@ TEST_CASE("shapes: distances are negative inside and bounds contain the shape", 
 }
 
 TEST_CASE("shapes: distances have unit gradients that lead to the surface", "[field]") {
-    for (const Shape& shape : shapes()) {
+    for (const Shape& shape : allShapes()) {
         size_t seen = 0;
         for (const Vec3d& p : randomPoints(cube(1.5), 5000, 3)) {
             if (shape.clearance(p) < 1e-3) continue;
@@ -144,7 +159,7 @@ TEST_CASE("shapes: distances have unit gradients that lead to the surface", "[fi
 }
 
 TEST_CASE("shapes: the Lipschitz bound of every distance is one", "[field]") {
-    auto all = shapes();
+    auto all = allShapes();
     all.push_back({"gyroid", gyroidSdf(0.9, 0.15), {}, {}});
     all.push_back({"sharp box", boxSdf({{1, 0.5, 0.7}}, 0), {}, {}});
     for (const Shape& shape : all)
@@ -181,7 +196,7 @@ TEST_CASE("gyroidSdf: the gradient comes up to one and the sheet is centred on z
 }
 
 TEST_CASE("shapes: derivatives agree with central differences", "[field]") {
-    for (const Shape& shape : shapes()) {
+    for (const Shape& shape : allShapes()) {
         if (shape.name == "plane") continue; // linear: central differences are exact, below
         // At a clearance of 0.2, curvatures are at most 5 and third derivatives at most about 3 · 5². The rounded edges
         // of the box have a corner curvature of 1/q, with q >= the clearance.
@@ -238,6 +253,7 @@ TEST_CASE("shapes: value is exact and derivatives finite where no gradient exist
     check(torusSdf(0.5, 0.2), {{0, 0, 0}}, 0.3);
     check(torusSdf(0.5, 0.2), {{0.5, 0, 0}}, -0.2);
     check(capsuleSdf(1, 0.2), {{0, 0.3, 0}}, -0.2);
+    check(sdfOf(shapes::Cylinder{2, 0.3, 0.1}), {{0, 0.2, 0}}, -0.3);
     check(gyroidSdf(1, 0.2), {{0, 0, 0}}, -0.1);
 }
 
@@ -246,7 +262,7 @@ TEST_CASE("placed: a placed shape is moved and rotated and scaled", "[field]") {
         GENERATE(Placement{.offset = {{1, -2, 3}}}, Placement{.scale = {{2, 2, 2}}},
                  Placement{.offset = {{0.3, 0.1, -0.5}}, .rotate = {{30, 50, -70}}, .scale = {{0.7, 0.7, 0.7}}});
     const double scale = placement.scale[0];
-    for (const Shape& shape : shapes()) {
+    for (const Shape& shape : allShapes()) {
         const Sdf moved = placed(shape.sdf, placement);
         const ScalarField expected = placed(shape.sdf.distance, placement);
         for (const Vec3d& q : randomPoints(cube(1), 2000, 12)) {
@@ -277,6 +293,8 @@ TEST_CASE("shapes: invalid sizes are errors", "[field]") {
         CHECK_THROWS_AS(torusSdf(1, bad), ValueError);
         CHECK_THROWS_AS(capsuleSdf(bad, 1), ValueError);
         CHECK_THROWS_AS(capsuleSdf(1, bad), ValueError);
+        CHECK_THROWS_AS(sdfOf(shapes::Cylinder{bad, 1, 0}), ValueError);
+        CHECK_THROWS_AS(sdfOf(shapes::Cylinder{1, bad, 0}), ValueError);
         CHECK_THROWS_AS(gyroidSdf(bad, 0.1), ValueError);
         CHECK_THROWS_AS(gyroidSdf(1, bad), ValueError);
     }
@@ -285,6 +303,9 @@ TEST_CASE("shapes: invalid sizes are errors", "[field]") {
     CHECK_THROWS_AS(boxSdf({{1, 2, 3}}, 0.51), ValueError);
     CHECK_THROWS_AS(boxSdf({{1, 2, 3}}, std::nan("")), ValueError);
     CHECK_NOTHROW(boxSdf({{1, 2, 3}}, 0.5));
+    CHECK_THROWS_AS(sdfOf(shapes::Cylinder{2, 0.5, -0.1}), ValueError);
+    CHECK_THROWS_AS(sdfOf(shapes::Cylinder{2, 0.5, 0.51}), ValueError);
+    CHECK_NOTHROW(sdfOf(shapes::Cylinder{1, 0.5, 0.5})); // a sphere
     CHECK_THROWS_AS(torusSdf(1, 1), ValueError);
     CHECK_THROWS_AS(planeSdf({{0, 0, 0}}, 1), ValueError);
     CHECK_THROWS_AS(placed(sphereSdf(1), {.scale = {{1, 2, 1}}}), ValueError);

@@ -102,6 +102,30 @@ struct Capsule {
     }
 };
 
+/// A cylinder along the y axis, with rounded edges: exact, as the distance in the plane of the radius and y from a
+/// rectangle with rounded corners (RoundedBox). `length` and `radius` include the rounding.
+struct Cylinder {
+    static constexpr bool kHasKernels = true;
+    double length, radius, rounding;
+    void check() const {
+        requirePositive(length, "length");
+        requirePositive(radius, "radius");
+        const double most = std::min(length / 2, radius);
+        if (!(rounding >= 0) || rounding > most)
+            throw ValueError(
+                fmt::format("rounding {} must lie between 0 and the smaller of the radius and half the length, {}",
+                            rounding, most));
+    }
+    Box bounds() const { return boxOfSize<3>({{2 * radius, length, 2 * radius}}); }
+    template <class X, class K>
+    auto operator()(const X& p, const K& k) const {
+        const auto zero = k(0), side = norm(p[0] * p[0] + p[2] * p[2]) - k(radius - rounding),
+                   cap = abs(p[1]) - k(length / 2 - rounding);
+        const auto deepest = max(side, cap), besideIt = max(side, zero), aboveIt = max(cap, zero);
+        return select(deepest.value > zero.value, norm(besideIt * besideIt + aboveIt * aboveIt), deepest) - k(rounding);
+    }
+};
+
 /// See gyroidSdf().
 struct Gyroid {
     static constexpr bool kHasKernels = true;
@@ -123,7 +147,7 @@ struct Gyroid {
 };
 
 /// DO(Shape) for each shape. sdfOf() and the kernels on lanes are instantiated for this list.
-#define CURLEW_SHAPES(DO) DO(Sphere) DO(RoundedBox<3>) DO(Torus) DO(Capsule) DO(Gyroid)
+#define CURLEW_SHAPES(DO) DO(Sphere) DO(RoundedBox<3>) DO(Torus) DO(Capsule) DO(Cylinder) DO(Gyroid)
 
 } // namespace curlew::shapes
 

@@ -103,6 +103,15 @@ Registry primitives() {
                     [](const Arguments& a) -> AnySdf {
                         return sdfOf(shapes::Capsule{a.real("length"), a.real("radius")});
                     }),
+        shapeAction(
+            "cylinder", "cylinder along the y axis with rounded edges, as an exact signed distance (SDF)",
+            {positive("length", "2", "world units", "length, with the rounded edges"),
+             positive("radius", "0.5", "world units", "radius, with the rounded edges"),
+             notNegative("rounding", "0.1", "world units", "radius of the rounded edges")},
+            "curlew -cylinder length=3 -noise -noise seed=1 -bound side=outside -dfvn -velocity -write pillar.vdb",
+            [](const Arguments& a) -> AnySdf {
+                return sdfOf(shapes::Cylinder{a.real("length"), a.real("radius"), a.real("rounding")});
+            }),
         shapeAction("plane", "half space (ground plane), inside below its distance along its normal",
                     {vector("normal", "0,1,0", "", "normal vector, which points outside"),
                      formerly({"height"}, real("distance", "0", "world units",
