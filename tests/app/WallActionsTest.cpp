@@ -50,13 +50,21 @@ TEST_CASE("bound action: a noise too coarse for its object gets a narrower layer
     CHECK_THAT(fits.err, !Catch::ContainsSubstring("warning"));
 }
 
-TEST_CASE("bound action: a band that would take minutes is refused with a suggested width", "[app][command]") {
+TEST_CASE("bound action: layers much wider than the voxels and the object", "[app][command]") {
     const Folder folder;
-
     store(folder / "mesh.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
-    folder.mustFail(
-        "-read mesh.obj -mesh2ls dim=100 -noise -noise seed=1 -bound layer=2.4 side=outside -dfvn -velocity",
-        {"-bound", "a band of", "choose a width of at most"});
+    // 240 voxels of distance, and then an object of a thousandth of the noise's wavelength.
+    folder.mustRun(
+        "-read mesh.obj -mesh2ls dim=100 -noise -noise seed=1 -bound layer=2.4 side=outside -dfvn padding=2.4 "
+        "-check samples=300 report=wide.json");
+    const auto wide = jsonOf(folder / "wide.json");
+    CHECK(wide["wall_flux"].get<double>() < 1e-9);
+    CHECK(wide["divergence_by_differences_order"].get<double>() > 1.2);
+    CHECK(wide["peak_memory_bytes"].get<double>() < 1e9);
+    const Outcome tiny = folder.mustRun(
+        "-read mesh.obj -move scale=0.001 -mesh2ls dim=64 -noise -noise seed=1 -bound "
+        "side=outside -dfvn -check samples=300");
+    CHECK_THAT(tiny.err, Catch::ContainsSubstring("too long for this object"));
 }
 
 TEST_CASE("lengths: a percentage is relative to the object that the action takes", "[app][command]") {

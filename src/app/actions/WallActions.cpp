@@ -2,6 +2,7 @@
 #include "Actions.h"
 #include "curlew/app/registry/Bind.h"
 #include "curlew/field/LayerFit.h"
+#include "curlew/vdb/WideSdf.h"
 
 #include <algorithm>
 #include <cmath>
@@ -62,7 +63,7 @@ Sdf wallInSpace(const Context& c, double distance, size_t k) {
         throw ValueError("one of several walls changes from frame to frame; join them with -union first");
     LevelSet levelSet = levelSetOf(grid.grid);
     levelSet.mesh = grid.mesh;
-    return sdfOf(widened(levelSet, distance / levelSet.voxelSize() + kSplineSupport, c.follow("widening the band")));
+    return sdfUpTo(levelSet, distance, c.follow("widening the band"));
 }
 
 /// Returns the wall, whose distance is valid up to its width: the union of all given walls, with rounded edges where

@@ -3,6 +3,7 @@
 
 #include "curlew/field/Algebra.h"
 #include "curlew/field/RigidMotion.h"
+#include "curlew/vdb/WideSdf.h"
 
 #include <algorithm>
 
@@ -36,21 +37,19 @@ const SdfCache::Entry& SdfCache::entry(const GridValue& value, double distance, 
     LevelSet levelSet = levelSetOf(value.grid);
     levelSet.mesh = value.mesh;
     const double halfWidth = distance / levelSet.voxelSize() + kSplineSupport;
-    if (halfWidth > levelSet.halfWidth()) {
+    if (halfWidth > levelSet.halfWidth())
         console.detail(fmt::format("level set '{}': band widened from {:.3g} to {:.3g} voxels", value.grid->getName(),
                                    levelSet.halfWidth(), halfWidth));
-        levelSet = widened(levelSet, halfWidth, console.follow("widening the band"));
-    }
-    Sdf sdf = sdfOf(levelSet);
+    Sdf sdf = sdfUpTo(levelSet, distance, console.follow("widening the band"));
     if (mEntries.size() == kMost) mEntries.erase(mEntries.begin());
-    return mEntries.emplace_back(Entry{value.grid, distance, std::move(levelSet), std::move(sdf)});
+    return mEntries.emplace_back(Entry{value.grid, distance, levelSet.voxelSize(), std::move(sdf)});
 }
 
 Sdf SdfCache::sdf(const GridValue& value, double distance, const Console& console) {
     if (value.body) {
         const Entry& first = entry(*value.body->first, distance, console);
         Sdf sdf = inPose(first.sdf, value.body->home, value.body->now);
-        if (const auto box = boxOf(Value(value))) sdf.bounds = box->padded(first.levelSet.voxelSize());
+        if (const auto box = boxOf(Value(value))) sdf.bounds = box->padded(first.voxel);
         return sdf;
     }
     if (!value.earlier) return entry(value, distance, console).sdf;
@@ -79,7 +78,7 @@ SdfCache::Way* SdfCache::wayTo(const GridValue& value) {
 const LevelSetWay& SdfCache::known(Way& way, double distance, const Console& console) {
     for (const auto& [reached, known] : way.known)
         if (reached == distance) return known;
-    const auto wide = [&](const GridValue& value) { return entry(value, distance, console).levelSet; };
+    const auto wide = [&](const GridValue& value) { return levelSet(value, distance, console); };
     const LevelSet from = wide(way.from), to = wide(way.to);
     const auto before = way.before ? std::optional(wide(*way.before)) : std::nullopt;
     const double voxel = std::max(from.voxelSize(), to.voxelSize());
@@ -95,7 +94,14 @@ const LevelSetWay& SdfCache::known(Way& way, double distance, const Console& con
 }
 
 LevelSet SdfCache::levelSet(const GridValue& value, double distance, const Console& console) {
-    return entry(value, distance, console).levelSet;
+    for (const Band& known : mBands)
+        if (known.distance == distance && known.grid.lock() == value.grid) return known.levelSet;
+    LevelSet narrow = levelSetOf(value.grid);
+    narrow.mesh = value.mesh;
+    const double halfWidth = distance / narrow.voxelSize() + kSplineSupport;
+    const LevelSet wide = widened(narrow, halfWidth, console.follow("widening the band"));
+    if (mBands.size() == kMostBands) mBands.erase(mBands.begin());
+    return mBands.emplace_back(Band{value.grid, distance, wide}).levelSet;
 }
 
 } // namespace curlew::app

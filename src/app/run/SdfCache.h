@@ -26,8 +26,13 @@ class SdfCache {
     struct Entry {
         std::weak_ptr<const openvdb::GridBase> grid;
         double distance;
-        LevelSet levelSet;
+        double voxel;
         Sdf sdf;
+    };
+    struct Band {
+        std::weak_ptr<const openvdb::GridBase> grid;
+        double distance;
+        LevelSet levelSet;
     };
     struct Way {
         std::optional<GridValue> before;
@@ -40,8 +45,9 @@ class SdfCache {
     Way* wayTo(const GridValue& value);
     const LevelSetWay& known(Way& way, double distance, const Console& console);
 
-    static constexpr size_t kMost = 8, kMostWays = 2;
+    static constexpr size_t kMost = 8, kMostBands = 4, kMostWays = 2;
     std::vector<Entry> mEntries;
+    std::vector<Band> mBands; // for ways between level sets
     std::list<Way> mWays;
 };
 
