@@ -15,12 +15,9 @@
 
 namespace curlew {
 
-LevelSet meshToLevelSet(std::shared_ptr<const Mesh> mesh, const MeshToLevelSetOptions& options,
-                        const Monitor& monitor) {
-    return solidOf(std::move(mesh),
-                   {.voxel = options.voxel, .dim = options.dim, .halfWidth = options.halfWidth, .measureParts = false},
-                   monitor)
-        .levelSet;
+LevelSet meshToLevelSet(std::shared_ptr<const Mesh> mesh, SolidOptions options, const Monitor& monitor) {
+    options.measureParts = false;
+    return solidOf(std::move(mesh), options, monitor).levelSet;
 }
 
 LevelSet levelSetOf(const openvdb::GridBase::ConstPtr& grid) {

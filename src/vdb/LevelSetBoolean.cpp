@@ -56,8 +56,8 @@ LevelSet onGridOf(const LevelSet& like, const LevelSet& levelSet, const Monitor&
     // Uses polygons of its surface: resampling (tools/GridTransformer.h) does not compile as C++20 with TBB.
     Interrupter interrupter(monitor);
     const auto width = static_cast<float>(like.halfWidth());
-    const auto grid =
-        openvdb::tools::levelSetRebuild(*levelSet.grid, 0, width, width, &like.grid->transform(), &interrupter);
+    const auto grid = openvdb::tools::levelSetRebuild(*levelSet.grid, 0, width, width, &like.grid->transform(),
+                                                      &interrupter.interrupter());
     monitor.check();
     return {grid, nullptr};
 }

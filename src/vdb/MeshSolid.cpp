@@ -127,10 +127,14 @@ FloatGrid::Ptr solidOfTriangles(const Mesh& mesh, const MeshTopology& topology,
                                 double& area, const Monitor& monitor) {
     const auto manifold = [](const MeshTopology& t) { return t.closed() && t.nonManifoldEdges == 0; };
     const bool plain = manifold(topology);
-    const Mesh triangles = plain ? inTriangles(mesh) : distinctTriangles(mesh, figures.duplicateFaces);
+    Mesh triangles = plain ? inTriangles(mesh) : distinctTriangles(mesh, figures.duplicateFaces);
     const MeshTopology joined = plain ? topology : topologyOf(triangles);
     figures.boundaryEdges = joined.boundaryEdges;
-    const bool oriented = joined.closed() && isOriented(triangles);
+    bool oriented = joined.closed() && isOriented(triangles);
+    if (!oriented) {
+        figures.reversedFaces = orient(triangles);
+        oriented = figures.reversedFaces > 0 && joined.closed() && isOriented(triangles);
+    }
     if (oriented && manifold(joined)) {
         if (auto grid = closedLevelSet(triangles, transform, halfWidth, figures.turned, monitor)) {
             area = areaOf(triangles);

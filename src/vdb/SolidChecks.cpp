@@ -91,6 +91,78 @@ Mesh distinctTriangles(const Mesh& mesh, size_t& duplicates) {
     return result;
 }
 
+size_t orient(Mesh& triangles) {
+    struct Edge {
+        uint64_t ends;
+        Index32 face;
+        bool up; // from the lower to the higher index
+    };
+    std::vector<Edge> edges;
+    edges.reserve(3 * triangles.triangles.size());
+    for (size_t n = 0; n < triangles.triangles.size(); ++n) {
+        const auto& t = triangles.triangles[n];
+        for (int k = 0; k < 3; ++k) {
+            const uint64_t a = t[k], b = t[(k + 1) % 3];
+            edges.push_back({std::min(a, b) << 32 | std::max(a, b), static_cast<Index32>(n), a < b});
+        }
+    }
+    tbb::parallel_sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
+        return std::pair(a.ends, a.face) < std::pair(b.ends, b.face);
+    });
+    // Union-find; `against` says whether a triangle runs against the one it points to.
+    std::vector<Index32> parent(triangles.triangles.size());
+    std::vector<char> against(parent.size(), 0), oneSided(parent.size(), 0);
+    std::iota(parent.begin(), parent.end(), Index32(0));
+    const auto root = [&](Index32 n) {
+        char reversed = 0;
+        for (Index32 k = n; parent[k] != k; k = parent[k]) reversed ^= against[k];
+        Index32 top = n;
+        while (parent[top] != top) top = parent[top];
+        while (parent[n] != top && n != top) { // shortens the path
+            const Index32 next = parent[n];
+            const char step = against[n];
+            parent[n] = top;
+            against[n] = reversed;
+            reversed ^= step;
+            n = next;
+        }
+        return top;
+    };
+    const auto runsAgainst = [&](Index32 n) { return root(n) == n ? char(0) : against[n]; };
+    for (size_t k = 0; k < edges.size();) {
+        size_t end = k;
+        while (end < edges.size() && edges[end].ends == edges[k].ends) ++end;
+        if (end - k == 2) {
+            const char disagree = edges[k].up == edges[k + 1].up ? 1 : 0;
+            const Index32 p = edges[k].face, q = edges[k + 1].face, a = root(p), b = root(q);
+            const char turn = static_cast<char>(disagree ^ runsAgainst(p) ^ runsAgainst(q));
+            if (a == b) {
+                oneSided[a] |= turn;
+            } else {
+                parent[b] = a;
+                against[b] = turn;
+                oneSided[a] |= oneSided[b];
+            }
+        }
+        k = end;
+    }
+    std::vector<size_t> size(parent.size()), reversed(parent.size());
+    for (Index32 n = 0; n < parent.size(); ++n) {
+        const Index32 part = root(n);
+        ++size[part];
+        reversed[part] += static_cast<size_t>(runsAgainst(n));
+    }
+    size_t count = 0;
+    for (Index32 n = 0; n < parent.size(); ++n) {
+        const Index32 part = root(n);
+        const bool most = 2 * reversed[part] > size[part];
+        if (oneSided[part] || (runsAgainst(n) != 0) == most) continue;
+        std::swap(triangles.triangles[n][1], triangles.triangles[n][2]);
+        ++count;
+    }
+    return count;
+}
+
 bool isOriented(const Mesh& mesh) {
     // One entry per edge of each face: its sorted ends and its direction.
     std::vector<std::pair<uint64_t, int8_t>> edges;

@@ -20,6 +20,11 @@ Mesh inTriangles(const Mesh& mesh);
 /// to be seen from both sides, and one of each is kept.
 Mesh distinctTriangles(const Mesh& mesh, size_t& duplicates);
 
+/// Makes neighbouring triangles agree on which side is outside: in each part that is connected by edges between two
+/// triangles, reverses those that run against the others, and returns their number. Leaves parts alone that have only
+/// one side, such as a Möbius strip.
+size_t orient(Mesh& triangles);
+
 /// Returns whether each edge is used equally often in both directions, so that winding numbers are integers.
 bool isOriented(const Mesh& mesh);
 

@@ -143,6 +143,12 @@ TEST_CASE("mesh2ls: warns of filled shells and thin parts and refuses objects th
         ContainsSubstring("1 closed shell inside the solid is filled") && ContainsSubstring("512 faces, volume 0.5"));
     CHECK(jsonOf(folder / "r.json")["mesh2ls"]["filled_shells"] == 1);
     CHECK_THAT(said("-read hollow.ply -mesh2ls dim=40"), !ContainsSubstring("warning"));
+    Mesh patched = ball(3);
+    std::swap(patched.triangles[5][0], patched.triangles[5][1]);
+    writeMesh(folder / "patched.ply", patched);
+    CHECK_THAT(said("-read patched.ply -mesh2ls dim=40"),
+               ContainsSubstring("mesh: 1 triangle runs against its neighbours"));
+    CHECK(jsonOf(folder / "r.json")["mesh2ls"]["reversed_faces"] == 1);
     // A closed mesh has no holes to close, however thin it is.
     writeMesh(folder / "thin.ply", plate(0.1f));
     const std::string thin = said("-read thin.ply -mesh2ls voxel=0.08");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/base/Random.h"
 #include "curlew/vdb/MeshSolid.h"
 #include "support/Meshes.h"
 #include "support/Points.h"
@@ -8,6 +9,9 @@
 #include <openvdb/math/Proximity.h>
 #include <openvdb/tools/LevelSetMeasure.h>
 #include <openvdb/tools/MeshToVolume.h>
+
+#include <functional>
+#include <numeric>
 
 using namespace curlew;
 
@@ -86,7 +90,7 @@ double volumeOf(const LevelSet& levelSet) { return openvdb::tools::levelSetVolum
 
 } // namespace
 
-TEST_CASE("solidOf: a clean closed mesh matches OpenVDB meshToVolume", "[MeshSolid]") {
+TEST_CASE("solidOf: a clean closed mesh matches OpenVDB meshToVolume", "[vdb][MeshSolid]") {
     const Mesh mesh = GENERATE(test::spot(), test::flipped(test::spot()), test::ball(4));
     const double voxel = 2.0 / 80;
     const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
@@ -120,7 +124,7 @@ TEST_CASE("solidOf: a clean closed mesh matches OpenVDB meshToVolume", "[MeshSol
     CHECK(wrong(mesh, made.levelSet, 300) == 0);
 }
 
-TEST_CASE("solidOf: inverted faces are flipped and reported", "[MeshSolid]") {
+TEST_CASE("solidOf: inverted faces are flipped and reported", "[vdb][MeshSolid]") {
     const MeshSolid right = solid(test::spot(), {.dim = 60}), turned = solid(test::flipped(test::spot()), {.dim = 60});
     CHECK_FALSE(right.figures.turned);
     CHECK(turned.figures.turned);
@@ -129,7 +133,32 @@ TEST_CASE("solidOf: inverted faces are flipped and reported", "[MeshSolid]") {
     CHECK(solid(open, {.dim = 60}).figures.turned);
 }
 
-TEST_CASE("solidOf: no sample is on the wrong side by more than half a voxel for any mesh", "[MeshSolid]") {
+TEST_CASE("solidOf: faces that run against their neighbours are reversed and counted", "[vdb][MeshSolid]") {
+    const Mesh open = test::withHole(test::spot(), {0, 0.4, 0.3}, 0.2);
+    const Mesh right =
+        GENERATE_COPY(test::spot(), open, test::together(test::spot(), test::moved(test::spot(), {3, 0, 0})));
+    Mesh mesh{.points = right.points, .triangles = test::trianglesOf(right), .quads = {}};
+    const std::vector<openvdb::Vec3I> before = mesh.triangles;
+    for (size_t n = 0; n < mesh.triangles.size(); ++n)
+        if (randomUniform(5, n) < 0.05) std::swap(mesh.triangles[n][0], mesh.triangles[n][1]);
+    const auto count =
+        static_cast<size_t>(std::inner_product(before.begin(), before.end(), mesh.triangles.begin(), 0, std::plus<>(),
+                                               [](const auto& a, const auto& b) { return a == b ? 0 : 1; }));
+    REQUIRE(count > 100);
+    const MeshSolid made = solid(mesh, {.dim = 60}), expected = solid(right, {.dim = 60});
+    CHECK(made.figures.reversedFaces == count);
+    CHECK(expected.figures.reversedFaces == 0);
+    CHECK(made.figures.clean == expected.figures.clean);
+    CHECK(volumeOf(made.levelSet) == Approx(volumeOf(expected.levelSet)).epsilon(1e-6));
+    CHECK(wrong(right, made.levelSet, 300) == 0);
+}
+
+TEST_CASE("solidOf: a strip with one side is left as it is", "[vdb][MeshSolid]") {
+    const Mesh strip = test::moebius(0.5, 100);
+    CHECK(solid(test::together(test::spot(), strip), {.dim = 60}).figures.reversedFaces == 0);
+}
+
+TEST_CASE("solidOf: no sample is on the wrong side by more than half a voxel for any mesh", "[vdb][MeshSolid]") {
     const auto [name, mesh] = GENERATE_COPY(table<std::string, Mesh>(
         {{"a hole", test::withHole(test::spot(), {0, 0.4, 0.3}, 0.25)},
          {"two holes", test::withHole(test::withHole(test::spot(), {0, 0.9, 0.5}, 0.2), {0.3, -0.2, 0}, 0.25)},
@@ -151,7 +180,7 @@ TEST_CASE("solidOf: no sample is on the wrong side by more than half a voxel for
     CHECK(moved < 1e-3 * made.levelSet.voxelSize());
 }
 
-TEST_CASE("solidOf: overlapping parts have no wall between them", "[MeshSolid]") {
+TEST_CASE("solidOf: overlapping parts have no wall between them", "[vdb][MeshSolid]") {
     // The union of two balls: the inside distance is measured to the outer surface, not to the hidden caps.
     const Mesh mesh = test::together(test::ball(5), test::moved(test::ball(5), {0.9f, 0, 0}));
     const MeshSolid made = solid(mesh, {.voxel = 0.04, .halfWidth = 8});
@@ -177,7 +206,7 @@ TEST_CASE("solidOf: overlapping parts have no wall between them", "[MeshSolid]")
     CHECK(worst.value < 0.25); // faces cut by others end within 0.2 voxels; facets add 0.02
 }
 
-TEST_CASE("solidOf: an inner shell is a cavity only if its faces point inward", "[MeshSolid]") {
+TEST_CASE("solidOf: an inner shell is a cavity only if its faces point inward", "[vdb][MeshSolid]") {
     Mesh inner = test::ball(4);
     for (auto& p : inner.points) p *= 0.5f;
     const double outer = volumeOf(solid(test::ball(4), {.voxel = 0.04}).levelSet);
@@ -206,7 +235,7 @@ TEST_CASE("solidOf: an inner shell is a cavity only if its faces point inward", 
           Approx(volumeOf(nut.levelSet)).epsilon(1e-4));
 }
 
-TEST_CASE("solidOf: coincident opposite faces bound nothing unless the whole mesh is double", "[MeshSolid]") {
+TEST_CASE("solidOf: coincident opposite faces bound nothing unless the whole mesh is double", "[vdb][MeshSolid]") {
     // Two half balls, each closed by the same disc, make one ball.
     Mesh halves;
     const Mesh ball = test::ball(4);
@@ -229,7 +258,7 @@ TEST_CASE("solidOf: coincident opposite faces bound nothing unless the whole mes
     CHECK(wrong(ball, doubled.levelSet, 200) == 0);
 }
 
-TEST_CASE("solidOf: an open sheet gets the given thickness", "[MeshSolid]") {
+TEST_CASE("solidOf: an open sheet gets the given thickness", "[vdb][MeshSolid]") {
     const Mesh flat = test::plane(2, 8);
     CHECK_THROWS_WITH(solid(flat, {.dim = 40}), Catch::ContainsSubstring("thickness="));
     const MeshSolid made = solid(flat, {.voxel = 0.05, .thickness = 0.3});
@@ -243,7 +272,7 @@ TEST_CASE("solidOf: an open sheet gets the given thickness", "[MeshSolid]") {
     CHECK_THROWS_AS(solid(flat, {.dim = 40, .thickness = -1}), ValueError);
 }
 
-TEST_CASE("solidOf: thin parts are measured with the voxel size that they need", "[MeshSolid]") {
+TEST_CASE("solidOf: thin parts are measured with the voxel size that they need", "[vdb][MeshSolid]") {
     Mesh plate = test::ball(4);
     for (auto& p : plate.points) p[1] *= 0.01f;
     const MeshSolid thin = solid(test::together(test::ball(4), test::moved(plate, {3, 0, 0})), {.voxel = 0.05});
@@ -273,7 +302,7 @@ TEST_CASE("solidOf: thin parts are measured with the voxel size that they need",
     CHECK(solid(crossed, {.voxel = 0.05}).figures.thin == Approx(fin / (6 + 2 * 0.2 * 0.5)).epsilon(0.2));
 }
 
-TEST_CASE("solidOf: a mesh too far from the origin for its voxels is refused", "[MeshSolid]") {
+TEST_CASE("solidOf: a mesh too far from the origin for its voxels is refused", "[vdb][MeshSolid]") {
     const auto at = [](float offset, float size) {
         Mesh mesh = test::ball(3);
         for (auto& p : mesh.points) p = p * size + test::Vec3s(offset, 0, 0);
@@ -290,7 +319,7 @@ TEST_CASE("solidOf: a mesh too far from the origin for its voxels is refused", "
     CHECK_NOTHROW(solid(at(1e3f, 1), {.dim = 100}));
 }
 
-TEST_CASE("solidOf: does not depend on the number of threads", "[MeshSolid]") {
+TEST_CASE("solidOf: does not depend on the number of threads", "[vdb][MeshSolid]") {
     const Mesh mesh = test::together(test::withHole(test::spot(), {0, 0.4, 0.3}, 0.25),
                                      test::moved(test::spot(), {0.31f, 0.13f, 0.22f}));
     std::vector<openvdb::FloatGrid::ConstPtr> grids;

@@ -21,16 +21,18 @@ struct LevelSet {
     double halfWidth() const { return static_cast<double>(grid->background()) / voxelSize(); }
 };
 
-struct MeshToLevelSetOptions {
+struct SolidOptions {
     double voxel = 0;     ///< Voxel size in world units; 0 means that `dim` determines it.
     int dim = 256;        ///< Voxels along the longest edge of the mesh's box, if no voxel size is given.
     double halfWidth = 3; ///< Half width of the narrow band, in voxels.
+    double thickness = 0; ///< If above 0, the mesh is a sheet of this thickness in world units, half on either side.
+    bool measureParts = true; ///< Whether to measure how thin the parts of the solid are: thin, missing and enough.
 };
 
-/// Converts the solid of any mesh to a level set (MeshSolid.h). Throws ValueError if the mesh is degenerate or encloses
-/// nothing at this resolution, or if a size is not positive. Throws ResourceError if the band would not fit in memory.
-LevelSet meshToLevelSet(std::shared_ptr<const Mesh> mesh, const MeshToLevelSetOptions& options,
-                        const Monitor& monitor = {});
+/// Converts the solid of any mesh to a level set, as solidOf() does (MeshSolid.h), without measuring its parts. Throws
+/// ValueError if the mesh is degenerate or encloses nothing at this resolution, or if a size is not positive. Throws
+/// ResourceError if the band would not fit in memory.
+LevelSet meshToLevelSet(std::shared_ptr<const Mesh> mesh, SolidOptions options, const Monitor& monitor = {});
 
 /// Casts a grid to a level set. Throws ValueError unless it is a float level set with finite values, a positive
 /// background and cubic voxels, and encloses something.

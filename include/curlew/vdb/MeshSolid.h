@@ -5,14 +5,6 @@
 
 namespace curlew {
 
-struct SolidOptions {
-    double voxel = 0;     ///< Voxel size in world units; 0 means that `dim` determines it.
-    int dim = 256;        ///< Voxels along the longest edge of the mesh's box, if no voxel size is given.
-    double halfWidth = 3; ///< Half width of the narrow band, in voxels.
-    double thickness = 0; ///< If above 0, the mesh is a sheet of this thickness in world units, half on either side.
-    bool measureParts = true; ///< Whether to measure how thin the parts of the solid are: thin, missing and enough.
-};
-
 /// In voxels: where a solid is thinner, the spline of its level set may not be accurate to half a voxel, and a film may
 /// have gaps. At this thickness, the spline is off by at most 0.1 voxels (measured on rotated plates, square rods and a
 /// hollow ball), and by at most 0.24 at the edges and corners of thick bodies. Flat films get gaps below 1.5 voxels: at
@@ -24,6 +16,7 @@ struct SolidFigures {
     size_t boundaryEdges = 0;   ///< Edges with a face on one side only.
     size_t duplicateFaces = 0;  ///< Triangles dropped because others have the same vertices.
     size_t degenerateFaces = 0; ///< Faces with fewer than three distinct vertices; they are ignored.
+    size_t reversedFaces = 0;   ///< Triangles that ran against their neighbours; they are treated as if flipped.
     bool turned = false;        ///< The faces run clockwise as seen from outside; they are treated as if flipped.
     /// The mesh is closed and consistently oriented, and no part of it lies inside. Winding numbers were not needed.
     bool clean = true;

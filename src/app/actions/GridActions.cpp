@@ -20,6 +20,9 @@ using namespace options;
 
 const std::string kGroup = "grids";
 
+/// Returns a member's default as that of an option.
+std::string textOf(double value) { return fmt::format("{}", value); }
+
 /// Describes the defects of a mesh that is not a closed manifold.
 std::string descriptionOf(const SolidFigures& figures) {
     std::vector<std::string> parts;
@@ -29,6 +32,11 @@ std::string descriptionOf(const SolidFigures& figures) {
                         figures.boundaryEdges, 100 * figures.undecided));
     if (figures.hidden > 0.0005)
         parts.push_back(fmt::format("{:.1f} % of its surface is interior or encloses nothing", 100 * figures.hidden));
+    if (figures.reversedFaces > 0)
+        parts.push_back(figures.reversedFaces == 1
+                            ? std::string("1 triangle runs against its neighbours, so it is reversed")
+                            : fmt::format("{} triangles run against their neighbours, so they are reversed",
+                                          figures.reversedFaces));
     if (figures.turned)
         parts.emplace_back("its faces are clockwise seen from outside, so their orientation is reversed");
     if (figures.duplicateFaces > 0) parts.push_back(fmt::format("{} duplicate faces", figures.duplicateFaces));
@@ -103,6 +111,7 @@ void meshToLevelSetAction(Context& c, const Arguments& a) {
                            {"boundary_edges", figures.boundaryEdges},
                            {"duplicate_faces", figures.duplicateFaces},
                            {"degenerate_faces", figures.degenerateFaces},
+                           {"reversed_faces", figures.reversedFaces},
                            {"clean", figures.clean},
                            {"turned", figures.turned},
                            {"undecided", figures.undecided},
@@ -198,11 +207,12 @@ Registry gridActions() {
          .summary = "convert a mesh to a level set (narrow-band SDF), even if it is open, overlapping or broken",
          .takes = {taken("mesh", {Kind::mesh}, "geo")},
          .makes = {made("levelSet", {Kind::levelSet})},
-         .options = {integer("dim", "256", 1, 1e6, "number of voxels along the longest edge of the mesh's box"),
+         .options = {integer("dim", textOf(SolidOptions{}.dim), 1, 1e6,
+                             "number of voxels along the longest edge of the mesh's box"),
                      instead(positive("voxel", "", "world units", "voxel size (default: from dim=)"), {"dim"}),
                      {.name = "halfWidth",
                       .type = OptionType::real,
-                      .fallback = "3",
+                      .fallback = textOf(SolidOptions{}.halfWidth),
                       .help = "half width of the narrow band; -bound widens it if necessary",
                       .unit = "voxels",
                       .lower = 1,
@@ -222,7 +232,8 @@ Registry gridActions() {
                                                           [](const Arguments& given) { return given.given("mask"); })},
          .makes = {made("g", {Kind::grid}, "potentials"), made("f", {Kind::grid}, "potentials"),
                    made("density", {Kind::grid}, "density"), made("velocity", {Kind::velocity})},
-         .options = {integer("dim", "128", 1, 1e6, "number of voxels along the longest edge of the domain's box"),
+         .options = {integer("dim", textOf(VelocityGridOptions{}.dim), 1, 1e6,
+                             "number of voxels along the longest edge of the domain's box"),
                      instead(positive("voxel", "", "world units", "voxel size (default: from dim=)"), {"dim"}),
                      flag("staggered", "0",
                           "1: staggered (MAC) grid, components on voxel faces, divergence-free up to rounding errors; "
@@ -236,7 +247,7 @@ Registry gridActions() {
                           "grid whose active voxels, and no others, are sampled, at its resolution: 0 is the newest"),
                      {.name = "wallFade",
                       .type = OptionType::real,
-                      .fallback = "3",
+                      .fallback = textOf(VelocityGridOptions{}.wallFade),
                       .help = "width of the layer beyond the wall in which the velocity fades to zero",
                       .unit = "voxels",
                       .lower = 1,

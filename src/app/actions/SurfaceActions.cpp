@@ -85,7 +85,7 @@ std::vector<Option> shadeOptions() {
          flag("sheet", "0", "1: leave the isosurface open where the box cuts it; 0: treat values below iso= as solid"),
          box("box", "box that cuts off an isosurface or an unbounded shape (default: the surface's own)"),
          viewBoxOption("box=, or else the surface's own box"),
-         integer("dim", fmt::format("{}", MeshToLevelSetOptions{}.dim), 8, 4096,
+         integer("dim", fmt::format("{}", SolidOptions{}.dim), 8, 4096,
                  "number of voxels along the longest edge, to show a mesh as a level set (default: the mesh itself)"),
          integer("smooth", "0", 0, 32,
                  "number of voxels over which a level set, or that of a mesh, is smoothed, to hide facets"),
