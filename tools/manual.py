@@ -67,6 +67,8 @@ def action_page(action, version):
     if action["options"]:
         parts.append(".RI [ option = value \" ...]\"\n")
     parts.append(f".SH DESCRIPTION\n{roff(action['summary'][:1].upper() + action['summary'][1:])}.\n")
+    if action["details"]:
+        parts.append(f".PP\n{roff(action['details'][:1].upper() + action['details'][1:])}.\n")
     parts += [ports("Takes", action["inputs"]), ports("Makes", action["outputs"])]
     if action["options"]:
         parts.append(".SH OPTIONS\n")

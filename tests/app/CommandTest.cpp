@@ -67,7 +67,7 @@ bool installed(const std::string& tool) {
 
 } // namespace
 
-TEST_CASE("command: the main job gives velocities and points that conform to a mesh", "[command]") {
+TEST_CASE("command: the main job gives velocities and points that conform to a mesh", "[app][command]") {
     for (const auto& name : kMeshes) {
         CAPTURE(name);
         const Folder folder;
@@ -110,7 +110,7 @@ TEST_CASE("command: the main job gives velocities and points that conform to a m
     }
 }
 
-TEST_CASE("command: reprojection prevents crossing the wall even with three Euler steps", "[command]") {
+TEST_CASE("command: reprojection prevents crossing the wall even with three Euler steps", "[app][command]") {
     for (const auto& name : kMeshes) {
         CAPTURE(name);
         const Folder folder;
@@ -125,7 +125,7 @@ TEST_CASE("command: reprojection prevents crossing the wall even with three Eule
     }
 }
 
-TEST_CASE("command: a staggered grid is divergence-free to rounding and a collocated one is not", "[command]") {
+TEST_CASE("command: a staggered grid is divergence-free to rounding and a collocated one is not", "[app][command]") {
     const Folder folder;
     storeMesh(folder, "ball");
     const auto divergence = [&](const std::string& staggered) {
@@ -137,7 +137,7 @@ TEST_CASE("command: a staggered grid is divergence-free to rounding and a colloc
     CHECK(divergence("0") > 1e-3);
 }
 
-TEST_CASE("command: check strict=1 fails if a promise does not hold", "[command]") {
+TEST_CASE("command: check strict=1 fails if a promise does not hold", "[app][command]") {
     const Folder folder;
     const std::string job =
         "-quiet -sphere -noise seed=1 frequency=2 -noise seed=2 frequency=2 -bound -dfvn speed=1 "
@@ -148,7 +148,7 @@ TEST_CASE("command: check strict=1 fails if a promise does not hold", "[command]
     CHECK_THAT(outcome.err, ContainsSubstring("curlew: -check: outside is"));
 }
 
-TEST_CASE("command: the same input gives the same bytes for any number of threads", "[command]") {
+TEST_CASE("command: the same input gives the same bytes for any number of threads", "[app][command]") {
     const Folder folder;
     storeMesh(folder, "ball");
     const std::vector<std::string> names{"vel.vdb",    "half.vdb",  "points.vdb", "points.ply",
@@ -175,7 +175,7 @@ TEST_CASE("command: the same input gives the same bytes for any number of thread
     }
 }
 
-TEST_CASE("command: velocity files follow the conventions of the hosts", "[command]") {
+TEST_CASE("command: velocity files follow the conventions of the hosts", "[app][command]") {
     const Folder folder;
     folder.mustRun("-sphere " + kSmall +
                    "-velocity dim=8 name=v density=1 potentials=1 half=1 -write grid=0,1,2,3 all.vdb "
@@ -212,7 +212,7 @@ TEST_CASE("command: velocity files follow the conventions of the hosts", "[comma
     CHECK(10 * fs::file_size(folder / "half.vdb") < 7 * fs::file_size(folder / "plain.vdb"));
 }
 
-TEST_CASE("command: points keep positions and velocities and ids in every file format", "[command]") {
+TEST_CASE("command: points keep positions and velocities and ids in every file format", "[app][command]") {
     const Folder folder;
     folder.mustRun(kSmall + "-scatter count=300 -advect duration=0.2 steps=2 -write p.vdb p.ply p.csv");
     const auto grid = openvdb::GridBase::grid<openvdb::points::PointDataGrid>(readVdb(folder / "p.vdb").at(0));
@@ -243,7 +243,7 @@ TEST_CASE("command: points keep positions and velocities and ids in every file f
     CHECK(test::linesIn(test::bytesOf(folder / "again.csv")) == 301);
 }
 
-TEST_CASE("command: OpenVDB tools open the written files", "[command]") {
+TEST_CASE("command: OpenVDB tools open the written files", "[app][command]") {
     const Folder folder;
     folder.mustRun("-sphere " + kSmall +
                    "-velocity dim=8 density=1 potentials=1 half=1 -write grid=0,1,2,3 vel.vdb "
@@ -293,7 +293,7 @@ TEST_CASE("command: OpenVDB tools open the written files", "[command]") {
     }
 }
 
-TEST_CASE("command: pictures have the requested size and channel", "[command]") {
+TEST_CASE("command: pictures have the requested size and channel", "[app][command]") {
     const Folder folder;
     folder.mustRun(kSmall + "-slice show=vx width=64 -write vx.exr vx.png bare.png legend=0 -print");
     const Image exr = readExr(folder / "vx.exr");
@@ -303,7 +303,7 @@ TEST_CASE("command: pictures have the requested size and channel", "[command]") 
     CHECK(head == "\x89PNG\r\n\x1a\n");
 }
 
-TEST_CASE("command: help lists all actions and describes each", "[command]") {
+TEST_CASE("command: help lists all actions and describes each", "[app][command]") {
     const Folder folder;
     CHECK(folder.mustRun("-help").out == app::helpOverview(app::registry()));
     CHECK(folder.mustRun("").out ==
@@ -315,12 +315,20 @@ TEST_CASE("command: help lists all actions and describes each", "[command]") {
         all += app::helpFor(action);
     }
     CHECK(folder.mustRun("-help" + names).out == all);
-    CHECK(folder.mustRun("-help -noise").status == 0);
+    CHECK(folder.mustRun("-help -noise").out == app::helpFor(app::findAction(app::registry(), "noise")));
+    CHECK(folder.mustRun("-h").out == app::helpOverview(app::registry()));
+    CHECK(folder.mustRun("-h -sphere dfvn").out == app::helpFor(app::findAction(app::registry(), "sphere")) +
+                                                       app::helpFor(app::findAction(app::registry(), "dfvn")));
+    const std::string found = folder.mustRun("-help search=Wavelength").out;
+    CHECK_THAT(found, ContainsSubstring("-gyroid") && ContainsSubstring("wavelength=") && !ContainsSubstring("-torus"));
+    CHECK_THAT(folder.mustRun("-help search=turbulence").out, ContainsSubstring("billow=")); // a former name
+    folder.mustFail("-help search=lacunarty", {"no action or option mentions 'lacunarty'", "'lacunarity'"});
     folder.mustFail("-help nosie", {"'-nosie'", "'noise'"});
     const auto list = folder.mustRun("-list");
     CHECK(test::linesIn(list.out) == app::registry().size());
     CHECK(list.err.empty());
     const std::string version = folder.mustRun("-version").out;
+    CHECK(folder.mustRun("-v").out == version);
     CHECK_THAT(version, StartsWith(app::versionLine()));
     const std::string commit = app::kCommit;
     CHECK((commit == "unknown" || commit.find_first_not_of("0123456789abcdef") >= 10));
@@ -329,7 +337,7 @@ TEST_CASE("command: help lists all actions and describes each", "[command]") {
         CHECK_THAT(version, ContainsSubstring(library));
 }
 
-TEST_CASE("command: quiet and verbose control the output", "[command]") {
+TEST_CASE("command: quiet and verbose control the output", "[app][command]") {
     const Folder folder;
     const auto quiet = folder.mustRun("-quiet " + kSmall + "-velocity dim=8 -write a.vdb -check samples=100");
     CHECK(quiet.err.empty());
@@ -350,7 +358,7 @@ TEST_CASE("command: quiet and verbose control the output", "[command]") {
     CHECK(fs::exists(folder / "too.json"));
 }
 
-TEST_CASE("command: the demo scene runs from the root of the checkout", "[command]") {
+TEST_CASE("command: the demo scene runs from the root of the checkout", "[app][command]") {
     const Folder folder;
     // The scene is parsed and checked but not run, since the input of its first action is missing.
     const auto outcome =
@@ -360,7 +368,7 @@ TEST_CASE("command: the demo scene runs from the root of the checkout", "[comman
     CHECK(test::linesIn(outcome.err) == 1);
 }
 
-TEST_CASE("command: a scene gives the same files as its command line", "[command]") {
+TEST_CASE("command: a scene gives the same files as its command line", "[app][command]") {
     const Folder folder;
     store(folder / "a scene.txt", "noise seed=1 # f\nnoise seed=2\ndfvn\nvelocity dim=8\nwrite 'my file.vdb'\n");
     folder.mustRun("-quiet -config 'a scene.txt'");
@@ -368,7 +376,7 @@ TEST_CASE("command: a scene gives the same files as its command line", "[command
     CHECK((test::bytesOf(folder / "my file.vdb") == test::bytesOf(folder / "line.vdb")));
 }
 
-TEST_CASE("command: expect fails if a figure of the report is out of bounds", "[command]") {
+TEST_CASE("command: expect fails if a figure of the report is out of bounds", "[app][command]") {
     const Folder folder;
     const std::string points = "-set n=50 -sphere -scatter count={2*n} -jitter count={n*2} ";
     folder.mustRun(points + "-expect jitter/points min={n} max={4*n} -report run.json");
@@ -395,7 +403,7 @@ TEST_CASE("command: expect fails if a figure of the report is out of bounds", "[
     folder.mustFail("-config sized.txt -set scale=3", {"'scale' is already 2", "before -config"});
 }
 
-TEST_CASE("command: file names may contain any characters", "[command]") {
+TEST_CASE("command: file names may contain any characters", "[app][command]") {
     const Folder folder;
     const std::string names = "'a b.csv' ./-dash.csv ./a=b.csv 'ü∂.csv' '#1.csv' \"'q'.csv\" a.b.CSV";
     folder.mustRun("-scatter box=0,0,0,1,1,1 count=10 -write " + names);
@@ -403,7 +411,7 @@ TEST_CASE("command: file names may contain any characters", "[command]") {
           std::set<std::string>{"a b.csv", "-dash.csv", "a=b.csv", "ü∂.csv", "#1.csv", "'q'.csv", "a.b.CSV"});
 }
 
-TEST_CASE("command: points advected in another flow start a new track", "[command]") {
+TEST_CASE("command: points advected in another flow start a new track", "[app][command]") {
     const Folder folder;
     const std::string ball = "-sphere -noise seed=1 -noise seed=2 -bound -dfvn speed=1 ";
     const std::string go = "-advect duration=0.2 steps=4 ";

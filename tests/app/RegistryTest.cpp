@@ -6,12 +6,9 @@
 #include "support/Catch.h"
 #include "support/Files.h"
 
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
 #include <fstream>
 #include <map>
-#include <regex>
 #include <set>
 
 using namespace curlew;
@@ -121,42 +118,6 @@ TEST_CASE("registry: an input of variable number says when it is taken", "[app]"
             const bool one = input.amount.least == 1 && input.amount.most == 1;
             CHECK((one || !input.help.empty()));
         }
-}
-
-TEST_CASE("registryJson: contains every declaration", "[app]") {
-    const auto json = nlohmann::json::parse(registryJson(registry()));
-    REQUIRE(json["actions"].size() == registry().size());
-    for (size_t k = 0; k < registry().size(); ++k) {
-        const Action& action = registry()[k];
-        const auto& entry = json["actions"][k];
-        CAPTURE(action.name);
-        CHECK(entry["name"] == action.name);
-        CHECK(entry["group"] == action.group);
-        CHECK(entry["summary"] == action.summary);
-        CHECK(entry["examples"] == action.examples);
-        CHECK(entry["positional"]["maximum"] == action.positional.maximum);
-        REQUIRE(entry["inputs"].size() == action.takes.size());
-        for (size_t n = 0; n < action.takes.size(); ++n)
-            CHECK(entry["inputs"][n]["kinds"][0] == nameOf(action.takes[n].kinds.front()));
-        CHECK(entry["setting"] == action.setting);
-        CHECK(entry["evaluation"].is_string());
-        CHECK(entry["in_frames"].is_string());
-        REQUIRE(entry["outputs"].size() == action.makes.size());
-        REQUIRE(entry["options"].size() == action.options.size());
-        for (size_t n = 0; n < action.options.size(); ++n) {
-            const Option& option = action.options[n];
-            const auto& made = entry["options"][n];
-            CHECK(made["name"] == option.name);
-            CHECK(made["default"] == option.fallback);
-            CHECK(made["choices"] == option.choices);
-            CHECK(made["formerly"] == option.formerly);
-            CHECK(made["lower"].is_null() == !std::isfinite(option.lower));
-            CHECK((made["type"] == "choice") == (option.type == OptionType::choice));
-            CHECK((made["type"] == "ages") == (option.type == OptionType::ages));
-            CHECK(made["selects"] == (option.selects || option.type == OptionType::ages)); // not meaningful in a graph
-        }
-    }
-    CHECK(std::string(nameOf(Kind::file)) == "file");
 }
 
 TEST_CASE("registry: no option name is a prefix of another and first letters differ", "[app]") {
@@ -270,28 +231,6 @@ TEST_CASE("registry: every example is a valid program", "[app]") {
             ++examples;
         }
     CHECK(examples > 15);
-}
-
-TEST_CASE("help: contains every declaration", "[app]") {
-    const std::string table = helpTable(registry()), overview = helpOverview(registry());
-    for (const auto& action : registry()) {
-        CAPTURE(action.name);
-        CHECK_THAT(table, ContainsSubstring("| `-" + action.name + "` | " + action.summary + " |"));
-        CHECK_THAT(overview, ContainsSubstring("  -" + action.name + " ") && ContainsSubstring(action.summary) &&
-                                 ContainsSubstring(action.group));
-        const std::string help = helpFor(action);
-        CHECK_THAT(help, Catch::StartsWith("-" + action.name) && ContainsSubstring(action.summary));
-        for (const auto& option : action.options) {
-            CHECK_THAT(help, ContainsSubstring("\n  " + option.name + "="));
-            const std::string unwrapped = std::regex_replace(help, std::regex("\n      "), " ");
-            CHECK_THAT(unwrapped, ContainsSubstring(option.help));
-            if (!option.fallback.empty())
-                CHECK_THAT(unwrapped, ContainsSubstring("(default: " + option.fallback + ")"));
-            CHECK_THAT(table, ContainsSubstring(option.name + "="));
-            for (const auto& choice : option.choices) CHECK_THAT(help, ContainsSubstring(choice));
-        }
-        for (const auto& example : action.examples) CHECK_THAT(help, ContainsSubstring(example));
-    }
 }
 
 TEST_CASE("findAction: an unknown action is an error with a suggestion", "[app]") {

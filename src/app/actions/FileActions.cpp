@@ -328,7 +328,8 @@ Registry fileActions() {
     return {
         {.name = "read",
          .group = kGroup,
-         .summary = "read files: " + listOfFormats(Access::read),
+         .summary = "read meshes, grids, points, curves and images; the formats are in -help read",
+         .details = "formats: " + listOfFormats(Access::read),
          .makes = {several(made("meshes", {Kind::mesh}), 0, 1000), several(made("grids", {Kind::grid}), 0, 1000),
                    several(made("points", {Kind::points}), 0, 1000), several(made("curves", {Kind::curves}), 0, 1000),
                    several(made("images", {Kind::image}), 0, 1000)},
@@ -349,7 +350,8 @@ Registry fileActions() {
          .makesWith = readObjects},
         {.name = "write",
          .group = kGroup,
-         .summary = "write the newest object that the file format can hold: " + listOfFormats(Access::write),
+         .summary = "write the newest object that the file format can hold; the formats are in -help write",
+         .details = "formats: " + listOfFormats(Access::write),
          .takes = {several(
              stays("what", {Kind::grid, Kind::points, Kind::curves, Kind::mesh, Kind::image}), 0, 1000,
              "the newest that the file can hold; for a .vdb several grids and points, chosen with grid= and geo=")},

@@ -75,6 +75,7 @@ void print(Context& c, const Arguments& a) {
 }
 
 void help(Context& c, const Arguments& a) {
+    if (a.given("search")) return c.console().print(helpSearch(registry(), a.text("search")));
     if (a.choice("format") == 1)
         c.console().print(helpTable(registry()));
     else if (a.words().empty())
@@ -166,9 +167,11 @@ Registry programActions() {
     actions.push_back({.name = "help",
                        .group = kGroup,
                        .summary = "list all actions, or show the full help of those named",
-                       .options = {choice("format", {"text", "markdown"}, "markdown: the table of docs/actions.md")},
-                       .positional = {"[ACTION …]", 0, 100},
-                       .examples = {"curlew -help noise"},
+                       .shortName = "h",
+                       .options = {text("search", "", "word: list the actions and options that mention it"),
+                                   choice("format", {"text", "markdown"}, "markdown: the table of docs/actions.md")},
+                       .positional = {.what = "[ACTION …]", .maximum = 100, .actions = true},
+                       .examples = {"curlew -help noise", "curlew -help search=wavelength"},
                        .evaluation = Evaluation::effect,
                        .run = help});
     actions.push_back(
@@ -183,6 +186,7 @@ Registry programActions() {
         {.name = "version",
          .group = kGroup,
          .summary = "print the versions of this program and of its libraries, and the SIMD instruction set in use",
+         .shortName = "v",
          .evaluation = Evaluation::effect,
          .run = [](Context& c, const Arguments&) {
              c.console().print(fmt::format("{}\nbuilt with {}\n", versionLine(), kLibraries));

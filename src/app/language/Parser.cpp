@@ -46,7 +46,7 @@ class Parser {
                 throw ValueError(
                     fmt::format("'{}' is not an action; actions begin with a dash: curlew -help", tokens[k]));
             const size_t begin = k++;
-            while (k < tokens.size() && (!isAction(tokens[k]) || isFormula(tokens[begin], tokens[k]))) ++k;
+            while (k < tokens.size() && (!isAction(tokens[k]) || isWordOf(tokens[begin], tokens[k]))) ++k;
             const size_t dashes = tokens[begin].starts_with("--") ? 2 : 1;
             action(tokens[begin].substr(dashes), {tokens.begin() + static_cast<std::ptrdiff_t>(begin) + 1,
                                                   tokens.begin() + static_cast<std::ptrdiff_t>(k)});
@@ -82,15 +82,17 @@ class Parser {
   private:
     const Action* known(const std::string& token) const {
         const std::string name = token.substr(std::min(token.find_first_not_of('-'), token.size()));
-        const auto found = std::find_if(mReading.registry.begin(), mReading.registry.end(),
-                                        [&](const Action& action) { return action.name == name; });
+        const auto found = std::find_if(mReading.registry.begin(), mReading.registry.end(), [&](const Action& action) {
+            return action.name == name || (!name.empty() && action.shortName == name);
+        });
         return found == mReading.registry.end() ? nullptr : &*found;
     }
 
-    /// Returns whether a token that begins with a dash is a formula: -x + 1.
-    bool isFormula(const std::string& action, const std::string& token) const {
+    /// Returns whether a token that begins with a dash is a word of the action: a formula, as in -formula -x+1, or the
+    /// name of an action, as in -help -noise.
+    bool isWordOf(const std::string& action, const std::string& token) const {
         const Action* declared = known(action);
-        return declared && declared->positional.formulas && !known(token);
+        return declared && (declared->positional.actions || (declared->positional.formulas && !known(token)));
     }
 
     void locate(SourceLocation location) {

@@ -7,13 +7,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 
 namespace curlew::app {
 
 const Action& findAction(const Registry& registry, std::string_view name) {
     std::vector<std::string> names;
     for (const auto& action : registry) {
-        if (action.name == name) return action;
+        if (action.name == name || (!name.empty() && action.shortName == name)) return action;
         names.push_back(action.name);
     }
     throw ValueError(fmt::format("there is no action '-{}'{}; see curlew -list", name, didYouMean(name, names)));
@@ -54,6 +55,12 @@ std::string describe(const Option& o) {
     if (!o.unit.empty()) text += fmt::format(" [{}]", o.unit);
     if (!o.fallback.empty()) text += fmt::format(" (default: {})", o.fallback);
     return text;
+}
+
+/// Returns whether a text contains a word, in any case.
+bool mentions(std::string_view text, std::string_view word) {
+    const auto same = [](unsigned char a, unsigned char b) { return std::tolower(a) == std::tolower(b); };
+    return std::search(text.begin(), text.end(), word.begin(), word.end(), same) != text.end();
 }
 
 std::string optionsOf(const Action& action) {
@@ -126,7 +133,30 @@ std::string helpOverview(const Registry& registry) {
         if (a.group != group) text += fmt::format("\n{}\n", group = a.group);
         text += fmt::format("  -{:<12} {}\n", a.name, a.summary);
     }
-    return text + "\ncurlew -help ACTION shows the options of an action, and examples.\n";
+    return text +
+           "\ncurlew -help ACTION shows the options of an action, and examples. curlew -help search=WORD finds "
+           "actions and options.\n";
+}
+
+std::string helpSearch(const Registry& registry, const std::string& word) {
+    std::string text;
+    std::vector<std::string> names;
+    for (const auto& action : registry) {
+        names.push_back(action.name);
+        std::string lines;
+        for (const auto& o : action.options) {
+            names.push_back(o.name);
+            if (mentions(o.name, word) || mentions(o.help, word) || mentions(join(o.formerly, " "), word) ||
+                mentions(join(o.choices, " "), word))
+                lines += fmt::format("    {}=\n{}\n", o.name, wrapped(describe(o), 8, 100));
+        }
+        if (!lines.empty() || mentions(action.name, word) || mentions(action.summary, word) ||
+            mentions(action.details, word))
+            text += fmt::format("-{:<12} {}\n{}", action.name, action.summary, lines);
+    }
+    if (text.empty())
+        throw ValueError(fmt::format("no action or option mentions '{}'{}", word, didYouMean(word, names)));
+    return text;
 }
 
 std::string helpFor(const Action& action) {
@@ -134,6 +164,8 @@ std::string helpFor(const Action& action) {
     if (!action.positional.what.empty()) text += " " + action.positional.what;
     if (!action.options.empty()) text += " [option=value …]";
     text += fmt::format("\n  {}\n", action.summary);
+    if (!action.shortName.empty()) text += fmt::format("  short: -{}\n", action.shortName);
+    if (!action.details.empty()) text += wrapped(action.details, 2, 100) + "\n";
     if (!action.takes.empty()) text += fmt::format("  takes: {}\n", inputsOf(action));
     if (!action.makes.empty()) text += fmt::format("  makes: {}\n", outputsOf(action));
     if (!action.options.empty()) text += "\n";

@@ -74,6 +74,8 @@ Json json(const Action& action) {
     return {{"name", action.name},
             {"group", action.group},
             {"summary", action.summary},
+            {"details", action.details},
+            {"short_name", action.shortName},
             {"inputs", list(action.takes)},
             {"outputs", list(action.makes)},
             {"options", list(action.options)},

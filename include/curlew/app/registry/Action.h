@@ -118,8 +118,10 @@ struct World;
 /// One action, declared once.
 struct Action {
     std::string name = {};
-    std::string group = {};   ///< The group under which the help lists it.
-    std::string summary = {}; ///< One line of text.
+    std::string group = {};     ///< The group under which the help lists it.
+    std::string summary = {};   ///< One line of text.
+    std::string details = {};   ///< More text, which only the help of the action shows.
+    std::string shortName = {}; ///< Another name on the command line: h for help.
     /// The inputs. If several inputs have the same kinds, the last one takes the newest object.
     std::vector<Input> takes = {};
     /// The outputs, in the order in which they are pushed on their stacks.

@@ -50,6 +50,7 @@ struct Positional {
     size_t minimum = 0, maximum = 0;
     /// The words are formulas: the constants of -set and F, FF, T and fps need no {} in them.
     bool formulas = false;
+    bool actions = false; ///< The words are names of actions: -help -noise.
 };
 
 } // namespace curlew::app
