@@ -24,7 +24,10 @@ endif()
 
 find_program(CURLEW_CCACHE ccache)
 if(CURLEW_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CURLEW_CCACHE})
+  # Without this sloppiness, ccache keeps nothing that uses a precompiled header. With the base directory, checkouts in
+  # different folders share what they compile.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros
+    CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} ${CURLEW_CCACHE})
 endif()
 
 # curlew_kernels(<target> <file>...): adds files named *Kernels.cpp to a target, compiled once for each instruction set
