@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <array>
+#include <ctime>
 #include <functional>
 
 namespace curlew::paper {
@@ -154,6 +155,7 @@ struct Extremes {
 void profiles(const TableRun& run, fmt::memory_buffer& text, std::vector<std::string>& broken) {
     const auto out = std::back_inserter(text);
     const int pairs = std::max(2, static_cast<int>(std::lround(16 * run.scale)));
+    const size_t positions = run.scale < 1 ? kPositions / 2 : kPositions;
     fmt::format_to(out,
                    "Rms speeds in the layer at a wall, in {} bins from the wall to the end of the layer, relative to "
                    "the rms speed of the same noises without a wall. Means over the frequencies 2, 3 and 5, 1 and 2 "
@@ -162,7 +164,7 @@ void profiles(const TableRun& run, fmt::memory_buffer& text, std::vector<std::st
                    "which the noise was scaled to the width of the layer and shifted by more than its bound.\n\n"
                    "| object | side | width × frequency | wall | | | | end | min | max | as printed | before |\n"
                    "|---|---|---|---|---|---|---|---|---|---|---|---|\n",
-                   kBins, pairs, kPositions);
+                   kBins, pairs, positions);
     for (const Place& place : places())
         for (size_t w = 0; w < kWidths.size(); ++w) {
             std::array<double, kBins> mean{};
@@ -170,7 +172,7 @@ void profiles(const TableRun& run, fmt::memory_buffer& text, std::vector<std::st
             for (const double frequency : kFrequencies) {
                 const double width = kWidths[w] / frequency;
                 const Wall wall{.sdf = place.sdf(width), .side = place.side, .width = width};
-                const Samples samples(wall, kPositions);
+                const Samples samples(wall, positions);
                 for (const int octaves : {1, 2}) {
                     const Profile found = profile(asNow, wall, samples, frequency, octaves, pairs, true);
                     for (size_t k = 0; k < kBins; ++k) mean[k] += found.at(k) / (2.0 * kFrequencies.size());
@@ -194,12 +196,13 @@ void profiles(const TableRun& run, fmt::memory_buffer& text, std::vector<std::st
 void curlProfiles(const TableRun& run, fmt::memory_buffer& text) {
     const auto out = std::back_inserter(text);
     const int pairs = std::max(2, static_cast<int>(std::lround(16 * run.scale)));
+    const size_t positions = run.scale < 1 ? kPositions / 2 : kPositions;
     fmt::format_to(out,
                    "\nClassical curl noise with Bridson's ramp, inside the sphere, frequency 3:\n\n"
                    "| width × frequency | wall | | | | end |\n|---|---|---|---|---|---|\n");
     for (const double relative : kWidths) {
         const Wall wall{.sdf = sphereSdf(1), .width = relative / 3};
-        const Samples samples(wall, kPositions);
+        const Samples samples(wall, positions);
         Profile all;
         for (int pair = 0; pair < pairs; ++pair) {
             const auto seed = static_cast<uint64_t>(pair);
@@ -219,7 +222,8 @@ void advected(const TableRun& run, fmt::memory_buffer& text, std::vector<std::st
     fmt::format_to(
         out,
         "\n{} points inside and outside spot, noises of frequency 3 with two octaves, a layer of width 0.1, rms speed "
-        "1, time 2:\n\n| side | separated | scheme | steps | outside | not converged |\n|---|---|---|---|---|---|\n",
+        "1, time 2:\n\n| side | separated | scheme | steps | outside | not converged | processor seconds |\n"
+        "|---|---|---|---|---|---|---|\n",
         count);
     const Noises n = noises(3, 2, 0);
     for (const Place& place : places()) {
@@ -229,11 +233,13 @@ void advected(const TableRun& run, fmt::memory_buffer& text, std::vector<std::st
             const Flow flow = withSpeed(Flow(n.f, bounded(n.g, wall, {.separate = separate}), Domain::of(wall)), 1);
             for (const auto& [scheme, steps] : {std::pair{Scheme::rk4, 100}, {Scheme::rk4, 10}, {Scheme::euler, 10}}) {
                 Points points = scatter(flow.domain(), count, 7);
+                const std::clock_t begin = std::clock();
                 const AdvectResult result = advect(flow, points, {.time = 2, .steps = steps, .scheme = scheme});
+                const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
                 const double part = static_cast<double>(result.notConverged) / static_cast<double>(count);
-                fmt::format_to(out, "| {} | {} | {} | {} | {} | {:.1e} |\n",
+                fmt::format_to(out, "| {} | {} | {} | {} | {} | {:.1e} | {:.2f} |\n",
                                place.side == Side::inside ? "inside" : "outside", separate ? "yes" : "no",
-                               scheme == Scheme::rk4 ? "RK4" : "Euler", steps, result.outside, part);
+                               scheme == Scheme::rk4 ? "RK4" : "Euler", steps, result.outside, part, seconds);
                 if (!separate && (result.outside > 0 || !(part <= 1e-4)))
                     broken.push_back(fmt::format("{} steps: {} points outside, {} not converged", steps, result.outside,
                                                  result.notConverged));

@@ -64,8 +64,8 @@ std::vector<double> depthsBelow(const Mesh& mesh, const ScalarField& distance, d
             for (int sample = 1; sample <= kSamples; ++sample) {
                 PointBatch below;
                 for (int i = 0; i < points.size; ++i) {
-                    const double steepness = std::max(length(at[i].gradient), 0.1);
-                    below.push(points[i] - at[i].gradient * (most * sample / kSamples / steepness));
+                    const double slope = std::max(length(at[i].gradient), 0.1);
+                    below.push(points[i] - at[i].gradient * (most * sample / kSamples / slope));
                 }
                 JetBatch<double, 0> deep;
                 distance.eval(below, deep);

@@ -33,10 +33,10 @@ class Slider {
 
     /// Takes the next step, given the sample at at() if it is known. Returns false when the point stops.
     bool next(bool known, const BackwardMap::Sample& sample) {
-        const double steepness = sample.gradient.length();
-        if (!known || !(steepness > 0)) return retreat(); // outside the known region
-        const openvdb::Vec3d normal = sample.gradient / steepness;
-        if (const double off = sample.phi / steepness; std::abs(off) > kOn) {
+        const double slope = sample.gradient.length();
+        if (!known || !(slope > 0)) return retreat(); // outside the known region
+        const openvdb::Vec3d normal = sample.gradient / slope;
+        if (const double off = sample.phi / slope; std::abs(off) > kOn) {
             if (++mCorrections > kMostCorrections) return retreat();
             mAt -= normal * std::clamp(off, -kLongest, kLongest);
             return true;

@@ -37,8 +37,8 @@ struct SolidDistance::Parts {
             by[axis] = step;
             slope[axis] = (winding->at(position + by) - winding->at(position - by)) / (2 * step);
         }
-        const double steepness = length(slope);
-        return steepness > 0 ? std::min(nearest, std::abs(std::abs(w) - 0.5) / steepness) : nearest;
+        const double gradient = length(slope);
+        return gradient > 0 ? std::min(nearest, std::abs(std::abs(w) - 0.5) / gradient) : nearest;
     }
 };
 

@@ -30,7 +30,7 @@ std::string quoted(const std::string& text) { return "'" + text + "'"; }
 
 } // namespace
 
-TEST_CASE("command failure: missing and empty and foreign files are refused by every reader", "[command]") {
+TEST_CASE("command failure: missing and empty and foreign files are refused by every reader", "[app][command]") {
     const Folder folder;
     const std::string png = "\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + std::string(200, '\x7f');
     for (const std::string name : {"a.obj", "a.ply", "a.stl", "a.vdb", "a.glb", "a.gltf", "a.fbx", "a.dae", "a.csv"}) {
@@ -62,7 +62,7 @@ TEST_CASE("command failure: missing and empty and foreign files are refused by e
     folder.mustFail("-config scene.txt", {"scene.txt:1"});
 }
 
-TEST_CASE("command failure: truncated files are refused by every reader", "[command]") {
+TEST_CASE("command failure: truncated files are refused by every reader", "[app][command]") {
     const Folder folder;
     folder.mustRun(kFlow + "-velocity dim=8 -write a.vdb -scatter count=100 -write p.vdb");
     for (const std::string name : {"a.vdb", "p.vdb"}) {
@@ -85,7 +85,7 @@ TEST_CASE("command failure: truncated files are refused by every reader", "[comm
     folder.mustFail("-config scene.txt", {"scene.txt", "\\"});
 }
 
-TEST_CASE("command failure: meshes that enclose nothing are refused", "[command]") {
+TEST_CASE("command failure: meshes that enclose nothing are refused", "[app][command]") {
     const Folder folder;
     const auto levelSet = [&](const std::string& mesh, const std::vector<std::string>& says) {
         CAPTURE(mesh);
@@ -104,7 +104,7 @@ TEST_CASE("command failure: meshes that enclose nothing are refused", "[command]
     levelSet("v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n", {"-mesh2ls"});
 }
 
-TEST_CASE("command: a mesh with a hole becomes a solid and the hole is reported", "[command]") {
+TEST_CASE("command: a mesh with a hole becomes a solid and the hole is reported", "[app][command]") {
     const Folder folder;
     store(folder / "mesh.obj", kPoints + "f 1 3 2\nf 1 2 4\nf 2 3 4\n"); // one face is missing
     const auto outcome = folder.mustRun("-read mesh.obj -mesh2ls dim=20 -write ls.vdb");
@@ -114,7 +114,7 @@ TEST_CASE("command: a mesh with a hole becomes a solid and the hole is reported"
     folder.mustFail("-read mesh.obj -mesh2ls dim=20 thickness=0", {"thickness"});
 }
 
-TEST_CASE("command failure: invalid sizes and sizes beyond memory are refused", "[command]") {
+TEST_CASE("command failure: invalid sizes and sizes beyond memory are refused", "[app][command]") {
     const Folder folder;
     store(folder / "mesh.obj", kTetrahedron);
     const std::string mesh = "-read mesh.obj -mesh2ls ", ball = "-sphere -noise -noise seed=1 -bound -dfvn -velocity ",
@@ -138,7 +138,7 @@ TEST_CASE("command failure: invalid sizes and sizes beyond memory are refused", 
                     {"-velocity", "too small"});
 }
 
-TEST_CASE("command failure: invalid counts and counts beyond memory are refused", "[command]") {
+TEST_CASE("command failure: invalid counts and counts beyond memory are refused", "[app][command]") {
     const Folder folder;
     const std::string scatter = "-scatter box=0,0,0,1,1,1 ";
     for (const std::string count :
@@ -154,7 +154,7 @@ TEST_CASE("command failure: invalid counts and counts beyond memory are refused"
         folder.mustFail("-threads " + threads, {"-threads", "whole number"});
 }
 
-TEST_CASE("command failure: misspelt names are reported with a suggestion", "[command]") {
+TEST_CASE("command failure: misspelt names are reported with a suggestion", "[app][command]") {
     const Folder folder;
     folder.mustFail("-nosie", {"'-nosie'", "'noise'"});
     folder.mustFail("-Mesh2LS", {"'mesh2ls'"});
@@ -191,7 +191,7 @@ TEST_CASE("command failure: misspelt names are reported with a suggestion", "[co
     folder.mustFail("-torus radius=1 tube=2", {"-torus"});
 }
 
-TEST_CASE("command failure: actions without their inputs say what to make first", "[command]") {
+TEST_CASE("command failure: actions without their inputs say what to make first", "[app][command]") {
     const Folder folder;
     folder.mustFail("-dfvn", {"-dfvn", "a field", "none", "-noise"});
     folder.mustFail("-noise -dfvn", {"-dfvn", "a field", "only one"});
@@ -222,7 +222,7 @@ TEST_CASE("command failure: actions without their inputs say what to make first"
     folder.mustFail("-read a.vdb -noise -bound grid=0", {"-bound", "wall=", "is a velocity grid"});
 }
 
-TEST_CASE("command failure: an unwritable output is reported before the work", "[command]") {
+TEST_CASE("command failure: an unwritable output is reported before the work", "[app][command]") {
     const Folder folder;
     fs::create_directory(folder / "folder.vdb");
     store(folder / "in.csv", "x,y,z\n0,0,0\n");
@@ -246,7 +246,7 @@ TEST_CASE("command failure: an unwritable output is reported before the work", "
     folder.mustFail("-noise -slice width=8 -write /proc/a.exr", {"-write", "/proc/a.exr"});
 }
 
-TEST_CASE("command failure: a full disk leaves earlier files unchanged and no new ones", "[command]") {
+TEST_CASE("command failure: a full disk leaves earlier files unchanged and no new ones", "[app][command]") {
     const Folder folder;
     const std::string flow = kFlow + "-velocity dim=40 -scatter count=20000 -slice width=300 ";
     const std::string name = GENERATE("a.vdb", "a.ply", "a.csv", "a.exr", "a.png", "probe.csv");
@@ -270,7 +270,7 @@ TEST_CASE("command failure: a full disk leaves earlier files unchanged and no ne
     CHECK(fs::file_size(folder / name) > 8192);
 }
 
-TEST_CASE("command: pipes and devices are written in place and link targets are replaced", "[command]") {
+TEST_CASE("command: pipes and devices are written in place and link targets are replaced", "[app][command]") {
     const Folder folder;
     store(folder / "target.png", "old");
     fs::create_symlink("target.png", folder / "link.png");
@@ -287,7 +287,7 @@ TEST_CASE("command: pipes and devices are written in place and link targets are 
     CHECK(fs::is_fifo(folder / "pipe.png"));
 }
 
-TEST_CASE("command: names with control characters or invalid UTF-8 are escaped", "[command]") {
+TEST_CASE("command: names with control characters or invalid UTF-8 are escaped", "[app][command]") {
     const Folder folder;
     const std::string name = "caf\xe9\x1b[31m.obj";
     folder.mustFail("-read '" + name + "'", {"caf\\xe9\\x1b[31m.obj"});
@@ -296,7 +296,7 @@ TEST_CASE("command: names with control characters or invalid UTF-8 are escaped",
     CHECK_NOTHROW(nlohmann::json::parse(test::bytesOf(folder / "a.json")));
 }
 
-TEST_CASE("command: an interrupt stops any work quickly and leaves no file", "[command]") {
+TEST_CASE("command: an interrupt stops any work quickly and leaves no file", "[app][command]") {
     const Folder folder;
     const std::string job =
         GENERATE("-noise octaves=32 -slice width=20000 -write a.exr",
@@ -317,7 +317,7 @@ TEST_CASE("command: an interrupt stops any work quickly and leaves no file", "[c
     CHECK(folder.names().empty());
 }
 
-TEST_CASE("command: closed and unread streams do no harm", "[command]") {
+TEST_CASE("command: closed and unread streams do no harm", "[app][command]") {
     const Folder folder;
     const auto status = [&](const std::string& line) {
         CAPTURE(line);

@@ -188,6 +188,8 @@ TEST_CASE("check: a kink in a potential breaks the promise of zero divergence", 
     const std::string kinked = "-noise seed=1 -noise seed=2 -min smoothing=0 -noise seed=3 -dfvn -check ";
     folder.mustFail(kinked + "strict=1", {"divergence_by_differences", "does not decrease", "kink"});
     CHECK_THAT(folder.mustRun(kinked).err, Catch::ContainsSubstring("min: smoothing=0 leaves a kink"));
+    CHECK_THAT(folder.mustRun("-sphere -box -union smoothing=0 -slice width=8 -write edge.png").err,
+               Catch::ContainsSubstring("union: smoothing=0 leaves a kink"));
     const std::string rounded = "-noise seed=1 -noise seed=2 -min smoothing=0.2 -noise seed=3 -dfvn -check ";
     CHECK_THAT(folder.mustRun(rounded + "samples=5000 strict=1").err, !Catch::ContainsSubstring("kink"));
 }

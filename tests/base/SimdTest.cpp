@@ -24,18 +24,18 @@ std::string best() {
 
 } // namespace
 
-TEST_CASE("Simd: every instruction set has its own name", "[simd]") {
+TEST_CASE("Simd: every instruction set has its own name", "[base][simd]") {
     CHECK(nameOf(Simd::scalar) == std::string("scalar"));
     CHECK(nameOf(Simd::avx2) == std::string("avx2"));
     CHECK(nameOf(Simd::avx512) == std::string("avx512"));
 }
 
-TEST_CASE("activeSimd: is the set named by CURLEW_SIMD or the best available", "[simd]") {
+TEST_CASE("activeSimd: is the set named by CURLEW_SIMD or the best available", "[base][simd]") {
     const char* asked = std::getenv("CURLEW_SIMD");
     CHECK(nameOf(activeSimd()) == (asked && *asked ? std::string(asked) : best()));
 }
 
-TEST_CASE("activeSimd: is the same in every thread and never changes", "[simd]") {
+TEST_CASE("activeSimd: is the same in every thread and never changes", "[base][simd]") {
     const Simd chosen = activeSimd();
     const test::Variable other("CURLEW_SIMD", chosen == Simd::scalar ? "avx2" : "scalar");
     CHECK(activeSimd() == chosen);

@@ -132,6 +132,9 @@ class Import(unittest.TestCase):
                         lines.append([token[1:]])
                     else:
                         lines[-1].append(token)
+                for line in lines:
+                    if line[0] in ("lic", "shade", "slice", "splat", "warp") and not any(w.startswith("width=") for w in line):
+                        line.append("width=48")
                 names = {line[0] for line in lines}
                 text = "".join(shlex.join(line) + "\n" for line in lines)
                 reads_what_is_not_here = any(word.endswith((".vdb", ".png", ".exr", ".gz", "in.csv", "points.csv")) for line in lines

@@ -78,7 +78,7 @@ TEST_CASE("fuzz readers: corrupted inputs are read or refused without other exce
 }
 
 // Not run by default. Tests each reader for CURLEW_FUZZ_SECONDS with inputs that ignore its code coverage.
-TEST_CASE("fuzz readers: random corruption for CURLEW_FUZZ_SECONDS per reader", "[.][fuzz-long]") {
+TEST_CASE("fuzz readers: random corruption for CURLEW_FUZZ_SECONDS per reader", "[.][fuzz]") {
     const char* given = std::getenv("CURLEW_FUZZ_SECONDS");
     const std::chrono::duration<double> each(given ? std::atof(given) : 1);
     for (const Target& target : fuzz::targets()) {

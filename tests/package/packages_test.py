@@ -22,7 +22,7 @@ from bundle import newest_symbols  # noqa: E402
 PROGRAM = """
 import curlew
 with curlew.Session() as session:
-    session.run("noise frequency=2\\nnoise frequency=2 seed=1\\ndfvn speed=1\\nscatter count=100\\nadvect time=0.1\\n")
+    session.run("noise frequency=2\\nnoise frequency=2 seed=1\\ndfvn speed=1\\nscatter count=100\\nadvect duration=0.1\\n")
     print(len(session.points().positions))
 print(*sorted({line.split()[-1] for line in open("/proc/self/maps") if ".so" in line}), sep="\\n")
 """

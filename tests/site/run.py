@@ -54,9 +54,9 @@ def problems(folder):
             if there == folder.resolve():
                 there /= "index.html"
             if not there.is_file() or folder.resolve() not in there.parents:
-                wrong.append(f"{name}: {link} is not there")
+                wrong.append(f"{name}: {link} does not exist")
             elif there.suffix == ".html" and unquote(url.fragment) not in pages[there].places:
-                wrong.append(f"{name}: {link} names no place in that page")
+                wrong.append(f"{name}: {link} has no such anchor")
     for style in sorted(folder.rglob("*.css")):
         for link in re.findall(r"(?:url\(|@import )\s*['\"]?((?:https?:)?//[^'\")]+)", style.read_text(encoding="utf-8")):
             wrong.append(f"{style.relative_to(folder)} loads {link}")

@@ -25,7 +25,7 @@ inline std::filesystem::path store(const std::filesystem::path& path, const std:
     return path;
 }
 
-/// A folder that is new to each test, and goes with it.
+/// A new empty folder, deleted at the end of the test.
 struct ScratchFolder {
     std::filesystem::path path;
 

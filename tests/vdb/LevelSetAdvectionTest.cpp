@@ -91,7 +91,7 @@ double beyondUnitSphere(const openvdb::FloatGrid& grid) {
 
 } // namespace
 
-TEST_CASE("advectLevelSet: a uniform flow translates a sphere unchanged", "[LevelSetAdvection]") {
+TEST_CASE("advectLevelSet: a uniform flow translates a sphere unchanged", "[vdb][LevelSetAdvection]") {
     const LevelSet start = ball({{0.1, 0.2, -0.3}}, 0.5, 0.05);
     const auto moved = advectLevelSet(start, uniformFlow({{1, 0.5, -0.25}}), 0, 0.777, {.step = 1});
     const auto errors = errorsOf(*moved.levelSet.grid, {{0.877, 0.5885, -0.49425}}, 0.5);
@@ -110,7 +110,7 @@ TEST_CASE("advectLevelSet: a uniform flow translates a sphere unchanged", "[Leve
     CHECK(moved.levelSet.grid->tree().getValue({0, 0, 0}) == Approx(0.15));
 }
 
-TEST_CASE("advectLevelSet: a vortex rotates a sphere unchanged in rotated grids too", "[LevelSetAdvection]") {
+TEST_CASE("advectLevelSet: a vortex rotates a sphere unchanged in rotated grids too", "[vdb][LevelSetAdvection]") {
     auto grid = ball({{0.4, 0.1, 0}}, 0.25, 0.025).grid->deepCopy();
     grid->setName("surface");
     grid->insertMeta("note", openvdb::StringMetadata("kept"));
@@ -132,7 +132,7 @@ TEST_CASE("advectLevelSet: a vortex rotates a sphere unchanged in rotated grids 
 }
 
 TEST_CASE("advectLevelSet: a sphere returns from the Enright deformation and keeps its volume where resolved",
-          "[LevelSetAdvection]") {
+          "[vdb][LevelSetAdvection]") {
     const LevelSet start = enrightBall(48);
     const auto end = advectLevelSet(start, enrightFlowInTime(3), 0, 3, {.step = 0.04});
     const auto errors = errorsOf(*end.levelSet.grid, {{0.35, 0.35, 0.35}}, 0.15);
@@ -147,7 +147,7 @@ TEST_CASE("advectLevelSet: a sphere returns from the Enright deformation and kee
 }
 
 TEST_CASE("advectLevelSetWeno5: loses twenty times the volume of our method in the Enright test",
-          "[LevelSetAdvection]") {
+          "[vdb][LevelSetAdvection]") {
     const LevelSet start = enrightBall(24);
     const double ours = volumeChange(advectLevelSet(start, enrightFlowInTime(3), 0, 3, {.step = 0.05}).levelSet, start);
     double theirs = -1; // -1: nothing is left
@@ -158,7 +158,7 @@ TEST_CASE("advectLevelSetWeno5: loses twenty times the volume of our method in t
     CHECK(std::abs(ours) < std::abs(theirs) / 20);
 }
 
-TEST_CASE("advectLevelSetWeno5: moves a level set and leaves the original unchanged", "[LevelSetAdvection]") {
+TEST_CASE("advectLevelSetWeno5: moves a level set and leaves the original unchanged", "[vdb][LevelSetAdvection]") {
     const LevelSet start = ball({{0, 0, 0}}, 0.5, 0.05);
     const LevelSet moved = advectLevelSetWeno5(start, uniformFlow({{1, 0, 0}}), 0, 0.3);
     CHECK(errorsOf(*moved.grid, {{0.3, 0, 0}}, 0.5).surface < 0.1);
@@ -166,7 +166,7 @@ TEST_CASE("advectLevelSetWeno5: moves a level set and leaves the original unchan
     CHECK_THROWS_AS(advectLevelSetWeno5(start, uniformFlow({{1, 0, 0}}), 0, std::nan("")), ValueError);
 }
 
-TEST_CASE("advectLevelSet: a shape stays in place in its own contained flow", "[LevelSetAdvection]") {
+TEST_CASE("advectLevelSet: a shape stays in place in its own contained flow", "[vdb][LevelSetAdvection]") {
     const LevelSet start = ball({{0, 0, 0}}, 1, 0.08);
     const auto moved = advectLevelSet(start, contained(0.4), 0, 1, {.step = 0.02});
     const auto errors = errorsOf(*moved.levelSet.grid, {{0, 0, 0}}, 1);
@@ -178,7 +178,7 @@ TEST_CASE("advectLevelSet: a shape stays in place in its own contained flow", "[
 }
 
 TEST_CASE("advectLevelSet: a sphere in a contained flow keeps its volume and does not cross the wall",
-          "[LevelSetAdvection]") {
+          "[vdb][LevelSetAdvection]") {
     std::array<double, 2> changes{};
     for (const size_t n : {size_t{0}, size_t{1}}) {
         // The sphere overlaps the wall's layer.
@@ -192,7 +192,7 @@ TEST_CASE("advectLevelSet: a sphere in a contained flow keeps its volume and doe
     CHECK(changes[1] < 0.0025);
 }
 
-TEST_CASE("LevelSetSequence: frames equal direct advection to their times", "[LevelSetAdvection]") {
+TEST_CASE("LevelSetSequence: frames equal direct advection to their times", "[vdb][LevelSetAdvection]") {
     const bool steady = GENERATE(true, false);
     CAPTURE(steady);
     const FlowInTime flow = steady ? FlowInTime(enrightFlow()) : enrightFlowInTime(3);
@@ -215,7 +215,7 @@ TEST_CASE("LevelSetSequence: frames equal direct advection to their times", "[Le
     CHECK(errorsOf(*back.levelSet.grid, {{0.35, 0.35, 0.35}}, 0.15).surface < 0.01);
 }
 
-TEST_CASE("LevelSetSequence: restarts beyond its horizon with little loss of accuracy", "[LevelSetAdvection]") {
+TEST_CASE("LevelSetSequence: restarts beyond its horizon with little loss of accuracy", "[vdb][LevelSetAdvection]") {
     const LevelSet start = ball({{0, 0, 0}}, 0.4, 0.05);
     LevelSetSequence sequence(start, uniformFlow({{1, 0, 0}}), 0, {.map = {.step = 1}, .horizon = 0.2});
     AdvectedLevelSet last;
@@ -229,7 +229,7 @@ TEST_CASE("LevelSetSequence: restarts beyond its horizon with little loss of acc
     CHECK(last.levelSet.halfWidth() == Approx(3));
 }
 
-TEST_CASE("advectLevelSet: does not depend on the number of threads", "[LevelSetAdvection]") {
+TEST_CASE("advectLevelSet: does not depend on the number of threads", "[vdb][LevelSetAdvection]") {
     std::vector<openvdb::FloatGrid::ConstPtr> grids;
     for (const int threads : {1, 2}) {
         const ThreadLimit limit(threads);
@@ -238,7 +238,7 @@ TEST_CASE("advectLevelSet: does not depend on the number of threads", "[LevelSet
     CHECK(same(*grids[0], *grids[1]));
 }
 
-TEST_CASE("advectLevelSet: invalid level sets and options are errors that say why", "[LevelSetAdvection]") {
+TEST_CASE("advectLevelSet: invalid level sets and options are errors that say why", "[vdb][LevelSetAdvection]") {
     const LevelSet start = ball({{0, 0, 0}}, 0.5, 0.1);
     const Flow flow = uniformFlow({{1, 0, 0}});
     const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();

@@ -536,7 +536,7 @@ TEST_CASE("MeshFile: reads large meshes and meshes of higher genus", "[vdb][Mesh
     }
 }
 
-TEST_CASE("MeshFile: a written mesh is read back unchanged", "[MeshFile]") {
+TEST_CASE("MeshFile: a written mesh is read back unchanged", "[vdb][MeshFile]") {
     const Folder folder;
     Mesh mesh;
     for (int n = 0; n < 8; ++n) mesh.points.emplace_back(corner(n)[0] / 3, corner(n)[1] * 1e-20f, corner(n)[2] * 1e20f);
@@ -569,7 +569,7 @@ TEST_CASE("MeshFile: a written mesh is read back unchanged", "[MeshFile]") {
     }
 }
 
-TEST_CASE("MeshFile: invalid meshes are not written", "[MeshFile]") {
+TEST_CASE("MeshFile: invalid meshes are not written", "[vdb][MeshFile]") {
     const Folder folder;
     Mesh mesh;
     mesh.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};

@@ -62,7 +62,7 @@ void visitPoints(const openvdb::points::PointDataGrid& grid, const Use& use) {
 
 } // namespace
 
-TEST_CASE("velocityGrid: at the front of a moving sphere has the velocity of the sphere", "[VelocityGrid]") {
+TEST_CASE("velocityGrid: at the front of a moving sphere has the velocity of the sphere", "[vdb][VelocityGrid]") {
     const auto layout = GENERATE(Layout::collocated, Layout::staggered);
     const double t = 0.1, voxel = 0.02;
     const auto grid = gridAt(aroundSphere, t, layout, voxel);
@@ -86,7 +86,7 @@ TEST_CASE("velocityGrid: at the front of a moving sphere has the velocity of the
 }
 
 TEST_CASE("velocityGrid: staggered velocities around a moving rigid wall are divergence-free to rounding",
-          "[VelocityGrid]") {
+          "[vdb][VelocityGrid]") {
     const auto grid = gridAt(aroundBox, 0.1, Layout::staggered);
     const GridDiagnostics diagnostics = diagnoseGrid(*grid);
     CAPTURE(diagnostics.divergence);
@@ -108,7 +108,8 @@ TEST_CASE("velocityGrid: staggered velocities around a moving rigid wall are div
     CHECK(near > 1000);
 }
 
-TEST_CASE("velocityGrid: collocated and staggered grids around a moving wall agree to second order", "[VelocityGrid]") {
+TEST_CASE("velocityGrid: collocated and staggered grids around a moving wall agree to second order",
+          "[vdb][VelocityGrid]") {
     const Flow flow = aroundBox(0.1);
     const auto moving = wallVelocity(FlowInTime(aroundBox), 0.1, kFrame);
     REQUIRE(moving);
@@ -133,7 +134,7 @@ TEST_CASE("velocityGrid: collocated and staggered grids around a moving wall agr
     CHECK(std::log2(coarse / fine) > 1.7);
 }
 
-TEST_CASE("velocityGrid: a deforming wall moves the air beside it", "[VelocityGrid]") {
+TEST_CASE("velocityGrid: a deforming wall moves the air beside it", "[vdb][VelocityGrid]") {
     for (const Layout layout : {Layout::collocated, Layout::staggered}) {
         const auto grid = gridAt(inGrowingSphere, 0.1, layout, 0.025);
         const double shift = layout == Layout::staggered ? -0.5 : 0;
@@ -145,7 +146,7 @@ TEST_CASE("velocityGrid: a deforming wall moves the air beside it", "[VelocityGr
     }
 }
 
-TEST_CASE("velocityGrid: OpenVDB point advection stays out of a moving sphere", "[VelocityGrid]") {
+TEST_CASE("velocityGrid: OpenVDB point advection stays out of a moving sphere", "[vdb][VelocityGrid]") {
     openvdb::initialize(); // registers the attributes of points
     const auto layout = GENERATE(Layout::collocated, Layout::staggered);
     constexpr int kFrames = 6, kSubsteps = 4;
@@ -170,7 +171,7 @@ TEST_CASE("velocityGrid: OpenVDB point advection stays out of a moving sphere", 
     CHECK(inside <= positions.size() / 1000);
 }
 
-TEST_CASE("velocityGrid: grids around a moving wall do not depend on threads", "[VelocityGrid]") {
+TEST_CASE("velocityGrid: grids around a moving wall do not depend on threads", "[vdb][VelocityGrid]") {
     for (const Layout layout : {Layout::collocated, Layout::staggered}) {
         const auto grid = gridAt(aroundBox, 0.1, layout, 0.06);
         const ThreadLimit limit(1);

@@ -6,13 +6,13 @@
 
 namespace curlew::app {
 
-/// The options for the viewpoint and size of a picture in perspective: from, up, eye, target, fov, width, height.
+/// The options for the viewpoint and size of a picture in perspective: from, up, eye, aim, fov, width, height.
 std::vector<Option> cameraOptions();
 
 /// The option for the region that the camera shows. `fallback`: for the help, the region without it.
 Option viewBoxOption(const std::string& fallback);
 
-/// Returns the camera options except for the position. Throws ValueError if target= is given without eye=.
+/// Returns the camera options except for the position. Throws ValueError if aim= is given without eye=.
 CameraOptions viewpointOf(const Arguments& a);
 
 /// Returns the camera for these options. Without eye=, it frames the whole box.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "Actions.h"
+#include "Kink.h"
 #include "curlew/app/registry/Text.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/ParsedFormula.h"
@@ -37,11 +38,7 @@ Action combiningAction(const std::string& name, const std::string& summary, cons
             .examples = {example},
             .evaluation = Evaluation::anyTime,
             .run = [combine](Context& c, const Arguments& a) {
-                if (a.action().option("smoothing") && a.real("smoothing") == 0)
-                    c.say(
-                        fmt::format("{}: smoothing=0 leaves a kink, at which the velocity of a flow jumps; -check "
-                                    "detects it by finite differences, not by the trace of the Jacobian",
-                                    a.action().name));
+                if (a.action().option("smoothing")) sayKink(c, a);
                 c.give(FieldValue{combined(c.field("first").field, c.field("second").field,
                                            [&](const auto& f, const auto& g) { return combine(f, g, a); })});
             }};

@@ -341,7 +341,7 @@ Registry otherActions() {
                      interval("g", "", "interval of g: only streamlines with g in it move"),
                      {.name = "softness",
                       .type = OptionType::real,
-                      .fallback = "0.25",
+                      .fallback = fmt::format("{}", ReshapeOptions{}.softness),
                       .help = "fraction of an interval, at each end, over which the speed fades in",
                       .lower = 0,
                       .upper = 0.5},

@@ -117,16 +117,46 @@ typename Noise::Options optionsOf(const Arguments& a) {
     return o;
 }
 
+const Binding<OctaveOptions>& octaveBinding() {
+    static const auto binding =
+        Binding<OctaveOptions>()
+            .add(
+                positive("frequency", "", "1 / world unit", "cells per world unit in the first octave"),
+                [](auto& o) -> auto& { return o.frequency; })
+            .add(
+                integer("octaves", "", 1, 32, "number of octaves (fBm)"), [](auto& o) -> auto& { return o.octaves; })
+            .add(
+                positive("lacunarity", "", "", "ratio of each octave's frequency to that of the octave before"),
+                [](auto& o) -> auto& { return o.lacunarity; })
+            .add(
+                real("gain", "", "",
+                     "ratio of each octave's amplitude to that of the octave before; for Kolmogorov's spectrum 0.397 "
+                     "(-curl) or about 0.37 (-dfvn)"),
+                [](auto& o) -> auto& { return o.gain; })
+            .add(
+                real("amplitude", "", "", "factor by which the noise is multiplied"),
+                [](auto& o) -> auto& { return o.amplitude; })
+            .add(
+                flag("normalize", "", "1: divide by the sum of the octaves' amplitudes"),
+                [](auto& o) -> auto& { return o.normalize; })
+            .add(
+                formerly({"turbulence"},
+                         notNegative("billow", "", "",
+                                     "above 0: billow noise (turbulence), the sum of |n| over the octaves, with the "
+                                     "crease rounded where |n| is below about this value (C²)")),
+                [](auto& o) -> auto& { return o.turbulence; })
+            .add(
+                real("warp", "", "cells",
+                     "domain warp (gradient advection): each octave is displaced by this factor times the gradient "
+                     "of the octaves before it"),
+                [](auto& o) -> auto& { return o.warp; });
+    return binding;
+}
+
 OctaveOptions octaveOptions(const Arguments& a) {
-    return {.frequency = a.real("frequency"),
-            .octaves = a.integer<int>("octaves"),
-            .lacunarity = a.real("lacunarity"),
-            .gain = a.real("gain"),
-            .amplitude = a.real("amplitude"),
-            .normalize = a.flag("normalize"),
-            .turbulence = a.real("billow"),
-            .warp = a.real("warp"),
-            .octaveAlpha = a.real("octaveAlpha")};
+    OctaveOptions octaves = octaveBinding().read(a);
+    octaves.octaveAlpha = a.real("octaveAlpha"); // declared by the noises that rotate
+    return octaves;
 }
 
 /// Reports the axes on which the noise tiles with another period than requested.
@@ -291,35 +321,21 @@ Option typeOption() {
 }
 
 std::vector<Option> noiseOptions() {
-    std::vector<Option> all{
-        typeOption(),
-        formerly({"dim"}, integer("dimensions", "3", 1, 7, "number of dimensions")),
-        positive("frequency", "1", "1 / world unit", "cells per world unit in the first octave"),
-        integer("octaves", "1", 1, 32, "number of octaves (fBm)"),
-        positive("lacunarity", "2", "", "ratio of each octave's frequency to that of the octave before"),
-        real("gain", "0.5", "",
-             "ratio of each octave's amplitude to that of the octave before; for Kolmogorov's spectrum 0.397 (-curl) "
-             "or about 0.37 (-dfvn)"),
+    std::vector<Option> all{typeOption(), formerly({"dim"}, integer("dimensions", "3", 1, 7, "number of dimensions"))};
+    const auto& octaves = octaveBinding().options();
+    all.insert(all.end(), octaves.begin(), octaves.end());
+    const std::vector<Option> others{
         integer("seed", "0", 0, 0x1p53 - 1,
                 "random seed; 0 is the published function, the others are independent of it and of each other"),
         formerly({"offset"}, coordinates("translate", "0", "world units", "translation of the noise")),
         vector("rotate", "0,0,0", "degrees", "rotation about x, then y, then z; in 2D about z"),
-        real("amplitude", "1", "", "factor by which the noise is multiplied"),
-        flag("normalize", "1", "1: divide by the sum of the octaves' amplitudes"),
-        formerly(
-            {"turbulence"},
-            notNegative("billow", "0", "",
-                        "above 0: billow noise (turbulence), the sum of |n| over the octaves, with the crease rounded "
-                        "where |n| is below about this value (C²)")),
-        real("warp", "0", "cells",
-             "domain warp (gradient advection): each octave is displaced by this factor times the gradient of the "
-             "octaves before it"),
         real("time", "", "s", "time of an animation of the noise"),
         positive("loop", "", "s", "period after which the animation repeats"),
         choice("animate", {"auto", "alpha", "slice", "offset"},
                "effect of time=: alpha rotates the gradients, those of the first octave by one radian per second (auto "
                "for psrd); slice is an additional coordinate, for a loop two on a circle (auto for simplex and sine); "
                "offset moves the noise along its last axis (auto for the others)")};
+    all.insert(all.end(), others.begin(), others.end());
     for (const NoiseType& type : noiseTypes())
         for (const Option& option : type.options)
             if (!has(all, option.name)) all.push_back(option);

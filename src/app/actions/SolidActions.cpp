@@ -2,6 +2,7 @@
 #include "SolidActions.h"
 
 #include "Actions.h"
+#include "Kink.h"
 #include "curlew/app/run/Value.h"
 #include "curlew/vdb/LevelSetBoolean.h"
 
@@ -80,6 +81,7 @@ LevelSet combinedSolids(const Context& c, const Arguments& a, Boolean operation,
 
 void combine(Context& c, const Arguments& a, Boolean operation) {
     if (isShape(c, "first") && isShape(c, "second")) {
+        sayKink(c, a);
         c.give(valueOf(combinedShapes(c, operation, a.real("smoothing"))));
         return;
     }
@@ -115,7 +117,7 @@ Action combiningAction(const std::string& name, const std::string& summary, std:
                                 "for two shapes: distance over which the edge between them is rounded (C²); 0: a sharp "
                                 "edge. Level sets meet in a sharp edge"),
                     integer(
-                        "dim", "256", 1, 1e6,
+                        "dim", fmt::format("{}", SolidOptions{}.dim), 1, 1e6,
                         "for meshes, if no level set gives the voxel size: number of voxels along the longest edge"),
                     instead(positive("voxel", "", "world units", "for meshes: voxel size"), {"dim"}), keep()},
         .examples = std::move(examples),
