@@ -28,7 +28,7 @@ struct Bar {
     int steps;
     double aim, claim;
 };
-constexpr std::array<Bar, 2> kBars{{{100, 0.5, 0.5}, {1000, 0.2, 0.5}}};
+constexpr std::array<Bar, 2> kBars{{{100, 0.5, 0.5}, {1000, 0.2, 0.6}}};
 
 /// Points in a flow inside an object, and their exact positions after kTime.
 struct Setting {
