@@ -22,6 +22,7 @@ void registerGrid();
 void registerAdvect();
 void registerEnright();
 void registerWarp();
+void registerMesh();
 
 /// Number of batches that are processed in turn, large enough to defeat branch prediction and caching.
 inline constexpr int kBatches = 64;

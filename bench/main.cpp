@@ -58,6 +58,7 @@ void run(int argc, char** argv) {
     bench::registerAdvect();
     bench::registerEnright();
     bench::registerWarp();
+    bench::registerMesh();
     benchmark::RunSpecifiedBenchmarks();
     benchmark::Shutdown();
 }

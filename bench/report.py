@@ -185,6 +185,10 @@ def comparisons(cases, memory, sets):
         if ns(ours) is not None and ns("advect_points/one_call") is not None:
             ratio(f"{f}: advectPoints over ours", cases["advect_points/one_call"][best].counters[f],
                   cases[ours][best].counters[f], (">=", 1000))
+    for faces in "1e4", "1e5", "1e6":
+        ratio(f"level set of {faces} faces, 256 voxels: ours over OpenVDB", ns(f"mesh/solid/{faces}/2threads", real=True),
+              ns(f"mesh/openvdb/{faces}/2threads", real=True), ("<=", 2))
+        ratio(f"winding number in {faces} faces: exact over fast", ns(f"winding/exact/{faces}"), ns(f"winding/fast/{faces}"))
     for dim in 64, 128, 256:
         ours, theirs = f"enright/{dim}/flowmap/2threads", f"enright/{dim}/openvdb/2threads"
         if ns(ours) is None or ns(theirs) is None:
