@@ -155,7 +155,6 @@ struct Extremes {
 void profiles(const TableRun& run, fmt::memory_buffer& text, std::vector<std::string>& broken) {
     const auto out = std::back_inserter(text);
     const int pairs = std::max(2, static_cast<int>(std::lround(16 * run.scale)));
-    const size_t positions = run.scale < 1 ? kPositions / 2 : kPositions;
     fmt::format_to(out,
                    "Rms speeds in the layer at a wall, in {} bins from the wall to the end of the layer, relative to "
                    "the rms speed of the same noises without a wall. Means over the frequencies 2, 3 and 5, 1 and 2 "
@@ -164,7 +163,7 @@ void profiles(const TableRun& run, fmt::memory_buffer& text, std::vector<std::st
                    "which the noise was scaled to the width of the layer and shifted by more than its bound.\n\n"
                    "| object | side | width × frequency | wall | | | | end | min | max | as printed | before |\n"
                    "|---|---|---|---|---|---|---|---|---|---|---|---|\n",
-                   kBins, pairs, positions);
+                   kBins, pairs, kPositions);
     for (const Place& place : places())
         for (size_t w = 0; w < kWidths.size(); ++w) {
             std::array<double, kBins> mean{};
@@ -172,7 +171,7 @@ void profiles(const TableRun& run, fmt::memory_buffer& text, std::vector<std::st
             for (const double frequency : kFrequencies) {
                 const double width = kWidths[w] / frequency;
                 const Wall wall{.sdf = place.sdf(width), .side = place.side, .width = width};
-                const Samples samples(wall, positions);
+                const Samples samples(wall, kPositions);
                 for (const int octaves : {1, 2}) {
                     const Profile found = profile(asNow, wall, samples, frequency, octaves, pairs, true);
                     for (size_t k = 0; k < kBins; ++k) mean[k] += found.at(k) / (2.0 * kFrequencies.size());
@@ -196,13 +195,12 @@ void profiles(const TableRun& run, fmt::memory_buffer& text, std::vector<std::st
 void curlProfiles(const TableRun& run, fmt::memory_buffer& text) {
     const auto out = std::back_inserter(text);
     const int pairs = std::max(2, static_cast<int>(std::lround(16 * run.scale)));
-    const size_t positions = run.scale < 1 ? kPositions / 2 : kPositions;
     fmt::format_to(out,
                    "\nClassical curl noise with Bridson's ramp, inside the sphere, frequency 3:\n\n"
                    "| width × frequency | wall | | | | end |\n|---|---|---|---|---|---|\n");
     for (const double relative : kWidths) {
         const Wall wall{.sdf = sphereSdf(1), .width = relative / 3};
-        const Samples samples(wall, positions);
+        const Samples samples(wall, kPositions);
         Profile all;
         for (int pair = 0; pair < pairs; ++pair) {
             const auto seed = static_cast<uint64_t>(pair);
