@@ -111,37 +111,37 @@ size_t orient(Mesh& triangles) {
     });
     // Union-find; `against` says whether a triangle runs against the one it points to.
     std::vector<Index32> parent(triangles.triangles.size());
-    std::vector<char> against(parent.size(), 0), oneSided(parent.size(), 0);
+    std::vector<bool> against(parent.size()), oneSided(parent.size());
     std::iota(parent.begin(), parent.end(), Index32(0));
     const auto root = [&](Index32 n) {
-        char reversed = 0;
-        for (Index32 k = n; parent[k] != k; k = parent[k]) reversed ^= against[k];
+        bool reversed = false;
+        for (Index32 k = n; parent[k] != k; k = parent[k]) reversed = reversed != against[k];
         Index32 top = n;
         while (parent[top] != top) top = parent[top];
         while (parent[n] != top && n != top) { // shortens the path
             const Index32 next = parent[n];
-            const char step = against[n];
+            const bool step = against[n];
             parent[n] = top;
             against[n] = reversed;
-            reversed ^= step;
+            reversed = reversed != step;
             n = next;
         }
         return top;
     };
-    const auto runsAgainst = [&](Index32 n) { return root(n) == n ? char(0) : against[n]; };
+    const auto runsAgainst = [&](Index32 n) { return root(n) != n && against[n]; };
     for (size_t k = 0; k < edges.size();) {
         size_t end = k;
         while (end < edges.size() && edges[end].ends == edges[k].ends) ++end;
         if (end - k == 2) {
-            const char disagree = edges[k].up == edges[k + 1].up ? 1 : 0;
+            const bool disagree = edges[k].up == edges[k + 1].up;
             const Index32 p = edges[k].face, q = edges[k + 1].face, a = root(p), b = root(q);
-            const char turn = static_cast<char>(disagree ^ runsAgainst(p) ^ runsAgainst(q));
+            const bool turn = disagree != (runsAgainst(p) != runsAgainst(q));
             if (a == b) {
-                oneSided[a] |= turn;
+                oneSided[a] = oneSided[a] || turn;
             } else {
                 parent[b] = a;
                 against[b] = turn;
-                oneSided[a] |= oneSided[b];
+                oneSided[a] = oneSided[a] || oneSided[b];
             }
         }
         k = end;
@@ -150,13 +150,13 @@ size_t orient(Mesh& triangles) {
     for (Index32 n = 0; n < parent.size(); ++n) {
         const Index32 part = root(n);
         ++size[part];
-        reversed[part] += static_cast<size_t>(runsAgainst(n));
+        reversed[part] += runsAgainst(n) ? 1 : 0;
     }
     size_t count = 0;
     for (Index32 n = 0; n < parent.size(); ++n) {
         const Index32 part = root(n);
         const bool most = 2 * reversed[part] > size[part];
-        if (oneSided[part] || (runsAgainst(n) != 0) == most) continue;
+        if (oneSided[part] || runsAgainst(n) == most) continue;
         std::swap(triangles.triangles[n][1], triangles.triangles[n][2]);
         ++count;
     }

@@ -18,6 +18,7 @@
     NOISE("simplex", SimplexNoise, 2, 7, "simplex noise in up to 7 dimensions")                            \
     NOISE("sine", SineNoise, 1, 7, "a sum of plane waves, infinitely smooth")
 
+// NOLINTBEGIN(bugprone-macro-parentheses): the arguments are template arguments
 /// Expands DO(Noise<N>) for each dimension N from LOWEST (1, 2 or 3) to HIGHEST (3 to 7).
 #define CURLEW_NOISE_DIMENSIONS(DO, Noise, LOWEST, HIGHEST) \
     CURLEW_NOISE_BELOW_3(DO, Noise, LOWEST) DO(Noise<3>) CURLEW_NOISE_ABOVE_3(DO, Noise, HIGHEST)
@@ -33,3 +34,4 @@
 #define CURLEW_NOISE_TO_5(DO, Noise) CURLEW_NOISE_TO_4(DO, Noise) DO(Noise<5>)
 #define CURLEW_NOISE_TO_6(DO, Noise) CURLEW_NOISE_TO_5(DO, Noise) DO(Noise<6>)
 #define CURLEW_NOISE_TO_7(DO, Noise) CURLEW_NOISE_TO_6(DO, Noise) DO(Noise<7>)
+// NOLINTEND(bugprone-macro-parentheses)

@@ -72,6 +72,7 @@ std::string optionsOf(const Action& action) {
 
 std::string phraseOf(const std::vector<Kind>& kinds) {
     std::vector<std::string> names;
+    names.reserve(kinds.size());
     for (const Kind kind : kinds)
         names.emplace_back(kind == Kind::levelSet ? "level set" : kind == Kind::noise ? "field" : nameOf(kind));
     return join(names, " or ");
