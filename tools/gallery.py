@@ -33,6 +33,7 @@ GALLERY = """<!-- SPDX-License-Identifier: Apache-2.0 -->
 
 Made by `./dev gallery`. It runs each scene from the top of the checkout with the command below the picture, here {width} pixels
 wide (`-set width={width}`). The list after the command gives the values of this run and the bounds that the scene checks.
+The last line names the source: a paper ([docs/math.md](math.md) has their titles), or "ours" if it is in none of them.
 """
 TABLES = """<!-- SPDX-License-Identifier: Apache-2.0 -->
 # The papers' tables
@@ -149,9 +150,11 @@ def run_scene(scene, curlew):
             raise RuntimeError(run.stderr.strip() or f"exit status {run.returncode}")
         names = keep(chosen((folder / "out").glob("*.png")))
         report = json.loads((folder / "report.json").read_text())
-    parts = [f"### {scene.title}", f"{scene.source}. {scene.text}" if scene.text else f"{scene.source}."]
-    parts += [f"![{scene.title}](gallery/{name})" for name in names]
-    parts += [f"`curlew -config scenes/{scene.name}.txt`", figures(report)]
+    # Frames in one paragraph are side by side in the site.
+    pictures = "\n".join(f"![{scene.title}](gallery/{name})" for name in names)
+    source = re.sub(r"docs/(\w+\.md)", r"[docs/\1](\1)", scene.source)
+    parts = [f"### {scene.title}", scene.text, pictures, f"`curlew -config scenes/{scene.name}.txt`", figures(report),
+             f"Source: {source}."]
     return "\n\n".join(part for part in parts if part) + "\n\n", names
 
 
