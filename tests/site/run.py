@@ -72,7 +72,8 @@ def check(folder):
     return "\n".join(wrong) or 0
 
 
-def main(folder=None):
+def main(check, folder=None):
+    """Returns what check() returns for the site in `folder`, or in a temporary folder where it is built."""
     if folder:
         return check(Path(folder).resolve())
     mkdocs = shutil.which("mkdocs")
@@ -87,4 +88,5 @@ def main(folder=None):
         return check(Path(scratch).resolve())
 
 
-sys.exit(main(*sys.argv[1:]))
+if __name__ == "__main__":
+    sys.exit(main(check, *sys.argv[1:]))

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What MkDocs does not do by itself for our site: pages from outside docs/, links to source files, blank lines before lists.
+"""What MkDocs does not do by itself for our site: pages from outside docs/, links to source files, blank lines before lists, names
+of actions on one line.
 
 The README is the home page. Other pages outside docs/ and the files that pages link to keep their paths in the site; a file that a
 browser would not show gets .txt behind its name. Links in the pages are those of the repository, so that they work there, too.
@@ -17,6 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGES = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "scenes/README.md")  # outside docs/
 SHOWN = {".txt", ".json", ".csv", ".png", ".svg"}  # by browsers
 LINK = re.compile(r"(\]\()([^)\s]+)(\))")
+ACTION = re.compile(r"(?<![^\s(])--?[A-Za-z][\w-]*")
 LIST = re.compile(r"([-*]|\d+\.) ")
 
 log = logging.getLogger("mkdocs.hooks.curlew")  # --strict counts its warnings
@@ -74,12 +76,17 @@ def on_files(files, config):
             found = target(path, link)
             if not found.startswith("docs/") and (ROOT / found).is_file() and not files.get_file_from_path(in_site(found)):
                 files.append(file(config, in_site(found), ROOT / found))
-    files.append(file(config, "css/site.css", Path(__file__).with_name("site.css")))
-    # Debian's theme asks for a jQuery of another name than that which it brings, and for a script that it does not bring.
-    brought = {folder: sorted(Path(folder).glob("js/jquery*.min.js")) for folder in config["theme"].dirs}
-    jquery = next((found[0] for found in brought.values() if found), None)
-    for name, source in (("js/jquery-3.6.0.min.js", jquery), ("js/theme_extra.js", Path(__file__).with_name("theme_extra.js"))):
-        if source and not any((Path(folder) / name).exists() for folder in config["theme"].dirs):
+    for name in ("css/site.css", "js/site.js"):
+        files.append(file(config, name, Path(__file__).with_name(Path(name).name)))
+    # Debian's theme refers to files that it lacks: a jQuery with another name than its own, a script, and in Debian 13 the fonts,
+    # which are next to the style sheet that the theme's is a link to.
+    themes = [Path(folder) for folder in config["theme"].dirs]
+    asked = {"js/theme_extra.js": Path(__file__).with_name("theme_extra.js")}
+    for theme in themes:
+        asked.update({"js/jquery-3.6.0.min.js": jquery for jquery in theme.glob("js/jquery*.min.js")})
+        asked.update({f"fonts/{font.name}": font for font in (theme / "css/theme.css").resolve().parents[1].glob("fonts/*")})
+    for name, source in asked.items():
+        if not any((theme / name).exists() for theme in themes):
             files.append(file(config, name, source.resolve()))
     return files
 
@@ -104,3 +111,9 @@ def on_page_markdown(markdown, page, config, files):
             lines.append("")
         lines.append(line)
     return "\n".join(lines)
+
+
+def on_page_content(html, page, config, files):
+    """Keeps browsers from breaking a line after the hyphen of an action, as in -bound."""
+    parts = re.split(r"(<pre.*?</pre>|<[^>]*>)", html, flags=re.S)
+    return "".join(part if k % 2 else ACTION.sub(r'<span class="action">\g<0></span>', part) for k, part in enumerate(parts))

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Loads every page of the documentation site in headless Chromium. browser.py FOLDER checks an existing site.
+
+In windows of the width of a phone and of a desktop, no page may be wider than the window, every picture must load, and
+the console must show no error. Exits with 77 (skipped) if MkDocs, Chromium or Selenium is not installed.
+"""
+
+import shutil
+import sys
+import threading
+import time
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+
+import run
+
+WIDTHS = {"phone": 390, "desktop": 1280}
+OPTIONS = ["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu"]  # work for root, in a container
+# The errors of the loaded page. A block that scrolls by itself may contain wider elements.
+ERRORS = """
+const page = document.documentElement, width = page.clientWidth, wrong = [];
+if (page.scrollWidth > width) wrong.push(`the page is ${page.scrollWidth} pixels wide, the window ${width}`);
+const end = element => Math.floor(element.getBoundingClientRect().right);
+const scrolls = element => element != document.body &&
+    (["auto", "scroll"].includes(getComputedStyle(element).overflowX) || scrolls(element.parentElement));
+for (const element of document.body.querySelectorAll("*"))
+    if (end(element) > width && end(element.parentElement) <= width && !scrolls(element)) {
+        const text = element.textContent.trim().replace(/\\s+/g, " ").slice(0, 60);
+        wrong.push(`<${element.localName}> ends at ${end(element)} of ${width} pixels: ${text}`);
+    }
+for (const image of document.images)
+    if (!image.complete || image.naturalWidth == 0) wrong.push(`${image.src} did not load`);
+return wrong;
+"""
+
+
+class Files(SimpleHTTPRequestHandler):
+    """Serves a folder without a log."""
+
+    def log_message(self, *_):
+        pass
+
+
+def loaded(browser, address):
+    """Loads a page and returns its errors."""
+    browser.get(address)
+    wrong = browser.execute_script(ERRORS)
+    return wrong + [line["message"] for line in browser.get_log("browser") if line["level"] == "SEVERE"]
+
+
+def problems(folder, browser, address):
+    """Returns the errors of the site, one per line, and the number of its pages."""
+    pages, wrong = [str(path.relative_to(folder)) for path in sorted(folder.rglob("*.html"))], []
+    for window, width in WIDTHS.items():
+        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
+                                {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": window == "phone"})
+        for page in pages:
+            wrong += [f"{page} on a {window}: {error}" for error in loaded(browser, f"{address}/{page}")]
+    # The pages also open from the folder, without a server, and without the search.
+    wrong += [f"index.html from the folder: {error}" for error in loaded(browser, (folder / "index.html").as_uri())]
+    wrong += [f"the search: {error}" for error in loaded(browser, f"{address}/search.html?q=obstacle")]
+    deadline = time.monotonic() + 20
+    while not browser.execute_script("return document.querySelector('#mkdocs-search-results article')"):
+        if time.monotonic() > deadline:
+            wrong.append("the search does not find 'obstacle'")
+            break
+        time.sleep(0.1)
+    return wrong, len(pages)
+
+
+def check(folder):
+    """Returns the argument of sys.exit(): 0, or the errors."""
+    options = webdriver.ChromeOptions()
+    options.binary_location = CHROMIUM
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    for option in OPTIONS:
+        options.add_argument(option)
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(Files, directory=folder)) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        browser = webdriver.Chrome(options=options, service=Service(DRIVER))
+        try:
+            wrong, pages = problems(folder, browser, f"http://127.0.0.1:{server.server_port}")
+        finally:
+            browser.quit()
+            server.shutdown()
+    print(f"site: {pages} pages in windows {' and '.join(map(str, WIDTHS.values()))} pixels wide")
+    return "\n".join(wrong) or 0
+
+
+CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
+try:
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+except ImportError:
+    webdriver = None
+if not (CHROMIUM and DRIVER and webdriver):
+    print("skipped: there is no Chromium with Selenium here (apt-get install chromium-driver python3-selenium)")
+    sys.exit(77)
+sys.exit(run.main(check, *sys.argv[1:]))
