@@ -173,47 +173,54 @@ class BatchAdvector {
             stall(part, i);
             return false;
         }
-        moveTo(part, i, to, a);
+        moveTo(part.tips, i, to, a);
         mTally.coarse += refine;
         left -= fraction;
         return left > 0;
     }
 
     /// Moves every point by its own adaptive steps. The batch under way is kept full as long as points remain: when one
-    /// arrives, the next one starts.
+    /// arrives, the next one takes its place.
     void advanceAdaptively(const Monitor& monitor) {
         const double time = std::abs(mOptions.time), sign = mOptions.time < 0 ? -1 : 1;
         std::array<Journey, kBatch> journeys;
-        size_t count = 0, nextPart = 0, nextPoint = 0;
-        const auto setOut = [&] {
+        ActiveTipsN<N> tips; // of the journeys
+        size_t nextPart = 0, nextPoint = 0;
+        const auto setOut = [&](size_t a) {
             for (; nextPart < mParts.size(); ++nextPart, nextPoint = 0) {
                 Part& part = mParts[nextPart];
-                for (; nextPoint < part.size(); ++nextPoint) {
-                    if (count == kBatch) return;
-                    const double left = time * part.pace[nextPoint];
-                    if (stays(part, nextPoint) || !(left > 0)) continue;
-                    journeys[count++] = {.part = &part, .point = nextPoint, .left = left, .length = mFirstStep};
+                while (nextPoint < part.size()) {
+                    const size_t i = nextPoint++;
+                    const double left = time * part.pace[i];
+                    if (stays(part, i) || !(left > 0)) continue;
+                    journeys[a] = {.part = &part, .point = i, .left = left, .length = mFirstStep};
+                    tips.copy(static_cast<int>(a), part.tips, static_cast<int>(i));
+                    return true;
                 }
             }
+            return false;
         };
-        for (setOut(); count > 0; setOut()) {
+        size_t count = 0;
+        while (count < kBatch && setOut(count)) ++count;
+        std::array<double, kBatch> dt;
+        StepDemands demands{.accuracy = mOptions.accuracy, .typicalSpeed = mTypicalSpeed};
+        while (count > 0) {
             monitor.check();
-            ActiveTipsN<N> from;
-            std::array<double, kBatch> dt;
-            StepDemands demands{.accuracy = mOptions.accuracy, .typicalSpeed = mTypicalSpeed};
-            from.position.size = static_cast<int>(count);
+            tips.position.size = static_cast<int>(count);
             for (size_t a = 0; a < count; ++a) {
-                from.copy(static_cast<int>(a), journeys[a].part->tips, static_cast<int>(journeys[a].point));
                 const double length = nextStep(journeys[a]);
                 dt[a] = sign * length;
                 // A rejected step may have been too far off its track.
                 demands.between[a] = length < journeys[a].left && journeys[a].halvings == 0;
             }
-            const StepResultN<N> to = mStepper(from, dt, demands);
-            size_t rest = 0;
-            for (size_t a = 0; a < count; ++a)
-                if (takeAdaptive(journeys[a], from, to, a, std::abs(dt[a]))) journeys[rest++] = journeys[a];
-            count = rest;
+            const StepResultN<N> to = mStepper(tips, dt, demands);
+            for (size_t a = count; a-- > 0;) { // from the last, which may take the place of another
+                if (takeAdaptive(journeys[a], tips, to, a, std::abs(dt[a]))) continue;
+                journeys[a].part->tips.copy(static_cast<int>(journeys[a].point), tips, static_cast<int>(a));
+                if (setOut(a) || a == --count) continue;
+                journeys[a] = journeys[count];
+                tips.copy(static_cast<int>(a), tips, static_cast<int>(count));
+            }
         }
     }
 
@@ -225,13 +232,13 @@ class BatchAdvector {
 
     /// Moves a point to the end of step a, which took `length` seconds, and chooses the next step. Returns whether any
     /// of its time remains.
-    bool takeAdaptive(Journey& journey, const ActiveTipsN<N>& from, const StepResultN<N>& to, size_t a, double length) {
+    bool takeAdaptive(Journey& journey, ActiveTipsN<N>& tips, const StepResultN<N>& to, size_t a, double length) {
         Part& part = *journey.part;
         const size_t i = journey.point;
         mTally.iterations += static_cast<size_t>(to.reprojected.iterations[a]);
         const double error = to.error[a] / mOptions.accuracy;
-        const bool refine = !(error <= 1) || tooLong(from, to, a);
-        const double factor = std::min(mControl.factor(error), stretch(from, to, a));
+        const bool refine = !(error <= 1) || tooLong(tips, to, a);
+        const double factor = std::min(mControl.factor(error), stretch(tips, to, a));
         if (refine && length > shortest()) {
             ++mTally.retries;
             journey.length = length * factor;
@@ -255,7 +262,7 @@ class BatchAdvector {
             stall(part, i);
             return false;
         }
-        moveTo(part, i, to, a);
+        moveTo(tips, a, to, a);
         mTally.coarse += refine;
         part.error[i] += to.error[a];
         // The step after a halved step is no longer than it.
@@ -290,14 +297,15 @@ class BatchAdvector {
     /// Returns the factor by which step a may grow so that the point moves by nearly maxStep.
     double stretch(const ActiveTipsN<N>& from, const StepResultN<N>& to, size_t a) const {
         constexpr double kNearly = 0.95, kMost = 4;
+        if (!(mOptions.maxStep > 0)) return kMost;
         const double way = moved(from, to, a);
-        return mOptions.maxStep > 0 && way * kMost > mOptions.maxStep ? kNearly * mOptions.maxStep / way : kMost;
+        return way * kMost > mOptions.maxStep ? kNearly * mOptions.maxStep / way : kMost;
     }
 
-    void moveTo(Part& part, size_t i, const StepResultN<N>& to, size_t a) {
-        part.tips.position.set(static_cast<int>(i), to.position[static_cast<int>(a)]);
-        part.tips.velocity.set(static_cast<int>(i), to.reprojected.velocity[static_cast<int>(a)]);
-        if (mStepper.guardsWalls()) part.tips.distance[i] = to.distance[a];
+    void moveTo(ActiveTipsN<N>& tips, size_t i, const StepResultN<N>& to, size_t a) {
+        tips.position.set(static_cast<int>(i), to.position[static_cast<int>(a)]);
+        tips.velocity.set(static_cast<int>(i), to.reprojected.velocity[static_cast<int>(a)]);
+        if (mStepper.guardsWalls()) tips.distance[i] = to.distance[a];
         ++mTally.substeps;
         for (size_t q = 0; q < mTally.drift.size(); ++q)
             mTally.drift[q] = std::max(mTally.drift[q], std::abs(to.reprojected.residual[q][a]));

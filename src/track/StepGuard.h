@@ -181,7 +181,7 @@ class GuardedStepper {
             const auto k = static_cast<size_t>(i);
             stepLength[k] = length(stepped[i] - from.position[i]);
             const bool near = demands.between[k] && mReprojection.method == Reprojection::gaussNewton &&
-                              offTrack(here.potentials, from.track, i) <= demands.accuracy;
+                              nearTrack(here.potentials, from.track, i, demands.accuracy);
             // A step that will be redone needs no correction.
             wanted[k] = to.error[k] > demands.accuracy ? Correction::none : near ? Correction::once : Correction::fully;
         }
@@ -214,16 +214,16 @@ class GuardedStepper {
         }
     }
 
-    /// Returns the distance of point i from its track, to first order, world units; infinite if unknown.
-    static double offTrack(const typename FlowN<N>::template Jets<double>& potentials, const TrackBatchN<N>& track,
-                           int i) {
-        double most = 0;
+    /// Returns whether point i is at most `distance` from its track, to first order, world units; false if unknown.
+    static bool nearTrack(const typename FlowN<N>::template Jets<double>& potentials, const TrackBatchN<N>& track,
+                          int i, double distance) {
         for (size_t q = 0; q < track.size(); ++q) {
             const auto jet = potentials[q][i];
-            const double off = std::abs(jet.value - track[q][static_cast<size_t>(i)]) / length(jet.gradient);
-            most = off <= most ? most : off;
+            const double off = jet.value - track[q][static_cast<size_t>(i)];
+            const double slope = dot(jet.gradient, jet.gradient);
+            if (!(slope > 0 && off * off <= distance * distance * slope)) return false;
         }
-        return std::isfinite(most) ? most : std::numeric_limits<double>::infinity();
+        return true;
     }
 
     void judge(const ActiveTipsN<N>& from, const PointBatchN<N>& stepped, const std::array<double, kBatch>& stepLength,
