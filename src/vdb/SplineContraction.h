@@ -19,10 +19,10 @@ struct SplineContraction {
     };
 };
 
-/// Computes the voxel whose centre is next below each position, as integers, and the position relative to it. Positions
-/// that no voxel can have, and NaN, become kNowhere.
+/// Computes the voxel whose centre is next below each position, as integers, and the position relative to it.
+/// Coordinates that no voxel can have, and NaN, become kNowhere.
 struct VoxelKernel {
-    static constexpr double kNowhere = 0x1p31;
+    static constexpr double kNowhere = 0x1p30; ///< An int.
 
     template <class T>
     static void run(const PointBatch& points, const Matrix3& toIndex, const Vec3d& shift, PointBatch& voxel,
@@ -33,7 +33,7 @@ struct VoxelKernel {
             for (int axis = 0; axis < 3; ++axis) {
                 T x(shift[axis]);
                 for (int k = 0; k < 3; ++k) x = mulAdd(T(toIndex[axis][k]), p[k], x);
-                const auto near = abs(x) < T(0x1p30);
+                const auto near = abs(x) < T(kNowhere);
                 base[axis] = select(near, floor(x), T(kNowhere));
                 rest[axis] = select(near, x - base[axis], T(0));
             }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "SplineField.h"
 
+#include "LeafTable.h"
 #include "SplineContraction.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/math/Dispatch.h"
@@ -20,7 +21,7 @@ namespace {
 using openvdb::Coord;
 
 /// A tricubic B-spline on the leaves of a narrow band. Each leaf stores all the coefficients that a position in it
-/// needs, including its neighbours', in one block. So a lookup is one tree traversal and 64 values close together in
+/// needs, including its neighbours', in one block. So a lookup is one entry of a table and 64 values close together in
 /// memory.
 class SplineField {
   public:
@@ -68,8 +69,9 @@ class SplineField {
         std::vector<const openvdb::FloatTree::LeafNodeType*> leaves;
         mGrid->tree().getNodes(leaves);
         mBlocks.resize(leaves.size());
-        for (size_t n = 0; n < leaves.size(); ++n)
-            mBlockOf->setValueOnly(leafOf(leaves[n]->origin()), static_cast<int32_t>(n));
+        std::vector<Coord> coordinates;
+        for (const auto* leaf : leaves) coordinates.push_back(leafOf(leaf->origin()));
+        mBlockOf = LeafTable(coordinates);
         parallelFor(leaves.size(), 16, [&](size_t begin, size_t end) {
             const openvdb::tree::ValueAccessor<const openvdb::FloatTree, false> samples(mGrid->tree());
             for (size_t n = begin; n < end; ++n) fill(mBlocks[n], leaves[n]->origin(), samples);
@@ -124,12 +126,6 @@ class SplineField {
 
     static constexpr float kInBand = std::numeric_limits<float>::infinity(); // no level beyond the band has this value
 
-    /// The content of the cube of a leaf: a block, or one level beyond the band.
-    struct Cube {
-        const Block* block = nullptr;
-        float level = kInBand;
-    };
-
     /// Finds the coefficients of the positions in the band. Returns whether there are any. Positions beyond the band
     /// get arbitrary coefficients and a level.
     bool find(const PointBatch& points, SplineContraction::Places& places, std::array<float, kBatch>& level) const {
@@ -137,29 +133,20 @@ class SplineField {
         places.corner.fill(kNoBlock.data()); // also for lanes without a position
         PointBatch voxel;
         runKernel<VoxelKernel, double>(points, mToIndex, mShift, voxel, places.fraction);
-        const openvdb::tree::ValueAccessor<const openvdb::Int32Tree, /*IsSafe=*/false> blocks(*mBlockOf);
-        Coord leaf = Coord::max();
-        Cube cube;
+        const openvdb::tree::ValueAccessor<const openvdb::FloatTree, /*IsSafe=*/false> levels(mGrid->tree());
         bool any = false;
         for (size_t n = 0; n < static_cast<size_t>(points.size); ++n) {
-            constexpr double kNowhere = VoxelKernel::kNowhere;
-            if (voxel.c[0][n] == kNowhere || voxel.c[1][n] == kNowhere || voxel.c[2][n] == kNowhere) {
-                level[n] = mGrid->background();
-                continue;
-            }
             const Coord base(static_cast<int>(voxel.c[0][n]), static_cast<int>(voxel.c[1][n]),
                              static_cast<int>(voxel.c[2][n]));
-            // Positions of a batch are mostly in the same cube.
-            if (leafOf(base) != leaf) {
-                leaf = leafOf(base);
-                const int32_t index = blocks.getValue(leaf);
-                cube = index >= 0 ? Cube{&mBlocks[static_cast<size_t>(index)]}
-                                  : Cube{nullptr, mGrid->tree().getValue(base)};
+            const int32_t number = mBlockOf.find(leafOf(base));
+            if (number == LeafTable::kNone) {
+                level[n] = levels.getValue(base);
+                continue;
             }
-            level[n] = cube.level;
-            if (!cube.block) continue;
             any = true;
-            places.corner[n] = cube.block->data() + ((base[0] & 7) * kBlock + (base[1] & 7)) * kBlock + (base[2] & 7);
+            level[n] = kInBand;
+            places.corner[n] = mBlocks[static_cast<size_t>(number)].data() +
+                               ((base[0] & 7) * kBlock + (base[1] & 7)) * kBlock + (base[2] & 7);
         }
         return any;
     }
@@ -169,8 +156,7 @@ class SplineField {
     Vec3d mShift;
     double mMost = 0; // maximum magnitude of all coefficients and the background
     double mLipschitz = 0;
-    openvdb::Int32Tree::Ptr mBlockOf =
-        std::make_shared<openvdb::Int32Tree>(-1); // one value per leaf, at the leaf's origin / 8
+    LeafTable mBlockOf; // the number of each leaf is that of its block
     std::vector<Block> mBlocks;
 };
 

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "../../src/vdb/LeafTable.h"
+#include "support/Points.h"
+
+#include <map>
+
+using namespace curlew;
+
+TEST_CASE("LeafTable: finds the numbers of thousands of scattered leaves, and no others", "[vdb][LeafTable]") {
+    const double reach = GENERATE(3.0, 40.0, 1e7); // dense, sparse, and every brick far from the next
+    std::map<openvdb::Coord, int32_t> expected;
+    std::vector<openvdb::Coord> leaves;
+    const auto at = [&](uint64_t k) {
+        const Vec3d p = test::randomPoint(test::cube(reach), 4, k);
+        return openvdb::Coord(static_cast<int>(std::floor(p[0])), static_cast<int>(std::floor(p[1])),
+                              static_cast<int>(std::floor(p[2])));
+    };
+    for (uint64_t k = 0; k < 3000; ++k)
+        if (expected.emplace(at(k), static_cast<int32_t>(leaves.size())).second) leaves.push_back(at(k));
+    const LeafTable table(leaves);
+    size_t wrong = 0;
+    for (uint64_t k = 0; k < 9000; ++k) {
+        const auto known = expected.find(at(k));
+        wrong += table.find(at(k)) != (known == expected.end() ? LeafTable::kNone : known->second);
+    }
+    CHECK(wrong == 0);
+    CHECK(LeafTable().find({0, 0, 0}) == LeafTable::kNone);
+}
