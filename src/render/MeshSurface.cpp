@@ -6,6 +6,7 @@
 #include <openvdb/tools/VolumeToMesh.h>
 
 #include <array>
+#include <optional>
 
 namespace curlew {
 
@@ -57,10 +58,6 @@ Faces facesOf(const openvdb::FloatGrid& grid, const Place& place) {
     return faces;
 }
 
-void occludedBy(const RayMesh& mesh, std::span<const Ray> rays, std::span<uint8_t> flags) {
-    for (size_t k = 0; k < rays.size(); ++k) flags[k] = mesh.occluded(rays[k].origin, rays[k].direction) ? 1 : 0;
-}
-
 /// A mesh with a normal per corner of a face: the area-weighted mean of the faces around the vertex that are not across
 /// a crease.
 class MeshSurface final : public Surface::Model {
@@ -73,14 +70,13 @@ class MeshSurface final : public Surface::Model {
     double skin() const override { return 1e-4 * length(mMesh.box().size()); }
 
     void intersect(std::span<const Ray> rays, double, std::span<RayHit> hits) const override {
-        for (size_t k = 0; k < rays.size(); ++k) {
-            hits[k] = {};
-            if (const auto hit = mMesh.hit(rays[k].origin, rays[k].direction)) hits[k] = seen(rays[k], *hit);
-        }
+        std::vector<std::optional<RayMesh::Hit>> found(rays.size());
+        mMesh.hits(rays, found);
+        for (size_t k = 0; k < rays.size(); ++k) hits[k] = found[k] ? seen(rays[k], *found[k]) : RayHit{};
     }
 
     void occluded(std::span<const Ray> rays, double, std::span<uint8_t> flags) const override {
-        occludedBy(mMesh, rays, flags);
+        mMesh.occluded(rays, flags);
     }
 
   private:
@@ -151,16 +147,17 @@ class LevelSetSurface final : public Surface::Model {
     double skin() const override { return mVoxel; }
 
     void occluded(std::span<const Ray> rays, double, std::span<uint8_t> flags) const override {
-        occludedBy(mMesh, rays, flags);
+        mMesh.occluded(rays, flags);
     }
 
     void intersect(std::span<const Ray> rays, double, std::span<RayHit> hits) const override {
+        std::vector<std::optional<RayMesh::Hit>> onMesh(rays.size());
+        mMesh.hits(rays, onMesh);
         std::vector<size_t> found;
         for (size_t k = 0; k < rays.size(); ++k) {
             hits[k] = {};
-            const auto hit = mMesh.hit(rays[k].origin, rays[k].direction);
-            if (!hit) continue;
-            hits[k].distance = hit->distance;
+            if (!onMesh[k]) continue;
+            hits[k].distance = onMesh[k]->distance;
             found.push_back(k);
         }
         for (size_t begin = 0; begin < found.size(); begin += kBatch)

@@ -24,6 +24,12 @@ Vec3d linearOf(const Vec3f& display) {
 
 Vec3d unit(const Vec3d& v) { return v * (1 / length(v)); }
 
+double powerOf48(double x) {
+    double power = x * x * x; // 3, then 6, 12, 24, 48
+    for (int k = 0; k < 4; ++k) power *= power;
+    return power;
+}
+
 Vec3d times(const Vec3d& a, const Vec3d& b) { return {{a[0] * b[0], a[1] * b[1], a[2] * b[2]}}; }
 
 /// The lights, in linear R, G, B per unit of albedo.
@@ -66,7 +72,7 @@ class Lights {
         const double sky = 0.5 + 0.5 * dot(n, mUp), rim = away * away * away * away * (0.25 + 0.75 * sky);
         const Vec3d diffuse = Vec3d{{1.05, 1.0, 0.92}} * (0.95 * key) + Vec3d{{0.82, 0.92, 1.08}} * (0.30 * sky) +
                               Vec3d{{1.05, 0.98, 0.9}} * (0.09 * (1 - sky)) + Vec3d{{1, 1, 1}} * (0.10 * facing);
-        const double shine = key > 0 ? mGloss * std::pow(std::max(dot(n, unit(mKey + toEye)), 0.0), 48.0) : 0;
+        const double shine = key > 0 ? mGloss * powerOf48(std::max(dot(n, unit(mKey + toEye)), 0.0)) : 0;
         return times(albedo, diffuse) + Vec3d{{1, 1, 1}} * (shine + 1.4 * mGloss * rim);
     }
 

@@ -81,7 +81,7 @@ class Prober {
         const double enough = kThinVoxels * mVoxel * (1 - kTolerance);
         double from = kStart * mVoxel;
         for (int k = 0; k < kMostFaces; ++k) {
-            const auto hit = mMesh.hit(p + inward * from, inward);
+            const auto hit = mMesh.hit({p + inward * from, inward});
             if (!hit || from + hit->distance >= enough) break;
             const double thickness = from + hit->distance;
             if (dot(mMesh.normal(hit->triangle), normal) < kOpposite && !buried(p + inward * thickness))

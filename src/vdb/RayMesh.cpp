@@ -12,6 +12,7 @@
 #include <openvdb/math/Proximity.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace curlew {
@@ -31,19 +32,30 @@ Box boundsOf(const std::vector<Vec3d>& vertices, const std::vector<Vec<uint32_t,
     return box;
 }
 
+constexpr size_t kPacket = 8; // the width of AVX2
+
 #if RTC_VERSION_MAJOR >= 4
 void intersect(RTCScene scene, RTCRayHit& query) { rtcIntersect1(scene, &query); }
-void occlude(RTCScene scene, RTCRay& ray) { rtcOccluded1(scene, &ray); }
+void intersect(RTCScene scene, const int* valid, RTCRayHit8& query) { rtcIntersect8(valid, scene, &query); }
+void occlude(RTCScene scene, const int* valid, RTCRay8& rays) { rtcOccluded8(valid, scene, &rays); }
 #else
-void intersect(RTCScene scene, RTCRayHit& query) {
+RTCIntersectContext newContext(RTCIntersectContextFlags flags) {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
+    context.flags = flags;
+    return context;
+}
+void intersect(RTCScene scene, RTCRayHit& query) {
+    RTCIntersectContext context = newContext(RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT);
     rtcIntersect1(scene, &context, &query);
 }
-void occlude(RTCScene scene, RTCRay& ray) {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcOccluded1(scene, &context, &ray);
+void intersect(RTCScene scene, const int* valid, RTCRayHit8& query) {
+    RTCIntersectContext context = newContext(RTC_INTERSECT_CONTEXT_FLAG_COHERENT);
+    rtcIntersect8(valid, scene, &context, &query);
+}
+void occlude(RTCScene scene, const int* valid, RTCRay8& rays) {
+    RTCIntersectContext context = newContext(RTC_INTERSECT_CONTEXT_FLAG_COHERENT);
+    rtcOccluded8(valid, scene, &context, &rays);
 }
 #endif
 
@@ -60,6 +72,26 @@ RTCRay queryOf(const Vec3d& origin, const Vec3d& direction) {
     ray.mask = ~0U;
     return ray;
 }
+
+/// Sets ray k of a packet.
+void set(RTCRay8& packet, size_t k, const RTCRay& ray) {
+    packet.org_x[k] = ray.org_x;
+    packet.org_y[k] = ray.org_y;
+    packet.org_z[k] = ray.org_z;
+    packet.dir_x[k] = ray.dir_x;
+    packet.dir_y[k] = ray.dir_y;
+    packet.dir_z[k] = ray.dir_z;
+    packet.tfar[k] = ray.tfar;
+    packet.mask[k] = ray.mask;
+}
+
+/// Which rays of a packet exist: -1 or 0.
+struct Valid {
+    explicit Valid(size_t count) {
+        for (size_t k = 0; k < count; ++k) lanes[k] = -1;
+    }
+    alignas(32) std::array<int, kPacket> lanes{};
+};
 
 } // namespace
 
@@ -138,33 +170,62 @@ RayMesh::RayMesh(const Mesh& mesh) : RayMesh(verticesOf(mesh), trianglesOf(mesh)
 
 RayMesh::~RayMesh() = default;
 
-std::optional<RayMesh::Hit> RayMesh::hit(const Vec3d& origin, const Vec3d& direction) const {
+std::optional<RayMesh::Hit> RayMesh::hit(const Ray& ray) const {
     RTCRayHit query{};
-    query.ray = queryOf((origin - mCenter) * mScale, direction);
+    query.ray = queryOf((ray.origin - mCenter) * mScale, ray.direction);
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     intersect(mScene->scene, query);
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-    // Intersect the triangle's plane in double (Möller and Trumbore 1997).
-    const auto& corners = mTriangles[query.hit.primID];
-    const Vec3d a = mVertices[corners[0]], ab = mVertices[corners[1]] - a, ac = mVertices[corners[2]] - a;
-    const Vec3d across = cross(direction, ac), from = origin - a;
-    const double determinant = dot(ab, across);
-    Hit hit{.distance = static_cast<double>(query.ray.tfar) / mScale, .triangle = query.hit.primID};
-    hit.u = static_cast<double>(query.hit.u), hit.v = static_cast<double>(query.hit.v);
-    if (!(std::abs(determinant) > 1e-12 * length(ab) * length(ac))) return hit; // the triangle is seen edge-on
-    const Vec3d beside = cross(from, ab);
-    const double distance = dot(ac, beside) / determinant;
-    if (!(std::abs(distance - hit.distance) * mScale < 1e-3)) return hit;
-    hit.distance = distance;
-    hit.u = std::clamp(dot(from, across) / determinant, 0.0, 1.0);
-    hit.v = std::clamp(dot(direction, beside) / determinant, 0.0, 1 - hit.u);
-    return hit;
+    return refined(ray, query.hit.primID, query.ray.tfar, query.hit.u, query.hit.v);
 }
 
-bool RayMesh::occluded(const Vec3d& origin, const Vec3d& direction) const {
-    RTCRay query = queryOf((origin - mCenter) * mScale, direction);
-    occlude(mScene->scene, query);
-    return query.tfar < 0;
+void RayMesh::hits(std::span<const Ray> rays, std::span<std::optional<Hit>> found) const {
+    for (size_t begin = 0; begin < rays.size(); begin += kPacket) {
+        const size_t count = std::min(kPacket, rays.size() - begin);
+        RTCRayHit8 query{};
+        for (size_t k = 0; k < count; ++k) {
+            const Ray& ray = rays[begin + k];
+            set(query.ray, k, queryOf((ray.origin - mCenter) * mScale, ray.direction));
+            query.hit.geomID[k] = RTC_INVALID_GEOMETRY_ID;
+        }
+        intersect(mScene->scene, Valid(count).lanes.data(), query);
+        for (size_t k = 0; k < count; ++k) {
+            auto& hit = found[begin + k];
+            hit.reset();
+            if (query.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID)
+                hit = refined(rays[begin + k], query.hit.primID[k], query.ray.tfar[k], query.hit.u[k], query.hit.v[k]);
+        }
+    }
+}
+
+void RayMesh::occluded(std::span<const Ray> rays, std::span<uint8_t> flags) const {
+    for (size_t begin = 0; begin < rays.size(); begin += kPacket) {
+        const size_t count = std::min(kPacket, rays.size() - begin);
+        RTCRay8 query{};
+        for (size_t k = 0; k < count; ++k)
+            set(query, k, queryOf((rays[begin + k].origin - mCenter) * mScale, rays[begin + k].direction));
+        occlude(mScene->scene, Valid(count).lanes.data(), query);
+        for (size_t k = 0; k < count; ++k) flags[begin + k] = query.tfar[k] < 0 ? 1 : 0;
+    }
+}
+
+RayMesh::Hit RayMesh::refined(const Ray& ray, uint32_t triangle, float distance, float u, float v) const {
+    // Intersect the triangle's plane (Möller and Trumbore 1997).
+    const auto& corners = mTriangles[triangle];
+    const Vec3d a = mVertices[corners[0]], ab = mVertices[corners[1]] - a, ac = mVertices[corners[2]] - a;
+    const Vec3d across = cross(ray.direction, ac), from = ray.origin - a;
+    const double determinant = dot(ab, across);
+    Hit hit{.distance = static_cast<double>(distance) / mScale, .triangle = triangle};
+    hit.u = static_cast<double>(u), hit.v = static_cast<double>(v);
+    // The triangle is seen edge-on.
+    if (!(determinant * determinant > 1e-24 * dot(ab, ab) * dot(ac, ac))) return hit;
+    const Vec3d beside = cross(from, ab);
+    const double inverse = 1 / determinant, exact = dot(ac, beside) * inverse;
+    if (!(std::abs(exact - hit.distance) * mScale < 1e-3)) return hit;
+    hit.distance = exact;
+    hit.u = std::clamp(dot(from, across) * inverse, 0.0, 1.0);
+    hit.v = std::clamp(dot(ray.direction, beside) * inverse, 0.0, 1 - hit.u);
+    return hit;
 }
 
 namespace {

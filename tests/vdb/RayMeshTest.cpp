@@ -48,16 +48,39 @@ TEST_CASE("RayMesh: the closest triangle is that of a search through all triangl
 
 TEST_CASE("RayMesh: a ray through a ball hits both sides with normals that point outward", "[vdb][RayMesh]") {
     const RayMesh rays(test::ball(4));
-    const auto first = rays.hit({{-3, 0.1, 0.2}}, {{1, 0, 0}});
+    const auto first = rays.hit({{{-3, 0.1, 0.2}}, {{1, 0, 0}}});
     REQUIRE(first);
     const double x = std::sqrt(1 - 0.01 - 0.04); // of the sphere; facets are within 0.002 of it
     CHECK(first->distance == Approx(3 - x).margin(0.005));
     CHECK(rays.normal(first->triangle)[0] < -0.9);
-    const auto second = rays.hit({{0, 0.1, 0.2}}, {{1, 0, 0}});
+    const auto second = rays.hit({{{0, 0.1, 0.2}}, {{1, 0, 0}}});
     REQUIRE(second);
     CHECK(second->distance == Approx(x).margin(0.005));
     CHECK(rays.normal(second->triangle)[0] > 0.9);
-    CHECK(rays.occluded({{0, 0, 0}}, {{0, 1, 0}}));
-    CHECK_FALSE(rays.occluded({{0, 2, 0}}, {{0, 1, 0}}));
     CHECK_THROWS_AS(RayMesh(Mesh{}), ValueError);
+}
+
+TEST_CASE("RayMesh: rays in packets hit what single rays hit", "[vdb][RayMesh]") {
+    const RayMesh mesh(test::ball(4));
+    std::vector<Ray> rays;
+    for (uint64_t k = 0; k < 1003; ++k) { // no multiple of a packet's width
+        const Vec3d eye{{-3, 0.1, 0.2}}, way = test::randomPoint(test::cube(1.2), 3, k) - eye;
+        rays.push_back({eye, way * (1 / length(way))});
+    }
+    std::vector<std::optional<RayMesh::Hit>> hits(rays.size());
+    std::vector<uint8_t> flags(rays.size());
+    mesh.hits(rays, hits);
+    mesh.occluded(rays, flags);
+    size_t found = 0;
+    for (size_t k = 0; k < rays.size(); ++k) {
+        const auto alone = mesh.hit(rays[k]);
+        CAPTURE(k);
+        REQUIRE(hits[k].has_value() == alone.has_value());
+        CHECK((flags[k] != 0) == alone.has_value());
+        if (!alone) continue;
+        ++found;
+        CHECK(hits[k]->distance == Approx(alone->distance).epsilon(1e-9));
+    }
+    CHECK(found > 100);
+    CHECK(found < 1000);
 }

@@ -2,17 +2,13 @@
 #pragma once
 
 #include "curlew/field/Shapes.h"
+#include "curlew/math/Ray.h"
 #include "curlew/vdb/LevelSet.h"
 
 #include <memory>
 #include <span>
 
 namespace curlew {
-
-/// A ray; `direction` is a unit vector.
-struct Ray {
-    Vec3d origin, direction;
-};
 
 /// The first intersection of a ray with a surface.
 struct RayHit {

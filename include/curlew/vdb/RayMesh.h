@@ -2,11 +2,13 @@
 #pragma once
 
 #include "curlew/field/Shapes.h"
+#include "curlew/math/Ray.h"
 #include "curlew/vdb/MeshFile.h"
 
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace curlew {
@@ -31,11 +33,12 @@ class RayMesh {
         uint32_t triangle = 0;
         double u = 0, v = 0; ///< Barycentric weights of the triangle's second and third vertex.
     };
-    /// Returns the first triangle that the ray from `origin` along `direction`, a unit vector, hits; nullopt if there
-    /// is none.
-    std::optional<Hit> hit(const Vec3d& origin, const Vec3d& direction) const;
-    /// Returns whether a ray hits any triangle.
-    bool occluded(const Vec3d& origin, const Vec3d& direction) const;
+    /// Returns the first triangle that a ray hits; nullopt if there is none.
+    std::optional<Hit> hit(const Ray& ray) const;
+    /// The same for many rays, and as fast as Embree allows if neighbours in the array are similar.
+    void hits(std::span<const Ray> rays, std::span<std::optional<Hit>> found) const;
+    /// Computes whether each ray hits any triangle (1 or 0).
+    void occluded(std::span<const Ray> rays, std::span<uint8_t> flags) const;
     /// Returns the distance from a position to the closest triangle, world units. Infinite if the position is not
     /// finite.
     double distanceTo(const Vec3d& position) const;
@@ -48,6 +51,9 @@ class RayMesh {
     const Box& box() const { return mBox; }
 
   private:
+    /// Returns the hit of a ray on a triangle in double, given it in float, in Embree's units.
+    Hit refined(const Ray& ray, uint32_t triangle, float distance, float u, float v) const;
+
     std::vector<Vec3d> mVertices;
     std::vector<Vec<uint32_t, 3>> mTriangles;
     Box mBox;
