@@ -135,6 +135,18 @@ TEST_CASE("emit: emission follows a moving shape", "[app]") {
     for (size_t k = 0; k < 30; ++k) CHECK(std::abs(p.x[k] - 10 * std::ceil((static_cast<double>(k) + 0.5) / 10)) < 0.1);
 }
 
+TEST_CASE("emit: births on a surface are outside it by offset= and leave it at speed=", "[app]") {
+    const auto frames = framesOf("sphere radius=0.5", "frames 1-3 fps=10\nemit on=surface rate=5000 offset=0.01");
+    REQUIRE(frames.back().size() == 1000);
+    for (size_t k = 0; k < frames.back().size(); ++k)
+        CHECK(length(frames.back().position(k)) == Approx(0.51).margin(1e-6));
+    const auto moving =
+        framesOf("sphere radius=0.5", "frames 1-2 fps=10\nemit on=surface rate=5000 offset=0.01 speed=2");
+    for (size_t k = 0; k < moving.back().size(); ++k)
+        CHECK(length(moving.back().position(k)) ==
+              Approx(0.51 + 2 * static_cast<double>(moving.back().age[k])).margin(1e-5));
+}
+
 TEST_CASE("emit: invalid options and missing frames are errors", "[app]") {
     CHECK_THROWS_WITH(afterwards("sphere\nemit"), ContainsSubstring("-frames"));
     CHECK_THROWS_WITH(afterwards("frames 1-2\nemit"),

@@ -36,6 +36,17 @@ TEST_CASE("solid actions: shapes stay shapes and other operands become level set
     CHECK_THAT(scenes.complaint("sphere\nunion"), ContainsSubstring("union"));
 }
 
+TEST_CASE("mesh2ls action: an open mesh that encloses nearly nothing gets a warning with its thickness", "[app]") {
+    const test::Folder folder;
+    // A plate of 0.04 without one of its narrow sides.
+    test::store(folder / "plate.obj",
+                "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 .04\nv 1 0 .04\nv 1 1 .04\nv 0 1 .04\n"
+                "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\n");
+    const std::string thin = "voxels thick on average";
+    CHECK_THAT(folder.mustRun("-read plate.obj -mesh2ls dim=32").err, ContainsSubstring("only 0.8 " + thin));
+    CHECK_THAT(folder.mustRun("-read plate.obj -mesh2ls dim=128").err, !ContainsSubstring(thin));
+}
+
 TEST_CASE("bound action: several walls act as their union", "[app]") {
     const test::Folder folder;
     writeMesh(folder / "ball.ply", test::ball(4));

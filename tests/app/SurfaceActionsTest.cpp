@@ -28,11 +28,22 @@ TEST_CASE("shade action: a shape and an isosurface of the same ball look the sam
     CHECK(jsonOf(folder / "shape.json")["shade"]["coverage"].get<double>() == Approx(0.438).epsilon(0.01));
 }
 
-TEST_CASE("shade action: a mesh is shaded", "[app][command]") {
+TEST_CASE("shade action: a mesh looks like its level set, but keeps its edges", "[app][command]") {
     const Folder folder;
-    folder.mustRun("-read " + test::sourceDir() + "/scenes/spot.obj -shade dim=64 smooth=1" + kSmall +
-                   "-write spot.png spot.json");
-    CHECK(jsonOf(folder / "spot.json")["shade"]["coverage"].get<double>() > 0.1);
+    const std::string spot = "-read " + test::sourceDir() + "/scenes/spot.obj ",
+                      camera = "eye=-2,1,-3 aim=0,0,0" + kSmall;
+    folder.mustRun(spot + "-shade " + camera + "-write mesh.exr mesh.json");
+    folder.mustRun(spot + "-shade dim=192 " + camera + "-write levelset.exr levelset.json");
+    const auto coverage = [&](const std::string& name) {
+        return jsonOf(folder / name)["shade"]["coverage"].get<double>();
+    };
+    CHECK(coverage("mesh.json") > 0.1);
+    CHECK(coverage("mesh.json") == Approx(coverage("levelset.json")).epsilon(0.02));
+    CHECK(test::bytesOf(folder / "mesh.exr") != test::bytesOf(folder / "levelset.exr"));
+    // A quad is no solid. It is a quarter of the picture wide and a third of it high.
+    test::store(folder / "quad.obj", "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n");
+    folder.mustRun("-read quad.obj -shade eye=0,0,8 aim=0,0,0 fov=53.13010235" + kSmall + "-write quad.exr quad.json");
+    CHECK(coverage("quad.json") == Approx(1.0 / 12).epsilon(0.02));
 }
 
 TEST_CASE("shade action: pictures do not depend on threads or instruction set", "[app][command]") {
