@@ -58,8 +58,8 @@ struct ScalarValues {
     void get(value_type& value, openvdb::Index64 n, openvdb::Index) const { value = scalar.of(particles, n); }
 };
 
-const points::AttributeArray& attributeOf(const points::PointDataTree::LeafNodeType& leaf, const std::string& name) {
-    const size_t position = leaf.attributeSet().find(name);
+const points::AttributeArray& attributeOf(const points::PointDataTree::LeafNodeType& leaf, std::string_view name) {
+    const size_t position = leaf.attributeSet().find(std::string(name));
     if (position >= leaf.attributeSet().size())
         throw ValueError(
             fmt::format("some points of the grid have no attribute '{}'; give it to all of them, or to none", name));
