@@ -113,8 +113,9 @@ class Parser {
         SourceLocation location = mLocation;
         location.action = name;
         locate(location);
-        const Action& declared = inContextOf(location.file.empty() ? "command line" : location.file,
-                                             [&]() -> const Action& { return findAction(mReading.registry, name); });
+        const Action* const found = inContextOf(location.file.empty() ? "command line" : location.file,
+                                                [&] { return &findAction(mReading.registry, name); });
+        const Action& declared = *found;
         inContextOf(contextOf(location), [&] {
             if (name == "set") return define(tokens);
             Statement statement{.arguments = Arguments(declared), .location = location};
