@@ -2,6 +2,7 @@
 #pragma once
 
 #include "curlew/field/Batch.h"
+#include "curlew/math/CubicBSpline.h"
 
 namespace curlew {
 
@@ -57,32 +58,14 @@ struct SplineKernel {
     }
 
   private:
-    /// Returns the weights of the four coefficients around t in [0, 1) in the uniform cubic B-spline, or their
-    /// derivatives with respect to t up to the third.
-    template <class T>
-    static std::array<T, 4> weights(const T& t, int derivative) {
-        const T s = T(1) - t;
-        const auto sixth = static_cast<T>(1.0 / 6);
-        switch (derivative) {
-            case 0:
-                return {s * s * s * sixth, mulAdd(t * t, mulAdd(T(3), t, T(-6)), T(4)) * sixth,
-                        mulAdd(s * s, mulAdd(T(3), s, T(-6)), T(4)) * sixth, t * t * t * sixth};
-            case 1:
-                return {T(-0.5) * s * s, t * mulAdd(T(1.5), t, T(-2)), s * mulAdd(T(-1.5), s, T(2)), T(0.5) * t * t};
-            case 2:
-                return {s, mulAdd(T(3), t, T(-2)), mulAdd(T(-3), t, T(1)), t};
-            default:
-                return {T(-1), T(3), T(-3), T(1)};
-        }
-    }
-
     /// Sums the 64 coefficients along z, then y, then x, with the weights of all derivatives up to the order.
     template <class T>
     static Jet<T, 3, Order> contract(const float* const* corners, const Vec<T, 3>& t) {
         constexpr size_t kD = Order + 1;
         std::array<std::array<std::array<T, 4>, kD>, 3> w; // [axis][derivative][sample]
         for (int axis = 0; axis < 3; ++axis)
-            for (int d = 0; d <= Order; ++d) w[static_cast<size_t>(axis)][static_cast<size_t>(d)] = weights(t[axis], d);
+            for (int d = 0; d <= Order; ++d)
+                w[static_cast<size_t>(axis)][static_cast<size_t>(d)] = cubicBSplineWeights(t[axis], d);
         std::array<std::array<std::array<T, kD>, kD>, kD> sum{}; // [d/dx][d/dy][d/dz]
         for (size_t i = 0; i < 4; ++i) {
             std::array<std::array<T, kD>, kD> plane{};

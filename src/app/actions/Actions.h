@@ -12,6 +12,7 @@ Registry fileActions();
 Registry shapeActions();
 Registry noiseActions();
 Registry fieldActions();
+Registry sampledActions();
 Registry wallActions();
 Registry flowActions();
 Registry windActions();

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "Actions.h"
+#include "curlew/app/registry/Text.h"
+#include "curlew/picture/ImageField.h"
+#include "curlew/vdb/GridField.h"
+
+namespace curlew::app {
+
+namespace {
+
+using namespace options;
+
+void fieldFromSamples(Context& c, const Arguments& a) {
+    if (c.kind("source") == Kind::image) {
+        const auto wrap = a.choice<ImageWrap>("wrap");
+        c.give(FieldValue{imageField(c.image("source").image, a.text("channel"), wrap)});
+        return;
+    }
+    for (const char* option : {"channel", "wrap"})
+        if (a.given(option))
+            throw ValueError(fmt::format("{}= is for pictures, but the newest input is a grid", option));
+    const openvdb::GridBase& grid = *c.grid("source").grid;
+    const ScalarField field = gridField(grid, c.follow("field"));
+    c.say(fmt::format("field: grid '{}', {} active voxels of {:.6g}, {} beyond them", grid.getName(),
+                      grid.activeVoxelCount(), grid.voxelSize()[0],
+                      grid.isType<openvdb::FloatGrid>()
+                          ? fmt::format("{:.4g}", static_cast<const openvdb::FloatGrid&>(grid).background())
+                          : "its background"));
+    c.give(FieldValue{field});
+}
+
+/// Returns the region to bake: box=, or that of a shape.
+Box regionOf(const Context& c, const Arguments& a) {
+    if (a.given("box")) return a.box("box");
+    if (const auto& shape = c.field("field").sdf) {
+        const Box bounds = inSpace(*shape).bounds;
+        if (bounds.finite()) return bounds.padded(0.1 * length(bounds.size()));
+    }
+    throw ValueError("give box=, since a field has no box of its own");
+}
+
+void bake(Context& c, const Arguments& a) {
+    const BakeOptions options{
+        .box = regionOf(c, a), .voxel = a.given("voxel") ? a.real("voxel") : 0, .dim = a.integer<int>("dim")};
+    const auto grid = bakedGrid(inSpace(c.field("field").field), options, a.text("name"), c.follow("bake"));
+    grid->setSaveFloatAsHalf(a.flag("half"));
+    grid->setCreator("Curlew");
+    c.say(fmt::format("bake: {} voxels of {:.6g}", grid->activeVoxelCount(), grid->voxelSize()[0]));
+    c.give(GridValue{grid});
+}
+
+} // namespace
+
+Registry sampledActions() {
+    return {
+        {.name = "field",
+         .group = "fields",
+         .summary = "field from samples: the newest scalar grid (3D) or picture (2D), as a smooth (C²) spline",
+         .details = "The longer edge of a picture reaches from -1 to 1; place it with -transform.",
+         .takes = {taken("source", {Kind::grid, Kind::image})},
+         .makes = {made("field", {Kind::field})},
+         .options = {text("channel", "", "picture: channel (default: the only one, or the luminance of R, G and B)"),
+                     choice("wrap", kImageWrapNames,
+                            "picture: what is beyond its edges: their pixels, or the picture again, or its mirror "
+                            "image"),
+                     keep()},
+         .examples = {"curlew -read smoke.vdb grids=density -field -noise -dfvn -velocity dim=64 box=-1,-1,-1,1,1,1 "
+                      "-write around.vdb",
+                      "curlew -read paint.png -field -noise frequency=3 -lift -slice -write painted.png"},
+         .evaluation = Evaluation::anyTime,
+         .run = fieldFromSamples,
+         .makesWith =
+             [](const Arguments&, const std::vector<std::vector<Object>>& inputs, const World&) {
+                 const bool picture = !inputs.at(0).empty() && inputs[0].front().kind == Kind::image;
+                 return std::vector<Object>{{.kind = Kind::noise, .dimension = picture ? 2 : 3, .name = "field"}};
+             }},
+        {.name = "bake",
+         .group = "fields",
+         .summary = "sample the newest field at the voxels of a box, as a scalar grid (OpenVDB)",
+         .details =
+             "Samples are at the centres of the voxels, so a box that is a period of the field gives a grid that "
+             "tiles without a double plane.",
+         .takes = {stays("field", {Kind::field})},
+         .makes = {made("grid", {Kind::grid})},
+         .options = {integer("dim", std::to_string(BakeOptions{}.dim), 1, 1e6,
+                             "number of voxels along the longest edge of the box"),
+                     instead(positive("voxel", "", "world units", "voxel size (default: from dim=)"), {"dim"}),
+                     box("box", "region to sample, rounded to whole voxels (default: the box of a shape, padded)"),
+                     text("name", "density", "name of the grid"), flag("half", "0", "1: store 16-bit floats")},
+         .examples = {"curlew -noise frequency=4 period=4 -bake box=0,0,0,1,1,1 dim=64 -write tile.vdb"},
+         .run = bake}};
+}
+
+} // namespace curlew::app

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "curlew/vdb/GridField.h"
+
+#include "SplineField.h"
+#include "curlew/base/Error.h"
+#include "curlew/base/Memory.h"
+#include "curlew/vdb/ScalarGrids.h"
+
+#include <fmt/format.h>
+#include <openvdb/tools/Morphology.h>
+#include <openvdb/tools/Prune.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace curlew {
+
+namespace {
+
+constexpr double kBytesPerVoxel = 4 * 11.0 * 11 * 11 / (8 * 8 * 8); // of the spline's blocks
+
+/// Returns a copy as a grid of floats.
+openvdb::FloatGrid::Ptr floatsOf(const openvdb::GridBase& grid) {
+    if (grid.isType<openvdb::FloatGrid>()) return static_cast<const openvdb::FloatGrid&>(grid).deepCopy();
+    if (grid.isType<openvdb::DoubleGrid>())
+        return std::make_shared<openvdb::FloatGrid>(static_cast<const openvdb::DoubleGrid&>(grid));
+    throw ValueError(fmt::format("grid '{}' has values of type {}; a field needs float or double", grid.getName(),
+                                 grid.valueType()));
+}
+
+void checkValues(const openvdb::FloatGrid& grid) {
+    size_t bad = 0;
+    for (auto value = grid.cbeginValueOn(); value; ++value) bad += !std::isfinite(*value);
+    if (bad > 0 || !std::isfinite(grid.background()))
+        throw ValueError(fmt::format("grid '{}' has {} values that are not finite (NaN or infinite)", grid.getName(),
+                                     std::max<size_t>(bad, 1)));
+}
+
+} // namespace
+
+ScalarField gridField(const openvdb::GridBase& grid, const Monitor& monitor) {
+    if (grid.activeVoxelCount() == 0)
+        throw ValueError(fmt::format("grid '{}' has no active voxels, so it is no field", grid.getName()));
+    const openvdb::math::Transform& transform = grid.constTransform();
+    if (!transform.isLinear() || !transform.hasUniformScale())
+        throw ValueError(fmt::format("the voxels of grid '{}' are not cubes; resample it first", grid.getName()));
+    // Leaves for all active voxels, and for the voxels around them in which the spline still changes.
+    constexpr int kSupport = 3;
+    requireMemory(2 * (4 + kBytesPerVoxel) * static_cast<double>(grid.activeVoxelCount()),
+                  fmt::format("a field from grid '{}'", grid.getName()), "use fewer voxels");
+    const openvdb::FloatGrid::Ptr values = floatsOf(grid);
+    checkValues(*values);
+    monitor.check();
+    values->tree().voxelizeActiveTiles();
+    openvdb::tools::dilateActiveValues(values->tree(), kSupport, openvdb::tools::NN_FACE_EDGE_VERTEX,
+                                       openvdb::tools::EXPAND_TILES);
+    monitor.check();
+    return splineOf(values);
+}
+
+openvdb::FloatGrid::Ptr bakedGrid(const ScalarField& field, const BakeOptions& options, const std::string& name,
+                                  const Monitor& monitor) {
+    const Vec3d size = options.box.size();
+    const double longest = *std::max_element(size.c.begin(), size.c.end());
+    if (!options.box.finite() || !(*std::min_element(size.c.begin(), size.c.end()) > 0))
+        throw ValueError("the box to bake is empty or infinite; give box=");
+    const double voxel = options.voxel > 0 ? options.voxel : longest / options.dim;
+    openvdb::Coord last;
+    double voxels = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double count = std::max(1.0, std::round(size[axis] / voxel));
+        voxels *= count;
+        if (!(count < 0x1p30)) throw ValueError(fmt::format("voxels of {:.3g} are too small for the box", voxel));
+        last[axis] = static_cast<int>(count) - 1;
+    }
+    requireMemory(4.5 * voxels, fmt::format("{:.3g} voxels", voxels), "use larger voxels or a smaller box");
+    const auto where = openvdb::FloatGrid::create();
+    const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
+    const Vec3d& lower = options.box.lower;
+    transform->postTranslate({lower[0] + 0.5 * voxel, lower[1] + 0.5 * voxel, lower[2] + 0.5 * voxel});
+    where->setTransform(transform);
+    where->tree().denseFill(openvdb::CoordBBox({0, 0, 0}, last), 0.0f, true);
+    openvdb::FloatGrid::Ptr baked = sampledGrid(field, *where, name, monitor);
+    openvdb::tools::prune(baked->tree());
+    return baked;
+}
+
+} // namespace curlew
