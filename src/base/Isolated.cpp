@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <spawn.h>
-#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -20,23 +19,25 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
 #include <new>
+#include <optional>
 
 namespace curlew {
+
+/// What comes before the bytes of a part, or instead of more parts.
+struct PartReader::Heading {
+    enum class Kind : uint64_t { part = 1, done, valueError, fileError, resourceError };
+    Kind kind = Kind::part;
+    uint64_t size = 0; ///< Bytes of the part or of the error's message.
+};
 
 namespace {
 
 namespace fs = std::filesystem;
 
 constexpr const char* kMode = "--read-isolated";
-constexpr int kResult = 3, kAlive = 4; ///< Descriptors in the reader process: its output; a pipe open while it lives.
-
-/// How the reading ended. It is the first part of the result but is written last, so it is set only if the rest is
-/// complete.
-enum class Outcome : uint64_t { none, done, valueError, fileError, resourceError };
-
-/// The padding that makes the next part start at a multiple of 8 bytes.
-size_t paddingOf(size_t bytes) { return (8 - bytes % 8) % 8; }
+constexpr int kResult = 3; ///< Descriptor of the pipe in the reader process.
 
 /// A file descriptor, closed by close() or the destructor.
 struct Descriptor {
@@ -85,7 +86,7 @@ rlim_t secondsFor(const fs::path& path) {
 /// The reader process. The destructor kills it if it still runs.
 class Process {
   public:
-    Process(const std::vector<std::string>& arguments, int result, int alive) {
+    Process(const std::vector<std::string>& arguments, int result) {
         posix_spawn_file_actions_t files;
         posix_spawnattr_t attributes;
         posix_spawn_file_actions_init(&files);
@@ -93,10 +94,8 @@ class Process {
         posix_spawn_file_actions_addopen(&files, 0, "/dev/null", O_RDONLY, 0);
         posix_spawn_file_actions_addopen(&files, 1, "/dev/null", O_WRONLY, 0);
         posix_spawn_file_actions_addopen(&files, 2, "/dev/null", O_WRONLY, 0);
-        // Both are above kAlive, so dup2 overwrites neither before it is copied.
         posix_spawn_file_actions_adddup2(&files, result, kResult);
-        posix_spawn_file_actions_adddup2(&files, alive, kAlive);
-        posix_spawn_file_actions_addclosefrom_np(&files, kAlive + 1);
+        posix_spawn_file_actions_addclosefrom_np(&files, kResult + 1);
         // Ctrl-C in the terminal goes to the host only, which kills this process if it wants to.
         sigset_t none;
         sigemptyset(&none);
@@ -154,47 +153,101 @@ FileError crashed(const fs::path& path, int status) {
     return FileError(fmt::format("'{}' is damaged: {}; write or copy it again", path.string(), how));
 }
 
-/// Maps the shared memory that holds the result.
-std::string_view mapped(int file, std::shared_ptr<const void>& memory) {
-    const off_t size = lseek(file, 0, SEEK_END);
-    if (size <= 0) return {};
-    const auto bytes = static_cast<size_t>(size);
-    void* begin = mmap(nullptr, bytes, PROT_READ, MAP_SHARED | MAP_POPULATE, file, 0);
-    if (begin == MAP_FAILED) throw ResourceError("cannot map the data that was read into memory; free some memory");
-    memory = std::shared_ptr<const void>(begin, [bytes](const void* p) { munmap(const_cast<void*>(p), bytes); });
-    return {static_cast<const char*>(begin), bytes};
-}
-
-} // namespace
-
-void PartWriter::write(const void* data, size_t bytes) {
+/// Writes everything to a descriptor. Returns whether that was possible.
+bool writeAll(int file, const void* data, size_t bytes) {
     const char* from = static_cast<const char*>(data);
     while (bytes > 0) {
-        const ssize_t done = ::write(mFile, from, bytes);
+        const ssize_t done = ::write(file, from, bytes);
         if (done < 0 && errno == EINTR) continue;
-        if (done <= 0) throw FileError(fmt::format("cannot pass on the data that was read: {}", std::strerror(errno)));
+        if (done <= 0) return false;
         from += done;
         bytes -= static_cast<size_t>(done);
     }
+    return true;
 }
+
+/// The pipe from a reader process that runs.
+class ProcessSource final : public PartSource {
+  public:
+    ProcessSource(const std::string& reader, const fs::path& path, size_t memory, const Monitor& monitor)
+        : mPath(path), mMonitor(monitor) {
+        std::array<int, 2> ends{-1, -1};
+        if (pipe2(ends.data(), O_CLOEXEC) != 0) throw cannotStart("cannot create a pipe");
+        mPipe.number = moved(ends[0]);
+        const Descriptor output(moved(ends[1]));
+        if (mPipe.number < 0 || output.number < 0) throw cannotStart("cannot create a pipe");
+        fcntl(output.number, F_SETPIPE_SZ, 1 << 20); // larger is faster, but the limit may be lower
+        mProcess.emplace(std::vector<std::string>{isolatedProgram(), kMode, reader, path.string(),
+                                                  std::to_string(memory), std::to_string(secondsFor(path))},
+                         output.number);
+    }
+
+    void take(void* to, size_t bytes) override {
+        char* next = static_cast<char*>(to);
+        while (bytes > 0) {
+            mMonitor.check();
+            pollfd readable{.fd = mPipe.number, .events = POLLIN, .revents = 0};
+            if (poll(&readable, 1, 50) <= 0) continue;
+            const ssize_t done = ::read(mPipe.number, next, bytes);
+            if (done < 0 && errno == EINTR) continue;
+            if (done <= 0) throw crashed(mPath, mProcess->wait());
+            next += done;
+            bytes -= static_cast<size_t>(done);
+        }
+    }
+
+  private:
+    fs::path mPath;
+    Monitor mMonitor;
+    Descriptor mPipe{-1};
+    std::optional<Process> mProcess; ///< Ends before the pipe is closed.
+};
+
+} // namespace
 
 void PartWriter::part(const void* data, size_t bytes) {
-    const uint64_t size = bytes;
-    constexpr uint64_t zeros = 0;
-    write(&size, sizeof size);
-    write(data, bytes);
-    write(&zeros, paddingOf(bytes));
+    const PartReader::Heading heading{.size = bytes};
+    if (!writeAll(mFile, &heading, sizeof heading) || !writeAll(mFile, data, bytes))
+        throw FileError(fmt::format("cannot pass on the data that was read: {}", std::strerror(errno)));
 }
 
-std::string_view PartReader::part() {
-    uint64_t size = 0;
-    if (mLeft.size() < sizeof size) throw damaged();
-    std::memcpy(&size, mLeft.data(), sizeof size);
-    mLeft.remove_prefix(sizeof size);
-    if (size > mLeft.size()) throw damaged();
-    const std::string_view bytes = mLeft.substr(0, size);
-    mLeft.remove_prefix(std::min<size_t>(mLeft.size(), size + paddingOf(size)));
-    return bytes;
+/// Takes the next heading. Throws the error that it announces.
+PartReader::Heading PartReader::next() {
+    Heading heading;
+    mSource->take(&heading, sizeof heading);
+    if (heading.size > mLeft) throw damaged();
+    mLeft -= heading.size;
+    const auto message = [&] {
+        constexpr uint64_t longest = 1 << 16;
+        std::string text(std::min(heading.size, longest), '\0');
+        mSource->take(text.data(), text.size());
+        return text;
+    };
+    switch (heading.kind) {
+        case Heading::Kind::valueError:
+            throw ValueError(message());
+        case Heading::Kind::fileError:
+            throw FileError(message());
+        case Heading::Kind::resourceError:
+            throw ResourceError(message());
+        default:
+            return heading;
+    }
+}
+
+size_t PartReader::nextSize() {
+    const Heading heading = next();
+    if (heading.kind != Heading::Kind::part) throw damaged();
+    return heading.size;
+}
+
+std::string PartReader::text() {
+    const std::vector<char> bytes = array<char>();
+    return {bytes.begin(), bytes.end()};
+}
+
+void PartReader::finish() {
+    if (next().kind != Heading::Kind::done) throw damaged();
 }
 
 FileError PartReader::damaged() const {
@@ -216,41 +269,8 @@ void setReadsIsolated(bool on) { hostWantsIsolation = on; }
 
 PartReader readIsolated(const std::string& reader, const fs::path& path, const Monitor& monitor) {
     monitor.check();
-    const Descriptor result(moved(memfd_create("curlew", MFD_CLOEXEC)));
-    if (result.number < 0) throw cannotStart("cannot create shared memory");
-    std::array<int, 2> ends{-1, -1};
-    if (pipe2(ends.data(), O_CLOEXEC) != 0) throw cannotStart("cannot create a pipe");
-    const Descriptor living(moved(ends[0]));
-    Descriptor alive(moved(ends[1]));
-    if (living.number < 0 || alive.number < 0) throw cannotStart("cannot create a pipe");
-
-    Process process({isolatedProgram(), kMode, reader, path.string(), std::to_string(availableMemory()),
-                     std::to_string(secondsFor(path))},
-                    result.number, alive.number);
-    alive.close();
-    for (pollfd end{.fd = living.number, .events = 0, .revents = 0}; poll(&end, 1, 50) <= 0;) monitor.check();
-    const int status = process.wait();
-
-    std::shared_ptr<const void> memory;
-    std::string_view bytes = mapped(result.number, memory);
-    auto outcome = Outcome::none;
-    if (bytes.size() >= sizeof outcome) {
-        std::memcpy(&outcome, bytes.data(), sizeof outcome);
-        bytes.remove_prefix(sizeof outcome);
-    }
-    PartReader parts(memory, bytes, path);
-    switch (outcome) {
-        case Outcome::done:
-            return parts;
-        case Outcome::valueError:
-            throw ValueError(std::string(parts.text()));
-        case Outcome::fileError:
-            throw FileError(std::string(parts.text()));
-        case Outcome::resourceError:
-            throw ResourceError(std::string(parts.text()));
-        default:
-            throw crashed(path, status);
-    }
+    const size_t memory = availableMemory();
+    return {std::make_unique<ProcessSource>(reader, path, memory, monitor), memory, path};
 }
 
 bool isIsolatedReader(const std::vector<std::string>& arguments) {
@@ -269,33 +289,31 @@ int runIsolatedReader(const std::vector<std::string>& arguments, IsolatedReader 
     limit(RLIMIT_AS, std::strtoull(arguments[3].c_str(), nullptr, 10) + addresses);
     limit(RLIMIT_CPU, std::strtoull(arguments[4].c_str(), nullptr, 10));
 
-    const auto finish = [](Outcome outcome) {
-        return pwrite(kResult, &outcome, sizeof outcome, 0) == ssize_t{sizeof outcome} ? EXIT_SUCCESS : EXIT_FAILURE;
+    using Kind = PartReader::Heading::Kind;
+    const auto answer = [](Kind kind, std::string_view message = {}) {
+        const PartReader::Heading heading{.kind = kind, .size = message.size()};
+        return writeAll(kResult, &heading, sizeof heading) && writeAll(kResult, message.data(), message.size());
     };
-    const auto fail = [&](Outcome outcome, std::string_view message) {
-        if (ftruncate(kResult, sizeof outcome) != 0 || lseek(kResult, sizeof outcome, SEEK_SET) < 0)
-            return EXIT_FAILURE;
-        PartWriter(kResult).text(message);
-        return finish(outcome);
+    const auto fail = [&](Kind kind, std::string_view message) {
+        answer(kind, message);
+        return EXIT_FAILURE;
     };
     try {
-        const auto none = Outcome::none;
-        if (::write(kResult, &none, sizeof none) != ssize_t{sizeof none}) return EXIT_FAILURE;
         const IsolatedReader reader = readerOf(arguments[1]);
         if (!reader) return EXIT_FAILURE;
         PartWriter parts(kResult);
         reader(arguments[2], parts);
-        return finish(Outcome::done);
+        return answer(Kind::done) ? EXIT_SUCCESS : EXIT_FAILURE;
     } catch (const ValueError& error) {
-        return fail(Outcome::valueError, error.what());
+        return fail(Kind::valueError, error.what());
     } catch (const FileError& error) {
-        return fail(Outcome::fileError, error.what());
+        return fail(Kind::fileError, error.what());
     } catch (const ResourceError& error) {
-        return fail(Outcome::resourceError, error.what());
+        return fail(Kind::resourceError, error.what());
     } catch (const std::bad_alloc&) {
-        return fail(Outcome::resourceError, "out of memory while reading the file; free some memory");
+        return fail(Kind::resourceError, "out of memory while reading the file; free some memory");
     } catch (const std::exception& error) {
-        return fail(Outcome::fileError, fmt::format("'{}' cannot be read: {}", arguments[2], error.what()));
+        return fail(Kind::fileError, fmt::format("'{}' cannot be read: {}", arguments[2], error.what()));
     }
 }
 

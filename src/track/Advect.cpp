@@ -341,9 +341,9 @@ AdvectResult advect(const FlowInTime& flow, Points& particles, double begin, con
     const std::vector<uint32_t> order = orderFor(before.flow, particles);
     const AdvectScales scales = scalesOf(before.flow, options);
     // Without an accuracy, use the given number: creating a wall that changes is expensive.
-    const auto [count, freezingError] = options.accuracy > 0
-                                            ? freezingOf(flow, before.flow, begin, accurate, scales, monitor)
-                                            : Freezing{.moments = options.steps > 0 ? options.steps : kMoments};
+    const Freezing freezing = options.accuracy > 0 ? freezingOf(flow, before.flow, begin, accurate, scales, monitor)
+                                                   : Freezing{.moments = options.steps > 0 ? options.steps : kMoments};
+    const int count = freezing.moments;
     const AdvectOptions one = oneOf(count, accurate);
     AdvectResult total;
     const auto flowAt = [&](double part) {
@@ -365,7 +365,7 @@ AdvectResult advect(const FlowInTime& flow, Points& particles, double begin, con
     if (const auto wall = wallVelocity(flow, begin + options.time, lastWay(options.time, count)))
         addWallVelocity(*wall, particles);
     total.moments = static_cast<size_t>(count);
-    total.freezing = freezingError;
+    total.freezing = freezing.error;
     total.points = end.points;
     total.outside = end.outside;
     total.notConverged = end.notConverged;

@@ -53,7 +53,10 @@ TEST_CASE("isolated reading: a crash or invalid answer of the reader is an error
     test::store(folder / "p.glb", bytesOf(test::sourceDir() + "/scenes/walker.glb"));
     for (const char* script : {"kill -SEGV $$", "kill -ABRT $$", "exit 0", "exit 1", "echo nonsense >&3",
                                "head -c 99 /dev/zero >&3", "printf '\\001\\0\\0\\0\\0\\0\\0\\0' >&3",
-                               "printf '\\001\\0\\0\\0\\0\\0\\0\\0\\377\\377\\377\\377\\377\\377\\377\\377' >&3"})
+                               "printf '\\001\\0\\0\\0\\0\\0\\0\\0\\377\\377\\377\\377\\377\\377\\377\\377' >&3",
+                               // a part of 1 GB that never arrives; success without any part
+                               "printf '\\001\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\100\\0\\0\\0\\0' >&3",
+                               "printf '\\002\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0' >&3"})
         for (const char* file : {"p.vdb", "p.exr", "p.glb"}) {
             CAPTURE(script, file);
             reader(folder, script);

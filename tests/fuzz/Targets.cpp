@@ -83,13 +83,25 @@ bool readMeshTarget(std::string_view bytes) {
     return accepts([&] { readMesh(scratch().with(kName, bytes)); });
 }
 
+/// Bytes instead of a process.
+class BytesSource final : public PartSource {
+  public:
+    explicit BytesSource(std::string_view bytes) : mLeft(bytes) {}
+    void take(void* to, size_t bytes) override {
+        if (bytes > mLeft.size()) throw FileError("the process ended");
+        std::memcpy(to, mLeft.data(), bytes);
+        mLeft.remove_prefix(bytes);
+    }
+
+  private:
+    std::string_view mLeft;
+};
+
 /// Reads the data that the model reader process passes on. Assimp itself is not a target, because it is known to crash
 /// and therefore runs in that process.
 bool readModelTarget(std::string_view bytes) {
     return accepts([&] {
-        const auto memory = std::make_shared<std::vector<uint64_t>>((bytes.size() + 7) / 8); // parts are aligned
-        std::memcpy(memory->data(), bytes.data(), bytes.size());
-        PartReader parts(memory, {reinterpret_cast<const char*>(memory->data()), bytes.size()}, "a.glb");
+        PartReader parts(std::make_unique<BytesSource>(bytes), bytes.size(), "a.glb");
         const AnimatedMesh model(app::takeModel(parts));
         for (size_t clip = 0; clip < model.clips().size(); ++clip) model.at({.clip = clip, .seconds = 0.3});
     });

@@ -11,8 +11,9 @@ from typing import Dict, Iterable, Iterator, List, Tuple
 # Libraries that every Linux desktop provides in a suitable version.
 _BASE = re.compile(r"(linux-vdso|ld-linux-x86-64|lib(c|m|dl|rt|pthread|gcc_s|stdc\+\+|z))\.")
 FOLDER = "lib"  # beside the library
-# Packages of libraries that consist of headers.
+# Packages of libraries that consist of headers, and of those that are linked statically.
 HEADERS = ("libhwy-dev", "libkissfft-dev", "libnanoflann-dev", "libnanovdb-dev", "nlohmann-json3-dev")
+STATIC = ("libboost-iostreams-dev", "libopenvdb-dev")
 
 
 def _run(*words: object) -> str:
@@ -78,8 +79,54 @@ def _accept_older_runtime(copy: Path) -> None:
     copy.write_bytes(data)
 
 
+def _sections(data: bytearray) -> Dict[bytes, Tuple[int, int]]:
+    """Returns the place and size of each section of a 64-bit ELF file."""
+    table, = struct.unpack_from("<Q", data, 0x28)
+    step, count, names = struct.unpack_from("<HHH", data, 0x3A)
+    headers = [struct.unpack_from("<IIQQQQ", data, table + k * step) for k in range(count)]
+    strings = headers[names][4]
+    return {bytes(data[strings + h[0]:data.index(b"\0", strings + h[0])]): (h[4], h[5]) for h in headers}
+
+
+def _gnu_hash(name: bytes) -> int:
+    value = 5381
+    for byte in name:
+        value = (value * 33 + byte) & 0xFFFFFFFF
+    return value
+
+
+def _rename_embree(copy: Path) -> None:
+    """Renames Embree's functions rtc… to cur… where an ELF file defines or needs them. Embree 3 and 4 have functions of
+    the same names with different parameters, and those of a host that has loaded Embree 4 would be called."""
+    data = bytearray(copy.read_bytes())
+    sections = _sections(data)
+    (symbols, size), (strings, _), (table, room) = (sections[n] for n in (b".dynsym", b".dynstr", b".gnu.hash"))
+    names, defined = [], False
+    for symbol in range(symbols, symbols + size, 24):
+        offset, _, _, section = struct.unpack_from("<IBBH", data, symbol)
+        place = strings + offset
+        name = bytes(data[place:data.index(b"\0", place)])
+        if re.match(rb"rtc[A-Z]", name):
+            if data[place - 1]:
+                raise ValueError(f"'{copy}' has a name that ends in another, {name.decode()}")
+            data[place:place + 3] = b"cur"
+            defined = defined or section != 0
+        names.append(bytes(data[place:place + len(name)]))
+    if defined:  # the table of hashes: one bucket of all names, and a filter that lets everything pass
+        buckets, first, words, shift = struct.unpack_from("<IIII", data, table)
+        hashes = [_gnu_hash(name) & ~1 for name in names[first:]]
+        hashes[-1] |= 1
+        new = struct.pack("<IIII", 1, first, words, shift) + b"\xFF" * (8 * words)
+        new += struct.pack(f"<{1 + len(hashes)}I", first, *hashes)
+        assert len(new) <= room
+        data[table:table + len(new)] = new
+    copy.write_bytes(data)
+
+
 def _connect(copy: Path, where: str) -> None:
     """Makes a copy search for its dependencies in the bundle."""
+    _run("strip", "--strip-unneeded", copy)  # of names for debuggers, before patchelf moves sections
+    _rename_embree(copy)
     _run("patchelf", "--set-rpath", where, copy)
     for name in _run("patchelf", "--print-needed", copy).split():
         if not _BASE.match(name):
@@ -110,6 +157,7 @@ def bundle_program(program: Path, folder: Path, where: str = "bin") -> List[Path
     for name in (where, FOLDER):
         (folder / name).mkdir(exist_ok=True)
     copy = Path(shutil.copy(program, folder / where / program.name))
+    _run("strip", "--strip-unneeded", copy)
     _run("patchelf", "--set-rpath", "$ORIGIN" if where == FOLDER else f"$ORIGIN/../{FOLDER}", copy)
     originals = needed(program)
     for soname, path in sorted(originals.items()):
@@ -130,8 +178,8 @@ def _owner(library: Path) -> str:
 
 
 def contained(libraries: Iterable[Path]) -> List[str]:
-    """Returns the Debian packages of these libraries, and those of the headers that are compiled into Curlew."""
-    return sorted({*HEADERS, *map(_owner, libraries)})
+    """Returns the Debian packages of these libraries, and those of the libraries that are part of Curlew itself."""
+    return sorted({*HEADERS, *STATIC, *map(_owner, libraries)})
 
 
 def licences(packages: Iterable[str]) -> Dict[str, bytes]:

@@ -4,7 +4,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/base/Monitor.h"
 
-#include <cstring>
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -16,10 +16,10 @@ namespace curlew {
 
 // Untrusted files are read in a process of their own. If a damaged file makes the reading library crash, hang or
 // exhaust memory, it ends that process and not the host. The process runs the command `curlew` in a mode that its help
-// does not show. It is spawned and not forked, because hosts have threads. It returns the data as parts in shared
-// memory.
+// does not show. It is spawned and not forked, because hosts have threads. It returns the data as parts in a pipe,
+// which the host takes while the process still writes.
 
-/// Writes arrays and texts for the host process. Throws FileError if there is no room for them.
+/// Writes arrays and texts for the host process. Throws FileError if the host does not take them.
 class PartWriter {
   public:
     explicit PartWriter(int file) : mFile(file) {}
@@ -33,35 +33,58 @@ class PartWriter {
 
   private:
     void part(const void* data, size_t bytes);
-    void write(const void* data, size_t bytes);
 
     int mFile;
 };
 
+/// The bytes that a reader process returns.
+class PartSource {
+  public:
+    virtual ~PartSource() = default;
+
+    /// Copies the next `bytes` bytes. Throws FileError if there are fewer, and what the process reported instead of
+    /// them.
+    virtual void take(void* to, size_t bytes) = 0;
+};
+
 /// Returns the parts in the order in which they were written. Throws FileError, naming the file that was read, if a
-/// part does not match what the caller requests: the reader process is trusted no more than the file.
+/// part does not match what the caller requests or all parts together have more than `most` bytes: the reader process
+/// is trusted no more than the file. Rethrows the ValueError, FileError or ResourceError that the reader threw.
 class PartReader {
   public:
-    PartReader(std::shared_ptr<const void> memory, std::string_view bytes, std::filesystem::path path)
-        : mMemory(std::move(memory)), mLeft(bytes), mPath(std::move(path)) {}
+    PartReader(std::unique_ptr<PartSource> source, size_t most, std::filesystem::path path)
+        : mSource(std::move(source)), mLeft(most), mPath(std::move(path)) {}
 
     template <class T>
     std::vector<T> array() {
         static_assert(std::is_trivially_copyable_v<T>);
-        const std::string_view bytes = part();
-        if (bytes.size() % sizeof(T) != 0) throw damaged();
-        const T* first = reinterpret_cast<const T*>(bytes.data()); // parts start at multiples of 8 bytes
-        return std::vector<T>(first, first + bytes.size() / sizeof(T));
+        const size_t bytes = nextSize(), count = bytes / sizeof(T);
+        if (bytes % sizeof(T) != 0) throw damaged();
+        std::vector<T> values;
+        values.reserve(count);
+        // Memory is used only for what arrives.
+        constexpr size_t step = kStep / sizeof(T) + 1;
+        for (size_t k = 0; k < count; k = values.size()) {
+            values.resize(std::min(count, k + step));
+            mSource->take(values.data() + k, (values.size() - k) * sizeof(T));
+        }
+        return values;
     }
-    std::string_view text() { return part(); }
-    size_t left() const { return mLeft.size(); } ///< Bytes of the parts that have not been taken.
+    std::string text();
+    size_t left() const { return mLeft; } ///< What remains of `most`.
+    void finish();                        ///< After the last part: throws unless the reader has ended with success.
     FileError damaged() const;
 
-  private:
-    std::string_view part();
+    struct Heading;
 
-    std::shared_ptr<const void> mMemory;
-    std::string_view mLeft;
+  private:
+    static constexpr size_t kStep = 1 << 18;
+
+    Heading next();
+    size_t nextSize();
+
+    std::unique_ptr<PartSource> mSource;
+    size_t mLeft;
     std::filesystem::path mPath;
 };
 
@@ -80,9 +103,9 @@ bool readsIsolated();
 void setReadsIsolated(bool on);
 
 /// Runs the named `reader` on a file in a new process. The process may use the memory that is available now, and
-/// processor time of 30 s plus 1 s per MB of the file. Rethrows the ValueError, FileError or ResourceError that the
-/// reader threw. Throws FileError if the process ended without an answer, ResourceError if it cannot be started, and
-/// Interrupted if the monitor cancels. Requires isolatedProgram(). Safe to call from several threads.
+/// processor time of 30 s plus 1 s per MB of the file. Throws ResourceError if it cannot be started. The parts throw
+/// FileError if the process ended without an answer, and Interrupted if the monitor cancels. Requires
+/// isolatedProgram(). Safe to call from several threads.
 PartReader readIsolated(const std::string& reader, const std::filesystem::path& path, const Monitor& monitor);
 
 /// For the reader process: isIsolatedReader() returns whether these are its arguments, and runIsolatedReader() reads

@@ -88,8 +88,11 @@ Contents readContents(const std::string& reader, const fs::path& path, const Mon
         if (points.y.size() != points.size() || points.z.size() != points.size() || points.id.size() != points.size())
             throw parts.damaged();
     }
-    if (std::find(arePoints.begin(), arePoints.end(), 0) == arePoints.end()) return contents;
-    auto grids = readVdbBytes(parts.text(), path, monitor);
+    const bool anyGrid = std::find(arePoints.begin(), arePoints.end(), 0) != arePoints.end();
+    const std::string bytes = anyGrid ? parts.text() : std::string();
+    parts.finish();
+    if (!anyGrid) return contents;
+    auto grids = readVdbBytes(bytes, path, monitor);
     for (VdbContent& content : contents) {
         if (std::holds_alternative<Points>(content.value)) continue;
         if (grids.empty()) throw parts.damaged();
@@ -133,6 +136,7 @@ Image readExrImage(const fs::path& path, const Monitor& monitor) {
     image.width = size[0], image.height = size[1];
     for (uint64_t k = 0; k < channels[0]; ++k) image.channels.emplace_back(parts.text());
     image.pixels = parts.array<float>();
+    parts.finish();
     try {
         checkImage(image);
     } catch (const ValueError&) {
@@ -144,7 +148,9 @@ Image readExrImage(const fs::path& path, const Monitor& monitor) {
 AnimatedMesh readModel(const fs::path& path, const Monitor& monitor) {
     if (!readsIsolated()) return AnimatedMesh::read(path, monitor.cancelled);
     PartReader parts = readIsolated("model", path, monitor);
-    return AnimatedMesh(takeModel(parts));
+    ModelData model = takeModel(parts);
+    parts.finish();
+    return AnimatedMesh(std::move(model));
 }
 
 IsolatedReader isolatedReaderOf(const std::string& name) {
