@@ -48,11 +48,11 @@ CURLEW_API const char* curlew_version(void);
     failure. */
 CURLEW_API const char* curlew_registry(void);
 
-/** Sets whether .vdb files with points and .exr images are read by a separate process, so that a damaged file cannot
-    crash this process: 1 (the default) or 0. The setting applies to the whole process. The separate process is the
-    command `curlew`: the one that the environment variable CURLEW_READER names, or else the one beside this library or
-    in the bin/ of its installation. If there is none, the files are read in this process. Returns 1 if a separate
-    process now reads these files, otherwise 0. */
+/** Sets whether files that could crash the library that reads them (.vdb with points, .nvdb, .exr, .gltf, .glb, .fbx,
+    .dae) are read by a separate process, so that a damaged file cannot crash this process: 1 (the default) or 0. The
+    setting applies to the whole process. The separate process is the command `curlew`: the one that the environment
+    variable CURLEW_READER names, or else the one beside this library or in the bin/ of its installation. If there is
+    none, the files are read in this process. Returns 1 if a separate process now reads these files, otherwise 0. */
 CURLEW_API int32_t curlew_read_isolated(int32_t on);
 
 /* --- errors ----------------------------------------------------------------------------------------------------- */

@@ -3,6 +3,7 @@
 
 Runs each command in its shell blocks that begins with curlew, or with one of OpenVDB's tools if that tool is installed. If a
 library is given, also runs the Python blocks as one script, except those that need Blender (see tests/blender/pages_test.py).
+Each line of a text block must be part of a line that one of these programs prints; a line of ... stands for others.
 """
 
 import os
@@ -39,6 +40,12 @@ def script(text):
     return "\n".join(block for block in blocks(text, "python") if not re.search(r"^import bpy", block, re.MULTILINE))
 
 
+def missing(text, printed):
+    """Returns the lines of the page's text blocks that are not part of a printed line."""
+    shown = [line.strip() for block in blocks(text, "text") for line in block.splitlines()]
+    return [line for line in shown if line not in ("", "...") and not any(line in other for other in printed)]
+
+
 def main(page, curlew, library=None):
     text = Path(page).read_text()
     found = list(commands(text))
@@ -47,19 +54,21 @@ def main(page, curlew, library=None):
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "scenes").symlink_to(ROOT / "scenes")
         environment = {**os.environ, "PATH": f"{Path(curlew).resolve().parent}:{os.environ['PATH']}"}
-        program = script(text)
+        program, printed = script(text), []
         if library and program:
             environment.update(CURLEW_LIBRARY=library, PYTHONPATH=str(ROOT / "plugin/python"), PYTHONDONTWRITEBYTECODE="1")
             run = subprocess.run(["/usr/bin/python3", "-c", program], cwd=folder, env=environment, capture_output=True, text=True)
             if run.returncode != 0:
                 return f"the Python of {page} ended with {run.returncode}:\n{run.stderr}"
             print(run.stdout, end="")
+            printed += (run.stdout + run.stderr).splitlines()
         for command in found:
             run = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, capture_output=True, text=True)
             if run.returncode != 0:
                 return f"{command}ended with {run.returncode}:\n{run.stderr}"
             print(command.splitlines()[0], *(line for line in run.stderr.splitlines() if "warning" in line), sep="\n    ")
-    return 0
+            printed += (run.stdout + run.stderr).splitlines()
+    return "\n".join(f"{page} shows a line that nothing prints: {line}" for line in missing(text, printed)) or 0
 
 
 sys.exit(main(*sys.argv[1:]))

@@ -13,7 +13,6 @@ namespace curlew {
 /// regression, which pools the values where o rises while r falls. Replacing q ones followed by p zeros with p zeros
 /// followed by q ones costs a squared distance of pq/(p+q). Below 3/4 that leaves (p, q) = (1, 1), (2, 1) and (1, 2),
 /// once at each corner.
-/// that leaves (p, q) = (1, 1), (2, 1) and (1, 2), once at each corner.
 template <int N>
 struct NearVertex {
     static constexpr int kCount = 4 * (N + 1);

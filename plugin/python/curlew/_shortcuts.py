@@ -22,9 +22,9 @@ def registry() -> Dict[str, Any]:
 
 
 def read_isolated(on: bool = True) -> bool:
-    """Sets whether .vdb files with points and .exr images are read by a separate process; on by default.
+    """Sets whether files that could crash the library that reads them are read by a separate process; on by default.
 
-    A damaged file then cannot crash this process. The setting applies to the whole process. It needs the command
+    These are .vdb with points, .nvdb, .exr, .gltf, .glb, .fbx and .dae. A damaged file then cannot crash this process. The setting applies to the whole process. It needs the command
     `curlew`: the one that the environment variable CURLEW_READER names, or else the one beside the library or in the
     bin/ of its installation. Returns whether a separate process now reads such files.
     """
