@@ -33,7 +33,7 @@ GALLERY = """<!-- SPDX-License-Identifier: Apache-2.0 -->
 
 Made by `./dev gallery`. It runs each scene from the top of the checkout with the command below the picture, here {width} pixels
 wide (`-set width={width}`). The list after the command gives the values of this run and the bounds that the scene checks.
-The last line names the source: a paper ([docs/math.md](math.md) has their titles), or "ours" if it is in none of them.
+The last line names the source: a paper ([docs/math.md](math.md) has their titles), or "original" if it reproduces no paper.
 """
 TABLES = """<!-- SPDX-License-Identifier: Apache-2.0 -->
 # The papers' tables

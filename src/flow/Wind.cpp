@@ -35,8 +35,8 @@ Vec3d windAcross(const Sdf& shape, const WindOptions& options) {
     if (options.across) {
         const Vec3d b = acrossOf(*options.across, n);
         if (!(length(b) > 1e-6 * length(*options.across)))
-            throw ValueError("the wind cannot give way along its own direction; choose another direction");
-        return unitOf(b, "the direction in which the wind gives way");
+            throw ValueError("across= is parallel to the wind; choose another direction");
+        return unitOf(b, "the direction across the wind (across=)");
     }
     std::optional<Vec3d> narrowest;
     for (const int i : {1, 2, 0}) { // of equal extents, up comes first

@@ -64,7 +64,7 @@ class Lights {
         if (mFinish == Finish::outline) return albedo * (0.03 + 0.9 * away * away * away);
         if (mFinish == Finish::mirror) {
             Vec3d light = times(albedo, studio(n * (2 * facing) - toEye));
-            // saturates like film: at its edge the film reflects everything
+            // saturates, because a film reflects all light at grazing angles
             for (double& part : light.c) part = 1 - std::exp(-part);
             return light;
         }

@@ -50,8 +50,8 @@ GuardedStepper<N> wholeStepper(const FlowN<N>& flow, const FlowRmsN<N>& rms, con
     return {flow, StepBy::time, options.usedScheme(), reprojection, {.convergence = false, .walls = guarded}};
 }
 
-/// Returns how many points with adaptive steps one thread takes at a time: new points can start while others are still
-/// under way, and only the last of them leave lanes idle. At least 32 such pools keep many processors busy. Does not
+/// Returns how many points with adaptive steps one thread takes at a time: new points can start while others
+/// still move, and only the last points leave lanes idle. At least 32 such pools keep many processors busy. Does not
 /// depend on the number of threads.
 size_t poolSize(size_t points) { return kBatch * std::clamp<size_t>(points / (32 * kBatch), 1, 32); }
 

@@ -179,7 +179,7 @@ class BatchAdvector {
         return left > 0;
     }
 
-    /// Moves every point by its own adaptive steps. The batch under way is kept full as long as points remain: when one
+    /// Moves every point by its own adaptive steps. The active batch stays full as long as points remain: when one
     /// arrives, the next one takes its place.
     void advanceAdaptively(const Monitor& monitor) {
         const double time = std::abs(mOptions.time), sign = mOptions.time < 0 ? -1 : 1;

@@ -158,12 +158,13 @@ void NeighboursN<N>::count(size_t point, double width, std::vector<double>& bins
 
 template <int N>
 Spacing spacingOf(const Positions<N>& points, const Monitor& monitor) {
-    if (points.size() < 2) throw ValueError(fmt::format("{} points have no distances; give at least 2", points.size()));
+    if (points.size() < 2)
+        throw ValueError(fmt::format("nearest neighbours need at least 2 points, not {}", points.size()));
     return spacingOf(NeighboursN<N>(points, monitor).nearestDistances(1, monitor));
 }
 
 Spacing spacingOf(std::vector<double> nearestDistances) {
-    if (nearestDistances.empty()) throw ValueError("there are no distances to take the median of");
+    if (nearestDistances.empty()) throw ValueError("no distances are given, so there is no median");
     const auto middle = nearestDistances.begin() + static_cast<std::ptrdiff_t>(nearestDistances.size() / 2);
     std::nth_element(nearestDistances.begin(), middle, nearestDistances.end());
     return {.median = *middle, .minimum = *std::min_element(nearestDistances.begin(), middle + 1)};

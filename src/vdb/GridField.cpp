@@ -40,7 +40,7 @@ void checkValues(const openvdb::FloatGrid& grid) {
 
 ScalarField gridField(const openvdb::GridBase& grid, const Monitor& monitor) {
     if (grid.activeVoxelCount() == 0)
-        throw ValueError(fmt::format("grid '{}' has no active voxels, so it is no field", grid.getName()));
+        throw ValueError(fmt::format("grid '{}' has no active voxels; a field needs some", grid.getName()));
     const openvdb::math::Transform& transform = grid.constTransform();
     if (!transform.isLinear() || !transform.hasUniformScale())
         throw ValueError(fmt::format("the voxels of grid '{}' are not cubes; resample it first", grid.getName()));

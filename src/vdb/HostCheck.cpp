@@ -49,7 +49,7 @@ class HostCheck {
     }
 
     std::vector<std::string> run(bool numbered) {
-        if (!mHost.readsVdb) add("{0} reads no .vdb; write another format for it (docs/hosts/{0}.md)", mHost.name);
+        if (!mHost.readsVdb) add("{0} does not read .vdb; write another format (docs/hosts/{0}.md)", mHost.name);
         checkCreator();
         checkVelocity();
         if (numbered && !(*mMetadata)["fps"] && !(*mMetadata)["frames_per_second"])
@@ -69,7 +69,7 @@ class HostCheck {
     void checkCreator() {
         const auto creator = mMetadata->getMetadata<openvdb::StringMetadata>(GridBase::META_GRID_CREATOR);
         if (mHost.name == "blender" && creator && creator->value().starts_with("Houdini"))
-            add("its creator is '{}', so Blender turns its axes; write it with another creator",
+            add("its creator is '{}', so Blender rotates its axes; write it with another creator",
                 printable(creator->value()));
     }
 
@@ -104,8 +104,9 @@ class HostCheck {
             add("'{}' is not of the class fog volume, which {} requires; write it with target={}", name, mHost.name,
                 mHost.name);
         if (grid->getVectorType() != openvdb::VEC_CONTRAVARIANT_RELATIVE)
-            add("the vector type of '{}' is {}, not contravariant relative, so transforms would not turn it", name,
-                GridBase::vecTypeToString(grid->getVectorType()));
+            add("the vector type of '{}' is {}, not contravariant relative, so a transform of the volume would not "
+                "rotate it",
+                name, GridBase::vecTypeToString(grid->getVectorType()));
         const bool alone = std::none_of(mGrids.begin(), mGrids.end(),
                                         [](const GridBase::Ptr& other) { return other->valueType() == "float"; });
         if (mHost.wholeVolumes && alone)

@@ -82,8 +82,8 @@ class LevelSetSequence::Implementation {
         const auto crossings = map.crossings(quiet(monitor));
         if (crossings.empty())
             throw ValueError(fmt::format(
-                "at {:.6g} s nothing is left of the level set that voxels of {:.6g} can resolve; use smaller voxels",
-                time, mVoxelSize));
+                "at {:.6g} s, the level set is thinner than voxels of {:.6g} everywhere; use smaller voxels", time,
+                mVoxelSize));
         const bool restart = std::abs(time - mBegan) >= mHorizon * (1 - 1e-9);
         const ClosestPoints closest(map, crossings, restart ? std::max(mHalfWidth, kSourceBand) : mHalfWidth,
                                     quiet(monitor));

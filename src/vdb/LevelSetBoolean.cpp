@@ -212,7 +212,8 @@ LevelSet sampledShape(const Sdf& shape, const LevelSet& like, const Monitor& mon
     for (auto& leaf : leaves)
         if (!leaf->isEmpty()) grid->tree().addLeaf(leaf.release());
     openvdb::tools::signedFloodFill(grid->tree());
-    if (!enclosesSomething(*grid)) throw ValueError("the shape encloses no voxel of the level set's size");
+    if (!enclosesSomething(*grid))
+        throw ValueError("the shape contains no voxel centre of the level set's grid; use smaller voxels");
     grid->setName("surface");
     return {grid, nullptr};
 }

@@ -20,7 +20,7 @@ namespace curlew {
 namespace {
 
 Box boundsOf(const std::vector<Vec3d>& vertices, const std::vector<Vec<uint32_t, 3>>& triangles) {
-    if (triangles.empty()) throw ValueError("a mesh without faces has no surface");
+    if (triangles.empty()) throw ValueError("the mesh has no faces");
     Box box{vertices.at(triangles[0][0]), vertices.at(triangles[0][0])};
     for (const auto& triangle : triangles)
         for (const uint32_t k : triangle.c)
@@ -28,7 +28,7 @@ Box boundsOf(const std::vector<Vec3d>& vertices, const std::vector<Vec<uint32_t,
                 box.lower[axis] = std::min(box.lower[axis], vertices.at(k)[axis]);
                 box.upper[axis] = std::max(box.upper[axis], vertices.at(k)[axis]);
             }
-    if (!box.finite() || !(length(box.size()) > 0)) throw ValueError("a mesh without size has no surface");
+    if (!box.finite() || !(length(box.size()) > 0)) throw ValueError("the mesh has no extent");
     return box;
 }
 

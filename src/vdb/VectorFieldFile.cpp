@@ -115,10 +115,11 @@ void requireHalves(const GridBase& grid, const WorldBox<Vec3SGrid>& box) {
     for (size_t n = 0; n < box.count(); ++n)
         for (int k = 0; k < 3; ++k)
             if (const float value = box.at(n)[k]; std::abs(value) > kMaxFgaValue)
-                throw ValueError(fmt::format(
-                    "{} has a component of {:g}, above {:.0f}, the most that the 16-bit floats of a vector field hold; "
-                    "lower the speed or the unit",
-                    titleOf(grid), value, kMaxFgaValue));
+                throw ValueError(
+                    fmt::format("{} has a component of {:g}, above {:.0f}, the largest value that the 16-bit floats of "
+                                "a vector field can hold; "
+                                "lower the speed or the unit",
+                                titleOf(grid), value, kMaxFgaValue));
 }
 
 template <class GridType, class Append>

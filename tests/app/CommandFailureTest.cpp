@@ -317,7 +317,7 @@ TEST_CASE("command: an interrupt stops any work quickly and leaves no file", "[a
     CHECK(folder.names().empty());
 }
 
-TEST_CASE("command: closed and unread streams do no harm", "[app][command]") {
+TEST_CASE("command: closed and unread output streams do not change the result", "[app][command]") {
     const Folder folder;
     const auto status = [&](const std::string& line) {
         CAPTURE(line);

@@ -137,7 +137,7 @@ TEST_CASE("command: a staggered grid is divergence-free to rounding and a colloc
     CHECK(divergence("0") > 1e-3);
 }
 
-TEST_CASE("command: check strict=1 fails if a promise does not hold", "[app][command]") {
+TEST_CASE("command: check strict=1 fails if a guarantee is violated", "[app][command]") {
     const Folder folder;
     const std::string job =
         "-quiet -sphere -noise seed=1 frequency=2 -noise seed=2 frequency=2 -bound -dfvn speed=1 "

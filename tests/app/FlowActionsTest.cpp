@@ -22,7 +22,7 @@ const std::string kThreePlane = "-noise dimensions=2 seed=1 -noise dimensions=2 
 
 } // namespace
 
-TEST_CASE("flow actions: give the library's flows", "[app][command]") {
+TEST_CASE("flow actions: equal the flows of the C++ library", "[app][command]") {
     const Folder folder;
     requireFlow(folder, kTwo + "-dfvn", Flow(noise(1), noise(2)));
     requireFlow(folder, "-noise dimensions=2 seed=1 -dfvn", FlowN<2>({plane(1)}));
@@ -183,7 +183,7 @@ TEST_CASE("surface action: a flow on a surface keeps its distance from it", "[ap
     folder.mustRun("-sphere -scatter count=10 -write a.csv"); // a shape is still usable as a shape
 }
 
-TEST_CASE("check: a kink in a potential breaks the promise of zero divergence", "[app][command]") {
+TEST_CASE("check: a kink in a potential violates zero divergence", "[app][command]") {
     const Folder folder;
     const std::string kinked = "-noise seed=1 -noise seed=2 -min smoothing=0 -noise seed=3 -dfvn -check ";
     folder.mustFail(kinked + "strict=1", {"divergence_by_differences", "does not decrease", "kink"});

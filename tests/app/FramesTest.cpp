@@ -160,7 +160,7 @@ TEST_CASE("frames: an error names its frame and a second block of frames is refu
                ContainsSubstring("frame 6: ") && ContainsSubstring("-sphere: radius={2-T*24}, which is 0"));
     CHECK_THAT(scenes.complaint("frames 1-2\nnoise\nframes 1-2\nnoise"), ContainsSubstring("twice"));
     CHECK_THAT(scenes.complaint("noise\nframes 1-2"),
-               ContainsSubstring("-frames") && ContainsSubstring("no action follows"));
+               ContainsSubstring("-frames") && ContainsSubstring("needs actions after it"));
     CHECK_THAT(scenes.complaint("frames 1-2\nnoise\nslice width=4\nwrite missing/too/a.$F.png"),
                ContainsSubstring("missing/too/a.1.png"));
     CHECK_THAT(scenes.complaint("noise\nresume"), ContainsSubstring("-frames"));

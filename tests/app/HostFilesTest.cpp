@@ -132,8 +132,8 @@ TEST_CASE("write: velocities per frame and components are options of every host"
     CHECK(openvdb::gridPtrCast<openvdb::FloatGrid>(parts[2])->tree().getValue(ijk) == a->tree().getValue(ijk)[2]);
     folder.mustFail(kFlow + "-velocity dim=8 -write per=frame x.vdb", {"per=frame needs -frames"});
     folder.mustFail(kFlow + "-velocity dim=8 -write split=1 target=karma x.vdb", {"karma", "leave out split=1"});
-    folder.mustFail(kFlow + "-velocity dim=8 -write upAxis=z x.vdb", {"only with target="});
-    folder.mustFail(kFlow + "-velocity dim=8 -write target=unity x.vdb", {"unity reads no .vdb"});
+    folder.mustFail(kFlow + "-velocity dim=8 -write upAxis=z x.vdb", {"upAxis= needs target="});
+    folder.mustFail(kFlow + "-velocity dim=8 -write target=unity x.vdb", {"unity does not read .vdb"});
     folder.mustFail("-noise dim=2 -dfvn -write x.fga", {"x.fga"});
     folder.mustFail("-noise -noise seed=1 -dfvn -velocity dim=200 -write x.fga", {"at most 128"});
 }

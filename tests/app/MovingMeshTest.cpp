@@ -12,7 +12,7 @@ using namespace curlew::test;
 namespace {
 
 constexpr double kTurn = 0.3; // radians a frame
-/// Samples round the edges of the bar off: a point may be beyond them by a quarter of a voxel (dim=80 for a length of
+/// Sampling rounds off the edges of the bar, so a point may pass them by a quarter of a voxel (dim=80 for a length of
 /// 1).
 constexpr double kRounded = 0.25 / 80;
 const Vec3d kHalf{{0.5, 0.03, 0.03}};

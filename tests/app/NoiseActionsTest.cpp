@@ -11,7 +11,7 @@ using namespace curlew;
 using namespace curlew::test;
 using Catch::Matchers::ContainsSubstring;
 
-TEST_CASE("noise action: gives the library's noise for every type and option", "[app][command]") {
+TEST_CASE("noise action: equals noiseField() for every type and option", "[app][command]") {
     const Folder folder;
     requireField(folder, "-noise seed=3 alpha=0.5 period=4,6,3 rotation=fast lattice=perlin",
                  noiseField<Psrd3>({.period = {{4, 6, 3}},

@@ -109,7 +109,7 @@ TEST_CASE("advect action: points follow a changing flow and a moving wall", "[ap
     CHECK(jsonOf(folder / "c.1.json")["advect"]["iterations_mean"] == 0);
     CHECK(jsonOf(folder / "c.4.json")["advect"]["iterations_mean"] > 0);
 
-    // Points that stay where they are get into the ball's way.
+    // The ball runs over points that do not move.
     folder.mustRun(aroundBall("-check samples=1000 'report=left.$F.json'"));
     CHECK(jsonOf(folder / "left.4.json")["outside"] > 5);
 

@@ -97,7 +97,7 @@ TEST_CASE("splat action: invalid inputs and options are refused", "[app]") {
     folder.mustFail("-sphere -scatter count=5 -splat geo=1", {"-splat", "geometry"});
 }
 
-TEST_CASE("advect trails=1: keeps pathlines as curves and distance measures them", "[app]") {
+TEST_CASE("advect pathlines=1: records pathlines as curves, and -distance compares them", "[app]") {
     const Folder folder;
     const std::string points = "-scatter count=100 seed=2 -advect duration=0.5 pathlines=1 ";
     folder.mustRun(kFlow + points + "steps=10 -write a.csv " + points +

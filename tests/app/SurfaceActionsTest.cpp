@@ -40,7 +40,7 @@ TEST_CASE("shade action: a mesh looks like its level set, but keeps its edges", 
     CHECK(coverage("mesh.json") > 0.1);
     CHECK(coverage("mesh.json") == Approx(coverage("levelset.json")).epsilon(0.02));
     CHECK(test::bytesOf(folder / "mesh.exr") != test::bytesOf(folder / "levelset.exr"));
-    // A quad is no solid. It is a quarter of the picture wide and a third of it high.
+    // A quad is not a solid. It covers a quarter of the width and a third of the height of the picture.
     test::store(folder / "quad.obj", "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n");
     folder.mustRun("-read quad.obj -shade eye=0,0,8 aim=0,0,0 fov=53.13010235" + kSmall + "-write quad.exr quad.json");
     CHECK(coverage("quad.json") == Approx(1.0 / 12).epsilon(0.02));

@@ -29,7 +29,7 @@ nlohmann::json checked(const Folder& folder, const std::string& program) {
 
 } // namespace
 
-TEST_CASE("check: points are judged by the mesh that the wall was made from", "[app][command]") {
+TEST_CASE("check: counts points inside the mesh of the wall", "[app][command]") {
     const Folder folder;
     writeMesh(folder / "ball.ply", ball(4));
     const std::string points = "-scatter count=3000 -advect duration=1 steps=10 ";
@@ -62,7 +62,7 @@ TEST_CASE("check: warns of points in a film that the level set lacks", "[app][co
     CHECK_THAT(outcome.err, !ContainsSubstring("wrong side of the wall's mesh")); // 0.15 voxels
 }
 
-TEST_CASE("check: a mesh that is missed by more than half a voxel breaks the promise", "[app][command]") {
+TEST_CASE("check: a wall more than half a voxel off its mesh violates the guarantee", "[app][command]") {
     // A wall that is the spline of one level set, and points that were put beyond it.
     const Folder folder;
     writeMesh(folder / "ball.ply", ball(4));
@@ -95,7 +95,7 @@ TEST_CASE("check: the mesh moves with its level set and unions keep it", "[app][
     CHECK(report.at("mesh_depth_max_voxels").get<double>() < 0.5);
 }
 
-TEST_CASE("check: without a mesh there is nothing to judge points by", "[app][command]") {
+TEST_CASE("check: without a mesh, no mesh figures are reported", "[app][command]") {
     const Folder folder;
     writeMesh(folder / "ball.ply", ball(3));
     const std::string points = "-scatter count=50 ";
@@ -105,7 +105,7 @@ TEST_CASE("check: without a mesh there is nothing to judge points by", "[app][co
                     .contains("mesh_outside"));
 }
 
-TEST_CASE("check: curves are judged like points", "[app][command]") {
+TEST_CASE("check: counts curve vertices inside the mesh", "[app][command]") {
     const Folder folder;
     writeMesh(folder / "ball.ply", ball(4));
     const auto report =
@@ -115,7 +115,7 @@ TEST_CASE("check: curves are judged like points", "[app][command]") {
     CHECK(report.at("curves_mesh_depth_max_voxels").get<double>() < 0.5);
 }
 
-TEST_CASE("check: a mesh that moves is judged as it is in the frame", "[app][command]") {
+TEST_CASE("check: uses the pose of the mesh in the current frame", "[app][command]") {
     const Folder folder;
     writeMesh(folder / "ball.ply", ball(3));
     folder.mustRun(kNoises +

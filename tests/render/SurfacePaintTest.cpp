@@ -72,8 +72,8 @@ TEST_CASE("paintedColors: a texture carried by a rotating flow is rotated", "[re
     const auto still = paintedColors(ball(), paint);
     CHECK_FALSE(still.carried);
     CHECK(still.colors == paintedColors(ball(), {.texture = Texture::waves, .edge = 0.3}).colors);
-    // The gradients of f and g are perpendicular where y = 0: a point there turns by one radian a second, and others,
-    // on smaller circles, too. The waves have twelve to a turn, so after a twelfth of it they are the same.
+    // The gradients of f and g are perpendicular where y = 0: a point there turns by one radian a second, as do others,
+    // on smaller circles. There are twelve waves per turn, so a twelfth of a turn changes nothing.
     paint.carry.time = -std::numbers::pi / 6;
     const auto turned = paintedColors(ball(), paint);
     REQUIRE(turned.carried);

@@ -42,7 +42,7 @@ TEST_CASE("shadeSurface: the nearer surface hides the farther one in any drawing
     for (int y = 0; y < 72; ++y)
         for (int x = 0; x < 96; ++x) {
             REQUIRE(one.at(x, y, 4) == two.at(x, y, 4));
-            // Where the edge of one lies on the edge of the other, what each covers of a pixel is no longer known.
+            // Where both silhouettes share a pixel, the overlap of their coverage is unknown.
             if (one.at(x, y, 3) < 1) continue;
             for (int c = 0; c < 3; ++c) {
                 const float off = one.at(x, y, c) - two.at(x, y, c);

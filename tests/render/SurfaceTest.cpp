@@ -33,7 +33,8 @@ std::vector<RayHit> hitsOf(const Surface& surface, const std::vector<Ray>& rays)
     return hits;
 }
 
-/// How far the hits on a ball about the origin are from the truth, of all rays that pass its edge by more than `edge`.
+/// Returns the maximum error of the hits on a ball about the origin, over the rays that pass its silhouette by more
+/// than `edge`.
 double errorOnBall(const Surface& surface, double radius, double edge, double normalTolerance) {
     const auto rays = raysInwards(1000);
     const auto hits = hitsOf(surface, rays);
@@ -57,7 +58,7 @@ double errorOnBall(const Surface& surface, double radius, double edge, double no
 
 TEST_CASE("Surface: rays hit a shape at the exact distance", "[render]") {
     CHECK(errorOnBall(Surface(sphereSdf(0.7)), 0.7, 0, 1e-9) < 1e-9);
-    // The same as an isosurface, whose lipschitz has to be measured.
+    // The same shape as an isosurface, whose Lipschitz bound has to be measured.
     CHECK(errorOnBall(Surface(sphereSdf(1).distance, -0.3, test::cube(1), true), 0.7, 0, 1e-9) < 1e-9);
 }
 
@@ -94,7 +95,7 @@ TEST_CASE("Surface: rays find the first level crossing of a general field", "[re
         }
         if (std::isinf(expected) && !hits[k].found()) continue;
         if (!(std::abs(hits[k].distance - expected) <= kResolution)) {
-            ++thin; // a bump that the ray only just touches, so that one of both has missed it
+            ++thin; // the ray grazes a bump: only one of the two methods may find it
             continue;
         }
         ++found;
@@ -118,7 +119,7 @@ TEST_CASE("Surface: a box cuts solids and leaves sheets open", "[render]") {
     const auto sheet = hitsOf(Surface(ground.distance, 0, box, false), rays);
     CHECK_FALSE(sheet[0].found());
     CHECK(sheet[1].normal == Vec3d{{0, 1, 0}});
-    // From within one sees the far wall, and its normal towards the eye.
+    // From inside, rays hit the far wall, with a normal that faces the eye.
     const auto inside = hitsOf(Surface(sphereSdf(1)), {{{{0.5, 0, 0}}, {{1, 0, 0}}}});
     CHECK(inside[0].distance == Approx(0.5));
     CHECK(inside[0].normal[0] == Approx(-1));
@@ -143,7 +144,7 @@ TEST_CASE("smoothed: rounds edges and keeps flat faces", "[render]") {
 
 namespace {
 
-/// A cube of quads, its corners at 0 and 1 but for an offset.
+/// A cube of quads with corners at 0 and 1, translated by an offset.
 Mesh cubeMesh(const openvdb::Vec3s& offset) {
     Mesh mesh;
     for (int k = 0; k < 8; ++k)

@@ -73,7 +73,7 @@ TEST_CASE("surfaceLic: streaks correlate along streamlines and not across", "[re
     const SurfaceLicOptions options{.length = 30};
     const std::vector<float> here = surfaceLic(view, turning(), options);
     REQUIRE(here.size() == view.hits.size());
-    // The noise is the same in space, so the same surface turned by two pixels shows its correlation.
+    // The noise is fixed in space, so moving the surface by two pixels reveals its correlation.
     const auto moved = [&](const Vec3d& by) {
         SurfaceView other = view;
         for (SurfaceSample& hit : other.hits) {

@@ -10,7 +10,7 @@
 #include <memory>
 #include <numbers>
 
-/// Meshes as they are, and a judge of what is inside.
+/// Test meshes with defects, and an exact inside test.
 namespace curlew::test {
 
 using openvdb::Vec3I;

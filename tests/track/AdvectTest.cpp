@@ -590,7 +590,7 @@ TEST_CASE("advect: steps too long that cannot be subdivided are counted as coars
     CHECK(result.stalled == 0);
 }
 
-TEST_CASE("advect: with byAge newborn particles move for their age", "[track]") {
+TEST_CASE("advect: with byAge, newborn particles move only since their birth", "[track]") {
     const auto points = randomPoints(cube(1), 100, 7);
     Points whole = particlesAt(points), half = whole, aged = whole;
     const AdvectOptions options{.time = 0.4, .steps = 4, .byAge = true};

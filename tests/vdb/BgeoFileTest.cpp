@@ -127,7 +127,7 @@ TEST_CASE("BgeoFile: reads runs of polygons, index attributes and particle syste
     CHECK(p.id == std::vector<int64_t>{0, 1});
 }
 
-TEST_CASE("BgeoFile: damaged and other files are refused", "[vdb][BgeoFile]") {
+TEST_CASE("BgeoFile: damaged and unsupported files are refused", "[vdb][BgeoFile]") {
     const Folder folder;
     const auto complaint = [&](const std::string& bytes) {
         return messageOf([&] { readBgeo(store(folder / "b.bgeo", bytes)); });

@@ -31,7 +31,7 @@ double errorOf(const ScalarField& field) {
 
 } // namespace
 
-TEST_CASE("gridField: a baked field comes back with fourth order", "[vdb][GridField]") {
+TEST_CASE("gridField: a baked field is reproduced to fourth order", "[vdb][GridField]") {
     const double coarse = errorOf(gridField(*baked(0.1))), fine = errorOf(gridField(*baked(0.05)));
     CAPTURE(coarse, fine);
     CHECK(test::observedOrder(coarse, fine) > 3.3); // the noise is C²
@@ -64,7 +64,7 @@ TEST_CASE("gridField: tiles, backgrounds and transforms keep their values", "[vd
     CHECK(gridField(*doubles).at<0>({{10.2, 20.9, 30.4}}).value == field.at<0>({{10.2, 20.9, 30.4}}).value);
 }
 
-TEST_CASE("gridField: refuses grids that are no scalar field", "[vdb][GridField]") {
+TEST_CASE("gridField: refuses vector, empty and non-cubic grids", "[vdb][GridField]") {
     CHECK_THROWS_WITH(gridField(*openvdb::FloatGrid::create()), ContainsSubstring("no active voxels"));
     const auto vectors = openvdb::Vec3SGrid::create();
     vectors->fill(openvdb::CoordBBox({0, 0, 0}, {3, 3, 3}), openvdb::Vec3s(1));

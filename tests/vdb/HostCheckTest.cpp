@@ -68,7 +68,7 @@ TEST_CASE("HostCheck: names what is missing", "[vdb][HostCheck]") {
     CHECK_THAT(lacks({doubles}, "houdini"), ContainsSubstring("of type vec3d"));
     CHECK_THAT(lacks({rampGrid(), pointGrid(particlesWithEverything(3))}, "blender"),
                ContainsSubstring("points 'points'"));
-    CHECK_THAT(lacks({rampGrid()}, "unity"), ContainsSubstring("reads no .vdb"));
+    CHECK_THAT(lacks({rampGrid()}, "unity"), ContainsSubstring("does not read .vdb"));
     CHECK_THAT(lacks({rampGrid()}, "houdini", "smoke.0001.vdb"), ContainsSubstring("no frame rate"));
     openvdb::MetaMap rate;
     rate.insertMeta("fps", openvdb::DoubleMetadata(24));

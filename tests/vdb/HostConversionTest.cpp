@@ -18,7 +18,7 @@ openvdb::Vec3d mapped(std::string_view name, UpAxis up) { return axesFor(host(na
 
 } // namespace
 
-TEST_CASE("HostConversion: axes turn as the importers of the hosts turn them", "[vdb][HostConversion]") {
+TEST_CASE("HostConversion: axes match the importers of the hosts", "[vdb][HostConversion]") {
     using V = openvdb::Vec3d;
     CHECK(mapped("houdini", UpAxis::y) == V(1, 2, 3));
     CHECK(mapped("houdini", UpAxis::z) == V(1, 3, -2));
@@ -50,7 +50,7 @@ TEST_CASE("HostConversion: points turn with their velocities and can have them p
     CHECK(c.position(2) == Vec3d{{200, -200, 0}});
 }
 
-TEST_CASE("HostConversion: a turned grid has the turned velocity at the turned place", "[vdb][HostConversion]") {
+TEST_CASE("HostConversion: rotated axes rotate positions and velocities of a grid", "[vdb][HostConversion]") {
     const auto ramp = rampGrid();
     for (const HostProfile& profile : kHostProfiles) {
         CAPTURE(profile.name);

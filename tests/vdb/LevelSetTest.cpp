@@ -165,7 +165,7 @@ TEST_CASE("sdfOf: is constant beyond the band and at NaN positions", "[vdb][Leve
     CHECK_FALSE(sdf.bounds.contains({{1.25, 0, 0}}));
 }
 
-TEST_CASE("sdfOf: measures the steepness of a level set", "[vdb][LevelSet]") {
+TEST_CASE("sdfOf: measures the Lipschitz bound of a level set", "[vdb][LevelSet]") {
     const LevelSet sphere = exactSphere(1, 0.1, 6);
     CHECK(sdfOf(sphere).lipschitz == Approx(1.1).epsilon(0.1));
     // A level set whose values are three times the distance.

@@ -18,7 +18,7 @@ namespace curlew {
 /// first written to a file in the system's temporary folder and then copied into them.
 ///
 /// If the folder of a relative path is missing and its parent exists, the folder is created: out/a.png creates out/.
-/// The folder of an absolute path is not created, because a mistyped name would then put files where nobody finds them.
+/// The folder of an absolute path is not created, because a typing error would then create a folder somewhere.
 /// Throws FileError, naming `path`, if the folder or file cannot be written, or if `write` leaves the file empty. Safe
 /// to call from several threads and processes at once: the last one to finish wins.
 void writeAtomically(const std::filesystem::path& path,

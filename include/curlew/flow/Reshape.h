@@ -8,8 +8,8 @@ namespace curlew {
 /// How a flow is slowed down, one streamline at a time.
 struct ReshapeOptions {
     /// The maximum speed of every streamline, in world units per second; 0: no limit. Each streamline is slowed as a
-    /// whole, in proportion to its fastest place. That place is found by sampling the domain, and the result is
-    /// smoothed conservatively. Small fast places may be missed. For noise without walls, 1 place in 10^4 is slightly
+    /// whole, in proportion to its maximum speed, which is found by sampling the domain. The result is smoothed
+    /// conservatively. Small regions of high speed may be missed. For noise without walls, 1 sample in 10^4 is slightly
     /// faster; in a thin layer along a wall 1 in 1000 is, the fastest of them by half.
     double limit = 0;
     /// Only streamlines with f and g in these intervals move. Inside an interval they fade in over `softness` of its

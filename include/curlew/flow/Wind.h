@@ -13,8 +13,8 @@ struct WindOptions {
     double speed = 1;           ///< Of the wind far away, world units per second.
     /// The rms speed that the noise adds far from the wall, relative to `speed`.
     double gusts = 0.3;
-    /// The direction in which the wind gives way, to both sides. Its component along the wind is ignored. If nullopt:
-    /// the direction in which the shape is narrowest.
+    /// The direction in which the wind is deflected, to both sides. Its component along the wind is ignored. If
+    /// nullopt: the direction in which the shape is narrowest.
     std::optional<Vec3d> across = {};
     double padding = -1; ///< As in DomainN::of().
 };
@@ -37,7 +37,7 @@ struct WindOptions {
 /// or if the noise does not change across the wind.
 Flow windFlow(const Wall& wall, const std::optional<ScalarField>& noise, const WindOptions& options = {});
 
-/// Returns the unit vector across the wind along which windFlow() gives way.
+/// Returns the unit vector along which windFlow() deflects the wind, perpendicular to the wind.
 Vec3d windAcross(const Sdf& shape, const WindOptions& options);
 
 /// Returns a suitable width of the ramp: half the extent of the shape across the wind, so the mean speed in the layer

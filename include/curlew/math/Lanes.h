@@ -55,7 +55,7 @@ class Lanes {
     std::array<Register, kParts> part;
 
     Lanes() : Lanes(T(0)) {}
-    Lanes(T x) { // NOLINT: a number is as many equal ones
+    Lanes(T x) { // NOLINT: implicit; a number converts to lanes that all have its value
         for (auto& p : part) p = hn::Set(Tag(), x);
     }
     template <class U>

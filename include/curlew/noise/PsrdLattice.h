@@ -10,8 +10,9 @@ namespace curlew {
 //   kRepeat    the shortest steps along the axes from one vertex to another,
 //   toSimplex  maps a position to u; exact for multiples of kRepeat,
 //   units      maps u to the position times kUnits; vertices become integers, so it is exact for them,
-//   vertexAt   the inverse of `units` for vertices. If a period wraps a vertex to a position without one, it returns
-//              the vertex with the nearest u, halves rounded up, as published.
+//   vertexAt   the inverse of `units` for vertices. If a period wraps a vertex to a position without one, it
+//              returns the vertex with the nearest u, as published;
+//              halves are rounded up.
 
 /// The plane's lattice of triangles with base 1 and height 1. Every other row of vertices is shifted by 1/2 (the paper,
 /// Fig. 2).

@@ -11,8 +11,9 @@ namespace curlew {
 /// 1 >= r_0 >= … >= r_(N-1) >= 0, is the minimum over t of Σ (r_i - o_i - t)², i = 0 … N. All N+1 axes are therefore
 /// equivalent, and the corners are e_0 + … + e_(k-1). The least distance of another vertex is a problem of isotonic
 /// regression, which pools the values where o rises while r falls. Replacing q ones followed by p zeros with p zeros
-/// followed by q ones costs a squared distance of pq/(p+q). Below 3/4 that leaves (p, q) = (1, 1), (2, 1) and (1, 2),
-/// once at each corner.
+/// followed by q ones costs a squared distance of pq/(p+q).
+///
+/// Below 3/4, that leaves (p, q) = (1, 1), (2, 1) and (1, 2), once at each corner.
 template <int N>
 struct NearVertex {
     static constexpr int kCount = 4 * (N + 1);

@@ -54,7 +54,7 @@ double defaultAccuracy(const DomainN<N>& domain);
 template <int N>
 struct AdvectResultN {
     size_t points = 0;
-    size_t notConverged = 0;   ///< Points that some step left in place: even its smallest part missed the track.
+    size_t notConverged = 0;   ///< Points with a step that was not taken: its shortest part missed the track.
     size_t stalled = 0;        ///< Number of such steps.
     size_t outside = 0;        ///< Points on the wrong side of the wall, or exactly on it, at the end.
     size_t substeps = 0;       ///< Steps and parts of steps taken.

@@ -49,12 +49,12 @@ struct HostOptions {
 Points forHost(Points points, const HostOptions& options);
 Curves forHost(Curves curves, const HostOptions& options);
 
-/// Returns a grid in the host's world, as one grid or as three (`split`). The values of a vec3s grid turn and scale as
-/// vectors, and those of a level set scale as distances. A velocity grid (vec3s, called vel, v, velocity or by the name
-/// of a host) gets the host's name and class. If the axes turn, the turn is in the grid's transform. Staggered
-/// velocities are averaged to voxel centres if the host cannot read them, if the axes turn, and if they are split. The
-/// given grid is not changed; the result may share its tree. Throws ValueError if `split` is true and the host takes no
-/// components, and ResourceError if a copy would not fit in memory. Safe to call from several threads.
+/// Returns a grid in the host's world, as one grid or as three (`split`). The values of a vec3s grid rotate and scale
+/// as vectors, and those of a level set scale as distances. A velocity grid (vec3s, called vel, v, velocity or by the
+/// name of a host) gets the host's name and class. A change of axes becomes part of the grid's transform. Staggered
+/// velocities are averaged to voxel centres if the host cannot read them, if the axes change, and if they are split.
+/// The given grid is not changed; the result may share its tree. Throws ValueError if `split` is true and the host
+/// takes no components, and ResourceError if a copy would not fit in memory. Safe to call from several threads.
 std::vector<openvdb::GridBase::ConstPtr> forHost(const openvdb::GridBase::ConstPtr& grid, const HostOptions& options);
 
 /// Returns whether a grid is a velocity by its type and name.

@@ -7,8 +7,8 @@ namespace curlew {
 
 /// In voxels: where a solid is thinner, the spline of its level set may not be accurate to half a voxel, and a film may
 /// have gaps. At this thickness, the spline is off by at most 0.1 voxels (measured on rotated plates, square rods and a
-/// hollow ball), and by at most 0.24 at the edges and corners of thick bodies. Flat films get gaps below 1.5 voxels: at
-/// 1.2 they take up to 1 % of the film, at 1 voxel 9 %, at 0.8 half of it, at 0.6 all of it.
+/// hollow ball), and by at most 0.24 at the edges and corners of thick bodies. Flat films thinner than 1.5 voxels
+/// have gaps. They cover up to 1 % of the film's area at a thickness of 1.2 voxels, 9 % at 1, half at 0.8, all at 0.6.
 inline constexpr double kThinVoxels = 3;
 
 /// Properties of a mesh, found while it was converted to a level set.

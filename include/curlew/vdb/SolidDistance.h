@@ -10,9 +10,9 @@
 
 namespace curlew {
 
-/// The solid of a mesh itself, without the voxels of a level set: it judges how well a level set, and whatever keeps to
-/// it, fits the mesh. The solid is that of MeshSolid.h: the points where the winding number w satisfies |w| > 1/2, or,
-/// for a sheet, the points within half the thickness of a face.
+/// The solid of a mesh itself, without the voxels of a level set: it measures how well a level set, and anything that
+/// conforms to it, fits the mesh. The solid is that of MeshSolid.h: the points with a winding number |w| > 1/2, or, for
+/// a sheet, the points within half the thickness of a face.
 ///
 /// The side comes from the fast winding number (WindingNumber.h, error below 1e-3), the distance from the closest
 /// triangle (RayMesh.h). Where faces lie inside the solid, the distance is a lower bound. Next to a hole, where 0.1 <

@@ -134,7 +134,7 @@ int dimensionOfInput(const Objects& inputs, size_t input) {
 }
 
 Input graphInput() {
-    Input input = several(taken("graph", {Kind::field}), 1, 2, "as many as functions= says");
+    Input input = several(taken("graph", {Kind::field}), 1, 2, "functions= fields");
     input.amountWith = [](const Arguments& a, const Scope& scope) {
         const auto count = a.integer<size_t>("functions");
         return scope.linked() ? Amount{1, 2} : Amount{count, count};

@@ -366,29 +366,28 @@ Registry otherActions() {
                    {vector("velocity", "0,1,0", "world units / s", "velocity")},
                    "curlew -uniform velocity=1,0,0 -velocity -write wind.vdb",
                    [](const Arguments& a, const Domain& domain) { return uniformFlow(a.vector("velocity"), domain); }),
-        simpleFlow("vortex", "vortex about the y axis: a rigid rotation near the axis, slower farther away",
-                   {real("turns", "1", "1 / s", "revolutions per second at the axis"),
-                    positive("core", "0.3", "world units",
-                             "distance from the axis at which half of the angular velocity is left")},
-                   "curlew -vortex turns=0.5 -slice axis=y -write vortex.png",
-                   [](const Arguments& a, const Domain& domain) {
-                       return vortexFlow(a.real("turns"), a.real("core"), domain);
-                   }),
-        simpleFlow("updraft",
-                   "rising column along y, with speed / (1 + y / halfHeight), that spreads; a sum of two terms",
-                   {real("speed", "1", "world units / s", "vertical speed at y = 0"),
-                    formerly({"height"},
-                             positive("halfHeight", "1", "world units", "height at which half of the speed is left"))},
-                   "curlew -noise -noise seed=1 -dfvn speed=0.5 -updraft -superpose -velocity -write smoke.vdb",
-                   [](const Arguments& a, const Domain& domain) {
-                       return updraftFlow(a.real("speed"), a.real("halfHeight"), domain);
-                   }),
+        simpleFlow(
+            "vortex", "vortex about the y axis: a rigid rotation near the axis, slower farther away",
+            {real("turns", "1", "1 / s", "revolutions per second at the axis"),
+             positive("core", "0.3", "world units", "distance from the axis at which the angular velocity is halved")},
+            "curlew -vortex turns=0.5 -slice axis=y -write vortex.png",
+            [](const Arguments& a, const Domain& domain) {
+                return vortexFlow(a.real("turns"), a.real("core"), domain);
+            }),
+        simpleFlow(
+            "updraft", "rising column along y, with speed / (1 + y / halfHeight), that spreads; a sum of two terms",
+            {real("speed", "1", "world units / s", "vertical speed at y = 0"),
+             formerly({"height"}, positive("halfHeight", "1", "world units", "height at which the speed is halved"))},
+            "curlew -noise -noise seed=1 -dfvn speed=0.5 -updraft -superpose -velocity -write smoke.vdb",
+            [](const Arguments& a, const Domain& domain) {
+                return updraftFlow(a.real("speed"), a.real("halfHeight"), domain);
+            }),
         {.name = "enright",
          .group = kGroup,
-         .summary = "deformation field of Enright's test: a time-dependent flow that returns everything after loop=",
+         .summary = "deformation field of Enright's test: a time-dependent flow that returns every point to its start",
          .makes = {made("flow", {Kind::flow})},
          .options = {formerly({"period"},
-                              positive("loop", "3", "s", "time after which everything is back at its start"))},
+                              positive("loop", "3", "s", "period after which every point is back at its start"))},
          .examples = {"curlew -enright -slice -write enright.png"},
          .evaluation = Evaluation::anyTime,
          .varies = true,

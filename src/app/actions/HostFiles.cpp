@@ -166,11 +166,11 @@ std::vector<Option> hostOptions() {
 
 void checkHostOptions(const Arguments& a) {
     if (a.given("upAxis") && !a.given("target"))
-        throw ValueError("upAxis= has an effect only with target=, which has axes");
+        throw ValueError("upAxis= needs target=, which chooses the axes of the file");
     for (const std::string& file : a.words()) {
         const std::string ending = a.given("format") ? fmt::format(".{}", a.text("format")) : endingOf(file);
         if (a.given("target") && ending == ".vdb" && !kHostProfiles.at(a.choice("target")).readsVdb)
-            throw ValueError(fmt::format("{} reads no .vdb; write .vf or .fga for it", a.text("target")));
+            throw ValueError(fmt::format("{} does not read .vdb; write .vf or .fga", a.text("target")));
         if (a.text("per") == "frame" && ending == ".usda")
             throw ValueError("velocities in USD are per second; leave out per=frame");
     }

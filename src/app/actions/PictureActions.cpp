@@ -43,7 +43,7 @@ void panelsAction(Context& c, const Arguments& a) {
 }
 
 Input panelInput() {
-    Input input = several(taken("images", {Kind::image}), 1, 10000, "as many as count= says, or all");
+    Input input = several(taken("images", {Kind::image}), 1, 10000, "count= images, or all");
     input.amountWith = [amount = input.amount](const Arguments& a, const Scope& scope) {
         if (scope.linked()) return amount;
         const size_t count = a.given("count") ? a.integer<size_t>("count") : scope.count({Kind::image});
@@ -89,9 +89,9 @@ const Binding<WarpOptions>& warpBinding() {
         return Binding<WarpOptions>(defaults)
             .add(
                 formerly({"time"}, real("duration", "", "s",
-                                        "advection time: each pixel shows what is where the flow takes it in this "
-                                        "time; if negative, the "
-                                        "image moves with the flow")),
+                                        "advection time: each pixel shows the image at the position to which the "
+                                        "flow carries the pixel in this time; if negative, the image moves along the "
+                                        "flow")),
                 [](auto& o) -> auto& { return o.time; })
             .include(
                 stepBinding<WarpOptions>(

@@ -153,7 +153,7 @@ void reportAdvect(Context& c, const Flow& flow, const AdvectResult& result, cons
             result.coarse, result.substeps));
     if (result.points > 0 && result.outside == result.points)
         c.warn(
-            fmt::format("all {} points are on the wrong side of the flow's wall, where they stay; put them where the "
+            fmt::format("all {} points are on the wrong side of the flow's wall, and do not move; put them where the "
                         "flow is (-scatter after -dfvn does), or bound the flow on the other side (-bound side=)",
                         result.points));
     if (result.overrun > 0) c.warn(fmt::format("a moving wall passed over {} points; use more steps", result.overrun));
@@ -309,7 +309,7 @@ std::vector<Option> advectDeclared() {
     all.push_back(timeless(
         instead(positive(
                     "loop", "", "s",
-                    "loop: time after which each point is back at its start; duration= is the time in the loop "
+                    "loop: period after which each point is back at its start; duration= is the time in the loop "
                     "(default: T). "
                     "Needs a steady flow inside a wall. Points whose track takes longer fade (attribute fade, 0 to 1)"),
                 {"steps", "dt", "scheme", "maxStep", "jacobian", "pathlines"}),

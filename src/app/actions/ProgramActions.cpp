@@ -137,7 +137,7 @@ Registry declaredOnly() {
          .run = [](Context&, const Arguments&) {}},
         {.name = "resume",
          .group = kGroup,
-         .summary = "continue -frames after the last frame of its checkpoint file; may stand anywhere",
+         .summary = "continue -frames after the last frame of its checkpoint file; may be anywhere in the command",
          .examples = {"curlew -resume -sphere -scatter -frames 1-48 checkpoint=run.checkpoint -noise alpha={T} -noise "
                       "seed=1 -dfvn -advect -write 'points.$F4.ply'"},
          .run = [](Context&, const Arguments&) {}}};

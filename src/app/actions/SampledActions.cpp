@@ -21,7 +21,7 @@ void fieldFromSamples(Context& c, const Arguments& a) {
             throw ValueError(fmt::format("{}= is for pictures, but the newest input is a grid", option));
     const openvdb::GridBase& grid = *c.grid("source").grid;
     const ScalarField field = gridField(grid, c.follow("field"));
-    c.say(fmt::format("field: grid '{}', {} active voxels of {:.6g}, {} beyond them", grid.getName(),
+    c.say(fmt::format("field: grid '{}', {} active voxels of {:.6g}, background {}", grid.getName(),
                       grid.activeVoxelCount(), grid.voxelSize()[0],
                       grid.isType<openvdb::FloatGrid>()
                           ? fmt::format("{:.4g}", static_cast<const openvdb::FloatGrid&>(grid).background())
@@ -61,8 +61,8 @@ Registry sampledActions() {
          .makes = {made("field", {Kind::field})},
          .options = {text("channel", "", "picture: channel (default: the only one, or the luminance of R, G and B)"),
                      choice("wrap", kImageWrapNames,
-                            "picture: what is beyond its edges: their pixels, or the picture again, or its mirror "
-                            "image"),
+                            "picture: what lies beyond its edges: clamp repeats the pixels at the edge, repeat the "
+                            "picture, mirror its mirror image"),
                      keep()},
          .examples = {"curlew -read smoke.vdb grids=density -field -noise -dfvn -velocity dim=64 box=-1,-1,-1,1,1,1 "
                       "-write around.vdb",

@@ -152,12 +152,12 @@ std::vector<Option> splatOptions() {
                     "brightness of the edges of the flow's wall or, without a flow, of the shape. A container is drawn "
                     "as glass, an obstacle as solid; 0: the wall is not drawn"),
         vector("background", "0.012,0.016,0.03", "", "background colour: display values from 0 to 1"),
-        selector(flag("over", "0", "1: draw on the newest picture, with its camera, behind whatever is nearer in it")),
+        selector(flag("over", "0", "1: draw on the newest picture, with its camera, hidden by nearer surfaces in it")),
         ages("geo", "", "points or curves to draw: 0 is the newest geometry (default: the newest points or curves)"),
         formerly(
             {"box"},
             viewBoxOption("all that is drawn, except stray points, and the wall; after -frames the wall's domain, or "
-                          "else what is drawn first"))};
+                          "else the box of the first frame with points"))};
     const auto camera = cameraOptions();
     all.insert(all.end(), camera.begin(), camera.end());
     return all;

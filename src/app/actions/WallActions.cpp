@@ -20,7 +20,7 @@ const Binding<BoundOptions>& boundBinding() {
         Binding<BoundOptions>()
             .add(
                 flag("separate", "",
-                     "1: shift the noise so that no value of it occurs on both sides of the wall; the flow in the "
+                     "1: shift the noise so that the field has no value on both sides of the wall; the flow in the "
                      "layer is then faster than beyond it"),
                 [](auto& o) -> auto& { return o.separate; })
             .addOptional(
@@ -111,11 +111,11 @@ BoxN<N> boundsIn(const Context& c) {
 
 void warnOfLimit(const Context& c, const LayerWidth& layer) {
     if (layer.limited)
-        c.warn(
-            fmt::format("the noise's wavelength, {:.3g}, is too long for this object: its layer is {:.3g} wide instead "
-                        "of {:.3g}, and the flow in it faster than beyond it; use a wavelength of at most {:.3g}",
-                        layer.noise.wavelength, layer.width, kLayerInWavelengths * layer.noise.wavelength,
-                        layer.width / kLayerInWavelengths));
+        c.warn(fmt::format(
+            "the noise's wavelength, {:.3g}, is too long for this object: its layer is {:.3g} wide instead "
+            "of {:.3g}, and the flow is faster in the layer than beyond it; use a wavelength of at most {:.3g}",
+            layer.noise.wavelength, layer.width, kLayerInWavelengths * layer.noise.wavelength,
+            layer.width / kLayerInWavelengths));
 }
 
 /// Warns if the layer of an obstacle is wider than the obstacle itself.
@@ -125,8 +125,8 @@ void warnOfWideLayer(const Context& c, const WallN<N>& wall) {
     const double longest = *std::max_element(size.c.begin(), size.c.end());
     if (wall.side == Side::inside || !std::isfinite(longest) || wall.width <= longest) return;
     c.warn(
-        fmt::format("the layer, {:.3g} wide, is wider than the object, {:.3g} in size, so the flow turns far away from "
-                    "it; give layer={:.2g} or less, or use noises of a shorter wavelength",
+        fmt::format("the layer, {:.3g} wide, is wider than the object, {:.3g} in size, so the flow is deflected far "
+                    "from it; give layer={:.2g} or less, or use noises of a shorter wavelength",
                     wall.width, longest, longest / 2));
 }
 
@@ -226,7 +226,7 @@ Registry wallActions() {
          .run = bound},
         {.name = "blend",
          .group = kGroup,
-         .summary = "multiply the newest noise by the newest distance, clamped (DeWolf's way to conform to a wall)",
+         .summary = "multiply the newest noise by the newest distance, clamped (DeWolf's boundary condition)",
          .takes = {taken("noise", {Kind::noise}), stays("wall", {Kind::shape, Kind::levelSet})},
          .makes = {made("field", {Kind::field})},
          .options = {formerly({"range"}, positive("layer", "0.5", "world units",

@@ -241,8 +241,7 @@ void Builder::limitDepth(size_t node) {
     }
     if (mDepths[node] > kDeepest)
         throw ValueError(fmt::format(
-            "more than {} fields are made of one another; use fewer, or write a grid and continue with that",
-            kDeepest));
+            "fields are nested more than {} deep; use fewer, or write a grid and continue with that", kDeepest));
 }
 
 void Builder::beginFrames(const Arguments& range, SourceLocation location, bool carry) {

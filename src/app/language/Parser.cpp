@@ -203,7 +203,7 @@ class Parser {
         }
     }
 
-    /// A misspelled name on the command line would change nothing without a word.
+    /// A misspelled name on the command line would have no effect and no message.
     void noteUse(const std::string& token, Substitution with = withConstants) {
         std::erase_if(mUnused, [&](const auto& constant) { return with(token, {constant}) != with(token, {}); });
     }

@@ -134,10 +134,10 @@ class Expander {
         if (mAt < mText.size() && kPlain.find(mText[mAt]) != std::string_view::npos)
             return std::string(1, mText[mAt++]);
         if (!mText.substr(mAt).starts_with('F'))
-            throw ValueError(
-                fmt::format("'{}' has a $ without a meaning; $F is the frame, $F4 the frame with four digits, $$ a "
-                            "plain $, $# a plain #, $% a plain %",
-                            mText));
+            throw ValueError(fmt::format(
+                "'{}' has a $ that stands for nothing; $F is the frame, $F4 the frame with four digits, $$ a "
+                "plain $, $# a plain #, $% a plain %",
+                mText));
         ++mAt;
         size_t width = 0;
         if (mAt < mText.size() && mText[mAt] >= '1' && mText[mAt] <= '9')

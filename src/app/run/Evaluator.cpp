@@ -292,8 +292,7 @@ void Evaluator::prepare() {
 void Evaluator::prepareFrames() const {
     const std::vector<int> frames = mPlan->frames();
     mSession.location = mGraph.frameLocation;
-    if (mGraph.frames == mGraph.nodes.size())
-        throw ValueError("no action follows, so there is nothing to do in a frame");
+    if (mGraph.frames == mGraph.nodes.size()) throw ValueError("-frames needs actions after it");
     if (!mPlan->checkpoint.empty()) checkWritable(mPlan->checkpoint);
     if (mGraph.resume && mPlan->checkpoint.empty())
         throw ValueError("-resume needs the checkpoint of an earlier run; give checkpoint=FILE in both runs");

@@ -19,8 +19,8 @@ const nlohmann::ordered_json& numberIn(const nlohmann::ordered_json& report, con
             std::vector<std::string> names;
             if (found->is_object())
                 for (const auto& [known, value] : found->items()) names.push_back(known);
-            throw ValueError(fmt::format("the report has no '{}'{}; at that place it has {}", path,
-                                         didYouMean(name, names), names.empty() ? "nothing" : join(names, ", ")));
+            throw ValueError(fmt::format("the report has no '{}'{}; that section has {}", path, didYouMean(name, names),
+                                         names.empty() ? "nothing" : join(names, ", ")));
         }
         found = &found->at(name);
     }

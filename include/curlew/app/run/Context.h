@@ -64,8 +64,8 @@ class Context {
     Digest keyOf(std::string_view input) const;
     /// Returns whether the object of an input is the same at every moment.
     bool steady(std::string_view input) const;
-    /// Returns the level sets from which an object was made, on any way through fields and flows: one list for each
-    /// input of a node that takes level sets only, such as the walls of -bound. Lists whose values the program no
+    /// Returns the level sets from which an object was made, directly or through other fields and flows: one list for
+    /// each input of a node that takes level sets only, such as the walls of -bound. Lists whose values the program no
     /// longer holds are left out, and so are objects of an earlier program.
     std::vector<std::vector<GridValue>> levelSetsBehind(std::string_view input) const;
     /// Returns whether an object was made from a level set in this way.

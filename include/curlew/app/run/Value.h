@@ -35,8 +35,8 @@ struct RigidBody {
 struct GridValue {
     openvdb::GridBase::ConstPtr grid;
     std::shared_ptr<const Mesh> mesh = {}; ///< Set if the grid is a level set of a mesh.
-    /// For a level set between two frames: the level set of the earlier frame, and the fraction of the way from there
-    /// to this one.
+    /// For a level set between two frames: the level set of the earlier frame, and the fraction of the interval
+    /// between the frames that has passed.
     std::shared_ptr<const GridValue> earlier = {};
     double part = 1;
     /// Set if the grid is a level set of a mesh that moves as a rigid body. Distances are then computed from it instead
