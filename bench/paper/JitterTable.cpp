@@ -31,7 +31,7 @@ constexpr double kU = 0.1; // ICN's u: the spacing of the lattice for n = 3, 4, 
 constexpr double kStep = 0.0085;
 constexpr double kBinWidth = 0.005;
 constexpr size_t kBins = 60;
-constexpr size_t kMostQueries = 600000; // for larger sets, the median is that of a sample
+constexpr size_t kMaxQueries = 600000; // for larger sets, the median is that of a sample
 
 /// Measurements of one kind of point set: means over several sets.
 struct Measured {
@@ -56,7 +56,7 @@ void measure(Measured& found, int sets, double edge, const Make& make) {
         const Positions<N> points = make(static_cast<uint32_t>(set + 1));
         found.seconds += static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC / sets;
         const NeighboursN<N> neighbours(points);
-        const Spacing spacing = spacingOf(neighbours, points.size(), kMostQueries);
+        const Spacing spacing = spacingOf(neighbours, points.size(), kMaxQueries);
         found.points = points.size();
         found.mean.median += spacing.median / sets;
         found.mean.minimum += spacing.minimum / sets;

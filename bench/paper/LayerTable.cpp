@@ -25,7 +25,7 @@ constexpr size_t kPositions = 4000;                           ///< Positions for
 constexpr int kDim = 128;                                     ///< Voxels along the mesh's longest edge.
 constexpr std::array<double, 4> kWidths{0.2, 0.3, 0.45, 0.6}; ///< Layer widths times the frequency.
 constexpr std::array<double, 3> kFrequencies{2, 3, 5};
-constexpr std::array<double, 4> kMost{1.45, 1.3, 1.3, 1.3}, kLeast{0.6, 0.75, 0.6, 0.6}; ///< The claimed bounds.
+constexpr std::array<double, 4> kMax{1.45, 1.3, 1.3, 1.3}, kMin{0.6, 0.75, 0.6, 0.6}; ///< The claimed bounds.
 
 /// An object, and one side of it.
 struct Place {
@@ -186,9 +186,9 @@ void profiles(const TableRun& run, fmt::memory_buffer& text, std::vector<std::st
             fmt::format_to(out, "| {:.2f} | {:.2f} | {:.2f} … {:.2f} | {:.2f} … {:.2f} |\n", now.least, now.most,
                            printed.least, printed.most, before.least, before.most);
             const double slack = run.scale < 1 ? 0.1 : 0; // fewer noises give more scatter
-            if (!(now.least >= kLeast[w] - slack && now.most <= kMost[w] + slack))
+            if (!(now.least >= kMin[w] - slack && now.most <= kMax[w] + slack))
                 broken.push_back(fmt::format("{}, width {}: {:.2f} … {:.2f}, not within {} … {}", place.name,
-                                             kWidths[w], now.least, now.most, kLeast[w], kMost[w]));
+                                             kWidths[w], now.least, now.most, kMin[w], kMax[w]));
         }
 }
 

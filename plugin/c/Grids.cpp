@@ -27,8 +27,8 @@ void withGrid(const openvdb::GridBase& grid, const Use& use) {
 openvdb::CoordBBox boxOf(const int64_t* lower, const int64_t* upper) {
     openvdb::Coord least, most;
     for (int axis = 0; axis < 3; ++axis) {
-        constexpr int64_t kMost = 1 << 30;
-        if (lower[axis] < -kMost || upper[axis] > kMost || lower[axis] >= upper[axis])
+        constexpr int64_t kMax = 1 << 30;
+        if (lower[axis] < -kMax || upper[axis] > kMax || lower[axis] >= upper[axis])
             throw ValueError(
                 fmt::format("the box is empty or too large along axis {}: {} to {}", axis, lower[axis], upper[axis]));
         least[axis] = static_cast<int>(lower[axis]);

@@ -17,7 +17,7 @@ using namespace detail;
 
 namespace {
 
-constexpr double kMostOfObject = 0.25; ///< Of an edge of the object's box: the limit of a default width.
+constexpr double kMaxOfObject = 0.25; ///< Of an edge of the object's box: the limit of a default width.
 
 /// The known range of a noise's values.
 struct Values {
@@ -64,7 +64,7 @@ LayerWidth layerWidth(const ScalarFieldN<N>& noise, const BoxN<N>& bounds, Side 
         shortest = std::min(shortest, edge);
         longest = std::max(longest, edge);
     }
-    const double most = kMostOfObject * (side == Side::outside ? longest : shortest);
+    const double most = kMaxOfObject * (side == Side::outside ? longest : shortest);
     layer.limited = layer.width > most && most > 0;
     if (layer.limited) layer.width = most;
     return layer;

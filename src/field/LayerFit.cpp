@@ -14,10 +14,10 @@ namespace curlew {
 
 namespace {
 
-constexpr size_t kEnough = 2048, kMostCandidates = size_t{1} << 17;
+constexpr size_t kEnough = 2048, kMaxCandidates = size_t{1} << 17;
 constexpr uint64_t kSeed = 0x6c61796572; // an arbitrary constant
 constexpr int kStepsPerWidth = 16;
-constexpr double kMostMissed = 0.75; ///< In steps. On the medial axis the depth rises by less than its slope predicts.
+constexpr double kMaxMissed = 0.75; ///< In steps. On the medial axis the depth rises by less than its slope predicts.
 
 template <int N>
 struct Depths {
@@ -71,7 +71,7 @@ void follow(const WallN<N>& wall, const PointBatchN<N>& begin, std::vector<doubl
         for (int i = 0; i < points.size; ++i) {
             const auto n = static_cast<size_t>(i);
             missed[n] += now.slope[n] * step - (then.depth[n] - now.depth[n]);
-            ended[n] = ended[n] || now.depth[n] >= wall.width || !(missed[n] < kMostMissed * now.slope[n] * step);
+            ended[n] = ended[n] || now.depth[n] >= wall.width || !(missed[n] < kMaxMissed * now.slope[n] * step);
             if (!ended[n]) continue;
             next.set(i, points[i]);
             then.depth[n] = now.depth[n];
@@ -92,16 +92,16 @@ LayerFit layerFit(const WallN<N>& wall) {
     LayerFit fit{.fitting = wall.width};
     if (!wall.sdf.bounds.finite()) return fit;
     std::vector<double> reached;
-    for (size_t k = 0; k < kMostCandidates && reached.size() < kEnough; k += kBatch)
+    for (size_t k = 0; k < kMaxCandidates && reached.size() < kEnough; k += kBatch)
         if (const auto inside = insideAmong(wall.sdf, k); inside.size > 0) follow(wall, inside, reached);
     if (reached.empty()) return fit;
     // A path may end up to one step short of the width.
     const double enough = wall.width * (1 - 1.0 / kStepsPerWidth);
     const auto stopped = std::count_if(reached.begin(), reached.end(), [&](double depth) { return depth < enough; });
     fit.unreached = static_cast<double>(stopped) / static_cast<double>(reached.size());
-    if (fit.unreached <= kMostUnreached) return fit;
+    if (fit.unreached <= kMaxUnreached) return fit;
     std::sort(reached.begin(), reached.end());
-    fit.fitting = reached[static_cast<size_t>(kMostUnreached * static_cast<double>(reached.size()))];
+    fit.fitting = reached[static_cast<size_t>(kMaxUnreached * static_cast<double>(reached.size()))];
     return fit;
 }
 

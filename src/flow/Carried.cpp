@@ -111,10 +111,10 @@ struct Carried {
 
 template <int N>
 ScalarFieldN<N> carried(const ScalarFieldN<N>& field, const FlowN<N>& flow, const CarryOptions& options) {
-    constexpr int kMostSteps = 1000;
+    constexpr int kMaxSteps = 1000;
     if (!std::isfinite(options.time)) throw ValueError("the time must be finite");
-    if (options.steps < 1 || options.steps > kMostSteps)
-        throw ValueError(fmt::format("{} steps; give 1 to {}", options.steps, kMostSteps));
+    if (options.steps < 1 || options.steps > kMaxSteps)
+        throw ValueError(fmt::format("{} steps; give 1 to {}", options.steps, kMaxSteps));
     if (!flow.divergenceFree())
         throw ValueError("a normalised flow cannot carry a field: its direction is discontinuous at stagnation points");
     for (const auto& term : flow.terms())

@@ -76,7 +76,7 @@ struct PngImage : png_image {
 };
 
 /// libpng's simplified interface counts bytes in 31 bits.
-constexpr uintmax_t kMostPngBytes = 0x7fffffff;
+constexpr uintmax_t kMaxPngBytes = 0x7fffffff;
 
 uintmax_t rgbBytes(uintmax_t width, uintmax_t height) { return width * height * 3; }
 
@@ -237,7 +237,7 @@ void writePng(const fs::path& path, const Image& image, const ColorScale& scale,
               const std::function<bool()>& cancelled) {
     checkImage(image);
     const auto width = static_cast<png_uint_32>(image.width), height = static_cast<png_uint_32>(image.height);
-    if (rgbBytes(width, height) > kMostPngBytes)
+    if (rgbBytes(width, height) > kMaxPngBytes)
         throw ValueError(
             fmt::format("an image of {} x {} pixels is too large for a PNG; write an .exr", width, height));
     const std::vector<png_byte> bytes = displayBytes(displayed(image, scale));
@@ -269,7 +269,7 @@ Image readPng(const fs::path& path, const Monitor& monitor) {
     };
     if (!png_image_begin_read_from_stdio(&png, file.get())) throw failed();
     const uintmax_t size = rgbBytes(png.width, png.height);
-    if (size > kMostPngBytes)
+    if (size > kMaxPngBytes)
         throw cannotRead(path, fmt::format("a PNG of {} x {} pixels is too large to read", png.width, png.height));
     validatePng(bytes, path);
     // libpng stops after the last row, so it would not notice a missing end.

@@ -19,7 +19,7 @@ constexpr int kStripHeight = 28, kMargin = 5, kTitleTop = 4, kBarTop = 17, kBarH
 
 /// Room for two of the longest numbers (-1.23e-38) and a bar of 30 pixels, whatever the numbers are, so that all frames
 /// of a sequence have the same size.
-constexpr int kLeastWidth = 156;
+constexpr int kMinWidth = 156;
 
 void drawBar(Image& picture, const Rectangle& area, ColorMap map) {
     fill(picture, {area.x - 1, area.y - 1, area.width + 2, area.height + 2}, kFrame);
@@ -38,10 +38,10 @@ Image withLegend(const Image& scalar, const ColorScale& scale, std::string_view 
     const Image colored = colorize(scalar, scale);
     const std::string lower = number(scale.lower), upper = number(scale.upper);
 
-    const int size = colored.width < 2 * kLeastWidth ? 1 : std::max(2, colored.width / 512);
+    const int size = colored.width < 2 * kMinWidth ? 1 : std::max(2, colored.width / 512);
 
     Image picture =
-        filledImage(std::max(colored.width, kLeastWidth), colored.height + kStripHeight * size, {"R", "G", "B"});
+        filledImage(std::max(colored.width, kMinWidth), colored.height + kStripHeight * size, {"R", "G", "B"});
     fill(picture, {0, 0, picture.width, picture.height}, kPaper);
     paste(colored, (picture.width - colored.width) / 2, 0, picture);
 

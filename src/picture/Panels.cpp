@@ -17,7 +17,7 @@ using namespace draw;
 
 namespace {
 
-constexpr int kMostPixels = 1 << 16; // along an edge
+constexpr int kMaxPixels = 1 << 16; // along an edge
 
 int columnsFor(size_t count, int wanted) {
     const int n = static_cast<int>(count);
@@ -69,9 +69,9 @@ Image panels(const std::vector<Image>& pictures, const PanelOptions& o) {
     for (int& height : heights) height += band;
 
     const auto lefts = begins(widths, gap), tops = begins(heights, gap);
-    if (lefts.back() > kMostPixels || tops.back() > kMostPixels)
+    if (lefts.back() > kMaxPixels || tops.back() > kMaxPixels)
         throw ValueError(fmt::format("panels of {} x {} pixels are too large; an edge can have at most {}",
-                                     lefts.back(), tops.back(), kMostPixels));
+                                     lefts.back(), tops.back(), kMaxPixels));
     const auto width = static_cast<int>(lefts.back()), height = static_cast<int>(tops.back());
     requireMemory(static_cast<double>(width) * height * 3 * sizeof(float),
                   fmt::format("panels of {} x {} pixels", width, height), "make the pictures smaller");

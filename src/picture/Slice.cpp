@@ -16,7 +16,7 @@ namespace curlew {
 namespace {
 
 constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
-constexpr int kMostPixels = 1 << 15; // along an edge
+constexpr int kMaxPixels = 1 << 15; // along an edge
 
 /// One row of a slice: all samples of its pixels, and their means.
 class SliceRow {
@@ -90,15 +90,15 @@ PicturePlane::PicturePlane(const Box& box, const SliceOptions& o)
     : mRight(o.axis == 0 ? 2 : 0), mUp(o.axis == 1 ? 2 : 1) {
     if (o.axis < 0 || o.axis > 2) throw ValueError(fmt::format("axis {} must be 0, 1 or 2", o.axis));
     if (!box.finite()) throw ValueError("the domain is infinite; give a box");
-    if (o.width < 1 || o.width > kMostPixels)
-        throw ValueError(fmt::format("width {} must be 1 to {} pixels", o.width, kMostPixels));
+    if (o.width < 1 || o.width > kMaxPixels)
+        throw ValueError(fmt::format("width {} must be 1 to {} pixels", o.width, kMaxPixels));
     if (!(o.margin >= 0) || !std::isfinite(o.margin)) throw ValueError("the margin must not be negative");
     const Vec3d size = box.size();
     if (!(size[mRight] > 0) || !(size[mUp] > 0)) throw ValueError("the box is empty");
     const double margin = o.margin * std::max(size[mRight], size[mUp]);
     const double width = size[mRight] + 2 * margin, height = size[mUp] + 2 * margin;
     const double rows = std::max(1.0, std::round(o.width * height / width));
-    if (!(rows <= kMostPixels))
+    if (!(rows <= kMaxPixels))
         throw ValueError(fmt::format("a height of {} pixels is too large; choose a smaller width", rows));
     mWidth = o.width;
     mHeight = static_cast<int>(rows);

@@ -48,13 +48,13 @@ Faces facesOf(const Mesh& mesh) {
 
 /// Extracts the zero set of a grid in index space, where float is precise enough wherever the grid lies. `place`
 /// converts indices to a position.
-template <class Place>
-Faces facesOf(const openvdb::FloatGrid& grid, const Place& place) {
+template <class ToWorld>
+Faces facesOf(const openvdb::FloatGrid& grid, const ToWorld& toWorld) {
     const auto indices = grid.copyReplacingTransform(openvdb::math::Transform::createLinearTransform(1));
     Mesh mesh;
     openvdb::tools::volumeToMesh(*indices, mesh.points, mesh.triangles, mesh.quads, 0.0, 0.0, true);
     Faces faces = facesOf(mesh);
-    for (Vec3d& p : faces.vertices) p = place(p);
+    for (Vec3d& p : faces.vertices) p = toWorld(p);
     return faces;
 }
 
@@ -67,7 +67,7 @@ class MeshSurface final : public Surface::Model {
         findNormals();
     }
 
-    double skin() const override { return 1e-4 * length(mMesh.box().size()); }
+    double rayOffset() const override { return 1e-4 * length(mMesh.box().size()); }
 
     void intersect(std::span<const Ray> rays, double, std::span<RayHit> hits) const override {
         std::vector<std::optional<RayMesh::Hit>> found(rays.size());
@@ -144,7 +144,7 @@ class LevelSetSurface final : public Surface::Model {
     LevelSetSurface(Faces faces, double voxel, ScalarField distance)
         : mMesh(std::move(faces.vertices), std::move(faces.triangles)), mVoxel(voxel), mDistance(std::move(distance)) {}
 
-    double skin() const override { return mVoxel; }
+    double rayOffset() const override { return mVoxel; }
 
     void occluded(std::span<const Ray> rays, double, std::span<uint8_t> flags) const override {
         mMesh.occluded(rays, flags);
@@ -175,7 +175,7 @@ class LevelSetSurface final : public Surface::Model {
             points.size = 0;
             for (const size_t i : found) points.push(rays[i].origin + rays[i].direction * hits[i].distance);
             mDistance.eval(points, jets);
-            bool settled = true;
+            bool converged = true;
             for (int k = 0; k < points.size; ++k) {
                 const size_t i = found[static_cast<size_t>(k)];
                 const auto jet = jets[k];
@@ -183,9 +183,9 @@ class LevelSetSurface final : public Surface::Model {
                 const double by = jet.value / dot(jet.gradient, rays[i].direction);
                 if (step == kNewtonSteps || !(std::abs(by) < 0.5 * mVoxel)) continue;
                 hits[i].distance -= by;
-                settled = settled && std::abs(by) < 1e-3 * mVoxel;
+                converged = converged && std::abs(by) < 1e-3 * mVoxel;
             }
-            if (settled) return; // this close, the normal is accurate enough
+            if (converged) return; // this close, the normal is accurate enough
         }
     }
 

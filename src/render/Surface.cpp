@@ -119,8 +119,8 @@ class FieldSurface final : public Surface::Model {
                        double resolution, RayHit& hit) {
         (height > 0 ? march.below : march.beyond) = march.t;
         double next = slope != 0 ? march.t - height / slope : march.t;
-        const bool settled = std::abs(next - march.t) <= 1e-9 * resolution || height == 0;
-        if (settled || march.steps >= kRefinements || march.beyond - march.below <= 1e-12 * march.beyond) {
+        const bool converged = std::abs(next - march.t) <= 1e-9 * resolution || height == 0;
+        if (converged || march.steps >= kRefinements || march.beyond - march.below <= 1e-12 * march.beyond) {
             hit = {.distance = march.t, .normal = facing(jet.gradient, ray.direction)};
             return false;
         }
@@ -190,7 +190,7 @@ Surface::Surface(const Mesh& mesh) : mModel(meshModel(mesh)) {
         }
 }
 
-double Surface::skin() const { return mModel->skin(); }
+double Surface::rayOffset() const { return mModel->rayOffset(); }
 
 void Surface::intersect(std::span<const Ray> rays, double resolution, std::span<RayHit> hits) const {
     mModel->intersect(rays, resolution, hits);

@@ -19,7 +19,7 @@ class Surface::Model {
         intersect(rays, resolution, hits);
         for (size_t k = 0; k < rays.size(); ++k) flags[k] = hits[k].found() ? 1 : 0;
     }
-    virtual double skin() const { return 0; }
+    virtual double rayOffset() const { return 0; }
 };
 
 std::shared_ptr<const Surface::Model> meshModel(const Mesh& mesh);

@@ -101,7 +101,7 @@ class Lights {
 /// Returns whether something is between each of these hits and the light.
 std::vector<bool> shadowed(const SurfaceView& view, const Lights& lights, const Surface& surface, size_t begin,
                            size_t end) {
-    const double skin = surface.skin() + 2 * view.resolution;
+    const double offset = surface.rayOffset() + 2 * view.resolution;
     std::vector<Ray> rays;
     std::vector<size_t> of;
     for (size_t k = begin; k < end; ++k) {
@@ -109,7 +109,7 @@ std::vector<bool> shadowed(const SurfaceView& view, const Lights& lights, const 
         Vec3d n;
         for (int axis = 0; axis < 3; ++axis) n[axis] = static_cast<double>(sample.normal[axis]);
         if (!(dot(n, lights.key()) > 0)) continue; // it faces away from the light
-        rays.push_back({sample.position + n * (skin + static_cast<double>(sample.lift)),
+        rays.push_back({sample.position + n * (offset + static_cast<double>(sample.lift)),
                         lights.toKey(k % view.samplesPerPixel(), view.samplesPerPixel(), randomUniform(1, k))});
         of.push_back(k);
     }

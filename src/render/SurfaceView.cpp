@@ -91,7 +91,7 @@ double SurfaceView::coverage() const {
 
 SurfaceView viewThrough(const Surface& surface, const SurfaceView& view, const Monitor& monitor) {
     const Camera& camera = view.camera;
-    const double skin = surface.skin() + 2 * view.resolution;
+    const double offset = surface.rayOffset() + 2 * view.resolution;
     std::vector<SurfaceSample> next(view.hits.size());
     std::vector<uint8_t> found(view.hits.size());
     parallelFor(
@@ -100,7 +100,7 @@ SurfaceView viewThrough(const Surface& surface, const SurfaceView& view, const M
             std::vector<Ray> rays;
             for (size_t k = begin; k < end; ++k) {
                 const Vec3d way = view.hits[k].position - camera.eye(), direction = way * (1 / length(way));
-                rays.push_back({view.hits[k].position + direction * skin, direction});
+                rays.push_back({view.hits[k].position + direction * offset, direction});
             }
             std::vector<RayHit> hits(rays.size());
             surface.intersect(rays, view.resolution, hits);

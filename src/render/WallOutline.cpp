@@ -13,7 +13,7 @@ namespace curlew {
 
 namespace {
 
-constexpr int kMostSteps = 2000;
+constexpr int kMaxSteps = 2000;
 
 /// The state of a ray that marches through the box.
 struct Ray {
@@ -53,7 +53,7 @@ void step(Ray& ray, float distance, const Vec3d& gradient, double lipschitz) {
 
 /// Steps all rays until each has left the box.
 void march(std::span<Ray> rays, const Sdf& sdf, const Vec3d& eye, const Monitor& monitor) {
-    for (int k = 0; k < kMostSteps; ++k) {
+    for (int k = 0; k < kMaxSteps; ++k) {
         monitor.check();
         PointBatch points;
         std::array<size_t, kBatch> of{};

@@ -116,7 +116,7 @@ AdvectResultN<N> advectBatches(const FlowN<N>& flow, const AdvectScalesN<N>& sca
         .coarse = sum.coarse,
         .meanIterations = static_cast<double>(sum.iterations) / static_cast<double>(std::max<size_t>(tried, 1)),
         .errorMean = sum.error / static_cast<double>(std::max<size_t>(count, 1)),
-        .errorMax = sum.mostError,
+        .errorMax = sum.maxError,
         .splitting = splitting};
     if (split) result.drift = sum.drift;
     for (size_t q = 0; q < rms.potentials.size(); ++q)
@@ -299,7 +299,7 @@ size_t followWall(const FlowInTime& flow, const FlowAt& from, const FlowAt& to, 
     const Box& box = from.flow.domain().box;
     const WallMotion motion(*before, *after, box, to.time - from.time);
     constexpr double kFar = 0.25; // relative to the layer
-    if (halvings == 0 || motion.way() <= kFar * before->width) return motion.carry(particles, monitor);
+    if (halvings == 0 || motion.maxChange() <= kFar * before->width) return motion.carry(particles, monitor);
     const double time = (from.time + to.time) / 2;
     const FlowAt middle{time, flow.at(time)};
     const auto& halfway = middle.flow.domain().wall;

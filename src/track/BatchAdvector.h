@@ -13,7 +13,7 @@ namespace curlew::detail {
 template <int N>
 struct Tally {
     size_t notConverged = 0, stalled = 0, outside = 0, substeps = 0, retries = 0, coarse = 0, iterations = 0;
-    double error = 0, mostError = 0;                     // estimated position errors: sum and maximum
+    double error = 0, maxError = 0;                      // estimated position errors: sum and maximum
     std::array<double, FlowN<N>::kPotentials> squares{}; // of the residuals
     std::array<double, FlowN<N>::kPotentials> drift{};   // maximum residuals after a substep
 
@@ -26,7 +26,7 @@ struct Tally {
         coarse += o.coarse;
         iterations += o.iterations;
         error += o.error;
-        mostError = std::max(mostError, o.mostError);
+        maxError = std::max(maxError, o.maxError);
         for (size_t q = 0; q < squares.size(); ++q) squares[q] += o.squares[q];
         for (size_t q = 0; q < drift.size(); ++q) drift[q] = std::max(drift[q], o.drift[q]);
         return *this;
@@ -45,14 +45,10 @@ template <int N>
 class BatchAdvector {
   public:
     /// Starts each point on the track at its position. `options` must have an accuracy unless its steps are equal;
-    /// `firstStep`: length of the first adaptive step, seconds; `typicalSpeed`: see StepDemands.
+    /// `firstStep`: length of the first adaptive step, seconds; `rmsSpeed`: see StepDemands.
     BatchAdvector(const GuardedStepper<N>& stepper, const AdvectOptions& options, double firstStep,
-                  const std::vector<PointBatchN<N>>& batches, double typicalSpeed = 0)
-        : mStepper(stepper),
-          mOptions(options),
-          mFirstStep(firstStep),
-          mTypicalSpeed(typicalSpeed),
-          mParts(batches.size()) {
+                  const std::vector<PointBatchN<N>>& batches, double rmsSpeed = 0)
+        : mStepper(stepper), mOptions(options), mFirstStep(firstStep), mRmsSpeed(rmsSpeed), mParts(batches.size()) {
         for (size_t b = 0; b < batches.size(); ++b) {
             Part& part = mParts[b];
             part.tips.position = batches[b];
@@ -96,7 +92,7 @@ class BatchAdvector {
                 sum.outside += !part.allowed[i];
                 sum.notConverged += !part.converged[i];
                 sum.error += part.error[i];
-                sum.mostError = std::max(sum.mostError, part.error[i]);
+                sum.maxError = std::max(sum.maxError, part.error[i]);
                 if (!part.converged[i]) continue;
                 for (size_t q = 0; q < potentials.size(); ++q) {
                     const double residual = potentials[q].c[0][i] - part.tips.track[q][i];
@@ -203,7 +199,7 @@ class BatchAdvector {
         size_t count = 0;
         while (count < kBatch && setOut(count)) ++count;
         std::array<double, kBatch> dt;
-        StepDemands demands{.accuracy = mOptions.accuracy, .typicalSpeed = mTypicalSpeed};
+        StepDemands demands{.accuracy = mOptions.accuracy, .rmsSpeed = mRmsSpeed};
         while (count > 0) {
             monitor.check();
             tips.position.size = static_cast<int>(count);
@@ -296,10 +292,10 @@ class BatchAdvector {
     }
     /// Returns the factor by which step a may grow so that the point moves by nearly maxStep.
     double stretch(const ActiveTipsN<N>& from, const StepResultN<N>& to, size_t a) const {
-        constexpr double kNearly = 0.95, kMost = 4;
-        if (!(mOptions.maxStep > 0)) return kMost;
+        constexpr double kNearly = 0.95, kMax = 4;
+        if (!(mOptions.maxStep > 0)) return kMax;
         const double way = moved(from, to, a);
-        return way * kMost > mOptions.maxStep ? kNearly * mOptions.maxStep / way : kMost;
+        return way * kMax > mOptions.maxStep ? kNearly * mOptions.maxStep / way : kMax;
     }
 
     void moveTo(ActiveTipsN<N>& tips, size_t i, const StepResultN<N>& to, size_t a) {
@@ -313,7 +309,7 @@ class BatchAdvector {
 
     const GuardedStepper<N>& mStepper;
     const AdvectOptions& mOptions;
-    double mFirstStep, mTypicalSpeed;
+    double mFirstStep, mRmsSpeed;
     StepControl mControl{std::max(tableauOf(mOptions.usedScheme()).errorOrder, 1)};
     std::vector<Part> mParts;
     Tally<N> mTally;

@@ -187,8 +187,8 @@ std::optional<double> DivergenceDiagnostics::order() const {
 }
 
 bool DivergenceDiagnostics::vanishes() const {
-    constexpr double kLeastOrder = 0.25;
-    return order().value_or(1) > kLeastOrder;
+    constexpr double kMinOrder = 0.25;
+    return order().value_or(1) > kMinOrder;
 }
 
 template <int N>

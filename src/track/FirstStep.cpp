@@ -20,10 +20,10 @@ struct Scales {
 
 template <int N>
 Scales scalesOf(const FlowN<N>& flow) {
-    constexpr size_t kEnough = 256, kPart = 4096, kMost = 1 << 17;
+    constexpr size_t kEnough = 256, kPart = 4096, kMax = 1 << 17;
     double speeds = 0, rates = 0;
     size_t count = 0;
-    for (size_t begin = 0; begin < kMost && count < kEnough; begin += kPart)
+    for (size_t begin = 0; begin < kMax && count < kEnough; begin += kPart)
         visitSamples(flow.domain(), begin, begin + kPart, [&](const PointBatchN<N>& points) {
             for (int i = 0; i < points.size && count < kEnough; ++i, ++count) {
                 const FlowSampleN<N> sample = flow.at(points[i]);

@@ -12,13 +12,13 @@ namespace curlew::detail {
 
 namespace {
 
-constexpr int kMostTimes = 64; ///< Relative to the minimum.
+constexpr int kMaxTimes = 64; ///< Relative to the minimum.
 constexpr int kTries = 4;
 
 std::vector<Vec3d> probesOf(const Domain& domain) {
-    constexpr size_t kProbes = 256, kPart = 4096, kMost = 1 << 17;
+    constexpr size_t kProbes = 256, kPart = 4096, kMax = 1 << 17;
     std::vector<Vec3d> probes;
-    for (size_t begin = 0; begin < kMost && probes.size() < kProbes; begin += kPart)
+    for (size_t begin = 0; begin < kMax && probes.size() < kProbes; begin += kPart)
         visitSamples(domain, begin, begin + kPart, [&](const PointBatch& points) {
             for (int i = 0; i < points.size && probes.size() < kProbes; ++i) probes.push_back(points[i]);
         });
@@ -77,7 +77,7 @@ Freezing freezingOf(const FlowInTime& flow, const Flow& before, double begin, co
     const Monitor quiet{.report = {}, .cancelled = monitor.cancelled};
     const FrozenSteps frozen(flow, before, begin, options, scales, quiet);
     Freezing freezing{.moments = least};
-    const double most = std::min(1e9, static_cast<double>(least) * kMostTimes);
+    const double most = std::min(1e9, static_cast<double>(least) * kMaxTimes);
     for (int k = 0; k < kTries; ++k) {
         const double step = options.time / freezing.moments;
         const Points whole = frozen(probes, step, 1), halves = frozen(probes, step / 2, 2);

@@ -11,7 +11,7 @@ namespace curlew {
 
 namespace {
 
-constexpr double kMostPace = 4.0 / 3;
+constexpr double kMaxPace = 4.0 / 3;
 constexpr double kFadeShare = 0.25;     // fraction of a particle's time in which it fades in, and out
 constexpr uint64_t kFadeSeed = 0x10095; // separates these random numbers from others
 
@@ -109,7 +109,7 @@ LoopTable loopTable(const LoopSetup& setup, double duration, const Points& seeds
     std::vector<LoopLine> forward(count), backward(count);
     LoopTracer ahead(setup, 1, forward), back(setup, -1, backward);
     for (size_t k = 0; k < count; ++k)
-        if (allowed[k]) ahead.add(k, tips, static_cast<int>(k), kMostPace * duration, true);
+        if (allowed[k]) ahead.add(k, tips, static_cast<int>(k), kMaxPace * duration, true);
     ahead.run(monitor);
     // How long before the beginning of the loop a fading particle becomes visible.
     std::vector<double> earlier(count);

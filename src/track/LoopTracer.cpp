@@ -11,7 +11,7 @@ namespace {
 /// whatever comes this close is closed.
 constexpr double kClosure = 1e-3;
 /// The cosine of the maximum turn of a step, 1 rad. A larger turn could miss the plane through the seed.
-constexpr double kLeastCosine = 0.54;
+constexpr double kMinCosine = 0.54;
 
 } // namespace
 
@@ -63,7 +63,7 @@ void LoopTracer::advance() {
 bool LoopTracer::tooCoarse(int i, const StepResultN<3>& step) const {
     const Vec3d from = mTips.velocity[i], to = step.reprojected.velocity[i];
     return step.error[static_cast<size_t>(i)] > mSetup.accuracy ||
-           dot(from, to) < kLeastCosine * length(from) * length(to);
+           dot(from, to) < kMinCosine * length(from) * length(to);
 }
 
 bool LoopTracer::proceed(Growth& growth, int i, const StepResultN<3>& step, double dt) {

@@ -21,9 +21,9 @@ namespace {
 template <int N>
 using Positions = std::vector<Vec<double, N>>;
 
-constexpr size_t kLeaf = 16;             // points
-constexpr double kBytesPerPoint = 48;    // tree and results
-constexpr size_t kMostPoints = 1u << 31; // indices are 32 bits
+constexpr size_t kLeaf = 16;            // points
+constexpr double kBytesPerPoint = 48;   // tree and results
+constexpr size_t kMaxPoints = 1u << 31; // indices are 32 bits
 
 /// A result set of nanoflann: it receives each point within worstDist() and returns whether to continue.
 struct ResultSet {
@@ -72,8 +72,8 @@ const std::vector<uint32_t>& orderOf(const Index& index) {
 
 template <int N>
 void validate(const Positions<N>& points) {
-    if (points.size() > kMostPoints)
-        throw ResourceError(fmt::format("{} points are too many; give at most {}", points.size(), kMostPoints));
+    if (points.size() > kMaxPoints)
+        throw ResourceError(fmt::format("{} points are too many; give at most {}", points.size(), kMaxPoints));
     requireMemory(kBytesPerPoint * static_cast<double>(points.size()),
                   fmt::format("a tree of {} points", points.size()), "give fewer");
     for (size_t k = 0; k < points.size(); ++k)

@@ -13,9 +13,9 @@ namespace curlew {
 
 namespace {
 
-constexpr uint64_t kMostTries = 10000;
+constexpr uint64_t kMaxTries = 10000;
 constexpr uint64_t kDensityStream = uint64_t{1} << 48; ///< Random numbers beyond those of the positions.
-constexpr size_t kMostCells = size_t{1} << 22;
+constexpr size_t kMaxCells = size_t{1} << 22;
 
 /// Equal cells that cover the region to sample. Candidates outside the region are drawn again.
 struct Cells {
@@ -51,7 +51,7 @@ class VolumeSource {
         DistanceRange range;
         if (domain.wall && domain.wall->side == Side::inside) range.upper = 0;
         if (domain.wall && domain.wall->side == Side::outside) range.lower = 0;
-        mCells = {coveringCells(domain, domain.box.lower, size, range, kMostCells), domain.box.lower, size};
+        mCells = {coveringCells(domain, domain.box.lower, size, range, kMaxCells), domain.box.lower, size};
         if (mCells.cells.empty()) throw ValueError("the domain is empty");
     }
     const Cells& cells() const { return mCells; }
@@ -81,7 +81,7 @@ class SurfaceSource {
         const double margin = std::abs(level) + mHalf;
         Domain both{.box = domain.box.padded(margin), .wall = domain.wall};
         both.wall->side = Side::both;
-        mCells = {coveringCells(both, both.box.lower, size, {level - mHalf, level + mHalf}, kMostCells), both.box.lower,
+        mCells = {coveringCells(both, both.box.lower, size, {level - mHalf, level + mHalf}, kMaxCells), both.box.lower,
                   size};
         if (mCells.cells.empty()) throw ValueError("the surface does not meet the box");
     }
@@ -99,18 +99,18 @@ class SurfaceSource {
             shell.push(points[i]);
         }
         if (shell.size == 0) return;
-        Accepted settled;
-        settle(shell, settled);
+        Accepted converged;
+        moveOnto(shell, converged);
         for (int i = 0; i < shell.size; ++i) {
             points.set(of[static_cast<size_t>(i)], shell[i]);
-            accepted[static_cast<size_t>(of[static_cast<size_t>(i)])] = settled[static_cast<size_t>(i)];
+            accepted[static_cast<size_t>(of[static_cast<size_t>(i)])] = converged[static_cast<size_t>(i)];
         }
     }
     const char* failure() const { return "the density and the wall reject almost every point of the surface"; }
 
   private:
     /// Newton's method along the gradient.
-    void settle(PointBatch& points, Accepted& settled) const {
+    void moveOnto(PointBatch& points, Accepted& converged) const {
         constexpr int kNewtonSteps = 8;
         JetBatch<double, 1> jets;
         for (int step = 0; step <= kNewtonSteps; ++step) {
@@ -119,8 +119,8 @@ class SurfaceSource {
             for (int i = 0; i < points.size; ++i) {
                 const auto jet = jets[i];
                 const double off = mLevel - jet.value, slope = dot(jet.gradient, jet.gradient);
-                settled[static_cast<size_t>(i)] = std::abs(off) <= mTolerance;
-                if (settled[static_cast<size_t>(i)] || !(slope > kLeastSlope)) continue;
+                converged[static_cast<size_t>(i)] = std::abs(off) <= mTolerance;
+                if (converged[static_cast<size_t>(i)] || !(slope > kMinSlope)) continue;
                 points.set(i, points[i] + jet.gradient * (off / slope));
                 all = false;
             }
@@ -128,7 +128,7 @@ class SurfaceSource {
         }
     }
 
-    static constexpr double kLeastSlope = 0.0625; ///< Squared; the field is not a distance where it is less steep.
+    static constexpr double kMinSlope = 0.0625; ///< Squared; the field is not a distance where it is less steep.
     double mLevel, mHalf = 0, mTolerance = 0;
     std::optional<ScalarField> mDistance;
     Cells mCells;
@@ -178,7 +178,7 @@ Points drawn(const Source& source, int64_t first, size_t count, const ScatterOpt
             size_t left = 0;
             for (size_t k = begin; k < end; ++k) waiting[left++] = k;
             for (uint64_t attempt = 0; left > 0; ++attempt) {
-                if (attempt == kMostTries) throw ValueError(source.failure());
+                if (attempt == kMaxTries) throw ValueError(source.failure());
                 const auto point = [&](auto i) {
                     return static_cast<uint64_t>(first) + waiting[static_cast<size_t>(i)];
                 };

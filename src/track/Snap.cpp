@@ -12,7 +12,7 @@ namespace curlew {
 
 namespace {
 
-constexpr int kMostSteps = 60;
+constexpr int kMaxSteps = 60;
 
 /// Returns the position that each point reaches, or nullopt.
 std::array<std::optional<Vec3d>, kBatch> snapped(const ScalarField& field, double value, const PointBatch& start,
@@ -20,7 +20,7 @@ std::array<std::optional<Vec3d>, kBatch> snapped(const ScalarField& field, doubl
     std::array<std::optional<Vec3d>, kBatch> found;
     PointBatch points = start;
     std::array<bool, kBatch> done{};
-    for (int k = 0; k < kMostSteps; ++k) {
+    for (int k = 0; k < kMaxSteps; ++k) {
         JetBatch<double, 1> jets;
         field.eval(points, jets);
         for (int i = 0; i < points.size; ++i) {

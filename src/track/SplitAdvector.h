@@ -112,7 +112,7 @@ class SplitAdvector {
             sum.outside += !mPart.allowed[i];
             sum.notConverged += !mPart.converged[i];
             sum.error += mPart.error[i];
-            sum.mostError = std::max(sum.mostError, mPart.error[i]);
+            sum.maxError = std::max(sum.maxError, mPart.error[i]);
         }
         return sum;
     }

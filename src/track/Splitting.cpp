@@ -33,9 +33,9 @@ void appendStrang(double fraction, size_t terms, std::vector<SplitFactor>& facto
 std::vector<Vec3d> pointsOfWall(const Wall& wall, const Box& box, size_t count, const Monitor& monitor) {
     Domain around{.box = box, .wall = wall};
     around.wall->side = Side::both;
-    constexpr size_t kMostTries = 16; // rounds of `count` candidates; more if the wall is small in its box
+    constexpr size_t kMaxTries = 16; // rounds of `count` candidates; more if the wall is small in its box
     std::vector<Vec3d> found;
-    for (size_t k = 0; k < kMostTries && found.size() < count; ++k) {
+    for (size_t k = 0; k < kMaxTries && found.size() < count; ++k) {
         const Points seeds = scatterFrom(around, static_cast<int64_t>(k * count), count, kSeed, monitor);
         std::vector<std::optional<Vec3d>> onWall(count);
         parallelFor(

@@ -28,24 +28,24 @@ class StepControl {
   public:
     explicit StepControl(int order) {
         for (int k = 0; k < kFactors; ++k) {
-            mFactors[static_cast<size_t>(k)] = powerOfTwo(k + kLeast);
-            mMost[static_cast<size_t>(k)] = kAim * powerOfTwo(-(k + kLeast) * order);
+            mFactors[static_cast<size_t>(k)] = powerOfTwo(k + kMin);
+            mMax[static_cast<size_t>(k)] = kAim * powerOfTwo(-(k + kMin) * order);
         }
     }
 
     /// Returns the factor for the length of a step whose error, relative to the allowed one, was `error`; the smallest
     /// factor for NaN.
     double factor(double error) const {
-        size_t k = 0; // mMost decreases; counting all has no branch that would be mispredicted
-        for (size_t i = 1; i < mMost.size(); ++i) k += error <= mMost[i];
+        size_t k = 0; // mMax decreases; counting all has no branch that would be mispredicted
+        for (size_t i = 1; i < mMax.size(); ++i) k += error <= mMax[i];
         return mFactors[k];
     }
 
   private:
-    static constexpr double kAim = 0.2;                        ///< Measured: larger values make many steps fail.
-    static constexpr int kLeast = -16, kFactors = 16 + 16 + 1; ///< From 1/4 to 4, in powers of 2^(1/8).
+    static constexpr double kAim = 0.2;                      ///< Measured: larger values make many steps fail.
+    static constexpr int kMin = -16, kFactors = 16 + 16 + 1; ///< From 1/4 to 4, in powers of 2^(1/8).
     std::array<double, kFactors> mFactors{};
-    std::array<double, kFactors> mMost{}; ///< Maximum relative error for each factor.
+    std::array<double, kFactors> mMax{}; ///< Maximum relative error for each factor.
 };
 
 } // namespace curlew::detail

@@ -122,16 +122,16 @@ struct StepResultN {
     PointBatchN<N> position;
     ReprojectedBatchN<N> reprojected;
     std::array<double, kBatch> distance; ///< From the wall; unset if the guard ignores walls.
-    std::array<double, kBatch> error;    ///< Estimated, world units; see StepDemands::typicalSpeed.
+    std::array<double, kBatch> error;    ///< Estimated, world units; see StepDemands::rmsSpeed.
     std::array<bool, kBatch> accepted;
 };
 
 /// Accuracy demands on steps. By default the error estimate is ignored, and all steps are reprojected fully.
 struct StepDemands {
     double accuracy = std::numeric_limits<double>::infinity(); ///< World units.
-    /// Typical speed of the flow; 0: unknown. An error along a track is a delay and stays one. Where the flow is slower
+    /// The rms speed of the flow; 0: unknown. An error along a track is a delay and stays one. Where the flow is slower
     /// than this speed, the error is weighted by the distance that it grows to where the flow is this fast.
-    double typicalSpeed = 0;
+    double rmsSpeed = 0;
     /// Intermediate steps, whose end no caller sees. They are reprojected by one correction without another evaluation,
     /// and the next step begins with the velocity found before that correction.
     std::array<bool, kBatch> between{};
@@ -174,7 +174,7 @@ class GuardedStepper {
         FlowBatchN<N> here;
         mFlow.eval(stepped, here.potentials, here.velocity);
         estimate(here.velocity, dt, stages, size, to.error);
-        if (demands.typicalSpeed > 0) weigh(from.velocity, here.velocity, demands.typicalSpeed, size, to.error);
+        if (demands.rmsSpeed > 0) weigh(from.velocity, here.velocity, demands.rmsSpeed, size, to.error);
         std::array<double, kBatch> stepLength;
         std::array<Correction, kBatch> wanted;
         for (int i = 0; i < size; ++i) {
@@ -204,12 +204,12 @@ class GuardedStepper {
     }
 
     /// Weights errors as delays, in steps where the flow is slower than its rms speed.
-    static void weigh(const VecBatchN<double, N>& first, const VecBatchN<double, N>& last, double typicalSpeed,
-                      int size, std::array<double, kBatch>& error) {
-        constexpr double kMost = 1024; // the weight is unbounded at a stagnation point
+    static void weigh(const VecBatchN<double, N>& first, const VecBatchN<double, N>& last, double rmsSpeed, int size,
+                      std::array<double, kBatch>& error) {
+        constexpr double kMax = 1024; // the weight is unbounded at a stagnation point
         for (int i = 0; i < size; ++i) {
             const double speed = std::min(length(first[i]), length(last[i]));
-            const double weight = speed * kMost > typicalSpeed ? typicalSpeed / speed : kMost;
+            const double weight = speed * kMax > rmsSpeed ? rmsSpeed / speed : kMax;
             error[static_cast<size_t>(i)] *= std::max(weight, 1.0);
         }
     }

@@ -67,18 +67,18 @@ double mostSpeed(const Sdf& sdf) {
 }
 
 /// Returns the number of steps for which none is longer than a quarter of the wall's layer.
-int stepsFor(double way, const Wall& wall) {
-    return static_cast<int>(std::clamp(std::ceil(4 * way / wall.width), 1.0, 64.0));
+int stepsFor(double travel, const Wall& wall) {
+    return static_cast<int>(std::clamp(std::ceil(4 * travel / wall.width), 1.0, 64.0));
 }
 
 /// Moves the points for one second as seen from the wall, where the wall rests. In that frame, points far away move
 /// with the negative of the wall's velocity ∇a × ∇b, and points at the wall rest. f = -alpha a and b are constant along
-/// their paths. `way`: distance that the wall moves; `size`: extent of the space.
-void driftBack(const Wall& wall, double size, const ScalarField& a, const ScalarField& b, double way,
+/// their paths. `travel`: distance that the wall moves; `size`: extent of the region.
+void driftBack(const Wall& wall, double size, const ScalarField& a, const ScalarField& b, double travel,
                std::vector<Vec3d>& points, const Monitor& monitor) {
     const Flow flow(-1.0 * (layerFade(wall) * a), b, {.box = {}, .wall = wall});
-    const AdvectOptions options{.time = 1, .steps = stepsFor(way, wall)};
-    const auto stepper = advectionStepper(flow, options, {.tolerance = {1e-9 * way * size, 1e-9 * size}});
+    const AdvectOptions options{.time = 1, .steps = stepsFor(travel, wall)};
+    const auto stepper = advectionStepper(flow, options, {.tolerance = {1e-9 * travel * size, 1e-9 * size}});
     forEachBatch(
         points,
         [&](const PointBatch& start, size_t begin) {
@@ -97,10 +97,10 @@ WallMotion::WallMotion(const Wall& from, const Wall& to, const Box& box, double 
     const Pose &before = from.sdf.pose, &after = to.sdf.pose;
     const bool posed = before.axes == after.axes && before.origin == after.origin;
     if (posed) {
-        mWay = greatestDifference(from, to, box, stay);
+        mMaxChange = greatestDifference(from, to, box, stay);
         if (seconds != 0 && from.sdf.surfaceVelocity && to.sdf.surfaceVelocity)
             mSlide = std::abs(seconds) * std::max(mostSpeed(from.sdf), mostSpeed(to.sdf));
-        mStill = mWay == 0 && mSlide == 0;
+        mStill = mMaxChange == 0 && mSlide == 0;
         return;
     }
     mCentre = before.origin;
@@ -110,16 +110,16 @@ WallMotion::WallMotion(const Wall& from, const Wall& to, const Box& box, double 
     mAxis = mAngle > 0 ? rotation * (1 / mAngle) : Vec3d{{0, 0, 1}};
     const auto moved = [&](const Vec3d& x) { return after.origin + turned(x - mCentre, mAxis, mAngle); };
     mRigid = greatestDifference(from, to, box, moved) <= 1e-6 * from.width;
-    if (!mRigid) mWay = greatestDifference(from, to, box, stay);
+    if (!mRigid) mMaxChange = greatestDifference(from, to, box, stay);
 }
 
 void WallMotion::carryRigidly(std::vector<Vec3d>& points, const Monitor& monitor) const {
     // In coordinates that move with the wall, in which the wall stays as it is in mFrom.
-    const auto translate = [&](const Vec3d& way) {
-        if (way == Vec3d{}) return;
-        const Flow uniform = uniformFlow(way);
+    const auto translate = [&](const Vec3d& travel) {
+        if (travel == Vec3d{}) return;
+        const Flow uniform = uniformFlow(travel);
         const ScalarField fromCentre = constantField(-uniform.f().at<0>(mCentre).value);
-        driftBack(mFrom, length(mBox.size()), uniform.f() + fromCentre, uniform.g(), length(way), points, monitor);
+        driftBack(mFrom, length(mBox.size()), uniform.f() + fromCentre, uniform.g(), length(travel), points, monitor);
     };
     translate(mTranslation * 0.5);
     if (mAngle > 0) {
@@ -140,13 +140,13 @@ void WallMotion::carryRigidly(std::vector<Vec3d>& points, const Monitor& monitor
 
 /// Returns how far points of the surface move during the whole motion, by the mean of their velocities at both ends,
 /// weighted with s.
-void WallMotion::evalSurface(const PointBatch& points, double s, VecBatch<double>& way) const {
+void WallMotion::evalSurface(const PointBatch& points, double s, VecBatch<double>& travel) const {
     for (size_t axis = 0; axis < 3; ++axis) {
         JetBatch<double, 0> before, after;
         (*mFrom.sdf.surfaceVelocity)[axis].eval(points, before);
         (*mTo.sdf.surfaceVelocity)[axis].eval(points, after);
         for (size_t i = 0; i < static_cast<size_t>(points.size); ++i)
-            way.c[axis][i] = mSeconds * ((1 - s) * before.c[0][i] + s * after.c[0][i]);
+            travel.c[axis][i] = mSeconds * ((1 - s) * before.c[0][i] + s * after.c[0][i]);
     }
 }
 
@@ -171,7 +171,7 @@ void WallMotion::carryWithSurface(std::vector<Vec3d>& points, const Monitor& mon
             v.set(i, u * beta);
         }
     };
-    const int steps = stepsFor(std::max(mWay, mSlide), mFrom);
+    const int steps = stepsFor(std::max(mMaxChange, mSlide), mFrom);
     std::array<double, kBatch> dt;
     dt.fill(1.0 / steps);
     forEachBatch(
@@ -194,24 +194,24 @@ void WallMotion::carryWithSurface(std::vector<Vec3d>& points, const Monitor& mon
 
 namespace {
 
-struct Place {
+struct WallSide {
     bool allowed;
     double distance;
 };
 
-std::vector<Place> placesOf(const Wall& wall, const std::vector<Vec3d>& points) {
-    std::vector<Place> places(points.size());
+std::vector<WallSide> sidesOf(const Wall& wall, const std::vector<Vec3d>& points) {
+    std::vector<WallSide> sides(points.size());
     const Domain domain{.wall = wall};
     forEachBatch(points, [&](const PointBatch& p, size_t begin) {
         std::array<bool, kBatch> allowed;
         std::array<double, kBatch> distance;
         classify(domain, p, allowed, distance);
-        for (size_t i = 0; i < static_cast<size_t>(p.size); ++i) places[begin + i] = {allowed[i], distance[i]};
+        for (size_t i = 0; i < static_cast<size_t>(p.size); ++i) sides[begin + i] = {allowed[i], distance[i]};
     });
-    return places;
+    return sides;
 }
 
-bool keptIn(const Place& before, const Place& after) {
+bool sameSide(const WallSide& before, const WallSide& after) {
     return staysOnSide(after.allowed, after.distance, before.distance);
 }
 
@@ -226,9 +226,9 @@ Vec3d atDistance(const Wall& wall, Vec3d point, double distance) {
     return point;
 }
 
-/// Returns a position on the former side of the wall near `moved`: at the former distance; in a gap that closes, at a
-/// smaller one; but at one that classify() can tell from the wall. Returns `moved` if there is none.
-Vec3d putBack(const Wall& wall, const Vec3d& moved, const Vec3d& former, const Place& before) {
+/// Returns a position near `moved` on the former side of the wall. Tries the former distance first, then halves of it,
+/// because a gap may be closing; never closer than the rounding of classify() allows. Returns `moved` if all fail.
+Vec3d restoredSide(const Wall& wall, const Vec3d& moved, const Vec3d& former, const WallSide& before) {
     constexpr int kHalvings = 12;
     for (const Vec3d& start : {moved, former}) {
         const double least = 0x1p-21 * (std::abs(start[0]) + std::abs(start[1]) + std::abs(start[2]));
@@ -236,7 +236,7 @@ Vec3d putBack(const Wall& wall, const Vec3d& moved, const Vec3d& former, const P
         for (int k = 0; k <= kHalvings; ++k, distance /= 2) {
             const double signedDistance = std::copysign(std::max(distance, least), before.distance);
             const Vec3d point = atDistance(wall, start, signedDistance);
-            if (keptIn(before, placesOf(wall, {point}).front())) return point;
+            if (sameSide(before, sidesOf(wall, {point}).front())) return point;
         }
     }
     return moved;
@@ -246,16 +246,16 @@ Vec3d putBack(const Wall& wall, const Vec3d& moved, const Vec3d& former, const P
 
 size_t WallMotion::carry(std::vector<Vec3d>& points, const Monitor& monitor) const {
     if (mStill) return 0;
-    const std::vector<Place> before = placesOf(mFrom, points), without = placesOf(mTo, points);
+    const std::vector<WallSide> before = sidesOf(mFrom, points), without = sidesOf(mTo, points);
     // Only the points that the layer touches during its motion.
-    const double wayOfCentre = length(mTranslation);
+    const double travelOfCentre = length(mTranslation);
     std::vector<size_t> taken;
     std::vector<Vec3d> moved;
     for (size_t k = 0; k < points.size(); ++k) {
         if (!before[k].allowed) continue;
-        const double way = mRigid ? wayOfCentre + mAngle * length(points[k] - mCentre) : 0;
+        const double travel = mRigid ? travelOfCentre + mAngle * length(points[k] - mCentre) : 0;
         const double nearest = std::min(std::abs(before[k].distance), std::abs(without[k].distance));
-        if (nearest >= mFrom.width + mFrom.sdf.lipschitz * way && keptIn(before[k], without[k])) continue;
+        if (nearest >= mFrom.width + mFrom.sdf.lipschitz * travel && sameSide(before[k], without[k])) continue;
         taken.push_back(k);
         moved.push_back(points[k]);
     }
@@ -263,14 +263,14 @@ size_t WallMotion::carry(std::vector<Vec3d>& points, const Monitor& monitor) con
         carryRigidly(moved, monitor);
     else
         carryWithSurface(moved, monitor);
-    std::vector<Place> after = placesOf(mTo, moved);
+    std::vector<WallSide> after = sidesOf(mTo, moved);
     size_t overrun = 0;
     for (size_t n = 0; n < taken.size(); ++n) {
         const size_t k = taken[n];
         const Vec3d former = std::exchange(points[k], moved[n]);
-        if (keptIn(before[k], after[n])) continue;
-        points[k] = putBack(mTo, moved[n], former, before[k]);
-        overrun += !keptIn(before[k], placesOf(mTo, {points[k]}).front());
+        if (sameSide(before[k], after[n])) continue;
+        points[k] = restoredSide(mTo, moved[n], former, before[k]);
+        overrun += !sameSide(before[k], sidesOf(mTo, {points[k]}).front());
     }
     return overrun;
 }

@@ -151,7 +151,7 @@ bool WallVelocity::isFar(const Vec3d& position, double radius) const {
     return d - reach >= moves.upper || d + reach <= moves.lower;
 }
 
-std::optional<WallVelocity> wallVelocity(const FlowInTime& flow, double time, double way) {
+std::optional<WallVelocity> wallVelocity(const FlowInTime& flow, double time, double interval) {
     if (flow.steady()) return {};
     const Domain now = flow.at(time).domain();
     if (!now.wall) return {};
@@ -160,9 +160,9 @@ std::optional<WallVelocity> wallVelocity(const FlowInTime& flow, double time, do
         if (!next.wall || !afterNext.wall) return {};
         return WallVelocity(*now.wall, *next.wall, *afterNext.wall, step, now.box);
     };
-    auto wall = over(way / 2);
+    auto wall = over(interval / 2);
     if (!wall || wall->still()) return {};
-    return wall->rigid() ? over(kRigidStep * way) : wall;
+    return wall->rigid() ? over(kRigidStep * interval) : wall;
 }
 
 void addWallVelocity(const WallVelocity& wall, Points& particles) {

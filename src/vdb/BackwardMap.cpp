@@ -199,8 +199,8 @@ void solve(const ScalarField& source, std::span<Edge> edges) {
         const auto difference = edges[n].at(Lagrange(0.5).difference);
         edges[n].byOrigins = errorOf(jets[static_cast<int>(n)].gradient, difference) < std::abs(difference[3]);
     }
-    constexpr int kMost = 40;
-    for (int k = 0; k < kMost; ++k) {
+    constexpr int kMax = 40;
+    for (int k = 0; k < kMax; ++k) {
         PointBatch points;
         std::array<double, kBatch> where;
         std::array<size_t, kBatch> owner;

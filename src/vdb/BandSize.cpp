@@ -14,7 +14,7 @@ namespace curlew {
 
 namespace {
 
-constexpr double kMostSamples = 1e8; ///< The largest band that widened() makes: 1.4 GB.
+constexpr double kMaxSamples = 1e8; ///< The largest band that widened() makes: 1.4 GB.
 
 } // namespace
 
@@ -69,11 +69,11 @@ void requireBand(const Extent& surface, double halfWidth, double voxel) {
     requireMemory(bandBytes(surface, halfWidth),
                   fmt::format("a band of {:.3g} voxels on each side of the level set", halfWidth),
                   "choose a smaller width, or a coarser level set");
-    if (samples <= kMostSamples) return;
+    if (samples <= kMaxSamples) return;
     double fits = 0, tooWide = halfWidth;
     for (int k = 0; k < 50; ++k) {
         const double middle = (fits + tooWide) / 2;
-        (samplesInBand(surface, middle) <= kMostSamples ? fits : tooWide) = middle;
+        (samplesInBand(surface, middle) <= kMaxSamples ? fits : tooWide) = middle;
     }
     throw ResourceError(
         fmt::format("a band of {:.3g} voxels on each side of the level set would have about {:.2g} voxels; choose a "

@@ -19,7 +19,7 @@ double areaOf(const Mesh& mesh); ///< In world units.
 double spacingOf(const Mesh& mesh);
 /// The largest spacing that a level set of a mesh allows, in voxels: positions are then off by at most an eighth of a
 /// voxel along each axis.
-inline constexpr double kMostSpacing = 0.25;
+inline constexpr double kMaxSpacing = 0.25;
 
 Extent extentOf(const Mesh& mesh, double voxel);
 Extent extentOf(const LevelSet& levelSet);

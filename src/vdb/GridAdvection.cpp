@@ -94,7 +94,7 @@ class GridAdvector {
         visitActive(mGrid, [&](const Coord& voxel, const Value& value) {
             const auto p = mGrid.indexToWorld(voxel);
             points.push_back({{p[0], p[1], p[2]}});
-            mMost = std::max(mMost, sizeOf(value - mGrid.background()));
+            mMax = std::max(mMax, sizeOf(value - mGrid.background()));
         });
         if (points.empty()) throw ValueError(fmt::format("grid '{}' has no active voxel", mGrid.getName()));
         mMap.carry(points, mBegin, mEnd, {{}, mMonitor.cancelled});
@@ -133,7 +133,7 @@ class GridAdvector {
         auto moved = mMoved->getAccessor();
         for (size_t n = 0; n < voxels.size(); ++n) {
             constexpr double kNothing = 1e-6; // rounding errors of the sampler
-            if (!(sizeOf(values[n] - mGrid.background()) > kNothing * mMost)) continue;
+            if (!(sizeOf(values[n] - mGrid.background()) > kNothing * mMax)) continue;
             moved.setValueOn(voxels[n], values[n]);
             mFrontier.addAround(voxels[n], 1, 1);
         }
@@ -146,7 +146,7 @@ class GridAdvector {
     const Monitor& mMonitor;
     typename GridT::Ptr mMoved;
     Frontier mFrontier;
-    double mMost = 0; // maximum difference from the background
+    double mMax = 0; // maximum difference from the background
     size_t mTraced = 0, mKept = 0, mOverrun = 0;
 };
 

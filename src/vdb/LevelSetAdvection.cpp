@@ -87,7 +87,7 @@ class LevelSetSequence::Implementation {
         const bool restart = std::abs(time - mBegan) >= mHorizon * (1 - 1e-9);
         const ClosestPoints closest(map, crossings, restart ? std::max(mHalfWidth, kSourceBand) : mHalfWidth,
                                     quiet(monitor));
-        result.unsettled = closest.unsettled();
+        result.unconverged = closest.unconverged();
         const auto grid = gridOf(closest, mHalfWidth);
         measureShift(*grid, crossings, result);
         result.levelSet = {grid, nullptr};

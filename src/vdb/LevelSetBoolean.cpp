@@ -256,7 +256,7 @@ LevelSet placed(const LevelSet& levelSet, const Placement& placement) {
     if (levelSet.mesh) {
         auto mesh = std::make_shared<Mesh>(placed(*levelSet.mesh, placement));
         // Far from the origin the grid stays exact, since its transform is double, but the mesh does not.
-        if (spacingOf(*mesh) <= kMostSpacing * result.voxelSize()) result.mesh = std::move(mesh);
+        if (spacingOf(*mesh) <= kMaxSpacing * result.voxelSize()) result.mesh = std::move(mesh);
     }
     if (const double thickness = thicknessOf(*levelSet.grid); thickness > 0) {
         grid->removeMeta(kThickness);

@@ -15,8 +15,8 @@ namespace {
 
 using openvdb::Index32;
 
-constexpr size_t kLeastFaces = 4; ///< No closed shell has fewer.
-constexpr size_t kExamined = 32;  ///< Triangles of a shell.
+constexpr size_t kMinFaces = 4;  ///< No closed shell has fewer.
+constexpr size_t kExamined = 32; ///< Triangles of a shell.
 
 /// Returns whether both sides of a triangle are inside the solid.
 bool isHidden(const Mesh& mesh, size_t face, const WindingNumber& winding) {
@@ -63,7 +63,7 @@ FilledShells filledShells(const Mesh& mesh, const WindingNumber& winding, const 
     FilledShells filled;
     for (size_t shell = 0; shell < shells.count; ++shell) {
         const size_t faces = first[shell + 1] - first[shell];
-        if (faces < kLeastFaces) continue;
+        if (faces < kMinFaces) continue;
         monitor.check();
         bool hidden = true;
         for (size_t k = 0; k < std::min(faces, kExamined) && hidden; ++k)

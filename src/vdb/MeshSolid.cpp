@@ -56,8 +56,8 @@ std::string roundingOf(const Mesh& mesh) {
 
 /// Throws ValueError if the positions of the mesh are too coarse for these voxels.
 void requirePrecision(const Mesh& mesh, double voxel) {
-    const double spacing = spacingOf(mesh), enough = spacing / kMostSpacing;
-    if (spacing <= kMostSpacing * voxel) return;
+    const double spacing = spacingOf(mesh), enough = spacing / kMaxSpacing;
+    if (spacing <= kMaxSpacing * voxel) return;
     const auto extents = boxOf(mesh).extents();
     const bool coarser = std::max({extents[0], extents[1], extents[2]}) > 10 * enough;
     throw ValueError(

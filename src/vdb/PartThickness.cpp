@@ -19,11 +19,11 @@ using openvdb::FloatGrid;
 using Sampler = openvdb::tools::GridSampler<FloatGrid::ConstAccessor, openvdb::tools::BoxSampler>;
 
 constexpr double kSamples = 20000;
-constexpr double kMostPerEdge = 100; ///< Samples of one triangle along each edge.
-constexpr double kStart = 1e-3;      ///< Where a ray begins below the surface, in voxels.
-constexpr double kOpposite = -0.3;   ///< Cosine between the normals of a face and of the face where a ray leaves.
-constexpr double kTolerance = 1e-4;  ///< Relative, so that voxels of the recommended size suffice.
-constexpr int kMostFaces = 8;        ///< Faces that a ray passes before it is given up.
+constexpr double kMaxPerEdge = 100; ///< Samples of one triangle along each edge.
+constexpr double kStart = 1e-3;     ///< Where a ray begins below the surface, in voxels.
+constexpr double kOpposite = -0.3;  ///< Cosine between the normals of a face and of the face where a ray leaves.
+constexpr double kTolerance = 1e-4; ///< Relative, so that voxels of the recommended size suffice.
+constexpr int kMaxFaces = 8;        ///< Faces that a ray passes before it is given up.
 
 /// The surface below one position: its area, and the thickness there, which is infinite if it is not thin.
 struct Sample {
@@ -80,7 +80,7 @@ class Prober {
     double thicknessAt(const Vec3d& p, const Vec3d& inward, const Vec3d& normal) const {
         const double enough = kThinVoxels * mVoxel * (1 - kTolerance);
         double from = kStart * mVoxel;
-        for (int k = 0; k < kMostFaces; ++k) {
+        for (int k = 0; k < kMaxFaces; ++k) {
             const auto hit = mMesh.hit({p + inward * from, inward});
             if (!hit || from + hit->distance >= enough) break;
             const double thickness = from + hit->distance;
@@ -118,7 +118,7 @@ PartThickness partThickness(const Mesh& mesh, const FloatGrid& grid, const Monit
         const auto& t = rays.triangles()[face];
         const Vec3d a = rays.vertices()[t[0]];
         const double area = 0.5 * length(cross(rays.vertices()[t[1]] - a, rays.vertices()[t[2]] - a));
-        return static_cast<int>(std::clamp(std::sqrt(area * perArea), 1.0, kMostPerEdge));
+        return static_cast<int>(std::clamp(std::sqrt(area * perArea), 1.0, kMaxPerEdge));
     };
     const Samples samples = parallelSum((faces + stride - 1) / stride, 256,
                                         [&](size_t begin, size_t end) {

@@ -29,37 +29,38 @@ class Slider {
 
     const openvdb::Vec3d& at() const { return mAt; }
     /// Returns whether the remaining tangential distance is so small that it changes the distance only in second order.
-    bool settled() const { return mWay.length() < kSlow; }
+    bool converged() const { return mTangential.length() < kSlow; }
 
     /// Takes the next step, given the sample at at() if it is known. Returns false when the point stops.
     bool next(bool known, const BackwardMap::Sample& sample) {
         const double slope = sample.gradient.length();
         if (!known || !(slope > 0)) return retreat(); // outside the known region
         const openvdb::Vec3d normal = sample.gradient / slope;
-        if (const double off = sample.phi / slope; std::abs(off) > kOn) {
-            if (++mCorrections > kMostCorrections) return retreat();
+        if (const double off = sample.phi / slope; std::abs(off) > kOnSurface) {
+            if (++mCorrections > kMaxCorrections) return retreat();
             mAt -= normal * std::clamp(off, -kLongest, kLongest);
             return true;
         }
-        const openvdb::Vec3d toVoxel = mEntry->voxel.asVec3d() - mAt, way = toVoxel - normal * toVoxel.dot(normal);
+        const openvdb::Vec3d toVoxel = mEntry->voxel.asVec3d() - mAt,
+                             tangential = toVoxel - normal * toVoxel.dot(normal);
         const double distance = toVoxel.length();
         if (mBegun && !(distance < mEntry->distance)) return retreat();
         if (mBegun) {
             // Barzilai and Borwein (1988): the step length that would have been right for the last step.
             const openvdb::Vec3d moved = mAt - mEntry->point;
-            const double change = moved.dot(mWay - way);
+            const double change = moved.dot(mTangential - tangential);
             mPace = change > 0 ? std::clamp(moved.dot(moved) / change, 0.05, 4.0) : std::min(2 * mPace, 4.0);
         }
         mBegun = true;
         mEntry->point = mAt;
         mEntry->distance = distance;
-        mWay = way;
-        return way.length() > kSettled && slide();
+        mTangential = tangential;
+        return tangential.length() > kConverged && slide();
     }
 
   private:
-    static constexpr double kOn = 1e-3, kSettled = 2e-3, kSlow = 0.02, kLongest = 1; // voxels
-    static constexpr int kMostCorrections = 4;
+    static constexpr double kOnSurface = 1e-3, kConverged = 2e-3, kSlow = 0.02, kLongest = 1; // voxels
+    static constexpr int kMaxCorrections = 4;
 
     bool retreat() {
         if (!mBegun) return false;
@@ -68,15 +69,16 @@ class Slider {
     }
     bool slide() {
         mCorrections = 0;
-        const double length = mPace * mWay.length();
-        if (length < kSettled / 4) return false;
-        mAt = mEntry->point + mWay * (mPace * std::min(kLongest / length, 1.0));
+        const double length = mPace * mTangential.length();
+        if (length < kConverged / 4) return false;
+        mAt = mEntry->point + mTangential * (mPace * std::min(kLongest / length, 1.0));
         return true;
     }
 
-    Entry* mEntry;                               // its point is the best so far
-    openvdb::Vec3d mAt;                          // the point being tried
-    openvdb::Vec3d mWay = openvdb::Vec3d(1e300); // tangential part of the vector from the best point to the voxel
+    Entry* mEntry;      // its point is the best so far
+    openvdb::Vec3d mAt; // the point being tried
+    openvdb::Vec3d mTangential =
+        openvdb::Vec3d(1e300); // tangential part of the vector from the best point to the voxel
     double mPace = 1;
     int mCorrections = 0;
     bool mBegun = false;
@@ -84,8 +86,8 @@ class Slider {
 
 /// Slides the points of entries, which are on the surface, to the positions closest to their voxels. Their distances
 /// never increase. Returns how many points did not converge.
-size_t settle(const BackwardMap& map, std::span<Entry> entries) {
-    constexpr int kMost = 40;
+size_t slideAll(const BackwardMap& map, std::span<Entry> entries) {
+    constexpr int kMaxSteps = 40;
     const Accessor index(map.index());
     std::vector<Slider> sliders;
     std::vector<size_t> moving;
@@ -97,7 +99,7 @@ size_t settle(const BackwardMap& map, std::span<Entry> entries) {
     std::vector<openvdb::Vec3d> positions;
     std::vector<BackwardMap::Sample> samples;
     std::vector<uint8_t> known;
-    for (int k = 0; k < kMost && !moving.empty(); ++k) {
+    for (int k = 0; k < kMaxSteps && !moving.empty(); ++k) {
         positions.clear();
         for (const size_t n : moving) positions.push_back(sliders[n].at());
         map.sample(positions, index, samples, known);
@@ -107,7 +109,7 @@ size_t settle(const BackwardMap& map, std::span<Entry> entries) {
         moving.resize(left);
     }
     return static_cast<size_t>(
-        std::count_if(sliders.begin(), sliders.end(), [](const Slider& s) { return !s.settled(); }));
+        std::count_if(sliders.begin(), sliders.end(), [](const Slider& s) { return !s.converged(); }));
 }
 
 /// Returns the entry around a voxel whose closest point is nearest to the voxel; null if there is no entry.
@@ -170,9 +172,9 @@ void ClosestPoints::begin(const BackwardMap& map, const std::vector<BackwardMap:
                 entry.distance = distance;
             }
         }
-    mUnsettled += parallelSum(
+    mUnconverged += parallelSum(
         entries.size(), kBatch,
-        [&](size_t from, size_t to) { return settle(map, std::span(entries).subspan(from, to - from)); }, monitor);
+        [&](size_t from, size_t to) { return slideAll(map, std::span(entries).subspan(from, to - from)); }, monitor);
     insert(entries);
 }
 
@@ -194,7 +196,7 @@ void ClosestPoints::improve(const BackwardMap& map, const Monitor& monitor) {
                 changed.back().point = best->point;
                 owner.push_back(n);
             }
-            settle(map, changed);
+            slideAll(map, changed);
             for (size_t m = 0; m < owner.size(); ++m) improved[owner[m]] = changed[m];
         },
         monitor);
@@ -216,7 +218,7 @@ bool ClosestPoints::addRing(const BackwardMap& map, size_t first, double halfWid
     std::vector<Entry> entries;
     for (auto voxel = ring.cbeginValueOn(); voxel; ++voxel) entries.push_back({.voxel = voxel.getCoord()});
     if (entries.empty()) return false;
-    mUnsettled += parallelSum(
+    mUnconverged += parallelSum(
         entries.size(), kBatch,
         [&](size_t from, size_t to) {
             const Accessor known(map.index()), index(mIndex);
@@ -228,7 +230,7 @@ bool ClosestPoints::addRing(const BackwardMap& map, size_t first, double halfWid
                 // Where φ is unknown, no surface lies between the two voxels, since φ is known around the surface.
                 entry.inside = at >= 0 ? map.inside(static_cast<size_t>(at)) : best.inside;
             }
-            return settle(map, std::span(entries).subspan(from, to - from));
+            return slideAll(map, std::span(entries).subspan(from, to - from));
         },
         monitor);
     insert(entries);

@@ -25,7 +25,7 @@ class ClosestPoints {
 
     /// Number of closest points that did not converge. For these the best point found is used: it is on the surface,
     /// but may be too far away.
-    size_t unsettled() const { return mUnsettled; }
+    size_t unconverged() const { return mUnconverged; }
 
     struct Entry {
         openvdb::Coord voxel = {};
@@ -42,7 +42,7 @@ class ClosestPoints {
 
     std::vector<Entry> mEntries;
     openvdb::Int32Tree mIndex{-1};
-    size_t mUnsettled = 0;
+    size_t mUnconverged = 0;
 };
 
 } // namespace curlew

@@ -54,7 +54,7 @@ class SplineField {
     }
 
     /// The values of a spline lie between its coefficients.
-    Interval range() const { return Interval::within(mMost); }
+    Interval range() const { return Interval::within(mMax); }
     /// Maximum length of the gradient, from the central differences of the coefficients, of which the gradient is an
     /// average.
     double lipschitz() const { return mLipschitz; }
@@ -76,9 +76,9 @@ class SplineField {
             const openvdb::tree::ValueAccessor<const openvdb::FloatTree, false> samples(mGrid->tree());
             for (size_t n = begin; n < end; ++n) fill(mBlocks[n], leaves[n]->origin(), samples);
         });
-        mMost = static_cast<double>(mGrid->background());
+        mMax = static_cast<double>(mGrid->background());
         for (const Block& block : mBlocks)
-            for (const float c : block) mMost = std::max(mMost, std::abs(static_cast<double>(c)));
+            for (const float c : block) mMax = std::max(mMax, std::abs(static_cast<double>(c)));
         constexpr size_t kGrain = 64;
         std::vector<float> steepest((mBlocks.size() + kGrain - 1) / kGrain);
         parallelFor(mBlocks.size(), kGrain, [&](size_t begin, size_t end) {
@@ -154,7 +154,7 @@ class SplineField {
     openvdb::FloatGrid::ConstPtr mGrid;
     Matrix3 mToIndex;
     Vec3d mShift;
-    double mMost = 0; // maximum magnitude of all coefficients and the background
+    double mMax = 0; // maximum magnitude of all coefficients and the background
     double mLipschitz = 0;
     LeafTable mBlockOf; // the number of each leaf is that of its block
     std::vector<Block> mBlocks;

@@ -168,25 +168,25 @@ double WindingNumber::Tree::walk(const Vec3d& x, const Near& near) const {
         if (!leaves.empty()) near(leaves[0], 0.0f, 1.0f);
         return 0;
     }
-    struct Place {
+    struct Pending {
         size_t level, group;
     };
-    std::array<Place, 128> stack;
+    std::array<Pending, 128> stack;
     size_t height = 0;
     stack[height++] = {0, 0};
     std::array<float, kGroup> sums{}, distance2;
     while (height > 0) {
-        const Place place = stack[--height];
-        const Group& group = levels[place.level][place.group];
+        const Pending pending = stack[--height];
+        const Group& group = levels[pending.level][pending.group];
         group.add(x, sums, distance2);
-        const bool last = place.level + 1 == levels.size();
+        const bool last = pending.level + 1 == levels.size();
         for (size_t k = 0; k < kGroup; ++k) {
             if (distance2[k] > group.reach2[k]) continue;
-            const size_t below = place.group * kGroup + k;
+            const size_t below = pending.group * kGroup + k;
             if (last)
                 near(leaves[below], distance2[k], group.reach2[k]);
             else
-                stack[height++] = {place.level + 1, below};
+                stack[height++] = {pending.level + 1, below};
         }
     }
     double sum = 0;

@@ -41,7 +41,7 @@ TEST_CASE("layerFit: no layer fits fully near a sharp edge", "[field]") {
     // In a square bar with edge 1, the paths from a strip of width w along each edge end on the diagonal: 4 w².
     const LayerFit bar = fitOf(boxSdf(Vec3d{{1, 1, 40}}, 0), 0.3);
     CHECK(bar.unreached == Approx(4 * 0.3 * 0.3).margin(0.05)); // the width is accurate to a sixteenth
-    CHECK(bar.fitting == Approx(std::sqrt(kMostUnreached / 4)).margin(0.3 / 16));
+    CHECK(bar.fitting == Approx(std::sqrt(kMaxUnreached / 4)).margin(0.3 / 16));
 }
 
 TEST_CASE("layerFit: any layer fits an unbounded shape and an invalid width is an error", "[field]") {

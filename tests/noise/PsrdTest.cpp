@@ -208,8 +208,8 @@ TEST_CASE("psrdnoise: the tiling period is the common multiple of period and lat
     CHECK(Psrd2({.period = {{0, 6}}}).tilingPeriod() == Vec<int64_t, 2>{{0, 6}});
     CHECK(Psrd3({.period = {{4, 0, 3}}}).tilingPeriod() == Vec<int64_t, 3>{{4, 0, 3}});
     CHECK(Psrd3({.period = {{4, 0, 3}}, .grid = Grid::perlin}).tilingPeriod() == Vec<int64_t, 3>{{12, 0, 3}});
-    constexpr int kMost = std::numeric_limits<int>::max();
-    CHECK(Psrd3({.period = {{kMost, 0, 0}}, .grid = Grid::perlin}).tilingPeriod()[0] == int64_t{3} * kMost);
+    constexpr int kMax = std::numeric_limits<int>::max();
+    CHECK(Psrd3({.period = {{kMax, 0, 0}}, .grid = Grid::perlin}).tilingPeriod()[0] == int64_t{3} * kMax);
 }
 
 TEMPLATE_TEST_CASE_SIG("psrdnoise: a period changes nothing inside the first tile away from its margin", "[noise]",

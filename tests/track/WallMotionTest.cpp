@@ -252,7 +252,7 @@ TEST_CASE("WallMotion: a surface that slides along itself carries the points bes
     const double seconds = GENERATE(0.3, -0.3);
     const WallMotion motion(spinning(), spinning(), cube(1.5), seconds);
     CHECK_FALSE(motion.still());
-    CHECK(motion.way() == 0);
+    CHECK(motion.maxChange() == 0);
     CHECK(WallMotion(spinning(), spinning(), cube(1.5)).still()); // without a time, nothing is known to move
     auto points = allowedPoints(spinning(), 500);
     const auto start = points;

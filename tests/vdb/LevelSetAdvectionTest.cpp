@@ -102,7 +102,7 @@ TEST_CASE("advectLevelSet: a uniform flow translates a sphere unchanged", "[vdb]
     CHECK(moved.levelSet.grid->activeVoxelCount() ==
           Approx(static_cast<double>(start.grid->activeVoxelCount())).epsilon(0.02));
     CHECK(moved.meanShift < 0.01); // the chord error of a sphere with a radius of 10 voxels
-    CHECK(moved.unsettled < 10);   // of 8000
+    CHECK(moved.unconverged < 10); // of 8000
     CHECK(moved.kept == 0);
     // The sign is also right beyond the band.
     CHECK(moved.levelSet.grid->tree().getValue(
@@ -170,7 +170,7 @@ TEST_CASE("advectLevelSet: a shape stays in place in its own contained flow", "[
     const LevelSet start = ball({{0, 0, 0}}, 1, 0.08);
     const auto moved = advectLevelSet(start, contained(0.4), 0, 1, {.step = 0.02});
     const auto errors = errorsOf(*moved.levelSet.grid, {{0, 0, 0}}, 1);
-    CAPTURE(errors.surface, errors.band, moved.unsettled);
+    CAPTURE(errors.surface, errors.band, moved.unconverged);
     CHECK(errors.mean < 0.05);
     CHECK(std::abs(volumeChange(moved.levelSet, start)) < 6e-3); // a voxel is 1/12 of the radius
     CHECK(beyondUnitSphere(*moved.levelSet.grid) < 1e-3);

@@ -51,7 +51,7 @@ class Surface {
     const Box& box() const { return mBox; }
     /// Returns the distance from a hit at which a ray must start, in addition to the resolution, so as not to hit the
     /// same place again.
-    double skin() const;
+    double rayOffset() const;
 
     /// Computes the first hit of each ray. Resolution: world units, positive.
     void intersect(std::span<const Ray> rays, double resolution, std::span<RayHit> hits) const;

@@ -31,7 +31,7 @@ class WallMotion {
     bool still() const { return mStill; }
     bool rigid() const { return mRigid; }
     /// Maximum change of the distance if the wall changes its form, world units; otherwise 0.
-    double way() const { return mWay; }
+    double maxChange() const { return mMaxChange; }
 
     /// Moves the points. Points beyond the wall at the start stay in place. Returns the number of other points that
     /// ended on the wall's wrong side. This happens if the wall moves farther than its distance samples reach; shorter
@@ -41,13 +41,13 @@ class WallMotion {
 
   private:
     void carryRigidly(std::vector<Vec3d>& points, const Monitor& monitor) const;
-    void evalSurface(const PointBatch& points, double s, VecBatch<double>& way) const;
+    void evalSurface(const PointBatch& points, double s, VecBatch<double>& travel) const;
     void carryWithSurface(std::vector<Vec3d>& points, const Monitor& monitor) const;
 
     Wall mFrom, mTo;
     Box mBox;
     bool mStill = false, mRigid = false;
-    double mWay = 0;
+    double mMaxChange = 0;
     double mSeconds = 0;
     double mSlide = 0; ///< An upper bound on how far points of the surface move if it deforms; 0: unknown.
     Vec3d mCentre, mTranslation, mAxis; ///< The rotation axis mAxis is a unit vector through mCentre.

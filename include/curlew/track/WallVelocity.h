@@ -52,11 +52,11 @@ class WallVelocity {
     std::optional<Flow> mSum; ///< Of the terms.
 };
 
-/// Returns the velocity of a flow's wall at a time, from its motion in the next `way` seconds (negative: the previous).
+/// Returns the velocity of a flow's wall at a time, from its motion over `interval` seconds (negative: before it).
 /// The pose of a rigid wall is differentiated over a small part of that. The distance of a wall that changes its form
 /// is differentiated over all of it, at the same times that advect() samples, because a level set is known less well
 /// between its frames. Returns nullopt if there is no wall or the wall rests.
-std::optional<WallVelocity> wallVelocity(const FlowInTime& flow, double time, double way);
+std::optional<WallVelocity> wallVelocity(const FlowInTime& flow, double time, double interval);
 
 /// Adds w to the particles' velocities.
 void addWallVelocity(const WallVelocity& wall, Points& particles);

@@ -10,10 +10,11 @@ namespace curlew {
 
 struct AdvectedLevelSet {
     LevelSet levelSet;
-    size_t traced = 0;    ///< Voxels traced back along the flow.
-    size_t kept = 0;      ///< Traced voxels that some step left in place (FlowMapResult::stalled).
-    size_t overrun = 0;   ///< How often a moving wall left a traced voxel on its wrong side (FlowMapResult::overrun).
-    size_t unsettled = 0; ///< Voxels whose distance is measured to a nearby surface point that may not be the closest.
+    size_t traced = 0;  ///< Voxels traced back along the flow.
+    size_t kept = 0;    ///< Traced voxels that some step left in place (FlowMapResult::stalled).
+    size_t overrun = 0; ///< How often a moving wall left a traced voxel on its wrong side (FlowMapResult::overrun).
+    size_t unconverged =
+        0; ///< Voxels whose distance is measured to a nearby surface point that may not be the closest.
     /// Value of the linear interpolant of the result at the points where edges between voxels cross the surface, in
     /// voxels: mean and maximum of its magnitude. 0 would be exact.
     double meanShift = 0, greatestShift = 0;

@@ -120,7 +120,7 @@ void advectLevelSetAction(Context& c, const Arguments& a) {
         report["traced"] = result.traced;
         report["kept_back"] = result.kept;
         report["overrun"] = result.overrun;
-        report["unsettled"] = result.unsettled;
+        report["unconverged"] = result.unconverged;
         report["surface_shift_mean"] = result.meanShift;
         report["surface_shift_max"] = result.greatestShift;
     }

@@ -15,7 +15,7 @@ namespace curlew::app {
 
 namespace {
 
-constexpr size_t kMostDimensions = 7;
+constexpr size_t kMaxDimensions = 7;
 
 /// Returns whether these are the names of coordinates: x, y, z, or x0, x1, ….
 bool areCoordinates(const std::vector<std::string>& names) {
@@ -23,7 +23,7 @@ bool areCoordinates(const std::vector<std::string>& names) {
     if (names.size() <= kLetters.size() && std::equal(names.begin(), names.end(), kLetters.begin())) return true;
     for (size_t k = 0; k < names.size(); ++k)
         if (names[k] != fmt::format("x{}", k)) return false;
-    return names.size() <= kMostDimensions;
+    return names.size() <= kMaxDimensions;
 }
 
 } // namespace

@@ -27,7 +27,7 @@ std::string plain(const nlohmann::ordered_json& value) {
 }
 
 /// How far points may be on the wrong side of the mesh of a wall, in voxels of its level set.
-constexpr double kMostMeshDepth = 0.5;
+constexpr double kMaxMeshDepth = 0.5;
 
 /// Describes points that are beyond the mesh of a wall. The names of their figures begin with `prefix`.
 std::string beyondMesh(const nlohmann::ordered_json& check, const std::string& prefix) {
@@ -42,7 +42,7 @@ std::string beyondMesh(const nlohmann::ordered_json& check, const std::string& p
 }
 
 /// Returns the guarantees that the measurements violate.
-std::vector<std::string> brokenPromises(const nlohmann::ordered_json& check, bool staggered) {
+std::vector<std::string> violations(const nlohmann::ordered_json& check, bool staggered) {
     std::vector<std::string> broken;
     const auto require = [&](const char* name, double limit) {
         if (check.contains(name) && !(check[name].get<double>() <= limit))
@@ -61,8 +61,7 @@ std::vector<std::string> brokenPromises(const nlohmann::ordered_json& check, boo
     require("wall_flux", 1e-6);
     for (const std::string what : {"", "curves_"}) {
         require((what + "outside").c_str(), 0);
-        if (check.value(what + "mesh_depth_max_voxels", 0.0) > kMostMeshDepth)
-            broken.push_back(beyondMesh(check, what));
+        if (check.value(what + "mesh_depth_max_voxels", 0.0) > kMaxMeshDepth) broken.push_back(beyondMesh(check, what));
     }
     if (staggered) require("divergence_grid", 1e-6);
     return broken;
@@ -254,9 +253,9 @@ void check(Context& c, const Arguments& a) {
         if (!value.is_object()) c.say(fmt::format("check: {:<38} {}", name, plain(value)));
     c.report("check") = found;
     if (a.given("report")) writeJson(a.text("report"), found);
-    auto broken = brokenPromises(found, staggered);
+    auto broken = violations(found, staggered);
     broken.insert(broken.end(), lacks.begin(), lacks.end());
-    for (const auto& promise : broken) c.warn(promise);
+    for (const auto& violation : broken) c.warn(violation);
     if (a.flag("strict") && !broken.empty()) throw ValueError(join(broken, "; "));
 }
 

@@ -133,7 +133,7 @@ void warnOfWideLayer(const Context& c, const WallN<N>& wall) {
 template <int N>
 void warnOfThinParts(const Context& c, const WallN<N>& wall) {
     if (wall.side == Side::outside) return;
-    if (const LayerFit fit = layerFit(wall); fit.unreached > kMostUnreached)
+    if (const LayerFit fit = layerFit(wall); fit.unreached > kMaxUnreached)
         c.warn(
             fmt::format("the layer, {:.3g} wide, overlaps itself in {:.0f} % of the inside, where the object is too "
                         "thin or too sharp for it, so the flow has kinks there; layer={:.2g} fits",

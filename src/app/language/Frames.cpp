@@ -15,12 +15,12 @@ namespace curlew::app {
 
 namespace {
 
-constexpr int kMostFrames = 10'000'000;
+constexpr int kMaxFrames = 10'000'000;
 
 std::optional<int> wholeNumber(std::string_view text) {
     int number = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error != std::errc() || end != text.data() + text.size() || number < 0 || number > kMostFrames) return {};
+    if (error != std::errc() || end != text.data() + text.size() || number < 0 || number > kMaxFrames) return {};
     return number;
 }
 
@@ -30,7 +30,7 @@ void setRange(FramePlan& plan, const std::string& text) {
         return ValueError(
             fmt::format("'{}' {}; write FIRST-LAST, as in 1-240, or 1-240x2 for every other frame, with "
                         "whole numbers from 0 to {}",
-                        text, what, kMostFrames));
+                        text, what, kMaxFrames));
     };
     const size_t times = text.find('x');
     const auto ends = split(std::string_view(text).substr(0, times), '-');

@@ -15,7 +15,7 @@ namespace curlew::app {
 
 namespace {
 
-constexpr size_t kMostNodes = 100'000;
+constexpr size_t kMaxNodes = 100'000;
 constexpr int kDeepest = 16;
 
 Arguments argumentsOf(const Action& action, const Json& object) {
@@ -123,8 +123,8 @@ class Document {
 
     void readNodes() {
         const Json nodes = memberOf(mJson, "nodes", Json::array());
-        if (!nodes.is_array() || nodes.size() > kMostNodes)
-            throw ValueError(fmt::format("'nodes' must be a list of at most {} nodes", kMostNodes));
+        if (!nodes.is_array() || nodes.size() > kMaxNodes)
+            throw ValueError(fmt::format("'nodes' must be a list of at most {} nodes", kMaxNodes));
         for (const Json& node : nodes) {
             requireKeys(node, {"name", "action", "words", "options", "inputs", "when"}, "a node");
             const std::string action = textOf(memberOf(node, "action", "")),

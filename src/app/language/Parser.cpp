@@ -13,9 +13,9 @@ namespace curlew::app {
 
 namespace {
 
-constexpr int kDeepestScene = 16, kMostScenes = 10000;
-constexpr size_t kMostActions = 20000;         ///< Limit per program; each action takes a few kilobytes.
-constexpr size_t kMostText = size_t(16) << 20; ///< Limit in bytes for a program's text, with all included scenes.
+constexpr int kDeepestScene = 16, kMaxScenes = 10000;
+constexpr size_t kMaxActions = 20000;         ///< Limit per program; each action takes a few kilobytes.
+constexpr size_t kMaxText = size_t(16) << 20; ///< Limit in bytes for a program's text, with all included scenes.
 
 /// Returns whether a token is an action: -1.5 is a value, -1x an action.
 bool isAction(const std::string& token) {
@@ -58,8 +58,8 @@ class Parser {
     void scene(const std::string& text, const std::string& name) {
         if (++mDepth > kDeepestScene)
             throw ValueError(fmt::format("scene '{}': scenes are nested more than {} deep", name, kDeepestScene));
-        if (++mScenes > kMostScenes)
-            throw ValueError(fmt::format("scene '{}': more than {} scenes are included", name, kMostScenes));
+        if (++mScenes > kMaxScenes)
+            throw ValueError(fmt::format("scene '{}': more than {} scenes are included", name, kMaxScenes));
         const std::string outerFile = mLocation.file;
         std::istringstream lines(text);
         std::string line, pending;
@@ -130,8 +130,8 @@ class Parser {
             statement.arguments.finish();
             if (!statement.as.empty() && declared.makes.empty())
                 throw ValueError(fmt::format("as={}: the action makes no object that could be named", statement.as));
-            if (mStatements.size() == kMostActions)
-                throw ValueError(fmt::format("the program has more than {} actions", kMostActions));
+            if (mStatements.size() == kMaxActions)
+                throw ValueError(fmt::format("the program has more than {} actions", kMaxActions));
             if (name != "config")
                 mStatements.push_back({.statement = std::move(statement), .location = location});
             else
@@ -142,9 +142,9 @@ class Parser {
     /// Limits the total text, since nested includes can multiply it a thousandfold.
     void count(size_t bytes) {
         mText += bytes;
-        if (mText > kMostText)
+        if (mText > kMaxText)
             throw ValueError(
-                fmt::format("the program has more than {} MiB of text, including its scenes", kMostText >> 20));
+                fmt::format("the program has more than {} MiB of text, including its scenes", kMaxText >> 20));
     }
 
     void include(const std::vector<std::string>& files) {
