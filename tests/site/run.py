@@ -1,15 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Builds the documentation site in a temporary folder and checks its pages. run.py FOLDER checks an existing site.
 
+If CURLEW_COMMAND names the command, each action must have a page with all of its options, to which the table of actions links.
 Every link and picture of a page must lead to a file of the site, and every #anchor to an id in the page. No page may load
 anything from another site. Exits with 77 (skipped) if MkDocs is not installed.
 """
 
+import json
+import os
 import re
 import shutil
 import subprocess
 import sys
 import tempfile
+from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
@@ -63,9 +67,28 @@ def problems(folder):
     return wrong, len(pages), count
 
 
+def missing_help(folder, command):
+    """Returns the actions and options of the command that the site does not explain, one per line."""
+    listed = subprocess.run([command, "-list", "format=json"], check=True, capture_output=True, text=True)
+    table, wrong = Page(folder / "actions.html"), []
+    for action in json.loads(listed.stdout)["actions"]:
+        path = folder / f"actions/{action['name']}.html"
+        if f"actions/{action['name']}.html" not in table.links or not path.is_file():
+            wrong.append(f"actions.html does not lead to a page of -{action['name']}")
+            continue
+        text, places = unescape(re.sub("<[^>]*>", "", path.read_text(encoding="utf-8"))), Page(path).places
+        said = [action["details"], *action["examples"], *(option["default"] for option in action["options"])]
+        wrong += [f"actions/{action['name']}.html does not say '{one}'" for one in said if one[1:].rstrip(".") not in text]
+        wrong += [f"actions/{action['name']}.html lacks {option['name']}=" for option in action["options"]
+                  if option["name"] not in places or option["help"][1:].rstrip(".") not in text or option["unit"] not in text]
+    return wrong
+
+
 def check(folder):
     """Returns the argument of sys.exit(): 0, or the errors."""
     wrong, pages, links = problems(folder)
+    if os.environ.get("CURLEW_COMMAND"):
+        wrong += missing_help(folder, os.environ["CURLEW_COMMAND"])
     print(f"site: {pages} pages with {links} links and files")
     if pages == 0:
         wrong.append("there are no pages")

@@ -4,23 +4,32 @@ of actions on one line.
 
 The README is the home page. Other pages outside docs/ and the files that pages link to keep their paths in the site; a file that a
 browser would not show gets .txt behind its name. Links in the pages are those of the repository, so that they work there, too.
+
+Each action gets a page, made by the command that CURLEW_COMMAND names, or else by build/curlew; without a command, there are none.
 """
 
 import logging
+import os
 import posixpath
 import re
+import sys
 from pathlib import Path
 from urllib.parse import unquote
 
 from mkdocs.structure.files import File
 
+sys.path.append(str(Path(__file__).resolve().parent))
+import actions  # noqa: E402
+
 ROOT = Path(__file__).resolve().parents[2]
+COMMAND = Path(os.environ.get("CURLEW_COMMAND") or ROOT / "build/curlew")
 PAGES = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "scenes/README.md")  # outside docs/
 SHOWN = {".txt", ".json", ".csv", ".png", ".svg"}  # by browsers
 LINK = re.compile(r"(\]\()([^)\s]+)(\))")
 ACTION = re.compile(r"(?<![^\s(])--?[A-Za-z][\w-]*")
 LIST = re.compile(r"([-*]|\d+\.) ")
 
+reference = {}  # the pages of the actions: path in the site, Markdown
 log = logging.getLogger("mkdocs.hooks.curlew")  # --strict counts its warnings
 
 
@@ -67,7 +76,7 @@ def file(config, name, source):
 
 
 def on_files(files, config):
-    """Adds the pages and the linked files that are not in docs/."""
+    """Adds the pages and the linked files that are not in docs/, and the pages of the actions."""
     for name in PAGES:
         files.append(file(config, name, ROOT / name))
     for page in [p.src_uri for p in files.documentation_pages()]:
@@ -76,6 +85,12 @@ def on_files(files, config):
             found = target(path, link)
             if not found.startswith("docs/") and (ROOT / found).is_file() and not files.get_file_from_path(in_site(found)):
                 files.append(file(config, in_site(found), ROOT / found))
+    if COMMAND.is_file():
+        reference.update(actions.pages(COMMAND))
+    else:
+        log.info("there is no command '%s': the actions have no pages", COMMAND)
+    for name in reference:
+        files.append(file(config, name, ROOT / "docs" / name))
     for name in ("css/site.css", "js/site.js"):
         files.append(file(config, name, Path(__file__).with_name(Path(name).name)))
     # Debian's theme refers to files that it lacks: a jQuery with another name than its own, a script, and in Debian 13 the fonts,
@@ -91,8 +106,21 @@ def on_files(files, config):
     return files
 
 
+def on_page_read_source(page, config):
+    """The text of a page that is not a file; None for the others."""
+    return reference.get(page.file.src_uri)
+
+
+def with_actions(table):
+    """The table of actions with a link to the page of each."""
+    row = re.compile(r"^\| `-(\w+)` \|", re.M)
+    return row.sub(lambda m: f"| [`-{m[1]}`](actions/{m[1]}.md) |" if f"actions/{m[1]}.md" in reference else m[0], table)
+
+
 def on_page_markdown(markdown, page, config, files):
     """Turns links of the repository into those of the site; Python-Markdown wants a blank line before a list."""
+    if page.file.src_uri in reference:
+        return markdown
     path = in_repository(page.file.src_uri)
 
     def rewritten(match):
@@ -110,7 +138,8 @@ def on_page_markdown(markdown, page, config, files):
         if not code and LIST.match(line) and lines and lines[-1] and not re.match(r"\s|[-*] |\d+\. ", lines[-1]):
             lines.append("")
         lines.append(line)
-    return "\n".join(lines)
+    changed = "\n".join(lines)
+    return with_actions(changed) if path == "docs/actions.md" else changed
 
 
 def on_page_content(html, page, config, files):
