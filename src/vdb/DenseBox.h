@@ -42,13 +42,9 @@ template <class T>
 requires std::is_integral_v<T>
 bool isFiniteValue(T) { return true; }
 
-/// Copies a grid to an array over the bounding box of its active voxels. Throws as denseBoxOf() does, and ValueError if
-/// a value is not finite.
-template <openvdb::tools::MemoryLayout Layout, class GridType>
-auto denseCopy(const GridType& grid) {
-    using Value = typename GridType::ValueType;
-    openvdb::tools::Dense<Value, Layout> dense(denseBoxOf(grid, sizeof(Value)));
-    openvdb::tools::copyToDense(grid, dense);
+/// Throws ValueError if a value of a grid in an array is not finite.
+template <class Dense>
+void requireFinite(const openvdb::GridBase& grid, const Dense& dense) {
     for (size_t n = 0; n < dense.valueCount(); ++n)
         if (!isFiniteValue(dense.data()[n])) {
             const openvdb::Coord ijk = dense.offsetToCoord(n);
@@ -57,6 +53,16 @@ auto denseCopy(const GridType& grid) {
                             "read it",
                             titleOf(grid), ijk[0], ijk[1], ijk[2]));
         }
+}
+
+/// Copies a grid to an array over the bounding box of its active voxels. Throws as denseBoxOf() does, and ValueError if
+/// a value is not finite.
+template <openvdb::tools::MemoryLayout Layout, class GridType>
+auto denseCopy(const GridType& grid) {
+    using Value = typename GridType::ValueType;
+    openvdb::tools::Dense<Value, Layout> dense(denseBoxOf(grid, sizeof(Value)));
+    openvdb::tools::copyToDense(grid, dense);
+    requireFinite(grid, dense);
     return dense;
 }
 

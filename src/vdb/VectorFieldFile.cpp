@@ -4,10 +4,12 @@
 #include "ChunkedWriter.h"
 #include "DenseBox.h"
 #include "curlew/base/AtomicFile.h"
+#include "curlew/base/Parallel.h"
 #include "curlew/vdb/HostConversion.h"
 
 #include <fmt/compile.h>
 #include <openvdb/openvdb.h>
+#include <openvdb/tools/Interpolation.h>
 
 #include <algorithm>
 #include <array>
@@ -15,6 +17,8 @@
 #include <cstdint>
 #include <iterator>
 #include <limits>
+#include <optional>
+#include <utility>
 
 namespace curlew {
 
@@ -33,8 +37,10 @@ struct Alignment {
     Vec3d step;
 };
 
-Alignment alignmentOf(const GridBase& grid) {
+/// Returns nullopt if the axes of the grid are not those of the world, or not straight.
+std::optional<Alignment> alignmentOf(const GridBase& grid) {
     constexpr double kOblique = 1e-6; // relative to the voxel size; rounding of rotations by 90 degrees is far below
+    if (!grid.transform().isLinear()) return std::nullopt;
     const openvdb::Mat4d map = linearMapOf(grid);
     Alignment found;
     for (int world = 0; world < 3; ++world) {
@@ -45,9 +51,7 @@ Alignment alignmentOf(const GridBase& grid) {
         found.step[world] = map(parallel, world);
         for (int axis = 0; axis < 3; ++axis)
             if (axis != parallel && std::abs(map(axis, world)) > kOblique * std::abs(map(parallel, world)))
-                throw ValueError(fmt::format(
-                    "{} is not aligned with the axes, which a vector field has to be; make it with -velocity",
-                    titleOf(grid)));
+                return std::nullopt;
     }
     return found;
 }
@@ -56,8 +60,10 @@ Alignment alignmentOf(const GridBase& grid) {
 template <class GridType>
 class WorldBox {
   public:
-    explicit WorldBox(const GridType& grid)
-        : mAlignment(alignmentOf(grid)), mDense(denseCopy<openvdb::tools::LayoutXYZ>(grid)) {
+    using Dense = openvdb::tools::Dense<typename GridType::ValueType, openvdb::tools::LayoutXYZ>;
+
+    WorldBox(const GridType& grid, const Alignment& alignment)
+        : mAlignment(alignment), mDense(denseCopy<openvdb::tools::LayoutXYZ>(grid)) {
         const openvdb::CoordBBox& box = mDense.bbox();
         for (int world = 0; world < 3; ++world) {
             const int axis = mAlignment.axis[static_cast<size_t>(world)];
@@ -72,6 +78,10 @@ class WorldBox {
             mBox.upper[world] = mBox.lower[world] + voxel * mBox.size[world];
         }
     }
+
+    /// `values`: those of the box, whose axes are those of the world.
+    WorldBox(const FieldBox& box, Dense values)
+        : mAlignment{{0, 1, 2}, Vec3d(1)}, mDense(std::move(values)), mFirst(0, 0, 0), mBox(box) {}
 
     const FieldBox& box() const { return mBox; }
     size_t count() const { return mDense.valueCount(); }
@@ -90,20 +100,88 @@ class WorldBox {
 
   private:
     Alignment mAlignment;
-    openvdb::tools::Dense<typename GridType::ValueType, openvdb::tools::LayoutXYZ> mDense;
+    Dense mDense;
     Coord mFirst;
     FieldBox mBox;
 };
 
-/// Throws ValueError if the box has more voxels along an axis than the format allows. Call it before the box is copied.
-void requireSize(const GridBase& grid, int most, const std::string& extension) {
+/// Returns a box along the world's axes around the active voxels of a grid. Its voxels are cubes as large as the grid's
+/// smallest edge, or larger if more than `maxSize` would be needed along an axis.
+FieldBox boxAround(const GridBase& grid, int maxSize) {
+    const openvdb::CoordBBox active = grid.evalActiveVoxelBoundingBox();
+    if (active.empty())
+        throw ValueError(fmt::format("{} has no active voxels, so there is nothing to write", titleOf(grid)));
+    openvdb::BBoxd world; // a linear transform and a frustum both keep edges straight
+    for (int corner = 0; corner < 8; ++corner) {
+        Vec3d ijk;
+        for (int axis = 0; axis < 3; ++axis)
+            ijk[axis] = (corner >> axis & 1) != 0 ? active.max()[axis] + 0.5 : active.min()[axis] - 0.5;
+        world.expand(grid.indexToWorld(ijk));
+    }
+    const Vec3d edges = grid.voxelSize(), extents = world.extents();
+    const double smallest = std::min({edges[0], edges[1], edges[2]});
+    const double voxel = std::max(smallest, std::max({extents[0], extents[1], extents[2]}) / maxSize);
+    FieldBox box;
+    box.resampled = true;
+    for (int axis = 0; axis < 3; ++axis) {
+        constexpr double kRounding = 1e-9; // a box of whole voxels gets no further voxel
+        box.size[axis] = std::clamp(static_cast<int>(std::ceil(extents[axis] / voxel - kRounding)), 1, maxSize);
+        box.lower[axis] = world.getCenter()[axis] - 0.5 * voxel * box.size[axis];
+        box.upper[axis] = box.lower[axis] + voxel * box.size[axis];
+    }
+    return box;
+}
+
+double wide(float value) { return static_cast<double>(value); }
+Vec3d wide(const openvdb::Vec3s& value) { return Vec3d(value); }
+
+/// Samples a grid at the voxels of boxAround(). Larger voxels than the grid's get the mean of several trilinear
+/// samples, one for each voxel of the grid in them, so that no detail is skipped.
+template <class GridType>
+WorldBox<GridType> resampled(const GridType& grid, int maxSize, const Monitor& monitor) {
+    using Value = typename GridType::ValueType;
+    const FieldBox box = boxAround(grid, maxSize);
+    const auto count = [&](int axis) { return static_cast<size_t>(box.size[axis]); };
+    requireMemory(static_cast<double>(count(0) * count(1) * count(2) * sizeof(Value)),
+                  fmt::format("{} as a dense box of {} x {} x {} voxels", titleOf(grid), count(0), count(1), count(2)),
+                  "use larger voxels or a smaller box");
+    const double voxel = (box.upper[0] - box.lower[0]) / box.size[0];
+    const Vec3d edges = grid.voxelSize();
+    const int parts = static_cast<int>(std::ceil(voxel / std::max({edges[0], edges[1], edges[2]}) - 1e-6));
+    const double part = voxel / std::max(parts, 1);
+    typename WorldBox<GridType>::Dense dense(openvdb::CoordBBox(Coord(0), box.size - Coord(1)));
+    const auto meanAt = [&](const auto& sampler, const Coord& ijk) {
+        decltype(wide(Value())) sum(0);
+        const Vec3d first = box.lower + Vec3d(voxel * ijk[0], voxel * ijk[1], voxel * ijk[2]) + Vec3d(0.5 * part);
+        const int n = std::max(parts, 1);
+        for (int k = 0; k < n * n * n; ++k)
+            sum += wide(sampler.wsSample(first + part * Vec3d(k % n, k / n % n, k / n / n)));
+        return Value(sum / static_cast<double>(n * n * n));
+    };
+    parallelFor(
+        count(1) * count(2), 16,
+        [&](size_t begin, size_t end) {
+            const auto values = grid.getConstAccessor();
+            const openvdb::tools::GridSampler<typename GridType::ConstAccessor, openvdb::tools::BoxSampler> sampler(
+                values, grid.transform());
+            for (size_t row = begin; row < end; ++row)
+                for (Coord ijk(0, static_cast<int>(row % count(1)), static_cast<int>(row / count(1)));
+                     ijk[0] < box.size[0]; ++ijk[0])
+                    dense.setValue(ijk, meanAt(sampler, ijk));
+        },
+        monitor);
+    requireFinite(grid, dense);
+    return {box, std::move(dense)};
+}
+
+/// Returns the voxels of a grid in the order of the world's axes, resampled if its axes are others or if it has more
+/// than `maxSize` voxels along one.
+template <class GridType>
+WorldBox<GridType> worldBoxOf(const GridType& grid, int maxSize, const Monitor& monitor) {
+    const std::optional<Alignment> alignment = alignmentOf(grid);
     const Coord size = grid.evalActiveVoxelDim();
-    const int longest = std::max({size[0], size[1], size[2]});
-    if (longest > most)
-        throw ValueError(
-            fmt::format("{} has {} x {} x {} voxels, but {} holds at most {} along each axis; use -velocity "
-                        "dim={} or larger voxels",
-                        titleOf(grid), size[0], size[1], size[2], extension, most, most));
+    if (alignment && std::max({size[0], size[1], size[2]}) <= maxSize) return {grid, *alignment};
+    return resampled(grid, maxSize, monitor);
 }
 
 Vec3SGrid::ConstPtr centred(const Vec3SGrid& grid) {
@@ -117,16 +195,14 @@ void requireHalves(const GridBase& grid, const WorldBox<Vec3SGrid>& box) {
             if (const float value = box.at(n)[k]; std::abs(value) > kMaxFgaValue)
                 throw ValueError(
                     fmt::format("{} has a component of {:g}, above {:.0f}, the largest value that the 16-bit floats of "
-                                "a vector field can hold; "
-                                "lower the speed or the unit",
+                                "a vector field can hold; lower the speed or the unit",
                                 titleOf(grid), value, kMaxFgaValue));
 }
 
 template <class GridType, class Append>
 FieldBox writeVfGrid(const fs::path& path, const GridType& grid, std::string_view magic, const Monitor& monitor,
                      const Append& append) {
-    requireSize(grid, std::numeric_limits<uint16_t>::max(), ".vf");
-    const WorldBox<GridType> box(grid);
+    const auto box = worldBoxOf(grid, std::numeric_limits<uint16_t>::max(), monitor);
     writeAtomically(
         path,
         [&](std::ostream& out) {
@@ -145,8 +221,7 @@ FieldBox writeVfGrid(const fs::path& path, const GridType& grid, std::string_vie
 
 FieldBox writeFga(const fs::path& path, const Vec3SGrid& grid, const Monitor& monitor) {
     const auto vectors = centred(grid);
-    requireSize(*vectors, kMaxFgaSize, ".fga");
-    const WorldBox<Vec3SGrid> box(*vectors);
+    const auto box = worldBoxOf(*vectors, kMaxFgaSize, monitor);
     requireHalves(grid, box);
     const FieldBox& b = box.box();
     writeAtomically(

@@ -60,8 +60,9 @@ std::string describe(const openvdb::Vec3d& v) { return fmt::format("{:.6g},{:.6g
 
 /// Says where the box of a vector field is, since the format does not, or only the user can place it.
 void sayBox(const Context& c, const std::string& file, const FieldBox& box) {
-    c.say(fmt::format("{}: {} x {} x {} vectors; centre {}, size {}", file, box.size[0], box.size[1], box.size[2],
-                      describe(0.5 * (box.lower + box.upper)), describe(box.upper - box.lower)));
+    c.say(fmt::format("{}: {} x {} x {} vectors; centre {}, size {}{}", file, box.size[0], box.size[1], box.size[2],
+                      describe(0.5 * (box.lower + box.upper)), describe(box.upper - box.lower),
+                      box.resampled ? "; resampled, because the format has fewer voxels or other axes" : ""));
 }
 
 // ---- USD
