@@ -22,7 +22,7 @@ size_t linesThatBegin(const std::string& text, const std::string& with) {
 
 } // namespace
 
-TEST_CASE("trace action: writes curves to every file format", "[app]") {
+TEST_CASE("trace action: writes curves to every file format", "[app][command]") {
     const Folder folder;
     const Outcome outcome =
         folder.mustRun(kFlow + "-scatter count=60 -trace maxLength=20 -write a.csv a.obj a.ply a.vdb r.json -print");
@@ -60,7 +60,7 @@ TEST_CASE("trace action: writes curves to every file format", "[app]") {
     CHECK(pointsOf(*grid).size() == vertices);
 }
 
-TEST_CASE("trace action: options take effect", "[app]") {
+TEST_CASE("trace action: options take effect", "[app][command]") {
     const Folder folder;
     const std::string seed = "-vortex turns=1 core=0.5 -scatter count=1 box=0.5,0,0,0.6,0.1,0.1 ";
     const auto rows = [&](const std::string& options) {
@@ -83,7 +83,7 @@ TEST_CASE("trace action: options take effect", "[app]") {
     CHECK(rows("step=0.1 turn=5").rows.size() > rows("step=0.1 turn=90").rows.size());
 }
 
-TEST_CASE("write: writes the newest points or curves or the selected ones", "[app]") {
+TEST_CASE("write: writes the newest points or curves or the selected ones", "[app][command]") {
     const Folder folder;
     folder.mustRun(kFlow +
                    "-scatter count=5 -trace maxLength=1 -write a.ply -scatter count=7 -write b.ply a.obj -write "
@@ -99,7 +99,7 @@ TEST_CASE("write: writes the newest points or curves or the selected ones", "[ap
     CHECK(linesThatBegin(bytesOf(folder / "f.obj"), "l ") == 5);
 }
 
-TEST_CASE("trace action: flows without tracks and missing inputs", "[app]") {
+TEST_CASE("trace action: flows without tracks and missing inputs", "[app][command]") {
     const Folder folder;
     const Outcome sum = folder.mustRun("-noise -curl shift=10 -scatter count=5 -trace maxLength=1 -write a.csv r.json");
     CHECK_THAT(sum.err, ContainsSubstring("no tracks"));
@@ -115,7 +115,7 @@ TEST_CASE("trace action: flows without tracks and missing inputs", "[app]") {
     folder.mustFail("-noise -curl shift=10 -scatter count=5 -trace reproject=newton", {"-trace", "no tracks"});
 }
 
-TEST_CASE("trace action: bytes do not depend on the number of threads", "[app]") {
+TEST_CASE("trace action: bytes do not depend on the number of threads", "[app][command]") {
     const Folder folder;
     for (const std::string threads : {"1", "2"})
         folder.mustRun("-threads " + threads + " " + kFlow +

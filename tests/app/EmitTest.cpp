@@ -216,7 +216,7 @@ TEST_CASE("wrap: a periodic flow moves wrapped points as if they were not wrappe
     }
 }
 
-TEST_CASE("emit: particle files have the attributes that hosts know", "[app]") {
+TEST_CASE("emit: particle files have the attributes that hosts know", "[app][command]") {
     const test::Folder folder;
     folder.mustRun(
         "-quiet -noise -noise seed=1 -dfvn -frames 1-3 -emit rate=480 life=5 -advect duration=0.1 steps=2 "

@@ -34,7 +34,7 @@ TEST_CASE("file names: hash marks and printf's %d stand for the frame as $F does
     }
 }
 
-TEST_CASE("file names: a file that each frame would overwrite is refused without overwrite=1", "[app]") {
+TEST_CASE("file names: a file that each frame would overwrite is refused without overwrite=1", "[app][command]") {
     const Folder folder;
     for (const char* name : {"o.vdb", "o..vdb", "o.{floor(F/10)}.vdb"}) {
         CAPTURE(name);
@@ -51,7 +51,7 @@ TEST_CASE("file names: a file that each frame would overwrite is refused without
     folder.mustRun(kDust + "-write still.ply -frames 1-2 -advect -write p.##.ply"); // written once, before the frames
 }
 
-TEST_CASE("file names: an input cannot be overwritten but an own output may be read again", "[app]") {
+TEST_CASE("file names: an input cannot be overwritten but an own output may be read again", "[app][command]") {
     const Folder folder;
     folder.mustRun("-read " + test::sourceDir() + "/scenes/spot.obj -write ball.ply");
     const std::string before = test::bytesOf(folder / "ball.ply");
@@ -64,7 +64,7 @@ TEST_CASE("file names: an input cannot be overwritten but an own output may be r
     folder.mustRun("-read ball.ply -write f.0.ply -frames 1-3 -read 'f.{F-1}.ply' -write 'f.{F}.ply'");
 }
 
-TEST_CASE("write: reports the content and size of each file", "[app]") {
+TEST_CASE("write: reports the content and size of each file", "[app][command]") {
     const Folder folder;
     const auto said = [&](const std::string& arguments) { return folder.mustRun(arguments).err; };
     CHECK_THAT(said("-noise -noise seed=1 -dfvn -scatter count=5000 -advect steps=1 -write v.vdb"),

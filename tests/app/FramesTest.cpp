@@ -218,7 +218,7 @@ TEST_CASE("frames: two nodes that move points each have their own state", "[app]
     CHECK(moved[1] == Approx(xOf(0) + 6));
 }
 
-TEST_CASE("frames: each frame of a velocity sequence equals a single run at its time", "[app]") {
+TEST_CASE("frames: each frame of a velocity sequence equals a single run at its time", "[app][command]") {
     const Folder folder;
     const auto scene = [](const std::string& t, const std::string& name) {
         return "-noise alpha='" + t + "' -noise seed=1 -dfvn -velocity dim=16 -write '" + name + "'";
@@ -250,7 +250,7 @@ TEST_CASE("frames: each frame of a velocity sequence equals a single run at its 
                bytesOf(folder / (std::string("p.") + frame + ".vdb"))));
 }
 
-TEST_CASE("report: lists each action once with its time over all frames", "[app]") {
+TEST_CASE("report: lists each action once with its time over all frames", "[app][command]") {
     const Folder folder;
     folder.mustRun("-noise -frames 1-5 -noise seed={F} -report run.json");
     const auto report = test::jsonOf(folder / "run.json");

@@ -26,7 +26,7 @@ test::Outcome withReader(const Folder& folder, const std::string& arguments) {
 
 } // namespace
 
-TEST_CASE("isolated reading: gives the same objects as reading in the same process", "[app][isolated]") {
+TEST_CASE("isolated reading: gives the same objects as reading in the same process", "[app][command]") {
     const Folder folder;
     folder.mustRun(
         "-quiet -scatter count=500 box=-1,-1,-1,1,1,1 -noise -noise seed=1 -dfvn -velocity dim=16 -write mixed.vdb");
@@ -46,7 +46,7 @@ TEST_CASE("isolated reading: gives the same objects as reading in the same proce
     }
 }
 
-TEST_CASE("isolated reading: a crash or invalid answer of the reader is an error of the file", "[app][isolated]") {
+TEST_CASE("isolated reading: a crash or invalid answer of the reader is an error of the file", "[app][command]") {
     const Folder folder;
     folder.mustRun("-quiet -scatter count=50 box=-1,-1,-1,1,1,1 -write p.vdb");
     folder.mustRun("-quiet -noise -slice width=16 -write p.exr");
@@ -68,7 +68,7 @@ TEST_CASE("isolated reading: a crash or invalid answer of the reader is an error
     CHECK_THAT(missing.err, Catch::ContainsSubstring("cannot start a process"));
 }
 
-TEST_CASE("isolated reading: errors of the reader are reported by the command", "[app][isolated]") {
+TEST_CASE("isolated reading: errors of the reader are reported by the command", "[app][command]") {
     const Folder folder;
     folder.mustRun("-quiet -scatter count=50 box=-1,-1,-1,1,1,1 -write p.vdb");
     std::string bytes = bytesOf(folder / "p.vdb");
@@ -77,7 +77,7 @@ TEST_CASE("isolated reading: errors of the reader are reported by the command", 
     folder.mustFail("-read p.vdb", {"'p.vdb' is damaged", "its content does not match its checksum"});
 }
 
-TEST_CASE("isolated reading: a damaged model never ends the command by a signal", "[app][isolated]") {
+TEST_CASE("isolated reading: a damaged model never ends the command by a signal", "[app]") {
     const Folder folder;
     const std::string whole = bytesOf(test::sourceDir() + "/scenes/walker.glb");
     std::mt19937 random(5);
@@ -102,7 +102,7 @@ TEST_CASE("isolated reading: a damaged model never ends the command by a signal"
     CHECK(refused > 0);
 }
 
-TEST_CASE("isolated reading: a reader that hangs ends with the command", "[app][isolated]") {
+TEST_CASE("isolated reading: a reader that hangs ends with the command", "[app][command]") {
     const Folder folder;
     folder.mustRun("-quiet -scatter count=50 box=-1,-1,-1,1,1,1 -write p.vdb");
     reader(folder, "echo $$ > pid\nexec sleep 1000");

@@ -66,7 +66,7 @@ TEST_CASE("jitter action: moves lattice points in 3D and in a plane", "[app]") {
     CHECK(beyond(disc) == 0);
 }
 
-TEST_CASE("jitter action: invalid options are refused", "[app]") {
+TEST_CASE("jitter action: invalid options are refused", "[app][command]") {
     const Folder folder;
     folder.mustFail("-jitter count=10 spacing=1", {"-jitter", "count=", "spacing=", "one of them"});
     folder.mustFail("-jitter spacing=1e-9", {"-jitter", "memory", "spacing"});

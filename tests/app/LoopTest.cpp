@@ -27,7 +27,7 @@ Points pointsIn(const Scenes& scenes, const std::string& name) {
 
 } // namespace
 
-TEST_CASE("advect loop: the last frame equals the first and single frames equal the sequence", "[app]") {
+TEST_CASE("advect loop: the last frame equals the first and single frames equal the sequence", "[app][command]") {
     const Folder folder;
     const std::string loop = "fps=24 -advect loop=0.5 -write '$F.ply' '$F.csv' '$F.vdb' -report loop.json ";
     folder.mustRun(kBall + "-frames 0-24 " + loop);
@@ -60,7 +60,7 @@ TEST_CASE("advect loop: the last frame equals the first and single frames equal 
     CHECK(bytesOf(folder / "9.ply") == ninth);
 }
 
-TEST_CASE("advect loop: positions are a function of any time", "[app]") {
+TEST_CASE("advect loop: positions are a function of any time", "[app][command]") {
     const Folder folder;
     folder.mustRun(kBall + "-frames 0-4 fps=10 -advect loop=0.5 -write '$F.ply'");
     folder.mustRun(kBall + "-advect loop=0.5 duration=0.3 -write 'still.ply'");
@@ -139,7 +139,7 @@ TEST_CASE("advect loop: a JSON graph loops as a sequence and as stills", "[app]"
     CHECK(made("").x != third.x);
 }
 
-TEST_CASE("advect loop: unsuitable flows and options are errors that say why", "[app]") {
+TEST_CASE("advect loop: unsuitable flows and options are errors that say why", "[app][command]") {
     const Folder folder;
     const std::string loop = " -advect loop=1 -write '$F.ply'", open = "-noise -noise seed=1 -dfvn speed=1 -scatter ";
     folder.mustFail(open + "-frames 1-2" + loop, {"-advect", "no wall", "bound"});
@@ -155,7 +155,7 @@ TEST_CASE("advect loop: unsuitable flows and options are errors that say why", "
         folder.mustFail(kBall + "-advect loop=1 " + without, {"no effect if loop= is given"});
 }
 
-TEST_CASE("frames: with start= a chunk has the bytes of the whole sequence", "[app]") {
+TEST_CASE("frames: with start= a chunk has the bytes of the whole sequence", "[app][command]") {
     const Folder folder;
     const std::string flow = "fps=8 -noise 'alpha={2*pi*T}' -noise seed=1 -dfvn speed=1 -slice width=16 ";
     const std::string write = "-write '$F.png' -scatter count=20 -write '$F.csv'";
@@ -169,7 +169,7 @@ TEST_CASE("frames: with start= a chunk has the bytes of the whole sequence", "[a
     CHECK(bytesOf(folder / "4.png") == bytesOf(folder / "1.png"));
 }
 
-TEST_CASE("frames: carried points cannot start in the middle without a checkpoint", "[app]") {
+TEST_CASE("frames: carried points cannot start in the middle without a checkpoint", "[app][command]") {
     const Folder folder;
     const std::string rest = "fps=8 checkpoint=c -advect -write '$F.ply'";
     folder.mustFail(kBall + "-frames 4-6 start=1 " + rest,

@@ -27,7 +27,7 @@ std::string aroundBall(const std::string& advect) {
 
 } // namespace
 
-TEST_CASE("advect action: adaptive steps and step limits", "[app]") {
+TEST_CASE("advect action: adaptive steps and step limits", "[app][command]") {
     const Folder folder;
     folder.mustRun(inBall("-advect duration=1 scheme=rk23 accuracy=1e-3 -report a.json"));
     folder.mustRun(inBall("-advect duration=1 scheme=rk23 accuracy=1e-5 -report b.json"));
@@ -63,7 +63,7 @@ TEST_CASE("advect action: adaptive steps and step limits", "[app]") {
     folder.mustFail(inBall("-advect maxStep=-1"), {"maxStep"});
 }
 
-TEST_CASE("advect action: positions do not depend on frame rate or substeps", "[app]") {
+TEST_CASE("advect action: positions do not depend on frame rate or substeps", "[app][command]") {
     const Folder folder;
     for (const auto& [fps, substeps] : {std::pair(24, 1), {24, 4}, {48, 1}}) {
         CAPTURE(fps, substeps);
@@ -80,7 +80,7 @@ TEST_CASE("advect action: positions do not depend on frame rate or substeps", "[
     }
 }
 
-TEST_CASE("advect action: jacobian= measures the change of volumes", "[app]") {
+TEST_CASE("advect action: jacobian= measures the change of volumes", "[app][command]") {
     const Folder folder;
     folder.mustRun(inBall("-advect duration=0.2 jacobian=100 -report a.json"));
     const auto kept = jsonOf(folder / "a.json")["volume"];
@@ -94,7 +94,7 @@ TEST_CASE("advect action: jacobian= measures the change of volumes", "[app]") {
     CHECK(changed["upper"].get<double>() - changed["lower"].get<double>() > 0.1);
 }
 
-TEST_CASE("advect action: points follow a changing flow and a moving wall", "[app]") {
+TEST_CASE("advect action: points follow a changing flow and a moving wall", "[app][command]") {
     const Folder folder;
     folder.mustRun(aroundBall("-advect -write 'p.$F.csv' -check samples=1000 'report=c.$F.json'"));
     for (const int frame : {1, 2, 3, 4}) {
@@ -123,7 +123,7 @@ TEST_CASE("advect action: points follow a changing flow and a moving wall", "[ap
     }
 }
 
-TEST_CASE("check tracks=: compares tracks of the flow and of its grid", "[app]") {
+TEST_CASE("check tracks=: compares tracks of the flow and of its grid", "[app][command]") {
     const Folder folder;
     folder.mustRun(inBall("-velocity dim=48 -check samples=1000 tracks=300 report=a.json"));
     const auto check = jsonOf(folder / "a.json");
@@ -133,7 +133,7 @@ TEST_CASE("check tracks=: compares tracks of the flow and of its grid", "[app]")
     folder.mustFail(inBall("-check tracks=10"), {"-velocity"});
 }
 
-TEST_CASE("spacing action: measures nearest-neighbour distances", "[app]") {
+TEST_CASE("spacing action: measures nearest-neighbour distances", "[app][command]") {
     const Folder folder;
     folder.mustRun(
         "-jitter spacing=0.25 amount=0 -spacing -jitter dimensions=2 spacing=0.125 amount=0 -spacing name=flat "

@@ -44,7 +44,7 @@ void requireSame(const Folder& a, const Folder& b) {
 
 } // namespace
 
-TEST_CASE("resume: a killed and resumed run gives the same bytes as an uninterrupted one", "[app]") {
+TEST_CASE("resume: a killed and resumed run gives the same bytes as an uninterrupted one", "[app][command]") {
     const Folder whole, killed;
     whole.mustRun(scene());
     // The process is killed during the fourth frame or a little later.
@@ -59,7 +59,7 @@ TEST_CASE("resume: a killed and resumed run gives the same bytes as an uninterru
     CHECK_FALSE(std::filesystem::exists(killed / "p.0006.ply"));
 }
 
-TEST_CASE("resume: a run can continue after any frame and beyond its original range", "[app]") {
+TEST_CASE("resume: a run can continue after any frame and beyond its original range", "[app][command]") {
     const Folder whole, pieces;
     whole.mustRun(scene());
     for (const char* frames : {"1-1", "1-2", "1-4", "1-6"}) {
@@ -95,7 +95,7 @@ TEST_CASE("resume: a cancelled run leaves the checkpoint of its last complete fr
     CHECK(runs == 5);                                                        // frame 4 was not complete
 }
 
-TEST_CASE("resume: a damaged checkpoint or one of another program is refused", "[app]") {
+TEST_CASE("resume: a damaged checkpoint or one of another program is refused", "[app][command]") {
     const Folder folder;
     folder.mustRun(scene("1-2"));
     const std::string good = bytesOf(folder / "run.checkpoint");
@@ -123,7 +123,7 @@ TEST_CASE("resume: a damaged checkpoint or one of another program is refused", "
     folder.mustRun("-threads 1 " + resume);                          // does not affect the results
 }
 
-TEST_CASE("resume: a checkpoint is refused if an input file has changed", "[app]") {
+TEST_CASE("resume: a checkpoint is refused if an input file has changed", "[app][command]") {
     const Folder folder;
     folder.mustRun("-quiet -scatter count=9 box=-1,-1,-1,1,1,1 -write p.0001.vdb p.0002.vdb p.0003.vdb");
     test::store(folder / "ball.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n# end\n");
@@ -152,7 +152,7 @@ TEST_CASE("resume: a checkpoint is refused if an input file has changed", "[app]
     folder.mustRun("-resume " + run("1-3"));
 }
 
-TEST_CASE("resume: a forged checkpoint with inconsistent arrays is refused", "[app]") {
+TEST_CASE("resume: a forged checkpoint with inconsistent arrays is refused", "[app][command]") {
     const Folder folder;
     folder.mustRun(scene("1-2"));
     const std::string good = bytesOf(folder / "run.checkpoint");
@@ -174,7 +174,7 @@ TEST_CASE("resume: a forged checkpoint with inconsistent arrays is refused", "[a
     }
 }
 
-TEST_CASE("resume: an unwritable checkpoint is reported before the work", "[app]") {
+TEST_CASE("resume: an unwritable checkpoint is reported before the work", "[app][command]") {
     const Folder folder;
     folder.mustFail("-frames 1-2 checkpoint=missing/too/a -noise", {"-frames", "missing/too/a"});
 }

@@ -88,7 +88,7 @@ TEST_CASE("scale: the main job gives the same result 100000 units from the origi
     CHECK(different(here.wall, there.wall) < 1e-3);
 }
 
-TEST_CASE("scale: a mesh of any size can be voxelised and scattered and snapped to and shaded", "[app]") {
+TEST_CASE("scale: a mesh of any size can be voxelised and scattered and snapped to and shaded", "[app][command]") {
     const Folder folder;
     const auto coverage = [&](double scale, double away) {
         std::ofstream out(folder / "m.obj");

@@ -129,7 +129,7 @@ TEST_CASE("scenes: every scene survives the round trip through scene and JSON", 
     CHECK(scenes > 20);
 }
 
-TEST_CASE("scenes: scene and rewritten scene and JSON write the same files", "[app]") {
+TEST_CASE("scenes: scene and rewritten scene and JSON write the same files", "[app][command]") {
     const std::string name = GENERATE("demo", "catlike_cheap_2d", "icn_fig5_image_warp", "icn_fig8_animated_jitter");
     CAPTURE(name);
     const SceneFolder scene, written, json;

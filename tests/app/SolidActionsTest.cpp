@@ -36,7 +36,8 @@ TEST_CASE("solid actions: shapes stay shapes and other operands become level set
     CHECK_THAT(scenes.complaint("sphere\nunion"), ContainsSubstring("union"));
 }
 
-TEST_CASE("mesh2ls action: an open mesh that encloses nearly nothing gets a warning with its thickness", "[app]") {
+TEST_CASE("mesh2ls action: an open mesh that encloses nearly nothing gets a warning with its thickness",
+          "[app][command]") {
     const test::Folder folder;
     // A plate of 0.04 without one of its narrow sides.
     test::store(folder / "plate.obj",

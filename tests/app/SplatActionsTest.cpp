@@ -20,7 +20,7 @@ double meanOf(const Image& image) {
 
 } // namespace
 
-TEST_CASE("splat action: draws curves and points and reports their coverage", "[app]") {
+TEST_CASE("splat action: draws curves and points and reports their coverage", "[app][command]") {
     const Folder folder;
     const Outcome outcome = folder.mustRun(kFlow + "-scatter count=200 -trace maxLength=2 -splat" + kSize +
                                            "-write curves.png -scatter count=500 -splat show=height map=ice" + kSize +
@@ -37,7 +37,7 @@ TEST_CASE("splat action: draws curves and points and reports their coverage", "[
     for (const float value : curves.pixels) CHECK(value < 1); // no saturated white
 }
 
-TEST_CASE("splat action: the camera fits what is drawn with or without a box", "[app]") {
+TEST_CASE("splat action: the camera fits what is drawn with or without a box", "[app][command]") {
     const Folder folder;
     const auto covered = [&](const std::string& options) {
         folder.mustRun("-jitter count=1000 box=4,4,4,5,5,5 -splat pixels=4 glow=0 " + options + kSize +
@@ -50,7 +50,7 @@ TEST_CASE("splat action: the camera fits what is drawn with or without a box", "
     CHECK(covered("eye=4.5,4.5,12 aim=4.5,4.5,4.5 fov=10") > 0.2);
 }
 
-TEST_CASE("splat action: over=1 draws onto a picture with depth and hides what is behind", "[app]") {
+TEST_CASE("splat action: over=1 draws onto a picture with depth and hides what is behind", "[app][command]") {
     const Folder folder;
     const auto mean = [&](const std::string& later) {
         folder.mustRun(
@@ -71,7 +71,7 @@ TEST_CASE("splat action: over=1 draws onto a picture with depth and hides what i
     CHECK(readExr(folder / "b.exr").channels == std::vector<std::string>{"R", "G", "B"});
 }
 
-TEST_CASE("splat action: every colour option and the wall outline change the picture", "[app]") {
+TEST_CASE("splat action: every colour option and the wall outline change the picture", "[app][command]") {
     const Folder folder;
     const std::string curves = kFlow + "-sphere -scatter count=50 -trace maxLength=1 ";
     std::set<std::string> pictures;
@@ -84,7 +84,7 @@ TEST_CASE("splat action: every colour option and the wall outline change the pic
     CHECK(pictures.size() == 12);
 }
 
-TEST_CASE("splat action: invalid inputs and options are refused", "[app]") {
+TEST_CASE("splat action: invalid inputs and options are refused", "[app][command]") {
     const Folder folder;
     folder.mustFail("-splat -write a.png", {"-splat", "points or curves", "none"});
     folder.mustFail("-sphere -scatter count=5 -splat show=speed", {"-splat", "velocity"});
@@ -97,7 +97,7 @@ TEST_CASE("splat action: invalid inputs and options are refused", "[app]") {
     folder.mustFail("-sphere -scatter count=5 -splat geo=1", {"-splat", "geometry"});
 }
 
-TEST_CASE("advect pathlines=1: records pathlines as curves, and -distance compares them", "[app]") {
+TEST_CASE("advect pathlines=1: records pathlines as curves, and -distance compares them", "[app][command]") {
     const Folder folder;
     const std::string points = "-scatter count=100 seed=2 -advect duration=0.5 pathlines=1 ";
     folder.mustRun(kFlow + points + "steps=10 -write a.csv " + points +
@@ -114,7 +114,7 @@ TEST_CASE("advect pathlines=1: records pathlines as curves, and -distance compar
     folder.mustFail("-sphere -scatter -distance geo=0", {"-distance", "2 objects", "there is 1"});
 }
 
-TEST_CASE("snap action: moves points onto a shape or a terrain", "[app]") {
+TEST_CASE("snap action: moves points onto a shape or a terrain", "[app][command]") {
     const Folder folder;
     folder.mustRun(
         "-torus -scatter count=200 -snap -write r.json -noise dimensions=2 -height -scatter count=300 "
@@ -126,7 +126,7 @@ TEST_CASE("snap action: moves points onto a shape or a terrain", "[app]") {
     folder.mustFail("-torus -scatter count=3 -snap maxDistance=0", {"-snap", "maxDistance"});
 }
 
-TEST_CASE("splat action: empty points give an empty picture", "[app]") {
+TEST_CASE("splat action: empty points give an empty picture", "[app][command]") {
     const Folder folder;
     folder.mustRun("-scatter box=0,0,0,1,1,1 count=5 -kill box=5,5,5,6,6,6 -splat background=0.5,0.5,0.5" + kSize +
                    "-write a.png a.json");
@@ -137,7 +137,7 @@ TEST_CASE("splat action: empty points give an empty picture", "[app]") {
     CHECK(meanOf(readPng(folder / "e.01.png")) < meanOf(readPng(folder / "e.03.png")));
 }
 
-TEST_CASE("splat action: one camera is used for a whole sequence", "[app]") {
+TEST_CASE("splat action: one camera is used for a whole sequence", "[app][command]") {
     const Folder folder;
     // A growing cube of points. With a separate camera for each frame, all pictures would be the same.
     const auto growing = [&](const std::string& wall) {
@@ -155,7 +155,7 @@ TEST_CASE("splat action: one camera is used for a whole sequence", "[app]") {
     CHECK(thirdInWall > 3 * inWall);
 }
 
-TEST_CASE("splat action: an obstacle hides the points behind it and a container does not", "[app]") {
+TEST_CASE("splat action: an obstacle hides the points behind it and a container does not", "[app][command]") {
     const Folder folder;
     const auto covered = [&](const std::string& side, const std::string& box) {
         folder.mustRun("-sphere radius=0.5 -noise -noise seed=1 -bound layer=0.2 side=" + side +

@@ -9,7 +9,7 @@ using namespace curlew;
 using namespace curlew::test;
 using Catch::Matchers::ContainsSubstring;
 
-TEST_CASE("readCsv: reads column names and finite numbers row by row", "[base][csv]") {
+TEST_CASE("readCsv: reads column names and finite numbers row by row", "[base]") {
     const ScratchFolder folder;
     const CsvTable table = readCsv(store(folder / "a.csv", "x,y\r\n1,-2.5\r\n\r\n  \n+.5,1e3\n3,4"), CsvCells::finite);
     CHECK(table.names == std::vector<std::string>{"x", "y"});
@@ -17,7 +17,7 @@ TEST_CASE("readCsv: reads column names and finite numbers row by row", "[base][c
     CHECK(readCsv(store(folder / "b.csv", "x,y\n"), CsvCells::finite).values.empty());
 }
 
-TEST_CASE("readCsv: optional cells may be empty or quoted or padded with spaces or not finite", "[base][csv]") {
+TEST_CASE("readCsv: optional cells may be empty or quoted or padded with spaces or not finite", "[base]") {
     const ScratchFolder folder;
     const CsvTable table =
         readCsv(store(folder / "a.csv", "\nr, \"our rdf\" ,\n0 ,\"1\",2.5\n,inf,nan\n"), CsvCells::optional);
@@ -29,7 +29,7 @@ TEST_CASE("readCsv: optional cells may be empty or quoted or padded with spaces 
     CHECK(std::isnan(table.values[5]));
 }
 
-TEST_CASE("readCsv: errors name the file and the line", "[base][csv]") {
+TEST_CASE("readCsv: errors name the file and the line", "[base]") {
     struct Case {
         std::string content;
         CsvCells cells;
@@ -50,13 +50,13 @@ TEST_CASE("readCsv: errors name the file and the line", "[base][csv]") {
     CHECK_THROWS_WITH(readCsv(path, c.cells), ContainsSubstring("bad.csv") && ContainsSubstring(c.says));
 }
 
-TEST_CASE("readCsv: the caller sees the column names before the first row is read", "[base][csv]") {
+TEST_CASE("readCsv: the caller sees the column names before the first row is read", "[base]") {
     const ScratchFolder folder;
     const auto refuse = [](const std::vector<std::string>& names) { throw FileError("has " + names.at(0)); };
     CHECK_THROWS_WITH(readCsv(store(folder / "a.csv", "x;y\nno number\n"), CsvCells::finite, refuse), "has x;y");
 }
 
-TEST_CASE("readCsv: a missing file or a folder is refused", "[base][csv]") {
+TEST_CASE("readCsv: a missing file or a folder is refused", "[base]") {
     const ScratchFolder folder;
     CHECK_THROWS_WITH(readCsv(folder / "none.csv", CsvCells::finite),
                       ContainsSubstring("none.csv") && ContainsSubstring("no such file"));

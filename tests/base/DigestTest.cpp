@@ -19,7 +19,7 @@ Digest digestOf(std::string_view bytes, uint64_t seed = 0) {
 
 } // namespace
 
-TEST_CASE("Digest: matches published values of MurmurHash3 x64 128", "[base][Digest]") {
+TEST_CASE("Digest: matches published values of MurmurHash3 x64 128", "[base]") {
     CHECK(digestOf("").hex() == "00000000000000000000000000000000");
     CHECK(digestOf("hello").hex() == "cbd8a7b341bd9b025b1e906a48ae1d19");
     CHECK(digestOf("The quick brown fox jumps over the lazy dog").hex() == "e34bbc7bbc071b6c7a433ca9c49a9347");
@@ -38,7 +38,7 @@ TEST_CASE("Digest: matches published values of MurmurHash3 x64 128", "[base][Dig
     CHECK(static_cast<uint32_t>(digestOf(digests).words[0]) == 0x6384ba69u);
 }
 
-TEST_CASE("Digest: does not depend on how the bytes are split into calls", "[base][Digest]") {
+TEST_CASE("Digest: does not depend on how the bytes are split into calls", "[base]") {
     std::mt19937 random(1);
     std::string bytes(1000, '\0');
     for (char& byte : bytes) byte = static_cast<char>(random());
@@ -55,7 +55,7 @@ TEST_CASE("Digest: does not depend on how the bytes are split into calls", "[bas
     }
 }
 
-TEST_CASE("Digest: flipping one input bit flips half of the output bits", "[base][Digest]") {
+TEST_CASE("Digest: flipping one input bit flips half of the output bits", "[base]") {
     const size_t size = GENERATE(1, 8, 15, 16, 17, 100);
     CAPTURE(size);
     std::mt19937 random(2);
@@ -73,7 +73,7 @@ TEST_CASE("Digest: flipping one input bit flips half of the output bits", "[base
     CHECK(std::abs(flips - 64 * kRuns) < 5 * std::sqrt(128 * kRuns * 0.25)); // 5 sigma of 128,000 coin tosses
 }
 
-TEST_CASE("Digest: numbers and strings are hashed unambiguously", "[base][Digest]") {
+TEST_CASE("Digest: numbers and strings are hashed unambiguously", "[base]") {
     const auto of = [](const auto&... values) {
         DigestBuilder builder;
         (builder.add(values), ...);

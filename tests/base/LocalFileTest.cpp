@@ -30,7 +30,7 @@ std::string longText() {
 
 } // namespace
 
-TEST_CASE("LocalFile: a plain file is used directly", "[base][files]") {
+TEST_CASE("LocalFile: a plain file is used directly", "[base]") {
     const Folder folder;
     const fs::path name = test::store(folder / "Cow.OBJ", "v 0 0 0\n");
     CHECK(endingOf(name) == ".obj");
@@ -40,7 +40,7 @@ TEST_CASE("LocalFile: a plain file is used directly", "[base][files]") {
     CHECK(isStream("-"));
 }
 
-TEST_CASE("LocalFile: gzip is decompressed into a temporary copy that is removed afterwards", "[base][files]") {
+TEST_CASE("LocalFile: gzip is decompressed into a temporary copy that is removed afterwards", "[base]") {
     const Folder folder;
     const std::string text = longText();
     storeGzip(folder / "cow.obj.gz", text);
@@ -58,7 +58,7 @@ TEST_CASE("LocalFile: gzip is decompressed into a temporary copy that is removed
     CHECK(LocalFile(folder / "cow.obj.gz", ".txt").path().extension() == ".txt");
 }
 
-TEST_CASE("LocalFile: truncated or damaged gzip is an error", "[base][files]") {
+TEST_CASE("LocalFile: truncated or damaged gzip is an error", "[base]") {
     const Folder folder;
     storeGzip(folder / "cow.obj.gz", longText());
     std::string bytes = test::bytesOf(folder / "cow.obj.gz");
@@ -71,7 +71,7 @@ TEST_CASE("LocalFile: truncated or damaged gzip is an error", "[base][files]") {
     CHECK_THROWS_AS(LocalFile(folder / "cow.obj.gz", "", [] { return true; }), Interrupted);
 }
 
-TEST_CASE("LocalFile: a pipe is read to its end", "[base][files]") {
+TEST_CASE("LocalFile: a pipe is read to its end", "[base]") {
     const Folder folder;
     const fs::path pipe = folder / "pipe.ply";
     REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);

@@ -24,12 +24,6 @@ std::string best() {
 
 } // namespace
 
-TEST_CASE("Simd: every instruction set has its own name", "[base][simd]") {
-    CHECK(nameOf(Simd::scalar) == std::string("scalar"));
-    CHECK(nameOf(Simd::avx2) == std::string("avx2"));
-    CHECK(nameOf(Simd::avx512) == std::string("avx512"));
-}
-
 TEST_CASE("activeSimd: is the set named by CURLEW_SIMD or the best available", "[base][simd]") {
     const char* asked = std::getenv("CURLEW_SIMD");
     CHECK(nameOf(activeSimd()) == (asked && *asked ? std::string(asked) : best()));

@@ -19,7 +19,7 @@ Flow swirlsInSpace() { return Flow(noiseField<SineNoise<3>>({.seed = 3}), noiseF
 
 } // namespace
 
-TEST_CASE("carried: a uniform flow translates the field by velocity times time", "[flow][Carried]") {
+TEST_CASE("carried: a uniform flow translates the field by velocity times time", "[flow]") {
     const ScalarField noise = noiseField<Psrd3>({.seed = 1});
     const Vec3d velocity{{0.5, -1, 2}};
     const ScalarField there = carried(noise, uniformFlow(velocity), {.time = 0.4, .steps = 1});
@@ -32,7 +32,7 @@ TEST_CASE("carried: a uniform flow translates the field by velocity times time",
     }
 }
 
-TEST_CASE("carried: a rigid rotation rotates the field with fourth order in the steps", "[flow][Carried]") {
+TEST_CASE("carried: a rigid rotation rotates the field with fourth order in the steps", "[flow]") {
     // c = (f_y, -f_x) = w (-y, x) for f = -w (x² + y²) / 2.
     const double w = 1.5, time = 0.8;
     const auto x = rampField<2>({{1, 0}}), y = rampField<2>({{0, 1}});
@@ -50,7 +50,7 @@ TEST_CASE("carried: a rigid rotation rotates the field with fourth order in the 
     CHECK(off(64) < 1e-6);
 }
 
-TEST_CASE("carried: derivatives agree with central differences for any number of steps", "[flow][Carried]") {
+TEST_CASE("carried: derivatives agree with central differences for any number of steps", "[flow]") {
     const int steps = GENERATE(1, 5);
     CAPTURE(steps);
     const CarryOptions o{.time = 0.1, .steps = steps};
@@ -62,7 +62,7 @@ TEST_CASE("carried: derivatives agree with central differences for any number of
                        randomPoints(cube(1), 300, 4), 0x1p-10, 20000);
 }
 
-TEST_CASE("carried: forward and back returns nearly the original field", "[flow][Carried]") {
+TEST_CASE("carried: forward and back returns nearly the original field", "[flow]") {
     // The way back uses the opposite flow, whose potentials are known; the third derivatives of the carried field are
     // not needed.
     const auto noise = noiseField<SineNoise<2>>({.seed = 6});
@@ -77,7 +77,7 @@ TEST_CASE("carried: forward and back returns nearly the original field", "[flow]
     CHECK(away > 0.1);
 }
 
-TEST_CASE("carried: unsuitable flows and options are errors that say why", "[flow][Carried]") {
+TEST_CASE("carried: unsuitable flows and options are errors that say why", "[flow]") {
     const auto noise = noiseField<SineNoise<2>>();
     CHECK_THROWS_WITH(carried(noise, swirls().normalized(1)), Catch::ContainsSubstring("normalised"));
     CHECK_THROWS_WITH(carried(noise, swirls(), {.steps = 0}), Catch::ContainsSubstring("0 steps"));

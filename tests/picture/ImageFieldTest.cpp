@@ -38,7 +38,7 @@ double errorOf(const ScalarFieldN<2>& field) {
 
 } // namespace
 
-TEST_CASE("imageField: approximates a smooth picture with fourth order", "[picture][ImageField]") {
+TEST_CASE("imageField: approximates a smooth picture with fourth order", "[picture]") {
     const double coarse = errorOf(imageField(pictureOf(16, wave), "", ImageWrap::repeat));
     const double fine = errorOf(imageField(pictureOf(32, wave), "", ImageWrap::repeat));
     CAPTURE(coarse, fine);
@@ -46,14 +46,14 @@ TEST_CASE("imageField: approximates a smooth picture with fourth order", "[pictu
     CHECK(fine < 1e-3);
 }
 
-TEST_CASE("imageField: all derivatives are exact", "[picture][ImageField]") {
+TEST_CASE("imageField: all derivatives are exact", "[picture]") {
     const auto field = imageField(pictureOf(16, wave), "value", ImageWrap::repeat);
     const auto points = test::randomPoints(test::cube<2>(3), 300, 2); // also beyond the picture
     test::requireDerivatives(field, points, 0.01, 2000);
     test::requireThirdDerivatives(field, points, 0.004, 0.2);
 }
 
-TEST_CASE("imageField: a ramp keeps its direction, and a constant its value", "[picture][ImageField]") {
+TEST_CASE("imageField: a ramp keeps its direction, and a constant its value", "[picture]") {
     const auto ramp = imageField(pictureOf(20, [](const Vec2d& p) { return p[0] + 3 * p[1]; }));
     const auto jet = ramp.at<1>({{0.13, -0.2}}); // away from the edges
     CHECK(jet.value == Approx(0.13 - 0.6).margin(1e-6));
@@ -68,7 +68,7 @@ TEST_CASE("imageField: a ramp keeps its direction, and a constant its value", "[
     CHECK(imageField(wide).at<1>({{0.1, 0.0}}).gradient[1] == Approx(-1).margin(1e-5));
 }
 
-TEST_CASE("imageField: continues beyond its edges as wrap says", "[picture][ImageField]") {
+TEST_CASE("imageField: continues beyond its edges as wrap says", "[picture]") {
     const Image image = pictureOf(12, [](const Vec2d& p) { return p[0] * p[0] * p[0] + 0.3 * p[1] * p[0] + p[1]; });
     for (const Vec2d& p : test::randomPoints(test::cube<2>(1), 100, 3)) {
         const auto repeat = imageField(image, "", ImageWrap::repeat), mirror = imageField(image, "", ImageWrap::mirror);
@@ -80,7 +80,7 @@ TEST_CASE("imageField: continues beyond its edges as wrap says", "[picture][Imag
     CHECK(clamp.at<1>({{3, 0.5}}).gradient[0] == 0);
 }
 
-TEST_CASE("imageField: chooses a channel, or the luminance", "[picture][ImageField]") {
+TEST_CASE("imageField: chooses a channel, or the luminance", "[picture]") {
     Image color = filledImage(4, 4, {"R", "G", "B", "A"}, 1);
     for (size_t k = 0; k < color.pixels.size(); k += 4) color.pixels[k] = 0.5f, color.pixels[k + 3] = 0.125f;
     CHECK(imageField(color).at<0>({}).value == Approx(0.5 * 0.2126 + 0.7152 + 0.0722).margin(1e-6));

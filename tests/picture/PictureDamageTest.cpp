@@ -53,7 +53,7 @@ std::string complaint(const fs::path& path) {
 
 } // namespace
 
-TEST_CASE("EXR: header attributes that claim more bytes than present are refused", "[picture][damage]") {
+TEST_CASE("EXR: header attributes that claim more bytes than present are refused", "[picture]") {
     const Folder folder;
     const auto said = [&](const ExrBytes& exr) {
         store(folder / "a.exr", exr.whole());
@@ -76,7 +76,7 @@ TEST_CASE("EXR: header attributes that claim more bytes than present are refused
     CHECK_THAT(said(ExrBytes().image(1, 1 << 24, 3)), Catch::ContainsSubstring("claims"));
 }
 
-TEST_CASE("PNG: reading and writing can be cancelled and an impossible height is refused", "[picture][damage]") {
+TEST_CASE("PNG: reading and writing can be cancelled and an impossible height is refused", "[picture]") {
     const Folder folder;
     const fs::path path = folder / "a.png";
     writePng(path, filledImage(1500, 1000, {"R", "G", "B"}));

@@ -60,14 +60,6 @@ TEST_CASE("latitudeAt and wavesAt: go around the y axis without a seam", "[rende
     }
 }
 
-TEST_CASE("terrainAt: is white at the top and blue near the bottom", "[render]") {
-    CHECK(terrainAt(1) == Vec3f{{1, 1, 1}});
-    CHECK(terrainAt(7) == terrainAt(1));
-    CHECK(terrainAt(-7) == terrainAt(0));
-    CHECK(terrainAt(0.2)[2] > terrainAt(0.2)[0]);
-    CHECK(terrainAt(0.5)[1] > terrainAt(0.5)[2]);
-}
-
 TEST_CASE("surfaceLic: streaks correlate along streamlines and not across", "[render]") {
     const SurfaceView view = viewSurface(Surface(sphereSdf(1)), kCamera, 1);
     const SurfaceLicOptions options{.length = 30};

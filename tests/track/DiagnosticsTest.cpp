@@ -35,7 +35,7 @@ struct BlendedGradients {
 
 } // namespace
 
-TEST_CASE("diagnoseFlow: a contained flow has no divergence and no wall flux", "[track][Diagnostics]") {
+TEST_CASE("diagnoseFlow: a contained flow has no divergence and no wall flux", "[track]") {
     const FlowDiagnostics check = diagnoseFlow(contained(), 20000);
     CHECK(check.divergence.trace < 1e-9);
     CHECK(check.divergence.traceBeyond <= check.divergence.trace);
@@ -44,13 +44,13 @@ TEST_CASE("diagnoseFlow: a contained flow has no divergence and no wall flux", "
     CHECK(check.rms.speed == Approx(1));
 }
 
-TEST_CASE("diagnoseFlow: detects a flow that crosses its wall", "[track][Diagnostics]") {
+TEST_CASE("diagnoseFlow: detects a flow that crosses its wall", "[track]") {
     const Flow leaking(noiseField<Psrd3>({.seed = 1}, {.frequency = 2}),
                        noiseField<Psrd3>({.seed = 2}, {.frequency = 2}), Domain::of(ball()));
     CHECK(diagnoseFlow(leaking, 5000).wallFlux > 0.1);
 }
 
-TEST_CASE("diagnoseDivergence: detects a potential with a wrong gradient", "[track][Diagnostics]") {
+TEST_CASE("diagnoseDivergence: detects a potential with a wrong gradient", "[track]") {
     const ScalarField noise = noiseField<Psrd3>({.seed = 2}, {.frequency = 2});
     const Flow wrong(noiseField<Psrd3>({.seed = 1}, {.frequency = 2}),
                      ScalarField(BlendedGradients{ball().sdf.distance, noise}), Domain::of(ball()));
@@ -60,7 +60,7 @@ TEST_CASE("diagnoseDivergence: detects a potential with a wrong gradient", "[tra
     CHECK_FALSE(check.vanishes());
 }
 
-TEST_CASE("diagnoseDivergence: differences of divergence-free flows vanish with their step", "[track][Diagnostics]") {
+TEST_CASE("diagnoseDivergence: differences of divergence-free flows vanish with their step", "[track]") {
     const auto psrd = [](uint64_t seed) { return noiseField<Psrd3>({.seed = seed}, {.frequency = 1.5}); };
     const auto sine = [](uint64_t seed) { return noiseField<SineNoise<3>>({.seed = seed}); };
     const auto bound = [&](const Wall& wall) { return Flow(psrd(1), bounded(psrd(2), wall), Domain::of(wall)); };
@@ -106,7 +106,7 @@ TEST_CASE("diagnoseDivergence: differences of divergence-free flows vanish with 
     CHECK(still.vanishes());
 }
 
-TEST_CASE("diagnoseDivergence: detects kinks of a potential that the trace misses", "[track][Diagnostics]") {
+TEST_CASE("diagnoseDivergence: detects kinks of a potential that the trace misses", "[track]") {
     const auto noise = [](uint64_t seed) { return noiseField<Psrd3>({.seed = seed}); };
     const auto flow = [&](double smoothing) { return Flow(smoothMin(noise(1), noise(2), smoothing), noise(3)); };
     const DivergenceDiagnostics kink = diagnoseDivergence(flow(0), 100000);
@@ -127,7 +127,7 @@ TEST_CASE("diagnoseDivergence: detects kinks of a potential that the trace misse
     CHECK_FALSE(diagnoseDivergence(Flow(noise(1), noise(2)).normalized(1), 5000).vanishes());
 }
 
-TEST_CASE("diagnoseDivergence: does not depend on the scale of the flow", "[track][Diagnostics]") {
+TEST_CASE("diagnoseDivergence: does not depend on the scale of the flow", "[track]") {
     const auto check = [](double frequency) {
         const auto noise = [&](uint64_t seed) { return noiseField<Psrd3>({.seed = seed}, {.frequency = frequency}); };
         return diagnoseDivergence(Flow(noise(1), noise(2), {.box = Box{}.padded(1 / frequency), .wall = {}}), 5000);
@@ -137,7 +137,7 @@ TEST_CASE("diagnoseDivergence: does not depend on the scale of the flow", "[trac
     CHECK(check(32).step * 32 == Approx(check(1).step));
 }
 
-TEST_CASE("diagnoseField: differences converge to the gradient with second order", "[track][Diagnostics]") {
+TEST_CASE("diagnoseField: differences converge to the gradient with second order", "[track]") {
     const Box box = Box{}.padded(1);
     const FieldDiagnostics good = diagnoseField(noiseField<Psrd3>({.seed = 1}, {.frequency = 2}), box, 5000);
     CHECK(good.byDifferences < 1e-3);
@@ -149,7 +149,7 @@ TEST_CASE("diagnoseField: differences converge to the gradient with second order
     CHECK(diagnoseField(constantField(2.0), box, 100).byDifferences == 0);
 }
 
-TEST_CASE("diagnoseParticles: tells particles on their tracks from displaced ones", "[track][Diagnostics]") {
+TEST_CASE("diagnoseParticles: tells particles on their tracks from displaced ones", "[track]") {
     const Flow flow = contained();
     Points particles = scatter(flow.domain(), 2000, 1);
     advect(flow, particles, {.time = 1, .steps = 10});

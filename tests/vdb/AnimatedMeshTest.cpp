@@ -89,7 +89,7 @@ std::vector<Vec3d> bent(double angle) {
 
 } // namespace
 
-TEST_CASE("AnimatedMesh: node transforms place a glb mesh", "[vdb][model]") {
+TEST_CASE("AnimatedMesh: node transforms place a glb mesh", "[vdb]") {
     const Folder folder;
     Glb glb = barGlb();
     const float root = std::sqrt(0.5f);
@@ -106,8 +106,7 @@ TEST_CASE("AnimatedMesh: node transforms place a glb mesh", "[vdb][model]") {
     CHECK(volumeOf(mesh) == Approx(0.32));
 }
 
-TEST_CASE("AnimatedMesh: a mesh used by two nodes appears twice and mirrored copies keep their orientation",
-          "[vdb][model]") {
+TEST_CASE("AnimatedMesh: a mesh used by two nodes appears twice and mirrored copies keep their orientation", "[vdb]") {
     const Folder folder;
     Glb glb = barGlb();
     glb.root["scenes"] = {{{"nodes", {0, 1}}}};
@@ -118,7 +117,7 @@ TEST_CASE("AnimatedMesh: a mesh used by two nodes appears twice and mirrored cop
     CHECK(volumeOf(mesh) == Approx(0.64));
 }
 
-TEST_CASE("AnimatedMesh: a skin of two bones follows linear blend skinning", "[vdb][model]") {
+TEST_CASE("AnimatedMesh: a skin of two bones follows linear blend skinning", "[vdb]") {
     const Folder folder;
     const AnimatedMesh model = read(folder, "bend.glb", test::bendingBar().bytes());
     REQUIRE(model.clips().size() == 2);
@@ -143,7 +142,7 @@ TEST_CASE("AnimatedMesh: a skin of two bones follows linear blend skinning", "[v
     CHECK(furthest(model.at({.clip = 1, .seconds = 2.25, .end = ClipEnd::hold}), bent(0)) < kRounding);
 }
 
-TEST_CASE("AnimatedMesh: clips are selected by name or index and start at their first key", "[vdb][model]") {
+TEST_CASE("AnimatedMesh: clips are selected by name or index and start at their first key", "[vdb]") {
     const Folder folder;
     Glb glb = test::bendingBar();
     const float root = std::sqrt(0.5f);
@@ -162,7 +161,7 @@ TEST_CASE("AnimatedMesh: clips are selected by name or index and start at their 
     CHECK(furthest(model.at({.clip = 2, .seconds = 0.5}), bent(std::numbers::pi / 4)) < kRounding);
 }
 
-TEST_CASE("AnimatedMesh: morph targets move points by their weights", "[vdb][model]") {
+TEST_CASE("AnimatedMesh: morph targets move points by their weights", "[vdb]") {
     const Folder folder;
     Glb glb = barGlb();
     const size_t points = barPoints().size();
@@ -192,7 +191,7 @@ TEST_CASE("AnimatedMesh: morph targets move points by their weights", "[vdb][mod
     }
 }
 
-TEST_CASE("AnimatedMesh: coincident points are merged only if they move alike", "[vdb][model]") {
+TEST_CASE("AnimatedMesh: coincident points are merged only if they move alike", "[vdb]") {
     const Folder folder;
     // Each triangle has its own points, as at texture seams. The two triangles share an edge.
     Glb glb;
@@ -219,7 +218,7 @@ TEST_CASE("AnimatedMesh: coincident points are merged only if they move alike", 
     CHECK((open.points[1] - open.points[3]).length() > 0.5f);
 }
 
-TEST_CASE("AnimatedMesh: reads gltf with embedded data and collada with units and axes", "[vdb][model]") {
+TEST_CASE("AnimatedMesh: reads gltf with embedded data and collada with units and axes", "[vdb]") {
     const Folder folder;
     const std::string gltf = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
@@ -253,7 +252,7 @@ AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})";
     CHECK_THAT(complaint(folder, "damaged.dae", damaged), ContainsSubstring("not a whole number"));
 }
 
-TEST_CASE("AnimatedMesh: reads fbx in metres with Y up and evaluates its curves", "[vdb][model]") {
+TEST_CASE("AnimatedMesh: reads fbx in metres with Y up and evaluates its curves", "[vdb]") {
     const Folder folder;
     // FBX measures time in ticks: one second has 46186158000 ticks.
     const std::string fbx = R"(; FBX 7.4.0 project file
@@ -311,7 +310,7 @@ Connections: {
     for (const double t : {0.0, 0.25, 1.0}) CHECK(furthest(leaf.at({.seconds = t}), raised(10 + 100 * t)) < kRounding);
 }
 
-TEST_CASE("AnimatedMesh: mayMove tells from the glTF header whether there is animation", "[vdb][model]") {
+TEST_CASE("AnimatedMesh: mayMove tells from the glTF header whether there is animation", "[vdb]") {
     const Folder folder;
     CHECK(AnimatedMesh::mayMove(test::store(folder / "bend.glb", test::bendingBar().bytes())));
     Glb still = barGlb();
@@ -322,7 +321,7 @@ TEST_CASE("AnimatedMesh: mayMove tells from the glTF header whether there is ani
     CHECK_FALSE(AnimatedMesh::mayMove(folder / "missing.glb"));
 }
 
-TEST_CASE("AnimatedMesh: damaged files give a one-line error", "[vdb][model]") {
+TEST_CASE("AnimatedMesh: damaged files give a one-line error", "[vdb]") {
     const Folder folder;
     const std::string whole = test::bendingBar().bytes();
     for (const char* name : {"x.glb", "x.gltf", "x.fbx", "x.dae"}) {

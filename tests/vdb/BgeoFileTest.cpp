@@ -48,7 +48,7 @@ void requireSame(const Points& a, const Points& b) {
 
 } // namespace
 
-TEST_CASE("BgeoFile: points have the documented bytes", "[vdb][BgeoFile]") {
+TEST_CASE("BgeoFile: points have the documented bytes", "[vdb]") {
     const Folder folder;
     Points p = Points::at({{{1, 2, 3}}});
     p.id = {9};
@@ -61,7 +61,7 @@ TEST_CASE("BgeoFile: points have the documented bytes", "[vdb][BgeoFile]") {
     CHECK((bytesOf(folder / "a.bgeo") == expected.text));
 }
 
-TEST_CASE("BgeoFile: curves are open and closed polygons with the documented bytes", "[vdb][BgeoFile]") {
+TEST_CASE("BgeoFile: curves are open and closed polygons with the documented bytes", "[vdb]") {
     const Folder folder;
     Curves c = curvesOfSizes({2, 1});
     c.f.clear(), c.g.clear();
@@ -77,7 +77,7 @@ TEST_CASE("BgeoFile: curves are open and closed polygons with the documented byt
     CHECK((bytesOf(folder / "a.bgeo") == expected.text));
 }
 
-TEST_CASE("BgeoFile: points and curves are read back as written", "[vdb][BgeoFile]") {
+TEST_CASE("BgeoFile: points and curves are read back as written", "[vdb]") {
     const Folder folder;
     const Points p = particlesWithEverything(100);
     writeBgeo(folder / "p.bgeo", p);
@@ -99,7 +99,7 @@ TEST_CASE("BgeoFile: points and curves are read back as written", "[vdb][BgeoFil
     CHECK((bytesOf(folder / "c.bgeo") == bytesOf(folder / "d.bgeo")));
 }
 
-TEST_CASE("BgeoFile: reads runs of polygons, index attributes and particle systems of others", "[vdb][BgeoFile]") {
+TEST_CASE("BgeoFile: reads runs of polygons, index attributes and particle systems of others", "[vdb]") {
     const Folder folder;
     Bytes run;
     run.header(3, 2, 1, 0) << uint16_t{4};
@@ -127,7 +127,7 @@ TEST_CASE("BgeoFile: reads runs of polygons, index attributes and particle syste
     CHECK(p.id == std::vector<int64_t>{0, 1});
 }
 
-TEST_CASE("BgeoFile: damaged and unsupported files are refused", "[vdb][BgeoFile]") {
+TEST_CASE("BgeoFile: damaged and unsupported files are refused", "[vdb]") {
     const Folder folder;
     const auto complaint = [&](const std::string& bytes) {
         return messageOf([&] { readBgeo(store(folder / "b.bgeo", bytes)); });

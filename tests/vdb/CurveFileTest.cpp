@@ -58,7 +58,7 @@ T valueAt(const std::string& bytes, size_t offset) {
 
 } // namespace
 
-TEST_CASE("CurveFile: PLY stores vertices with attributes and edges", "[vdb][CurveFile]") {
+TEST_CASE("CurveFile: PLY stores vertices with attributes and edges", "[vdb]") {
     const Folder folder;
     const bool track = GENERATE(true, false);
     Curves c = few(track);
@@ -92,7 +92,7 @@ TEST_CASE("CurveFile: PLY stores vertices with attributes and edges", "[vdb][Cur
     }
 }
 
-TEST_CASE("CurveFile: OBJ stores polylines", "[vdb][CurveFile]") {
+TEST_CASE("CurveFile: OBJ stores polylines", "[vdb]") {
     const Folder folder;
     const Curves c = few();
     writeObj(folder / "a.obj", c);
@@ -113,7 +113,7 @@ TEST_CASE("CurveFile: OBJ stores polylines", "[vdb][CurveFile]") {
     CHECK(rest == "l 1 2 3 4\nl 5 6 7 5\np 8\nl 9 10 11 12 13 9\n");
 }
 
-TEST_CASE("CurveFile: CSV stores every number exactly", "[vdb][CurveFile]") {
+TEST_CASE("CurveFile: CSV stores every number exactly", "[vdb]") {
     const Folder folder;
     const bool track = GENERATE(true, false);
     const Curves c = few(track);
@@ -144,7 +144,7 @@ TEST_CASE("CurveFile: CSV stores every number exactly", "[vdb][CurveFile]") {
     CHECK_FALSE(std::getline(lines, line));
 }
 
-TEST_CASE("CurveFile: vdb points carry the attributes of curve vertices", "[vdb][CurveFile]") {
+TEST_CASE("CurveFile: vdb points carry the attributes of curve vertices", "[vdb]") {
     namespace points = openvdb::points;
     const Folder folder;
     const Curves c = curvesOf({3000, 1, 0, 2000});
@@ -185,7 +185,7 @@ TEST_CASE("CurveFile: vdb points carry the attributes of curve vertices", "[vdb]
     CHECK(wrong == 0);
 }
 
-TEST_CASE("CurveFile: every format accepts empty curves", "[vdb][CurveFile]") {
+TEST_CASE("CurveFile: every format accepts empty curves", "[vdb]") {
     const Folder folder;
     const Curves none;
     writePly(folder / "a.ply", none);
@@ -198,7 +198,7 @@ TEST_CASE("CurveFile: every format accepts empty curves", "[vdb][CurveFile]") {
     CHECK(pointsOf(*pointGrid(none)).size() == 0);
 }
 
-TEST_CASE("CurveFile: bytes do not depend on the number of threads", "[vdb][CurveFile]") {
+TEST_CASE("CurveFile: bytes do not depend on the number of threads", "[vdb]") {
     const Folder folder;
     const Curves c = curvesOf({70000, 3, 30000});
     for (const int threads : {1, 2, 7}) {
@@ -217,7 +217,7 @@ TEST_CASE("CurveFile: bytes do not depend on the number of threads", "[vdb][Curv
     }
 }
 
-TEST_CASE("CurveFile: invalid curves are refused and leave no file", "[vdb][CurveFile]") {
+TEST_CASE("CurveFile: invalid curves are refused and leave no file", "[vdb]") {
     const Folder folder;
     Curves big = few();
     big.id[1] = int64_t(1) << 31;

@@ -87,7 +87,7 @@ double divergenceOf(const Sphere& sphere, const DisplacedAir& air) {
 
 } // namespace
 
-TEST_CASE("displacedAir: is the dipole flow around a moving sphere", "[vdb][DisplacedAir]") {
+TEST_CASE("displacedAir: is the dipole flow around a moving sphere", "[vdb]") {
     const Sphere sphere;
     const DisplacedAir coarse = sphere.air(kRadius / 5), fine = sphere.air(kRadius / 10);
     const double errorCoarse = errorOf(sphere, coarse), errorFine = errorOf(sphere, fine);
@@ -101,7 +101,7 @@ TEST_CASE("displacedAir: is the dipole flow around a moving sphere", "[vdb][Disp
     CHECK(fine.iterations > 0);
 }
 
-TEST_CASE("displacedAir: a growing sphere pushes its volume through the box", "[vdb][DisplacedAir]") {
+TEST_CASE("displacedAir: a growing sphere pushes its volume through the box", "[vdb]") {
     const Sphere sphere{.grows = true};
     const DisplacedAir air = sphere.air(kRadius / 8);
     CHECK(divergenceOf(sphere, air) < 1e-4);
@@ -125,7 +125,7 @@ TEST_CASE("displacedAir: a growing sphere pushes its volume through the box", "[
     CHECK(flux * voxel * voxel == Approx(exact).epsilon(0.05)); // the sphere has the volume of its voxels
 }
 
-TEST_CASE("displacedAir: a velocity grid has it beyond the layer and stays divergence-free", "[vdb][DisplacedAir]") {
+TEST_CASE("displacedAir: a velocity grid has it beyond the layer and stays divergence-free", "[vdb]") {
     const Sphere sphere{.grows = true};
     const double voxel = kRadius / 8;
     const Flow flow(0.2 * noiseField<Psrd3>({.seed = 1}),
@@ -156,7 +156,7 @@ TEST_CASE("displacedAir: a velocity grid has it beyond the layer and stays diver
                       Catch::ContainsSubstring("voxels of"));
 }
 
-TEST_CASE("displacedAir: does not depend on the number of threads", "[vdb][DisplacedAir]") {
+TEST_CASE("displacedAir: does not depend on the number of threads", "[vdb]") {
     const Sphere sphere;
     const DisplacedAir air = sphere.air(kRadius / 5);
     const ThreadLimit limit(1);
@@ -167,7 +167,7 @@ TEST_CASE("displacedAir: does not depend on the number of threads", "[vdb][Displ
         REQUIRE(*value == accessor.getValue(value.getCoord()));
 }
 
-TEST_CASE("displacedAir: errors say what is missing", "[vdb][DisplacedAir]") {
+TEST_CASE("displacedAir: errors say what is missing", "[vdb]") {
     const Sphere sphere;
     const WallVelocity motion = sphere.motion();
     const auto complaint = [&](const Domain& domain, double voxel) {

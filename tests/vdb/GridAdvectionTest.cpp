@@ -37,7 +37,7 @@ const openvdb::FloatGrid& floats(const AdvectedGrid& moved) {
 
 } // namespace
 
-TEST_CASE("advectGrid: moving fog by whole voxels changes no value", "[vdb][GridAdvection]") {
+TEST_CASE("advectGrid: moving fog by whole voxels changes no value", "[vdb]") {
     const auto start = fog(1.0 / 64);
     const auto moved = advectGrid(*start, uniformFlow({{0.25, -0.5, 0}}), 0, 0.5, {.map = {.step = 1}});
     const auto& grid = floats(moved);
@@ -51,7 +51,7 @@ TEST_CASE("advectGrid: moving fog by whole voxels changes no value", "[vdb][Grid
     }
 }
 
-TEST_CASE("advectGrid: a divergence-free flow conserves mass to second order", "[vdb][GridAdvection]") {
+TEST_CASE("advectGrid: a divergence-free flow conserves mass to second order", "[vdb]") {
     const auto interpolation = GENERATE(Interpolation::linear, Interpolation::quadratic);
     std::array<double, 2> changes{};
     for (const size_t n : {size_t{0}, size_t{1}}) {
@@ -66,7 +66,7 @@ TEST_CASE("advectGrid: a divergence-free flow conserves mass to second order", "
     CHECK(changes[1] < changes[0] / 3);
 }
 
-TEST_CASE("advectGrid: vector values are transported without rotation", "[vdb][GridAdvection]") {
+TEST_CASE("advectGrid: vector values are transported without rotation", "[vdb]") {
     auto start = openvdb::Vec3SGrid::create(openvdb::Vec3s(0));
     start->setTransform(openvdb::math::Transform::createLinearTransform(0.1));
     start->fill({{0, 0, 0}, {7, 7, 7}}, {1, -2, 3}); // a tile
@@ -79,7 +79,7 @@ TEST_CASE("advectGrid: vector values are transported without rotation", "[vdb][G
     CHECK((grid.tree().getValue({-4, 4, -4}) - openvdb::Vec3s(1, -2, 3)).length() < 1e-5f);
 }
 
-TEST_CASE("advectGrid: a non-zero background is preserved", "[vdb][GridAdvection]") {
+TEST_CASE("advectGrid: a non-zero background is preserved", "[vdb]") {
     auto start = openvdb::FloatGrid::create(5);
     start->fill({{0, 0, 0}, {5, 5, 5}}, 0);
     const auto moved = advectGrid(*start, uniformFlow({{1, 0, 0}}), 0, 3, {.map = {.step = 1}});
@@ -89,7 +89,7 @@ TEST_CASE("advectGrid: a non-zero background is preserved", "[vdb][GridAdvection
     CHECK(floats(moved).tree().getValue({2, 0, 0}) == 5);
 }
 
-TEST_CASE("advectGrid: does not depend on the number of threads", "[vdb][GridAdvection]") {
+TEST_CASE("advectGrid: does not depend on the number of threads", "[vdb]") {
     std::vector<AdvectedGrid> moved;
     for (const int threads : {1, 2}) {
         const ThreadLimit limit(threads);
@@ -100,7 +100,7 @@ TEST_CASE("advectGrid: does not depend on the number of threads", "[vdb][GridAdv
         if (floats(moved[1]).tree().getValue(value.getCoord()) != *value) FAIL("they differ");
 }
 
-TEST_CASE("advectGrid: unsuitable grids are errors that say why", "[vdb][GridAdvection]") {
+TEST_CASE("advectGrid: unsuitable grids are errors that say why", "[vdb]") {
     const Flow flow = uniformFlow({{1, 0, 0}});
     const auto sphere = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(1, {0, 0, 0}, 0.2f);
     CHECK_THROWS_WITH(advectGrid(*sphere, flow, 0, 1), Catch::ContainsSubstring("-advectLevelSet"));

@@ -19,7 +19,7 @@ Flow contained() {
 
 } // namespace
 
-TEST_CASE("diagnoseTracks: the flow keeps tracks and its grid loses them", "[vdb][Diagnostics]") {
+TEST_CASE("diagnoseTracks: the flow keeps tracks and its grid loses them", "[vdb]") {
     const Flow flow = contained();
     const auto layout = GENERATE(Layout::collocated, Layout::staggered);
     const auto grid = velocityGrid(flow, {.dim = 64, .layout = layout});
@@ -36,7 +36,7 @@ TEST_CASE("diagnoseTracks: the flow keeps tracks and its grid loses them", "[vdb
     CHECK(finer.onGrid.driftF < 0.6 * check.onGrid.driftF);
 }
 
-TEST_CASE("diagnoseGrid: divergence agrees with OpenVDB", "[vdb][Diagnostics]") {
+TEST_CASE("diagnoseGrid: divergence agrees with OpenVDB", "[vdb]") {
     // c = (x, 0, 0) on a block: the divergence is 1, and the differences are exact.
     auto grid = openvdb::Vec3SGrid::create(openvdb::Vec3s(0));
     const double voxel = 0.5;

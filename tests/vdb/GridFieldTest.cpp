@@ -31,21 +31,21 @@ double errorOf(const ScalarField& field) {
 
 } // namespace
 
-TEST_CASE("gridField: a baked field is reproduced to fourth order", "[vdb][GridField]") {
+TEST_CASE("gridField: a baked field is reproduced to fourth order", "[vdb]") {
     const double coarse = errorOf(gridField(*baked(0.1))), fine = errorOf(gridField(*baked(0.05)));
     CAPTURE(coarse, fine);
     CHECK(test::observedOrder(coarse, fine) > 3.3); // the noise is C²
     CHECK(fine < 2e-3);
 }
 
-TEST_CASE("gridField: derivatives are exact inside the grid and across its border", "[vdb][GridField]") {
+TEST_CASE("gridField: derivatives are exact inside the grid and across its border", "[vdb]") {
     const ScalarField field = gridField(*baked(0.1, 0.5)); // a hole of zeros is around it
     const auto points = test::randomPoints(test::cube(0.55), 1000, 2);
     test::requireDerivatives(field, points, 0.002, 5000);
     CHECK(field.at<1>({{0.9, 0.9, 0.9}}).value == 0);
 }
 
-TEST_CASE("gridField: tiles, backgrounds and transforms keep their values", "[vdb][GridField]") {
+TEST_CASE("gridField: tiles, backgrounds and transforms keep their values", "[vdb]") {
     auto grid = openvdb::FloatGrid::create(2);
     grid->setTransform(openvdb::math::Transform::createLinearTransform(0.5));
     grid->transform().postRotate(0.7, openvdb::math::Y_AXIS);
@@ -64,7 +64,7 @@ TEST_CASE("gridField: tiles, backgrounds and transforms keep their values", "[vd
     CHECK(gridField(*doubles).at<0>({{10.2, 20.9, 30.4}}).value == field.at<0>({{10.2, 20.9, 30.4}}).value);
 }
 
-TEST_CASE("gridField: refuses vector, empty and non-cubic grids", "[vdb][GridField]") {
+TEST_CASE("gridField: refuses vector, empty and non-cubic grids", "[vdb]") {
     CHECK_THROWS_WITH(gridField(*openvdb::FloatGrid::create()), ContainsSubstring("no active voxels"));
     const auto vectors = openvdb::Vec3SGrid::create();
     vectors->fill(openvdb::CoordBBox({0, 0, 0}, {3, 3, 3}), openvdb::Vec3s(1));
@@ -77,7 +77,7 @@ TEST_CASE("gridField: refuses vector, empty and non-cubic grids", "[vdb][GridFie
     CHECK_THROWS_WITH(gridField(*grid), ContainsSubstring("1 values"));
 }
 
-TEST_CASE("bakedGrid: samples the centres of the voxels, and constants become tiles", "[vdb][GridField]") {
+TEST_CASE("bakedGrid: samples the centres of the voxels, and constants become tiles", "[vdb]") {
     const Box box{{{0, 0, 0}}, {{1, 2, 0.52}}};
     const auto grid = bakedGrid(kNoise, {.box = box, .dim = 20}, "noise");
     CHECK(grid->evalActiveVoxelDim() == openvdb::Coord(10, 20, 5));
@@ -93,7 +93,7 @@ TEST_CASE("bakedGrid: samples the centres of the voxels, and constants become ti
     CHECK_THROWS_AS(bakedGrid(kNoise, {.box = test::cube(1), .dim = 100000}, "huge"), ResourceError);
 }
 
-TEST_CASE("bakedGrid: a period of a field tiles without a double plane", "[vdb][GridField]") {
+TEST_CASE("bakedGrid: a period of a field tiles without a double plane", "[vdb]") {
     const ScalarField tile = noiseField<Psrd3>({.period = {{4, 4, 4}}}, {.frequency = 4});
     const auto one = bakedGrid(tile, {.box = {{{0, 0, 0}}, {{1, 1, 1}}}, .dim = 32}, "tile");
     const auto two = bakedGrid(tile, {.box = {{{0, 0, 0}}, {{2, 1, 1}}}, .dim = 64}, "tiles");

@@ -36,7 +36,7 @@ std::string lacks(const std::vector<openvdb::GridBase::ConstPtr>& grids, std::st
 
 } // namespace
 
-TEST_CASE("HostCheck: files written for a host lack nothing", "[vdb][HostCheck]") {
+TEST_CASE("HostCheck: files written for a host lack nothing", "[vdb]") {
     for (const HostProfile& profile : kHostProfiles) {
         if (!profile.readsVdb) continue;
         CAPTURE(profile.name);
@@ -51,7 +51,7 @@ TEST_CASE("HostCheck: files written for a host lack nothing", "[vdb][HostCheck]"
     }
 }
 
-TEST_CASE("HostCheck: names what is missing", "[vdb][HostCheck]") {
+TEST_CASE("HostCheck: names what is missing", "[vdb]") {
     auto staggered = rampGrid("velocity");
     staggered->setGridClass(openvdb::GRID_STAGGERED);
     CHECK_THAT(lacks({staggered}, "blender"), ContainsSubstring("'velocity' is staggered"));
@@ -75,7 +75,7 @@ TEST_CASE("HostCheck: names what is missing", "[vdb][HostCheck]") {
     CHECK(lacks({rampGrid()}, "houdini", "smoke.0001.vdb", rate) == "");
 }
 
-TEST_CASE("HostCheck: a damaged file is refused", "[vdb][HostCheck]") {
+TEST_CASE("HostCheck: a damaged file is refused", "[vdb]") {
     const Folder folder;
     writeVdb(folder / "a.vdb", {rampGrid()});
     const std::string bytes = bytesOf(folder / "a.vdb");

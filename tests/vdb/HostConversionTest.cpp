@@ -18,7 +18,7 @@ openvdb::Vec3d mapped(std::string_view name, UpAxis up) { return axesFor(host(na
 
 } // namespace
 
-TEST_CASE("HostConversion: axes match the importers of the hosts", "[vdb][HostConversion]") {
+TEST_CASE("HostConversion: axes match the importers of the hosts", "[vdb]") {
     using V = openvdb::Vec3d;
     CHECK(mapped("houdini", UpAxis::y) == V(1, 2, 3));
     CHECK(mapped("houdini", UpAxis::z) == V(1, 3, -2));
@@ -41,7 +41,7 @@ TEST_CASE("HostConversion: axes match the importers of the hosts", "[vdb][HostCo
         }
 }
 
-TEST_CASE("HostConversion: points turn with their velocities and can have them per frame", "[vdb][HostConversion]") {
+TEST_CASE("HostConversion: points turn with their velocities and can have them per frame", "[vdb]") {
     const Points p = forHost(particlesWithEverything(3), {.host = &host("blender"), .velocityScale = 0.25});
     CHECK(p.position(2) == Vec3d{{2, 2, 1}});
     CHECK((p.vx[2] == 0.25f && p.vy[2] == 0.5f && p.vz[2] == 0.5f));
@@ -50,7 +50,7 @@ TEST_CASE("HostConversion: points turn with their velocities and can have them p
     CHECK(c.position(2) == Vec3d{{200, -200, 0}});
 }
 
-TEST_CASE("HostConversion: rotated axes rotate positions and velocities of a grid", "[vdb][HostConversion]") {
+TEST_CASE("HostConversion: rotated axes rotate positions and velocities of a grid", "[vdb]") {
     const auto ramp = rampGrid();
     for (const HostProfile& profile : kHostProfiles) {
         CAPTURE(profile.name);
@@ -71,8 +71,7 @@ TEST_CASE("HostConversion: rotated axes rotate positions and velocities of a gri
     CHECK(ramp->tree().getValue({1, 4, 9}) == openvdb::Vec3s(1, 4, 90));
 }
 
-TEST_CASE("HostConversion: staggered velocities of a linear field are exact at voxel centres",
-          "[vdb][HostConversion]") {
+TEST_CASE("HostConversion: staggered velocities of a linear field are exact at voxel centres", "[vdb]") {
     const auto faces = rampGrid();
     faces->setGridClass(openvdb::GRID_STAGGERED);
     // Component k lies half a voxel below the centre, so the value at the centre is half a step further.
@@ -84,7 +83,7 @@ TEST_CASE("HostConversion: staggered velocities of a linear field are exact at v
     CHECK(forHost(faces, {.host = &host("arnold")}).front()->getGridClass() == openvdb::GRID_UNKNOWN);
 }
 
-TEST_CASE("HostConversion: splits vectors into the components that a host looks for", "[vdb][HostConversion]") {
+TEST_CASE("HostConversion: splits vectors into the components that a host looks for", "[vdb]") {
     const auto parts = forHost(rampGrid(), {.host = &host("redshift"), .split = true});
     REQUIRE(parts.size() == 3);
     CHECK(parts[1]->getName() == "velocity.y");
@@ -96,8 +95,7 @@ TEST_CASE("HostConversion: splits vectors into the components that a host looks 
     CHECK(forHost(openvdb::FloatGrid::create(), {.host = &host("karma"), .split = true}).size() == 1);
 }
 
-TEST_CASE("HostConversion: distances of a level set scale with the unit and densities do not",
-          "[vdb][HostConversion]") {
+TEST_CASE("HostConversion: distances of a level set scale with the unit and densities do not", "[vdb]") {
     const openvdb::GridBase::ConstPtr sphere =
         openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(1, openvdb::Vec3f(0), 0.1f);
     const auto made = openvdb::GridBase::grid<openvdb::FloatGrid>(forHost(sphere, {.host = &host("unreal")}).front());

@@ -5,7 +5,7 @@
 
 using namespace curlew;
 
-TEST_CASE("HostProfile: points keep their velocity under the attribute name of each host", "[vdb][HostProfile]") {
+TEST_CASE("HostProfile: points keep their velocity under the attribute name of each host", "[vdb]") {
     Points particles;
     particles.x = {1}, particles.y = {2}, particles.z = {3}, particles.id = {0};
     particles.vx = {4}, particles.vy = {5}, particles.vz = {6};
@@ -19,11 +19,9 @@ TEST_CASE("HostProfile: points keep their velocity under the attribute name of e
         REQUIRE(read.hasVelocity());
         CHECK(read.vy[0] == 5);
     }
-    CHECK(hostNames() == std::vector<std::string>{"houdini", "blender", "arnold", "karma", "renderman", "redshift",
-                                                  "unreal", "unity"});
 }
 
-TEST_CASE("HostProfile: every host has names for velocities and a source", "[vdb][HostProfile]") {
+TEST_CASE("HostProfile: every host has names for velocities and a source", "[vdb]") {
     for (const HostProfile& host : kHostProfiles) {
         CAPTURE(host.name);
         CHECK(!host.pointVelocity.empty());

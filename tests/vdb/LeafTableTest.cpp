@@ -6,7 +6,7 @@
 
 using namespace curlew;
 
-TEST_CASE("LeafTable: finds the numbers of thousands of scattered leaves, and no others", "[vdb][LeafTable]") {
+TEST_CASE("LeafTable: finds the numbers of thousands of scattered leaves, and no others", "[vdb]") {
     const double reach = GENERATE(3.0, 40.0, 1e7); // dense, sparse, and every brick far from the next
     std::map<openvdb::Coord, int32_t> expected;
     std::vector<openvdb::Coord> leaves;

@@ -91,7 +91,7 @@ double beyondUnitSphere(const openvdb::FloatGrid& grid) {
 
 } // namespace
 
-TEST_CASE("advectLevelSet: a uniform flow translates a sphere unchanged", "[vdb][LevelSetAdvection]") {
+TEST_CASE("advectLevelSet: a uniform flow translates a sphere unchanged", "[vdb]") {
     const LevelSet start = ball({{0.1, 0.2, -0.3}}, 0.5, 0.05);
     const auto moved = advectLevelSet(start, uniformFlow({{1, 0.5, -0.25}}), 0, 0.777, {.step = 1});
     const auto errors = errorsOf(*moved.levelSet.grid, {{0.877, 0.5885, -0.49425}}, 0.5);
@@ -110,7 +110,7 @@ TEST_CASE("advectLevelSet: a uniform flow translates a sphere unchanged", "[vdb]
     CHECK(moved.levelSet.grid->tree().getValue({0, 0, 0}) == Approx(0.15));
 }
 
-TEST_CASE("advectLevelSet: a vortex rotates a sphere unchanged in rotated grids too", "[vdb][LevelSetAdvection]") {
+TEST_CASE("advectLevelSet: a vortex rotates a sphere unchanged in rotated grids too", "[vdb]") {
     auto grid = ball({{0.4, 0.1, 0}}, 0.25, 0.025).grid->deepCopy();
     grid->setName("surface");
     grid->insertMeta("note", openvdb::StringMetadata("kept"));
@@ -132,7 +132,7 @@ TEST_CASE("advectLevelSet: a vortex rotates a sphere unchanged in rotated grids 
 }
 
 TEST_CASE("advectLevelSet: a sphere returns from the Enright deformation and keeps its volume where resolved",
-          "[vdb][LevelSetAdvection]") {
+          "[vdb]") {
     const LevelSet start = enrightBall(48);
     const auto end = advectLevelSet(start, enrightFlowInTime(3), 0, 3, {.step = 0.04});
     const auto errors = errorsOf(*end.levelSet.grid, {{0.35, 0.35, 0.35}}, 0.15);
@@ -146,8 +146,7 @@ TEST_CASE("advectLevelSet: a sphere returns from the Enright deformation and kee
     CHECK(sheet.levelSet.grid->activeVoxelCount() > 2 * start.grid->activeVoxelCount());
 }
 
-TEST_CASE("advectLevelSetWeno5: loses twenty times the volume of our method in the Enright test",
-          "[vdb][LevelSetAdvection]") {
+TEST_CASE("advectLevelSetWeno5: loses twenty times the volume of our method in the Enright test", "[vdb]") {
     const LevelSet start = enrightBall(24);
     const double ours = volumeChange(advectLevelSet(start, enrightFlowInTime(3), 0, 3, {.step = 0.05}).levelSet, start);
     double theirs = -1; // -1: nothing is left
@@ -158,7 +157,7 @@ TEST_CASE("advectLevelSetWeno5: loses twenty times the volume of our method in t
     CHECK(std::abs(ours) < std::abs(theirs) / 20);
 }
 
-TEST_CASE("advectLevelSetWeno5: moves a level set and leaves the original unchanged", "[vdb][LevelSetAdvection]") {
+TEST_CASE("advectLevelSetWeno5: moves a level set and leaves the original unchanged", "[vdb]") {
     const LevelSet start = ball({{0, 0, 0}}, 0.5, 0.05);
     const LevelSet moved = advectLevelSetWeno5(start, uniformFlow({{1, 0, 0}}), 0, 0.3);
     CHECK(errorsOf(*moved.grid, {{0.3, 0, 0}}, 0.5).surface < 0.1);
@@ -166,7 +165,7 @@ TEST_CASE("advectLevelSetWeno5: moves a level set and leaves the original unchan
     CHECK_THROWS_AS(advectLevelSetWeno5(start, uniformFlow({{1, 0, 0}}), 0, std::nan("")), ValueError);
 }
 
-TEST_CASE("advectLevelSet: a shape stays in place in its own contained flow", "[vdb][LevelSetAdvection]") {
+TEST_CASE("advectLevelSet: a shape stays in place in its own contained flow", "[vdb]") {
     const LevelSet start = ball({{0, 0, 0}}, 1, 0.08);
     const auto moved = advectLevelSet(start, contained(0.4), 0, 1, {.step = 0.02});
     const auto errors = errorsOf(*moved.levelSet.grid, {{0, 0, 0}}, 1);
@@ -177,8 +176,7 @@ TEST_CASE("advectLevelSet: a shape stays in place in its own contained flow", "[
     CHECK(moved.kept == 0);
 }
 
-TEST_CASE("advectLevelSet: a sphere in a contained flow keeps its volume and does not cross the wall",
-          "[vdb][LevelSetAdvection]") {
+TEST_CASE("advectLevelSet: a sphere in a contained flow keeps its volume and does not cross the wall", "[vdb]") {
     std::array<double, 2> changes{};
     for (const size_t n : {size_t{0}, size_t{1}}) {
         // The sphere overlaps the wall's layer.
@@ -192,7 +190,7 @@ TEST_CASE("advectLevelSet: a sphere in a contained flow keeps its volume and doe
     CHECK(changes[1] < 0.0025);
 }
 
-TEST_CASE("LevelSetSequence: frames equal direct advection to their times", "[vdb][LevelSetAdvection]") {
+TEST_CASE("LevelSetSequence: frames equal direct advection to their times", "[vdb]") {
     const bool steady = GENERATE(true, false);
     CAPTURE(steady);
     const FlowInTime flow = steady ? FlowInTime(enrightFlow()) : enrightFlowInTime(3);
@@ -215,7 +213,7 @@ TEST_CASE("LevelSetSequence: frames equal direct advection to their times", "[vd
     CHECK(errorsOf(*back.levelSet.grid, {{0.35, 0.35, 0.35}}, 0.15).surface < 0.01);
 }
 
-TEST_CASE("LevelSetSequence: restarts beyond its horizon with little loss of accuracy", "[vdb][LevelSetAdvection]") {
+TEST_CASE("LevelSetSequence: restarts beyond its horizon with little loss of accuracy", "[vdb]") {
     const LevelSet start = ball({{0, 0, 0}}, 0.4, 0.05);
     LevelSetSequence sequence(start, uniformFlow({{1, 0, 0}}), 0, {.map = {.step = 1}, .horizon = 0.2});
     AdvectedLevelSet last;
@@ -229,7 +227,7 @@ TEST_CASE("LevelSetSequence: restarts beyond its horizon with little loss of acc
     CHECK(last.levelSet.halfWidth() == Approx(3));
 }
 
-TEST_CASE("advectLevelSet: does not depend on the number of threads", "[vdb][LevelSetAdvection]") {
+TEST_CASE("advectLevelSet: does not depend on the number of threads", "[vdb]") {
     std::vector<openvdb::FloatGrid::ConstPtr> grids;
     for (const int threads : {1, 2}) {
         const ThreadLimit limit(threads);
@@ -238,7 +236,7 @@ TEST_CASE("advectLevelSet: does not depend on the number of threads", "[vdb][Lev
     CHECK(same(*grids[0], *grids[1]));
 }
 
-TEST_CASE("advectLevelSet: invalid level sets and options are errors that say why", "[vdb][LevelSetAdvection]") {
+TEST_CASE("advectLevelSet: invalid level sets and options are errors that say why", "[vdb]") {
     const LevelSet start = ball({{0, 0, 0}}, 0.5, 0.1);
     const Flow flow = uniformFlow({{1, 0, 0}});
     const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();

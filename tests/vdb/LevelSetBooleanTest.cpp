@@ -48,7 +48,7 @@ double worst(const LevelSet& levelSet, bool firstBelow, bool secondBelow) {
 
 } // namespace
 
-TEST_CASE("level set boolean: union and intersection and difference of two spheres", "[vdb][LevelSetBoolean]") {
+TEST_CASE("level set boolean: union and intersection and difference of two spheres", "[vdb]") {
     const double ball = 4.0 / 3 * M_PI, shared = 2 * cap(0.4);
     const LevelSet a = sphere(0), b = sphere(0.8);
     const LevelSet both = combined(a, b, Boolean::unite), lens = combined(a, b, Boolean::intersect),
@@ -64,8 +64,7 @@ TEST_CASE("level set boolean: union and intersection and difference of two spher
     CHECK_THROWS_WITH(combined(a, a, Boolean::subtract), Catch::ContainsSubstring("nothing is left"));
 }
 
-TEST_CASE("level set boolean: operands on other grids are resampled and narrow bands widened",
-          "[vdb][LevelSetBoolean]") {
+TEST_CASE("level set boolean: operands on other grids are resampled and narrow bands widened", "[vdb]") {
     const double ball = 4.0 / 3 * M_PI, shared = 2 * cap(0.4);
     const LevelSet both = combined(widened(sphere(0), 5), sphere(0.8, 0.03), Boolean::unite);
     CHECK(both.halfWidth() == Approx(5));
@@ -74,7 +73,7 @@ TEST_CASE("level set boolean: operands on other grids are resampled and narrow b
     CHECK(worst(both, true, false) < 0.6); // at five voxels from the surface
 }
 
-TEST_CASE("level set boolean: the union of two meshes keeps the combined mesh", "[vdb][LevelSetBoolean]") {
+TEST_CASE("level set boolean: the union of two meshes keeps the combined mesh", "[vdb]") {
     const auto of = [](const Mesh& mesh) { return meshToLevelSet(std::make_shared<Mesh>(mesh), {.voxel = kVoxel}); };
     const Mesh a = test::ball(5), b = test::moved(test::ball(5), {0.8f, 0, 0});
     const LevelSet both = combined(of(a), of(b), Boolean::unite);
@@ -88,7 +87,7 @@ TEST_CASE("level set boolean: the union of two meshes keeps the combined mesh", 
     CHECK(worst(lens, false, true) < 0.35);
 }
 
-TEST_CASE("sampledShape: samples a shape on the grid of a level set", "[vdb][LevelSetBoolean]") {
+TEST_CASE("sampledShape: samples a shape on the grid of a level set", "[vdb]") {
     const LevelSet like = sphere(0), ball = sampledShape(sphereSdf(0.5), like);
     CHECK(volumeOf(ball) == Approx(M_PI / 6).epsilon(0.01));
     for (auto value = ball.grid->cbeginValueOn(); value; ++value) {
@@ -104,7 +103,7 @@ TEST_CASE("sampledShape: samples a shape on the grid of a level set", "[vdb][Lev
     CHECK_THROWS_AS(sampledShape(placed(sphereSdf(0.001), between), like), ValueError);
 }
 
-TEST_CASE("placed: meshes and level sets are transformed as shapes are", "[vdb][LevelSetBoolean]") {
+TEST_CASE("placed: meshes and level sets are transformed as shapes are", "[vdb]") {
     const Placement placement{.offset = {{3, -1, 2}}, .rotate = {{30, 40, 70}}, .scale = {{2, 2, 2}}};
     const Sdf box = boxSdf({{1, 0.6, 0.3}}, 0.05), there = placed(box, placement);
     const LevelSet levelSet = sampledShape(box, meshToLevelSet(std::make_shared<Mesh>(test::ball(3)), {.voxel = 0.02}));
@@ -130,7 +129,7 @@ TEST_CASE("placed: meshes and level sets are transformed as shapes are", "[vdb][
     CHECK_THROWS_AS(placed(test::ball(1), Placement{.scale = {{1, 2, 1}}}), ValueError);
 }
 
-TEST_CASE("placed: velocity vectors rotate with their grid", "[vdb][LevelSetBoolean]") {
+TEST_CASE("placed: velocity vectors rotate with their grid", "[vdb]") {
     auto grid = openvdb::Vec3SGrid::create();
     grid->tree().setValue({1, 2, 3}, {1, 0, 0});
     const auto put = placed(*grid, Placement{.offset = {{1, 0, 0}}, .rotate = {{0, 0, 90}}});

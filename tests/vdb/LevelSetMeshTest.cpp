@@ -37,7 +37,7 @@ double volumeOf(const Mesh& mesh) {
 
 } // namespace
 
-TEST_CASE("levelSetToMesh: gives a closed mesh with outward faces and second-order volume", "[vdb][LevelSetMesh]") {
+TEST_CASE("levelSetToMesh: gives a closed mesh with outward faces and second-order volume", "[vdb]") {
     const double exact = 4.0 / 3 * std::numbers::pi;
     std::array<double, 2> errors{};
     for (const size_t n : {size_t{0}, size_t{1}}) {
@@ -52,14 +52,14 @@ TEST_CASE("levelSetToMesh: gives a closed mesh with outward faces and second-ord
     CHECK(errors[0] / errors[1] == Approx(4).epsilon(0.15));
 }
 
-TEST_CASE("levelSetToMesh: adaptivity reduces the number of faces", "[vdb][LevelSetMesh]") {
+TEST_CASE("levelSetToMesh: adaptivity reduces the number of faces", "[vdb]") {
     const LevelSet sphere = ball(1, 0.05);
     const Mesh fine = levelSetToMesh(sphere), coarse = levelSetToMesh(sphere, 0.5);
     CHECK(coarse.faces() < fine.faces() / 2);
     CHECK(volumeOf(coarse) == Approx(volumeOf(fine)).epsilon(0.15));
 }
 
-TEST_CASE("levelSetToMesh: a grid without a surface or an invalid adaptivity is an error", "[vdb][LevelSetMesh]") {
+TEST_CASE("levelSetToMesh: a grid without a surface or an invalid adaptivity is an error", "[vdb]") {
     auto grid = openvdb::FloatGrid::create(1);
     grid->setGridClass(openvdb::GRID_LEVEL_SET);
     CHECK_THROWS_WITH(levelSetToMesh({grid, nullptr}), Catch::ContainsSubstring("surface"));

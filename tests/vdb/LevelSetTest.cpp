@@ -71,8 +71,7 @@ Vec3d onSphere(double radius, uint64_t k) {
 
 } // namespace
 
-TEST_CASE("sdfOf: the spline converges with orders 4 and 3 and 2 for value and gradient and Hessian",
-          "[vdb][LevelSet]") {
+TEST_CASE("sdfOf: the spline converges with orders 4 and 3 and 2 for value and gradient and Hessian", "[vdb]") {
     // Greatest errors on spheres near the surface, for three voxel sizes, each half of the one before. The radius is 1,
     // so that fourth derivatives are O(1).
     std::array<std::array<double, 3>, 3> errors{};
@@ -101,7 +100,7 @@ TEST_CASE("sdfOf: the spline converges with orders 4 and 3 and 2 for value and g
         }
 }
 
-TEST_CASE("sdfOf: the spline is C² across leaves with exact derivatives", "[vdb][LevelSet]") {
+TEST_CASE("sdfOf: the spline is C² across leaves with exact derivatives", "[vdb]") {
     const double voxel = 0.1;
     const Sdf sdf = sdfOf(exactSphere(1, voxel, 8));
     for (uint64_t k = 0; k < 500; ++k) {
@@ -127,7 +126,7 @@ TEST_CASE("sdfOf: the spline is C² across leaves with exact derivatives", "[vdb
     }
 }
 
-TEST_CASE("sdfOf: float agrees with double", "[vdb][LevelSet]") {
+TEST_CASE("sdfOf: float agrees with double", "[vdb]") {
     const Sdf sdf = sdfOf(exactSphere(1, 0.1, 8));
     for (uint64_t k = 0; k < 500; ++k) {
         const Vec3d p = onSphere(1, k);
@@ -140,7 +139,7 @@ TEST_CASE("sdfOf: float agrees with double", "[vdb][LevelSet]") {
     }
 }
 
-TEST_CASE("sdfOf: values stay within the range of the spline", "[vdb][LevelSet]") {
+TEST_CASE("sdfOf: values stay within the range of the spline", "[vdb]") {
     const Sdf sdf = sdfOf(exactSphere(1, 0.1, 5));
     const Interval range = sdf.distance.range();
     CHECK(range.finite());
@@ -154,7 +153,7 @@ TEST_CASE("sdfOf: values stay within the range of the spline", "[vdb][LevelSet]"
     CHECK_NOTHROW(constantField(1) / (sdf.distance + constantField(2)));
 }
 
-TEST_CASE("sdfOf: is constant beyond the band and at NaN positions", "[vdb][LevelSet]") {
+TEST_CASE("sdfOf: is constant beyond the band and at NaN positions", "[vdb]") {
     const Sdf sdf = sdfOf(exactSphere(1, 0.1, 5));
     CHECK(sdf.distance.at<0>({{0, 0, 0}}).value == Approx(-0.5));
     CHECK(sdf.distance.at<0>({{100, 0, 0}}).value == Approx(0.5));
@@ -165,7 +164,7 @@ TEST_CASE("sdfOf: is constant beyond the band and at NaN positions", "[vdb][Leve
     CHECK_FALSE(sdf.bounds.contains({{1.25, 0, 0}}));
 }
 
-TEST_CASE("sdfOf: measures the Lipschitz bound of a level set", "[vdb][LevelSet]") {
+TEST_CASE("sdfOf: measures the Lipschitz bound of a level set", "[vdb]") {
     const LevelSet sphere = exactSphere(1, 0.1, 6);
     CHECK(sdfOf(sphere).lipschitz == Approx(1.1).epsilon(0.1));
     // A level set whose values are three times the distance.
@@ -185,7 +184,7 @@ TEST_CASE("sdfOf: measures the Lipschitz bound of a level set", "[vdb][LevelSet]
     for (int i = 0; i < points.size; ++i) CHECK(jets[i].value == field.at<1>(points[i]).value);
 }
 
-TEST_CASE("sdfOf: grids may be rotated and translated and scaled", "[vdb][LevelSet]") {
+TEST_CASE("sdfOf: grids may be rotated and translated and scaled", "[vdb]") {
     LevelSet levelSet = exactSphere(1, 0.1, 8);
     auto grid = levelSet.grid->deepCopy();
     grid->transform().postRotate(0.7, openvdb::math::Y_AXIS);
@@ -204,7 +203,7 @@ TEST_CASE("sdfOf: grids may be rotated and translated and scaled", "[vdb][LevelS
     }
 }
 
-TEST_CASE("meshToLevelSet: samples the surface of a mesh", "[vdb][LevelSet]") {
+TEST_CASE("meshToLevelSet: samples the surface of a mesh", "[vdb]") {
     const LevelSet levelSet = meshToLevelSet(cubeSphere(1, 40), {.dim = 50});
     CHECK(levelSet.voxelSize() == Approx(0.04).epsilon(1e-3));
     CHECK(levelSet.halfWidth() == Approx(3));
@@ -213,7 +212,7 @@ TEST_CASE("meshToLevelSet: samples the surface of a mesh", "[vdb][LevelSet]") {
     for (uint64_t k = 0; k < 500; ++k) CHECK(std::abs(sdf.distance.at<0>(onSphere(1, k)).value) < 1e-3);
 }
 
-TEST_CASE("widened: extends the band without moving the surface", "[vdb][LevelSet]") {
+TEST_CASE("widened: extends the band without moving the surface", "[vdb]") {
     for (const bool fromMesh : {true, false}) {
         LevelSet narrow = meshToLevelSet(cubeSphere(1, 40), {.dim = 50});
         if (!fromMesh) narrow.mesh = nullptr;
@@ -237,7 +236,7 @@ TEST_CASE("widened: extends the band without moving the surface", "[vdb][LevelSe
     }
 }
 
-TEST_CASE("meshToLevelSet: invalid meshes and options are refused", "[vdb][LevelSet]") {
+TEST_CASE("meshToLevelSet: invalid meshes and options are refused", "[vdb]") {
     const auto sphere = cubeSphere(1, 8);
     auto flat = std::make_shared<Mesh>();
     flat->points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
@@ -255,12 +254,12 @@ TEST_CASE("meshToLevelSet: invalid meshes and options are refused", "[vdb][Level
     CHECK_THROWS_AS(meshToLevelSet(sphere, {.dim = 32, .halfWidth = 0}), ValueError);
 }
 
-TEST_CASE("meshToLevelSet: can be cancelled", "[vdb][LevelSet]") {
+TEST_CASE("meshToLevelSet: can be cancelled", "[vdb]") {
     CHECK_THROWS_AS(meshToLevelSet(cubeSphere(1, 40), {.dim = 100}, {.report = {}, .cancelled = [] { return true; }}),
                     Interrupted);
 }
 
-TEST_CASE("levelSetOf: accepts only valid float level sets", "[vdb][LevelSet]") {
+TEST_CASE("levelSetOf: accepts only valid float level sets", "[vdb]") {
     CHECK_THROWS_WITH(levelSetOf(openvdb::Vec3SGrid::create()), Catch::ContainsSubstring("float"));
     auto grid = openvdb::FloatGrid::create(1.0f);
     CHECK_THROWS_WITH(levelSetOf(grid), Catch::ContainsSubstring("class"));

@@ -65,7 +65,7 @@ double errorAt(const Sdf& sdf, double angle) {
 
 } // namespace
 
-TEST_CASE("LevelSetWay: small motions need no level set between frames", "[vdb][LevelSetWay]") {
+TEST_CASE("LevelSetWay: small motions need no level set between frames", "[vdb]") {
     const LevelSetWay way = wayOver(0.03);
     CHECK(way.levelSetsBetween() == 0);
     for (const double part : {0.25, 0.5, 0.75}) {
@@ -75,7 +75,7 @@ TEST_CASE("LevelSetWay: small motions need no level set between frames", "[vdb][
     }
 }
 
-TEST_CASE("LevelSetWay: a limb that moves farther than its thickness exists between frames", "[vdb][LevelSetWay]") {
+TEST_CASE("LevelSetWay: a limb that moves farther than its thickness exists between frames", "[vdb]") {
     constexpr double kAngle = 0.3; // its ends move by 0.15, which is five times half the thickness
     const LevelSetWay way = wayOver(kAngle);
     CHECK(way.levelSetsBetween() >= 3);
@@ -96,7 +96,7 @@ TEST_CASE("LevelSetWay: a limb that moves farther than its thickness exists betw
     CHECK(sdfOf(levelSetAt(0)).distance.at<0>(end).value + sdfOf(levelSetAt(kAngle)).distance.at<0>(end).value > 0);
 }
 
-TEST_CASE("LevelSetWay: starts and ends at the level sets of the frames without jumps", "[vdb][LevelSetWay]") {
+TEST_CASE("LevelSetWay: starts and ends at the level sets of the frames without jumps", "[vdb]") {
     const LevelSetWay way = wayOver(0.2);
     const Sdf from = sdfOf(levelSetAt(0)), to = sdfOf(levelSetAt(0.2)), first = way.at(0), last = way.at(1);
     for (const Vec3d& p : randomPoints(cube(0.5), 200, 1)) {
@@ -111,8 +111,7 @@ TEST_CASE("LevelSetWay: starts and ends at the level sets of the frames without 
     }
 }
 
-TEST_CASE("LevelSetWay: the velocity of the surface is that of the mesh to second order in the frame",
-          "[vdb][LevelSetWay]") {
+TEST_CASE("LevelSetWay: the velocity of the surface is that of the mesh to second order in the frame", "[vdb]") {
     constexpr double kRate = 2; // radians per second
     // The point of the bar at `rest` has this velocity when the bar has rotated by `angle`.
     const auto velocityOf = [](const Vec3d& rest, double angle) {
@@ -149,7 +148,7 @@ TEST_CASE("LevelSetWay: the velocity of the surface is that of the mesh to secon
     CHECK_FALSE(wayOver(0.03).at(0.5).surfaceVelocity);
 }
 
-TEST_CASE("LevelSetWay: level sets without meshes are refused", "[vdb][LevelSetWay]") {
+TEST_CASE("LevelSetWay: level sets without meshes are refused", "[vdb]") {
     LevelSet without = levelSetAt(0);
     without.mesh = nullptr;
     CHECK_THROWS_AS(

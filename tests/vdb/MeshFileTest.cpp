@@ -140,7 +140,7 @@ std::string errorOf(const Folder& folder, const std::string& name, const std::st
 
 } // namespace
 
-TEST_CASE("MeshFile: reads a box from every format", "[vdb][MeshFile]") {
+TEST_CASE("MeshFile: reads a box from every format", "[vdb]") {
     const Folder folder;
     for (const std::string& kind : kKinds) {
         CAPTURE(kind);
@@ -151,7 +151,7 @@ TEST_CASE("MeshFile: reads a box from every format", "[vdb][MeshFile]") {
     requireBox(readMesh(store(folder / "LOUD.OBJ", objBox())));
 }
 
-TEST_CASE("MeshFile: OBJ seams and groups and colours and line endings do not split the mesh", "[vdb][MeshFile]") {
+TEST_CASE("MeshFile: OBJ seams and groups and colours and line endings do not split the mesh", "[vdb]") {
     const Folder folder;
     std::string seams = objPoints() + "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\nvn 1 0 0\n";
     int face = 0;
@@ -190,7 +190,7 @@ TEST_CASE("MeshFile: OBJ seams and groups and colours and line endings do not sp
     requireBox(readMesh(store(folder / "colours.obj", relative)));
 }
 
-TEST_CASE("MeshFile: polygons with more than four vertices become triangles and quads stay", "[vdb][MeshFile]") {
+TEST_CASE("MeshFile: polygons with more than four vertices become triangles and quads stay", "[vdb]") {
     const Folder folder;
     // An L-shaped prism: two concave hexagons and six quads.
     const std::array<std::array<int, 2>, 6> outline{{{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}}};
@@ -207,7 +207,7 @@ TEST_CASE("MeshFile: polygons with more than four vertices become triangles and 
     CHECK(volumeOf(mesh) == Approx(3));
 }
 
-TEST_CASE("MeshFile: the triangles of a polygon cover it exactly once", "[vdb][MeshFile]") {
+TEST_CASE("MeshFile: the triangles of a polygon cover it exactly once", "[vdb]") {
     std::mt19937 random(3);
     std::uniform_real_distribution<float> radius(0.3f, 1.5f);
     for (int run = 0; run < 50; ++run) {
@@ -241,7 +241,7 @@ TEST_CASE("MeshFile: the triangles of a polygon cover it exactly once", "[vdb][M
     }
 }
 
-TEST_CASE("MeshFile: a self-intersecting polygon still closes the mesh", "[vdb][MeshFile]") {
+TEST_CASE("MeshFile: a self-intersecting polygon still closes the mesh", "[vdb]") {
     // A pentagram above a fan of triangles with the same border.
     std::vector<openvdb::Vec3s> points;
     for (int k = 0; k < 5; ++k) points.emplace_back(std::cos(0.8 * M_PI * k), std::sin(0.8 * M_PI * k), 0.0);
@@ -251,7 +251,7 @@ TEST_CASE("MeshFile: a self-intersecting polygon still closes the mesh", "[vdb][
     CHECK(topologyOf(meshOf(points, corners, sizes)).closed());
 }
 
-TEST_CASE("MeshFile: numbers in text may use any notation", "[vdb][MeshFile]") {
+TEST_CASE("MeshFile: numbers in text may use any notation", "[vdb]") {
     const Folder folder;
     const std::string text =
         "v .5 -0.25e+1 +3\nv 1. 1E-2 12345678901234567890123\nv 1e-50 -0 0.1234567890123456789\nf 1 2 3\n";
@@ -284,7 +284,7 @@ TEST_CASE("MeshFile: numbers in text may use any notation", "[vdb][MeshFile]") {
     }
 }
 
-TEST_CASE("MeshFile: PLY skips unknown properties and elements and reads doubles", "[vdb][MeshFile]") {
+TEST_CASE("MeshFile: PLY skips unknown properties and elements and reads doubles", "[vdb]") {
     const Folder folder;
     for (const std::string format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
         CAPTURE(format);
@@ -316,7 +316,7 @@ TEST_CASE("MeshFile: PLY skips unknown properties and elements and reads doubles
     }
 }
 
-TEST_CASE("MeshFile: arrays give the same mesh as a file", "[vdb][MeshFile]") {
+TEST_CASE("MeshFile: arrays give the same mesh as a file", "[vdb]") {
     const Folder folder;
     // A box with one duplicate corner and one unused point; then the same with two quads split into triangles, and with
     // a lid of six corners.
@@ -349,7 +349,7 @@ TEST_CASE("MeshFile: arrays give the same mesh as a file", "[vdb][MeshFile]") {
     }
 }
 
-TEST_CASE("MeshFile: invalid arrays are errors", "[vdb][MeshFile]") {
+TEST_CASE("MeshFile: invalid arrays are errors", "[vdb]") {
     const std::vector<openvdb::Vec3s> points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
     CHECK(meshOf(points, {0, 1, 2}, {3}).faces() == 1);
     CHECK_THROWS_WITH(meshOf(points, {}, {}), ContainsSubstring("no faces"));
@@ -360,7 +360,7 @@ TEST_CASE("MeshFile: invalid arrays are errors", "[vdb][MeshFile]") {
     CHECK_THROWS_AS(meshOf({{0, 0, 0}, {1, NAN, 0}, {0, 1, 0}}, {0, 1, 2}, {3}), ValueError);
 }
 
-TEST_CASE("MeshFile: topologyOf reports closed and non-manifold and degenerate meshes", "[vdb][MeshFile]") {
+TEST_CASE("MeshFile: topologyOf reports closed and non-manifold and degenerate meshes", "[vdb]") {
     const Folder folder;
     const std::string whole = objBox();
     const Mesh open = readMesh(store(folder / "open.obj", whole.substr(0, whole.rfind("f "))));
@@ -382,7 +382,7 @@ TEST_CASE("MeshFile: topologyOf reports closed and non-manifold and degenerate m
     CHECK(topologyOf(mesh).faces == 2);
 }
 
-TEST_CASE("MeshFile: non-finite points are counted in the error", "[vdb][MeshFile]") {
+TEST_CASE("MeshFile: non-finite points are counted in the error", "[vdb]") {
     const Folder folder;
     for (const std::string bad : {"nan", "inf", "-inf", "1e39", "1e999"}) {
         CAPTURE(bad);
@@ -405,7 +405,7 @@ TEST_CASE("MeshFile: non-finite points are counted in the error", "[vdb][MeshFil
     }
 }
 
-TEST_CASE("MeshFile: invalid vertex indices are errors", "[vdb][MeshFile]") {
+TEST_CASE("MeshFile: invalid vertex indices are errors", "[vdb]") {
     const Folder folder;
     for (const std::string face : {"f 1 2 9\n", "f 0 1 2\n", "f 1 2 -9\n", "f 1 2 99999999999\n"}) {
         CAPTURE(face);
@@ -424,7 +424,7 @@ TEST_CASE("MeshFile: invalid vertex indices are errors", "[vdb][MeshFile]") {
     }
 }
 
-TEST_CASE("MeshFile: malformed lines and headers are errors", "[vdb][MeshFile]") {
+TEST_CASE("MeshFile: malformed lines and headers are errors", "[vdb]") {
     const Folder folder;
     CHECK_THAT(errorOf(folder, "a.obj", "v 1 2\n" + objBox()),
                ContainsSubstring("line 1 ") && ContainsSubstring("2 numbers"));
@@ -445,7 +445,7 @@ TEST_CASE("MeshFile: malformed lines and headers are errors", "[vdb][MeshFile]")
                ContainsSubstring("cut short"));
 }
 
-TEST_CASE("MeshFile: files without a mesh are errors", "[vdb][MeshFile]") {
+TEST_CASE("MeshFile: files without a mesh are errors", "[vdb]") {
     const Folder folder;
     const std::string png =
         "\x89PNG\r\n\x1a\n" + std::string("\0\0\0\rIHDR\0\0\1\0\0\0\1\0", 16) + std::string(300, 'x');
@@ -472,7 +472,7 @@ TEST_CASE("MeshFile: files without a mesh are errors", "[vdb][MeshFile]") {
     CHECK_THAT(errorOf(folder, "none.stl", "solid a\nendsolid a\n"), ContainsSubstring("no faces"));
 }
 
-TEST_CASE("MeshFile: truncated and corrupted files never crash the reader", "[vdb][MeshFile]") {
+TEST_CASE("MeshFile: truncated and corrupted files never crash the reader", "[vdb]") {
     const Folder folder;
     std::mt19937 random(1);
     for (const std::string& kind : kKinds) {
@@ -494,7 +494,7 @@ TEST_CASE("MeshFile: truncated and corrupted files never crash the reader", "[vd
     }
 }
 
-TEST_CASE("MeshFile: reads large meshes and meshes of higher genus", "[vdb][MeshFile]") {
+TEST_CASE("MeshFile: reads large meshes and meshes of higher genus", "[vdb]") {
     const Folder folder;
     const fs::path spot = fs::path(test::sourceDir()) / "scenes/spot.obj";
     const Mesh cow = readMesh(spot);
@@ -536,7 +536,7 @@ TEST_CASE("MeshFile: reads large meshes and meshes of higher genus", "[vdb][Mesh
     }
 }
 
-TEST_CASE("MeshFile: a written mesh is read back unchanged", "[vdb][MeshFile]") {
+TEST_CASE("MeshFile: a written mesh is read back unchanged", "[vdb]") {
     const Folder folder;
     Mesh mesh;
     for (int n = 0; n < 8; ++n) mesh.points.emplace_back(corner(n)[0] / 3, corner(n)[1] * 1e-20f, corner(n)[2] * 1e20f);
@@ -569,7 +569,7 @@ TEST_CASE("MeshFile: a written mesh is read back unchanged", "[vdb][MeshFile]") 
     }
 }
 
-TEST_CASE("MeshFile: invalid meshes are not written", "[vdb][MeshFile]") {
+TEST_CASE("MeshFile: invalid meshes are not written", "[vdb]") {
     const Folder folder;
     Mesh mesh;
     mesh.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};

@@ -34,7 +34,7 @@ Mesh moved(Mesh mesh, const Matrix3& turn, const Vec3d& offset) {
 
 } // namespace
 
-TEST_CASE("rigidFit: finds the rigid motion of solid and flat and thin meshes", "[vdb][MeshMotion]") {
+TEST_CASE("rigidFit: finds the rigid motion of solid and flat and thin meshes", "[vdb]") {
     const auto edges = GENERATE(Vec3d{{1, 0.7, 0.5}}, Vec3d{{1, 1, 1}}, Vec3d{{1, 0.06, 0.06}}, Vec3d{{1, 0.5, 0}});
     const Mesh mesh = cloud(edges, 300, 1);
     for (uint64_t k = 0; k < 30; ++k) {
@@ -50,7 +50,7 @@ TEST_CASE("rigidFit: finds the rigid motion of solid and flat and thin meshes", 
     CHECK(rigidFit(mesh, mesh).now.axes == Matrix3{});
 }
 
-TEST_CASE("rigidFit: bending and scaling and mirroring are not rigid", "[vdb][MeshMotion]") {
+TEST_CASE("rigidFit: bending and scaling and mirroring are not rigid", "[vdb]") {
     const Mesh mesh = cloud({{1, 0.7, 0.5}}, 200, 2);
     Mesh bent = mesh, shrunk = mesh, mirrored = mesh, line = mesh;
     for (auto& p : bent.points) p[1] += 0.01f * p[0] * p[0];
@@ -60,7 +60,7 @@ TEST_CASE("rigidFit: bending and scaling and mirroring are not rigid", "[vdb][Me
     for (const Mesh& other : {bent, shrunk, mirrored, line}) CHECK_FALSE(rigidFit(mesh, other).rigid());
 }
 
-TEST_CASE("correspond: meshes correspond if their faces are equal", "[vdb][MeshMotion]") {
+TEST_CASE("correspond: meshes correspond if their faces are equal", "[vdb]") {
     const Mesh mesh = cloud({{1, 1, 1}}, 20, 3);
     Mesh turned = mesh, more = mesh, other = mesh;
     turned.points[3] = {9, 9, 9};
@@ -71,7 +71,7 @@ TEST_CASE("correspond: meshes correspond if their faces are equal", "[vdb][MeshM
     CHECK_FALSE(correspond(mesh, other));
 }
 
-TEST_CASE("meshBetween: interpolates points between frames to third order", "[vdb][MeshMotion]") {
+TEST_CASE("meshBetween: interpolates points between frames to third order", "[vdb]") {
     const Mesh mesh = cloud({{1, 0.5, 0.3}}, 100, 4);
     const auto at = [&](double t) {
         Mesh bent = mesh;
@@ -103,7 +103,7 @@ TEST_CASE("meshBetween: interpolates points between frames to third order", "[vd
     CHECK(meshBetween(keys, 1).points == keys.to->points);
 }
 
-TEST_CASE("velocitiesBetween: are the derivatives of meshBetween", "[vdb][MeshMotion]") {
+TEST_CASE("velocitiesBetween: are the derivatives of meshBetween", "[vdb]") {
     const auto at = [](double t) {
         Mesh mesh = cloud({{1, 0.7, 0.5}}, 50, 3);
         for (auto& p : mesh.points)

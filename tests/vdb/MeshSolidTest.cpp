@@ -90,7 +90,7 @@ double volumeOf(const LevelSet& levelSet) { return openvdb::tools::levelSetVolum
 
 } // namespace
 
-TEST_CASE("solidOf: a clean closed mesh matches OpenVDB meshToVolume", "[vdb][MeshSolid]") {
+TEST_CASE("solidOf: a clean closed mesh matches OpenVDB meshToVolume", "[vdb]") {
     const Mesh mesh = GENERATE(test::spot(), test::flipped(test::spot()), test::ball(4));
     const double voxel = 2.0 / 80;
     const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
@@ -124,7 +124,7 @@ TEST_CASE("solidOf: a clean closed mesh matches OpenVDB meshToVolume", "[vdb][Me
     CHECK(wrong(mesh, made.levelSet, 300) == 0);
 }
 
-TEST_CASE("solidOf: inverted faces are flipped and reported", "[vdb][MeshSolid]") {
+TEST_CASE("solidOf: inverted faces are flipped and reported", "[vdb]") {
     const MeshSolid right = solid(test::spot(), {.dim = 60}), turned = solid(test::flipped(test::spot()), {.dim = 60});
     CHECK_FALSE(right.figures.turned);
     CHECK(turned.figures.turned);
@@ -133,7 +133,7 @@ TEST_CASE("solidOf: inverted faces are flipped and reported", "[vdb][MeshSolid]"
     CHECK(solid(open, {.dim = 60}).figures.turned);
 }
 
-TEST_CASE("solidOf: faces that run against their neighbours are reversed and counted", "[vdb][MeshSolid]") {
+TEST_CASE("solidOf: faces that run against their neighbours are reversed and counted", "[vdb]") {
     const Mesh open = test::withHole(test::spot(), {0, 0.4, 0.3}, 0.2);
     const Mesh right =
         GENERATE_COPY(test::spot(), open, test::together(test::spot(), test::moved(test::spot(), {3, 0, 0})));
@@ -153,12 +153,12 @@ TEST_CASE("solidOf: faces that run against their neighbours are reversed and cou
     CHECK(wrong(right, made.levelSet, 300) == 0);
 }
 
-TEST_CASE("solidOf: a strip with one side is left as it is", "[vdb][MeshSolid]") {
+TEST_CASE("solidOf: a strip with one side is left as it is", "[vdb]") {
     const Mesh strip = test::moebius(0.5, 100);
     CHECK(solid(test::together(test::spot(), strip), {.dim = 60}).figures.reversedFaces == 0);
 }
 
-TEST_CASE("solidOf: no sample is on the wrong side by more than half a voxel for any mesh", "[vdb][MeshSolid]") {
+TEST_CASE("solidOf: no sample is on the wrong side by more than half a voxel for any mesh", "[vdb]") {
     const auto [name, mesh] = GENERATE_COPY(table<std::string, Mesh>(
         {{"a hole", test::withHole(test::spot(), {0, 0.4, 0.3}, 0.25)},
          {"two holes", test::withHole(test::withHole(test::spot(), {0, 0.9, 0.5}, 0.2), {0.3, -0.2, 0}, 0.25)},
@@ -180,7 +180,7 @@ TEST_CASE("solidOf: no sample is on the wrong side by more than half a voxel for
     CHECK(moved < 1e-3 * made.levelSet.voxelSize());
 }
 
-TEST_CASE("solidOf: overlapping parts have no wall between them", "[vdb][MeshSolid]") {
+TEST_CASE("solidOf: overlapping parts have no wall between them", "[vdb]") {
     // The union of two balls: the inside distance is measured to the outer surface, not to the hidden caps.
     const Mesh mesh = test::together(test::ball(5), test::moved(test::ball(5), {0.9f, 0, 0}));
     const MeshSolid made = solid(mesh, {.voxel = 0.04, .halfWidth = 8});
@@ -206,7 +206,7 @@ TEST_CASE("solidOf: overlapping parts have no wall between them", "[vdb][MeshSol
     CHECK(worst.value < 0.25); // faces cut by others end within 0.2 voxels; facets add 0.02
 }
 
-TEST_CASE("solidOf: an inner shell is a cavity only if its faces point inward", "[vdb][MeshSolid]") {
+TEST_CASE("solidOf: an inner shell is a cavity only if its faces point inward", "[vdb]") {
     Mesh inner = test::ball(4);
     for (auto& p : inner.points) p *= 0.5f;
     const double outer = volumeOf(solid(test::ball(4), {.voxel = 0.04}).levelSet);
@@ -235,7 +235,7 @@ TEST_CASE("solidOf: an inner shell is a cavity only if its faces point inward", 
           Approx(volumeOf(nut.levelSet)).epsilon(1e-4));
 }
 
-TEST_CASE("solidOf: coincident opposite faces bound nothing unless the whole mesh is double", "[vdb][MeshSolid]") {
+TEST_CASE("solidOf: coincident opposite faces bound nothing unless the whole mesh is double", "[vdb]") {
     // Two half balls, each closed by the same disc, make one ball.
     Mesh halves;
     const Mesh ball = test::ball(4);
@@ -258,7 +258,7 @@ TEST_CASE("solidOf: coincident opposite faces bound nothing unless the whole mes
     CHECK(wrong(ball, doubled.levelSet, 200) == 0);
 }
 
-TEST_CASE("solidOf: an open sheet gets the given thickness", "[vdb][MeshSolid]") {
+TEST_CASE("solidOf: an open sheet gets the given thickness", "[vdb]") {
     const Mesh flat = test::plane(2, 8);
     CHECK_THROWS_WITH(solid(flat, {.dim = 40}), Catch::ContainsSubstring("thickness="));
     const MeshSolid made = solid(flat, {.voxel = 0.05, .thickness = 0.3});
@@ -272,7 +272,7 @@ TEST_CASE("solidOf: an open sheet gets the given thickness", "[vdb][MeshSolid]")
     CHECK_THROWS_AS(solid(flat, {.dim = 40, .thickness = -1}), ValueError);
 }
 
-TEST_CASE("solidOf: thin parts are measured with the voxel size that they need", "[vdb][MeshSolid]") {
+TEST_CASE("solidOf: thin parts are measured with the voxel size that they need", "[vdb]") {
     Mesh plate = test::ball(4);
     for (auto& p : plate.points) p[1] *= 0.01f;
     const MeshSolid thin = solid(test::together(test::ball(4), test::moved(plate, {3, 0, 0})), {.voxel = 0.05});
@@ -302,7 +302,7 @@ TEST_CASE("solidOf: thin parts are measured with the voxel size that they need",
     CHECK(solid(crossed, {.voxel = 0.05}).figures.thin == Approx(fin / (6 + 2 * 0.2 * 0.5)).epsilon(0.2));
 }
 
-TEST_CASE("solidOf: a mesh too far from the origin for its voxels is refused", "[vdb][MeshSolid]") {
+TEST_CASE("solidOf: a mesh too far from the origin for its voxels is refused", "[vdb]") {
     const auto at = [](float offset, float size) {
         Mesh mesh = test::ball(3);
         for (auto& p : mesh.points) p = p * size + test::Vec3s(offset, 0, 0);
@@ -319,7 +319,7 @@ TEST_CASE("solidOf: a mesh too far from the origin for its voxels is refused", "
     CHECK_NOTHROW(solid(at(1e3f, 1), {.dim = 100}));
 }
 
-TEST_CASE("solidOf: does not depend on the number of threads", "[vdb][MeshSolid]") {
+TEST_CASE("solidOf: does not depend on the number of threads", "[vdb]") {
     const Mesh mesh = test::together(test::withHole(test::spot(), {0, 0.4, 0.3}, 0.25),
                                      test::moved(test::spot(), {0.31f, 0.13f, 0.22f}));
     std::vector<openvdb::FloatGrid::ConstPtr> grids;

@@ -66,7 +66,7 @@ Mass massOf(const openvdb::FloatGrid& grid, double t, bool grows) {
 
 } // namespace
 
-TEST_CASE("advectGrid: a moving wall pushes fog and does not pass through it", "[vdb][GridAdvection]") {
+TEST_CASE("advectGrid: a moving wall pushes fog and does not pass through it", "[vdb]") {
     const bool grows = GENERATE(false, true);
     const auto start = fog();
     const Mass before = massOf(*start, 0, grows), passed = massOf(*start, kTime, grows);
@@ -99,7 +99,7 @@ TEST_CASE("advectGrid: a moving wall pushes fog and does not pass through it", "
     CHECK(length(after.middle - middle) < kVoxel / 2);
 }
 
-TEST_CASE("FlowMap: around a moving wall points go where particles go, to second order in time", "[vdb][track]") {
+TEST_CASE("FlowMap: around a moving wall points go where particles go, to second order in time", "[vdb]") {
     const bool grows = GENERATE(false, true);
     const FlowInTime flow = around(grows);
     std::vector<Vec3d> start;
@@ -132,7 +132,7 @@ TEST_CASE("FlowMap: around a moving wall points go where particles go, to second
     CHECK(worst.value < 0.01);
 }
 
-TEST_CASE("advectLevelSet: a moving wall pushes a ball and keeps its volume", "[vdb][LevelSetAdvection]") {
+TEST_CASE("advectLevelSet: a moving wall pushes a ball and keeps its volume", "[vdb]") {
     const LevelSet start{ball(), nullptr};
     constexpr double kShort = kTime / 2; // later the ball is a sheet around the sphere, too thin for its voxels
     const ScalarField distance = flowAt(kShort, false).domain().wall->sdf.distance;

@@ -62,7 +62,7 @@ void visitPoints(const openvdb::points::PointDataGrid& grid, const Use& use) {
 
 } // namespace
 
-TEST_CASE("velocityGrid: at the front of a moving sphere has the velocity of the sphere", "[vdb][VelocityGrid]") {
+TEST_CASE("velocityGrid: at the front of a moving sphere has the velocity of the sphere", "[vdb]") {
     const auto layout = GENERATE(Layout::collocated, Layout::staggered);
     const double t = 0.1, voxel = 0.02;
     const auto grid = gridAt(aroundSphere, t, layout, voxel);
@@ -85,8 +85,7 @@ TEST_CASE("velocityGrid: at the front of a moving sphere has the velocity of the
     CHECK(accessor.isValueOn({10, 0, 0}));
 }
 
-TEST_CASE("velocityGrid: staggered velocities around a moving rigid wall are divergence-free to rounding",
-          "[vdb][VelocityGrid]") {
+TEST_CASE("velocityGrid: staggered velocities around a moving rigid wall are divergence-free to rounding", "[vdb]") {
     const auto grid = gridAt(aroundBox, 0.1, Layout::staggered);
     const GridDiagnostics diagnostics = diagnoseGrid(*grid);
     CAPTURE(diagnostics.divergence);
@@ -108,8 +107,7 @@ TEST_CASE("velocityGrid: staggered velocities around a moving rigid wall are div
     CHECK(near > 1000);
 }
 
-TEST_CASE("velocityGrid: collocated and staggered grids around a moving wall agree to second order",
-          "[vdb][VelocityGrid]") {
+TEST_CASE("velocityGrid: collocated and staggered grids around a moving wall agree to second order", "[vdb]") {
     const Flow flow = aroundBox(0.1);
     const auto moving = wallVelocity(FlowInTime(aroundBox), 0.1, kFrame);
     REQUIRE(moving);
@@ -134,7 +132,7 @@ TEST_CASE("velocityGrid: collocated and staggered grids around a moving wall agr
     CHECK(std::log2(coarse / fine) > 1.7);
 }
 
-TEST_CASE("velocityGrid: a deforming wall moves the air beside it", "[vdb][VelocityGrid]") {
+TEST_CASE("velocityGrid: a deforming wall moves the air beside it", "[vdb]") {
     for (const Layout layout : {Layout::collocated, Layout::staggered}) {
         const auto grid = gridAt(inGrowingSphere, 0.1, layout, 0.025);
         const double shift = layout == Layout::staggered ? -0.5 : 0;
@@ -146,7 +144,7 @@ TEST_CASE("velocityGrid: a deforming wall moves the air beside it", "[vdb][Veloc
     }
 }
 
-TEST_CASE("velocityGrid: OpenVDB point advection stays out of a moving sphere", "[vdb][VelocityGrid]") {
+TEST_CASE("velocityGrid: OpenVDB point advection stays out of a moving sphere", "[vdb]") {
     openvdb::initialize(); // registers the attributes of points
     const auto layout = GENERATE(Layout::collocated, Layout::staggered);
     const int gridsPerFrame = GENERATE(4, 1); // the steps between two grids use the earlier one, made for their middle
@@ -173,7 +171,7 @@ TEST_CASE("velocityGrid: OpenVDB point advection stays out of a moving sphere", 
     CHECK(inside <= positions.size() / 1000);
 }
 
-TEST_CASE("velocityGrid: grids around a moving wall do not depend on threads", "[vdb][VelocityGrid]") {
+TEST_CASE("velocityGrid: grids around a moving wall do not depend on threads", "[vdb]") {
     for (const Layout layout : {Layout::collocated, Layout::staggered}) {
         const auto grid = gridAt(aroundBox, 0.1, layout, 0.06);
         const ThreadLimit limit(1);

@@ -20,7 +20,7 @@ openvdb::FloatGrid::Ptr sphere() {
 
 } // namespace
 
-TEST_CASE("NanoFile: grids are read back as written", "[vdb][NanoFile]") {
+TEST_CASE("NanoFile: grids are read back as written", "[vdb]") {
     const Folder folder;
     const auto codec = GENERATE(Codec::automatic, Codec::zip, Codec::blosc);
     writeNano(folder / "a.nvdb", {rampGrid(), sphere()}, {.codec = codec});
@@ -42,7 +42,7 @@ TEST_CASE("NanoFile: grids are read back as written", "[vdb][NanoFile]") {
         if (distances->tree().getValue(value.getCoord()) != *value) FAIL("differs at " << value.getCoord());
 }
 
-TEST_CASE("NanoFile: half precision quantizes floats within their leaf", "[vdb][NanoFile]") {
+TEST_CASE("NanoFile: half precision quantizes floats within their leaf", "[vdb]") {
     const Folder folder;
     writeNano(folder / "full.nvdb", {sphere()});
     writeNano(folder / "half.nvdb", {sphere()}, {.half = true});
@@ -55,7 +55,7 @@ TEST_CASE("NanoFile: half precision quantizes floats within their leaf", "[vdb][
             FAIL("differs at " << value.getCoord());
 }
 
-TEST_CASE("NanoFile: the same grids give the same bytes", "[vdb][NanoFile]") {
+TEST_CASE("NanoFile: the same grids give the same bytes", "[vdb]") {
     const Folder folder;
     const Grids grids{rampGrid(), sphere()};
     writeNano(folder / "a.nvdb", grids);
@@ -67,7 +67,7 @@ TEST_CASE("NanoFile: the same grids give the same bytes", "[vdb][NanoFile]") {
     CHECK((bytesOf(folder / "a.nvdb") == bytesOf(folder / "b.nvdb")));
 }
 
-TEST_CASE("NanoFile: nanovdb_validate and nanovdb_print accept the files", "[vdb][NanoFile]") {
+TEST_CASE("NanoFile: nanovdb_validate and nanovdb_print accept the files", "[vdb]") {
     if (std::system("command -v nanovdb_print > /dev/null 2>&1") != 0) {
         WARN("skipped: nanovdb_print is not installed");
         return;
@@ -85,7 +85,7 @@ TEST_CASE("NanoFile: nanovdb_validate and nanovdb_print accept the files", "[vdb
     }
 }
 
-TEST_CASE("NanoFile: damaged files are refused", "[vdb][NanoFile]") {
+TEST_CASE("NanoFile: damaged files are refused", "[vdb]") {
     const Folder folder;
     writeNano(folder / "a.nvdb", {rampGrid()});
     const std::string good = bytesOf(folder / "a.nvdb");
@@ -110,7 +110,7 @@ TEST_CASE("NanoFile: damaged files are refused", "[vdb][NanoFile]") {
     CHECK_THAT(complaint(table), ContainsSubstring("damaged"));
 }
 
-TEST_CASE("NanoFile: refuses grids that the format cannot hold", "[vdb][NanoFile]") {
+TEST_CASE("NanoFile: refuses grids that the format cannot hold", "[vdb]") {
     const Folder folder;
     CHECK_THAT(messageOf([&] { writeNano(folder / "a.nvdb", {}); }), ContainsSubstring("no grid"));
     CHECK_THAT(messageOf([&] { writeNano(folder / "a.nvdb", {openvdb::FloatGrid::create()}); }),

@@ -19,7 +19,7 @@ std::vector<openvdb::GridBase::ConstPtr> grids() {
 
 } // namespace
 
-TEST_CASE("NumpyFile: NumPy reads all attributes of particles", "[vdb][NumpyFile]") {
+TEST_CASE("NumpyFile: NumPy reads all attributes of particles", "[vdb]") {
     const Folder folder;
     const Points p = particlesWithEverything(5);
     writeNumpy(folder / "a.npz", p, {.time = FrameTime{.frame = 7, .fps = 25}});
@@ -45,7 +45,7 @@ print(a["P"][3].tolist(), a["v"][3].tolist(), a["id"].tolist(), a["life"].tolist
           "[3.0, 1.5, -3.0] [1.0, 3.0, -2.0] [5, 8, 11, 14, 17] [inf, 2.0, inf, 2.0, inf] 7.0 25.0\n");
 }
 
-TEST_CASE("NumpyFile: NumPy reads curves by their starts", "[vdb][NumpyFile]") {
+TEST_CASE("NumpyFile: NumPy reads curves by their starts", "[vdb]") {
     const Folder folder;
     writeNumpy(folder / "a.npz", curvesOfSizes({4, 3, 0, 1}));
     writeNumpy(folder / "a.npy", curvesOfSizes({4, 3, 0, 1}));
@@ -65,7 +65,7 @@ print(y["curve"].tolist(), y["closed"].tolist(), a["length"].tolist())
           "[0.0, 0.25, 0.5, 0.75, 0.0, 0.25, 0.5, 0.0]\n");
 }
 
-TEST_CASE("NumpyFile: a grid is a dense box with its transform", "[vdb][NumpyFile]") {
+TEST_CASE("NumpyFile: a grid is a dense box with its transform", "[vdb]") {
     const Folder folder;
     writeNumpy(folder / "a.npz", grids());
     writeNumpy(folder / "a.npy", {rampGrid()});
@@ -86,7 +86,7 @@ print(a["density"].tolist(), a["density_transform"][:3, 3].tolist())
           "[[[0.5]]] [1.0, 2.0, 3.0]\n");
 }
 
-TEST_CASE("NumpyFile: bytes do not depend on the number of threads or the time of day", "[vdb][NumpyFile]") {
+TEST_CASE("NumpyFile: bytes do not depend on the number of threads or the time of day", "[vdb]") {
     const Folder folder;
     const Points p = particlesWithEverything(10000);
     for (const char* ending : {".npz", ".npy"}) {
@@ -97,7 +97,7 @@ TEST_CASE("NumpyFile: bytes do not depend on the number of threads or the time o
     }
 }
 
-TEST_CASE("NumpyFile: refuses values and grids that cannot be written", "[vdb][NumpyFile]") {
+TEST_CASE("NumpyFile: refuses values and grids that cannot be written", "[vdb]") {
     const Folder folder;
     Points p = particlesWithEverything(3);
     p.vy[1] = std::numeric_limits<float>::quiet_NaN();

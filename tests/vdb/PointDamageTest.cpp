@@ -128,7 +128,7 @@ constexpr uint32_t kPacked = openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS
 
 } // namespace
 
-TEST_CASE("damaged points: a corrupted file of ours is refused or gives the same points", "[vdb][damage]") {
+TEST_CASE("damaged points: a corrupted file of ours is refused or gives the same points", "[vdb]") {
     const Folder folder;
     const auto codec = GENERATE(Codec::none, Codec::blosc, Codec::zip);
     writeVdb(folder / "a.vdb", {grid()}, {}, {.codec = codec});
@@ -148,7 +148,7 @@ TEST_CASE("damaged points: a corrupted file of ours is refused or gives the same
     }
 }
 
-TEST_CASE("damaged points: corrupted foreign files never crash the reader", "[vdb][damage]") {
+TEST_CASE("damaged points: corrupted foreign files never crash the reader", "[vdb]") {
     const Folder folder;
     const auto flags = GENERATE(uint32_t(openvdb::io::COMPRESS_NONE), kPacked);
     const bool asStream = GENERATE(false, true);
@@ -165,7 +165,7 @@ TEST_CASE("damaged points: corrupted foreign files never crash the reader", "[vd
     CHECK(refused > 40);
 }
 
-TEST_CASE("damaged points: one inserted or deleted byte is detected anywhere", "[vdb][damage]") {
+TEST_CASE("damaged points: one inserted or deleted byte is detected anywhere", "[vdb]") {
     const Folder folder;
     const auto flags = GENERATE(uint32_t(openvdb::io::COMPRESS_NONE), kPacked);
     const bool asStream = GENERATE(false, true);
@@ -187,7 +187,7 @@ TEST_CASE("damaged points: one inserted or deleted byte is detected anywhere", "
     }
 }
 
-TEST_CASE("damaged points: headers of compressed blocks must match their surroundings", "[vdb][damage]") {
+TEST_CASE("damaged points: headers of compressed blocks must match their surroundings", "[vdb]") {
     const Folder folder;
     const std::string bytes = foreign(folder, grid(3000), kPacked, false);
     int headers = 0;
@@ -212,7 +212,7 @@ TEST_CASE("damaged points: headers of compressed blocks must match their surroun
     CHECK(headers > 10);
 }
 
-TEST_CASE("damaged points: a small file with four billion points is refused for lack of memory", "[vdb][damage]") {
+TEST_CASE("damaged points: a small file with four billion points is refused for lack of memory", "[vdb]") {
     openvdb::initialize();
     const Folder folder;
     using Leaf = vp::PointDataTree::LeafNodeType;
@@ -228,7 +228,7 @@ TEST_CASE("damaged points: a small file with four billion points is refused for 
     CHECK_THROWS_AS(pointsOf(*openvdb::gridPtrCast<vp::PointDataGrid>(read.at(0))), ResourceError);
 }
 
-TEST_CASE("damaged points: reading can be cancelled", "[vdb][damage]") {
+TEST_CASE("damaged points: reading can be cancelled", "[vdb]") {
     const Folder folder;
     writeVdb(folder / "a.vdb", {grid()});
     CHECK_THROWS_AS(readVdb(folder / "a.vdb", {.report = {}, .cancelled = [] { return true; }}), Interrupted);

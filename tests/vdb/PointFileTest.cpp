@@ -69,7 +69,7 @@ double pointsPerVoxel(const openvdb::points::PointDataGrid& grid) {
 
 } // namespace
 
-TEST_CASE("PointFile: points are read back from a grid and a file sorted by id", "[vdb][PointFile]") {
+TEST_CASE("PointFile: points are read back from a grid and a file sorted by id", "[vdb]") {
     const Folder folder;
     const bool velocity = GENERATE(true, false);
     CAPTURE(velocity);
@@ -99,8 +99,7 @@ TEST_CASE("PointFile: points are read back from a grid and a file sorted by id",
     }
 }
 
-TEST_CASE("PointFile: the default voxel size gives about 8 points per voxel in volumes and on surfaces",
-          "[vdb][PointFile]") {
+TEST_CASE("PointFile: the default voxel size gives about 8 points per voxel in volumes and on surfaces", "[vdb]") {
     const bool surface = GENERATE(false, true);
     CAPTURE(surface);
     const auto grid = pointGrid(cloud(100000, false, surface));
@@ -109,7 +108,7 @@ TEST_CASE("PointFile: the default voxel size gives about 8 points per voxel in v
     CHECK(pointGrid(cloud(1000), {.voxelSize = 0.25})->voxelSize() == openvdb::Vec3d(0.25));
 }
 
-TEST_CASE("PointFile: coincident and distant points are stored accurately", "[vdb][PointFile]") {
+TEST_CASE("PointFile: coincident and distant points are stored accurately", "[vdb]") {
     const auto back = [](std::vector<double> x) {
         Points particles;
         particles.x = x;
@@ -127,7 +126,7 @@ TEST_CASE("PointFile: coincident and distant points are stored accurately", "[vd
     CHECK(far.at(1) == Approx(0.001).margin(1e9 / 0x1p21 * 0x1p-24));
 }
 
-TEST_CASE("PointFile: every format accepts empty points", "[vdb][PointFile]") {
+TEST_CASE("PointFile: every format accepts empty points", "[vdb]") {
     const Folder folder;
     const Points none;
     writeVdb(folder / "a.vdb", {pointGrid(none)});
@@ -140,7 +139,7 @@ TEST_CASE("PointFile: every format accepts empty points", "[vdb][PointFile]") {
     CHECK(bytesOf(folder / "a.csv") == "x,y,z,id\n");
 }
 
-TEST_CASE("PointFile: bytes do not depend on the number of threads", "[vdb][PointFile]") {
+TEST_CASE("PointFile: bytes do not depend on the number of threads", "[vdb]") {
     const Folder folder;
     const Points particles = cloud(70000);
     const auto writeAll = [&](const std::string& name) {
@@ -160,7 +159,7 @@ TEST_CASE("PointFile: bytes do not depend on the number of threads", "[vdb][Poin
     }
 }
 
-TEST_CASE("PointFile: PLY stores points in order", "[vdb][PointFile]") {
+TEST_CASE("PointFile: PLY stores points in order", "[vdb]") {
     const Folder folder;
     const Points particles = cloud(300000); // more than one round of chunks
     writePly(folder / "a.ply", particles);
@@ -188,7 +187,7 @@ TEST_CASE("PointFile: PLY stores points in order", "[vdb][PointFile]") {
     CHECK(wrong == 0);
 }
 
-TEST_CASE("PointFile: CSV has nine digits and 64-bit ids", "[vdb][PointFile]") {
+TEST_CASE("PointFile: CSV has nine digits and 64-bit ids", "[vdb]") {
     const Folder folder;
     Points particles = cloud(300000);
     particles.id[1] = 1LL << 60;
@@ -222,7 +221,7 @@ TEST_CASE("PointFile: CSV has nine digits and 64-bit ids", "[vdb][PointFile]") {
     CHECK(bytesOf(folder / "one.csv") == "x,y,z,id\n0.1,-0.333333333,1e-07,-1\n");
 }
 
-TEST_CASE("PointFile: invalid points are refused", "[vdb][PointFile]") {
+TEST_CASE("PointFile: invalid points are refused", "[vdb]") {
     const Folder folder;
     Points big = cloud(3);
     big.id[1] = int64_t(std::numeric_limits<int32_t>::max()) + 1;
@@ -245,7 +244,7 @@ TEST_CASE("PointFile: invalid points are refused", "[vdb][PointFile]") {
     CHECK(folder.files() == 0);
 }
 
-TEST_CASE("PointFile: reads point grids of other programs", "[vdb][PointFile]") {
+TEST_CASE("PointFile: reads point grids of other programs", "[vdb]") {
     namespace points = openvdb::points;
     Points particles = cloud(100, false);
     const auto grid = pointGrid(particles);
@@ -274,14 +273,14 @@ TEST_CASE("PointFile: reads point grids of other programs", "[vdb][PointFile]") 
     CHECK(pointsOf(*packed).vx.at(7) == 0.5f);
 }
 
-TEST_CASE("PointFile: a failed write leaves no file", "[vdb][PointFile]") {
+TEST_CASE("PointFile: a failed write leaves no file", "[vdb]") {
     const Folder folder;
     REQUIRE_THROWS_AS(writePly(folder / "none" / "a.ply", cloud(10)), FileError);
     REQUIRE_THROWS_AS(writeCsv(folder.path, cloud(10)), FileError);
     CHECK(folder.files() == 0);
 }
 
-TEST_CASE("PointFile: age and life and track attributes are read back in order of id", "[vdb][PointFile]") {
+TEST_CASE("PointFile: age and life and track attributes are read back in order of id", "[vdb]") {
     const Folder folder;
     const Points particles = agedCloud(3000);
     writeVdb(folder / "a.vdb", {pointGrid(particles)});
@@ -303,7 +302,7 @@ TEST_CASE("PointFile: age and life and track attributes are read back in order o
     }
 }
 
-TEST_CASE("PointFile: the velocity attribute gets the name chosen by the host", "[vdb][PointFile]") {
+TEST_CASE("PointFile: the velocity attribute gets the name chosen by the host", "[vdb]") {
     const Points particles = cloud(50);
     const auto grid = pointGrid(particles, {.velocity = "velocity"});
     CHECK(grid->tree().cbeginLeaf()->hasAttribute("velocity"));
@@ -313,7 +312,7 @@ TEST_CASE("PointFile: the velocity attribute gets the name chosen by the host", 
     CHECK(back.vx.front() == particles.vx.back());
 }
 
-TEST_CASE("PointFile: foreign attributes with the same name but another type are ignored", "[vdb][PointFile]") {
+TEST_CASE("PointFile: foreign attributes with the same name but another type are ignored", "[vdb]") {
     namespace points = openvdb::points;
     const auto grid = pointGrid(cloud(50));
     points::appendAttribute<int32_t>(grid->tree(), "age", 7);
@@ -325,7 +324,7 @@ TEST_CASE("PointFile: foreign attributes with the same name but another type are
     CHECK(back.life == std::vector<float>(50, 3.0F));
 }
 
-TEST_CASE("PointFile: PLY and CSV store age and life and track after the id", "[vdb][PointFile]") {
+TEST_CASE("PointFile: PLY and CSV store age and life and track after the id", "[vdb]") {
     const Folder folder;
     Points one;
     one.x = {1}, one.y = {2}, one.z = {3}, one.id = {4};

@@ -38,7 +38,7 @@ std::string complaint(const Folder& folder, const std::string& name, const std::
 
 } // namespace
 
-TEST_CASE("readPoints: every value written to PLY and CSV is read back", "[vdb][points]") {
+TEST_CASE("readPoints: every value written to PLY and CSV is read back", "[vdb]") {
     const Folder folder;
     const Points points = all(1000);
     writePly(folder / "all.ply", points);
@@ -65,7 +65,7 @@ TEST_CASE("readPoints: every value written to PLY and CSV is read back", "[vdb][
     CHECK_FALSE(plyHasFaces(folder / "all.ply"));
 }
 
-TEST_CASE("readPoints: reads known columns from files of other programs and reports the rest", "[vdb][points]") {
+TEST_CASE("readPoints: reads known columns from files of other programs and reports the rest", "[vdb]") {
     const Folder folder;
     const std::string ply =
         "ply\nformat ascii 1.0\nelement vertex 2\nproperty double z\nproperty float nx\n"
@@ -84,7 +84,7 @@ TEST_CASE("readPoints: reads known columns from files of other programs and repo
     CHECK(readPoints(store(folder / "none.csv", "x,y,z,id\n")).points.size() == 0);
 }
 
-TEST_CASE("readPoints: damaged and unsuitable files give a one-line error", "[vdb][points]") {
+TEST_CASE("readPoints: damaged and unsuitable files give a one-line error", "[vdb]") {
     const Folder folder;
     CHECK_THAT(complaint(folder, "a.csv", "x,y\n1,2\n"),
                ContainsSubstring("a.csv") && ContainsSubstring("no column z"));

@@ -26,7 +26,7 @@ double distanceTo(const Mesh& mesh, const Vec3d& position) {
 
 } // namespace
 
-TEST_CASE("RayMesh: the closest triangle is that of a search through all triangles", "[vdb][RayMesh]") {
+TEST_CASE("RayMesh: the closest triangle is that of a search through all triangles", "[vdb]") {
     // Also far from the origin, at a thousandth of the size, and for points far from the mesh.
     const auto [offset, scale] = GENERATE(table<float, float>({{0.0f, 1.0f}, {100.0f, 1.0f}, {0.0f, 0.001f}}));
     Mesh mesh = test::spot();
@@ -46,7 +46,7 @@ TEST_CASE("RayMesh: the closest triangle is that of a search through all triangl
     CHECK(std::isinf(rays.distanceTo({{std::nan(""), 0, 0}})));
 }
 
-TEST_CASE("RayMesh: a ray through a ball hits both sides with normals that point outward", "[vdb][RayMesh]") {
+TEST_CASE("RayMesh: a ray through a ball hits both sides with normals that point outward", "[vdb]") {
     const RayMesh rays(test::ball(4));
     const auto first = rays.hit({{{-3, 0.1, 0.2}}, {{1, 0, 0}}});
     REQUIRE(first);
@@ -60,7 +60,7 @@ TEST_CASE("RayMesh: a ray through a ball hits both sides with normals that point
     CHECK_THROWS_AS(RayMesh(Mesh{}), ValueError);
 }
 
-TEST_CASE("RayMesh: rays in packets hit what single rays hit", "[vdb][RayMesh]") {
+TEST_CASE("RayMesh: rays in packets hit what single rays hit", "[vdb]") {
     const RayMesh mesh(test::ball(4));
     std::vector<Ray> rays;
     for (uint64_t k = 0; k < 1003; ++k) { // no multiple of a packet's width

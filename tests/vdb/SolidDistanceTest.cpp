@@ -26,8 +26,7 @@ WrongSide wrong(std::vector<const SolidDistance*> solids, Side side, const Array
 
 } // namespace
 
-TEST_CASE("SolidDistance: a ball has the distance of a sphere for either orientation of its faces",
-          "[vdb][SolidDistance]") {
+TEST_CASE("SolidDistance: a ball has the distance of a sphere for either orientation of its faces", "[vdb]") {
     const Mesh mesh = GENERATE(test::ball(5), test::flipped(test::ball(5)));
     const SolidDistance solid(mesh);
     test::Worst worst;
@@ -40,8 +39,7 @@ TEST_CASE("SolidDistance: a ball has the distance of a sphere for either orienta
     CHECK(worst.value < 1e-3); // facets of 2 degrees: 1 - cos(1°) = 1.5e-4 in the middle, a few times that at corners
 }
 
-TEST_CASE("SolidDistance: a cavity is outside and an inner shell that points outward is inside",
-          "[vdb][SolidDistance]") {
+TEST_CASE("SolidDistance: a cavity is outside and an inner shell that points outward is inside", "[vdb]") {
     Mesh inner = test::ball(4);
     for (auto& p : inner.points) p *= 0.5f;
     const SolidDistance hollow(test::together(test::ball(4), test::flipped(inner))),
@@ -51,7 +49,7 @@ TEST_CASE("SolidDistance: a cavity is outside and an inner shell that points out
     CHECK(full.inside({{0.1, 0, 0}}));
 }
 
-TEST_CASE("SolidDistance: near a hole the distance is that to the surface that closes it", "[vdb][SolidDistance]") {
+TEST_CASE("SolidDistance: near a hole the distance is that to the surface that closes it", "[vdb]") {
     // Half a ball: w = 1/2 in the middle of its open disc, which is that surface there.
     const SolidDistance solid(test::withHole(test::ball(5), {0, 0, -1}, 1.414));
     // On the axis, w = (1 + z / sqrt(1 + z²)) / 2, so |w| = 1/2 at z = 0.
@@ -60,7 +58,7 @@ TEST_CASE("SolidDistance: near a hole the distance is that to the surface that c
     CHECK(solid.at({{0, 0, -2}}) > 1); // far away it is the distance to the faces
 }
 
-TEST_CASE("SolidDistance: a sheet is judged by its shell", "[vdb][SolidDistance]") {
+TEST_CASE("SolidDistance: a sheet is judged by its shell", "[vdb]") {
     const SolidDistance solid(test::plane(2, 4), 0.3);
     for (const double y : {-0.4, -0.1, 0.0, 0.1, 0.2})
         CHECK(solid.at({{0.3, y, -0.2}}) == Approx(std::abs(y) - 0.15).margin(1e-6));
@@ -73,7 +71,7 @@ TEST_CASE("SolidDistance: a sheet is judged by its shell", "[vdb][SolidDistance]
     CHECK_THROWS_AS(SolidDistance(LevelSet{made.grid, nullptr}), ValueError);
 }
 
-TEST_CASE("wrongSideOf: counts points and measures the deepest on either side and for unions", "[vdb][SolidDistance]") {
+TEST_CASE("wrongSideOf: counts points and measures the deepest on either side and for unions", "[vdb]") {
     const SolidDistance ball(test::ball(5)), second(test::moved(test::ball(5), {1, 0, 0}));
     const Arrays at(1.5, 2000);
     size_t inside = 0, inUnion = 0;
@@ -142,7 +140,7 @@ Mesh box(const openvdb::Vec3d& size, double degrees) {
 } // namespace
 
 TEST_CASE("SolidDistance: a level set is within half a voxel of its mesh where nothing is thinner than three voxels",
-          "[vdb][SolidDistance]") {
+          "[vdb]") {
     for (const double degrees : {0.0, 20.0, 45.0}) {
         CAPTURE(degrees);
         CHECK(farthest(box({1, 1, 1}, degrees), 1000) < 0.5); // with sharp edges and corners
@@ -154,7 +152,7 @@ TEST_CASE("SolidDistance: a level set is within half a voxel of its mesh where n
     CHECK(farthest(test::together(test::ball(3), test::flipped(inner)), 1000) < 0.5);
 }
 
-TEST_CASE("SolidDistance: a film much thinner than a voxel is missing from its level set", "[vdb][SolidDistance]") {
+TEST_CASE("SolidDistance: a film much thinner than a voxel is missing from its level set", "[vdb]") {
     // It lies between two layers of voxels.
     const Mesh film = test::moved(box({1, 0.5 * kVoxel, 1}, 0), {0, 0.5f * static_cast<float>(kVoxel), 0});
     const Mesh mesh = test::together(film, test::moved(test::ball(2), {0, 3, 0}));

@@ -66,7 +66,7 @@ openvdb::Vec3SGrid::Ptr powerLaw(int size, double slope) {
 
 } // namespace
 
-TEST_CASE("energySpectrum: shells sum to the mean kinetic energy", "[vdb][Spectrum]") {
+TEST_CASE("energySpectrum: shells sum to the mean kinetic energy", "[vdb]") {
     const Coord size = GENERATE(Coord(16, 16, 16), Coord(12, 9, 14), Coord(7, 22, 13));
     const auto window = GENERATE(SpectrumWindow::none, SpectrumWindow::hann);
     CAPTURE(size, static_cast<int>(window));
@@ -82,7 +82,7 @@ TEST_CASE("energySpectrum: shells sum to the mean kinetic energy", "[vdb][Spectr
     CHECK(total(spectrum) == Approx(energy).epsilon(1e-12)); // Parseval's theorem
 }
 
-TEST_CASE("energySpectrum: a plane wave appears in the shell of its wave number", "[vdb][Spectrum]") {
+TEST_CASE("energySpectrum: a plane wave appears in the shell of its wave number", "[vdb]") {
     // 3, 4 and 12 cycles along the edges of a cube of 2 units: a wave number of 13 cycles, 6.5 cycles per unit.
     const int n = 32;
     const auto wave = gridOf(Coord(n), 2.0 / n, [&](const Coord& ijk) {
@@ -109,7 +109,7 @@ TEST_CASE("energySpectrum: a plane wave appears in the shell of its wave number"
     CHECK(near == Approx(1.25).epsilon(0.01));
 }
 
-TEST_CASE("energySpectrum: the mean velocity is in the first shell", "[vdb][Spectrum]") {
+TEST_CASE("energySpectrum: the mean velocity is in the first shell", "[vdb]") {
     const auto wind = gridOf(Coord(8, 9, 10), 0.5, [](const Coord&) { return openvdb::Vec3d(1, -2, 0.5); });
     for (const auto window : {SpectrumWindow::none, SpectrumWindow::hann}) {
         const EnergySpectrum spectrum = energySpectrum(*wind, {.window = window});
@@ -118,7 +118,7 @@ TEST_CASE("energySpectrum: the mean velocity is in the first shell", "[vdb][Spec
     }
 }
 
-TEST_CASE("powerLawSlope: finds the slope of a power law", "[vdb][Spectrum]") {
+TEST_CASE("powerLawSlope: finds the slope of a power law", "[vdb]") {
     EnergySpectrum exact{.shellWidth = 0.25, .energy = std::vector<double>(60)};
     for (size_t s = 1; s < 60; ++s) exact.energy[s] = 3 * std::pow(exact.waveNumber(s), -5.0 / 3);
     CHECK(powerLawSlope(exact, 0.5, 14) == Approx(-5.0 / 3).epsilon(1e-12));
@@ -133,14 +133,14 @@ TEST_CASE("powerLawSlope: finds the slope of a power law", "[vdb][Spectrum]") {
     CHECK(powerLawSlope(spectrum, 2, 14) == Approx(slope).margin(0.15));
 }
 
-TEST_CASE("energySpectrum: does not depend on the number of threads", "[vdb][Spectrum]") {
+TEST_CASE("energySpectrum: does not depend on the number of threads", "[vdb]") {
     const auto grid = gridOf(Coord(20, 21, 22), 0.1, unlike);
     const EnergySpectrum all = energySpectrum(*grid);
     const ThreadLimit one(1);
     CHECK(energySpectrum(*grid).energy == all.energy);
 }
 
-TEST_CASE("energySpectrum: unsuitable grids are errors that say why", "[vdb][Spectrum]") {
+TEST_CASE("energySpectrum: unsuitable grids are errors that say why", "[vdb]") {
     CHECK_THROWS_WITH(energySpectrum(*openvdb::Vec3SGrid::create()), Catch::ContainsSubstring("active voxels"));
     CHECK_THROWS_WITH(energySpectrum(*gridOf(Coord(4, 1, 4), 1, unlike)), Catch::ContainsSubstring("4 x 1 x 4"));
     const auto nowhere = gridOf(Coord(4), 1, [](const Coord&) { return openvdb::Vec3d(std::nan("")); });

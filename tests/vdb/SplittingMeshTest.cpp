@@ -23,7 +23,7 @@ Sdf spot() {
 
 } // namespace
 
-TEST_CASE("splitting: no particle of a sum leaves or enters a mesh for any step size", "[vdb][Splitting]") {
+TEST_CASE("splitting: no particle of a sum leaves or enters a mesh for any step size", "[vdb]") {
     const Sdf sdf = spot();
     const Side side = GENERATE(Side::inside, Side::outside);
     const Wall wall{.sdf = sdf, .side = side, .width = 0.1};

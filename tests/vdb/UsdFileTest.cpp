@@ -112,7 +112,7 @@ const UsdOptions kTwoFrames{.fps = 24, .first = 1, .last = 2};
 
 } // namespace
 
-TEST_CASE("UsdFile: points have velocities, ids and time samples", "[vdb][UsdFile]") {
+TEST_CASE("UsdFile: points have velocities, ids and time samples", "[vdb]") {
     const Folder folder;
     writeUsda(folder / "dust.usda",
               std::vector<UsdSample<Points>>{{1, shared(particlesWithEverything(2))},
@@ -136,7 +136,7 @@ TEST_CASE("UsdFile: points have velocities, ids and time samples", "[vdb][UsdFil
     CHECK(dust.attributes.at("float[] widths").find("](interpolation=\"constant\")") != std::string::npos);
 }
 
-TEST_CASE("UsdFile: a still has no time and the host's axes and unit", "[vdb][UsdFile]") {
+TEST_CASE("UsdFile: a still has no time and the host's axes and unit", "[vdb]") {
     const Folder folder;
     Points p = Points::at({{{1, 2, 3}}});
     writeUsda(folder / "9 a.0001.usda", std::vector<UsdSample<Points>>{{7, shared(p)}},
@@ -148,7 +148,7 @@ TEST_CASE("UsdFile: a still has no time and the host's axes and unit", "[vdb][Us
     CHECK(prim.attributes.count("vector3f[] velocities") == 0);
 }
 
-TEST_CASE("UsdFile: open and closed curves are two prims", "[vdb][UsdFile]") {
+TEST_CASE("UsdFile: open and closed curves are two prims", "[vdb]") {
     const Folder folder;
     writeUsda(folder / "lines.usda", std::vector<UsdSample<Curves>>{{1, shared(curvesOfSizes({2, 3, 0, 0, 1}))}});
     const Prim lines = readUsda(folder / "lines.usda").children.at("lines");
@@ -167,7 +167,7 @@ TEST_CASE("UsdFile: open and closed curves are two prims", "[vdb][UsdFile]") {
     CHECK(closed.attributes.at("float[] primvars:f") == "[2,3,4](interpolation=\"vertex\")");
 }
 
-TEST_CASE("UsdFile: a volume refers to the grids of a sequence", "[vdb][UsdFile]") {
+TEST_CASE("UsdFile: a volume refers to the grids of a sequence", "[vdb]") {
     const Folder folder;
     auto density = openvdb::FloatGrid::create();
     density->setName("density");
@@ -193,7 +193,7 @@ TEST_CASE("UsdFile: a volume refers to the grids of a sequence", "[vdb][UsdFile]
     CHECK(vel.attributes.at("token vectorDataRoleHint") == "\"Vector\"");
 }
 
-TEST_CASE("UsdFile: refuses values that other programs cannot read", "[vdb][UsdFile]") {
+TEST_CASE("UsdFile: refuses values that other programs cannot read", "[vdb]") {
     const Folder folder;
     Points p = particlesWithEverything(2);
     p.y[1] = std::numeric_limits<double>::quiet_NaN();

@@ -103,7 +103,7 @@ std::string pythonWith(const std::string& module) {
 
 } // namespace
 
-TEST_CASE("VdbFile: grids are read back as written", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: grids are read back as written", "[vdb]") {
     const Folder folder;
     const Grids grids = variety();
     const auto codec = GENERATE(Codec::automatic, Codec::none, Codec::zip, Codec::blosc);
@@ -124,7 +124,7 @@ TEST_CASE("VdbFile: grids are read back as written", "[vdb][VdbFile]") {
     CHECK(file.readGrid("half")->activeVoxelCount() == grids[3]->activeVoxelCount()); // uses the offsets
 }
 
-TEST_CASE("VdbFile: reads files of OpenVDB's own writers", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: reads files of OpenVDB's own writers", "[vdb]") {
     const Folder folder;
     const Grids grids = variety();
     const openvdb::GridCPtrVec list(grids.begin(), grids.end());
@@ -145,7 +145,7 @@ TEST_CASE("VdbFile: reads files of OpenVDB's own writers", "[vdb][VdbFile]") {
     requireSame(readVdb(folder / "stream.vdb"), grids);
 }
 
-TEST_CASE("VdbFile: bytes are reproducible and equal those of OpenVDB except for the UUID", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: bytes are reproducible and equal those of OpenVDB except for the UUID", "[vdb]") {
     const Folder folder;
     const Grids grids = variety();
     writeVdb(folder / "a.vdb", grids);
@@ -172,7 +172,7 @@ TEST_CASE("VdbFile: bytes are reproducible and equal those of OpenVDB except for
     CHECK_THAT(uuid, Catch::Matches("[0-9a-f]{8}-[0-9a-f]{4}-8[0-9a-f]{3}-[89ab][0-9a-f]{3}-[0-9a-f]{12}"));
 }
 
-TEST_CASE("VdbFile: half precision is an option of the file and not of the grid", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: half precision is an option of the file and not of the grid", "[vdb]") {
     const Folder folder;
     const Grids grids{sphere(), velocity(), points()};
     writeVdb(folder / "full.vdb", grids);
@@ -188,7 +188,7 @@ TEST_CASE("VdbFile: half precision is an option of the file and not of the grid"
     CHECK(vel->tree().getValue({19, 8, 152}).x() == Approx(value).epsilon(0x1p-11)); // a half has 11 significant bits
 }
 
-TEST_CASE("VdbFile: with one codec for all grids the bytes equal those of OpenVDB", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: with one codec for all grids the bytes equal those of OpenVDB", "[vdb]") {
     const Folder folder;
     Grids grids = variety();
     auto fog = sphere();
@@ -208,7 +208,7 @@ TEST_CASE("VdbFile: with one codec for all grids the bytes equal those of OpenVD
     CHECK((withoutUuid(bytesOf(folder / "a.vdb")) == withoutUuid(bytesOf(folder / "file.vdb"))));
 }
 
-TEST_CASE("VdbFile: the automatic codec compresses fog volumes only", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: the automatic codec compresses fog volumes only", "[vdb]") {
     const Folder folder;
     auto fog = openvdb::FloatGrid::create();
     fog->setName("density");
@@ -235,7 +235,7 @@ TEST_CASE("VdbFile: the automatic codec compresses fog volumes only", "[vdb][Vdb
     for (const auto& grid : mixed) requireSame(*file.readGrid(grid->getName()), *grid);
 }
 
-TEST_CASE("VdbFile: names may repeat and lists may be empty and the Houdini creator is removed", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: names may repeat and lists may be empty and the Houdini creator is removed", "[vdb]") {
     const Folder folder;
     writeVdb(folder / "twins.vdb", {sphere(), sphere(), velocity()});
     const auto twins = readVdb(folder / "twins.vdb");
@@ -257,7 +257,7 @@ TEST_CASE("VdbFile: names may repeat and lists may be empty and the Houdini crea
     CHECK(readVdb(folder / "creator.vdb")[1]->getCreator() == "Curlew");
 }
 
-TEST_CASE("VdbFile: every truncation of a file is detected", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: every truncation of a file is detected", "[vdb]") {
     const Folder folder;
     const auto codec = GENERATE(Codec::automatic, Codec::none, Codec::zip, Codec::blosc);
     writeVdb(folder / "a.vdb", {velocity(), points()}, {}, {.codec = codec});
@@ -271,7 +271,7 @@ TEST_CASE("VdbFile: every truncation of a file is detected", "[vdb][VdbFile]") {
     REQUIRE_THROWS_WITH(readVdb(folder / "cut.vdb"), ContainsSubstring("cut.vdb") && ContainsSubstring("cut short"));
 }
 
-TEST_CASE("VdbFile: a truncated stream without offsets is detected", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: a truncated stream without offsets is detected", "[vdb]") {
     const Folder folder;
     std::ostringstream out;
     openvdb::initialize();
@@ -284,7 +284,7 @@ TEST_CASE("VdbFile: a truncated stream without offsets is detected", "[vdb][VdbF
     }
 }
 
-TEST_CASE("VdbFile: sizes that would crash OpenVDB are detected", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: sizes that would crash OpenVDB are detected", "[vdb]") {
     const Folder folder;
     const auto damaged = [&](const std::string& bytes) {
         store(folder / "damaged.vdb", bytes);
@@ -309,7 +309,7 @@ TEST_CASE("VdbFile: sizes that would crash OpenVDB are detected", "[vdb][VdbFile
     CHECK(chunks > 0);
 }
 
-TEST_CASE("VdbFile: files that are not vdb are errors", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: files that are not vdb are errors", "[vdb]") {
     const Folder folder;
     const auto error = [&](const std::string& name, const std::string& what) {
         CAPTURE(name);
@@ -341,7 +341,7 @@ TEST_CASE("VdbFile: files that are not vdb are errors", "[vdb][VdbFile]") {
     error("broken.vdb", "Uni?ormScaleMap");
 }
 
-TEST_CASE("VdbFile: vdbContents lists grids from their headers", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: vdbContents lists grids from their headers", "[vdb]") {
     const Folder folder;
     Grids grids = variety();
     auto fog = sphere(), nameless = sphere();
@@ -375,7 +375,7 @@ TEST_CASE("VdbFile: vdbContents lists grids from their headers", "[vdb][VdbFile]
     CHECK(vdbContents(folder / "none.vdb").empty());
 }
 
-TEST_CASE("VdbFile: vdbContents detects damaged headers without reading grids", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: vdbContents detects damaged headers without reading grids", "[vdb]") {
     const Folder folder;
     writeVdb(folder / "a.vdb", {velocity(), points()});
     const std::string bytes = bytesOf(folder / "a.vdb");
@@ -405,7 +405,7 @@ TEST_CASE("VdbFile: vdbContents detects damaged headers without reading grids", 
     REQUIRE_THROWS_WITH(vdbContents(store(damaged, "v 0 0 0\n")), ContainsSubstring("not a .vdb"));
 }
 
-TEST_CASE("VdbFile: a failed write leaves nothing behind", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: a failed write leaves nothing behind", "[vdb]") {
     const Folder folder;
     writeVdb(folder / "a.vdb", {sphere()});
     const std::string earlier = bytesOf(folder / "a.vdb");
@@ -417,7 +417,7 @@ TEST_CASE("VdbFile: a failed write leaves nothing behind", "[vdb][VdbFile]") {
     CHECK(folder.files() == 1);
 }
 
-TEST_CASE("VdbFile: OpenVDB tools read our files", "[vdb][VdbFile]") {
+TEST_CASE("VdbFile: OpenVDB tools read our files", "[vdb]") {
     const Folder folder;
     const fs::path file = folder / "a.vdb", list = folder / "list.txt";
     writeVdb(file, {sphere(), velocity()}, {}, {.half = true, .codec = Codec::blosc});

@@ -49,7 +49,7 @@ double overallDivergence(const openvdb::Vec3SGrid& grid) { return diagnoseGrid(g
 
 } // namespace
 
-TEST_CASE("velocityGrid: collocated velocities equal the flow and exist only in its domain", "[vdb][VelocityGrid]") {
+TEST_CASE("velocityGrid: collocated velocities equal the flow and exist only in its domain", "[vdb]") {
     const Flow flow = contained();
     const auto grid = velocityGrid(flow, {.voxel = 0.04, .wallFade = 3});
     CHECK(grid->getName() == "vel");
@@ -76,7 +76,7 @@ TEST_CASE("velocityGrid: collocated velocities equal the flow and exist only in 
     CHECK(static_cast<double>(grid->activeVoxelCount()) < 0.56 * dense);
 }
 
-TEST_CASE("velocityGrid: velocities fade to the background beyond the wall", "[vdb][VelocityGrid]") {
+TEST_CASE("velocityGrid: velocities fade to the background beyond the wall", "[vdb]") {
     const auto grid = velocityGrid(contained(), {.voxel = 0.04, .wallFade = 3});
     double last = 0, most = 0;
     for (auto value = grid->cbeginValueOn(); value; ++value) {
@@ -87,8 +87,7 @@ TEST_CASE("velocityGrid: velocities fade to the background beyond the wall", "[v
     CHECK(last < 0.02 * most);
 }
 
-TEST_CASE("velocityGrid: staggered velocities are divergence-free to rounding by OpenVDB's operator",
-          "[vdb][VelocityGrid]") {
+TEST_CASE("velocityGrid: staggered velocities are divergence-free to rounding by OpenVDB's operator", "[vdb]") {
     SECTION("contained flow everywhere") {
         const auto grid = velocityGrid(contained(), {.voxel = 0.04, .layout = Layout::staggered});
         CHECK(grid->getGridClass() == openvdb::GRID_STAGGERED);
@@ -107,7 +106,7 @@ TEST_CASE("velocityGrid: staggered velocities are divergence-free to rounding by
     }
 }
 
-TEST_CASE("velocityGrid: staggered velocities are second-order accurate", "[vdb][VelocityGrid]") {
+TEST_CASE("velocityGrid: staggered velocities are second-order accurate", "[vdb]") {
     const Flow flow = waves();
     std::array<double, 3> error{};
     const std::array<double, 3> voxels{0.1, 0.05, 0.025};
@@ -127,7 +126,7 @@ TEST_CASE("velocityGrid: staggered velocities are second-order accurate", "[vdb]
     CHECK(std::log2(error[1] / error[2]) == Approx(2).margin(0.1));
 }
 
-TEST_CASE("velocityGrid: voxels are active only on the side of the flow", "[vdb][VelocityGrid]") {
+TEST_CASE("velocityGrid: voxels are active only on the side of the flow", "[vdb]") {
     const auto outside = velocityGrid(contained(Side::outside), {.voxel = 0.05});
     CHECK_FALSE(outside->tree().isValueOn({0, 0, 0}));
     CHECK(outside->tree().isValueOn({20, 0, 0}));
@@ -137,7 +136,7 @@ TEST_CASE("velocityGrid: voxels are active only on the side of the flow", "[vdb]
     CHECK(both->tree().isValueOn({20, 0, 0}));
 }
 
-TEST_CASE("velocityGrid: a mask selects the voxels to sample", "[vdb][VelocityGrid]") {
+TEST_CASE("velocityGrid: a mask selects the voxels to sample", "[vdb]") {
     auto mask = openvdb::MaskGrid::create();
     mask->setTransform(openvdb::math::Transform::createLinearTransform(0.1));
     mask->fill({{-3, -3, -3}, {4, 4, 20}}, true);
@@ -152,7 +151,7 @@ TEST_CASE("velocityGrid: a mask selects the voxels to sample", "[vdb][VelocityGr
     CHECK_THROWS_WITH(velocityGrid(waves(), {.mask = mask}), Catch::ContainsSubstring("cubic"));
 }
 
-TEST_CASE("velocityGrid: does not depend on the number of threads", "[vdb][VelocityGrid]") {
+TEST_CASE("velocityGrid: does not depend on the number of threads", "[vdb]") {
     for (const Layout layout : {Layout::collocated, Layout::staggered}) {
         std::array<openvdb::Vec3SGrid::Ptr, 2> grids;
         for (const int threads : {1, 2}) {
@@ -165,7 +164,7 @@ TEST_CASE("velocityGrid: does not depend on the number of threads", "[vdb][Veloc
     }
 }
 
-TEST_CASE("sampledGrid and densityGrid: use the voxels of a velocity grid", "[vdb][VelocityGrid]") {
+TEST_CASE("sampledGrid and densityGrid: use the voxels of a velocity grid", "[vdb]") {
     const Flow flow = contained();
     const auto where = velocityGrid(flow, {.voxel = 0.05});
     const auto f = sampledGrid(flow.f(), *where, "f");
@@ -180,7 +179,7 @@ TEST_CASE("sampledGrid and densityGrid: use the voxels of a velocity grid", "[vd
     CHECK(density->tree().getValue({17, 0, 0}) == 0.0f);
 }
 
-TEST_CASE("velocityGrid: invalid options are refused", "[vdb][VelocityGrid]") {
+TEST_CASE("velocityGrid: invalid options are refused", "[vdb]") {
     CHECK_THROWS_AS(velocityGrid(waves(), {.voxel = -1}), ValueError);
     CHECK_THROWS_AS(velocityGrid(waves(), {.dim = 0}), ValueError);
     CHECK_THROWS_AS(velocityGrid(waves(), {.voxel = 0.1, .wallFade = 0}), ValueError);

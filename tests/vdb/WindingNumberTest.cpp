@@ -14,7 +14,7 @@ openvdb::Vec3d inVdb(const Vec3d& p) { return {p[0], p[1], p[2]}; }
 
 } // namespace
 
-TEST_CASE("WindingNumber: counts how often a mesh encloses a point", "[vdb][WindingNumber]") {
+TEST_CASE("WindingNumber: counts how often a mesh encloses a point", "[vdb]") {
     const Mesh ball = test::ball(3), twice = test::together(ball, test::moved(ball, {1, 0, 0}));
     const WindingNumber one(ball), turned(test::flipped(ball)), both(twice);
     CHECK(one.at({{0.1, 0.2, 0.3}}) == Approx(1).margin(1e-3));
@@ -33,7 +33,7 @@ TEST_CASE("WindingNumber: counts how often a mesh encloses a point", "[vdb][Wind
     CHECK(WindingNumber(point).at({{0, 1, 0}}) == 0);
 }
 
-TEST_CASE("WindingNumber: the fast sum is within a thousandth of the exact one", "[vdb][WindingNumber]") {
+TEST_CASE("WindingNumber: the fast sum is within a thousandth of the exact one", "[vdb]") {
     const Mesh mesh =
         GENERATE(test::spot(), test::withHole(test::spot(), {0, 0.4, 0}, 0.4), test::soup(test::spot(), 0.05),
                  test::plane(2, 30), test::moebius(0.6, 200), test::moved(test::ball(4), {1000, -500, 200}));
@@ -76,7 +76,7 @@ TEST_CASE("WindingNumber: the fast sum is within a thousandth of the exact one",
     CHECK(sum.value < 1e-9);                                               // two formulas agree
 }
 
-TEST_CASE("WindingNumber: does not depend on the number of threads", "[vdb][WindingNumber]") {
+TEST_CASE("WindingNumber: does not depend on the number of threads", "[vdb]") {
     const Mesh mesh = test::ball(6); // enough triangles for a parallel build
     const auto places = randomPoints(test::cube(1.2), 3000, 8);
     std::vector<std::vector<double>> results;
@@ -88,6 +88,6 @@ TEST_CASE("WindingNumber: does not depend on the number of threads", "[vdb][Wind
     CHECK(WindingNumber(mesh).at(places[17]) == results[0][17]);
 }
 
-TEST_CASE("WindingNumber: building the tree can be cancelled", "[vdb][WindingNumber]") {
+TEST_CASE("WindingNumber: building the tree can be cancelled", "[vdb]") {
     CHECK_THROWS_AS(WindingNumber(test::ball(3), {.report = {}, .cancelled = [] { return true; }}), Interrupted);
 }
