@@ -8,7 +8,9 @@ target_compile_options(curlew_options INTERFACE
   $<$<BOOL:${CURLEW_WERROR}>:-Werror>
   # GCC 12 reports members with a default initialiser, and its own <regex>, as uninitialised; clang-tidy finds the real
   # ones.
-  -Wno-maybe-uninitialized
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>
+  # Clang's -Wconversion would include it, GCC's does not in C++.
+  $<$<CXX_COMPILER_ID:Clang>:-Wno-sign-conversion>
   # The same bits everywhere: no implicit contraction; fused multiply-add only if written explicitly.
   -ffp-contract=off
   # Nothing reads errno or the floating-point flags after a square root. Does not change values.

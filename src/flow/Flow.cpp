@@ -70,7 +70,7 @@ void FlowN<N>::eval(const PointBatchN<N>& points, Jets<T>& potentials, VecBatchN
     for (int i = 0; i < points.size; ++i) {
         // In double, the square of a float neither overflows nor vanishes.
         Vec<double, N> c;
-        for (int axis = 0; axis < N; ++axis) c[axis] = velocity[i][axis];
+        for (int axis = 0; axis < N; ++axis) c[axis] = static_cast<double>(velocity[i][axis]);
         const double speed = length(c);
         if (!(speed > 0)) continue;
         Vec<T, N> v;

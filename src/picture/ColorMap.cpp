@@ -166,7 +166,7 @@ Image colorize(const Image& scalar, const ColorScale& scale) {
             fmt::format("a colour scale from {} to {} has no range; it needs two finite numbers, the lower first",
                         scale.lower, scale.upper));
     Image picture = filledImage(scalar.width, scalar.height, {"R", "G", "B"});
-    const double lower = scale.lower, range = static_cast<double>(scale.upper) - lower;
+    const auto lower = static_cast<double>(scale.lower), range = static_cast<double>(scale.upper) - lower;
     auto out = picture.pixels.begin();
     for (const float value : scalar.pixels) {
         const Vec3f color = colorAt(scale.map, static_cast<float>((static_cast<double>(value) - lower) / range));

@@ -40,7 +40,6 @@ struct Share {
 };
 
 struct ShareField {
-    static constexpr int kDimension = 3;
     ScalarField distance;
     Share share;
 

@@ -14,7 +14,7 @@ namespace curlew {
 
 namespace {
 
-constexpr double kLargest = std::numeric_limits<float>::max();
+constexpr auto kLargest = static_cast<double>(std::numeric_limits<float>::max());
 
 enum class PlyFormat { text, little, big };
 

@@ -82,7 +82,7 @@ struct LanesOf {
     static T load(const T* from) { return *from; }
     static std::array<T, 4> fourFrom(const float* const* places, size_t offset) {
         const float* from = places[0] + offset;
-        return {T{from[0]}, T{from[1]}, T{from[2]}, T{from[3]}};
+        return {static_cast<T>(from[0]), static_cast<T>(from[1]), static_cast<T>(from[2]), static_cast<T>(from[3])};
     }
 };
 /// The number type of lanes; T itself for a single number.

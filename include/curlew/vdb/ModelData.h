@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <openvdb/math/Mat4.h>
+#include <openvdb/Types.h>
 #include <openvdb/math/Quat.h>
 
 #include <cstdint>
