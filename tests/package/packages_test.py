@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the wheel, the portable archive and the Debian package, and runs the contents of the first two:
-packages_test.py SOURCE_DIR BUILD_DIR VERSION ADDON_DIR, where ADDON_DIR contains the packed Blender add-on.
+"""Makes the portable archive and the Debian package, and runs the contents of the archive and of a wheel:
+packages_test.py SOURCE_DIR BUILD_DIR VERSION PACKED, where PACKED contains the wheel and the Blender add-ons.
 """
 
 import json
@@ -13,7 +13,7 @@ import unittest
 import zipfile
 from pathlib import Path
 
-source, build, version, addon = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3], Path(sys.argv[4])
+source, build, version, packed = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3], Path(sys.argv[4])
 sys.path[:0] = [str(source / "tools" / "packages")]
 import portable  # noqa: E402
 import wheel  # noqa: E402
@@ -62,7 +62,7 @@ class Wheel(unittest.TestCase, Sbom):
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         cls.top = Path(cls.folder.name)
-        cls.wheel = wheel.make(build / "libcurlew.so", version, cls.top, level=1)
+        cls.wheel = next(packed.glob("*.whl"))
         run(sys.executable, "-m", "venv", "--system-site-packages", cls.top / "venv")
         run(cls.top / "venv/bin/pip", "install", "--no-index", "--no-deps", "--no-compile", cls.wheel)
         cls.site = next((cls.top / "venv").glob("lib/python*/site-packages"))
@@ -113,8 +113,8 @@ class Portable(unittest.TestCase, Sbom):
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         archive = portable.make(build, version, Path(cls.folder.name), level=1)
-        with tarfile.open(archive) as packed:
-            packed.extractall(cls.folder.name)
+        with tarfile.open(archive) as tar:
+            tar.extractall(cls.folder.name)
         archive.unlink()
         cls.top = next(Path(cls.folder.name).iterdir())
 
@@ -157,8 +157,12 @@ class Deb(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         with tempfile.TemporaryDirectory() as folder:
+            addons = Path(folder) / "addons"  # empty files of the same names: compressing them again takes long
+            addons.mkdir()
+            for path in packed.glob("*.zip"):
+                (addons / path.name).touch()
             run("cpack", "--config", build / "CPackConfig.cmake", "-B", folder, "-D",
-                f"CPACK_INSTALLED_DIRECTORIES={addon};usr/share/curlew/blender")
+                f"CPACK_INSTALLED_DIRECTORIES={addons};usr/share/curlew/blender")
             deb = next(Path(folder).glob("*.deb"))
             cls.names = [line.split(maxsplit=5)[5].partition(" -> ")[0] for line in run("dpkg-deb", "-c", deb).splitlines()]
             cls.fields = {name: run("dpkg-deb", "-f", deb, name) for name in ("Package", "Version", "Depends", "Suggests")}
