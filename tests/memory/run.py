@@ -13,29 +13,29 @@ from pathlib import Path
 
 FACTOR = 1.5
 FLOW = "-noise -noise seed=1 -dfvn speed=1 "
-POINTS = "-scatter count=2e6 box=-1,-1,-1,1,1,1 "
+POINTS = "-scatter count=1e6 box=-1,-1,-1,1,1,1 "
 PREPARE = {
     "points.vdb": POINTS + "-write points.vdb",
     "points.ply": POINTS + "-write points.ply",
-    "points.csv": "-scatter count=5e5 box=-1,-1,-1,1,1,1 -write points.csv",
+    "points.csv": "-scatter count=3e5 box=-1,-1,-1,1,1,1 -write points.csv",
 }
 CASES = {
-    "mesh2ls": "-read {root}/scenes/spot.obj -mesh2ls dim=500",
-    "mesh2ls, wide band": "-read {root}/scenes/spot.obj -mesh2ls dim=250 halfWidth=20",
-    "velocity": FLOW + "-velocity dim=200",
-    "velocity, staggered": FLOW + "-velocity dim=200 staggered=1",
-    "velocity, density and potentials": FLOW + "-velocity dim=160 density=1 potentials=1",
+    "mesh2ls": "-read {root}/scenes/spot.obj -mesh2ls dim=420",
+    "mesh2ls, wide band": "-read {root}/scenes/spot.obj -mesh2ls dim=180 halfWidth=20",
+    "velocity": FLOW + "-velocity dim=140",
+    "velocity, staggered": FLOW + "-velocity dim=140 staggered=1",
+    "velocity, density and potentials": FLOW + "-velocity dim=120 density=1 potentials=1",
     "scatter": POINTS,
-    "jitter": "-jitter count=1e6",
-    "advect with pathlines": FLOW + "-scatter count=20000 -advect steps=100 pathlines=1",
-    "trace": FLOW + "-scatter count=20000 -trace maxLength=2",
-    "ls2mesh": "-read {root}/scenes/spot.obj -mesh2ls dim=400 -ls2mesh",
+    "jitter": "-jitter count=6e5",
+    "advect with pathlines": FLOW + "-scatter count=15000 -advect steps=100 pathlines=1",
+    "trace": FLOW + "-scatter count=12000 -trace maxLength=2",
+    "ls2mesh": "-read {root}/scenes/spot.obj -mesh2ls dim=300 -ls2mesh",
     "spacing": POINTS + "-spacing",
     "read points.vdb": "-read points.vdb",
     "read points.ply": "-read points.ply",
     "read points.csv": "-read points.csv",
-    "slice": "-noise -slice width=5000",
-    "splat": POINTS + "-splat width=4000 height=3000",
+    "slice": "-noise -slice width=4000",
+    "splat": POINTS + "-splat width=3000 height=2200",
     "spectrum": FLOW + "-velocity dim=128 -spectrum",
     "advectGrid": FLOW + "-sphere radius=0.5 -velocity dim=64 -advectGrid grid=0 duration=0.1",
 }
