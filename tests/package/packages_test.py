@@ -4,6 +4,7 @@ packages_test.py SOURCE_DIR BUILD_DIR VERSION PACKED, where PACKED contains the 
 """
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -66,6 +67,7 @@ class Wheel(unittest.TestCase, Sbom):
         run(sys.executable, "-m", "venv", "--system-site-packages", cls.top / "venv")
         run(cls.top / "venv/bin/pip", "install", "--no-index", "--no-deps", "--no-compile", cls.wheel)
         cls.site = next((cls.top / "venv").glob("lib/python*/site-packages"))
+        cls.executable = os.access(cls.site / "curlew/curlew", os.X_OK)  # before the package is loaded
 
     @classmethod
     def tearDownClass(cls):
@@ -86,6 +88,7 @@ class Wheel(unittest.TestCase, Sbom):
             self.assertTrue((Path(work) / "particles.npy").is_file())
 
     def test_the_reader_process_runs(self):
+        self.assertTrue(self.executable)
         self.assertIn(version, run(self.site / "curlew/curlew", "-version"))
 
     def test_its_tag_is_what_its_files_need(self):

@@ -10,6 +10,7 @@ https://packaging.python.org/en/latest/specifications/binary-distribution-format
 import argparse
 import base64
 import hashlib
+import stat
 import sys
 import tempfile
 import zipfile
@@ -104,7 +105,8 @@ def make(library: Path, version: str, out: Path, level: int = 9) -> Path:
         for name, data in files.items():
             entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
             entry.compress_type = zipfile.ZIP_DEFLATED
-            entry.external_attr = (0o755 if name == "curlew/curlew" else 0o644) << 16
+            # pip keeps the permission to execute of regular files only.
+            entry.external_attr = (stat.S_IFREG | (0o755 if name == "curlew/curlew" else 0o644)) << 16
             archive.writestr(entry, data)
     return path
 
