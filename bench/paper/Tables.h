@@ -17,6 +17,7 @@ std::vector<std::string> torusTable(const TableRun& run, std::ostream& out);    
 std::vector<std::string> layerTable(const TableRun& run, std::ostream& out);     // ICN Eq. 13
 std::vector<std::string> loopTable(const TableRun& run, std::ostream& out);      // -advect loop=
 std::vector<std::string> splittingTable(const TableRun& run, std::ostream& out); // docs/math.md, Sums
+std::vector<std::string> gridFlowTable(const TableRun& run, std::ostream& out);  // docs/math.md, Grids
 std::vector<std::string> timeTable(const TableRun& run, std::ostream& out); // accuracy in time and cost of the steppers
 std::vector<std::string> spectrumTable(const TableRun& run, std::ostream& out);     // docs/math.md, Turbulence
 std::vector<std::string> reprojectionTable(const TableRun& run, std::ostream& out); // the README's results

@@ -29,6 +29,7 @@ constexpr Table kTables[] = {
     {"loop", loopTable},
     {"splitting", splittingTable},
     {"spectrum", spectrumTable},
+    {"gridflow", gridFlowTable},
 };
 
 /// Throws ValueError with the reason, followed by the usage.

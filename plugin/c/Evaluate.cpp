@@ -172,7 +172,7 @@ curlew_status curlew_flow_evaluate(const curlew_flow* flow, const curlew_array* 
         std::visit(
             [&]<int N>(const FlowN<N>& f) {
                 if (potential.wanted() && !f.hasTracks())
-                    throw ValueError("this flow is a sum and has no tracks and no potentials");
+                    throw ValueError("this flow has no tracks, so it has no potentials");
                 if (velocity.isDouble() || potential.isDouble())
                     evaluate<double, N>(f, at, velocity, potential);
                 else

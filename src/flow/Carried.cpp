@@ -115,8 +115,10 @@ ScalarFieldN<N> carried(const ScalarFieldN<N>& field, const FlowN<N>& flow, cons
     if (!std::isfinite(options.time)) throw ValueError("the time must be finite");
     if (options.steps < 1 || options.steps > kMaxSteps)
         throw ValueError(fmt::format("{} steps; give 1 to {}", options.steps, kMaxSteps));
-    if (!flow.divergenceFree())
+    if (flow.uniformSpeed() > 0)
         throw ValueError("a normalised flow cannot carry a field: its direction is discontinuous at stagnation points");
+    if (!flow.components().empty())
+        throw ValueError("a flow without potentials (a velocity grid, a gradient) cannot carry a field");
     for (const auto& term : flow.terms())
         for (const auto& potential : term) potential.template at<3>({}); // throws if there are no third derivatives
     return ScalarFieldN<N>(Carried<N>{field, flow.terms(), -options.time / options.steps, options.steps});

@@ -40,6 +40,14 @@ FlowN<N>::FlowN(std::vector<Potentials> terms, DomainN<N> domain)
 }
 
 template <int N>
+FlowN<N> FlowN<N>::ofComponents(Components components, DomainN<N> domain) {
+    FlowN flow;
+    flow.mComponents.push_back(std::move(components));
+    flow.mDomain = std::move(domain);
+    return flow;
+}
+
+template <int N>
 FlowN<N> FlowN<N>::within(DomainN<N> domain) const {
     FlowN flow = *this;
     flow.mDomain = std::move(domain);
@@ -61,11 +69,23 @@ void FlowN<N>::eval(const PointBatchN<N>& points, Jets<T>& potentials, VecBatchN
         for (size_t k = 0; k < kPotentials; ++k) term[k].eval(points, jets[k]);
         runKernel<CrossKernel<N>, T>(std::as_const(jets), points.size, first, velocity);
     };
-    addTerm(mTerms.front(), potentials, true);
+    if (mTerms.empty()) {
+        for (auto& jets : potentials)
+            for (auto& values : jets.c) values.fill(0);
+        for (auto& values : velocity.c) values.fill(0);
+    } else {
+        addTerm(mTerms.front(), potentials, true);
+    }
     for (size_t t = 1; t < mTerms.size(); ++t) {
         Jets<T> jets;
         addTerm(mTerms[t], jets, false);
     }
+    for (const Components& components : mComponents)
+        for (size_t axis = 0; axis < components.size(); ++axis) {
+            JetBatchN<T, N, 0> values;
+            components[axis].eval(points, values);
+            for (size_t i = 0; i < static_cast<size_t>(points.size); ++i) velocity.c[axis][i] += values.c[0][i];
+        }
     if (mUniformSpeed == 0) return;
     for (int i = 0; i < points.size; ++i) {
         // In double, the square of a float neither overflows nor vanishes.
@@ -93,6 +113,8 @@ FlowSampleN<N> FlowN<N>::at(const Vec<double, N>& position) const {
         }
         c += cross(gradients);
     }
+    for (const Components& components : mComponents)
+        for (int axis = 0; axis < N; ++axis) c[axis] += components[static_cast<size_t>(axis)].template at<1>(position);
     if (mUniformSpeed > 0)
         if (const J squared = dot(c, c); squared.value > 0) c *= reciprocal(sqrt(squared)) * mUniformSpeed;
     for (int i = 0; i < N; ++i) {
@@ -104,11 +126,21 @@ FlowSampleN<N> FlowN<N>::at(const Vec<double, N>& position) const {
 
 template <int N>
 FlowN<N> operator+(const FlowN<N>& a, const FlowN<N>& b) {
-    if (!a.divergenceFree() || !b.divergenceFree())
+    if (a.uniformSpeed() > 0 || b.uniformSpeed() > 0)
         throw ValueError("a normalised flow cannot be part of a sum; normalise the sum instead");
-    auto terms = a.terms();
-    terms.insert(terms.end(), b.terms().begin(), b.terms().end());
-    return FlowN<N>(std::move(terms), a.domain());
+    FlowN<N> sum = a;
+    sum.mTerms.insert(sum.mTerms.end(), b.mTerms.begin(), b.mTerms.end());
+    sum.mComponents.insert(sum.mComponents.end(), b.mComponents.begin(), b.mComponents.end());
+    return sum;
+}
+
+template <int N>
+FlowN<N> scaled(const FlowN<N>& flow, double factor) {
+    FlowN<N> result = flow;
+    for (auto& term : result.mTerms) term[0] = factor * term[0];
+    for (auto& components : result.mComponents)
+        for (auto& component : components) component = factor * component;
+    return result;
 }
 
 namespace {
@@ -172,14 +204,14 @@ FlowN<N> withSpeed(const FlowN<N>& flow, double speed, const Monitor& monitor) {
     const double now = rmsOf(flow, monitor).speed;
     if (!(now > 0) || !std::isfinite(now))
         throw ValueError(
-            "the flow does not move: the gradients of f and g are parallel everywhere; use two different fields "
-            "(seeds)");
+            flow.terms().empty()
+                ? "the flow does not move: its velocity is zero everywhere in the box"
+                : "the flow does not move: the gradients of f and g are parallel everywhere; use two different fields "
+                  "(seeds)");
     requireSpeed(speed);
     if (speed == now) return flow;
     if (flow.uniformSpeed() > 0) return flow.normalized(speed);
-    auto terms = flow.terms();
-    for (auto& term : terms) term[0] = (speed / now) * term[0];
-    return FlowN<N>(std::move(terms), flow.domain());
+    return scaled(flow, speed / now);
 }
 
 #define CURLEW_INSTANTIATE(N)                                                                        \
@@ -187,6 +219,7 @@ FlowN<N> withSpeed(const FlowN<N>& flow, double speed, const Monitor& monitor) {
     template void FlowN<N>::eval(const PointBatchN<N>&, Jets<float>&, VecBatchN<float, N>&) const;   \
     template void FlowN<N>::eval(const PointBatchN<N>&, Jets<double>&, VecBatchN<double, N>&) const; \
     template FlowN<N> operator+(const FlowN<N>&, const FlowN<N>&);                                   \
+    template FlowN<N> scaled(const FlowN<N>&, double);                                               \
     template FlowRmsN<N> rmsOf(const FlowN<N>&, const Monitor&);                                     \
     template FlowN<N> withSpeed(const FlowN<N>&, double, const Monitor&);
 CURLEW_FOR_FLOW_DIMENSIONS(CURLEW_INSTANTIATE)

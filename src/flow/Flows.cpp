@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <numbers>
+#include <utility>
 
 namespace curlew {
 
@@ -19,6 +20,30 @@ Vec3d axis(int i) {
     e[i] = 1;
     return e;
 }
+
+/// A partial derivative of a field.
+template <int N>
+struct PartialDerivative {
+    ScalarFieldN<N> field;
+    int axis;
+
+    template <int Order, class T>
+    void evalBatch(const PointBatchN<N>& points, JetBatchN<T, N, Order>& jets) const {
+        if constexpr (Order >= 3) {
+            throw ValueError("the third derivatives of a gradient are not known");
+        } else if constexpr (Order == 2 && std::is_same_v<T, float>) { // fields have third derivatives in double only
+            JetBatchN<double, N, 2> exact;
+            evalBatch(points, exact);
+            for (size_t k = 0; k < jets.c.size(); ++k)
+                for (size_t i = 0; i < kBatch; ++i) jets.c[k][i] = static_cast<float>(exact.c[k][i]);
+        } else {
+            JetBatchN<T, N, Order + 1> whole;
+            field.eval(points, whole);
+            for (int i = 0; i < points.size; ++i) jets.set(i, partial(whole[i], axis));
+        }
+    }
+    double wavelength() const { return field.wavelength(); }
+};
 
 /// Returns the matrix that selects two coordinates of a position.
 Matrix<2, 3> picking(int first, int second) { return {{axis(first), axis(second)}}; }
@@ -83,6 +108,17 @@ Flow updraftFlow(double speed, double height, const Domain& domain) {
     };
     return Flow({{component(2, 1), rampField(axis(0))}, {component(0, -1), rampField(axis(2))}}, domain);
 }
+
+template <int N>
+FlowN<N> gradientFlow(const ScalarFieldN<N>& field, const DomainN<N>& domain) {
+    return [&]<size_t... K>(std::index_sequence<K...>) {
+        return FlowN<N>::ofComponents({ScalarFieldN<N>(PartialDerivative<N>{field, static_cast<int>(K)})...}, domain);
+    }
+    (std::make_index_sequence<size_t{N}>());
+}
+
+template FlowN<2> gradientFlow(const ScalarFieldN<2>&, const DomainN<2>&);
+template FlowN<3> gradientFlow(const ScalarFieldN<3>&, const DomainN<3>&);
 
 Flow enrightFlow(double amplitude) {
     // curl (ψ e_z + χ e_y), where ψ yields all of v, χ all of w, and each of them half of u.

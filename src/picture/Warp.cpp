@@ -29,7 +29,7 @@ void validate(const FlowN<2>& flow, const WarpOptions& o) {
     if (!std::isfinite(o.time)) throw ValueError("time must be finite");
     if (o.reprojections < 0) throw ValueError(fmt::format("{} reprojections; give 0 or more", o.reprojections));
     if (o.reprojections > 0 && !flow.hasTracks())
-        throw ValueError("this flow is a sum and has no tracks to reproject onto; choose 0 reprojections");
+        throw ValueError("this flow has no tracks to reproject onto; choose 0 reprojections");
 }
 
 /// Moves points by equal steps.

@@ -141,8 +141,12 @@ double defaultAccuracy(const DomainN<N>& domain) {
 template <int N>
 Splitting splittingOf(const FlowN<N>& flow, const AdvectOptions& options) {
     if (flow.hasTracks() || options.splitting == Splitting::none) return Splitting::none;
-    if (!flow.divergenceFree())
+    if (flow.uniformSpeed() > 0)
         throw ValueError("a normalised sum is not the sum of its terms and cannot be split; choose splitting=none");
+    if (!flow.components().empty())
+        throw ValueError(
+            "a flow without potentials (a velocity grid, a gradient) cannot be split; choose splitting=none, or make "
+            "the potentials of the grid (-flow exact=1)");
     return options.splitting;
 }
 

@@ -268,7 +268,7 @@ ParticleDiagnostics diagnoseParticles(const Flow& flow, const Points& particles,
             std::array<double, kBatch> distance;
             classify(flow.domain(), points, allowed, distance);
             std::array<JetBatch<double, 0>, Flow::kPotentials> potentials;
-            for (size_t q = 0; q < potentials.size(); ++q) flow.potentials()[q].eval(points, potentials[q]);
+            for (size_t q = 0; q < potentials.size() && onTracks; ++q) flow.potentials()[q].eval(points, potentials[q]);
             const std::array tracks{&particles.f, &particles.g};
             for (size_t i = 0; i < static_cast<size_t>(points.size); ++i) {
                 if (flow.domain().wall) {

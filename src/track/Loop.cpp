@@ -23,8 +23,7 @@ void validate(const Flow& flow, const Points& seeds, const LoopOptions& o) {
     if (o.accuracy != 0) requirePositive(o.accuracy, "accuracy");
     if (o.vertices < 8) throw ValueError(fmt::format("{} vertices per track; give at least 8", o.vertices));
     if (!flow.hasTracks())
-        throw ValueError(
-            "this flow is a sum and has no tracks; only along a track does a particle return to its start");
+        throw ValueError("this flow has no tracks; only along a track does a particle return to its start");
     if (!flow.domain().wall)
         throw ValueError("no wall contains this flow, so its tracks need not close; bound one of its potentials");
     if (o.reprojection.method == Reprojection::none)

@@ -46,7 +46,7 @@ void ReprojectionOptions::validate(bool hasTracks) const {
     if (maxSubdivisions < 0 || maxSubdivisions > 20)
         throw ValueError(fmt::format("{} subdivisions of a step; give 0 to 20", maxSubdivisions));
     if (method != Reprojection::none && !hasTracks)
-        throw ValueError("this flow is a sum and has no tracks to reproject onto; choose no reprojection");
+        throw ValueError("this flow has no tracks to reproject onto; choose no reprojection");
 }
 
 template <int N>
@@ -73,7 +73,7 @@ void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N
                const std::array<double, kBatch>& limit, const ReprojectOptionsN<N>& options,
                const std::array<Correction, kBatch>& wanted, FlowBatchN<N>& here, ReprojectedBatchN<N>& result) {
     if (options.method != Reprojection::none && !flow.hasTracks())
-        throw ValueError("this flow is a sum and has no tracks to reproject onto; move points without reprojection");
+        throw ValueError("this flow has no tracks to reproject onto; move points without reprojection");
     Pending<N> pending{points, track, limit, {}};
     std::iota(pending.lane.begin(), pending.lane.end(), size_t{0});
     auto& potentials = here.potentials;

@@ -2,6 +2,7 @@
 #include "curlew/vdb/HostConversion.h"
 
 #include "DenseBox.h"
+#include "curlew/vdb/ScalarGrids.h"
 
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/ValueTransformer.h>
@@ -94,19 +95,6 @@ GridBase::ConstPtr withHostValues(const GridBase::ConstPtr& grid, AxisMap axes, 
             return withValues(*distances, [&](float distance) { return scale * distance; });
     }
     return grid;
-}
-
-FloatGrid::Ptr componentOf(const Vec3SGrid& grid, int component, const std::string& name) {
-    const auto tree = std::make_shared<openvdb::FloatTree>(grid.tree(), 0.0f, openvdb::TopologyCopy());
-    auto values = FloatGrid::create(tree);
-    values->setTransform(grid.transform().copy());
-    values->setName(name);
-    values->setGridClass(openvdb::GRID_FOG_VOLUME);
-    values->setSaveFloatAsHalf(grid.saveFloatAsHalf());
-    openvdb::tools::foreach (values->beginValueOn(), [&grid, component](const FloatGrid::ValueOnIter& value) {
-        value.setValue(grid.tree().getValue(value.getCoord())[component]);
-    });
-    return values;
 }
 
 std::vector<GridBase::ConstPtr> splitGrid(const Vec3SGrid& grid, std::string_view suffix) {

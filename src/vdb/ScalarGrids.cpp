@@ -8,6 +8,7 @@
 #include "curlew/base/Parallel.h"
 
 #include <fmt/format.h>
+#include <openvdb/tools/ValueTransformer.h>
 #include <openvdb/tree/LeafManager.h>
 
 #include <algorithm>
@@ -101,6 +102,19 @@ openvdb::FloatGrid::Ptr densityGrid(const Domain& domain, const openvdb::GridBas
         monitor);
     grid->setGridClass(openvdb::GRID_FOG_VOLUME);
     return grid;
+}
+
+openvdb::FloatGrid::Ptr componentOf(const openvdb::Vec3SGrid& grid, int component, const std::string& name) {
+    const auto tree = std::make_shared<openvdb::FloatTree>(grid.tree(), 0.0f, openvdb::TopologyCopy());
+    auto values = openvdb::FloatGrid::create(tree);
+    values->setTransform(grid.transform().copy());
+    values->setName(name);
+    values->setGridClass(openvdb::GRID_FOG_VOLUME);
+    values->setSaveFloatAsHalf(grid.saveFloatAsHalf());
+    openvdb::tools::foreach (values->beginValueOn(), [&grid, component](const openvdb::FloatGrid::ValueOnIter& value) {
+        value.setValue(grid.tree().getValue(value.getCoord())[component]);
+    });
+    return values;
 }
 
 } // namespace curlew

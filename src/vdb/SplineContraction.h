@@ -44,6 +44,44 @@ struct VoxelKernel {
     }
 };
 
+/// Weights of a tensor-product spline: [axis][derivative][coefficient].
+template <class T, int Order>
+using SplineWeights = std::array<std::array<std::array<T, 4>, size_t{Order + 1}>, 3>;
+
+/// Sums 64 coefficients along z, then y, then x, with the weights of all derivatives up to the order. `row(i, j)`
+/// returns the four coefficients along z.
+template <int Order, class T, class Row>
+Jet<T, 3, Order> contractedSpline(const SplineWeights<T, Order>& w, const Row& row) {
+    constexpr size_t kD = Order + 1;
+    std::array<std::array<std::array<T, kD>, kD>, kD> sum{}; // [d/dx][d/dy][d/dz]
+    for (size_t i = 0; i < 4; ++i) {
+        std::array<std::array<T, kD>, kD> plane{};
+        for (size_t j = 0; j < 4; ++j) {
+            const std::array<T, 4> c = row(i, j);
+            for (size_t dz = 0; dz <= Order; ++dz) {
+                T line = c[0] * w[2][dz][0];
+                for (size_t k = 1; k < 4; ++k) line = mulAdd(c[k], w[2][dz][k], line);
+                for (size_t dy = 0; dy + dz <= Order; ++dy) plane[dy][dz] = mulAdd(line, w[1][dy][j], plane[dy][dz]);
+            }
+        }
+        for (size_t dx = 0; dx <= Order; ++dx)
+            for (size_t dy = 0; dx + dy <= Order; ++dy)
+                for (size_t dz = 0; dx + dy + dz <= Order; ++dz)
+                    sum[dx][dy][dz] = mulAdd(plane[dy][dz], w[0][dx][i], sum[dx][dy][dz]);
+    }
+    Jet<T, 3, Order> jet(sum[0][0][0]);
+    if constexpr (Order >= 1) jet.gradient = {{sum[1][0][0], sum[0][1][0], sum[0][0][1]}};
+    if constexpr (Order >= 2)
+        jet.hessian.c = {sum[2][0][0], sum[0][2][0], sum[0][0][2], sum[1][1][0], sum[1][0][1], sum[0][1][1]};
+    if constexpr (Order >= 3)
+        jet.forTriples([&](int i, int j, int k) {
+            std::array<size_t, 3> d{};
+            for (const int axis : {i, j, k}) ++d[static_cast<size_t>(axis)];
+            jet.third(i, j, k) = sum[d[0]][d[1]][d[2]];
+        });
+    return jet;
+}
+
 /// Computes jets of the spline, which is given in the coordinates A x + b.
 template <int Order>
 struct SplineKernel {
@@ -51,50 +89,17 @@ struct SplineKernel {
     static void run(const SplineContraction::Places& places, const Matrix3& A, JetBatch<NumberOf<T>, Order>& jets) {
         for (int i = 0; i < places.size; i += kLanes<T>) {
             const Vec<Rebind<T, double>, 3> t = places.fraction.template lanes<Rebind<T, double>>(i);
-            jets.set(i, pullBack(contract(&places.corner[static_cast<size_t>(i)],
-                                          Vec<T, 3>{{convertTo<T>(t[0]), convertTo<T>(t[1]), convertTo<T>(t[2])}}),
-                                 A));
+            SplineWeights<T, Order> w;
+            for (int axis = 0; axis < 3; ++axis)
+                for (int d = 0; d <= Order; ++d)
+                    w[static_cast<size_t>(axis)][static_cast<size_t>(d)] =
+                        cubicBSplineWeights(convertTo<T>(t[axis]), d);
+            constexpr size_t kEdge = SplineContraction::kBlock;
+            const float* const* corners = &places.corner[static_cast<size_t>(i)];
+            const auto jet = contractedSpline<Order>(
+                w, [&](size_t x, size_t y) { return fourFrom<T>(corners, (x * kEdge + y) * kEdge); });
+            jets.set(i, pullBack(jet, A));
         }
-    }
-
-  private:
-    /// Sums the 64 coefficients along z, then y, then x, with the weights of all derivatives up to the order.
-    template <class T>
-    static Jet<T, 3, Order> contract(const float* const* corners, const Vec<T, 3>& t) {
-        constexpr size_t kD = Order + 1;
-        std::array<std::array<std::array<T, 4>, kD>, 3> w; // [axis][derivative][sample]
-        for (int axis = 0; axis < 3; ++axis)
-            for (int d = 0; d <= Order; ++d)
-                w[static_cast<size_t>(axis)][static_cast<size_t>(d)] = cubicBSplineWeights(t[axis], d);
-        std::array<std::array<std::array<T, kD>, kD>, kD> sum{}; // [d/dx][d/dy][d/dz]
-        for (size_t i = 0; i < 4; ++i) {
-            std::array<std::array<T, kD>, kD> plane{};
-            for (size_t j = 0; j < 4; ++j) {
-                constexpr size_t kEdge = SplineContraction::kBlock;
-                const std::array<T, 4> row = fourFrom<T>(corners, (i * kEdge + j) * kEdge);
-                for (size_t dz = 0; dz <= Order; ++dz) {
-                    T line = row[0] * w[2][dz][0];
-                    for (size_t k = 1; k < 4; ++k) line = mulAdd(row[k], w[2][dz][k], line);
-                    for (size_t dy = 0; dy + dz <= Order; ++dy)
-                        plane[dy][dz] = mulAdd(line, w[1][dy][j], plane[dy][dz]);
-                }
-            }
-            for (size_t dx = 0; dx <= Order; ++dx)
-                for (size_t dy = 0; dx + dy <= Order; ++dy)
-                    for (size_t dz = 0; dx + dy + dz <= Order; ++dz)
-                        sum[dx][dy][dz] = mulAdd(plane[dy][dz], w[0][dx][i], sum[dx][dy][dz]);
-        }
-        Jet<T, 3, Order> jet(sum[0][0][0]);
-        if constexpr (Order >= 1) jet.gradient = {{sum[1][0][0], sum[0][1][0], sum[0][0][1]}};
-        if constexpr (Order >= 2)
-            jet.hessian.c = {sum[2][0][0], sum[0][2][0], sum[0][0][2], sum[1][1][0], sum[1][0][1], sum[0][1][1]};
-        if constexpr (Order >= 3)
-            jet.forTriples([&](int i, int j, int k) {
-                std::array<size_t, 3> d{};
-                for (const int axis : {i, j, k}) ++d[static_cast<size_t>(axis)];
-                jet.third(i, j, k) = sum[d[0]][d[1]][d[2]];
-            });
-        return jet;
     }
 };
 

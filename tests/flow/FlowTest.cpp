@@ -611,3 +611,30 @@ TEST_CASE("withSpeed: an invalid speed or a flow at rest is an error", "[flow]")
     const Monitor cancelled{.report = {}, .cancelled = [] { return true; }};
     CHECK_THROWS_AS(withSpeed(flow, 1, cancelled), Interrupted);
 }
+
+TEST_CASE("FlowN: components add to terms, and a flow with components is not a sum of terms", "[flow]") {
+    const Flow potentials(noise(1), noise(2), {.box = cube(1), .wall = {}});
+    const Flow given = Flow::ofComponents({noise(3), noise(4), noise(5)}, potentials.domain());
+    CHECK_FALSE(given.hasTracks());
+    CHECK_FALSE(given.divergenceFree());
+    CHECK(given.terms().empty());
+    const Flow sum = potentials + given;
+    CHECK_FALSE(sum.hasTracks());
+    CHECK_FALSE(sum.divergenceFree());
+    Worst worst;
+    for (const Vec3d& p : randomPoints(cube(1), 500, 1)) {
+        const Vec3d components{{noise(3).at<0>(p).value, noise(4).at<0>(p).value, noise(5).at<0>(p).value}};
+        worst.see(length(given.at(p).velocity - components), p);
+        worst.see(length(sum.at(p).velocity - potentials.at(p).velocity - components), p);
+        worst.see(length(scaled(sum, 3.0).at(p).velocity - sum.at(p).velocity * 3.0), p);
+        worst.see(std::abs(given.at(p).potentials[0]), p);
+    }
+    CAPTURE(worst.where);
+    CHECK(worst.value < 1e-12); // roundings of velocities of about 100
+    requireJacobian(sum, cube(1), 200, 2);
+    CHECK(rmsOf(withSpeed(sum, 2)).speed == Approx(2).epsilon(1e-12));
+    CHECK(rmsOf(given.normalized(2)).speed == Approx(2).epsilon(1e-12));
+    CHECK_THROWS_AS(given.normalized(1) + potentials, ValueError);
+    const ScalarField zero = constantField(0);
+    CHECK_THROWS_AS(withSpeed(Flow::ofComponents({zero, zero, zero}, given.domain()), 1), ValueError);
+}

@@ -258,3 +258,28 @@ TEST_CASE("Flow: a sum of all kinds of flows is divergence-free", "[flow]") {
         REQUIRE(length(sum.at(p).velocity - parts) < 1e-14);
     }
 }
+
+TEST_CASE("gradientFlow: velocity is the gradient, and its derivative the Hessian", "[flow]") {
+    const ScalarField field = noises()[0];
+    const Flow flow = gradientFlow(field);
+    CHECK_FALSE(flow.divergenceFree());
+    Worst worst;
+    for (const Vec3d& p : randomPoints(cube(1), 500, 1)) {
+        const auto jet = field.at<2>(p);
+        const FlowSample sample = flow.at(p);
+        worst.see(length(sample.velocity - jet.gradient), p);
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) worst.see(std::abs(sample.derivative[i][j] - jet.hessian(i, j)), p);
+    }
+    CAPTURE(worst.where);
+    CHECK(worst.value == 0);
+    requireJacobian(gradientFlow(planeNoises()[0]), cube<2>(1), 200, 1);
+    PointBatch one;
+    one.push({{0.1, 0.2, 0.3}});
+    JetBatch<float, 2> floats;
+    JetBatch<double, 2> doubles;
+    flow.components()[0][1].eval(one, floats);
+    flow.components()[0][1].eval(one, doubles);
+    CHECK(static_cast<double>(floats[0].hessian(0, 1)) == Approx(doubles[0].hessian(0, 1)));
+    CHECK_THROWS_AS(flow.components()[0][0].at<3>({}), ValueError);
+}

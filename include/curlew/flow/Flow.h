@@ -46,6 +46,9 @@ using FlowSample = FlowSampleN<3>;
 /// are constant along each of them, so a point can be moved back onto its own track (reprojection, track/Reproject.h).
 /// A sum of such terms is also divergence-free but has no tracks. Every curl is such a sum: curl ψ = Σ ∇ψ_i × ∇x_i.
 ///
+/// A flow may also contain velocities that are given by their components, such as an interpolated grid or a gradient
+/// (ofComponents). It is then not divergence-free in general, has no tracks, and cannot be split into terms.
+///
 /// Immutable, cheap to copy, safe to share between threads.
 template <int N>
 class FlowN {
@@ -53,6 +56,7 @@ class FlowN {
     static constexpr int kDimension = N;
     static constexpr size_t kPotentials{N - 1};
     using Potentials = std::array<ScalarFieldN<N>, kPotentials>;
+    using Components = std::array<ScalarFieldN<N>, size_t{N}>;
     template <class T>
     using Jets = std::array<JetBatchN<T, N, 1>, kPotentials>;
 
@@ -64,10 +68,15 @@ class FlowN {
     requires(M == 3) FlowN(ScalarFieldN<M> f, ScalarFieldN<M> g, DomainN<M> domain = {})
         : FlowN(Potentials{std::move(f), std::move(g)}, std::move(domain)) {}
 
+    /// Returns a flow whose velocity has these components, in world units per second.
+    static FlowN ofComponents(Components components, DomainN<N> domain = {});
+
     const std::vector<Potentials>& terms() const { return mTerms; }
-    /// Whether the potentials are constant along streamlines: the flow has one term.
-    bool hasTracks() const { return mTerms.size() == 1; }
-    /// Returns the potentials of the first term.
+    /// Velocities that are given by their components. The velocity of the flow is the sum of them and of the terms.
+    const std::vector<Components>& components() const { return mComponents; }
+    /// Whether the potentials are constant along streamlines: the flow is one term.
+    bool hasTracks() const { return mTerms.size() == 1 && mComponents.empty(); }
+    /// Returns the potentials of the first term. Requires one.
     const Potentials& potentials() const { return mTerms.front(); }
     const ScalarFieldN<N>& f() const { return mTerms.front()[0]; }
     template <int M = N>
@@ -81,9 +90,11 @@ class FlowN {
     FlowN normalized(double speed) const;
     /// Returns the speed of a normalised flow, else 0.
     double uniformSpeed() const { return mUniformSpeed; }
-    bool divergenceFree() const { return mUniformSpeed == 0; }
+    /// Whether the velocity is a sum of terms, neither normalised nor given by components.
+    bool divergenceFree() const { return mUniformSpeed == 0 && mComponents.empty(); }
 
-    /// Computes the velocities at a batch of positions, and the jets of the first term's potentials.
+    /// Computes the velocities at a batch of positions, and the jets of the first term's potentials (zero if there are
+    /// no terms).
     template <class T>
     void eval(const PointBatchN<N>& points, Jets<T>& potentials, VecBatchN<T, N>& velocity) const;
     template <class T>
@@ -96,7 +107,14 @@ class FlowN {
     FlowSampleN<N> at(const Vec<double, N>& position) const;
 
   private:
+    FlowN() = default;
+    template <int M>
+    friend FlowN<M> operator+(const FlowN<M>&, const FlowN<M>&);
+    template <int M>
+    friend FlowN<M> scaled(const FlowN<M>&, double);
+
     std::vector<Potentials> mTerms;
+    std::vector<Components> mComponents;
     DomainN<N> mDomain;
     double mUniformSpeed = 0;
 };
@@ -105,6 +123,10 @@ using Flow = FlowN<3>;
 /// The sum of two flows in the domain of the first. It has no tracks. Throws ValueError if either is normalised.
 template <int N>
 FlowN<N> operator+(const FlowN<N>& a, const FlowN<N>& b);
+
+/// Returns the same velocity `factor` times as fast. A normalised flow keeps its uniform speed.
+template <int N>
+FlowN<N> scaled(const FlowN<N>& flow, double factor);
 
 /// Root mean squares (rms) over the domain of a flow, from the same pseudo-random positions at every call.
 template <int N>

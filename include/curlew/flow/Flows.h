@@ -5,7 +5,7 @@
 
 namespace curlew {
 
-// Flows that are not given by N - 1 potentials. All are divergence-free.
+// Flows that are not given by N - 1 potentials. All but gradientFlow() are divergence-free.
 
 /// Classical curl noise, curl ψ (Bridson et al. 2007; Catlike Coding, "Noise Derivatives"), of three independent
 /// fields. If the domain has a wall, ψ is ramped to zero at it (layerRamp), which makes each of the three terms tangent
@@ -31,6 +31,12 @@ Flow vortexFlow(double turns, double core, const Domain& domain = {});
 /// become infinite at y = -height. A sum without tracks. Throws ValueError if `height` is not positive, or if `speed`
 /// is zero or not finite.
 Flow updraftFlow(double speed, double height, const Domain& domain = {});
+
+/// The gradient of a field as a velocity, in world units per second. Not divergence-free: points gather at the maxima,
+/// which are sinks (Catlike Coding, "Noise Derivatives", shows this before the curl). Its velocity gradient is the
+/// Hessian of the field. 2D and 3D.
+template <int N>
+FlowN<N> gradientFlow(const ScalarFieldN<N>& field, const DomainN<N>& domain = {});
 
 /// The deformation field of a common test of level-set methods (LeVeque 1996; Enright, Fedkiw, Ferziger and Mitchell
 /// 2002): u = 2 sin²(πx) sin(2πy) sin(2πz), v = -sin(2πx) sin²(πy) sin(2πz), w = -sin(2πx) sin(2πy) sin²(πz), times

@@ -19,4 +19,7 @@ openvdb::FloatGrid::Ptr sampledGrid(const ScalarField& field, const openvdb::Gri
 /// over the last two voxels before the wall.
 openvdb::FloatGrid::Ptr densityGrid(const Domain& domain, const openvdb::GridBase& where, const Monitor& monitor = {});
 
+/// Returns one component of a vector grid, at the same voxels.
+openvdb::FloatGrid::Ptr componentOf(const openvdb::Vec3SGrid& grid, int component, const std::string& name);
+
 } // namespace curlew

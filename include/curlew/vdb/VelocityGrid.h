@@ -52,7 +52,7 @@ double voxelOf(const Flow& flow, const VelocityGridOptions& options);
 ///
 /// The result has the same bytes for any number of threads. Throws ValueError if a size is not positive, the box is
 /// infinite, the voxels of the mask are not axis-aligned cubes, the voxels of `displaced` differ from those of this
-/// grid, or a staggered grid of a normalised flow is requested;
+/// grid, or a staggered grid of a flow that is not divergence-free is requested;
 /// ResourceError if the grid would not fit in memory.
 openvdb::Vec3SGrid::Ptr velocityGrid(const Flow& flow, const VelocityGridOptions& options, const Monitor& monitor = {});
 

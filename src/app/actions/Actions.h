@@ -16,6 +16,7 @@ Registry sampledActions();
 Registry wallActions();
 Registry flowActions();
 Registry windActions();
+Registry gridFlowActions();
 Registry carryActions();
 Registry gridActions();
 Registry spectrumActions();

@@ -73,7 +73,7 @@ TraceOptions traceOptions(const Context& c, const Arguments& a, const Flow& flow
     o.turn = a.real("turn") * (std::numbers::pi / 180);
     if (!flow.hasTracks() && !a.given("reproject")) {
         o.reprojection.method = Reprojection::none;
-        c.warn("the flow is a sum and has no tracks: streamlines drift, end at walls, and may not close");
+        c.warn("the flow has no tracks: streamlines drift, end at walls, and may not close");
     }
     return o;
 }

@@ -190,7 +190,8 @@ void velocity(Context& c, const Arguments& a) {
         c.give(GridValue{made});
     };
     if (a.flag("potentials")) {
-        if (!flow.hasTracks()) throw ValueError("potentials=1 needs a flow with tracks, but this one is a sum");
+        if (!flow.hasTracks())
+            throw ValueError("potentials=1 needs a flow with tracks; sums and velocity grids have none");
         give(sampledGrid(flow.g(), *grid, "g", c.follow("g")));
         give(sampledGrid(flow.f(), *grid, "f", c.follow("f")));
     }

@@ -124,7 +124,7 @@ void prepareSum(Context& c, const Arguments& a, const Flow& flow, AdvectOptions&
 /// Describes how the tracks were kept.
 std::string tracksOf(const AdvectResult& result, bool sum) {
     if (!sum) return fmt::format("residuals f {:.1e} g {:.1e}", result.residual[0], result.residual[1]);
-    if (result.splitting == Splitting::none) return "sum integrated as a whole";
+    if (result.splitting == Splitting::none) return "integrated as a whole";
     return fmt::format("sum integrated by splitting ({}), labels drift by {:.1e} at most",
                        kSplittingNames.at(static_cast<size_t>(result.splitting)),
                        std::max(result.drift[0], result.drift[1]));

@@ -24,9 +24,12 @@ std::string described(const Value& value) {
                 [](const auto& flow) {
                     const auto& domain = flow.domain();
                     return fmt::format("{}{} in {:.4g} to {:.4g}{}",
-                                       flow.hasTracks() ? "with tracks" : fmt::format("sum of {}", flow.terms().size()),
-                                       flow.divergenceFree() ? "" : ", normalised", fmt::join(domain.box.lower.c, ","),
-                                       fmt::join(domain.box.upper.c, ","),
+                                       flow.hasTracks() ? "with tracks"
+                                       : flow.terms().empty()
+                                           ? "without potentials"
+                                           : fmt::format("sum of {}", flow.terms().size() + flow.components().size()),
+                                       flow.uniformSpeed() > 0 ? ", normalised" : "",
+                                       fmt::join(domain.box.lower.c, ","), fmt::join(domain.box.upper.c, ","),
                                        !domain.wall                         ? ""
                                        : domain.wall->side == Side::inside  ? "; domain: inside a wall"
                                        : domain.wall->side == Side::outside ? "; domain: outside a wall"

@@ -50,8 +50,15 @@ Flow inSpace(const AnyFlow& flow) {
                     terms.push_back({projected(term[0], Matrix<2, 3>{}), rampField({{0, 0, 1}})});
                 Domain domain{.box = slabOf(f.domain().box), .wall = {}};
                 if (f.domain().wall) domain.wall = inSpace(AnyWall(*f.domain().wall));
-                const Flow spatial(std::move(terms), domain);
-                return f.divergenceFree() ? spatial : spatial.normalized(f.uniformSpeed());
+                std::optional<Flow> spatial;
+                if (!terms.empty()) spatial = Flow(std::move(terms), domain);
+                for (const auto& parts : f.components()) {
+                    const auto flat = Flow::ofComponents(
+                        {projected(parts[0], Matrix<2, 3>{}), projected(parts[1], Matrix<2, 3>{}), constantField(0)},
+                        domain);
+                    spatial = spatial ? *spatial + flat : flat;
+                }
+                return f.uniformSpeed() > 0 ? spatial->normalized(f.uniformSpeed()) : *spatial;
             } else {
                 refuse("flow", kN);
             }

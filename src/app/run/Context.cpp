@@ -105,7 +105,7 @@ std::string Context::programOf(std::string_view input, size_t index) const {
     return field ? field->program : "";
 }
 
-Digest Context::keyOf(std::string_view input) const { return mEvaluator.keyOf(link(input, 0)); }
+Digest Context::keyOf(std::string_view input, size_t index) const { return mEvaluator.keyOf(link(input, index)); }
 bool Context::steady(std::string_view input) const { return mEvaluator.steady(link(input, 0)); }
 
 /// Returns the links to level sets behind an input, by the inputs of the nodes that take them.

@@ -61,7 +61,7 @@ class Context {
     /// Returns the identity of an input's flow, for the points that follow it.
     TrackedFlow tracked(std::string_view input) const;
     /// Returns a digest that identifies the object of an input: equal digests mean equal objects.
-    Digest keyOf(std::string_view input) const;
+    Digest keyOf(std::string_view input, size_t index = 0) const;
     /// Returns whether the object of an input is the same at every moment.
     bool steady(std::string_view input) const;
     /// Returns the level sets from which an object was made, directly or through other fields and flows: one list for
