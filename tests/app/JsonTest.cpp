@@ -278,7 +278,7 @@ TEST_CASE("JSON: deep nesting and long chains do not crash", "[app]") {
         chain += fmt::format(R"({{"name": "n{}", "action": "clip", "inputs": {{"field": ["n{}"]}}}},)", k, k + 1);
     chain += fmt::format(R"({{"name": "n{}", "action": "noise"}})", kLength);
     const std::string found = complaint(document(chain));
-    CHECK_THAT(found, ContainsSubstring("more than 500 fields"));
+    CHECK_THAT(found, ContainsSubstring("more than 500 deep"));
     CHECK(found.size() < 2000);
 }
 

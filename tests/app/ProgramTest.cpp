@@ -144,7 +144,18 @@ TEST_CASE("parsing: programs that are too deep or too long are refused before ev
         return lines;
     };
     CHECK_NOTHROW(graphOfLines(sums(499)));
-    CHECK_THROWS_WITH(graphOfLines(sums(500)), ContainsSubstring("-sum") && ContainsSubstring("more than 500 fields"));
+    CHECK_THROWS_WITH(graphOfLines(sums(500)), ContainsSubstring("-sum") && ContainsSubstring("more than 500 deep"));
+    const auto formulas = [](int count, int functions) {
+        std::string lines = "noise as=f0";
+        for (int k = 1; k <= count; ++k) {
+            std::string formula = "f" + std::to_string(k - 1);
+            for (int n = 0; n < functions; ++n) formula = "sin(" + formula + ")";
+            lines += "\nformula '" + formula + "' as=f" + std::to_string(k);
+        }
+        return lines;
+    };
+    CHECK_NOTHROW(graphOfLines(formulas(20, 195)));
+    CHECK_THROWS_WITH(graphOfLines(formulas(80, 195)), ContainsSubstring("more than 500 deep"));
     std::string sideBySide; // not deeply nested
     for (int k = 0; k < 600; ++k) sideBySide += "noise\n";
     CHECK_NOTHROW(graphOfLines(sideBySide));

@@ -228,16 +228,30 @@ void Builder::place(Node node, bool keep) {
     limitDepth(index);
 }
 
+/// Returns how deep the evaluation of a node nests calls, in units of the stack that a field takes. The operations of a
+/// formula take about a tenth of it each. Counts them all, since most may be nested.
+size_t ownDepth(const Node& node) {
+    constexpr size_t kOperations = 10;
+    size_t operations = 0;
+    if (node.action().positional.formulas)
+        for (const std::string& formula : node.arguments.words())
+            operations += static_cast<size_t>(std::count_if(formula.begin(), formula.end(), [](char c) {
+                return std::string_view("(+-*/^,").find(c) != std::string_view::npos;
+            }));
+    return 1 + operations / kOperations;
+}
+
 /// Throws ValueError if fields are nested so deeply that evaluating them could overflow the call stack.
 void Builder::limitDepth(size_t node) {
     constexpr size_t kDeepest = 500;
     const std::vector<Kind> functions{Kind::field, Kind::flow};
     for (size_t k = mDepths.size(); k <= node; ++k) {
-        mDepths.push_back(1);
+        const size_t own = ownDepth(mGraph.nodes[k]);
+        mDepths.push_back(own);
         for (const auto& links : mGraph.nodes[k].inputs)
             for (const Link& link : links)
                 if (link.from == Link::From::node && fits(functions, mGraph.objectOf(link)))
-                    mDepths[k] = std::max(mDepths[k], mDepths[link.index] + 1);
+                    mDepths[k] = std::max(mDepths[k], mDepths[link.index] + own);
     }
     if (mDepths[node] > kDeepest)
         throw ValueError(fmt::format(
