@@ -2,25 +2,57 @@
 #include "curlew/app/actions/Actions.h"
 #include "curlew/app/run/IsolatedFiles.h"
 #include "curlew/app/run/Session.h"
+#include "curlew/base/AtomicFile.h"
 #include "curlew/base/Simd.h"
 #include "curlew/base/Text.h"
 
 #include <fcntl.h>
+#include <sys/time.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <initializer_list>
 #include <new>
 
 namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
 
-/// The first Ctrl-C asks the program to stop and clean up; the next one terminates it immediately.
+constexpr const char* kInterrupted = "interrupted; unfinished files have been removed";
+
+/// Ends the process at once, after removing its unfinished files. Safe in a signal handler.
+[[noreturn]] void endNow(std::initializer_list<const char*> message, int status) {
+    curlew::removeUnfinishedFiles();
+    for (const char* part : message)
+        if (::write(STDERR_FILENO, part, std::strlen(part)) < 0) break;
+    ::_exit(status);
+}
+
+/// The first Ctrl-C asks the program to stop and clean up; the next one terminates it immediately. If a library is busy
+/// (OpenVDB writes, Embree builds a tree) and does not ask whether to stop, the process ends after 0.4 s.
 void onInterrupt(int signal) {
     interrupted = 1;
     std::signal(signal, SIG_DFL);
+    itimerval grace{};
+    grace.it_value.tv_usec = 400'000;
+    ::setitimer(ITIMER_REAL, &grace, nullptr);
+}
+
+void onDeadline(int) { endNow({"curlew: ", kInterrupted, "\n"}, 130); }
+
+/// Called where an exception cannot be passed on: when a destructor in OpenVDB runs out of memory, for example.
+[[noreturn]] void onTerminate() {
+    endNow({"curlew: out of memory; use larger voxels or fewer points\n"}, EXIT_FAILURE);
+}
+
+/// Installs a handler, unless the caller has the signal ignored (nohup).
+void handle(int signal, void (*handler)(int)) {
+    if (std::signal(signal, handler) == SIG_IGN) std::signal(signal, SIG_IGN);
 }
 
 /// Prints the message on one line, whatever characters the names in it contain.
@@ -58,7 +90,9 @@ int main(int argc, char** argv) {
 #endif
     std::signal(SIGINT, onInterrupt);
     std::signal(SIGTERM, onInterrupt);
-    std::signal(SIGHUP, onInterrupt);
+    std::signal(SIGALRM, onDeadline);
+    handle(SIGHUP, onInterrupt);
+    std::set_terminate(onTerminate);
     std::signal(SIGPIPE, SIG_IGN); // a reader that closes the pipe does not end the work
     std::signal(SIGXFSZ, SIG_IGN); // exceeding the file size limit is an error like a full disk
     occupyStandardStreams();
@@ -75,7 +109,7 @@ int main(int argc, char** argv) {
         session.run(std::move(graph));
         return EXIT_SUCCESS;
     } catch (const Interrupted&) {
-        return fail("interrupted; unfinished files have been removed", 130);
+        return fail(kInterrupted, 130);
     } catch (const std::bad_alloc&) {
         return fail("out of memory; use larger voxels or fewer points", EXIT_FAILURE);
     } catch (const std::exception& e) {

@@ -12,9 +12,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
+#include <atomic>
 #include <cerrno>
+#include <climits>
 #include <cstring>
-#include <ctime>
 #include <fstream>
 #include <locale>
 #include <optional>
@@ -54,10 +56,8 @@ std::string prefixFor(const fs::path& path) {
     return fmt::format(".curlew-{:.16}-", DigestBuilder().add(path.filename().string()).digest().hex());
 }
 
-/// Removes temporary files that a killed process has left for this path. Files that are locked are being written; files
-/// younger than kYoung may be about to be locked.
+/// Removes temporary files that a killed process has left for this path. Files that are locked are being written.
 void removeStale(const fs::path& path) {
-    constexpr std::time_t kYoung = 60; // seconds
     const std::string prefix = prefixFor(path);
     std::error_code ignored;
     for (const fs::directory_entry& entry : fs::directory_iterator(folderOf(path), ignored)) {
@@ -65,8 +65,7 @@ void removeStale(const fs::path& path) {
         const Descriptor file(::open(entry.path().c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
         struct stat status {};
         if (!file.valid() || ::fstat(*file, &status) != 0 || !S_ISREG(status.st_mode)) continue;
-        if (std::time(nullptr) - status.st_mtime >= kYoung && ::flock(*file, LOCK_EX | LOCK_NB) == 0)
-            fs::remove(entry.path(), ignored);
+        if (::flock(*file, LOCK_EX | LOCK_NB) == 0) fs::remove(entry.path(), ignored);
     }
 }
 
@@ -76,17 +75,55 @@ uint64_t randomNumber() {
     return number;
 }
 
+/// The names of the files being written, for removeUnfinishedFiles(), which a signal handler may call: a fixed table
+/// without locks. Files beyond its size are not in it.
+struct Unfinished {
+    std::atomic<bool> taken = false;    ///< Reserved for a file.
+    std::atomic<bool> complete = false; ///< `name` is valid.
+    std::array<char, PATH_MAX> name;
+};
+std::array<Unfinished, 64> unfinishedFiles;
+
+/// Lists a file in this table during the lifetime of this object.
+class ListedFile {
+  public:
+    explicit ListedFile(const fs::path& name) {
+        if (name.native().size() >= PATH_MAX) return;
+        for (Unfinished& entry : unfinishedFiles) {
+            if (entry.taken.exchange(true)) continue;
+            std::strcpy(entry.name.data(), name.c_str());
+            entry.complete = true;
+            mEntry = &entry;
+            return;
+        }
+    }
+    ~ListedFile() {
+        if (!mEntry) return;
+        mEntry->complete = false;
+        mEntry->taken = false;
+    }
+    ListedFile(const ListedFile&) = delete;
+    ListedFile& operator=(const ListedFile&) = delete;
+
+  private:
+    Unfinished* mEntry = nullptr;
+};
+
 /// A new, empty, locked file in a folder, with an unpredictable name. The destructor removes it unless it was renamed.
 class TemporaryFile {
   public:
     /// `path` is the final name, which errors report. `mode` holds the permissions before the umask.
-    TemporaryFile(const fs::path& folder, const fs::path& path, mode_t mode)
-        : mName(folder / fmt::format("{}{:016x}.part", prefixFor(path), randomNumber())),
-          mFile(::open(mName.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, mode)) {
-        if (!mFile.valid())
-            throw FileError(
-                fmt::format("cannot write '{}': {}; choose another folder", path.string(), std::strerror(errno)));
-        ::flock(*mFile, LOCK_EX | LOCK_NB);
+    TemporaryFile(const fs::path& folder, const fs::path& path, mode_t mode) {
+        do {
+            mName = folder / fmt::format("{}{:016x}.part", prefixFor(path), randomNumber());
+            mListed.emplace(mName);
+            mFile.emplace(::open(mName.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, mode));
+            if (!mFile->valid())
+                throw FileError(
+                    fmt::format("cannot write '{}': {}; choose another folder", path.string(), std::strerror(errno)));
+            while (::flock(**mFile, LOCK_EX) != 0 && errno == EINTR) {
+            }
+        } while (removedBeforeLocked());
     }
     ~TemporaryFile() {
         std::error_code ignored;
@@ -98,20 +135,20 @@ class TemporaryFile {
     const fs::path& name() const { return mName; }
     bool empty() const {
         struct stat status {};
-        return ::fstat(*mFile, &status) != 0 || status.st_size == 0;
+        return ::fstat(**mFile, &status) != 0 || status.st_size == 0;
     }
 
     /// Renames the file to `path`, with the permissions of the file that it replaces. After this, the disk holds the
     /// complete file, even after a power failure.
     void moveTo(const fs::path& path) {
         struct stat before {};
-        if (::stat(path.c_str(), &before) == 0) ::fchmod(*mFile, before.st_mode & 07777);
+        if (::stat(path.c_str(), &before) == 0) ::fchmod(**mFile, before.st_mode & 07777);
         const auto check = [&](int result) {
             if (result != 0)
                 throw FileError(fmt::format("cannot write '{}': {}; free some space or choose another folder",
                                             path.string(), std::strerror(errno)));
         };
-        check(::fsync(*mFile));
+        check(::fsync(**mFile));
         check(::rename(mName.c_str(), path.c_str()));
         mMoved = true;
         const Descriptor folder(::open(folderOf(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
@@ -119,8 +156,15 @@ class TemporaryFile {
     }
 
   private:
+    /// Whether another process took the new file for a stale one and removed it.
+    bool removedBeforeLocked() const {
+        struct stat status {};
+        return ::fstat(**mFile, &status) == 0 && status.st_nlink == 0;
+    }
+
     fs::path mName;
-    Descriptor mFile;
+    std::optional<ListedFile> mListed;
+    std::optional<Descriptor> mFile;
     bool mMoved = false;
 };
 
@@ -190,6 +234,11 @@ void checkWritable(const fs::path& path) {
     if (fs::is_directory(target.path, error))
         throw FileError(fmt::format("cannot write '{}': a folder has that name; choose another", path.string()));
     if (::access(folder.c_str(), W_OK) != 0) noPermission(folder);
+}
+
+void removeUnfinishedFiles() noexcept {
+    for (const Unfinished& entry : unfinishedFiles)
+        if (entry.complete) ::unlink(entry.name.data());
 }
 
 void writeAtomically(const fs::path& path, const std::function<void(const fs::path&)>& writer) {

@@ -201,7 +201,9 @@ class AirSolver {
                                         .relativeError = mOptions.tolerance,
                                         .absoluteError = 0};
         Interrupter interrupter(mMonitor);
-        mPhi = openvdb::tools::poisson::solveWithBoundaryConditions(mSources, boundary, state, interrupter, true);
+        mPhi = interruptible(mMonitor, [&] {
+            return openvdb::tools::poisson::solveWithBoundaryConditions(mSources, boundary, state, interrupter, true);
+        });
         mMonitor.check();
         if (!state.success)
             throw ValueError(fmt::format(

@@ -317,6 +317,28 @@ TEST_CASE("command: an interrupt stops any work quickly and leaves no file", "[a
     CHECK(folder.names().empty());
 }
 
+TEST_CASE("command: an interrupt ends work that asks nobody, within seconds", "[app][command]") {
+    const Folder folder;
+    // OpenVDB compresses a large grid for many seconds without asking whether to stop.
+    const auto outcome = folder.shell(
+        "\"$curlew\" -verbose -noise -noise seed=1 -dfvn -velocity dim=420 -write codec=zip a.vdb 2>said & pid=$!; "
+        "while kill -0 $pid && ! ls -A | grep -q 'part$'; do sleep 0.05; done; kill -s INT $pid; "
+        "timeout 20 tail --pid=$pid -f /dev/null; wait $pid; status=$?; tail -n 1 said >&2; rm said; exit $status");
+    CAPTURE(outcome.err);
+    CHECK(outcome.status == 130);
+    CHECK(outcome.err == "curlew: interrupted; unfinished files have been removed\n");
+    CHECK(folder.names().empty());
+}
+
+TEST_CASE("command: a hangup that the caller ignores (nohup) does not end the work", "[app][command]") {
+    const Folder folder;
+    const auto outcome = folder.shell(
+        "trap '' HUP; \"$curlew\" -noise octaves=8 -slice width=3000 -write a.png 2>/dev/null & pid=$!; "
+        "sleep 0.1; kill -s HUP $pid; wait $pid");
+    CHECK(outcome.status == 0);
+    CHECK(folder.names() == std::set<std::string>{"a.png"});
+}
+
 TEST_CASE("command: closed and unread output streams do not change the result", "[app][command]") {
     const Folder folder;
     const auto status = [&](const std::string& line) {

@@ -270,7 +270,7 @@ TEST_CASE("writeAtomically: accepts file names of the maximum length of 255 byte
     CHECK(folder.entries() == 1);
 }
 
-TEST_CASE("writeAtomically: removes stale temporary files but not locked or recent ones", "[base]") {
+TEST_CASE("writeAtomically: removes stale temporary files but not locked ones", "[base]") {
     const Folder folder;
     const fs::path file = folder.path / "a.vdb";
     std::array<fs::path, 3> left;
@@ -280,19 +280,32 @@ TEST_CASE("writeAtomically: removes stale temporary files but not locked or rece
             std::ofstream(temporary) << "x";
         });
     for (const fs::path& name : left) std::ofstream(name) << "half";
-    const auto longAgo = fs::file_time_type::clock::now() - std::chrono::hours(1);
-    for (size_t k : {0, 1}) fs::last_write_time(left[k], longAgo);
     const int lock = ::open(left[1].c_str(), O_RDONLY);
     REQUIRE(::flock(lock, LOCK_EX | LOCK_NB) == 0);
     const fs::path other = folder.path / ".curlew-of-the-user.part";
     std::ofstream(other) << "mine";
-    fs::last_write_time(other, longAgo);
     writeAtomically(file, kWriteNew);
     CHECK_FALSE(fs::exists(left[0]));
     CHECK(fs::exists(left[1])); // locked
-    CHECK(fs::exists(left[2])); // young
+    CHECK_FALSE(fs::exists(left[2]));
     CHECK(fs::exists(other));
     ::close(lock);
+}
+
+TEST_CASE("removeUnfinishedFiles: removes what is being written, and nothing else", "[base]") {
+    const Folder folder;
+    const fs::path file = folder.path / "a.vdb", other = folder.path / "b.vdb";
+    writeAtomically(other, kWriteNew);
+    CHECK_THROWS_AS(writeAtomically(file,
+                                    [](const fs::path& temporary) {
+                                        std::ofstream(temporary) << "half";
+                                        removeUnfinishedFiles();
+                                        CHECK_FALSE(fs::exists(temporary));
+                                    }),
+                    FileError);
+    removeUnfinishedFiles();
+    CHECK(contents(other) == "new");
+    CHECK(folder.entries() == 1);
 }
 
 TEST_CASE("writeAtomically: number formatting ignores the global locale", "[base]") {

@@ -3,6 +3,7 @@
 
 #include "curlew/base/Monitor.h"
 
+#include <openvdb/Exceptions.h>
 #include <openvdb/util/NullInterrupter.h>
 
 namespace curlew {
@@ -19,5 +20,16 @@ class Interrupter final : public openvdb::util::NullInterrupter {
   private:
     const Monitor& mMonitor;
 };
+
+/// Calls a function of OpenVDB that throws RuntimeError when it is interrupted; throws Interrupted in that case.
+template <class Function>
+auto interruptible(const Monitor& monitor, const Function& function) {
+    try {
+        return function();
+    } catch (const openvdb::RuntimeError&) {
+        monitor.check();
+        throw;
+    }
+}
 
 } // namespace curlew

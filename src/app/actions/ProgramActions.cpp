@@ -39,9 +39,10 @@ std::string described(const Value& value) {
         }
         std::string operator()(const GridValue& value) const {
             const auto& grid = *value.grid;
-            return fmt::format("'{}' {} {}, {} active voxels of {:.6g}, {}", grid.getName(), grid.valueType(),
-                               openvdb::GridBase::gridClassToString(grid.getGridClass()), grid.activeVoxelCount(),
-                               grid.voxelSize()[0], formatBytes(static_cast<double>(grid.memUsage())));
+            return fmt::format("'{}' {} {}, {} active voxels of {:.6g}, {}", printable(grid.getName()),
+                               grid.valueType(), openvdb::GridBase::gridClassToString(grid.getGridClass()),
+                               grid.activeVoxelCount(), grid.voxelSize()[0],
+                               formatBytes(static_cast<double>(grid.memUsage())));
         }
         std::string operator()(const MeshPointer& mesh) const {
             return fmt::format("mesh, {} points, {} faces", mesh->points.size(), mesh->faces());
