@@ -27,7 +27,7 @@ import wheel  # noqa: E402
 MANIFEST = """\
 schema_version = "1.0.0"
 
-id = "{name}"
+id = "curlew"
 version = "{version}"
 name = "Curlew"
 tagline = "Divergence-free flows that conform to walls"
@@ -61,12 +61,13 @@ def own_files() -> Dict[str, bytes]:
 
 
 def write(path: Path, contents: Dict[str, bytes], level: int) -> None:
-    """Writes a reproducible zip: it depends only on its contents and the compression level."""
+    """Writes a reproducible zip: it depends only on its contents and the compression level. A name that ends with a slash
+    is a folder."""
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=level) as archive:
         for name, data in contents.items():
             entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            entry.external_attr = 0o644 << 16
+            entry.compress_type = zipfile.ZIP_STORED if entry.is_dir() else zipfile.ZIP_DEFLATED
+            entry.external_attr = (0o40755 << 16 | 0x10) if entry.is_dir() else 0o644 << 16
             archive.writestr(entry, data)
 
 
@@ -81,10 +82,12 @@ def package(library: Path, out: Path, level: int) -> Tuple[Path, Path]:
         packed = built.read_bytes()
         with zipfile.ZipFile(built) as archive:
             unpacked = {name: archive.read(name) for name in archive.namelist()}
-    manifest = MANIFEST.format(name=NAME, version=number, wheel=built.name)
+    manifest = MANIFEST.format(version=number, wheel=built.name)
     out.mkdir(parents=True, exist_ok=True)
     legacy, extension = out / f"{NAME}-{number}-legacy.zip", out / f"{NAME}-{number}-linux-x64.zip"
-    write(legacy, {f"{NAME}/{name}": data for name, data in {**own, **unpacked}.items()}, level)
+    # Before it unpacks an update, Blender removes what has an entry without a slash inside its name: the folder. Otherwise it
+    # would truncate the library that it has mapped, and crash.
+    write(legacy, {f"{NAME}/": b"", **{f"{NAME}/{name}": data for name, data in {**own, **unpacked}.items()}}, level)
     write(extension, {"blender_manifest.toml": manifest.encode(), **own, f"wheels/{built.name}": packed}, level)
     return legacy, extension
 

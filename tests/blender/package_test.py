@@ -105,8 +105,16 @@ class Package(unittest.TestCase):
         wanted = {"schema_version", "id", "version", "name", "tagline", "maintainer", "type", "blender_version_min", "license"}
         self.assertLessEqual(wanted, told.keys())
         self.assertEqual((told["type"], told["platforms"]), ("add-on", ["linux-x64"]))
+        self.assertEqual(told["id"], "curlew")  # without the word Blender, as its site asks
         self.assertLessEqual(len(told["tagline"]), 64)
+        self.assertRegex(told["tagline"], r"\w$")
         self.assertLessEqual(len(told["permissions"]["files"]), 64)
+
+    def test_an_update_replaces_the_folder(self):
+        """Blender removes the folder before it unpacks an update only if the folder has an entry."""
+        with zipfile.ZipFile(next(packages.glob("*-legacy.zip"))) as archive:
+            first = archive.infolist()[0]
+        self.assertEqual((first.filename, first.external_attr >> 16), ("curlew_blender/", 0o40755))
 
     def test_the_same_input_gives_the_same_bytes(self):
         bundled, addon.wheel.bundle = addon.wheel.bundle, copied  # a test of its own: it takes half a minute for all libraries
@@ -143,7 +151,7 @@ def copied(_library, folder):
 def contents(kind):
     """Returns the files in a package, by name."""
     with zipfile.ZipFile(next(packages.glob(f"*-{kind}.zip"))) as archive:
-        return {name: archive.read(name) for name in archive.namelist()}
+        return {name: archive.read(name) for name in archive.namelist() if not name.endswith("/")}
 
 
 def numpys():

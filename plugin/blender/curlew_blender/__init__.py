@@ -16,6 +16,8 @@ def register() -> None:
     """Loads the library, and creates a node class for each of its actions."""
     from . import bake, former, library, live, nodes, panel, presets, results, scene_io, sockets
 
+    if library.updated():
+        raise RuntimeError("Curlew was updated: restart Blender to use it")
     actions = library.actions()
     sockets.register()
     nodes.register(actions)

@@ -2,12 +2,14 @@
 """Access to the library, its registry and its sessions for the rest of the add-on."""
 
 import importlib
+import importlib.util
+import re
 import sys
 import threading
 from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Dict, Iterator, Mapping, Optional
+from typing import Any, Dict, Iterator, Mapping, Optional, Tuple
 
 from .actions import Action, TreeError, actions_of
 from .sources import MeshArrays
@@ -15,20 +17,43 @@ from .sources import MeshArrays
 _HERE = Path(__file__).resolve().parent
 _module: Optional[ModuleType] = None
 _actions: Dict[str, Action] = {}
+_files: Dict[Path, Tuple[int, ...]] = {}  # the loaded files, and what told them from others then
+
+
+def _about(file: Path) -> Tuple[int, ...]:
+    """Returns numbers that change if the file is replaced."""
+    try:
+        about = file.stat()
+    except OSError:
+        return ()
+    return about.st_dev, about.st_ino, about.st_size, about.st_mtime_ns
+
+
+def updated() -> bool:
+    """Returns whether another version was installed since Blender has loaded this one. This one runs on until Blender is
+    restarted: Python and the system keep what they have loaded."""
+    return any(_about(file) != about for file, about in _files.items())
+
+
+def _of_file(path: Path) -> ModuleType:
+    """Returns the package with this __init__.py, without a change to Python's path."""
+    about = importlib.util.spec_from_file_location("curlew", path, submodule_search_locations=[str(path.parent)])
+    assert about and about.loader
+    module = sys.modules["curlew"] = importlib.util.module_from_spec(about)
+    about.loader.exec_module(module)
+    return module
 
 
 def curlew() -> ModuleType:
-    """Returns Curlew's Python package: the one in the legacy add-on, or else that of the extension's wheel, which Blender
-    installs, or of the system, or else that of this checkout."""
+    """Returns Curlew's Python package: the one in the legacy add-on, or that of this checkout, or that of the extension's
+    wheel, which Blender installs, or of the system."""
     global _module
     if _module is None:
         if (_HERE / "curlew").is_dir():
             _module = importlib.import_module(".curlew", __package__)
         else:
-            checkout = _HERE.parents[1] / "python"
-            if checkout.is_dir() and str(checkout) not in sys.path:
-                sys.path.append(str(checkout))
-            _module = importlib.import_module("curlew")
+            checkout = _HERE.parents[1] / "python" / "curlew" / "__init__.py"
+            _module = _of_file(checkout) if checkout.is_file() else importlib.import_module("curlew")
     return _module
 
 
@@ -36,7 +61,13 @@ def actions() -> Dict[str, Action]:
     """Returns all actions by name, in the registry's order. Raises the errors of loading the library."""
     if not _actions:
         _actions.update(actions_of(curlew().registry()))
+        _files.update((file, _about(file)) for file in (_HERE / "__init__.py", Path(curlew().find_library())))
     return _actions
+
+
+def text_of(error: Exception) -> str:
+    """Returns the message of an error without the name of the action or node, which shows the message itself."""
+    return re.sub(r"^-\w+( '[^']*')?: ", "", str(error))
 
 
 @contextmanager
@@ -45,7 +76,7 @@ def said_of_nodes() -> Iterator[None]:
     try:
         yield
     except curlew().Error as error:
-        raise TreeError(error.node or "", str(error)) from error
+        raise TreeError(error.node or "", text_of(error)) from error
 
 
 class Sessions:
