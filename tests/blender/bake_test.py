@@ -232,7 +232,7 @@ class Frames(unittest.TestCase):
             ball.scale = (size,) * 3
             ball.keyframe_insert("scale", frame=frame)
         build = Tree("growing")
-        mesh = build.add("CurlewMeshObject", object=ball, animated=True)
+        mesh = build.add("CurlewMeshObject", object=ball, motion="ON")
         result = build.add("CurlewMeshResult", build.add("ls2mesh", build.add("mesh2ls", mesh, dim=24)))
         build.tree.sequence = True
         self.bake.bake(build.tree)
@@ -303,7 +303,7 @@ class Frames(unittest.TestCase):
         flow = build.add("dfvn", build.add("noise"), build.add("noise", seed=1))
         points = build.add("advect", flow, build.add("scatter", flow, count=200000), steps=5000)
         build.add("CurlewParticlesResult", points)
-        job = self.bake.prepare(build.tree, bpy.context.scene)
+        job = support.addon("job").prepare(build.tree, bpy.context.scene)
         job.start()
         began = time.monotonic()
         while not job.title and time.monotonic() - began < 20:
@@ -331,7 +331,7 @@ class Errors(unittest.TestCase):
         self.assertIn(words, str(raised.exception))
         if node is not None:
             self.assertIn(words, node.error)
-            self.assertTrue(node.use_custom_color)
+            self.assertGreater(node.color.r, 0.4)
             self.assertEqual([n.name for n in build.tree.nodes if getattr(n, "error", "") and n != node], [])
 
     def test_nothing_is_connected(self):
@@ -409,7 +409,7 @@ class Errors(unittest.TestCase):
         bad.reset_option("frequency")
         self.assertEqual(bpy.ops.curlew.bake(tree=build.tree.name), {"FINISHED"})
         self.assertEqual(bad.error, "")
-        self.assertFalse(bad.use_custom_color)
+        self.assertLess(bad.color.r, 0.4)
 
     def test_staggered_velocities_are_refused(self):
         build = Tree()

@@ -84,6 +84,13 @@ class Tree:
         return self.add("dfvn", f, bound, speed=1)
 
 
+def interface_socket(tree, direction, kind, name):
+    """Adds a socket to the interface of a tree, in any version of Blender."""
+    if hasattr(tree, "interface"):
+        return tree.interface.new_socket(name, in_out=direction, socket_type=kind)
+    return (tree.inputs if direction == "INPUT" else tree.outputs).new(kind, name)
+
+
 def blocked_cache(name):
     """Saves the .blend in a folder where no cache can be created. Returns the file that blocks it."""
     folder = WORK / name

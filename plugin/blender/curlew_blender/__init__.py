@@ -14,22 +14,24 @@ bl_info = {
 
 def register() -> None:
     """Loads the library, and creates a node class for each of its actions."""
-    from . import bake, former, library, live, nodes, panel, presets, results, scene_io, sockets
+    from . import bake, former, groups, library, live, nodes, panel, presets, relocate, results, scene_io, sockets
+    from . import translations
 
     if library.updated():
         raise RuntimeError("Curlew was updated: restart Blender to use it")
     actions = library.actions()
     sockets.register()
     nodes.register(actions)
-    for module in (former, bake, scene_io, presets, results, live):
+    for module in (former, groups, bake, scene_io, presets, relocate, results, live, translations):
         module.register()
     panel.register(actions)
 
 
 def unregister() -> None:
     """Unregisters everything."""
-    from . import bake, former, live, nodes, panel, presets, results, scene_io, sockets
+    from . import bake, former, groups, live, nodes, panel, presets, relocate, results, scene_io, sockets
+    from . import translations
 
     panel.unregister()
-    for module in (live, results, presets, scene_io, bake, former, nodes, sockets):
+    for module in (translations, live, results, relocate, presets, scene_io, bake, groups, former, nodes, sockets):
         module.unregister()

@@ -3,6 +3,7 @@
 Blender."""
 
 import math
+import re
 import shlex
 from dataclasses import dataclass
 from typing import Any, Dict, FrozenSet, List, Mapping, Optional, Tuple
@@ -14,6 +15,42 @@ MOST_INT = 2**31 - 1  # largest value of Blender's integer properties
 NO_NODE = frozenset({"config", "help", "list", "set", "version"})
 _NO_SOCKET = frozenset({"report", "file"})
 _MOST_SOCKETS, _MOST_IMAGES = 4, 9
+
+
+# Names of options as artists know them from Blender. Others are those of the registry, in words.
+LABELS = {
+    "alpha": "Evolution",
+    "aim": "Camera Target",
+    "box": "Region",
+    "dim": "Resolution",
+    "dt": "Time Step",
+    "eye": "Camera Position",
+    "fov": "Field of View",
+    "fps": "Frames per Second",
+    "gain": "Roughness",
+    "half": "Half Precision",
+    "halfWidth": "Band Half Width",
+    "iso": "Isovalue",
+    "keep": "Keep Input",
+    "layer": "Wall Thickness",
+    "life": "Lifetime",
+    "loop": "Loop Length",
+    "name": "Grid Name",
+    "octaveAlpha": "Evolution of Octaves",
+    "on": "Emit From",
+    "pathlines": "Keep Pathlines",
+    "potentials": "Store f and g",
+    "rate": "Points per Second",
+    "reproject": "Keep on Track",
+    "rotate": "Rotation",
+    "rotation": "Rotation Method",
+    "scheme": "Integrator",
+    "spread": "Lifetime Randomness",
+    "translate": "Location",
+    "viewBox": "View Region",
+    "voxel": "Voxel Size",
+    "wallFade": "Fade at Walls",
+}
 
 
 class TreeError(Exception):
@@ -41,9 +78,15 @@ class Option:
     formerly: Tuple[str, ...] = ()  # names that it had in the last release
 
     @property
+    def label(self) -> str:
+        """The name in the user interface."""
+        return LABELS.get(self.name) or re.sub(r"(?<=[a-z])(?=[A-Z])", " ", self.name).title()
+
+    @property
     def description(self) -> str:
-        """The help text with the unit."""
-        return self.help + (f" [{self.unit}]" if self.unit else "")
+        """The help text with the unit, and the option's name in scenes if the label differs."""
+        unit = f" [{self.unit}]" if self.unit else ""
+        return self.help + unit + ("" if self.label.lower() == self.name.lower() else f" ({self.name}= in scenes)")
 
 
 @dataclass(frozen=True)
@@ -55,6 +98,7 @@ class Socket:
     kinds: FrozenSet[str]
     number: int = 0  # index among the sockets with this name
     primary: bool = False  # whether the node's name alone refers to this output
+    flag: str = ""  # option that an output needs to be 1; "" if it is always made
 
 
 @dataclass(frozen=True)
@@ -108,7 +152,7 @@ def _sockets(entries: List[Mapping[str, Any]]) -> Tuple[Socket, ...]:
         name, kinds = entry["name"], frozenset(entry["kinds"]) - _NO_SOCKET
         most = _MOST_IMAGES if kinds == {"image"} else _MOST_SOCKETS
         for number in range(min(entry["maximum"], most) if kinds else 0):
-            sockets.append(Socket(_label(name, number), name, kinds, number, name in always[-1:]))
+            sockets.append(Socket(_label(name, number), name, kinds, number, name in always[-1:], entry.get("flag", "")))
     return tuple(sockets)
 
 

@@ -2,17 +2,57 @@
 """The operators for bakes. If started from the user interface, a thread runs the library and the headers show its
 progress."""
 
-from typing import Dict, Optional, Set
+import time
+from typing import Dict, Generator, Optional, Set, Tuple
 
 import bpy
 
-from . import cache
+from . import cache, results
 from .actions import TreeError, number_text
-from .job import Job, bake, finish, prepare, running_folders, stop_all
+from .job import Job, bake, finish, preparation, running_folders, stop_all
 from .nodes import TREE
+from .tree import nodes_of
+
+_STEP = 0.05  # seconds of a timer's step that samples objects
+
+
+class Run:
+    """A bake that a button has started: it samples the scene in its frames, then its job runs in a thread."""
+
+    def __init__(self, tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> None:
+        self.job: Optional[Job] = None
+        self.cancelled = False
+        self._sampled = 0.0
+        self._steps: Generator[float, None, Job] = preparation(tree, scene)
+
+    def advance(self) -> bool:
+        """Samples further frames, and starts the job after the last. Returns whether the bake still runs. Raises TreeError
+        if the tree is invalid."""
+        if self.job:
+            return self.job.running()
+        end = time.perf_counter() + _STEP
+        try:
+            while not self.cancelled and time.perf_counter() < end:
+                self._sampled = next(self._steps)
+        except StopIteration as last:
+            self.job = last.value
+            self.job.start()
+        return not self.cancelled
+
+    def progress(self) -> Tuple[str, float]:
+        """Returns what the bake does, and the progress from 0 to 1."""
+        return (self.job.title, self.job.overall()) if self.job else ("sampling objects", self._sampled)
+
+    def cancel(self) -> None:
+        """Stops sampling or cancels the job."""
+        self.cancelled = True
+        self._steps.close()  # back to the current frame
+        if self.job:
+            self.job.cancelled = True
+
 
 # Running bakes that a button has started, by the name of the tree.
-running: Dict[str, Job] = {}
+running: Dict[str, Run] = {}
 
 
 def active_tree(context: bpy.types.Context) -> Optional[bpy.types.NodeTree]:
@@ -29,8 +69,9 @@ class CURLEW_OT_bake(bpy.types.Operator):
 
     bl_idname = "curlew.bake"
     bl_label = "Bake"
-    bl_options = {"REGISTER"}
-    __annotations__ = {"tree": bpy.props.StringProperty(name="Tree", description="Tree to bake; empty for the one in this editor or panel")}
+    bl_options = {"UNDO"}
+    __annotations__ = {"tree": bpy.props.StringProperty(
+        name="Tree", description="Tree to bake; empty for the one in this editor or panel")}
 
     def _tree(self, context: bpy.types.Context) -> Optional[bpy.types.NodeTree]:
         tree = bpy.data.node_groups.get(self.tree) if self.tree else active_tree(context)
@@ -58,14 +99,14 @@ class CURLEW_OT_bake(bpy.types.Operator):
         if tree.name in running:
             self.report({"WARNING"}, "this tree is already being baked")
             return {"CANCELLED"}
+        run = Run(tree, context.scene)
         try:
-            job = prepare(tree, context.scene)
+            run.advance()
         except TreeError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         self.tree = tree.name
-        running[self.tree] = job
-        job.start()
+        running[self.tree] = run
         self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
         context.window_manager.progress_begin(0.0, 1.0)
         context.window_manager.modal_handler_add(self)
@@ -73,31 +114,46 @@ class CURLEW_OT_bake(bpy.types.Operator):
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> Set[str]:
         """Shows the progress."""
-        job = running.get(self.tree)
-        if job is None:  # another file was loaded
+        run, tree = running.get(self.tree), bpy.data.node_groups.get(self.tree)
+        if run is None:  # another file was loaded
             return {"CANCELLED"}
-        if event.type == "ESC":
-            job.cancelled = True
+        if event.type == "ESC" or tree is None:
+            run.cancel()
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
-        if job.running():
-            context.window_manager.progress_update(job.overall())
-            say(context, f"Curlew: {job.title} {100 * job.overall():.0f} %  (Esc cancels)")
+        try:
+            busy = run.advance()
+            if run.job and tree:
+                run.job.show_early(tree, context.scene)
+        except TreeError as error:
+            run.cancel()
+            self._stop(context)
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        if busy:
+            title, fraction = run.progress()
+            context.window_manager.progress_update(fraction)
+            say(context, f"Curlew: {title} {100 * fraction:.0f} %  (Esc cancels)")
             return {"PASS_THROUGH"}
-        return self._end(context, job)
+        self._stop(context)
+        return self._end(context, run, tree)
 
-    def _end(self, context: bpy.types.Context, job: Job) -> Set[str]:
+    def _stop(self, context: bpy.types.Context) -> None:
         context.window_manager.event_timer_remove(self._timer)
         context.window_manager.progress_end()
         say(context, None)
         del running[self.tree]
-        tree = bpy.data.node_groups.get(self.tree)
+
+    def _end(self, context: bpy.types.Context, run: Run, tree: Optional[bpy.types.NodeTree]) -> Set[str]:
         if tree is None:
             return {"CANCELLED"}
+        if run.job is None:
+            tree.message = "cancelled"
+            return {"CANCELLED"}
         try:
-            finish(tree, job, context.scene)
+            finish(tree, run.job, context.scene)
         except TreeError as error:
-            self.report({"WARNING" if job.cancelled else "ERROR"}, str(tree.message or error))
+            self.report({"WARNING" if run.cancelled else "ERROR"}, str(tree.message or error))
             return {"CANCELLED"}
         self.report({"INFO"}, f"{tree.name}: {tree.message}")
         return {"FINISHED"}
@@ -111,6 +167,44 @@ def say(context: bpy.types.Context, text: Optional[str]) -> None:
         if area.type in {"NODE_EDITOR", "VIEW_3D"}:
             area.header_text_set(text)
             area.tag_redraw()
+
+
+class CURLEW_OT_cancel(bpy.types.Operator):
+    """Cancel the bake of this tree"""
+
+    bl_idname = "curlew.cancel"
+    bl_label = "Cancel Bake"
+    bl_options = {"INTERNAL"}
+    __annotations__ = {"tree": bpy.props.StringProperty()}
+
+    def execute(self, context: bpy.types.Context) -> Set[str]:
+        """Cancels it, unless it has ended meanwhile."""
+        if self.tree in running:
+            running[self.tree].cancel()
+        return {"FINISHED"}
+
+
+class CURLEW_OT_free_bake(bpy.types.Operator):
+    """Empty the objects that this tree has baked, and delete their files"""
+
+    bl_idname = "curlew.free_bake"
+    bl_label = "Free Bake"
+    bl_options = {"UNDO"}
+    __annotations__ = {"tree": bpy.props.StringProperty()}
+
+    def execute(self, context: bpy.types.Context) -> Set[str]:
+        """Keeps the objects with their materials and modifiers, for the next bake."""
+        tree = bpy.data.node_groups.get(self.tree) if self.tree else active_tree(context)
+        if tree is None or tree.bl_idname != TREE:
+            self.report({"ERROR"}, "no Curlew tree: choose one, or open one in the node editor")
+            return {"CANCELLED"}
+        for node in nodes_of(tree).values():
+            if getattr(node, "target", None):
+                results.empty(node.target)
+        count = cache.clear(tree, running_folders())
+        tree.message = ""
+        self.report({"INFO"}, f"{count} bakes removed")
+        return {"FINISHED"}
 
 
 class CURLEW_OT_clear_cache(bpy.types.Operator):
@@ -156,12 +250,14 @@ class CURLEW_OT_option(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (CURLEW_OT_bake, CURLEW_OT_clear_cache, CURLEW_OT_option)
+CLASSES = (CURLEW_OT_bake, CURLEW_OT_cancel, CURLEW_OT_free_bake, CURLEW_OT_clear_cache, CURLEW_OT_option)
 
 
 @bpy.app.handlers.persistent
 def on_load(*_: object) -> None:
     """Stops the bakes of the file that was closed."""
+    for run in running.values():
+        run.cancel()
     stop_all()
     running.clear()
 

@@ -7,6 +7,7 @@ folder never changes.
 
 import os
 import re
+import secrets
 import shutil
 import tempfile
 from pathlib import Path
@@ -15,17 +16,24 @@ from typing import AbstractSet, Callable, Dict, List, Set
 import bpy
 import numpy as np
 
-FOLDER = "//curlew_cache"
-_FRAME, _PART = "frame_", "part_"  # prefixes of folders for bakes on frame change: finished, and in progress
+_NAME = "curlew_cache"
+FOLDER = "//" + _NAME
+_FRAME, PART = "frame_", "part_"  # prefixes of folders for bakes on frame change: finished, and in progress
+
+
+def temporary() -> Path:
+    """Returns the folder for the bakes of files that have not been saved."""
+    return Path(bpy.app.tempdir or tempfile.gettempdir()) / _NAME
+
+
+def beside() -> Path:
+    """Returns the folder for the bakes of the open file."""
+    return Path(bpy.path.abspath(FOLDER)) if bpy.data.filepath else temporary()
 
 
 def root(tree: bpy.types.NodeTree) -> Path:
     """Returns the folder for the bakes of a tree."""
-    if bpy.data.filepath:
-        base = Path(bpy.path.abspath(FOLDER))
-    else:
-        base = Path(bpy.app.tempdir or tempfile.gettempdir()) / "curlew_cache"
-    return base / (re.sub(r"[^A-Za-z0-9_-]+", "_", tree.name) or "tree")
+    return beside() / (re.sub(r"[^A-Za-z0-9_-]+", "_", tree.name) or "tree")
 
 
 def new_folder(tree: bpy.types.NodeTree) -> Path:
@@ -34,6 +42,8 @@ def new_folder(tree: bpy.types.NodeTree) -> Path:
     while True:
         tree.bake_number += 1
         folder = base / f"{tree.bake_number:04d}"
+        if not bpy.data.filepath:  # moves beside the file when it is saved, where other bakes may be
+            folder = folder.with_name(f"{folder.name}-{secrets.token_hex(4)}")
         if not folder.exists():
             folder.mkdir(parents=True)
             return folder
@@ -43,6 +53,25 @@ def stored(path: Path) -> str:
     """Returns a path as the .blend stores it: relative to the .blend if that is saved."""
     text = str(path)
     return bpy.path.relpath(text) if bpy.data.filepath else text
+
+
+def absolute(text: str) -> Path:
+    """Returns the path of files that a .blend has stored. If their folder no longer exists, they are looked for in the
+    cache beside the .blend, which may have been moved together with it."""
+    if text.startswith("//") and not bpy.data.filepath:  # a file that is just being saved for the first time
+        return temporary().parent / text[2:]
+    path = Path(bpy.path.abspath(text))
+    if not path.parent.is_dir() and _NAME in path.parts:
+        tail = path.parts[len(path.parts) - path.parts[::-1].index(_NAME):]
+        moved = beside().joinpath(*tail)
+        if moved.parent.is_dir():
+            return moved
+    return path
+
+
+def shown_by() -> List[bpy.types.Object]:
+    """Returns the objects that show files of the cache other than volumes."""
+    return [obj for obj in bpy.data.objects if obj.get("curlew_cache")]
 
 
 def save(path: Path, arrays: Dict[str, np.ndarray]) -> None:
@@ -59,11 +88,26 @@ def load(path: Path) -> Dict[str, np.ndarray]:
         return {name: arrays[name] for name in arrays.files}
 
 
+def load_grids(volume: bpy.types.Volume) -> bool:
+    """Loads the file of a volume. Returns whether it could be read."""
+    for _ in range(2):  # an error of the previous file stays until a file has been loaded
+        volume.grids.unload()
+        if volume.grids.load():
+            return True
+    return False
+
+
+def size_text(folder: Path) -> str:
+    """Returns the size of the files in a folder as a text. Counts a file with several names once."""
+    files = {(about.st_dev, about.st_ino): about.st_size for about in (path.stat() for path in folder.glob("*"))}
+    size = sum(files.values()) / 2**20
+    return f"{size:.1f} MiB" if size < 1024 else f"{size / 1024:.1f} GiB"
+
+
 def used_folders() -> Set[Path]:
     """Returns the folders whose files are in use by the open .blend."""
-    paths: List[str] = [v.filepath for v in bpy.data.volumes]
-    paths += [o["curlew_cache"] for o in bpy.data.objects if "curlew_cache" in o]
-    return {Path(bpy.path.abspath(p)).resolve().parent for p in paths if p}
+    paths = [v.filepath for v in bpy.data.volumes] + [obj["curlew_cache"] for obj in shown_by()]
+    return {absolute(path).resolve().parent for path in paths if path}
 
 
 def make_once(base: Path, name: str, make: Callable[[Path], None]) -> Path:
@@ -72,7 +116,7 @@ def make_once(base: Path, name: str, make: Callable[[Path], None]) -> Path:
     folder = base / (_FRAME + name)
     if not folder.is_dir():
         base.mkdir(parents=True, exist_ok=True)
-        part = Path(tempfile.mkdtemp(prefix=_PART, dir=base))
+        part = Path(tempfile.mkdtemp(prefix=PART, dir=base))
         try:
             make(part)
             part.rename(folder)
@@ -93,7 +137,7 @@ def prune(base: Path, keep: int) -> None:
 
 
 def _is_bake(name: str) -> bool:
-    return name.isdigit() or name.startswith((_FRAME, _PART))
+    return bool(re.fullmatch(r"\d+(-[0-9a-f]+)?", name)) or name.startswith((_FRAME, PART))
 
 
 def clear(tree: bpy.types.NodeTree, busy: AbstractSet[Path] = frozenset()) -> int:
@@ -104,3 +148,4 @@ def clear(tree: bpy.types.NodeTree, busy: AbstractSet[Path] = frozenset()) -> in
             shutil.rmtree(folder)
             removed += 1
     return removed
+

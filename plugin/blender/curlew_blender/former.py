@@ -35,6 +35,9 @@ def rename(tree: bpy.types.NodeTree) -> None:
     under its current name, that value wins."""
     curves = _curves(tree)
     for node in tree.nodes:
+        if node.bl_idname == nodes.CurlewMeshObject.bl_idname and "animated" in node:
+            node.motion = "ON" if node["animated"] else "AUTO"
+            del node["animated"]
         if not isinstance(node, nodes.ActionNode):
             continue
         path = node.path_from_id()

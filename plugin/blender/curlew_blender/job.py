@@ -2,11 +2,12 @@
 """A bake: converts a tree to a graph, lets the library evaluate it, and turns the results into objects."""
 
 import atexit
+import os
 import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, Optional, Set, Tuple
+from typing import Any, Dict, Generator, List, Mapping, Optional, Set, Tuple, TypeVar
 
 import bpy
 
@@ -47,6 +48,12 @@ class Plan:
     frames: Optional[List[int]]
     volumes: Dict[str, str]  # files, by the keys of results
     wanted: Dict[str, Tuple[str, str]]  # kinds and links of the other results, by key
+    shift: int = 0  # what to subtract from a frame of the graph to get that of the scene
+    first: int = 0  # first frame of the scene that is shown; those before it only fill the scene
+
+    def shown(self) -> List[int]:
+        """Returns the frames of the scene that have results; empty if this is not a sequence."""
+        return [frame - self.shift for frame in self.frames or () if frame - self.shift >= self.first]
 
     def graph_in(self, folder: Path) -> Graph:
         """Returns the graph with its volumes written to this folder."""
@@ -77,7 +84,8 @@ class Job:
         self.seconds = 0.0
         self.plan = plan
         self._sessions = sessions  # sessions whose values are reused; None: a new session
-        self._frames_done = 0
+        self._frames_begun = self._frames_done = 0  # evaluated, and stored
+        self._early: Set[str] = set()  # results that were shown before the end
         self._thread: Optional[threading.Thread] = None
 
     def run(self) -> None:
@@ -98,6 +106,18 @@ class Job:
             if not self.plan.frames:
                 self._store(None, session)
             self.report = session.report()
+        self._fill()
+
+    def _fill(self) -> None:
+        """Repeats the volumes of a sequence with a step in the frames between, as Blender needs a file for each."""
+        frames = self.plan.frames or []
+        for key in self.plan.volumes if len(frames) > 1 and frames[1] - frames[0] > 1 else ():
+            file = self.plan.file(key, self.folder)
+            for frame in range(frames[0], frames[-1]):
+                before = frame - (frame - frames[0]) % (frames[1] - frames[0])
+                if before != frame:
+                    os.link(file.with_name(file.name.replace("$F4", f"{before:04d}")),
+                            file.with_name(file.name.replace("$F4", f"{frame:04d}")))
 
     def start(self) -> None:
         """Starts run() in a new thread."""
@@ -124,17 +144,35 @@ class Job:
         if self.error is not None:
             if isinstance(self.error, OSError):
                 raise cache_error(self.error) from self.error
+            if "needs actions after it" in str(self.error):
+                raise TreeError("", "nothing in this tree changes with time: turn Sequence off") from self.error
             key = getattr(self.error, "key", None) or getattr(self.error, "node", None) or ""
-            raise TreeError(key, str(self.error)) from self.error
+            raise TreeError(key, library.text_of(self.error) if key else str(self.error)) from self.error
+        self._show(tree, scene, self.plan.shown(), self._kinds())
+
+    def _kinds(self) -> Dict[str, str]:
+        return {**dict.fromkeys(self.plan.volumes, "grid"), **{key: kind for key, (kind, _) in self.plan.wanted.items()}}
+
+    def _show(self, tree: bpy.types.NodeTree, scene: bpy.types.Scene, frames: List[int], kinds: Mapping[str, str]) -> None:
         nodes = trees.nodes_of(tree)
-        kinds = {**dict.fromkeys(self.plan.volumes, "grid"), **{key: kind for key, (kind, _) in self.plan.wanted.items()}}
         for key, kind in kinds.items():
             node = nodes.get(key)
             if getattr(node, "kind", "") == kind:
                 try:
-                    results.show_result(node, self.plan.file(key, self.folder), self.plan.frames, scene)
+                    results.show_result(node, self.plan.file(key, self.folder), frames, scene, self.plan.shift)
                 except RuntimeError as error:
                     raise TreeError(key, str(error)) from error
+
+    def show_early(self, tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> None:
+        """Shows the frames of a sequence that are stored already, for nodes without an object: the first one while the
+        job runs, all after it was cancelled. Others keep what they show. Raises TreeError if that fails."""
+        frames = self.plan.shown()[:self._frames_done]
+        if not frames or (self._early and self.running()):
+            return
+        if not self._early:
+            self._early = {key for key in self._kinds() if getattr(trees.nodes_of(tree).get(key), "target", self) is None}
+        kinds = {key: kind for key, kind in self._kinds().items() if key in self._early}
+        self._show(tree, scene, frames[:1] if self.running() else frames, kinds)
 
     def _progress(self, title: str, fraction: float) -> bool:
         self.title, self.fraction = title, fraction
@@ -144,17 +182,20 @@ class Job:
         """Returns the overall progress from 0 to 1, as far as it is known."""
         if not self.plan.frames:
             return self.fraction
-        return min(1.0, (self._frames_done + self.fraction) / len(self.plan.frames))
+        return min(1.0, (self._frames_begun + self.fraction) / len(self.plan.frames))
 
     def _store(self, frame: Optional[int], session: Any) -> None:
+        self._frames_begun += 1
+        if frame is not None and frame - self.plan.shift < self.plan.first:
+            return
         for key, (kind, link) in self.plan.wanted.items():
             file = self.plan.file(key, self.folder)
             if frame is not None:
-                file = file.with_name(file.name.replace("$F4", f"{frame:04d}"))
+                file = file.with_name(file.name.replace("$F4", f"{frame - self.plan.shift:04d}"))
             try:
                 made = {"points": session.points, "curves": session.curves, "mesh": session.mesh}[kind](link)
             except library.curlew().Error as error:
-                raise TreeError(key, str(error)) from error
+                raise TreeError(key, library.text_of(error)) from error
             cache.save(file, results.ARRAYS[kind](made))
         self._frames_done += 1
 
@@ -176,24 +217,49 @@ def stop_all() -> None:
 atexit.register(stop_all)
 
 
+T = TypeVar("T")
+Planning = Generator[float, None, Plan]  # yields the progress, returns the plan
+
+
+def finished(steps: Generator[float, None, T]) -> T:
+    """Runs a generator to its end. Returns its result."""
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return end.value
+
+
 def planned(tree: bpy.types.NodeTree, scene: bpy.types.Scene, collected: Collected,
-            depsgraph: Optional[bpy.types.Depsgraph] = None, still: bool = False) -> Plan:
+            depsgraph: Optional[bpy.types.Depsgraph] = None, still: bool = False) -> Planning:
     """Returns the plan for a collected tree, including the values from objects and keyframes. Raises TreeError if the
     tree is invalid."""
     said = None if still else trees.frames_of(tree, scene, collected)
     frames = frame_numbers(said)
-    sampled = sample(scene, collected.meshes, collected.places, frames, depsgraph)
-    keyed = keyframes.over_frames(collected, frames, scene.frame_current) if frames else {}
+    keyframes.check(collected)
+    shift = trees.shift_of(tree, scene, collected)
+    sampled = yield from sample(scene, collected.meshes, collected.places, frames, shift, depsgraph)
+    keyed = keyframes.over_frames(collected, frames, scene.frame_current, shift) if frames else {}
+    for node in collected.graph.values():
+        if node["action"] == "read" and node["words"][0] in sampled.still:
+            node["words"] = [sampled.still[node["words"][0]]]
     for changed in (keyed, sampled.options):
         for key, options in changed.items():
             collected.graph[key]["options"].update(options)
     graph = collected.document(scene, said)
-    return Plan(tree.name, graph, sampled.meshes, frames, collected.files, collected.wanted)
+    first = scene.frame_start if frames and not (collected.frames or {}).get("words") else frames[0] if frames else 0
+    return Plan(tree.name, graph, sampled.meshes, frames, collected.files, collected.wanted, shift, first)
 
 
 def plan_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene, depsgraph: Optional[bpy.types.Depsgraph] = None,
             only_results: bool = False) -> Plan:
-    """Returns the plan for the current state of a tree. `depsgraph`: the dependency graph to use for objects, if not
+    """Like planning_of(), in one step."""
+    return finished(planning_of(tree, scene, depsgraph, only_results))
+
+
+def planning_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene, depsgraph: Optional[bpy.types.Depsgraph] = None,
+                only_results: bool = False) -> Planning:
+    """Makes the plan for the current state of a tree. `depsgraph`: the dependency graph to use for objects, if not
     the context's. `only_results`: leave out nodes that write files of their own (Write, Report, …). Raises TreeError if the
     tree is invalid."""
     names: Set[str] = set()
@@ -210,14 +276,16 @@ def plan_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene, depsgraph: Optiona
     trees.staggered(collected)
     if not collected.graph and not collected.wanted:
         raise TreeError("", "nothing to do: add a result node and connect it")
-    return planned(tree, scene, collected, depsgraph)
+    return (yield from planned(tree, scene, collected, depsgraph))
 
 
-def prepare(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> Job:
-    """Returns the job for a tree, with a new folder. Raises TreeError and marks the node red if the tree is invalid."""
+def preparation(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> Generator[float, None, Job]:
+    """Yields the progress, and returns the job for a tree, with a new folder. Raises TreeError and marks the node red if
+    the tree is invalid."""
     trees.clear_errors(tree)
     try:
-        return Job(plan_of(tree, scene), cache.new_folder(tree))
+        plan = yield from planning_of(tree, scene)
+        return Job(plan, cache.new_folder(tree))
     except OSError as error:
         failed = cache_error(error)
         trees.show_error(tree, failed)
@@ -227,11 +295,16 @@ def prepare(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> Job:
         raise
 
 
+def prepare(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> Job:
+    """Like preparation(), in one step."""
+    return finished(preparation(tree, scene))
+
+
 def finish(tree: bpy.types.NodeTree, job: Job, scene: bpy.types.Scene) -> None:
     """Shows the results of a job, or its error on the node that failed."""
     try:
         job.finish(tree, scene)
-        tree.message = f"baked in {job.seconds:.1f} s"
+        tree.message = f"baked in {job.seconds:.1f} s, {cache.size_text(job.folder)}"
     except TreeError as error:
         if isinstance(job.error, library.curlew().Cancelled):
             tree.message = "cancelled"

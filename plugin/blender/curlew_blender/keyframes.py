@@ -44,16 +44,40 @@ def _set(owner: Any, name: str, index: int, value: float) -> None:
         setattr(owner, name, wanted)
 
 
-def over_frames(collected: Collected, frames: Sequence[int], now: int) -> Dict[str, Dict[str, str]]:
+def check(collected: Collected) -> None:
+    """Raises TreeError if an option has a driver, or if the keyframes of a tree are strips of the nonlinear animation
+    editor. Blender does not evaluate them, because no object or scene uses the tree."""
+    for key in collected.graph:
+        node = collected.nodes.get(key)  # the preview adds others
+        data = node.id_data.animation_data if node else None
+        if not node or not data:
+            continue
+        start = node.path_from_id() + "."
+
+        def named(curve: bpy.types.FCurve) -> str:
+            is_option = curve.data_path.startswith(start) and not curve.mute
+            return curve.data_path[len(start):].removeprefix("o_") if is_option else ""
+
+        for name in filter(None, map(named, data.drivers)):
+            raise TreeError(key, f"'{name}' has a driver, which a bake cannot follow; use keyframes, or text with "
+                                 "{expressions} of F and T")
+        for strip in (strip for track in data.nla_tracks if not track.mute for strip in track.strips if not strip.mute):
+            for name in filter(None, map(named, strip.action.fcurves if strip.action else ())):
+                raise TreeError(key, f"'{name}' is animated by the strip '{strip.name}' of the nonlinear animation editor, "
+                                     "which a bake cannot follow; make its action the active one")
+
+
+def over_frames(collected: Collected, frames: Sequence[int], now: int, shift: int = 0) -> Dict[str, Dict[str, str]]:
     """Returns the options that change in these frames, by the keys of their nodes, as expressions that are linear
-    between frames. Raises TreeError if an option cannot be an expression."""
+    between frames. `shift`: what to subtract from a frame to get that of the scene. Raises TreeError if an option cannot be an
+    expression."""
     nodes = {key: collected.nodes[key] for key in collected.graph}
     keyed = {key: node for key, node in nodes.items() if node.id_data.animation_data and hasattr(node, "given")}
     trees = {node.id_data.name: node.id_data for node in keyed.values()}
     given: Dict[str, List[Dict[str, str]]] = {key: [] for key in keyed}
     for frame in frames if trees else ():
         for tree in trees.values():
-            follow(tree, frame)
+            follow(tree, frame - shift)
         for key, node in keyed.items():
             given[key].append(node.given())
     for tree in trees.values():

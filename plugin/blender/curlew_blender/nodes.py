@@ -12,10 +12,12 @@ from bpy.props import PointerProperty, StringProperty
 
 from .actions import MOST_INT, NO_NODE, Action, Option, Socket, numbers, option_range, property_value, value_text
 from .results import lock_interface
-from .sockets import socket_type
+from .sources import is_mesh
+from .sockets import SOCKETS, color_of, socket_type
 
 TREE = "CurlewTree"
 _RED = (0.45, 0.08, 0.08)
+UNITS = {"world units": "LENGTH", "s": "TIME", "world units / s": "VELOCITY"}  # Blender's units for those of options
 _FEW = 5  # number of options that a node shows by default
 
 # Called with a tree when the user has changed something in it. Used by the preview.
@@ -35,7 +37,8 @@ def title_of(name: str) -> str:
 
 def _property_of(option: Option) -> Any:
     lower, upper = option_range(option)
-    common = {"name": option.name, "description": option.description, "update": _update}
+    common = {"name": option.label, "description": option.description, "update": _update}
+    unit = {"unit": UNITS.get(option.unit, "NONE")}
     default = property_value(option, option.default) if option.default else None
     if option.type == "flag":
         return BoolProperty(default=bool(default), **common)
@@ -47,12 +50,12 @@ def _property_of(option: Option) -> Any:
         return IntProperty(default=default if default is not None else max(low, min(high, 0)), min=low, max=high, **common)
     if option.type == "real":
         start = numbers(option.default)[0] if option.default else 1.0
-        return FloatProperty(default=min(max(start, lower), upper), min=lower, max=upper, precision=4, step=1, **common)
+        return FloatProperty(default=min(max(start, lower), upper), min=lower, max=upper, precision=4, step=1, **unit, **common)
     if option.type in ("vector", "interval", "box"):
         size = {"vector": 3, "interval": 2, "box": 6}[option.type]
         plain = {"vector": (0.0,) * 3, "interval": (0.0, 1.0), "box": (-1.0,) * 3 + (1.0,) * 3}[option.type]
         # The range of an option applies to a single number, not to a box or an interval.
-        return FloatVectorProperty(size=size, default=default or plain, precision=4, step=1, **common)
+        return FloatVectorProperty(size=size, default=default or plain, precision=4, step=1, **unit, **common)
     return StringProperty(default=option.default, **common)
 
 
@@ -74,10 +77,21 @@ class CurlewNode:
         for sockets, declared in ((self.inputs, self.takes), (self.outputs, self.makes)):
             for socket in declared:
                 sockets.new(socket_type(socket.kinds), socket.label)
+        if self.makes or self.takes:
+            self.use_custom_color = True
+            self.color = [0.12 + 0.25 * part for part in color_of((self.makes or self.takes)[0].kinds)[:3]]
 
     def output_name(self, index: int) -> str:
         """Returns the part of a link to an output socket after the node's name; "" if the name alone suffices."""
         return ""
+
+    def insert_link(self, link: bpy.types.NodeLink) -> None:
+        """Turns on the output that a new link needs."""
+        if link.from_node == self:
+            self.turn_on(next((k for k, socket in enumerate(self.outputs) if socket == link.from_socket), -1))
+
+    def turn_on(self, index: int) -> None:
+        """Turns on the output with this index, if an option turns it off."""
 
     def copy(self, node: bpy.types.Node) -> None:
         """Clears the error of a copy."""
@@ -85,10 +99,12 @@ class CurlewNode:
 
     def show_error(self, message: str) -> None:
         """Marks the node red with a message, or clears both."""
-        if bool(message) != bool(self.error):
-            self.use_custom_color = bool(message)
-            if message:
-                self.color = _RED
+        if message and not self.error:
+            self["calm"] = [float(self.use_custom_color), *self.color]
+            self.use_custom_color, self.color = True, _RED
+        elif self.error and not message:
+            custom, *color = self.get("calm", [0.0, 0.3, 0.3, 0.3])
+            self.use_custom_color, self.color = bool(custom), color
         self.error = message
 
     def draw_error(self, layout: bpy.types.UILayout) -> None:
@@ -124,6 +140,12 @@ class ActionNode(CurlewNode):
             names = [name for name in self.given().get("grids", "").split(",") if name]
             return names[made.number] if made.name == "grids" and made.number < len(names) else ""
         return "" if made.primary else made.name
+
+    def turn_on(self, index: int) -> None:
+        """Turns on the output with this index, if an option turns it off."""
+        flag = self.makes[index].flag if 0 <= index < len(self.makes) else ""
+        if flag and self.given().get(flag, "0") == "0":
+            self.set_option(flag, "1")
 
     def given(self) -> Dict[str, str]:
         """Returns the options that have been set, as texts."""
@@ -163,7 +185,7 @@ class ActionNode(CurlewNode):
     def _draw_option(self, layout: bpy.types.UILayout, option: Option) -> None:
         row = layout.row(align=True)
         body = row.row(align=True)
-        body.active = given = self._is_given(option)
+        given = self._is_given(option)
         written = bool(getattr(self, "t_" + option.name))
         many = option.type in ("vector", "interval", "box")
 
@@ -172,10 +194,10 @@ class ActionNode(CurlewNode):
             change.node, change.option, change.to = self.name, option.name, to
 
         if not given and (many or not option.default) and option.type != "text":
-            body.label(text=f"{option.name}: {option.default or 'not set'}")
+            body.label(text=f"{option.label}: {option.default or 'automatic'}")
             button("ADD", "VALUE")
             return
-        (body.column(align=True) if many else body).prop(self, ("t_" if written else "o_") + option.name, text=option.name)
+        (body.column(align=True) if many else body).prop(self, ("t_" if written else "o_") + option.name, text=option.label)
         if not written:
             button("DRIVER_TRANSFORM", "TEXT")
         if given:
@@ -243,7 +265,7 @@ def _action_class(action: Action) -> Type[bpy.types.Node]:
     for option in action.options:
         properties["o_" + option.name] = _property_of(option)
         properties["t_" + option.name] = StringProperty(
-            name=option.name, update=_update,
+            name=option.label, update=_update,
             description=option.description + ". As text, which may contain {expressions} of the frame F and its time T")
     return type(action_id(action.name), (ActionNode, bpy.types.Node), {
         "__annotations__": properties,
@@ -261,18 +283,31 @@ _FOUR_GRIDS = tuple(Socket(name, "what", frozenset({"grid"})) for name in ("Grid
 
 
 class CurlewMeshObject(CurlewNode, bpy.types.Node):
-    """A mesh of the scene, with its modifiers and transform applied."""
+    """A mesh of the scene, or an empty that shows a collection, with modifiers, instances and transforms applied."""
 
     bl_idname = "CurlewMeshObject"
     bl_label = "Mesh Object"
     makes = (Socket("Mesh", "mesh", frozenset({"mesh"})),)
-    shown = ("object", "animated")
+    shown = ("object", "motion")
     __annotations__ = {
         **_shared_properties(),
         "object": PointerProperty(type=bpy.types.Object, name="Object", update=_update,
-                                  poll=lambda self, o: o.type in {"MESH", "CURVE", "SURFACE", "META", "FONT"}),
-        "animated": BoolProperty(name="Animated", description="Read it again in each frame of a sequence, because it moves or deforms", update=_update),
+                                  poll=lambda self, o: is_mesh(o)),
+        "motion": EnumProperty(
+            name="In Each Frame", description="Whether to read the object again in each frame of a sequence", update=_update,
+            items=[("AUTO", "Automatic", "In each frame if the object may move or deform: animation, parents, armatures, shape keys, "
+                                         "constraints, modifiers"),
+                   ("ON", "Yes", "In each frame"), ("OFF", "No", "Only in the first frame")]),
     }
+
+    @property
+    def animated(self) -> bool:
+        """The setting of the last release, for scripts: whether to read the object in each frame."""
+        return self.motion == "ON"
+
+    @animated.setter
+    def animated(self, each: bool) -> None:
+        self.motion = "ON" if each else "OFF"
 
 
 class CurlewVolumeObject(CurlewNode, bpy.types.Node):
@@ -294,12 +329,33 @@ class CurlewVolumeObject(CurlewNode, bpy.types.Node):
         return str(index)
 
 
+_renewing = False
+
+
+def renew_groups(*_: Any) -> None:
+    """Gives all group nodes the sockets of their trees."""
+    global _renewing
+    if _renewing:
+        return
+    _renewing = True  # new sockets call this again
+    try:
+        for tree in bpy.data.node_groups:
+            for node in tree.nodes if tree.bl_idname == TREE else ():
+                if node.bl_idname == CurlewGroup.bl_idname:
+                    node.renew_sockets()
+    finally:
+        _renewing = False
+
+
 def _result_class(kind: str, label: str, takes: Tuple[Socket, ...], doc: str) -> Type[bpy.types.Node]:
     return type(f"Curlew{label.replace(' ', '')}Result", (CurlewNode, bpy.types.Node), {
         "__annotations__": {
             **_shared_properties(),
             "target": PointerProperty(type=bpy.types.Object, name="Object",
                                       description="Object that shows the result; the first bake creates it"),
+            **({"look": EnumProperty(name="Look", items=[
+                ("POINTS", "Points", "Round points"), ("STREAKS", "Streaks", "Streaks along the velocity"),
+                ("SMOKE", "Smoke", "Puffs of a volume that grow with their age")])} if kind == "points" else {}),
             "thickness": FloatProperty(name="Size" if kind == "points" else "Thickness", default=0.006, min=0.0, precision=4, step=0.1,
                                        description="Radius, in world units"),
         },
@@ -309,7 +365,7 @@ def _result_class(kind: str, label: str, takes: Tuple[Socket, ...], doc: str) ->
         "bl_label": f"{label} Result",
         "takes": takes,
         "kind": kind,
-        "shown": ("target", "thickness") if kind in ("points", "curves") else ("target",),
+        "shown": {"points": ("target", "look", "thickness"), "curves": ("target", "thickness")}.get(kind, ("target",)),
     })
 
 
@@ -327,7 +383,7 @@ RESULTS: Tuple[Type[bpy.types.Node], ...] = (
 
 
 class CurlewGroup(CurlewNode, bpy.types.NodeCustomGroup):
-    """A Curlew node tree inside another one."""
+    """A Curlew node tree inside another one. Until 3.6, Blender itself gives it the sockets of that tree."""
 
     bl_idname = "CurlewGroup"
     bl_label = "Group"
@@ -338,6 +394,26 @@ class CurlewGroup(CurlewNode, bpy.types.NodeCustomGroup):
         self.draw_error(layout)
         layout.template_ID(self, "node_tree")
 
+    def renew_sockets(self) -> None:
+        """Gives the node the sockets of its tree. Those that stay keep their links."""
+        if bpy.app.version < (4, 0, 0):
+            return
+        items = self.node_tree.interface.items_tree if self.node_tree else ()
+        for sockets, direction in ((self.inputs, "INPUT"), (self.outputs, "OUTPUT")):
+            wanted = [item for item in items if item.item_type == "SOCKET" and item.in_out == direction]
+            kinds = {item.identifier: item.bl_socket_idname for item in wanted}
+            for socket in [s for s in sockets if kinds.get(s.identifier) != s.bl_idname]:
+                sockets.remove(socket)
+            for place, item in enumerate(wanted):
+                now = next((k for k, s in enumerate(sockets) if s.identifier == item.identifier), None)
+                if now is None:
+                    sockets.new(item.bl_socket_idname, item.name, identifier=item.identifier)
+                    now = len(sockets) - 1
+                if now != place:
+                    sockets.move(now, place)
+                if sockets[place].name != item.name:
+                    sockets[place].name = item.name
+
 
 class CurlewTree(bpy.types.NodeTree):
     """Nodes for fields, flows, grids, particles and curves."""
@@ -345,10 +421,23 @@ class CurlewTree(bpy.types.NodeTree):
     bl_idname = TREE
     bl_label = "Curlew"
     bl_icon = "FORCE_VORTEX"
+
+    @classmethod
+    def valid_socket_type(cls, idname: str) -> bool:
+        """Returns whether the interface of a group may have sockets of this type."""
+        return idname in SOCKETS
+
+    def update(self) -> None:
+        """Blender calls this when nodes, links or the interface of a tree have changed."""
+        renew_groups()
     __annotations__ = {
         "sequence": BoolProperty(name="Sequence", description="Bake all frames of the scene instead of only the current one"),
         "substeps": IntProperty(name="Substeps", default=1, min=1, max=1000,
                                 description="Number of steps in which points move from one frame to the next"),
+        "run_up": IntProperty(name="Run-Up", default=0, min=0, soft_max=250,
+                              description="Number of frames that are evaluated before the first frame of the scene, so that an "
+                                          "emitter has filled the air by then"),
+        "repeat": BoolProperty(name="Repeat", description="Show the frames again after the last one, for a loop"),
         "message": StringProperty(options={"SKIP_SAVE"}),
         "preview": EnumProperty(
             name="Preview", items=[("NONE", "Off", "No preview"),

@@ -6,14 +6,20 @@ from typing import Dict, List
 import bpy
 import nodeitems_utils
 
-from . import nodes, preview, presets
+from . import bake, library, nodes, preview, presets
 from . import tree as trees
 from .actions import NO_NODE, Action
 
 
 def _draw_bake(layout: bpy.types.UILayout, tree: bpy.types.NodeTree) -> None:
     row = layout.row(align=True)
+    run = bake.running.get(tree.name)
+    if run:
+        title, fraction = run.progress()
+        row.operator("curlew.cancel", text=f"Cancel  {100 * fraction:.0f} %  {title}", icon="CANCEL").tree = tree.name
+        return
     row.operator("curlew.bake", icon="PLAY").tree = tree.name
+    row.operator("curlew.free_bake", text="", icon="X").tree = tree.name
     row.operator("curlew.clear_cache", text="", icon="TRASH")
 
 
@@ -41,6 +47,10 @@ class CURLEW_PT_view(bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         """Draws the panel."""
         layout, scene = self.layout, context.scene
+        if library.updated():
+            warn = layout.row()
+            warn.alert = True
+            warn.label(text="Updated: restart Blender", icon="ERROR")
         obj = context.active_object
         preset = presets.PRESETS[scene.curlew_preset]
         box = layout.column(align=True)
@@ -61,8 +71,14 @@ class CURLEW_PT_view(bpy.types.Panel):
         sub = row.row()
         sub.active = tree.sequence
         sub.prop(tree, "substeps")
+        if tree.sequence:
+            row = layout.row()
+            row.prop(tree, "run_up")
+            row.prop(tree, "repeat")
         _draw_live(layout, tree, scene)
         layout.prop(tree, "preview")
+        if not bpy.data.filepath:
+            layout.label(text="Save the file to keep bakes", icon="FILE_TICK")
         if tree.message:
             layout.label(text=tree.message, icon="INFO")
 

@@ -11,10 +11,12 @@ import numpy as np
 from . import job, library, looks, nodes, results
 from . import tree as trees
 from .actions import TreeError
+from .sources import coarse
 from .tree import Collected, graph_node
 
 NAME = "Curlew Preview"
 PARTICLES, PIXELS, COARSE = 2000, 72, 32
+_MANY = 100000  # faces of a mesh that is coarsened
 _DELAY = 0.01
 _POINTS, _SHOWN = "@points", "@preview"  # names of the nodes that the preview adds
 
@@ -66,7 +68,8 @@ def show(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> bpy.types.Object:
     flow, is_slice = _flow(tree), tree.preview == "SLICE"
     collected = trees.collect(tree, roots=[flow])
     _add(collected, flow, is_slice)
-    plan = job.planned(tree, scene, collected, still=True)
+    plan = job.finished(job.planned(tree, scene, collected, still=True))
+    plan.meshes = {name: coarse(mesh, 4 * COARSE) if len(mesh.sizes) > _MANY else mesh for name, mesh in plan.meshes.items()}
     _sessions.keep(bpy.data.node_groups)
     with library.said_of_nodes(), _sessions.of(tree.name, plan.meshes) as session:
         session.run_graph(plan.graph, name="preview")

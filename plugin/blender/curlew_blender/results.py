@@ -18,13 +18,19 @@ _PAUSE = 0.01  # seconds between them; a draw takes less
 
 
 def points_arrays(points: Any) -> Arrays:
-    """Returns the arrays to store for a session's points."""
+    """Returns the arrays to store for a session's points. Those that die fade in and out."""
+    fades = points.fades
+    if points.lives is not None and points.ages is not None:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            lived = np.where(np.isfinite(points.lives), points.ages / points.lives, 0.5)
+        born_and_dying = np.clip(np.minimum(lived / _FADES[0], (1.0 - lived) / _FADES[1]), 0.0, 1.0)
+        fades = born_and_dying if fades is None else fades * born_and_dying
     arrays = {
         "position": (points.positions, np.float32),
         "id": (points.ids, np.int32),
         "velocity": (points.velocities, np.float32),
         "age": (points.ages, np.float32),
-        "fade": (points.fades, np.float32),
+        "fade": (fades, np.float32),
     }
     return {name: np.ascontiguousarray(array, kind) for name, (array, kind) in arrays.items() if array is not None}
 
@@ -50,6 +56,7 @@ def mesh_arrays(mesh: Any) -> Arrays:
 
 
 ARRAYS = {"points": points_arrays, "curves": curves_arrays, "mesh": mesh_arrays}
+_FADES = (0.1, 0.25)  # parts of a life in which a point appears, and disappears
 _FEWEST = 4  # minimum number of vertices of a curve that is shown
 _ATTRIBUTES = (("id", "INT", "value"), ("velocity", "FLOAT_VECTOR", "vector"), ("age", "FLOAT", "value"),
                ("fade", "FLOAT", "value"))
@@ -177,24 +184,28 @@ def lock_interface(scene: bpy.types.Scene) -> None:
         scene.render.use_lock_interface = True
 
 
-def show_result(node: bpy.types.Node, file: Path, frames: Optional[Sequence[int]], scene: bpy.types.Scene) -> None:
-    """Shows the result of a bake for a result node: a file, or one file per frame with `$F4` in its name. Raises
-    RuntimeError if a volume cannot be read."""
-    (volume if node.kind == "grid" else geometry)(node, file, frames, scene)
+def show_result(node: bpy.types.Node, file: Path, frames: Optional[Sequence[int]], scene: bpy.types.Scene,
+                shift: int = 0) -> None:
+    """Shows the result of a bake for a result node: a file, or one file per frame with `$F4` in its name. `shift`: what to
+    subtract from the number of a volume's file to get its frame. Raises RuntimeError if a volume cannot be read."""
+    if node.kind == "grid":
+        volume(node, file, frames, scene, shift)
+    else:
+        geometry(node, file, frames, scene)
     if frames:
         lock_interface(scene)
 
 
-def volume(node: bpy.types.Node, file: Path, frames: Optional[Sequence[int]], scene: bpy.types.Scene) -> bpy.types.Object:
+def volume(node: bpy.types.Node, file: Path, frames: Optional[Sequence[int]], scene: bpy.types.Scene,
+           shift: int = 0) -> bpy.types.Object:
     """Returns the volume object of a file, or of one file per frame with `$F4` in its name. Velocities are per
     second."""
     obj = target_of(node, scene)
     data = obj.data
-    first = str(file).replace("$F4", f"{frames[0]:04d}") if frames else str(file)
+    first = str(file).replace("$F4", f"{frames[0] + shift:04d}") if frames else str(file)
     data.filepath = cache.stored(Path(first))
     data.is_sequence = False
-    data.grids.load()
-    if data.grids.error_message:
+    if not cache.load_grids(data):
         raise RuntimeError(f"'{first}': {data.grids.error_message}")
     vectors = [grid.name for grid in data.grids if grid.data_type.startswith("VECTOR")]
     if vectors:
@@ -205,8 +216,8 @@ def volume(node: bpy.types.Node, file: Path, frames: Optional[Sequence[int]], sc
         data.is_sequence = True
         data.frame_start = frames[0]
         data.frame_duration = frames[-1] - frames[0] + 1
-        data.frame_offset = frames[0] - 1  # otherwise the first file would be number 1
-        data.sequence_mode = "EXTEND"
+        data.frame_offset = frames[0] + shift - 1  # otherwise the first file would be number 1
+        data.sequence_mode = "REPEAT" if node.id_data.repeat else "EXTEND"
     if not data.materials:
         data.materials.append(looks.volume_material())
     return obj
@@ -218,6 +229,8 @@ def geometry(node: bpy.types.Node, pattern: Path, frames: Optional[Sequence[int]
     obj = target_of(node, scene)
     obj["curlew_cache"] = cache.stored(pattern)
     obj["curlew_frames"] = [frames[0], frames[-1]] if frames else []
+    obj["curlew_repeat"] = bool(frames and node.id_data.repeat)
+    obj["curlew_step"] = frames[1] - frames[0] if frames and len(frames) > 1 else 1
     if not obj.data.materials and node.kind != "points":
         for material in looks.curve_materials() if node.kind == "curves" else [looks.surface_material()]:
             obj.data.materials.append(material)
@@ -225,11 +238,23 @@ def geometry(node: bpy.types.Node, pattern: Path, frames: Optional[Sequence[int]
     if arrays is not None:
         show(obj, arrays)
     if node.kind == "points":
-        looks.particles(obj, node.thickness, fastest(arrays))
+        looks.particles(obj, node.thickness, fastest(arrays), node.look)
     elif node.kind == "curves":
         obj.data.bevel_depth = node.thickness
         obj.data.bevel_resolution = 2
     return obj
+
+
+def empty(obj: bpy.types.Object) -> None:
+    """Empties the object of a bake."""
+    for name in ("curlew_cache", "curlew_frames"):
+        obj.pop(name, None)
+    if obj.type == "VOLUME":
+        obj.data.filepath = ""
+    elif obj.type == "CURVE":
+        obj.data.splines.clear()
+    elif obj.type == "MESH":
+        obj.data.clear_geometry()
 
 
 def fastest(arrays: Optional[Arrays]) -> float:
@@ -240,14 +265,17 @@ def fastest(arrays: Optional[Arrays]) -> float:
 
 
 def _of_frame(obj: bpy.types.Object, frame: int) -> Optional[Arrays]:
-    """Returns the arrays that the object shows in a frame, or in the nearest frame of its range. Returns None if the
-    files no longer exist."""
+    """Returns the arrays that the object shows in a frame: those of the last frame of its range that is not later, or of
+    the first frame. If it repeats, its range goes on forever. Returns None if the files no longer exist."""
     frames = list(obj.get("curlew_frames", []))
-    path = bpy.path.abspath(obj["curlew_cache"])
+    path = cache.absolute(obj["curlew_cache"])
     if frames:
-        nearest = min(max(frame, frames[0]), frames[1])
-        path = path.replace("$F4", f"{nearest:04d}")
-    return cache.load(Path(path)) if Path(path).exists() else None
+        since = min(max(frame, frames[0]), frames[1]) - frames[0]
+        if obj.get("curlew_repeat"):
+            since = (frame - frames[0]) % (frames[1] - frames[0] + 1)
+        shown = frames[0] + since - since % max(1, int(obj.get("curlew_step", 1)))
+        path = path.with_name(path.name.replace("$F4", f"{shown:04d}"))
+    return cache.load(path) if path.exists() else None
 
 
 @bpy.app.handlers.persistent
@@ -263,12 +291,17 @@ def on_frame(scene: bpy.types.Scene, depsgraph: Optional[bpy.types.Depsgraph] = 
                 show(obj, arrays)
 
 
+# After an undo, the objects hold what they showed when the step was made, which may be another frame.
+_HANDLERS = ("frame_change_post", "undo_post", "redo_post")
+
+
 def register() -> None:
-    """Registers the frame handler."""
-    bpy.app.handlers.frame_change_post.append(on_frame)
+    """Registers the handlers."""
+    for name in _HANDLERS:
+        getattr(bpy.app.handlers, name).append(on_frame)
 
 
 def unregister() -> None:
-    """Unregisters the frame handler."""
-    if on_frame in bpy.app.handlers.frame_change_post:
-        bpy.app.handlers.frame_change_post.remove(on_frame)
+    """Unregisters the handlers."""
+    for name in _HANDLERS:
+        getattr(bpy.app.handlers, name).remove(on_frame)

@@ -13,7 +13,7 @@ from . import library, nodes
 from . import tree as trees
 from .actions import NO_NODE, Socket, TreeError
 from .bake import active_tree
-from .job import planned
+from .job import finished, planned
 from .layout import placed
 from .tree import Graph, graph_node
 
@@ -130,7 +130,7 @@ def export(tree: bpy.types.NodeTree, path: Path, scene: bpy.types.Scene) -> None
     stem, frame = path.stem, ".$F4" if trees.is_sequence(tree) else ""
     try:
         collected = trees.collect(tree, lambda key, name: f"{stem}_{name}{frame}.vdb")
-        plan = planned(tree, scene, collected)
+        plan = finished(planned(tree, scene, collected))
         graph = plan.graph
         for node in graph["nodes"]:
             if node["action"] == "read" and node["words"][0] in collected.meshes:

@@ -32,6 +32,11 @@ def socket_type(kinds: AbstractSet[str]) -> str:
     return f"Curlew{names.pop() if len(names) == 1 else 'Any'}Socket"
 
 
+def color_of(kinds: AbstractSet[str]) -> Color:
+    """Returns the colour of the socket for these kinds."""
+    return COLORS[socket_type(kinds)[len("Curlew"):-len("Socket")]]
+
+
 def _socket_class(name: str) -> Type[bpy.types.NodeSocket]:
     color = COLORS[name]
 
@@ -59,4 +64,5 @@ def _socket_class(name: str) -> Type[bpy.types.NodeSocket]:
 
 
 CLASSES: List[Type[bpy.types.NodeSocket]] = [_socket_class(name) for name in COLORS]
+SOCKETS = frozenset(cls.bl_idname for cls in CLASSES)
 register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -2,7 +2,7 @@
 """Meshes and transforms of the scene's objects in its frames."""
 
 from dataclasses import dataclass, field
-from typing import Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Dict, Generator, Iterator, List, Mapping, Optional, Sequence, Set, Tuple
 
 import bpy
 import numpy as np
@@ -11,13 +11,17 @@ from mathutils import Euler
 from .actions import Action, TreeError, number_text
 
 
+MESHES = frozenset({"MESH", "CURVE", "SURFACE", "META", "FONT"})  # types of objects with faces
+
+
 @dataclass
 class MeshSource:
     """An object that is read as a mesh."""
 
     object: bpy.types.Object
-    animated: bool
+    animated: bool  # read again in each frame of a sequence
     key: str  # key of the node
+    guessed: bool = False  # read again in each frame only because it may change
 
 
 @dataclass
@@ -42,13 +46,12 @@ class MeshArrays:
         return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in ("points", "indices", "sizes"))
 
 
-def mesh_arrays(source: MeshSource, depsgraph: bpy.types.Depsgraph) -> MeshArrays:
-    """Returns the evaluated object. Raises TreeError if it has no faces."""
-    evaluated = source.object.evaluated_get(depsgraph)
+def _world(evaluated: bpy.types.Object, place: Any) -> Optional[MeshArrays]:
+    """Returns the faces of an evaluated object at a place; None if it has none."""
     mesh = evaluated.to_mesh()
     try:
         if mesh is None or not mesh.polygons:
-            raise TreeError(source.key, f"'{source.object.name}' has no faces")
+            return None
         points = np.empty(3 * len(mesh.vertices), np.float32)
         mesh.vertices.foreach_get("co", points)
         indices = np.empty(len(mesh.loops), np.int32)
@@ -57,7 +60,7 @@ def mesh_arrays(source: MeshSource, depsgraph: bpy.types.Depsgraph) -> MeshArray
         mesh.polygons.foreach_get("loop_total", sizes)
     finally:
         evaluated.to_mesh_clear()
-    matrix = np.array(evaluated.matrix_world, np.float64)
+    matrix = np.array(place, np.float64)
     world = points.reshape(-1, 3).astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
     if np.linalg.det(matrix[:3, :3]) < 0:  # mirrored: restores the orientation of the faces
         ends = np.cumsum(sizes)
@@ -66,37 +69,146 @@ def mesh_arrays(source: MeshSource, depsgraph: bpy.types.Depsgraph) -> MeshArray
     return MeshArrays(np.ascontiguousarray(world, np.float32), indices, sizes)
 
 
+def _has_instances(obj: bpy.types.Object) -> bool:
+    return obj.instance_type != "NONE" or any(modifier.type == "NODES" for modifier in obj.modifiers)
+
+
+def mesh_arrays(source: MeshSource, depsgraph: bpy.types.Depsgraph) -> MeshArrays:
+    """Returns the evaluated object with its instances. Raises TreeError if it has no faces."""
+    evaluated = source.object.evaluated_get(depsgraph)
+    parts = [_world(evaluated, evaluated.matrix_world)] if source.object.type in MESHES else []
+    for instance in depsgraph.object_instances if _has_instances(source.object) else ():
+        if instance.is_instance and instance.parent and instance.parent.original == source.object \
+                and instance.object.type in MESHES:
+            parts.append(_world(instance.object, instance.matrix_world))
+    found = [part for part in parts if part]
+    if not found:
+        raise TreeError(source.key, f"'{source.object.name}' has no faces")
+    if len(found) == 1:
+        return found[0]
+    first = np.cumsum([0] + [len(part.points) for part in found[:-1]])
+    return MeshArrays(np.concatenate([part.points for part in found]),
+                      np.concatenate([part.indices + start for part, start in zip(found, first)]).astype(np.int32),
+                      np.concatenate([part.sizes for part in found]))
+
+
+def coarse(mesh: MeshArrays, cells: int) -> MeshArrays:
+    """Returns a mesh with one vertex for each cell of a grid that has this number of cells along its longest edge."""
+    lower = mesh.points.min(axis=0)
+    size = max(float((mesh.points - lower).max()), 1e-30) / cells
+    x, y, z = ((mesh.points - lower) / size).astype(np.int64).T
+    _, first, cell = np.unique((x * (cells + 1) + y) * (cells + 1) + z, return_index=True, return_inverse=True)
+    fans = mesh.sizes - 2  # the triangles of each face
+    start = np.repeat(np.cumsum(mesh.sizes) - mesh.sizes, fans)
+    within = np.arange(fans.sum()) - np.repeat(np.cumsum(fans) - fans, fans)
+    a, b, c = (cell.reshape(-1)[mesh.indices[corner]] for corner in (start, start + within + 1, start + within + 2))
+    kept = (a != b) & (b != c) & (c != a)
+    triangles = np.stack([a[kept], b[kept], c[kept]], axis=1).astype(np.int32)
+    return MeshArrays(mesh.points[first], triangles.reshape(-1), np.full(len(triangles), 3, np.int32))
+
+
+def is_mesh(obj: Optional[bpy.types.Object]) -> bool:
+    """Returns whether an object may have faces, of its own or of its instances, as an empty that shows a collection."""
+    return bool(obj) and (obj.type in MESHES or obj.instance_type == "COLLECTION")
+
+
+# Modifiers that give the same mesh in every frame, unless their own options or objects are animated.
+_STILL = frozenset("""ARRAY BEVEL BOOLEAN DECIMATE EDGE_SPLIT MASK MIRROR MULTIRES REMESH SCREW SKIN SOLIDIFY SUBSURF
+    TRIANGULATE WELD WIREFRAME CAST CORRECTIVE_SMOOTH CURVE HOOK LAPLACIANDEFORM LAPLACIANSMOOTH LATTICE MESH_DEFORM
+    SHRINKWRAP SIMPLE_DEFORM SMOOTH SURFACE_DEFORM WARP DATA_TRANSFER NORMAL_EDIT WEIGHTED_NORMAL UV_PROJECT UV_WARP
+    VERTEX_WEIGHT_EDIT VERTEX_WEIGHT_MIX VERTEX_WEIGHT_PROXIMITY ARMATURE""".split())
+
+
+def _is_animated(data: Optional[bpy.types.ID]) -> bool:
+    about = getattr(data, "animation_data", None)
+    return bool(about and (about.action or len(about.drivers) or any(track.strips for track in about.nla_tracks)))
+
+
+def _objects_in(struct: bpy.types.bpy_struct) -> Iterator[bpy.types.Object]:
+    """Yields the objects that a modifier or constraint uses."""
+    for about in struct.bl_rna.properties:
+        if about.type == "POINTER" and isinstance(getattr(struct, about.identifier, None), bpy.types.Object):
+            yield getattr(struct, about.identifier)
+    for target in getattr(struct, "targets", ()):  # of an armature constraint
+        if target.target:
+            yield target.target
+
+
+def may_change(obj: bpy.types.Object, seen: Optional[Set[bpy.types.Object]] = None) -> bool:
+    """Returns whether an object may have another shape or place in another frame: it, its data or something that it depends
+    on is animated, or it has a modifier that depends on time."""
+    seen = set() if seen is None else seen
+    if obj in seen:
+        return False
+    seen.add(obj)
+    if _is_animated(obj) or _is_animated(obj.data) or _is_animated(getattr(obj.data, "shape_keys", None)):
+        return True
+    if obj.rigid_body or any(modifier.type not in _STILL for modifier in obj.modifiers):
+        return True
+    bones = obj.pose.bones if obj.pose else ()
+    used: List[Any] = [obj.parent] if obj.parent else []
+    for part in (*obj.modifiers, *obj.constraints, *(constraint for bone in bones for constraint in bone.constraints)):
+        if part.type in {"FOLLOW_PATH", "CAMERA_SOLVER", "FOLLOW_TRACK", "OBJECT_SOLVER", "TRANSFORM_CACHE"}:
+            return True
+        used += _objects_in(part)
+    return any(may_change(other, seen) for other in used)
+
+
 @dataclass
 class Sampled:
     """Meshes and transforms in the requested frames."""
 
     meshes: Dict[str, MeshArrays] = field(default_factory=dict)  # by file name
     options: Dict[str, Dict[str, str]] = field(default_factory=dict)  # by the key of a node
+    still: Dict[str, str] = field(default_factory=dict)  # meshes that turned out to be the same in all frames: their names
+                                                         # in `meshes`, by the name that the graph reads
+
+
+def _in_frame(name: str, frame: int) -> str:
+    return name.replace("$F4", f"{frame:04d}")
 
 
 _Pose = Tuple[Tuple[float, ...], Euler, Tuple[float, ...]]
 
 
 def sample(scene: bpy.types.Scene, meshes: Mapping[str, MeshSource], places: Mapping[str, Place],
-           frames: Optional[Sequence[int]], depsgraph: Optional[bpy.types.Depsgraph] = None) -> Sampled:
-    """Samples the objects in each frame, or in the current one if `frames` is None. The transforms of moving objects
-    become expressions of FF that are linear between frames. `depsgraph`: the dependency graph for the current frame;
-    the context's if None. Raises TreeError if an object is invalid."""
+           frames: Optional[Sequence[int]], shift: int = 0,
+           depsgraph: Optional[bpy.types.Depsgraph] = None) -> Generator[float, None, Sampled]:
+    """Samples the objects in each frame, or in the current one if `frames` is None. Yields the progress after each frame,
+    and returns the samples. Leaves the scene in the current frame, also if it is closed early. The transforms of moving
+    objects become expressions of FF that are linear between frames. `shift`: what to subtract from a frame to get that of
+    the scene. `depsgraph`: the dependency graph for the current frame; the context's if None. Raises TreeError if an object is invalid."""
     result = Sampled()
     poses: Dict[str, List[_Pose]] = {key: [] for key in places}
     moving = frames is not None and (any(m.animated for m in meshes.values()) or bool(places))
     now = scene.frame_current
-    for k, frame in enumerate(frames if moving and frames else [now]):
+    seen = frames if moving and frames else [now]
+    last: Dict[str, MeshArrays] = {}
+    changes: Dict[str, int] = {}
+    try:
+        for k, frame in enumerate(seen):
+            if moving:
+                scene.frame_set(frame - shift)
+            graph = depsgraph if depsgraph and not moving else bpy.context.evaluated_depsgraph_get()
+            for name, mesh in meshes.items():
+                if mesh.animated or k == 0:
+                    arrays = mesh_arrays(mesh, graph)
+                    if name not in last or not arrays.same(last[name]):  # otherwise both frames share the memory
+                        changes[name] = changes.get(name, 0) + 1
+                        last[name] = arrays
+                    result.meshes[_in_frame(name, frame)] = last[name]
+            for key, place in places.items():
+                poses[key].append(_pose(place, graph, poses[key]))
+            if moving:
+                yield (k + 1) / len(seen)
+    finally:
         if moving:
-            scene.frame_set(frame)
-        graph = depsgraph if depsgraph and not moving else bpy.context.evaluated_depsgraph_get()
-        for name, mesh in meshes.items():
-            if mesh.animated or k == 0:
-                result.meshes[name.replace("$F4", f"{frame:04d}")] = mesh_arrays(mesh, graph)
-        for key, place in places.items():
-            poses[key].append(_pose(place, graph, poses[key]))
-    if moving:
-        scene.frame_set(now)
+            scene.frame_set(now)
+    for name in [name for name, mesh in meshes.items() if mesh.animated and mesh.guessed and changes[name] == 1]:
+        for frame in seen:
+            del result.meshes[_in_frame(name, frame)]
+        result.still[name] = name.replace("$F4", "still")
+        result.meshes[result.still[name]] = last[name]
     for key, place in places.items():
         result.options[key] = _options(key, place, poses[key], frames or [now])
     return result

@@ -6,13 +6,13 @@ The library determines everything else: the order of the nodes, what is evaluate
 
 import re
 from dataclasses import dataclass, field
-from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Set, Tuple
 
 import bpy
 
-from . import former, library, nodes
+from . import cache, former, library, nodes
 from .actions import TreeError, split_words
-from .sources import MeshSource, Place
+from .sources import MeshSource, Place, may_change
 
 _DEEPEST = 32  # maximum nesting depth of groups
 
@@ -77,6 +77,7 @@ def collect(tree: bpy.types.NodeTree, namer: Optional[FileNamer] = None,
     """Collects the graph for all results and nodes without outputs, or for the nodes with these keys. `namer` returns
     the files for volumes; without it, volumes are skipped. Raises TreeError if the tree is invalid."""
     former.rename_all()  # trees appended from the file of an earlier release
+    nodes.renew_groups()
     return _Collector(tree, namer, roots).collected
 
 
@@ -133,6 +134,7 @@ class _Collector:
     def __init__(self, tree: bpy.types.NodeTree, namer: Optional[FileNamer], roots: Optional[Sequence[str]]) -> None:
         self.collected = Collected()
         self._namer = namer
+        self._sequence = is_sequence(tree)
         self._levels: Dict[str, _Level] = {}
         ends: List[Tuple[float, str]] = []
         for level, node in _walk(_Level(tree)):
@@ -143,11 +145,14 @@ class _Collector:
                 ends.append((order + 1e-6 * node.location.x - 1e-9 * node.location.y, key))
         self._waiting = [key for _, key in sorted(ends)] if roots is None else list(roots)
         done = set()
+        self._flags: Dict[str, Set[str]] = {}  # options that linked outputs turn on, by the keys of their nodes
         while self._waiting:
             key = self._waiting.pop(0)
             if key not in done:
                 done.add(key)
                 self._node(self._levels[key], key, self.collected.nodes[key])
+        for key, flags in self._flags.items():
+            self.collected.graph[key]["options"].update(dict.fromkeys(flags, "1"))
 
     # --- links
 
@@ -175,9 +180,13 @@ class _Collector:
             return self._of_group(level, node, _index(node.outputs, socket), depth)
         if not hasattr(node, "makes"):
             raise TreeError(level.key(node), "this is not a Curlew node")
-        self._waiting.append(level.key(node))
-        output = node.output_name(_index(node.outputs, socket))
-        return f"{level.key(node)}.{output}" if output else level.key(node)
+        key, index = level.key(node), _index(node.outputs, socket)
+        self._waiting.append(key)
+        flag = node.makes[index].flag
+        if flag and node.given().get(flag, "0") == "0":  # a link turns on what it needs
+            self._flags.setdefault(key, set()).add(flag)
+        output = node.output_name(index)
+        return f"{key}.{output}" if output else key
 
     def _of_group(self, level: _Level, group: bpy.types.Node, index: int, depth: int) -> Optional[str]:
         if not group.node_tree:
@@ -235,10 +244,11 @@ class _Collector:
     def _mesh_object(self, key: str, node: bpy.types.Node) -> None:
         if node.object is None:
             raise TreeError(key, "choose a mesh object")
+        animated = node.motion == "ON" or (node.motion == "AUTO" and self._sequence and may_change(node.object))
         same = next((name for name, mesh in self.collected.meshes.items()
-                     if mesh.object == node.object and mesh.animated == node.animated), None)
-        name = same or self._unused(_file_name(node.object.name), node.animated)
-        self.collected.meshes[name] = MeshSource(node.object, node.animated, key)
+                     if mesh.object == node.object and mesh.animated == animated), None)
+        name = same or self._unused(_file_name(node.object.name), animated)
+        self.collected.meshes[name] = MeshSource(node.object, animated, key, node.motion == "AUTO")
         self.collected.graph[key] = graph_node(key, "read", [name], {}, {})
 
     def _unused(self, name: str, animated: bool) -> str:
@@ -253,14 +263,30 @@ class _Collector:
         if node.object is None or node.object.type != "VOLUME":
             raise TreeError(key, "choose a volume object")
         volume = node.object.data
+        if node.object.modifiers or not volume.filepath:
+            self.collected.graph[key] = graph_node(key, "read", [self._evaluated(key, node.object)], self._grids(node), {})
+            return
         file = plain(bpy.path.abspath(volume.filepath))
         if volume.is_sequence:
             file = re.sub(r"(\d+)(?=\.vdb$)", lambda m: f"$F{len(m[1])}", file)
-        volume.grids.load()
-        if volume.grids.error_message:
+        if not cache.load_grids(volume):
             raise TreeError(key, f"'{file}': {volume.grids.error_message}")
-        options = {"grids": node.grids} if node.grids else {}
-        self.collected.graph[key] = graph_node(key, "read", [file], options, {})
+        self.collected.graph[key] = graph_node(key, "read", [file], self._grids(node), {})
+
+    @staticmethod
+    def _grids(node: bpy.types.Node) -> Dict[str, str]:
+        return {"grids": node.grids} if node.grids else {}
+
+    @staticmethod
+    def _evaluated(key: str, obj: bpy.types.Object) -> str:
+        """Writes the grids that modifiers such as Mesh to Volume make in the current frame. Returns the file."""
+        volume = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+        volume.grids.load()
+        file = cache.temporary() / "sources" / f"{_file_name(obj.name)}.vdb"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        if not len(volume.grids) or not volume.grids.save(filepath=str(file)):
+            raise TreeError(key, f"'{obj.name}' has no grids")
+        return plain(str(file))
 
     def _result(self, key: str, node: bpy.types.Node, inputs: Dict[str, List[str]]) -> None:
         if node.kind == "grid":
@@ -304,7 +330,14 @@ def frames_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene, collected: Colle
     options = {"fps": f"{_fps(scene):.9g}"}
     if tree.substeps != 1:
         options["substeps"] = str(tree.substeps)
-    return {"words": said["words"] or [f"{scene.frame_start}-{scene.frame_end}"], "options": {**options, **said["options"]}}
+    shift = shift_of(tree, scene, collected)
+    words = said["words"] or [f"{scene.frame_start - tree.run_up + shift}-{scene.frame_end + shift}"]
+    return {"words": words, "options": {**options, **said["options"]}}
+
+
+def shift_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene, collected: Collected) -> int:
+    """Returns the difference between a frame's number in the library, which counts from 0, and in the scene."""
+    return 0 if collected.frames and collected.frames["words"] else max(0, tree.run_up - scene.frame_start)
 
 
 def clear_errors(tree: bpy.types.NodeTree) -> None:

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Keeps bakes with the .blend when that is saved: for the first time, or in another folder."""
+
+import shutil
+from pathlib import Path
+
+import bpy
+
+from . import cache
+from .job import running_folders
+
+
+def _moved(text: str) -> str:
+    """Returns a path in the temporary folder as it will be when that is beside the .blend; others unchanged."""
+    try:
+        return f"{cache.FOLDER}/{Path(bpy.path.abspath(text)).relative_to(cache.temporary())}"
+    except ValueError:
+        return text
+
+
+def _move() -> None:
+    """Moves finished bakes from the temporary folder beside the .blend, which has been saved."""
+    source, busy = cache.temporary(), running_folders()
+    for folder in source.glob("*/*") if source.is_dir() else ():
+        target = cache.beside() / folder.relative_to(source)
+        if folder.is_dir() and folder not in busy and not target.exists() and not folder.name.startswith(cache.PART):
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.move(str(folder), str(target))
+
+
+def _is_moving(path: Path) -> bool:
+    """Returns whether a path is in the temporary folder, and nothing writes there any more."""
+    return cache.temporary() in path.parents and not running_folders() & set(path.parents)
+
+
+@bpy.app.handlers.persistent
+def before_save(*_: object) -> None:
+    """Prepares the paths for the new place of the .blend, which is not known yet. Those of the temporary folder become
+    relative, because that moves. The others of objects become absolute. Blender itself changes those of volumes."""
+    for volume in bpy.data.volumes:
+        if volume.filepath and _is_moving(cache.absolute(volume.filepath)):
+            volume.filepath = _moved(volume.filepath)
+    for obj in cache.shown_by():
+        path = cache.absolute(obj["curlew_cache"])
+        moves = not bpy.data.filepath and _is_moving(path)
+        obj["curlew_cache"] = _moved(str(path)) if moves else str(path)
+    if bpy.data.filepath:
+        _move()
+        for obj in cache.shown_by():
+            obj["curlew_cache"] = str(cache.absolute(obj["curlew_cache"]))
+
+
+@bpy.app.handlers.persistent
+def after_save(*_: object) -> None:
+    """Moves the bakes of a file that had not been saved before, and makes paths relative again."""
+    if bpy.data.filepath:
+        _move()
+    else:  # a copy was saved, or saving has failed
+        for volume in bpy.data.volumes:
+            if volume.filepath.startswith(cache.FOLDER):
+                volume.filepath = str(cache.absolute(volume.filepath))
+    for obj in cache.shown_by():
+        obj["curlew_cache"] = cache.stored(cache.absolute(obj["curlew_cache"]))
+
+
+_HANDLERS = (("save_pre", before_save), ("save_post", after_save))
+
+
+def register() -> None:
+    """Registers the handlers."""
+    for name, handler in _HANDLERS:
+        getattr(bpy.app.handlers, name).append(handler)
+
+
+def unregister() -> None:
+    """Unregisters the handlers."""
+    for name, handler in _HANDLERS:
+        getattr(bpy.app.handlers, name).remove(handler)
