@@ -449,42 +449,4 @@ class Errors(unittest.TestCase):
         blocking.unlink()
 
 
-class Presets(unittest.TestCase):
-    def test_one_button(self):
-        for name, preset in support.addon("presets").PRESETS.items():
-            support.empty()
-            if preset.needs_mesh:
-                with self.assertRaises(RuntimeError):
-                    bpy.ops.curlew.quick(preset=name)
-                support.monkey(closed=False)
-            self.assertEqual(bpy.ops.curlew.quick(preset=name), {"FINISHED"})
-            shown = [o for o in bpy.data.objects if o.get("curlew_kind") in ("points", "curves")]
-            self.assertTrue(shown, name)
-            for obj in shown:
-                self.assertGreater(len(getattr(obj.data, "splines", ())) + len(getattr(obj.data, "vertices", ())), 50)
-
-    def test_previews(self):
-        preview = support.addon("preview")
-        for name in support.addon("presets").PRESETS:
-            support.empty()
-            support.monkey(closed=False)
-            bpy.ops.curlew.quick(preset=name, bake=False)
-            tree = bpy.data.node_groups[bpy.context.scene.curlew_tree]
-            for kind in ("POINTS", "SLICE"):
-                tree.preview = kind
-                times = []
-                for _ in range(4):
-                    began = time.process_time()
-                    obj = preview.show(tree, bpy.context.scene)
-                    times.append(time.process_time() - began)
-                print(f"{name} {kind}: {1000 * min(times):.0f} ms of processor time")
-                if kind == "POINTS":
-                    self.assertEqual(len(obj.data.vertices), preview.PARTICLES)
-                else:
-                    pixels = np.empty(len(obj.data.pixels), np.float32)
-                    obj.data.pixels.foreach_get(pixels)
-                    self.assertGreater(pixels.reshape(-1, 4)[:, 0].std(), 0.02)
-            preview.remove()
-
-
-support.main(Around, Frames, Errors, Presets)
+support.main(Around, Frames, Errors)

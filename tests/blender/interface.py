@@ -46,7 +46,7 @@ def press():
         bpy.ops.screen.area_split(direction="HORIZONTAL", factor=0.62)
     with over(area("VIEW_3D")):
         bpy.ops.mesh.primitive_monkey_add()
-        bpy.ops.curlew.quick("INVOKE_DEFAULT", preset="SWIRL")
+        bpy.ops.curlew.quick("INVOKE_DEFAULT", preset="WAKE")  # not a sequence
     assert support.addon("bake").running, "the bake does not run in its thread"
     assert not results(), "the bake was not in its thread"
 
@@ -124,10 +124,13 @@ def remember(scene, *_):
 
 
 def start_long():
-    """Starts a bake that would take hours."""
-    assert len(results()) == 3, results()
-    advect = next(n for n in tree().nodes if n.bl_idname == "CurlewNode_advect")
-    advect.set_option("steps", "100000000")
+    """Starts a bake that would take minutes."""
+    assert len(results()) == 1, results()
+    for node in tree().nodes:
+        if node.bl_idname == "CurlewNode_scatter":
+            node.set_option("count", "100000")
+        if node.bl_idname == "CurlewNode_noise":
+            node.set_option("octaves", "32")
     with over(area("VIEW_3D")):
         bpy.ops.curlew.bake("INVOKE_DEFAULT")
 
@@ -144,7 +147,7 @@ def arrange():
     """Shows the tree below the 3D view."""
     assert tree().message == "cancelled", tree().message
     tree().message = ""
-    assert len(results()) == 3
+    assert len(results()) == 1
     views = sorted((a for a in bpy.context.window_manager.windows[0].screen.areas if a.type == "VIEW_3D"), key=lambda a: a.y)
     views[0].ui_type = "CurlewTree"
     views[0].spaces.active.node_tree = tree()
