@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+# Longer than 400 lines: the classes of all nodes share the drawing of options and sockets.
 """Node classes: one for each action of the registry, and those for Blender's own data (object inputs and results,
 groups)."""
 
