@@ -287,6 +287,8 @@ Image readPng(const fs::path& path, const Monitor& monitor) {
 
 void writeExr(const fs::path& path, const Image& image, const ExrOptions& options) {
     checkImage(image);
+    requireMemory(static_cast<double>(image.pixels.size()) * (sizeof(float) + (options.half ? sizeof(half) : 0)),
+                  fmt::format("'{}'", path.string()), "choose a smaller width");
     const Image linear = withColors(image, linearFromDisplay);
     const std::vector<half> rounded = options.half ? halves(linear.pixels) : std::vector<half>{};
     writeAtomically(path, [&](std::ostream& stream) {

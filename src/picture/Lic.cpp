@@ -157,18 +157,18 @@ Image lic(const Image& vectors, const LicOptions& o, const Monitor& monitor) {
     return image;
 }
 
-Image litBy(const Image& lic, const Image& picture) {
+Image litBy(const Image& lic, Image picture) {
     checkImage(lic);
     checkImage(picture);
     if (lic.channels.size() != 1 || lic.width != picture.width || lic.height != picture.height)
         throw ValueError("the light must have one channel and the size of the picture");
     constexpr float kDark = 0.3f, kBright = 1.3f;
-    Image lit = picture;
     const size_t count = picture.channels.size();
     for (size_t k = 0; k < lic.pixels.size(); ++k)
         if (!std::isnan(lic.pixels[k]))
-            for (size_t c = 0; c < count; ++c) lit.pixels[k * count + c] *= std::lerp(kDark, kBright, lic.pixels[k]);
-    return lit;
+            for (size_t c = 0; c < count; ++c)
+                picture.pixels[k * count + c] *= std::lerp(kDark, kBright, lic.pixels[k]);
+    return picture;
 }
 
 } // namespace curlew

@@ -120,9 +120,25 @@ SurfaceView viewThrough(const Surface& surface, const SurfaceView& view, const M
     return through;
 }
 
+namespace {
+
+constexpr int kAcross = 128; ///< Rays of visiblePoints along the longer edge of the picture.
+
+/// Returns the distance between these rays, in pixels.
+double coarseStep(const Camera& camera) {
+    return std::max(camera.width(), camera.height()) / static_cast<double>(kAcross);
+}
+
+/// Returns the approximate number of pixels that show the surface.
+double pixelsOf(const Surface& surface, const Camera& camera) {
+    const double step = coarseStep(camera);
+    return static_cast<double>(visiblePoints(surface, camera).size()) * step * step;
+}
+
+} // namespace
+
 std::vector<Vec3d> visiblePoints(const Surface& surface, const Camera& camera) {
-    constexpr int kAcross = 128;
-    const double step = std::max(camera.width(), camera.height()) / static_cast<double>(kAcross);
+    const double step = coarseStep(camera);
     std::vector<Ray> rays;
     for (int j = 0; j < kAcross && (j + 0.5) * step < camera.height(); ++j)
         for (int i = 0; i < kAcross && (i + 0.5) * step < camera.width(); ++i)
@@ -151,9 +167,11 @@ SurfaceView viewSurface(const Surface& surface, const Camera& camera, int sample
                      .resolution = resolutionOf(camera, surface.box()),
                      .hits = {},
                      .first = {0}};
-    requireMemory(1.5 * static_cast<double>(height * width * view.samplesPerPixel() * sizeof(SurfaceSample)),
-                  fmt::format("{} x {} pixels with {} samples each", width, height, view.samplesPerPixel()),
-                  "choose a smaller width and height, or fewer samples");
+    requireMemory(
+        2.1 * pixelsOf(surface, camera) * static_cast<double>(view.samplesPerPixel() * sizeof(SurfaceSample)) +
+            static_cast<double>(height * width * sizeof(view.first[0])),
+        fmt::format("{} x {} pixels with {} samples each", width, height, view.samplesPerPixel()),
+        "choose a smaller width and height, or fewer samples");
     std::vector<RowOfHits> rows(height);
     parallelFor(
         height, 1,

@@ -5,6 +5,7 @@
 #include "FirstStep.h"
 #include "Freezing.h"
 #include "SplitAdvector.h"
+#include "curlew/base/Memory.h"
 #include "curlew/field/Dimensions.h"
 #include "curlew/field/ForEachBatch.h"
 #include "curlew/track/WallMotion.h"
@@ -235,6 +236,9 @@ AdvectResult advectInOrder(const Flow& flow, const AdvectScales& scales, Points&
                            const Monitor& monitor) {
     const size_t count = particles.size();
     const bool onTrack = particles.hasTrack() && flow.hasTracks();
+    if (!particles.hasVelocity())
+        requireMemory(static_cast<double>(count) * (Points::kBytes - Points::kPlainBytes),
+                      fmt::format("the velocities and tracks of {} points", count), "use fewer points");
     for (auto* array : {&particles.vx, &particles.vy, &particles.vz}) array->resize(count);
     for (auto* array : {&particles.f, &particles.g}) array->resize(flow.hasTracks() ? count : 0);
     particles.converged.resize(count, 1);

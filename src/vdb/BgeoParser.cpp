@@ -146,8 +146,10 @@ class Bgeo {
     bool hasCurves() const { return !mPolylines.closed.empty(); }
 
     Points points() const {
-        requireMemory(static_cast<double>(Points::kBytes) * static_cast<double>(mPoints), "the points",
-                      "split the file");
+        double bytes = Points::kPlainBytes + (mAttributes.find("v", 3) ? 3 * sizeof(float) : 0);
+        for (const Scalar& scalar : kScalars)
+            if (mAttributes.find(scalar.name, 1)) bytes += sizeof(double);
+        requireMemory(bytes * static_cast<double>(mPoints), "the points", "split the file");
         Points p;
         takePositions(p);
         if (const Attribute* v = mAttributes.find("v", 3)) takeVectors(*v, p);

@@ -3,6 +3,7 @@
 
 #include "MeshParser.h"
 #include "curlew/base/InputFile.h"
+#include "curlew/base/Memory.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_sort.h>
@@ -60,6 +61,10 @@ std::string extensionOf(const fs::path& path) {
 Mesh readMesh(const fs::path& path) {
     const MeshSource source{path};
     const std::string extension = extensionOf(path);
+    // The file, its polygons and the mesh, relative to the size of the file: text is larger than what it says.
+    const double bytesPerByte = extension == ".obj" ? 2.5 : 4.2;
+    requireMemory(bytesPerByte * static_cast<double>(fs::is_regular_file(path) ? fs::file_size(path) : 0),
+                  fmt::format("'{}'", path.string()), "give a mesh with fewer faces");
     if (extension == ".obj") return meshOf(parseObj(contentOf(path), source));
     if (extension == ".ply") return meshOf(parsePly(contentOf(path), source));
     if (extension == ".stl") return meshOf(parseStl(contentOf(path), source));

@@ -133,6 +133,12 @@ points::PointDataGrid::Ptr pointGrid(const Points& particles, const PointGridOpt
     checkIds(particles);
     auto grid = points::PointDataGrid::create();
     if (particles.size() > 0) {
+        // OpenVDB's index of the points, the order of the points in it, and leaves of about eight points per voxel.
+        constexpr double kIndexBytes = 45, kPositionAndId = sizeof(openvdb::Vec3s) + sizeof(int32_t);
+        requireMemory((kIndexBytes + kPositionAndId + (particles.hasVelocity() ? sizeof(openvdb::Vec3s) : 0) +
+                       sizeof(float) * static_cast<double>(scalarsOf(particles).size())) *
+                          static_cast<double>(particles.size()),
+                      fmt::format("a grid of {} points", particles.size()), "write fewer points");
         const auto transform =
             openvdb::math::Transform::createLinearTransform(voxelSizeFor(particles, options.voxelSize));
         const Positions positions{particles};

@@ -2,6 +2,7 @@
 #include "curlew/vdb/RayMesh.h"
 
 #include "curlew/base/Error.h"
+#include "curlew/base/Memory.h"
 
 #if __has_include(<embree4/rtcore.h>)
 #include <embree4/rtcore.h>
@@ -148,6 +149,9 @@ RayMesh::RayMesh(std::vector<Vec3d> vertices, std::vector<Vec<uint32_t, 3>> tria
 namespace {
 
 std::vector<Vec3d> verticesOf(const Mesh& mesh) {
+    constexpr double kBytesPerTriangle = 135; // vertices, triangles, normals and Embree's tree
+    requireMemory(kBytesPerTriangle * static_cast<double>(mesh.triangles.size() + 2 * mesh.quads.size()),
+                  fmt::format("the rays' tree of {} faces", mesh.faces()), "give a mesh with fewer faces");
     std::vector<Vec3d> vertices(mesh.points.size());
     for (size_t k = 0; k < vertices.size(); ++k)
         for (int axis = 0; axis < 3; ++axis) vertices[k][axis] = static_cast<double>(mesh.points[k][axis]);

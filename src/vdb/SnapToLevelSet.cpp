@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/vdb/SnapToLevelSet.h"
 
+#include "curlew/base/Memory.h"
 #include "curlew/base/Require.h"
 #include "curlew/field/ForEachBatch.h"
 #include "curlew/vdb/Interrupter.h"
@@ -78,6 +79,9 @@ SnapResult snapToLevelSet(const LevelSet& levelSet, Points& particles, double re
     requirePositive(reach, "the reach");
     requirePositive(tolerance, "the tolerance");
     const double voxel = levelSet.voxelSize();
+    constexpr double kBytesPerPoint = Points::kPlainBytes + sizeof(openvdb::Vec3R) + sizeof(float) + 2 * sizeof(double);
+    requireMemory(kBytesPerPoint * static_cast<double>(particles.size()),
+                  fmt::format("the nearest surface of {} points", particles.size()), "use fewer points");
     const Sdf sdf = sdfOf(levelSet);
     const auto nearest = nearestSamples(*levelSet.grid, particles, monitor);
     Points there = particles;

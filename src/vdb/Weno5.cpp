@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "curlew/base/Memory.h"
 #include "curlew/track/WallVelocity.h"
 #include "curlew/vdb/Interrupter.h"
 #include "curlew/vdb/LevelSetAdvection.h"
@@ -86,6 +87,9 @@ class VelocityField {
 LevelSet advectLevelSetWeno5(const LevelSet& levelSet, const FlowInTime& flow, double begin, double time,
                              const Monitor& monitor) {
     if (!std::isfinite(begin) || !std::isfinite(time)) throw ValueError("time must be finite");
+    // The copy, three buffers of the time integration, and what the rebuilt band adds.
+    requireMemory(4.0 * static_cast<double>(levelSet.grid->memUsage()), "OpenVDB's level set advection",
+                  "use larger voxels");
     const auto grid = levelSet.grid->deepCopy();
     Interrupter interrupter(monitor);
     openvdb::tools::LevelSetAdvection<openvdb::FloatGrid, VelocityField, Interrupter> advection(

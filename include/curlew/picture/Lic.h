@@ -35,6 +35,6 @@ struct LicOptions {
 Image lic(const Image& vectors, const LicOptions& options = {}, const Monitor& monitor = {});
 
 /// Modulates the brightness of a picture by a `lic` image of the same size; unchanged where that is NaN.
-Image litBy(const Image& lic, const Image& picture);
+Image litBy(const Image& lic, Image picture);
 
 } // namespace curlew

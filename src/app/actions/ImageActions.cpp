@@ -157,18 +157,21 @@ Action sliceDeclaration() {
 // --- line integral convolution
 // --------------------------------------------------------------------------------------------------
 
+Image streaks(const Flow& flow, const View& view, const Arguments& a, const Monitor& monitor) {
+    const Image vectors = slice(view.box, flowSource(flow, "velocity"), view.slice, monitor);
+    return lic(inPlane(vectors, PicturePlane(view.box, view.slice)),
+               {.length = a.given("streakLength") ? a.real("streakLength") : 0.06 * view.slice.width,
+                .kernel = a.choice<LicKernel>("filter"),
+                .grain = a.given("grain") ? a.real("grain") : std::max(1.25, view.slice.width / 800.0),
+                .seed = a.integer<uint64_t>("seed")},
+               monitor);
+}
+
 void licAction(Context& c, const Arguments& a) {
     const Flow flow = c.flow("flow");
     const Monitor monitor = c.follow("lic");
     const View view = viewOf(a, flow);
-    const Image vectors = slice(view.box, flowSource(flow, "velocity"), view.slice, monitor);
-    const PicturePlane plane(view.box, view.slice);
-    Image picture = lic(inPlane(vectors, plane),
-                        {.length = a.given("streakLength") ? a.real("streakLength") : 0.06 * view.slice.width,
-                         .kernel = a.choice<LicKernel>("filter"),
-                         .grain = a.given("grain") ? a.real("grain") : std::max(1.25, view.slice.width / 800.0),
-                         .seed = a.integer<uint64_t>("seed")},
-                        monitor);
+    Image picture = streaks(flow, view, a, monitor);
     if (a.choice("show") == 0) {
         const Image speed = slice(view.box, flowSource(flow, "speed"), view.slice, monitor);
         ColorScale scale = automaticScale(speed, ColorMap::viridis);

@@ -227,7 +227,8 @@ void checkTarget(const Arguments& a) {
 void check(Context& c, const Arguments& a) {
     Report found = Report::object();
     bool staggered = false;
-    requireMemory(a.integer<double>("samples") * (Points::kBytes + 64), fmt::format("{} samples", a.integer("samples")),
+    constexpr double kBytesPerSample = 64;
+    requireMemory(a.integer<double>("samples") * kBytesPerSample, fmt::format("{} samples", a.integer("samples")),
                   "use fewer samples");
     if (ofFlow(c))
         checkFlow(c, a, found);

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs commands with too little address space (ulimit -v): limits.py COMMAND ROOT.
+
+Each must work, or fail with exit code 1, one line that starts with "curlew: ", and no file left behind. Finds for each
+command the least limit with which it works, and then tries limits just below, where memory ends late.
+"""
+
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+MIB = 1 << 20
+MOST = 900
+FLOW = "-noise -noise seed=1 -dfvn speed=1 "
+MESH = "-read {root}/scenes/spot.obj "
+CASES = {
+    "mesh2ls": MESH + "-mesh2ls dim=160 -write out.vdb",
+    "ls2mesh": MESH + "-mesh2ls dim=100 -ls2mesh adaptivity=0 -write out.ply",
+    "advectLevelSet": FLOW + MESH + "-mesh2ls dim=50 -advectLevelSet duration=0.05 -write out.vdb",
+    "union": MESH + "-mesh2ls dim=80 " + MESH + "-move translate=0.2,0,0 -mesh2ls dim=80 -union -write out.vdb",
+    "velocity": FLOW + "-velocity dim=80 staggered=1 -write codec=zip out.vdb",
+    "flow of a grid": FLOW + "-velocity dim=24 -flow exact=1 -scatter count=1e4 -advect steps=2 -write out.vdb",
+    "points": "-scatter count=3e5 box=-1,-1,-1,1,1,1 -write out.vdb",
+    "shade": MESH + "-shade width=300 -write out.png",
+    "picture": FLOW + "-lic width=500 -write out.exr",
+    "read": "-read given.vdb -write out.vdb",
+}
+SHARES = (0.99, 0.97, 0.94, 0.9, 0.8)
+
+
+def run(command, arguments, folder, limit):
+    """Runs the command with a limit in MiB. Returns whether it worked, and what is wrong."""
+
+    def limited():
+        resource.setrlimit(resource.RLIMIT_AS, (limit * MIB, limit * MIB))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+    before = set(os.listdir(folder))
+    done = subprocess.run([command, "-quiet", "-threads", "2", *arguments.split()], cwd=folder, capture_output=True,
+                          text=True, timeout=300, preexec_fn=limited)
+    left = set(os.listdir(folder)) - before
+    for name in left:
+        (Path(folder) / name).unlink()
+    lines = done.stderr.strip().splitlines()
+    if done.returncode == 0:
+        return True, ""
+    if done.returncode == 127 and "shared libraries" in done.stderr:
+        return False, ""  # the limit ends the loader, before the command starts
+    if done.returncode != 1:
+        return False, f"exit code {done.returncode}: {done.stderr.strip()[:200]}"
+    if len(lines) != 1 or not lines[0].startswith("curlew: "):
+        return False, f"not one line: {done.stderr.strip()[:300]}"
+    return False, f"left {', '.join(sorted(left))}" if left else ""
+
+
+def main(command, root):
+    wrong = []
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run([command, "-quiet", *(FLOW + "-velocity dim=60 -write given.vdb").split()], cwd=folder, check=True)
+        for name, arguments in CASES.items():
+            tried = []
+
+            def attempt(limit):
+                works, problem = run(command, arguments.format(root=root), folder, limit)
+                tried.append(limit)
+                if problem:
+                    wrong.append(f"{name} with {limit} MiB: {problem}")
+                return works
+
+            if not attempt(MOST):
+                wrong.append(f"{name} does not work with {MOST} MiB")
+                continue
+            low, high = 0, MOST
+            while high - low > 16:
+                middle = (low + high) // 2
+                low, high = (low, middle) if attempt(middle) else (middle, high)
+            for share in SHARES:
+                attempt(int(share * high))
+            print(f"{name}: works with {high} MiB; tried {len(tried)} limits", flush=True)
+    return "\n".join(wrong) or 0
+
+
+sys.exit(main(*sys.argv[1:]))
