@@ -11,6 +11,14 @@ install(FILES ${PROJECT_BINARY_DIR}/curlewConfig.cmake ${PROJECT_BINARY_DIR}/cur
   ${PROJECT_SOURCE_DIR}/cmake/FindOpenVDBForCurlew.cmake DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/curlew)
 install(FILES ${PROJECT_SOURCE_DIR}/NOTICE ${PROJECT_SOURCE_DIR}/CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright)
+# The software bill of materials of what is compiled in; versions come from dpkg.
+find_program(CURLEW_DPKG_QUERY dpkg-query)
+find_program(CURLEW_PYTHON3 python3)
+if(CURLEW_DPKG_QUERY AND CURLEW_PYTHON3)
+  install(CODE "execute_process(COMMAND ${CURLEW_PYTHON3} -B ${PROJECT_SOURCE_DIR}/tools/packages/sbom.py
+    --version ${PROJECT_VERSION} --out ${PROJECT_BINARY_DIR}/sbom.spdx.json COMMAND_ERROR_IS_FATAL ANY)")
+  install(FILES ${PROJECT_BINARY_DIR}/sbom.spdx.json DESTINATION ${CMAKE_INSTALL_DOCDIR})
+endif()
 
 # ./dev package. The Blender add-on is not part of an installation, so ./dev packs it into this folder before.
 set(CPACK_INSTALLED_DIRECTORIES ${PROJECT_BINARY_DIR}/blender usr/share/curlew/blender)

@@ -65,7 +65,7 @@ size_t cellCount(std::ifstream& in) {
 } // namespace
 
 CsvTable readCsv(const std::filesystem::path& path, CsvCells cells,
-                 const std::function<void(const std::vector<std::string>& names)>& checkNames) {
+                 const std::function<void(const std::vector<std::string>& names)>& checkNames, const Monitor& monitor) {
     std::ifstream in = openToRead(path);
     in.exceptions(std::ios::goodbit);
     const size_t most = cellCount(in);
@@ -74,6 +74,7 @@ CsvTable readCsv(const std::filesystem::path& path, CsvCells cells,
     table.values.reserve(most);
     std::string line;
     for (size_t number = 1; std::getline(in, line); ++number) {
+        if (number % 4096 == 0) monitor.check();
         std::erase(line, '\r');
         if (line.find_first_not_of(" \t") == std::string::npos) continue;
         const auto row = cellsOf(line, cells);

@@ -58,8 +58,8 @@ std::string extensionOf(const fs::path& path) {
     return extension;
 }
 
-Mesh readMesh(const fs::path& path) {
-    const MeshSource source{path};
+Mesh readMesh(const fs::path& path, const Monitor& monitor) {
+    const MeshSource source{path, monitor};
     const std::string extension = extensionOf(path);
     // The file, its polygons and the mesh, relative to the size of the file: text is larger than what it says.
     const double bytesPerByte = extension == ".obj" ? 2.5 : 4.2;

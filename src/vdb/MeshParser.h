@@ -3,7 +3,7 @@
 
 #include "Polygons.h"
 #include "curlew/base/Csv.h"
-#include "curlew/base/Error.h"
+#include "curlew/base/Monitor.h"
 
 #include <fmt/format.h>
 
@@ -20,9 +20,16 @@ std::string extensionOf(const std::filesystem::path& path);
 /// Reads a whole file. Throws FileError.
 std::string contentOf(const std::filesystem::path& path);
 
-/// The mesh file being read, for error messages.
+/// The mesh file being read, and who waits for it.
 struct MeshSource {
     const std::filesystem::path& path;
+    const Monitor& monitor = kUnmonitored;
+    static const Monitor kUnmonitored;
+
+    /// Throws Interrupted at some of the lines, faces or points if the caller has asked to stop.
+    void check(size_t line) const {
+        if (line % 4096 == 0) monitor.check();
+    }
 
     FileError error(const std::string& what) const {
         return FileError(fmt::format("'{}' cannot be read as a mesh: {}", path.string(), what));
@@ -40,6 +47,7 @@ struct MeshSource {
                                     bad, points));
     }
 };
+inline const Monitor MeshSource::kUnmonitored;
 
 // Parsers for a whole file of each kind. They throw FileError if the file is damaged, has no faces, or has a coordinate
 // that is not finite. In the result every vertex index is valid, and every face has at least three vertices.

@@ -23,7 +23,7 @@ class ObjParser {
 
     Polygons parse() {
         while (!mRest.empty()) {
-            ++mLine;
+            mSource.check(++mLine);
             std::string_view line = takeLine(mRest);
             line = line.substr(0, line.find('#'));
             const std::string_view keyword = takeWord(line);

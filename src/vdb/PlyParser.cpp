@@ -175,6 +175,7 @@ class PlyParser {
         if (element.properties.empty() && element.count > 0) throw badHeader("has an element without properties");
         const bool isPoint = element.name == "vertex", isFace = element.name == "face";
         for (size_t n = 0; n < element.count; ++n) {
+            mSource.check(n);
             if (mFormat == PlyFormat::text) nextLine();
             openvdb::Vec3s point(0);
             for (const PlyProperty& property : element.properties) {

@@ -104,9 +104,9 @@ PointTable pointsOf(const CsvTable& table, const std::filesystem::path& path) {
 
 } // namespace
 
-PointTable readPoints(const std::filesystem::path& path) {
-    if (endingOf(path) == ".csv") return pointsOf(readCsv(path, CsvCells::optional), path);
-    const PlyVertices vertices = parsePlyVertices(contentOf(path), MeshSource{path});
+PointTable readPoints(const std::filesystem::path& path, const Monitor& monitor) {
+    if (endingOf(path) == ".csv") return pointsOf(readCsv(path, CsvCells::optional, {}, monitor), path);
+    const PlyVertices vertices = parsePlyVertices(contentOf(path), MeshSource{path, monitor});
     if (std::find(vertices.others.begin(), vertices.others.end(), "edge") != vertices.others.end())
         throw FileError(fmt::format("'{}' cannot be read: it holds curves; give points or a mesh", path.string()));
     return pointsOf(vertices.table, path);

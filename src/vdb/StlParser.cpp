@@ -31,7 +31,7 @@ Polygons parseTextStl(std::string_view text, const MeshSource& source) {
     size_t number = 0, facets = 0;
     bool closed = false;
     while (!text.empty()) {
-        ++number;
+        source.check(++number);
         std::string_view line = takeLine(text);
         const std::string_view keyword = takeWord(line);
         if (keyword.empty()) continue;

@@ -333,10 +333,26 @@ TEST_CASE("command: an interrupt ends work that asks nobody, within seconds", "[
 TEST_CASE("command: a hangup that the caller ignores (nohup) does not end the work", "[app][command]") {
     const Folder folder;
     const auto outcome = folder.shell(
-        "trap '' HUP; \"$curlew\" -noise octaves=8 -slice width=3000 -write a.png 2>/dev/null & pid=$!; "
-        "sleep 0.1; kill -s HUP $pid; wait $pid");
+        "trap '' HUP; \"$curlew\" -noise alpha={T} -slice width=600 -frames 1-5 -write 'a.$F.png' 2>/dev/null & "
+        "pid=$!; until test -e a.1.png; do kill -0 $pid || exit 9; sleep 0.01; done; kill -s HUP $pid; wait $pid");
     CHECK(outcome.status == 0);
-    CHECK(folder.names() == std::set<std::string>{"a.png"});
+    CHECK(folder.names() == std::set<std::string>{"a.1.png", "a.2.png", "a.3.png", "a.4.png", "a.5.png"});
+}
+
+TEST_CASE("command: threads that the system does not start are an error (ulimit -u)", "[app][command]") {
+    const Folder folder;
+    // The limit does not apply to root.
+    const auto outcome = folder.shell(
+        "as=; if [ $(id -u) = 0 ]; then as='setpriv --reuid=65534 --regid=65534 --clear-groups'; fi; cd /; "
+        "$as test -x \"$curlew\" || exit 77; "
+        "$as bash -c 'ulimit -u 1; exec \"$curlew\" -quiet -threads 4 -noise -noise seed=1 -dfvn -check'");
+    if (outcome.status == 77) {
+        WARN("skipped: another user may not run the command");
+        return;
+    }
+    CHECK(outcome.status == 1);
+    CHECK(test::linesIn(outcome.err) == 1);
+    CHECK_THAT(outcome.err, Catch::ContainsSubstring("pthread_create"));
 }
 
 TEST_CASE("command: closed and unread output streams do not change the result", "[app][command]") {

@@ -8,6 +8,8 @@
 #include "curlew/app/run/IsolatedModel.h"
 #include "curlew/base/Csv.h"
 #include "curlew/base/Error.h"
+#include "curlew/field/NoiseField.h"
+#include "curlew/field/ParsedFormula.h"
 #include "curlew/picture/ImageFile.h"
 #include "curlew/vdb/AnimatedMesh.h"
 #include "curlew/vdb/BgeoFile.h"
@@ -137,6 +139,13 @@ bool readSceneTarget(std::string_view bytes) {
 bool readJsonTarget(std::string_view bytes) {
     return accepts([&] { checkGraph(app::graphOfJson(std::string(bytes), reading())); });
 }
+bool readFormulaTarget(std::string_view bytes) {
+    static const ScalarField swirl = noiseField<Psrd3>();
+    return accepts([&] {
+        const ScalarField field = parsedFormula<3>(bytes, {{"swirl", swirl}}).field;
+        field.at<1>(Vec3d{{0.1, -0.2, 0.3}});
+    });
+}
 bool readExpressionTarget(std::string_view bytes) {
     return accepts([&] {
         const std::string text = app::withConstants(bytes, {{"a", 1.5}, {"b", -2e300}});
@@ -253,6 +262,7 @@ const std::vector<Target>& targets() {
                                               {"scene", readSceneTarget},
                                               {"json", readJsonTarget},
                                               {"expression", readExpressionTarget},
+                                              {"formula", readFormulaTarget},
                                               {"checkpoint", readCheckpointTarget}};
     return kTargets;
 }
@@ -272,6 +282,9 @@ std::vector<std::string> seeds(const std::string& target) {
     if (target == "csv") return {"x,y,z,id\n0,1,2,3\n-1.5e3,+2,\"3\",4\n"};
     if (target == "scene") return {kScene};
     if (target == "json") return {app::jsonOf(app::graphOfScene(kScene, "seed", reading()))};
+    if (target == "formula")
+        return {"sin(2*pi*x) * swirl + 0.3*z^2", "smin(length(p - (1, 2, 0.5)), clamp(y, -1, 1), 0.1)",
+                "smoothstep(0, 1, dot(p, (x, y, z))) / (2 + cos(x1)^2)"};
     if (target == "expression") return {"a{1+2*sin(pi*T)}.$F4.####.%04d", "{min(max(F,b),a)}"};
     return checkpointSeeds();
 }

@@ -18,7 +18,7 @@ source, build, version, packed = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[
 sys.path[:0] = [str(source / "tools" / "packages")]
 import portable  # noqa: E402
 import wheel  # noqa: E402
-from bundle import newest_symbols  # noqa: E402
+from bundle import contained, newest_symbols  # noqa: E402
 
 PROGRAM = """
 import curlew
@@ -154,7 +154,7 @@ class Portable(unittest.TestCase, Sbom):
         self.check_sbom((self.top / "sbom.spdx.json").read_text(), licences)
 
 
-class Deb(unittest.TestCase):
+class Deb(unittest.TestCase, Sbom):
     """Looks into the Debian package."""
 
     @classmethod
@@ -167,6 +167,7 @@ class Deb(unittest.TestCase):
             run("cpack", "--config", build / "CPackConfig.cmake", "-B", folder, "-D",
                 f"CPACK_INSTALLED_DIRECTORIES={addons};usr/share/curlew/blender")
             deb = next(Path(folder).glob("*.deb"))
+            cls.bill = run("sh", "-c", f"dpkg-deb --fsys-tarfile '{deb}' | tar -xO ./usr/share/doc/curlew/sbom.spdx.json")
             cls.names = [line.split(maxsplit=5)[5].partition(" -> ")[0] for line in run("dpkg-deb", "-c", deb).splitlines()]
             cls.fields = {name: run("dpkg-deb", "-f", deb, name) for name in ("Package", "Version", "Depends", "Suggests")}
 
@@ -177,9 +178,12 @@ class Deb(unittest.TestCase):
                         r"share/curlew/blender/curlew_blender-.*-linux-x64\.zip", r"share/man/man1/curlew\.1(\.gz)?",
                         r"share/man/man1/curlew-noise\.1(\.gz)?", r"share/bash-completion/completions/curlew",
                         r"share/zsh/vendor-completions/_curlew", r"share/fish/vendor_completions\.d/curlew\.fish",
-                        r"share/doc/curlew/copyright", r"share/doc/curlew/NOTICE"):
+                        r"share/doc/curlew/copyright", r"share/doc/curlew/NOTICE", r"share/doc/curlew/sbom\.spdx\.json"):
             self.assertTrue(any(re.fullmatch(r"\./usr/" + pattern, name) for name in self.names), pattern)
         self.assertEqual([name for name in self.names if not name.startswith("./usr/")], [])
+
+    def test_its_bill_of_materials_lists_what_is_compiled_in(self):
+        self.check_sbom(self.bill, set(contained([])))
 
     def test_it_asks_for_what_it_needs(self):
         self.assertEqual((self.fields["Package"].strip(), self.fields["Version"].strip()), ("curlew", version))

@@ -4,6 +4,7 @@
 #include "curlew/vdb/MeshFile.h"
 #include "support/Catch.h"
 #include "support/Files.h"
+#include "support/Meshes.h"
 #include "support/Places.h"
 
 #include <fmt/format.h>
@@ -582,4 +583,13 @@ TEST_CASE("MeshFile: invalid meshes are not written", "[vdb]") {
     mesh.points[1][2] = std::numeric_limits<float>::infinity();
     CHECK_THROWS_WITH(writeMesh(folder.path / "a.obj", mesh), ContainsSubstring("finite"));
     CHECK(fs::is_empty(folder.path));
+}
+
+TEST_CASE("MeshFile: reading large files can be cancelled", "[vdb]") {
+    const Folder folder;
+    const Monitor stop{.report = {}, .cancelled = [] { return true; }};
+    writeMesh(folder.path / "a.obj", test::ball(64));
+    writeMesh(folder.path / "a.ply", test::ball(64));
+    CHECK_THROWS_AS(readMesh(folder.path / "a.obj", stop), Interrupted);
+    CHECK_THROWS_AS(readMesh(folder.path / "a.ply", stop), Interrupted);
 }

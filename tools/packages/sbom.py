@@ -2,8 +2,13 @@
 """Lists the libraries whose code a package contains, with versions and licences (a software bill of materials), as SPDX 2.3 JSON.
 
 https://spdx.github.io/spdx-spec/v2.3/
+
+    tools/packages/sbom.py --version 0.2.0 --out sbom.spdx.json
+
+writes that of the Debian package, which contains the code of headers and of static libraries.
 """
 
+import argparse
 import hashlib
 import json
 import re
@@ -76,3 +81,17 @@ def sbom(version: str, contained: Iterable[str]) -> bytes:
         ],
     }
     return (json.dumps(document, indent=2) + "\n").encode()
+
+
+def main() -> None:
+    from bundle import contained
+
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--version", required=True)
+    parser.add_argument("--out", type=Path, required=True)
+    options = parser.parse_args()
+    options.out.write_bytes(sbom(options.version, contained([])))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "curlew/base/Monitor.h"
+
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -24,8 +26,9 @@ enum class CsvCells {
 /// Blank lines and carriage returns are skipped. `checkNames` is called with the names before the first row is read,
 /// and throws if this is not the file that the caller expects. Throws FileError, naming file and line, if the file
 /// cannot be read or is blank, if a row and the header differ in length, or if a cell is not a number. Throws
-/// ResourceError if the table would not fit into memory.
+/// ResourceError if the table would not fit into memory; Interrupted.
 CsvTable readCsv(const std::filesystem::path& path, CsvCells cells,
-                 const std::function<void(const std::vector<std::string>& names)>& checkNames = {});
+                 const std::function<void(const std::vector<std::string>& names)>& checkNames = {},
+                 const Monitor& monitor = {});
 
 } // namespace curlew

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "curlew/base/Monitor.h"
+
 #include <openvdb/Types.h>
 
 #include <cstddef>
@@ -24,8 +26,8 @@ struct Mesh {
 /// joined, and unused points are dropped. Normals, colours, UVs, materials, lines and free-form surfaces are ignored.
 /// Throws FileError, naming the file, if it is missing, empty, truncated, of another kind or without faces, if a vertex
 /// index is out of range, or if a coordinate is not a finite number. An .obj that was truncated between two faces looks
-/// complete, except for its topology. Safe to call from several threads.
-Mesh readMesh(const std::filesystem::path& path);
+/// complete, except for its topology. Throws Interrupted. Safe to call from several threads.
+Mesh readMesh(const std::filesystem::path& path, const Monitor& monitor = {});
 
 /// Builds the mesh that readMesh() makes of a file with these points and faces. `corners` holds the vertex indices of
 /// all faces, one face after another, and `sizes` the number of vertices of each face. Throws ValueError if there are

@@ -46,8 +46,8 @@ struct PointTable {
 /// Without ids, points are numbered from 0. Writing the points again gives the same bytes. Throws FileError, naming the
 /// file, if it is missing, damaged or of another kind, if it holds curves, if only some of vx, vy, vz or of f, g are
 /// present, if a position is not finite, or if an id is not an integer of at most 2⁵³. Throws ResourceError if the
-/// points would not fit in memory.
-PointTable readPoints(const std::filesystem::path& path);
+/// points would not fit in memory; Interrupted.
+PointTable readPoints(const std::filesystem::path& path, const Monitor& monitor = {});
 
 /// Returns whether a .ply has faces, according to its header; false if it is not a PLY. Throws FileError if the file
 /// cannot be read.

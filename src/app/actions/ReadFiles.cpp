@@ -156,13 +156,13 @@ std::vector<Object> gridObjects(const Arguments& a, const SourceFile& file) {
 }
 
 void readMeshFile(Context& c, const Arguments&, const SourceFile& file) {
-    auto mesh = std::make_shared<const Mesh>(readMesh(file.path));
+    auto mesh = std::make_shared<const Mesh>(readMesh(file.path, c.follow(fmt::format("reading {}", file.name))));
     sayMesh(c, file, *mesh);
     c.give(std::move(mesh));
 }
 
 void readPointFile(Context& c, const Arguments&, const SourceFile& file) {
-    PointTable table = readPoints(file.path);
+    PointTable table = readPoints(file.path, c.follow(fmt::format("reading {}", file.name)));
     c.say(fmt::format("{}: {} points{}", file.name, table.points.size(),
                       table.skipped.empty() ? "" : "; skipped: " + join(table.skipped, " ")));
     givePoints(c, std::move(table.points));
