@@ -305,9 +305,10 @@ TEST_CASE("command: an interrupt stops any work quickly and leaves no file", "[a
                  "-noise octaves=32 -noise seed=1 -dfvn -check samples=1e8 report=a.json");
     const std::string signal = GENERATE("INT", "TERM", "HUP");
     CAPTURE(job, signal);
-    // The signal is sent after the first action has printed its line, however long that takes.
+    // The signal is sent after the first action has printed its line, however long that takes. Who runs the tests may
+    // ignore hangups (nohup).
     const auto outcome =
-        folder.shell("said=$(mktemp); \"$curlew\" -verbose " + job +
+        folder.shell("said=$(mktemp); env --default-signal=HUP \"$curlew\" -verbose " + job +
                      " 2>\"$said\" & pid=$!; while kill -0 $pid && ! [ -s \"$said\" ]; do sleep 0.05; done; "
                      "kill -s " +
                      signal + " $pid; wait $pid; status=$?; tail -n 1 \"$said\" >&2; rm \"$said\"; exit $status");
