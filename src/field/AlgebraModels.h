@@ -54,6 +54,10 @@ struct Binary {
         for (int i = 0; i < points.size; i += kLanes<T>)
             jets.set(i, combine(jets.template lanes<T>(i), other.template lanes<T>(i)));
     }
+    template <int Order>
+    Jet<Symbol<float>, N, Order> symbols(SymbolModule& module, const Vec<Symbol<double>, N>& p) const {
+        return combine(a.template symbols<Order>(module, p), b.template symbols<Order>(module, p));
+    }
     Interval range() const { return interval; }
     double wavelength() const { return std::max(a.wavelength(), b.wavelength()); }
 };
@@ -70,6 +74,10 @@ struct Unary {
     void evalBatch(const PointBatchN<N>& points, JetBatchN<NumberOf<T>, N, Order>& jets) const {
         a.eval(points, jets);
         for (int i = 0; i < points.size; i += kLanes<T>) jets.set(i, map(jets.template lanes<T>(i)));
+    }
+    template <int Order>
+    Jet<Symbol<float>, N, Order> symbols(SymbolModule& module, const Vec<Symbol<double>, N>& p) const {
+        return map(a.template symbols<Order>(module, p));
     }
     Interval range() const { return interval; }
     double wavelength() const { return a.wavelength(); }

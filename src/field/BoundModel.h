@@ -90,6 +90,17 @@ struct Bounded {
         }
     }
 
+    /// The noise counts only where alpha > 0, so its symbols need no branch.
+    template <int Order>
+    Jet<Symbol<float>, N, Order> symbols(SymbolModule& module, const Vec<Symbol<double>, N>& p) const {
+        using S = Symbol<float>;
+        const auto d = distance.template symbols<Order>(module, p);
+        const Symbol<bool> flowing = side == Side::both     ? !(d.value == S(0))
+                                     : side == Side::inside ? d.value < S(0)
+                                                            : d.value > S(0);
+        return select(flowing, blend(d, noise.template symbols<Order>(module, p)), d);
+    }
+
   private:
     /// Returns the sign of the distance if all positions are certainly beyond the layer, else 0. If the batch is
     /// compact, one lookup serves all of it.
@@ -156,6 +167,11 @@ struct LayerFade {
             jets.set(i, compose(d, alphaOf(d.value, width)));
         }
     }
+    template <int Order>
+    Jet<Symbol<float>, N, Order> symbols(SymbolModule& module, const Vec<Symbol<double>, N>& p) const {
+        const auto d = distance.template symbols<Order>(module, p);
+        return compose(d, alphaOf(d.value, width));
+    }
     Interval range() const { return {0, 1}; }
 };
 
@@ -174,6 +190,11 @@ struct LayerRamp {
             const auto d = jets.template lanes<T>(i);
             jets.set(i, compose(d, rampOf(d.value)));
         }
+    }
+    template <int Order>
+    Jet<Symbol<float>, N, Order> symbols(SymbolModule& module, const Vec<Symbol<double>, N>& p) const {
+        const auto d = distance.template symbols<Order>(module, p);
+        return compose(d, rampOf(d.value));
     }
     Interval range() const { return {-1, 1}; }
 

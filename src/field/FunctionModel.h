@@ -28,15 +28,6 @@ enum class Function {
     smoothstep, ///< The quintic fade of (v - first) * second
 };
 
-/// Calls f for one lane after another.
-template <class T, class F>
-T oneByOne(const T& v, const F& f) {
-    std::array<NumberOf<T>, static_cast<size_t>(kLanes<T>)> x;
-    store(v, x.data());
-    for (auto& number : x) number = f(number);
-    return load<T>(x.data());
-}
-
 /// Applies a function of one variable to a jet. The switch is outside the work on lanes.
 struct FunctionMap {
     Function function;
@@ -73,27 +64,25 @@ struct FunctionMap {
             case Function::acos: {
                 const T slope = one / sqrt(negMulAdd(v, v, one)), cube = slope * slope * slope;
                 const T third = cube * mulAdd(T(3) * v * v, slope * slope, one);
-                if (function == Function::asin)
-                    return {oneByOne(v, [](auto x) { return std::asin(x); }), slope, v * cube, third};
-                return {oneByOne(v, [](auto x) { return std::acos(x); }), -slope, -v * cube, -third};
+                if (function == Function::asin) return {asin(v), slope, v * cube, third};
+                return {acos(v), -slope, -v * cube, -third};
             }
             case Function::atan: {
                 const T slope = one / mulAdd(v, v, one), square = slope * slope;
-                return {oneByOne(v, [](auto x) { return std::atan(x); }), slope, T(-2) * v * square,
-                        mulAdd(T(6) * v, v, T(-2)) * square * slope};
+                return {atan(v), slope, T(-2) * v * square, mulAdd(T(6) * v, v, T(-2)) * square * slope};
             }
             case Function::sinh:
             case Function::cosh: {
-                const T s = oneByOne(v, [](auto x) { return std::sinh(x); });
-                const T c = oneByOne(v, [](auto x) { return std::cosh(x); });
+                const T s = sinh(v);
+                const T c = cosh(v);
                 return function == Function::sinh ? Univariate<T>{s, c, s, c} : Univariate<T>{c, s, c, s};
             }
             case Function::tanh: {
-                const T t = oneByOne(v, [](auto x) { return std::tanh(x); }), slope = negMulAdd(t, t, one);
+                const T t = tanh(v), slope = negMulAdd(t, t, one);
                 return {t, slope, T(-2) * t * slope, slope * mulAdd(T(6) * t, t, T(-2))};
             }
             case Function::exp: {
-                const T e = oneByOne(v, [](auto x) { return std::exp(x); });
+                const T e = exp(v);
                 return {e, e, e, e};
             }
             case Function::log: {
@@ -111,7 +100,7 @@ struct FunctionMap {
             }
             case Function::power: {
                 const auto n = static_cast<NumberOf<T>>(first);
-                const T r = one / v, value = oneByOne(v, [n](auto x) { return std::pow(x, n); });
+                const T r = one / v, value = pow(v, n);
                 const T slope = T(n) * value * r, bend = T(n - 1) * slope * r;
                 return {value, slope, bend, T(n - 2) * bend * r};
             }

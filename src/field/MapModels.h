@@ -20,17 +20,14 @@ struct Affine {
         using Position = Rebind<T, double>;
         PointBatchN<M> moved;
         moved.size = points.size;
-        for (int i = 0; i < points.size; i += kLanes<T>) {
-            Vec<Position, N> x = points.template lanes<Position>(i);
-            for (int k = 0; k < N; ++k) x[k] -= Position(origin[k]);
-            Vec<Position, M> y;
-            for (int j = 0; j < M; ++j)
-                for (int k = 0; k < N; ++k) y[j] = mulAdd(Position(A[j][k]), x[k], y[j]);
-            moved.set(i, y);
-        }
+        for (int i = 0; i < points.size; i += kLanes<T>) moved.set(i, mapped(points.template lanes<Position>(i)));
         JetBatchN<NumberOf<T>, M, Order> there;
         field.eval(moved, there);
         for (int i = 0; i < points.size; i += kLanes<T>) jets.set(i, pullBack(there.template lanes<T>(i), A));
+    }
+    template <int Order>
+    Jet<Symbol<float>, N, Order> symbols(SymbolModule& module, const Vec<Symbol<double>, N>& p) const {
+        return pullBack(field.template symbols<Order>(module, mapped(p)), A);
     }
     Interval range() const { return field.range(); }
     /// For unequal scales, uses their geometric mean. A row of A is the gradient of one of the field's coordinates.
@@ -38,6 +35,16 @@ struct Affine {
         double scale = 1;
         for (int j = 0; j < M; ++j) scale *= length(A[j]);
         return scale > 0 ? field.wavelength() / std::pow(scale, 1.0 / M) : 0;
+    }
+
+  private:
+    template <class P>
+    Vec<P, M> mapped(Vec<P, N> x) const {
+        for (int k = 0; k < N; ++k) x[k] -= P(origin[k]);
+        Vec<P, M> y;
+        for (int j = 0; j < M; ++j)
+            for (int k = 0; k < N; ++k) y[j] = mulAdd(P(A[j][k]), x[k], y[j]);
+        return y;
     }
 };
 

@@ -60,6 +60,18 @@ struct Octaves {
                 jets.set(i, &o == octaves.data() ? n : jets.template lanes<T>(i) + n);
             }
     }
+    template <int Order>
+    Jet<Symbol<float>, N, Order> symbols(SymbolModule&, const Vec<Symbol<double>, N>& p) const {
+        Jet<Symbol<float>, N, Order> sum;
+        for (const auto& o : octaves) {
+            const auto noise = [&o](const Vec<Symbol<double>, N>& x) {
+                return o.noise.template at<Order, Symbol<float>>(x);
+            };
+            const Vec<Symbol<double>, N> x = p * Symbol<double>(o.frequency);
+            sum += shaped(o, outlined<Jet<Symbol<float>, N, Order>>("noise", noise, x));
+        }
+        return sum;
+    }
     Interval range() const {
         Interval sum{0, 0};
         for (const auto& o : octaves) {
@@ -79,8 +91,12 @@ struct Octaves {
   private:
     template <int Order, class T>
     Jet<T, N, Order> octaveAt(const Octave<Noise>& o, const Vec<Rebind<T, double>, N>& p) const {
+        return shaped(o, o.noise.template at<Order, T>(p * Rebind<T, double>(o.frequency)));
+    }
+    /// Returns the octave in world units, given the jet of its noise.
+    template <class T, int Order>
+    Jet<T, N, Order> shaped(const Octave<Noise>& o, Jet<T, N, Order> n) const {
         using Number = NumberOf<T>;
-        auto n = o.noise.template at<Order, T>(p * Rebind<T, double>(o.frequency));
         if (turbulence > 0) n = folded(n, turbulence);
         return dilated(n, static_cast<Number>(o.amplitude), static_cast<Number>(o.frequency));
     }
@@ -123,6 +139,36 @@ struct WarpedOctaves {
             for (int k = 0; k < sum.kSize; ++k) rounded.component(k) = static_cast<T>(sum.component(k));
             return rounded;
         }
+    }
+    /// The same, with displacements in the precision of values.
+    template <int Order>
+    Jet<Symbol<float>, N, Order> symbols(SymbolModule&, const Vec<Symbol<double>, N>& p) const {
+        using S = Symbol<float>;
+        using J = Jet<S, N, Order>;
+        J sum;
+        Vec<J, N> pull;
+        Vec<Symbol<double>, N> tile = p;
+        for (int i = 0; i < N; ++i)
+            if (period[i] > 0) tile[i] -= Symbol<double>(period[i]) * floor(p[i] / Symbol<double>(period[i]));
+        for (const auto& o : plain.octaves) {
+            Vec<J, N> y; // its value is the displacement only
+            Vec<Symbol<double>, N> position;
+            for (int i = 0; i < N; ++i) {
+                y[i] = J::variable(S(0), i) * S(o.frequency) + pull[i] * S(warp);
+                position[i] = mulAdd(tile[i], Symbol<double>(o.frequency), convertTo<Symbol<double>>(y[i].value));
+            }
+            const auto noise = [&o](const Vec<Symbol<double>, N>& x) { return o.noise.template at<2, S>(x); };
+            if constexpr (Order >= 2) {
+                throw ValueError("a noise with warp cannot displace another field in a shader");
+            } else {
+                const auto n = outlined<Jet<S, N, 2>>("noise", noise, position);
+                J octave = compose(truncated<Order>(n), y);
+                if (plain.turbulence > 0) octave = folded(octave, plain.turbulence);
+                sum += octave * S(o.amplitude);
+                for (int i = 0; i < N; ++i) pull[i] += compose(partial(n, i), y) * S(o.weight);
+            }
+        }
+        return sum;
     }
     Interval range() const { return plain.range(); }
     double wavelength() const { return plain.wavelength(); }

@@ -43,6 +43,22 @@ struct Lifted {
             jets.set(i, compose(there[i], y));
         }
     }
+    template <int Order>
+    Jet<Symbol<float>, N, Order> symbols(SymbolModule& module, const Vec<Symbol<double>, N>& p) const {
+        using J = Jet<Symbol<float>, N, Order>;
+        Vec<Symbol<double>, M> above;
+        Vec<J, M> y;
+        for (int axis = 0; axis < N; ++axis) {
+            above[axis] = p[axis];
+            y[axis] = J::variable(Symbol<float>(0), axis);
+        }
+        for (size_t k = 0; k < kGraph; ++k) {
+            const int axis = N + static_cast<int>(k);
+            y[axis] = graph[k].template symbols<Order>(module, p);
+            above[axis] = convertTo<Symbol<double>>(y[axis].value);
+        }
+        return compose(field.template symbols<Order>(module, above), y);
+    }
     Interval range() const { return field.range(); }
     double wavelength() const { return field.wavelength(); }
 };
@@ -72,6 +88,23 @@ struct Displaced {
                 }
                 jets.set(i, compose(there[i], y));
             }
+        }
+    }
+    template <int Order>
+    Jet<Symbol<float>, N, Order> symbols(SymbolModule& module, const Vec<Symbol<double>, N>& p) const {
+        using S = Symbol<float>;
+        if constexpr (Order >= 2) {
+            throw ValueError("a displaced field cannot displace another field in a shader");
+        } else {
+            const auto pull = by.template symbols<Order + 1>(module, p);
+            Vec<Jet<S, N, Order>, N> y; // its value is the displacement only
+            Vec<Symbol<double>, N> moved = p;
+            for (int axis = 0; axis < N; ++axis) {
+                y[axis] = partial(pull, axis) * S(amount);
+                moved[axis] += convertTo<Symbol<double>>(y[axis].value);
+                y[axis] += Jet<S, N, Order>::variable(S(0), axis);
+            }
+            return compose(field.template symbols<Order>(module, moved), y);
         }
     }
     Interval range() const { return field.range(); }

@@ -38,9 +38,51 @@ struct Carried {
             }
         }
     }
+    /// The same, with displacements in the precision of values.
+    template <int Order>
+    Jet<Symbol<float>, N, Order> symbols(SymbolModule& module, const Vec<Symbol<double>, N>& p) const {
+        if constexpr (Order >= 2) {
+            throw ValueError("a carried field cannot displace or carry another field in a shader");
+        } else {
+            auto y = Vec<Moved, N>();
+            for (int axis = 0; axis < N; ++axis) y[axis] = Moved::variable(Symbol<float>(0), axis);
+            for (int k = 0; k < steps; ++k) y = stepped(module, p, y);
+            return compose(field.template symbols<Order>(module, placeOf(p, y)), y);
+        }
+    }
     Interval range() const { return field.range(); }
 
   private:
+    /// A displacement with the derivatives of the moved position.
+    using Moved = Jet<Symbol<float>, N, 1>;
+
+    static Vec<Symbol<double>, N> placeOf(Vec<Symbol<double>, N> p, const Vec<Moved, N>& y) {
+        for (int axis = 0; axis < N; ++axis) p[axis] += convertTo<Symbol<double>>(y[axis].value);
+        return p;
+    }
+    Vec<Moved, N> velocity(SymbolModule& module, const Vec<Symbol<double>, N>& p, const Vec<Moved, N>& y) const {
+        const auto place = placeOf(p, y);
+        Vec<Moved, N> sum;
+        for (const Term& term : terms) {
+            std::array<Vec<Moved, N>, FlowN<N>::kPotentials> gradients;
+            for (size_t q = 0; q < gradients.size(); ++q) {
+                const auto jet = term[q].template symbols<2>(module, place);
+                for (int axis = 0; axis < N; ++axis) gradients[q][axis] = partial(jet, axis);
+            }
+            const auto there = cross(gradients);
+            for (int axis = 0; axis < N; ++axis) sum[axis] += compose(there[axis], y);
+        }
+        return sum;
+    }
+    Vec<Moved, N> stepped(SymbolModule& module, const Vec<Symbol<double>, N>& p, const Vec<Moved, N>& y) const {
+        const auto constant = [](double x) { return Moved(Symbol<float>(x)); };
+        const auto k1 = velocity(module, p, y);
+        const auto k2 = velocity(module, p, y + k1 * constant(dt / 2));
+        const auto k3 = velocity(module, p, y + k2 * constant(dt / 2));
+        const auto k4 = velocity(module, p, y + k3 * constant(dt));
+        return y + (k1 + (k2 + k3) * constant(2) + k4) * constant(dt / 6);
+    }
+
     /// The current positions of a batch of points, as functions (jets) of their start positions.
     template <int Order>
     using Positions = std::array<Vec<Jet<double, N, Order>, N>, kBatch>;

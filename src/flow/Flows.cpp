@@ -42,6 +42,13 @@ struct PartialDerivative {
             for (int i = 0; i < points.size; ++i) jets.set(i, partial(whole[i], axis));
         }
     }
+    template <int Order>
+    Jet<Symbol<float>, N, Order> symbols(SymbolModule& module, const Vec<Symbol<double>, N>& p) const {
+        if constexpr (Order >= 2)
+            throw ValueError("a gradient cannot be differentiated twice in a shader");
+        else
+            return partial(field.template symbols<Order + 1>(module, p), axis);
+    }
     double wavelength() const { return field.wavelength(); }
 };
 
@@ -100,9 +107,10 @@ Flow updraftFlow(double speed, double height, const Domain& domain) {
         return formulaField([=](const auto& x, const auto& k) {
             using T = std::remove_cvref_t<decltype(x[0].value)>;
             const auto t = x[1] * k(1 / height);
-            const T r = T(1) / (T(1) + std::max(t.value, T(0))), s = t.value;
-            const auto p = compose(t, s >= T(0) ? Univariate<T>{r, -r * r, T(2) * r * r * r, T(-6) * r * r * r * r}
-                                                : Univariate<T>{T(1) - s + s * s, T(2) * s - T(1), T(2)});
+            const T r = T(1) / (T(1) + max(t.value, T(0))), s = t.value;
+            const auto above = compose(t, Univariate<T>{r, -r * r, T(2) * r * r * r, T(-6) * r * r * r * r});
+            const auto below = compose(t, Univariate<T>{T(1) - s + s * s, T(2) * s - T(1), T(2)});
+            const auto p = select(s >= T(0), above, below);
             return p * x[along] * k(sign * speed / 2);
         });
     };

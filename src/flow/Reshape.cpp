@@ -93,6 +93,7 @@ struct IntegratedSpline {
 };
 
 struct Reshaped {
+    static constexpr std::string_view kNotSymbolic = "a potential that was reshaped for an even speed";
     ScalarField f, g;
     std::shared_ptr<const IntegratedSpline> integral;
     template <int Order, class T>

@@ -43,6 +43,8 @@ class ImageSpline {
         mRange = {static_cast<double>(*least), static_cast<double>(*most)};
     }
 
+    static constexpr std::string_view kNotSymbolic = "an image";
+
     Interval range() const { return mRange; }
 
     template <int Order, class T>

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "curlew/math/MinimumNorm.h"
 #include "curlew/track/Reproject.h"
-#include "curlew/track/Stepper.h"
+#include "curlew/track/StepRule.h"
 
 namespace curlew {
 
@@ -28,17 +27,8 @@ struct CombineKernel {
     template <class T>
     static void run(const int& size, const std::array<double, Tableau::kMaxStages>& weights, const StagesN<N>& stages,
                     VecBatchN<double, N>& sum) {
-        size_t first = 0;
-        while (weights[first] == 0 && first + 1 < weights.size()) ++first;
-        for (int i = 0; i < size; i += kLanes<T>) {
-            Vec<T, N> total = stages[first].template lanes<T>(i) * T(weights[first]);
-            for (size_t k = first + 1; k < weights.size(); ++k) {
-                if (weights[k] == 0) continue;
-                const Vec<T, N> part = stages[k].template lanes<T>(i);
-                for (int axis = 0; axis < N; ++axis) total[axis] = mulAdd(part[axis], T(weights[k]), total[axis]);
-            }
-            sum.set(i, total);
-        }
+        for (int i = 0; i < size; i += kLanes<T>)
+            sum.set(i, weightedSum<T, N>(weights, [&](size_t k) { return stages[k].template lanes<T>(i); }));
     }
 };
 
@@ -68,17 +58,7 @@ struct ResidualKernel {
     }
 };
 
-/// Returns p + move, with the move clamped to the limit's length.
-template <class T, int N>
-Vec<T, N> movedWithin(const T& limit, const Vec<T, N>& p, const Vec<T, N>& move) {
-    const T size = length(move), scale = select(size > limit, limit / size, T(1));
-    Vec<T, N> moved;
-    for (int k = 0; k < N; ++k) moved[k] = mulAdd(move[k], scale, p[k]);
-    return moved;
-}
-
-/// Takes a Gauss-Newton step for all potentials at once: the smallest v with J v = -r. The potentials with the largest
-/// residuals, relative to their tolerance, come first: they take precedence where gradients are nearly parallel.
+/// Takes a Gauss-Newton step (StepRule.h).
 template <int N>
 struct GaussNewtonKernel {
     template <class T, class Jets>
@@ -88,30 +68,13 @@ struct GaussNewtonKernel {
             const auto n = static_cast<size_t>(i);
             constexpr size_t kM{N - 1};
             std::array<Vec<T, N>, kM> J;
-            std::array<T, kM> r, off;
+            std::array<T, kM> r;
             for (size_t p = 0; p < kM; ++p) {
                 J[p] = jets[p].template lanes<T>(i).gradient;
                 r[p] = -load<T>(&residual[p][n]);
-                off[p] = abs(r[p]) / T(options.tolerance[p]);
             }
-            for (size_t end = kM - 1; end > 0; --end)
-                for (size_t p = 0; p < end; ++p) order(off[p] < off[p + 1], p, J, r, off);
-            points.set(i, movedWithin(load<T>(&limit[n]), points.template lanes<T>(i), minimumNorm(J, r)));
+            points.set(i, gaussNewtonMoved(points.template lanes<T>(i), J, r, options.tolerance, load<T>(&limit[n])));
         }
-    }
-
-  private:
-    template <class Mask, class T, size_t M>
-    static void order(const Mask& wrong, size_t p, std::array<Vec<T, N>, M>& J, std::array<T, M>& r,
-                      std::array<T, M>& off) {
-        const auto swapWhere = [&](T& a, T& b) {
-            const T kept = a;
-            a = select(wrong, b, a);
-            b = select(wrong, kept, b);
-        };
-        for (int k = 0; k < N; ++k) swapWhere(J[p][k], J[p + 1][k]);
-        swapWhere(r[p], r[p + 1]);
-        swapWhere(off[p], off[p + 1]);
     }
 };
 

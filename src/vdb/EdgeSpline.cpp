@@ -110,6 +110,8 @@ class EdgeSpline {
         }
     }
 
+    static constexpr std::string_view kNotSymbolic = "a velocity grid";
+
     /// The values of a spline lie between its coefficients.
     Interval range() const { return Interval::within(mMaxAbs); }
 

@@ -41,6 +41,8 @@ Box worldBox(const VelocityLattice& lattice, const Vec3d& lower, const Vec3d& up
 /// The trilinear interpolant of a grid of scalars in the coordinates A x + b.
 class LinearGrid {
   public:
+    static constexpr std::string_view kNotSymbolic = "a velocity grid";
+
     LinearGrid(openvdb::FloatGrid::ConstPtr grid, const Matrix3& toIndex, const Vec3d& shift)
         : mGrid(std::move(grid)), mToIndex(toIndex), mShift(shift) {}
 

@@ -48,6 +48,16 @@ struct VoxelKernel {
 template <class T, int Order>
 using SplineWeights = std::array<std::array<std::array<T, 4>, size_t{Order + 1}>, 3>;
 
+/// Returns the weights at t between the second and the third coefficient along each axis.
+template <int Order, class T>
+SplineWeights<T, Order> splineWeights(const Vec<Rebind<T, double>, 3>& t) {
+    SplineWeights<T, Order> w;
+    for (int axis = 0; axis < 3; ++axis)
+        for (int d = 0; d <= Order; ++d)
+            w[static_cast<size_t>(axis)][static_cast<size_t>(d)] = cubicBSplineWeights(convertTo<T>(t[axis]), d);
+    return w;
+}
+
 /// Sums 64 coefficients along z, then y, then x, with the weights of all derivatives up to the order. `row(i, j)`
 /// returns the four coefficients along z.
 template <int Order, class T, class Row>
@@ -88,12 +98,7 @@ struct SplineKernel {
     template <class T>
     static void run(const SplineContraction::Places& places, const Matrix3& A, JetBatch<NumberOf<T>, Order>& jets) {
         for (int i = 0; i < places.size; i += kLanes<T>) {
-            const Vec<Rebind<T, double>, 3> t = places.fraction.template lanes<Rebind<T, double>>(i);
-            SplineWeights<T, Order> w;
-            for (int axis = 0; axis < 3; ++axis)
-                for (int d = 0; d <= Order; ++d)
-                    w[static_cast<size_t>(axis)][static_cast<size_t>(d)] =
-                        cubicBSplineWeights(convertTo<T>(t[axis]), d);
+            const auto w = splineWeights<Order, T>(places.fraction.template lanes<Rebind<T, double>>(i));
             constexpr size_t kEdge = SplineContraction::kBlock;
             const float* const* corners = &places.corner[static_cast<size_t>(i)];
             const auto jet = contractedSpline<Order>(

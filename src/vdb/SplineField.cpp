@@ -3,6 +3,7 @@
 
 #include "LeafTable.h"
 #include "SplineContraction.h"
+#include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/math/Dispatch.h"
 #include "curlew/vdb/LevelSet.h"
@@ -10,7 +11,10 @@
 #include <openvdb/tree/LeafManager.h>
 
 #include <algorithm>
+#include <bit>
 #include <limits>
+#include <map>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -53,6 +57,46 @@ class SplineField {
                 jets.set(i, Jet<T, 3, Order>(static_cast<T>(beyond)));
     }
 
+    /// The same from buffers: a dense index of the leaves, and the coefficients of the blocks and the levels of tiles.
+    template <int Order>
+    Jet<Symbol<float>, 3, Order> symbols(SymbolModule& module, const Vec<Symbol<double>, 3>& p) const {
+        using S = Symbol<float>;
+        using P = Symbol<double>;
+        using Word = Symbol<uint32_t>;
+        const Dense dense = makeDense();
+        Vec<P, 3> rest;
+        std::array<Word, 3> voxel;
+        Symbol<bool> outside(false);
+        for (int axis = 0; axis < 3; ++axis) {
+            P x(mShift[axis]);
+            for (int k = 0; k < 3; ++k) x = mulAdd(P(mToIndex[axis][k]), p[k], x);
+            const P base = floor(x);
+            rest[axis] = x - base;
+            const S i = convertTo<S>(base - P(8 * dense.lowest[axis])), last(8 * dense.size[axis] - 1);
+            outside = outside | (i < S(0)) | (i > last);
+            voxel[static_cast<size_t>(axis)] = convertTo<Word>(min(max(i, S(0)), last));
+        }
+        Word leaf(0), local(0);
+        for (size_t axis = 0; axis < 3; ++axis) {
+            leaf = leaf * Word(dense.size[static_cast<int>(axis)]) + (voxel[axis] >> 3);
+            local = local * Word(kBlock) + (voxel[axis] & Word(7));
+        }
+        const auto number = Word(module.load({{}, SymbolType::word, dense.leaves}, leaf.any()));
+        const Symbol<bool> inBand = number < Word(Dense::kLevel) & !outside;
+        const auto coefficient = [&](const Word& at) {
+            return S(module.load({{}, SymbolType::real, dense.values}, at.any()));
+        };
+        const Word corner = select(inBand, number, Word(0)) * Word(kBlock * kBlock * kBlock) + local;
+        const auto jet = contractedSpline<Order>(splineWeights<Order, S>(rest), [&](size_t i, size_t j) {
+            std::array<S, 4> row;
+            for (size_t k = 0; k < 4; ++k) row[k] = coefficient(corner + Word((i * kBlock + j) * kBlock + k));
+            return row;
+        });
+        const Word background(dense.background), beyond = select(outside, background, number & Word(~Dense::kLevel));
+        const S level = coefficient(select(inBand, background, beyond));
+        return select(inBand, pullBack(jet, mToIndex), Jet<S, 3, Order>(level));
+    }
+
     /// The values of a spline lie between its coefficients.
     Interval range() const { return Interval::within(mMax); }
     /// Maximum length of the gradient, from the central differences of the coefficients, of which the gradient is an
@@ -62,6 +106,50 @@ class SplineField {
   private:
     static constexpr int kBlock = SplineContraction::kBlock;
     using Block = std::array<float, kBlock * kBlock * kBlock>;
+
+    /// The field as buffers.
+    struct Dense {
+        static constexpr uint32_t kLevel = 0x80000000; ///< The rest of the word is the index of a level.
+        static constexpr size_t kMostLeaves = size_t{1} << 24;
+        Coord lowest, size; ///< A box of leaves.
+        uint32_t background;
+        /// For each leaf in the box, z fastest: the number of its block, or kLevel and an index in `values`.
+        std::shared_ptr<std::vector<uint32_t>> leaves = std::make_shared<std::vector<uint32_t>>();
+        /// The bits of the coefficients of all blocks, the background, then the levels of tiles.
+        std::shared_ptr<std::vector<uint32_t>> values = std::make_shared<std::vector<uint32_t>>();
+    };
+
+    Dense makeDense() const {
+        openvdb::CoordBBox voxels;
+        mGrid->tree().evalLeafBoundingBox(voxels);
+        voxels.expand(mGrid->evalActiveVoxelBoundingBox());
+        Dense dense{.lowest = leafOf(voxels.min()),
+                    .size = leafOf(voxels.max()) - leafOf(voxels.min()) + Coord(1),
+                    .background = 0};
+        const auto count = static_cast<double>(dense.size[0]) * dense.size[1] * dense.size[2];
+        if (!(count <= static_cast<double>(Dense::kMostLeaves)))
+            throw ValueError("the narrow band of a level set extends too far for a shader; use larger voxels");
+        for (const Block& block : mBlocks)
+            for (const float c : block) dense.values->push_back(std::bit_cast<uint32_t>(c));
+        std::map<float, uint32_t> levels;
+        const auto levelOf = [&](float level) {
+            const auto [place, added] = levels.try_emplace(level, static_cast<uint32_t>(dense.values->size()));
+            if (added) dense.values->push_back(std::bit_cast<uint32_t>(level));
+            return place->second;
+        };
+        dense.background = levelOf(mGrid->background());
+        const openvdb::tree::ValueAccessor<const openvdb::FloatTree, /*IsSafe=*/false> values(mGrid->tree());
+        for (int i = 0; i < dense.size[0]; ++i)
+            for (int j = 0; j < dense.size[1]; ++j)
+                for (int k = 0; k < dense.size[2]; ++k) {
+                    const Coord leaf = dense.lowest + Coord(i, j, k);
+                    const int32_t number = mBlockOf.find(leaf);
+                    const bool inBand = number != LeafTable::kNone;
+                    dense.leaves->push_back(inBand ? static_cast<uint32_t>(number)
+                                                   : Dense::kLevel | levelOf(values.getValue(leaf << 3)));
+                }
+        return dense;
+    }
 
     static Coord leafOf(const Coord& ijk) { return {ijk[0] >> 3, ijk[1] >> 3, ijk[2] >> 3}; }
 

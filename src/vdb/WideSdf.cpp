@@ -28,24 +28,27 @@ struct Continued {
         JetBatch<T, Order> beyond;
         near.eval(points, jets);
         far.eval(points, beyond);
-        for (int i = 0; i < points.size; ++i) {
-            const Jet<T, 3, Order> close = jets[i];
-            const T k = static_cast<T>(1 / width), size = std::abs(close.value);
-            if (size >= static_cast<T>(width)) {
-                jets.set(i, beyond[i]);
-                continue;
-            }
-            // An even function of the distance.
-            const T sign = close.value < 0 ? T(-1) : T(1);
-            const Univariate<T> fade = quinticFade(size * k);
-            const auto weight = compose(close, Univariate<T>{fade.value, sign * k * fade.first, k * k * fade.second,
-                                                             sign * k * k * k * fade.third});
-            jets.set(i, close + weight * (beyond[i] - close));
-        }
+        for (int i = 0; i < points.size; ++i) jets.set(i, blend(jets[i], beyond[i]));
+    }
+    template <int Order>
+    Jet<Symbol<float>, 3, Order> symbols(SymbolModule& module, const Vec<Symbol<double>, 3>& p) const {
+        return blend(near.symbols<Order>(module, p), far.symbols<Order>(module, p));
     }
     Interval range() const {
         const Interval a = near.range(), b = far.range();
         return {std::min(a.lower, b.lower), std::max(a.upper, b.upper)};
+    }
+
+  private:
+    template <class T, int Order>
+    Jet<T, 3, Order> blend(const Jet<T, 3, Order>& close, const Jet<T, 3, Order>& beyond) const {
+        const T k = static_cast<T>(1 / width), size = abs(close.value);
+        // An even function of the distance.
+        const T sign = select(close.value < T(0), T(-1), T(1));
+        const Univariate<T> fade = quinticFade(size * k);
+        const auto weight = compose(close, Univariate<T>{fade.value, sign * k * fade.first, k * k * fade.second,
+                                                         sign * k * k * k * fade.third});
+        return select(size >= static_cast<T>(width), beyond, close + weight * (beyond - close));
     }
 };
 

@@ -2,6 +2,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/vdb/WideSdf.h"
 #include "support/FiniteDifference.h"
+#include "support/SymbolInterpreter.h"
 
 #include <openvdb/tools/LevelSetSphere.h>
 
@@ -49,6 +50,19 @@ TEST_CASE("sdfUpTo: a narrow request is one band", "[vdb]") {
     for (const Vec3d& p : randomPoints(test::cube(1.3), 500, 1))
         CHECK(same.distance.at<1>(p).gradient == one.distance.at<1>(p).gradient);
     CHECK(same.reach == one.reach);
+}
+
+TEST_CASE("sdfUpTo: recorded, it has the same distances and gradients", "[vdb]") {
+    // The same operations, except that the rows of the matrix to voxels are summed in another order.
+    const LevelSet levelSet = ball();
+    for (const Sdf& sdf : {sdfOf(levelSet), sdfUpTo(levelSet, 2), sdfOf(boxOf({{1, 1.2, 0.8}}, 0.05))}) {
+        const auto exact = test::symbolErrors<double>(sdf.distance, test::cube(2.5), 3000, 1);
+        CHECK(exact.value < 1e-12);
+        CHECK(exact.gradient < 1e-12);
+        const auto rounded = test::symbolErrors<float>(sdf.distance, test::cube(2.5), 3000, 2);
+        CHECK(rounded.value < 1e-6);
+        CHECK(rounded.gradient < 1e-5);
+    }
 }
 
 TEST_CASE("sdfUpTo: bands of larger voxels continue the distance to a ball", "[vdb]") {

@@ -2,8 +2,25 @@
 #pragma once
 
 #include "curlew/field/ScalarField.h"
+#include "curlew/math/Symbol.h"
+
+#include <type_traits>
 
 namespace curlew {
+
+// Formulas add numbers to jets. A number would need two conversions to become a jet of symbols.
+template <class T, int N, int Order, class Number>
+requires std::is_arithmetic_v<Number> Jet<Symbol<T>, N, Order>
+operator+(const Jet<Symbol<T>, N, Order>& a, Number b) { return a + Jet<Symbol<T>, N, Order>(Symbol<T>(b)); }
+template <class T, int N, int Order, class Number>
+requires std::is_arithmetic_v<Number> Jet<Symbol<T>, N, Order>
+operator+(Number a, const Jet<Symbol<T>, N, Order>& b) { return Jet<Symbol<T>, N, Order>(Symbol<T>(a)) + b; }
+template <class T, int N, int Order, class Number>
+requires std::is_arithmetic_v<Number> Jet<Symbol<T>, N, Order>
+operator-(const Jet<Symbol<T>, N, Order>& a, Number b) { return a - Jet<Symbol<T>, N, Order>(Symbol<T>(b)); }
+template <class T, int N, int Order, class Number>
+requires std::is_arithmetic_v<Number> Jet<Symbol<T>, N, Order>
+operator-(Number a, const Jet<Symbol<T>, N, Order>& b) { return Jet<Symbol<T>, N, Order>(Symbol<T>(a)) - b; }
 
 /// A pointwise model made of a formula. The formula is evaluated on jets of the coordinates, which differentiate it
 /// automatically: `formula(x)`, where x is a Vec of N jets, or `formula(x, k)`, where k turns constants into jets. A

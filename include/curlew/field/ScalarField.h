@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "curlew/base/Error.h"
 #include "curlew/field/Batch.h"
 #include "curlew/math/Dispatch.h"
 #include "curlew/math/Interval.h"
+#include "curlew/math/Symbol.h"
 
 #include <concepts>
 #include <limits>
 #include <memory>
+#include <string>
 
 namespace curlew {
 
@@ -27,6 +30,8 @@ class FieldModel {
     virtual void eval(const PointBatchN<N>&, JetBatchN<double, N, 3>&) const = 0;
     virtual Interval range() const = 0;
     virtual double wavelength() const = 0;
+    virtual void record(SymbolModule&, const Vec<Symbol<double>, N>&, Jet<Symbol<float>, N, 1>&) const = 0;
+    virtual void record(SymbolModule&, const Vec<Symbol<double>, N>&, Jet<Symbol<float>, N, 2>&) const = 0;
 };
 
 } // namespace detail
@@ -35,6 +40,19 @@ class FieldModel {
 template <class M, int N>
 concept PointwiseModel = requires(const M& m, const Vec<double, N>& p) {
     { m.template at<2, double>(p) } -> std::same_as<Jet<double, N, 2>>;
+};
+
+/// A pointwise model whose jets can be recorded: it is a template on the type of the position.
+template <class M, int N>
+concept SymbolicModel = requires(const M& m, const Vec<Symbol<double>, N>& p) {
+    { m.template at<1, Symbol<float>>(p) } -> std::same_as<Jet<Symbol<float>, N, 1>>;
+};
+
+/// A model made of other fields whose jets can be recorded: `model.symbols<Order>(module, position)` calls
+/// `symbols<Order>(module, …)` of these fields.
+template <class M, int N>
+concept ComposedModel = requires(const M& m, SymbolModule& module, const Vec<Symbol<double>, N>& p) {
+    { m.template symbols<1>(module, p) } -> std::same_as<Jet<Symbol<float>, N, 1>>;
 };
 
 /// A model that is instantiated for the lanes of every instruction set (field/Kernels.h).
@@ -69,7 +87,8 @@ class ScalarFieldN {
     /// Creates a field from a model M. M is pointwise (above) or has
     /// `template <int Order, class T> void evalBatch(const PointBatchN<N>&, JetBatchN<T, N, Order>&) const`.
     /// It may have `Interval range() const`, `double wavelength() const` and kernels (above). With kernels, T may be
-    /// lanes, and the batch is then a JetBatchN<NumberOf<T>, N, Order>.
+    /// lanes, and the batch is then a JetBatchN<NumberOf<T>, N, Order>. Models that satisfy one of the concepts of
+    /// symbols above can be written as a shader.
     template <class M>
     requires(!std::same_as<std::remove_cvref_t<M>, ScalarFieldN>) explicit ScalarFieldN(M model)
         : mModel(std::make_shared<const Model<M>>(std::move(model))) {}
@@ -87,6 +106,32 @@ class ScalarFieldN {
         JetBatchN<T, N, Order> jets;
         eval(points, jets);
         return jets[0];
+    }
+
+    /// Records a call of this field, which is a function of the module, and returns its jet. Order is 1 or 2. Throws
+    /// ValueError if a part of the field cannot be recorded.
+    template <int Order>
+    Jet<Symbol<float>, N, Order> symbols(SymbolModule& module, const Vec<Symbol<double>, N>& position) const {
+        const auto take = [](const SymbolModule::Symbols& from, auto& to) {
+            const AnySymbol* next = from.data();
+            detail::take(next, to);
+        };
+        const std::vector types(size_t{N}, SymbolType::wide);
+        const size_t function =
+            module.recordOnce(mModel, Order, "field", types, [&](const SymbolModule::Symbols& parameters) {
+                Vec<Symbol<double>, N> p;
+                take(parameters, p);
+                Jet<Symbol<float>, N, Order> jet;
+                mModel->record(module, p, jet);
+                SymbolModule::Symbols results;
+                detail::append(results, jet);
+                return results;
+            });
+        SymbolModule::Symbols arguments;
+        detail::append(arguments, position);
+        Jet<Symbol<float>, N, Order> jet;
+        take(module.call(function, arguments), jet);
+        return jet;
     }
 
     /// Returns an interval that contains all values; unbounded if none is known.
@@ -108,6 +153,12 @@ class ScalarFieldN {
         void eval(const PointBatchN<N>& p, JetBatchN<double, N, 1>& j) const override { run(p, j); }
         void eval(const PointBatchN<N>& p, JetBatchN<double, N, 2>& j) const override { run(p, j); }
         void eval(const PointBatchN<N>& p, JetBatchN<double, N, 3>& j) const override { run(p, j); }
+        void record(SymbolModule& m, const Vec<Symbol<double>, N>& p, Jet<Symbol<float>, N, 1>& j) const override {
+            recordTo(m, p, j);
+        }
+        void record(SymbolModule& m, const Vec<Symbol<double>, N>& p, Jet<Symbol<float>, N, 2>& j) const override {
+            recordTo(m, p, j);
+        }
         Interval range() const override {
             if constexpr (requires { mM.range(); })
                 return mM.range();
@@ -128,6 +179,17 @@ class ScalarFieldN {
                 runKernel<ModelKernel<Order>, T>(mM, points, jets);
             else
                 ModelKernel<Order>::template run<T>(mM, points, jets);
+        }
+        template <int Order>
+        void recordTo(SymbolModule& module, const Vec<Symbol<double>, N>& p, Jet<Symbol<float>, N, Order>& jet) const {
+            if constexpr (ComposedModel<M, N>)
+                jet = mM.template symbols<Order>(module, p);
+            else if constexpr (SymbolicModel<M, N>)
+                jet = mM.template at<Order, Symbol<float>>(p);
+            else if constexpr (requires { M::kNotSymbolic; })
+                throw ValueError(std::string(M::kNotSymbolic) + " cannot be written as a shader");
+            else
+                throw ValueError("a field of this type cannot be written as a shader");
         }
         M mM;
     };

@@ -14,7 +14,7 @@ namespace curlew {
 // Kernels are templates on a number type T: float, double, or SIMD lanes of them (Lanes.h). They use the functions
 // below. Each arithmetic function rounds once, so a kernel gives the same bits for a single number and for lanes. The
 // overloads for lanes are found by argument-dependent lookup; those for single numbers are here. Kernels choose between
-// values with `select` and never branch on a T.
+// values with `select` and never branch on a T. T may also be a symbol, which records the operations (Symbol.h).
 
 /// Returns a b + c, fused. (std::fma is not constexpr: constant evaluation rounds twice.)
 template <std::floating_point T>
@@ -57,6 +57,38 @@ template <std::floating_point T>
 T log(T x) {
     return std::log(x);
 }
+template <std::floating_point T>
+T exp(T x) {
+    return std::exp(x);
+}
+template <std::floating_point T>
+T asin(T x) {
+    return std::asin(x);
+}
+template <std::floating_point T>
+T acos(T x) {
+    return std::acos(x);
+}
+template <std::floating_point T>
+T atan(T x) {
+    return std::atan(x);
+}
+template <std::floating_point T>
+T sinh(T x) {
+    return std::sinh(x);
+}
+template <std::floating_point T>
+T cosh(T x) {
+    return std::cosh(x);
+}
+template <std::floating_point T>
+T tanh(T x) {
+    return std::tanh(x);
+}
+template <std::floating_point T>
+T pow(T x, T y) {
+    return std::pow(x, y);
+}
 /// If an argument is NaN, min and max return b.
 template <std::floating_point T>
 constexpr T min(T a, T b) {
@@ -73,10 +105,15 @@ constexpr T select(bool condition, T yes, T no) { return condition ? yes : no; }
 template <class T>
 using MaskOf = decltype(T() < T());
 
+template <int Count>
+struct alignas(4 * Count) IndexArray : std::array<uint32_t, size_t{Count}> {};
+
 template <class T>
 struct LanesOf {
     static constexpr int kCount = 1;
+    static constexpr bool kSymbolic = false;
     using Number = T;
+    using Indices = IndexArray<1>;
     template <class U>
     using Of = U;
     static T load(const T* from) { return *from; }
@@ -94,11 +131,12 @@ inline constexpr int kLanes = LanesOf<T>::kCount;
 /// The type with lanes of U, as many as T has.
 template <class T, class U>
 using Rebind = typename LanesOf<T>::template Of<U>;
-template <int Count>
-struct alignas(4 * Count) IndexArray : std::array<uint32_t, size_t{Count}> {};
+/// Whether operations on T are recorded instead of carried out (Symbol.h).
+template <class T>
+inline constexpr bool kSymbolic = LanesOf<T>::kSymbolic;
 /// One table index per lane of T.
 template <class T>
-using Indices = IndexArray<kLanes<T>>;
+using Indices = typename LanesOf<T>::Indices;
 
 template <class T, class U>
 requires(std::is_arithmetic_v<T>&& std::is_arithmetic_v<U>) T convertTo(U x) { return static_cast<T>(x); }
@@ -161,6 +199,16 @@ T floorMod(const T& i, double p, double inverse) {
     // Adding 0.5 to i keeps the quotient away from integers, where the rounding error of `inverse` could change
     // floor().
     return negMulAdd(floor(mulAdd(i, T(inverse), T(0.5 * inverse))), T(p), i);
+}
+
+/// Returns a word of 64 bits modulo n <= 2^16, as a number F.
+template <class F, class Word>
+F remainderOf(const Word& word, uint32_t n) {
+    using P = Rebind<F, double>;
+    // The high half is first multiplied by 2^32 mod n, so every step is exact.
+    const P folded = mulAdd(convertTo<P>(word >> 32), P(static_cast<double>((uint64_t{1} << 32) % n)),
+                            convertTo<P>(word & Word(0xffffffff)));
+    return convertTo<F>(floorMod(folded, n, 1.0 / n));
 }
 
 /// Calls f(0), …, f(N - 1), each argument as an integral_constant.

@@ -125,7 +125,7 @@ class Lanes {
     friend Lanes abs(const Lanes& a) {
         return each([&](size_t k) { return hn::Abs(a.part[k]); });
     }
-    // sin, cos and log call the C library for one lane after another.
+    // These call the C library for one lane after another.
     friend Lanes sin(const Lanes& a) {
         return oneByOne(a, [](T x) { return std::sin(x); });
     }
@@ -134,6 +134,31 @@ class Lanes {
     }
     friend Lanes log(const Lanes& a) {
         return oneByOne(a, [](T x) { return std::log(x); });
+    }
+    friend Lanes exp(const Lanes& a) {
+        return oneByOne(a, [](T x) { return std::exp(x); });
+    }
+    friend Lanes asin(const Lanes& a) {
+        return oneByOne(a, [](T x) { return std::asin(x); });
+    }
+    friend Lanes acos(const Lanes& a) {
+        return oneByOne(a, [](T x) { return std::acos(x); });
+    }
+    friend Lanes atan(const Lanes& a) {
+        return oneByOne(a, [](T x) { return std::atan(x); });
+    }
+    friend Lanes sinh(const Lanes& a) {
+        return oneByOne(a, [](T x) { return std::sinh(x); });
+    }
+    friend Lanes cosh(const Lanes& a) {
+        return oneByOne(a, [](T x) { return std::cosh(x); });
+    }
+    friend Lanes tanh(const Lanes& a) {
+        return oneByOne(a, [](T x) { return std::tanh(x); });
+    }
+    /// All lanes to the same power.
+    friend Lanes pow(const Lanes& a, T exponent) {
+        return oneByOne(a, [exponent](T x) { return std::pow(x, exponent); });
     }
     friend Lanes min(const Lanes& a, const Lanes& b) {
         return each([&](size_t k) { return hn::Min(a.part[k], b.part[k]); });
@@ -174,7 +199,9 @@ class Lanes {
 template <class T, class S>
 struct LanesOf<Lanes<T, S>> {
     static constexpr int kCount = static_cast<int>(Lanes<T, S>::kCount);
+    static constexpr bool kSymbolic = false;
     using Number = T;
+    using Indices = IndexArray<kCount>;
     template <class U>
     using Of = Lanes<U, S>;
     static Lanes<T, S> load(const T* from) { return Lanes<T, S>::load(from); }

@@ -87,7 +87,11 @@ class PsrdN {
     /// Reduces integers modulo kHashes to the smallest absolute value.
     template <class T>
     static T centred(const T& i) {
-        return negMulAdd(nearestProduct(i, static_cast<T>(1.0 / kHashes)), T(kHashes), i);
+        const auto once = [](const T& k) {
+            return negMulAdd(nearestProduct(k, static_cast<T>(1.0 / kHashes)), T(kHashes), k);
+        };
+        // Elsewhere the product may be rounded twice, and the result be a period too far.
+        return kSymbolic<T> ? once(once(i)) : once(i);
     }
     // A corner at distance d contributes kScale (kReach - d²)^kPower times the ramp of its gradient (Table 2).
     static constexpr int kPower = N == 2 ? 4 : 3;
@@ -163,7 +167,10 @@ Vec<T, N> PsrdN<N>::wrapped(const Vec<T, N>& vertex) const {
     // In these units vertices have integer coordinates, so all of this is exact.
     Vec<T, N> k = Lattice::units(vertex);
     for (int axis = 0; axis < N; ++axis)
-        k[axis] = negMulAdd(T(mPeriod[axis]), floor(k[axis] / T(mDivisor[axis])), k[axis]);
+        // Elsewhere a quotient may be rounded below the integer.
+        k[axis] = kSymbolic<T> && mPeriod[axis] > 0
+                      ? floorMod(k[axis], mPeriod[axis], 1 / mPeriod[axis])
+                      : negMulAdd(T(mPeriod[axis]), floor(k[axis] / T(mDivisor[axis])), k[axis]);
     return Lattice::vertexAt(k);
 }
 

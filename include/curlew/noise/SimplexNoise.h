@@ -2,6 +2,7 @@
 #pragma once
 
 #include "curlew/base/Random.h"
+#include "curlew/math/Symbol.h"
 #include "curlew/noise/RadialKernel.h"
 #include "curlew/noise/SimplexVertex.h"
 
@@ -100,11 +101,25 @@ class SimplexNoise {
     /// Adds the contribution of a vertex at the offset d of the position from it.
     template <int Order, class T>
     void add(Jet<T, N, Order>& sum, const Rebind<T, uint64_t>& index, const Vec<T, N>& d) const {
-        if constexpr (kLanes<T> == 1) { // a vertex out of reach would add zeros; lanes are rarely all out of reach
+        if constexpr (std::floating_point<T>) { // a vertex out of reach would add zeros; lanes are rarely all out of
+                                                // reach
             T w = static_cast<T>(mRadius2);
             for (int i = 0; i < N; ++i) w = negMulAdd(d[i], d[i], w);
             if (w <= T(0)) return; // false for NaN, which must be passed on
         }
+        if constexpr (kSymbolic<T>) {
+            const auto contribution = [this](const Rebind<T, uint64_t>& vertex, const Vec<T, N>& offset) {
+                Jet<T, N, Order> jet;
+                addContribution(jet, vertex, offset);
+                return jet;
+            };
+            sum += outlined<Jet<T, N, Order>>("vertex", contribution, index, d);
+        } else {
+            addContribution(sum, index, d);
+        }
+    }
+    template <int Order, class T>
+    void addContribution(Jet<T, N, Order>& sum, const Rebind<T, uint64_t>& index, const Vec<T, N>& d) const {
         const Vec<T, N> g = gradient<T>(index);
         if (mPower == 4)
             addRadialKernel<4>(sum, static_cast<T>(mRadius2), g, d);
@@ -187,16 +202,9 @@ auto SimplexNoise<N>::cell(const Vec<P, N>& x) const -> Cell<P> {
 template <int N>
 template <class T>
 Vec<T, N> SimplexNoise<N>::gradient(const Rebind<T, uint64_t>& index) const {
-    using Word = Rebind<T, uint64_t>;
-    using P = Rebind<T, double>;
     using F = Rebind<T, float>;
-    const Word hash = mPublishedHash ? simplexHash(index) : mixedWord(index);
-    // The hash modulo kGradients, in double. The high half is first multiplied by 2^32 mod kGradients, so every step is
-    // exact.
-    constexpr auto kHigh = static_cast<double>((uint64_t{1} << 32) % kGradients);
-    const P folded = mulAdd(convertTo<P>(hash >> 32), P(kHigh), convertTo<P>(hash & Word(0xffffffff)));
-    const P place = floorMod(folded, kGradients, 1.0 / kGradients);
-    const auto places = indicesOf(convertTo<F>(place), kGradients - 1);
+    const Rebind<T, uint64_t> hash = mPublishedHash ? simplexHash(index) : mixedWord(index);
+    const auto places = indicesOf(remainderOf<F>(hash, kGradients), kGradients - 1);
     Vec<T, N> g;
     unrolled<kRows>([&](auto row) {
         constexpr size_t kFirst = 4 * row, kCount = std::min(size_t{N} - kFirst, size_t{4});
@@ -273,19 +281,8 @@ Jet<T, N, Order> SimplexNoise<N>::sumOfVertices(const Cell<Rebind<T, double>>& c
         rank[i] = convertTo<T>(cell.rank[i]);
         all += mSteps[static_cast<size_t>(i)];
     }
-    auto inReach = verticesInReach(cell); // about 5 of 28 or 32
     Jet<T, N, Order> sum;
-    for (;;) { // each pass takes the next vertex of every lane
-        Indices<T> next;
-        uint32_t any = 0;
-        for (size_t lane = 0; lane < inReach.size(); ++lane) {
-            uint32_t& left = inReach[lane];
-            any |= left;
-            next[lane] = left == 0 ? uint32_t{kNear} : static_cast<uint32_t>(std::countr_zero(left));
-            left &= left - 1;
-        }
-        if (any == 0) return sum;
-        const auto [corner, step, sign, shift] = rowsAt<T, 4>(lattice<T>().near.data(), next);
+    const auto addVertex = [&](const T& corner, const T& step, const T& sign, const T& shift) {
         const T below = shift + T(1), at = select(step < corner, below, shift) + sign;
         const P cornerP = convertTo<P>(corner), stepP = convertTo<P>(step);
         Word index = cell.index, stepped = select(stepP == P(N), Word(-all), Word(0));
@@ -298,6 +295,28 @@ Jet<T, N, Order> SimplexNoise<N>::sumOfVertices(const Cell<Rebind<T, double>>& c
         }
         index += select(convertTo<P>(sign) < P(0), Word(0) - stepped, stepped);
         add(sum, index, d);
+    };
+    if constexpr (kSymbolic<T>) { // those out of reach add zero
+        for (size_t k = 0; k < size_t{kNear}; ++k) {
+            const auto& [corner, step, sign, shift] = lattice<T>().near[k].c;
+            addVertex(T(corner), T(step), T(sign), T(shift));
+        }
+        return sum;
+    } else {
+        auto inReach = verticesInReach(cell); // about 5 of 28 or 32
+        for (;;) {                            // each pass takes the next vertex of every lane
+            Indices<T> next;
+            uint32_t any = 0;
+            for (size_t lane = 0; lane < inReach.size(); ++lane) {
+                uint32_t& left = inReach[lane];
+                any |= left;
+                next[lane] = left == 0 ? uint32_t{kNear} : static_cast<uint32_t>(std::countr_zero(left));
+                left &= left - 1;
+            }
+            if (any == 0) return sum;
+            const auto [corner, step, sign, shift] = rowsAt<T, 4>(lattice<T>().near.data(), next);
+            addVertex(corner, step, sign, shift);
+        }
     }
 }
 
