@@ -4,6 +4,7 @@
 #include "HostFiles.h"
 #include "ProbeAction.h"
 #include "ReadFiles.h"
+#include "ShaderFiles.h"
 #include "curlew/app/registry/Text.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/LocalFile.h"
@@ -256,6 +257,7 @@ const std::vector<Format>& formats() {
         {".vf", {}, nullptr, {Kind::grid}, writeVfFile},
         {".png", {Kind::image}, readPicture, {Kind::image}, writePicture},
         {".exr", {Kind::image}, readPicture, {Kind::image}, writePicture},
+        {std::string(kShaderEnding), {}, nullptr, {Kind::flow}, writeShaderFile},
         {".json", {}, nullptr, {}, writeJsonFile, "the report; graph.json and NAME.graph.json: the graph"},
     };
     return all;
@@ -305,6 +307,7 @@ std::vector<Option> writeOptions() {
                "compression of a .vdb, .nvdb or .npz; auto: blosc for fog volumes in a .vdb, which shrink to a third; "
                "none for everything else, which hardly shrinks")};
     for (Option& option : hostOptions()) all.push_back(std::move(option));
+    for (Option& option : shaderOptions()) all.push_back(std::move(option));
     all.push_back(
         flag("overwrite", "0", "1: after -frames, allow the same file name in all frames; the last frame remains"));
     all.push_back(flag("legend", "1", "1: draw a colour bar below a .png"));
@@ -353,23 +356,26 @@ Registry fileActions() {
          .summary = "write the newest object that the file format can hold; the formats are in -help write",
          .details = "formats: " + listOfFormats(Access::write),
          .takes = {several(
-             stays("what", {Kind::grid, Kind::points, Kind::curves, Kind::mesh, Kind::image}), 0, 1000,
+             stays("what", {Kind::grid, Kind::points, Kind::curves, Kind::mesh, Kind::image, Kind::flow}), 0, 1000,
              "the newest that the file can hold; for a .vdb several grids and points, chosen with grid= and geo=")},
          .makes = {several(made("files", {Kind::file}), 1, 1000)},
          .options = writeOptions(),
          .positional = {"FILE …", 1, 1000},
          .examples = {"curlew -noise -noise seed=1 -dfvn -velocity density=1 -write grid=0,1 half=1 smoke.vdb",
                       "curlew -noise -noise seed=1 -dfvn -velocity dim=64 -write target=unreal smoke.fga",
-                      "curlew -frames 1-24 -noise alpha={T} -noise seed=1 -dfvn -velocity -write smoke.####.vdb"},
+                      "curlew -frames 1-24 -noise alpha={T} -noise seed=1 -dfvn -velocity -write smoke.####.vdb",
+                      "curlew -noise -noise seed=1 -dfvn -write flow.glsl"},
          .evaluation = Evaluation::effect,
          .run = write,
          .prepare =
              [](const Arguments& a) {
                  checkHostOptions(a);
+                 std::vector<std::string> formats;
                  for (const auto& file : a.words()) {
-                     formatOf(a, file, Access::write);
+                     formats.push_back(formatOf(a, file, Access::write).extension);
                      checkWritable(writtenTo(file));
                  }
+                 checkShaderOptions(a, formats);
              },
          .holds = [](const Arguments& a, const std::string& file) { return formatOf(a, file, Access::write).holds; }},
         probeAction()};

@@ -56,6 +56,8 @@ std::string describedObject(const Context& c, const Arguments& a, const Value& v
             const Image& image = std::get<std::shared_ptr<const ImageValue>>(value)->image;
             return fmt::format("{} x {} pixels ({})", image.width, image.height, join(image.channels, " "));
         }
+        case Kind::flow:
+            return fmt::format("a flow in {} dimensions as a shader", dimensionOf(std::get<AnyFlow>(value)));
         default: {
             const openvdb::GridBase& grid = *std::get<GridValue>(value).grid;
             std::vector<std::string> grids;

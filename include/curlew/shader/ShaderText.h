@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "curlew/math/Symbol.h"
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace curlew {
+
+/// The languages in which recorded functions can be written.
+enum class Dialect {
+    glsl,   ///< GLSL 4.50 and Vulkan. Coordinates are doubles (shaderFloat64 in Vulkan).
+    glslEs, ///< GLSL ES 3.00 (WebGL 2). Coordinates are pairs of floats.
+};
+/// In the order of the enumerators.
+inline constexpr std::array<std::string_view, 2> kDialectNames{"glsl", "es"};
+
+/// A recorded function that a shader may call. Its parameters and results are reals, grouped into vectors.
+struct ShaderEntry {
+    struct Parameter {
+        std::string name;
+        size_t size; ///< 1 … 4 components
+    };
+    size_t function; ///< Of the module; with 1 … 4 results.
+    std::string name, comment;
+    std::vector<Parameter> parameters;
+};
+
+/// Where a shader finds the tables of noises.
+enum class ShaderTables {
+    text, ///< As constant arrays in the text. Drivers for GPUs handle them well.
+    data, ///< In a buffer, the last one. Drivers that run on the processor take minutes to compile constant arrays.
+};
+/// In the order of the enumerators.
+inline constexpr std::array<std::string_view, 2> kShaderTableNames{"text", "data"};
+
+/// Text, and the data that it reads.
+struct ShaderText {
+    std::string text;
+    std::vector<SymbolBuffer> buffers;
+};
+
+/// Returns the text of these functions and of all that they call: one self-contained text in which every global name
+/// begins with "flow" or "Flow". Throws ValueError if a function uses an operation that the dialect does not have, or
+/// if it would become too long for a compiler, which puts every call in line.
+ShaderText shaderText(const SymbolModule& module, const std::vector<ShaderEntry>& entries, Dialect dialect,
+                      ShaderTables tables = ShaderTables::text);
+
+/// Returns the number of operations of a function and of all that it calls, for every call.
+size_t operationsOf(const SymbolModule& module, size_t function);
+
+} // namespace curlew

@@ -1,0 +1,343 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "curlew/shader/FlowShader.h"
+
+#include "curlew/base/Require.h"
+#include "curlew/field/Dimensions.h"
+#include "curlew/track/StepRule.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace curlew {
+
+namespace {
+
+using S = Symbol<float>;
+using Symbols = SymbolModule::Symbols;
+
+/// Records f(arguments…), whose parameters have the types A. It returns a tuple or any one thing that can be appended.
+template <class... A, class F>
+size_t recordFunction(SymbolModule& module, const char* name, const F& f) {
+    std::tuple<A...> arguments;
+    Symbols sample;
+    std::apply([&](const auto&... each) { (detail::append(sample, each), ...); }, arguments);
+    std::vector<SymbolType> types;
+    for (const AnySymbol& a : sample) types.push_back(a.type);
+    return module.record(name, types, [&](const Symbols& parameters) {
+        const AnySymbol* next = parameters.data();
+        std::apply([&](auto&... each) { (detail::take(next, each), ...); }, arguments);
+        return std::apply(f, arguments);
+    });
+}
+
+template <class... R>
+Symbols listOf(const R&... results) {
+    Symbols list;
+    (detail::append(list, results), ...);
+    return list;
+}
+
+/// Records the functions of a flow.
+template <int N>
+class Recorder {
+  public:
+    static constexpr size_t kM{N - 1};
+    using Position = Vec<S, N>; // relative to the origin
+    using Track = Vec<S, N - 1>;
+
+    Recorder(const FlowN<N>& flow, const FlowShaderOptions& options, const Monitor& monitor)
+        : mFlow(flow), mOptions(options) {
+        if (flow.hasTracks()) {
+            const auto rms = rmsOf(flow, monitor);
+            for (size_t k = 0; k < kM; ++k) {
+                mRms[k] = rms.potentials[k];
+                if (!(mRms[k] > 0)) throw ValueError("a potential of the flow is zero everywhere in its box");
+            }
+        }
+        for (int i = 0; i < N; ++i) {
+            const double given = options.origin ? (*options.origin)[i] : flow.domain().box.center()[i];
+            mOrigin[i] = std::isfinite(given) ? static_cast<double>(static_cast<float>(given)) : 0;
+        }
+        mHere = recordFunction<Position>(mModule, "here", [&](const Position& p) {
+            const Here here = recordedHere(p);
+            Symbols results = listOf(here.potentials);
+            for (const auto& gradient : here.gradients) detail::append(results, gradient);
+            detail::append(results, here.velocity);
+            return results;
+        });
+    }
+
+    std::vector<ShaderEntry> entries() {
+        std::vector<ShaderEntry> all;
+        const ShaderEntry::Parameter position{"p", N}, track{"track", kM}, dt{"dt", 1};
+        const auto add = [&](size_t function, const char* name, const char* comment,
+                             std::vector<ShaderEntry::Parameter> parameters) {
+            all.push_back({function, name, comment, std::move(parameters)});
+        };
+        add(recordFunction<Position>(mModule, "velocity", [&](const Position& p) { return listOf(here(p).velocity); }),
+            "flowVelocity", "The velocity, world units per second.", {position});
+        if (mFlow.domain().wall)
+            add(recordFunction<Position>(mModule, "distance",
+                                         [&](const Position& p) { return listOf(distance(p).value); }),
+                "flowDistance", "The distance from the wall, world units; negative inside the shape.", {position});
+        if (!mFlow.hasTracks()) {
+            add(recordFunction<Position, S>(mModule, "try",
+                                            [&](const Position& p, const S& h) { return tried(p, nullptr, h); }),
+                "flowTry", "A step of dt seconds, and 1; or p, and 0 if the step would not stay clear of the wall.",
+                {position, dt});
+            return all;
+        }
+        add(recordFunction<Position>(mModule, "potentials",
+                                     [&](const Position& p) { return listOf(here(p).potentials); }),
+            "flowPotentials",
+            kM == 1 ? "The potential. It is constant along each track."
+                    : "The potentials f and g. Both are constant along each track.",
+            {position});
+        add(recordFunction<Position, Track, S>(
+                mModule, "reproject",
+                [&](const Position& p, const Track& t, const S& limit) { return listOf(reprojected(p, t, limit)); }),
+            "flowReproject",
+            "Moves p back onto the track that has these potentials, by corrections not longer than the limit each.",
+            {position, track, {"limit", 1}});
+        add(recordFunction<Position, Track, S>(
+                mModule, "try", [&](const Position& p, const Track& t, const S& h) { return tried(p, &t, h); }),
+            "flowTry",
+            "A step of dt seconds along the track, and 1; or p, and 0 if the step would leave the track or not stay\n"
+            "clear of the wall.",
+            {position, track, dt});
+        return all;
+    }
+
+    const SymbolModule& module() const { return mModule; }
+    const Vec<double, N>& origin() const { return mOrigin; }
+
+  private:
+    /// The flow at a position.
+    struct Here {
+        Track potentials; ///< Of the first term.
+        std::array<Vec<S, N>, kM> gradients;
+        Vec<S, N> velocity;
+    };
+
+    Vec<Symbol<double>, N> place(const Position& p) const {
+        Vec<Symbol<double>, N> x;
+        for (int i = 0; i < N; ++i) x[i] = convertTo<Symbol<double>>(p[i]) + Symbol<double>(mOrigin[i]);
+        return x;
+    }
+
+    Here recordedHere(const Position& p) {
+        const auto x = place(p);
+        Here here;
+        for (size_t t = 0; t < mFlow.terms().size(); ++t) {
+            std::array<Vec<S, N>, kM> gradients;
+            for (size_t k = 0; k < kM; ++k) {
+                const auto jet = mFlow.terms()[t][k].template symbols<1>(mModule, x);
+                gradients[k] = jet.gradient;
+                if (t == 0) here.potentials.c[k] = jet.value;
+            }
+            if (t == 0) here.gradients = gradients;
+            here.velocity += cross(gradients);
+        }
+        for (const auto& components : mFlow.components())
+            for (size_t i = 0; i < size_t{N}; ++i)
+                here.velocity.c[i] += components[i].template symbols<1>(mModule, x).value;
+        if (mFlow.uniformSpeed() > 0) {
+            const S squared = dot(here.velocity, here.velocity);
+            here.velocity *= select(squared > S(0), S(mFlow.uniformSpeed()) / sqrt(squared), S(0));
+        }
+        return here;
+    }
+    Here here(const Position& p) {
+        const Symbols results = mModule.call(mHere, listOf(p));
+        Here here;
+        const AnySymbol* next = results.data();
+        detail::take(next, here.potentials);
+        for (auto& gradient : here.gradients) detail::take(next, gradient);
+        detail::take(next, here.velocity);
+        return here;
+    }
+    Jet<S, N, 1> distance(const Position& p) {
+        return mFlow.domain().wall->sdf.distance.template symbols<1>(mModule, place(p));
+    }
+
+    /// Returns p if q is not finite.
+    static Position finiteOr(const Position& q, const Position& p) {
+        const Symbol<bool> finite = isFinite(q);
+        Position r;
+        for (int i = 0; i < N; ++i) r[i] = select(finite, q[i], p[i]);
+        return r;
+    }
+    static Symbol<bool> isFinite(const Position& q) {
+        Symbol<bool> finite(true);
+        for (int i = 0; i < N; ++i) finite = finite & (abs(q[i]) < S(1e30)); // false for NaN
+        return finite;
+    }
+
+    Position reprojected(Position p, const Track& track, const S& limit) {
+        const size_t correction = recordFunction<Position, Track, S>(
+            mModule, "corrected", [&](const Position& from, const Track& t, const S& longest) {
+                const Here at = here(from);
+                std::array<S, kM> r;
+                for (size_t k = 0; k < kM; ++k) r[k] = t.c[k] - at.potentials.c[k];
+                return listOf(finiteOr(gaussNewtonMoved(from, at.gradients, r, mRms, longest), from));
+            });
+        for (int k = 0; k < mOptions.corrections; ++k) {
+            const Symbols moved = mModule.call(correction, listOf(p, track, limit));
+            const AnySymbol* next = moved.data();
+            detail::take(next, p);
+        }
+        return p;
+    }
+
+    Position stepped(const Position& p, const S& dt) {
+        const Tableau& tableau = tableauOf(mOptions.scheme);
+        std::vector<Vec<S, N>> stages{here(p).velocity};
+        for (int s = 1;; ++s) {
+            const Tableau::Row& row = tableau.rows[static_cast<size_t>(s)];
+            const auto sum = weightedSum<S, N>(row.weights, [&](size_t k) { return stages.at(k); });
+            Position to = p;
+            const S h = S(row.factor) * dt;
+            for (int i = 0; i < N; ++i) to[i] = mulAdd(sum[i], h, p[i]);
+            if (s == tableau.stages) return to;
+            stages.push_back(here(to).velocity);
+        }
+    }
+
+    /// The position after a step, and whether it was accepted, 1 or 0. Without a track, it is not reprojected.
+    Symbols tried(const Position& p, const Track* track, const S& dt) {
+        Position q = stepped(p, dt);
+        if (track) q = reprojected(q, *track, length(q - p));
+        Symbol<bool> accepted = isFinite(q);
+        if (track) {
+            const Track there = here(q).potentials;
+            for (size_t k = 0; k < kM; ++k)
+                accepted = accepted & (abs(there.c[k] - track->c[k]) <= S(mOptions.tolerance * mRms[k]));
+        }
+        if (mFlow.domain().wall) accepted = accepted & staysClear(p, q);
+        for (int i = 0; i < N; ++i) q[i] = select(accepted, q[i], p[i]);
+        return listOf(q, select(accepted, S(1), S(0)));
+    }
+
+    static S beyond(Side side, const S& distance) {
+        return side == Side::inside ? distance : side == Side::outside ? -distance : -abs(distance);
+    }
+
+    /// The conditions of track/StepGuard.h. A step between two sides of a thin part of the wall is rejected without a
+    /// search for the wall between them.
+    Symbol<bool> staysClear(const Position& p, const Position& q) {
+        const WallN<N>& wall = *mFlow.domain().wall;
+        const auto before = distance(p), after = distance(q);
+        const Symbol<bool> within = before.value < S(0);
+        S size(0);
+        for (int i = 0; i < N; ++i) size += abs(q[i]) + S(std::abs(mOrigin[i]));
+        Symbol<bool> clear = beyond(wall.side, after.value) < size * S(-0x1p-23);
+        clear = clear & ((within & (after.value < S(0))) | (!within & !(after.value < S(0))));
+        const Position move = q - p;
+        const S chord = length(move);
+        Symbol<bool> passes = chord <= S(wall.width);
+        for (int k = 1; k <= 3; ++k) {
+            const S d = distance(p + move * S(k / 4.0)).value;
+            const S off = wall.side == Side::both ? select(within, d, -d) : beyond(wall.side, d);
+            passes = passes & (off <= chord * S(1.0 / 16));
+        }
+        clear = clear & ((abs(before.value) > chord) | passes);
+        const Symbol<bool> near = abs(before.value) + abs(after.value) <= chord * S(wall.sdf.lipschitz);
+        return clear & !(near & (dot(before.gradient, after.gradient) < S(0)));
+    }
+
+    FlowN<N> mFlow;
+    FlowShaderOptions mOptions;
+    SymbolModule mModule;
+    Vec<double, N> mOrigin;
+    std::array<double, kM> mRms{};
+    size_t mHere = 0;
+};
+
+/// The functions that only call others.
+template <int N>
+std::string movers(bool tracks) {
+    const std::string position = fmt::format("vec{}", N), result = fmt::format("vec{}", N + 1);
+    const std::string track = !tracks ? "" : N == 3 ? "vec2 track, " : "float track, ";
+    const std::string part = N == 3 ? "xyz" : "xy", flag = N == 3 ? "w" : "z";
+    return fmt::format(R"(
+// A step of dt seconds; p itself if the step is rejected (flowTry).
+{0} flowStep({0} p, {2}float dt) {{
+    return flowTry(p, {3}dt).{4};
+}}
+
+// Moves p by dt seconds. A step that is rejected is halved, up to eight times; then p stays there.
+{0} flowAdvance({0} p, {2}float dt) {{
+    float left = 1.0, part = 1.0;
+    for (int k = 0; k < 64 && left > 0.0 && part > 0.003; ++k) {{
+        part = min(part, left);
+        {1} next = flowTry(p, {3}dt * part);
+        p = next.{4};
+        left -= next.{5} * part;
+        part *= next.{5} > 0.0 ? 2.0 : 0.5;
+    }}
+    return p;
+}}
+)",
+                       position, result, track, tracks ? "track, " : "", part, flag);
+}
+
+/// The first lines of the text.
+template <int N>
+std::string header(const FlowN<N>& flow, const FlowShaderOptions& options, const Vec<double, N>& origin,
+                   const std::vector<SymbolBuffer>& buffers) {
+    const bool es = options.dialect == Dialect::glslEs;
+    std::string text = "// A flow, written by Curlew";
+    text += fmt::format(".\n// {}. Include it in a shader, after the #version line{}.\n//\n",
+                        es ? "GLSL ES 3.00 (WebGL 2)" : "GLSL 4.50, for OpenGL and Vulkan",
+                        es ? " and `precision highp float;`" : "");
+    text += fmt::format(
+        "// p is a position relative to ({:.9g}), world units. Velocities are in world units per second, times in\n"
+        "// seconds. At the same p, values agree with Curlew's to a few millionths of their root mean square, "
+        "velocities\n"
+        "// to a few hundred-thousandths (docs/shaders.md).\n",
+        fmt::join(origin.c, ", "));
+    if (flow.hasTracks())
+        text += fmt::format(
+            "// To move a particle that starts at p: store {0} track = flowPotentials(p), then each "
+            "frame p = flowAdvance(p, track, dt).\n",
+            N == 3 ? "vec2" : "float");
+    else
+        text += "// The flow is a sum, so it has no tracks. To move a particle: p = flowAdvance(p, dt).\n";
+    if (buffers.empty()) return text;
+    text += fmt::format("//\n// The data of level sets and tables are in {} (little-endian):\n", options.dataFile);
+    size_t begin = 0;
+    for (const SymbolBuffer& buffer : buffers) {
+        text += fmt::format("//   {}: {} {}, from byte {}\n", buffer.name, buffer.data->size(),
+                            buffer.type == SymbolType::word ? "uint" : "float", begin);
+        begin += 4 * buffer.data->size();
+    }
+    text +=
+        es ? "// Put each into a texture of width 2048, of the format R32UI or R32F, row by row.\n"
+           : "// Bind them as storage buffers, in this order, from FLOW_BINDING on; in Vulkan in the set FLOW_SET.\n";
+    return text;
+}
+
+} // namespace
+
+template <int N>
+ShaderText flowShader(const FlowN<N>& flow, const FlowShaderOptions& options, const Monitor& monitor) {
+    if constexpr (N > 3) {
+        throw ValueError(fmt::format("a flow with {} dimensions cannot be written as a shader; use -lift", N));
+    } else {
+        requirePositive(options.tolerance, "tolerance");
+        if (options.corrections < 1 || options.corrections > 10)
+            throw ValueError(fmt::format("{} corrections; give 1 to 10", options.corrections));
+        Recorder<N> recorder(flow, options, monitor);
+        const auto entries = recorder.entries();
+        ShaderText shader = shaderText(recorder.module(), entries, options.dialect, options.tables);
+        shader.text =
+            header(flow, options, recorder.origin(), shader.buffers) + "\n" + shader.text + movers<N>(flow.hasTracks());
+        return shader;
+    }
+}
+
+#define CURLEW_INSTANTIATE(N) template ShaderText flowShader(const FlowN<N>&, const FlowShaderOptions&, const Monitor&);
+CURLEW_FOR_FLOW_DIMENSIONS(CURLEW_INSTANTIATE)
+#undef CURLEW_INSTANTIATE
+
+} // namespace curlew

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "curlew/shader/ShaderText.h"
+
+#include <map>
+#include <optional>
+
+namespace curlew {
+
+/// The expressions, statements and declarations of a dialect.
+class Syntax {
+  public:
+    explicit Syntax(Dialect dialect) : mPairs(dialect == Dialect::glslEs) {}
+
+    /// Puts tables into a buffer, each from its element on.
+    void putTablesInto(const SymbolBuffer& buffer, const std::map<size_t, size_t>& begins) {
+        mTables = buffer;
+        mBegins = begins;
+    }
+
+    std::string constant(const AnySymbol& constant) const;
+    /// `from` is the type of the first operand.
+    std::string operation(const SymbolNode& node, SymbolType from, const std::vector<std::string>& operands) const;
+    std::string variable(SymbolType type, const std::string& name, const std::string& expression) const;
+    /// Declares `name` as the structure of the results of a call.
+    std::string call(const std::string& name, size_t results, const std::string& function,
+                     const std::vector<std::string>& arguments) const;
+
+    std::string structure(size_t results) const;
+    std::string function(const std::string& name, const std::vector<SymbolType>& types,
+                         const std::vector<std::string>& parameters, const std::string& statements,
+                         const std::vector<std::string>& results) const;
+    std::string entry(const ShaderEntry& entry, const std::string& statements,
+                      const std::vector<std::string>& results) const;
+
+    std::string table(size_t index, const SymbolTable& table) const;
+    std::string tableEntry(size_t index, size_t columns, size_t column, const std::string& row) const;
+    std::string bufferMacros() const;
+    std::string buffer(const SymbolBuffer& buffer, size_t index) const;
+    std::string bufferElement(const SymbolBuffer& buffer, const std::string& index) const;
+
+  private:
+    std::string typeName(SymbolType type) const;
+    std::string wideOperation(const SymbolNode& node, const std::vector<std::string>& operands) const;
+    std::string longOperation(const SymbolNode& node, const std::vector<std::string>& operands) const;
+    std::string converted(SymbolType to, SymbolType from, const std::string& operand) const;
+
+    bool mPairs; ///< Coordinates are pairs of floats.
+    std::optional<SymbolBuffer> mTables;
+    std::map<size_t, size_t> mBegins;
+};
+
+} // namespace curlew

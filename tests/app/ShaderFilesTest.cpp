@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support/Command.h"
+
+using namespace curlew::test;
+using Catch::ContainsSubstring;
+
+namespace {
+
+const std::string kNoises = "-noise frequency=1.5 -noise frequency=1.5 seed=1 ";
+
+} // namespace
+
+TEST_CASE("write: a flow is written as a shader", "[app][command]") {
+    const Folder folder;
+    const auto outcome = folder.mustRun(kNoises +
+                                        "-sphere radius=1 -bound side=outside width=0.3 -dfvn speed=1 "
+                                        "-write flow.glsl -write dialect=es tables=data es.glsl");
+    CHECK_THAT(outcome.err, ContainsSubstring("wrote flow.glsl: a flow in 3 dimensions as a shader"));
+    const std::string text = bytesOf(folder / "flow.glsl"), es = bytesOf(folder / "es.glsl");
+    CHECK_THAT(text,
+               ContainsSubstring("GLSL 4.50") && ContainsSubstring("vec3 flowAdvance(vec3 p, vec2 track, float dt)"));
+    CHECK_THAT(es, ContainsSubstring("GLSL ES 3.00") && ContainsSubstring("es.glsl.bin"));
+    CHECK(folder.names() == std::set<std::string>{"flow.glsl", "es.glsl", "es.glsl.bin"});
+    CHECK(fs::file_size(folder / "es.glsl.bin") == 289 * 3 * 4); // the table that both noises share
+}
+
+TEST_CASE("write: a flow in the plane, and a sum without tracks, are written as shaders", "[app][command]") {
+    const Folder folder;
+    folder.mustRun("-noise dimensions=2 frequency=2 -dfvn -write origin=0.5,0,0 plane.glsl");
+    CHECK_THAT(bytesOf(folder / "plane.glsl"), ContainsSubstring("vec2 flowStep(vec2 p, float track, float dt)") &&
+                                                   ContainsSubstring("relative to (0.5, 0)"));
+    folder.mustRun("-noise -noise seed=1 -noise seed=2 -curl -write curl.glsl");
+    CHECK_THAT(bytesOf(folder / "curl.glsl"), ContainsSubstring("vec3 flowStep(vec3 p, float dt)"));
+}
+
+TEST_CASE("write: the data of a level set is beside its shader", "[app][command]") {
+    const Folder folder;
+    const std::string bounded =
+        "-read " + sourceDir() + "/scenes/spot.obj -mesh2ls dim=60 " + kNoises + "-bound width=0.3 -dfvn ";
+    folder.mustRun(bounded + "-write flow.glsl");
+    CHECK_THAT(bytesOf(folder / "flow.glsl"), ContainsSubstring("flowData1: "));
+    CHECK(fs::file_size(folder / "flow.glsl.bin") > 100000);
+    folder.mustFail(bounded + "-write - format=glsl", {"data file beside it", "must end with .glsl"});
+}
+
+TEST_CASE("write: what cannot be a shader is an error", "[app][command]") {
+    const Folder folder;
+    folder.mustFail(kNoises + "-write flow.glsl", {"needs a flow"});
+    folder.mustFail(kNoises + "-dfvn -velocity dim=8 -write dialect=es v.vdb", {"dialect= is only for .glsl"});
+    folder.mustFail(
+        "-noise dimensions=4 type=simplex -noise dimensions=4 type=simplex seed=1 -noise dimensions=4 "
+        "type=simplex seed=2 -dfvn -write flow.glsl",
+        {"4 dimensions", "-lift"});
+}

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "curlew/math/Symbol.h"
+
+#include <string>
+#include <vector>
+
+namespace curlew::test {
+
+/// Returns why shaders cannot be compiled and run here, or nothing.
+std::string whyNoVulkan();
+
+/// A shader that runs `body` for each i below `count`. The body reads the floats `inputs[]`, calls `functions`, and
+/// writes `outputSize` floats to `outputs[]`. The buffers of the functions begin at the binding 2.
+struct ShaderRun {
+    std::string functions, body;
+    std::vector<SymbolBuffer> buffers;
+    std::vector<float> inputs;
+    size_t count, outputSize;
+};
+
+/// Compiles a shader with glslang, validates it, runs it on Vulkan's software device, and returns its outputs. Throws
+/// std::runtime_error with the compiler's messages.
+std::vector<float> runShader(const ShaderRun& run);
+
+} // namespace curlew::test
