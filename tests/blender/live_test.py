@@ -147,9 +147,59 @@ class Frames(Live):
         self.assertEqual(victim.read_text(), "precious")
         self.assertFalse((support.WORK / "report.json").exists())
         self.assertEqual({path.name for path in blend.parent.iterdir()}, {"foreign.blend", "curlew_cache"})
-        self.bake.bake(tree)  # started by the user
+        # Also not in a bake that the user starts, until the user allows each path or types it.
+        for name, kept in (("Report", support.WORK / "report.json"), ("Write", victim)):
+            with self.assertRaisesRegex(RuntimeError, f"this node came with the file and would write '{kept}'"):
+                bpy.ops.curlew.bake(tree="foreign")
+            self.assertIn("Allow Writing", tree.nodes[name].error)
+            self.assertEqual(victim.read_text(), "precious")
+            self.assertFalse((support.WORK / "report.json").exists())
+            if name == "Report":
+                self.assertEqual(bpy.ops.curlew.allow_writing(tree="foreign", node=name), {"FINISHED"})
+        tree.nodes["Write"].words = str(victim)
+        self.assertEqual(bpy.ops.curlew.bake(tree="foreign"), {"FINISHED"})
         self.assertNotEqual(victim.read_bytes()[:8], b"precious")
         self.assertTrue((support.WORK / "report.json").exists())
+
+    def test_ways_around_the_names_of_files(self):
+        """A hostile file hides the name: in a group, behind .., in a link to a folder, in an option, in a scene."""
+        blend = support.WORK / "hostile" / "hostile.blend"
+        blend.parent.mkdir(exist_ok=True)
+        bpy.ops.wm.save_as_mainfile(filepath=str(blend))
+        cache, outside = blend.parent / "curlew_cache", support.WORK / "outside"
+        outside.mkdir(exist_ok=True)
+        cache.mkdir(exist_ok=True)
+        (cache / "link").symlink_to(outside)
+        inner = Tree("inner")
+        inner.add("write", inner.add("scatter", inner.add("sphere"), count=5), words=str(outside / "a.ply"))
+        build = Tree("hostile")
+        build.add("CurlewGroup", node_tree=inner.tree)
+        points = build.add("scatter", build.add("sphere"), count=5)
+        build.add("write", points, words="//curlew_cache/b.ply //curlew_cache/../../outside/c.ply")
+        build.add("write", points, words=str(cache / "link" / "d.ply"))
+        build.add("check", build.add("dfvn", build.add("noise"), build.add("noise", seed=1)), report=str(outside / "e.json"))
+        build.add("CurlewParticlesResult", points)
+        build.tree.use_fake_user = True
+        bpy.ops.wm.save_mainfile()
+        support.empty()
+        bpy.ops.wm.open_mainfile(filepath=str(blend), load_ui=False, use_scripts=False)
+        tree = bpy.data.node_groups["hostile"]
+        mine = support.addon("writing")
+        refused = {key: mine.refused(node) for key, node in support.addon("tree").nodes_of(tree).items()}
+        self.assertEqual({key: names for key, names in refused.items() if names}, {
+            "Group/Write": [str(outside / "a.ply")], "Write": ["//curlew_cache/../../outside/c.ply"],
+            "Write.001": [str(cache / "link" / "d.ply")], "Check": [str(outside / "e.json")]})
+        for name in ("Group", "Write", "Write.001", "Check"):
+            with self.assertRaises(RuntimeError):
+                bpy.ops.curlew.bake(tree="hostile")
+            tree.nodes[name].mute = True
+        self.assertEqual(bpy.ops.curlew.bake(tree="hostile"), {"FINISHED"})  # the rest is harmless
+        scene = support.addon("scene_io").tree_of(f"sphere\nscatter count=5\nwrite {outside}/f.ply\n", "scene")
+        with self.assertRaises(RuntimeError):
+            bpy.ops.curlew.bake(tree=scene.name)
+        self.assertEqual(list(outside.iterdir()), [])
+        self.assertEqual(bpy.ops.curlew.bake(tree=scene.name, allow_writing=True), {"FINISHED"})
+        self.assertEqual([path.name for path in outside.iterdir()], ["f.ply"])
 
     def test_a_frame_is_what_one_bake_of_it_is(self):
         for threaded in (False, True):

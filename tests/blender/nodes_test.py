@@ -55,6 +55,15 @@ class Nodes(unittest.TestCase):
                     if math.isfinite(option.upper) and option.upper < 1e9:
                         self.assertAlmostEqual(about.hard_max, option.upper, delta=1e-6 * abs(option.upper))
 
+    def test_what_names_a_file_that_is_written_is_known(self):
+        """Otherwise a foreign .blend could write there."""
+        options = support.addon("writing").OPTIONS
+        self.assertEqual({name for name, action in self.actions.items() if action.writes}, {"plot", "probe", "report", "write"})
+        for name, action in self.actions.items():
+            for option in action.options:
+                if option.type == "text" and any(word in option.help for word in ("to write", "written", ".svg", ".json")):
+                    self.assertEqual(options.get(name), option.name)
+
     def test_every_option_at_its_limits(self):
         """The program accepts every value that a property can have."""
         tree = bpy.data.node_groups.new("t", "CurlewTree")

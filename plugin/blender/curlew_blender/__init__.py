@@ -15,14 +15,14 @@ bl_info = {
 def register() -> None:
     """Loads the library, and creates a node class for each of its actions."""
     from . import bake, former, groups, library, live, nodes, panel, presets, relocate, results, scene_io, sockets
-    from . import translations
+    from . import translations, writing
 
     if library.updated():
         raise RuntimeError("Curlew was updated: restart Blender to use it")
     actions = library.actions()
     sockets.register()
     nodes.register(actions)
-    for module in (former, groups, bake, scene_io, presets, relocate, results, live, translations):
+    for module in (writing, former, groups, bake, scene_io, presets, relocate, results, live, translations):
         module.register()
     panel.register(actions)
 
@@ -30,8 +30,8 @@ def register() -> None:
 def unregister() -> None:
     """Unregisters everything."""
     from . import bake, former, groups, live, nodes, panel, presets, relocate, results, scene_io, sockets
-    from . import translations
+    from . import translations, writing
 
     panel.unregister()
-    for module in (translations, live, results, relocate, presets, scene_io, bake, groups, former, nodes, sockets):
+    for module in (translations, live, results, relocate, presets, scene_io, bake, groups, former, writing, nodes, sockets):
         module.unregister()

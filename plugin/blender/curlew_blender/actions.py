@@ -114,6 +114,7 @@ class Action:
     words: str  # what the words mean; "" if the action takes none
     fewest_words: int
     most_words: int
+    writes: bool = False  # whether the words name files that it may write
 
     def option(self, name: str) -> Option:
         """Returns the option with this name, former name or unique prefix. Raises ValueError if there is none."""
@@ -180,6 +181,7 @@ def actions_of(registry: Mapping[str, Any]) -> Dict[str, Action]:
             words=words["what"],
             fewest_words=words["minimum"],
             most_words=words["maximum"],
+            writes=any("file" in output["kinds"] for output in entry["outputs"]),
         )
     return result
 

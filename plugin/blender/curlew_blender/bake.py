@@ -7,7 +7,7 @@ from typing import Dict, Generator, Optional, Set, Tuple
 
 import bpy
 
-from . import cache, results
+from . import cache, handlers, results
 from .actions import TreeError, number_text
 from .job import Job, bake, finish, preparation, running_folders, stop_all
 from .nodes import TREE
@@ -71,7 +71,10 @@ class CURLEW_OT_bake(bpy.types.Operator):
     bl_label = "Bake"
     bl_options = {"UNDO"}
     __annotations__ = {"tree": bpy.props.StringProperty(
-        name="Tree", description="Tree to bake; empty for the one in this editor or panel")}
+        name="Tree", description="Tree to bake; empty for the one in this editor or panel"),
+        "allow_writing": bpy.props.BoolProperty(
+            name="Allow Writing", options={"SKIP_SAVE"},
+            description="For scripts: also write files whose names came with the .blend or with an imported scene")}
 
     def _tree(self, context: bpy.types.Context) -> Optional[bpy.types.NodeTree]:
         tree = bpy.data.node_groups.get(self.tree) if self.tree else active_tree(context)
@@ -84,7 +87,7 @@ class CURLEW_OT_bake(bpy.types.Operator):
             self.report({"ERROR"}, "no Curlew tree to bake: choose one, or open one in the node editor")
             return {"CANCELLED"}
         try:
-            bake(tree, context.scene)
+            bake(tree, context.scene, self.allow_writing)
         except TreeError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -263,16 +266,17 @@ def on_load(*_: object) -> None:
 
 
 _register, _unregister = bpy.utils.register_classes_factory(CLASSES)
+_add, _remove = handlers.factory(("load_pre", on_load))
 
 
 def register() -> None:
     """Registers the operators."""
     _register()
-    bpy.app.handlers.load_pre.append(on_load)
+    _add()
 
 
 def unregister() -> None:
     """Stops running bakes, and unregisters the operators."""
     on_load()
-    bpy.app.handlers.load_pre.remove(on_load)
+    _remove()
     _unregister()

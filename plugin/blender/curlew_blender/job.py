@@ -11,7 +11,7 @@ from typing import Any, Dict, Generator, List, Mapping, Optional, Set, Tuple, Ty
 
 import bpy
 
-from . import cache, keyframes, library, results
+from . import cache, keyframes, library, results, writing
 from . import tree as trees
 from .actions import TreeError
 from .sources import MeshArrays, sample
@@ -258,10 +258,10 @@ def plan_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene, depsgraph: Optiona
 
 
 def planning_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene, depsgraph: Optional[bpy.types.Depsgraph] = None,
-                only_results: bool = False) -> Planning:
+                only_results: bool = False, allow_writing: bool = False) -> Planning:
     """Makes the plan for the current state of a tree. `depsgraph`: the dependency graph to use for objects, if not
-    the context's. `only_results`: leave out nodes that write files of their own (Write, Report, …). Raises TreeError if the
-    tree is invalid."""
+    the context's. `only_results`: leave out nodes that write files of their own (Write, Report, …). `allow_writing`: let those
+    write where writing.check() would refuse it. Raises TreeError if the tree is invalid."""
     names: Set[str] = set()
     ending = ".$F4.vdb" if trees.is_sequence(tree) else ".vdb"
 
@@ -274,17 +274,20 @@ def planning_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene, depsgraph: Opt
     results_of_tree = [key for key, node in trees.nodes_of(tree).items() if hasattr(node, "kind")]
     collected = trees.collect(tree, namer, results_of_tree if only_results else None)
     trees.staggered(collected)
+    if not allow_writing:
+        writing.check({key: collected.nodes[key] for key in collected.reached})
     if not collected.graph and not collected.wanted:
         raise TreeError("", "nothing to do: add a result node and connect it")
     return (yield from planned(tree, scene, collected, depsgraph))
 
 
-def preparation(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> Generator[float, None, Job]:
+def preparation(tree: bpy.types.NodeTree, scene: bpy.types.Scene,
+                allow_writing: bool = False) -> Generator[float, None, Job]:
     """Yields the progress, and returns the job for a tree, with a new folder. Raises TreeError and marks the node red if
     the tree is invalid."""
     trees.clear_errors(tree)
     try:
-        plan = yield from planning_of(tree, scene)
+        plan = yield from planning_of(tree, scene, allow_writing=allow_writing)
         return Job(plan, cache.new_folder(tree))
     except OSError as error:
         failed = cache_error(error)
@@ -295,9 +298,9 @@ def preparation(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> Generator[f
         raise
 
 
-def prepare(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> Job:
+def prepare(tree: bpy.types.NodeTree, scene: bpy.types.Scene, allow_writing: bool = False) -> Job:
     """Like preparation(), in one step."""
-    return finished(preparation(tree, scene))
+    return finished(preparation(tree, scene, allow_writing))
 
 
 def finish(tree: bpy.types.NodeTree, job: Job, scene: bpy.types.Scene) -> None:
@@ -313,10 +316,10 @@ def finish(tree: bpy.types.NodeTree, job: Job, scene: bpy.types.Scene) -> None:
         raise
 
 
-def bake(tree: bpy.types.NodeTree, scene: Optional[bpy.types.Scene] = None) -> Job:
-    """Bakes a tree and returns when it is finished. Raises TreeError if it fails."""
+def bake(tree: bpy.types.NodeTree, scene: Optional[bpy.types.Scene] = None, allow_writing: bool = False) -> Job:
+    """Bakes a tree and returns when it is finished. `allow_writing`: as for planning_of(). Raises TreeError if it fails."""
     scene = scene or bpy.context.scene
-    job = prepare(tree, scene)
+    job = prepare(tree, scene, allow_writing)
     job.run()
     finish(tree, job, scene)
     return job

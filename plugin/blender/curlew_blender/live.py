@@ -20,7 +20,7 @@ from typing import Any, Dict, Iterator, Optional
 
 import bpy
 
-from . import bake, cache, keyframes, library, nodes, results
+from . import bake, cache, handlers, keyframes, library, nodes, results
 from . import tree as trees
 from .actions import TreeError
 from .job import Job, Plan, plan_of
@@ -224,20 +224,14 @@ def on_rendered(*_: Any) -> None:
     _rendering = False
 
 
-_HANDLERS = (("frame_change_post", on_frame), ("undo_post", on_change), ("redo_post", on_change), ("load_pre", on_load),
-             ("render_init", on_render), ("render_complete", on_rendered), ("render_cancel", on_rendered))
-
-
-def register() -> None:
-    """Registers the handlers."""
-    for name, handler in _HANDLERS:
-        getattr(bpy.app.handlers, name).append(handler)
+register, _remove = handlers.factory(
+    ("frame_change_post", on_frame), ("undo_post", on_change), ("redo_post", on_change), ("load_pre", on_load),
+    ("render_init", on_render), ("render_complete", on_rendered), ("render_cancel", on_rendered))
 
 
 def unregister() -> None:
     """Unregisters the handlers and stops running jobs."""
-    for name, handler in _HANDLERS:
-        getattr(bpy.app.handlers, name).remove(handler)
+    _remove()
     on_load()
     if bpy.app.timers.is_registered(step):
         bpy.app.timers.unregister(step)

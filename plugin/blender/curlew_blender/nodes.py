@@ -12,6 +12,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProp
 from bpy.props import PointerProperty, StringProperty
 
 from .actions import MOST_INT, NO_NODE, Action, Option, Socket, numbers, option_range, property_value, value_text
+from . import writing
 from .results import lock_interface
 from .sources import is_mesh
 from .sockets import SOCKETS, color_of, socket_type
@@ -28,6 +29,12 @@ changed: List[Callable[[bpy.types.NodeTree], None]] = []
 def _update(self: bpy.types.bpy_struct, context: Optional[bpy.types.Context]) -> None:
     for listener in changed:
         listener(self.id_data)  # for a tree, this is the tree itself
+
+
+def _rename(self: bpy.types.bpy_struct, context: Optional[bpy.types.Context]) -> None:
+    """For properties that may name a file that is written: the user has chosen the name."""
+    writing.allow(self)
+    _update(self, context)
 
 
 def title_of(name: str) -> str:
@@ -57,7 +64,7 @@ def _property_of(option: Option) -> Any:
         plain = {"vector": (0.0,) * 3, "interval": (0.0, 1.0), "box": (-1.0,) * 3 + (1.0,) * 3}[option.type]
         # The range of an option applies to a single number, not to a box or an interval.
         return FloatVectorProperty(size=size, default=default or plain, precision=4, step=1, **unit, **common)
-    return StringProperty(default=option.default, **common)
+    return StringProperty(default=option.default, **{**common, "update": _rename})
 
 
 class CurlewNode:
@@ -116,6 +123,9 @@ class CurlewNode:
         column.alert = True
         for k, line in enumerate(textwrap.wrap(self.error, max(16, int(self.width / 6.5)))):
             column.label(text=line, icon="ERROR" if k == 0 else "BLANK1")
+        if writing.refused(self):
+            allow = layout.operator("curlew.allow_writing", icon="FILE_TICK")
+            allow.tree, allow.node = self.id_data.name, self.name
 
     def draw_buttons(self, context: bpy.types.Context, layout: bpy.types.UILayout) -> None:
         """In the node."""
@@ -258,7 +268,7 @@ def _shared_properties() -> Dict[str, Any]:
 def _action_class(action: Action) -> Type[bpy.types.Node]:
     properties: Dict[str, Any] = {
         **_shared_properties(),
-        "words": StringProperty(name=action.words or "Words", description=action.words, update=_update),
+        "words": StringProperty(name=action.words or "Words", description=action.words, update=_rename),
         "show_all": BoolProperty(name="All Options"),
         "place": PointerProperty(type=bpy.types.Object, name="Place",
                                  description="Object whose transform this node takes, for instance an empty", update=_update),
@@ -266,7 +276,7 @@ def _action_class(action: Action) -> Type[bpy.types.Node]:
     for option in action.options:
         properties["o_" + option.name] = _property_of(option)
         properties["t_" + option.name] = StringProperty(
-            name=option.label, update=_update,
+            name=option.label, update=_rename if option.type == "text" else _update,
             description=option.description + ". As text, which may contain {expressions} of the frame F and its time T")
     return type(action_id(action.name), (ActionNode, bpy.types.Node), {
         "__annotations__": properties,

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import bpy
 
-from . import cache
+from . import cache, handlers
 from .job import running_folders
 
 
@@ -63,16 +63,4 @@ def after_save(*_: object) -> None:
         obj["curlew_cache"] = cache.stored(cache.absolute(obj["curlew_cache"]))
 
 
-_HANDLERS = (("save_pre", before_save), ("save_post", after_save))
-
-
-def register() -> None:
-    """Registers the handlers."""
-    for name, handler in _HANDLERS:
-        getattr(bpy.app.handlers, name).append(handler)
-
-
-def unregister() -> None:
-    """Unregisters the handlers."""
-    for name, handler in _HANDLERS:
-        getattr(bpy.app.handlers, name).remove(handler)
+register, unregister = handlers.factory(("save_pre", before_save), ("save_post", after_save))

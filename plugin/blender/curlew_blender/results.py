@@ -10,7 +10,7 @@ from typing import Any, Callable, Dict, Optional, Sequence
 import bpy
 import numpy as np
 
-from . import cache, looks
+from . import cache, handlers, looks
 
 Arrays = Dict[str, np.ndarray]
 _TRIES = 200
@@ -292,16 +292,4 @@ def on_frame(scene: bpy.types.Scene, depsgraph: Optional[bpy.types.Depsgraph] = 
 
 
 # After an undo, the objects hold what they showed when the step was made, which may be another frame.
-_HANDLERS = ("frame_change_post", "undo_post", "redo_post")
-
-
-def register() -> None:
-    """Registers the handlers."""
-    for name in _HANDLERS:
-        getattr(bpy.app.handlers, name).append(on_frame)
-
-
-def unregister() -> None:
-    """Unregisters the handlers."""
-    for name in _HANDLERS:
-        getattr(bpy.app.handlers, name).remove(on_frame)
+register, unregister = handlers.factory(*((name, on_frame) for name in ("frame_change_post", "undo_post", "redo_post")))

@@ -9,7 +9,7 @@ from typing import Any, Callable, Dict, List, Mapping, Optional, Set, Tuple
 import bpy
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
-from . import library, nodes
+from . import library, nodes, writing
 from . import tree as trees
 from .actions import NO_NODE, Socket, TreeError
 from .bake import active_tree
@@ -31,8 +31,9 @@ def tree_of(text: str, name: str, replace: Optional[Replace] = None) -> bpy.type
     tree = bpy.data.node_groups.new(name, nodes.TREE)
     tree.use_fake_user = True
     made: Dict[str, bpy.types.Node] = {}
-    for number, entry in enumerate(entries):
-        made[entry["name"]] = (replace and replace(tree, entry)) or _node(tree, entry, number)
+    with writing.imported():
+        for number, entry in enumerate(entries):
+            made[entry["name"]] = (replace and replace(tree, entry)) or _node(tree, entry, number)
     feeds: Dict[str, List[str]] = {key: [] for key in made}
     for entry in entries:
         for name, link in ((name, links(text)) for name, texts in entry.get("inputs", {}).items() for text in texts):

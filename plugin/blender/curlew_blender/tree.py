@@ -31,6 +31,7 @@ class Collected:
     wanted: Dict[str, Tuple[str, Optional[str]]] = field(default_factory=dict)  # kinds and links of the other results,
                                                                                 # by key
     nodes: Dict[str, bpy.types.Node] = field(default_factory=dict)
+    reached: Set[str] = field(default_factory=set)  # keys of the nodes that are evaluated
     meshes: Dict[str, MeshSource] = field(default_factory=dict)  # by the file name that the graph reads
     places: Dict[str, Place] = field(default_factory=dict)  # by the key of the node that uses it
     files: Dict[str, str] = field(default_factory=dict)  # files of volume results, by key
@@ -144,12 +145,11 @@ class _Collector:
                 order = 1e6 if hasattr(node, "kind") else node.order
                 ends.append((order + 1e-6 * node.location.x - 1e-9 * node.location.y, key))
         self._waiting = [key for _, key in sorted(ends)] if roots is None else list(roots)
-        done = set()
         self._flags: Dict[str, Set[str]] = {}  # options that linked outputs turn on, by the keys of their nodes
         while self._waiting:
             key = self._waiting.pop(0)
-            if key not in done:
-                done.add(key)
+            if key not in self.collected.reached:
+                self.collected.reached.add(key)
                 self._node(self._levels[key], key, self.collected.nodes[key])
         for key, flags in self._flags.items():
             self.collected.graph[key]["options"].update(dict.fromkeys(flags, "1"))
