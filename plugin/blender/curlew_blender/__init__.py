@@ -14,24 +14,25 @@ bl_info = {
 
 def register() -> None:
     """Loads the library, and creates a node class for each of its actions."""
-    from . import bake, former, groups, library, live, nodes, panel, presets, relocate, results, scene_io, sockets
-    from . import translations, writing
+    from . import bake, former, groups, library, live, nodes, panel, presets, relocate, results, scene_io, shots, sockets
+    from . import translations, values, writing
 
     if library.updated():
         raise RuntimeError("Curlew was updated: restart Blender to use it")
     actions = library.actions()
     sockets.register()
     nodes.register(actions)
-    for module in (writing, former, groups, bake, scene_io, presets, relocate, results, live, translations):
+    values.register()
+    for module in (writing, former, groups, shots, bake, scene_io, presets, relocate, results, live, translations):
         module.register()
     panel.register(actions)
 
 
 def unregister() -> None:
     """Unregisters everything."""
-    from . import bake, former, groups, live, nodes, panel, presets, relocate, results, scene_io, sockets
-    from . import translations, writing
+    from . import bake, former, groups, live, nodes, panel, presets, relocate, results, scene_io, shots, sockets
+    from . import translations, values, writing
 
     panel.unregister()
-    for module in (translations, live, results, relocate, presets, scene_io, bake, groups, former, writing, nodes, sockets):
+    for module in (translations, live, results, relocate, presets, scene_io, bake, shots, groups, former, writing, values, nodes, sockets):
         module.unregister()

@@ -237,6 +237,14 @@ def property_value(option: Option, text: str) -> Optional[Any]:
     return tuple(values) if len(values) == size else None
 
 
+def fitting_text(option: Option, text: str) -> str:
+    """Returns the text of numbers as an option takes it: whole for an integer, 0 or 1 for a flag. Expressions stay."""
+    if option.type not in ("integer", "flag") or "{" in text:
+        return text
+    first = numbers(text)[0]
+    return str(round(first)) if option.type == "integer" else str(int(first != 0))
+
+
 def option_range(option: Option) -> Tuple[float, float]:
     """Returns the range for a float32 property, without an excluded bound."""
     largest = float(np.finfo(np.float32).max)

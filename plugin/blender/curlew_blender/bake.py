@@ -227,7 +227,7 @@ class CURLEW_OT_clear_cache(bpy.types.Operator):
 
 
 class CURLEW_OT_option(bpy.types.Operator):
-    """Set the option, write it as text with {expressions}, or reset it to its default"""
+    """Set the option, write it as text with {expressions}, reset it to its default, or give it a socket"""
 
     bl_idname = "curlew.option"
     bl_label = "Option"
@@ -235,7 +235,7 @@ class CURLEW_OT_option(bpy.types.Operator):
     __annotations__ = {
         "node": bpy.props.StringProperty(),
         "option": bpy.props.StringProperty(),
-        "to": bpy.props.EnumProperty(items=[("VALUE", "Value", ""), ("TEXT", "Text", ""), ("DEFAULT", "Default", "")]),
+        "to": bpy.props.EnumProperty(items=[(name, name.title(), "") for name in ("VALUE", "TEXT", "DEFAULT", "SOCKET", "PROPERTY")]),
     }
 
     def execute(self, context: bpy.types.Context) -> Set[str]:
@@ -243,6 +243,10 @@ class CURLEW_OT_option(bpy.types.Operator):
         node = context.space_data.edit_tree.nodes[self.node]
         if self.to == "DEFAULT":
             node.reset_option(self.option)
+        elif self.to == "SOCKET":
+            node.add_value("o_" + self.option)
+        elif self.to == "PROPERTY":
+            node.remove_value("o_" + self.option)
         elif self.to == "VALUE":
             setattr(node, "o_" + self.option, getattr(node, "o_" + self.option))
         else:

@@ -25,6 +25,8 @@ def _copy(node: bpy.types.Node, tree: bpy.types.NodeTree) -> bpy.types.Node:
         copy.renew_sockets()
     for key in node.keys():
         copy[key] = node[key]
+    for name, socket in node.value_sockets().items() if hasattr(node, "takes") else ():
+        copy.add_value(name).default_value = socket.default_value
     for name in _SHARED:
         setattr(copy, name, getattr(node, name))
     copy.name = node.name

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Keyframes of nodes' options. Blender itself only evaluates the keyframes of trees that an object or a scene uses."""
 
+import re
 from typing import Any, Dict, List, Sequence, Tuple
 
 import bpy
@@ -44,19 +45,26 @@ def _set(owner: Any, name: str, index: int, value: float) -> None:
         setattr(owner, name, wanted)
 
 
+def _used(collected: Collected) -> Dict[str, bpy.types.Node]:
+    """Returns the nodes of the graph and those that give them values."""
+    return {**{key: collected.nodes[key] for key in collected.graph if key in collected.nodes},  # the preview adds others
+            **collected.values}
+
+
 def check(collected: Collected) -> None:
     """Raises TreeError if an option has a driver, or if the keyframes of a tree are strips of the nonlinear animation
     editor. Blender does not evaluate them, because no object or scene uses the tree."""
-    for key in collected.graph:
-        node = collected.nodes.get(key)  # the preview adds others
-        data = node.id_data.animation_data if node else None
-        if not node or not data:
+    for key, node in _used(collected).items():
+        data = node.id_data.animation_data
+        if not data:
             continue
         start = node.path_from_id() + "."
 
         def named(curve: bpy.types.FCurve) -> str:
             is_option = curve.data_path.startswith(start) and not curve.mute
-            return curve.data_path[len(start):].removeprefix("o_") if is_option else ""
+            name = curve.data_path[len(start):].removeprefix("o_")
+            number = re.fullmatch(r"inputs\[(\d+)\]\.default_value", name)
+            return (node.inputs[int(number[1])].name if number else name) if is_option else ""
 
         for name in filter(None, map(named, data.drivers)):
             raise TreeError(key, f"'{name}' has a driver, which a bake cannot follow; use keyframes, or text with "
@@ -71,20 +79,18 @@ def over_frames(collected: Collected, frames: Sequence[int], now: int, shift: in
     """Returns the options that change in these frames, by the keys of their nodes, as expressions that are linear
     between frames. `shift`: what to subtract from a frame to get that of the scene. Raises TreeError if an option cannot be an
     expression."""
-    nodes = {key: collected.nodes[key] for key in collected.graph}
-    keyed = {key: node for key, node in nodes.items() if node.id_data.animation_data and hasattr(node, "given")}
-    trees = {node.id_data.name: node.id_data for node in keyed.values()}
-    given: Dict[str, List[Dict[str, str]]] = {key: [] for key in keyed}
+    trees = {node.id_data.name: node.id_data for node in _used(collected).values() if node.id_data.animation_data}
+    given: Dict[str, List[Dict[str, str]]] = {key: [] for key in collected.given}
     for frame in frames if trees else ():
         for tree in trees.values():
             follow(tree, frame - shift)
-        for key, node in keyed.items():
-            given[key].append(node.given())
+        for key, options in collected.given.items():
+            given[key].append(options())
     for tree in trees.values():
         follow(tree, now)
-    return {key: {name: _expression(key, node.action.option(name), [each[name] for each in given[key]], frames)
-                  for name in given[key][0] if len({each[name] for each in given[key]}) > 1}
-            for key, node in keyed.items()}
+    return {key: {name: _expression(key, collected.nodes[key].action.option(name), [each[name] for each in texts], frames)
+                  for name in texts[0] if len({each[name] for each in texts}) > 1}
+            for key, texts in given.items() if texts}
 
 
 def _expression(key: str, option: Option, texts: Sequence[str], frames: Sequence[int]) -> str:

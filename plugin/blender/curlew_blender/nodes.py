@@ -5,7 +5,7 @@ groups)."""
 
 import re
 import textwrap
-from typing import Any, Callable, Dict, List, Optional, Tuple, Type
+from typing import Any, Dict, List, Optional, Tuple, Type
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty
@@ -15,26 +15,18 @@ from .actions import MOST_INT, NO_NODE, Action, Option, Socket, numbers, option_
 from . import writing
 from .results import lock_interface
 from .sources import is_mesh
-from .sockets import SOCKETS, color_of, socket_type
+from .sockets import SOCKETS, VALUES, color_of, socket_type
+from .values import TREE, tell
 
-TREE = "CurlewTree"
 _RED = (0.45, 0.08, 0.08)
 UNITS = {"world units": "LENGTH", "s": "TIME", "world units / s": "VELOCITY"}  # Blender's units for those of options
 _FEW = 5  # number of options that a node shows by default
-
-# Called with a tree when the user has changed something in it. Used by the preview.
-changed: List[Callable[[bpy.types.NodeTree], None]] = []
-
-
-def _update(self: bpy.types.bpy_struct, context: Optional[bpy.types.Context]) -> None:
-    for listener in changed:
-        listener(self.id_data)  # for a tree, this is the tree itself
 
 
 def _rename(self: bpy.types.bpy_struct, context: Optional[bpy.types.Context]) -> None:
     """For properties that may name a file that is written: the user has chosen the name."""
     writing.allow(self)
-    _update(self, context)
+    tell(self)
 
 
 def title_of(name: str) -> str:
@@ -45,7 +37,7 @@ def title_of(name: str) -> str:
 
 def _property_of(option: Option) -> Any:
     lower, upper = option_range(option)
-    common = {"name": option.label, "description": option.description, "update": _update}
+    common = {"name": option.label, "description": option.description, "update": tell}
     unit = {"unit": UNITS.get(option.unit, "NONE")}
     default = property_value(option, option.default) if option.default else None
     if option.type == "flag":
@@ -93,6 +85,25 @@ class CurlewNode:
         """Returns the part of a link to an output socket after the node's name; "" if the name alone suffices."""
         return ""
 
+    def value_sockets(self) -> Dict[str, bpy.types.NodeSocket]:
+        """Returns the sockets for values, by the names of the properties that they replace."""
+        return {socket.identifier: socket for socket in self.inputs[len(self.takes):]}
+
+    def add_value(self, name: str) -> bpy.types.NodeSocket:
+        """Replaces a property by a socket with its value."""
+        about = self.bl_rna.properties[name]
+        if about.type == "POINTER":
+            kind = about.fixed_type.identifier.lower()
+        else:
+            kind = "vector" if about.is_array else {"FLOAT": "real", "INT": "integer", "BOOLEAN": "flag"}[about.type]
+        socket = self.inputs.new(VALUES[kind], about.name, identifier=name)
+        socket.default_value = getattr(self, name)
+        return socket
+
+    def remove_value(self, name: str) -> None:
+        """Replaces the socket by the property again."""
+        self.inputs.remove(self.value_sockets()[name])
+
     def insert_link(self, link: bpy.types.NodeLink) -> None:
         """Turns on the output that a new link needs."""
         if link.from_node == self:
@@ -131,7 +142,8 @@ class CurlewNode:
         """In the node."""
         self.draw_error(layout)
         for k, name in enumerate(self.shown):
-            layout.prop(self, name, **({"text": ""} if k == 0 else {}))
+            if name not in self.value_sockets():
+                layout.prop(self, name, **({"text": ""} if k == 0 else {}))
 
     def draw_label(self) -> str:
         """Returns the header's text."""
@@ -161,9 +173,13 @@ class ActionNode(CurlewNode):
     def given(self) -> Dict[str, str]:
         """Returns the options that have been set, as texts."""
         options: Dict[str, str] = {}
+        sockets = self.value_sockets()
         for option in self.action.options:
             written = getattr(self, "t_" + option.name)
-            if written:
+            socket = sockets.get("o_" + option.name)
+            if socket:
+                options[option.name] = value_text(option, socket.default_value)
+            elif written:
                 options[option.name] = written
             elif self.is_property_set("o_" + option.name):
                 text = value_text(option, getattr(self, "o_" + option.name))
@@ -193,7 +209,7 @@ class ActionNode(CurlewNode):
     def _is_given(self, option: Option) -> bool:
         return self.is_property_set("o_" + option.name) or bool(getattr(self, "t_" + option.name))
 
-    def _draw_option(self, layout: bpy.types.UILayout, option: Option) -> None:
+    def _draw_option(self, layout: bpy.types.UILayout, option: Option, everything: bool) -> None:
         row = layout.row(align=True)
         body = row.row(align=True)
         given = self._is_given(option)
@@ -204,6 +220,13 @@ class ActionNode(CurlewNode):
             change = row.operator("curlew.option", text="", icon=icon, emboss=False)
             change.node, change.option, change.to = self.name, option.name, to
 
+        if "o_" + option.name in self.value_sockets():
+            if everything:
+                body.label(text=option.label)
+                button("NODE", "PROPERTY")
+            return
+        if everything and option.type in VALUES:
+            button("NODE", "SOCKET")
         if not given and (many or not option.default) and option.type != "text":
             body.label(text=f"{option.label}: {option.default or 'automatic'}")
             button("ADD", "VALUE")
@@ -217,7 +240,7 @@ class ActionNode(CurlewNode):
     def _draw_options(self, layout: bpy.types.UILayout, everything: bool) -> None:
         for k, option in enumerate(self.action.options):
             if everything or k < _FEW or self._is_given(option):
-                self._draw_option(layout, option)
+                self._draw_option(layout, option, everything)
 
     def draw_buttons(self, context: bpy.types.Context, layout: bpy.types.UILayout) -> None:
         """Draws the first options and those that are set. The sidebar shows all options."""
@@ -225,7 +248,7 @@ class ActionNode(CurlewNode):
         if self.action.most_words:
             layout.prop(self, "words", text="", placeholder=self.action.words) if bpy.app.version >= (4, 1, 0) else \
                 layout.prop(self, "words", text=self.action.words.split(" ")[0].capitalize())
-        if self.places():
+        if self.places() and "place" not in self.value_sockets():
             layout.prop(self, "place", text="")
         self._draw_options(layout, self.show_all)
         if len(self.action.options) > _FEW:
@@ -271,12 +294,12 @@ def _action_class(action: Action) -> Type[bpy.types.Node]:
         "words": StringProperty(name=action.words or "Words", description=action.words, update=_rename),
         "show_all": BoolProperty(name="All Options"),
         "place": PointerProperty(type=bpy.types.Object, name="Place",
-                                 description="Object whose transform this node takes, for instance an empty", update=_update),
+                                 description="Object whose transform this node takes, for instance an empty", update=tell),
     }
     for option in action.options:
         properties["o_" + option.name] = _property_of(option)
         properties["t_" + option.name] = StringProperty(
-            name=option.label, update=_rename if option.type == "text" else _update,
+            name=option.label, update=_rename if option.type == "text" else tell,
             description=option.description + ". As text, which may contain {expressions} of the frame F and its time T")
     return type(action_id(action.name), (ActionNode, bpy.types.Node), {
         "__annotations__": properties,
@@ -294,18 +317,20 @@ _FOUR_GRIDS = tuple(Socket(name, "what", frozenset({"grid"})) for name in ("Grid
 
 
 class CurlewMeshObject(CurlewNode, bpy.types.Node):
-    """A mesh of the scene, or an empty that shows a collection, with modifiers, instances and transforms applied."""
+    """A mesh of the scene, the meshes of a collection, or both as one, with modifiers, instances and transforms applied."""
 
     bl_idname = "CurlewMeshObject"
     bl_label = "Mesh Object"
     makes = (Socket("Mesh", "mesh", frozenset({"mesh"})),)
-    shown = ("object", "motion")
+    shown = ("object", "collection", "motion")
     __annotations__ = {
         **_shared_properties(),
-        "object": PointerProperty(type=bpy.types.Object, name="Object", update=_update,
+        "object": PointerProperty(type=bpy.types.Object, name="Object", update=tell,
                                   poll=lambda self, o: is_mesh(o)),
+        "collection": PointerProperty(type=bpy.types.Collection, name="Collection", update=tell,
+                                      description="Collection whose meshes are read too"),
         "motion": EnumProperty(
-            name="In Each Frame", description="Whether to read the object again in each frame of a sequence", update=_update,
+            name="In Each Frame", description="Whether to read the object again in each frame of a sequence", update=tell,
             items=[("AUTO", "Automatic", "In each frame if the object may move or deform: animation, parents, armatures, shape keys, "
                                          "constraints, modifiers"),
                    ("ON", "Yes", "In each frame"), ("OFF", "No", "Only in the first frame")]),
@@ -330,9 +355,9 @@ class CurlewVolumeObject(CurlewNode, bpy.types.Node):
     shown = ("object", "grids")
     __annotations__ = {
         **_shared_properties(),
-        "object": PointerProperty(type=bpy.types.Object, name="Object", update=_update,
+        "object": PointerProperty(type=bpy.types.Object, name="Object", update=tell,
                                   poll=lambda self, o: o.type == "VOLUME"),
-        "grids": StringProperty(name="Grids", description="Names of the grids, separated by commas; empty for all", update=_update),
+        "grids": StringProperty(name="Grids", description="Names of the grids, separated by commas; empty for all", update=tell),
     }
 
     def output_name(self, index: int) -> str:
@@ -418,7 +443,9 @@ class CurlewGroup(CurlewNode, bpy.types.NodeCustomGroup):
             for place, item in enumerate(wanted):
                 now = next((k for k, s in enumerate(sockets) if s.identifier == item.identifier), None)
                 if now is None:
-                    sockets.new(item.bl_socket_idname, item.name, identifier=item.identifier)
+                    made = sockets.new(item.bl_socket_idname, item.name, identifier=item.identifier)
+                    if hasattr(item, "default_value"):
+                        made.default_value = item.default_value
                     now = len(sockets) - 1
                 if now != place:
                     sockets.move(now, place)
@@ -439,8 +466,9 @@ class CurlewTree(bpy.types.NodeTree):
         return idname in SOCKETS
 
     def update(self) -> None:
-        """Blender calls this when nodes, links or the interface of a tree have changed."""
+        """Blender calls this when nodes, links, values of sockets or the interface of a tree have changed."""
         renew_groups()
+        tell(self)
     __annotations__ = {
         "sequence": BoolProperty(name="Sequence", description="Bake all frames of the scene instead of only the current one"),
         "substeps": IntProperty(name="Substeps", default=1, min=1, max=1000,
@@ -454,7 +482,7 @@ class CurlewTree(bpy.types.NodeTree):
             name="Preview", items=[("NONE", "Off", "No preview"),
                                    ("POINTS", "Particles", "2,000 particles in the 3D view"),
                                    ("SLICE", "Slice", "The speed on a plane in low resolution, as an image")],
-            update=_update),
+            update=tell),
         "bake_on_frame": BoolProperty(
             name="Bake on Frame Change",
             description="Bake the tree again whenever the scene goes to another frame; renders wait for the bake. This "

@@ -6,7 +6,7 @@ from typing import Dict, List
 import bpy
 import nodeitems_utils
 
-from . import bake, library, nodes, preview, presets
+from . import bake, library, nodes, preview, presets, shots, values
 from . import tree as trees
 from .actions import NO_NODE, Action
 
@@ -107,6 +107,12 @@ class _Category(nodeitems_utils.NodeCategory):
         return context.space_data.tree_type == nodes.TREE
 
 
+def _draw_shots(item: nodeitems_utils.NodeItemCustom, layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+    layout.operator_context = "INVOKE_DEFAULT"
+    for kind, shot in shots.SHOTS.items():
+        layout.operator("curlew.add_shot", text=shot.name).kind = kind
+
+
 def categories(actions: Dict[str, Action]) -> List[nodeitems_utils.NodeCategory]:
     """Returns the registry's groups, and those for Blender's own objects."""
     item = nodeitems_utils.NodeItem
@@ -114,8 +120,11 @@ def categories(actions: Dict[str, Action]) -> List[nodeitems_utils.NodeCategory]
     for name, action in actions.items():
         if name not in NO_NODE:
             groups.setdefault(action.group, []).append(nodes.action_id(name))
-    result = [_Category("CURLEW_SOURCES", "Sources",
-                        items=[item(nodes.CurlewMeshObject.bl_idname), item(nodes.CurlewVolumeObject.bl_idname)])]
+    result = [_Category("CURLEW_SHOT", "Shot", items=[
+                  nodeitems_utils.NodeItemCustom(draw=_draw_shots), *map(item, map(nodes.action_id, ("superpose", "advect"))),
+                  item("CurlewParticlesResult")]),
+              _Category("CURLEW_SOURCES", "Sources", items=[item(cls.bl_idname) for cls in (
+                  nodes.CurlewMeshObject, nodes.CurlewVolumeObject, *values.CLASSES)])]
     for group, ids in groups.items():
         result.append(_Category("CURLEW_" + group.upper().replace(" ", "_"), group.capitalize(),
                                 items=[item(i) for i in ids]))

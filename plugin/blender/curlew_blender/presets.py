@@ -7,7 +7,7 @@ from typing import Dict, Optional, Set, Tuple
 import bpy
 import numpy as np
 
-from . import bake, library, nodes, scene_io
+from . import bake, library, nodes, scene_io, shots
 from .actions import TreeError, number_text
 from .sources import MeshArrays, MeshSource, is_mesh, mesh_arrays
 
@@ -23,7 +23,7 @@ class Preset:
 
     name: str
     help: str
-    text: str
+    text: str = ""  # empty: the parts of a shot as groups, shots.example()
     needs_mesh: bool = True
     thickness: float = 0.004
     look: str = "POINTS"
@@ -36,7 +36,7 @@ class Preset:
 
     def moves(self) -> bool:
         """Returns whether it is a sequence."""
-        return "frames" in self.text
+        return "frames" in self.text or not self.text
 
 
 PRESETS: Dict[str, Preset] = {
@@ -175,6 +175,12 @@ PRESETS: Dict[str, Preset] = {
         look="SMOKE",
         seconds=2.5,
     ),
+    "SHOT": Preset(
+        "Shot to Edit",
+        "Emitter, collider, wind and turbulence as nodes to change; an arrow beside the object directs the wind",
+        thickness=0.003,
+        seconds=1.5,
+    ),
 }
 
 
@@ -215,7 +221,7 @@ def _measured(preset: Preset, obj: Optional[bpy.types.Object]) -> Tuple[float, b
         return 2.0, False
     if not is_mesh(obj):
         raise TreeError("", f"'{preset.name}' needs a mesh: select a mesh object")
-    mesh = mesh_arrays(MeshSource(obj, False, ""), bpy.context.evaluated_depsgraph_get())
+    mesh = mesh_arrays(MeshSource((obj,), False, ""), bpy.context.evaluated_depsgraph_get())
     size = float(np.ptp(mesh.points, axis=0).max())
     if not size > 0:
         raise TreeError("", f"'{obj.name}' has zero size")
@@ -242,6 +248,10 @@ def make(name: str, obj: Optional[bpy.types.Object], scene: Optional[bpy.types.S
         return result
 
     title = f"{preset.name}: {obj.name}" if preset.needs_mesh and obj else preset.name
+    if not preset.text:
+        tree, result = shots.example(title, obj, size, scene)
+        result.thickness = preset.thickness * size
+        return _finished(tree, name, obj, fps)
     text = _scaled(preset.text, size).replace("LOOP", number_text(loop_frames(scene) / fps))
     tree = scene_io.tree_of(text, title, replace)
     for node in list(tree.nodes):
@@ -252,6 +262,13 @@ def make(name: str, obj: Optional[bpy.types.Object], scene: Optional[bpy.types.S
                 node.words = f"{scene.frame_start}-{scene.frame_start + loop_frames(scene) - 1}"
             else:
                 tree.nodes.remove(node)  # the scene's frames
+    return _finished(tree, name, obj, fps)
+
+
+def _finished(tree: bpy.types.NodeTree, name: str, obj: Optional[bpy.types.Object], fps: float) -> bpy.types.NodeTree:
+    """Sets what all presets have."""
+    preset = PRESETS[name]
+    tree.use_fake_user = True
     tree.sequence, tree.repeat, tree.run_up = preset.moves(), preset.loops(), round(preset.seconds * fps)
     tree[_KEY], tree[_FOR] = name, obj.name if preset.needs_mesh and obj else ""
     return tree
@@ -286,7 +303,7 @@ class CURLEW_OT_quick(bpy.types.Operator):
     def _run(self, context: bpy.types.Context, in_thread: bool) -> Set[str]:
         obj = context.active_object
         tree = made_before(self.preset, obj)
-        is_new, before = tree is None, context.scene.curlew_tree
+        is_new, before, objects = tree is None, context.scene.curlew_tree, set(bpy.data.objects)
         try:
             tree = tree or make(self.preset, obj, context.scene)
             context.scene.curlew_tree = tree.name
@@ -297,6 +314,7 @@ class CURLEW_OT_quick(bpy.types.Operator):
         except (TreeError, RuntimeError) as error:  # an operator raises RuntimeError for its report of an error
             if is_new and tree:
                 bpy.data.node_groups.remove(tree)
+                bpy.data.batch_remove(set(bpy.data.objects) - objects)
                 context.scene.curlew_tree = before
             self.report({"ERROR"}, str(error).strip().removeprefix("Error: "))
             return {"CANCELLED"}

@@ -8,7 +8,7 @@ from typing import List, Optional
 import bpy
 import numpy as np
 
-from . import job, library, looks, nodes, results
+from . import job, library, looks, nodes, results, values
 from . import tree as trees
 from .actions import TreeError
 from .sources import coarse
@@ -163,12 +163,12 @@ def schedule(tree: bpy.types.NodeTree) -> None:
 
 def register() -> None:
     """Registers the listener for changes in trees."""
-    nodes.changed.append(schedule)
+    values.changed.append(schedule)
 
 
 def unregister() -> None:
     """Unregisters the listener."""
-    nodes.changed.remove(schedule)
+    values.changed.remove(schedule)
     if bpy.app.timers.is_registered(_later):
         bpy.app.timers.unregister(_later)
     _pending.clear()

@@ -64,5 +64,8 @@ def _socket_class(name: str) -> Type[bpy.types.NodeSocket]:
 
 
 CLASSES: List[Type[bpy.types.NodeSocket]] = [_socket_class(name) for name in COLORS]
-SOCKETS = frozenset(cls.bl_idname for cls in CLASSES)
+# Blender's own sockets, for options by type and for objects.
+VALUES: Dict[str, str] = {"real": "NodeSocketFloat", "integer": "NodeSocketInt", "flag": "NodeSocketBool",
+                          "vector": "NodeSocketVector", "object": "NodeSocketObject", "collection": "NodeSocketCollection"}
+SOCKETS = frozenset([*(cls.bl_idname for cls in CLASSES), *VALUES.values()])
 register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -6,7 +6,7 @@ from typing import Any, Dict, Generator, Iterator, List, Mapping, Optional, Sequ
 
 import bpy
 import numpy as np
-from mathutils import Euler
+from mathutils import Euler, Vector
 
 from .actions import Action, TreeError, number_text
 
@@ -16,9 +16,9 @@ MESHES = frozenset({"MESH", "CURVE", "SURFACE", "META", "FONT"})  # types of obj
 
 @dataclass
 class MeshSource:
-    """An object that is read as a mesh."""
+    """Objects that are read as one mesh."""
 
-    object: bpy.types.Object
+    objects: Tuple[bpy.types.Object, ...]
     animated: bool  # read again in each frame of a sequence
     key: str  # key of the node
     guessed: bool = False  # read again in each frame only because it may change
@@ -30,6 +30,8 @@ class Place:
 
     object: bpy.types.Object
     action: Action
+    arrow: str = ""  # option that is its z axis instead; "": its transform
+    is_length: bool = False  # only the length of the axis
 
 
 @dataclass
@@ -74,16 +76,18 @@ def _has_instances(obj: bpy.types.Object) -> bool:
 
 
 def mesh_arrays(source: MeshSource, depsgraph: bpy.types.Depsgraph) -> MeshArrays:
-    """Returns the evaluated object with its instances. Raises TreeError if it has no faces."""
-    evaluated = source.object.evaluated_get(depsgraph)
-    parts = [_world(evaluated, evaluated.matrix_world)] if source.object.type in MESHES else []
-    for instance in depsgraph.object_instances if _has_instances(source.object) else ():
-        if instance.is_instance and instance.parent and instance.parent.original == source.object \
-                and instance.object.type in MESHES:
-            parts.append(_world(instance.object, instance.matrix_world))
+    """Returns the evaluated objects with their instances. Raises TreeError if they have no faces."""
+    parts = []
+    for obj in source.objects:
+        evaluated = obj.evaluated_get(depsgraph)
+        parts += [_world(evaluated, evaluated.matrix_world)] if obj.type in MESHES else []
+        for instance in depsgraph.object_instances if _has_instances(obj) else ():
+            if instance.is_instance and instance.parent and instance.parent.original == obj and instance.object.type in MESHES:
+                parts.append(_world(instance.object, instance.matrix_world))
     found = [part for part in parts if part]
     if not found:
-        raise TreeError(source.key, f"'{source.object.name}' has no faces")
+        names = ", ".join(f"'{obj.name}'" for obj in source.objects)
+        raise TreeError(source.key, f"{names} {'has' if len(source.objects) == 1 else 'have'} no faces")
     if len(found) == 1:
         return found[0]
     first = np.cumsum([0] + [len(part.points) for part in found[:-1]])
@@ -105,6 +109,11 @@ def coarse(mesh: MeshArrays, cells: int) -> MeshArrays:
     kept = (a != b) & (b != c) & (c != a)
     triangles = np.stack([a[kept], b[kept], c[kept]], axis=1).astype(np.int32)
     return MeshArrays(mesh.points[first], triangles.reshape(-1), np.full(len(triangles), 3, np.int32))
+
+
+def members(collection: Optional[bpy.types.Collection]) -> Tuple[bpy.types.Object, ...]:
+    """Returns the objects of a collection that may have faces, without results of bakes."""
+    return tuple(obj for obj in collection.all_objects if is_mesh(obj) and "curlew_kind" not in obj) if collection else ()
 
 
 def is_mesh(obj: Optional[bpy.types.Object]) -> bool:
@@ -171,7 +180,7 @@ def _in_frame(name: str, frame: int) -> str:
 _Pose = Tuple[Tuple[float, ...], Euler, Tuple[float, ...]]
 
 
-def sample(scene: bpy.types.Scene, meshes: Mapping[str, MeshSource], places: Mapping[str, Place],
+def sample(scene: bpy.types.Scene, meshes: Mapping[str, MeshSource], places: Mapping[Tuple[str, str], Place],
            frames: Optional[Sequence[int]], shift: int = 0,
            depsgraph: Optional[bpy.types.Depsgraph] = None) -> Generator[float, None, Sampled]:
     """Samples the objects in each frame, or in the current one if `frames` is None. Yields the progress after each frame,
@@ -179,7 +188,7 @@ def sample(scene: bpy.types.Scene, meshes: Mapping[str, MeshSource], places: Map
     objects become expressions of FF that are linear between frames. `shift`: what to subtract from a frame to get that of
     the scene. `depsgraph`: the dependency graph for the current frame; the context's if None. Raises TreeError if an object is invalid."""
     result = Sampled()
-    poses: Dict[str, List[_Pose]] = {key: [] for key in places}
+    poses: Dict[Tuple[str, str], List[_Pose]] = {key: [] for key in places}
     moving = frames is not None and (any(m.animated for m in meshes.values()) or bool(places))
     now = scene.frame_current
     seen = frames if moving and frames else [now]
@@ -210,7 +219,7 @@ def sample(scene: bpy.types.Scene, meshes: Mapping[str, MeshSource], places: Map
         result.still[name] = name.replace("$F4", "still")
         result.meshes[result.still[name]] = last[name]
     for key, place in places.items():
-        result.options[key] = _options(key, place, poses[key], frames or [now])
+        result.options.setdefault(key[0], {}).update(_options(key[0], place, poses[key], frames or [now]))
     return result
 
 
@@ -222,6 +231,10 @@ def _pose(place: Place, depsgraph: bpy.types.Depsgraph, before: Sequence[_Pose])
 
 def _options(key: str, place: Place, poses: Sequence[_Pose], frames: Sequence[int]) -> Dict[str, str]:
     options: Dict[str, str] = {}
+    if place.arrow:
+        ends = [tuple(pose[1].to_matrix() @ Vector((0, 0, pose[2][2]))) for pose in poses]
+        values = [(pose[2][2],) for pose in poses] if place.is_length else ends
+        return {place.arrow: ",".join(in_time([v[axis] for v in values], frames) for axis in range(len(values[0])))}
     columns: Dict[str, List[Tuple[float, ...]]] = {
         "translate": [pose[0] for pose in poses],
         "rotate": [tuple(np.degrees(pose[1])) for pose in poses],

@@ -11,8 +11,9 @@ from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Seque
 import bpy
 
 from . import cache, former, library, nodes
-from .actions import TreeError, split_words
-from .sources import MeshSource, Place, may_change
+from .actions import TreeError, fitting_text, number_text, split_words
+from .sources import MeshSource, Place, may_change, members
+from .values import Arrow
 
 _DEEPEST = 32  # maximum nesting depth of groups
 
@@ -33,7 +34,9 @@ class Collected:
     nodes: Dict[str, bpy.types.Node] = field(default_factory=dict)
     reached: Set[str] = field(default_factory=set)  # keys of the nodes that are evaluated
     meshes: Dict[str, MeshSource] = field(default_factory=dict)  # by the file name that the graph reads
-    places: Dict[str, Place] = field(default_factory=dict)  # by the key of the node that uses it
+    places: Dict[Tuple[str, str], Place] = field(default_factory=dict)  # by the key of the node that uses it, and its option
+    given: Dict[str, Callable[[], Dict[str, str]]] = field(default_factory=dict)  # return the options of nodes in this frame, by key
+    values: Dict[str, bpy.types.Node] = field(default_factory=dict)  # nodes that are not in the graph, but give values, by key
     files: Dict[str, str] = field(default_factory=dict)  # files of volume results, by key
 
     def document(self, scene: bpy.types.Scene, frames: Optional[Mapping[str, Any]]) -> Graph:
@@ -94,6 +97,9 @@ class _Level:
 
     def inside(self, group: bpy.types.Node) -> "_Level":
         return _Level(group.node_tree, self.path + (group,))
+
+    def outer(self) -> "_Level":
+        return _Level(self.path[-2].node_tree if len(self.path) > 1 else self.path[-1].id_data, self.path[:-1])
 
 
 def _is_group(node: bpy.types.Node) -> bool:
@@ -172,8 +178,7 @@ class _Collector:
         if node.bl_idname == "NodeGroupInput":
             if not level.path:
                 return None
-            outer = _Level(level.path[-2].node_tree if len(level.path) > 1 else level.path[-1].id_data, level.path[:-1])
-            return self._source(outer, level.path[-1].inputs[_index(node.outputs, socket)], depth)
+            return self._source(level.outer(), level.path[-1].inputs[_index(node.outputs, socket)], depth)
         if node.mute:
             return self._through(level, node, socket, depth)
         if _is_group(node):
@@ -189,13 +194,18 @@ class _Collector:
         return f"{key}.{output}" if output else key
 
     def _of_group(self, level: _Level, group: bpy.types.Node, index: int, depth: int) -> Optional[str]:
+        return self._source(level.inside(group), self._end(level, group).inputs[index], depth)
+
+    @staticmethod
+    def _end(level: _Level, group: bpy.types.Node) -> bpy.types.Node:
+        """Returns the Group Output node of a group."""
         if not group.node_tree:
             raise TreeError(level.key(group), "the group has no node tree; choose one")
         ends = sorted((n for n in group.node_tree.nodes if n.bl_idname == "NodeGroupOutput"),
                       key=lambda n: not n.is_active_output)
         if not ends:
             raise TreeError(level.key(group), "the group has no Group Output node")
-        return self._source(level.inside(group), ends[0].inputs[index], depth)
+        return ends[0]
 
     def _through(self, level: _Level, node: bpy.types.Node, socket: bpy.types.NodeSocket, depth: int) -> Optional[str]:
         """A muted node passes on the first input of the output's type."""
@@ -213,11 +223,68 @@ class _Collector:
                 inputs.setdefault(declared.name, []).append(link)
         return inputs
 
+    # --- values
+
+    def _value(self, level: _Level, socket: bpy.types.NodeSocket, depth: int = 0) -> Any:
+        """Returns the value of an input socket: the text of numbers, an object or collection, or an Arrow. Its own value if
+        it is not connected; None if it has none."""
+        if depth > 150:
+            raise TreeError(level.key(socket.node), "the links form a cycle")
+        for link in socket.links:
+            if not getattr(link, "is_muted", False):
+                return self._given_by(level, link, depth + 1)
+        value = getattr(socket, "default_value", None)
+        if isinstance(value, (bool, int, float)):
+            return number_text(value)
+        return value if value is None or isinstance(value, bpy.types.ID) else ",".join(number_text(v) for v in value)
+
+    def _given_by(self, level: _Level, link: bpy.types.NodeLink, depth: int) -> Any:
+        node, socket = link.from_node, link.from_socket
+        if node.bl_idname == "NodeReroute":
+            return self._value(level, node.inputs[0], depth)
+        if node.bl_idname == "NodeGroupInput":
+            if not level.path:
+                return None
+            self.collected.values[level.outer().key(level.path[-1])] = level.path[-1]
+            return self._value(level.outer(), level.path[-1].inputs[_index(node.outputs, socket)], depth)
+        if _is_group(node):
+            inside = level.inside(node)
+            return self._value(inside, self._end(level, node).inputs[_index(node.outputs, socket)], depth)
+        if not hasattr(node, "give"):
+            raise TreeError(level.key(link.to_node), f"'{link.to_socket.name}' needs a value, not the output of '{node.name}'")
+        self.collected.values[level.key(node)] = node
+        return None if node.mute else node.give(_index(node.outputs, socket), lambda other: self._value(level, other, depth))
+
+    def _chosen(self, level: _Level, node: bpy.types.Node, name: str) -> Any:
+        """Returns the object or collection of a property, or of the socket that replaces it."""
+        socket = node.value_sockets().get(name)
+        found = self._value(level, socket) if socket else getattr(node, name)
+        if found is not None and not isinstance(found, bpy.types.ID):
+            raise TreeError(level.key(node), f"'{socket.name}' needs an object, not a number")
+        return found
+
+    def _options(self, level: _Level, key: str, node: bpy.types.Node) -> Dict[str, str]:
+        """Returns the options of a node in the current frame."""
+        options = node.given()
+        for name, socket in node.value_sockets().items():
+            if not name.startswith("o_") or not socket.is_linked:
+                continue
+            option, value = node.action.option(name[2:]), self._value(level, socket)
+            if isinstance(value, Arrow):
+                self.collected.places[key, option.name] = Place(value.object, node.action, option.name, value.is_length)
+            elif isinstance(value, bpy.types.ID):
+                raise TreeError(key, f"'{option.label}' needs a number, not an object")
+            if isinstance(value, str):
+                options[option.name] = fitting_text(option, value)
+            else:
+                options.pop(option.name, None)
+        return options
+
     # --- nodes
 
     def _node(self, level: _Level, key: str, node: bpy.types.Node) -> None:
         if node.bl_idname == nodes.CurlewMeshObject.bl_idname:
-            self._mesh_object(key, node)
+            self._mesh_object(level, key, node)
         elif node.bl_idname == nodes.CurlewVolumeObject.bl_idname:
             self._volume_object(key, node)
         elif hasattr(node, "kind"):
@@ -227,12 +294,14 @@ class _Collector:
         elif node.action.name == "resume":
             self.collected.resume = True
         else:
-            made = graph_node(key, node.action.name, self._words(key, node), node.given(), self._inputs(level, node))
+            self.collected.given[key] = lambda: self._options(level, key, node)
+            made = graph_node(key, node.action.name, self._words(key, node), self._options(level, key, node), self._inputs(level, node))
             self.collected.graph[key] = made
             if node.when != "auto":
                 made["when"] = node.when
-            if node.places() and node.place:
-                self.collected.places[key] = Place(node.place, node.action)
+            place = self._chosen(level, node, "place") if node.places() else None
+            if place:
+                self.collected.places[key, ""] = Place(place, node.action)
 
     def _words(self, key: str, node: bpy.types.Node) -> List[str]:
         try:
@@ -241,14 +310,16 @@ class _Collector:
             raise TreeError(key, str(error)) from None
         return [bpy.path.abspath(word) if word.startswith("//") else word for word in words]
 
-    def _mesh_object(self, key: str, node: bpy.types.Node) -> None:
-        if node.object is None:
-            raise TreeError(key, "choose a mesh object")
-        animated = node.motion == "ON" or (node.motion == "AUTO" and self._sequence and may_change(node.object))
+    def _mesh_object(self, level: _Level, key: str, node: bpy.types.Node) -> None:
+        obj, collection = (self._chosen(level, node, name) for name in ("object", "collection"))
+        objects = tuple(dict.fromkeys([*([obj] if obj else []), *members(collection)]))
+        if not objects:
+            raise TreeError(key, f"'{collection.name}' has no meshes" if collection else "choose a mesh object or a collection")
+        animated = node.motion == "ON" or (node.motion == "AUTO" and self._sequence and any(map(may_change, objects)))
         same = next((name for name, mesh in self.collected.meshes.items()
-                     if mesh.object == node.object and mesh.animated == animated), None)
-        name = same or self._unused(_file_name(node.object.name), animated)
-        self.collected.meshes[name] = MeshSource(node.object, animated, key, node.motion == "AUTO")
+                     if mesh.objects == objects and mesh.animated == animated), None)
+        name = same or self._unused(_file_name(objects[0].name), animated)
+        self.collected.meshes[name] = MeshSource(objects, animated, key, node.motion == "AUTO")
         self.collected.graph[key] = graph_node(key, "read", [name], {}, {})
 
     def _unused(self, name: str, animated: bool) -> str:
