@@ -352,6 +352,72 @@ class Animation(Case):
         self.assertEqual(self.scene.frame_current, 3)
 
 
+class Outdated(Case):
+    """Results that are older than the settings of their nodes."""
+
+    def marks(self, build):
+        outdated = support.addon("outdated")
+        outdated.refresh(build.tree)
+        return (build.result.outdated, build.volume.outdated)
+
+    def test_the_mark_follows_the_settings(self):
+        build = rising()
+        self.assertEqual(self.marks(build), (False, False))  # never baked
+        self.bake.bake(build.tree)
+        self.assertEqual(self.marks(build), (False, False))
+        scatter = build.tree.nodes["Scatter"]
+        scatter.set_option("count", "30")
+        self.assertEqual(self.marks(build), (True, False))
+        self.assertEqual(build.result.draw_label(), "Outdated: Particles Result")
+        scatter.set_option("count", "20")
+        self.assertEqual(self.marks(build), (False, False))
+        self.scene.frame_end = 5
+        self.assertEqual(self.marks(build), (True, True))
+        self.bake.bake(build.tree)
+        self.assertEqual(self.marks(build), (False, False))
+        build.tree.links.remove(build.result.inputs[0].links[0])
+        build.tree.links.new(scatter.outputs[0], build.result.inputs[0])
+        self.assertEqual(self.marks(build), (True, False))
+        bpy.ops.curlew.free_bake(tree="rising")
+        self.assertEqual(self.marks(build), (False, False))
+
+    def test_the_mark_is_kept_by_the_file(self):
+        build = rising()
+        self.bake.bake(build.tree)
+        path = str(folder("outdated") / "a.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        bpy.ops.wm.open_mainfile(filepath=path)
+        build.tree = bpy.data.node_groups["rising"]
+        build.result, build.volume = (build.tree.nodes[name] for name in ("Particles Result", "Volume Result"))
+        self.assertEqual(self.marks(build), (False, False))
+        build.tree.nodes["Uniform"].set_option("velocity", "0,0,1")
+        self.assertEqual(self.marks(build), (True, True))
+
+    def test_animation_is_not_a_change(self):
+        """Another frame leaves no mark; a keyframe that moves does, of an option and of a value."""
+        build = rising()
+        value = build.add("CurlewValue", value=20)
+        count = build.tree.nodes["Scatter"].add_value("o_count")
+        build.tree.links.new(value.outputs[0], count)
+        uniform = build.tree.nodes["Uniform"]
+        for frame in (1, 4):
+            uniform.o_velocity = (0, 0, frame)
+            uniform.keyframe_insert("o_velocity", frame=frame)
+            value.value = 20
+            value.keyframe_insert("value", frame=frame)
+        self.bake.bake(build.tree)
+        for frame in (2, 4, 1):
+            self.scene.frame_set(frame)
+            self.assertEqual(self.marks(build), (False, False))
+        curves = build.tree.animation_data.action.fcurves
+        curve = next(curve for curve in curves if curve.data_path.endswith("value"))
+        curve.keyframe_points[1].co.y = 25
+        self.assertEqual(self.marks(build), (True, False))
+        curve.keyframe_points[1].co.y = 20
+        next(c for c in curves if "velocity" in c.data_path and c.array_index == 2).keyframe_points[1].co.y = 9
+        self.assertEqual(self.marks(build), (True, True))
+
+
 class Links(Case):
     def test_a_link_turns_on_the_output(self):
         build = Tree()
@@ -516,4 +582,4 @@ class Sources(Case):
             bpy.ops.curlew.bake(tree=build.tree.name)
 
 
-support.main(Sources, Saving, Undo, Missing, Frames, Animation, Links)
+support.main(Sources, Saving, Undo, Missing, Frames, Animation, Outdated, Links)

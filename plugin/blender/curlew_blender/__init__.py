@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Curlew in Blender: divergence-free flows that conform to walls, as a node tree."""
 
+from types import ModuleType
+from typing import Tuple
+
 bl_info = {
     "name": "Curlew",
     "author": "The Curlew developers",
@@ -12,27 +15,27 @@ bl_info = {
 }
 
 
+def _modules() -> Tuple[ModuleType, ...]:
+    """Returns the modules that register something, in their order."""
+    from . import bake, former, groups, live, nodes, outdated, panel, presets, relocate, results, scene_io, shots, sockets
+    from . import translations, values, writing
+
+    return (sockets, nodes, values, writing, former, groups, shots, bake, scene_io, presets, relocate, results, live, outdated,
+            translations, panel)
+
+
 def register() -> None:
     """Loads the library, and creates a node class for each of its actions."""
-    from . import bake, former, groups, library, live, nodes, panel, presets, relocate, results, scene_io, shots, sockets
-    from . import translations, values, writing
+    from . import library
 
     if library.updated():
         raise RuntimeError("Curlew was updated: restart Blender to use it")
-    actions = library.actions()
-    sockets.register()
-    nodes.register(actions)
-    values.register()
-    for module in (writing, former, groups, shots, bake, scene_io, presets, relocate, results, live, translations):
+    library.actions()  # its errors, before anything is registered
+    for module in _modules():
         module.register()
-    panel.register(actions)
 
 
 def unregister() -> None:
     """Unregisters everything."""
-    from . import bake, former, groups, live, nodes, panel, presets, relocate, results, scene_io, shots, sockets
-    from . import translations, values, writing
-
-    panel.unregister()
-    for module in (translations, live, results, relocate, presets, scene_io, bake, shots, groups, former, writing, values, nodes, sockets):
+    for module in reversed(_modules()):
         module.unregister()

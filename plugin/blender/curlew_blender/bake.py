@@ -204,6 +204,8 @@ class CURLEW_OT_free_bake(bpy.types.Operator):
         for node in nodes_of(tree).values():
             if getattr(node, "target", None):
                 results.empty(node.target)
+            if hasattr(node, "kind"):
+                node.baked, node.outdated = "", False
         count = cache.clear(tree, running_folders())
         tree.message = ""
         self.report({"INFO"}, f"{count} bakes removed")

@@ -5,13 +5,13 @@ import atexit
 import os
 import threading
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Dict, Generator, List, Mapping, Optional, Set, Tuple, TypeVar
 
 import bpy
 
-from . import cache, keyframes, library, results, writing
+from . import cache, keyframes, library, outdated, results, writing
 from . import tree as trees
 from .actions import TreeError
 from .sources import MeshArrays, sample
@@ -50,6 +50,7 @@ class Plan:
     wanted: Dict[str, Tuple[str, str]]  # kinds and links of the other results, by key
     shift: int = 0  # what to subtract from a frame of the graph to get that of the scene
     first: int = 0  # first frame of the scene that is shown; those before it only fill the scene
+    settings: Dict[str, str] = field(default_factory=dict)  # digests of what the results depend on, by key
 
     def shown(self) -> List[int]:
         """Returns the frames of the scene that have results; empty if this is not a sequence."""
@@ -149,6 +150,11 @@ class Job:
             key = getattr(self.error, "key", None) or getattr(self.error, "node", None) or ""
             raise TreeError(key, library.text_of(self.error) if key else str(self.error)) from self.error
         self._show(tree, scene, self.plan.shown(), self._kinds())
+        found = trees.nodes_of(tree)
+        for key in self._kinds():
+            if key in found:
+                found[key].baked = self.plan.settings.get(key, "")
+        outdated.refresh(tree, scene)
 
     def _kinds(self) -> Dict[str, str]:
         return {**dict.fromkeys(self.plan.volumes, "grid"), **{key: kind for key, (kind, _) in self.plan.wanted.items()}}
@@ -275,10 +281,13 @@ def planning_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene, depsgraph: Opt
     collected = trees.collect(tree, namer, results_of_tree if only_results else None)
     trees.staggered(collected)
     if not allow_writing:
-        writing.check({key: collected.nodes[key] for key in collected.reached})
+        writing.check(collected.reached)
     if not collected.graph and not collected.wanted:
         raise TreeError("", "nothing to do: add a result node and connect it")
-    return (yield from planned(tree, scene, collected, depsgraph))
+    settings = outdated.settings(tree, scene, collected)
+    plan = yield from planned(tree, scene, collected, depsgraph)
+    plan.settings = settings
+    return plan
 
 
 def preparation(tree: bpy.types.NodeTree, scene: bpy.types.Scene,

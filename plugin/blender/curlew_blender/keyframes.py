@@ -51,6 +51,30 @@ def _used(collected: Collected) -> Dict[str, bpy.types.Node]:
             **collected.values}
 
 
+def of(collected: Collected) -> Dict[str, Dict[str, List[Any]]]:
+    """Returns the keyframes of options, by the keys of their nodes. An option that sockets feed has those of all nodes that
+    give values."""
+    fed = [key for node in collected.values.values() for key in _keys(node, "")]
+    result: Dict[str, Dict[str, List[Any]]] = {}
+    for key in collected.graph:
+        node = collected.nodes.get(key)
+        for option in getattr(node, "action", None) and node.action.options or ():
+            socket = node.value_sockets().get("o_" + option.name)
+            found = _keys(node, "o_" + option.name) or (fed if socket and socket.is_linked else _keys(socket, "") if socket else [])
+            if found:
+                result.setdefault(key, {})[option.name] = found
+    return result
+
+
+def _keys(owner: bpy.types.bpy_struct, name: str) -> List[Any]:
+    """Returns the keyframes of a property, or of all if the name is empty."""
+    data = owner.id_data.animation_data
+    start = f"{owner.path_from_id()}.{name}"
+    return [[curve.array_index, *key.co, *key.handle_left, *key.handle_right, key.interpolation]
+            for curve in (data.action.fcurves if data and data.action else ())
+            if (curve.data_path == start if name else curve.data_path.startswith(start)) for key in curve.keyframe_points]
+
+
 def check(collected: Collected) -> None:
     """Raises TreeError if an option has a driver, or if the keyframes of a tree are strips of the nonlinear animation
     editor. Blender does not evaluate them, because no object or scene uses the tree."""

@@ -11,8 +11,8 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty
 from bpy.props import PointerProperty, StringProperty
 
+from . import library, writing
 from .actions import MOST_INT, NO_NODE, Action, Option, Socket, numbers, option_range, property_value, value_text
-from . import writing
 from .results import lock_interface
 from .sources import is_mesh
 from .sockets import SOCKETS, VALUES, color_of, socket_type
@@ -141,13 +141,15 @@ class CurlewNode:
     def draw_buttons(self, context: bpy.types.Context, layout: bpy.types.UILayout) -> None:
         """In the node."""
         self.draw_error(layout)
+        if getattr(self, "outdated", False) and not self.error:
+            layout.label(text="Older than its settings: bake again", icon="FILE_REFRESH")
         for k, name in enumerate(self.shown):
             if name not in self.value_sockets():
                 layout.prop(self, name, **({"text": ""} if k == 0 else {}))
 
     def draw_label(self) -> str:
         """Returns the header's text."""
-        return ("Error: " if self.error else "") + self.bl_label
+        return ("Error: " if self.error else "Outdated: " if getattr(self, "outdated", False) else "") + self.bl_label
 
 
 class ActionNode(CurlewNode):
@@ -392,6 +394,8 @@ def _result_class(kind: str, label: str, takes: Tuple[Socket, ...], doc: str) ->
             **({"look": EnumProperty(name="Look", items=[
                 ("POINTS", "Points", "Round points"), ("STREAKS", "Streaks", "Streaks along the velocity"),
                 ("SMOKE", "Smoke", "Puffs of a volume that grow with their age")])} if kind == "points" else {}),
+            "baked": StringProperty(options={"HIDDEN"}),  # digest of the settings of what is shown
+            "outdated": BoolProperty(options={"HIDDEN"}),
             "thickness": FloatProperty(name="Size" if kind == "points" else "Thickness", default=0.006, min=0.0, precision=4, step=0.1,
                                        description="Radius, in world units"),
         },
@@ -505,11 +509,11 @@ def node_classes() -> Dict[str, Type[bpy.types.Node]]:
     return _actions
 
 
-def register(actions: Dict[str, Action]) -> None:
+def register() -> None:
     """Creates and registers all classes."""
     for cls in OWN:
         bpy.utils.register_class(cls)
-    for name, action in actions.items():
+    for name, action in library.actions().items():
         if name not in NO_NODE:
             _actions[name] = _action_class(action)
             bpy.utils.register_class(_actions[name])

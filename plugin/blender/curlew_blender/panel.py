@@ -6,7 +6,7 @@ from typing import Dict, List
 import bpy
 import nodeitems_utils
 
-from . import bake, library, nodes, preview, presets, shots, values
+from . import bake, library, nodes, outdated, preview, presets, shots, values
 from . import tree as trees
 from .actions import NO_NODE, Action
 
@@ -79,6 +79,10 @@ class CURLEW_PT_view(bpy.types.Panel):
         layout.prop(tree, "preview")
         if not bpy.data.filepath:
             layout.label(text="Save the file to keep bakes", icon="FILE_TICK")
+        count = outdated.results(tree)
+        if count:
+            layout.label(text="Results are older than their settings" if count > 1 else "The result is older than its settings",
+                         icon="FILE_REFRESH")
         if tree.message:
             layout.label(text=tree.message, icon="INFO")
 
@@ -135,7 +139,7 @@ def categories(actions: Dict[str, Action]) -> List[nodeitems_utils.NodeCategory]
     return result
 
 
-def register(actions: Dict[str, Action]) -> None:
+def register() -> None:
     """Registers the panel, the header, the menu and the scene's properties."""
     bpy.types.Scene.curlew_preset = bpy.props.EnumProperty(
         name="Preset", items=[(key, p.name, p.help) for key, p in presets.PRESETS.items()])
@@ -143,7 +147,7 @@ def register(actions: Dict[str, Action]) -> None:
     bpy.types.Scene.curlew_tree = bpy.props.StringProperty(name="Tree", description="Tree that the buttons below bake")
     bpy.utils.register_class(CURLEW_PT_view)
     bpy.types.NODE_HT_header.append(draw_header)
-    nodeitems_utils.register_node_categories("CURLEW", categories(actions))
+    nodeitems_utils.register_node_categories("CURLEW", categories(library.actions()))
     preview.register()
 
 

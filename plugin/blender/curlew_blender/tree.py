@@ -32,7 +32,7 @@ class Collected:
     wanted: Dict[str, Tuple[str, Optional[str]]] = field(default_factory=dict)  # kinds and links of the other results,
                                                                                 # by key
     nodes: Dict[str, bpy.types.Node] = field(default_factory=dict)
-    reached: Set[str] = field(default_factory=set)  # keys of the nodes that are evaluated
+    reached: Dict[str, bpy.types.Node] = field(default_factory=dict)  # those that are evaluated, in their order
     meshes: Dict[str, MeshSource] = field(default_factory=dict)  # by the file name that the graph reads
     places: Dict[Tuple[str, str], Place] = field(default_factory=dict)  # by the key of the node that uses it, and its option
     given: Dict[str, Callable[[], Dict[str, str]]] = field(default_factory=dict)  # return the options of nodes in this frame, by key
@@ -155,7 +155,7 @@ class _Collector:
         while self._waiting:
             key = self._waiting.pop(0)
             if key not in self.collected.reached:
-                self.collected.reached.add(key)
+                self.collected.reached[key] = self.collected.nodes[key]
                 self._node(self._levels[key], key, self.collected.nodes[key])
         for key, flags in self._flags.items():
             self.collected.graph[key]["options"].update(dict.fromkeys(flags, "1"))
