@@ -26,12 +26,14 @@ with curlew.Session() as session:
 print(*sorted({line.split()[-1] for line in open("/proc/self/maps") if ".so" in line}), sep="\\n")
 """
 
-# Finds rays' hits in a mesh.
-SHADE = """
+# Finds rays' hits in a mesh, and writes and reads with several libraries.
+USE = """
 import sys, curlew
 with curlew.Session() as session:
-    session.run(f"read {sys.argv[1]}\\nshade width=64\\n")
-    print("drawn")
+    for name in ("a.exr", "a.png"):
+        session.run(f"read {sys.argv[1]}\\nshade width=64\\nwrite {sys.argv[2]}/{name}\\nread {sys.argv[2]}/{name}\\n")
+    session.run(f"read {sys.argv[1]}\\nmesh2ls dim=24\\nwrite {sys.argv[2]}/a.vdb\\nread {sys.argv[2]}/a.vdb\\n")
+    print("used")
 """
 
 
@@ -62,14 +64,15 @@ class Package(unittest.TestCase):
         if any("openvdb" in name for name in needed(library)):
             self.skipTest("OpenVDB is not linked statically: its source could not be fetched")
         hosts = [next(Path("/usr/lib/x86_64-linux-gnu").glob(pattern)).resolve() for pattern in
-                 ("libopenvdb.so.*.*.*", "libembree?.so.?", "libboost_iostreams.so.*", "liblog4cplus*.so.?")]
+                 ("libopenvdb.so.*.*.*", "libboost_iostreams.so.*", "liblog4cplus*.so.?")]
+        hosts += needed(library).values()
         with tempfile.TemporaryDirectory() as logs:
             environment = {"PYTHONPATH": str(inside), "LD_PRELOAD": " ".join(map(str, hosts)), "LD_BIND_NOW": "1",
                            "LD_DEBUG": "bindings", "LD_DEBUG_OUTPUT": f"{logs}/log"}
-            done = subprocess.run([sys.executable, "-B", "-c", SHADE, source / "scenes/spot.obj"], env=environment,
+            done = subprocess.run([sys.executable, "-B", "-c", USE, source / "scenes/spot.obj", logs], env=environment,
                                   text=True, capture_output=True, check=True)
-            lines = "".join(log.read_text() for log in Path(logs).iterdir()).splitlines()
-        self.assertIn("drawn", done.stdout)
+            lines = "".join(log.read_text() for log in Path(logs).glob("log*")).splitlines()
+        self.assertIn("used", done.stdout)
         ours = [line for line in lines if f"binding file {inside}" in line]
         self.assertGreater(len(ours), 1000)
         names = {path.name for path in hosts}

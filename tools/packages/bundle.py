@@ -6,7 +6,7 @@ import shutil
 import struct
 import subprocess
 from pathlib import Path
-from typing import Dict, Iterable, Iterator, List, Tuple
+from typing import Dict, Iterable, Iterator, List, Set, Tuple
 
 # Libraries that every Linux desktop provides in a suitable version.
 _BASE = re.compile(r"(linux-vdso|ld-linux-x86-64|lib(c|m|dl|rt|pthread|gcc_s|stdc\+\+|z))\.")
@@ -88,45 +88,94 @@ def _sections(data: bytearray) -> Dict[bytes, Tuple[int, int]]:
     return {bytes(data[strings + h[0]:data.index(b"\0", strings + h[0])]): (h[4], h[5]) for h in headers}
 
 
-def _gnu_hash(name: bytes) -> int:
-    value = 5381
-    for byte in name:
-        value = (value * 33 + byte) & 0xFFFFFFFF
-    return value
+# Templates of the standard library, which every library contains.
+_STANDARD = re.compile(rb"_ZZ?(NK?|T[ISV]N?|GVN)?(St|S[a-z]|9__gnu_cxx)")
+_ROOM = 120_000  # bytes that one argument of a command may have, about
 
 
-def _rename_embree(copy: Path) -> None:
-    """Renames Embree's functions rtc… to cur… where an ELF file defines or needs them. Embree 3 and 4 have functions of
-    the same names with different parameters, and those of a host that has loaded Embree 4 would be called."""
-    data = bytearray(copy.read_bytes())
-    sections = _sections(data)
-    (symbols, size), (strings, _), (table, room) = (sections[n] for n in (b".dynsym", b".dynstr", b".gnu.hash"))
-    names, defined = [], False
-    for symbol in range(symbols, symbols + size, 24):
-        offset, _, _, section = struct.unpack_from("<IBBH", data, symbol)
-        place = strings + offset
-        name = bytes(data[place:data.index(b"\0", place)])
-        if re.match(rb"rtc[A-Z]", name):
-            if data[place - 1]:
-                raise ValueError(f"'{copy}' has a name that ends in another, {name.decode()}")
-            data[place:place + 3] = b"cur"
-            defined = defined or section != 0
-        names.append(bytes(data[place:place + len(name)]))
-    if defined:  # the table of hashes: one bucket of all names, and a filter that lets everything pass
-        buckets, first, words, shift = struct.unpack_from("<IIII", data, table)
-        hashes = [_gnu_hash(name) & ~1 for name in names[first:]]
-        hashes[-1] |= 1
-        new = struct.pack("<IIII", 1, first, words, shift) + b"\xFF" * (8 * words)
-        new += struct.pack(f"<{1 + len(hashes)}I", first, *hashes)
-        assert len(new) <= room
-        data[table:table + len(new)] = new
-    copy.write_bytes(data)
+class _Symbols:
+    """The symbols of an ELF file that the dynamic linker sees."""
+
+    def __init__(self, file: Path) -> None:
+        self.file, self.data = file, bytearray(file.read_bytes())
+        sections = _sections(self.data)
+        (self._table, size), (self._strings, _) = sections[b".dynsym"], sections[b".dynstr"]
+        self._dynamic, self._dynamic_size = sections[b".dynamic"]
+        self.entries = []  # the name of each symbol, and whether it is defined here
+        for place in range(self._table, self._table + size, 24):
+            name, _, _, section = struct.unpack_from("<IBBH", self.data, place)
+            start = self._strings + name
+            self.entries.append((bytes(self.data[start:self.data.index(b"\0", start)]), section != 0))
+
+    def defined(self) -> Set[bytes]:
+        """Returns the names of all symbols that others may bind to."""
+        return {name for name, here in self.entries if here and name}
+
+    def _entry(self, tag: int) -> int:
+        """Returns the place of an entry of the dynamic section."""
+        return next(place for place in range(self._dynamic, self._dynamic + self._dynamic_size, 16)
+                    if struct.unpack_from("<q", self.data, place)[0] == tag)
+
+    def room(self, names: Dict[bytes, bytes]) -> int:
+        """Returns the number of bytes that rename() needs."""
+        return sum(len(names[name]) + 1 for name, _ in self.entries if name in names) + 8 * len(self.entries) + 64
+
+    def rename(self, names: Dict[bytes, bytes], where: str) -> None:
+        """Renames symbols. The new names and a new table of hashes take the place of the search path, which must be long
+        enough for them and becomes `where`."""
+        address, = struct.unpack_from("<Q", self.data, self._entry(5) + 8)  # DT_STRTAB
+        place, = struct.unpack_from("<Q", self.data, self._entry(29) + 8)  # DT_RUNPATH
+        end = self.data.index(b"\0", self._strings + place) - self._strings
+        self._put(place, where.encode() + b"\0")
+        place += len(where) + 1
+        for k, (name, here) in enumerate(self.entries):
+            if name in names:
+                struct.pack_into("<I", self.data, self._table + 24 * k, place)
+                self._put(place, names[name] + b"\0")
+                place += len(names[name]) + 1
+                self.entries[k] = (names[name], here)
+        place += -(address + place) % 8
+        table = self._hashes()
+        if place + len(table) > end:
+            raise ValueError(f"'{self.file}' has no room for its new names")
+        self._put(place, table)
+        struct.pack_into("<qQ", self.data, self._entry(0x6FFFFEF5), 4, address + place)  # DT_GNU_HASH becomes DT_HASH
+        self.file.write_bytes(self.data)
+
+    def _put(self, place: int, data: bytes) -> None:
+        self.data[self._strings + place:self._strings + place + len(data)] = data
+
+    def _hashes(self) -> bytes:
+        """Returns a table of hashes in the format of System V, whose symbols need no order."""
+        buckets, chains = [0] * (len(self.entries) // 2 + 1), [0] * len(self.entries)
+        for k, (name, here) in enumerate(self.entries):
+            if here:
+                value = 0
+                for byte in name:
+                    value = (value << 4) + byte
+                    value = (value ^ (value >> 24 & 0xF0)) & 0x0FFFFFFF
+                bucket = value % len(buckets)
+                chains[k], buckets[bucket] = buckets[bucket], k
+        return struct.pack(f"<{2 + len(buckets) + len(chains)}I", len(buckets), len(chains), *buckets, *chains)
+
+
+def _hide(copies: Iterable[Path], libraries: Iterable[Path], where: Dict[Path, str]) -> None:
+    """Renames all that the bundled libraries define, wherever these copies define or need it. Otherwise the dynamic linker would bind
+    them to libraries of the same kind that the host has loaded, whatever their files are called: it takes the first
+    symbol with a name. Those of a host may have another version, another state, or other parameters (Embree 3 and 4)."""
+    found = sorted(set().union(*(_Symbols(library).defined() for library in libraries)))
+    names = {name: b"curlew_%x" % k for k, name in enumerate(name for name in found if not _STANDARD.match(name))}
+    for copy in copies:
+        room = _Symbols(copy).room(names)
+        if room > _ROOM:
+            raise ValueError(f"'{copy}' has too many symbols to rename")
+        _run("patchelf", "--set-rpath", where[copy].ljust(room, "/"), copy)
+        _Symbols(copy).rename(names, where[copy])
 
 
 def _connect(copy: Path, where: str) -> None:
     """Makes a copy search for its dependencies in the bundle."""
     _run("strip", "--strip-unneeded", copy)  # of names for debuggers, before patchelf moves sections
-    _rename_embree(copy)
     _run("patchelf", "--set-rpath", where, copy)
     for name in _run("patchelf", "--print-needed", copy).split():
         if not _BASE.match(name):
@@ -144,10 +193,12 @@ def bundle(library: Path, folder: Path) -> List[Path]:
         _run("patchelf", "--set-soname", copy.name, copy)
         _connect(copy, "$ORIGIN")
         copies.append(copy)
+    libraries = copies[1:]
     command = library.parent / "curlew"  # reads untrusted files in a separate process
     if command.is_file():
         copies.append(Path(shutil.copy(command, folder / command.name)))
         _connect(copies[-1], f"$ORIGIN/{FOLDER}")
+    _hide(copies, libraries, {copy: "$ORIGIN" if copy in libraries else f"$ORIGIN/{FOLDER}" for copy in copies})
     return copies
 
 
