@@ -81,7 +81,7 @@ class Package(unittest.TestCase):
         self.assertEqual([line for line in bound if not re.search("`_ZZ?(NK?|T[ISV]N?|GVN)?(St|S[a-z]|9__gnu_cxx)", line)][:3], [])
 
     def test_it_is_small(self):
-        self.assertLess(sum(path.stat().st_size for path in (inside / "curlew").rglob("*") if path.is_file()), 120e6)
+        self.assertLess(sum(path.stat().st_size for path in (inside / "curlew").rglob("*") if path.is_file()), 95e6)
 
     def test_it_asks_no_newer_system_than_the_readme_says(self):
         newest = newest_symbols([inside / "curlew" / "libcurlew.so", *(inside / "curlew" / "lib").iterdir()])

@@ -194,11 +194,13 @@ def bundle(library: Path, folder: Path) -> List[Path]:
         _connect(copy, "$ORIGIN")
         copies.append(copy)
     libraries = copies[1:]
-    command = library.parent / "curlew"  # reads untrusted files in a separate process
+    _hide(copies, libraries, {copy: "$ORIGIN" if copy in libraries else f"$ORIGIN/{FOLDER}" for copy in copies})
+    command = library.parent / "launcher" / "curlew"  # reads untrusted files in a separate process
     if command.is_file():
         copies.append(Path(shutil.copy(command, folder / command.name)))
-        _connect(copies[-1], f"$ORIGIN/{FOLDER}")
-    _hide(copies, libraries, {copy: "$ORIGIN" if copy in libraries else f"$ORIGIN/{FOLDER}" for copy in copies})
+        _run("strip", copies[-1])
+        name = _run("patchelf", "--print-soname", copies[0]).strip()
+        _run("patchelf", "--set-rpath", "$ORIGIN", "--replace-needed", name, copies[0].name, copies[-1])
     return copies
 
 
