@@ -107,6 +107,39 @@ TEST_CASE("bound action: works in 2D", "[app][command]") {
     CHECK(report["divergence_by_differences"].get<double>() < 1e-4);
 }
 
+TEST_CASE("bound action: a noise that is bounded already gets both walls", "[app][command]") {
+    const Folder folder;
+    const auto at = [](double x) { return placed(sphereSdf(1), Placement{.offset = {{x, 0, 0}}}); };
+    const Sdf left = at(-0.8), right = at(0.8);
+    const std::string noises = "-noise frequency=2 seed=1 ";
+    const auto series = [&](const std::string& first, const std::string& second) {
+        return "-sphere translate=-0.8,0,0 " + noises + "-bound layer=0.15 side=" + first +
+               " -sphere translate=0.8,0,0 -bound layer=0.2 side=" + second;
+    };
+    // The narrower layer counts for both.
+    const auto expected = [&](const Sdf& sdf, Side side) {
+        const double slope = layerWidth(noise(1), right.bounds).noise.slope;
+        return bounded(noise(1), Wall{.sdf = sdf, .side = side, .width = 0.15}, {.slope = slope});
+    };
+    requireField(folder, series("outside", "outside"), expected(unite(right, left, 0.15), Side::outside));
+    requireField(folder, series("inside", "outside"), expected(subtract(left, right, 0.15), Side::inside));
+    requireField(folder, series("outside", "inside"), expected(subtract(right, left, 0.15), Side::inside));
+    requireField(folder, series("inside", "inside"), expected(intersect(right, left, 0.15), Side::inside));
+    folder.mustFail(series("inside", "both") + " -check", {"-bound", "side=both cannot be joined"});
+
+    // Two level sets whose layers overlap.
+    store(folder / "mesh.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
+    const Outcome told = folder.mustRun(
+        "-read mesh.obj -mesh2ls dim=48 -noise frequency=2 seed=1 -bound side=outside layer=0.3 "
+        "-read mesh.obj -move translate=1.1,0,0 -mesh2ls dim=48 -bound side=outside layer=0.3 "
+        "-noise frequency=2 seed=2 -dfvn speed=1 box=-1,-1,-1,3,2,2 "
+        "-scatter count=2000 -advect duration=1 -check report=two.json samples=3000");
+    CHECK_THAT(told.err, Catch::ContainsSubstring("joined to the wall that bounds the noise already"));
+    const auto report = jsonOf(folder / "two.json");
+    CHECK(report["outside"] == 0);
+    CHECK(report["wall_flux"].get<double>() < 1e-9);
+}
+
 TEST_CASE("curl action: conforms to the wall of a bounded noise", "[app][command]") {
     const Folder folder;
     const std::string three = "-noise seed=1 frequency=2 -noise seed=2 frequency=2 -noise seed=3 frequency=2 ";

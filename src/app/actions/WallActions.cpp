@@ -14,6 +14,7 @@ namespace {
 using namespace options;
 
 const std::string kGroup = "flows";
+const char* const kChanges = "one of several walls changes from frame to frame; join them with -union first";
 
 const Binding<BoundOptions>& boundBinding() {
     static const auto binding =
@@ -45,12 +46,15 @@ bool inPlane(const Context& c) {
     return true;
 }
 
+/// Returns the noise, before it was made to conform to another wall.
 template <int N>
 ScalarFieldN<N> noiseIn(const Context& c) {
+    const FieldValue& given = c.field("noise");
+    const AnyField& free = given.free ? *given.free : given.field;
     if constexpr (N == 2)
-        return std::get<ScalarFieldN<2>>(c.field("noise").field);
+        return std::get<ScalarFieldN<2>>(free);
     else
-        return inSpace(c.field("noise").field);
+        return inSpace(free);
 }
 
 /// Returns one of several walls in 3D.
@@ -59,32 +63,62 @@ Sdf wallInSpace(const Context& c, double distance, size_t k) {
     const Value& value = c.value("wall", k);
     if (const auto* shape = std::get_if<FieldValue>(&value)) return inSpace(*shape->sdf);
     const auto& grid = std::get<GridValue>(value);
-    if (grid.earlier && grid.part < 1)
-        throw ValueError("one of several walls changes from frame to frame; join them with -union first");
+    if (grid.earlier && grid.part < 1) throw ValueError(kChanges);
     LevelSet levelSet = levelSetOf(grid.grid);
     levelSet.mesh = grid.mesh;
     return sdfUpTo(levelSet, distance, c.follow("widening the band"));
 }
 
+/// Returns the wall of the space that two walls leave free, with rounded edges where they meet. Both distances must be
+/// valid up to twice its width, which is therefore at most half of the former one's reach.
+template <int N>
+WallN<N> joined(const WallN<N>& former, const WallN<N>& next) {
+    if (former.side == Side::both || next.side == Side::both)
+        throw ValueError(
+            "the noise is bounded by another wall already, and a wall with side=both cannot be joined to it; give "
+            "side=inside or side=outside to both");
+    double width = std::min(former.width, next.width);
+    if (former.sdf.reach > 0) width = std::min(width, former.sdf.reach / 2);
+    const bool wasInside = former.side == Side::inside;
+    if (wasInside && next.side == Side::inside) return {intersect(next.sdf, former.sdf, width), Side::inside, width};
+    if (wasInside) return {subtract(former.sdf, next.sdf, width), Side::inside, width};
+    if (next.side == Side::inside) return {subtract(next.sdf, former.sdf, width), Side::inside, width};
+    return {unite(next.sdf, former.sdf, width), Side::outside, width};
+}
+
+/// Returns the wall joined to the one that bounds the noise already, if there is one.
+template <int N>
+WallN<N> joinedToFormer(const Context& c, const WallN<N>& wall) {
+    const auto& former = c.field("noise").wall;
+    if (!former) return wall;
+    if constexpr (N == 2) {
+        return joined(std::get<WallN<2>>(*former), wall);
+    } else {
+        const Wall before = inSpace(*former);
+        if (before.sdf.surfaceVelocity || wall.sdf.surfaceVelocity) throw ValueError(kChanges);
+        return joined(before, wall);
+    }
+}
+
 /// Returns the wall, whose distance is valid up to its width: the union of all given walls, with rounded edges where
-/// they meet.
+/// they meet, joined to the wall that bounds the noise already.
 template <int N>
 WallN<N> wallIn(const Context& c, const Arguments& a, double width) {
     const auto one = [&](size_t k) {
         if constexpr (N == 2)
             return std::get<SdfN<2>>(*c.field("wall", k).sdf);
         else
-            return wallInSpace(c, c.count("wall") > 1 ? 2 * width : width, k);
+            return wallInSpace(c, c.count("wall") > 1 || c.field("noise").wall ? 2 * width : width, k);
     };
     SdfN<N> all = one(0);
     for (size_t k = 1; k < c.count("wall"); ++k) all = unite(all, one(k), width);
-    return {.sdf = all, .side = a.choice<Side>("side"), .width = width};
+    return joinedToFormer<N>(c, {.sdf = all, .side = a.choice<Side>("side"), .width = width});
 }
 
 /// Outputs the field that conforms to the wall.
 template <int N>
 void giveBounded(Context& c, const ScalarFieldN<N>& bounded, const WallN<N>& wall) {
-    c.give(FieldValue{.field = bounded, .wall = wall, .free = c.field("noise").field});
+    c.give(FieldValue{.field = bounded, .wall = wall, .free = noiseIn<N>(c)});
 }
 
 /// Returns the bounds of the wall in N dimensions, before its narrow band is widened.
@@ -148,6 +182,7 @@ void tellLayer(Context& c, const WallN<N>& wall, const LayerWidth& layer, const 
     std::string line = fmt::format("bound: layer width {:.3g}, {:.2g} wavelengths of the noise ({:.3g}{})", wall.width,
                                    wall.width / layer.noise.wavelength, layer.noise.wavelength,
                                    layer.noise.measured ? ", measured" : "");
+    if (c.field("noise").wall) line += "; joined to the wall that bounds the noise already";
     if (options.amplitude < 0) line += fmt::format("; noise scaled by {:.3g}", 1 / layer.noise.slope);
     c.say(line);
     warnOfLimit(c, layer);
