@@ -154,7 +154,7 @@ class Arrows(Case):
         wind = self.shots.add(build.tree, "WIND", Collider=build.add("sphere"))
         build.add("CurlewParticlesResult", build.add("scatter", wind, count=5))
         graph = support.addon("tree").collect(build.tree).graph
-        self.assertEqual(next(node for node in graph.values() if node["action"] == "wind")["options"], {"padding": "100%"})
+        self.assertEqual(next(node for node in graph.values() if node["action"] == "wind")["options"], {"layer": "9%", "padding": "100%"})
         self.bake.bake(build.tree)
 
 

@@ -110,12 +110,12 @@ PRESETS: Dict[str, Preset] = {
         dfvn f=f g=g speed=@0.27@ padding=@1@ as=turbulence
         wind direction=1,0.1,0.2 speed=@0.7@ layer=@0.12@ padding=@1@ wall=body as=breeze
         superpose first=turbulence second=breeze as=air
-        emit on=surface offset=@0.012@ domain=body flow=air density=wisps rate=14000 life=1.3 spread=0.6 seed=5 as=dust
+        emit on=surface offset=@0.012@ domain=body flow=air density=wisps rate=26000 life=1.6 spread=0.6 seed=5 as=dust
         advect flow=air points=dust scheme=midpoint steps=1
         write particles.ply
         """,
-        thickness=0.002,
-        seconds=1.5,
+        thickness=0.0021,
+        seconds=1.6,
     ),
     "SURFACE": Preset(
         "Flow on the Skin",
@@ -178,7 +178,8 @@ PRESETS: Dict[str, Preset] = {
     "SHOT": Preset(
         "Shot to Edit",
         "Emitter, collider, wind and turbulence as nodes to change; an arrow beside the object directs the wind",
-        thickness=0.003,
+        thickness=0.0022,
+        look="STREAKS",
         seconds=1.5,
     ),
 }
@@ -250,7 +251,7 @@ def make(name: str, obj: Optional[bpy.types.Object], scene: Optional[bpy.types.S
     title = f"{preset.name}: {obj.name}" if preset.needs_mesh and obj else preset.name
     if not preset.text:
         tree, result = shots.example(title, obj, size, scene)
-        result.thickness = preset.thickness * size
+        result.thickness, result.look = preset.thickness * size, preset.look
         return _finished(tree, name, obj, fps)
     text = _scaled(preset.text, size).replace("LOOP", number_text(loop_frames(scene) / fps))
     tree = scene_io.tree_of(text, title, replace)

@@ -84,6 +84,8 @@ def _collider(build: _Builder) -> bpy.types.NodeTree:
 
 def _emitter(build: _Builder, on: str) -> bpy.types.NodeTree:
     emit = build.add("emit", _level_set(build, 80), on=on, rate="5000", life="2", spread="0.4")
+    if on == "surface":
+        emit.set_option("offset", "1%")  # nearer to the wall the flow is slow
     for name, option in (("Points per Second", "rate"), ("Lifetime", "life"), ("Lifetime Randomness", "spread")):
         build.input(name, emit.add_value("o_" + option), at_least=0)
     build.input("Random Seed", emit.add_value("o_seed"))
@@ -94,7 +96,7 @@ def _emitter(build: _Builder, on: str) -> bpy.types.NodeTree:
 
 def _wind(build: _Builder) -> bpy.types.NodeTree:
     arrow = build.add("CurlewArrow")
-    wind = build.add("wind", padding="100%")
+    wind = build.add("wind", layer="9%", padding="100%")
     build.input("Collider", wind.inputs["Wall"])
     build.input("Arrow", arrow.inputs[0])
     for name, output in (("direction", 0), ("speed", 1)):
@@ -105,7 +107,7 @@ def _wind(build: _Builder) -> bpy.types.NodeTree:
 def _turbulence(build: _Builder) -> bpy.types.NodeTree:
     f, free = (build.add("noise", octaves="2", gain="0.6", seed=seed, frequency="1") for seed in ("1", "2"))
     free.set_option("alpha", "{0.6*T}")
-    bound = build.add("bound", free, side="outside")
+    bound = build.add("bound", free, side="outside", layer="4%")
     flow = build.add("dfvn", f, bound, speed="0.5", padding="100%")
     build.input("Collider", bound.inputs["Wall"])
     build.input("Speed", flow.add_value("o_speed"), at_least=0)
@@ -179,7 +181,7 @@ def example(name: str, obj: bpy.types.Object, size: float, scene: bpy.types.Scen
     wind = add(tree, "WIND", Collider=collider, Arrow=_arrow(f"Wind: {obj.name}", obj, 0.7 * size, scene))
     turbulence = add(tree, "TURBULENCE", Collider=collider, Speed=0.3 * size, Frequency=2.2 / size)
     air = build.add("superpose", wind, turbulence)
-    emitter = add(tree, "SURFACE_EMITTER", Object=body, Flow=air, Points_per_Second=12000, Lifetime=1.5)
+    emitter = add(tree, "SURFACE_EMITTER", Object=body, Flow=air, Points_per_Second=20000, Lifetime=1.5)
     result = build.add("CurlewParticlesResult", build.add("advect", air, emitter, scheme="midpoint", steps="1"))
     build.lay_out()
     return tree, result
