@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-DATA = {".csv", ".glb", ".json", ".obj", ".png", ".svg"}  # pictures, models and measurements
+DATA = {".csv", ".gif", ".glb", ".json", ".obj", ".png", ".svg"}  # pictures, models and measurements
 WITHOUT = {"LICENSE", "NOTICE", "py.typed"}  # licences themselves, and a file that must be empty
 
 
