@@ -117,29 +117,32 @@ class _Symbols:
                     if struct.unpack_from("<q", self.data, place)[0] == tag)
 
     def room(self, names: Dict[bytes, bytes]) -> int:
-        """Returns the number of bytes that rename() needs."""
-        return sum(len(names[name]) + 1 for name, _ in self.entries if name in names) + 8 * len(self.entries) + 64
+        """Returns the number of bytes that rename() needs at most."""
+        table = 8 * len(self.entries) + 64 if self.defined() & names.keys() else 0
+        return sum(len(names[name]) + 1 for name, _ in self.entries if name in names) + table
+
+    def is_large(self) -> bool:
+        """Returns whether the new names of all symbols would not fit into the argument of a command."""
+        return 22 * len(self.entries) > _ROOM
 
     def rename(self, names: Dict[bytes, bytes], where: str) -> None:
         """Renames symbols. The new names and a new table of hashes take the place of the search path, which must be long
         enough for them and becomes `where`."""
         address, = struct.unpack_from("<Q", self.data, self._entry(5) + 8)  # DT_STRTAB
         place, = struct.unpack_from("<Q", self.data, self._entry(29) + 8)  # DT_RUNPATH
-        end = self.data.index(b"\0", self._strings + place) - self._strings
         self._put(place, where.encode() + b"\0")
         place += len(where) + 1
+        hashes_change = bool(self.defined() & names.keys())
         for k, (name, here) in enumerate(self.entries):
             if name in names:
                 struct.pack_into("<I", self.data, self._table + 24 * k, place)
                 self._put(place, names[name] + b"\0")
                 place += len(names[name]) + 1
                 self.entries[k] = (names[name], here)
-        place += -(address + place) % 8
-        table = self._hashes()
-        if place + len(table) > end:
-            raise ValueError(f"'{self.file}' has no room for its new names")
-        self._put(place, table)
-        struct.pack_into("<qQ", self.data, self._entry(0x6FFFFEF5), 4, address + place)  # DT_GNU_HASH becomes DT_HASH
+        if hashes_change:
+            place += -(address + place) % 8
+            self._put(place, self._hashes())
+            struct.pack_into("<qQ", self.data, self._entry(0x6FFFFEF5), 4, address + place)  # DT_GNU_HASH becomes DT_HASH
         self.file.write_bytes(self.data)
 
     def _put(self, place: int, data: bytes) -> None:
@@ -162,13 +165,16 @@ class _Symbols:
 def _hide(copies: Iterable[Path], libraries: Iterable[Path], where: Dict[Path, str]) -> None:
     """Renames all that the bundled libraries define, wherever these copies define or need it. Otherwise the dynamic linker would bind
     them to libraries of the same kind that the host has loaded, whatever their files are called: it takes the first
-    symbol with a name. Those of a host may have another version, another state, or other parameters (Embree 3 and 4)."""
-    found = sorted(set().union(*(_Symbols(library).defined() for library in libraries)))
+    symbol with a name. Those of a host may have another version, another state, or other parameters (Embree 3 and 4). A library with
+    too many symbols, such as a shared OpenVDB, keeps its names."""
+    symbols = [_Symbols(library) for library in libraries]
+    kept = set().union(*(each.defined() for each in symbols if each.is_large()))
+    found = sorted(set().union(*(each.defined() for each in symbols)) - kept)
     names = {name: b"curlew_%x" % k for k, name in enumerate(name for name in found if not _STANDARD.match(name))}
     for copy in copies:
-        room = _Symbols(copy).room(names)
+        room = len(where[copy]) + 1 + _Symbols(copy).room(names)
         if room > _ROOM:
-            raise ValueError(f"'{copy}' has too many symbols to rename")
+            raise ValueError(f"'{copy}' needs too many symbols to rename")
         _run("patchelf", "--set-rpath", where[copy].ljust(room, "/"), copy)
         _Symbols(copy).rename(names, where[copy])
 
