@@ -159,6 +159,8 @@ ScalarFieldN<N> carried(const ScalarFieldN<N>& field, const FlowN<N>& flow, cons
         throw ValueError(fmt::format("{} steps; give 1 to {}", options.steps, kMaxSteps));
     if (flow.uniformSpeed() > 0)
         throw ValueError("a normalised flow cannot carry a field: its direction is discontinuous at stagnation points");
+    if (flow.preservesArea())
+        throw ValueError("a flow that preserves area on level sets cannot carry a field; use its divergence-free form");
     if (!flow.components().empty())
         throw ValueError("a flow without potentials (a velocity grid, a gradient) cannot carry a field");
     for (const auto& term : flow.terms())

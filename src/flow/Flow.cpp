@@ -59,6 +59,17 @@ FlowN<N> FlowN<N>::normalized(double speed) const {
     requireSpeed(speed);
     FlowN flow = *this;
     flow.mUniformSpeed = speed;
+    flow.mOnLevelSets = false;
+    return flow;
+}
+
+template <int N>
+FlowN<N> FlowN<N>::onLevelSets() const {
+    if (N < 3) throw ValueError("a flow on level sets needs at least 3 dimensions");
+    if (!hasTracks() || mUniformSpeed > 0)
+        throw ValueError("only a flow of one term follows level sets, neither a sum nor a normalised flow");
+    FlowN flow = *this;
+    flow.mOnLevelSets = true;
     return flow;
 }
 
@@ -86,15 +97,20 @@ void FlowN<N>::eval(const PointBatchN<N>& points, Jets<T>& potentials, VecBatchN
             components[axis].eval(points, values);
             for (size_t i = 0; i < static_cast<size_t>(points.size); ++i) velocity.c[axis][i] += values.c[0][i];
         }
-    if (mUniformSpeed == 0) return;
+    if (mUniformSpeed == 0 && !mOnLevelSets) return;
+    // In double, the square of a float neither overflows nor vanishes.
+    const auto doubles = [](const Vec<T, N>& v) {
+        Vec<double, N> result;
+        for (int axis = 0; axis < N; ++axis) result[axis] = static_cast<double>(v[axis]);
+        return result;
+    };
     for (int i = 0; i < points.size; ++i) {
-        // In double, the square of a float neither overflows nor vanishes.
-        Vec<double, N> c;
-        for (int axis = 0; axis < N; ++axis) c[axis] = static_cast<double>(velocity[i][axis]);
-        const double speed = length(c);
-        if (!(speed > 0)) continue;
+        const Vec<double, N> c = doubles(velocity[i]);
+        const double divisor = length(mOnLevelSets ? doubles(potentials.back()[i].gradient) : c);
+        if (!(divisor > 0)) continue; // c is zero, too
+        const double factor = (mOnLevelSets ? 1 : mUniformSpeed) / divisor;
         Vec<T, N> v;
-        for (int axis = 0; axis < N; ++axis) v[axis] = static_cast<T>(c[axis] * (mUniformSpeed / speed));
+        for (int axis = 0; axis < N; ++axis) v[axis] = static_cast<T>(c[axis] * factor);
         velocity.set(i, v);
     }
 }
@@ -103,7 +119,7 @@ template <int N>
 FlowSampleN<N> FlowN<N>::at(const Vec<double, N>& position) const {
     using J = Jet<double, N, 1>;
     FlowSampleN<N> sample;
-    Vec<J, N> c;
+    Vec<J, N> c, last; // the velocity, and the gradient of the first term's last potential
     for (size_t t = 0; t < mTerms.size(); ++t) {
         std::array<Vec<J, N>, kPotentials> gradients;
         for (size_t k = 0; k < kPotentials; ++k) {
@@ -112,9 +128,12 @@ FlowSampleN<N> FlowN<N>::at(const Vec<double, N>& position) const {
             if (t == 0) sample.potentials[k] = jet.value;
         }
         c += cross(gradients);
+        if (t == 0) last = gradients.back();
     }
     for (const Components& components : mComponents)
         for (int axis = 0; axis < N; ++axis) c[axis] += components[static_cast<size_t>(axis)].template at<1>(position);
+    if (mOnLevelSets)
+        if (const J squared = dot(last, last); squared.value > 0) c *= reciprocal(sqrt(squared));
     if (mUniformSpeed > 0)
         if (const J squared = dot(c, c); squared.value > 0) c *= reciprocal(sqrt(squared)) * mUniformSpeed;
     for (int i = 0; i < N; ++i) {
@@ -128,6 +147,8 @@ template <int N>
 FlowN<N> operator+(const FlowN<N>& a, const FlowN<N>& b) {
     if (a.uniformSpeed() > 0 || b.uniformSpeed() > 0)
         throw ValueError("a normalised flow cannot be part of a sum; normalise the sum instead");
+    if (a.preservesArea() || b.preservesArea())
+        throw ValueError("a flow that preserves area on level sets cannot be part of a sum");
     FlowN<N> sum = a;
     sum.mTerms.insert(sum.mTerms.end(), b.mTerms.begin(), b.mTerms.end());
     sum.mComponents.insert(sum.mComponents.end(), b.mComponents.begin(), b.mComponents.end());

@@ -178,7 +178,9 @@ double window(const Interval& interval, double softness, const Axis& axis, int b
 
 Flow reshaped(const Flow& flow, const ReshapeOptions& options, const Monitor& monitor) {
     if (!flow.hasTracks() || !flow.divergenceFree())
-        throw ValueError("only a flow of two potentials f and g can be reshaped, not a sum and not a normalised flow");
+        throw ValueError(
+            "only a divergence-free flow of two potentials f and g can be reshaped: no sum, no normalised flow, and "
+            "none that preserves area on level sets");
     if (!(options.limit >= 0) || !std::isfinite(options.limit))
         throw ValueError(fmt::format("limit {} must not be negative", options.limit));
     if (!(options.softness >= 0) || options.softness > 0.5)

@@ -34,9 +34,19 @@ double greatest(size_t count, const Value& value, const Monitor& monitor) {
     return most;
 }
 
+/// Returns the normal of the level set of a flow's last potential if the flow preserves its area, otherwise zero. (So
+/// the divergence within the level set is the trace of a derivative D minus n · D n.)
+template <int N>
+Vec<double, N> normalOf(const FlowN<N>& flow, const Vec<double, N>& p) {
+    if (!flow.preservesArea()) return {};
+    const auto gradient = flow.potentials().back().template at<1>(p).gradient;
+    const double size = length(gradient);
+    return size > 0 ? gradient * (1 / size) : gradient;
+}
+
 /// Scalars of the velocity's Jacobian at a point.
 struct Derivative {
-    double trace = 0; ///< |trace| / norm.
+    double trace = 0; ///< |divergence| / norm.
     double norm2 = 0; ///< Frobenius norm, squared.
     double speed2 = 0;
 };
@@ -44,7 +54,8 @@ struct Derivative {
 template <int N>
 Derivative derivativeAt(const FlowN<N>& flow, const Vec<double, N>& p) {
     const FlowSampleN<N> sample = flow.at(p);
-    double trace = 0, squares = 0;
+    const Vec<double, N> normal = normalOf(flow, p);
+    double trace = -dot(normal, sample.derivative * normal), squares = 0;
     for (int i = 0; i < N; ++i) {
         trace += sample.derivative[i][i];
         squares += dot(sample.derivative[i], sample.derivative[i]);
@@ -57,6 +68,8 @@ Derivative derivativeAt(const FlowN<N>& flow, const Vec<double, N>& p) {
 template <int N>
 double divergenceByDifferences(const FlowN<N>& flow, const PointBatchN<N>& points, double h) {
     std::array<double, kBatch> divergence{};
+    std::array<Vec<double, N>, kBatch> normal;
+    for (int i = 0; i < points.size; ++i) normal[static_cast<size_t>(i)] = normalOf(flow, points[i]);
     for (size_t axis = 0; axis < N; ++axis) {
         PointBatchN<N> above = points, below = points;
         for (size_t i = 0; i < static_cast<size_t>(points.size); ++i) {
@@ -68,6 +81,10 @@ double divergenceByDifferences(const FlowN<N>& flow, const PointBatchN<N>& point
         flow.velocity(below, down);
         for (size_t i = 0; i < static_cast<size_t>(points.size); ++i)
             divergence[i] += (up.c[axis][i] - down.c[axis][i]) / (2 * h);
+        for (size_t i = 0; i < static_cast<size_t>(points.size) && flow.preservesArea(); ++i) {
+            const int k = static_cast<int>(i);
+            divergence[i] -= dot(normal[i], up[k] - down[k]) * normal[i][static_cast<int>(axis)] / (2 * h);
+        }
     }
     double sum = 0;
     for (size_t i = 0; i < static_cast<size_t>(points.size); ++i) sum += divergence[i] * divergence[i];

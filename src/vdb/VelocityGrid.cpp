@@ -167,9 +167,10 @@ openvdb::Vec3SGrid::Ptr velocityGrid(const Flow& flow, const VelocityGridOptions
         throw ValueError(fmt::format("the wall fade, {} voxels, must be at least 1", options.wallFade));
     if (options.layout == Layout::staggered && !flow.divergenceFree())
         throw ValueError(
-            flow.uniformSpeed() > 0
-                ? "a normalised flow is not divergence-free, and a staggered grid cannot make it so; sample it "
-                  "collocated"
+            flow.uniformSpeed() > 0 || flow.preservesArea()
+                ? "a normalised flow, or one that preserves area on level sets, is not divergence-free, and a "
+                  "staggered "
+                  "grid cannot make it so; sample it collocated"
                 : "a flow without potentials (a velocity grid, a gradient) cannot be sampled on a staggered grid; "
                   "sample it collocated, or make the potentials of the grid (-flow exact=1)");
     const double voxel = voxelOf(flow, options);

@@ -90,8 +90,15 @@ class FlowN {
     FlowN normalized(double speed) const;
     /// Returns the speed of a normalised flow, else 0.
     double uniformSpeed() const { return mUniformSpeed; }
-    /// Whether the velocity is a sum of terms, neither normalised nor given by components.
-    bool divergenceFree() const { return mUniformSpeed == 0 && mComponents.empty(); }
+    /// Returns the flow c / |∇F|, F being its last potential, zero where ∇F is zero: in 3D ∇f × ∇g / |∇g|. It moves on
+    /// the level sets of F and preserves their area (in 4D, their volume): its divergence within each of them is zero.
+    /// (c itself preserves the volume, which is the area times the distance to the next level set.) It keeps its
+    /// tracks. N >= 3. Throws ValueError for a sum, and for a normalised flow.
+    FlowN onLevelSets() const;
+    /// Whether the flow preserves the area of the level sets of its last potential instead of the volume.
+    bool preservesArea() const { return mOnLevelSets; }
+    /// Whether the velocity is a sum of terms: neither normalised, nor divided by a gradient, nor given by components.
+    bool divergenceFree() const { return mUniformSpeed == 0 && !mOnLevelSets && mComponents.empty(); }
 
     /// Computes the velocities at a batch of positions, and the jets of the first term's potentials (zero if there are
     /// no terms).
@@ -117,10 +124,12 @@ class FlowN {
     std::vector<Components> mComponents;
     DomainN<N> mDomain;
     double mUniformSpeed = 0;
+    bool mOnLevelSets = false;
 };
 using Flow = FlowN<3>;
 
-/// The sum of two flows in the domain of the first. It has no tracks. Throws ValueError if either is normalised.
+/// The sum of two flows in the domain of the first. It has no tracks. Throws ValueError if either is normalised or
+/// preserves area.
 template <int N>
 FlowN<N> operator+(const FlowN<N>& a, const FlowN<N>& b);
 

@@ -25,6 +25,7 @@ template <int N>
 FieldDiagnostics diagnoseField(const ScalarFieldN<N>& field, const BoxN<N>& box, size_t samples = 100000,
                                const Monitor& monitor = {});
 
+/// For a flow that preserves the area of level sets (FlowN::preservesArea), the divergence is that within them.
 struct DivergenceDiagnostics {
     double trace = 0;       ///< Maximum of |trace| / Frobenius norm of the velocity's Jacobian in the domain.
     double traceBeyond = 0; ///< The same over points where the wall has no influence: farther from it than its width.

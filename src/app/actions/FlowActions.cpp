@@ -88,6 +88,12 @@ Domain domainOf(const Arguments& a, const std::optional<Wall>& wall = {}, double
 
 double paddingOf(const Arguments& a) { return a.given("padding") ? a.real("padding") : -1; }
 
+/// Returns the flow, with onLevelSets=1 the one that preserves the area of the level sets of its newest potential.
+template <int N>
+FlowN<N> onLevelSets(const Arguments& a, const FlowN<N>& flow) {
+    return a.flag("onLevelSets") ? flow.onLevelSets() : flow;
+}
+
 /// Makes a flow from N - 1 fields of N dimensions, for N other than 3.
 template <int N>
 void dfvnInDimension(Context& c, const Arguments& a) {
@@ -114,7 +120,7 @@ void dfvnInDimension(Context& c, const Arguments& a) {
             domain.box.upper[i] = box.upper[i];
         }
     }
-    giveFlow(c, a, FlowN<N>(std::move(potentials), domain));
+    giveFlow(c, a, onLevelSets(a, FlowN<N>(std::move(potentials), domain)));
 }
 
 /// Returns how many fields a flow needs, depending on the dimension of the newest field. A newest field of 2 dimensions
@@ -161,7 +167,7 @@ void dfvn(Context& c, const Arguments& a) {
         const Vec3d size = shape->size();
         domain.box = shape->padded(0.1 * std::max({size[0], size[1], size[2]}));
     }
-    giveFlow(c, a, Flow(inSpace(fields[0].field), inSpace(fields[1].field), domain));
+    giveFlow(c, a, onLevelSets(a, Flow(inSpace(fields[0].field), inSpace(fields[1].field), domain)));
 }
 
 /// Returns how far from a surface its flow extends: a fraction of the surface's size, if the size is finite.
@@ -285,10 +291,16 @@ Registry potentialActions() {
          .options = paceOptions(
              {notNegative("padding", "", "world units",
                           "distance by which the domain extends beyond an obstacle (default: half of its size)"),
+              instead(flag("onLevelSets", "0",
+                           "1: divide by |grad g| (g: the newest field), so that points on a level set of g stay "
+                           "evenly spread: divergence-free with respect to its area, not to the volume"),
+                      {"uniformSpeed"}),
               keep()}),
          .examples =
              {"curlew -noise frequency=2 -noise frequency=2 seed=1 -dfvn speed=1 -velocity voxel=0.02 -write vel.vdb",
-              "curlew -noise dimensions=2 frequency=2 octaves=3 -dfvn -slice -write swirls.png"},
+              "curlew -noise dimensions=2 frequency=2 octaves=3 -dfvn -slice -write swirls.png",
+              "curlew -noise frequency=2 -formula 'x^2+2*y^2+3*z^2' -dfvn onLevelSets=1 -scatter count=1000 -advect "
+              "-write ellipsoids.ply"},
          .evaluation = Evaluation::anyTime,
          .run = dfvn},
         {.name = "surface",
