@@ -6,9 +6,19 @@
 
 namespace curlew {
 
-// Writers for curves. `length` below stands for Curves::along; if the curves are stepped by time, its name is `time`. f
+// Files of curves. `length` below stands for Curves::along; if the curves are stepped by time, its name is `time`. f
 // and g are omitted if the curves have none. All functions throw ValueError if the arrays of the curves differ in
 // length. Those that write a file throw FileError as writeAtomically() does.
+
+/// Reads the polylines (`l`) of an .obj, or a .csv with the columns curve, x, y, z and, if there is one, closed; other
+/// columns are ignored. In a .csv, consecutive rows with the same curve are one. A polyline of an .obj whose last
+/// vertex is its first is closed. Velocities are zero, and the seed of a curve is its first vertex. Throws FileError,
+/// naming the file and the line, if it is missing, damaged, of another kind or has no curves.
+Curves readCurves(const std::filesystem::path& path);
+
+/// Returns whether an .obj has polylines and no faces, or the first column of a .csv is `curve`. Throws FileError if
+/// the file cannot be read.
+bool holdsCurves(const std::filesystem::path& path);
 
 /// Writes binary little-endian PLY: vertices with float x, y, z, speed, f, g, length and int curve (the seed's id), and
 /// edges between consecutive vertices. A closed curve also has an edge from its last vertex to its first. Throws

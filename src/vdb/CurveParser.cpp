@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "MeshParser.h"
+#include "curlew/vdb/CurveFile.h"
+
+#include <cmath>
+#include <map>
+
+namespace curlew {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A polyline of a file.
+struct Polyline {
+    std::vector<Vec3d> points = {};
+    bool closed = false;
+    int64_t id = 0;
+};
+
+Curves curvesOf(const std::vector<Polyline>& polylines) {
+    Curves curves;
+    for (const Polyline& line : polylines) {
+        double along = 0;
+        for (size_t k = 0; k < line.points.size(); ++k) {
+            const Vec3d& p = line.points[k];
+            if (k > 0) along += length(p - line.points[k - 1]);
+            curves.x.push_back(p[0]), curves.y.push_back(p[1]), curves.z.push_back(p[2]);
+            curves.along.push_back(along);
+        }
+        curves.start.push_back(curves.x.size());
+        curves.id.push_back(line.id);
+        curves.upstream.push_back(line.closed ? CurveEnd::closed : CurveEnd::seed);
+        curves.downstream.push_back(line.closed ? CurveEnd::closed : CurveEnd::limit);
+        curves.length.push_back(along + (line.closed ? length(line.points.front() - line.points.back()) : 0));
+        curves.gap.push_back(0);
+    }
+    for (auto* velocities : {&curves.vx, &curves.vy, &curves.vz}) velocities->assign(curves.x.size(), 0);
+    return curves;
+}
+
+FileError unreadable(const fs::path& path, const std::string& what) {
+    return FileError(fmt::format("'{}' cannot be read as curves: {}", path.string(), what));
+}
+
+/// Reads the points (`v`) and polylines (`l`) of an .obj.
+Curves readObjCurves(const fs::path& path) {
+    const std::string text = contentOf(path);
+    std::string_view rest = text;
+    std::vector<Vec3d> points;
+    std::vector<Polyline> polylines;
+    for (size_t number = 1; !rest.empty(); ++number) {
+        const auto fail = [&](const std::string& what) {
+            return unreadable(path, fmt::format("line {} {}", number, what));
+        };
+        std::string_view line = takeLine(rest);
+        line = line.substr(0, line.find('#'));
+        const std::string_view keyword = takeWord(line);
+        if (keyword == "v") {
+            Vec3d& p = points.emplace_back();
+            for (int axis = 0; axis < 3; ++axis)
+                if (!parse(takeWord(line), p[axis]) || !std::isfinite(p[axis]))
+                    throw fail("has a point with a coordinate that is not a finite number");
+        } else if (keyword == "l") {
+            Polyline polyline{.id = static_cast<int64_t>(polylines.size())};
+            int64_t first = 0, last = 0;
+            for (std::string_view word = takeWord(line); !word.empty(); word = takeWord(line)) {
+                int64_t index = 0;
+                const auto count = static_cast<int64_t>(points.size());
+                if (!parse(word.substr(0, word.find('/')), index) || index == 0 || index < -count || index > count)
+                    throw fail(fmt::format("has a curve with the vertex '{}', but there are {} points before it", word,
+                                           count));
+                last = index > 0 ? index : count + 1 + index;
+                if (polyline.points.empty()) first = last;
+                polyline.points.push_back(points[static_cast<size_t>(last - 1)]);
+            }
+            if (polyline.points.size() < 2) throw fail("has a curve with fewer than 2 vertices");
+            if (polyline.points.size() > 3 && first == last) {
+                polyline.closed = true;
+                polyline.points.pop_back();
+            }
+            polylines.push_back(std::move(polyline));
+        }
+    }
+    if (polylines.empty()) throw unreadable(path, "it has no curves (lines that begin with l)");
+    return curvesOf(polylines);
+}
+
+/// Reads the columns curve, x, y, z and, if there is one, closed.
+Curves readCsvCurves(const fs::path& path) {
+    std::map<std::string, size_t> columns;
+    const CsvTable table = readCsv(path, CsvCells::finite, [&](const std::vector<std::string>& names) {
+        for (size_t k = 0; k < names.size(); ++k) columns.emplace(names[k], k);
+        for (const char* name : {"curve", "x", "y", "z"})
+            if (!columns.contains(name))
+                throw unreadable(path, fmt::format("its first line must name the columns curve, x, y and z; there is "
+                                                   "no {}",
+                                                   name));
+    });
+    const size_t width = table.names.size();
+    std::vector<Polyline> polylines;
+    for (size_t row = 0; row < table.values.size(); row += width) {
+        const auto cell = [&](const char* name) { return table.values[row + columns.at(name)]; };
+        const double id = cell("curve");
+        if (id != std::floor(id) || std::abs(id) > 0x1p53)
+            throw unreadable(path,
+                             fmt::format("row {} has the curve {}, which is not an integer", row / width + 1, id));
+        if (polylines.empty() || polylines.back().id != static_cast<int64_t>(id))
+            polylines.push_back(
+                {.closed = columns.contains("closed") && cell("closed") != 0, .id = static_cast<int64_t>(id)});
+        polylines.back().points.push_back({{cell("x"), cell("y"), cell("z")}});
+    }
+    if (polylines.empty()) throw unreadable(path, "it has no rows");
+    return curvesOf(polylines);
+}
+
+} // namespace
+
+Curves readCurves(const fs::path& path) {
+    return extensionOf(path) == ".csv" ? readCsvCurves(path) : readObjCurves(path);
+}
+
+bool holdsCurves(const fs::path& path) {
+    const std::string text = contentOf(path);
+    std::string_view rest = text;
+    if (extensionOf(path) == ".csv") return takeLine(rest).substr(0, 6) == "curve,";
+    bool lines = false;
+    while (!rest.empty()) {
+        std::string_view line = takeLine(rest);
+        const std::string_view keyword = takeWord(line);
+        if (keyword == "f") return false;
+        lines = lines || keyword == "l";
+    }
+    return lines;
+}
+
+} // namespace curlew
