@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <iterator>
 #include <limits>
+#include <utility>
 
 namespace curlew {
 
@@ -29,6 +30,9 @@ void checkMesh(const Mesh& mesh) {
                 if (face[k] >= mesh.points.size())
                     throw ValueError("the mesh has a face with a vertex that does not exist");
     });
+    for (const auto& [count, what] : {std::pair(mesh.normals.size(), "normals"), std::pair(mesh.uvs.size(), "UVs")})
+        if (count != 0 && count != mesh.points.size())
+            throw ValueError(fmt::format("the mesh has {} {} for {} points", count, what, mesh.points.size()));
     if (mesh.points.size() > std::numeric_limits<int32_t>::max())
         throw ValueError(fmt::format("a mesh of {} points is too large for a file", mesh.points.size()));
 }
@@ -36,10 +40,15 @@ void checkMesh(const Mesh& mesh) {
 void writePlyMesh(std::ostream& out, const Mesh& mesh) {
     out << fmt::format(
         "ply\nformat binary_little_endian 1.0\ncomment Curlew\nelement vertex {}\nproperty float x\nproperty float y\n"
-        "property float z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
-        mesh.points.size(), mesh.faces());
+        "property float z\n{}{}element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        mesh.points.size(), mesh.normals.empty() ? "" : "property float nx\nproperty float ny\nproperty float nz\n",
+        mesh.uvs.empty() ? "" : "property float s\nproperty float t\n", mesh.faces());
     writeChunks(out, mesh.points.size(), [&](size_t begin, size_t end, std::string& bytes) {
-        for (size_t n = begin; n < end; ++n) appendBytes(bytes, mesh.points[n]);
+        for (size_t n = begin; n < end; ++n) {
+            appendBytes(bytes, mesh.points[n]);
+            if (!mesh.normals.empty()) appendBytes(bytes, mesh.normals[n]);
+            if (!mesh.uvs.empty()) appendBytes(bytes, mesh.uvs[n]);
+        }
     });
     visitFaces(mesh, [&](const auto& faces) {
         writeChunks(out, faces.size(), [&](size_t begin, size_t end, std::string& bytes) {
@@ -53,18 +62,29 @@ void writePlyMesh(std::ostream& out, const Mesh& mesh) {
 
 void writeObjMesh(std::ostream& out, const Mesh& mesh) {
     out << "# Curlew\n";
-    writeChunks(out, mesh.points.size(), [&](size_t begin, size_t end, std::string& text) {
-        for (size_t n = begin; n < end; ++n) {
-            const auto& p = mesh.points[n];
-            fmt::format_to(std::back_inserter(text), "v {} {} {}\n", p[0], p[1], p[2]);
-        }
-    });
+    const auto writeLines = [&](const char* keyword, const auto& items) {
+        writeChunks(out, items.size(), [&](size_t begin, size_t end, std::string& text) {
+            for (size_t n = begin; n < end; ++n) {
+                text += keyword;
+                for (int k = 0; k < items[n].size; ++k) fmt::format_to(std::back_inserter(text), " {}", items[n][k]);
+                text += '\n';
+            }
+        });
+    };
+    writeLines("v", mesh.points);
+    writeLines("vt", mesh.uvs);
+    writeLines("vn", mesh.normals);
+    const bool uvs = !mesh.uvs.empty(), normals = !mesh.normals.empty();
+    const auto appendCorner = [&](std::string& text, uint64_t index) { // v, v/vt, v//vn or v/vt/vn
+        fmt::format_to(std::back_inserter(text), " {}", index);
+        if (uvs) fmt::format_to(std::back_inserter(text), "/{}", index);
+        if (normals) fmt::format_to(std::back_inserter(text), "{}{}", uvs ? "/" : "//", index);
+    };
     visitFaces(mesh, [&](const auto& faces) {
         writeChunks(out, faces.size(), [&](size_t begin, size_t end, std::string& text) {
             for (size_t n = begin; n < end; ++n) {
                 text += 'f';
-                for (int k = 0; k < faces[n].size; ++k)
-                    fmt::format_to(std::back_inserter(text), " {}", uint64_t{faces[n][k]} + 1);
+                for (int k = 0; k < faces[n].size; ++k) appendCorner(text, uint64_t{faces[n][k]} + 1);
                 text += '\n';
             }
         });

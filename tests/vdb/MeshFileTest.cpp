@@ -593,3 +593,34 @@ TEST_CASE("MeshFile: reading large files can be cancelled", "[vdb]") {
     CHECK_THROWS_AS(readMesh(folder.path / "a.obj", stop), Interrupted);
     CHECK_THROWS_AS(readMesh(folder.path / "a.ply", stop), Interrupted);
 }
+
+TEST_CASE("MeshFile: normals and UVs are written, and readers read past them", "[vdb]") {
+    const Folder folder;
+    Mesh mesh;
+    mesh.points = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0.5f}};
+    mesh.quads = {{0, 1, 2, 3}};
+    const auto obj = [&] {
+        writeMesh(folder.path / "a.obj", mesh);
+        return bytesOf(folder.path / "a.obj");
+    };
+    CHECK_THAT(obj(), ContainsSubstring("\nf 1 2 3 4\n"));
+    mesh.normals = {{0, 0, 1}, {0, 0, 1}, {0, 1, 0}, {1, 0, 0}};
+    CHECK_THAT(obj(), ContainsSubstring("vn 0 0 1\n") && ContainsSubstring("\nf 1//1 2//2 3//3 4//4\n"));
+    mesh.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 0.25f}};
+    CHECK_THAT(obj(), ContainsSubstring("vt 0 0.25\n") && ContainsSubstring("\nf 1/1/1 2/2/2 3/3/3 4/4/4\n"));
+    writeMesh(folder.path / "a.ply", mesh);
+    const std::string ply = bytesOf(folder.path / "a.ply");
+    CHECK_THAT(ply, ContainsSubstring("property float nz\nproperty float s\nproperty float t\nelement face 1\n"));
+    CHECK(ply.size() == ply.find("end_header\n") + 11 + 4 * 8 * sizeof(float) + 1 + 4 * sizeof(int32_t));
+    for (const char* name : {"a.obj", "a.ply"}) {
+        const Mesh back = readMesh(folder.path / name);
+        CHECK(back.points == mesh.points);
+        CHECK(back.quads == mesh.quads);
+        CHECK(back.normals.empty());
+    }
+    mesh.uvs.pop_back();
+    CHECK_THROWS_WITH(writeMesh(folder.path / "a.ply", mesh), ContainsSubstring("3 UVs for 4 points"));
+    mesh.uvs.clear();
+    mesh.normals.pop_back();
+    CHECK_THROWS_WITH(writeMesh(folder.path / "a.obj", mesh), ContainsSubstring("3 normals for 4 points"));
+}

@@ -10,4 +10,8 @@ namespace curlew {
 /// merges the most. Throws ValueError if the adaptivity is not between 0 and 1, or if there is no surface.
 Mesh levelSetToMesh(const LevelSet& levelSet, double adaptivity = 0);
 
+/// Returns the same for any grid of class GRID_LEVEL_SET, whose values need not be distances; no faces if there is no
+/// surface. Throws ValueError if the adaptivity is not between 0 and 1.
+Mesh surfaceOf(const openvdb::FloatGrid& grid, double adaptivity);
+
 } // namespace curlew

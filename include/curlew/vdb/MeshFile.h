@@ -17,6 +17,8 @@ struct Mesh {
     std::vector<openvdb::Vec3s> points; ///< World units; unique positions if read from a file.
     std::vector<openvdb::Vec3I> triangles;
     std::vector<openvdb::Vec4I> quads;
+    std::vector<openvdb::Vec3s> normals = {}; ///< A unit normal for each point; empty if they are not known.
+    std::vector<openvdb::Vec2s> uvs = {}; ///< Texture coordinates of each point, from 0 to 1; empty if there are none.
 
     size_t faces() const { return triangles.size() + quads.size(); }
 };
@@ -37,9 +39,10 @@ Mesh meshOf(const std::vector<openvdb::Vec3s>& points, const std::vector<uint32_
             const std::vector<uint32_t>& sizes);
 
 /// Writes a mesh as a binary .ply or an .obj, depending on the extension. The file appears complete or not at all (see
-/// writeAtomically). Positions keep all their bits, faces the order of their vertices. Throws ValueError if the
-/// extension is another, a position is not finite or a vertex index is out of range; FileError if the file cannot be
-/// written; Interrupted once `cancelled` returns true.
+/// writeAtomically). Positions keep all their bits, faces the order of their vertices. Normals and UVs are written if
+/// the mesh has them: in a .ply as nx ny nz and s t, in an .obj as vn and vt. Throws ValueError if the extension is
+/// another, a position is not finite, a vertex index is out of range, or normals or UVs do not match the points;
+/// FileError if the file cannot be written; Interrupted once `cancelled` returns true.
 void writeMesh(const std::filesystem::path& path, const Mesh& mesh, const std::function<bool()>& cancelled = {});
 
 /// Connectivity of a mesh. An edge is an unordered pair of points: two faces share it whatever their orientation.
