@@ -85,7 +85,7 @@ std::string nearest(std::string_view given, const std::vector<std::string>& cand
     for (const auto& candidate : candidates) {
         const std::string known = lowerCase(candidate);
         const bool contained = word.size() >= 3 && (known.starts_with(word) || word.starts_with(known));
-        const size_t edits = contained ? 1 : editDistance(word, known);
+        const size_t edits = contained && word != known ? 1 : editDistance(word, known);
         if (edits < fewest) {
             fewest = edits;
             best = candidate;

@@ -157,7 +157,7 @@ DomainN<2> inPlane(const Domain& domain) {
 }
 
 template <int N>
-JitteredLattice jitteredLattice(DomainN<N> domain, const JitteredLatticeOptions& o, const Monitor& monitor) {
+JitteredPositionsN<N> jitteredPositions(DomainN<N> domain, const JitteredLatticeOptions& o, const Monitor& monitor) {
     if (!domain.box.finite()) throw ValueError("the domain is infinite; give a box");
     const double spacing = o.spacing != 0 ? o.spacing : spacingFor(domain, o.count, monitor);
     auto points = latticePoints(domain, spacing, monitor);
@@ -169,18 +169,26 @@ JitteredLattice jitteredLattice(DomainN<N> domain, const JitteredLatticeOptions&
         jitterRandomly(points, spacing, o.amount, o.flow.seed);
     else
         jitter(jitterFlow(domain, spacing, o.flow), points, spacing, o.amount, monitor);
-    std::vector<Vec3d> inSpace(points.size());
-    for (size_t k = 0; k < points.size(); ++k) std::copy(points[k].c.begin(), points[k].c.end(), inSpace[k].c.begin());
-    return {Points::at(inSpace), spacing, conforms};
+    return {std::move(points), spacing, conforms};
 }
-template JitteredLattice jitteredLattice(DomainN<2>, const JitteredLatticeOptions&, const Monitor&);
-template JitteredLattice jitteredLattice(DomainN<3>, const JitteredLatticeOptions&, const Monitor&);
+
+template <int N>
+JitteredLattice jitteredLattice(const DomainN<N>& domain, const JitteredLatticeOptions& o, const Monitor& monitor) {
+    const auto made = jitteredPositions(domain, o, monitor);
+    std::vector<Vec3d> inSpace(made.positions.size());
+    for (size_t k = 0; k < inSpace.size(); ++k)
+        std::copy(made.positions[k].c.begin(), made.positions[k].c.end(), inSpace[k].c.begin());
+    return {Points::at(inSpace), made.spacing, made.conforms};
+}
+template JitteredLattice jitteredLattice(const DomainN<2>&, const JitteredLatticeOptions&, const Monitor&);
+template JitteredLattice jitteredLattice(const DomainN<3>&, const JitteredLatticeOptions&, const Monitor&);
 
 #define CURLEW_INSTANTIATE(N)                                                                         \
     template Positions<N> latticePoints(const DomainN<N>&, double, const Monitor&);                   \
     template FlowN<N> jitterFlow(const DomainN<N>&, double, const JitterFlowOptions&);                \
     template AdvectResultN<N> jitter(const FlowN<N>&, Positions<N>&, double, double, const Monitor&); \
-    template void jitterRandomly(Positions<N>&, double, double, uint64_t);
+    template void jitterRandomly(Positions<N>&, double, double, uint64_t);                            \
+    template JitteredPositionsN<N> jitteredPositions(DomainN<N>, const JitteredLatticeOptions&, const Monitor&);
 CURLEW_FOR_FLOW_DIMENSIONS(CURLEW_INSTANTIATE)
 #undef CURLEW_INSTANTIATE
 

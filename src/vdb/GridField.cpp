@@ -28,6 +28,23 @@ openvdb::FloatGrid::Ptr floatsOf(const openvdb::GridBase& grid) {
                                  grid.valueType()));
 }
 
+/// Returns the number of leaves within a distance of active voxels, in voxels along each axis.
+size_t leavesAround(const openvdb::FloatTree& tree, int distance) {
+    openvdb::MaskTree active(tree, false, true, openvdb::TopologyCopy()), reached;
+    active.voxelizeActiveTiles();
+    for (auto leaf = active.cbeginLeaf(); leaf; ++leaf) {
+        openvdb::CoordBBox box;
+        leaf->evalActiveBoundingBox(box);
+        if (box.empty()) continue;
+        box.expand(distance);
+        const openvdb::Coord first = box.min() & ~7, last = box.max() & ~7;
+        for (int i = first[0]; i <= last[0]; i += 8)
+            for (int j = first[1]; j <= last[1]; j += 8)
+                for (int k = first[2]; k <= last[2]; k += 8) reached.touchLeaf({i, j, k});
+    }
+    return reached.leafCount();
+}
+
 void checkValues(const openvdb::FloatGrid& grid) {
     size_t bad = 0;
     for (auto value = grid.cbeginValueOn(); value; ++value) bad += !std::isfinite(*value);
@@ -46,10 +63,14 @@ ScalarField gridField(const openvdb::GridBase& grid, const Monitor& monitor) {
         throw ValueError(fmt::format("the voxels of grid '{}' are not cubes; resample it first", grid.getName()));
     // Leaves for all active voxels, and for the voxels around them in which the spline still changes.
     constexpr int kSupport = 3;
-    requireMemory(2 * (4 + kBytesPerVoxel) * static_cast<double>(grid.activeVoxelCount()),
-                  fmt::format("a field from grid '{}'", grid.getName()), "use fewer voxels");
+    constexpr double kLeafVoxels = 8.0 * 8 * 8, kMaskBytes = 0.25; // a bit, and the tree above it
+    const auto require = [&](double bytes) {
+        requireMemory(bytes, fmt::format("a field from grid '{}'", grid.getName()), "use fewer voxels");
+    };
+    require((4 + kMaskBytes) * static_cast<double>(grid.activeVoxelCount()));
     const openvdb::FloatGrid::Ptr values = floatsOf(grid);
     checkValues(*values);
+    require((4 + kBytesPerVoxel) * kLeafVoxels * static_cast<double>(leavesAround(values->tree(), kSupport)));
     monitor.check();
     values->tree().voxelizeActiveTiles();
     openvdb::tools::dilateActiveValues(values->tree(), kSupport, openvdb::tools::NN_FACE_EDGE_VERTEX,

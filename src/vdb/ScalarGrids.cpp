@@ -104,6 +104,21 @@ openvdb::FloatGrid::Ptr densityGrid(const Domain& domain, const openvdb::GridBas
     return grid;
 }
 
+openvdb::Vec3SGrid::ConstPtr vectorsOf(const openvdb::GridBase::ConstPtr& grid) {
+    if (const auto floats = openvdb::GridBase::grid<openvdb::Vec3SGrid>(grid)) return floats;
+    const auto doubles = openvdb::GridBase::grid<openvdb::Vec3DGrid>(grid);
+    if (!doubles) return nullptr;
+    const auto tree = std::make_shared<openvdb::Vec3STree>(doubles->tree(), openvdb::Vec3s(doubles->background()),
+                                                           openvdb::TopologyCopy());
+    const auto floats = openvdb::Vec3SGrid::create(tree);
+    floats->insertMeta(*doubles);
+    floats->setTransform(doubles->transform().copy());
+    openvdb::tools::foreach (floats->beginValueOn(), [&doubles](const openvdb::Vec3SGrid::ValueOnIter& value) {
+        value.setValue(openvdb::Vec3s(doubles->tree().getValue(value.getCoord())));
+    });
+    return floats;
+}
+
 openvdb::FloatGrid::Ptr componentOf(const openvdb::Vec3SGrid& grid, int component, const std::string& name) {
     const auto tree = std::make_shared<openvdb::FloatTree>(grid.tree(), 0.0f, openvdb::TopologyCopy());
     auto values = openvdb::FloatGrid::create(tree);

@@ -98,7 +98,7 @@ class SplineField {
     }
 
     /// The values of a spline lie between its coefficients.
-    Interval range() const { return Interval::within(mMax); }
+    Interval range() const { return mRange; }
     /// Maximum length of the gradient, from the central differences of the coefficients, of which the gradient is an
     /// average.
     double lipschitz() const { return mLipschitz; }
@@ -164,9 +164,15 @@ class SplineField {
             const openvdb::tree::ValueAccessor<const openvdb::FloatTree, false> samples(mGrid->tree());
             for (size_t n = begin; n < end; ++n) fill(mBlocks[n], leaves[n]->origin(), samples);
         });
-        mMax = static_cast<double>(mGrid->background());
+        const auto widen = [&](float c) {
+            mRange = {std::min(mRange.lower, static_cast<double>(c)), std::max(mRange.upper, static_cast<double>(c))};
+        };
+        mRange = {static_cast<double>(mGrid->background()), static_cast<double>(mGrid->background())};
+        auto tile = mGrid->tree().cbeginValueAll();
+        tile.setMaxDepth(openvdb::FloatTree::ValueAllCIter::LEAF_DEPTH - 1);
+        for (; tile; ++tile) widen(*tile);
         for (const Block& block : mBlocks)
-            for (const float c : block) mMax = std::max(mMax, std::abs(static_cast<double>(c)));
+            for (const float c : block) widen(c);
         constexpr size_t kGrain = 64;
         std::vector<float> steepest((mBlocks.size() + kGrain - 1) / kGrain);
         parallelFor(mBlocks.size(), kGrain, [&](size_t begin, size_t end) {
@@ -242,7 +248,7 @@ class SplineField {
     openvdb::FloatGrid::ConstPtr mGrid;
     Matrix3 mToIndex;
     Vec3d mShift;
-    double mMax = 0; // maximum magnitude of all coefficients and the background
+    Interval mRange; // of all coefficients, tiles and the background
     double mLipschitz = 0;
     LeafTable mBlockOf; // the number of each leaf is that of its block
     std::vector<Block> mBlocks;

@@ -380,7 +380,7 @@ void maskUuid(std::vector<char>& block, std::streamoff begin) {
 
 GridKind gridKind(std::string_view type, openvdb::GridClass gridClass) {
     if (type == openvdb::points::PointDataGrid::gridType()) return GridKind::points;
-    if (type == openvdb::Vec3SGrid::gridType()) return GridKind::velocity;
+    if (type == openvdb::Vec3SGrid::gridType() || type == openvdb::Vec3DGrid::gridType()) return GridKind::velocity;
     if (gridClass == openvdb::GRID_LEVEL_SET) return GridKind::levelSet;
     return gridClass == openvdb::GRID_FOG_VOLUME ? GridKind::fogVolume : GridKind::other;
 }

@@ -19,13 +19,6 @@ FloatGrid::ConstPtr floatsOf(const GridBase::ConstPtr& grid) {
     return nullptr;
 }
 
-openvdb::Vec3SGrid::ConstPtr vectorsOf(const GridBase::ConstPtr& grid) {
-    if (const auto floats = GridBase::grid<openvdb::Vec3SGrid>(grid)) return floats;
-    if (const auto doubles = GridBase::grid<openvdb::Vec3DGrid>(grid))
-        return std::make_shared<openvdb::Vec3SGrid>(*doubles);
-    return nullptr;
-}
-
 std::array<FloatGrid::ConstPtr, 3> componentsOf(const VelocityGrids& grids) {
     if (grids.size() == 1)
         if (const auto vectors = vectorsOf(grids[0]))

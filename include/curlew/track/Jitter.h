@@ -65,15 +65,28 @@ struct JitteredLatticeOptions {
     JitterFlowOptions flow = {}; ///< Its seed also serves jitterRandomly().
 };
 
+template <int N>
+struct JitteredPositionsN {
+    std::vector<Vec<double, N>> positions; ///< In lattice order.
+    double spacing = 0;
+    bool conforms = false; ///< Whether the domain has a wall that no point crossed.
+};
+
+/// Returns the lattice points of the domain, jittered. Throws ValueError if no lattice point is in the domain, and like
+/// the functions above.
+template <int N>
+JitteredPositionsN<N> jitteredPositions(DomainN<N> domain, const JitteredLatticeOptions& options,
+                                        const Monitor& monitor = {});
+
 struct JitteredLattice {
     Points points; ///< With ids in lattice order; z = 0 if N = 2.
     double spacing = 0;
     bool conforms = false; ///< Whether the domain has a wall that no point crossed.
 };
 
-/// Returns the lattice points of the domain, jittered. N = 2 or 3. Throws ValueError if no lattice point is in the
-/// domain, and like the functions above.
+/// The same as points. N = 2 or 3.
 template <int N>
-JitteredLattice jitteredLattice(DomainN<N> domain, const JitteredLatticeOptions& options, const Monitor& monitor = {});
+JitteredLattice jitteredLattice(const DomainN<N>& domain, const JitteredLatticeOptions& options,
+                                const Monitor& monitor = {});
 
 } // namespace curlew

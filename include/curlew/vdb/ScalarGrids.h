@@ -19,6 +19,10 @@ openvdb::FloatGrid::Ptr sampledGrid(const ScalarField& field, const openvdb::Gri
 /// over the last two voxels before the wall.
 openvdb::FloatGrid::Ptr densityGrid(const Domain& domain, const openvdb::GridBase& where, const Monitor& monitor = {});
 
+/// Returns a grid of float or double vectors as floats: the same grid if it has floats already, else a copy of its
+/// active values. Returns null for a grid of another type.
+openvdb::Vec3SGrid::ConstPtr vectorsOf(const openvdb::GridBase::ConstPtr& grid);
+
 /// Returns one component of a vector grid, at the same voxels.
 openvdb::FloatGrid::Ptr componentOf(const openvdb::Vec3SGrid& grid, int component, const std::string& name);
 
