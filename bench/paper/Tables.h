@@ -12,6 +12,7 @@ struct TableRun {
 /// Each function writes its table to `out` in Markdown, with the paper's figures beside ours, and returns the claims
 /// that do not hold, one per line.
 std::vector<std::string> jitterTable(const TableRun& run, std::ostream& out);    // ICN Table 1
+std::vector<std::string> samplingTable(const TableRun& run, std::ostream& out);  // ICN §6.1: sampling and integration
 std::vector<std::string> warpTable(const TableRun& run, std::ostream& out);      // ICN Table 2
 std::vector<std::string> torusTable(const TableRun& run, std::ostream& out);     // ICN Fig. 6
 std::vector<std::string> layerTable(const TableRun& run, std::ostream& out);     // ICN Eq. 13

@@ -20,16 +20,10 @@ struct Table {
     std::vector<std::string> (*write)(const TableRun&, std::ostream&);
 };
 constexpr Table kTables[] = {
-    {"jitter", jitterTable},
-    {"warp", warpTable},
-    {"torus", torusTable},
-    {"time", timeTable},
-    {"reprojection", reprojectionTable},
-    {"layer", layerTable},
-    {"loop", loopTable},
-    {"splitting", splittingTable},
-    {"spectrum", spectrumTable},
-    {"gridflow", gridFlowTable},
+    {"jitter", jitterTable},     {"sampling", samplingTable}, {"warp", warpTable},
+    {"torus", torusTable},       {"time", timeTable},         {"reprojection", reprojectionTable},
+    {"layer", layerTable},       {"loop", loopTable},         {"splitting", splittingTable},
+    {"spectrum", spectrumTable}, {"gridflow", gridFlowTable},
 };
 
 /// Throws ValueError with the reason, followed by the usage.
