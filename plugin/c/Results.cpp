@@ -4,6 +4,7 @@
 #include "Arrays.h"
 
 #include <limits>
+#include <numeric>
 #include <utility>
 
 namespace curlew::c {
@@ -75,6 +76,21 @@ std::vector<NamedArray> arraysOf(const Points& p) {
     return arrays;
 }
 
+std::vector<NamedArray> arraysOf(const app::AnyPositions& positions) {
+    const auto ids = std::make_shared<std::vector<int64_t>>(app::sizeOf(positions));
+    std::iota(ids->begin(), ids->end(), 0);
+    std::vector<NamedArray> arrays = std::visit(
+        [](const auto& all) {
+            using Position = typename std::remove_cvref_t<decltype(all)>::value_type;
+            const double* first = all.empty() ? nullptr : all.front().c.data();
+            return std::vector{interleaved("position", first, all.size(), Position{}.c.size())};
+        },
+        positions);
+    arrays.push_back(soa("id", *ids));
+    arrays.back().owner = ids;
+    return arrays;
+}
+
 std::vector<NamedArray> arraysOf(const Curves& c) {
     std::vector<NamedArray> arrays{soa("position", c.x, c.y, c.z), soa("velocity", c.vx, c.vy, c.vz),
                                    soa("along", c.along)};
@@ -91,9 +107,12 @@ std::vector<NamedArray> arraysOf(const Curves& c) {
 
 std::vector<NamedArray> arraysOf(const Mesh& mesh) {
     const auto numbers = [](const auto& items) { return items.empty() ? nullptr : items.front().asV(); };
-    return {interleaved("position", numbers(mesh.points), mesh.points.size(), 3),
-            interleaved("triangles", numbers(mesh.triangles), mesh.triangles.size(), 3),
-            interleaved("quads", numbers(mesh.quads), mesh.quads.size(), 4)};
+    std::vector<NamedArray> arrays{interleaved("position", numbers(mesh.points), mesh.points.size(), 3),
+                                   interleaved("triangles", numbers(mesh.triangles), mesh.triangles.size(), 3),
+                                   interleaved("quads", numbers(mesh.quads), mesh.quads.size(), 4)};
+    if (!mesh.normals.empty()) arrays.push_back(interleaved("normal", numbers(mesh.normals), mesh.normals.size(), 3));
+    if (!mesh.uvs.empty()) arrays.push_back(interleaved("uv", numbers(mesh.uvs), mesh.uvs.size(), 2));
+    return arrays;
 }
 
 std::vector<NamedArray> arraysOf(const Image& image) {

@@ -25,6 +25,7 @@ struct NamedArray {
 };
 
 std::vector<NamedArray> arraysOf(const Points& particles);
+std::vector<NamedArray> arraysOf(const app::AnyPositions& positions);
 std::vector<NamedArray> arraysOf(const Curves& curves);
 std::vector<NamedArray> arraysOf(const Mesh& mesh);
 std::vector<NamedArray> arraysOf(const Image& image);

@@ -5,6 +5,7 @@
 #include "curlew/app/actions/Actions.h"
 #include "curlew/base/Isolated.h"
 #include "curlew/base/Memory.h"
+#include "curlew/field/CallbackField.h"
 
 using namespace curlew;
 using namespace curlew::c;
@@ -192,6 +193,40 @@ curlew_status ran(curlew_session* session, const char* text, const char* name, c
 
 } // namespace
 
+namespace {
+
+template <int N>
+app::AnyField fieldOf(const std::string& name, curlew_field_function function, void* user) {
+    return callbackField<N>(
+        [name, function, user](size_t count, const double* positions, double* values, double* gradients) {
+            if (function(user, static_cast<int64_t>(count), positions, values, gradients) != 0)
+                throw ValueError(fmt::format("the function of the field '{}' has failed", name));
+        });
+}
+
+app::AnyField fieldOf(const std::string& name, int32_t dimension, curlew_field_function function, void* user) {
+    switch (dimension) {
+        case 1:
+            return fieldOf<1>(name, function, user);
+        case 2:
+            return fieldOf<2>(name, function, user);
+        case 3:
+            return fieldOf<3>(name, function, user);
+        case 4:
+            return fieldOf<4>(name, function, user);
+        case 5:
+            return fieldOf<5>(name, function, user);
+        case 6:
+            return fieldOf<6>(name, function, user);
+        case 7:
+            return fieldOf<7>(name, function, user);
+        default:
+            throw ValueError(fmt::format("a field of {} dimensions; give 1 to 7", dimension));
+    }
+}
+
+} // namespace
+
 extern "C" {
 
 int32_t curlew_abi_version(void) { return CURLEW_ABI_VERSION; }
@@ -244,6 +279,18 @@ curlew_status curlew_provide_points(curlew_session* session, const char* name, c
         set->particles = pointsOf(required(positions, "positions"), ids, velocities);
         const Digest content = contentOf(set->particles);
         s.provide(key, std::move(set), content);
+    });
+}
+
+curlew_status curlew_provide_field(curlew_session* session, const char* name, int32_t dimension,
+                                   curlew_field_function function, void* user, int64_t version) {
+    return guarded([&] {
+        app::Session& s = required(session, "the session").writable();
+        const std::string key = nameOfProvided(name);
+        if (!function) throw ValueError("there is no function of the field");
+        app::FieldValue field{.field = fieldOf(key, dimension, function, user)};
+        const Digest content = DigestBuilder().add("field").add(dimension).add(version).digest();
+        s.provide(key, std::move(field), content);
     });
 }
 

@@ -138,7 +138,22 @@ CURLEW_API curlew_status curlew_provide_mesh(curlew_session* session, const char
 CURLEW_API curlew_status curlew_provide_points(curlew_session* session, const char* name, const curlew_array* positions,
                                                const curlew_array* ids, const curlew_array* velocities);
 
-/** Withdraws the mesh or points that were provided under this name. Fails if there are none. */
+/** Evaluates a field at `count` positions, at most 64: writes a value for each, and a gradient with one component for
+    each dimension. `positions` and `gradients` have the components of the first position, then of the second, …. Must
+    give the same for the same position. Returns 0, or anything else if it failed, which ends the program. Called from
+    several threads at a time. */
+typedef int (*curlew_field_function)(void* user, int64_t count, const double* positions, double* values,
+                                     double* gradients);
+
+/** Provides a field of 1 to 7 dimensions, whose values a function of the caller computes: `read NAME` in programs of
+    this session makes it. Its gradients are compared with differences of its values in the cube from -1 to 1; the call
+    fails, naming the worst position, if they differ. `user` is passed to the function, which must remain valid while
+    the session, or a field or flow from it, exists. `version` identifies the function: results that were computed with
+    another version are not used again. */
+CURLEW_API curlew_status curlew_provide_field(curlew_session* session, const char* name, int32_t dimension,
+                                              curlew_field_function function, void* user, int64_t version);
+
+/** Withdraws what was provided under this name. Fails if there is nothing. */
 CURLEW_API curlew_status curlew_withdraw(curlew_session* session, const char* name);
 
 /** Functions that curlew_run() and curlew_run_graph() call. Each may be NULL. None may throw. Except for `frame`, none
@@ -222,14 +237,14 @@ CURLEW_API curlew_status curlew_find(const curlew_session* session, const char* 
 
     "arrays" lists the arrays that curlew_read() can copy: {NAME: {"type": "float32", "components", "count"}}. They are:
 
-    points: "position" 3 float64; "id" 1 int64; and if the points have them, "velocity" 3 float32, "age" and "life" 1
-        float32 (seconds; infinite: the point never dies), "fade" 1 float32 (visibility from 0 to 1), "track" 2 float64
-        (f and g), "converged" 1 int32.
-    curves: for each vertex, "position" 3 float64, "velocity" 3 float32, "along" 1 float64 (distance or time from the
-        seed) and, if the curves have it, "track" 2 float64; "start" 1 int64, the index of each curve's first vertex,
-        followed by the number of vertices; for each curve, "id" 1 int64, "closed" 1 int32 and "length" 1 float64.
-    mesh: "position" 3 float32; "triangles" 3 int32 and "quads" 4 int32, the vertex indices of the faces.
-    image: "pixels" float32, one component per channel, rows from top to bottom; NaN marks pixels without a value. */
+    points: "position" 3 float64 (4 to 7 in more dimensions); "id" 1 int64; and if the points have them, "velocity" 3
+   float32, "age" and "life" 1 float32 (seconds; infinite: the point never dies), "fade" 1 float32 (visibility from 0 to
+   1), "track" 2 float64 (f and g), "converged" 1 int32. curves: for each vertex, "position" 3 float64, "velocity" 3
+   float32, "along" 1 float64 (distance or time from the seed) and, if the curves have it, "track" 2 float64; "start" 1
+   int64, the index of each curve's first vertex, followed by the number of vertices; for each curve, "id" 1 int64,
+   "closed" 1 int32 and "length" 1 float64. mesh: "position" 3 float32; "triangles" 3 int32 and "quads" 4 int32, the
+   vertex indices of the faces; and if the mesh has them, "normal" 3 float32 and "uv" 2 float32 for each vertex. image:
+   "pixels" float32, one component per channel, rows from top to bottom; NaN marks pixels without a value. */
 CURLEW_API curlew_status curlew_describe(const curlew_session* session, curlew_kind kind, int64_t age,
                                          const char** json);
 

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "curlew/vdb/VdbFile.h"
 #include "support/ProbeCommand.h"
+
+#include <openvdb/io/File.h>
 
 using namespace curlew;
 using namespace curlew::test;
@@ -43,6 +46,60 @@ TEST_CASE("flow action: components that a host has split are one velocity", "[ap
     const auto run = folder.mustRun("-read parts.vdb -flow exact=1 -print");
     CHECK_THAT(run.out, Catch::Matchers::ContainsSubstring("sum of 3"));
     folder.mustFail("-noise -bake box=0,0,0,1,1,1 dim=8 -flow", {"-flow", "grid"});
+}
+
+TEST_CASE("flow action: a grid of doubles is a velocity, too", "[app][command]") {
+    const Folder folder;
+    writeVelocity(folder);
+    const auto floats = openvdb::GridBase::grid<openvdb::Vec3SGrid>(readVdb(folder / "vel.vdb").front());
+    REQUIRE(floats);
+    const auto doubles = openvdb::Vec3DGrid::create(openvdb::Vec3d(0));
+    doubles->insertMeta(*floats);
+    doubles->setTransform(floats->transform().copy());
+    for (auto value = floats->cbeginValueOn(); value; ++value)
+        doubles->tree().setValueOn(value.getCoord(), openvdb::Vec3d(*value));
+    openvdb::io::File((folder / "double.vdb").string()).write(openvdb::GridCPtrVec{doubles});
+    for (const char* options : {"", " exact=1"}) {
+        folder.mustRun(fmt::format("-read vel.vdb -flow{} -check report=a.json", options));
+        folder.mustRun(fmt::format("-read double.vdb -flow{} -check report=b.json", options));
+        for (const char* figure : {"rms_speed", "divergence_analytic", "divergence_by_differences"})
+            CHECK(jsonOf(folder / "a.json")[figure] == jsonOf(folder / "b.json")[figure]);
+    }
+    folder.mustRun("-read double.vdb -spectrum -check -write a.fga");
+    folder.mustRun("-read vel.vdb -write b.fga");
+    CHECK(bytesOf(folder / "a.fga") == bytesOf(folder / "b.fga"));
+}
+
+TEST_CASE("flow action: the velocity of a sequence of grids changes linearly from frame to frame", "[app][command]") {
+    const Folder folder;
+    for (const int frame : {1, 2, 3})
+        folder.mustRun(fmt::format("-uniform velocity={},0,0 box=-8,-8,-8,8,8,8 -velocity dim=16 -write vel.{}.vdb",
+                                   0.25 * frame * frame, frame));
+    // In the frames 1 to 3, the speed is 0.25, 1 and 2.25 units per second; a frame takes one.
+    for (const std::string options : {"", "interpolation=cubic", "exact=1"}) {
+        CAPTURE(options);
+        folder.mustRun(
+            fmt::format("-scatter count=20 box=-1,-1,-1,1,1,1 seed=3 -write start.csv -frames 1-3 fps=1 "
+                        "-read 'vel.$F.vdb' -flow {} -advect steps=4 -write 'moved.$F.csv'",
+                        options));
+        const Table start = tableOf(folder / "start.csv"), second = tableOf(folder / "moved.2.csv"),
+                    third = tableOf(folder / "moved.3.csv");
+        REQUIRE(start.rows.size() == 20);
+        for (size_t k = 0; k < start.rows.size(); ++k) {
+            CHECK(second.rows[k][0] - start.rows[k][0] == Approx(0.625).epsilon(1e-5));
+            CHECK(third.rows[k][0] - second.rows[k][0] == Approx(1.625).epsilon(1e-5));
+            CHECK(third.rows[k][1] == Approx(start.rows[k][1]).margin(1e-5));
+        }
+    }
+    // Sequences of scalar grids: the flow of a field whose gradient grows.
+    for (const int frame : {1, 2})
+        folder.mustRun(fmt::format("-formula {}*x -bake box=-9,-9,-9,9,9,9 dim=18 -write ramp.{}.vdb", frame, frame));
+    folder.mustRun(
+        "-scatter count=5 box=-1,-1,-1,1,1,1 -write start.csv -frames 1-2 fps=1 -read 'ramp.$F.vdb' -field -gradient "
+        "-advect steps=4 -write 'moved.$F.csv'");
+    const Table start = tableOf(folder / "start.csv"), moved = tableOf(folder / "moved.2.csv");
+    for (size_t k = 0; k < start.rows.size(); ++k)
+        CHECK(moved.rows[k][0] - start.rows[k][0] == Approx(1.5).epsilon(1e-5));
 }
 
 TEST_CASE("flow action: options without effect and unsuitable inputs are errors", "[app][command]") {

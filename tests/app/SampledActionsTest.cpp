@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/field/NoiseField.h"
 #include "curlew/picture/ImageFile.h"
+#include "curlew/vdb/VdbFile.h"
 #include "support/ProbeCommand.h"
 
 using namespace curlew;
@@ -29,8 +30,48 @@ TEST_CASE("field and bake actions: unsuitable inputs are errors that say why", "
     folder.mustFail("-noise -bake", {"-bake", "box="});
     folder.mustFail("-noise -bake box=0,0,0,1,1,0", {"-bake", "box"});
     folder.mustFail("-field", {"-field", "a grid or an image"});
-    folder.mustFail("-noise -noise seed=1 -dfvn box=-1,-1,-1,1,1,1 -velocity dim=8 -field", {"-field", "vec3s"});
+    folder.mustFail("-noise -noise seed=1 -dfvn box=-1,-1,-1,1,1,1 -velocity dim=8 -field",
+                    {"-field", "vec3s", "channel="});
     folder.mustFail("-noise -bake box=0,0,0,1,1,1 dim=8 -field wrap=repeat", {"-field", "wrap="});
     folder.mustFail("-noise dimensions=2 -slice width=16 -field channel=depth", {"-field", "depth"});
     folder.mustRun("-sphere -bake dim=16 -write ball.vdb"); // a shape has a box
+}
+
+TEST_CASE("field action: the range of a density is known, so it can be a divisor", "[app][command]") {
+    const Folder folder;
+    folder.mustRun("-formula '3+sin(5*x)' -bake box=-1,-1,-1,1,1,1 dim=24 -write density.vdb");
+    // Symmetric bounds would contain zero. Coefficients are up to a sixth of the second differences beyond the values.
+    folder.mustRun("-read density.vdb -field as=density -formula '1/(1+density)' -check box=-1,-1,-1,1,1,1");
+    folder.mustFail("-read density.vdb -field as=density -formula '1/(density-3)'", {"zero"});
+}
+
+TEST_CASE("field action: the speed and the components of a velocity grid", "[app][command]") {
+    const Folder folder;
+    for (const char* staggered : {"0", "1"}) {
+        folder.mustRun(fmt::format("-uniform velocity=2,-1,2 -velocity dim=8 staggered={} -write v.vdb", staggered));
+        for (const auto& [channel, value] : {std::pair("speed", 3.0), std::pair("x", 2.0), std::pair("y", -1.0)}) {
+            folder.mustRun(fmt::format(
+                "-read v.vdb -field channel={} -check box=-0.3,-0.3,-0.3,0.3,0.3,0.3 report=r.json", channel));
+            CHECK(jsonOf(folder / "r.json")["field_max"].get<double>() == Approx(value).epsilon(1e-3));
+        }
+    }
+    folder.mustFail("-read v.vdb -field channel=w", {"channel=speed"});
+}
+
+TEST_CASE("velocity action: a tile has each voxel once", "[app][command]") {
+    const Folder folder;
+    const std::string flow = "-noise frequency=2 period=4 -noise frequency=2 period=4 seed=1 -dfvn ";
+    const auto voxelsOf = [&](const std::string& options) {
+        folder.mustRun(flow + "-velocity box=0,0,0,2,2,2 " + options + " -write v.vdb");
+        return openvdb::GridBase::grid<openvdb::Vec3SGrid>(readVdb(folder / "v.vdb").front());
+    };
+    const auto tile = voxelsOf("dim=16 tile=1"), whole = voxelsOf("dim=16");
+    CHECK(tile->activeVoxelCount() == 16 * 16 * 16);
+    CHECK(whole->activeVoxelCount() == 17 * 17 * 17);
+    const auto inTile = tile->getConstAccessor(), inWhole = whole->getConstAccessor();
+    for (int k = 0; k < 16; ++k) {
+        CHECK(inTile.getValue({k, 3, 15}) == inWhole.getValue({k, 3, 15}));
+        CHECK((inTile.getValue({0, k, 3}) - inWhole.getValue({16, k, 3})).length() < 1e-5f); // the plane left out
+    }
+    folder.mustFail(flow + "-velocity box=0,0,0,2,2,1.9 dim=16 tile=1 -write v.vdb", {"tile=1", "along z"});
 }

@@ -37,6 +37,38 @@ static curlew_session* newSession(void) {
     return session;
 }
 
+/* The field x, and two that are wrong. */
+static int plane(void* user, int64_t count, const double* positions, double* values, double* gradients) {
+    int64_t k;
+    (void)user;
+    for (k = 0; k < count; ++k) {
+        values[k] = positions[3 * k];
+        gradients[3 * k] = 1;
+        gradients[3 * k + 1] = gradients[3 * k + 2] = 0;
+    }
+    return 0;
+}
+static int wrongPlane(void* user, int64_t count, const double* positions, double* values, double* gradients) {
+    int64_t k;
+    const int status = plane(user, count, positions, values, gradients);
+    for (k = 0; k < 3 * count; ++k) gradients[k] *= 2;
+    return status;
+}
+static int failing(void* user, int64_t count, const double* positions, double* values, double* gradients) {
+    return plane(user, count, positions, values, gradients) + 1;
+}
+
+static void providedFields(void) {
+    curlew_session* session = newSession();
+    int64_t flows = 0;
+    SUCCEEDS(curlew_provide_field(session, "a plane", 3, plane, NULL, 1));
+    SUCCEEDS(curlew_run(session, "read 'a plane'\nnoise\ndfvn\n", NULL, NULL));
+    SUCCEEDS(curlew_count(session, CURLEW_FLOW, &flows));
+    CHECK(flows == 1);
+    SUCCEEDS(curlew_withdraw(session, "a plane"));
+    SUCCEEDS(curlew_session_release(&session));
+}
+
 static void nullPointers(void) {
     curlew_session* session = newSession();
     curlew_session* none = NULL;
@@ -56,6 +88,12 @@ static void nullPointers(void) {
     FAILS(curlew_provide_points(NULL, "a", &array, NULL, NULL), CURLEW_VALUE_ERROR, "NULL");
     FAILS(curlew_provide_points(session, "", &array, NULL, NULL), CURLEW_VALUE_ERROR, "empty");
     FAILS(curlew_provide_points(session, "a", NULL, NULL, NULL), CURLEW_VALUE_ERROR, "positions is NULL");
+    FAILS(curlew_provide_field(NULL, "a", 3, plane, NULL, 1), CURLEW_VALUE_ERROR, "session is NULL");
+    FAILS(curlew_provide_field(session, NULL, 3, plane, NULL, 1), CURLEW_VALUE_ERROR, "name is NULL");
+    FAILS(curlew_provide_field(session, "a", 3, NULL, NULL, 1), CURLEW_VALUE_ERROR, "function");
+    FAILS(curlew_provide_field(session, "a", 8, plane, NULL, 1), CURLEW_VALUE_ERROR, "8 dimensions");
+    FAILS(curlew_provide_field(session, "a", 3, wrongPlane, NULL, 1), CURLEW_VALUE_ERROR, "gradients");
+    FAILS(curlew_provide_field(session, "a", 3, failing, NULL, 1), CURLEW_VALUE_ERROR, "'a' has failed");
     FAILS(curlew_withdraw(NULL, "a"), CURLEW_VALUE_ERROR, "NULL");
     FAILS(curlew_withdraw(session, "a"), CURLEW_VALUE_ERROR, "nothing has been provided as 'a'");
     FAILS(curlew_run(NULL, "noise", NULL, NULL), CURLEW_VALUE_ERROR, "NULL");
@@ -492,6 +530,7 @@ static void threads(void) {
 int main(void) {
     CHECK(curlew_error_status() == CURLEW_OK && strcmp(curlew_error_message(), "") == 0);
     nullPointers();
+    providedFields();
     wrongPrograms();
     wrongGraphs();
     wrongMeshes();

@@ -15,7 +15,7 @@ from . import _library as lib
 class Points:
     """Points. Each array has one entry per point."""
 
-    positions: np.ndarray  #: (n, 3) float64, world units
+    positions: np.ndarray  #: (n, 3) float64, world units; (n, 4) to (n, 7) in more dimensions
     ids: np.ndarray  #: (n,) int64, constant during a point's life
     velocities: Optional[np.ndarray] = None  #: (n, 3) float32, world units per second
     ages: Optional[np.ndarray] = None  #: (n,) float32, seconds
@@ -51,6 +51,8 @@ class Mesh:
     points: np.ndarray  #: (n, 3) float32, world units
     triangles: np.ndarray  #: (m, 3) int32
     quads: np.ndarray  #: (q, 4) int32
+    normals: Optional[np.ndarray] = None  #: (n, 3) float32, a unit normal for each point
+    uvs: Optional[np.ndarray] = None  #: (n, 2) float32, texture coordinates of each point
 
     @property
     def faces(self) -> List[Tuple[int, ...]]:

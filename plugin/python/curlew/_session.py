@@ -45,6 +45,10 @@ def _ctrl_c_cancels(cancel: Callable[[], Any], seen: List[Any]) -> Iterator[None
             usual(*seen[0])
 
 
+#: The functions of fields. They are kept, since fields and flows made from them may outlive their session.
+_FIELD_FUNCTIONS: List[Any] = []
+
+
 class Session:
     """Runs programs and holds the objects that they make.
 
@@ -57,6 +61,7 @@ class Session:
     def __init__(self) -> None:
         self.runs = 0  #: number of programs that were run
         self._handle: Any = None
+        self._field_failures: List[BaseException] = []
         self._handle = lib.created("session_create")
 
     def close(self) -> None:
@@ -123,6 +128,43 @@ class Session:
         ]
         views = [None if array is None else lib.array_of(array) for array in given]
         lib.call("provide_points", self.handle, lib.plain(name, "the name"), *views)
+
+    def provide_field(self, name: str, function: Callable[[np.ndarray], Any], dimension: int = 3) -> None:
+        """Provides a field: `read NAME` in programs then makes it.
+
+        Args:
+            function: called with positions, an (n, dimension) array of up to 64 rows, from any thread, one call at a
+                time. Returns the values, (n,), and their gradients, (n, dimension), at these positions, and always the
+                same at the same position. An exception ends the program and is raised from run().
+            dimension: 1 to 7.
+
+        Raises Error if the gradients are not those of the values. Slower than a formula, since each call takes Python's
+        lock.
+        """
+        name = lib.plain(name, "the name")
+
+        failures = self._field_failures
+
+        def evaluate(_user: Any, count: int, positions: Any, values: Any, gradients: Any) -> int:
+            try:
+                at = np.ctypeslib.as_array(positions, (count, dimension)).copy()
+                found, derivatives = function(at)
+                np.ctypeslib.as_array(values, (count,))[:] = found
+                np.ctypeslib.as_array(gradients, (count, dimension))[:] = derivatives
+                return 0
+            except BaseException as failure:  # pylint: disable=broad-except
+                failures.append(failure)
+                return 1
+
+        held = lib.FIELD(evaluate)
+        _FIELD_FUNCTIONS.append(held)
+        failures.clear()
+        try:
+            lib.call("provide_field", self.handle, name, dimension, held, None, len(_FIELD_FUNCTIONS))
+        except lib.Error:
+            if failures:
+                raise failures[0]
+            raise
 
     def withdraw(self, name: str) -> None:
         """Withdraws what was provided under this name. Raises Error if there is nothing."""
@@ -206,10 +248,12 @@ class Session:
         )
         text = lib.plain(lib.graph_text(graph), "the program")
         self.runs += 1
+        self._field_failures.clear()
         try:
             with _ctrl_c_cancels(self.cancel, interrupts):
                 lib.call(function, self.handle, text, lib.plain(name, "its name"), callbacks)
         except lib.Error:
+            failures.extend(self._field_failures)
             if not failures:
                 raise
         if failures:
@@ -274,7 +318,13 @@ class Session:
     def mesh(self, age: Which = 0) -> Mesh:
         """Returns a mesh, by name or by age."""
         read = self._read(lib.MESH, age).array
-        return Mesh(points=read("position"), triangles=read("triangles"), quads=read("quads"))
+        return Mesh(
+            points=read("position"),
+            triangles=read("triangles"),
+            quads=read("quads"),
+            normals=read("normal"),
+            uvs=read("uv"),
+        )
 
     def image(self, age: Which = 0) -> Image:
         """Returns an image, by name or by age."""

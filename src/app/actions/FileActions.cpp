@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "Actions.h"
 #include "FileText.h"
+#include "HighPoints.h"
 #include "HostFiles.h"
 #include "ProbeAction.h"
 #include "ReadFiles.h"
@@ -198,6 +199,8 @@ void writePlyFile(const Context& c, const Arguments& a, const std::string& file)
         c, file, [&] { writePly(file, *pointsForFile(c, a)); }, [&] { writePly(file, *curvesForFile(c, a)); });
 }
 void writeCsvFile(const Context& c, const Arguments& a, const std::string& file) {
+    if (c.kind("what") == Kind::points)
+        if (const auto& high = c.anyPoints("what").high) return writeHigh(file, *high);
     writeGeometry(
         c, file, [&] { writeCsv(file, *pointsForFile(c, a)); }, [&] { writeCsv(file, *curvesForFile(c, a)); });
 }
@@ -237,13 +240,23 @@ const std::vector<Format>& formats() {
          .holds = {Kind::mesh, Kind::points, Kind::curves},
          .write = writePlyFile,
          .kindOf = kindOfPly},
-        {".obj", {Kind::mesh}, readMeshFile, {Kind::mesh, Kind::curves}, writeObjFile},
+        {.extension = ".obj",
+         .reads = {Kind::mesh, Kind::curves},
+         .read = readObjFile,
+         .holds = {Kind::mesh, Kind::curves},
+         .write = writeObjFile,
+         .kindOf = kindOfObj},
         {".stl", {Kind::mesh}, readMeshFile, {}, nullptr},
         {".gltf", {Kind::mesh}, readModelFile, {}, nullptr},
         {".glb", {Kind::mesh}, readModelFile, {}, nullptr},
         {".fbx", {Kind::mesh}, readModelFile, {}, nullptr},
         {".dae", {Kind::mesh}, readModelFile, {}, nullptr},
-        {".csv", {Kind::points}, readPointFile, {Kind::points, Kind::curves}, writeCsvFile},
+        {.extension = ".csv",
+         .reads = {Kind::points, Kind::curves},
+         .read = readCsvFile,
+         .holds = {Kind::points, Kind::curves},
+         .write = writeCsvFile,
+         .kindOf = kindOfCsv},
         {.extension = ".bgeo",
          .reads = {Kind::points, Kind::curves},
          .read = readBgeoFile,
@@ -335,7 +348,7 @@ Registry fileActions() {
          .details = "formats: " + listOfFormats(Access::read),
          .makes = {several(made("meshes", {Kind::mesh}), 0, 1000), several(made("grids", {Kind::grid}), 0, 1000),
                    several(made("points", {Kind::points}), 0, 1000), several(made("curves", {Kind::curves}), 0, 1000),
-                   several(made("images", {Kind::image}), 0, 1000)},
+                   several(made("images", {Kind::image}), 0, 1000), several(made("fields", {Kind::field}), 0, 1000)},
          .options = readOptions(),
          .positional = {"FILE …", 1, 1000},
          .examples = {"curlew -read bunny.obj -mesh2ls -write bunny.vdb",

@@ -41,7 +41,9 @@ std::string described(const openvdb::GridBase& header, const openvdb::GridBase& 
 std::string describedObject(const Context& c, const Arguments& a, const Value& value) {
     switch (kindOf(value)) {
         case Kind::points: {
-            const Points& points = std::get<PointsPointer>(value)->particles;
+            const PointSet& set = *std::get<PointsPointer>(value);
+            if (set.high) return fmt::format("{} points of {} dimensions", grouped(set.size()), dimensionOf(*set.high));
+            const Points& points = set.particles;
             return fmt::format("{} points ({})", grouped(points.size()), attributesOf(points, pointVelocityOf(a)));
         }
         case Kind::curves: {

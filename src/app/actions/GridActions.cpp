@@ -162,6 +162,23 @@ std::string motionOf(const std::optional<WallVelocity>& moving, bool potential) 
                            : ", including the velocity of the deforming wall, which is not divergence-free";
 }
 
+/// Returns the box without its upper sides, on which the voxels of its lower sides repeat. Throws ValueError if the box
+/// does not hold whole voxels.
+Box tileOf(const Box& box, double voxel) {
+    constexpr double kTolerance = 1e-6; // voxels
+    Box tile = box;
+    for (int axis = 0; axis < 3; ++axis) {
+        for (const double side : {box.lower[axis], box.upper[axis]})
+            if (std::abs(side / voxel - std::round(side / voxel)) > kTolerance)
+                throw ValueError(
+                    fmt::format("tile=1 needs a box of whole voxels, but {} along {} is {:.6g} voxels of "
+                                "{:.6g}; change box=, voxel= or dim=",
+                                side, "xyz"[axis], side / voxel, voxel));
+        tile.upper[axis] -= 0.5 * voxel;
+    }
+    return tile;
+}
+
 void velocity(Context& c, const Arguments& a) {
     Flow flow = c.flow("flow");
     Domain domain = flow.domain();
@@ -175,6 +192,12 @@ void velocity(Context& c, const Arguments& a) {
                                 .mask = c.has("mask") ? c.grid("mask").grid : nullptr,
                                 .wallFade = a.real("wallFade"),
                                 .moving = movingWall(c)};
+    if (a.flag("tile")) {
+        if (options.mask) throw ValueError("tile=1 has no effect with a mask");
+        options.voxel = voxelOf(flow, options);
+        domain.box = tileOf(domain.box, options.voxel);
+        flow = flow.within(domain);
+    }
     const bool potential = options.moving && a.text("displaced") == "potential";
     if (potential) options.displaced = displacedBy(c, flow, options);
     const auto grid = velocityGrid(flow, options, c.follow("velocity"));
@@ -243,6 +266,10 @@ Registry gridActions() {
               text("name", "vel", "name of the grid; applications look for vel, v or velocity"),
               flag("half", "0", "1: store 16-bit floats"),
               box("box", "region to sample (default: the domain of the flow)"),
+              flag("tile", "0",
+                   "1: leave out the voxels on the upper sides of the box, which are those on its lower sides if the "
+                   "box "
+                   "is a period of the flow (-noise period=); the grid then repeats without a double plane"),
               notNegative("padding", "", "world units",
                           "distance to sample beyond an obstacle (default: the domain of the flow)"),
               ages("mask", "",
@@ -261,8 +288,11 @@ Registry gridActions() {
                      "divergence-free for a wall that deforms too, but slower: each frame solves a Poisson equation"),
               flag("density", "0", "1: also make a fog volume 'density' of the domain"),
               flag("potentials", "0", "1: also make grids 'f' and 'g' of the potentials")},
-         .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -velocity "
-                      "voxel=0.02 density=1 -write grid=0,1 smoke.vdb"},
+         .examples =
+             {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -velocity "
+              "voxel=0.02 density=1 -write grid=0,1 smoke.vdb",
+              "curlew -noise frequency=2 period=4 -noise frequency=2 period=4 seed=1 -dfvn -velocity tile=1 dim=64 "
+              "box=0,0,0,2,2,2 -write tile.vdb"},
          .run = velocity}};
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "Actions.h"
+#include "BetweenFrames.h"
 #include "FlowInSpace.h"
-#include "curlew/base/Digest.h"
 #include "curlew/flow/Flows.h"
 #include "curlew/vdb/GridFlow.h"
 
@@ -10,12 +10,6 @@ namespace curlew::app {
 namespace {
 
 using namespace options;
-
-VelocityGrids gridsOf(const Context& c) {
-    VelocityGrids grids;
-    for (size_t k = 0; k < c.count("grid"); ++k) grids.push_back(c.grid("grid", k).grid);
-    return grids;
-}
 
 /// Declares the input: one grid of vectors, or three of scalars if the newest grid is one.
 Input velocityInput() {
@@ -37,45 +31,52 @@ std::optional<Wall> wallOf(const Context& c, const Arguments& a, double voxel) {
     return Wall{.sdf = c.sdf("wall", width), .side = a.choice<Side>("side"), .width = width};
 }
 
-std::shared_ptr<const PotentialFlow> potentialsOf(const Context& c, const Arguments& a, const VelocityGrids& grids) {
+Flow flowOfPotentials(const Context& c, const Arguments& a, const VelocityGrids& grids) {
     const PotentialFlowOptions options{.wall = wallOf(c, a, grids.front()->voxelSize()[0])};
-    DigestBuilder key;
-    key.add("potentials of a velocity grid");
-    for (size_t k = 0; k < grids.size(); ++k) key.add(c.keyOf("grid", k));
-    if (options.wall) key.add(c.keyOf("wall")).add(options.wall->width).add(static_cast<int>(options.wall->side));
-    return c.kept<PotentialFlow>(key.digest(), [&] {
-        auto made = std::make_shared<const PotentialFlow>(potentialFlow(grids, options, c.follow("flow")));
-        c.say(fmt::format(
-            "flow: potentials of {} x {} x {} voxels; divergence per voxel {:.1e} of the rms velocity in "
-            "the grid, {:.1e} in the flow; the velocities through the faces changed by {:.1e}",
-            made->cells[0], made->cells[1], made->cells[2], made->divergence, made->residual, made->change));
-        constexpr double kMuch = 0.05;
-        if (made->change > kMuch)
-            c.warn(fmt::format("the velocities changed by {:.0f} % to become divergence-free{}", 100 * made->change,
-                               options.wall ? " and tangent to the wall" : ""));
-        if (made->channels > 0 && options.wall)
-            c.warn(
-                "the flow passes through a hole of the wall, or between closed sides of the box; single terms cross "
-                "closed sides, and the flow is slower beside a wall with a hole");
-        return made;
-    });
+    const PotentialFlow made = potentialFlow(grids, options, c.follow("flow"));
+    c.say(
+        fmt::format("flow: potentials of {} x {} x {} voxels; divergence per voxel {:.1e} of the rms velocity in "
+                    "the grid, {:.1e} in the flow; the velocities through the faces changed by {:.1e}",
+                    made.cells[0], made.cells[1], made.cells[2], made.divergence, made.residual, made.change));
+    constexpr double kMuch = 0.05;
+    if (made.change > kMuch)
+        c.warn(fmt::format("the velocities changed by {:.0f} % to become divergence-free{}", 100 * made.change,
+                           options.wall ? " and tangent to the wall" : ""));
+    if (made.channels > 0 && options.wall)
+        c.warn(
+            "the flow passes through a hole of the wall, or between closed sides of the box; single terms cross "
+            "closed sides, and the flow is slower beside a wall with a hole");
+    return made.flow;
 }
 
-void flowOfGrid(Context& c, const Arguments& a) {
-    const VelocityGrids grids = gridsOf(c);
-    if (a.flag("exact")) {
-        c.give(AnyFlow(potentialsOf(c, a, grids)->flow));
-        return;
-    }
-    if (c.has("wall") || a.given("side") || a.given("layer"))
-        throw ValueError("a wall needs exact=1: without potentials, the flow cannot be made tangent to it");
+Flow interpolatedFlow(const Context& c, const Arguments& a, const VelocityGrids& grids) {
     const auto sampling = a.choice<GridSampling>("interpolation");
     const Flow flow = sampledFlow(grids, sampling, c.follow("flow"));
     c.say(fmt::format(
         "flow: {} interpolation of a {} velocity grid; not divergence-free, no tracks (exact=1 makes "
         "potentials)",
         kGridSamplingNames.at(static_cast<size_t>(sampling)), isStaggered(grids) ? "staggered" : "collocated"));
-    c.give(AnyFlow(flow));
+    return flow;
+}
+
+/// Returns (1 - part) a + part b in the box around both domains. It is divergence-free if both flows are.
+Flow blend(const Flow& a, const Flow& b, double part) {
+    Domain domain = b.domain();
+    for (int k = 0; k < 3; ++k) {
+        domain.box.lower[k] = std::min(domain.box.lower[k], a.domain().box.lower[k]);
+        domain.box.upper[k] = std::max(domain.box.upper[k], a.domain().box.upper[k]);
+    }
+    return (scaled(a, 1 - part) + scaled(b, part)).within(domain);
+}
+
+void flowOfGrid(Context& c, const Arguments& a) {
+    const bool exact = a.flag("exact");
+    if (!exact && (c.has("wall") || a.given("side") || a.given("layer")))
+        throw ValueError("a wall needs exact=1: without potentials, the flow cannot be made tangent to it");
+    const auto make = [&](const VelocityGrids& grids) {
+        return exact ? flowOfPotentials(c, a, grids) : interpolatedFlow(c, a, grids);
+    };
+    c.give(AnyFlow(blendedInTime(c, "grid", make, blend)));
 }
 
 void gradient(Context& c, const Arguments& a) {
@@ -111,7 +112,8 @@ Registry gridFlowActions() {
              "potentials. It is divergence-free at every point, has the same fluxes through the faces of the voxels, "
              "and "
              "is tangent to the wall. To follow its terms one by one, which never cross the wall, use -advect "
-             "splitting=strang.",
+             "splitting=strang. In a sequence of grids, one for each frame, the velocity changes linearly from frame "
+             "to frame.",
          .takes = {velocityInput(), onRequest(stays("wall", {Kind::shape, Kind::levelSet}),
                                               "only if it is linked, or with side=: an obstacle or a container",
                                               [](const Arguments& a) { return a.given("side"); })},

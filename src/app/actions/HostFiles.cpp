@@ -8,6 +8,7 @@
 #include "curlew/vdb/CurveFile.h"
 #include "curlew/vdb/NanoFile.h"
 #include "curlew/vdb/NumpyFile.h"
+#include "curlew/vdb/ScalarGrids.h"
 #include "curlew/vdb/UsdFile.h"
 #include "curlew/vdb/VectorFieldFile.h"
 
@@ -215,6 +216,7 @@ std::vector<openvdb::GridBase::ConstPtr> headersForFile(const Context& c, const 
 
 std::shared_ptr<const Points> pointsForFile(const Context& c, const Arguments& a) {
     const HostOptions options = optionsOf(c, a);
+    if (c.anyPoints("what").high) throw ValueError("points of more than 3 dimensions can only be written to a .csv");
     const auto set = std::get<PointsPointer>(c.value("what"));
     if (keepsGeometry(options)) return {set, &set->particles};
     return std::make_shared<const Points>(forHost(set->particles, options));
@@ -262,8 +264,8 @@ void writeNumpyFile(const Context& c, const Arguments& a, const std::string& fil
 }
 
 void writeFgaFile(const Context& c, const Arguments& a, const std::string& file) {
-    const auto grid = openvdb::GridBase::grid<openvdb::Vec3SGrid>(gridForFile(c, a, file));
-    if (!grid) throw ValueError(fmt::format("'{}' holds vec3s; make a grid with -velocity", file));
+    const auto grid = vectorsOf(gridForFile(c, a, file));
+    if (!grid) throw ValueError(fmt::format("'{}' holds vectors; make a grid with -velocity", file));
     sayBox(c, file, writeFga(file, *grid, c.follow(fmt::format("writing {}", file))));
 }
 

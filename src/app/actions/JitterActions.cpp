@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "Actions.h"
+#include "HighPoints.h"
 #include "ScatterDomain.h"
 #include "curlew/app/registry/Bind.h"
 #include "curlew/track/Jitter.h"
@@ -56,32 +57,41 @@ const Binding<JitteredLatticeOptions>& jitterBinding() {
     return binding;
 }
 
+/// Says and reports what jitteredPositions() or jitteredLattice() has made.
+void reportJitter(Context& c, size_t points, double spacing, bool conforms) {
+    c.say(fmt::format("jitter: {} points at a spacing of {:.6g}{}", points, spacing,
+                      conforms ? ", none of which crosses the wall" : ""));
+    c.report("jitter") = {{"points", points}, {"spacing", spacing}, {"conforms", conforms}};
+}
+
 void jitterAction(Context& c, const Arguments& a) {
-    Domain domain = c.has("domain") ? domainOfInput(c, "domain") : Domain{};
-    if (a.given("box")) domain.box = a.box("box");
-    const bool flow = c.has("domain") && c.kind("domain") == Kind::flow;
-    const int64_t dimensions = a.given("dimensions") ? a.integer("dimensions")
-                               : flow                ? dimensionOf(c.anyFlow("domain"))
-                                                     : 3;
-    if (domain.wall && a.given("side")) domain.wall->side = a.choice<Side>("side");
     const JitteredLatticeOptions options = jitterBinding().read(a);
     const Monitor monitor = c.follow("jitter");
+    const int dimensions = pointDimension(c, a, "domain");
+    if (dimensions > 3) {
+        if (a.given("side")) throw ValueError("side= needs a wall, which is in 2 or 3 dimensions");
+        return inHighDimension(dimensions, [&](auto n) {
+            auto made = jitteredPositions(highDomain<n>(c, a, "domain"), options, monitor);
+            reportJitter(c, made.positions.size(), made.spacing, made.conforms);
+            giveHigh(c, std::move(made.positions));
+        });
+    }
+    Domain domain = c.has("domain") ? domainOfInput(c, "domain") : Domain{};
+    if (a.given("box")) domain.box = a.box("box");
+    if (domain.wall && a.given("side")) domain.wall->side = a.choice<Side>("side");
     JitteredLattice lattice = dimensions == 2 ? jitteredLattice(inPlane(domain), options, monitor)
                                               : jitteredLattice(domain, options, monitor);
-    c.say(fmt::format("jitter: {} points at a spacing of {:.6g}{}", lattice.points.size(), lattice.spacing,
-                      lattice.conforms ? ", none of which crosses the wall" : ""));
-    c.report("jitter") = {
-        {"points", lattice.points.size()}, {"spacing", lattice.spacing}, {"conforms", lattice.conforms}};
+    reportJitter(c, lattice.points.size(), lattice.spacing, lattice.conforms);
     givePoints(c, std::move(lattice.points));
 }
 
 std::vector<Option> jitterOptions() {
     std::vector<Option> all = jitterBinding().options();
-    all.insert(all.begin() + 2, formerly({"dim"}, integer("dimensions", "", 2, 3,
+    all.insert(all.begin() + 2, formerly({"dim"}, integer("dimensions", "", 2, 7,
                                                           "number of dimensions; 2: a lattice in the plane z = 0 "
                                                           "(default: as many as the newest flow has, else 3)")));
     all.push_back(choice("side", {"inside", "outside", "both"}, "side of the wall to fill, instead of the flow's"));
-    all.push_back(box("box", "box to fill (default: the box of the domain)"));
+    all.push_back(box("box", "box to fill; dimensions beyond z have the range of x (default: the box of the domain)"));
     return all;
 }
 
@@ -97,7 +107,8 @@ Registry jitterActions() {
          .makes = {made("points", {Kind::points})},
          .options = jitterOptions(),
          .examples = {"curlew -sphere -jitter count=2000 seed=3 -write blue.ply",
-                      "curlew -jitter dimensions=2 spacing=0.05 box=0,0,-1,4,3,1 -write dots.csv"},
+                      "curlew -jitter dimensions=2 spacing=0.05 box=0,0,-1,4,3,1 -write dots.csv",
+                      "curlew -jitter dimensions=5 count=3000 -spacing -write samples.csv"},
          .inFrames = InFrames::once,
          .run = jitterAction}};
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Longer than 400 lines: -advect has more options, warnings and figures than any other action.
 #include "Actions.h"
+#include "HighPoints.h"
 #include "LoopAction.h"
 #include "MovingWall.h"
 #include "ScatterDomain.h"
@@ -8,6 +9,7 @@
 #include "curlew/app/registry/InContext.h"
 #include "curlew/app/registry/Text.h"
 #include "curlew/base/Memory.h"
+#include "curlew/base/Random.h"
 #include "curlew/track/Distance.h"
 #include "curlew/track/Neighbours.h"
 #include "curlew/track/Pathlines.h"
@@ -16,6 +18,7 @@
 #include "curlew/track/VolumeChange.h"
 #include "curlew/vdb/SnapToLevelSet.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace curlew::app {
@@ -27,8 +30,29 @@ using namespace options;
 const std::string kGroup = "points";
 constexpr double kSnapTolerance = 1e-9; ///< In the field's value, or relative to the surface's size or voxel size.
 
+/// Scatters points in the box of a domain of N > 3 dimensions.
+template <int N>
+void scatterHigh(Context& c, const Arguments& a, size_t count) {
+    for (const char* option : {"on", "offset"})
+        if (a.given(option)) throw ValueError(fmt::format("{}= needs points in 3D, not in {} dimensions", option, N));
+    if (c.has("density")) throw ValueError(fmt::format("density= needs points in 3D, not in {} dimensions", N));
+    const BoxN<N> box = highDomain<N>(c, a, "domain").box;
+    if (!box.finite()) throw ValueError("the domain is infinite; give a box");
+    requireMemory(static_cast<double>(count) * sizeof(Vec<double, N>), fmt::format("{} points", count),
+                  "use fewer points");
+    const auto seed = a.integer<uint64_t>("seed");
+    std::vector<Vec<double, N>> positions(count);
+    for (size_t k = 0; k < count; ++k)
+        for (int axis = 0; axis < N; ++axis)
+            positions[k][axis] =
+                box.lower[axis] + box.size()[axis] * randomUniform(seed, k, static_cast<uint64_t>(axis));
+    giveHigh(c, std::move(positions));
+}
+
 void scatterAction(Context& c, const Arguments& a) {
     const auto count = a.integer<size_t>("count");
+    if (const int dimension = pointDimension(c, a, "domain"); dimension > 3)
+        return inHighDimension(dimension, [&](auto n) { scatterHigh<n>(c, a, count); });
     const Birthplace birth = birthplaceOf(c, a, OffSurface::flowsOnly);
     requireMemory(static_cast<double>(count) * Points::kPlainBytes, fmt::format("{} points", count),
                   "use fewer points");
@@ -73,7 +97,8 @@ const Binding<AdvectOptions>& advectBinding() {
     return binding;
 }
 
-AdvectOptions advectOptions(const Context& c, const Arguments& a, const Flow& flow) {
+template <int N>
+AdvectOptions advectOptions(const Context& c, const Arguments& a, const DomainN<N>& domain) {
     constexpr int kEqualSteps = 100; // for a scheme without error estimate
     AdvectOptions options = advectBinding().read(a);
     if (c.clock() && !a.given("duration")) {
@@ -87,7 +112,7 @@ AdvectOptions advectOptions(const Context& c, const Arguments& a, const Flow& fl
         options.steps = c.clock() ? c.clock()->substeps : kEqualSteps;
     } else if (c.clock() && !a.given("steps")) {
         options.steps = c.clock()->substeps;
-        if (!a.given("accuracy")) options.accuracy = defaultAccuracy(flow.domain());
+        if (!a.given("accuracy")) options.accuracy = defaultAccuracy(domain);
     }
     return options;
 }
@@ -218,12 +243,45 @@ void reportVolumes(Context& c, const Arguments& a, const FlowInTime& flow, doubl
                           {"farthest", change.farthest}};
 }
 
+/// Moves points of N > 3 dimensions along a flow of as many.
+template <int N>
+void advectHigh(Context& c, const Arguments& a) {
+    const auto* flow = std::get_if<FlowN<N>>(&c.anyFlow("flow"));
+    if (!flow)
+        throw ValueError(
+            fmt::format("the points have {} dimensions, but the flow has {}", N, dimensionOf(c.anyFlow("flow"))));
+    for (const char* option : {"loop", "jacobian", "pathlines"})
+        if (a.given(option)) throw ValueError(fmt::format("{}= needs points in 3D, not in {} dimensions", option, N));
+    if (c.clock())
+        throw ValueError(
+            fmt::format("points of {} dimensions cannot move from frame to frame; use -advect duration= "
+                        "before -frames",
+                        N));
+    const AdvectOptions options = advectOptions(c, a, flow->domain());
+    auto positions = std::get<std::vector<Vec<double, N>>>(*c.anyPoints("points").high);
+    const AdvectResultN<N> result = advect(*flow, positions, options, c.follow("advect"));
+    const double residual = *std::max_element(result.residual.begin(), result.residual.end());
+    c.say(
+        fmt::format("advect: {} points in {} dimensions, {:.4g} steps each; residuals {:.1e} at most, {} points not "
+                    "converged",
+                    result.points, N,
+                    static_cast<double>(result.substeps) / static_cast<double>(std::max<size_t>(result.points, 1)),
+                    residual, result.notConverged));
+    c.report("advect") = {{"points", result.points},     {"substeps", result.substeps},
+                          {"retries", result.retries},   {"not_converged", result.notConverged},
+                          {"residual_max", residual},    {"error_mean", result.errorMean},
+                          {"error_max", result.errorMax}};
+    giveHigh(c, std::move(positions));
+}
+
 void advectAction(Context& c, const Arguments& a) {
+    if (const auto& high = c.anyPoints("points").high)
+        return inHighDimension(dimensionOf(*high), [&](auto n) { advectHigh<n>(c, a); });
     if (a.given("loop")) return loopAction(c, a, advectBinding().read(a).reprojection);
     const FlowInTime flow = c.flowInTime("flow");
     const double begin = c.clock() ? c.clock()->begin : 0;
     const Flow first = flow.at(begin);
-    AdvectOptions options = advectOptions(c, a, first);
+    AdvectOptions options = advectOptions(c, a, first.domain());
     const bool estimated = tableauOf(options.usedScheme()).embedded();
     prepareSum(c, a, first, options);
     warnOfLostWall(c, flow, begin, options.time, "points may end up on the wrong side");
@@ -290,16 +348,22 @@ void distanceAction(Context& c, const Arguments&) {
 }
 
 void spacingAction(Context& c, const Arguments& a) {
-    const Points& particles = c.points("points").particles;
-    requireMemory(static_cast<double>(particles.size()) * sizeof(Vec3d), fmt::format("{} points", particles.size()),
-                  "use fewer points");
-    std::vector<Vec3d> points(particles.size());
-    for (size_t k = 0; k < points.size(); ++k) points[k] = {{particles.x[k], particles.y[k], particles.z[k]}};
-    const Spacing spacing = spacingOf(points, c.follow("spacing"));
+    const PointSet& set = c.anyPoints("points");
+    const Monitor monitor = c.follow("spacing");
+    const auto inSpace = [&] {
+        const Points& particles = set.particles;
+        requireMemory(static_cast<double>(particles.size()) * sizeof(Vec3d), fmt::format("{} points", particles.size()),
+                      "use fewer points");
+        std::vector<Vec3d> points(particles.size());
+        for (size_t k = 0; k < points.size(); ++k) points[k] = particles.position(k);
+        return spacingOf(points, monitor);
+    };
+    const Spacing spacing =
+        set.high ? std::visit([&](const auto& points) { return spacingOf(points, monitor); }, *set.high) : inSpace();
     const std::string name = a.text("name");
     c.say(fmt::format("{}: distance of {} points to their nearest neighbours: median {:.4g}, minimum {:.4g}", name,
-                      points.size(), spacing.median, spacing.minimum));
-    c.report(name) = {{"points", points.size()}, {"median", spacing.median}, {"minimum", spacing.minimum}};
+                      set.size(), spacing.median, spacing.minimum));
+    c.report(name) = {{"points", set.size()}, {"median", spacing.median}, {"minimum", spacing.minimum}};
 }
 
 std::vector<Option> advectDeclared() {
@@ -334,9 +398,12 @@ Registry pointActions() {
          .takes = {domainInput(), densityInput()},
          .makes = {made("points", {Kind::points})},
          .options = {integer("count", "10000", 1, 1e15, "number of points"),
+                     integer("dimensions", "", 3, 7,
+                             "number of dimensions (default: as many as the newest flow has, else 3)"),
                      integer("seed", "0", 0, 0x1p53 - 1, "random seed"), onOption(),
                      offsetOption("0 on a shape or level set; at the wall of a flow 0.1 %"),
-                     box("box", "box to fill (default: the box of the domain)"),
+                     box("box",
+                         "box to fill; dimensions beyond z have the range of x (default: the box of the domain)"),
                      ages("grid", "", "level set to fill: 0 is the newest")},
          .examples =
              {"curlew -torus -scatter count=1e5 seed=3 -write torus.ply",
@@ -351,7 +418,9 @@ Registry pointActions() {
          .makes = {made("points", {Kind::points}), made("curves", {Kind::curves}, "pathlines")},
          .options = advectDeclared(),
          .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -scatter "
-                      "-advect duration=2 -write points.ply"},
+                      "-advect duration=2 -write points.ply",
+                      "curlew -noise dimensions=4 -noise dimensions=4 seed=1 -noise dimensions=4 seed=2 -dfvn speed=1 "
+                      "-scatter count=1000 -advect duration=0.5 -write points4.csv"},
          .inFrames = InFrames::each,
          .run = advectAction},
         {.name = "snap",

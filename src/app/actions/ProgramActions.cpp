@@ -28,7 +28,9 @@ std::string described(const Value& value) {
                                        : flow.terms().empty()
                                            ? "without potentials"
                                            : fmt::format("sum of {}", flow.terms().size() + flow.components().size()),
-                                       flow.uniformSpeed() > 0 ? ", normalised" : "",
+                                       flow.uniformSpeed() > 0 ? ", normalised"
+                                       : flow.preservesArea()  ? ", preserves the area of level sets"
+                                                               : "",
                                        fmt::join(domain.box.lower.c, ","), fmt::join(domain.box.upper.c, ","),
                                        !domain.wall                         ? ""
                                        : domain.wall->side == Side::inside  ? "; domain: inside a wall"
@@ -48,6 +50,8 @@ std::string described(const Value& value) {
             return fmt::format("mesh, {} points, {} faces", mesh->points.size(), mesh->faces());
         }
         std::string operator()(const PointsPointer& points) const {
+            if (points->high)
+                return fmt::format("{} points of {} dimensions", points->size(), dimensionOf(*points->high));
             return fmt::format("{} points{}", points->particles.size(),
                                points->particles.hasVelocity() ? ", with velocity" : "");
         }

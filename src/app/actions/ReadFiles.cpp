@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ReadFiles.h"
 
+#include "HighPoints.h"
 #include "ScatterDomain.h"
 #include "curlew/app/registry/Text.h"
 #include "curlew/app/run/IsolatedFiles.h"
+#include "curlew/app/run/Probe.h"
 #include "curlew/base/LocalFile.h"
 #include "curlew/picture/ImageFile.h"
 #include "curlew/vdb/AnimatedMesh.h"
 #include "curlew/vdb/BgeoFile.h"
+#include "curlew/vdb/CurveFile.h"
 #include "curlew/vdb/NanoFile.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
@@ -166,6 +169,40 @@ void readPointFile(Context& c, const Arguments&, const SourceFile& file) {
     c.say(fmt::format("{}: {} points{}", file.name, table.points.size(),
                       table.skipped.empty() ? "" : "; skipped: " + join(table.skipped, " ")));
     givePoints(c, std::move(table.points));
+}
+
+namespace {
+
+void readCurveFile(Context& c, const SourceFile& file) {
+    auto curves = std::make_shared<const Curves>(readCurves(file.path));
+    c.say(fmt::format("{}: {} curves with {} vertices", file.name, curves->size(), curves->vertices()));
+    c.give(std::move(curves));
+}
+
+} // namespace
+
+void readObjFile(Context& c, const Arguments& a, const SourceFile& file) {
+    holdsCurves(file.path) ? readCurveFile(c, file) : readMeshFile(c, a, file);
+}
+Kind kindOfObj(const std::filesystem::path& path) { return holdsCurves(path) ? Kind::curves : Kind::mesh; }
+Kind kindOfCsv(const std::filesystem::path& path) { return holdsCurves(path) ? Kind::curves : Kind::points; }
+
+void readCsvFile(Context& c, const Arguments& a, const SourceFile& file) {
+    if (holdsCurves(file.path)) return readCurveFile(c, file);
+    if (!hasNumberedCoordinates(file.path)) return readPointFile(c, a, file);
+    const Positions table = readPositions(file.path);
+    c.say(fmt::format("{}: {} points of {} dimensions", file.name, table.size(), table.dimension()));
+    if (table.dimension() > 3)
+        return inHighDimension(table.dimension(), [&](auto n) {
+            std::vector<Vec<double, n>> positions;
+            for (size_t k = 0; k < table.size(); ++k) positions.push_back(table.at<n>(k));
+            giveHigh(c, std::move(positions));
+        });
+    std::vector<Vec3d> positions(table.size());
+    for (size_t k = 0; k < positions.size(); ++k)
+        for (int axis = 0; axis < table.dimension(); ++axis)
+            positions[k][axis] = table.coordinates[k * table.names.size() + static_cast<size_t>(axis)];
+    givePoints(c, Points::at(positions));
 }
 
 void readPlyFile(Context& c, const Arguments& a, const SourceFile& file) {

@@ -25,6 +25,14 @@ void readMeshFile(Context& c, const Arguments& a, const SourceFile& file);
 /// Reads a mesh, or points if the file has no faces.
 void readPlyFile(Context& c, const Arguments& a, const SourceFile& file);
 
+/// Reads a mesh, or curves if the file has polylines and no faces.
+void readObjFile(Context& c, const Arguments& a, const SourceFile& file);
+/// Reads points, points of any dimension if the columns are x0, x1, …, or curves if the first column is `curve`.
+void readCsvFile(Context& c, const Arguments& a, const SourceFile& file);
+/// Returns what an .obj or a .csv contains.
+Kind kindOfObj(const std::filesystem::path& path);
+Kind kindOfCsv(const std::filesystem::path& path);
+
 /// Reads points with their attributes.
 void readPointFile(Context& c, const Arguments& a, const SourceFile& file);
 

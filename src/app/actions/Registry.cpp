@@ -6,11 +6,11 @@ namespace curlew::app {
 const Registry& registry() {
     static const Registry all = [] {
         Registry actions;
-        for (auto* group :
-             {&fileActions,    &shapeActions, &noiseActions,    &fieldActions,  &sampledActions,  &wallActions,
-              &flowActions,    &windActions,  &gridFlowActions, &carryActions,  &gridActions,     &spectrumActions,
-              &pointActions,   &emitActions,  &jitterActions,   &curveActions,  &levelSetActions, &imageActions,
-              &surfaceActions, &splatActions, &pictureActions,  &reportActions, &programActions})
+        for (auto* group : {&fileActions,    &shapeActions,  &noiseActions,   &fieldActions,    &sampledActions,
+                            &meshActions,    &wallActions,   &flowActions,    &windActions,     &gridFlowActions,
+                            &railActions,    &carryActions,  &gridActions,    &spectrumActions, &pointActions,
+                            &emitActions,    &jitterActions, &curveActions,   &levelSetActions, &imageActions,
+                            &surfaceActions, &splatActions,  &pictureActions, &reportActions,   &programActions})
             for (auto& action : group()) actions.push_back(std::move(action));
         return actions;
     }();

@@ -7,6 +7,7 @@
 #include "curlew/base/Memory.h"
 #include "curlew/vdb/GridDiagnostics.h"
 #include "curlew/vdb/HostCheck.h"
+#include "curlew/vdb/ScalarGrids.h"
 
 namespace curlew::app {
 
@@ -48,7 +49,7 @@ std::vector<std::string> violations(const nlohmann::ordered_json& check, bool st
         if (check.contains(name) && !(check[name].get<double>() <= limit))
             broken.push_back(fmt::format("{} is {:.3g}, above {:.3g}", name, check[name].get<double>(), limit));
     };
-    if (check.value("divergence_free", true)) {
+    if (check.value("divergence_free", true) || check.value("preserves_area", false)) {
         require("divergence_analytic", 1e-6);
         if (!check.value("divergence_vanishes", true))
             broken.push_back(
@@ -69,9 +70,7 @@ std::vector<std::string> violations(const nlohmann::ordered_json& check, bool st
 
 bool ofFlow(const Context& c) { return c.has("what") && c.kind("what") == Kind::flow; }
 
-openvdb::Vec3SGrid::ConstPtr velocityOf(const Context& c) {
-    return openvdb::GridBase::grid<openvdb::Vec3SGrid>(c.grid("velocity").grid);
-}
+openvdb::Vec3SGrid::ConstPtr velocityOf(const Context& c) { return vectorsOf(c.grid("velocity").grid); }
 
 /// Measures the range of a field's values.
 void checkField(const Context& c, const Arguments& a, Report& found) {
@@ -108,6 +107,8 @@ void checkFlow(const Context& c, const Arguments& a, Report& found) {
     const auto samples = a.integer<size_t>("samples");
     const Monitor monitor = c.follow("checking the flow");
     found["divergence_free"] = std::visit([](const auto& flow) { return flow.divergenceFree(); }, c.anyFlow("what"));
+    if (std::visit([](const auto& flow) { return flow.preservesArea(); }, c.anyFlow("what")))
+        found["preserves_area"] = true;
     const auto report = [&](const DivergenceDiagnostics& divergence, bool wall) {
         found["divergence_analytic"] = divergence.trace;
         found["divergence_by_differences"] = divergence.byDifferences;
@@ -198,10 +199,11 @@ void checkCurves(const Context& c, const Flow& flow, const std::optional<WallSol
 void checkPositions(const Context& c, Report& found) {
     // Pathlines in a flow that changes were elsewhere than its wall is now.
     const bool curves = c.has("curves") && c.steady("what") && dimensionOf(c.anyFlow("what")) <= 3;
-    if (!c.has("points") && !curves) return;
+    const bool points = c.has("points") && !c.anyPoints("points").high; // those have no wall and no track
+    if (!points && !curves) return;
     const Flow flow = c.flow("what");
     const auto solids = WallSolids::of(c, "what");
-    if (c.has("points")) checkPoints(c, flow, solids, found);
+    if (points) checkPoints(c, flow, solids, found);
     if (curves && flow.domain().wall) checkCurves(c, flow, solids, found);
 }
 

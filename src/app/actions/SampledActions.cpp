@@ -1,8 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "Actions.h"
+#include "BetweenFrames.h"
 #include "curlew/app/registry/Text.h"
+#include "curlew/field/Algebra.h"
 #include "curlew/picture/ImageField.h"
 #include "curlew/vdb/GridField.h"
+#include "curlew/vdb/HostConversion.h"
+#include "curlew/vdb/ScalarGrids.h"
+
+#include <openvdb/tools/GridOperators.h>
+
+#include <algorithm>
+#include <array>
 
 namespace curlew::app {
 
@@ -10,23 +19,45 @@ namespace {
 
 using namespace options;
 
-void fieldFromSamples(Context& c, const Arguments& a) {
-    if (c.kind("source") == Kind::image) {
-        const auto wrap = a.choice<ImageWrap>("wrap");
-        c.give(FieldValue{imageField(c.image("source").image, a.text("channel"), wrap)});
-        return;
-    }
-    for (const char* option : {"channel", "wrap"})
-        if (a.given(option))
-            throw ValueError(fmt::format("{}= is for pictures, but the newest input is a grid", option));
-    const openvdb::GridBase& grid = *c.grid("source").grid;
+constexpr std::array<std::string_view, 4> kVelocityChannels{"x", "y", "z", "speed"};
+
+/// Returns the grid, or the channel of a velocity grid.
+openvdb::GridBase::ConstPtr scalarsOf(const openvdb::GridBase::ConstPtr& grid, const Arguments& a) {
+    openvdb::Vec3SGrid::ConstPtr vectors = vectorsOf(grid);
+    if (!vectors) return grid;
+    const std::string channel = a.given("channel") ? a.text("channel") : "";
+    const auto found = std::find(kVelocityChannels.begin(), kVelocityChannels.end(), channel);
+    if (found == kVelocityChannels.end())
+        throw ValueError(fmt::format("a grid of {} is a field by one of its channels: give channel=speed, x, y or z",
+                                     grid->valueType()));
+    if (vectors->getGridClass() == openvdb::GRID_STAGGERED) vectors = collocated(*vectors);
+    if (channel == "speed") return openvdb::tools::magnitude(*vectors);
+    return componentOf(*vectors, static_cast<int>(found - kVelocityChannels.begin()), channel);
+}
+
+ScalarField fieldOfGrid(const Context& c, const openvdb::GridBase& grid) {
     const ScalarField field = gridField(grid, c.follow("field"));
     c.say(fmt::format("field: grid '{}', {} active voxels of {:.6g}, background {}", grid.getName(),
                       grid.activeVoxelCount(), grid.voxelSize()[0],
                       grid.isType<openvdb::FloatGrid>()
                           ? fmt::format("{:.4g}", static_cast<const openvdb::FloatGrid&>(grid).background())
                           : "its background"));
-    c.give(FieldValue{field});
+    return field;
+}
+
+ScalarField blend(const ScalarField& a, const ScalarField& b, double part) { return (1 - part) * a + part * b; }
+
+void fieldFromSamples(Context& c, const Arguments& a) {
+    if (c.kind("source") == Kind::image) {
+        const auto wrap = a.choice<ImageWrap>("wrap");
+        c.give(FieldValue{imageField(c.image("source").image, a.text("channel"), wrap)});
+        return;
+    }
+    if (a.given("wrap")) throw ValueError("wrap= is for pictures, but the newest input is a grid");
+    if (c.kind("source") != Kind::velocity && a.given("channel"))
+        throw ValueError("channel= is for pictures and velocity grids, but the newest input is another grid");
+    const auto make = [&](const Grids& grids) { return fieldOfGrid(c, *scalarsOf(grids.front(), a)); };
+    c.give(FieldValue{blendedInTime(c, "source", make, blend)});
 }
 
 /// Returns the region to bake: box=, or that of a shape.
@@ -56,10 +87,14 @@ Registry sampledActions() {
         {.name = "field",
          .group = "fields",
          .summary = "field from samples: the newest scalar grid (3D) or picture (2D), as a smooth (C²) spline",
-         .details = "The longer edge of a picture reaches from -1 to 1; place it with -transform.",
+         .details = "The longer edge of a picture reaches from -1 to 1; place it with -transform. In a sequence of "
+                    "grids, one for each frame, "
+                    "the field changes linearly from frame to frame.",
          .takes = {taken("source", {Kind::grid, Kind::image})},
          .makes = {made("field", {Kind::field})},
-         .options = {text("channel", "", "picture: channel (default: the only one, or the luminance of R, G and B)"),
+         .options = {text("channel", "",
+                          "picture: channel (default: the only one, or the luminance of R, G and B); velocity grid: x, "
+                          "y, z or speed"),
                      choice("wrap", kImageWrapNames,
                             "picture: what lies beyond its edges: clamp repeats the pixels at the edge, repeat the "
                             "picture, mirror its mirror image"),

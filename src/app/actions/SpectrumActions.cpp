@@ -3,6 +3,7 @@
 #include "curlew/app/registry/Bind.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/picture/Plot.h"
+#include "curlew/vdb/ScalarGrids.h"
 #include "curlew/vdb/Spectrum.h"
 
 namespace curlew::app {
@@ -42,8 +43,8 @@ PlotData plotOf(const EnergySpectrum& spectrum, const Interval& fit) {
 }
 
 void spectrum(Context& c, const Arguments& a) {
-    const auto grid = openvdb::GridBase::grid<openvdb::Vec3SGrid>(c.grid("velocity").grid);
-    if (!grid) throw ValueError("needs a grid of float vectors");
+    const auto grid = vectorsOf(c.grid("velocity").grid);
+    if (!grid) throw ValueError("needs a grid of float or double vectors");
     const EnergySpectrum found = energySpectrum(*grid, spectrumBinding().read(a), c.follow("spectrum"));
     const Interval fit = fitOf(a, found);
     const double slope = powerLawSlope(found, fit.lower, fit.upper);

@@ -59,7 +59,7 @@ struct BoxOfValue {
         return around.box();
     }
     std::optional<Box> operator()(const PointsPointer& points) const {
-        Around around;
+        Around around; // empty in more than 3 dimensions
         for (size_t k = 0; k < points->particles.size(); ++k) around.add(points->particles.position(k));
         return around.box();
     }

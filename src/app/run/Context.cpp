@@ -62,11 +62,18 @@ CurvesPointer Context::curves(std::string_view input, size_t index) const {
 const ImageValue& Context::image(std::string_view input, size_t index) const {
     return *held<std::shared_ptr<const ImageValue>>(value(input, index), input, "an image");
 }
-const PointSet& Context::points(std::string_view input, size_t index) const {
+const PointSet& Context::anyPoints(std::string_view input, size_t index) const {
     return *held<PointsPointer>(value(input, index), input, "points");
+}
+const PointSet& Context::points(std::string_view input, size_t index) const {
+    const PointSet& set = anyPoints(input, index);
+    if (set.high)
+        throw ValueError(fmt::format("needs points in 3D, but these have {} dimensions", dimensionOf(*set.high)));
+    return set;
 }
 
 PointSet Context::takePoints(std::string_view input) {
+    points(input); // checks the dimension
     const Link& wanted = link(input, 0);
     std::erase_if(mHeld, [&](const auto& known) { return known.first == wanted; });
     return mEvaluator.take(wanted, mNode);

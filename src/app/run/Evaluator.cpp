@@ -140,7 +140,8 @@ ResultPointer Evaluator::resultInFrame(size_t node, const FrameClock& clock) {
 
 /// Returns an object between two frames. If a mesh corresponds to that of the previous frame, its points are
 /// interpolated. A level set is interpolated between the two frames; if it is made from such a mesh, it follows the
-/// mesh. Other objects are those of the frame.
+/// mesh. Other grids come with those of the earlier frame, so that actions can blend what they make of them. Other
+/// objects are those of the frame.
 Value Evaluator::betweenFrames(const Link& link, const Moment& moment) {
     const bool moves = mClock && !mAdvances[link.index] && !steady(link);
     if (!moves) return resultAt(link.index, mNow)->outputs.at(link.output);
@@ -160,7 +161,7 @@ Value Evaluator::betweenFrames(const Link& link, const Moment& moment) {
     if (std::holds_alternative<MeshPointer>(there))
         if (const auto keys = meshKeys(link, clock)) return std::make_shared<const Mesh>(meshBetween(*keys, part));
     auto* grid = std::get_if<GridValue>(&there);
-    if (!grid || grid->grid->getGridClass() != openvdb::GRID_LEVEL_SET || clock.duration == 0) return there;
+    if (!grid || clock.duration == 0) return there;
     if (part >= 1) return there;
     Value earlier = outputOf(frameBefore(clock));
     if (const auto* from = std::get_if<GridValue>(&earlier)) {

@@ -15,7 +15,8 @@ Kind kindOf(const Value& value) {
         Kind operator()(const AnyFlow&) const { return Kind::flow; }
         Kind operator()(const GridValue& grid) const {
             if (grid.grid->getGridClass() == openvdb::GRID_LEVEL_SET) return Kind::levelSet;
-            return grid.grid->isType<openvdb::Vec3SGrid>() ? Kind::velocity : Kind::grid;
+            const bool vectors = grid.grid->isType<openvdb::Vec3SGrid>() || grid.grid->isType<openvdb::Vec3DGrid>();
+            return vectors ? Kind::velocity : Kind::grid;
         }
         Kind operator()(const MeshPointer&) const { return Kind::mesh; }
         Kind operator()(const PointsPointer&) const { return Kind::points; }
@@ -57,9 +58,12 @@ Session::Held Session::result(const std::string& name) const {
 World Session::world() const {
     return {
         .contents = [this](const std::string& file) -> std::optional<std::vector<Object>> {
-            if (const auto found = mProvided.find(file); found != mProvided.end())
-                return std::vector{Object{.kind = kindOf(found->second.value)}};
-            return {};
+            const auto found = mProvided.find(file);
+            if (found == mProvided.end()) return {};
+            Object object{.kind = kindOf(found->second.value)};
+            if (const auto* field = std::get_if<FieldValue>(&found->second.value))
+                object.dimension = dimensionOf(field->field);
+            return std::vector{object};
         },
         .streamed = [this](const std::string& stream, const std::string& ending) { return streamed(stream, ending); }};
 }

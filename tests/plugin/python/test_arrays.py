@@ -240,3 +240,49 @@ def test_velocity_grid_in_one_call(tmp_path):
     points, faces = octahedron()
     text = "read m\nmesh2ls dim=16\nnoise\nnoise seed=1\nbound\ndfvn\n"
     assert curlew.velocity_grid(tmp_path / "m.vdb", text, {"m": (points, faces)}, dim=16)["active_voxels"] > 0
+
+
+def ripples(x):
+    """A field and its gradients."""
+    return np.sin(3 * x[:, 0]) * x[:, 1], np.stack([3 * np.cos(3 * x[:, 0]) * x[:, 1], np.sin(3 * x[:, 0]), 0 * x[:, 2]], 1)
+
+
+def test_a_field_from_numpy(session):
+    session.provide_field("ripples", ripples)
+    session.run("read ripples\nformula 'sin(3*x)*y'\nsubtract\ncheck samples=1000")
+    assert abs(session.report()["check"]["field_max"]) < 1e-12
+    session.run("read ripples\nnoise\ndfvn speed=1\nscatter count=100\nadvect duration=0.2\ncheck samples=1000")
+    assert session.report()["check"]["drift_f"] < 1e-6
+    positions = np.random.default_rng(2).uniform(-1, 1, (100, 3))
+    session.run("read ripples")
+    assert np.allclose(session.field().value(positions), ripples(positions)[0])
+
+
+def test_a_field_of_another_dimension_changes_with_its_function(session):
+    def plane(factor):
+        return lambda x: (factor * x[:, 0], np.stack([factor + 0 * x[:, 0], 0 * x[:, 0]], 1))
+
+    for factor in (1, 2):
+        session.provide_field("plane", plane(factor), dimension=2)
+        session.run_graph("read plane\ncheck samples=1000")
+        assert abs(session.report()["check"]["field_max"] - factor) < 0.02
+
+
+def test_functions_of_fields_that_are_wrong(session):
+    with pytest.raises(curlew.Error, match="gradients"):
+        session.provide_field("wrong", lambda x: (x[:, 0], 0 * x))
+    with pytest.raises(ZeroDivisionError):
+        session.provide_field("broken", lambda x: 1 // 0)
+    with pytest.raises(curlew.Error, match="1 to 7"):
+        session.provide_field("flat", ripples, dimension=0)
+    broken = []
+
+    def later(x):
+        if broken:
+            raise KeyError("later")
+        return ripples(x)
+
+    session.provide_field("later", later)
+    broken.append(True)
+    with pytest.raises(KeyError):
+        session.run("read later\ncheck samples=1000")

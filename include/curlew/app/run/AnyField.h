@@ -8,6 +8,7 @@
 
 #include <optional>
 #include <variant>
+#include <vector>
 
 namespace curlew::app {
 
@@ -18,6 +19,14 @@ using AnyField = std::variant<ScalarFieldN<1>, ScalarFieldN<2>, ScalarFieldN<3>,
 using AnySdf = std::variant<SdfN<2>, Sdf>;
 using AnyWall = std::variant<WallN<2>, Wall>;
 using AnyFlow = std::variant<FlowN<2>, FlowN<3>, FlowN<4>, FlowN<5>, FlowN<6>, FlowN<7>>;
+
+/// Positions in more than 3 dimensions. (Those in 2 and 3 are Points.)
+using AnyPositions = std::variant<std::vector<Vec<double, 4>>, std::vector<Vec<double, 5>>, std::vector<Vec<double, 6>>,
+                                  std::vector<Vec<double, 7>>>;
+inline int dimensionOf(const AnyPositions& positions) { return static_cast<int>(positions.index()) + 4; }
+inline size_t sizeOf(const AnyPositions& positions) {
+    return std::visit([](const auto& all) { return all.size(); }, positions);
+}
 
 /// Returns the dimension of the object that the variant holds.
 template <class Any>

@@ -42,9 +42,12 @@ class Context {
     MeshPointer mesh(std::string_view input) const;
     CurvesPointer curves(std::string_view input, size_t index = 0) const;
     const ImageValue& image(std::string_view input, size_t index = 0) const;
+    /// Returns points in 3D. Throws ValueError if they have more than 3 dimensions.
     const PointSet& points(std::string_view input, size_t index = 0) const;
-    /// Returns the points for modification. They are moved out of the input if nothing else needs them, otherwise
-    /// copied.
+    /// Returns points of any dimension.
+    const PointSet& anyPoints(std::string_view input, size_t index = 0) const;
+    /// Returns the points, in 3D, for modification. They are moved out of the input if nothing else needs them,
+    /// otherwise copied.
     PointSet takePoints(std::string_view input);
     /// Returns a shape or level set as a signed distance that is valid up to `distance` world units from the surface.
     /// If necessary, a copy of a level set gets a wider narrow band; the grid itself does not change.

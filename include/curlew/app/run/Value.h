@@ -35,8 +35,8 @@ struct RigidBody {
 struct GridValue {
     openvdb::GridBase::ConstPtr grid;
     std::shared_ptr<const Mesh> mesh = {}; ///< Set if the grid is a level set of a mesh.
-    /// For a level set between two frames: the level set of the earlier frame, and the fraction of the interval
-    /// between the frames that has passed.
+    /// Between two frames: the grid of the earlier frame, and the fraction of the interval between the frames that has
+    /// passed.
     std::shared_ptr<const GridValue> earlier = {};
     double part = 1;
     /// Set if the grid is a level set of a mesh that moves as a rigid body. Distances are then computed from it instead
@@ -55,6 +55,10 @@ struct PointSet {
     Points particles = {};
     TrackedFlow tracked = {};
     int64_t nextId = 0; ///< The id of the next point that -emit adds; 0 before its first point.
+    /// Set for points of more than 3 dimensions, which have positions only. `particles` is then empty.
+    std::optional<AnyPositions> high = {};
+
+    size_t size() const { return high ? sizeOf(*high) : particles.size(); }
 };
 
 /// An image, and the colour map for its first channel.
