@@ -13,6 +13,7 @@
 #include "curlew/picture/ImageFile.h"
 #include "curlew/vdb/AnimatedMesh.h"
 #include "curlew/vdb/BgeoFile.h"
+#include "curlew/vdb/CurveFile.h"
 #include "curlew/vdb/MeshFile.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
@@ -112,6 +113,13 @@ bool readModelTarget(std::string_view bytes) {
 /// NanoVDB is not a target, for the same reason.
 bool readBgeoTarget(std::string_view bytes) {
     return accepts([&] { readBgeo(scratch().with("a.bgeo", bytes)); });
+}
+
+bool readObjCurvesTarget(std::string_view bytes) {
+    return accepts([&] { readCurves(scratch().with("curves.obj", bytes)); });
+}
+bool readCsvCurvesTarget(std::string_view bytes) {
+    return accepts([&] { readCurves(scratch().with("curves.csv", bytes)); });
 }
 
 bool readPngTarget(std::string_view bytes) {
@@ -255,6 +263,8 @@ const std::vector<Target>& targets() {
                                               {"ply", readMeshTarget<'p', 'l', 'y'>},
                                               {"stl", readMeshTarget<'s', 't', 'l'>},
                                               {"bgeo", readBgeoTarget},
+                                              {"obj_curves", readObjCurvesTarget},
+                                              {"csv_curves", readCsvCurvesTarget},
                                               {"model", readModelTarget},
                                               {"png", readPngTarget},
                                               {"exr", readExrTarget},
@@ -279,6 +289,8 @@ std::vector<std::string> seeds(const std::string& target) {
     if (target == "model") return {modelSeed()};
     if (target == "png" || target == "exr") return imageSeeds("seed." + target);
     if (target == "bgeo") return bgeoSeeds();
+    if (target == "obj_curves") return {"v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2 3\nl 1 2 3 1\nl -1/1 -2/2\n"};
+    if (target == "csv_curves") return {"curve,x,y,z,closed\n0,0,0,0,0\n0,1,0,0,0\n1,-1.5e3,+2,3,1\n"};
     if (target == "csv") return {"x,y,z,id\n0,1,2,3\n-1.5e3,+2,\"3\",4\n"};
     if (target == "scene") return {kScene};
     if (target == "json") return {app::jsonOf(app::graphOfScene(kScene, "seed", reading()))};
