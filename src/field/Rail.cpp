@@ -120,8 +120,11 @@ double Rail::Arc::distanceTo(const Vec3d& position) const {
     const double x = dot(d, normal), y = dot(d, tangent), z = dot(d, binormal);
     const double a = 1 - curvature * x, b = curvature * y;
     const double along = curvature == 0 ? y : turnedNear(std::atan2(b, a), 0.5 * curvature * to) / curvature;
-    if (along >= from && along <= to)
-        return std::hypot((2 * x - curvature * (x * x + y * y)) / (1 + std::hypot(a, b)), z);
+    if (along >= from && along <= to) {
+        // Not std::hypot: the packages promise glibc 2.34, and this function has a newer version.
+        const double root = std::sqrt(a * a + b * b), inPlane = (2 * x - curvature * (x * x + y * y)) / (1 + root);
+        return std::sqrt(inPlane * inPlane + z * z);
+    }
     double least = kInfinity;
     for (const double end : {from, to})
         if (std::isfinite(end)) least = std::min(least, curlew::length(position - at(end)));
