@@ -62,7 +62,7 @@ Mesh readMesh(const fs::path& path, const Monitor& monitor) {
     const MeshSource source{path, monitor};
     const std::string extension = extensionOf(path);
     // The file, its polygons and the mesh, relative to the size of the file: text is larger than what it says.
-    const double bytesPerByte = extension == ".obj" ? 2.5 : 4.2;
+    const double bytesPerByte = extension == ".obj" ? 2.2 : 4.2;
     requireMemory(bytesPerByte * static_cast<double>(fs::is_regular_file(path) ? fs::file_size(path) : 0),
                   fmt::format("'{}'", path.string()), "give a mesh with fewer faces");
     if (extension == ".obj") return meshOf(parseObj(contentOf(path), source));

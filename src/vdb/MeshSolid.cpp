@@ -181,7 +181,7 @@ MeshSolid solidOf(std::shared_ptr<const Mesh> mesh, const SolidOptions& options,
     const double halfWidth = options.halfWidth + options.thickness / 2 / voxel;
     const Extent extent = extentOf(*mesh, voxel);
     // Triangles, their edges, and a tree over them.
-    constexpr double kBytesPerTriangle = 80;
+    constexpr double kBytesPerTriangle = 60;
     requireMemory(bandBytes(extent, halfWidth) +
                       kBytesPerTriangle * static_cast<double>(mesh->triangles.size() + 2 * mesh->quads.size()),
                   fmt::format("a level set of {:.2g} voxels", samplesInBand(extent, halfWidth)),

@@ -95,7 +95,7 @@ TEST_CASE("command failure: meshes that enclose nothing are refused", "[app][com
     levelSet("v 0 0 0\nv nan 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n", {"-read", "mesh.obj", "not a finite number"});
     levelSet("v 0 0 0\nv 1e999 0 0\nv 0 1 0\nf 1 2 3\n", {"-read", "mesh.obj", "not a finite number"});
     levelSet(kPoints, {"-read", "mesh.obj", "no faces"});
-    levelSet(kPoints + "l 1 2\np 3\n", {"-read", "mesh.obj", "no faces"});
+    levelSet(kPoints + "p 3\n", {"-read", "mesh.obj", "no faces"});
     levelSet(kPoints + "f 1 2 9\n", {"-read", "mesh.obj", "line 5", "9"});
     levelSet("v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n", {"-mesh2ls", "encloses nothing", "thickness="}); // a sheet
     levelSet(kPoints + "f 1 1 1\nf 2 2 3\n", {"-mesh2ls", "degenerate"});
@@ -346,7 +346,7 @@ TEST_CASE("command: threads that the system does not start are an error (ulimit 
     const auto outcome = folder.shell(
         "as=; if [ $(id -u) = 0 ]; then as='setpriv --reuid=65534 --regid=65534 --clear-groups'; fi; cd /; "
         "$as test -x \"$curlew\" || exit 77; "
-        "$as bash -c 'ulimit -u 1; exec \"$curlew\" -quiet -threads 4 -noise -noise seed=1 -dfvn -check'");
+        "$as bash -c 'ulimit -u 1; exec \"$0\" -quiet -threads 4 -noise -noise seed=1 -dfvn -check' \"$curlew\"");
     if (outcome.status == 77) {
         WARN("skipped: another user may not run the command");
         return;

@@ -33,14 +33,14 @@ struct InLocale {
 
 /// Writes files of every format with more than a thousand points, faces and vertices, and reads some of them back.
 void writeAll(const std::string& folder) {
-    const auto file = [&](const std::string& name) { return "'" + folder + "/" + name + "'"; };
+    const auto file = [&](const std::string& name) { return "\"" + folder + "/" + name + "\""; };
     test::Scenes scenes;
     scenes.run(
         "noise frequency=2.5\nnoise frequency=2.5 seed=1\ndfvn speed=1.5\nscatter count=1500\nadvect duration=0.125 "
         "steps=2\nwrite " +
         file("a.ply") + " " + file("a.csv") + " " + file("a.usda") + " " + file("a.bgeo") + " " + file("a.npz") +
         "\nvelocity dim=12\nwrite " + file("a.vdb") + " " + file("a.fga"));
-    scenes.run("read '" + test::sourceDir() + "/scenes/spot.obj'\nmesh2ls dim=40\nls2mesh adaptivity=0\nwrite " +
+    scenes.run("read \"" + test::sourceDir() + "/scenes/spot.obj\"\nmesh2ls dim=40\nls2mesh adaptivity=0\nwrite " +
                file("a.obj") + " " + file("b.ply") + " " + file("b.usda"));
     scenes.run("noise\nslice width=40\nwrite " + file("a.png"));
     scenes.run("read " + file("a.csv") + "\nread " + file("a.ply") + "\nread " + file("a.obj") + "\nmesh2ls dim=12");
