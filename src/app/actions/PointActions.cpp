@@ -417,10 +417,11 @@ Registry pointActions() {
          .takes = {stays("flow", {Kind::flow}), changed("points", {Kind::points})},
          .makes = {made("points", {Kind::points}), made("curves", {Kind::curves}, "pathlines")},
          .options = advectDeclared(),
-         .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -scatter "
-                      "-advect duration=2 -write points.ply",
-                      "curlew -noise type=simplex dimensions=4 -noise type=simplex dimensions=4 seed=1 -noise type=simplex "
-                      "dimensions=4 seed=2 -dfvn speed=1 -scatter count=1000 -advect duration=0.5 -write points4.csv"},
+         .examples =
+             {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -scatter "
+              "-advect duration=2 -write points.ply",
+              "curlew -noise type=simplex dimensions=4 -noise type=simplex dimensions=4 seed=1 -noise type=simplex "
+              "dimensions=4 seed=2 -dfvn speed=1 -scatter count=1000 -advect duration=0.5 -write points4.csv"},
          .inFrames = InFrames::each,
          .run = advectAction},
         {.name = "snap",
