@@ -59,7 +59,7 @@ PROGRESS = ctypes.CFUNCTYPE(c_int, c_void_p, c_char_p, c_double)
 FRAME = ctypes.CFUNCTYPE(c_int, c_void_p, c_int32)
 MESSAGE = ctypes.CFUNCTYPE(None, c_void_p, c_char_p)
 _DOUBLES = ctypes.POINTER(c_double)
-FIELD = ctypes.CFUNCTYPE(c_int, c_void_p, c_int64, _DOUBLES, _DOUBLES, _DOUBLES)
+FIELD_FUNCTION = ctypes.CFUNCTYPE(c_int, c_void_p, c_int64, _DOUBLES, _DOUBLES, _DOUBLES)
 
 
 class Callbacks(ctypes.Structure):
@@ -139,7 +139,7 @@ def _load(path: str) -> ctypes.CDLL:
         "session_release": (c_int32, [POINTER(session)]),
         "provide_mesh": (c_int32, [session, text, array, array, array]),
         "provide_points": (c_int32, [session, text, array, array, array]),
-        "provide_field": (c_int32, [session, text, c_int32, FIELD, c_void_p, c_int64]),
+        "provide_field": (c_int32, [session, text, c_int32, FIELD_FUNCTION, c_void_p, c_int64]),
         "withdraw": (c_int32, [session, text]),
         "run": (c_int32, [session, text, text, POINTER(Callbacks)]),
         "run_graph": (c_int32, [session, text, text, POINTER(Callbacks)]),

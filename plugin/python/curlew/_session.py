@@ -156,7 +156,7 @@ class Session:
                 failures.append(failure)
                 return 1
 
-        held = lib.FIELD(evaluate)
+        held = lib.FIELD_FUNCTION(evaluate)
         _FIELD_FUNCTIONS.append(held)
         failures.clear()
         try:
