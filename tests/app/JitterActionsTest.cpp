@@ -71,7 +71,7 @@ TEST_CASE("jitter action: invalid options are refused", "[app][command]") {
     folder.mustFail("-jitter count=10 spacing=1", {"-jitter", "count=", "spacing=", "one of them"});
     folder.mustFail("-jitter spacing=1e-9", {"-jitter", "memory", "spacing"});
     folder.mustFail("-jitter spacing=0", {"-jitter", "spacing"});
-    folder.mustFail("-jitter dimensions=4", {"-jitter", "dim"});
+    folder.mustFail("-jitter dimensions=8", {"-jitter", "dim"});
     folder.mustFail("-plane -jitter side=outside box=0,-3,0,1,-2,1 spacing=0.1", {"-jitter", "in the domain"});
     const Outcome outcome = folder.mustRun("-sphere -jitter count=100 -write r.json");
     CHECK_THAT(outcome.err, ContainsSubstring("jitter:") && ContainsSubstring("none of which crosses the wall"));
