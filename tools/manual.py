@@ -40,7 +40,8 @@ def option_part(option):
         help_text += f" [{option['unit']}]"
     if option["default"] and "(default" not in help_text:
         help_text += f" (default: {option['default']})"
-    return f".TP\n.BI {roff(option['name'])}= \"{roff(value(option))}\"\n{roff(help_text)}\n"
+    choices = roff(value(option)).replace("|", "|\\:")  # a line may break after |
+    return f".TP\n.BI {roff(option['name'])}= \"{choices}\"\n{roff(help_text)}\n"
 
 
 def ports(title, found):
