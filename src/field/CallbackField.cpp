@@ -3,6 +3,7 @@
 
 #include "curlew/base/Error.h"
 #include "curlew/base/Random.h"
+#include "curlew/field/Differences.h"
 #include "curlew/field/Dimensions.h"
 
 #include <fmt/format.h>
@@ -93,21 +94,11 @@ GradientError<N> gradientError(const ScalarFieldN<N>& field, const PointBatchN<N
     JetBatchN<double, N, 1> jets;
     field.eval(points, jets);
     std::array<double, kBatch> squares{};
-    for (int axis = 0; axis < N; ++axis) {
-        PointBatchN<N> above = points, below = points;
-        for (int i = 0; i < points.size; ++i) {
-            above.c[static_cast<size_t>(axis)][static_cast<size_t>(i)] += h;
-            below.c[static_cast<size_t>(axis)][static_cast<size_t>(i)] -= h;
-        }
-        JetBatchN<double, N, 0> up, down;
-        field.eval(above, up);
-        field.eval(below, down);
-        for (int i = 0; i < points.size; ++i) {
-            const double off = (up[i].value - down[i].value) / (2 * h) - jets[i].gradient[axis];
-            squares[static_cast<size_t>(i)] += off * off;
-            error.gradients += jets[i].gradient[axis] * jets[i].gradient[axis] / points.size;
-        }
-    }
+    forCentralDifferences(field, points, h, [&](int i, int axis, double difference) {
+        const double gradient = jets[i].gradient[axis], off = difference - gradient;
+        squares[static_cast<size_t>(i)] += off * off;
+        error.gradients += gradient * gradient / points.size;
+    });
     for (int i = 0; i < points.size; ++i) {
         const double square = squares[static_cast<size_t>(i)];
         error.rms += square / points.size;

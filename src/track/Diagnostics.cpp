@@ -3,6 +3,7 @@
 
 #include "OntoWall.h"
 #include "curlew/base/Random.h"
+#include "curlew/field/Differences.h"
 #include "curlew/field/Dimensions.h"
 #include "curlew/field/ForEachBatch.h"
 #include "curlew/track/Scatter.h"
@@ -138,20 +139,10 @@ template <int N>
 double differencesOff(const ScalarFieldN<N>& field, const PointBatchN<N>& points, const JetBatchN<double, N, 1>& jets,
                       double h) {
     double sum = 0;
-    for (int axis = 0; axis < N; ++axis) {
-        PointBatchN<N> above = points, below = points;
-        for (int i = 0; i < points.size; ++i) {
-            above.c[static_cast<size_t>(axis)][static_cast<size_t>(i)] += h;
-            below.c[static_cast<size_t>(axis)][static_cast<size_t>(i)] -= h;
-        }
-        JetBatchN<double, N, 0> up, down;
-        field.eval(above, up);
-        field.eval(below, down);
-        for (int i = 0; i < points.size; ++i) {
-            const double off = (up[i].value - down[i].value) / (2 * h) - jets[i].gradient[axis];
-            sum += off * off;
-        }
-    }
+    forCentralDifferences(field, points, h, [&](int i, int axis, double difference) {
+        const double off = difference - jets[i].gradient[axis];
+        sum += off * off;
+    });
     return sum;
 }
 

@@ -20,12 +20,6 @@ namespace {
 
 constexpr size_t kCount = 100000;
 
-bool skipped() {
-    const std::string why = whyNoVulkan();
-    if (!why.empty()) WARN("skipped: " + why);
-    return !why.empty();
-}
-
 /// Divergence-free noise around or in a sphere.
 Flow inSphere(Side side, double frequency = 1.5) {
     const WallN<3> wall{.sdf = sphereSdf(1), .side = side, .width = 0.3};
@@ -109,7 +103,7 @@ void checkFlow(const std::string& name, const FlowN<N>& flow, double ofValue = 2
 } // namespace
 
 TEST_CASE("flowShader: a shader computes velocities and potentials", "[shader]") {
-    if (skipped()) return;
+    if (skippedWithoutVulkan()) return;
     checkFlow("outside a sphere", inSphere(Side::outside));
     checkFlow("inside a sphere", inSphere(Side::inside));
     const ScalarField noise = noiseField<Psrd3>({.seed = 4}, {.frequency = 1.5});
@@ -126,7 +120,7 @@ TEST_CASE("flowShader: a shader computes velocities and potentials", "[shader]")
 }
 
 TEST_CASE("flowShader: particles stay on their tracks and out of the wall", "[shader]") {
-    if (skipped()) return;
+    if (skippedWithoutVulkan()) return;
     constexpr size_t kParticles = 2000;
     for (const Side side : {Side::inside, Side::outside, Side::both}) {
         CAPTURE(static_cast<int>(side));
@@ -162,7 +156,7 @@ TEST_CASE("flowShader: particles stay on their tracks and out of the wall", "[sh
 }
 
 TEST_CASE("flowShader: flowReproject moves points back onto their tracks", "[shader]") {
-    if (skipped()) return;
+    if (skippedWithoutVulkan()) return;
     constexpr size_t kPoints = 10000;
     const Flow flow = inSphere(Side::outside);
     const ShaderText shader = flowShader(flow, {.tables = ShaderTables::data, .corrections = 3});

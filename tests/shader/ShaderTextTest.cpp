@@ -17,12 +17,6 @@ namespace {
 
 constexpr size_t kCount = 100000;
 
-bool skipped() {
-    const std::string why = whyNoVulkan();
-    if (!why.empty()) WARN("skipped: " + why);
-    return !why.empty();
-}
-
 /// Records the value and up to three derivatives of a field as a function of up to seven floats.
 template <int N>
 ShaderEntry recordEntry(SymbolModule& module, const ScalarFieldN<N>& field) {
@@ -127,13 +121,13 @@ constexpr double kOfValue<SimplexNoise<N>> = N < 4 ? 2e-6 : 4e-6;
 } // namespace
 
 TEMPLATE_LIST_TEST_CASE("shaderText: a shader computes the values and gradients of a noise", "[shader]", Noises) {
-    if (skipped()) return;
+    if (skippedWithoutVulkan()) return;
     checkShader("plain", noiseField<TestType>(), 2.5, kOfValue<TestType>);
     checkShader("seed", noiseField<TestType>({.seed = 3}, {.frequency = 1.7, .octaves = 2}), 2.5, kOfValue<TestType>);
 }
 
 TEST_CASE("shaderText: a shader computes shapes", "[shader]") {
-    if (skipped()) return;
+    if (skippedWithoutVulkan()) return;
     checkShader("sphere", sphereSdf(0.7).distance);
     checkShader("box", boxSdf({{1, 0.8, 1.2}}, 0.1).distance);
     checkShader("torus", torusSdf(0.6, 0.2).distance);
@@ -143,7 +137,7 @@ TEST_CASE("shaderText: a shader computes shapes", "[shader]") {
 }
 
 TEST_CASE("shaderText: a shader computes combinations and transforms of fields", "[shader]") {
-    if (skipped()) return;
+    if (skippedWithoutVulkan()) return;
     const ScalarField noise = noiseField<Psrd3>({.seed = 3}, {.frequency = 1.3, .octaves = 2});
     checkShader("bounded", bounded(noise, {.sdf = sphereSdf(1.4), .side = Side::outside, .width = 0.4}));
     checkShader("smooth minimum", smoothMin(noise, sphereSdf(0.6).distance, 0.3));
@@ -159,7 +153,7 @@ TEST_CASE("shaderText: a shader computes combinations and transforms of fields",
 }
 
 TEST_CASE("shaderText: pairs of floats are as accurate as doubles", "[shader]") {
-    if (skipped()) return;
+    if (skippedWithoutVulkan()) return;
     const auto check = [](const std::string& name, const auto& field, double half, double ofValue = 2e-6) {
         checkShader(name, field, half, ofValue, Dialect::glslEs);
     };

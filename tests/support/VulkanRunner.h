@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "Catch.h"
 #include "curlew/math/Symbol.h"
 
 #include <string>
@@ -10,6 +11,13 @@ namespace curlew::test {
 
 /// Returns why shaders cannot be compiled and run here, or nothing.
 std::string whyNoVulkan();
+
+/// Returns whether they cannot, and warns of it.
+inline bool skippedWithoutVulkan() {
+    const std::string why = whyNoVulkan();
+    if (!why.empty()) WARN("skipped: " + why);
+    return !why.empty();
+}
 
 /// A shader that runs `body` for each i below `count`. The body reads the floats `inputs[]`, calls `functions`, and
 /// writes `outputSize` floats to `outputs[]`. The buffers of the functions begin at the binding 2.

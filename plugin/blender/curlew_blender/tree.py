@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+# Longer than 400 lines: nodes, groups, sockets and objects are resolved in one walk of the tree.
 """Converts a node tree to a graph. Resolves reroutes, groups and muted nodes; objects of the scene become files.
 
 The library determines everything else: the order of the nodes, what is evaluated in each frame, and whether links fit.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "../run/Figures.h"
 #include "Actions.h"
+#include "HighPoints.h"
 #include "WallSolids.h"
 #include "curlew/app/registry/Text.h"
 #include "curlew/base/AtomicFile.h"
@@ -80,11 +81,7 @@ void checkField(const Context& c, const Arguments& a, Report& found) {
             constexpr int kN = std::remove_cvref_t<decltype(field)>::kDimension;
             BoxN<kN> box = BoxN<kN>{}.padded(1);
             if (a.given("box")) {
-                const Box given = a.box("box");
-                for (int i = 0; i < kN; ++i) { // axes beyond z use the range of x
-                    box.lower[i] = given.lower[i < 3 ? i : 0];
-                    box.upper[i] = given.upper[i < 3 ? i : 0];
-                }
+                box = boxInDimension<kN>(a.box("box"));
             } else if constexpr (kN == 2 || kN == 3) {
                 if (object.sdf)
                     if (const auto& bounds = std::get<SdfN<kN>>(*object.sdf).bounds; bounds.finite()) box = bounds;
