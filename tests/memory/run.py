@@ -23,6 +23,7 @@ PREPARE = {
     "mesh.ply": MESH + "-mesh2ls dim=400 -ls2mesh adaptivity=0 -write mesh.ply mesh.obj",
     "velocity.vdb": FLOW + "-velocity dim=150 -write velocity.vdb velocity.nvdb",
     "image.exr": "-noise -slice width=3000 -write image.exr image.png",
+    "small.png": "-noise -slice width=800 -write small.png",
 }
 CASES = {
     "mesh2ls": MESH + "-mesh2ls dim=420",
@@ -55,10 +56,10 @@ CASES = {
                                     "displaced=potential",
     "snap": MESH + "-mesh2ls dim=100 -scatter count=1e6 on=surface -snap",
     "check": FLOW + "-check samples=1e6",
-    "lic": FLOW + "-lic width=2000",
-    "warp": "-read image.png -noise dimensions=2 -dfvn -warp",
+    "lic": FLOW + "-lic width=900",
+    "warp": "-read small.png -noise dimensions=2 -dfvn -warp",
     "shade": MESH + "-shade width=2000 height=1500",
-    "mesh2ls of many faces": "-read mesh.ply -mesh2ls dim=150",
+    "mesh2ls of many faces": "-read mesh.ply -mesh2ls dim=300",
     "shade of many faces": "-read mesh.ply -shade width=400",
     "read mesh.ply": "-read mesh.ply",
     "read mesh.obj": "-read mesh.obj",
