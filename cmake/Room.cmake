@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# One library target per room (see DESIGN in CONTRIBUTING.md): src/<room>/*.cpp and include/curlew/<room>/*.h.
+# One library target per room (see "The layout" in CONTRIBUTING.md): src/<room>/*.cpp and include/curlew/<room>/*.h.
 
 # Compile options for all of our own code; not part of the installed interface.
 add_library(curlew_options INTERFACE)
