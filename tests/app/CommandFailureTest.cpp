@@ -318,7 +318,7 @@ TEST_CASE("command: an interrupt stops any work quickly and leaves no file", "[a
     CHECK(folder.names().empty());
 }
 
-TEST_CASE("command: an interrupt ends work that asks nobody, within seconds", "[app][command]") {
+TEST_CASE("command: an interrupt ends work that does not poll for it, within seconds", "[app][command]") {
     const Folder folder;
     // OpenVDB compresses a large grid for many seconds without asking whether to stop.
     const auto outcome = folder.shell(
@@ -340,7 +340,7 @@ TEST_CASE("command: a hangup that the caller ignores (nohup) does not end the wo
     CHECK(folder.names() == std::set<std::string>{"a.1.png", "a.2.png", "a.3.png", "a.4.png", "a.5.png"});
 }
 
-TEST_CASE("command: threads that the system does not start are an error (ulimit -u)", "[app][command]") {
+TEST_CASE("command: threads that cannot be started are an error (ulimit -u)", "[app][command]") {
     const Folder folder;
     // The limit does not apply to root.
     const auto outcome = folder.shell(

@@ -40,7 +40,7 @@ TEST_CASE("flow action: a velocity grid as it is, and with potentials", "[app][c
     folder.mustRun("-read vel.vdb -flow interpolation=cubic -slice width=32 -write slice.png");
 }
 
-TEST_CASE("flow action: components that a host has split are one velocity", "[app][command]") {
+TEST_CASE("flow action: three grids of components are read as one velocity", "[app][command]") {
     const Folder folder;
     folder.mustRun("-noise -noise seed=1 -dfvn box=-1,-1,-1,1,1,1 -velocity dim=16 -write split=1 parts.vdb");
     const auto run = folder.mustRun("-read parts.vdb -flow exact=1 -print");
@@ -114,7 +114,7 @@ TEST_CASE("flow action: options without effect and unsuitable inputs are errors"
     folder.mustFail("-sphere radius=3 -read vel.vdb -flow exact=1 side=outside", {"inside out", "side="});
 }
 
-TEST_CASE("gradient action: has sources and sinks, and is said not to be divergence-free", "[app][command]") {
+TEST_CASE("gradient action: has sources and sinks, and check reports a divergence", "[app][command]") {
     const Folder folder;
     folder.mustRun("-noise dimensions=2 frequency=2 -gradient speed=1 -check report=flat.json");
     CHECK(jsonOf(folder / "flat.json")["rms_speed"].get<double>() == Approx(1).epsilon(1e-6));

@@ -62,7 +62,7 @@ TEST_CASE("points in 4 dimensions: stay on their tracks when they are advected",
     CHECK(jsonOf(folder / "check.json")["divergence_analytic"].get<double>() < 1e-6);
 }
 
-TEST_CASE("points in more than 3 dimensions: what needs 3D says so", "[app][command]") {
+TEST_CASE("points in more than 3 dimensions: actions that need 3D points refuse them", "[app][command]") {
     const Folder folder;
     const std::string points = "-scatter dimensions=5 count=10 box=0,0,0,1,1,1 ";
     folder.mustFail(points + "-splat", {"3D", "5 dimensions"});

@@ -245,8 +245,9 @@ TEMPLATE_TEST_CASE("noiseField: the range holds and is that of the summed octave
     CHECK((o.amplitude == 0 || upper - lower > 0.1 * (range.upper - range.lower)));
 }
 
-TEMPLATE_TEST_CASE("noiseField: turbulence sums rounded absolute values", "[field]", Psrd2, Psrd3, ValueNoise<2>,
-                   PerlinNoise<1>, PerlinNoise<3>, GradientNoise<2>, SimplexNoise<4>, SineNoise<3>, SineNoise<7>) {
+TEMPLATE_TEST_CASE("noiseField: billow (turbulence) sums rounded absolute values", "[field]", Psrd2, Psrd3,
+                   ValueNoise<2>, PerlinNoise<1>, PerlinNoise<3>, GradientNoise<2>, SimplexNoise<4>, SineNoise<3>,
+                   SineNoise<7>) {
     constexpr int N = kN<TestType>;
     const double fold = GENERATE(1e-3, 0.2, 5.0);
     const auto options = seeded<TestType>(4);
@@ -272,8 +273,8 @@ TEMPLATE_TEST_CASE("noiseField: turbulence sums rounded absolute values", "[fiel
     CHECK(worst.value <= 1e-12); // a few dozen roundings of sums of squares
 }
 
-TEMPLATE_TEST_CASE("noiseField: turbulence derivatives agree with central differences", "[field]", Psrd2,
-                   PerlinNoise<3>, SimplexNoise<4>, SineNoise<1>, SineNoise<3>) {
+TEMPLATE_TEST_CASE("noiseField: derivatives of billow agree with central differences", "[field]", Psrd2, PerlinNoise<3>,
+                   SimplexNoise<4>, SineNoise<1>, SineNoise<3>) {
     constexpr int N = kN<TestType>;
     const auto field = noiseField<TestType>(seeded<TestType>(4), {.frequency = 0.5, .octaves = 2, .turbulence = 0.2});
     const auto points = randomPoints(cube<N>(10), 500, 13);
@@ -285,7 +286,7 @@ TEMPLATE_TEST_CASE("noiseField: turbulence derivatives agree with central differ
     requireThirdDerivatives(field, points, 0x1p-12, 0.02);
 }
 
-TEST_CASE("noiseField: turbulence is C² where the noise is zero", "[field]") {
+TEST_CASE("noiseField: billow is C² where the noise is zero", "[field]") {
     constexpr double kFold = 1e-2, kStep = 0x1p-34;
     const ScalarField noise = noiseField<SineNoise<3>>({.seed = 1}, {.frequency = 0.25});
     const ScalarField field = noiseField<SineNoise<3>>({.seed = 1}, {.frequency = 0.25, .turbulence = kFold});
@@ -478,7 +479,7 @@ TEMPLATE_TEST_CASE("noiseField: third derivatives of octaves agree with central 
     requireThirdDerivatives(field, randomPoints(cube<N>(20), 300, 22), 0x1p-12, 0.03);
 }
 
-TEST_CASE("noiseField: invalid turbulence and warp and overflowing octaves are errors", "[field]") {
+TEST_CASE("noiseField: invalid billow and warp and overflowing octaves are errors", "[field]") {
     const auto make = [](const OctaveOptions& o) { return noiseField<PerlinNoise<2>>({}, o); };
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     for (const double bad : {-0.1, 1e-10, 1e10, kInfinity, std::nan("")}) {

@@ -139,7 +139,7 @@ TEST_CASE("parsedFormula: length is zero with zero derivatives at its centre", "
     for (const double h : jet.hessian.c) CHECK(h == 0);
 }
 
-TEST_CASE("parsedFormula: other dimensions", "[field]") {
+TEST_CASE("parsedFormula: coordinates in dimensions other than three", "[field]") {
     CHECK(parsedFormula<1>("2*x + 1").field.at<1>({{3}}).gradient[0] == 2);
     CHECK(parsedFormula<7>("x7 * w + length(p)^2").field.at<0>({{1, 0, 0, 2, 0, 0, 3}}).value == Approx(6 + 14));
     CHECK(lastCoordinateIn("x*sin(w)") == 4);

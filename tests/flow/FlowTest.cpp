@@ -404,7 +404,7 @@ TEST_CASE("Flow.normalized: keeps its speed in float for weak and strong potenti
     }
 }
 
-TEST_CASE("Flow.normalized: stands still where the flow does", "[flow]") {
+TEST_CASE("Flow.normalized: is zero where the flow is zero", "[flow]") {
     // A vortex: f = x² + y², g = z. On its axis the direction is undefined.
     const Flow flow = Flow(polynomial("x0**2 + x1**2"), polynomial("x2")).normalized(3);
     CHECK(flow.at({{0, 0, 0.5}}).velocity == Vec3d{});

@@ -198,7 +198,7 @@ TEST_CASE("jitterFlow: changes smoothly with time", "[track]") {
     CHECK_THROWS_AS(jitterFlow(unitCube<7>(), 0.5, {.time = 0.5}), ValueError);
 }
 
-TEST_CASE("jitter: threads and empty input and invalid options", "[track]") {
+TEST_CASE("jitter: does not depend on threads, accepts empty input and refuses invalid options", "[track]") {
     std::vector<Vec3d> one, two;
     {
         const ThreadLimit limit(1);

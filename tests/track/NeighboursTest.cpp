@@ -101,7 +101,7 @@ TEST_CASE("Neighbours: many coincident points take no longer than distinct ones"
     CHECK(found.back() == 1);
 }
 
-TEST_CASE("Neighbours: threads and empty input and invalid options", "[track]") {
+TEST_CASE("Neighbours: does not depend on threads, accepts empty input and refuses invalid options", "[track]") {
     const auto points = randomPoints(cube<3>(1), 3000, 1);
     std::vector<double> one, two;
     {

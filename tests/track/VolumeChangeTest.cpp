@@ -48,7 +48,7 @@ TEST_CASE("volumeChange: is 1 for a bounded noise with kinks in its Hessian", "[
     CHECK(kept.farthest < 1e-6);
 }
 
-TEST_CASE("volumeChange: no points and zero time and invalid times", "[track]") {
+TEST_CASE("volumeChange: no points give no samples, zero time gives 1 and invalid times are errors", "[track]") {
     const Flow flow(sinesF(), sinesG(), {.box = cube(3), .wall = {}});
     CHECK(volumeChange(flow, {}, 0, {}).samples == 0);
     CHECK(volumeChange(flow, {Vec3d{}}, 0, {.time = 0}).median == 1);

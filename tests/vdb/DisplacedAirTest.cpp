@@ -125,7 +125,7 @@ TEST_CASE("displacedAir: a growing sphere pushes its volume through the box", "[
     CHECK(flux * voxel * voxel == Approx(exact).epsilon(0.05)); // the sphere has the volume of its voxels
 }
 
-TEST_CASE("displacedAir: a velocity grid has it beyond the layer and stays divergence-free", "[vdb]") {
+TEST_CASE("displacedAir: a velocity grid includes it beyond the layer and stays divergence-free", "[vdb]") {
     const Sphere sphere{.grows = true};
     const double voxel = kRadius / 8;
     const Flow flow(0.2 * noiseField<Psrd3>({.seed = 1}),

@@ -93,7 +93,7 @@ TEST_CASE("bakedGrid: samples the centres of the voxels, and constants become ti
     CHECK_THROWS_AS(bakedGrid(kNoise, {.box = test::cube(1), .dim = 100000}, "huge"), ResourceError);
 }
 
-TEST_CASE("bakedGrid: a period of a field tiles without a double plane", "[vdb]") {
+TEST_CASE("bakedGrid: a period of a field tiles without a seam", "[vdb]") {
     const ScalarField tile = noiseField<Psrd3>({.period = {{4, 4, 4}}}, {.frequency = 4});
     const auto one = bakedGrid(tile, {.box = {{{0, 0, 0}}, {{1, 1, 1}}}, .dim = 32}, "tile");
     const auto two = bakedGrid(tile, {.box = {{{0, 0, 0}}, {{2, 1, 1}}}, .dim = 64}, "tiles");

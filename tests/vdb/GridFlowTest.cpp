@@ -333,7 +333,7 @@ TEST_CASE("potentialFlow: particles that follow its terms never cross the wall",
     CHECK(inside > 0);
 }
 
-TEST_CASE("GridFlow: refuses grids that are no velocity", "[vdb]") {
+TEST_CASE("GridFlow: refuses grids that are not velocities", "[vdb]") {
     CHECK_THROWS_WITH(sampledFlow({Vec3SGrid::create()}), ContainsSubstring("no active voxels"));
     const auto scalar = openvdb::FloatGrid::create();
     CHECK_THROWS_WITH(sampledFlow({scalar}), ContainsSubstring("one grid of vectors"));

@@ -76,7 +76,7 @@ TEST_CASE("particle steps: no particle crosses a mesh for any step, layer and sc
 }
 
 // Not run by default: CURLEW_PARTICLE_STEPS steps, 1e9 if it is not set.
-TEST_CASE("particle steps: a billion of them", "[.][vdb]") {
+TEST_CASE("particle steps: a billion steps, and no particle crosses a mesh", "[.][vdb]") {
     const char* given = std::getenv("CURLEW_PARTICLE_STEPS");
     CHECK(wrongSides(given ? std::atof(given) : 1e9, 20000, std::random_device{}()) == 0);
 }

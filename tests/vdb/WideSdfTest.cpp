@@ -52,7 +52,7 @@ TEST_CASE("sdfUpTo: a narrow request is one band", "[vdb]") {
     CHECK(same.reach == one.reach);
 }
 
-TEST_CASE("sdfUpTo: recorded, it has the same distances and gradients", "[vdb]") {
+TEST_CASE("sdfUpTo: a recorded one has the same distances and gradients", "[vdb]") {
     // The same operations, except that the rows of the matrix to voxels are summed in another order.
     const LevelSet levelSet = ball();
     for (const Sdf& sdf : {sdfOf(levelSet), sdfUpTo(levelSet, 2), sdfOf(boxOf({{1, 1.2, 0.8}}, 0.05))}) {
