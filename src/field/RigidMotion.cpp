@@ -75,11 +75,11 @@ Pose poseBetween(const PoseKeys& keys, double part) {
     if (part <= 0) return keys.from;
     if (part >= 1) return keys.to;
     const Hermite h(part);
-    const auto wayFrom = [&](const Pose& p) { return p.origin - keys.from.origin; };
-    const auto wayTo = [&](const Pose& p) { return p.origin - keys.to.origin; };
-    const Vec3d way = wayFrom(keys.to);
-    const Vec3d leaving = slope(ifKnown(keys.before, wayFrom), way, ifKnown(keys.after, wayFrom));
-    const Vec3d arriving = -1.0 * slope(ifKnown(keys.after, wayTo), -1.0 * way, ifKnown(keys.before, wayTo));
+    const auto offsetFrom = [&](const Pose& p) { return p.origin - keys.from.origin; };
+    const auto offsetTo = [&](const Pose& p) { return p.origin - keys.to.origin; };
+    const Vec3d offset = offsetFrom(keys.to);
+    const Vec3d leaving = slope(ifKnown(keys.before, offsetFrom), offset, ifKnown(keys.after, offsetFrom));
+    const Vec3d arriving = -1.0 * slope(ifKnown(keys.after, offsetTo), -1.0 * offset, ifKnown(keys.before, offsetTo));
     const auto turnFrom = [&](const Pose& p) { return turnOf(keys.from, p); };
     const auto turnTo = [&](const Pose& p) { return turnOf(keys.to, p); };
     const Vec3d turn = turnFrom(keys.to);
@@ -87,7 +87,7 @@ Pose poseBetween(const PoseKeys& keys, double part) {
     const Vec3d spinTo = -1.0 * slope(ifKnown(keys.after, turnTo), -1.0 * turn, ifKnown(keys.before, turnTo));
     const Vec3d phi = spin * h.fromSlope + turn * h.to + rateOfVector(turn, spinTo) * h.toSlope;
     return {keys.from.axes * rotationBy(phi),
-            keys.from.origin + leaving * h.fromSlope + way * h.to + arriving * h.toSlope};
+            keys.from.origin + leaving * h.fromSlope + offset * h.to + arriving * h.toSlope};
 }
 
 namespace {

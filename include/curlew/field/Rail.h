@@ -13,8 +13,8 @@ namespace curlew {
 /// A position has the coordinates u and v along two unit vectors N₁ and N₂ across the curve at its nearest point C:
 /// u = (x - C) · N₁, v = (x - C) · N₂. The vectors do not turn about the curve (rotation-minimising frame, Bishop
 /// 1975), so ∇u = N₁ and ∇v = N₂ exactly, and ∇u × ∇v is the curve's tangent at C: a flow of speed 1 along the curve.
-/// On a closed curve, and with a twist, they turn about it at a constant rate on the curve
-/// (beside it nearly so, such that ∇u and ∇v are continuous), and the flow turns along.
+/// On a closed curve, and with a twist, they turn about the curve, and the flow turns with them. The rate is constant
+/// on the curve, and nearly so beside it, where it varies to keep ∇u and ∇v continuous.
 ///
 /// The tangent is continuous, the curvature jumps where arcs meet: u and v have continuous gradients. They are smooth
 /// as far as every position has one nearest point: up to the radius of curvature, and half way to other parts of the

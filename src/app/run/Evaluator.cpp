@@ -165,7 +165,7 @@ Value Evaluator::betweenFrames(const Link& link, const Moment& moment) {
     if (part >= 1) return there;
     Value earlier = outputOf(frameBefore(clock));
     if (const auto* from = std::get_if<GridValue>(&earlier)) {
-        followWay(link, clock, *from, *grid);
+        followMesh(link, clock, *from, *grid);
         grid->earlier = std::make_shared<const GridValue>(*from);
     }
     grid->part = part;

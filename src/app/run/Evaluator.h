@@ -77,7 +77,7 @@ class Evaluator {
     std::optional<Link> meshOf(const Link& levelSet) const;
     MeshPointer meshIn(const Link& mesh, const FrameClock& clock);
     std::optional<MeshKeys> meshKeys(const Link& mesh, const FrameClock& clock);
-    void followWay(const Link& levelSet, const FrameClock& clock, const GridValue& from, const GridValue& to);
+    void followMesh(const Link& levelSet, const FrameClock& clock, const GridValue& from, const GridValue& to);
     const RigidFit* fitIn(const Link& mesh, const FrameClock& clock);
     std::optional<RigidBody> bodyAt(const Link& levelSet, const FrameClock& clock, double part);
     Value asBody(const Link& link, Value value);

@@ -62,7 +62,7 @@ std::optional<MeshKeys> Evaluator::meshKeys(const Link& mesh, const FrameClock& 
 
 /// Lets the surface between the level sets of the previous frame and this one follow the points of their meshes, if
 /// these correspond.
-void Evaluator::followWay(const Link& levelSet, const FrameClock& clock, const GridValue& from, const GridValue& to) {
+void Evaluator::followMesh(const Link& levelSet, const FrameClock& clock, const GridValue& from, const GridValue& to) {
     const auto mesh = meshOf(levelSet);
     if (!mesh) return;
     auto keys = meshKeys(*mesh, clock);
@@ -76,7 +76,7 @@ void Evaluator::followWay(const Link& levelSet, const FrameClock& clock, const G
         const auto* grid = levelSet.output < made.size() ? std::get_if<GridValue>(&made[levelSet.output]) : nullptr;
         if (grid && isOf(*grid, keys->before)) before = *grid;
     }
-    mSession.mSdfs->setWay(before ? &*before : nullptr, from, to, *keys, clock.duration);
+    mSession.mSdfs->addDeformation(before ? &*before : nullptr, from, to, *keys, clock.duration);
 }
 
 /// Returns the rigid fit of the first frame's mesh to that of this frame; nullptr if the motion is not rigid.
@@ -118,8 +118,8 @@ std::optional<RigidBody> Evaluator::bodyAt(const Link& levelSet, const FrameCloc
     return RigidBody{.first = first, .home = to->home, .now = poseBetween(keys, part)};
 }
 
-/// Returns a level set with the way of its surface from the previous frame, if it is that of this frame and its mesh
-/// deforms. So the velocity of the surface is known at the frame too.
+/// Returns a level set with the motion of its surface since the previous frame, if it is that of this frame and its
+/// mesh deforms. So the velocity of the surface is known at the frame too.
 GridValue Evaluator::withWay(const Link& link, const GridValue& grid, const Moment& moment) {
     const bool atFrame = mClock && mClock->duration > 0 && isNow(moment) && !grid.body && !grid.earlier;
     if (!atFrame || !grid.mesh || steady(link) || !meshOf(link)) return grid;
@@ -128,7 +128,7 @@ GridValue Evaluator::withWay(const Link& link, const GridValue& grid, const Mome
     const auto* from = std::get_if<GridValue>(&before->outputs[link.output]);
     if (!from) return grid;
     GridValue with = grid;
-    followWay(link, *mClock, *from, grid);
+    followMesh(link, *mClock, *from, grid);
     with.earlier = std::make_shared<const GridValue>(*from);
     return with;
 }

@@ -13,7 +13,7 @@ namespace {
 
 /// How far the points of a deforming mesh may be from its level set between frames: as a fraction of the distance that
 /// is requested, which is the width of a layer; and at least, for thin bodies, this many voxels.
-constexpr double kWayTolerance = 0.2, kLeastTolerance = 0.5;
+constexpr double kTolerance = 0.2, kMinTolerance = 0.5;
 
 /// Returns the surface between two frames.
 Sdf between(const Sdf& from, const Sdf& to, double part) {
@@ -41,7 +41,7 @@ const SdfCache::Entry& SdfCache::entry(const GridValue& value, double distance, 
         console.detail(fmt::format("level set '{}': band widened from {:.3g} to {:.3g} voxels", value.grid->getName(),
                                    levelSet.halfWidth(), halfWidth));
     Sdf sdf = sdfUpTo(levelSet, distance, console.follow("widening the band"));
-    if (mEntries.size() == kMost) mEntries.erase(mEntries.begin());
+    if (mEntries.size() == kMaxEntries) mEntries.erase(mEntries.begin());
     return mEntries.emplace_back(Entry{value.grid, distance, levelSet.voxelSize(), std::move(sdf)});
 }
 
@@ -53,44 +53,45 @@ Sdf SdfCache::sdf(const GridValue& value, double distance, const Console& consol
         return sdf;
     }
     if (!value.earlier) return entry(value, distance, console).sdf;
-    if (Way* way = wayTo(value)) return known(*way, distance, console).at(value.part);
+    if (Deformation* deformation = deformationTo(value))
+        return deforming(*deformation, distance, console).at(value.part);
     if (value.part >= 1) return entry(value, distance, console).sdf;
     const Sdf from = entry(*value.earlier, distance, console).sdf;
     return between(from, entry(value, distance, console).sdf, value.part);
 }
 
-void SdfCache::setWay(const GridValue* before, const GridValue& from, const GridValue& to, const MeshKeys& meshes,
-                      double seconds) {
-    if (std::any_of(mWays.begin(), mWays.end(),
-                    [&](const Way& way) { return way.from.grid == from.grid && way.to.grid == to.grid; }))
+void SdfCache::addDeformation(const GridValue* before, const GridValue& from, const GridValue& to,
+                              const MeshKeys& meshes, double seconds) {
+    if (std::any_of(mDeformations.begin(), mDeformations.end(),
+                    [&](const Deformation& known) { return known.from.grid == from.grid && known.to.grid == to.grid; }))
         return;
-    if (mWays.size() == kMostWays) mWays.pop_front();
-    mWays.push_back({before ? std::optional(*before) : std::nullopt, from, to, meshes, seconds});
+    if (mDeformations.size() == kMaxDeformations) mDeformations.pop_front();
+    mDeformations.push_back({before ? std::optional(*before) : std::nullopt, from, to, meshes, seconds});
 }
 
-SdfCache::Way* SdfCache::wayTo(const GridValue& value) {
-    const auto way = std::find_if(mWays.begin(), mWays.end(), [&](const Way& one) {
+SdfCache::Deformation* SdfCache::deformationTo(const GridValue& value) {
+    const auto found = std::find_if(mDeformations.begin(), mDeformations.end(), [&](const Deformation& one) {
         return one.from.grid == value.earlier->grid && one.to.grid == value.grid;
     });
-    return way != mWays.end() ? &*way : nullptr;
+    return found != mDeformations.end() ? &*found : nullptr;
 }
 
-const LevelSetWay& SdfCache::known(Way& way, double distance, const Console& console) {
-    for (const auto& [reached, known] : way.known)
+const DeformingLevelSet& SdfCache::deforming(Deformation& deformation, double distance, const Console& console) {
+    for (const auto& [reached, known] : deformation.known)
         if (reached == distance) return known;
     const auto wide = [&](const GridValue& value) { return levelSet(value, distance, console); };
-    const LevelSet from = wide(way.from), to = wide(way.to);
-    const auto before = way.before ? std::optional(wide(*way.before)) : std::nullopt;
+    const LevelSet from = wide(deformation.from), to = wide(deformation.to);
+    const auto before = deformation.before ? std::optional(wide(*deformation.before)) : std::nullopt;
     const double voxel = std::max(from.voxelSize(), to.voxelSize());
-    const double least = kLeastTolerance * voxel;
-    const LevelSetWay made(
-        before, from, to, way.meshes,
-        {.tolerance = std::max(kWayTolerance * distance, least), .leastTolerance = least, .seconds = way.seconds},
+    const double least = kMinTolerance * voxel;
+    const DeformingLevelSet made(
+        before, from, to, deformation.meshes,
+        {.tolerance = std::max(kTolerance * distance, least), .minTolerance = least, .seconds = deformation.seconds},
         console.follow("interpolating level sets between frames"));
     console.detail(fmt::format(
         "level set '{}': {} intermediate level sets between two frames; points of the mesh are within {:.2g} voxels",
-        way.to.grid->getName(), made.levelSetsBetween(), made.error() / voxel));
-    return way.known.emplace_back(distance, made).second;
+        deformation.to.grid->getName(), made.levelSetsBetween(), made.error() / voxel));
+    return deformation.known.emplace_back(distance, made).second;
 }
 
 LevelSet SdfCache::levelSet(const GridValue& value, double distance, const Console& console) {
@@ -100,7 +101,7 @@ LevelSet SdfCache::levelSet(const GridValue& value, double distance, const Conso
     narrow.mesh = value.mesh;
     const double halfWidth = distance / narrow.voxelSize() + kSplineSupport;
     const LevelSet wide = widened(narrow, halfWidth, console.follow("widening the band"));
-    if (mBands.size() == kMostBands) mBands.erase(mBands.begin());
+    if (mBands.size() == kMaxBands) mBands.erase(mBands.begin());
     return mBands.emplace_back(Band{value.grid, distance, wide}).levelSet;
 }
 

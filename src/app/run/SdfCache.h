@@ -3,7 +3,7 @@
 
 #include "curlew/app/run/Console.h"
 #include "curlew/app/run/Value.h"
-#include "curlew/vdb/LevelSetWay.h"
+#include "curlew/vdb/DeformingLevelSet.h"
 
 #include <list>
 
@@ -15,10 +15,10 @@ class SdfCache {
     /// Returns a level set as a signed distance that is valid up to `distance` world units from the surface. For a
     /// level set between two frames, this is the distance to the surface in between.
     Sdf sdf(const GridValue& value, double distance, const Console& console);
-    /// Sets how the mesh moves from one level set to the next in so many seconds, and which level set precedes them, if
-    /// known.
-    void setWay(const GridValue* before, const GridValue& from, const GridValue& to, const MeshKeys& meshes,
-                double seconds);
+    /// Adds the motion of a mesh from one level set to the next, `seconds` later, and the level set before them if it
+    /// is known.
+    void addDeformation(const GridValue* before, const GridValue& from, const GridValue& to, const MeshKeys& meshes,
+                        double seconds);
     /// Returns the level set itself, with a narrow band that is wide enough for that distance.
     LevelSet levelSet(const GridValue& value, double distance, const Console& console);
 
@@ -34,21 +34,21 @@ class SdfCache {
         double distance;
         LevelSet levelSet;
     };
-    struct Way {
+    struct Deformation {
         std::optional<GridValue> before;
         GridValue from, to;
         MeshKeys meshes;
         double seconds;
-        std::vector<std::pair<double, LevelSetWay>> known = {}; ///< By requested distance.
+        std::vector<std::pair<double, DeformingLevelSet>> known = {}; ///< By requested distance.
     };
     const Entry& entry(const GridValue& value, double distance, const Console& console);
-    Way* wayTo(const GridValue& value);
-    const LevelSetWay& known(Way& way, double distance, const Console& console);
+    Deformation* deformationTo(const GridValue& value);
+    const DeformingLevelSet& deforming(Deformation& deformation, double distance, const Console& console);
 
-    static constexpr size_t kMost = 8, kMostBands = 4, kMostWays = 2;
+    static constexpr size_t kMaxEntries = 8, kMaxBands = 4, kMaxDeformations = 2;
     std::vector<Entry> mEntries;
-    std::vector<Band> mBands; // for ways between level sets
-    std::list<Way> mWays;
+    std::vector<Band> mBands; // for deformations
+    std::list<Deformation> mDeformations;
 };
 
 } // namespace curlew::app

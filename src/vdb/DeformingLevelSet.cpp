@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "curlew/vdb/LevelSetWay.h"
+#include "curlew/vdb/DeformingLevelSet.h"
 
 #include "SurfaceVelocity.h"
 #include "curlew/base/Error.h"
@@ -82,24 +82,24 @@ std::vector<double> depthsBelow(const Mesh& mesh, const ScalarField& distance, d
 /// The largest deviation of the surface's points halfway between two moments: absolute, and relative to the tolerance.
 /// Sampling rounds corners off, and points of overlapping parts are inside. So the deviation is the difference between
 /// a point's distance and the mean of its distances at the two moments.
-struct Shift {
-    double most = 0, relative = 0;
+struct Deviation {
+    double largest = 0, relative = 0;
 
-    Shift(const std::vector<double>& a, const std::vector<double>& middle, const std::vector<double>& b, double near,
-          const std::vector<double>& tolerance) {
+    Deviation(const std::vector<double>& a, const std::vector<double>& middle, const std::vector<double>& b,
+              double near, const std::vector<double>& tolerance) {
         for (size_t k = 0; k < middle.size(); ++k) {
             if (std::max(std::abs(a[k]), std::abs(b[k])) >= near) continue;
-            const double shift = std::abs(middle[k] - (a[k] + b[k]) / 2);
-            most = std::max(most, shift);
-            relative = std::max(relative, shift / tolerance[k]);
+            const double off = std::abs(middle[k] - (a[k] + b[k]) / 2);
+            largest = std::max(largest, off);
+            relative = std::max(relative, off / tolerance[k]);
         }
     }
 };
 
 } // namespace
 
-LevelSetWay::LevelSetWay(const std::optional<LevelSet>& before, const LevelSet& from, const LevelSet& to,
-                         MeshKeys meshes, const Options& options, const Monitor& monitor)
+DeformingLevelSet::DeformingLevelSet(const std::optional<LevelSet>& before, const LevelSet& from, const LevelSet& to,
+                                     MeshKeys meshes, const Options& options, const Monitor& monitor)
     : mMeshes(std::move(meshes)), mVoxel(std::max(from.voxelSize(), to.voxelSize())) {
     if (!from.mesh || !to.mesh || !mMeshes.from || !mMeshes.to || mMeshes.from->points.empty())
         throw ValueError("a moving level set must come from a mesh");
@@ -113,7 +113,7 @@ LevelSetWay::LevelSetWay(const std::optional<LevelSet>& before, const LevelSet& 
     const double near = 2 * mVoxel;
     std::vector<double> tolerance =
         depthsBelow(*mMeshes.from, mMoments[0].sdf.distance, options.tolerance / kPartOfDepth, monitor);
-    for (double& one : tolerance) one = std::clamp(kPartOfDepth * one, options.leastTolerance, options.tolerance);
+    for (double& one : tolerance) one = std::clamp(kPartOfDepth * one, options.minTolerance, options.tolerance);
     const LevelSet& finer = from.voxelSize() <= to.voxelSize() ? from : to;
     const double voxel = kCoarser * finer.voxelSize();
     // The surface of a sheet is beside its mesh, by half of its thickness.
@@ -129,11 +129,11 @@ LevelSetWay::LevelSetWay(const std::optional<LevelSet>& before, const LevelSet& 
     for (size_t k = 0; k + 1 < mMoments.size();) {
         const double length = mMoments[k + 1].part - mMoments[k].part, part = mMoments[k].part + length / 2;
         const auto mesh = std::make_shared<const Mesh>(meshBetween(mMeshes, part));
-        const Shift shift(distances[k], distancesAt(interpolated(k, part, *mesh).distance, *mesh), distances[k + 1],
-                          near, tolerance);
-        if (shift.relative <= 1 || length <= kShortest) {
-            mError = std::max(mError, shift.most);
-            mKnown = mKnown && shift.relative <= 1;
+        const Deviation deviation(distances[k], distancesAt(interpolated(k, part, *mesh).distance, *mesh),
+                                  distances[k + 1], near, tolerance);
+        if (deviation.relative <= 1 || length <= kShortest) {
+            mError = std::max(mError, deviation.largest);
+            mKnown = mKnown && deviation.relative <= 1;
             ++k;
             continue;
         }
@@ -147,13 +147,13 @@ LevelSetWay::LevelSetWay(const std::optional<LevelSet>& before, const LevelSet& 
 
 /// Returns the third moment for quadratic interpolation: the one before the interval, or for the first interval the one
 /// after it.
-const LevelSetWay::Moment* LevelSetWay::thirdOf(size_t interval) const {
+const DeformingLevelSet::Moment* DeformingLevelSet::thirdOf(size_t interval) const {
     if (interval > 0) return &mMoments[interval - 1];
     if (mMoments.size() > 2) return &mMoments[2];
     return mBefore ? &*mBefore : nullptr;
 }
 
-Sdf LevelSetWay::interpolated(size_t interval, double part, const Mesh& mesh) const {
+Sdf DeformingLevelSet::interpolated(size_t interval, double part, const Mesh& mesh) const {
     const Moment &a = mMoments[interval], &b = mMoments[interval + 1], *c = thirdOf(interval);
     const double length = b.part - a.part, s = (part - a.part) / length;
     if (s <= 0) return a.sdf;
@@ -179,7 +179,7 @@ Sdf LevelSetWay::interpolated(size_t interval, double part, const Mesh& mesh) co
     return sdf;
 }
 
-Sdf LevelSetWay::at(double part) const {
+Sdf DeformingLevelSet::at(double part) const {
     size_t k = 0;
     while (k + 2 < mMoments.size() && mMoments[k + 1].part < part) ++k;
     return interpolated(k, part, meshBetween(mMeshes, part));

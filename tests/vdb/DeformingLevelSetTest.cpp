@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Level sets between two frames of a deforming mesh (vdb/LevelSetWay.h).
+// Level sets between two frames of a deforming mesh (vdb/DeformingLevelSet.h).
 #include "curlew/base/Error.h"
 #include "curlew/math/Rotation.h"
-#include "curlew/vdb/LevelSetWay.h"
+#include "curlew/vdb/DeformingLevelSet.h"
 #include "support/Points.h"
 
 using namespace curlew;
@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kVoxel = 0.0125, kWidth = 0.08;
 const Vec3d kHalf{{0.5, 0.03, 0.03}};
-const LevelSetWay::Options kOptions{.tolerance = 0.2 * kWidth, .leastTolerance = 0.5 * kVoxel};
+const DeformingLevelSet::Options kOptions{.tolerance = 0.2 * kWidth, .minTolerance = 0.5 * kVoxel};
 
 /// Returns the position of a point of the bar after the bar has rotated by `angle` and bent accordingly.
 Vec3d placeOf(const Vec3d& p, double angle) {
@@ -43,7 +43,7 @@ LevelSet levelSetAt(double angle) {
 }
 
 /// The bar rotates by `angle` from frame to frame.
-LevelSetWay wayOver(double angle) {
+DeformingLevelSet deformedBy(double angle) {
     return {levelSetAt(-angle), levelSetAt(0), levelSetAt(angle),
             MeshKeys{.before = bar(-angle), .from = bar(0), .to = bar(angle), .after = bar(2 * angle)}, kOptions};
 }
@@ -65,23 +65,23 @@ double errorAt(const Sdf& sdf, double angle) {
 
 } // namespace
 
-TEST_CASE("LevelSetWay: small motions need no level set between frames", "[vdb]") {
-    const LevelSetWay way = wayOver(0.03);
-    CHECK(way.levelSetsBetween() == 0);
+TEST_CASE("DeformingLevelSet: small motions need no level set between frames", "[vdb]") {
+    const DeformingLevelSet levelSet = deformedBy(0.03);
+    CHECK(levelSet.levelSetsBetween() == 0);
     for (const double part : {0.25, 0.5, 0.75}) {
-        const Sdf sdf = way.at(part);
+        const Sdf sdf = levelSet.at(part);
         CHECK(errorAt(sdf, 0.03 * part) < 0.1 * kVoxel);
         CHECK(sdf.reach >= kWidth - 1e-6);
     }
 }
 
-TEST_CASE("LevelSetWay: a limb that moves farther than its thickness exists between frames", "[vdb]") {
+TEST_CASE("DeformingLevelSet: a limb that moves farther than its thickness exists between frames", "[vdb]") {
     constexpr double kAngle = 0.3; // its ends move by 0.15, which is five times half the thickness
-    const LevelSetWay way = wayOver(kAngle);
-    CHECK(way.levelSetsBetween() >= 3);
-    CHECK(way.error() <= kOptions.tolerance);
+    const DeformingLevelSet levelSet = deformedBy(kAngle);
+    CHECK(levelSet.levelSetsBetween() >= 3);
+    CHECK(levelSet.error() <= kOptions.tolerance);
     for (const double part : {0.1, 0.3, 0.5, 0.6, 0.85}) {
-        const Sdf sdf = way.at(part);
+        const Sdf sdf = levelSet.at(part);
         CHECK(errorAt(sdf, kAngle * part) <= 1.1 * kOptions.tolerance);
         CHECK(sdf.reach >= kWidth - 1e-6);
         // Samples round the corners of the mesh off by up to a voxel, and voxels between frames are larger.
@@ -96,22 +96,22 @@ TEST_CASE("LevelSetWay: a limb that moves farther than its thickness exists betw
     CHECK(sdfOf(levelSetAt(0)).distance.at<0>(end).value + sdfOf(levelSetAt(kAngle)).distance.at<0>(end).value > 0);
 }
 
-TEST_CASE("LevelSetWay: starts and ends at the level sets of the frames without jumps", "[vdb]") {
-    const LevelSetWay way = wayOver(0.2);
-    const Sdf from = sdfOf(levelSetAt(0)), to = sdfOf(levelSetAt(0.2)), first = way.at(0), last = way.at(1);
+TEST_CASE("DeformingLevelSet: starts and ends at the level sets of the frames without jumps", "[vdb]") {
+    const DeformingLevelSet levelSet = deformedBy(0.2);
+    const Sdf from = sdfOf(levelSetAt(0)), to = sdfOf(levelSetAt(0.2)), first = levelSet.at(0), last = levelSet.at(1);
     for (const Vec3d& p : randomPoints(cube(0.5), 200, 1)) {
         CHECK(first.distance.at<0>(p).value == from.distance.at<0>(p).value);
         CHECK(last.distance.at<0>(p).value == to.distance.at<0>(p).value);
     }
     // The level set is continuous in time, also at a level set between the frames.
     for (const double part : {0.25, 0.5, 0.75}) {
-        const Sdf before = way.at(part - 1e-9), after = way.at(part + 1e-9);
+        const Sdf before = levelSet.at(part - 1e-9), after = levelSet.at(part + 1e-9);
         for (const Vec3d& p : randomPoints(cube(0.3), 50, 2))
             CHECK(std::abs(after.distance.at<0>(p).value - before.distance.at<0>(p).value) < 1e-6);
     }
 }
 
-TEST_CASE("LevelSetWay: the velocity of the surface is that of the mesh to second order in the frame", "[vdb]") {
+TEST_CASE("DeformingLevelSet: the velocity of the surface is that of the mesh to second order in the frame", "[vdb]") {
     constexpr double kRate = 2; // radians per second
     // The point of the bar at `rest` has this velocity when the bar has rotated by `angle`.
     const auto velocityOf = [](const Vec3d& rest, double angle) {
@@ -119,14 +119,14 @@ TEST_CASE("LevelSetWay: the velocity of the surface is that of the mesh to secon
         return (placeOf(rest, angle + kStep) - placeOf(rest, angle - kStep)) * (kRate / (2 * kStep));
     };
     const auto errorOver = [&](double angle) {
-        LevelSetWay::Options options = kOptions;
+        DeformingLevelSet::Options options = kOptions;
         options.seconds = angle / kRate;
-        const LevelSetWay way({}, levelSetAt(0), levelSetAt(angle),
-                              {.before = bar(-angle), .from = bar(0), .to = bar(angle), .after = bar(2 * angle)},
-                              options);
+        const DeformingLevelSet levelSet(
+            {}, levelSetAt(0), levelSetAt(angle),
+            {.before = bar(-angle), .from = bar(0), .to = bar(angle), .after = bar(2 * angle)}, options);
         double worst = 0;
         for (const double part : {0.0, 0.4, 1.0}) {
-            const Sdf sdf = way.at(part);
+            const Sdf sdf = levelSet.at(part);
             REQUIRE(sdf.surfaceVelocity);
             for (int i = -8; i <= 8; ++i)
                 for (const double away : {0.0, 0.5 * kWidth}) { // beside the middle of a long face, and farther out
@@ -145,14 +145,14 @@ TEST_CASE("LevelSetWay: the velocity of the surface is that of the mesh to secon
     CHECK(fine < 0.02 * kRate * kHalf[0]); // the bar has 20 parts, between which its bend is a polygon
     CHECK(fine < 0.5 * coarse);
     // Without a time there is no velocity.
-    CHECK_FALSE(wayOver(0.03).at(0.5).surfaceVelocity);
+    CHECK_FALSE(deformedBy(0.03).at(0.5).surfaceVelocity);
 }
 
-TEST_CASE("LevelSetWay: level sets without meshes are refused", "[vdb]") {
+TEST_CASE("DeformingLevelSet: level sets without meshes are refused", "[vdb]") {
     LevelSet without = levelSetAt(0);
     without.mesh = nullptr;
     CHECK_THROWS_AS(
-        LevelSetWay({}, without, levelSetAt(0.1),
-                    MeshKeys{.before = nullptr, .from = bar(0), .to = bar(0.1), .after = nullptr}, kOptions),
+        DeformingLevelSet({}, without, levelSetAt(0.1),
+                          MeshKeys{.before = nullptr, .from = bar(0), .to = bar(0.1), .after = nullptr}, kOptions),
         ValueError);
 }

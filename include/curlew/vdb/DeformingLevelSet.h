@@ -22,20 +22,20 @@ namespace curlew {
 /// weights. It is sampled at the same few times, on voxels twice as large, and interpolated linearly in time.
 ///
 /// Immutable; safe to share between threads.
-class LevelSetWay {
+class DeformingLevelSet {
   public:
     struct Options {
         /// How far points of the mesh may be off the interpolated surface, in world units: `tolerance` where the body
-        /// is thick, and down to `leastTolerance` where a fourth of its thickness is less than that.
-        double tolerance = 0, leastTolerance = 0;
+        /// is thick, and down to `minTolerance` where a fourth of its thickness is less than that.
+        double tolerance = 0, minTolerance = 0;
         double seconds = 0; ///< Time between the two frames; 0: the velocity of the surface is not needed.
     };
 
     /// Takes level sets of `meshes.from` and `meshes.to`, and that of `meshes.before` if it is known. Their bands must
     /// be wide enough for later queries. Makes the level sets in between. Throws as widened() does, and ValueError if a
     /// level set has no mesh.
-    LevelSetWay(const std::optional<LevelSet>& before, const LevelSet& from, const LevelSet& to, MeshKeys meshes,
-                const Options& options, const Monitor& monitor = {});
+    DeformingLevelSet(const std::optional<LevelSet>& before, const LevelSet& from, const LevelSet& to, MeshKeys meshes,
+                      const Options& options, const Monitor& monitor = {});
 
     /// Returns the distance at `part` = 0 … 1 of the interval. Its reach is 0 if the tolerance could not be met.
     Sdf at(double part) const;
