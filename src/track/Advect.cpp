@@ -35,7 +35,7 @@ void validate(const FlowN<N>& flow, const AdvectOptions& o) {
     if (o.adaptive() && !tableauOf(o.usedScheme()).embedded())
         throw ValueError(fmt::format("{} has no error estimate; choose rk23 or rk45 to use an accuracy, or give steps",
                                      kSchemeNames[static_cast<size_t>(o.usedScheme())]));
-    if (!(o.maxStep >= 0)) throw ValueError(fmt::format("the longest step, {}, must be positive, or 0", o.maxStep));
+    if (!(o.maxStep >= 0)) throw ValueError(fmt::format("maxStep {} must be positive, or 0", o.maxStep));
     o.reprojection.validate(true); // a sum is split, or moved without reprojection
     splittingOf(flow, o);
 }
@@ -279,7 +279,7 @@ AdvectResult sample(const Flow& flow, const AdvectScales& scales, Points& partic
 
 /// Returns the interval over which the wall's motion is sampled at the end of a motion of this time: the last of its
 /// `steps`, backward.
-double lastWay(double time, int steps) {
+double lastInterval(double time, int steps) {
     constexpr double kShort = 0.01; // seconds, if the time is 0
     return time != 0 ? -time / steps : kShort;
 }
@@ -370,7 +370,7 @@ AdvectResult advect(const FlowInTime& flow, Points& particles, double begin, con
         if (monitor.report) monitor.report((k + 1.0) / count);
     }
     const AdvectResult end = sample(before.flow, scales, particles, order, options, unreported);
-    if (const auto wall = wallVelocity(flow, begin + options.time, lastWay(options.time, count)))
+    if (const auto wall = wallVelocity(flow, begin + options.time, lastInterval(options.time, count)))
         addWallVelocity(*wall, particles);
     total.moments = static_cast<size_t>(count);
     total.freezing = freezing.error;

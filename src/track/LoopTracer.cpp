@@ -31,11 +31,11 @@ void LoopTracer::add(size_t line, const ActiveTipsN<3>& seeds, int seed, double 
     int part = kWhole;
     while (part > 1 && stepOf(part) * speed > mSetup.firstChord) part /= 2;
     mTips.copy(mTips.position.size++, seeds, seed);
-    mGrowths.push_back({line, part, limit, closes, {position, velocity * (mSign / speed)}});
+    mTipStates.push_back({line, part, limit, closes, {position, velocity * (mSign / speed)}});
 }
 
 void LoopTracer::run(const Monitor& monitor) {
-    while (!mGrowths.empty()) {
+    while (!mTipStates.empty()) {
         monitor.check();
         advance();
     }
@@ -43,21 +43,21 @@ void LoopTracer::run(const Monitor& monitor) {
 
 void LoopTracer::advance() {
     std::array<double, kBatch> dt;
-    for (size_t a = 0; a < mGrowths.size(); ++a)
-        dt[a] = mSign * std::min(stepOf(mGrowths[a].part), timeLeft(mGrowths[a]));
+    for (size_t a = 0; a < mTipStates.size(); ++a)
+        dt[a] = mSign * std::min(stepOf(mTipStates[a].part), timeLeft(mTipStates[a]));
     const StepResultN<3> step = mSetup.stepper(mTips, dt);
     int kept = 0;
-    for (size_t a = 0; a < mGrowths.size(); ++a) {
+    for (size_t a = 0; a < mTipStates.size(); ++a) {
         const auto i = static_cast<int>(a);
-        if (!proceed(mGrowths[a], i, step, dt[a])) continue;
+        if (!proceed(mTipStates[a], i, step, dt[a])) continue;
         if (kept != i) {
             mTips.copy(kept, mTips, i);
-            mGrowths[static_cast<size_t>(kept)] = mGrowths[a];
+            mTipStates[static_cast<size_t>(kept)] = mTipStates[a];
         }
         ++kept;
     }
     mTips.position.size = kept;
-    mGrowths.resize(static_cast<size_t>(kept));
+    mTipStates.resize(static_cast<size_t>(kept));
 }
 
 bool LoopTracer::tooCoarse(int i, const StepResultN<3>& step) const {
@@ -66,23 +66,23 @@ bool LoopTracer::tooCoarse(int i, const StepResultN<3>& step) const {
            dot(from, to) < kMinCosine * length(from) * length(to);
 }
 
-bool LoopTracer::proceed(Growth& growth, int i, const StepResultN<3>& step, double dt) {
-    LoopLine& line = mLines[growth.line];
+bool LoopTracer::proceed(TipState& tip, int i, const StepResultN<3>& step, double dt) {
+    LoopLine& line = mLines[tip.line];
     const auto a = static_cast<size_t>(i);
     const bool coarse = tooCoarse(i, step);
-    if (!step.accepted[a] || (coarse && growth.part > 1)) {
-        if (growth.part == 1) {
+    if (!step.accepted[a] || (coarse && tip.part > 1)) {
+        if (tip.part == 1) {
             line.end = CurveEnd::stuck;
             return false;
         }
-        do growth.part /= 2;
-        while (growth.part > 1 && stepOf(growth.part) >= std::abs(dt)); // which the remaining time had shortened
+        do tip.part /= 2;
+        while (tip.part > 1 && stepOf(tip.part) >= std::abs(dt)); // which the remaining time had shortened
         return true;
     }
     line.coarse += coarse;
-    const double before = last(growth).time;
-    if (growth.closes && line.vertices.size() > 3)
-        if (const auto closure = closureOf(mSetup.stepper, mTips, i, step.position[i], dt, growth.origin, kClosure)) {
+    const double before = last(tip).time;
+    if (tip.closes && line.vertices.size() > 3)
+        if (const auto closure = closureOf(mSetup.stepper, mTips, i, step.position[i], dt, tip.origin, kClosure)) {
             LoopVertex seed = line.vertices.front();
             seed.time = before + closure->part;
             line.vertices.push_back(seed);
@@ -92,12 +92,12 @@ bool LoopTracer::proceed(Growth& growth, int i, const StepResultN<3>& step, doub
         }
     line.vertices.push_back(loopVertex(step.position[i], step.reprojected.velocity[i], before + dt));
     constexpr double kGrowth = 32, kSafety = 2; // the error grows by kGrowth if the length doubles
-    if (step.error[a] * kGrowth * kSafety < mSetup.accuracy) growth.part = std::min(2 * growth.part, kWhole);
+    if (step.error[a] * kGrowth * kSafety < mSetup.accuracy) tip.part = std::min(2 * tip.part, kWhole);
     mTips.position.set(i, step.position[i]);
     mTips.velocity.set(i, step.reprojected.velocity[i]);
     mTips.distance[a] = step.distance[a];
     line.end = line.vertices.size() >= mSetup.vertices ? CurveEnd::vertices : CurveEnd::limit;
-    return line.end == CurveEnd::limit && timeLeft(growth) > 1e-12 * growth.limit;
+    return line.end == CurveEnd::limit && timeLeft(tip) > 1e-12 * tip.limit;
 }
 
 } // namespace curlew

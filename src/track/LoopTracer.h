@@ -45,8 +45,8 @@ class LoopTracer {
 
   private:
     static constexpr int kWhole = 1 << 24;
-    /// The line that a tip extends, and its state.
-    struct Growth {
+    /// The line that a tip extends, and the length of its next step.
+    struct TipState {
         size_t line;
         int part;
         double limit;
@@ -54,19 +54,19 @@ class LoopTracer {
         Origin origin;
     };
 
-    double timeLeft(const Growth& growth) const { return growth.limit - std::abs(last(growth).time); }
+    double timeLeft(const TipState& tip) const { return tip.limit - std::abs(last(tip).time); }
     double stepOf(int part) const { return mSetup.longest * part / kWhole; }
-    const LoopVertex& last(const Growth& growth) const { return mLines[growth.line].vertices.back(); }
+    const LoopVertex& last(const TipState& tip) const { return mLines[tip.line].vertices.back(); }
     void advance();
     /// Accepts step i, of length dt, or shortens the next try. Returns whether the line continues.
-    bool proceed(Growth& growth, int i, const StepResultN<3>& step, double dt);
+    bool proceed(TipState& tip, int i, const StepResultN<3>& step, double dt);
     bool tooCoarse(int i, const StepResultN<3>& step) const;
 
     const LoopSetup& mSetup;
     double mSign;
     std::vector<LoopLine>& mLines;
     ActiveTipsN<3> mTips;
-    std::vector<Growth> mGrowths; ///< One per tip.
+    std::vector<TipState> mTipStates; ///< One per tip.
 };
 
 /// Returns the vertex at a position with this velocity.

@@ -20,11 +20,11 @@ void Tracer::add(size_t line, const ActiveTipsN<3>& seeds, int seed) {
     l.end = CurveEnd::stagnation;
     if (mSetup.stands(velocity)) return;
     mTips.copy(mTips.position.size++, seeds, seed);
-    mGrowths.push_back({line, whole(), {position, velocity * (mSign / length(velocity))}});
+    mTipStates.push_back({line, whole(), {position, velocity * (mSign / length(velocity))}});
 }
 
 size_t Tracer::run(const Monitor& monitor) {
-    while (!mGrowths.empty()) {
+    while (!mTipStates.empty()) {
         monitor.check();
         advance();
     }
@@ -34,40 +34,40 @@ size_t Tracer::run(const Monitor& monitor) {
 void Tracer::advance() {
     const TraceOptions& o = mSetup.options;
     std::array<double, kBatch> dt;
-    for (size_t a = 0; a < mGrowths.size(); ++a)
-        dt[a] = mSign * std::min(o.step * mGrowths[a].part / whole(), o.limit - std::abs(last(mGrowths[a]).along));
+    for (size_t a = 0; a < mTipStates.size(); ++a)
+        dt[a] = mSign * std::min(o.step * mTipStates[a].part / whole(), o.limit - std::abs(last(mTipStates[a]).along));
     const StepResult step = mSetup.stepper(mTips, dt);
     int kept = 0;
-    for (size_t a = 0; a < mGrowths.size(); ++a) {
-        Growth& growth = mGrowths[a];
+    for (size_t a = 0; a < mTipStates.size(); ++a) {
+        TipState& tip = mTipStates[a];
         const auto i = static_cast<int>(a);
         const bool refine = turns(step, i, mSetup.cosTurn) || step.error[a] > o.accuracy;
-        if (!step.accepted[a] || (refine && growth.part > 1)) {
-            if (growth.part == 1) {
-                mLines[growth.line].end = CurveEnd::stuck;
+        if (!step.accepted[a] || (refine && tip.part > 1)) {
+            if (tip.part == 1) {
+                mLines[tip.line].end = CurveEnd::stuck;
                 continue;
             }
             ++mRetries;
-            growth.part /= 2;
-        } else if (const auto end = acceptStep(growth, i, step, dt[a])) {
-            mLines[growth.line].end = *end;
+            tip.part /= 2;
+        } else if (const auto end = acceptStep(tip, i, step, dt[a])) {
+            mLines[tip.line].end = *end;
             continue;
         } else {
             // A step twice as long has 32 times the error; a further factor of 2 allows for what the estimate misses.
             if (!turns(step, i, mSetup.cosHalfTurn) && step.error[a] * 64 <= o.accuracy)
-                growth.part = std::min(2 * growth.part, whole());
+                tip.part = std::min(2 * tip.part, whole());
             mTips.position.set(i, step.position[i]);
             mTips.velocity.set(i, step.reprojected.velocity[i]);
             mTips.distance[a] = step.distance[a];
         }
         if (kept != i) {
             mTips.copy(kept, mTips, i);
-            mGrowths[static_cast<size_t>(kept)] = growth;
+            mTipStates[static_cast<size_t>(kept)] = tip;
         }
         ++kept;
     }
     mTips.position.size = kept;
-    mGrowths.resize(static_cast<size_t>(kept));
+    mTipStates.resize(static_cast<size_t>(kept));
 }
 
 bool Tracer::turns(const StepResult& step, int i, double cosine) const {
@@ -75,42 +75,41 @@ bool Tracer::turns(const StepResult& step, int i, double cosine) const {
     return dot(from, to) < cosine * length(from) * length(to);
 }
 
-std::optional<CurveEnd> Tracer::acceptStep(const Growth& growth, int i, const StepResult& step, double dt) {
+std::optional<CurveEnd> Tracer::acceptStep(const TipState& tip, int i, const StepResult& step, double dt) {
     const TraceOptions& o = mSetup.options;
-    if (closes(growth, i, step, dt)) return CurveEnd::closed;
+    if (closes(tip, i, step, dt)) return CurveEnd::closed;
     if (!mSetup.stepper.flow().domain().box.contains(step.position[i])) {
-        leave(growth, i, step, dt);
+        leave(tip, i, step, dt);
         return CurveEnd::box;
     }
-    push(growth, i, step, i, dt);
+    push(tip, i, step, i, dt);
     if (mSetup.stands(step.reprojected.velocity[i])) return CurveEnd::stagnation;
-    if (o.limit - std::abs(last(growth).along) <= 1e-9 * o.step) return CurveEnd::limit;
-    if (mLines[growth.line].vertices.size() >= o.vertices) return CurveEnd::vertices;
+    if (o.limit - std::abs(last(tip).along) <= 1e-9 * o.step) return CurveEnd::limit;
+    if (mLines[tip.line].vertices.size() >= o.vertices) return CurveEnd::vertices;
     return {};
 }
 
-void Tracer::push(const Growth& growth, int i, const StepResult& step, int k, double dt) {
-    TraceVertex vertex{step.position[k], step.reprojected.velocity[k], {}, last(growth).along + dt};
+void Tracer::push(const TipState& tip, int i, const StepResult& step, int k, double dt) {
+    TraceVertex vertex{step.position[k], step.reprojected.velocity[k], {}, last(tip).along + dt};
     for (size_t q = 0; q < 2; ++q)
         vertex.potentials[q] =
             mTips.track[q][static_cast<size_t>(i)] + step.reprojected.residual[q][static_cast<size_t>(k)];
-    mLines[growth.line].vertices.push_back(vertex);
+    mLines[tip.line].vertices.push_back(vertex);
 }
 
-bool Tracer::closes(const Growth& growth, int i, const StepResult& step, double dt) {
-    TraceLine& line = mLines[growth.line];
+bool Tracer::closes(const TipState& tip, int i, const StepResult& step, double dt) {
+    TraceLine& line = mLines[tip.line];
     if (mSetup.options.closure == 0 || line.vertices.size() < 3) return false;
-    const auto closure =
-        closureOf(mSetup.stepper, mTips, i, step.position[i], dt, growth.origin, mSetup.options.closure);
+    const auto closure = closureOf(mSetup.stepper, mTips, i, step.position[i], dt, tip.origin, mSetup.options.closure);
     if (!closure) return false;
     line.gap = closure->gap;
     const Vec3d from = mTips.position[i];
-    if (length(from - growth.origin.position) < kShort * length(step.position[i] - from) && line.vertices.size() > 3)
+    if (length(from - tip.origin.position) < kShort * length(step.position[i] - from) && line.vertices.size() > 3)
         line.vertices.pop_back();
     return true;
 }
 
-void Tracer::leave(const Growth& growth, int i, const StepResult& step, double dt) {
+void Tracer::leave(const TipState& tip, int i, const StepResult& step, double dt) {
     const Box& box = mSetup.stepper.flow().domain().box;
     const Vec3d from = mTips.position[i], to = step.position[i];
     double first = std::numeric_limits<double>::infinity(), place = 0;
@@ -130,7 +129,7 @@ void Tracer::leave(const Growth& growth, int i, const StepResult& step, double d
     end[axis] = place;
     if (!box.contains(end)) return;
     landed->result.position.set(0, end);
-    push(growth, i, landed->result, 0, landed->part);
+    push(tip, i, landed->result, 0, landed->part);
 }
 
 } // namespace curlew

@@ -49,34 +49,34 @@ class Tracer {
     size_t run(const Monitor& monitor);
 
   private:
-    /// The line that a tip extends, and its state.
-    struct Growth {
+    /// The line that a tip extends, and the length of its next step.
+    struct TipState {
         size_t line;
         int part; ///< Length of its next step, in units of 2^-maxSubdivisions steps.
         Origin origin;
     };
 
     int whole() const { return 1 << mSetup.options.reprojection.maxSubdivisions; }
-    TraceVertex& last(const Growth& growth) { return mLines[growth.line].vertices.back(); }
+    TraceVertex& last(const TipState& tip) { return mLines[tip.line].vertices.back(); }
 
     /// Takes a step, or a part of one, of every line.
     void advance();
     /// Returns whether step i turns by more than the angle of this cosine.
     bool turns(const StepResult& step, int i, double cosine) const;
     /// Adds the end of step i to its line. Returns the reason if the line ends there.
-    std::optional<CurveEnd> acceptStep(const Growth& growth, int i, const StepResult& step, double dt);
+    std::optional<CurveEnd> acceptStep(const TipState& tip, int i, const StepResult& step, double dt);
     /// Adds the end k of a step that began at tip i.
-    void push(const Growth& growth, int i, const StepResult& step, int k, double dt);
+    void push(const TipState& tip, int i, const StepResult& step, int k, double dt);
     /// Closes the line if it returns to its seed in this step. Returns whether it does.
-    bool closes(const Growth& growth, int i, const StepResult& step, double dt);
+    bool closes(const TipState& tip, int i, const StepResult& step, double dt);
     /// Ends the line on the first face of the box that the step crosses.
-    void leave(const Growth& growth, int i, const StepResult& step, double dt);
+    void leave(const TipState& tip, int i, const StepResult& step, double dt);
 
     const TraceSetup& mSetup;
     double mSign;
     std::vector<TraceLine>& mLines;
     ActiveTipsN<3> mTips;
-    std::vector<Growth> mGrowths; ///< One per tip.
+    std::vector<TipState> mTipStates; ///< One per tip.
     size_t mRetries = 0;
 };
 
