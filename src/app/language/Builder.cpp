@@ -195,7 +195,7 @@ void Builder::place(Node node, bool keep) {
     for (size_t k = 0; k < takes.size() && !keep; ++k)
         for (const Link& link : node.inputs[k]) {
             for (const Entry& entry : mEntries)
-                if (entry.link == link && takes[k].use != Use::stays) node.took.push_back(entry);
+                if (entry.link == link && takes[k].use != Use::stays) node.consumed.push_back(entry);
             if (takes[k].use == Use::taken)
                 std::erase_if(mEntries, [&](const Entry& entry) { return entry.link == link; });
             if (takes[k].use != Use::changed) continue;

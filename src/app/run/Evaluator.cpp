@@ -351,7 +351,7 @@ std::vector<Entry> Evaluator::leftOnFailure() const {
         if (mResults[k]) continue;
         std::erase_if(left,
                       [&](const Entry& entry) { return entry.link.from == Link::From::node && entry.link.index == k; });
-        left.insert(left.end(), mGraph.nodes[k].took.begin(), mGraph.nodes[k].took.end());
+        left.insert(left.end(), mGraph.nodes[k].consumed.begin(), mGraph.nodes[k].consumed.end());
     }
     for (Entry& entry : left) // before the first frame, points are in their initial state
         if (entry.link.from == Link::From::state && !mStates[entry.link.index].points)

@@ -49,7 +49,7 @@ struct Node {
     std::string name = {}; ///< Unique in the graph.
     bool named = false;    ///< Whether the user named the node (as=). Otherwise its name derives from its action.
     SourceLocation location = {};
-    std::vector<Entry> took = {}; ///< The stack entries that the node takes or changes.
+    std::vector<Entry> consumed = {}; ///< The stack entries that the node takes or changes.
 
     const Action& action() const { return arguments.action(); }
     /// Returns the output that the node's name alone refers to: the one that is always made. Throws ValueError if the
