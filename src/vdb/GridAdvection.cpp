@@ -82,7 +82,7 @@ class GridAdvector {
         bool first = true;
         for (auto voxels = mFrontier.take(); !voxels.empty(); voxels = mFrontier.take())
             evaluate(voxels, std::exchange(first, false) ? mMonitor : Monitor{{}, mMonitor.cancelled});
-        return {mMoved, mTraced, mKept, mOverrun};
+        return {mMoved, mTraced, mStalled, mOverrun};
     }
 
   private:
@@ -118,7 +118,7 @@ class GridAdvector {
         }
         mTraced += voxels.size();
         const FlowMapResult traced = mMap.carry(origins, mEnd, mBegin, monitor);
-        mKept += traced.stalled;
+        mStalled += traced.stalled;
         mOverrun += traced.overrun;
         std::vector<Value> values(voxels.size());
         parallelFor(voxels.size(), 1024, [&](size_t begin, size_t end) {
@@ -147,7 +147,7 @@ class GridAdvector {
     typename GridT::Ptr mMoved;
     Frontier mFrontier;
     double mMax = 0; // maximum difference from the background
-    size_t mTraced = 0, mKept = 0, mOverrun = 0;
+    size_t mTraced = 0, mStalled = 0, mOverrun = 0;
 };
 
 } // namespace

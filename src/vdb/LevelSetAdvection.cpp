@@ -139,7 +139,7 @@ class LevelSetSequence::Implementation {
         }
         for (const FlowMapResult& traced :
              {mMap.carry(rest, time, mTime, quiet(monitor)), mMap.carry(whole, time, mBegan, monitor)}) {
-            result.kept += traced.stalled;
+            result.stalled += traced.stalled;
             result.overrun += traced.overrun;
         }
         for (size_t n = 0; n < rest.size(); ++n) origins[restOf[n]] = rest[n];

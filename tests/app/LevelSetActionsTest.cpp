@@ -38,7 +38,7 @@ TEST_CASE("advectLevelSet action: passes Enright's test", "[app][command]") {
     folder.mustRun(kRead + "-enright -advectLevelSet duration=3 steps=60 -write end.vdb end.json");
     const auto report = jsonOf(folder / "end.json")["advect_level_set"];
     CHECK(std::abs(report["volume_change"].get<double>()) < 1e-3);
-    CHECK(report["kept_back"] == 0);
+    CHECK(report["stalled"] == 0);
     const auto grids = readVdb(folder / "end.vdb");
     REQUIRE(grids.size() == 1);
     CHECK(grids[0]->getName() == "surface");

@@ -59,7 +59,7 @@ TEST_CASE("advectGrid: a divergence-free flow conserves mass to second order", "
         const auto moved =
             advectGrid(*start, enrightFlowInTime(3), 0, 0.7, {.map = {.step = 0.05}, .interpolation = interpolation});
         changes[n] = std::abs(massOf(floats(moved)) / massOf(*start) - 1);
-        CHECK(moved.kept == 0);
+        CHECK(moved.stalled == 0);
     }
     CAPTURE(changes, static_cast<int>(interpolation));
     CHECK(changes[0] < 0.1); // the fog is a sheet two voxels thick at that time

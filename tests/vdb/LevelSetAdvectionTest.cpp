@@ -103,7 +103,7 @@ TEST_CASE("advectLevelSet: a uniform flow translates a sphere unchanged", "[vdb]
           Approx(static_cast<double>(start.grid->activeVoxelCount())).epsilon(0.02));
     CHECK(moved.meanShift < 0.01); // the chord error of a sphere with a radius of 10 voxels
     CHECK(moved.unconverged < 10); // of 8000
-    CHECK(moved.kept == 0);
+    CHECK(moved.stalled == 0);
     // The sign is also right beyond the band.
     CHECK(moved.levelSet.grid->tree().getValue(
               moved.levelSet.grid->transform().worldToIndexCellCentered({0.877, 0.5885, -0.49425})) == Approx(-0.15));
@@ -173,7 +173,7 @@ TEST_CASE("advectLevelSet: a shape stays in place in its own contained flow", "[
     CHECK(errors.mean < 0.05);
     CHECK(std::abs(volumeChange(moved.levelSet, start)) < 6e-3); // a voxel is 1/12 of the radius
     CHECK(beyondUnitSphere(*moved.levelSet.grid) < 1e-3);
-    CHECK(moved.kept == 0);
+    CHECK(moved.stalled == 0);
 }
 
 TEST_CASE("advectLevelSet: a sphere in a contained flow keeps its volume and does not cross the wall", "[vdb]") {

@@ -21,7 +21,7 @@ struct GridAdvectionOptions {
 struct AdvectedGrid {
     openvdb::GridBase::Ptr grid;
     size_t traced = 0;  ///< Voxels traced back along the flow.
-    size_t kept = 0;    ///< Traced voxels that some step left in place (FlowMapResult::stalled).
+    size_t stalled = 0; ///< Traced voxels that some step left in place (FlowMapResult::stalled).
     size_t overrun = 0; ///< How often a moving wall left a traced voxel on its wrong side (FlowMapResult::overrun).
 };
 

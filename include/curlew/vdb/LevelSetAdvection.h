@@ -11,7 +11,7 @@ namespace curlew {
 struct AdvectedLevelSet {
     LevelSet levelSet;
     size_t traced = 0;  ///< Voxels traced back along the flow.
-    size_t kept = 0;    ///< Traced voxels that some step left in place (FlowMapResult::stalled).
+    size_t stalled = 0; ///< Traced voxels that some step left in place (FlowMapResult::stalled).
     size_t overrun = 0; ///< How often a moving wall left a traced voxel on its wrong side (FlowMapResult::overrun).
     size_t unconverged =
         0; ///< Voxels whose distance is measured to a nearby surface point that may not be the closest.

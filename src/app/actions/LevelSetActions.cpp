@@ -118,13 +118,13 @@ void advectLevelSetAction(Context& c, const Arguments& a) {
                                                    {"volume_change", change}};
     if (!weno5) {
         report["traced"] = result.traced;
-        report["kept_back"] = result.kept;
+        report["stalled"] = result.stalled;
         report["overrun"] = result.overrun;
         report["unconverged"] = result.unconverged;
         report["surface_shift_mean"] = result.meanShift;
         report["surface_shift_max"] = result.greatestShift;
     }
-    warnOfTraces(c, result.kept, result.overrun, result.traced);
+    warnOfTraces(c, result.stalled, result.overrun, result.traced);
     c.give(GridValue{result.levelSet.grid});
 }
 
@@ -138,9 +138,9 @@ void advectGridAction(Context& c, const Arguments& a) {
     c.say(fmt::format("grid '{}': {} active voxels", grid->getName(), result.grid->activeVoxelCount()));
     c.report("advect_grid") = {{"voxels", result.grid->activeVoxelCount()},
                                {"traced", result.traced},
-                               {"kept_back", result.kept},
+                               {"stalled", result.stalled},
                                {"overrun", result.overrun}};
-    warnOfTraces(c, result.kept, result.overrun, result.traced);
+    warnOfTraces(c, result.stalled, result.overrun, result.traced);
     c.give(GridValue{result.grid});
 }
 

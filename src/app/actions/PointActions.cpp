@@ -198,7 +198,7 @@ void reportAdvect(Context& c, const Flow& flow, const AdvectResult& result, cons
     report = {{"points", result.points},
               {"substeps", total("substeps", result.substeps)},
               {"retries", total("retries", result.retries)},
-              {"kept_back", total("kept_back", result.stalled)},
+              {"stalled", total("stalled", result.stalled)},
               {"coarse", total("coarse", result.coarse)},
               {"overrun", total("overrun", result.overrun)},
               {"not_converged", result.notConverged},
