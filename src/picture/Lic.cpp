@@ -59,9 +59,9 @@ class Streak {
 
     float at(double x, double y) const {
         double sum = grain(x, y), weight = 1;
-        for (const double way : {kStep, -kStep}) {
+        for (const double step : {kStep, -kStep}) {
             double px = x, py = y;
-            for (int k = 1; k <= mSteps && advance(way, px, py); ++k) {
+            for (int k = 1; k <= mSteps && advance(step, px, py); ++k) {
                 const double w = weightOf(k);
                 sum += w * grain(px, py);
                 weight += w;
@@ -89,11 +89,11 @@ class Streak {
         dy /= size;
         return true;
     }
-    bool advance(double way, double& x, double& y) const {
+    bool advance(double step, double& x, double& y) const {
         double dx = 0, dy = 0;
-        if (!direction(x, y, dx, dy) || !direction(x + 0.5 * way * dx, y + 0.5 * way * dy, dx, dy)) return false;
-        x += way * dx;
-        y += way * dy;
+        if (!direction(x, y, dx, dy) || !direction(x + 0.5 * step * dx, y + 0.5 * step * dy, dx, dy)) return false;
+        x += step * dx;
+        y += step * dy;
         return mVectors.contains(x, y);
     }
 

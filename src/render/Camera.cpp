@@ -27,9 +27,9 @@ double focalLength(double fieldOfView, int width, int height) {
 
 Camera::Camera(const Vec3d& eye, const Vec3d& target, const Vec3d& up, double fieldOfView, int width, int height)
     : mEye(eye), mFocal(focalLength(fieldOfView, width, height)), mWidth(width), mHeight(height) {
-    const Vec3d way = target - eye;
-    if (!(length(way) > 0)) throw ValueError("the camera is at its target; move one of them");
-    mForward = unit(way);
+    const Vec3d toTarget = target - eye;
+    if (!(length(toTarget) > 0)) throw ValueError("the camera is at its target; move one of them");
+    mForward = unit(toTarget);
     const Vec3d across = cross(mForward, up);
     if (!(length(across) > 1e-9 * length(up)))
         throw ValueError("the camera looks along its up direction; give another up");

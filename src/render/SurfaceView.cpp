@@ -99,7 +99,7 @@ SurfaceView viewThrough(const Surface& surface, const SurfaceView& view, const M
         [&](size_t begin, size_t end) {
             std::vector<Ray> rays;
             for (size_t k = begin; k < end; ++k) {
-                const Vec3d way = view.hits[k].position - camera.eye(), direction = way * (1 / length(way));
+                const Vec3d fromEye = view.hits[k].position - camera.eye(), direction = fromEye * (1 / length(fromEye));
                 rays.push_back({view.hits[k].position + direction * offset, direction});
             }
             std::vector<RayHit> hits(rays.size());

@@ -28,9 +28,9 @@ Vec3d nearer(const Jet2& jet, const Vec3d& here, const Vec3d& point, double voxe
     const double slope = length(jet.gradient);
     if (!(slope > 0.1)) return here;
     const Vec3d normal = jet.gradient * (1 / slope), surface = here - normal * (jet.value / slope),
-                way = point - surface;
-    const double distance = dot(way, normal);
-    const Vec3d along = way - normal * distance;
+                offset = point - surface;
+    const double distance = dot(offset, normal);
+    const Vec3d along = offset - normal * distance;
     std::array<Vec3d, 3> columns; // columns of a symmetric matrix
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) columns[static_cast<size_t>(i)][j] = distance / slope * jet.hessian(i, j);
@@ -45,8 +45,8 @@ Vec3d nearer(const Jet2& jet, const Vec3d& here, const Vec3d& point, double voxe
         step = along;
         longest = voxel / 4;
     }
-    const double way2 = length(step);
-    return surface + (way2 > longest ? step * (longest / way2) : step);
+    const double stepLength = length(step);
+    return surface + (stepLength > longest ? step * (longest / stepLength) : step);
 }
 
 /// Returns the surface sample nearest to each particle.
