@@ -27,9 +27,9 @@ void validate(const FlowN<2>& flow, const WarpOptions& o) {
     if (o.steps < 0)
         throw ValueError(fmt::format("{} steps; give at least 1, or 0 to have the number chosen", o.steps));
     if (!std::isfinite(o.time)) throw ValueError("time must be finite");
-    if (o.reprojections < 0) throw ValueError(fmt::format("{} reprojections; give 0 or more", o.reprojections));
+    if (o.reprojections < 0) throw ValueError(fmt::format("{} corrections; give 0 or more", o.reprojections));
     if (o.reprojections > 0 && !flow.hasTracks())
-        throw ValueError("this flow has no tracks to reproject onto; choose 0 reprojections");
+        throw ValueError("this flow has no tracks to correct positions onto; use 0 corrections");
 }
 
 /// Moves points by equal steps.

@@ -18,9 +18,8 @@ const Binding<TraceOptions>& traceBinding() {
     static const auto binding =
         Binding<TraceOptions>()
             .add(
-                formerly({"by"},
-                         choice("unit", kStepByNames,
-                                "measure of step= and maxLength=, and so the quantity that is equal for all steps")),
+                formerly({"by"}, choice("unit", kStepByNames,
+                                        "quantity that step= and maxLength= measure, and that is equal for all steps")),
                 [](auto& o) -> auto& { return o.by; })
             .addOptional(
                 positive("step", "", "world units or s",

@@ -321,9 +321,9 @@ Registry potentialActions() {
          .group = kGroup,
          .summary = "classical curl noise of the newest three noises (3D, or 2D: cheaper), without tracks; if one is "
                     "bounded, all are",
-         .takes = {several(taken("x", {Kind::field}), 1, 1, "with shift=100 the only noise, used three times"),
-                   onlyIf(taken("y", {Kind::field}), "not with shift=100, which uses one noise three times", ofThree),
-                   onlyIf(taken("z", {Kind::field}), "not with shift=100, which uses one noise three times", ofThree)},
+         .takes = {several(taken("x", {Kind::field}), 1, 1, "with shift=, the only noise, used three times"),
+                   onlyIf(taken("y", {Kind::field}), "not with shift=, which uses one noise three times", ofThree),
+                   onlyIf(taken("z", {Kind::field}), "not with shift=, which uses one noise three times", ofThree)},
          .makes = {made("flow", {Kind::flow})},
          .options = paceOptions(
              {formerly(

@@ -267,9 +267,9 @@ Registry gridActions() {
               flag("half", "0", "1: store 16-bit floats"),
               box("box", "region to sample (default: the domain of the flow)"),
               flag("tile", "0",
-                   "1: leave out the voxels on the upper sides of the box, which are those on its lower sides if the "
-                   "box "
-                   "is a period of the flow (-noise period=); the grid then repeats without a double plane"),
+                   "1: for a box that is a period of the flow (-noise period=): leave out the voxels on the upper "
+                   "sides of the box, which equal those on its lower sides, so that copies of the grid join without "
+                   "a seam"),
               notNegative("padding", "", "world units",
                           "distance to sample beyond an obstacle (default: the domain of the flow)"),
               ages("mask", "",

@@ -158,10 +158,10 @@ bool anyGrid(const Context& c) {
 
 std::vector<Option> hostOptions() {
     return {choice("target", hostNames(),
-                   "application that the files are for: sets the names and classes of velocities, and turns points, "
+                   "application that the files are for: sets the names and classes of velocities, and converts points, "
                    "curves and grids to its axes and units (not in .obj); see docs/hosts. Without it, names are "
-                   "Houdini's and the axes stay"),
-            choice("upAxis", kUpAxisNames, "up axis of the scene, from which target= turns to the host's axes"),
+                   "Houdini's and axes are unchanged"),
+            choice("upAxis", kUpAxisNames, "up axis of the scene, which target= converts to that of the host"),
             choice("per", {"second", "frame"}, "unit of time of velocities in the files; frame: needs -frames"),
             flag("split", "0", "1: write vector grids as three grids of their components")};
 }

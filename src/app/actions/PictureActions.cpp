@@ -100,7 +100,8 @@ const Binding<WarpOptions>& warpBinding() {
                     "unless steps= is given)"),
                 [](auto& o) -> auto& { return o; })
             .add(
-                integer("reprojections", "", 0, 1000, "number of Newton corrections after each step"),
+                formerly({"reprojections"},
+                         integer("corrections", "", 0, 1000, "number of Newton corrections after each step")),
                 [](auto& o) -> auto& { return o.reprojections; })
             .add(
                 integer("supersampling", "", 1, 16, "anti-aliasing: samples along each edge of a pixel"),

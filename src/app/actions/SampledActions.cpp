@@ -114,7 +114,7 @@ Registry sampledActions() {
          .summary = "sample the newest field at the voxels of a box, as a scalar grid (OpenVDB)",
          .details =
              "Samples are at the centres of the voxels, so a box that is a period of the field gives a grid that "
-             "tiles without a double plane.",
+             "tiles without a seam.",
          .takes = {stays("field", {Kind::field})},
          .makes = {made("grid", {Kind::grid})},
          .options = {integer("dim", std::to_string(BakeOptions{}.dim), 1, 1e6,

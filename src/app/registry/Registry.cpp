@@ -105,7 +105,7 @@ std::string inputsOf(const Action& action) {
 std::string outputsOf(const Action& action) {
     std::vector<std::string> parts;
     for (const Output& output : action.makes) {
-        std::string part = countedPhrase({output.kinds.front()}, output.amount);
+        std::string part = countedPhrase(output.kinds, output.amount);
         if (output.name != nameOf(output.kinds.front())) part = fmt::format("{}: {}", output.name, part);
         if (!output.flag.empty()) part += fmt::format(" (with {}=1)", output.flag);
         parts.push_back(std::move(part));
