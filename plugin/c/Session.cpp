@@ -287,7 +287,7 @@ curlew_status curlew_provide_field(curlew_session* session, const char* name, in
     return guarded([&] {
         app::Session& s = required(session, "the session").writable();
         const std::string key = nameOfProvided(name);
-        if (!function) throw ValueError("there is no function of the field");
+        if (!function) throw ValueError("the field needs a function; the pointer to it is null");
         app::FieldValue field{.field = fieldOf(key, dimension, function, user)};
         const Digest content = DigestBuilder().add("field").add(dimension).add(version).digest();
         s.provide(key, std::move(field), content);

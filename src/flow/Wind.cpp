@@ -51,7 +51,7 @@ Vec3d windAcross(const Sdf& shape, const WindOptions& options) {
 }
 
 double windWidth(const Sdf& shape, const WindOptions& options) {
-    if (!shape.bounds.finite()) throw ValueError("the shape in the wind is unbounded; give a width");
+    if (!shape.bounds.finite()) throw ValueError("the shape in the wind is unbounded; give layer=");
     return extent(shape.bounds, windAcross(shape, options)) / 2;
 }
 

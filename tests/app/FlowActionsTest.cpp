@@ -126,7 +126,7 @@ TEST_CASE("flow actions: wind gives the library's wind", "[app][command]") {
     requireFlow(folder, "-noise seed=1 -sphere radius=0.5 -wind gusts=0.5 side=inside",
                 windFlow(wall(sphere, 0.5, Side::inside), noise(1), {.gusts = 0.5}));
     folder.mustFail("-wind", {"-wind", "a shape", "none"});
-    folder.mustFail("-plane -wind", {"-wind", "give a width"});
+    folder.mustFail("-plane -wind", {"-wind", "give layer="});
     folder.mustFail("-sphere -wind gusts=0.5", {"-wind", "a field", "none"});
     folder.mustFail("-sphere -wind direction=0,0,0", {"-wind", "direction"});
 }
@@ -194,7 +194,7 @@ TEST_CASE("check: a kink in a potential violates zero divergence", "[app][comman
     CHECK_THAT(folder.mustRun(rounded + "samples=5000 strict=1").err, !Catch::ContainsSubstring("kink"));
 }
 
-TEST_CASE("surface action: a flow on a level set ends within its reach without a jump", "[app][command]") {
+TEST_CASE("surface action: a flow on a level set fades out within extent= without a jump", "[app][command]") {
     const Folder folder;
     // The narrow band of a voxelised mesh ends a few voxels outside it. Beyond it the spline is no distance.
     const std::string reach = GENERATE("0.02", "0.2");

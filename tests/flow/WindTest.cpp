@@ -122,6 +122,6 @@ TEST_CASE("windFlow: invalid options are errors that say why", "[flow]") {
     CHECK_THROWS_WITH(wind({}, 0), ContainsSubstring("width"));
     CHECK_THROWS_WITH(wind({.direction = {{0, 1, 0}}, .across = Vec3d{{0, 2, 0}}}),
                       ContainsSubstring("parallel to the wind"));
-    CHECK_THROWS_WITH(windWidth(planeSdf({{0, 1, 0}}, 0), {}), ContainsSubstring("give a width"));
+    CHECK_THROWS_WITH(windWidth(planeSdf({{0, 1, 0}}, 0), {}), ContainsSubstring("give layer="));
     CHECK_THROWS_WITH(windFlow(wallOf(sphere, 0.5), rampField({{0, 1, 0}}), {}), ContainsSubstring("across"));
 }

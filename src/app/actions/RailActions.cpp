@@ -42,7 +42,8 @@ void rail(Context& c, const Arguments& a) {
         if (points.size() < 2) continue; // a seed that did not move
         rails.push_back(std::make_shared<const Rail>(points, curves->closed(k), a.real("twist")));
     }
-    if (rails.empty()) throw ValueError("the curves have no edges, so they are no rails");
+    if (rails.empty())
+        throw ValueError("no curve has two points, so there is nothing to follow; draw curves of at least two points");
     const RailFlowOptions options = railBinding().read(a);
     Flow flow = railFlow(rails, options);
     if (a.given("box")) {
