@@ -44,6 +44,7 @@ class Recorder {
     static constexpr size_t kM{N - 1};
     using Position = Vec<S, N>; // relative to the origin
     using Track = Vec<S, N - 1>;
+    using Between = Vec<S, 3>; ///< The distances at a quarter, a half and three quarters of a step.
 
     Recorder(const FlowN<N>& flow, const FlowShaderOptions& options, const Monitor& monitor)
         : mFlow(flow), mOptions(options) {
@@ -74,6 +75,7 @@ class Recorder {
                              std::vector<ShaderEntry::Parameter> parameters) {
             all.push_back({function, name, comment, std::move(parameters)});
         };
+        if (mOptions.parts) return parts();
         add(recordFunction<Position>(mModule, "velocity", [&](const Position& p) { return listOf(here(p).velocity); }),
             "flowVelocity", "The velocity, world units per second.", {position});
         if (mFlow.domain().wall)
@@ -141,10 +143,12 @@ class Recorder {
         for (const auto& components : mFlow.components())
             for (size_t i = 0; i < size_t{N}; ++i)
                 here.velocity.c[i] += components[i].template symbols<1>(mModule, x).value;
-        if (mFlow.uniformSpeed() > 0) {
-            const S squared = dot(here.velocity, here.velocity);
-            here.velocity *= select(squared > S(0), S(mFlow.uniformSpeed()) / sqrt(squared), S(0));
-        }
+        const auto divideBy = [&](const Vec<S, N>& v, double factor) {
+            const S squared = dot(v, v);
+            here.velocity *= select(squared > S(0), S(factor) / sqrt(squared), S(0));
+        };
+        if (mFlow.uniformSpeed() > 0) divideBy(Vec<S, N>(here.velocity), mFlow.uniformSpeed());
+        if (mFlow.preservesArea()) divideBy(here.gradients.back(), 1);
         return here;
     }
     Here here(const Position& p) {
@@ -173,13 +177,17 @@ class Recorder {
         return finite;
     }
 
+    /// A Gauss-Newton correction of p, where the potentials miss those of the track by `off`.
+    Position corrected(const Position& p, const Track& off, const std::array<Vec<S, N>, kM>& gradients,
+                       const S& limit) {
+        return finiteOr(gaussNewtonMoved(p, gradients, off.c, mRms, limit), p);
+    }
+
     Position reprojected(Position p, const Track& track, const S& limit) {
         const size_t correction = recordFunction<Position, Track, S>(
             mModule, "corrected", [&](const Position& from, const Track& t, const S& longest) {
                 const Here at = here(from);
-                std::array<S, kM> r;
-                for (size_t k = 0; k < kM; ++k) r[k] = t.c[k] - at.potentials.c[k];
-                return listOf(finiteOr(gaussNewtonMoved(from, at.gradients, r, mRms, longest), from));
+                return listOf(corrected(from, t - at.potentials, at.gradients, longest));
             });
         for (int k = 0; k < mOptions.corrections; ++k) {
             const Symbols moved = mModule.call(correction, listOf(p, track, limit));
@@ -208,14 +216,63 @@ class Recorder {
         Position q = stepped(p, dt);
         if (track) q = reprojected(q, *track, length(q - p));
         Symbol<bool> accepted = isFinite(q);
-        if (track) {
-            const Track there = here(q).potentials;
-            for (size_t k = 0; k < kM; ++k)
-                accepted = accepted & (abs(there.c[k] - track->c[k]) <= S(mOptions.tolerance * mRms[k]));
+        if (track) accepted = accepted & isOnTrack(*track - here(q).potentials);
+        if (mFlow.domain().wall) {
+            Between between;
+            for (int k = 0; k < 3; ++k) between[k] = distance(p + (q - p) * S((k + 1) / 4.0)).value;
+            accepted = accepted & staysClear(p, q, distance(p), between, distance(q));
         }
-        if (mFlow.domain().wall) accepted = accepted & staysClear(p, q);
         for (int i = 0; i < N; ++i) q[i] = select(accepted, q[i], p[i]);
         return listOf(q, select(accepted, S(1), S(0)));
+    }
+    Symbol<bool> isOnTrack(const Track& off) const {
+        Symbol<bool> is(true);
+        for (size_t k = 0; k < kM; ++k) is = is & (abs(off.c[k]) <= S(mOptions.tolerance * mRms[k]));
+        return is;
+    }
+
+    /// FlowShaderOptions::parts.
+    std::vector<ShaderEntry> parts() {
+        using Gradients = Vec<Vec<S, N>, N - 1>;
+        using D = Jet<S, N, 1>;
+        const ShaderEntry::Parameter p{"p", N}, q{"q", N}, off{"off", kM};
+        const bool wall = mFlow.domain().wall.has_value(), tracks = mFlow.hasTracks();
+        std::vector<ShaderEntry> all{{mHere, "flowHere", "The potentials, their gradients and the velocity.", {p}}};
+        if (wall)
+            all.push_back(
+                {recordFunction<Position>(mModule, "wall", [&](const Position& x) { return listOf(distance(x)); }),
+                 "flowWall",
+                 "The distance from the wall and its gradient.",
+                 {p}});
+        if (tracks) {
+            ShaderEntry entry{
+                recordFunction<Position, Track, Gradients, S>(
+                    mModule, "correction",
+                    [&](const Position& x, const Track& o, const Gradients& g, const S& limit) {
+                        return listOf(corrected(x, o, g.c, limit));
+                    }),
+                "flowCorrected",
+                "p after a correction onto its track, not longer than the limit. off: track - potentials.",
+                {p, off}};
+            for (size_t k = 0; k < kM; ++k) entry.parameters.push_back({fmt::format("gradient{}", k), N});
+            entry.parameters.push_back({"limit", 1});
+            all.push_back(std::move(entry));
+        }
+        all.push_back(
+            {recordFunction<Position, Position, Track, D, Between, D>(
+                 mModule, "accepts",
+                 [&](const Position& from, const Position& to, const Track& o, const D& before, const Between& between,
+                     const D& after) {
+                     Symbol<bool> accepted = isFinite(to);
+                     if (tracks) accepted = accepted & isOnTrack(o);
+                     if (wall) accepted = accepted & staysClear(from, to, before, between, after);
+                     return listOf(select(accepted, S(1), S(0)));
+                 }),
+             "flowAccepts",
+             "1 if the step from p to q is accepted, else 0. off: track - potentials at q; then the wall at p,\n"
+             "the distances at 1/4, 1/2 and 3/4 of the way, and the wall at q.",
+             {p, q, off, {"before", N + 1}, {"between", 3}, {"after", N + 1}}});
+        return all;
     }
 
     static S beyond(Side side, const S& distance) {
@@ -224,19 +281,17 @@ class Recorder {
 
     /// The conditions of track/StepGuard.h. A step between two sides of a thin part of the wall is rejected without a
     /// search for the wall between them.
-    Symbol<bool> staysClear(const Position& p, const Position& q) {
+    Symbol<bool> staysClear(const Position& p, const Position& q, const Jet<S, N, 1>& before, const Between& between,
+                            const Jet<S, N, 1>& after) const {
         const WallN<N>& wall = *mFlow.domain().wall;
-        const auto before = distance(p), after = distance(q);
         const Symbol<bool> within = before.value < S(0);
         S size(0);
         for (int i = 0; i < N; ++i) size += abs(q[i]) + S(std::abs(mOrigin[i]));
         Symbol<bool> clear = beyond(wall.side, after.value) < size * S(-0x1p-23);
         clear = clear & ((within & (after.value < S(0))) | (!within & !(after.value < S(0))));
-        const Position move = q - p;
-        const S chord = length(move);
+        const S chord = length(q - p);
         Symbol<bool> passes = chord <= S(wall.width);
-        for (int k = 1; k <= 3; ++k) {
-            const S d = distance(p + move * S(k / 4.0)).value;
+        for (const S& d : between.c) {
             const S off = wall.side == Side::both ? select(within, d, -d) : beyond(wall.side, d);
             passes = passes & (off <= chord * S(1.0 / 16));
         }
@@ -330,6 +385,7 @@ ShaderText flowShader(const FlowN<N>& flow, const FlowShaderOptions& options, co
         Recorder<N> recorder(flow, options, monitor);
         const auto entries = recorder.entries();
         ShaderText shader = shaderText(recorder.module(), entries, options.dialect, options.tables);
+        if (options.parts) return shader;
         shader.text =
             header(flow, options, recorder.origin(), shader.buffers) + "\n" + shader.text + movers<N>(flow.hasTracks());
         return shader;

@@ -157,7 +157,10 @@ struct Needed {
     std::set<size_t> functions, tables, structs;
 
     Needed(const SymbolModule& module, const std::vector<ShaderEntry>& entries) {
-        for (const ShaderEntry& entry : entries) add(module, entry.function);
+        for (const ShaderEntry& entry : entries) {
+            add(module, entry.function);
+            if (const size_t size = module.functions()[entry.function].results.size(); size > 4) structs.insert(size);
+        }
     }
 
   private:

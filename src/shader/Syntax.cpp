@@ -287,7 +287,7 @@ std::string Syntax::entry(const ShaderEntry& entry, const std::string& statement
                           const std::vector<std::string>& results) const {
     std::vector<std::string> declared;
     for (const auto& [name, size] : entry.parameters) declared.push_back(vectorName(size) + " " + name);
-    const std::string type = vectorName(results.size());
+    const std::string type = results.size() > 4 ? structureName(results.size()) : vectorName(results.size());
     return fmt::format("{0} {1}({2}) {{\n{3}    return {0}({4});\n}}\n", type, entry.name, joined(declared), statements,
                        joined(results));
 }

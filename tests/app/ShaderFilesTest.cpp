@@ -43,6 +43,28 @@ TEST_CASE("write: the data of a level set is beside its shader", "[app][command]
     folder.mustFail(bounded + "-write - format=glsl", {"data file beside it", "must end with .glsl"});
 }
 
+TEST_CASE("write: a flow is written as a page, with its wall and the command", "[app][command]") {
+    const Folder folder;
+    const auto outcome = folder.mustRun(
+        "-set n=2 -noise 'frequency={n}' -noise frequency=2 seed=1 -sphere -bound -dfvn -write look.html");
+    CHECK_THAT(outcome.err, ContainsSubstring("wrote look.html: a flow in 3 dimensions as a page, "));
+    CHECK(folder.names() == std::set<std::string>{"look.html"});
+    const std::string page = bytesOf(folder / "look.html");
+    CHECK_THAT(page, ContainsSubstring("<title>Curlew · look</title>") && ContainsSubstring("id=\"corners\"") &&
+                         ContainsSubstring("curlew \\\n  -noise ") && ContainsSubstring(" \\\n  -write look.html"));
+    CHECK(page.size() < 300000);
+    folder.mustRun("-noise dimensions=2 frequency=2 -dfvn -write plane.html -write - format=html");
+    CHECK_THAT(bytesOf(folder / "plane.html"), ContainsSubstring("dimension: 2"));
+}
+
+TEST_CASE("write: what cannot be a page is an error", "[app][command]") {
+    const Folder folder;
+    folder.mustFail(kNoises + "-write look.html", {"needs a flow"});
+    folder.mustFail(kNoises + "-dfvn -write corrections=3 look.html", {"corrections= is only for .glsl"});
+    folder.mustFail(kNoises + "-dfvn -write missing/folder/look.html", {"missing/folder"});
+    CHECK(folder.names().empty());
+}
+
 TEST_CASE("write: what cannot be a shader is an error", "[app][command]") {
     const Folder folder;
     folder.mustFail(kNoises + "-write flow.glsl", {"needs a flow"});

@@ -109,6 +109,7 @@ TEST_CASE("flowShader: a shader computes velocities and potentials", "[shader]")
     const ScalarField noise = noiseField<Psrd3>({.seed = 4}, {.frequency = 1.5});
     // Near stagnation points, where the direction turns quickly, rounding errors turn it as well.
     checkFlow("uniform speed", Flow(noise, noiseField<SimplexNoise<3>>()).normalized(2), 2e-6, 1e-3);
+    checkFlow("on level sets", Flow(noise, noiseField<SimplexNoise<3>>()).onLevelSets());
     checkFlow("lifted", Flow(lifted<3>(noiseField<SineNoise<4>>(), {noise}), noise), 6e-6);
     checkFlow("plane", FlowN<2>({noiseField<Psrd2>({}, {.frequency = 2, .octaves = 3})}));
     checkFlow("curl", curlFlow(std::array{noise, noiseField<Psrd3>({.seed = 5}), noiseField<Psrd3>({.seed = 6})}, {}));
@@ -184,6 +185,15 @@ TEST_CASE("flowShader: the header says what the functions are", "[shader]") {
                              "flowAdvance(vec3 p, vec2 track, float dt)"})
         CHECK(shader.text.find(name) != std::string::npos);
     CHECK(shader.text.size() < 60000);
+}
+
+TEST_CASE("flowShader: the parts of a step are functions of their own", "[shader]") {
+    const ShaderText shader = flowShader(inSphere(Side::outside), {.dialect = Dialect::glslEs, .parts = true});
+    for (const char* name : {"FlowReals11 flowHere(vec3 p)", "vec4 flowWall(vec3 p)",
+                             "vec3 flowCorrected(vec3 p, vec2 off, vec3 gradient0, vec3 gradient1, float limit)",
+                             "float flowAccepts(vec3 p, vec3 q, vec2 off, vec4 before, vec3 between, vec4 after)"})
+        CHECK(shader.text.find(name) != std::string::npos);
+    CHECK(shader.text.find("flowStep") == std::string::npos);
 }
 
 TEST_CASE("flowShader: what cannot be written is an error", "[shader]") {

@@ -17,13 +17,14 @@ enum class Dialect {
 /// In the order of the enumerators.
 inline constexpr std::array<std::string_view, 2> kDialectNames{"glsl", "es"};
 
-/// A recorded function that a shader may call. Its parameters and results are reals, grouped into vectors.
+/// A recorded function that a shader may call. Its parameters and results are reals, grouped into vectors; more than
+/// four results are a structure FlowRealsN with members r0, r1, ….
 struct ShaderEntry {
     struct Parameter {
         std::string name;
         size_t size; ///< 1 … 4 components
     };
-    size_t function; ///< Of the module; with 1 … 4 results.
+    size_t function; ///< Of the module.
     std::string name, comment;
     std::vector<Parameter> parameters;
 };

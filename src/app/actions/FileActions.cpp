@@ -271,6 +271,7 @@ const std::vector<Format>& formats() {
         {".png", {Kind::image}, readPicture, {Kind::image}, writePicture},
         {".exr", {Kind::image}, readPicture, {Kind::image}, writePicture},
         {std::string(kShaderEnding), {}, nullptr, {Kind::flow}, writeShaderFile},
+        {std::string(kPageEnding), {}, nullptr, {Kind::flow}, writePageFile},
         {".json", {}, nullptr, {}, writeJsonFile, "the report; graph.json and NAME.graph.json: the graph"},
     };
     return all;
@@ -377,7 +378,8 @@ Registry fileActions() {
          .examples = {"curlew -noise -noise seed=1 -dfvn -velocity density=1 -write grid=0,1 half=1 smoke.vdb",
                       "curlew -noise -noise seed=1 -dfvn -velocity dim=64 -write target=unreal smoke.fga",
                       "curlew -frames 1-24 -noise alpha={T} -noise seed=1 -dfvn -velocity -write smoke.####.vdb",
-                      "curlew -noise -noise seed=1 -dfvn -write flow.glsl"},
+                      "curlew -noise -noise seed=1 -dfvn -write flow.glsl",
+                      "curlew -noise frequency=1.5 -noise frequency=1.5 seed=1 -sphere -bound -dfvn -write look.html"},
          .evaluation = Evaluation::effect,
          .run = write,
          .prepare =

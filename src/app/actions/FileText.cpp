@@ -2,6 +2,7 @@
 #include "FileText.h"
 
 #include "HostFiles.h"
+#include "ShaderFiles.h"
 #include "curlew/app/registry/Text.h"
 #include "curlew/base/Memory.h"
 #include "curlew/base/Text.h"
@@ -38,7 +39,7 @@ std::string described(const openvdb::GridBase& header, const openvdb::GridBase& 
                        grouped(grid.activeVoxelCount()), size[0], size[1], size[2]);
 }
 
-std::string describedObject(const Context& c, const Arguments& a, const Value& value) {
+std::string describedObject(const Context& c, const Arguments& a, const Value& value, bool isPage) {
     switch (kindOf(value)) {
         case Kind::points: {
             const PointSet& set = *std::get<PointsPointer>(value);
@@ -59,7 +60,8 @@ std::string describedObject(const Context& c, const Arguments& a, const Value& v
             return fmt::format("{} x {} pixels ({})", image.width, image.height, join(image.channels, " "));
         }
         case Kind::flow:
-            return fmt::format("a flow in {} dimensions as a shader", dimensionOf(std::get<AnyFlow>(value)));
+            return fmt::format("a flow in {} dimensions as a {}", dimensionOf(std::get<AnyFlow>(value)),
+                               isPage ? "page" : "shader");
         default: {
             const openvdb::GridBase& grid = *std::get<GridValue>(value).grid;
             std::vector<std::string> grids;
@@ -72,8 +74,9 @@ std::string describedObject(const Context& c, const Arguments& a, const Value& v
 } // namespace
 
 std::string describedFile(const Context& c, const Arguments& a, const std::string& file) {
+    const bool isPage = a.text("format") == "html" || endingOf(file) == kPageEnding;
     std::vector<std::string> objects;
-    for (size_t k = 0; k < c.count("what"); ++k) objects.push_back(describedObject(c, a, c.value("what", k)));
+    for (size_t k = 0; k < c.count("what"); ++k) objects.push_back(describedObject(c, a, c.value("what", k), isPage));
     std::string text = objects.empty() ? "JSON" : join(objects, ", ");
     std::error_code error;
     if (const auto bytes = std::filesystem::file_size(file, error); !error && bytes > 0)

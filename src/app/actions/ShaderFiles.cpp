@@ -1,18 +1,62 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ShaderFiles.h"
 
+#include "curlew/app/language/Program.h"
 #include "curlew/base/AtomicFile.h"
+#include "curlew/shader/FlowPage.h"
 #include "curlew/shader/FlowShader.h"
+#include "curlew/vdb/FieldMesh.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <ostream>
+#include <sstream>
 
 namespace curlew::app {
 
 using namespace options;
+
+namespace {
+
+/// Puts words that a shell would change into quotes. Words with spaces have quotes already.
+std::string quotedForShell(const std::string& line) {
+    std::string safe;
+    for (size_t begin = 0, end = 0; begin < line.size(); begin = end + 1) {
+        bool within = false;
+        for (end = begin; end < line.size() && (within || line[end] != ' '); ++end) within ^= line[end] == '"';
+        const std::string word = line.substr(begin, end - begin);
+        const bool changes = word.find_first_of("{}*?$&;|<>()[]~!^#") != std::string::npos;
+        safe += (begin ? " " : "") + (changes && word.find('"') == std::string::npos ? "'" + word + "'" : word);
+    }
+    return safe;
+}
+
+/// The program as a command, an action on each line.
+std::string commandOf(const Graph& graph) {
+    std::string command = "curlew";
+    std::istringstream scene(sceneOf(graph));
+    for (std::string line; std::getline(scene, line);) command += " \\\n  -" + quotedForShell(line);
+    return command;
+}
+
+/// Gives a page the surface of the flow's wall.
+void addWall(const Context& c, const Flow& flow, FlowPageOptions& page) {
+    if (!flow.domain().wall) return;
+    const Box& box = flow.domain().box;
+    const Mesh mesh = isosurface(flow.domain().wall->sdf.distance,
+                                 {.box = box.padded(0.02 * length(box.size())), .dim = 80}, c.follow("wall"));
+    for (const auto& p : mesh.points) page.points.push_back({{p[0], p[1], p[2]}});
+    const auto add = [&](uint32_t a, uint32_t b, uint32_t d) { page.corners.insert(page.corners.end(), {a, b, d}); };
+    for (const auto& t : mesh.triangles) add(t[0], t[1], t[2]);
+    for (const auto& q : mesh.quads) {
+        add(q[0], q[1], q[2]);
+        add(q[0], q[2], q[3]);
+    }
+}
+
+} // namespace
 
 std::vector<Option> shaderOptions() {
     return {choice("dialect", kDialectNames,
@@ -52,6 +96,17 @@ void writeShaderFile(const Context& c, const Arguments& a, const std::string& fi
                           static_cast<std::streamsize>(buffer.data->size() * sizeof(uint32_t)));
         });
     writeAtomically(file, [&](std::ostream& out) { out << shader.text; });
+}
+
+void writePageFile(const Context& c, const Arguments&, const std::string& file) {
+    const AnyFlow& flow = c.anyFlow("what");
+    FlowPageOptions options{.title = "Curlew · " + std::filesystem::path(file).stem().string(),
+                            .command = commandOf(c.graph())};
+    if (const auto* spatial = std::get_if<Flow>(&flow)) addWall(c, *spatial, options);
+    const std::string page =
+        std::visit([&](const auto& one) { return flowPage(one, options, c.follow("write")); }, flow);
+    writeAtomically(
+        file, [&](std::ostream& out) { out << page; }, c.console().cancelFunction());
 }
 
 } // namespace curlew::app

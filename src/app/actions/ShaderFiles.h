@@ -8,6 +8,8 @@ namespace curlew::app {
 
 /// The extension of files of shaders.
 inline constexpr std::string_view kShaderEnding = ".glsl";
+/// The extension of pages for a browser.
+inline constexpr std::string_view kPageEnding = ".html";
 
 /// The options of -write for shaders.
 std::vector<Option> shaderOptions();
@@ -17,5 +19,8 @@ void checkShaderOptions(const Arguments& a, const std::vector<std::string>& endi
 
 /// Writes the newest flow as functions of a shader, and the data of its level sets to FILE.bin.
 void writeShaderFile(const Context& c, const Arguments& a, const std::string& file);
+
+/// Writes a page that shows the newest flow in a browser.
+void writePageFile(const Context& c, const Arguments& a, const std::string& file);
 
 } // namespace curlew::app

@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Opens pages that -write look.html has written in headless Chromium (WebGL 2): look.py CURLEW MESH [PICTURES].
+
+The page draws, its particles move, and after 10 seconds of the flow all of them are on their tracks and out of the wall: by the
+distances in the page, and by -probe. Jumps in the loop lead to the same places. In windows of the size of a desktop and of a phone,
+nothing is wider than the window. PICTURES is a folder for pictures of both. Exits with 77 (skipped) if Chromium, Selenium or NumPy is
+not installed.
+"""
+
+import base64
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import browser as shaders
+from browser import np, webdriver  # noqa: F401: exits if one is missing
+from selenium.webdriver.chrome.service import Service
+
+WINDOWS = {"desktop": (1280, 800), "phone": (390, 844)}
+NOISES = "-noise frequency=2.5 seed=1 -noise frequency=2.5 seed=2"
+PARTICLES = 300
+READY = """
+const done = arguments[0];
+if (typeof curlew == "undefined") done("the scripts of the page did not run");
+else curlew.ready.then(() => { curlew.play(false); done(""); }, error => done(error.message));
+"""
+# The number of pixels of the canvas that are bright, and of those that a second of the flow changes.
+DRAWN = """
+const pixels = () => {
+    draw();
+    const all = new Uint8Array(4 * canvas.width * canvas.height);
+    gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, all);
+    return all;
+};
+const before = pixels();
+curlew.advance(0.3);
+const after = pixels();
+let bright = 0, changed = 0;
+for (let k = 0; k < before.length; k += 4) {
+    bright += before[k] + before[k + 1] + before[k + 2] > 200;
+    changed += Math.abs(before[k] - after[k]) + Math.abs(before[k + 2] - after[k + 2]) > 60;
+}
+return [bright, changed, gl.getError()];
+"""
+# What is wider than the window or beyond its edges.
+OVERFLOW = """
+const wrong = [], [width, height] = [innerWidth, innerHeight];
+if (document.documentElement.scrollWidth > width) wrong.push("the page");
+document.getElementById("about").hidden = false;
+for (const element of document.querySelectorAll("header, h1, #bar, #bar *, #about, #about pre")) {
+    const box = element.getBoundingClientRect();
+    if (box.left < 0 || box.right > width + 0.5 || box.top < 0 || box.bottom > height + 0.5) wrong.push(element.id || element.localName);
+}
+document.getElementById("about").hidden = true;
+return wrong;
+"""
+
+
+def size(browser, window):
+    width, height = WINDOWS[window]
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
+                            {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": window == "phone"})
+
+
+def opened(browser, page):
+    """Loads a page and returns its errors."""
+    browser.get("about:blank")
+    browser.get(f"{page.as_uri()}#particles={PARTICLES}")
+    error = browser.execute_async_script(READY)
+    return [error] if error else []
+
+
+def drawn(browser):
+    bright, changed, error = browser.execute_script(DRAWN)
+    print(f"  {bright} bright pixels, {changed} changed")
+    wrong = [] if bright > 500 else [f"only {bright} pixels are bright"]
+    wrong += [] if changed > 100 else [f"only {changed} pixels have changed"]
+    return wrong + ([f"WebGL error {error}"] if error else [])
+
+
+def check_mesh(browser, curlew, mesh, folder, pictures):
+    wall = ["-read", mesh, "-mesh2ls", "dim=60"]
+    subprocess.run([curlew, "-quiet", *wall, *f"{NOISES} -bound -dfvn speed=1 -write look.html".split()], cwd=folder, check=True)
+    size(browser, "desktop")
+    wrong = opened(browser, folder / "look.html")
+    if wrong:
+        return wrong
+    browser.execute_script("curlew.advance(10)")
+    distances, drift, places = browser.execute_script("return [curlew.distances(), curlew.drift(), curlew.positions()]")
+    np.savetxt(folder / "p.csv", np.array(places).reshape(-1, 3), delimiter=",", fmt="%.17g", header="x,y,z", comments="")
+    subprocess.run([curlew, "-quiet", *wall, "-probe", "p.csv", "d.csv"], cwd=folder, check=True)
+    exact = np.loadtxt(folder / "d.csv", delimiter=",", skiprows=1)[:, 3]
+    print(f"  nearest to the wall: {max(distances):.3g}, {near.sum()} near it, by -probe {exact.max():.3g}; drift {max(drift):.3g}")
+    near = np.array(distances) > -0.03  # in the narrow band of the mesh's level set; that of the page is wider
+    # The coefficients are rounded to 1/65535 of about 0.3.
+    figures = {"missing particles": (abs(len(distances) - PARTICLES), 0), "particles in the wall": ((np.array(distances) >= 0).sum(), 0),
+               "particles in the wall by -probe": ((exact >= 5e-6).sum(), 0), "drift": (max(drift), 4e-6),
+               "difference of the distances": (abs(exact - distances)[near].max(), 1e-5)}
+    wrong += [f"{name}: {value:.3g}, more than {most}" for name, (value, most) in figures.items() if not value <= most]
+    jumps = browser.execute_script("const at = s => { curlew.jump(s); return curlew.positions(); };"
+                                   "const first = at(130); at(20); at(400); const again = at(130);"
+                                   "return first.every((x, k) => x == again[k]);")
+    wrong += [] if jumps else ["a jump in the loop leads to other places"]
+    wrong += drawn(browser)
+    for window in WINDOWS:
+        size(browser, window)
+        browser.execute_script("draw()")
+        wrong += [f"on a {window}, {what} does not fit" for what in browser.execute_script(OVERFLOW)]
+        if pictures:
+            picture = browser.execute_cdp_cmd("Page.captureScreenshot", {"format": "png"})["data"]
+            (Path(pictures) / f"{window}.png").write_bytes(base64.b64decode(picture))
+    return wrong
+
+
+def check_plane(browser, curlew, folder):
+    subprocess.run([curlew, "-quiet", *"-noise dimensions=2 frequency=2 -sphere dimensions=2 radius=0.8 -bound -dfvn -write plane.html".split()],
+                   cwd=folder, check=True)
+    size(browser, "desktop")
+    wrong = opened(browser, folder / "plane.html")
+    if not wrong:
+        wrong += drawn(browser)
+        inside = browser.execute_script("curlew.advance(2 * look.duration / kSteps * 100); return Math.max(...curlew.distances())")
+        wrong += [] if inside < 0 else [f"a particle in the plane is {inside:.3g} in the wall"]
+    return wrong
+
+
+def main(curlew, mesh, pictures=None):
+    if not shaders.CHROMIUM or not shaders.DRIVER:
+        print("skipped: Chromium is not installed")
+        return 77
+    options = webdriver.ChromeOptions()
+    options.binary_location = shaders.CHROMIUM
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    for option in shaders.OPTIONS:
+        options.add_argument(option)
+    browser = webdriver.Chrome(options=options, service=Service(shaders.DRIVER))
+    browser.set_script_timeout(500)
+    wrong = []
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            for name, check in {"mesh": lambda at: check_mesh(browser, curlew, mesh, at, pictures),
+                                "plane": lambda at: check_plane(browser, curlew, at)}.items():
+                print(name)
+                wrong += [f"{name}: {error}" for error in check(Path(folder))]
+                wrong += [f"{name}: the console shows {line['message']}" for line in browser.get_log("browser")]
+    finally:
+        browser.quit()
+    return "\n".join(wrong) if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
