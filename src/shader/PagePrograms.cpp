@@ -92,6 +92,10 @@ void main() {
 uniform float rms;       // of the speed
 uniform vec2 potentials; // rms of them
 uniform int colours;
+uniform vec3 lower, upper; // the box of the flow
+float fadeAt(vec3 x) { // 1 in the box, 0 well beyond it
+    return max(0.0, 1.0 - length(max(max(lower - x, x - upper), 0.0)) / (0.06 * length(upper - lower)));
+}
 vec3 between(vec3 a, vec3 b, vec3 c, vec3 d, float x) {
     x = clamp(x, 0.0, 1.0) * 3.0;
     return x < 1.0 ? mix(a, b, x) : x < 2.0 ? mix(b, c, x - 1.0) : mix(c, d, x - 2.0);
@@ -108,14 +112,12 @@ vec3 colourOf(vec4 a, vec4 b) {
 in vec4 a, b;
 uniform mat4 view;
 uniform float size, count, moment;
-uniform vec3 lower, upper;
 out vec4 colour;
 void main() {
     vec3 x = inSpace(a);
     gl_Position = view * vec4(x, 1.0);
     float age = fract(moment - float(gl_VertexID) / count);
-    vec3 out_ = max(max(lower - x, x - upper), 0.0) / (0.06 * length(upper - lower));
-    float alpha = smoothstep(0.0, 0.05, age) * smoothstep(1.0, 0.92, age) * max(0.0, 1.0 - length(out_));
+    float alpha = smoothstep(0.0, 0.05, age) * (1.0 - smoothstep(0.92, 1.0, age)) * fadeAt(x);
     float pixels = size / gl_Position.w;
     gl_PointSize = clamp(pixels, 1.5, 24.0);
     colour = vec4(colourOf(a, b), alpha * min(pixels / 1.5, 1.0));
@@ -138,7 +140,7 @@ out vec4 colour;
 void main() {
     gl_Position = view * vec4(inSpace(a), 1.0);
     float s = floor(float(gl_VertexID) / across) / along;
-    colour = vec4(colourOf(a, b), 0.5 * smoothstep(0.0, 0.15, s) * smoothstep(1.0, 0.6, s));
+    colour = vec4(colourOf(a, b), 0.5 * smoothstep(0.0, 0.15, s) * (1.0 - smoothstep(0.6, 1.0, s)) * fadeAt(inSpace(a)));
 }
 </script>
 <script type="x-shader" id="lines-fragment">

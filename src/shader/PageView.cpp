@@ -123,7 +123,7 @@ function draw() {
     const [width, height] = resize(), {particles} = loop;
     const view = viewOf(canvas.clientWidth, canvas.clientHeight);
     const glass = look.side != "outside", box = {lower: look.lower, upper: look.upper};
-    const colours = {rms: look.rms, potentials: look.potentials, colours: shown.colours, view: view.matrix};
+    const colours = {rms: look.rms, potentials: look.potentials, colours: shown.colours, view: view.matrix, ...box};
     gl.clearColor(0.031, 0.043, 0.067, 1);
     gl.depthMask(true);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
@@ -150,7 +150,7 @@ function draw() {
     // The more particles, the smaller, so that they cover the same area.
     const size = height * view.height * look.span * Math.min(0.006, 0.0014 * Math.sqrt(40000 / particles.count) + 0.0014);
     use(drawing.particles, fieldsOf(particles.state, ["a", "b"]),
-        {...colours, ...box, size, count: particles.count, moment: (loop.step - 0.5) / kSteps});
+        {...colours, size, count: particles.count, moment: (loop.step - 0.5) / kSteps});
     gl.drawArrays(gl.POINTS, 0, particles.count);
     unbindInputs(drawing.particles);
     if (surface && shown.wall && glass) drawWall(view, 2);
