@@ -130,6 +130,7 @@ function draw() {
     gl.disable(gl.BLEND);
     if (look.dimension == 3) gl.enable(gl.DEPTH_TEST);
     if (surface && shown.wall) drawWall(view, glass ? 1 : 0);
+    if (glass) gl.clear(gl.DEPTH_BUFFER_BIT); // its far sides hide nothing
     gl.depthMask(false);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE);
