@@ -16,6 +16,8 @@ import run
 
 WIDTHS = {"phone": 390, "desktop": 1280}
 OPTIONS = ["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu"]  # work for root, in a container
+# The search indexes the whole site anew in a worker of each page. Only the page that searches needs it.
+NO_WORKER = "if (!location.pathname.endsWith('/search.html')) window.Worker = class { postMessage() {} };"
 # The errors of the loaded page. A block that scrolls by itself may contain wider elements.
 ERRORS = """
 const page = document.documentElement, width = page.clientWidth, wrong = [];
@@ -41,21 +43,28 @@ class Files(SimpleHTTPRequestHandler):
         pass
 
 
+def resize(browser, window):
+    """Gives the window the width of a device."""
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
+                            {"width": WIDTHS[window], "height": 800, "deviceScaleFactor": 1, "mobile": window == "phone"})
+
+
 def loaded(browser, address):
-    """Loads a page and returns its errors."""
+    """Loads a page in a phone's window, widens it, and returns the errors."""
+    resize(browser, "phone")
     browser.get(address)
-    wrong = browser.execute_script(ERRORS)
+    wrong = [f"on a phone: {error}" for error in browser.execute_script(ERRORS)]
+    resize(browser, "desktop")
+    wrong += [f"on a desktop: {error}" for error in browser.execute_script(ERRORS)]
     return wrong + [line["message"] for line in browser.get_log("browser") if line["level"] == "SEVERE"]
 
 
 def problems(folder, browser, address):
     """Returns the errors of the site, one per line, and the number of its pages."""
     pages, wrong = [str(path.relative_to(folder)) for path in sorted(folder.rglob("*.html"))], []
-    for window, width in WIDTHS.items():
-        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
-                                {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": window == "phone"})
-        for page in pages:
-            wrong += [f"{page} on a {window}: {error}" for error in loaded(browser, f"{address}/{page}")]
+    browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": NO_WORKER})
+    for page in pages:
+        wrong += [f"{page}: {error}" for error in loaded(browser, f"{address}/{page}")]
     # The pages also open from the folder, without a server, and without the search.
     wrong += [f"index.html from the folder: {error}" for error in loaded(browser, (folder / "index.html").as_uri())]
     wrong += [f"the search: {error}" for error in loaded(browser, f"{address}/search.html?q=obstacle")]
