@@ -3,7 +3,7 @@
 
 Runs each command in its shell blocks that begins with curlew, or with one of OpenVDB's tools if that tool is installed. If a
 library is given, also runs the Python blocks as one script, except those that need Blender (see tests/blender/pages_test.py).
-Each line of a text block must be part of a line that one of these programs prints; a line of ... stands for others.
+Commands run with fewer points, voxels and pixels than on the page (LIMITS), because their work grows with them. Each line of a text block must be part of a line that one of these programs prints; a line of ... stands for others.
 """
 
 import os
@@ -15,6 +15,9 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+
+LIMITS = {"count": 300, "rate": 500, "dim": 64, "width": 100, "height": 100, "smooth": 1}
+PICTURES = "lic|shade|slice|splat"
 
 
 def blocks(text, language):
@@ -33,6 +36,19 @@ def commands(text):
                     yield command
                 else:
                     print(f"skipped: there is no {command.split()[0]} here (apt-get install libopenvdb-tools)")
+
+
+def reduced(command):
+    """Returns the command with options within LIMITS, and with a width for pictures that have none."""
+
+    def limited(option):
+        return f"{option[1]}={min(float(option[2]), LIMITS[option[1]]):g}"
+
+    def with_width(action):
+        return action[0] if re.search(r"width=|over=", action[2]) else f"{action[1]} width={LIMITS['width']}{action[2]}"
+
+    command = re.sub(rf"\b({'|'.join(LIMITS)})=([0-9][0-9.e+]*)", limited, command)
+    return re.sub(rf"(?<= )(-(?:{PICTURES}))\b((?: (?!-[a-z]).*?)?)(?= -[a-z]|$)", with_width, command, flags=re.MULTILINE)
 
 
 def script(text):
@@ -63,10 +79,10 @@ def main(page, curlew, library=None):
             print(run.stdout, end="")
             printed += (run.stdout + run.stderr).splitlines()
         for command in found:
-            run = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, capture_output=True, text=True)
+            run = subprocess.run(["bash", "-c", reduced(command)], cwd=folder, env=environment, capture_output=True, text=True)
             if run.returncode != 0:
-                return f"{command}ended with {run.returncode}:\n{run.stderr}"
-            print(command.splitlines()[0], *(line for line in run.stderr.splitlines() if "warning" in line), sep="\n    ")
+                return f"{reduced(command)}ended with {run.returncode}:\n{run.stderr}"
+            print(reduced(command).splitlines()[0], *(line for line in run.stderr.splitlines() if "warning" in line), sep="\n    ")
             printed += (run.stdout + run.stderr).splitlines()
     return "\n".join(f"{page} shows a line that nothing prints: {line}" for line in missing(text, printed)) or 0
 
