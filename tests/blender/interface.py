@@ -168,7 +168,8 @@ def look():
 
 
 def picture():
-    """Takes a picture of the window."""
+    """Takes a picture of the window, once it is drawn."""
+    bpy.ops.wm.redraw_timer(type="DRAW_WIN_SWAP", iterations=1)
     subprocess.run(["import", "-window", "root", str(WORK / "interface.png")], check=True)
 
 
@@ -179,7 +180,7 @@ def leave():
 
 
 def run():
-    """Runs the steps one after the other, with time for the window to draw."""
+    """Runs the steps one after the other, with time for events between them."""
     try:
         if steps_left and steps_left[0] in (wait, settle, filming):
             if steps_left[0]():
@@ -188,7 +189,7 @@ def run():
         elif steps_left:
             steps_left.pop(0)()
         if steps_left:
-            return 1.5
+            return 0.3  # for events
         if not support.addon("live")._jobs:
             return 0.01  # waits for the bake to begin
         (WORK / "interface.txt").write_text("fine\n")
@@ -200,6 +201,7 @@ def run():
 
 steps_left = [press, wait, scrub, settle, film, filming, start_long, press_escape, wait, arrange, enlarge, look, picture, leave]
 bpy.context.preferences.view.show_splash = False
+bpy.context.preferences.view.smooth_view = 0  # views change at once
 bpy.context.preferences.view.render_display_type = "NONE"  # no render window in the picture
 bpy.app.handlers.render_post.append(remember)
-bpy.app.timers.register(run, first_interval=1.5)
+bpy.app.timers.register(run, first_interval=0.5)

@@ -15,8 +15,8 @@ rm -rf "$work" && mkdir -p "$work/scripts/addons" "$work/config"
 export BLENDER_USER_SCRIPTS="$work/scripts" BLENDER_USER_CONFIG="$work/config"
 export CURLEW_COMMAND="$command" CURLEW_WORK="$work" CURLEW_SOURCE="$source" CURLEW_PACKAGES="$packages"
 export PYTHONDONTWRITEBYTECODE=1
-LIBGL_ALWAYS_SOFTWARE=1 timeout 300 xvfb-run -a -s "-screen 0 1600x1000x24" \
-    "$blender" --enable-event-simulate --factory-startup -noaudio --window-geometry 0 0 1600 1000 --python "$source/tests/blender/interface.py"
+LIBGL_ALWAYS_SOFTWARE=1 timeout 300 xvfb-run -a -s "-screen 0 960x600x24" \
+    "$blender" --enable-event-simulate --factory-startup -noaudio --window-geometry 0 0 960 600 --python "$source/tests/blender/interface.py"
 cat "$work/interface.txt"
 grep -qx fine "$work/interface.txt"
 # An empty picture has few colours.
