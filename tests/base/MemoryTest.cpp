@@ -2,6 +2,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/base/Memory.h"
 #include "support/Catch.h"
+#include "support/Sanitizer.h"
 
 #include <sys/resource.h>
 #include <unistd.h>
@@ -76,6 +77,10 @@ TEST_CASE("controlGroupMemory: a missing or malformed group list means no limit"
 }
 
 TEST_CASE("availableMemory: an address space limit counts and requireMemory refuses more than remains", "[base]") {
+    if (test::kAddressSanitizer) {
+        WARN("skipped: AddressSanitizer needs more address space");
+        return;
+    }
     rlimit before{};
     REQUIRE(::getrlimit(RLIMIT_AS, &before) == 0);
     const size_t without = availableMemory();
