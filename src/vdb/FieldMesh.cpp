@@ -22,7 +22,9 @@ namespace {
 using openvdb::Index32;
 using openvdb::Vec3s;
 
-Vec3d position(const Vec3s& p) { return {{p[0], p[1], p[2]}}; }
+Vec3d position(const Vec3s& p) {
+    return {{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])}};
+}
 Vec3s rounded(const Vec3d& v) { return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])}; }
 
 /// Calls use(corners, count) for each face.
@@ -37,8 +39,9 @@ void crop(Mesh& mesh, const Box& box) {
     std::vector<uint8_t> inside(mesh.points.size());
     for (size_t k = 0; k < inside.size(); ++k) {
         inside[k] = 1;
+        const Vec3d p = position(mesh.points[k]);
         for (int axis = 0; axis < 3; ++axis)
-            if (const double x = mesh.points[k][axis]; x < box.lower[axis] || x > box.upper[axis]) inside[k] = 0;
+            if (p[axis] < box.lower[axis] || p[axis] > box.upper[axis]) inside[k] = 0;
     }
     const auto keep = [&](auto& faces) {
         std::erase_if(faces, [&](const auto& face) {
@@ -71,7 +74,8 @@ void crop(Mesh& mesh, const Box& box) {
 void moveOnto(Mesh& mesh, const ScalarField& field, double iso, double voxel, const Monitor& monitor) {
     double steepest = 0;
     Points vertices;
-    for (const Vec3s& p : mesh.points) {
+    for (const Vec3s& point : mesh.points) {
+        const Vec3d p = position(point);
         vertices.x.push_back(p[0]);
         vertices.y.push_back(p[1]);
         vertices.z.push_back(p[2]);

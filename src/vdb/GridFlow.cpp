@@ -8,13 +8,13 @@
 #include "curlew/base/Memory.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/ForEachBatch.h"
-#include "curlew/flow/Flows.h"
 #include "curlew/vdb/GridField.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace curlew {
 
@@ -25,7 +25,8 @@ using Point = Vec<int, 3>;
 /// Returns the box in world space around a box in index coordinates.
 Box worldBox(const VelocityLattice& lattice, const Vec3d& lower, const Vec3d& upper) {
     const Matrix3 toWorld = transpose(lattice.axes); // times the voxel size
-    Box box{{{INFINITY, INFINITY, INFINITY}}, {{-INFINITY, -INFINITY, -INFINITY}}};
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    Box box{{{kInfinity, kInfinity, kInfinity}}, {{-kInfinity, -kInfinity, -kInfinity}}};
     for (int corner = 0; corner < 8; ++corner) {
         Vec3d index;
         for (int k = 0; k < 3; ++k) index[k] = (corner >> k & 1) != 0 ? upper[k] : lower[k];

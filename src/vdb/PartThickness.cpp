@@ -111,7 +111,7 @@ double thinnestOf(std::vector<Sample> thin) {
 } // namespace
 
 PartThickness partThickness(const Mesh& mesh, const FloatGrid& grid, const Monitor& monitor) {
-    const RayMesh rays(mesh);
+    const RayMesh rays(mesh, monitor);
     const size_t faces = rays.triangles().size(), stride = std::max<size_t>(1, faces / static_cast<size_t>(kSamples));
     const double perArea = kSamples / areaOf(mesh);
     const auto perEdge = [&](uint32_t face) {

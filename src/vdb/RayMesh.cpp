@@ -108,15 +108,22 @@ struct RayMesh::Scene {
     Scene(const Scene&) = delete;
     Scene& operator=(const Scene&) = delete;
 
-    void check() const {
-        if (rtcGetDeviceError(device) != RTC_ERROR_NONE) throw ResourceError("Embree has no memory for this mesh");
+    /// Builds the tree. Throws Interrupted once `cancelled` returns true, ResourceError if there is no memory for it.
+    void commit(std::function<bool()> cancelled) {
+        const auto goesOn = [](void* asked, double) { return !(*static_cast<std::function<bool()>*>(asked))(); };
+        if (cancelled) rtcSetSceneProgressMonitorFunction(scene, goesOn, &cancelled);
+        rtcCommitScene(scene);
+        rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
+        const RTCError error = rtcGetDeviceError(device);
+        if (error == RTC_ERROR_CANCELLED) throw Interrupted();
+        if (error != RTC_ERROR_NONE) throw ResourceError("Embree has no memory for this mesh");
     }
 
     RTCDevice device;
     RTCScene scene;
 };
 
-RayMesh::RayMesh(std::vector<Vec3d> vertices, std::vector<Vec<uint32_t, 3>> triangles)
+RayMesh::RayMesh(std::vector<Vec3d> vertices, std::vector<Vec<uint32_t, 3>> triangles, const Monitor& monitor)
     : mVertices(std::move(vertices)),
       mTriangles(std::move(triangles)),
       mBox(boundsOf(mVertices, mTriangles)),
@@ -142,8 +149,7 @@ RayMesh::RayMesh(std::vector<Vec3d> vertices, std::vector<Vec<uint32_t, 3>> tria
     // Compact: half the memory, and the pictures take no longer.
     rtcSetSceneFlags(mScene->scene, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_COMPACT));
     rtcSetSceneBuildQuality(mScene->scene, RTC_BUILD_QUALITY_MEDIUM);
-    rtcCommitScene(mScene->scene);
-    mScene->check();
+    mScene->commit(monitor.cancelled);
 }
 
 namespace {
@@ -171,7 +177,7 @@ std::vector<Vec<uint32_t, 3>> trianglesOf(const Mesh& mesh) {
 
 } // namespace
 
-RayMesh::RayMesh(const Mesh& mesh) : RayMesh(verticesOf(mesh), trianglesOf(mesh)) {}
+RayMesh::RayMesh(const Mesh& mesh, const Monitor& monitor) : RayMesh(verticesOf(mesh), trianglesOf(mesh), monitor) {}
 
 RayMesh::~RayMesh() = default;
 

@@ -21,7 +21,7 @@ constexpr double kHalf = 0.5 + 1e-3; ///< |w| beyond which a point is inside; th
 } // namespace
 
 struct SolidDistance::Parts {
-    Parts(const Mesh& mesh, double thickness) : faces(mesh), half(thickness / 2) {}
+    Parts(const Mesh& mesh, double thickness, const Monitor& monitor) : faces(mesh, monitor), half(thickness / 2) {}
 
     RayMesh faces;
     std::optional<WindingNumber> winding; ///< Not for a sheet.
@@ -43,7 +43,7 @@ struct SolidDistance::Parts {
 };
 
 SolidDistance::SolidDistance(const Mesh& mesh, double thickness, const Monitor& monitor) {
-    auto parts = std::make_unique<Parts>(mesh, thickness);
+    auto parts = std::make_unique<Parts>(mesh, thickness, monitor);
     if (!(thickness > 0)) parts->winding.emplace(mesh, monitor);
     mParts = std::move(parts);
 }

@@ -6,6 +6,8 @@
 
 #include <openvdb/math/Proximity.h>
 
+#include <atomic>
+
 using namespace curlew;
 
 namespace {
@@ -83,4 +85,11 @@ TEST_CASE("RayMesh: rays in packets hit what single rays hit", "[vdb]") {
     }
     CHECK(found > 100);
     CHECK(found < 1000);
+}
+
+TEST_CASE("RayMesh: a caller can cancel the building of the tree", "[vdb]") {
+    std::atomic<int> asked = 0;
+    const Monitor stop{.report = {}, .cancelled = [&] { return ++asked > 0; }};
+    CHECK_THROWS_AS(RayMesh(test::spot(), stop), Interrupted);
+    CHECK(asked > 0);
 }

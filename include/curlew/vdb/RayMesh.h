@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "curlew/base/Monitor.h"
 #include "curlew/field/Shapes.h"
 #include "curlew/math/Ray.h"
 #include "curlew/vdb/MeshFile.h"
@@ -20,10 +21,10 @@ namespace curlew {
 class RayMesh {
   public:
     /// Throws ValueError if there are no triangles or the box has no extent, ResourceError if Embree runs out of
-    /// memory.
-    RayMesh(std::vector<Vec3d> vertices, std::vector<Vec<uint32_t, 3>> triangles);
+    /// memory, Interrupted if the monitor cancels.
+    RayMesh(std::vector<Vec3d> vertices, std::vector<Vec<uint32_t, 3>> triangles, const Monitor& monitor = {});
     /// The faces of a mesh. Each quad is split along the diagonal from its first to its third vertex.
-    explicit RayMesh(const Mesh& mesh);
+    explicit RayMesh(const Mesh& mesh, const Monitor& monitor = {});
     ~RayMesh();
     RayMesh(const RayMesh&) = delete;
     RayMesh& operator=(const RayMesh&) = delete;
