@@ -24,9 +24,14 @@ def folder(name):
     return path
 
 
+def content(file):
+    """Returns the bytes of a file; of a page, without the command that made it."""
+    return re.sub(rb"<pre>.*?</pre>", b"", file.read_bytes(), flags=re.S) if file.suffix == ".html" else file.read_bytes()
+
+
 def written(path, *left_out):
     """Returns the digests of the files in a folder, by name."""
-    return {f.name: hashlib.sha256(f.read_bytes()).hexdigest() for f in sorted(path.iterdir())
+    return {f.name: hashlib.sha256(content(f)).hexdigest() for f in sorted(path.iterdir())
             if f.is_file() and f.suffix != ".json" and f.name not in left_out}
 
 
