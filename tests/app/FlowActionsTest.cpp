@@ -251,7 +251,7 @@ TEST_CASE("flow actions: unsuitable inputs are errors that say why", "[app][comm
     folder.mustFail("-noise type=simplex dimensions=5 -dfvn", {"-dfvn", "n - 1 fields of n dimensions"});
     folder.mustFail("-noise -noise -noise type=simplex dimensions=4 -dfvn", {"-dfvn", "4 dimensions", "has 3"});
     folder.mustFail("-noise type=simplex dimensions=4 -noise -dfvn", {"-dfvn", "4 dimensions"});
-    folder.mustFail(kTwo + "-curl", {"-curl", "x=", "shift=100"});
+    folder.mustFail(kTwo + "-curl", {"-curl", "x=", "shift="});
     folder.mustFail("-noise dimensions=2 -noise -noise -curl", {"-curl", "all have 2 or all have 3"});
     folder.mustFail("-noise type=simplex dimensions=4 -curl shift=1", {"-curl", "3 dimensions"});
     folder.mustFail("-sphere -surface", {"-surface", "a field", "none"});
