@@ -13,19 +13,19 @@ import tempfile
 from pathlib import Path
 
 MIB = 1 << 20
-MOST = 900
+MOST = 500
 FLOW = "-noise -noise seed=1 -dfvn speed=1 "
 MESH = "-read {root}/scenes/spot.obj "
 CASES = {
     "mesh2ls": MESH + "-mesh2ls dim=160 -write out.vdb",
-    "ls2mesh": MESH + "-mesh2ls dim=100 -ls2mesh adaptivity=0 -write out.ply",
-    "advectLevelSet": FLOW + MESH + "-mesh2ls dim=50 -advectLevelSet duration=0.05 -write out.vdb",
+    "ls2mesh": MESH + "-mesh2ls dim=64 -ls2mesh adaptivity=0 -write out.ply",
+    "advectLevelSet": FLOW + MESH + "-mesh2ls dim=40 -advectLevelSet duration=0.02 -write out.vdb",
     "union": MESH + "-mesh2ls dim=80 " + MESH + "-move translate=0.2,0,0 -mesh2ls dim=80 -union -write out.vdb",
-    "velocity": FLOW + "-velocity dim=80 staggered=1 -write codec=zip out.vdb",
-    "flow of a grid": FLOW + "-velocity dim=24 -flow exact=1 -scatter count=1e4 -advect steps=2 -write out.vdb",
-    "points": "-scatter count=3e5 box=-1,-1,-1,1,1,1 -write out.vdb",
-    "shade": MESH + "-shade width=300 -write out.png",
-    "picture": FLOW + "-lic width=500 -write out.exr",
+    "velocity": FLOW + "-velocity dim=60 staggered=1 -write codec=zip out.vdb",
+    "flow of a grid": FLOW + "-velocity dim=24 -flow exact=1 -scatter count=1e3 -advect steps=2 -write out.vdb",
+    "points": "-scatter count=2e5 box=-1,-1,-1,1,1,1 -write out.vdb",
+    "shade": MESH + "-shade width=200 -write out.png",
+    "picture": FLOW + "-lic width=300 -write out.exr",
     "read": "-read given.vdb -write out.vdb",
 }
 SHARES = (0.99, 0.97, 0.94, 0.9, 0.8)
@@ -59,7 +59,7 @@ def run(command, arguments, folder, limit):
 def main(command, root):
     wrong = []
     with tempfile.TemporaryDirectory() as folder:
-        subprocess.run([command, "-quiet", *(FLOW + "-velocity dim=60 -write given.vdb").split()], cwd=folder, check=True)
+        subprocess.run([command, "-quiet", *(FLOW + "-velocity dim=48 -write given.vdb").split()], cwd=folder, check=True)
         for name, arguments in CASES.items():
             tried = []
 
