@@ -14,7 +14,7 @@ using namespace curlew::test;
 
 namespace {
 
-constexpr size_t kCount = 10000;
+constexpr size_t kCount = 2000;
 
 /// Checks that the recorded functions of a field compute its values and gradients. In double, only the order of some
 /// roundings differs. In float, the noises' own rounding errors (their headers) bound the differences; the limits here
