@@ -20,8 +20,9 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
     -march=x86-64-$<IF:$<STREQUAL:$<TARGET_PROPERTY:CURLEW_SIMD>,Avx512>,v4,v3>)
 endif()
 if(CURLEW_SANITIZE)
-  # Without the checks that take longest to compile: null pointers, which crash anyway, and types and sizes of objects.
-  add_compile_options(-fsanitize=${CURLEW_SANITIZE} -fno-sanitize=null,vptr,object-size -fno-omit-frame-pointer)
+  # Without the checks that take longest to compile: null pointers, which crash anyway, types and sizes of objects, and
+  # alignment: in TBB's hash map, misaligned addresses are flags.
+  add_compile_options(-fsanitize=${CURLEW_SANITIZE} -fno-sanitize=null,vptr,object-size,alignment -fno-omit-frame-pointer)
   add_link_options(-fsanitize=${CURLEW_SANITIZE})
 endif()
 
