@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <spawn.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -253,6 +254,14 @@ size_t PartReader::nextSize() {
     const Heading heading = next();
     if (heading.kind != Heading::Kind::part) throw damaged();
     return heading.size;
+}
+
+/// Asks the system for huge pages: page faults would take a third of the time in which an array is received.
+void PartReader::useHugePages(void* memory, size_t bytes) {
+    constexpr uintptr_t page = 4096;
+    const uintptr_t begin = reinterpret_cast<uintptr_t>(memory), first = (begin + page - 1) / page * page,
+                    last = (begin + bytes) / page * page;
+    if (last > first) madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);
 }
 
 std::string PartReader::text() {

@@ -7,6 +7,7 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Dimensions.h"
+#include "curlew/flow/FlowScale.h"
 
 #include <fmt/format.h>
 
@@ -166,8 +167,8 @@ FlowN<N> scaled(const FlowN<N>& flow, double factor) {
 
 namespace {
 
-constexpr size_t kCandidates = size_t{1} << 17, kMostCandidates = size_t{1} << 24, kEnoughSamples = 4096;
-constexpr size_t kGrain = 4096;
+constexpr size_t kCandidates = size_t{1} << 15, kMostCandidates = size_t{1} << 24, kEnoughSamples = 4096;
+constexpr size_t kGrain = 2048;
 
 template <int N>
 struct Sums {
@@ -222,13 +223,7 @@ FlowRmsN<N> rmsOf(const FlowN<N>& flow, const Monitor& monitor) {
 
 template <int N>
 FlowN<N> withSpeed(const FlowN<N>& flow, double speed, const Monitor& monitor) {
-    const double now = rmsOf(flow, monitor).speed;
-    if (!(now > 0) || !std::isfinite(now))
-        throw ValueError(
-            flow.terms().empty()
-                ? "the flow does not move: its velocity is zero everywhere in the box"
-                : "the flow does not move: the gradients of f and g are parallel everywhere; use two different fields "
-                  "(seeds)");
+    const double now = movingSpeedOf(flow, monitor);
     requireSpeed(speed);
     if (speed == now) return flow;
     if (flow.uniformSpeed() > 0) return flow.normalized(speed);

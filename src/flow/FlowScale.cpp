@@ -2,7 +2,9 @@
 #include "curlew/flow/FlowScale.h"
 
 #include "Samples.h"
+#include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/field/Dimensions.h"
 
 #include <cmath>
 #include <numbers>
@@ -34,6 +36,18 @@ void add(Sums& sums, const FlowSample& sample) {
 
 } // namespace
 
+template <int N>
+double movingSpeedOf(const FlowN<N>& flow, const Monitor& monitor) {
+    const double speed = rmsOf(flow, monitor).speed;
+    if (!(speed > 0) || !std::isfinite(speed))
+        throw ValueError(
+            flow.terms().empty()
+                ? "the flow does not move: its velocity is zero everywhere in the box"
+                : "the flow does not move: the gradients of f and g are parallel everywhere; use two different fields "
+                  "(seeds)");
+    return speed;
+}
+
 double wavelengthOf(const Flow& flow, const Monitor& monitor) {
     if (!flow.domain().box.finite()) return 0;
     const Sums sums = parallelSum(
@@ -52,5 +66,9 @@ double wavelengthOf(const Flow& flow, const Monitor& monitor) {
     // Summed over components, a plane wave's mean square gradient is k² times its variance, k = 2π / wavelength.
     return 2 * std::numbers::pi * std::sqrt(variance / (sums.gradients / sums.count));
 }
+
+#define CURLEW_INSTANTIATE(N) template double movingSpeedOf(const FlowN<N>&, const Monitor&);
+CURLEW_FOR_FLOW_DIMENSIONS(CURLEW_INSTANTIATE)
+#undef CURLEW_INSTANTIATE
 
 } // namespace curlew

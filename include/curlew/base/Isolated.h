@@ -62,6 +62,7 @@ class PartReader {
         if (bytes % sizeof(T) != 0) throw damaged();
         std::vector<T> values;
         values.reserve(count);
+        useHugePages(values.data(), bytes);
         // Memory is used only for what arrives.
         constexpr size_t step = kStep / sizeof(T) + 1;
         for (size_t k = 0; k < count; k = values.size()) {
@@ -82,6 +83,7 @@ class PartReader {
 
     Heading next();
     size_t nextSize();
+    static void useHugePages(void* memory, size_t bytes);
 
     std::unique_ptr<PartSource> mSource;
     size_t mLeft;

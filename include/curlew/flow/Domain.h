@@ -33,7 +33,7 @@ void classify(const DomainN<N>& domain, const PointBatchN<N>& points, std::array
               std::array<double, kBatch>& distance);
 
 /// Returns the volume of the domain in cubic world units, accurate to about 1 % of its box. Uses the same 8192
-/// pseudo-random positions at every call.
+/// positions at every call.
 double volumeOf(const Domain& domain);
 
 /// An interval of signed distances; ignored if the domain has no wall.

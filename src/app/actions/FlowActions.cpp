@@ -4,6 +4,7 @@
 #include "FlowInSpace.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Transforms.h"
+#include "curlew/flow/FlowScale.h"
 #include "curlew/flow/Flows.h"
 #include "curlew/flow/Reshape.h"
 #include "curlew/track/Splitting.h"
@@ -73,8 +74,9 @@ std::vector<Option> paceOptions(std::vector<Option> own = {}) {
 template <int N>
 void giveFlow(Context& c, const Arguments& a, const FlowN<N>& flow) {
     const Monitor monitor = c.follow("measuring the speed");
-    const double speed = a.given("speed") ? a.real("speed") : rmsOf(flow, monitor).speed;
-    const FlowN<N> paced = withSpeed(flow, speed, monitor); // called in any case, since it checks that the flow moves
+    // Both functions check that the flow moves.
+    const FlowN<N> paced = a.given("speed") ? withSpeed(flow, a.real("speed"), monitor) : flow;
+    const double speed = a.given("speed") ? a.real("speed") : movingSpeedOf(flow, monitor);
     c.give(AnyFlow(a.flag("uniformSpeed") ? flow.normalized(speed) : paced));
 }
 
