@@ -5,6 +5,7 @@
 #include "curlew/app/run/IsolatedFiles.h"
 #include "curlew/app/run/Session.h"
 #include "curlew/base/AtomicFile.h"
+#include "curlew/base/LibraryError.h"
 #include "curlew/base/Simd.h"
 #include "curlew/base/Text.h"
 
@@ -35,21 +36,30 @@ constexpr const char* kInterrupted = "interrupted; unfinished files have been re
     ::_exit(status);
 }
 
+void endInterrupted(int) { endNow({"curlew: ", kInterrupted, "\n"}, 130); }
+
 /// The first Ctrl-C asks the program to stop and clean up; the next one terminates it immediately. If a library is busy
 /// (OpenVDB writes, Embree builds a tree) and does not ask whether to stop, the process ends after 0.4 s.
 void onInterrupt(int signal) {
     interrupted = 1;
-    std::signal(signal, SIG_DFL);
+    std::signal(signal, endInterrupted);
     itimerval grace{};
     grace.it_value.tv_usec = 400'000;
     ::setitimer(ITIMER_REAL, &grace, nullptr);
 }
 
-void onDeadline(int) { endNow({"curlew: ", kInterrupted, "\n"}, 130); }
+constexpr const char* kNoMemory = "out of memory; use larger voxels or fewer points";
 
 /// Called where an exception cannot be passed on: when a destructor in OpenVDB runs out of memory, for example.
 [[noreturn]] void onTerminate() {
-    endNow({"curlew: out of memory; use larger voxels or fewer points\n"}, EXIT_FAILURE);
+    if (const std::exception_ptr thrown = std::current_exception()) try {
+            std::rethrow_exception(thrown);
+        } catch (const std::bad_alloc&) {
+        } catch (const std::exception& error) {
+            endNow({"curlew: ", curlew::messageOf(error).c_str(), "\n"}, EXIT_FAILURE);
+        } catch (...) {
+        }
+    endNow({"curlew: ", kNoMemory, "\n"}, EXIT_FAILURE);
 }
 
 /// Installs a handler, unless the caller has the signal ignored (nohup).
@@ -92,7 +102,7 @@ int curlew_command(int argc, char** argv) {
 #endif
     std::signal(SIGINT, onInterrupt);
     std::signal(SIGTERM, onInterrupt);
-    std::signal(SIGALRM, onDeadline);
+    std::signal(SIGALRM, endInterrupted);
     handle(SIGHUP, onInterrupt);
     std::set_terminate(onTerminate);
     std::signal(SIGPIPE, SIG_IGN); // a reader that closes the pipe does not end the work
@@ -113,8 +123,8 @@ int curlew_command(int argc, char** argv) {
     } catch (const Interrupted&) {
         return fail(kInterrupted, 130);
     } catch (const std::bad_alloc&) {
-        return fail("out of memory; use larger voxels or fewer points", EXIT_FAILURE);
+        return fail(kNoMemory, EXIT_FAILURE);
     } catch (const std::exception& e) {
-        return fail(e.what(), EXIT_FAILURE);
+        return fail(messageOf(e), EXIT_FAILURE);
     }
 }

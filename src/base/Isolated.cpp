@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Isolated.h"
 
+#include "curlew/base/LibraryError.h"
 #include "curlew/base/Memory.h"
+#include "curlew/base/Sanitizer.h"
 
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -159,11 +161,17 @@ int moved(int descriptor) {
     return high;
 }
 
+/// The error if the process ends without an answer. A signal is a sign of damage, an exit status is not.
 FileError crashed(const fs::path& path, int status) {
+    if (!WIFSIGNALED(status))
+        return FileError(
+            fmt::format("cannot read '{}': the process that reads it ended without an answer; check the "
+                        "file, and the limits of memory and processes (ulimit -a)",
+                        path.string()));
     std::string how = "the process that read it crashed";
-    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)
+    if (WTERMSIG(status) == SIGXCPU)
         how = "reading it takes too long";
-    else if (WIFSIGNALED(status))
+    else
         how += fmt::format(" (signal {})", WTERMSIG(status));
     return FileError(fmt::format("'{}' is damaged: {}; write or copy it again", path.string(), how));
 }
@@ -179,6 +187,28 @@ bool writeAll(int file, const void* data, size_t bytes) {
         bytes -= static_cast<size_t>(done);
     }
     return true;
+}
+
+/// In the reader process: reports the end of its parts, or an error instead of them. Returns whether that was possible.
+bool answer(PartReader::Heading::Kind kind, std::string_view message = {}) {
+    const PartReader::Heading heading{.kind = kind, .size = message.size()};
+    return writeAll(kResult, &heading, sizeof heading) && writeAll(kResult, message.data(), message.size());
+}
+
+constexpr std::string_view kNoMemory = "out of memory while reading the file; free some memory";
+
+/// In the reader process: an exception left a destructor or a thread, so memory or threads are short.
+[[noreturn]] void answerAndEnd() {
+    constexpr auto kind = PartReader::Heading::Kind::resourceError;
+    if (const std::exception_ptr thrown = std::current_exception()) try {
+            std::rethrow_exception(thrown);
+        } catch (const std::bad_alloc&) {
+            answer(kind, kNoMemory);
+        } catch (const std::exception& error) {
+            answer(kind, messageOf(error));
+        } catch (...) {
+        }
+    _exit(EXIT_FAILURE);
 }
 
 /// The pipe from a reader process that runs.
@@ -302,6 +332,7 @@ bool isIsolatedReader(const std::vector<std::string>& arguments) {
 
 int runIsolatedReader(const std::vector<std::string>& arguments, IsolatedReader (*readerOf)(const std::string& name)) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
+    std::set_terminate(answerAndEnd);
     const auto limit = [](auto what, rlim_t most) {
         const rlimit both{most, most};
         setrlimit(what, &both);
@@ -309,15 +340,11 @@ int runIsolatedReader(const std::vector<std::string>& arguments, IsolatedReader 
     // Libraries and thread stacks take address space, but hardly any memory.
     constexpr rlim_t addresses = rlim_t{2} << 30;
     limit(RLIMIT_CORE, 0);
-    limit(RLIMIT_AS, std::strtoull(arguments[3].c_str(), nullptr, 10) + addresses);
+    if (!kAddressSanitizer) limit(RLIMIT_AS, std::strtoull(arguments[3].c_str(), nullptr, 10) + addresses);
     limit(RLIMIT_CPU, std::strtoull(arguments[4].c_str(), nullptr, 10));
 
     using Kind = PartReader::Heading::Kind;
-    const auto answer = [](Kind kind, std::string_view message = {}) {
-        const PartReader::Heading heading{.kind = kind, .size = message.size()};
-        return writeAll(kResult, &heading, sizeof heading) && writeAll(kResult, message.data(), message.size());
-    };
-    const auto fail = [&](Kind kind, std::string_view message) {
+    const auto fail = [](Kind kind, std::string_view message) {
         answer(kind, message);
         return EXIT_FAILURE;
     };
@@ -334,9 +361,9 @@ int runIsolatedReader(const std::vector<std::string>& arguments, IsolatedReader 
     } catch (const ResourceError& error) {
         return fail(Kind::resourceError, error.what());
     } catch (const std::bad_alloc&) {
-        return fail(Kind::resourceError, "out of memory while reading the file; free some memory");
+        return fail(Kind::resourceError, kNoMemory);
     } catch (const std::exception& error) {
-        return fail(Kind::fileError, fmt::format("'{}' cannot be read: {}", arguments[2], error.what()));
+        return fail(Kind::fileError, fmt::format("'{}' cannot be read: {}", arguments[2], messageOf(error)));
     }
 }
 

@@ -97,7 +97,11 @@ class Validation {
     void checkGrids(bool hasOffsets) {
         bool walked = true;
         for (int32_t left = readCount(); left > 0 && walked; --left) walked = checkGrid(hasOffsets);
-        if (!hasOffsets && walked && mCursor.left() > 0) damaged();
+        // Bytes that follow the last grid show that some before it have moved.
+        std::streamoff last = mCursor.position();
+        if (hasOffsets)
+            for (const std::streamoff end : mEnds) last = std::max(last, end);
+        if (walked && last != mCursor.size()) damaged();
     }
 
     /// Reads the header of the file. Returns whether its grids have offsets.

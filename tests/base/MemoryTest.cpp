@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Error.h"
 #include "curlew/base/Memory.h"
+#include "curlew/base/Sanitizer.h"
 #include "support/Catch.h"
-#include "support/Sanitizer.h"
 
 #include <sys/resource.h>
 #include <unistd.h>
@@ -77,7 +77,7 @@ TEST_CASE("controlGroupMemory: a missing or malformed group list means no limit"
 }
 
 TEST_CASE("availableMemory: an address space limit counts and requireMemory refuses more than remains", "[base]") {
-    if (test::kAddressSanitizer) {
+    if (kAddressSanitizer) {
         WARN("skipped: AddressSanitizer needs more address space");
         return;
     }

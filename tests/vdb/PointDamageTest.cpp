@@ -169,8 +169,11 @@ TEST_CASE("damaged points: one inserted or deleted byte is detected anywhere", "
     const Folder folder;
     const auto flags = GENERATE(uint32_t(openvdb::io::COMPRESS_NONE), kPacked);
     const bool asStream = GENERATE(false, true);
-    CAPTURE(flags, asStream);
-    const std::string bytes = foreign(folder, grid(), flags, asStream);
+    // Without text, an inserted byte of an unpacked page moves all values behind it, and nothing else changes.
+    const bool withText = GENERATE(false, true);
+    CAPTURE(flags, asStream, withText);
+    const auto points = withText ? grid() : pointGrid(somePoints(300), {.voxelSize = 0.1});
+    const std::string bytes = foreign(folder, points, flags, asStream);
     const auto whole = pointsIn(store(folder / "a.vdb", bytes));
     REQUIRE(whole);
     std::mt19937 random(3);

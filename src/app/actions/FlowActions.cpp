@@ -2,6 +2,7 @@
 // Longer than 400 lines: one action for each kind of flow, most of it declarations of options.
 #include "Actions.h"
 #include "FlowInSpace.h"
+#include "WallResolution.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Transforms.h"
 #include "curlew/flow/FlowScale.h"
@@ -73,6 +74,7 @@ std::vector<Option> paceOptions(std::vector<Option> own = {}) {
 /// Outputs a flow with the speed that the options specify.
 template <int N>
 void giveFlow(Context& c, const Arguments& a, const FlowN<N>& flow) {
+    requireResolution(flow.domain());
     const Monitor monitor = c.follow("measuring the speed");
     // Both functions check that the flow moves.
     const FlowN<N> paced = a.given("speed") ? withSpeed(flow, a.real("speed"), monitor) : flow;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "Actions.h"
 #include "FlowInSpace.h"
+#include "WallResolution.h"
 #include "curlew/app/registry/Bind.h"
 #include "curlew/flow/Wind.h"
 
@@ -40,6 +41,7 @@ void wind(Context& c, const Arguments& a) {
     const Flow flow = windFlow(wall, noise, options);
     Domain domain = flow.domain();
     if (a.given("box")) domain.box = a.box("box");
+    requireResolution(domain);
     c.give(AnyFlow(flow.within(domain)));
 }
 
