@@ -2,6 +2,7 @@
 #include "curlew/picture/ColorMap.h"
 
 #include "curlew/base/Error.h"
+#include "curlew/base/Parallel.h"
 #include "curlew/math/Percentile.h"
 #include "curlew/picture/Display.h"
 
@@ -129,6 +130,7 @@ Vec3f colorAt(ColorMap map, float t) {
 
 ColorScale automaticScale(const Image& image, ColorMap map) {
     std::vector<float> values;
+    values.reserve(image.pixels.size());
     std::copy_if(image.pixels.begin(), image.pixels.end(), std::back_inserter(values),
                  [](float value) { return std::isfinite(value); });
     if (values.empty()) return unitScale(map);
@@ -167,11 +169,13 @@ Image colorize(const Image& scalar, const ColorScale& scale) {
                         scale.lower, scale.upper));
     Image picture = filledImage(scalar.width, scalar.height, {"R", "G", "B"});
     const auto lower = static_cast<double>(scale.lower), range = static_cast<double>(scale.upper) - lower;
-    auto out = picture.pixels.begin();
-    for (const float value : scalar.pixels) {
-        const Vec3f color = colorAt(scale.map, static_cast<float>((static_cast<double>(value) - lower) / range));
-        out = std::copy(color.c.begin(), color.c.end(), out);
-    }
+    parallelFor(scalar.pixels.size(), 1 << 14, [&](size_t begin, size_t end) {
+        for (size_t k = begin; k < end; ++k) {
+            const double t = (static_cast<double>(scalar.pixels[k]) - lower) / range;
+            const Vec3f color = colorAt(scale.map, static_cast<float>(t));
+            std::copy(color.c.begin(), color.c.end(), &picture.pixels[3 * k]);
+        }
+    });
     return picture;
 }
 

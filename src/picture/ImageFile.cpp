@@ -60,11 +60,21 @@ png_byte displayByte(float value, float ifNan) {
     return static_cast<png_byte>(std::lround(display * 255));
 }
 
-std::vector<png_byte> displayBytes(const Image& rgb) {
-    std::vector<png_byte> bytes(rgb.pixels.size());
-    for (size_t i = 0; i < bytes.size(); ++i)
-        bytes[i] = displayByte(rgb.pixels[i], kNoValueColor[static_cast<int>(i % 3)]);
-    return bytes;
+bool isRgb(const Image& image) { return image.channels == std::vector<std::string>{"R", "G", "B"}; }
+
+std::vector<png_byte> displayBytes(const Image& image, const ColorScale& scale, const Monitor& monitor) {
+    const auto bytesOf = [&](const Image& rgb) {
+        std::vector<png_byte> bytes(rgb.pixels.size());
+        parallelFor(
+            bytes.size(), 1 << 14,
+            [&](size_t begin, size_t end) {
+                for (size_t i = begin; i < end; ++i)
+                    bytes[i] = displayByte(rgb.pixels[i], kNoValueColor[static_cast<int>(i % 3)]);
+            },
+            monitor);
+        return bytes;
+    };
+    return isRgb(image) ? bytesOf(image) : bytesOf(displayed(image, scale));
 }
 
 /// libpng's image structure, freed on destruction.
@@ -162,17 +172,20 @@ Imf::Slice sliceOf(Value* first, const Imath::Box2i& window, size_t channels) {
 }
 
 /// Returns the image with R, G and B mapped through a curve.
-Image withColors(Image image, double (*curve)(double)) {
+Image withColors(Image image, double (*curve)(double), const Monitor& monitor) {
     const auto places = rgbChannels(image);
     if (!places) return image;
     const size_t count = image.channels.size();
-    parallelFor(image.pixels.size() / count, 1 << 14, [&](size_t begin, size_t end) {
-        for (size_t pixel = begin; pixel < end; ++pixel)
-            for (const size_t place : *places) {
-                float& value = image.pixels[pixel * count + place];
-                if (!std::isnan(value)) value = static_cast<float>(curve(static_cast<double>(value)));
-            }
-    });
+    parallelFor(
+        image.pixels.size() / count, 1 << 14,
+        [&](size_t begin, size_t end) {
+            for (size_t pixel = begin; pixel < end; ++pixel)
+                for (const size_t place : *places) {
+                    float& value = image.pixels[pixel * count + place];
+                    if (!std::isnan(value)) value = static_cast<float>(curve(static_cast<double>(value)));
+                }
+        },
+        monitor);
     return image;
 }
 
@@ -180,11 +193,17 @@ Image withColors(Image image, double (*curve)(double)) {
 bool storedAsHalf(const std::string& channel, const ExrOptions& options) { return options.half && channel != "Z"; }
 
 /// Rounds to half; finite values stay finite.
-std::vector<half> halves(const std::vector<float>& values) {
+std::vector<half> halves(const std::vector<float>& values, const Monitor& monitor) {
     std::vector<half> rounded(values.size());
-    std::transform(values.begin(), values.end(), rounded.begin(), [](float value) {
+    const auto roundedOf = [](float value) {
         return half(std::isinf(value) ? value : std::clamp(value, -float(HALF_MAX), float(HALF_MAX)));
-    });
+    };
+    parallelFor(
+        values.size(), 1 << 14,
+        [&](size_t begin, size_t end) {
+            for (size_t k = begin; k < end; ++k) rounded[k] = roundedOf(values[k]);
+        },
+        monitor);
     return rounded;
 }
 
@@ -228,7 +247,7 @@ Image readExrPixels(const fs::path& path, const Monitor& monitor) {
         file.readPixels(y, std::min(window.max.y, y + lines - 1));
         if (monitor.report) monitor.report(std::min(1.0, double(y + lines - window.min.y) / height));
     }
-    return withColors(std::move(image), displayFromLinear);
+    return withColors(std::move(image), displayFromLinear, monitor);
 }
 
 } // namespace
@@ -240,7 +259,10 @@ void writePng(const fs::path& path, const Image& image, const ColorScale& scale,
     if (rgbBytes(width, height) > kMaxPngBytes)
         throw ValueError(
             fmt::format("an image of {} x {} pixels is too large for a PNG; write an .exr", width, height));
-    const std::vector<png_byte> bytes = displayBytes(displayed(image, scale));
+    constexpr double kColors = 3 * sizeof(float), kBytes = 3, kCompressed = 3; // per pixel
+    requireMemory((kBytes + (isRgb(image) ? kCompressed : kColors)) * width * height,
+                  fmt::format("'{}'", path.string()), "choose a smaller width");
+    const std::vector<png_byte> bytes = displayBytes(image, scale, {.report = {}, .cancelled = cancelled});
 
     PngImage png;
     png.width = width;
@@ -285,12 +307,14 @@ Image readPng(const fs::path& path, const Monitor& monitor) {
     return image;
 }
 
-void writeExr(const fs::path& path, const Image& image, const ExrOptions& options) {
+void writeExr(const fs::path& path, const Image& image, const ExrOptions& options,
+              const std::function<bool()>& cancelled) {
     checkImage(image);
     requireMemory(static_cast<double>(image.pixels.size()) * (sizeof(float) + (options.half ? sizeof(half) : 0)),
                   fmt::format("'{}'", path.string()), "choose a smaller width");
-    const Image linear = withColors(image, linearFromDisplay);
-    const std::vector<half> rounded = options.half ? halves(linear.pixels) : std::vector<half>{};
+    const Monitor monitor{.report = {}, .cancelled = cancelled};
+    const Image linear = withColors(image, linearFromDisplay, monitor);
+    const std::vector<half> rounded = options.half ? halves(linear.pixels, monitor) : std::vector<half>{};
     writeAtomically(path, [&](std::ostream& stream) {
         try {
             Imf::Header header(image.width, image.height);
@@ -309,7 +333,11 @@ void writeExr(const fs::path& path, const Image& image, const ExrOptions& option
             ExrStream sink(stream, path);
             Imf::OutputFile file(sink, header);
             file.setFrameBuffer(buffer);
-            file.writePixels(image.height);
+            constexpr int kLines = 16; // of a chunk with ZIP_COMPRESSION
+            for (int line = 0; line < image.height; line += kLines) {
+                monitor.check();
+                file.writePixels(std::min(kLines, image.height - line));
+            }
         } catch (const Iex::BaseExc& exception) {
             throw cannotWrite(path, reasonOf(exception));
         }

@@ -2,6 +2,7 @@
 #include "curlew/picture/Legend.h"
 
 #include "Draw.h"
+#include "curlew/base/Memory.h"
 
 #include <fmt/format.h>
 
@@ -35,6 +36,9 @@ std::string number(float value) { return fmt::format("{:.3g}", value + 0.0f); }
 } // namespace
 
 Image withLegend(const Image& scalar, const ColorScale& scale, std::string_view title) {
+    constexpr double kPictures = 2 * 3 * sizeof(float); // bytes per pixel of the colours and of the result
+    requireMemory(kPictures * static_cast<double>(scalar.pixels.size()), "a picture with a legend",
+                  "choose a smaller width, or leave out the legend");
     const Image colored = colorize(scalar, scale);
     const std::string lower = number(scale.lower), upper = number(scale.upper);
 

@@ -2,6 +2,8 @@
 #include "curlew/track/Distance.h"
 
 #include "curlew/base/Error.h"
+#include "curlew/base/Memory.h"
+#include "curlew/base/PacedMonitor.h"
 #include "curlew/base/Parallel.h"
 
 #include <fmt/format.h>
@@ -40,10 +42,13 @@ Distance distanceOf(const Sums& sums, const char* what, size_t unmatched) {
 }
 
 /// Returns pairs of id and index, sorted by id.
-std::vector<std::pair<int64_t, size_t>> placesOf(const std::vector<int64_t>& ids) {
+std::vector<std::pair<int64_t, size_t>> placesOf(const std::vector<int64_t>& ids, const Monitor& monitor) {
     std::vector<std::pair<int64_t, size_t>> places(ids.size());
     for (size_t k = 0; k < ids.size(); ++k) places[k] = {ids[k], k};
-    std::sort(places.begin(), places.end());
+    std::sort(places.begin(), places.end(), [ask = PacedMonitor(monitor)](const auto& p, const auto& q) {
+        ask();
+        return p < q;
+    });
     for (size_t k = 1; k < places.size(); ++k)
         if (places[k].first == places[k - 1].first)
             throw ValueError(fmt::format("the id {} occurs twice", places[k].first));
@@ -51,9 +56,14 @@ std::vector<std::pair<int64_t, size_t>> placesOf(const std::vector<int64_t>& ids
 }
 
 /// Returns pairs of indices with the same id.
-std::vector<std::pair<size_t, size_t>> pairsOf(const std::vector<int64_t>& a, const std::vector<int64_t>& b) {
-    const auto first = placesOf(a), second = placesOf(b);
+std::vector<std::pair<size_t, size_t>> pairsOf(const std::vector<int64_t>& a, const std::vector<int64_t>& b,
+                                               const Monitor& monitor) {
     std::vector<std::pair<size_t, size_t>> pairs;
+    const size_t most = std::min(a.size(), b.size());
+    requireMemory(static_cast<double>(a.size() + b.size() + most) * sizeof pairs[0],
+                  fmt::format("the pairs of {} and {} elements", a.size(), b.size()), "compare fewer");
+    const auto first = placesOf(a, monitor), second = placesOf(b, monitor);
+    pairs.reserve(most);
     auto other = second.begin();
     for (const auto& [id, place] : first) {
         while (other != second.end() && other->first < id) ++other;
@@ -81,7 +91,7 @@ double distanceTo(const Curves& c, size_t curve, const Vec3d& p) {
 } // namespace
 
 Distance distanceBetween(const Points& a, const Points& b, const Monitor& monitor) {
-    const auto pairs = pairsOf(a.id, b.id);
+    const auto pairs = pairsOf(a.id, b.id, monitor);
     const Sums sums = parallelSum(
         pairs.size(), 4096,
         [&](size_t begin, size_t end) {
@@ -97,7 +107,7 @@ Distance distanceBetween(const Points& a, const Points& b, const Monitor& monito
 }
 
 Distance distanceBetween(const Curves& a, const Curves& b, const Monitor& monitor) {
-    const auto pairs = pairsOf(a.id, b.id);
+    const auto pairs = pairsOf(a.id, b.id, monitor);
     const Sums sums = parallelSum(
         pairs.size(), 1,
         [&](size_t begin, size_t end) {

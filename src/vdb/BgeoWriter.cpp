@@ -73,7 +73,7 @@ void requireCount(size_t points) {
 
 } // namespace
 
-void writeBgeo(const fs::path& path, const Points& particles) {
+void writeBgeo(const fs::path& path, const Points& particles, const std::function<bool()>& cancelled) {
     checkArrays(particles);
     checkIds(particles);
     requireFinite(particles, "point");
@@ -85,7 +85,7 @@ void writeBgeo(const fs::path& path, const Points& particles) {
     if (velocity) declare(header, "v", bgeo::kVector, 3);
     declare(header, "id", bgeo::kInteger, 1);
     for (const Scalar& scalar : scalars) declare(header, scalar.name, bgeo::kFloat, 1);
-    writeAtomically(path, [&](std::ostream& out) {
+    const auto write = [&](std::ostream& out) {
         out << header;
         writeChunks(out, particles.size(), [&](size_t begin, size_t end, std::string& bytes) {
             for (size_t n = begin; n < end; ++n) {
@@ -96,10 +96,11 @@ void writeBgeo(const fs::path& path, const Points& particles) {
             }
         });
         out << kEnd;
-    });
+    };
+    writeAtomically(path, write, cancelled);
 }
 
-void writeBgeo(const fs::path& path, const Curves& c) {
+void writeBgeo(const fs::path& path, const Curves& c, const std::function<bool()>& cancelled) {
     checkArrays(c);
     checkIds(c);
     requireFinite(c, "vertex");
@@ -113,7 +114,7 @@ void writeBgeo(const fs::path& path, const Curves& c) {
     declare(header, alongName(c), bgeo::kFloat, 1);
     if (c.hasTrack())
         for (const char* name : {"f", "g"}) declare(header, name, bgeo::kFloat, 1);
-    writeAtomically(path, [&](std::ostream& out) {
+    const auto write = [&](std::ostream& out) {
         out << header;
         writeChunks(out, c.vertices(), [&](size_t begin, size_t end, std::string& bytes) {
             for (size_t v = begin; v < end; ++v) {
@@ -140,7 +141,8 @@ void writeBgeo(const fs::path& path, const Curves& c) {
             }
         });
         out << kEnd;
-    });
+    };
+    writeAtomically(path, write, cancelled);
 }
 
 } // namespace curlew

@@ -12,10 +12,11 @@
 namespace curlew {
 
 /// Calls `format(begin, end, text)` on all threads to append the records [begin, end) to a text, and writes the texts
-/// in order. At most 64 texts exist at a time.
+/// in order. At most 64 texts exist at a time. A stream that can be cancelled (writeAtomically) is so after each of
+/// them.
 template <class Format>
 void writeChunks(std::ostream& out, size_t count, const Format& format) {
-    constexpr size_t kChunks = 64, kGrain = 4096;
+    constexpr size_t kChunks = 64, kGrain = 1024;
     std::array<std::string, kChunks> chunks;
     for (size_t first = 0; first < count; first += kChunks * kGrain) {
         const size_t size = std::min(count - first, kChunks * kGrain);

@@ -61,27 +61,30 @@ namespace {
 
 /// Adds an attribute to a grid: every point gets value(id).
 template <class T, class Value>
-void addAttribute(points::PointDataGrid& grid, const std::string& name, const Value& value) {
+void addAttribute(points::PointDataGrid& grid, const std::string& name, const Value& value, const Monitor& monitor) {
     using Leaf = points::PointDataTree::LeafNodeType;
     points::appendAttribute<T>(grid.tree(), name);
     std::vector<Leaf*> leaves;
     grid.tree().getNodes(leaves);
-    parallelFor(leaves.size(), 16, [&](size_t begin, size_t end) {
-        for (size_t n = begin; n < end; ++n) {
-            const points::AttributeHandle<int32_t> ids(leaves[n]->constAttributeArray("id"));
-            points::AttributeWriteHandle<T> values(leaves[n]->attributeArray(name));
-            for (openvdb::Index k = 0; k < ids.size(); ++k) values.set(k, value(static_cast<size_t>(ids.get(k))));
-        }
-    });
+    parallelFor(
+        leaves.size(), 16,
+        [&](size_t begin, size_t end) {
+            for (size_t n = begin; n < end; ++n) {
+                const points::AttributeHandle<int32_t> ids(leaves[n]->constAttributeArray("id"));
+                points::AttributeWriteHandle<T> values(leaves[n]->attributeArray(name));
+                for (openvdb::Index k = 0; k < ids.size(); ++k) values.set(k, value(static_cast<size_t>(ids.get(k))));
+            }
+        },
+        monitor);
 }
 
 } // namespace
 
-void writePly(const fs::path& path, const Curves& c) {
+void writePly(const fs::path& path, const Curves& c, const std::function<bool()>& cancelled) {
     checkArrays(c);
     checkIds(c);
     const auto owner = owners(c);
-    writeAtomically(path, [&](std::ostream& out) {
+    const auto write = [&](std::ostream& out) {
         out << "ply\nformat binary_little_endian 1.0\nelement vertex " << c.vertices() << '\n';
         for (const char* property : {"x", "y", "z", "speed"}) out << "property float " << property << '\n';
         if (c.hasTrack()) out << "property float f\nproperty float g\n";
@@ -107,13 +110,14 @@ void writePly(const fs::path& path, const Curves& c) {
                 appendBytes(chunk, static_cast<int32_t>(last ? c.start[k] : v + 1));
             }
         });
-    });
+    };
+    writeAtomically(path, write, cancelled);
 }
 
-void writeObj(const fs::path& path, const Curves& c) {
+void writeObj(const fs::path& path, const Curves& c, const std::function<bool()>& cancelled) {
     checkArrays(c);
     const auto owner = owners(c);
-    writeAtomically(path, [&](std::ostream& out) {
+    const auto write = [&](std::ostream& out) {
         writeChunks(out, c.vertices(), [&](size_t begin, size_t end, std::string& chunk) {
             for (size_t v = begin; v < end; ++v)
                 fmt::format_to(std::back_inserter(chunk), FMT_COMPILE("v {:.9g} {:.9g} {:.9g}\n"), c.x[v], c.y[v],
@@ -130,13 +134,14 @@ void writeObj(const fs::path& path, const Curves& c) {
                 if (v == last) chunk += '\n';
             }
         });
-    });
+    };
+    writeAtomically(path, write, cancelled);
 }
 
-void writeCsv(const fs::path& path, const Curves& c) {
+void writeCsv(const fs::path& path, const Curves& c, const std::function<bool()>& cancelled) {
     checkArrays(c);
     const auto owner = owners(c);
-    writeAtomically(path, [&](std::ostream& out) {
+    const auto write = [&](std::ostream& out) {
         out << "curve,vertex,closed,x,y,z,vx,vy,vz,speed," << (c.hasTrack() ? "f,g," : "") << alongName(c) << '\n';
         writeChunks(out, c.vertices(), [&](size_t begin, size_t end, std::string& chunk) {
             const auto to = std::back_inserter(chunk);
@@ -148,10 +153,11 @@ void writeCsv(const fs::path& path, const Curves& c) {
                 fmt::format_to(to, FMT_COMPILE("{}\n"), c.along[v]);
             }
         });
-    });
+    };
+    writeAtomically(path, write, cancelled);
 }
 
-points::PointDataGrid::Ptr pointGrid(const Curves& c, const PointGridOptions& options) {
+points::PointDataGrid::Ptr pointGrid(const Curves& c, const PointGridOptions& options, const Monitor& monitor) {
     checkArrays(c);
     checkIds(c);
     Points vertices;
@@ -160,14 +166,19 @@ points::PointDataGrid::Ptr pointGrid(const Curves& c, const PointGridOptions& op
     vertices.f = c.f, vertices.g = c.g;
     vertices.id.resize(c.vertices());
     std::iota(vertices.id.begin(), vertices.id.end(), int64_t(0));
-    auto grid = pointGrid(vertices, options);
+    auto grid = pointGrid(vertices, options, monitor);
     if (c.vertices() == 0) return grid;
     const auto owner = owners(c);
-    addAttribute<int32_t>(*grid, "curve", [&](size_t v) { return static_cast<int32_t>(c.id[owner[v]]); });
-    addAttribute<int32_t>(*grid, "vertex", [&](size_t v) { return static_cast<int32_t>(v - c.start[owner[v]]); });
-    addAttribute<int32_t>(*grid, "closed", [&](size_t v) { return static_cast<int32_t>(c.closed(owner[v])); });
-    addAttribute<float>(*grid, "speed", [&](size_t v) { return c.speed(v); });
-    addAttribute<float>(*grid, alongName(c), [&](size_t v) { return static_cast<float>(c.along[v]); });
+    addAttribute<int32_t>(
+        *grid, "curve", [&](size_t v) { return static_cast<int32_t>(c.id[owner[v]]); }, monitor);
+    addAttribute<int32_t>(
+        *grid, "vertex", [&](size_t v) { return static_cast<int32_t>(v - c.start[owner[v]]); }, monitor);
+    addAttribute<int32_t>(
+        *grid, "closed", [&](size_t v) { return static_cast<int32_t>(c.closed(owner[v])); }, monitor);
+    addAttribute<float>(
+        *grid, "speed", [&](size_t v) { return c.speed(v); }, monitor);
+    addAttribute<float>(
+        *grid, alongName(c), [&](size_t v) { return static_cast<float>(c.along[v]); }, monitor);
     return grid;
 }
 

@@ -113,21 +113,23 @@ void writeRows(std::ostream& out, size_t rows, const std::vector<Column>& column
 }
 
 /// Writes one array with a field for each column.
-void writeStructured(const fs::path& path, size_t rows, const std::vector<Column>& columns) {
+void writeStructured(const fs::path& path, size_t rows, const std::vector<Column>& columns,
+                     const std::function<bool()>& cancelled) {
     std::string fields;
     for (const Column& column : columns)
         fields += fmt::format("{}('{}', '{}'{})", fields.empty() ? "" : ", ", column.name, column.dtype,
                               column.width > 1 ? fmt::format(", ({},)", column.width) : "");
-    writeAtomically(path, [&](std::ostream& out) {
+    const auto write = [&](std::ostream& out) {
         out << headerOf("[" + fields + "]", {rows});
         writeRows(out, rows, columns);
-    });
+    };
+    writeAtomically(path, write, cancelled);
 }
 
 /// A .npz while it is written.
 class Arrays {
   public:
-    Arrays(const fs::path& path, const NumpyOptions& options, std::function<bool()> cancelled = {})
+    Arrays(const fs::path& path, const NumpyOptions& options, std::function<bool()> cancelled)
         : mZip(path, options.deflate, std::move(cancelled)) {}
 
     void add(const std::string& name, const std::string& dtype, const std::vector<size_t>& shape, double bytes,
@@ -264,18 +266,18 @@ void addGrid(Arrays& arrays, const GridBase& grid, const std::string& name) {
 
 } // namespace
 
-void writeNumpy(const fs::path& path, const Points& particles, const NumpyOptions& options) {
+void writeNumpy(const fs::path& path, const Points& particles, const NumpyOptions& options, const Monitor& monitor) {
     const bool archive = isArchive(path);
     checkArrays(particles);
     requireFinite(particles, "point");
     const std::vector<Column> columns = columnsOf(particles);
-    if (!archive) return writeStructured(path, particles.size(), columns);
-    writeArchive(path, options, {}, [&](Arrays& arrays) {
+    if (!archive) return writeStructured(path, particles.size(), columns, monitor.cancelled);
+    writeArchive(path, options, monitor.cancelled, [&](Arrays& arrays) {
         for (const Column& column : columns) arrays.add(particles.size(), column);
     });
 }
 
-void writeNumpy(const fs::path& path, const Curves& curves, const NumpyOptions& options) {
+void writeNumpy(const fs::path& path, const Curves& curves, const NumpyOptions& options, const Monitor& monitor) {
     const bool archive = isArchive(path);
     checkArrays(curves);
     requireFinite(curves, "vertex");
@@ -284,9 +286,9 @@ void writeNumpy(const fs::path& path, const Curves& curves, const NumpyOptions& 
         const auto owner = owners(curves);
         columns.push_back(computed("curve", [&](size_t v) { return static_cast<int64_t>(owner[v]); }));
         columns.push_back(computed("closed", [&](size_t v) { return curves.closed(owner[v]); }));
-        return writeStructured(path, curves.vertices(), columns);
+        return writeStructured(path, curves.vertices(), columns, monitor.cancelled);
     }
-    writeArchive(path, options, {}, [&](Arrays& arrays) {
+    writeArchive(path, options, monitor.cancelled, [&](Arrays& arrays) {
         for (const Column& column : columns) arrays.add(curves.vertices(), column);
         arrays.add(curves.size() + 1,
                    computed("start", [&](size_t k) { return static_cast<int64_t>(curves.start[k]); }));

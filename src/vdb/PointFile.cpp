@@ -51,12 +51,12 @@ std::vector<Scalar> scalarsOf(const Points& particles) {
     return scalars;
 }
 
-void writePly(const fs::path& path, const Points& particles) {
+void writePly(const fs::path& path, const Points& particles, const std::function<bool()>& cancelled) {
     checkArrays(particles);
     checkIds(particles);
     const bool velocity = particles.hasVelocity();
     const std::vector<Scalar> scalars = scalarsOf(particles);
-    writeAtomically(path, [&](std::ostream& out) {
+    const auto write = [&](std::ostream& out) {
         out << "ply\nformat binary_little_endian 1.0\nelement vertex " << particles.size() << '\n';
         for (const char* property : {"x", "y", "z"}) out << "property float " << property << '\n';
         if (velocity)
@@ -74,14 +74,15 @@ void writePly(const fs::path& path, const Points& particles) {
                 for (const Scalar& scalar : scalars) appendBytes(chunk, scalar.of(particles, n));
             }
         });
-    });
+    };
+    writeAtomically(path, write, cancelled);
 }
 
-void writeCsv(const fs::path& path, const Points& particles) {
+void writeCsv(const fs::path& path, const Points& particles, const std::function<bool()>& cancelled) {
     checkArrays(particles);
     const bool velocity = particles.hasVelocity();
     const std::vector<Scalar> scalars = scalarsOf(particles);
-    writeAtomically(path, [&](std::ostream& out) {
+    const auto write = [&](std::ostream& out) {
         out << (velocity ? "x,y,z,vx,vy,vz,id" : "x,y,z,id");
         for (const Scalar& scalar : scalars) out << ',' << scalar.name;
         out << '\n';
@@ -99,7 +100,8 @@ void writeCsv(const fs::path& path, const Points& particles) {
                 chunk += '\n';
             }
         });
-    });
+    };
+    writeAtomically(path, write, cancelled);
 }
 
 } // namespace curlew

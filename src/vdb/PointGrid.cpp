@@ -3,6 +3,7 @@
 #include "VoxelSize.h"
 #include "curlew/base/Error.h"
 #include "curlew/base/Memory.h"
+#include "curlew/base/PacedMonitor.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/vdb/PointFile.h"
 
@@ -24,21 +25,27 @@ namespace {
 
 namespace points = openvdb::points;
 
-/// Adapters from the particles' arrays to OpenVDB's point tools.
+/// Adapters from the particles' arrays to OpenVDB's point tools. They also let these be cancelled.
 struct Positions {
     using value_type = openvdb::Vec3d; // NOLINT: OpenVDB's name for it
     using PosType = openvdb::Vec3d;
     const Points& particles;
+    PacedMonitor ask;
 
     size_t size() const { return particles.size(); }
-    void getPos(size_t n, PosType& position) const { position = {particles.x[n], particles.y[n], particles.z[n]}; }
+    void getPos(size_t n, PosType& position) const {
+        ask();
+        position = {particles.x[n], particles.y[n], particles.z[n]};
+    }
 };
 
 struct Velocities {
     using value_type = openvdb::Vec3s; // NOLINT: OpenVDB's name for it
     const Points& particles;
+    PacedMonitor ask;
 
     void get(value_type& v, openvdb::Index64 n, openvdb::Index) const {
+        ask();
         v = {particles.vx[n], particles.vy[n], particles.vz[n]};
     }
 };
@@ -46,16 +53,24 @@ struct Velocities {
 struct Ids {
     using value_type = int32_t; // NOLINT: OpenVDB's name for it
     const Points& particles;
+    PacedMonitor ask;
 
-    void get(value_type& id, openvdb::Index64 n, openvdb::Index) const { id = int32_t(particles.id[n]); }
+    void get(value_type& id, openvdb::Index64 n, openvdb::Index) const {
+        ask();
+        id = int32_t(particles.id[n]);
+    }
 };
 
 struct ScalarValues {
     using value_type = float; // NOLINT: OpenVDB's name for it
     const Points& particles;
     const Scalar& scalar;
+    PacedMonitor ask;
 
-    void get(value_type& value, openvdb::Index64 n, openvdb::Index) const { value = scalar.of(particles, n); }
+    void get(value_type& value, openvdb::Index64 n, openvdb::Index) const {
+        ask();
+        value = scalar.of(particles, n);
+    }
 };
 
 const points::AttributeArray& attributeOf(const points::PointDataTree::LeafNodeType& leaf, std::string_view name) {
@@ -115,10 +130,8 @@ void sortById(Points& particles, const Monitor& monitor) {
     if (order.empty()) {
         order.resize(ids.size());
         std::iota(order.begin(), order.end(), size_t(0));
-        // An exception from the comparison ends the sort if the monitor cancels.
-        tbb::parallel_sort(order, [&](size_t a, size_t b) {
-            thread_local unsigned comparisons = 0;
-            if (++comparisons % (1u << 14) == 0) monitor.check();
+        tbb::parallel_sort(order, [&, ask = PacedMonitor(monitor)](size_t a, size_t b) {
+            ask();
             return std::pair(ids[a], a) < std::pair(ids[b], b);
         });
     }
@@ -127,7 +140,7 @@ void sortById(Points& particles, const Monitor& monitor) {
 
 } // namespace
 
-points::PointDataGrid::Ptr pointGrid(const Points& particles, const PointGridOptions& options) {
+points::PointDataGrid::Ptr pointGrid(const Points& particles, const PointGridOptions& options, const Monitor& monitor) {
     openvdb::initialize();
     checkArrays(particles);
     checkIds(particles);
@@ -140,19 +153,20 @@ points::PointDataGrid::Ptr pointGrid(const Points& particles, const PointGridOpt
                           static_cast<double>(particles.size()),
                       fmt::format("a grid of {} points", particles.size()), "write fewer points");
         const auto transform =
-            openvdb::math::Transform::createLinearTransform(voxelSizeFor(particles, options.voxelSize));
-        const Positions positions{particles};
+            openvdb::math::Transform::createLinearTransform(voxelSizeFor(particles, options.voxelSize, monitor));
+        const PacedMonitor ask(monitor);
+        const Positions positions{particles, ask};
         const auto index = openvdb::tools::createPointIndexGrid<openvdb::tools::PointIndexGrid>(positions, *transform);
         grid = points::createPointDataGrid<points::NullCodec, points::PointDataGrid>(*index, positions, *transform);
         if (particles.hasVelocity()) {
             points::appendAttribute<openvdb::Vec3s>(grid->tree(), options.velocity);
-            points::populateAttribute(grid->tree(), index->tree(), options.velocity, Velocities{particles});
+            points::populateAttribute(grid->tree(), index->tree(), options.velocity, Velocities{particles, ask});
         }
         points::appendAttribute<int32_t>(grid->tree(), "id");
-        points::populateAttribute(grid->tree(), index->tree(), "id", Ids{particles});
+        points::populateAttribute(grid->tree(), index->tree(), "id", Ids{particles, ask});
         for (const Scalar& scalar : scalarsOf(particles)) {
             points::appendAttribute<float>(grid->tree(), scalar.name);
-            points::populateAttribute(grid->tree(), index->tree(), scalar.name, ScalarValues{particles, scalar});
+            points::populateAttribute(grid->tree(), index->tree(), scalar.name, ScalarValues{particles, scalar, ask});
         }
     }
     grid->setName(options.name);

@@ -331,10 +331,11 @@ void writeAsset(std::ostream& out, const GridBase& grid, const std::string& prim
 
 } // namespace
 
-void writeUsda(const fs::path& path, const std::vector<UsdSample<Points>>& samples, const UsdOptions& options) {
+void writeUsda(const fs::path& path, const std::vector<UsdSample<Points>>& samples, const UsdOptions& options,
+               const std::function<bool()>& cancelled) {
     check(path, samples, "point");
     const std::string name = primNameOf(path);
-    writeAtomically(path, [&](std::ostream& out) {
+    const auto write = [&](std::ostream& out) {
         out << headerOf(name, options) << fmt::format("def Points \"{}\"\n{{\n", name);
         PrimWriter<Points> prim(out, "    ", samples, options.fps.has_value());
         addMotion(prim);
@@ -347,21 +348,24 @@ void writeUsda(const fs::path& path, const std::vector<UsdSample<Points>>& sampl
                        [values = values](const Points& p) { return Array(p.size(), numberOf(p.*values)); }, kPerVertex);
         addTrack(prim);
         out << "}\n";
-    });
+    };
+    writeAtomically(path, write, cancelled);
 }
 
-void writeUsda(const fs::path& path, const std::vector<UsdSample<Curves>>& samples, const UsdOptions& options) {
+void writeUsda(const fs::path& path, const std::vector<UsdSample<Curves>>& samples, const UsdOptions& options,
+               const std::function<bool()>& cancelled) {
     check(path, samples, "vertex");
     const std::string name = primNameOf(path);
-    writeAtomically(path, [&](std::ostream& out) {
+    const auto write = [&](std::ostream& out) {
         out << headerOf(name, options) << fmt::format("def Xform \"{}\"\n{{", name);
         for (const bool closed : {false, true}) writeCurvesPrim(out, samples, closed, options.fps.has_value());
         out << "}\n";
-    });
+    };
+    writeAtomically(path, write, cancelled);
 }
 
 void writeUsda(const fs::path& path, const std::vector<GridBase::ConstPtr>& grids, const std::vector<UsdAsset>& assets,
-               const UsdOptions& options) {
+               const UsdOptions& options, const std::function<bool()>& cancelled) {
     if (grids.empty() || assets.empty())
         throw ValueError(fmt::format("'{}' would refer to no grids; give the .vdb that holds them", path.string()));
     const std::string name = primNameOf(path);
@@ -373,13 +377,14 @@ void writeUsda(const fs::path& path, const std::vector<GridBase::ConstPtr>& grid
             throw ValueError(fmt::format("two grids are called '{}', so '{}' cannot refer to both; rename one",
                                          grid->getName(), path.string()));
     }
-    writeAtomically(path, [&](std::ostream& out) {
+    const auto write = [&](std::ostream& out) {
         out << headerOf(name, options) << fmt::format("def Volume \"{}\"\n{{\n", name);
         for (const std::string& prim : prims) out << fmt::format("    rel field:{} = </{}/{}>\n", prim, name, prim);
         for (size_t k = 0; k < grids.size(); ++k)
             writeAsset(out, *grids[k], prims[k], path, assets, options.fps.has_value());
         out << "}\n";
-    });
+    };
+    writeAtomically(path, write, cancelled);
 }
 
 } // namespace curlew

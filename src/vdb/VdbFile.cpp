@@ -22,6 +22,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <exception>
 #include <map>
 #include <new>
 #include <optional>
@@ -52,9 +53,12 @@ void checkPoints(const openvdb::GridBase& grid, const Monitor& monitor) {
 
 /// Collects output in blocks. While one block is filled, another thread, if available, adds the previous one to a
 /// digest, with zeros for the UUID, and writes it to the target. (A std::filebuf would write each leaf separately.)
+/// Throws Interrupted, which the stream passes on, once `cancelled` returns true: OpenVDB compresses the nodes of a
+/// tree one by one as it writes them, so a block can take long to fill.
 class DigestBuffer : public std::streambuf {
   public:
-    explicit DigestBuffer(std::streambuf& target) : mTarget(target) {
+    DigestBuffer(std::streambuf& target, const std::function<bool()>& cancelled)
+        : mTarget(target), mCancelled(cancelled) {
         for (std::vector<char>* block : {&mFilling, &mLeaving}) block->reserve(kBlock);
     }
     /// Digest of everything that has been flushed.
@@ -62,6 +66,8 @@ class DigestBuffer : public std::streambuf {
 
   protected:
     std::streamsize xsputn(const char* data, std::streamsize size) override {
+        constexpr unsigned kPieces = 16; // a leaf takes about five
+        if (mPieces++ % kPieces == 0 && mCancelled && mCancelled()) throw Interrupted();
         for (std::streamsize done = 0; done < size;) {
             if (mFilling.size() == kBlock && !send()) return done;
             const auto part = std::min(size - done, std::streamsize(kBlock - mFilling.size()));
@@ -95,9 +101,11 @@ class DigestBuffer : public std::streambuf {
         return to;
     }
 
-    /// Waits until the previous block is written. Returns whether that succeeded; if not, errno has the cause.
+    /// Waits until the previous block is written. Returns whether that succeeded; if not, errno has the cause. Throws
+    /// what the target threw.
     bool wait() {
         mWriting.wait();
+        if (mThrown) std::rethrow_exception(std::exchange(mThrown, nullptr));
         if (mError) errno = *mError;
         return !mError;
     }
@@ -119,15 +127,22 @@ class DigestBuffer : public std::streambuf {
         mDigest.addBytes(mLeaving.data(), mLeaving.size());
         errno = 0;
         const auto size = std::streamsize(mLeaving.size());
-        if (mTarget.sputn(mLeaving.data(), size) != size) mError = errno;
+        try {
+            if (mTarget.sputn(mLeaving.data(), size) != size) mError = errno;
+        } catch (...) { // work in the background must not throw
+            mThrown = std::current_exception();
+        }
     }
 
     std::streambuf& mTarget;
+    const std::function<bool()>& mCancelled;
+    unsigned mPieces = 0; ///< Number of calls.
     std::vector<char> mFilling, mLeaving;
     std::streamoff mPosition = 0; ///< Position of the next byte.
     DigestBuilder mDigest;
     std::optional<int> mError; ///< errno of a failed write.
-    Background mWriting;       ///< Last member, so that it is destroyed first.
+    std::exception_ptr mThrown;
+    Background mWriting; ///< Last member, so that it is destroyed first.
 };
 
 uint32_t compressionFlags(Codec codec, const openvdb::GridBase& grid) {
@@ -275,7 +290,7 @@ void writeVdb(const fs::path& path, const std::vector<openvdb::GridBase::ConstPt
     writeAtomically(
         path,
         [&](std::ostream& out) {
-            DigestBuffer buffer(*out.rdbuf());
+            DigestBuffer buffer(*out.rdbuf(), cancelled);
             std::ostream digested(&buffer);
             digested.exceptions(std::ios::badbit | std::ios::failbit);
             archive.writeTo(digested, written, metadata, options.codec);

@@ -2,6 +2,7 @@
 #include "VoxelSize.h"
 
 #include "curlew/base/Error.h"
+#include "curlew/base/PacedMonitor.h"
 #include "curlew/base/Parallel.h"
 
 #include <fmt/format.h>
@@ -59,7 +60,7 @@ uint64_t spread(uint64_t bits21) {
 
 /// Chooses a voxel size. Two points that are adjacent in Morton order (Morton 1966) are in different octree cells from
 /// the level on at which their codes differ. So one sort counts the occupied cells of all levels.
-double chosenVoxelSize(const Points& particles, const Bounds& bounds) {
+double chosenVoxelSize(const Points& particles, const Bounds& bounds, const Monitor& monitor) {
     constexpr int kLevels = 21;
     constexpr double kPointsPerVoxel = 8;
     const double extent = bounds.extent();
@@ -69,16 +70,22 @@ double chosenVoxelSize(const Points& particles, const Bounds& bounds) {
     for (uint64_t bits = 0; bits < spreads.size(); ++bits) spreads[bits] = spread(bits);
     const double scale = ((1 << kLevels) - 1) / extent;
     std::vector<uint64_t> codes(particles.size());
-    parallelFor(codes.size(), 4096, [&](size_t begin, size_t end) {
-        const auto code = [&](double value, double low) {
-            const auto cell = std::min(uint64_t((value - low) * scale), uint64_t((1 << kLevels) - 1));
-            return spreads[cell & 127] | spreads[cell >> 7 & 127] << 21 | spreads[cell >> 14] << 42;
-        };
-        for (size_t n = begin; n < end; ++n)
-            codes[n] = code(particles.x[n], bounds.low[0]) << 2 | code(particles.y[n], bounds.low[1]) << 1 |
-                       code(particles.z[n], bounds.low[2]);
+    parallelFor(
+        codes.size(), 4096,
+        [&](size_t begin, size_t end) {
+            const auto code = [&](double value, double low) {
+                const auto cell = std::min(uint64_t((value - low) * scale), uint64_t((1 << kLevels) - 1));
+                return spreads[cell & 127] | spreads[cell >> 7 & 127] << 21 | spreads[cell >> 14] << 42;
+            };
+            for (size_t n = begin; n < end; ++n)
+                codes[n] = code(particles.x[n], bounds.low[0]) << 2 | code(particles.y[n], bounds.low[1]) << 1 |
+                           code(particles.z[n], bounds.low[2]);
+        },
+        monitor);
+    tbb::parallel_sort(codes, [ask = PacedMonitor(monitor)](uint64_t a, uint64_t b) {
+        ask();
+        return a < b;
     });
-    tbb::parallel_sort(codes);
 
     std::array<size_t, kLevels + 1> cells{1}; // occupied cells at each level
     for (size_t n = 1; n < codes.size(); ++n)
@@ -103,10 +110,10 @@ void requireVoxel(double voxel) {
                         voxel, kSmallestVoxel));
 }
 
-double voxelSizeFor(const Points& particles, double given) {
+double voxelSizeFor(const Points& particles, double given, const Monitor& monitor) {
     const Bounds bounds(particles);
     const double smallest = std::max(kSmallestVoxel, bounds.largest() / kMaxCoordinate);
-    const double voxel = given == 0 ? std::max(smallest, chosenVoxelSize(particles, bounds)) : given;
+    const double voxel = given == 0 ? std::max(smallest, chosenVoxelSize(particles, bounds, monitor)) : given;
     if (!(voxel >= smallest) || !std::isfinite(voxel * voxel * voxel))
         throw ValueError(
             fmt::format("the voxel size {:g} does not suit these points; give at least {:g}, or 0 to have it chosen",

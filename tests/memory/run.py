@@ -15,19 +15,20 @@ FACTOR = 1.5
 FLOW = "-noise -noise seed=1 -dfvn speed=1 "
 MESH = "-read {root}/scenes/spot.obj "
 POINTS = "-scatter count=1e6 box=-1,-1,-1,1,1,1 "
+FEWER = "-scatter count=6e5 box=-1,-1,-1,1,1,1 "
 PREPARE = {
     "points.vdb": POINTS + "-write points.vdb",
     "points.ply": POINTS + "-write points.ply",
     "points.csv": "-scatter count=3e5 box=-1,-1,-1,1,1,1 -write points.csv",
     "points.bgeo": POINTS + "-write points.bgeo",
-    "mesh.ply": MESH + "-mesh2ls dim=400 -ls2mesh adaptivity=0 -write mesh.ply mesh.obj",
+    "mesh.ply": MESH + "-mesh2ls dim=350 -ls2mesh adaptivity=0 -write mesh.ply mesh.obj",
     "velocity.vdb": FLOW + "-velocity dim=150 -write velocity.vdb velocity.nvdb",
-    "image.exr": "-noise -slice width=3000 -write image.exr image.png",
-    "small.png": "-noise -slice width=800 -write small.png",
+    "image.exr": "-noise -slice width=2500 -write image.exr image.png",
+    "small.png": "-noise -slice width=620 -write small.png",
 }
 CASES = {
     "mesh2ls": MESH + "-mesh2ls dim=420",
-    "mesh2ls, wide band": MESH + "-mesh2ls dim=180 halfWidth=20",
+    "mesh2ls, wide band": MESH + "-mesh2ls dim=160 halfWidth=20",
     "velocity": FLOW + "-velocity dim=140",
     "velocity, staggered": FLOW + "-velocity dim=140 staggered=1",
     "velocity, density and potentials": FLOW + "-velocity dim=120 density=1 potentials=1",
@@ -36,29 +37,31 @@ CASES = {
     "advect with pathlines": FLOW + "-scatter count=15000 -advect steps=100 pathlines=1",
     "trace": FLOW + "-scatter count=12000 -trace maxLength=2",
     "ls2mesh": MESH + "-mesh2ls dim=300 -ls2mesh",
-    "spacing": POINTS + "-spacing",
+    "spacing": FEWER + "-spacing",
     "read points.vdb": "-read points.vdb",
     "read points.ply": "-read points.ply",
     "read points.csv": "-read points.csv",
     "slice": "-noise -slice width=4000",
-    "splat": POINTS + "-splat width=3000 height=2200",
+    "splat": FEWER + "-splat width=1600 height=1200",
     "spectrum": FLOW + "-velocity dim=128 -spectrum",
     "advectGrid": FLOW + "-sphere radius=0.5 -velocity dim=64 -advectGrid grid=0 duration=0.1",
     "advect": FLOW + POINTS + "-advect steps=1",
-    "advectLevelSet": FLOW + MESH + "-mesh2ls dim=100 -advectLevelSet duration=0.05",
-    "advectLevelSet by WENO5": FLOW + MESH + "-mesh2ls dim=200 -advectLevelSet duration=0.005 method=weno5",
-    "union": MESH + "-mesh2ls dim=200 " + MESH + "-move translate=0.2,0,0 -mesh2ls dim=200 -union",
+    "advectLevelSet": FLOW + MESH + "-mesh2ls dim=90 -advectLevelSet duration=0.03",
+    "advectLevelSet by WENO5": FLOW + MESH + "-mesh2ls dim=190 -advectLevelSet duration=0.001 method=weno5",
+    "union": MESH + "-mesh2ls dim=160 " + MESH + "-move translate=0.2,0,0 -mesh2ls dim=160 -union",
     "bake": "-noise -bake dim=250 box=-1,-1,-1,1,1,1",
     "field of a grid": "-noise -bake dim=200 box=-1,-1,-1,1,1,1 -field -slice width=50",
-    "flow of a grid": FLOW + "-velocity dim=64 -flow exact=1 -slice width=50",
+    "flow of a grid": FLOW + "-velocity dim=48 -flow exact=1 -slice width=50",
     "velocity displaced by a wall": "-frames 1-1 -sphere radius=0.4 translate={{T}},0,0 -noise -noise seed=2 "
                                     "-bound side=outside -dfvn speed=0.2 padding=0.6 -velocity dim=48 "
                                     "displaced=potential",
-    "snap": MESH + "-mesh2ls dim=100 -scatter count=1e6 on=surface -snap",
+    "snap": MESH + "-mesh2ls dim=100 -scatter count=4e5 on=surface -snap",
     "check": FLOW + "-check samples=1e6",
-    "lic": FLOW + "-lic width=900",
+    "lic": FLOW + "-lic width=1500 streakLength=10",
     "warp": "-read small.png -noise dimensions=2 -dfvn -warp",
-    "shade": MESH + "-shade width=2000 height=1500",
+    "shade": MESH + "-shade width=1500 height=1000 -write out.png",
+    "emit": "-frames 1-2 -emit rate=2.4e7 box=-1,-1,-1,1,1,1",
+    "distance": POINTS + POINTS + "-distance",
     "mesh2ls of many faces": "-read mesh.ply -mesh2ls dim=300",
     "shade of many faces": "-read mesh.ply -shade width=400",
     "read mesh.ply": "-read mesh.ply",
@@ -71,7 +74,9 @@ CASES = {
     "write points.vdb": POINTS + "-write out.vdb",
     "write points.npz": POINTS + "-write out.npz",
     "write velocity.nvdb": FLOW + "-velocity dim=150 -write out.nvdb",
-    "write image.exr": "-noise -slice width=3000 -write out.exr",
+    "write image.exr": "-noise -slice width=2500 -write out.exr",
+    "write image.png": "-noise -slice width=2500 -write out.png",
+    "write points.npy": POINTS + "-write out.npy",
 }
 
 

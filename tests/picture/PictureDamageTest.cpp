@@ -6,6 +6,7 @@
 #include "support/Catch.h"
 #include "support/Files.h"
 
+#include <atomic>
 #include <filesystem>
 #include <random>
 #include <string>
@@ -74,6 +75,24 @@ TEST_CASE("EXR: header attributes that claim more bytes than present are refused
     CHECK_THAT(said(ExrBytes().image(800000, 1, 3)), Catch::ContainsSubstring("claims"));
     CHECK_THAT(said(ExrBytes().image(40000, 1, 1)), Catch::ContainsSubstring("claims"));
     CHECK_THAT(said(ExrBytes().image(1, 1 << 24, 3)), Catch::ContainsSubstring("claims"));
+}
+
+TEST_CASE("OpenEXR: writing asks for every 16 lines whether it is cancelled", "[picture]") {
+    const Folder folder;
+    const fs::path path = folder / "a.exr";
+    const Image image = filledImage(20, 400, {"R", "G", "B"}, 0.5f);
+    const ExrOptions options{.half = GENERATE(false, true)};
+    writeExr(path, image, options);
+    const std::string earlier = bytesOf(path);
+    std::atomic<size_t> all = 0;
+    writeExr(path, image, options, [&] { return ++all == 0; });
+    CHECK(all >= 400 / 16);
+    for (const size_t last : {size_t{1}, all / 2, all.load()}) {
+        std::atomic<size_t> asked = 0;
+        CHECK_THROWS_AS(writeExr(path, image, options, [&] { return ++asked == last; }), Interrupted);
+        CHECK((bytesOf(path) == earlier));
+        CHECK(folder.files() == 1);
+    }
 }
 
 TEST_CASE("PNG: reading and writing can be cancelled and an impossible height is refused", "[picture]") {

@@ -30,7 +30,8 @@ struct ExrOptions {
 /// Writes scan lines of 32-bit floats, ZIP-compressed, channels by their names. If R, G and B all exist, they become
 /// linear light with Rec. 709 primaries (linearFromDisplay), as the format specifies. Other channels keep every bit,
 /// NaN too. Throws ValueError if the image is invalid (checkImage).
-void writeExr(const std::filesystem::path& path, const Image& image, const ExrOptions& options = {});
+void writeExr(const std::filesystem::path& path, const Image& image, const ExrOptions& options = {},
+              const std::function<bool()>& cancelled = {});
 
 /// Reads the data window of the (first) flat part of an OpenEXR file. Half and integer channels are converted to float.
 /// The channels R, G, B, A come first, then the others by name; R, G, B are display values. Throws FileError if a

@@ -5,6 +5,7 @@
 #include "curlew/track/Points.h"
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -16,13 +17,13 @@ namespace curlew {
 
 /// Writes particles as points with the attributes v (vector), id (integer) and, if known, age, life, fade, f and g
 /// (floats). Throws ValueError if the arrays differ in length, a position or velocity is not finite, or an id does not
-/// fit in 32 bits; FileError as writeAtomically() does.
-void writeBgeo(const std::filesystem::path& path, const Points& particles);
+/// fit in 32 bits; FileError as writeAtomically() does; Interrupted once `cancelled` returns true.
+void writeBgeo(const std::filesystem::path& path, const Points& particles, const std::function<bool()>& cancelled = {});
 
 /// Writes curves as polylines: open polygons, or closed ones for closed curves. The points have the attributes v,
 /// length (time, if the curves are stepped by time), f and g, and the polygons have the attribute id. Curves without
 /// vertices are omitted. Errors as above.
-void writeBgeo(const std::filesystem::path& path, const Curves& curves);
+void writeBgeo(const std::filesystem::path& path, const Curves& curves, const std::function<bool()>& cancelled = {});
 
 /// The content of a .bgeo.
 struct BgeoContent {

@@ -15,7 +15,8 @@ namespace curlew {
 
 // Writers of NumPy's .npy and .npz formats (numpy.org/doc/stable/reference/generated/numpy.lib.format.html), version
 // 1.0, little-endian. numpy.load() reads the files without allow_pickle. All functions write atomically, throw
-// FileError as writeAtomically() does, and are safe to call from several threads.
+// FileError as writeAtomically() does and Interrupted once the monitor asks for it, and are safe to call from several
+// threads.
 
 /// The time that a file shows.
 struct FrameTime {
@@ -32,12 +33,14 @@ struct NumpyOptions {
 /// v (3 floats, world units per second), id (64-bit integers), age and life (floats, seconds), fade (float), f and g
 /// (doubles). A .npy has one structured array with these fields. Attributes that the particles lack are omitted. Throws
 /// ValueError if the arrays differ in length or a position or velocity is not finite, or for another extension.
-void writeNumpy(const std::filesystem::path& path, const Points& particles, const NumpyOptions& options = {});
+void writeNumpy(const std::filesystem::path& path, const Points& particles, const NumpyOptions& options = {},
+                const Monitor& monitor = {});
 
 /// Writes the vertices of curves in the same way: P, v, f, g and length (time, if the curves are stepped by time). A
 /// .npz also has start (n + 1 entries: curve k has the vertices start[k] … start[k+1]-1), id and closed, one per curve.
 /// A .npy has the fields curve (index of the curve, from 0) and closed instead.
-void writeNumpy(const std::filesystem::path& path, const Curves& curves, const NumpyOptions& options = {});
+void writeNumpy(const std::filesystem::path& path, const Curves& curves, const NumpyOptions& options = {},
+                const Monitor& monitor = {});
 
 /// Writes grids as dense boxes: the values of all voxels, active or not, in the bounding box of the active voxels. For
 /// a grid `vel`, a .npz has the arrays

@@ -8,6 +8,7 @@
 #include <openvdb/points/PointDataGrid.h>
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -24,8 +25,9 @@ struct PointGridOptions {
 /// following that the particles have: `v` (units per second), `age` and `life` (seconds), `fade` (0 to 1), and the
 /// track `f`, `g`, all as float. P is accurate to 2⁻²⁵ voxels. The same particles give the same grid for any number of
 /// threads. Throws ValueError if the arrays differ in length, a position is not finite, an id does not fit in 32 bits,
-/// or the voxel size is unusable for these positions.
-openvdb::points::PointDataGrid::Ptr pointGrid(const Points& particles, const PointGridOptions& options = {});
+/// or the voxel size is unusable for these positions; Interrupted once the monitor asks for it.
+openvdb::points::PointDataGrid::Ptr pointGrid(const Points& particles, const PointGridOptions& options = {},
+                                              const Monitor& monitor = {});
 
 /// Reads the points of a grid in world units. Reads the velocity if it has the name of any host profile, and `age`,
 /// `life`, `fade`, `f` and `g` if they are floats. If there is an `id` attribute (32 or 64 bits), the points are sorted
@@ -55,11 +57,11 @@ bool plyHasFaces(const std::filesystem::path& path);
 
 /// Writes binary little-endian PLY with float x, y, z, vx, vy, vz; int id; float age, life, fade, f, g. Everything but
 /// position and id is omitted if the particles do not have it. Throws ValueError if the arrays differ in length or an
-/// id does not fit in 32 bits, FileError as writeAtomically() does.
-void writePly(const std::filesystem::path& path, const Points& particles);
+/// id does not fit in 32 bits, FileError as writeAtomically() does, and Interrupted once `cancelled` returns true.
+void writePly(const std::filesystem::path& path, const Points& particles, const std::function<bool()>& cancelled = {});
 
 /// Writes the same as text, x,y,z[,vx,vy,vz],id[,age][,life][,fade][,f,g], with a header line and 9 significant digits.
 /// Throws as writePly() does, but ids may have 64 bits.
-void writeCsv(const std::filesystem::path& path, const Points& particles);
+void writeCsv(const std::filesystem::path& path, const Points& particles, const std::function<bool()>& cancelled = {});
 
 } // namespace curlew

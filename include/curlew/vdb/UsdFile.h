@@ -7,6 +7,7 @@
 #include <openvdb/openvdb.h>
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,8 +16,8 @@
 namespace curlew {
 
 // Writers of .usda, the text form of OpenUSD layers (openusd.org). A layer holds one prim, the default prim, named
-// after the file. All functions write atomically, throw FileError as writeAtomically() does, and are safe to call from
-// several threads.
+// after the file. All functions write atomically, throw FileError as writeAtomically() does and Interrupted once
+// `cancelled` returns true, and are safe to call from several threads.
 
 /// Metadata of a layer.
 struct UsdOptions {
@@ -38,13 +39,13 @@ struct UsdSample {
 /// With time, all of them are time samples. Throws ValueError if arrays differ in length, a position or velocity is not
 /// finite, or there is no sample.
 void writeUsda(const std::filesystem::path& path, const std::vector<UsdSample<Points>>& samples,
-               const UsdOptions& options = {});
+               const UsdOptions& options = {}, const std::function<bool()>& cancelled = {});
 
 /// Writes an Xform with one BasisCurves prim for the open curves, `open`, and one for the closed curves, `closed`:
 /// linear curves with points, velocities, a constant width, the primvar id per curve, and f and g per vertex. Curves
 /// without vertices are omitted. Throws as above.
 void writeUsda(const std::filesystem::path& path, const std::vector<UsdSample<Curves>>& samples,
-               const UsdOptions& options = {});
+               const UsdOptions& options = {}, const std::function<bool()>& cancelled = {});
 
 /// A .vdb file that holds the grids of a volume at a frame.
 struct UsdAsset {
@@ -57,6 +58,7 @@ struct UsdAsset {
 /// folder. The grids are those of one frame: all frames must have grids of the same names, types and classes. Throws
 /// ValueError if there are no grids or no assets, if two grids share a name, or if a grid's type has no name in USD.
 void writeUsda(const std::filesystem::path& path, const std::vector<openvdb::GridBase::ConstPtr>& grids,
-               const std::vector<UsdAsset>& assets, const UsdOptions& options = {});
+               const std::vector<UsdAsset>& assets, const UsdOptions& options = {},
+               const std::function<bool()>& cancelled = {});
 
 } // namespace curlew

@@ -167,7 +167,8 @@ void writeVdbFile(const Context& c, const Arguments& a, const std::string& file)
 
 void writePicture(const Context& c, const Arguments& a, const std::string& file) {
     const ImageValue& value = c.image("what");
-    if (endingOf(file) == ".exr") return writeExr(file, value.image, {.half = a.flag("half")});
+    if (endingOf(file) == ".exr")
+        return writeExr(file, value.image, {.half = a.flag("half")}, c.console().cancelFunction());
     ColorScale scale = automaticScale(value.image, value.map);
     if (a.given("range")) {
         const Interval range = a.interval("range");
@@ -195,19 +196,23 @@ void writeGeometry(const Context& c, const std::string& file, const PointsWriter
 }
 
 void writePlyFile(const Context& c, const Arguments& a, const std::string& file) {
+    const auto& cancelled = c.console().cancelFunction();
     writeGeometry(
-        c, file, [&] { writePly(file, *pointsForFile(c, a)); }, [&] { writePly(file, *curvesForFile(c, a)); });
+        c, file, [&] { writePly(file, *pointsForFile(c, a), cancelled); },
+        [&] { writePly(file, *curvesForFile(c, a), cancelled); });
 }
 void writeCsvFile(const Context& c, const Arguments& a, const std::string& file) {
+    const auto& cancelled = c.console().cancelFunction();
     if (c.kind("what") == Kind::points)
-        if (const auto& high = c.anyPoints("what").high) return writeHigh(file, *high);
+        if (const auto& high = c.anyPoints("what").high) return writeHigh(file, *high, cancelled);
     writeGeometry(
-        c, file, [&] { writeCsv(file, *pointsForFile(c, a)); }, [&] { writeCsv(file, *curvesForFile(c, a)); });
+        c, file, [&] { writeCsv(file, *pointsForFile(c, a), cancelled); },
+        [&] { writeCsv(file, *curvesForFile(c, a), cancelled); });
 }
 /// Importers of .obj turn axes themselves, so target= does not.
 void writeObjFile(const Context& c, const Arguments&, const std::string& file) {
     writeGeometry(
-        c, file, [] {}, [&] { writeObj(file, *c.curves("what")); });
+        c, file, [] {}, [&] { writeObj(file, *c.curves("what"), c.console().cancelFunction()); });
 }
 
 /// Writes the report; or the graph, if the file is named graph.json or ends in .graph.json.

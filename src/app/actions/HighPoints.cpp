@@ -20,8 +20,9 @@ bool hasNumberedCoordinates(const std::filesystem::path& csv) {
     return in && std::string_view(start.data(), start.size()) == "x0,";
 }
 
-void writeHigh(const std::filesystem::path& csv, const AnyPositions& positions) {
-    writeAtomically(csv, [&](std::ostream& out) {
+void writeHigh(const std::filesystem::path& csv, const AnyPositions& positions,
+               const std::function<bool()>& cancelled) {
+    const auto write = [&](std::ostream& out) {
         std::visit(
             [&](const auto& all) {
                 fmt::memory_buffer text;
@@ -37,7 +38,8 @@ void writeHigh(const std::filesystem::path& csv, const AnyPositions& positions) 
                 out.write(text.data(), static_cast<std::streamsize>(text.size())); // the header, if there are no points
             },
             positions);
-    });
+    };
+    writeAtomically(csv, write, cancelled);
 }
 
 } // namespace curlew::app

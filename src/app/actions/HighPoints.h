@@ -65,7 +65,8 @@ inline void giveHigh(Context& c, AnyPositions positions) {
 /// Returns whether the first line of a .csv names coordinates x0, x1, ….
 bool hasNumberedCoordinates(const std::filesystem::path& csv);
 
-/// Writes x0,x1,… with a header line and 17 significant digits, so that no bit is lost.
-void writeHigh(const std::filesystem::path& csv, const AnyPositions& positions);
+/// Writes x0,x1,… with a header line and 17 significant digits, so that no bit is lost. Throws Interrupted once
+/// `cancelled` returns true.
+void writeHigh(const std::filesystem::path& csv, const AnyPositions& positions, const std::function<bool()>& cancelled);
 
 } // namespace curlew::app

@@ -137,7 +137,7 @@ void writeUsdVolume(const Context& c, const Arguments& a, const std::string& fil
         if (a.flag("half")) metadata.insertMeta(openvdb::GridBase::META_SAVE_HALF_FLOAT, openvdb::BoolMetadata(true));
         grids.push_back(grid->copyGridReplacingMetadata(metadata));
     }
-    writeUsda(file, grids, assetsOf(c, a, file), usdOptionsOf(c, a));
+    writeUsda(file, grids, assetsOf(c, a, file), usdOptionsOf(c, a), c.console().cancelFunction());
 }
 
 template <class Geometry>
@@ -145,7 +145,7 @@ void writeUsdGeometry(const Context& c, const Arguments& a, const std::string& f
                       std::shared_ptr<const Geometry> geometry) {
     requireOne(c, file);
     const auto samples = samplesOf<Geometry>(c, a, file, std::move(geometry));
-    if (!samples.empty()) writeUsda(file, samples, usdOptionsOf(c, a));
+    if (!samples.empty()) writeUsda(file, samples, usdOptionsOf(c, a), c.console().cancelFunction());
 }
 
 bool anyGrid(const Context& c) {
@@ -184,6 +184,7 @@ std::string pointVelocityOf(const Arguments& a) {
 
 std::vector<openvdb::GridBase::ConstPtr> gridsForFile(const Context& c, const Arguments& a) {
     const HostOptions options = optionsOf(c, a);
+    const Monitor monitor{.report = {}, .cancelled = c.console().cancelFunction()};
     PointGridOptions pointOptions{.velocity = pointVelocityOf(a)};
     std::vector<openvdb::GridBase::ConstPtr> grids;
     for (size_t k = 0; k < c.count("what"); ++k) {
@@ -191,14 +192,15 @@ std::vector<openvdb::GridBase::ConstPtr> gridsForFile(const Context& c, const Ar
             case Kind::points: {
                 const Points& particles = c.points("what", k).particles;
                 grids.push_back(
-                    pointGrid(keepsGeometry(options) ? particles : forHost(particles, options), pointOptions));
+                    pointGrid(keepsGeometry(options) ? particles : forHost(particles, options), pointOptions, monitor));
                 break;
             }
             case Kind::curves: {
                 PointGridOptions curveOptions = pointOptions;
                 curveOptions.name = "curves";
                 const CurvesPointer curves = c.curves("what", k);
-                grids.push_back(pointGrid(keepsGeometry(options) ? *curves : forHost(*curves, options), curveOptions));
+                grids.push_back(
+                    pointGrid(keepsGeometry(options) ? *curves : forHost(*curves, options), curveOptions, monitor));
                 break;
             }
             default:
@@ -251,15 +253,16 @@ openvdb::MetaMap metadataOf(const Context& c, const Arguments& a) {
 void writeNumpyFile(const Context& c, const Arguments& a, const std::string& file) {
     const NumpyOptions options{.deflate = a.choice<Codec>("codec") == Codec::zip, .time = timeOf(c)};
     if (a.choice<Codec>("codec") == Codec::blosc) throw ValueError("a .npz cannot hold Blosc; use codec=zip or none");
+    const Monitor monitor = c.follow(fmt::format("writing {}", file));
     switch (c.kind("what")) {
         case Kind::points:
             requireOne(c, file);
-            return writeNumpy(file, *pointsForFile(c, a), options);
+            return writeNumpy(file, *pointsForFile(c, a), options, monitor);
         case Kind::curves:
             requireOne(c, file);
-            return writeNumpy(file, *curvesForFile(c, a), options);
+            return writeNumpy(file, *curvesForFile(c, a), options, monitor);
         default:
-            return writeNumpy(file, gridsForFile(c, a), options, c.follow(fmt::format("writing {}", file)));
+            return writeNumpy(file, gridsForFile(c, a), options, monitor);
     }
 }
 
@@ -280,8 +283,8 @@ void writeNanoFile(const Context& c, const Arguments& a, const std::string& file
 
 void writeBgeoFile(const Context& c, const Arguments& a, const std::string& file) {
     requireOne(c, file);
-    if (c.kind("what") == Kind::points) return writeBgeo(file, *pointsForFile(c, a));
-    writeBgeo(file, *curvesForFile(c, a));
+    if (c.kind("what") == Kind::points) return writeBgeo(file, *pointsForFile(c, a), c.console().cancelFunction());
+    writeBgeo(file, *curvesForFile(c, a), c.console().cancelFunction());
 }
 
 void writeUsdFile(const Context& c, const Arguments& a, const std::string& file) {
