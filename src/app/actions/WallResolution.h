@@ -16,11 +16,11 @@ namespace curlew::app {
 template <int N>
 void requireResolution(const DomainN<N>& domain) {
     if (!domain.wall || !domain.box.finite()) return;
-    double sum = 0, far = 0;
+    double sum = 0, squares = 0;
     for (int axis = 0; axis < N; ++axis) {
         const double most = std::max(std::abs(domain.box.lower[axis]), std::abs(domain.box.upper[axis]));
         sum += most;
-        far = std::hypot(far, most);
+        squares += most * most;
     }
     constexpr double rounding = 0x1p-23, least = 4; // of these in the layer
     const double needed = least * rounding * sum, width = domain.wall->width;
@@ -28,7 +28,7 @@ void requireResolution(const DomainN<N>& domain) {
     throw ValueError(
         fmt::format("the wall is {:.2g} units from the origin, where float positions are too coarse for its layer of "
                     "{:.3g}; move it towards the origin, or choose a layer of at least {:.2g}",
-                    far, width, 1.05 * needed));
+                    std::sqrt(squares), width, 1.05 * needed));
 }
 
 } // namespace curlew::app
