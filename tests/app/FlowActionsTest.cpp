@@ -162,7 +162,7 @@ TEST_CASE("check: verifies flows of every dimension", "[app][command]") {
     // The error of the differences decreases with the square of the step: simplex noise of power 4 is C³.
     CHECK(report["divergence_by_differences"].get<double>() < 2e-3);
     CHECK(report["divergence_by_differences_order"].get<double>() == Approx(2).margin(0.3));
-    CHECK(report["rms_speed"].get<double>() == Approx(1));
+    CHECK(report["rms_speed"].get<double>() == Approx(1).epsilon(0.005)); // in 2D from other samples, in space
     if (dimensions > 3) {
         folder.mustFail(actions + "-dfvn -velocity dim=8", {"-velocity", "flow", "dimensions"});
         folder.mustFail(actions + "-dfvn box=-1,-1,-1,1,1,1", {"-dfvn", "box="});

@@ -117,7 +117,7 @@ TEST_CASE("flow action: options without effect and unsuitable inputs are errors"
 TEST_CASE("gradient action: has sources and sinks, and check reports a divergence", "[app][command]") {
     const Folder folder;
     folder.mustRun("-noise dimensions=2 frequency=2 -gradient speed=1 -check report=flat.json");
-    CHECK(jsonOf(folder / "flat.json")["rms_speed"].get<double>() == Approx(1).epsilon(1e-6));
+    CHECK(jsonOf(folder / "flat.json")["rms_speed"].get<double>() == Approx(1).epsilon(0.005));
     folder.mustRun("-noise frequency=2 -gradient -check report=gradient.json");
     const auto check = jsonOf(folder / "gradient.json");
     CHECK(check["divergence_free"] == false);
