@@ -22,7 +22,8 @@ constexpr std::array<uint64_t, size_t{N}> lowDiscrepancySteps() {
 }
 
 /// Calls `use` with batches of the points in the domain, taken from candidates begin … end - 1 of a fixed
-/// low-discrepancy sequence in its box. For means over smooth noise, 2^15 of these are as accurate as 2^17 random ones.
+/// low-discrepancy sequence in its box. Measured for the rms speed of noise, the errors of 2^15 of these are 0.06 to
+/// 0.3 %, of 2^17 random ones 0.15 to 0.2 %.
 template <int N, class Use>
 void visitSamples(const DomainN<N>& domain, size_t begin, size_t end, const Use& use) {
     constexpr auto kSteps = lowDiscrepancySteps<N>();

@@ -22,11 +22,9 @@ namespace curlew::app {
 namespace {
 
 using namespace options;
-
 const std::string kGroup = "files";
 
 // --- reading
-// ----------------------------------------------------------------------------------------------------------
 
 /// A file format: the kinds of objects that can be read from it and written to it, and the functions that do so; null
 /// if the format cannot be read or written. To add a format, add it to formats(), from which the help is generated too.
@@ -155,7 +153,6 @@ std::vector<Object> readObjects(const Arguments& a, const std::vector<std::vecto
 }
 
 // --- writing
-// ----------------------------------------------------------------------------------------------------------
 
 /// "-" is the standard output.
 std::string writtenTo(const std::string& file) { return file == "-" ? "/dev/stdout" : file; }
@@ -172,8 +169,7 @@ void writePicture(const Context& c, const Arguments& a, const std::string& file)
     ColorScale scale = automaticScale(value.image, value.map);
     if (a.given("range")) {
         const Interval range = a.interval("range");
-        scale.lower = static_cast<float>(range.lower);
-        scale.upper = static_cast<float>(range.upper);
+        scale.lower = static_cast<float>(range.lower), scale.upper = static_cast<float>(range.upper);
     }
     writePng(file,
              a.flag("legend") && value.image.channels.size() == 1
