@@ -86,6 +86,9 @@ class GridAdvector {
     }
 
   private:
+    /// Returns whether the coordinates of a position are those of a voxel, and not too large or NaN.
+    static bool hasVoxel(const openvdb::Vec3d& position) { return position.lengthSqr() < 0x1p60; }
+
     /// Advects the active voxels and adds the voxels around their new positions to the frontier.
     void land() {
         requireMemory(static_cast<double>(mGrid.activeVoxelCount()) * (sizeof(Vec3d) + 2 * sizeof(Value)),
@@ -100,7 +103,7 @@ class GridAdvector {
         mMap.carry(points, mBegin, mEnd, {{}, mMonitor.cancelled});
         for (const Vec3d& p : points) {
             const auto landed = mGrid.worldToIndex(openvdb::Vec3d(p[0], p[1], p[2]));
-            if (landed.lengthSqr() < 0x1p60) mFrontier.addAround(Coord::floor(landed), 0, 1);
+            if (hasVoxel(landed)) mFrontier.addAround(Coord::floor(landed), 0, 1);
         }
     }
 
@@ -125,7 +128,8 @@ class GridAdvector {
             const auto samples = mGrid.getConstUnsafeAccessor();
             for (size_t n = begin; n < end; ++n) {
                 const auto at = mGrid.worldToIndex(openvdb::Vec3d(origins[n][0], origins[n][1], origins[n][2]));
-                values[n] = mInterpolation == Interpolation::linear
+                values[n] = !hasVoxel(at) ? mGrid.background()
+                            : mInterpolation == Interpolation::linear
                                 ? openvdb::tools::BoxSampler::sample(samples, at)
                                 : openvdb::tools::QuadraticSampler::sample(samples, at);
             }

@@ -5,6 +5,7 @@
 #include "curlew/field/ShapeModels.h"
 #include "curlew/field/Shapes.h"
 #include "support/FiniteDifference.h"
+#include "support/Samples.h"
 
 #include <functional>
 #include <limits>
@@ -163,7 +164,7 @@ TEST_CASE("shapes: the Lipschitz bound of every distance is one", "[field]") {
     all.push_back({"gyroid", gyroidSdf(0.9, 0.15), {}, {}});
     all.push_back({"sharp box", boxSdf({{1, 0.5, 0.7}}, 0), {}, {}});
     for (const Shape& shape : all)
-        for (uint64_t k = 0; k < 20000; ++k) {
+        for (uint64_t k = 0; k < samples(20000); ++k) {
             const Vec3d p = randomPoint(cube(1.5), 4, k);
             // Both distant and near pairs; the latter detect a gradient that is too long.
             const Vec3d q = k % 2 ? randomPoint(cube(1.5), 5, k) : p + randomPoint(cube(0.01), 6, k);
@@ -176,7 +177,7 @@ TEST_CASE("shapes: the Lipschitz bound of every distance is one", "[field]") {
 TEST_CASE("gyroidSdf: the gradient comes up to one and the sheet is centred on zero", "[field]") {
     const Sdf gyroid = gyroidSdf(1, 0.2);
     Worst steepest, sheet;
-    for (const Vec3d& p : randomPoints(cube(1), 100000, 7)) {
+    for (const Vec3d& p : randomPoints(cube(1), samples(100000), 7)) {
         const auto d = gyroid.distance.at<1>(p);
         steepest.see(length(d.gradient), p);
         sheet.see(-d.value, p);

@@ -8,6 +8,7 @@
 #include "curlew/noise/ValueNoise.h"
 #include "support/FiniteDifference.h"
 #include "support/Reference.h"
+#include "support/Samples.h"
 
 #include <limits>
 
@@ -255,7 +256,7 @@ TEMPLATE_TEST_CASE("lattice noise: float is as accurate far away as near the ori
 TEMPLATE_TEST_CASE("lattice noise: different seeds are uncorrelated", "[noise]", Value1, Value2, Value3, Perlin1,
                    Perlin2, Perlin3, Gradient2, Gradient3, Sine1, Sine2, Sine3, Sine4) {
     constexpr int N = kDimension<TestType>;
-    constexpr size_t kCount = 50000;
+    constexpr size_t kCount = samples(50000);
     const auto points = randomPoints(cube<N>(500), kCount, 5);
     std::vector<std::vector<double>> values;
     const std::array<uint64_t, 5> seeds{0, 1, 2, 3, uint64_t{1} << 63};

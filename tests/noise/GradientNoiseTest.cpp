@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/noise/GradientNoise.h"
 #include "support/Points.h"
+#include "support/Samples.h"
 
 using namespace curlew;
 using namespace curlew::test;
@@ -41,8 +42,8 @@ TEST_CASE("GradientNoise: without a period repeats after 2^28 cells and not earl
 }
 
 TEST_CASE("GradientNoise: vertex gradients are uniform in a cube", "[noise]") {
-    // Independent uniform components: mean 0, mean square 1/3, no correlation. Limits are 4 sigma of 10^5 samples.
-    constexpr int kCount = 100000;
+    // Independent uniform components: mean 0, mean square 1/3, no correlation. Limits are 4 sigma.
+    constexpr int kCount = samples(100000);
     const GradientNoise<3> noise;
     Vec3d mean;
     Matrix3 square{{Vec3d{}, Vec3d{}, Vec3d{}}};

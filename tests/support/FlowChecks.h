@@ -3,6 +3,7 @@
 
 #include "curlew/flow/Flow.h"
 #include "support/FiniteDifference.h"
+#include "support/Samples.h"
 
 namespace curlew::test {
 
@@ -102,11 +103,12 @@ struct DivergenceOptions {
 /// Both.
 template <int N>
 void requireDivergenceFree(const FlowN<N>& flow, const BoxN<N>& box, const DivergenceOptions& options = {}) {
-    const DivergenceN<N> divergence = divergenceOf(flow, box, options.count, 1);
-    const double differences = divergenceFd(flow, box, std::min<size_t>(options.count, 3000), 2, options.step);
+    const size_t count = samples(options.count);
+    const DivergenceN<N> divergence = divergenceOf(flow, box, count, 1);
+    const double differences = divergenceFd(flow, box, std::min<size_t>(count, 3000), 2, options.step);
     CAPTURE(divergence.worst.value, divergence.worst.where, divergence.still, differences);
     CHECK(divergence.worst.value <= 1e-9);
-    CHECK(static_cast<double>(divergence.still) <= options.still * static_cast<double>(options.count));
+    CHECK(static_cast<double>(divergence.still) <= options.still * static_cast<double>(count));
     CHECK(differences < options.differences);
     CHECK(flow.divergenceFree());
 }

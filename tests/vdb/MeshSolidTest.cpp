@@ -5,6 +5,7 @@
 #include "curlew/vdb/MeshSolid.h"
 #include "support/Meshes.h"
 #include "support/Points.h"
+#include "support/Samples.h"
 
 #include <openvdb/math/Proximity.h>
 #include <openvdb/tools/LevelSetMeasure.h>
@@ -170,7 +171,7 @@ TEST_CASE("solidOf: no sample is on the wrong side by more than half a voxel for
     CAPTURE(name);
     const MeshSolid made = solid(mesh, {.dim = 60});
     CHECK(made.figures.clean == (name == "each face twice"));
-    CHECK(wrong(mesh, made.levelSet, 400) == 0);
+    CHECK(wrong(mesh, made.levelSet, test::kSanitized ? 100 : 400) == 0);
     CHECK(notDistances(made.levelSet) < 0.001);
     // Widening the band keeps the surface.
     const LevelSet wide = widened(made.levelSet, 6);

@@ -197,24 +197,39 @@ class Document {
     /// Returns the records in topological order, otherwise in the document's order, with settings first.
     std::vector<size_t> sorted() const {
         enum class Mark { none, open, done };
+        struct Visit {
+            size_t record;
+            std::vector<size_t> sources;
+            size_t next = 0; ///< The next source to visit.
+        };
         std::vector<Mark> marks(mRecords.size(), Mark::none);
         std::vector<size_t> order;
-        const auto visit = [&](auto& self, size_t k) -> void {
+        std::vector<Visit> open; // each is a source of the one before it
+        const auto enter = [&](size_t k) {
             if (marks[k] == Mark::done) return;
             at(mRecords[k].arguments.action().name, mRecords[k].name, [&] {
                 if (marks[k] == Mark::open) throw ValueError("the links form a cycle");
+                marks[k] = Mark::open;
+                Visit& visit = open.emplace_back(Visit{k, {}});
+                forEachSource(mRecords[k], [&](size_t source) { visit.sources.push_back(source); });
             });
-            marks[k] = Mark::open;
-            std::vector<size_t> sources;
-            at(mRecords[k].arguments.action().name, mRecords[k].name,
-               [&] { forEachSource(mRecords[k], [&](size_t source) { sources.push_back(source); }); });
-            for (const size_t source : sources) self(self, source);
-            marks[k] = Mark::done;
-            order.push_back(k);
+        };
+        const auto visit = [&](size_t root) {
+            enter(root);
+            while (!open.empty()) {
+                Visit& last = open.back();
+                if (last.next < last.sources.size()) {
+                    enter(last.sources[last.next++]);
+                    continue;
+                }
+                marks[last.record] = Mark::done;
+                order.push_back(last.record);
+                open.pop_back();
+            }
         };
         for (const bool settings : {true, false})
             for (size_t k = 0; k < mRecords.size(); ++k)
-                if (mRecords[k].arguments.action().setting == settings) visit(visit, k);
+                if (mRecords[k].arguments.action().setting == settings) visit(k);
         return order;
     }
 
