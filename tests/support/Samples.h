@@ -4,6 +4,7 @@
 #include "curlew/base/Sanitizer.h"
 
 #include <algorithm>
+#include <cstddef>
 
 namespace curlew::test {
 
@@ -11,9 +12,6 @@ inline constexpr bool kSanitized = kAddressSanitizer || kThreadSanitizer;
 
 /// Returns the number of samples that a numerical test takes: `count`, but with sanitizers, which make it up to a
 /// hundred times slower, only a sixteenth of it.
-template <class Count>
-constexpr Count samples(Count count) {
-    return kSanitized ? std::max<Count>(count / 16, 1) : count;
-}
+constexpr size_t samples(size_t count) { return kSanitized ? std::max<size_t>(count / 16, 1) : count; }
 
 } // namespace curlew::test
