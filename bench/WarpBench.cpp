@@ -29,7 +29,7 @@ void registerWarp() {
         for (const int corrections : {0, 1})
             once(add(fmt::format("warp/{}/64steps/{}corrections", name, corrections), [scheme = scheme,
                                                                                        corrections](auto& state) {
-                frame(state, {.steps = 64, .scheme = scheme, .reprojections = corrections});
+                frame(state, {.steps = 64, .scheme = scheme, .corrections = corrections});
             }))->UseRealTime();
 }
 

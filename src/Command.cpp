@@ -117,7 +117,7 @@ int curlew_command(int argc, char** argv) {
         app::Session session(console, /*keeps=*/false);
         app::Graph graph = app::graphOfCommandLine(tokens.empty() ? std::vector<std::string>{"-help"} : tokens,
                                                    {.registry = app::registry(), .world = session.world()});
-        if (writesToOutput(graph)) console.printAsSaid();
+        if (writesToOutput(graph)) console.printAsMessages();
         session.run(std::move(graph));
         return EXIT_SUCCESS;
     } catch (const Interrupted&) {

@@ -22,15 +22,15 @@ constexpr double kTolerance = 0.15, kLarge = 0.1; // we claim to match errors ab
 /// A cell of Table 2: the published figures and ours.
 struct Cell {
     Scheme scheme;
-    int steps, reprojections;
+    int steps, corrections;
     double publishedRate, publishedError; ///< Frames per second; error as printed.
     double rate = 0, error = 0;
     /// Here the paper's corrections fall short: its error decreases with their number. Ours does not.
-    bool mayBeBetter() const { return scheme == Scheme::euler && steps == 512 && reprojections > 0; }
+    bool mayBeBetter() const { return scheme == Scheme::euler && steps == 512 && corrections > 0; }
     double published() const { return publishedError / kPublishedUnit; }
     std::string name() const {
         return fmt::format("{}, {} steps, {} corrections", scheme == Scheme::euler ? "Euler" : "RK4", steps,
-                           reprojections);
+                           corrections);
     }
 };
 
@@ -59,16 +59,16 @@ struct Warp {
         : width(std::max(64, static_cast<int>(std::lround(kWidth * std::sqrt(scale))))),
           height(static_cast<int>(std::lround(static_cast<double>(width) * kHeight / kWidth))) {}
 
-    Image picture(Scheme scheme, int steps, int reprojections) const {
+    Image picture(Scheme scheme, int steps, int corrections) const {
         const BoxN<2> box{{{0, 0}}, {{static_cast<double>(kWidth) / kHeight, 1}}};
         return warpedPicture(flow, wavePattern, box, width, height,
-                             {.time = 0.5, .steps = steps, .scheme = scheme, .reprojections = reprojections});
+                             {.time = 0.5, .steps = steps, .scheme = scheme, .corrections = corrections});
     }
 };
 
 void measure(const Warp& warp, const Image& reference, Cell& cell) {
     const auto begin = std::chrono::steady_clock::now();
-    const Image picture = warp.picture(cell.scheme, cell.steps, cell.reprojections);
+    const Image picture = warp.picture(cell.scheme, cell.steps, cell.corrections);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     cell.rate = warp.width * warp.height / kFramePixels / seconds;
     cell.error = differenceOf(picture, reference).rms;
@@ -116,7 +116,7 @@ std::vector<std::string> warpTable(const TableRun& run, std::ostream& out) {
             return fmt::format("{:.4f} | {:.4f} | {:.2g} | {:.0f}", cell.error / unit, cell.published(), cell.rate,
                                cell.publishedRate);
         };
-        out << fmt::format("| {} | {} | {} | {} |\n", euler.steps, euler.reprojections, half(euler), half(rk4));
+        out << fmt::format("| {} | {} | {} | {} |\n", euler.steps, euler.corrections, half(euler), half(rk4));
     }
     out << "\nThe paper does not state all parameters. These reproduce its errors: positions from 0 to 16/9 and 0 to "
            "1, and velocities that include the noise's frequency (7) as a factor. At 512 Euler steps, the paper's "

@@ -16,7 +16,7 @@ void Caller::begin(const curlew_callbacks* callbacks) {
 void Caller::end() { mCallbacks = {}; }
 
 app::Listener Caller::listener() {
-    return {.say = [this](std::string_view line) { message(line); },
+    return {.info = [this](std::string_view line) { message(line); },
             .print = [this](std::string_view text) { message(text); },
             .progress = [this](const app::Progress& now) { progress(now); },
             .cancelled = [this] { return cancelled(); }};

@@ -13,7 +13,7 @@ using Json = nlohmann::ordered_json;
 std::vector<NamedArray> arraysOf(const app::Value& value) {
     if (const auto* mesh = std::get_if<app::MeshPointer>(&value)) return c::arraysOf(**mesh);
     if (const auto* points = std::get_if<app::PointsPointer>(&value))
-        return (*points)->high ? c::arraysOf(*(*points)->high) : c::arraysOf((*points)->particles);
+        return (*points)->positionsN ? c::arraysOf(*(*points)->positionsN) : c::arraysOf((*points)->particles);
     if (const auto* curves = std::get_if<app::CurvesPointer>(&value)) return c::arraysOf(**curves);
     if (const auto* image = std::get_if<std::shared_ptr<const app::ImageValue>>(&value))
         return c::arraysOf((*image)->image);

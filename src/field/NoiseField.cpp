@@ -22,8 +22,8 @@ void validate(const OctaveOptions& o) {
         throw ValueError("gain, amplitude and warp must be finite");
     if (!std::isfinite(o.octaveAlpha)) throw ValueError("octaveAlpha must be finite");
     // Beyond these limits, its square in float would overflow or vanish.
-    if (o.turbulence != 0 && !(o.turbulence >= 1e-9 && o.turbulence <= 1e9))
-        throw ValueError(fmt::format("turbulence {} must be 0, or between 1e-9 and 1e9", o.turbulence));
+    if (o.billow != 0 && !(o.billow >= 1e-9 && o.billow <= 1e9))
+        throw ValueError(fmt::format("billow {} must be 0, or between 1e-9 and 1e9", o.billow));
 }
 
 /// Returns the options of an octave with `ratio` times the frequency and `turns` times the alpha of the first octave.
@@ -58,7 +58,7 @@ ScalarFieldN<Noise::kDimension> noiseField(const typename Noise::Options& noise,
             fmt::format("octaves tile only if the lacunarity is a whole number, not {}", options.lacunarity));
     double sum = 0;
     for (int k = 0; k < options.octaves; ++k) sum += std::pow(std::abs(options.gain), k);
-    Octaves<Noise> octaves{{}, options.turbulence};
+    Octaves<Noise> octaves{{}, options.billow};
     for (int k = 0; k < options.octaves; ++k) {
         const double ratio = std::pow(options.lacunarity, k), weight = std::pow(options.gain, k);
         const double frequency = options.frequency * ratio;

@@ -49,7 +49,7 @@ struct Octaves {
     static constexpr int kDimension = N;
     static constexpr bool kHasKernels = true;
     std::vector<Octave<Noise>> octaves;
-    double turbulence;
+    double billow;
 
     template <int Order, class T>
     void evalBatch(const PointBatchN<N>& points, JetBatchN<NumberOf<T>, N, Order>& jets) const {
@@ -76,8 +76,8 @@ struct Octaves {
         Interval sum{0, 0};
         for (const auto& o : octaves) {
             const Interval n = rangeOf(o.noise);
-            const double most = std::sqrt(n.maxAbs() * n.maxAbs() + turbulence * turbulence) - turbulence;
-            sum = sum + o.amplitude * (turbulence > 0 ? Interval{0, most} : n);
+            const double most = std::sqrt(n.maxAbs() * n.maxAbs() + billow * billow) - billow;
+            sum = sum + o.amplitude * (billow > 0 ? Interval{0, most} : n);
         }
         return sum;
     }
@@ -97,7 +97,7 @@ struct Octaves {
     template <class T, int Order>
     Jet<T, N, Order> shaped(const Octave<Noise>& o, Jet<T, N, Order> n) const {
         using Number = NumberOf<T>;
-        if (turbulence > 0) n = folded(n, turbulence);
+        if (billow > 0) n = folded(n, billow);
         return dilated(n, static_cast<Number>(o.amplitude), static_cast<Number>(o.frequency));
     }
 };
@@ -131,7 +131,7 @@ struct WarpedOctaves {
                 }
                 const auto n = o.noise.template at<Order + 1, double>(position);
                 J octave = compose(truncated<Order>(n), y);
-                if (plain.turbulence > 0) octave = folded(octave, plain.turbulence);
+                if (plain.billow > 0) octave = folded(octave, plain.billow);
                 sum += octave * o.amplitude;
                 for (int i = 0; i < N; ++i) pull[i] += compose(partial(n, i), y) * o.weight;
             }
@@ -163,7 +163,7 @@ struct WarpedOctaves {
             } else {
                 const auto n = outlined<Jet<S, N, 2>>("noise", noise, position);
                 J octave = compose(truncated<Order>(n), y);
-                if (plain.turbulence > 0) octave = folded(octave, plain.turbulence);
+                if (plain.billow > 0) octave = folded(octave, plain.billow);
                 sum += octave * S(o.amplitude);
                 for (int i = 0; i < N; ++i) pull[i] += compose(partial(n, i), y) * S(o.weight);
             }

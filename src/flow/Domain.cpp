@@ -49,9 +49,8 @@ void classify(const DomainN<N>& domain, const PointBatchN<N>& points, std::array
         const auto k = static_cast<size_t>(i);
         double size = 0;
         for (const auto& axis : points.c) size += std::abs(axis[k]);
-        const double rounding = 0x1p-23 * size;
         distance[k] = d.c[0][k];
-        allowed[k] = beyondWall(domain.wall->side, distance[k]) < -rounding;
+        allowed[k] = beyondWall(domain.wall->side, distance[k]) < -kPositionRounding * size;
     }
 }
 

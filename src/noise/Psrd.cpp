@@ -90,14 +90,14 @@ PsrdN<N>::PsrdN(const PsrdOptionsN<N>& options) : mOptions(options) {
     // at vertices, so the flow of two noises on one lattice would be fastest in a regular grid of spots.
     if (options.seed != 0)
         for (size_t axis = 0; axis < N; ++axis) {
-            mShift.c[axis] = static_cast<float>(randomBits(options.seed, axis, 1) % kHashes) - kMostHash;
+            mShift.c[axis] = static_cast<float>(randomBits(options.seed, axis, 1) % kHashes) - kMaxHash;
             mTranslation.c[axis] = static_cast<double>(1 + randomBits(options.seed, axis, 4) % 4095) / 4096;
             mPermutations[axis] = randomPermutation<Permutation>(options.seed, axis);
         }
     const Matrix<N, N> turn = seededRotation<N>(options.seed);
     for (size_t k = 0; k < kHashes; ++k) {
         // The published hashes are 0 … 288.
-        const auto hash = static_cast<int>((k + kHashes - kMostHash) % kHashes);
+        const auto hash = static_cast<int>((k + kHashes - kMaxHash) % kHashes);
         const Vec<double, N> gradient = turn * rotatedGradient(hash, options);
         for (size_t axis = 0; axis < N; ++axis) {
             mGradients[k].c[axis] = gradient.c[axis];

@@ -83,8 +83,8 @@ Vec<double, N> tiling(Vec<double, N> nu, const Vec<int, N>& period) {
 
 template <int N>
 SineNoise<N>::SineNoise(const SineNoiseOptions<N>& options) : mOptions(options) {
-    if (options.waves < 1 || options.waves > kMostWaves)
-        throw ValueError(fmt::format("{} waves are out of range; give 1 to {}", options.waves, kMostWaves));
+    if (options.waves < 1 || options.waves > kMaxWaves)
+        throw ValueError(fmt::format("{} waves are out of range; give 1 to {}", options.waves, kMaxWaves));
     for (const int period : options.period.c) requirePeriod(period);
     const auto count = static_cast<size_t>(options.waves);
     spreadDirections(mWaves, count, options.seed);

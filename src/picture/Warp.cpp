@@ -27,8 +27,8 @@ void validate(const FlowN<2>& flow, const WarpOptions& o) {
     if (o.steps < 0)
         throw ValueError(fmt::format("{} steps; give at least 1, or 0 to have the number chosen", o.steps));
     if (!std::isfinite(o.time)) throw ValueError("time must be finite");
-    if (o.reprojections < 0) throw ValueError(fmt::format("{} corrections; give 0 or more", o.reprojections));
-    if (o.reprojections > 0 && !flow.hasTracks())
+    if (o.corrections < 0) throw ValueError(fmt::format("{} corrections; give 0 or more", o.corrections));
+    if (o.corrections > 0 && !flow.hasTracks())
         throw ValueError("this flow has no tracks to correct positions onto; use 0 corrections");
 }
 
@@ -58,9 +58,9 @@ void moveBatch(const FlowN<2>& flow, const ReprojectOptionsN<2>& reprojection, c
 /// picture.
 void moveAdaptively(const FlowN<2>& flow, std::vector<Position>& positions, const WarpOptions& o,
                     const Monitor& monitor) {
-    const ReprojectionOptions reprojection{.method = o.reprojections > 0 ? Reprojection::newton : Reprojection::none,
+    const ReprojectionOptions reprojection{.method = o.corrections > 0 ? Reprojection::newton : Reprojection::none,
                                            .tolerance = kRounding,
-                                           .iterations = std::max(o.reprojections, 1),
+                                           .iterations = std::max(o.corrections, 1),
                                            .maxSubdivisions = 0};
     advect(flow.within({.box = flow.domain().box, .wall = {}}), positions,
            {.time = o.time, .scheme = o.scheme, .reprojection = reprojection, .accuracy = o.accuracy}, monitor);
@@ -71,8 +71,8 @@ void moveAdaptively(const FlowN<2>& flow, std::vector<Position>& positions, cons
 void warp(const FlowN<2>& flow, std::vector<Position>& positions, const WarpOptions& options, const Monitor& monitor) {
     validate(flow, options);
     if (options.adaptive()) return moveAdaptively(flow, positions, options, monitor);
-    ReprojectOptionsN<2> reprojection{.method = options.reprojections > 0 ? Reprojection::newton : Reprojection::none,
-                                      .iterations = options.reprojections};
+    ReprojectOptionsN<2> reprojection{.method = options.corrections > 0 ? Reprojection::newton : Reprojection::none,
+                                      .iterations = options.corrections};
     reprojection.tolerance[0] = kRounding * rmsOf(flow).potentials[0];
     forEachBatch(
         positions,

@@ -287,7 +287,7 @@ class Recorder {
         const Symbol<bool> within = before.value < S(0);
         S size(0);
         for (int i = 0; i < N; ++i) size += abs(q[i]) + S(std::abs(mOrigin[i]));
-        Symbol<bool> clear = beyond(wall.side, after.value) < size * S(-0x1p-23);
+        Symbol<bool> clear = beyond(wall.side, after.value) < size * S(-kPositionRounding);
         clear = clear & ((within & (after.value < S(0))) | (!within & !(after.value < S(0))));
         const S chord = length(q - p);
         Symbol<bool> passes = chord <= S(wall.width);

@@ -107,12 +107,12 @@ class BatchAdvector {
     using Jets = typename FlowN<N>::template Jets<double>;
 
     /// A point that has not reached the end of its time.
-    struct Journey {
+    struct MovingPoint {
         Part* part;
-        size_t point;     ///< Index in the part.
-        double left;      ///< Remaining time, seconds, positive.
-        double length;    ///< Length of its next step, seconds.
-        int halvings = 0; ///< Halvings since the guard last accepted a step.
+        size_t index;         ///< In the part.
+        double left;          ///< Remaining time, seconds, positive.
+        double length;        ///< Length of its next step, seconds.
+        int subdivisions = 0; ///< Subdivisions since the guard last accepted a step.
     };
 
     /// Returns the potentials at the points. Also sets their velocities and their distances from the wall.
@@ -179,8 +179,8 @@ class BatchAdvector {
     /// arrives, the next one takes its place.
     void advanceAdaptively(const Monitor& monitor) {
         const double time = std::abs(mOptions.time), sign = mOptions.time < 0 ? -1 : 1;
-        std::array<Journey, kBatch> journeys;
-        ActiveTipsN<N> tips; // of the journeys
+        std::array<MovingPoint, kBatch> moving;
+        ActiveTipsN<N> tips; // of `moving`
         size_t nextPart = 0, nextPoint = 0;
         const auto setOut = [&](size_t a) {
             for (; nextPart < mParts.size(); ++nextPart, nextPoint = 0) {
@@ -189,7 +189,7 @@ class BatchAdvector {
                     const size_t i = nextPoint++;
                     const double left = time * part.pace[i];
                     if (stays(part, i) || !(left > 0)) continue;
-                    journeys[a] = {.part = &part, .point = i, .left = left, .length = mFirstStep};
+                    moving[a] = {.part = &part, .index = i, .left = left, .length = mFirstStep};
                     tips.copy(static_cast<int>(a), part.tips, static_cast<int>(i));
                     return true;
                 }
@@ -204,55 +204,55 @@ class BatchAdvector {
             monitor.check();
             tips.position.size = static_cast<int>(count);
             for (size_t a = 0; a < count; ++a) {
-                const double length = nextStep(journeys[a]);
+                const double length = nextStep(moving[a]);
                 dt[a] = sign * length;
                 // A rejected step may have been too far off its track.
-                demands.between[a] = length < journeys[a].left && journeys[a].halvings == 0;
+                demands.between[a] = length < moving[a].left && moving[a].subdivisions == 0;
             }
             const StepResultN<N> to = mStepper(tips, dt, demands);
             for (size_t a = count; a-- > 0;) { // from the last, which may take the place of another
-                if (takeAdaptive(journeys[a], tips, to, a, std::abs(dt[a]))) continue;
-                journeys[a].part->tips.copy(static_cast<int>(journeys[a].point), tips, static_cast<int>(a));
+                if (takeAdaptive(moving[a], tips, to, a, std::abs(dt[a]))) continue;
+                moving[a].part->tips.copy(static_cast<int>(moving[a].index), tips, static_cast<int>(a));
                 if (setOut(a) || a == --count) continue;
-                journeys[a] = journeys[count];
+                moving[a] = moving[count];
                 tips.copy(static_cast<int>(a), tips, static_cast<int>(count));
             }
         }
     }
 
     /// Takes the remaining time in one step or in two equal ones, so that no step becomes very short.
-    static double nextStep(const Journey& journey) {
-        if (journey.length * (1 + 1e-9) >= journey.left) return journey.left;
-        return std::min(journey.length, journey.left / 2);
+    static double nextStep(const MovingPoint& point) {
+        if (point.length * (1 + 1e-9) >= point.left) return point.left;
+        return std::min(point.length, point.left / 2);
     }
 
     /// Moves a point to the end of step a, which took `length` seconds, and chooses the next step. Returns whether any
     /// of its time remains.
-    bool takeAdaptive(Journey& journey, ActiveTipsN<N>& tips, const StepResultN<N>& to, size_t a, double length) {
-        Part& part = *journey.part;
-        const size_t i = journey.point;
+    bool takeAdaptive(MovingPoint& point, ActiveTipsN<N>& tips, const StepResultN<N>& to, size_t a, double length) {
+        Part& part = *point.part;
+        const size_t i = point.index;
         mTally.iterations += static_cast<size_t>(to.reprojected.iterations[a]);
         const double error = to.error[a] / mOptions.accuracy;
         const bool refine = !(error <= 1) || tooLong(tips, to, a);
         const double factor = std::min(mControl.factor(error), stretch(tips, to, a));
         if (refine && length > shortest()) {
             ++mTally.retries;
-            journey.length = length * factor;
+            point.length = length * factor;
             return true;
         }
         if (!to.accepted[a]) {
-            if (journey.halvings < mOptions.reprojection.maxSubdivisions && length > guardedShortest()) {
+            if (point.subdivisions < mOptions.reprojection.maxSubdivisions && length > guardedShortest()) {
                 ++mTally.retries;
-                ++journey.halvings;
-                journey.length = length / 2;
+                ++point.subdivisions;
+                point.length = length / 2;
                 return true;
             }
             stall(part, i);
             if (!std::isfinite(error)) return false;
             // Skip the whole step, and not a very short one, or this would take forever.
-            journey.length = std::max(std::ldexp(length, journey.halvings), usualStep() / 16);
-            journey.halvings = 0;
-            return pass(journey, journey.length);
+            point.length = std::max(std::ldexp(length, point.subdivisions), usualStep() / 16);
+            point.subdivisions = 0;
+            return pass(point, point.length);
         }
         if (!std::isfinite(error)) { // even the shortest step is invalid
             stall(part, i);
@@ -262,14 +262,14 @@ class BatchAdvector {
         mTally.coarse += refine;
         part.error[i] += to.error[a];
         // The step after a halved step is no longer than it.
-        journey.length = std::max(length * (journey.halvings > 0 ? std::min(factor, 1.0) : factor), shortest());
-        journey.halvings = 0;
-        return pass(journey, length);
+        point.length = std::max(length * (point.subdivisions > 0 ? std::min(factor, 1.0) : factor), shortest());
+        point.subdivisions = 0;
+        return pass(point, length);
     }
 
-    static bool pass(Journey& journey, double length) {
-        if (length >= journey.left) return false;
-        journey.left -= length;
+    static bool pass(MovingPoint& point, double length) {
+        if (length >= point.left) return false;
+        point.left -= length;
         return true;
     }
 

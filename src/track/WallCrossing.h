@@ -13,16 +13,16 @@ namespace curlew {
 template <int N>
 bool meetsWall(const WallN<N>& wall, const Vec<double, N>& from, const Vec<double, N>& to) {
     // the minimum step, because near the wall steps would become too many
-    const double chord = length(to - from), least = chord / 64;
-    const auto distance = [&](double way) {
-        return wall.sdf.distance.template at<0>(from + (to - from) * (way / chord)).value;
+    const double chord = length(to - from), shortest = chord / 64;
+    const auto distance = [&](double travelled) {
+        return wall.sdf.distance.template at<0>(from + (to - from) * (travelled / chord)).value;
     };
     const double begin = distance(0), side = begin < 0 ? -1 : 1;
-    for (double clear = side * begin, way = 0;;) {
-        way += std::max(clear / wall.sdf.lipschitz, least);
-        if (way >= chord) return false;
-        clear = side * distance(way);
-        if (clear < least / 4) return true;
+    for (double clear = side * begin, travelled = 0;;) {
+        travelled += std::max(clear / wall.sdf.lipschitz, shortest);
+        if (travelled >= chord) return false;
+        clear = side * distance(travelled);
+        if (clear < shortest / 4) return true;
     }
 }
 

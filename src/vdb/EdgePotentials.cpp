@@ -51,21 +51,21 @@ int smooth(EdgePotentials& potentials, const Lattice<double>& fixed, const Monit
     return iterations;
 }
 
-/// Functions on still corners whose gradients are the potentials between them.
-struct StillParts {
+/// Functions on stationary corners whose gradients are the potentials between them.
+struct StationaryParts {
     Lattice<double> phi; ///< Average 0 in each connected part; NaN at other corners.
     size_t count = 0;    ///< Parts with such a function.
     size_t channels = 0; ///< Parts without: the potentials around some loop do not add up to zero.
 };
 
-StillParts integrate(const EdgePotentials& potentials, const Lattice<uint8_t>& still) {
+StationaryParts integrate(const EdgePotentials& potentials, const Lattice<uint8_t>& stationary) {
     constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-    StillParts parts{.phi = Lattice<double>(still.size(), kUnknown)};
+    StationaryParts parts{.phi = Lattice<double>(stationary.size(), kUnknown)};
     auto& phi = parts.phi;
-    Lattice<uint8_t> seen(still.size(), 0);
+    Lattice<uint8_t> seen(stationary.size(), 0);
     std::vector<Point> part;
-    Lattice<double>::forEach(still.size(), [&](const Point& seed) {
-        if (!still(seed) || seen(seed)) return;
+    Lattice<double>::forEach(stationary.size(), [&](const Point& seed) {
+        if (!stationary(seed) || seen(seed)) return;
         part.assign(1, seed);
         seen(seed) = 1;
         phi(seed) = 0;
@@ -74,10 +74,10 @@ StillParts integrate(const EdgePotentials& potentials, const Lattice<uint8_t>& s
             const Point corner = part[k];
             sum += phi(corner);
             most = std::max(most, std::abs(phi(corner)));
-            forEdgesAt(corner, still.size(), [&](int axis, const Point& from, const Point& to) {
+            forEdgesAt(corner, stationary.size(), [&](int axis, const Point& from, const Point& to) {
                 const bool forward = from == corner;
                 const Point& other = forward ? to : from;
-                if (!still(other)) return;
+                if (!stationary(other)) return;
                 const double there = phi(corner) + (forward ? 1 : -1) * potentials[axis](from);
                 if (seen(other)) {
                     error = std::max(error, std::abs(there - phi(other)));
@@ -122,13 +122,13 @@ EdgePotentials sweep(const FaceVelocities& velocities) {
     return potentials;
 }
 
-Gauge gauged(const EdgePotentials& potentials, const Lattice<uint8_t>& still, const Monitor& monitor) {
+Gauge gauged(const EdgePotentials& potentials, const Lattice<uint8_t>& stationary, const Monitor& monitor) {
     Gauge result{.potentials = potentials};
-    StillParts parts = integrate(potentials, still);
+    StationaryParts parts = integrate(potentials, stationary);
     if (parts.count != 1) { // the parts' constants should not differ more than they must
-        result.iterations +=
-            smooth(result.potentials, Lattice<double>(still.size(), std::numeric_limits<double>::quiet_NaN()), monitor);
-        parts = integrate(result.potentials, still);
+        result.iterations += smooth(
+            result.potentials, Lattice<double>(stationary.size(), std::numeric_limits<double>::quiet_NaN()), monitor);
+        parts = integrate(result.potentials, stationary);
     }
     if (parts.count > 0) result.iterations += smooth(result.potentials, parts.phi, monitor);
     result.channels = parts.channels;

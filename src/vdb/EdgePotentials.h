@@ -24,13 +24,13 @@ EdgePotentials sweep(const FaceVelocities& velocities);
 struct Gauge {
     EdgePotentials potentials;
     int iterations = 0;
-    size_t channels = 0; ///< Number of connected still parts through which the flow passes: a torus, a channel.
+    size_t channels = 0; ///< Number of connected stationary parts through which the flow passes: a torus, a channel.
 };
 
 /// Subtracts a gradient from the potentials. It leaves their curl as it is, makes them small and smooth (the sum of the
-/// potentials that leave a corner is zero), and zero on all edges between two corners that are `still`: those of solids
-/// and of closed sides of the box, where nothing flows through the faces between them. It cannot be zero around a hole
-/// through which the flow passes, so a connected still part with such a hole counts as not still.
-Gauge gauged(const EdgePotentials& potentials, const Lattice<uint8_t>& still, const Monitor& monitor);
+/// potentials that leave a corner is zero), and zero on all edges between two corners that are `stationary`: those of
+/// solids and of closed sides of the box, where nothing flows through the faces between them. It cannot be zero around
+/// a hole through which the flow passes, so a connected stationary part with such a hole counts as not stationary.
+Gauge gauged(const EdgePotentials& potentials, const Lattice<uint8_t>& stationary, const Monitor& monitor);
 
 } // namespace curlew

@@ -237,15 +237,15 @@ double rmsDifference(const FaceVelocities& a, const FaceVelocities& b) {
 }
 
 /// Returns the corners of solid cells and of the sides of the box through which nothing flows.
-Lattice<uint8_t> stillCorners(const FaceVelocities& faces, const Lattice<uint8_t>& solid) {
+Lattice<uint8_t> stationaryCorners(const FaceVelocities& faces, const Lattice<uint8_t>& solid) {
     const Point corners = next(next(next(faces.cells, 0), 1), 2);
-    Lattice<uint8_t> still(corners, 0);
+    Lattice<uint8_t> stationary(corners, 0);
     Lattice<uint8_t>::forEach(faces.cells, [&](const Point& cell) {
         if (!solid(cell)) return;
         for (int corner = 0; corner < 8; ++corner) {
             Point p = cell;
             for (int k = 0; k < 3; ++k) p[k] += corner >> k & 1;
-            still(p) = 1;
+            stationary(p) = 1;
         }
     });
     for (int axis = 0; axis < 3; ++axis)
@@ -255,10 +255,10 @@ Lattice<uint8_t> stillCorners(const FaceVelocities& faces, const Lattice<uint8_t
             side[axis] = 1;
             Lattice<uint8_t>::forEach(side, [&](Point p) {
                 if (upper) p[axis] = faces.cells[axis];
-                still(p) = 1;
+                stationary(p) = 1;
             });
         }
-    return still;
+    return stationary;
 }
 
 } // namespace
@@ -296,7 +296,7 @@ PotentialFlow potentialFlow(const VelocityGrids& grids, const PotentialFlowOptio
     close(faces, solid);
     monitor.check();
     const Projection projection = project(faces, solid, monitor);
-    const Gauge gauge = gauged(sweep(faces), stillCorners(faces, solid), monitor);
+    const Gauge gauge = gauged(sweep(faces), stationaryCorners(faces, solid), monitor);
 
     // The lattice of corners begins half a voxel below the centre of the first voxel.
     const openvdb::Coord first = lattice.active.min();

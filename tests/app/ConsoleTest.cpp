@@ -31,7 +31,7 @@ std::string heard(const Work& work) {
 
 TEST_CASE("Console: verbosity controls what is printed", "[app]") {
     const auto all = [](Console& console) {
-        console.say("line");
+        console.info("line");
         console.detail("detail");
         console.warn("trouble");
     };
@@ -74,17 +74,17 @@ TEST_CASE("Console: a listener receives all output instead of the standard strea
     std::string said, printed;
     std::vector<double> fractions;
     bool stop = false;
-    Console console(Listener{.say = [&](std::string_view line) { said += line; },
+    Console console(Listener{.info = [&](std::string_view line) { said += line; },
                              .print = [&](std::string_view text) { printed += text; },
                              .progress = [&](const Progress& now) { fractions.push_back(now.fraction); },
                              .cancelled = [&] { return stop; }});
     CHECK(heard([&] {
-              console.say("a line");
+              console.info("a line");
               console.detail("a detail");
               console.print("a text");
               console.follow("work").report(0.5);
               console.setVerbosity(Verbosity::quiet);
-              console.say("nothing");
+              console.info("nothing");
               console.print(", another");
           }).empty());
     CHECK(said == "a line");
@@ -94,7 +94,7 @@ TEST_CASE("Console: a listener receives all output instead of the standard strea
     stop = true;
     CHECK(console.cancelled());
     Console deaf(Listener{});
-    deaf.say("a line");
+    deaf.info("a line");
     deaf.print("a text");
     CHECK_FALSE(deaf.follow("work").report);
     CHECK_FALSE(deaf.cancelled());

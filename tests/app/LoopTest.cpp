@@ -73,7 +73,7 @@ TEST_CASE("advect loop: positions are a function of any time", "[app][command]")
 
 TEST_CASE("advect loop: tracks are found once for all frames", "[app]") {
     std::vector<std::string> said;
-    Console console({.say = [&](std::string_view line) { said.emplace_back(line); }});
+    Console console({.info = [&](std::string_view line) { said.emplace_back(line); }});
     Scenes scenes({}, console);
     const auto found = [&] {
         return std::count_if(said.begin(), said.end(),

@@ -137,7 +137,7 @@ TEST_CASE("moving mesh: counts of 60000 points around a bar at 16 moments per fr
 
 TEST_CASE("moving mesh: warns if the wall moves too far between frames of unmatched meshes", "[app]") {
     std::vector<std::string> warnings;
-    Console console(Listener{.say = [&](std::string_view line) {
+    Console console(Listener{.info = [&](std::string_view line) {
         if (line.find("% of the wall moves farther than") != std::string_view::npos) warnings.emplace_back(line);
     }});
     Scenes scenes({}, console);
@@ -216,7 +216,7 @@ TEST_CASE("moving mesh: grids warn too if the wall moves too far between frames 
     // `turns` are those of the frames; a whole even number has other faces than the rest.
     const auto warningsOf = [](const std::vector<double>& turns, bool sameFaces, const std::string& action) {
         size_t warnings = 0;
-        Console console(Listener{.say = [&](std::string_view line) {
+        Console console(Listener{.info = [&](std::string_view line) {
             warnings += line.find("% of the wall moves farther than") != std::string_view::npos;
         }});
         Scenes scenes({}, console);

@@ -38,7 +38,7 @@ TEST_CASE("noise action: equals noiseField() for every type and option", "[app][
         noiseField<Psrd2>(
             {}, {.frequency = 1.5, .octaves = 4, .lacunarity = 3, .gain = 0.4, .amplitude = 2, .normalize = false}));
     requireField(folder, "-noise octaves=3 billow=0.1 warp=-0.2",
-                 noiseField<Psrd3>({}, {.octaves = 3, .turbulence = 0.1, .warp = -0.2}));
+                 noiseField<Psrd3>({}, {.octaves = 3, .billow = 0.1, .warp = -0.2}));
     requireField(folder, "-noise type=simplex dimensions=4 translate=1,2,3,4",
                  placed(noiseField<SimplexNoise<4>>(), PlacementN<4>{.offset = {{1, 2, 3, 4}}}));
     requireField(folder, "-noise dimensions=2 rotate=0,0,30",

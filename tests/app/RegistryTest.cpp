@@ -74,7 +74,7 @@ TEST_CASE("registry: inputs and outputs of every action are fully declared", "[a
             CHECK(names.insert(input.name).second);
             CHECK_THAT(inputsOf(action), ContainsSubstring(input.name + ": "));
             CHECK(!input.kinds.empty());
-            CHECK(input.amount.least <= input.amount.most);
+            CHECK(input.amount.min <= input.amount.max);
             CHECK(declared(input.age, OptionType::ages));
             takesAway = takesAway || input.use == Use::taken;
             changes = changes || input.use == Use::changed;
@@ -95,7 +95,7 @@ TEST_CASE("registry: inputs and outputs of every action are fully declared", "[a
             CHECK(names.insert(output.name).second);
             CHECK(!output.kinds.empty());
             CHECK(declared(output.flag, OptionType::flag));
-            CHECK((output.amount.least == 0) <= (output.amount.most > 1 || !output.flag.empty()));
+            CHECK((output.amount.min == 0) <= (output.amount.max > 1 || !output.flag.empty()));
         }
         for (const Option& option : action.options)
             for (const std::string& other : option.instead) {
@@ -109,7 +109,7 @@ TEST_CASE("registry: an input of variable number says when it is taken", "[app]"
     for (const auto& action : registry())
         for (const Input& input : action.takes) {
             CAPTURE(action.name, input.name, input.help);
-            const bool one = input.amount.least == 1 && input.amount.most == 1;
+            const bool one = input.amount.min == 1 && input.amount.max == 1;
             CHECK((one || !input.help.empty()));
         }
 }

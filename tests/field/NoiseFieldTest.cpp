@@ -176,8 +176,7 @@ double advectedValue(const typename Noise::Options& noise, const OctaveOptions& 
         if constexpr (requires { octave.period; })
             for (int& period : octave.period.c) period = static_cast<int>(period * std::pow(o.lacunarity, k));
         const auto n = Noise(octave).template at<1, double>(p * frequency + gradients * o.warp);
-        sum += weight *
-               (o.turbulence > 0 ? std::sqrt(n.value * n.value + o.turbulence * o.turbulence) - o.turbulence : n.value);
+        sum += weight * (o.billow > 0 ? std::sqrt(n.value * n.value + o.billow * o.billow) - o.billow : n.value);
         total += std::abs(weight);
         gradients += n.gradient * weight;
     }
@@ -216,23 +215,22 @@ TEMPLATE_TEST_CASE("noiseField: the range holds and is that of the summed octave
                    GradientNoise<2>, GradientNoise<3>, SimplexNoise<2>, SimplexNoise<4>, SimplexNoise<7>, SineNoise<1>,
                    SineNoise<5>) {
     constexpr int N = kN<TestType>;
-    const auto o = GENERATE(OctaveOptions{.amplitude = -2}, OctaveOptions{.octaves = 3, .gain = -0.5},
-                            OctaveOptions{.octaves = 3, .gain = 0.7, .normalize = false},
-                            OctaveOptions{.octaves = 2, .amplitude = 0}, OctaveOptions{.octaves = 2, .turbulence = 0.2},
-                            OctaveOptions{.octaves = 2, .amplitude = -3, .turbulence = 1e-3},
-                            OctaveOptions{.octaves = 3, .gain = -0.7, .turbulence = 0.1},
-                            OctaveOptions{.octaves = 3, .warp = 0.1});
+    const auto o = GENERATE(
+        OctaveOptions{.amplitude = -2}, OctaveOptions{.octaves = 3, .gain = -0.5},
+        OctaveOptions{.octaves = 3, .gain = 0.7, .normalize = false}, OctaveOptions{.octaves = 2, .amplitude = 0},
+        OctaveOptions{.octaves = 2, .billow = 0.2}, OctaveOptions{.octaves = 2, .amplitude = -3, .billow = 1e-3},
+        OctaveOptions{.octaves = 3, .gain = -0.7, .billow = 0.1}, OctaveOptions{.octaves = 3, .warp = 0.1});
     const auto field = noiseField<TestType>({}, o);
     const Interval one = rangeOf(TestType());
     // Turbulence is between zero and the folded bound.
-    const Interval octave = o.turbulence > 0 ? Interval{0, std::hypot(one.maxAbs(), o.turbulence) - o.turbulence} : one;
+    const Interval octave = o.billow > 0 ? Interval{0, std::hypot(one.maxAbs(), o.billow) - o.billow} : one;
     double total = 0;
     for (int k = 0; k < o.octaves; ++k) total += std::abs(std::pow(o.gain, k));
     Interval expected{0, 0};
     for (int k = 0; k < o.octaves; ++k)
         expected = expected + (o.amplitude * std::pow(o.gain, k) / (o.normalize ? total : 1)) * octave;
     const Interval range = field.range();
-    CAPTURE(o.octaves, o.gain, o.amplitude, o.turbulence, range.lower, range.upper);
+    CAPTURE(o.octaves, o.gain, o.amplitude, o.billow, range.lower, range.upper);
     CHECK(std::abs(range.lower - expected.lower) <= 1e-14);
     CHECK(std::abs(range.upper - expected.upper) <= 1e-14);
     double lower = 1e300, upper = -1e300;
@@ -253,7 +251,7 @@ TEMPLATE_TEST_CASE("noiseField: billow (turbulence) sums rounded absolute values
     const double fold = GENERATE(1e-3, 0.2, 5.0);
     const auto options = seeded<TestType>(4);
     // Frequencies that are powers of two give exactly the same positions.
-    const OctaveOptions o{.frequency = 0.5, .octaves = 3, .lacunarity = 2, .gain = 0.5, .turbulence = fold};
+    const OctaveOptions o{.frequency = 0.5, .octaves = 3, .lacunarity = 2, .gain = 0.5, .billow = fold};
     const auto field = noiseField<TestType>(options, o);
     const TestType noise(options);
     WorstN<N> worst;
@@ -277,7 +275,7 @@ TEMPLATE_TEST_CASE("noiseField: billow (turbulence) sums rounded absolute values
 TEMPLATE_TEST_CASE("noiseField: derivatives of billow agree with central differences", "[field]", Psrd2, PerlinNoise<3>,
                    SimplexNoise<4>, SineNoise<1>, SineNoise<3>) {
     constexpr int N = kN<TestType>;
-    const auto field = noiseField<TestType>(seeded<TestType>(4), {.frequency = 0.5, .octaves = 2, .turbulence = 0.2});
+    const auto field = noiseField<TestType>(seeded<TestType>(4), {.frequency = 0.5, .octaves = 2, .billow = 0.2});
     const auto points = randomPoints(cube<N>(10), 500, 13);
     // Derivatives of the fold: 1, 1/0.2 and 0.86/0.2². Those of the noises: 10, 70 and 700 (psrd and simplex noise;
     // generous for the others). The second octave has half the wavelength and half the amplitude; the sum is divided by
@@ -290,7 +288,7 @@ TEMPLATE_TEST_CASE("noiseField: derivatives of billow agree with central differe
 TEST_CASE("noiseField: billow is C² where the noise is zero", "[field]") {
     constexpr double kFold = 1e-2, kStep = 0x1p-34;
     const ScalarField noise = noiseField<SineNoise<3>>({.seed = 1}, {.frequency = 0.25});
-    const ScalarField field = noiseField<SineNoise<3>>({.seed = 1}, {.frequency = 0.25, .turbulence = kFold});
+    const ScalarField field = noiseField<SineNoise<3>>({.seed = 1}, {.frequency = 0.25, .billow = kFold});
     const auto jumps = jumpsAcross(field, noise, cube(10), kStep, 14);
     CHECK(jumps.seen > 50);
     // Bounds of the next derivatives: of the fold 1, 1/f, 0.86/f² and 3/f³, of the waves 2, 4, 8 and 16.
@@ -301,7 +299,7 @@ TEST_CASE("noiseField: billow is C² where the noise is zero", "[field]") {
     CHECK(jumps.largest[3] <= 2 * kStep * (16 + 112 * second + 96 * third + 16 * fourth) + 1e-9);
     // At a vertex n = 0: the value and gradient are 0, and the Hessian is that of n²/2f.
     const PerlinNoise<3> perlin;
-    const ScalarField sharp = noiseField<PerlinNoise<3>>({}, {.turbulence = 1e-3});
+    const ScalarField sharp = noiseField<PerlinNoise<3>>({}, {.billow = 1e-3});
     const Vec3d vertex{{3, -2, 7}};
     const auto n = perlin.at<2, double>(vertex);
     const auto jet = sharp.at<2>(vertex);
@@ -312,8 +310,8 @@ TEST_CASE("noiseField: billow is C² where the noise is zero", "[field]") {
         for (int j = 0; j < 3; ++j) CHECK(jet.hessian(i, j) == Approx(n.gradient[i] * n.gradient[j] / 1e-3));
     // Very sharp folds in float.
     for (const double fold : {1e-9, 1e-6, 1e9}) {
-        const auto single = noiseField<PerlinNoise<3>>({}, {.turbulence = fold}).at<2, float>(vertex);
-        const auto exact = noiseField<PerlinNoise<3>>({}, {.turbulence = fold}).at<3>(vertex);
+        const auto single = noiseField<PerlinNoise<3>>({}, {.billow = fold}).at<2, float>(vertex);
+        const auto exact = noiseField<PerlinNoise<3>>({}, {.billow = fold}).at<3>(vertex);
         CAPTURE(fold);
         for (int k = 0; k < single.kSize; ++k) CHECK(std::isfinite(single.component(k)));
         for (int k = 0; k < exact.kSize; ++k) CHECK(std::isfinite(exact.component(k)));
@@ -328,7 +326,7 @@ TEMPLATE_LIST_TEST_CASE("noiseField: domain warp moves each octave by the gradie
                                                                                     .gain = -0.6,
                                                                                     .amplitude = 2,
                                                                                     .normalize = false,
-                                                                                    .turbulence = 0.1,
+                                                                                    .billow = 0.1,
                                                                                     .warp = -0.15});
     const auto options = seeded<TestType>(5);
     const auto field = noiseField<TestType>(options, o);
@@ -374,7 +372,7 @@ TEMPLATE_TEST_CASE("noiseField: warped octaves have derivatives that agree with 
     constexpr int N = kN<TestType>;
     const double fold = GENERATE(0.0, 0.3);
     const auto field = noiseField<TestType>(
-        seeded<TestType>(7), {.frequency = 0.25, .octaves = 2, .lacunarity = 2, .turbulence = fold, .warp = 0.05});
+        seeded<TestType>(7), {.frequency = 0.25, .octaves = 2, .lacunarity = 2, .billow = fold, .warp = 0.05});
     // Observed third derivatives are at most 220. The Hessian jumps by up to 1 = 500 h at seams of a noise that is only
     // C².
     requireDerivatives(field, randomPoints(cube<N>(20), 300, 17), 0x1p-9, 1000);
@@ -485,9 +483,9 @@ TEST_CASE("noiseField: invalid billow and warp and overflowing octaves are error
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     for (const double bad : {-0.1, 1e-10, 1e10, kInfinity, std::nan("")}) {
         CAPTURE(bad);
-        CHECK_THROWS_AS(make({.turbulence = bad}), ValueError);
+        CHECK_THROWS_AS(make({.billow = bad}), ValueError);
     }
-    CHECK_THROWS_WITH(make({.turbulence = -0.5}), Catch::ContainsSubstring("-0.5"));
+    CHECK_THROWS_WITH(make({.billow = -0.5}), Catch::ContainsSubstring("-0.5"));
     for (const double bad : {kInfinity, -kInfinity, std::nan("")}) {
         CAPTURE(bad);
         CHECK_THROWS_AS(make({.octaves = 2, .warp = bad}), ValueError);

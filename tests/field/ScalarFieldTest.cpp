@@ -65,7 +65,7 @@ TEST_CASE("ScalarField: every field gives the same bits for any derivative order
         {"product bounded", productBounded(noise, sphereSdf(0.8), 0.3)},
         {"value noise", noiseField<ValueNoise<3>>({.seed = 1}, {.octaves = 2})},
         {"Perlin noise", noiseField<PerlinNoise<3>>({}, {.frequency = 3})},
-        {"gradient noise", noiseField<GradientNoise<3>>({}, {.frequency = 3, .turbulence = 0.1})},
+        {"gradient noise", noiseField<GradientNoise<3>>({}, {.frequency = 3, .billow = 0.1})},
         {"simplex noise", noiseField<SimplexNoise<3>>({.power = 3}, {.frequency = 3})},
         {"advected", noiseField<PerlinNoise<3>>({}, {.frequency = 3, .octaves = 3, .warp = 0.05})},
         {"difference and quotient", (noise - rampField({{1, 2, 3}})) / (noise + constantField(2))},

@@ -31,10 +31,10 @@ Position turned(const Position& p, double angle) {
 }
 
 /// Returns the error of the end position for a rotation.
-double error(Scheme scheme, int steps, int reprojections) {
+double error(Scheme scheme, int steps, int corrections) {
     std::vector<Position> p{{{1, 0}}, {{0.3, -0.7}}};
     const auto start = p;
-    warp(rotation(), p, {.time = 1, .steps = steps, .scheme = scheme, .reprojections = reprojections});
+    warp(rotation(), p, {.time = 1, .steps = steps, .scheme = scheme, .corrections = corrections});
     double worst = 0;
     for (size_t k = 0; k < p.size(); ++k) worst = std::max(worst, length(p[k] - turned(start[k], 1)));
     return worst;
@@ -64,8 +64,8 @@ TEST_CASE("warp: has the order of its scheme", "[picture]") {
 }
 
 TEST_CASE("warp: each reprojection brings positions closer to their tracks", "[picture]") {
-    const double none = drift({.steps = 64, .reprojections = 0}), one = drift({.steps = 64, .reprojections = 1}),
-                 ten = drift({.steps = 64, .reprojections = 10});
+    const double none = drift({.steps = 64, .corrections = 0}), one = drift({.steps = 64, .corrections = 1}),
+                 ten = drift({.steps = 64, .corrections = 10});
     CAPTURE(none, one, ten);
     CHECK(one < 0.1 * none);
     CHECK(ten < 1e-13);
@@ -132,11 +132,11 @@ TEST_CASE("warpedPicture: zero time changes nothing and a rotation rotates the i
 TEST_CASE("warp: unsuitable flows and options are refused", "[picture]") {
     std::vector<Position> p{{{0, 0}}};
     CHECK_THROWS_AS(warp(rotation(), p, {.steps = -1}), ValueError);
-    CHECK_THROWS_AS(warp(rotation(), p, {.reprojections = -1}), ValueError);
+    CHECK_THROWS_AS(warp(rotation(), p, {.corrections = -1}), ValueError);
     CHECK_THROWS_AS(warp(rotation(), p, {.scheme = Scheme::rk4}), ValueError); // it has no error estimate
     CHECK_THROWS_AS(warp(rotation(), p, {.time = std::numeric_limits<double>::infinity()}), ValueError);
     CHECK_THROWS_AS(warp(rotation() + noiseFlow(), p, {}), ValueError);
-    CHECK_NOTHROW(warp(rotation() + noiseFlow(), p, {.reprojections = 0}));
+    CHECK_NOTHROW(warp(rotation() + noiseFlow(), p, {.corrections = 0}));
     const BoxN<2> box = BoxN<2>{}.padded(1);
     CHECK_THROWS_AS(warpedPicture(rotation(), wavePattern, box, 0, 10, {}), ValueError);
     CHECK_THROWS_AS(warpedPicture(rotation(), wavePattern, box, 10, 10, {.supersampling = 0}), ValueError);

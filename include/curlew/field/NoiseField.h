@@ -15,10 +15,10 @@ struct OctaveOptions {
     double gain = 0.5;     ///< Ratio of the amplitudes of successive octaves ("persistence").
     double amplitude = 1;  ///< Amplitude of the first octave; with `normalize`, of the whole sum.
     bool normalize = true; ///< Divide by the sum of the octaves' amplitudes: the range does not depend on `octaves`.
-    /// Turbulence t (Perlin), or billow. If t > 0, each octave n is replaced by sqrt(n² + t²) - t, a rounded |n|. With
+    /// Billow (Perlin: turbulence) t. If t > 0, each octave n is replaced by sqrt(n² + t²) - t, a rounded |n|. With
     /// |n| itself the field would not be C², nor a flow of it divergence-free. A smaller t gives sharper creases.
     /// Allowed: 0, or 1e-9 … 1e9.
-    double turbulence = 0;
+    double billow = 0;
     /// Gradient advection (Gustavson and McEwan 2021, Fig. 1c), a domain warp: each octave is displaced by `warp` times
     /// the sum of the gradients of the octaves before it (octave k weighted by gain^k), in cells of that octave. A
     /// negative value moves fine detail onto the crests. This costs a degree of smoothness: the sum is C² for noises

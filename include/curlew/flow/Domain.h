@@ -25,6 +25,9 @@ using Domain = DomainN<3>;
 /// allowed. For Side::both it is never positive.
 double beyondWall(Side side, double distance);
 
+/// Rounding error of a position whose coordinates are floats, relative to the sum of their absolute values.
+inline constexpr double kPositionRounding = 0x1p-23;
+
 /// Tests whether points are on a side of the wall where the flow is allowed, at a distance of at least the rounding
 /// error of their coordinates in float, so that this stays true after they are written to a file. Writes a flag and the
 /// distance for each point. Without a wall all points are allowed, at an infinite distance. Does not test the box.

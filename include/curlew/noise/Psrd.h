@@ -75,7 +75,7 @@ class PsrdN {
   private:
     // Hashes are integers modulo 289, represented by |h| <= 144. All operations on them are exact in float: the
     // permutations take sums of a hash, a vertex, its corner and a shift, which are at most 438.
-    static constexpr int kHashes = 289, kMostHash = 144;
+    static constexpr int kHashes = 289, kMaxHash = 144;
     /// h -> (quadratic h² + linear h) modulo 289. It is a bijection if 17 divides `quadratic` but not `linear`.
     struct Permutation {
         float quadratic, linear;
@@ -154,7 +154,7 @@ class PsrdN {
     Vec<double, N> mTranslation{}; // of the lattice, from the seed
     Vec<float, N> mShift{};        // of the hash, from the seed
     std::array<Permutation, N> mPermutations;
-    // Indexed by hash, starting at the lowest, -kMostHash.
+    // Indexed by hash, starting at the lowest, -kMaxHash.
     std::array<Row<double>, kHashes> mGradients;
     std::array<Row<float>, kHashes> mGradientsFloat;
 };
@@ -258,7 +258,7 @@ typename PsrdN<N>::template Places<T> PsrdN<N>::placesOf(const Cell<T>& cell) co
             }
         }
         for (int s = 1; s < N; ++s) hash = mPermutations[static_cast<size_t>(s)](hash + vertex[hashedAxis(s)]);
-        places[k] = indicesOf(hash + Hash(kMostHash), kHashes - 1);
+        places[k] = indicesOf(hash + Hash(kMaxHash), kHashes - 1);
     });
     return places;
 }

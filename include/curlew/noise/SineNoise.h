@@ -38,7 +38,7 @@ class SineNoise {
     using Options = SineNoiseOptions<N>;
     static constexpr int kDimension = N;
     static constexpr double kBound = 1;
-    static constexpr int kMostWaves = 64;
+    static constexpr int kMaxWaves = 64;
 
     /// Throws ValueError if a period is negative or `waves` is out of range.
     explicit SineNoise(const SineNoiseOptions<N>& options = {});
@@ -51,8 +51,8 @@ class SineNoise {
 
   private:
     SineNoiseOptions<N> mOptions;
-    std::array<Vec<double, N>, kMostWaves> mWaves; // wave vectors nu, cycles per unit of length
-    std::array<double, kMostWaves> mPhases{};      // cycles
+    std::array<Vec<double, N>, kMaxWaves> mWaves; // wave vectors nu, cycles per unit of length
+    std::array<double, kMaxWaves> mPhases{};      // cycles
 };
 
 template <int N>

@@ -18,7 +18,7 @@ struct WarpOptions {
     /// Number of corrections by Newton's method after each step (ICN Eq. 12); fewer only if f is exact to rounding.
     /// Equal steps do not limit the length of a correction, as in the paper, so positions may jump; use track/Advect.h
     /// for particles.
-    int reprojections = 1;
+    int corrections = 1;
     int supersampling = 1; ///< For pictures: positions along each edge of a pixel, averaged.
     double accuracy = 0;   ///< Per step, world units, as in AdvectOptions; 0: a millionth of the domain's diagonal.
 
@@ -27,7 +27,7 @@ struct WarpOptions {
 
 /// Moves positions along the flow (ICN Algorithm 1 in 2D, where f is constant along streamlines), by adaptive or equal
 /// steps. No position influences another, so the result does not depend on the number of threads. Throws ValueError if
-/// the flow is a sum and reprojections > 0, a value is not finite, the number of steps or reprojections is negative, or
+/// the flow is a sum and corrections > 0, a value is not finite, the number of steps or corrections is negative, or
 /// an accuracy is given for a scheme without error estimates.
 void warp(const FlowN<2>& flow, std::vector<Vec<double, 2>>& positions, const WarpOptions& options,
           const Monitor& monitor = {});

@@ -94,7 +94,7 @@ void traceAction(Context& c, const Arguments& a) {
                                    curves.size(), curves.vertices(), endsOf(result), result.lengthMean);
     if (result.count(CurveEnd::closed) > 0) line += fmt::format(", closing gap at most {:.1e}", result.gapMax);
     if (flow.hasTracks()) line += fmt::format(", drift f {:.1e} g {:.1e}", result.driftRms[0], result.driftRms[1]);
-    c.say(line);
+    c.info(line);
     auto& report = c.report("trace") = {
         {"curves", curves.size()},        {"vertices", curves.vertices()}, {"closed", result.count(CurveEnd::closed)},
         {"gap_rms", result.gapRms},       {"gap_max", result.gapMax},      {"length_mean", result.lengthMean},

@@ -36,7 +36,7 @@ void emit(Context& c, const Arguments& a) {
     if (const AnyFlow* flow = c.trackedFlow(set)) joinFlow(inSpace(*flow), particles, born);
     const size_t count = born.size();
     particles.append(born);
-    c.say(fmt::format("emit: {} new points, {} in total", count, particles.size()));
+    c.info(fmt::format("emit: {} new points, {} in total", count, particles.size()));
     c.report("emit") = {{"born", count}, {"points", particles.size()}};
     c.give(std::make_shared<PointSet>(std::move(set)));
 }
@@ -57,7 +57,7 @@ void kill(Context& c, const Arguments& a) {
     }
     const size_t before = particles.size();
     particles.remove(flags);
-    c.say(fmt::format("kill: {} points removed, {} remain", before - particles.size(), particles.size()));
+    c.info(fmt::format("kill: {} points removed, {} remain", before - particles.size(), particles.size()));
     c.report("kill") = {{"killed", before - particles.size()}, {"points", particles.size()}};
     c.give(std::make_shared<PointSet>(std::move(set)));
 }

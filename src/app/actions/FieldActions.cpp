@@ -170,7 +170,7 @@ void formula(Context& c, const Arguments& a) {
         for (size_t k = 0; k < names.size(); ++k) fields.emplace(names[k], inFormula<n>(c.field("fields", k).field));
         auto made = parsedFormula<n>(text, fields);
         if (!made.kinks.empty())
-            c.say(
+            c.info(
                 fmt::format("formula: {} may have a kink, at which the velocity of a flow jumps; smin, smax and "
                             "smoothstep have none",
                             join(made.kinks, ", ")));

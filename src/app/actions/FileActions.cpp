@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "Actions.h"
 #include "FileText.h"
-#include "HighPoints.h"
 #include "HostFiles.h"
+#include "PointsN.h"
 #include "ProbeAction.h"
 #include "ReadFiles.h"
 #include "ShaderFiles.h"
@@ -200,7 +200,7 @@ void writePlyFile(const Context& c, const Arguments& a, const std::string& file)
 void writeCsvFile(const Context& c, const Arguments& a, const std::string& file) {
     const auto& cancelled = c.console().cancelFunction();
     if (c.kind("what") == Kind::points)
-        if (const auto& high = c.anyPoints("what").high) return writeHigh(file, *high, cancelled);
+        if (const auto& positions = c.anyPoints("what").positionsN) return writePointsN(file, *positions, cancelled);
     writeGeometry(
         c, file, [&] { writeCsv(file, *pointsForFile(c, a), cancelled); },
         [&] { writeCsv(file, *curvesForFile(c, a), cancelled); });
@@ -295,7 +295,7 @@ void writeOne(const Context& c, const Arguments& a, const std::string& name) {
 void write(Context& c, const Arguments& a) {
     for (const auto& file : a.words()) {
         writeOne(c, a, file);
-        if (!collectsFrames(c, a, file)) c.say(fmt::format("wrote {}: {}", file, describedFile(c, a, file)));
+        if (!collectsFrames(c, a, file)) c.info(fmt::format("wrote {}: {}", file, describedFile(c, a, file)));
     }
 }
 

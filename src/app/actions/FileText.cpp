@@ -43,7 +43,8 @@ std::string describedObject(const Context& c, const Arguments& a, const Value& v
     switch (kindOf(value)) {
         case Kind::points: {
             const PointSet& set = *std::get<PointsPointer>(value);
-            if (set.high) return fmt::format("{} points of {} dimensions", grouped(set.size()), dimensionOf(*set.high));
+            if (set.positionsN)
+                return fmt::format("{} points of {} dimensions", grouped(set.size()), dimensionOf(*set.positionsN));
             const Points& points = set.particles;
             return fmt::format("{} points ({})", grouped(points.size()), attributesOf(points, pointVelocityOf(a)));
         }

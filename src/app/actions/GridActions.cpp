@@ -99,9 +99,9 @@ void meshToLevelSetAction(Context& c, const Arguments& a) {
                                               .halfWidth = a.real("halfWidth"),
                                               .thickness = thickness},
                                              c.follow("mesh to level set"));
-    c.say(fmt::format("level set: {} voxels of {:.6g}", levelSet.grid->activeVoxelCount(), levelSet.voxelSize()));
+    c.info(fmt::format("level set: {} voxels of {:.6g}", levelSet.grid->activeVoxelCount(), levelSet.voxelSize()));
     if (const std::string description = descriptionOf(figures); thickness == 0 && !description.empty())
-        c.say("mesh: " + description);
+        c.info("mesh: " + description);
     if (thickness > 0 && thickness < 2 * levelSet.voxelSize())
         c.warn(fmt::format(
             "thickness {:.3g} is less than two voxels of {:.3g}, so the sheet may have gaps; use smaller voxels",
@@ -204,8 +204,8 @@ void velocity(Context& c, const Arguments& a) {
     if (grid->activeVoxelCount() == 0)
         throw ValueError("the grid has no active voxel, since the domain is thinner than a voxel; use smaller voxels");
     grid->setName(a.text("name"));
-    c.say(fmt::format("velocity: {} active voxels of {:.6g}{}", grid->activeVoxelCount(), grid->voxelSize()[0],
-                      motionOf(options.moving, potential)));
+    c.info(fmt::format("velocity: {} active voxels of {:.6g}{}", grid->activeVoxelCount(), grid->voxelSize()[0],
+                       motionOf(options.moving, potential)));
     if (c.used("velocity")) warnOfCoarseVoxels(c, flow, grid->voxelSize()[0]);
     const auto give = [&](const openvdb::GridBase::Ptr& made) {
         made->setSaveFloatAsHalf(a.flag("half"));

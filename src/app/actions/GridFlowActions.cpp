@@ -34,7 +34,7 @@ std::optional<Wall> wallOf(const Context& c, const Arguments& a, double voxel) {
 Flow flowOfPotentials(const Context& c, const Arguments& a, const VelocityGrids& grids) {
     const PotentialFlowOptions options{.wall = wallOf(c, a, grids.front()->voxelSize()[0])};
     const PotentialFlow made = potentialFlow(grids, options, c.follow("flow"));
-    c.say(
+    c.info(
         fmt::format("flow: potentials of {} x {} x {} voxels; divergence per voxel {:.1e} of the rms velocity in "
                     "the grid, {:.1e} in the flow; the velocities through the faces changed by {:.1e}",
                     made.cells[0], made.cells[1], made.cells[2], made.divergence, made.residual, made.change));
@@ -52,7 +52,7 @@ Flow flowOfPotentials(const Context& c, const Arguments& a, const VelocityGrids&
 Flow interpolatedFlow(const Context& c, const Arguments& a, const VelocityGrids& grids) {
     const auto sampling = a.choice<GridSampling>("interpolation");
     const Flow flow = sampledFlow(grids, sampling, c.follow("flow"));
-    c.say(fmt::format(
+    c.info(fmt::format(
         "flow: {} interpolation of a {} velocity grid; not divergence-free, no tracks (exact=1 makes "
         "potentials)",
         kGridSamplingNames.at(static_cast<size_t>(sampling)), isStaggered(grids) ? "staggered" : "collocated"));

@@ -61,9 +61,9 @@ std::string describe(const openvdb::Vec3d& v) { return fmt::format("{:.6g},{:.6g
 
 /// Says where the box of a vector field is, since the format does not, or only the user can place it.
 void sayBox(const Context& c, const std::string& file, const FieldBox& box) {
-    c.say(fmt::format("{}: {} x {} x {} vectors; centre {}, size {}{}", file, box.size[0], box.size[1], box.size[2],
-                      describe(0.5 * (box.lower + box.upper)), describe(box.upper - box.lower),
-                      box.resampled ? "; resampled, because the format has fewer voxels or other axes" : ""));
+    c.info(fmt::format("{}: {} x {} x {} vectors; centre {}, size {}{}", file, box.size[0], box.size[1], box.size[2],
+                       describe(0.5 * (box.lower + box.upper)), describe(box.upper - box.lower),
+                       box.resampled ? "; resampled, because the format has fewer voxels or other axes" : ""));
 }
 
 // ---- USD
@@ -218,7 +218,8 @@ std::vector<openvdb::GridBase::ConstPtr> headersForFile(const Context& c, const 
 
 std::shared_ptr<const Points> pointsForFile(const Context& c, const Arguments& a) {
     const HostOptions options = optionsOf(c, a);
-    if (c.anyPoints("what").high) throw ValueError("points of more than 3 dimensions can only be written to a .csv");
+    if (c.anyPoints("what").positionsN)
+        throw ValueError("points of more than 3 dimensions can only be written to a .csv");
     const auto set = std::get<PointsPointer>(c.value("what"));
     if (keepsGeometry(options)) return {set, &set->particles};
     return std::make_shared<const Points>(forHost(set->particles, options));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "Actions.h"
-#include "HighPoints.h"
+#include "PointsN.h"
 #include "ScatterDomain.h"
 #include "curlew/app/registry/Bind.h"
 #include "curlew/track/Jitter.h"
@@ -59,8 +59,8 @@ const Binding<JitteredLatticeOptions>& jitterBinding() {
 
 /// Says and reports what jitteredPositions() or jitteredLattice() has made.
 void reportJitter(Context& c, size_t points, double spacing, bool conforms) {
-    c.say(fmt::format("jitter: {} points at a spacing of {:.6g}{}", points, spacing,
-                      conforms ? ", none of which crosses the wall" : ""));
+    c.info(fmt::format("jitter: {} points at a spacing of {:.6g}{}", points, spacing,
+                       conforms ? ", none of which crosses the wall" : ""));
     c.report("jitter") = {{"points", points}, {"spacing", spacing}, {"conforms", conforms}};
 }
 
@@ -70,10 +70,10 @@ void jitterAction(Context& c, const Arguments& a) {
     const int dimensions = pointDimension(c, a, "domain");
     if (dimensions > 3) {
         if (a.given("side")) throw ValueError("side= needs a wall, which is in 2 or 3 dimensions");
-        return inHighDimension(dimensions, [&](auto n) {
-            auto made = jitteredPositions(highDomain<n>(c, a, "domain"), options, monitor);
+        return withDimension(dimensions, [&](auto n) {
+            auto made = jitteredPositions(domainOfPointsN<n>(c, a, "domain"), options, monitor);
             reportJitter(c, made.positions.size(), made.spacing, made.conforms);
-            giveHigh(c, std::move(made.positions));
+            givePointsN(c, std::move(made.positions));
         });
     }
     Domain domain = c.has("domain") ? domainOfInput(c, "domain") : Domain{};

@@ -112,7 +112,7 @@ void advectLevelSetAction(Context& c, const Arguments& a) {
         result =
             advectLevelSet(before, c.flowInTime("flow"), begin, time, mapOptions(c, a, before.voxelSize()), monitor);
     const double change = volumeOf(result.levelSet) / volumeOf(before) - 1;
-    c.say(
+    c.info(
         fmt::format("level set: {} voxels, volume {:+.3g} %", result.levelSet.grid->activeVoxelCount(), 100 * change));
     auto& report = c.report("advect_level_set") = {{"voxels", result.levelSet.grid->activeVoxelCount()},
                                                    {"volume_change", change}};
@@ -135,7 +135,7 @@ void advectGridAction(Context& c, const Arguments& a) {
         *grid, c.flowInTime("flow"), a.real("begin"), timeOf(c, a),
         {.map = mapOptions(c, a, grid->voxelSize()[0]), .interpolation = a.choice<Interpolation>("interpolation")},
         c.follow("advecting the grid"));
-    c.say(fmt::format("grid '{}': {} active voxels", grid->getName(), result.grid->activeVoxelCount()));
+    c.info(fmt::format("grid '{}': {} active voxels", grid->getName(), result.grid->activeVoxelCount()));
     c.report("advect_grid") = {{"voxels", result.grid->activeVoxelCount()},
                                {"traced", result.traced},
                                {"stalled", result.stalled},
@@ -146,7 +146,7 @@ void advectGridAction(Context& c, const Arguments& a) {
 
 void levelSetToMeshAction(Context& c, const Arguments& a) {
     auto mesh = std::make_shared<const Mesh>(levelSetToMesh(levelSetOf(c), a.real("adaptivity")));
-    c.say(fmt::format("mesh: {} points, {} faces", mesh->points.size(), mesh->faces()));
+    c.info(fmt::format("mesh: {} points, {} faces", mesh->points.size(), mesh->faces()));
     c.give(std::move(mesh));
 }
 

@@ -34,7 +34,7 @@ std::shared_ptr<const LoopedPoints> loopedPoints(const Context& c, const LoopOpt
     return c.kept<LoopedPoints>(key, [&] {
         auto made = std::make_shared<const LoopedPoints>(flow.at(0), c.points("points").particles, o, monitor);
         const LoopSummary& s = made->summary();
-        c.say(fmt::format(
+        c.info(fmt::format(
             "advect: of {} points, {} follow closed tracks in {:.6g} s, at {:.3g} to {:.3g} times their speed (mean "
             "{:.3g}); {} fade, {} are at rest; {} vertices",
             s.points, s.closed, o.duration, s.paceMin, s.paceMax, s.paceMean, s.fading, s.still, s.vertices));
@@ -53,8 +53,8 @@ void loopAction(Context& c, const Arguments& a, const ReprojectionOptions& repro
                                     c.follow("loop"));
     LoopMoment moment = loops->at(a.real("duration"), c.follow("advect"));
     const LoopSummary& s = loops->summary();
-    c.say(fmt::format("advect: {} points on their loops, {} outside{}", s.points, moment.outside,
-                      c.madeFromLevelSet("flow") ? " the level set" : ""));
+    c.info(fmt::format("advect: {} points on their loops, {} outside{}", s.points, moment.outside,
+                       c.madeFromLevelSet("flow") ? " the level set" : ""));
     c.report("advect") = {{"points", s.points},
                           {"speed_max", moment.points.maxSpeed()},
                           {"outside", moment.outside},

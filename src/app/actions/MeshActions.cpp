@@ -71,7 +71,7 @@ void meshOfField(Context& c, const Arguments& a) {
     if (!flat && !spatial)
         throw ValueError(fmt::format("needs a field of 2 or 3 dimensions, but the newest has {}", dimensionOf(field)));
     auto mesh = std::make_shared<const Mesh>(flat ? heights(c, a, *flat) : surfaceIn(c, a, *spatial));
-    c.say(fmt::format("mesh: {} points, {} faces", mesh->points.size(), mesh->faces()));
+    c.info(fmt::format("mesh: {} points, {} faces", mesh->points.size(), mesh->faces()));
     c.give(std::move(mesh));
 }
 

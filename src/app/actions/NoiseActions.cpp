@@ -87,7 +87,7 @@ Binding<Options> ownOptions() {
                        "simplex: smooth has no empty regions, corners has some in 6D and 7D; the published kernels are "
                        "Macomber's, with his radius (discontinuous) or with r² = 1/2"),
                 [](auto& o) -> decltype((o.kernel)) { return o.kernel; });
-    bindIfThere(own, integer("waves", "", 1, SineNoise<3>::kMostWaves, "sine: number of waves"),
+    bindIfThere(own, integer("waves", "", 1, SineNoise<3>::kMaxWaves, "sine: number of waves"),
                 [](auto& o) -> decltype((o.waves)) { return o.waves; });
     return own;
 }
@@ -144,7 +144,7 @@ const Binding<OctaveOptions>& octaveBinding() {
                          notNegative("billow", "", "",
                                      "above 0: billow noise (turbulence), the sum of |n| over the octaves, with the "
                                      "crease rounded where |n| is below about this value (C²)")),
-                [](auto& o) -> auto& { return o.turbulence; })
+                [](auto& o) -> auto& { return o.billow; })
             .add(
                 real("warp", "", "cells",
                      "domain warp (gradient advection): each octave is displaced by this factor times the gradient "
@@ -166,8 +166,8 @@ void tellTiling([[maybe_unused]] Context& c, [[maybe_unused]] const typename Noi
         const auto tiling = Noise(options).tilingPeriod();
         for (int axis = 0; axis < Noise::kDimension; ++axis)
             if (options.period[axis] > 0 && tiling[axis] != options.period[axis])
-                c.say(fmt::format("noise: a period of {} along {} tiles only after {}", options.period[axis],
-                                  "xyz"[axis], tiling[axis]));
+                c.info(fmt::format("noise: a period of {} along {} tiles only after {}", options.period[axis],
+                                   "xyz"[axis], tiling[axis]));
     }
 }
 

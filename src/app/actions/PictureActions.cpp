@@ -102,7 +102,7 @@ const Binding<WarpOptions>& warpBinding() {
             .add(
                 formerly({"reprojections"},
                          integer("corrections", "", 0, 1000, "number of Newton corrections after each step")),
-                [](auto& o) -> auto& { return o.reprojections; })
+                [](auto& o) -> auto& { return o.corrections; })
             .add(
                 integer("supersampling", "", 1, 16, "anti-aliasing: samples along each edge of a pixel"),
                 [](auto& o) -> auto& { return o.supersampling; });
@@ -162,8 +162,8 @@ Action warpDeclaration() {
 void compareAction(Context& c, const Arguments& a) {
     const ImageDifference difference = differenceOf(c.image("image").image, c.image("other").image);
     const std::string name = a.text("name");
-    c.say(fmt::format("{}: root mean square difference {:.4g}, largest {:.4g}", name, difference.rms,
-                      difference.largest));
+    c.info(fmt::format("{}: root mean square difference {:.4g}, largest {:.4g}", name, difference.rms,
+                       difference.largest));
     c.report(name) = {{"rmse", difference.rms}, {"largest", difference.largest}, {"unmatched", difference.unmatched}};
 }
 
@@ -192,7 +192,7 @@ void plotAction(Context& c, const Arguments& a) {
                                                                  .width = a.integer<int>("width"),
                                                                  .height = a.integer<int>("height")});
     writeAtomically(a.words()[1], [&](std::ostream& out) { out << svg; });
-    c.say(fmt::format("wrote {}", a.words()[1]));
+    c.info(fmt::format("wrote {}", a.words()[1]));
 }
 
 Action plotDeclaration() {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Longer than 400 lines: -advect has more options, warnings and figures than any other action.
 #include "Actions.h"
-#include "HighPoints.h"
 #include "LoopAction.h"
 #include "MovingWall.h"
+#include "PointsN.h"
 #include "ScatterDomain.h"
 #include "TrackOptions.h"
 #include "curlew/app/registry/InContext.h"
@@ -32,11 +32,11 @@ constexpr double kSnapTolerance = 1e-9; ///< In the field's value, or relative t
 
 /// Scatters points in the box of a domain of N > 3 dimensions.
 template <int N>
-void scatterHigh(Context& c, const Arguments& a, size_t count) {
+void scatterPointsN(Context& c, const Arguments& a, size_t count) {
     for (const char* option : {"on", "offset"})
         if (a.given(option)) throw ValueError(fmt::format("{}= needs points in 3D, not in {} dimensions", option, N));
     if (c.has("density")) throw ValueError(fmt::format("density= needs points in 3D, not in {} dimensions", N));
-    const BoxN<N> box = highDomain<N>(c, a, "domain").box;
+    const BoxN<N> box = domainOfPointsN<N>(c, a, "domain").box;
     if (!box.finite()) throw ValueError("the domain is infinite; give a box");
     requireMemory(static_cast<double>(count) * sizeof(Vec<double, N>), fmt::format("{} points", count),
                   "use fewer points");
@@ -46,13 +46,13 @@ void scatterHigh(Context& c, const Arguments& a, size_t count) {
         for (int axis = 0; axis < N; ++axis)
             positions[k][axis] =
                 box.lower[axis] + box.size()[axis] * randomUniform(seed, k, static_cast<uint64_t>(axis));
-    giveHigh(c, std::move(positions));
+    givePointsN(c, std::move(positions));
 }
 
 void scatterAction(Context& c, const Arguments& a) {
     const auto count = a.integer<size_t>("count");
     if (const int dimension = pointDimension(c, a, "domain"); dimension > 3)
-        return inHighDimension(dimension, [&](auto n) { scatterHigh<n>(c, a, count); });
+        return withDimension(dimension, [&](auto n) { scatterPointsN<n>(c, a, count); });
     const Birthplace birth = birthplaceOf(c, a, OffSurface::flowsOnly);
     requireMemory(static_cast<double>(count) * Points::kPlainBytes, fmt::format("{} points", count),
                   "use fewer points");
@@ -167,7 +167,7 @@ void reportAdvect(Context& c, const Flow& flow, const AdvectResult& result, cons
     const std::string error = estimated ? fmt::format("; estimated error {:.1e} on average, {:.1e} at most",
                                                       result.errorMean, result.errorMax)
                                         : "";
-    c.say(fmt::format(
+    c.info(fmt::format(
         "advect: {} points, {:.4g} steps each{}{}; {:.3g} corrections per step, {}, {} steps repeated, {} "
         "points not converged, {} outside{}",
         result.points, stepsEach, error, freezing, result.meanIterations, tracksOf(result, sum), result.retries,
@@ -232,7 +232,7 @@ void reportVolumes(Context& c, const Arguments& a, const FlowInTime& flow, doubl
         sample.push_back({{particles.x[n], particles.y[n], particles.z[n]}});
     }
     const VolumeChange change = volumeChange(flow, sample, begin, options, c.follow("volumes"));
-    c.say(
+    c.info(
         fmt::format("advect: volumes change by a factor of {:.9g} (median), from {:.9g} to {:.9g} for 90 % of {} "
                     "samples, and differ from 1 by at most {:.1e}",
                     change.median, change.lower, change.upper, change.samples, change.farthest));
@@ -245,7 +245,7 @@ void reportVolumes(Context& c, const Arguments& a, const FlowInTime& flow, doubl
 
 /// Moves points of N > 3 dimensions along a flow of as many.
 template <int N>
-void advectHigh(Context& c, const Arguments& a) {
+void advectPointsN(Context& c, const Arguments& a) {
     const auto* flow = std::get_if<FlowN<N>>(&c.anyFlow("flow"));
     if (!flow)
         throw ValueError(
@@ -258,10 +258,10 @@ void advectHigh(Context& c, const Arguments& a) {
                         "before -frames",
                         N));
     const AdvectOptions options = advectOptions(c, a, flow->domain());
-    auto positions = std::get<std::vector<Vec<double, N>>>(*c.anyPoints("points").high);
+    auto positions = std::get<std::vector<Vec<double, N>>>(*c.anyPoints("points").positionsN);
     const AdvectResultN<N> result = advect(*flow, positions, options, c.follow("advect"));
     const double residual = *std::max_element(result.residual.begin(), result.residual.end());
-    c.say(
+    c.info(
         fmt::format("advect: {} points in {} dimensions, {:.4g} steps each; residuals {:.1e} at most, {} points not "
                     "converged",
                     result.points, N,
@@ -271,12 +271,12 @@ void advectHigh(Context& c, const Arguments& a) {
                           {"retries", result.retries},   {"not_converged", result.notConverged},
                           {"residual_max", residual},    {"error_mean", result.errorMean},
                           {"error_max", result.errorMax}};
-    giveHigh(c, std::move(positions));
+    givePointsN(c, std::move(positions));
 }
 
 void advectAction(Context& c, const Arguments& a) {
-    if (const auto& high = c.anyPoints("points").high)
-        return inHighDimension(dimensionOf(*high), [&](auto n) { advectHigh<n>(c, a); });
+    if (const auto& positions = c.anyPoints("points").positionsN)
+        return withDimension(dimensionOf(*positions), [&](auto n) { advectPointsN<n>(c, a); });
     if (a.given("loop")) return loopAction(c, a, advectBinding().read(a).reprojection);
     const FlowInTime flow = c.flowInTime("flow");
     const double begin = c.clock() ? c.clock()->begin : 0;
@@ -327,8 +327,8 @@ void snapAction(Context& c, const Arguments& a) {
     PointSet set = c.takePoints("points");
     const SnapResult result =
         a.given("iso") ? snapToValue(c, a, set.particles, box) : snapToSurface(c, a, set.particles);
-    c.say(fmt::format("snap: {} points, moved by {:.4g} on average; {} are too far away", result.points, result.moved,
-                      result.missed));
+    c.info(fmt::format("snap: {} points, moved by {:.4g} on average; {} are too far away", result.points, result.moved,
+                       result.missed));
     c.report("snap") = {{"points", result.points}, {"moved", result.moved}, {"missed", result.missed}};
     c.give(std::make_shared<PointSet>(std::move(set)));
 }
@@ -340,7 +340,7 @@ void distanceAction(Context& c, const Arguments&) {
     const Distance d = c.kind("what") == Kind::points
                            ? distanceBetween(c.points("what", 0).particles, c.points("what", 1).particles, monitor)
                            : distanceBetween(*c.curves("what", 0), *c.curves("what", 1), monitor);
-    c.say(fmt::format("distance: mean {:.6g}, maximum {:.6g}, of {} pairs", d.mean, d.max, d.pairs));
+    c.info(fmt::format("distance: mean {:.6g}, maximum {:.6g}, of {} pairs", d.mean, d.max, d.pairs));
     auto& report = c.report("distance");
     const size_t earlier = c.clock() && report.is_object() ? report.value("unmatched_all", size_t{0}) : 0;
     report = {{"pairs", d.pairs}, {"mean", d.mean},           {"rms", d.rms},
@@ -359,10 +359,11 @@ void spacingAction(Context& c, const Arguments& a) {
         return spacingOf(points, monitor);
     };
     const Spacing spacing =
-        set.high ? std::visit([&](const auto& points) { return spacingOf(points, monitor); }, *set.high) : inSpace();
+        set.positionsN ? std::visit([&](const auto& points) { return spacingOf(points, monitor); }, *set.positionsN)
+                       : inSpace();
     const std::string name = a.text("name");
-    c.say(fmt::format("{}: distance of {} points to their nearest neighbours: median {:.4g}, minimum {:.4g}", name,
-                      set.size(), spacing.median, spacing.minimum));
+    c.info(fmt::format("{}: distance of {} points to their nearest neighbours: median {:.4g}, minimum {:.4g}", name,
+                       set.size(), spacing.median, spacing.minimum));
     c.report(name) = {{"points", set.size()}, {"median", spacing.median}, {"minimum", spacing.minimum}};
 }
 

@@ -50,8 +50,8 @@ std::string described(const Value& value) {
             return fmt::format("mesh, {} points, {} faces", mesh->points.size(), mesh->faces());
         }
         std::string operator()(const PointsPointer& points) const {
-            if (points->high)
-                return fmt::format("{} points of {} dimensions", points->size(), dimensionOf(*points->high));
+            if (points->positionsN)
+                return fmt::format("{} points of {} dimensions", points->size(), dimensionOf(*points->positionsN));
             return fmt::format("{} points{}", points->particles.size(),
                                points->particles.hasVelocity() ? ", with velocity" : "");
         }

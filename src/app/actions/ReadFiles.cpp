@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ReadFiles.h"
 
-#include "HighPoints.h"
+#include "PointsN.h"
 #include "ScatterDomain.h"
 #include "curlew/app/registry/Text.h"
 #include "curlew/app/run/IsolatedFiles.h"
@@ -74,7 +74,7 @@ void tellModel(Context& c, const Arguments& a, const SourceFile& file, const Ani
                             loops ? "repeats" : "holds its last pose");
     }
     if (!others.empty()) line += fmt::format("; {} {}", pose.clip ? "other clips:" : "clips:", join(others, ", "));
-    c.say(line);
+    c.info(line);
     if (pose.clip && !c.clock() && c.graph().frameRange && !a.given("time"))
         c.warn(
             fmt::format("'{}' is animated but is read before -frames, so it does not move; put -read after -frames, or "
@@ -83,7 +83,7 @@ void tellModel(Context& c, const Arguments& a, const SourceFile& file, const Ani
 }
 
 void sayMesh(const Context& c, const SourceFile& file, const Mesh& mesh, const std::string& more = "") {
-    c.say(fmt::format("{}: {} points, {} faces{}", file.name, mesh.points.size(), mesh.faces(), more));
+    c.info(fmt::format("{}: {} points, {} faces{}", file.name, mesh.points.size(), mesh.faces(), more));
 }
 
 // --- grids
@@ -166,8 +166,8 @@ void readMeshFile(Context& c, const Arguments&, const SourceFile& file) {
 
 void readPointFile(Context& c, const Arguments&, const SourceFile& file) {
     PointTable table = readPoints(file.path, c.follow(fmt::format("reading {}", file.name)));
-    c.say(fmt::format("{}: {} points{}", file.name, table.points.size(),
-                      table.skipped.empty() ? "" : "; skipped: " + join(table.skipped, " ")));
+    c.info(fmt::format("{}: {} points{}", file.name, table.points.size(),
+                       table.skipped.empty() ? "" : "; skipped: " + join(table.skipped, " ")));
     givePoints(c, std::move(table.points));
 }
 
@@ -175,7 +175,7 @@ namespace {
 
 void readCurveFile(Context& c, const SourceFile& file) {
     auto curves = std::make_shared<const Curves>(readCurves(file.path));
-    c.say(fmt::format("{}: {} curves with {} vertices", file.name, curves->size(), curves->vertices()));
+    c.info(fmt::format("{}: {} curves with {} vertices", file.name, curves->size(), curves->vertices()));
     c.give(std::move(curves));
 }
 
@@ -191,12 +191,12 @@ void readCsvFile(Context& c, const Arguments& a, const SourceFile& file) {
     if (holdsCurves(file.path)) return readCurveFile(c, file);
     if (!hasNumberedCoordinates(file.path)) return readPointFile(c, a, file);
     const Positions table = readPositions(file.path);
-    c.say(fmt::format("{}: {} points of {} dimensions", file.name, table.size(), table.dimension()));
+    c.info(fmt::format("{}: {} points of {} dimensions", file.name, table.size(), table.dimension()));
     if (table.dimension() > 3)
-        return inHighDimension(table.dimension(), [&](auto n) {
+        return withDimension(table.dimension(), [&](auto n) {
             std::vector<Vec<double, n>> positions;
             for (size_t k = 0; k < table.size(); ++k) positions.push_back(table.at<n>(k));
-            giveHigh(c, std::move(positions));
+            givePointsN(c, std::move(positions));
         });
     std::vector<Vec3d> positions(table.size());
     for (size_t k = 0; k < positions.size(); ++k)
@@ -215,11 +215,11 @@ void readBgeoFile(Context& c, const Arguments&, const SourceFile& file) {
     BgeoContent content = readBgeo(file.path);
     const std::string skipped = content.skipped.empty() ? "" : "; skipped: " + join(content.skipped, " ");
     if (auto* curves = std::get_if<Curves>(&content.geometry)) {
-        c.say(fmt::format("{}: {} curves with {} vertices{}", file.name, curves->size(), curves->vertices(), skipped));
+        c.info(fmt::format("{}: {} curves with {} vertices{}", file.name, curves->size(), curves->vertices(), skipped));
         c.give(std::make_shared<const Curves>(std::move(*curves)));
     } else {
         auto& points = std::get<Points>(content.geometry);
-        c.say(fmt::format("{}: {} points{}", file.name, points.size(), skipped));
+        c.info(fmt::format("{}: {} points{}", file.name, points.size(), skipped));
         for (auto* track : {&points.f, &points.g}) track->clear(); // of a flow that is not available, rounded to float
         givePoints(c, std::move(points));
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "../run/Figures.h"
 #include "Actions.h"
-#include "HighPoints.h"
+#include "PointsN.h"
 #include "WallSolids.h"
 #include "curlew/app/registry/Text.h"
 #include "curlew/base/AtomicFile.h"
@@ -196,7 +196,7 @@ void checkCurves(const Context& c, const Flow& flow, const std::optional<WallSol
 void checkPositions(const Context& c, Report& found) {
     // Pathlines in a flow that changes were elsewhere than its wall is now.
     const bool curves = c.has("curves") && c.steady("what") && dimensionOf(c.anyFlow("what")) <= 3;
-    const bool points = c.has("points") && !c.anyPoints("points").high; // those have no wall and no track
+    const bool points = c.has("points") && !c.anyPoints("points").positionsN; // those have no wall and no track
     if (!points && !curves) return;
     const Flow flow = c.flow("what");
     const auto solids = WallSolids::of(c, "what");
@@ -211,7 +211,7 @@ std::vector<std::string> checkFiles(const Context& c, const Arguments& a, Report
     for (const std::string& file : a.words()) {
         const auto lacks = hostProblems(file, host);
         for (const std::string& problem : lacks) problems.push_back(fmt::format("'{}': {}", file, problem));
-        if (lacks.empty()) c.say(fmt::format("check: '{}' has what {} looks for", file, host.name));
+        if (lacks.empty()) c.info(fmt::format("check: '{}' has what {} looks for", file, host.name));
     }
     found["files"] = a.words().size();
     found["host_problems"] = problems.size();
@@ -250,7 +250,7 @@ void check(Context& c, const Arguments& a) {
     found["seconds"] = c.session().seconds();
     found["peak_memory_bytes"] = peakMemory();
     for (const auto& [name, value] : found.items())
-        if (!value.is_object()) c.say(fmt::format("check: {:<38} {}", name, plain(value)));
+        if (!value.is_object()) c.info(fmt::format("check: {:<38} {}", name, plain(value)));
     c.report("check") = found;
     if (a.given("report")) writeJson(a.text("report"), found);
     auto broken = violations(found, staggered);

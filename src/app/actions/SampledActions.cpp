@@ -37,11 +37,11 @@ openvdb::GridBase::ConstPtr scalarsOf(const openvdb::GridBase::ConstPtr& grid, c
 
 ScalarField fieldOfGrid(const Context& c, const openvdb::GridBase& grid) {
     const ScalarField field = gridField(grid, c.follow("field"));
-    c.say(fmt::format("field: grid '{}', {} active voxels of {:.6g}, background {}", grid.getName(),
-                      grid.activeVoxelCount(), grid.voxelSize()[0],
-                      grid.isType<openvdb::FloatGrid>()
-                          ? fmt::format("{:.4g}", static_cast<const openvdb::FloatGrid&>(grid).background())
-                          : "its background"));
+    c.info(fmt::format("field: grid '{}', {} active voxels of {:.6g}, background {}", grid.getName(),
+                       grid.activeVoxelCount(), grid.voxelSize()[0],
+                       grid.isType<openvdb::FloatGrid>()
+                           ? fmt::format("{:.4g}", static_cast<const openvdb::FloatGrid&>(grid).background())
+                           : "its background"));
     return field;
 }
 
@@ -76,7 +76,7 @@ void bake(Context& c, const Arguments& a) {
     const auto grid = bakedGrid(inSpace(c.field("field").field), options, a.text("name"), c.follow("bake"));
     grid->setSaveFloatAsHalf(a.flag("half"));
     grid->setCreator("Curlew");
-    c.say(fmt::format("bake: {} voxels of {:.6g}", grid->activeVoxelCount(), grid->voxelSize()[0]));
+    c.info(fmt::format("bake: {} voxels of {:.6g}", grid->activeVoxelCount(), grid->voxelSize()[0]));
     c.give(GridValue{grid});
 }
 

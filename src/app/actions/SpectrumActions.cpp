@@ -60,7 +60,7 @@ void spectrum(Context& c, const Arguments& a) {
                                 {"samples", {found.samples[0], found.samples[1], found.samples[2]}},
                                 {"wave_numbers", waveNumbers},
                                 {"energy", found.energy}};
-    c.say(
+    c.info(
         fmt::format("spectrum: kinetic energy {:.4g}, peak at {:.4g} cycles per world unit; E(k) ~ k^{:.3g} from "
                     "{:.4g} to {:.4g} (Kolmogorov: -5/3)",
                     found.kineticEnergy, peakWaveNumber(found), slope, fit.lower, fit.upper));
@@ -68,7 +68,7 @@ void spectrum(Context& c, const Arguments& a) {
     const std::string svg = plotSvg(
         plotOf(found, fit), {.title = a.text("title"), .yLabel = "energy per wave number", .logX = true, .logY = true});
     writeAtomically(a.text("plot"), [&](std::ostream& out) { out << svg; });
-    c.say(fmt::format("wrote {}", a.text("plot")));
+    c.info(fmt::format("wrote {}", a.text("plot")));
 }
 
 } // namespace

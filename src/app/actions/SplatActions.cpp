@@ -114,8 +114,8 @@ void splatAction(Context& c, const Arguments& a) {
         picture = composite(made.image, ground);
     }
     const size_t drawable = points ? splats.x.size() : c.curves("what")->edges();
-    c.say(fmt::format("splat: {} of {} {} drawn in {} x {} pixels, {:.1f} % of which they cover", made.drawn, drawable,
-                      points ? "points" : "edges", camera.width(), camera.height(), 100 * made.covered));
+    c.info(fmt::format("splat: {} of {} {} drawn in {} x {} pixels, {:.1f} % of which they cover", made.drawn, drawable,
+                       points ? "points" : "edges", camera.width(), camera.height(), 100 * made.covered));
     c.report("splat") = {{"drawn", made.drawn}, {"covered", made.covered}, {"exposure", exposure}};
     c.give(std::make_shared<const ImageValue>(ImageValue{.image = std::move(picture), .camera = camera}));
 }

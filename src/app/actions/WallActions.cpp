@@ -184,7 +184,7 @@ void tellLayer(Context& c, const WallN<N>& wall, const LayerWidth& layer, const 
                                    layer.noise.measured ? ", measured" : "");
     if (c.field("noise").wall) line += "; joined to the wall that bounds the noise already";
     if (options.amplitude < 0) line += fmt::format("; noise scaled by {:.3g}", 1 / layer.noise.slope);
-    c.say(line);
+    c.info(line);
     warnOfLimit(c, layer);
     warnOfThinParts(c, wall);
     warnOfWideLayer(c, wall);

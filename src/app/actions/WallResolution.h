@@ -18,12 +18,12 @@ void requireResolution(const DomainN<N>& domain) {
     if (!domain.wall || !domain.box.finite()) return;
     double sum = 0, squares = 0;
     for (int axis = 0; axis < N; ++axis) {
-        const double most = std::max(std::abs(domain.box.lower[axis]), std::abs(domain.box.upper[axis]));
-        sum += most;
-        squares += most * most;
+        const double farthest = std::max(std::abs(domain.box.lower[axis]), std::abs(domain.box.upper[axis]));
+        sum += farthest;
+        squares += farthest * farthest;
     }
-    constexpr double rounding = 0x1p-23, least = 4; // of these in the layer
-    const double needed = least * rounding * sum, width = domain.wall->width;
+    constexpr double kRoundingErrors = 4; // minimum number in the layer
+    const double needed = kRoundingErrors * kPositionRounding * sum, width = domain.wall->width;
     if (width >= needed) return;
     throw ValueError(
         fmt::format("the wall is {:.2g} units from the origin, where float positions are too coarse for its layer of "

@@ -100,7 +100,7 @@ std::vector<Link> Builder::atAges(const std::string& option, const std::vector<s
 std::vector<Link> Builder::newestOf(const Input& input, const Amount& amount, std::vector<const Entry*>& used) const {
     std::vector<Link> links;
     const auto takeOf = [&](const std::vector<Kind>& kinds) {
-        for (size_t k = mEntries.size(); k-- > 0 && links.size() < amount.most;) {
+        for (size_t k = mEntries.size(); k-- > 0 && links.size() < amount.max;) {
             const Entry& entry = mEntries[k];
             if (!fits(kinds, entry.object) || (input.accumulates && !entry.state)) continue;
             if (std::find(used.begin(), used.end(), &entry) != used.end()) continue;
@@ -110,7 +110,7 @@ std::vector<Link> Builder::newestOf(const Input& input, const Amount& amount, st
     };
     if (input.firstKindFirst) takeOf({input.kinds.front()});
     if (links.empty()) takeOf(input.kinds);
-    if (links.size() < amount.least) throw ValueError(missing(input, amount.least, links.size(), count(input.kinds)));
+    if (links.size() < amount.min) throw ValueError(missing(input, amount.min, links.size(), count(input.kinds)));
     return links;
 }
 
@@ -130,14 +130,14 @@ std::vector<Link> Builder::chosen(const Input& input, const Statement& statement
     }
     const Amount amount = input.amountWith ? input.amountWith(a, *this) : input.amount;
     const bool aged = !input.age.empty() && a.given(input.age);
-    if (amount.most == 0 && aged) throw ValueError(fmt::format("{}= has no effect here: {}", input.age, input.help));
-    if (amount.most == 0) return {};
+    if (amount.max == 0 && aged) throw ValueError(fmt::format("{}= has no effect here: {}", input.age, input.help));
+    if (amount.max == 0) return {};
     const Option* ages = input.age.empty() ? nullptr : a.action().option(input.age);
-    if (ages && (aged || (!ages->fallback.empty() && amount.least > 0))) {
+    if (ages && (aged || (!ages->fallback.empty() && amount.min > 0))) {
         links = atAges(input.age, a.ages(input.age), countedBy(input.age, input.kinds, a.ages(input.age).size() > 1));
-        if (links.size() > amount.most)
+        if (links.size() > amount.max)
             throw ValueError(fmt::format("{}={} selects {} objects, but '{}' takes {}", input.age,
-                                         a.written().at(input.age), links.size(), input.name, amount.most));
+                                         a.written().at(input.age), links.size(), input.name, amount.max));
         for (const Entry& entry : mEntries)
             if (std::find(links.begin(), links.end(), entry.link) != links.end() && input.use == Use::taken)
                 used.push_back(&entry);

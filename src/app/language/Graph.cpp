@@ -20,7 +20,7 @@ std::string contextOf(const SourceLocation& location) {
 
 size_t Node::primaryOutput() const {
     if (outputs.empty()) throw ValueError(fmt::format("'{}' makes nothing that can be linked to", name));
-    const auto always = [&](const Output& output) { return output.flag.empty() && output.amount.least > 0; };
+    const auto always = [&](const Output& output) { return output.flag.empty() && output.amount.min > 0; };
     for (size_t k = outputs.size(); k-- > 0;)
         for (const Output& declared : action().makes)
             if (declared.name == outputs[k].name && always(declared)) return k;
@@ -217,15 +217,15 @@ void validate(const Graph& graph, size_t index) {
                                          named || !grid ? nameOf(graph, link) : object.name, phraseOf({object.kind})));
         }
         const Amount amount = input.amountWith ? input.amountWith(node.arguments, linked) : input.amount;
-        if (links.size() > amount.most)
-            throw ValueError(amount.most == 0
+        if (links.size() > amount.max)
+            throw ValueError(amount.max == 0
                                  ? fmt::format("{}= has no effect here: {}", input.name, input.help)
-                                 : fmt::format("{}= takes {}, not {}", input.name, amount.most, links.size()));
-        if (links.size() < amount.least)
+                                 : fmt::format("{}= takes {}, not {}", input.name, amount.max, links.size()));
+        if (links.size() < amount.min)
             throw ValueError(links.empty() ? fmt::format("nothing is connected to '{}': it needs {}", input.name,
                                                          phraseOf(input.kinds))
                                            : fmt::format("{}= needs {} objects, but there {} {}", input.name,
-                                                         amount.least, links.size() == 1 ? "is" : "are", links.size()));
+                                                         amount.min, links.size() == 1 ? "is" : "are", links.size()));
     }
 }
 

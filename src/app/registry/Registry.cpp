@@ -80,10 +80,10 @@ std::string phraseOf(const std::vector<Kind>& kinds) {
 
 /// "2 fields", "1 or 2 fields", "flow".
 std::string countedPhrase(const std::vector<Kind>& kinds, const Amount& amount) {
-    if (amount.most <= 1) return phraseOf(kinds);
-    return amount.most >= 100            ? fmt::format("{}, any number", phraseOf(kinds))
-           : amount.least == amount.most ? fmt::format("{} × {}", amount.most, phraseOf(kinds))
-                                         : fmt::format("{} to {} × {}", amount.least, amount.most, phraseOf(kinds));
+    if (amount.max <= 1) return phraseOf(kinds);
+    return amount.max >= 100          ? fmt::format("{}, any number", phraseOf(kinds))
+           : amount.min == amount.max ? fmt::format("{} × {}", amount.max, phraseOf(kinds))
+                                      : fmt::format("{} to {} × {}", amount.min, amount.max, phraseOf(kinds));
 }
 
 } // namespace
@@ -93,7 +93,7 @@ std::string inputsOf(const Action& action) {
     for (const Input& input : action.takes) {
         std::string part = fmt::format("{}: {}", input.name, countedPhrase(input.kinds, input.amount));
         std::vector<std::string> notes;
-        if (input.amount.least == 0) notes.push_back(input.help.empty() ? "optional" : input.help);
+        if (input.amount.min == 0) notes.push_back(input.help.empty() ? "optional" : input.help);
         if (input.use == Use::stays) notes.emplace_back("kept");
         if (input.use == Use::changed) notes.emplace_back("modified");
         if (!notes.empty()) part += fmt::format(" ({})", join(notes, "; "));

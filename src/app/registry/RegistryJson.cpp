@@ -30,8 +30,8 @@ Json namesOf(const std::vector<Kind>& kinds) {
 Json json(const Input& input) {
     return {{"name", input.name},
             {"kinds", namesOf(input.kinds)},
-            {"minimum", input.amount.least},
-            {"maximum", input.amount.most},
+            {"minimum", input.amount.min},
+            {"maximum", input.amount.max},
             {"use", kUses.at(static_cast<size_t>(input.use))},
             {"accumulates", input.accumulates},
             {"age", input.age},
@@ -41,8 +41,8 @@ Json json(const Input& input) {
 Json json(const Output& output) {
     return {{"name", output.name},
             {"kinds", namesOf(output.kinds)},
-            {"minimum", output.amount.least},
-            {"maximum", output.amount.most},
+            {"minimum", output.amount.min},
+            {"maximum", output.amount.max},
             {"flag", output.flag}};
 }
 

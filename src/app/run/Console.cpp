@@ -43,7 +43,7 @@ void print(std::string_view text) {
 /// The standard streams, and the progress bar that may occupy the last line.
 class Terminal {
   public:
-    void say(std::string_view line) {
+    void info(std::string_view line) {
         clearBar();
         put(fmt::format("{}\n", printable(line)));
     }
@@ -86,17 +86,17 @@ void Terminal::show(const Progress& progress) {
 
 Listener terminal(std::function<bool()> cancelled) {
     const auto terminal = std::make_shared<Terminal>();
-    return {.say = [terminal](std::string_view line) { terminal->say(line); },
+    return {.info = [terminal](std::string_view line) { terminal->info(line); },
             .print = print,
             .progress = [terminal](const Progress& progress) { terminal->show(progress); },
             .cancelled = std::move(cancelled)};
 }
 
-void Console::printAsSaid() {
-    mListener.print = [say = mListener.say](std::string_view text) {
-        for (size_t begin = 0; say && begin < text.size();) {
+void Console::printAsMessages() {
+    mListener.print = [info = mListener.info](std::string_view text) {
+        for (size_t begin = 0; info && begin < text.size();) {
             const size_t end = std::min(text.find('\n', begin), text.size());
-            say(text.substr(begin, end - begin));
+            info(text.substr(begin, end - begin));
             begin = end + 1;
         }
     };
@@ -106,12 +106,12 @@ void Console::print(std::string_view text) const {
     if (mListener.print) mListener.print(text);
 }
 
-void Console::say(std::string_view line) const {
-    if (mVerbosity != Verbosity::quiet && mListener.say) mListener.say(line);
+void Console::info(std::string_view line) const {
+    if (mVerbosity != Verbosity::quiet && mListener.info) mListener.info(line);
 }
 
 void Console::detail(std::string_view line) const {
-    if (mVerbosity == Verbosity::verbose) say(line);
+    if (mVerbosity == Verbosity::verbose) info(line);
 }
 
 Monitor Console::follow(std::string title) const {

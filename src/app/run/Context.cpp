@@ -67,8 +67,8 @@ const PointSet& Context::anyPoints(std::string_view input, size_t index) const {
 }
 const PointSet& Context::points(std::string_view input, size_t index) const {
     const PointSet& set = anyPoints(input, index);
-    if (set.high)
-        throw ValueError(fmt::format("needs points in 3D, but these have {} dimensions", dimensionOf(*set.high)));
+    if (set.positionsN)
+        throw ValueError(fmt::format("needs points in 3D, but these have {} dimensions", dimensionOf(*set.positionsN)));
     return set;
 }
 

@@ -116,7 +116,7 @@ void Evaluator::runFrames() {
         }
         if (mPlan->first > mPlan->start && (!checkpoint || checkpoint->frame < mPlan->first - mPlan->by))
             inContextOf("-frames", [&] { requireNoState(); });
-        mSession.console.say(
+        mSession.console.info(
             checkpoint ? fmt::format("resuming after frame {}", checkpoint->frame)
                        : fmt::format("no checkpoint '{}' yet: starting at the first frame", mPlan->checkpoint));
     }
@@ -124,8 +124,8 @@ void Evaluator::runFrames() {
     for (const size_t first = done; done < frames.size(); ++done) {
         const double left = (mSession.seconds() - began) / static_cast<double>(std::max<size_t>(done - first, 1)) *
                             static_cast<double>(frames.size() - done);
-        mSession.console.say(fmt::format("frame {}, {} of {}{}", frames[done], done + 1, frames.size(),
-                                         done > first ? fmt::format(", about {:.0f} s left", left) : ""));
+        mSession.console.info(fmt::format("frame {}, {} of {}{}", frames[done], done + 1, frames.size(),
+                                          done > first ? fmt::format(", about {:.0f} s left", left) : ""));
         beginFrame(mPlan->clock(frames[done]));
         for (size_t k = mGraph.frames; k < mGraph.nodes.size(); ++k)
             evaluate(k, fmt::format("frame {}: ", frames[done]));

@@ -69,7 +69,7 @@ enum class Use {
 
 /// The number of objects that an input takes.
 struct Amount {
-    size_t least = 1, most = 1;
+    size_t min = 1, max = 1;
 };
 
 /// An input of an action.

@@ -101,7 +101,7 @@ inline Input changed(std::string name, std::vector<Kind> kinds) {
 }
 /// Makes the input optional; `help` says when it may be missing.
 inline Input maybe(Input input, std::string help) {
-    input.amount.least = 0;
+    input.amount.min = 0;
     input.help = std::move(help);
     return input;
 }
@@ -109,7 +109,7 @@ inline Input maybe(Input input, std::string help) {
 inline Input onlyIf(Input input, std::string help, std::function<bool(const Arguments&)> counts) {
     const Amount amount = input.amount;
     input.help = std::move(help);
-    input.amount.least = 0;
+    input.amount.min = 0;
     input.amountWith = [counts = std::move(counts), amount](const Arguments& a, const Scope&) {
         return counts(a) ? amount : Amount{0, 0};
     };
@@ -120,9 +120,9 @@ inline Input onlyIf(Input input, std::string help, std::function<bool(const Argu
 inline Input onRequest(Input input, std::string help, std::function<bool(const Arguments&)> asked) {
     const Amount amount = input.amount;
     input.help = std::move(help);
-    input.amount.least = 0;
+    input.amount.min = 0;
     input.amountWith = [asked = std::move(asked), amount](const Arguments& a, const Scope& scope) {
-        return scope.linked() ? Amount{0, amount.most} : asked(a) ? amount : Amount{0, 0};
+        return scope.linked() ? Amount{0, amount.max} : asked(a) ? amount : Amount{0, 0};
     };
     return input;
 }
@@ -135,7 +135,7 @@ inline Input several(Input input, size_t least, size_t most, std::string help) {
 inline Output made(std::string name, std::vector<Kind> kinds, std::string flag = "") {
     return {.name = std::move(name),
             .kinds = std::move(kinds),
-            .amount = {.least = flag.empty() ? size_t{1} : 0},
+            .amount = {.min = flag.empty() ? size_t{1} : 0},
             .flag = std::move(flag)};
 }
 inline Output several(Output output, size_t least, size_t most) {

@@ -20,15 +20,15 @@ struct Progress {
 
 /// Receives a program's output. Empty functions are not called; none may throw.
 struct Listener {
-    std::function<void(std::string_view line)> say = {};         ///< Results, advice and warnings.
+    std::function<void(std::string_view line)> info = {};        ///< Results, advice and warnings.
     std::function<void(std::string_view text)> print = {};       ///< The output of -print, -help and similar actions.
     std::function<void(const Progress& progress)> progress = {}; ///< Called from any thread, one call at a time.
     std::function<bool()> cancelled = {};                        ///< Returns whether to stop. Called from any thread.
 };
 
-/// Returns a listener that prints to the standard output and says lines on the standard error stream. It also shows the
-/// progress of computations that take more than a second: as a bar on a terminal, otherwise as a line every few
-/// seconds.
+/// Returns a listener that prints to the standard output and writes messages to the standard error stream. It also
+/// shows the progress of computations that take more than a second: as a bar on a terminal, otherwise as a line every
+/// few seconds.
 Listener terminal(std::function<bool()> cancelled);
 
 /// Passes a program's output on to its listener, filtered by the verbosity.
@@ -39,19 +39,19 @@ class Console {
     explicit Console(std::function<bool()> cancelled) : Console(terminal(std::move(cancelled))) {}
 
     void setVerbosity(Verbosity verbosity) { mVerbosity = verbosity; }
-    /// Sends printed text where lines are said, because a file is written to the standard output.
-    void printAsSaid();
+    /// Sends printed text where messages go, because a file is written to the standard output.
+    void printAsMessages();
     bool cancelled() const { return mListener.cancelled && mListener.cancelled(); }
     const std::function<bool()>& cancelFunction() const { return mListener.cancelled; }
 
     /// Prints requested text, even if quiet.
     void print(std::string_view text) const;
-    /// Says a line of results or advice, unless quiet.
-    void say(std::string_view line) const;
-    /// Says a line that only -verbose shows.
+    /// Sends a message (a line of results or advice), unless quiet.
+    void info(std::string_view line) const;
+    /// Sends a message that only -verbose shows.
     void detail(std::string_view line) const;
-    /// Says a warning, unless quiet.
-    void warn(std::string_view line) const { say("warning: " + std::string(line)); }
+    /// Sends a warning, unless quiet.
+    void warn(std::string_view line) const { info("warning: " + std::string(line)); }
 
     /// Returns a monitor for one computation with this title. It reports no progress if quiet.
     Monitor follow(std::string title) const;

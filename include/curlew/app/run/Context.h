@@ -106,7 +106,7 @@ class Context {
     // --- the user
 
     const Console& console() const { return mConsole; }
-    void say(const std::string& line) const { mConsole.say(line); }
+    void info(const std::string& line) const { mConsole.info(line); }
     void warn(const std::string& line) const { mConsole.warn(line); }
     Monitor follow(const std::string& title) const { return mConsole.follow(title); }
     Session& session() const;

@@ -56,9 +56,9 @@ struct PointSet {
     TrackedFlow tracked = {};
     int64_t nextId = 0; ///< The id of the next point that -emit adds; 0 before its first point.
     /// Set for points of more than 3 dimensions, which have positions only. `particles` is then empty.
-    std::optional<AnyPositions> high = {};
+    std::optional<AnyPositions> positionsN = {};
 
-    size_t size() const { return high ? sizeOf(*high) : particles.size(); }
+    size_t size() const { return positionsN ? sizeOf(*positionsN) : particles.size(); }
 };
 
 /// An image, and the colour map for its first channel.

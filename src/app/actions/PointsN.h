@@ -7,11 +7,11 @@
 
 namespace curlew::app {
 
-// Points of 4 to 7 dimensions (PointSet::high).
+// Points of 4 to 7 dimensions (PointSet::positionsN).
 
 /// Calls use(std::integral_constant<int, N>()) for a dimension from 4 to 7.
 template <class Use>
-decltype(auto) inHighDimension(int dimension, const Use& use) {
+decltype(auto) withDimension(int dimension, const Use& use) {
     switch (dimension) {
         case 4:
             return use(std::integral_constant<int, 4>());
@@ -42,7 +42,7 @@ int pointDimension(const Context& c, const Arguments& a, std::string_view input)
 /// box= if it is given; else that box, else the cube from -1 to 1. Throws ValueError if the input is a shape or level
 /// set, or a flow of another dimension.
 template <int N>
-DomainN<N> highDomain(const Context& c, const Arguments& a, std::string_view input) {
+DomainN<N> domainOfPointsN(const Context& c, const Arguments& a, std::string_view input) {
     DomainN<N> domain;
     if (c.has(input)) {
         if (c.kind(input) != Kind::flow)
@@ -58,8 +58,8 @@ DomainN<N> highDomain(const Context& c, const Arguments& a, std::string_view inp
 }
 
 /// Outputs new points.
-inline void giveHigh(Context& c, AnyPositions positions) {
-    c.give(std::make_shared<PointSet>(PointSet{.high = std::move(positions)}));
+inline void givePointsN(Context& c, AnyPositions positions) {
+    c.give(std::make_shared<PointSet>(PointSet{.positionsN = std::move(positions)}));
 }
 
 /// Returns whether the first line of a .csv names coordinates x0, x1, ….
@@ -67,6 +67,7 @@ bool hasNumberedCoordinates(const std::filesystem::path& csv);
 
 /// Writes x0,x1,… with a header line and 17 significant digits, so that no bit is lost. Throws Interrupted once
 /// `cancelled` returns true.
-void writeHigh(const std::filesystem::path& csv, const AnyPositions& positions, const std::function<bool()>& cancelled);
+void writePointsN(const std::filesystem::path& csv, const AnyPositions& positions,
+                  const std::function<bool()>& cancelled);
 
 } // namespace curlew::app

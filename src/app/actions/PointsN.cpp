@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "HighPoints.h"
+#include "PointsN.h"
 
 #include "curlew/base/AtomicFile.h"
 
@@ -20,8 +20,8 @@ bool hasNumberedCoordinates(const std::filesystem::path& csv) {
     return in && std::string_view(start.data(), start.size()) == "x0,";
 }
 
-void writeHigh(const std::filesystem::path& csv, const AnyPositions& positions,
-               const std::function<bool()>& cancelled) {
+void writePointsN(const std::filesystem::path& csv, const AnyPositions& positions,
+                  const std::function<bool()>& cancelled) {
     const auto write = [&](std::ostream& out) {
         std::visit(
             [&](const auto& all) {
