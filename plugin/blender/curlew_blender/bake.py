@@ -32,8 +32,10 @@ class Run:
             return self.job.running()
         end = time.perf_counter() + _STEP
         try:
-            while not self.cancelled and time.perf_counter() < end:
+            while not self.cancelled:
                 self._sampled = next(self._steps)
+                if time.perf_counter() >= end:
+                    break
         except StopIteration as last:
             self.job = last.value
             self.job.start()
