@@ -6,6 +6,7 @@
 #include "curlew/vdb/WideSdf.h"
 
 #include <algorithm>
+#include <numbers>
 
 namespace curlew::app {
 
@@ -14,6 +15,21 @@ namespace {
 /// How far the points of a deforming mesh may be from its level set between frames: as a fraction of the distance that
 /// is requested, which is the width of a layer; and at least, for thin bodies, this many voxels.
 constexpr double kTolerance = 0.2, kMinTolerance = 0.5;
+
+/// The distance up to which level sets between frames are made: one of few, so that all layers of a scene, and points
+/// emitted on the surface, share them, and successive frames share those of the frame between them.
+struct Reach {
+    double distance = 8, tolerance = kMinTolerance; ///< In voxels. Distances are 8, 11.3, 16, ….
+
+    explicit Reach(double requested) {
+        while (distance < requested) {
+            tolerance = std::max(tolerance, kTolerance * distance); // of the smallest distance that it is for
+            distance *= std::numbers::sqrt2;
+        }
+    }
+};
+
+double voxelOf(const GridValue& value) { return value.grid->voxelSize()[0]; }
 
 /// Returns the surface between two frames.
 Sdf between(const Sdf& from, const Sdf& to, double part) {
@@ -77,21 +93,25 @@ SdfCache::Deformation* SdfCache::deformationTo(const GridValue& value) {
 }
 
 const DeformingLevelSet& SdfCache::deforming(Deformation& deformation, double distance, const Console& console) {
+    const auto [finer, coarser] = std::minmax({voxelOf(deformation.from), voxelOf(deformation.to)});
+    const Reach reach(distance / finer);
     for (const auto& [reached, known] : deformation.known)
-        if (reached == distance) return known;
-    const auto wide = [&](const GridValue& value) { return levelSet(value, distance, console); };
+        if (reached == reach.distance) return known;
+    const auto wide = [&](const GridValue& value) {
+        return levelSet(value, std::max(reach.distance * voxelOf(value), distance), console);
+    };
     const LevelSet from = wide(deformation.from), to = wide(deformation.to);
     const auto before = deformation.before ? std::optional(wide(*deformation.before)) : std::nullopt;
-    const double voxel = std::max(from.voxelSize(), to.voxelSize());
-    const double least = kMinTolerance * voxel;
-    const DeformingLevelSet made(
-        before, from, to, deformation.meshes,
-        {.tolerance = std::max(kTolerance * distance, least), .minTolerance = least, .seconds = deformation.seconds},
-        console.follow("interpolating level sets between frames"));
+    const double minTolerance = kMinTolerance * coarser;
+    const DeformingLevelSet made(before, from, to, deformation.meshes,
+                                 {.tolerance = std::max(reach.tolerance * finer, minTolerance),
+                                  .minTolerance = minTolerance,
+                                  .seconds = deformation.seconds},
+                                 console.follow("interpolating level sets between frames"));
     console.detail(fmt::format(
         "level set '{}': {} intermediate level sets between two frames; points of the mesh are within {:.2g} voxels",
-        deformation.to.grid->getName(), made.levelSetsBetween(), made.error() / voxel));
-    return deformation.known.emplace_back(distance, made).second;
+        deformation.to.grid->getName(), made.levelSetsBetween(), made.error() / coarser));
+    return deformation.known.emplace_back(reach.distance, made).second;
 }
 
 LevelSet SdfCache::levelSet(const GridValue& value, double distance, const Console& console) {
@@ -101,6 +121,7 @@ LevelSet SdfCache::levelSet(const GridValue& value, double distance, const Conso
     narrow.mesh = value.mesh;
     const double halfWidth = distance / narrow.voxelSize() + kSplineSupport;
     const LevelSet wide = widened(narrow, halfWidth, console.follow("widening the band"));
+    std::erase_if(mBands, [](const Band& known) { return known.grid.expired(); });
     if (mBands.size() == kMaxBands) mBands.erase(mBands.begin());
     return mBands.emplace_back(Band{value.grid, distance, wide}).levelSet;
 }

@@ -39,13 +39,13 @@ class SdfCache {
         GridValue from, to;
         MeshKeys meshes;
         double seconds;
-        std::vector<std::pair<double, DeformingLevelSet>> known = {}; ///< By requested distance.
+        std::vector<std::pair<double, DeformingLevelSet>> known = {}; ///< By distance in voxels.
     };
     const Entry& entry(const GridValue& value, double distance, const Console& console);
     Deformation* deformationTo(const GridValue& value);
     const DeformingLevelSet& deforming(Deformation& deformation, double distance, const Console& console);
 
-    static constexpr size_t kMaxEntries = 8, kMaxBands = 4, kMaxDeformations = 2;
+    static constexpr size_t kMaxEntries = 8, kMaxBands = 8, kMaxDeformations = 2;
     std::vector<Entry> mEntries;
     std::vector<Band> mBands; // for deformations
     std::list<Deformation> mDeformations;
