@@ -212,6 +212,24 @@ TEST_CASE("moving mesh: a surface that slides along itself carries the air besid
     CHECK(beside > 3);
 }
 
+TEST_CASE("moving mesh: layers of different widths and emission share the level sets between two frames", "[app]") {
+    size_t made = 0;
+    Console console(Listener{.info = [&](std::string_view line) {
+        made += line.find("intermediate level sets between two frames") != std::string_view::npos;
+    }});
+    console.setVerbosity(Verbosity::verbose);
+    Scenes scenes({}, console);
+    for (int f = 1; f <= 3; ++f)
+        scenes.session.provide("bar" + std::to_string(f), shearingBar(f / 24.0),
+                               DigestBuilder().add(f).add(std::string_view("shear")).digest());
+    scenes.run(
+        "frames 1-3 fps=24\nread bar$F\nmesh2ls voxel=0.05 as=body\nnoise as=f\nnoise seed=1\n"
+        "bound side=outside layer=0.2 wall=body as=g\ndfvn f=f g=g speed=0.1 padding=0.3\n"
+        "wind layer=0.15 wall=body padding=0.3\nsuperpose as=air\n"
+        "emit on=surface domain=body flow=air rate=200\nadvect flow=air");
+    CHECK(made == 2); // one for each pair of successive frames
+}
+
 TEST_CASE("moving mesh: grids warn too if the wall moves too far between frames of unmatched meshes", "[app]") {
     // `turns` are those of the frames; a whole even number has other faces than the rest.
     const auto warningsOf = [](const std::vector<double>& turns, bool sameFaces, const std::string& action) {
