@@ -2,9 +2,9 @@
 #include "Cases.h"
 #include "ScalarPorts.h"
 #include "curlew/base/Error.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <fmt/format.h>
-#include <openvdb/openvdb.h>
 
 #include <algorithm>
 #include <cstdio>

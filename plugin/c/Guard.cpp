@@ -2,8 +2,7 @@
 #include "Guard.h"
 
 #include "curlew/base/Simd.h"
-
-#include <openvdb/openvdb.h>
+#include "curlew/vdb/Openvdb.h"
 
 #include <filesystem>
 #include <new>

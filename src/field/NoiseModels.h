@@ -115,26 +115,7 @@ struct WarpedOctaves {
         if constexpr (Order >= 3) {
             throw ValueError("a noise with warp cannot displace another field: its third derivatives are not known");
         } else {
-            using J = Jet<double, N, Order>;
-            J sum;
-            Vec<J, N> pull; // sum of the gradients of the octaves so far
-            Vec<double, N> tile = p;
-            for (int i = 0; i < N; ++i)
-                if (period[i] > 0) tile[i] -= period[i] * std::floor(p[i] / period[i]);
-            const auto x = J::variables(tile);
-            for (const auto& o : plain.octaves) {
-                Vec<J, N> y;
-                Vec<double, N> position;
-                for (int i = 0; i < N; ++i) {
-                    y[i] = x[i] * o.frequency + pull[i] * warp;
-                    position[i] = y[i].value;
-                }
-                const auto n = o.noise.template at<Order + 1, double>(position);
-                J octave = compose(truncated<Order>(n), y);
-                if (plain.billow > 0) octave = folded(octave, plain.billow);
-                sum += octave * o.amplitude;
-                for (int i = 0; i < N; ++i) pull[i] += compose(partial(n, i), y) * o.weight;
-            }
+            const Jet<double, N, Order> sum = sumAt<Order>(p);
             Jet<T, N, Order> rounded;
             for (int k = 0; k < sum.kSize; ++k) rounded.component(k) = static_cast<T>(sum.component(k));
             return rounded;
@@ -172,6 +153,33 @@ struct WarpedOctaves {
     }
     Interval range() const { return plain.range(); }
     double wavelength() const { return plain.wavelength(); }
+
+  private:
+    /// Not inlined, so that both precisions of the result share it.
+    template <int Order>
+    [[gnu::noinline]] Jet<double, N, Order> sumAt(const Vec<double, N>& p) const {
+        using J = Jet<double, N, Order>;
+        J sum;
+        Vec<J, N> pull; // sum of the gradients of the octaves so far
+        Vec<double, N> tile = p;
+        for (int i = 0; i < N; ++i)
+            if (period[i] > 0) tile[i] -= period[i] * std::floor(p[i] / period[i]);
+        const auto x = J::variables(tile);
+        for (const auto& o : plain.octaves) {
+            Vec<J, N> y;
+            Vec<double, N> position;
+            for (int i = 0; i < N; ++i) {
+                y[i] = x[i] * o.frequency + pull[i] * warp;
+                position[i] = y[i].value;
+            }
+            const auto n = o.noise.template at<Order + 1, double>(position);
+            J octave = compose(truncated<Order>(n), y);
+            if (plain.billow > 0) octave = folded(octave, plain.billow);
+            sum += octave * o.amplitude;
+            for (int i = 0; i < N; ++i) pull[i] += compose(partial(n, i), y) * o.weight;
+        }
+        return sum;
+    }
 };
 
 } // namespace curlew::detail

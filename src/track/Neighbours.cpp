@@ -33,14 +33,18 @@ struct ResultSet {
     bool full() const { return true; }
 };
 
-/// Finds the nearest other point. Stops at distance 0, so that many coincident points take no extra time.
+/// Finds the nearest point except `self`. Stops at distance 0, so that many coincident points take no extra time.
 struct Nearest : ResultSet {
-    explicit Nearest(size_t point) : self(point) {}
+    explicit Nearest(size_t excluded = kMaxPoints) : self(excluded) {}
     size_t self;
+    uint32_t index = 0;
     double squared = std::numeric_limits<double>::infinity();
 
     bool addPoint(double found, uint32_t k) {
-        if (k != self) squared = std::min(squared, found);
+        if (k != self && found < squared) {
+            squared = found;
+            index = k;
+        }
         return squared > 0;
     }
     double worstDist() const { return squared; }
@@ -110,8 +114,12 @@ struct NeighboursN<N>::Tree {
     }
 
     template <class Found>
+    void search(const Vec<double, N>& position, Found& found) const {
+        index.findNeighbors(found, position.c.data(), {});
+    }
+    template <class Found>
     void search(size_t point, Found& found) const {
-        index.findNeighbors(found, cloud.points[point].c.data(), {});
+        search(cloud.points[point], found);
     }
 
     /// The points in the order of the tree's leaves.
@@ -148,6 +156,23 @@ std::vector<double> NeighboursN<N>::nearestDistances(size_t stride, const Monito
         },
         monitor);
     return distances;
+}
+
+template <int N>
+std::vector<uint32_t> NeighboursN<N>::nearest(const Positions<N>& positions, const Monitor& monitor) const {
+    if (mTree->cloud.points.empty()) throw ValueError("there are no points, so none is nearest");
+    std::vector<uint32_t> indices(positions.size());
+    parallelFor(
+        positions.size(), 256,
+        [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; ++i) {
+                Nearest nearest;
+                mTree->search(positions[i], nearest);
+                indices[i] = nearest.index;
+            }
+        },
+        monitor);
+    return indices;
 }
 
 template <int N>

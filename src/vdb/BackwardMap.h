@@ -3,8 +3,7 @@
 
 #include "curlew/base/Monitor.h"
 #include "curlew/field/ScalarField.h"
-
-#include <openvdb/openvdb.h>
+#include "curlew/vdb/Openvdb.h"
 
 #include <array>
 #include <functional>

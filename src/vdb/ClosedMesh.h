@@ -3,8 +3,7 @@
 
 #include "curlew/base/Monitor.h"
 #include "curlew/vdb/MeshFile.h"
-
-#include <openvdb/openvdb.h>
+#include "curlew/vdb/Openvdb.h"
 
 namespace curlew {
 

@@ -5,10 +5,10 @@
 #include "CurveArrays.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Error.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <fmt/compile.h>
 #include <fmt/format.h>
-#include <openvdb/openvdb.h>
 #include <openvdb/points/AttributeArray.h>
 #include <openvdb/points/PointAttribute.h>
 

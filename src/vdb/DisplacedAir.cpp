@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/vdb/DisplacedAir.h"
 
+#include "Poisson.h"
 #include "VoxelSize.h"
 #include "curlew/base/Error.h"
 #include "curlew/base/Memory.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/field/ForEachBatch.h"
-#include "curlew/vdb/Interrupter.h"
 
 #include <fmt/format.h>
-#include <openvdb/tools/PoissonSolver.h>
 
 #include <cmath>
 #include <cstdint>
@@ -200,11 +199,7 @@ class AirSolver {
                                         .iterations = mOptions.iterations,
                                         .relativeError = mOptions.tolerance,
                                         .absoluteError = 0};
-        Interrupter interrupter(mMonitor);
-        mPhi = interruptible(mMonitor, [&] {
-            return openvdb::tools::poisson::solveWithBoundaryConditions(mSources, boundary, state, interrupter, true);
-        });
-        mMonitor.check();
+        mPhi = solvePoisson(mSources, boundary, state, mMonitor);
         if (!state.success)
             throw ValueError(fmt::format(
                 "the potential flow has not converged: its residual is {:.2g} after {} iterations; if the obstacle "

@@ -3,8 +3,7 @@
 
 #include "WindingMoments.h"
 #include "curlew/base/Parallel.h"
-
-#include <openvdb/openvdb.h>
+#include "curlew/vdb/Openvdb.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,8 +3,7 @@
 
 #include "curlew/base/Monitor.h"
 #include "curlew/math/Vec.h"
-
-#include <openvdb/openvdb.h>
+#include "curlew/vdb/Openvdb.h"
 
 #include <array>
 #include <cstdint>

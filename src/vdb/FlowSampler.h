@@ -3,8 +3,7 @@
 
 #include "WallFade.h"
 #include "curlew/track/WallVelocity.h"
-
-#include <openvdb/openvdb.h>
+#include "curlew/vdb/Openvdb.h"
 
 #include <bitset>
 #include <cmath>

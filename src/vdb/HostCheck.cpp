@@ -3,11 +3,11 @@
 
 #include "curlew/base/Error.h"
 #include "curlew/base/Text.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/VdbFile.h"
 
 #include <fmt/format.h>
 #include <openvdb/io/File.h>
-#include <openvdb/openvdb.h>
 
 #include <algorithm>
 #include <cctype>

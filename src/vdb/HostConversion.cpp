@@ -2,9 +2,9 @@
 #include "curlew/vdb/HostConversion.h"
 
 #include "DenseBox.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/ScalarGrids.h"
 
-#include <openvdb/openvdb.h>
 #include <openvdb/tools/ValueTransformer.h>
 
 #include <algorithm>

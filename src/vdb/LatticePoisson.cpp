@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "LatticePoisson.h"
 
+#include "Poisson.h"
 #include "curlew/base/Error.h"
 #include "curlew/base/Memory.h"
-#include "curlew/vdb/Interrupter.h"
 
 #include <fmt/format.h>
-#include <openvdb/tools/PoissonSolver.h>
 
 namespace curlew {
 
@@ -53,11 +52,7 @@ Lattice<double> LatticePoisson::solve(double tolerance, int& iterations, const M
     constexpr int kMaxIterations = 3000;
     openvdb::math::pcg::State state{
         .success = false, .iterations = kMaxIterations, .relativeError = 0, .absoluteError = tolerance};
-    Interrupter interrupter(monitor);
-    const auto solution = interruptible(monitor, [&] {
-        return openvdb::tools::poisson::solveWithBoundaryConditions(mSources, boundary, state, interrupter, true);
-    });
-    monitor.check();
+    const auto solution = solvePoisson(mSources, boundary, state, monitor);
     // Close to the tolerance, rounding may stop the residual from falling.
     constexpr double kRounding = 100;
     if (!state.success && !(state.absoluteError <= kRounding * tolerance))

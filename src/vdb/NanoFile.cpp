@@ -4,9 +4,9 @@
 #include "DenseBox.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/InputFile.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <fmt/format.h>
-#include <openvdb/openvdb.h>
 
 #define NANOVDB_USE_BLOSC
 #define NANOVDB_USE_ZIP

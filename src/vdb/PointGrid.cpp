@@ -5,10 +5,10 @@
 #include "curlew/base/Memory.h"
 #include "curlew/base/PacedMonitor.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/PointFile.h"
 
 #include <fmt/format.h>
-#include <openvdb/openvdb.h>
 #include <openvdb/points/AttributeArray.h>
 #include <openvdb/points/PointAttribute.h>
 #include <openvdb/points/PointConversion.h>

@@ -4,9 +4,8 @@
 #include "curlew/base/Memory.h"
 #include "curlew/base/Require.h"
 #include "curlew/field/ForEachBatch.h"
-#include "curlew/vdb/Interrupter.h"
-
-#include <openvdb/tools/VolumeToSpheres.h>
+#include "curlew/track/Neighbours.h"
+#include "curlew/vdb/LevelSetMesh.h"
 
 #include <array>
 #include <limits>
@@ -49,17 +48,17 @@ Vec3d nearer(const Jet2& jet, const Vec3d& here, const Vec3d& point, double voxe
     return surface + (stepLength > longest ? step * (longest / stepLength) : step);
 }
 
-/// Returns the surface sample nearest to each particle.
-std::vector<openvdb::Vec3R> nearestSamples(const openvdb::FloatGrid& grid, const Points& particles,
-                                           const Monitor& monitor) {
-    std::vector<openvdb::Vec3R> nearest(particles.size());
-    for (size_t k = 0; k < nearest.size(); ++k) nearest[k] = {particles.x[k], particles.y[k], particles.z[k]};
-    Interrupter interrupter(monitor);
-    const auto search = openvdb::tools::ClosestSurfacePoint<openvdb::FloatGrid>::create(grid, 0, &interrupter);
-    monitor.check();
-    std::vector<float> distances;
-    if (!search || !search->searchAndReplace(nearest, distances)) throw ValueError("the level set has no surface");
-    return nearest;
+/// Moves each particle to the nearest of the points that OpenVDB's volumeToMesh puts on the surface, one in each cell
+/// that the surface crosses.
+void moveToSurface(const LevelSet& levelSet, Points& particles, const Monitor& monitor) {
+    std::vector<Vec3d> surface;
+    for (const openvdb::Vec3s& p : levelSetToMesh(levelSet).points) surface.push_back({{p[0], p[1], p[2]}});
+    const Monitor quiet{.report = {}, .cancelled = monitor.cancelled};
+    const Neighbours neighbours(surface, quiet);
+    std::vector<Vec3d> positions;
+    for (size_t k = 0; k < particles.size(); ++k) positions.push_back(particles.position(k));
+    const std::vector<uint32_t> nearest = neighbours.nearest(positions, quiet);
+    for (size_t k = 0; k < nearest.size(); ++k) particles.setPosition(k, surface[nearest[k]]);
 }
 
 std::vector<double> distancesOf(const ScalarField& distance, const Points& particles) {
@@ -79,13 +78,12 @@ SnapResult snapToLevelSet(const LevelSet& levelSet, Points& particles, double re
     requirePositive(reach, "the reach");
     requirePositive(tolerance, "the tolerance");
     const double voxel = levelSet.voxelSize();
-    constexpr double kBytesPerPoint = Points::kPlainBytes + sizeof(openvdb::Vec3R) + sizeof(float) + 2 * sizeof(double);
+    constexpr double kBytesPerPoint = Points::kPlainBytes + sizeof(Vec3d) + sizeof(uint32_t) + 2 * sizeof(double);
     requireMemory(kBytesPerPoint * static_cast<double>(particles.size()),
                   fmt::format("the nearest surface of {} points", particles.size()), "use fewer points");
     const Sdf sdf = sdfOf(levelSet);
-    const auto nearest = nearestSamples(*levelSet.grid, particles, monitor);
     Points there = particles;
-    for (size_t k = 0; k < nearest.size(); ++k) there.setPosition(k, {{nearest[k][0], nearest[k][1], nearest[k][2]}});
+    moveToSurface(levelSet, there, monitor);
     forEachBatch(
         there,
         [&](const PointBatch& start, size_t begin) {

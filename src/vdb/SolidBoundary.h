@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/WindingNumber.h"
-
-#include <openvdb/openvdb.h>
 
 namespace curlew {
 

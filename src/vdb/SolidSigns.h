@@ -2,8 +2,7 @@
 #pragma once
 
 #include "curlew/base/Monitor.h"
-
-#include <openvdb/openvdb.h>
+#include "curlew/vdb/Openvdb.h"
 
 namespace curlew {
 

@@ -2,8 +2,7 @@
 #pragma once
 
 #include "curlew/field/ScalarField.h"
-
-#include <openvdb/openvdb.h>
+#include "curlew/vdb/Openvdb.h"
 
 namespace curlew {
 

@@ -7,9 +7,9 @@
 #include "FiniteChecks.h"
 #include "PointArrays.h"
 #include "curlew/base/AtomicFile.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <fmt/compile.h>
-#include <openvdb/openvdb.h>
 
 #include <algorithm>
 #include <array>

@@ -4,12 +4,12 @@
 #include "PointValidation.h"
 #include "VdbCursor.h"
 #include "curlew/base/Error.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <blosc.h>
 #include <fmt/format.h>
 #include <openvdb/io/Archive.h>
 #include <openvdb/io/GridDescriptor.h>
-#include <openvdb/openvdb.h>
 #include <openvdb/points/PointDataGrid.h>
 
 #include <algorithm>

@@ -6,9 +6,9 @@
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/vdb/HostConversion.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <fmt/compile.h>
-#include <openvdb/openvdb.h>
 #include <openvdb/tools/Interpolation.h>
 
 #include <algorithm>

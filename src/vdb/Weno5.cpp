@@ -92,7 +92,7 @@ LevelSet advectLevelSetWeno5(const LevelSet& levelSet, const FlowInTime& flow, d
                   "use larger voxels");
     const auto grid = levelSet.grid->deepCopy();
     Interrupter interrupter(monitor);
-    openvdb::tools::LevelSetAdvection<openvdb::FloatGrid, VelocityField, Interrupter> advection(
+    openvdb::tools::LevelSetAdvection<openvdb::FloatGrid, VelocityField> advection(
         *grid, VelocityField(flow, begin, begin + time), &interrupter);
     advection.setSpatialScheme(openvdb::math::HJWENO5_BIAS);
     advection.setTemporalScheme(openvdb::math::TVD_RK3);

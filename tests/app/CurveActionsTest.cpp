@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
 #include "support/ProbeCommand.h"
-
-#include <openvdb/openvdb.h>
 
 using namespace curlew;
 using namespace curlew::test;

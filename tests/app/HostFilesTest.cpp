@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/VdbFile.h"
 #include "support/Command.h"
 
 #include <openvdb/io/File.h>
-#include <openvdb/openvdb.h>
 
 using namespace curlew;
 using namespace curlew::test;

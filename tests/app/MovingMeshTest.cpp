@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Walls from meshes that move from frame to frame.
 #include "curlew/math/Rotation.h"
+#include "curlew/vdb/Openvdb.h"
 #include "support/SessionCommand.h"
-
-#include <openvdb/openvdb.h>
 
 using namespace curlew;
 using namespace curlew::app;

@@ -6,8 +6,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/track/Curves.h"
 #include "curlew/track/Points.h"
-
-#include <openvdb/openvdb.h>
+#include "curlew/vdb/Openvdb.h"
 
 #include <cstdlib>
 #include <cstring>

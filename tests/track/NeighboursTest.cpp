@@ -48,6 +48,20 @@ Points<N> lattice(int edge) {
 
 } // namespace
 
+TEMPLATE_TEST_CASE_SIG("Neighbours: the point nearest to a position agrees with a search over all points", "[track]",
+                       ((int N), N), 2, 3, 7) {
+    const auto points = randomPoints(cube<N>(1), 400, 5), positions = randomPoints(cube<N>(1.5), 300, 6);
+    const std::vector<uint32_t> found = NeighboursN<N>(points).nearest(positions);
+    REQUIRE(found.size() == positions.size());
+    for (size_t k = 0; k < positions.size(); ++k) {
+        double least = std::numeric_limits<double>::infinity();
+        for (const auto& p : points) least = std::min(least, distance(p, positions[k]));
+        CHECK(distance(points[found[k]], positions[k]) == least);
+    }
+    CHECK(NeighboursN<N>(points).nearest({points[7]}) == std::vector<uint32_t>{7});
+    CHECK_THROWS_AS(NeighboursN<N>({}).nearest(positions), ValueError);
+}
+
 TEMPLATE_TEST_CASE_SIG("Neighbours: nearest distances agree with a search over all pairs", "[track]", ((int N), N), 2,
                        3, 5, 7) {
     auto points = randomPoints(cube<N>(1), 500, 3);

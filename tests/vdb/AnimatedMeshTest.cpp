@@ -2,9 +2,8 @@
 #include "curlew/base/Error.h"
 #include "curlew/base/Text.h"
 #include "curlew/vdb/AnimatedMesh.h"
+#include "curlew/vdb/Openvdb.h"
 #include "support/Glb.h"
-
-#include <openvdb/openvdb.h>
 
 #include <cmath>
 #include <numbers>

@@ -3,12 +3,12 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/base/Random.h"
 #include "curlew/vdb/CurveFile.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
 #include "support/Catch.h"
 #include "support/Files.h"
 
-#include <openvdb/openvdb.h>
 #include <openvdb/points/PointAttribute.h>
 
 #include <cmath>

@@ -2,13 +2,13 @@
 // Longer than 400 lines: three formats, each with its variants and its damaged files.
 #include "curlew/base/Error.h"
 #include "curlew/vdb/MeshFile.h"
+#include "curlew/vdb/Openvdb.h"
 #include "support/Catch.h"
 #include "support/Files.h"
 #include "support/Meshes.h"
 #include "support/Places.h"
 
 #include <fmt/format.h>
-#include <openvdb/openvdb.h>
 #include <unistd.h>
 
 #include <algorithm>

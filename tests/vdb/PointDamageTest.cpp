@@ -2,6 +2,7 @@
 // Damaged point files: reading one gives an error or the same points.
 
 #include "curlew/base/Error.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
 #include "support/Catch.h"
@@ -10,7 +11,6 @@
 #include <blosc.h>
 #include <openvdb/io/File.h>
 #include <openvdb/io/Stream.h>
-#include <openvdb/openvdb.h>
 #include <openvdb/points/AttributeArrayString.h>
 #include <openvdb/points/PointAttribute.h>
 #include <openvdb/points/PointConversion.h>

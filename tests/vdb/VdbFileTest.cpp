@@ -2,6 +2,7 @@
 // Longer than 400 lines: every kind of grid, written and read back, and its damaged files.
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
 #include "support/Catch.h"
@@ -9,7 +10,6 @@
 
 #include <openvdb/io/File.h>
 #include <openvdb/io/Stream.h>
-#include <openvdb/openvdb.h>
 #include <openvdb/tools/LevelSetSphere.h>
 #include <unistd.h>
 

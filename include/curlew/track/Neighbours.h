@@ -5,6 +5,7 @@
 #include "curlew/math/Vec.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -23,6 +24,10 @@ class NeighboursN {
     /// Returns the distance from each point, or from every stride-th point, to the nearest other point, world units: 0
     /// if two points coincide, infinite if there is no other point.
     std::vector<double> nearestDistances(size_t stride = 1, const Monitor& monitor = {}) const;
+
+    /// Returns the index of the point nearest to each position; of one of them if several are. Throws ValueError if
+    /// there are no points.
+    std::vector<uint32_t> nearest(const std::vector<Vec<double, N>>& positions, const Monitor& monitor = {}) const;
 
     /// Adds to bin k the number of points at a distance of k to k + 1 widths from this point, without the point itself.
     void count(size_t point, double width, std::vector<double>& bins) const;

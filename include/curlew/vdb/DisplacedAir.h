@@ -4,8 +4,7 @@
 #include "curlew/base/Monitor.h"
 #include "curlew/flow/Domain.h"
 #include "curlew/track/WallVelocity.h"
-
-#include <openvdb/openvdb.h>
+#include "curlew/vdb/Openvdb.h"
 
 namespace curlew {
 

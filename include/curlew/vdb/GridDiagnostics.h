@@ -2,8 +2,7 @@
 #pragma once
 
 #include "curlew/track/Diagnostics.h"
-
-#include <openvdb/openvdb.h>
+#include "curlew/vdb/Openvdb.h"
 
 namespace curlew {
 

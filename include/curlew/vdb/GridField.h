@@ -4,8 +4,7 @@
 #include "curlew/base/Monitor.h"
 #include "curlew/field/ScalarField.h"
 #include "curlew/field/Shapes.h"
-
-#include <openvdb/openvdb.h>
+#include "curlew/vdb/Openvdb.h"
 
 namespace curlew {
 

@@ -3,8 +3,7 @@
 
 #include "curlew/base/Monitor.h"
 #include "curlew/flow/Flow.h"
-
-#include <openvdb/openvdb.h>
+#include "curlew/vdb/Openvdb.h"
 
 #include <vector>
 

@@ -4,8 +4,7 @@
 #include "curlew/track/Curves.h"
 #include "curlew/track/Points.h"
 #include "curlew/vdb/HostProfile.h"
-
-#include <openvdb/openvdb.h>
+#include "curlew/vdb/Openvdb.h"
 
 #include <vector>
 

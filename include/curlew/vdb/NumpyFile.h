@@ -4,8 +4,7 @@
 #include "curlew/base/Monitor.h"
 #include "curlew/track/Curves.h"
 #include "curlew/track/Points.h"
-
-#include <openvdb/openvdb.h>
+#include "curlew/vdb/Openvdb.h"
 
 #include <filesystem>
 #include <optional>

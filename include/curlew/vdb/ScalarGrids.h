@@ -3,8 +3,7 @@
 
 #include "curlew/base/Monitor.h"
 #include "curlew/flow/Domain.h"
-
-#include <openvdb/openvdb.h>
+#include "curlew/vdb/Openvdb.h"
 
 #include <string>
 

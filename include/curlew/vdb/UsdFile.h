@@ -3,8 +3,7 @@
 
 #include "curlew/track/Curves.h"
 #include "curlew/track/Points.h"
-
-#include <openvdb/openvdb.h>
+#include "curlew/vdb/Openvdb.h"
 
 #include <filesystem>
 #include <functional>

@@ -143,7 +143,7 @@ void reportAdvect(Context& c, const Flow& flow, const AdvectResult& result, cons
                         result.points));
     if (result.overrun > 0) c.warn(fmt::format("a moving wall passed over {} points; use more steps", result.overrun));
     auto& report = c.report("advect");
-    if (!report.is_object()) report = nlohmann::ordered_json::object();
+    if (!report.is_object()) report = Json::object();
     const auto total = [&](const char* name, size_t now) {
         return (c.clock() ? report.value(name, size_t{0}) : 0) + now;
     };

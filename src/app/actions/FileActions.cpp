@@ -216,8 +216,7 @@ void writeJsonFile(const Context& c, const Arguments&, const std::string& file) 
     const std::string name = std::filesystem::path(file).filename().string();
     const bool graph = name == "graph.json" || name.ends_with(".graph.json");
     writeAtomically(file, [&](std::ostream& out) {
-        out << (graph ? jsonOf(c.graph())
-                      : c.wholeReport().dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+        out << (graph ? jsonOf(c.graph()) : c.wholeReport().dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
     });
 }
 

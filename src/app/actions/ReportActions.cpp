@@ -18,13 +18,12 @@ using namespace options;
 
 const std::string kGroup = "program";
 
-void writeJson(const std::string& file, const nlohmann::ordered_json& json) {
-    writeAtomically(file, [&](std::ostream& out) {
-        out << json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n';
-    });
+void writeJson(const std::string& file, const Json& json) {
+    writeAtomically(
+        file, [&](std::ostream& out) { out << json.dump(2, ' ', false, Json::error_handler_t::replace) << '\n'; });
 }
 
-std::string plain(const nlohmann::ordered_json& value) {
+std::string plain(const Json& value) {
     return value.is_number_float() ? fmt::format("{:.3g}", value.get<double>()) : value.dump();
 }
 
@@ -32,7 +31,7 @@ std::string plain(const nlohmann::ordered_json& value) {
 constexpr double kMaxMeshDepth = 0.5;
 
 /// Describes points that are beyond the mesh of a wall. The names of their figures begin with `prefix`.
-std::string beyondMesh(const nlohmann::ordered_json& check, const std::string& prefix) {
+std::string beyondMesh(const Json& check, const std::string& prefix) {
     const auto figure = [&](const char* name) { return check[prefix + name].get<double>(); };
     return fmt::format(
         "{} of {} {} are on the wrong side of the wall's mesh, by up to {:.3g} voxels ({:.3g} world units){}",
@@ -44,7 +43,7 @@ std::string beyondMesh(const nlohmann::ordered_json& check, const std::string& p
 }
 
 /// Returns the guarantees that the measurements violate.
-std::vector<std::string> violations(const nlohmann::ordered_json& check, bool staggered) {
+std::vector<std::string> violations(const Json& check, bool staggered) {
     std::vector<std::string> broken;
     const auto require = [&](const char* name, double limit) {
         if (check.contains(name) && !(check[name].get<double>() <= limit))
@@ -74,7 +73,7 @@ bool ofFlow(const Context& c) { return c.has("what") && c.kind("what") == Kind::
 openvdb::Vec3SGrid::ConstPtr velocityOf(const Context& c) { return vectorsOf(c.grid("velocity").grid); }
 
 /// Measures the range of a field's values.
-void checkField(const Context& c, const Arguments& a, Report& found) {
+void checkField(const Context& c, const Arguments& a, Json& found) {
     const FieldValue& object = c.field("what");
     std::visit(
         [&](const auto& field) {
@@ -100,7 +99,7 @@ void checkField(const Context& c, const Arguments& a, Report& found) {
 }
 
 /// Measures the divergence of a flow, and in 3D its flux at the wall.
-void checkFlow(const Context& c, const Arguments& a, Report& found) {
+void checkFlow(const Context& c, const Arguments& a, Json& found) {
     const auto samples = a.integer<size_t>("samples");
     const Monitor monitor = c.follow("checking the flow");
     found["divergence_free"] = std::visit([](const auto& flow) { return flow.divergenceFree(); }, c.anyFlow("what"));
@@ -134,7 +133,7 @@ void checkFlow(const Context& c, const Arguments& a, Report& found) {
 }
 
 /// Measures how far points drift from their tracks, in the flow itself and in its grid.
-void checkTracks(const Context& c, int steps, Report& found) {
+void checkTracks(const Context& c, int steps, Json& found) {
     if (!ofFlow(c) || !c.has("velocity"))
         throw ValueError("tracks= compares a flow with its velocity grid; make one with -velocity");
     const Flow flow = c.flow("what");
@@ -153,8 +152,7 @@ void checkTracks(const Context& c, int steps, Report& found) {
 
 /// Judges positions by the meshes of the flow's wall. The names of the figures begin with `prefix`.
 void checkMesh(const Context& c, const std::optional<WallSolids>& solids, const std::string& prefix,
-               const std::vector<double>& x, const std::vector<double>& y, const std::vector<double>& z,
-               Report& found) {
+               const std::vector<double>& x, const std::vector<double>& y, const std::vector<double>& z, Json& found) {
     if (!solids) return;
     const WrongSide wrong = solids->wrongSide(x, y, z, c.follow("judging points by the wall's mesh"));
     found[prefix + "mesh_outside"] = wrong.points;
@@ -163,7 +161,7 @@ void checkMesh(const Context& c, const std::optional<WallSolids>& solids, const 
 }
 
 /// Compares points with the flow and its wall.
-void checkPoints(const Context& c, const Flow& flow, const std::optional<WallSolids>& solids, Report& found) {
+void checkPoints(const Context& c, const Flow& flow, const std::optional<WallSolids>& solids, Json& found) {
     const Points& particles = c.points("points").particles;
     const ParticleDiagnostics points = diagnoseParticles(flow, particles, c.follow("checking the points"));
     found["points"] = points.points;
@@ -182,7 +180,7 @@ void checkPoints(const Context& c, const Flow& flow, const std::optional<WallSol
 }
 
 /// Compares curves with the wall of the flow.
-void checkCurves(const Context& c, const Flow& flow, const std::optional<WallSolids>& solids, Report& found) {
+void checkCurves(const Context& c, const Flow& flow, const std::optional<WallSolids>& solids, Json& found) {
     const Curves& curves = *c.curves("curves");
     Points points;
     points.x = curves.x, points.y = curves.y, points.z = curves.z;
@@ -193,7 +191,7 @@ void checkCurves(const Context& c, const Flow& flow, const std::optional<WallSol
     checkMesh(c, solids, "curves_", curves.x, curves.y, curves.z, found);
 }
 
-void checkPositions(const Context& c, Report& found) {
+void checkPositions(const Context& c, Json& found) {
     // Pathlines in a flow that changes were elsewhere than its wall is now.
     const bool curves = c.has("curves") && c.steady("what") && dimensionOf(c.anyFlow("what")) <= 3;
     const bool points = c.has("points") && !c.anyPoints("points").positionsN; // those have no wall and no track
@@ -205,7 +203,7 @@ void checkPositions(const Context& c, Report& found) {
 }
 
 /// Checks .vdb files against the conventions of a host. Returns what they lack.
-std::vector<std::string> checkFiles(const Context& c, const Arguments& a, Report& found) {
+std::vector<std::string> checkFiles(const Context& c, const Arguments& a, Json& found) {
     const HostProfile& host = kHostProfiles.at(a.choice("target"));
     std::vector<std::string> problems;
     for (const std::string& file : a.words()) {
@@ -224,7 +222,7 @@ void checkTarget(const Arguments& a) {
 }
 
 void check(Context& c, const Arguments& a) {
-    Report found = Report::object();
+    Json found = Json::object();
     bool staggered = false;
     constexpr double kBytesPerSample = 64;
     requireMemory(a.integer<double>("samples") * kBytesPerSample, fmt::format("{} samples", a.integer("samples")),
@@ -263,7 +261,7 @@ void expect(Context& c, const Arguments& a) {
     const std::string& path = a.words()[0];
     if (!a.given("min") && !a.given("max") && !a.given("below")) throw ValueError("needs min=, max= or below=");
     const double value = figureOf(c.wholeReport(), path);
-    Report kept = {{"figure", path}, {"value", value}};
+    Json kept = {{"figure", path}, {"value", value}};
     for (const char* bound : {"min", "max"})
         if (a.given(bound)) kept[bound] = a.real(bound);
     if (a.given("min") && !(value >= a.real("min")))
@@ -277,7 +275,7 @@ void expect(Context& c, const Arguments& a) {
             throw ValueError(fmt::format("{} is {:.6g}, not below {}, {:.6g}", path, value, other, bound));
         kept["below"] = {{"figure", other}, {"value", bound}};
     }
-    Report& all = c.wholeReport()["expect"];
+    Json& all = c.wholeReport()["expect"];
     all.push_back(std::move(kept));
 }
 

@@ -48,7 +48,7 @@ void spectrum(Context& c, const Arguments& a) {
     const EnergySpectrum found = energySpectrum(*grid, spectrumBinding().read(a), c.follow("spectrum"));
     const Interval fit = fitOf(a, found);
     const double slope = powerLawSlope(found, fit.lower, fit.upper);
-    Report waveNumbers = Report::array();
+    Json waveNumbers = Json::array();
     for (size_t s = 0; s < found.energy.size(); ++s) waveNumbers.push_back(found.waveNumber(s));
     c.report(a.text("name")) = {{"kinetic_energy", found.kineticEnergy},
                                 {"slope", slope},

@@ -6,8 +6,6 @@
 #include "curlew/app/registry/Registry.h"
 #include "curlew/app/registry/Text.h"
 
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
 #include <set>
 

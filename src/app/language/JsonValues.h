@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include "curlew/app/registry/Json.h"
 
 #include <string>
 #include <vector>
 
 namespace curlew::app {
-
-using Json = nlohmann::ordered_json;
 
 // Read values of a JSON document. All throw ValueError, naming the value, if it has the wrong type.
 

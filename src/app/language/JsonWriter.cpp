@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "Builder.h"
-
-#include <nlohmann/json.hpp>
+#include "curlew/app/registry/Json.h"
 
 namespace curlew::app {
 
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 Json jsonOf(const Arguments& arguments) {
     Json json = Json::object();

@@ -70,7 +70,7 @@ std::string optionsOf(const Action& action) {
     return join(names, " ");
 }
 
-std::string phraseOf(const std::vector<Kind>& kinds) {
+std::string kindsPhrase(const std::vector<Kind>& kinds) {
     std::vector<std::string> names;
     names.reserve(kinds.size());
     for (const Kind kind : kinds)
@@ -80,10 +80,10 @@ std::string phraseOf(const std::vector<Kind>& kinds) {
 
 /// "2 fields", "1 or 2 fields", "flow".
 std::string countedPhrase(const std::vector<Kind>& kinds, const Amount& amount) {
-    if (amount.max <= 1) return phraseOf(kinds);
-    return amount.max >= 100          ? fmt::format("{}, any number", phraseOf(kinds))
-           : amount.min == amount.max ? fmt::format("{} × {}", amount.max, phraseOf(kinds))
-                                      : fmt::format("{} to {} × {}", amount.min, amount.max, phraseOf(kinds));
+    if (amount.max <= 1) return kindsPhrase(kinds);
+    return amount.max >= 100          ? fmt::format("{}, any number", kindsPhrase(kinds))
+           : amount.min == amount.max ? fmt::format("{} × {}", amount.max, kindsPhrase(kinds))
+                                      : fmt::format("{} to {} × {}", amount.min, amount.max, kindsPhrase(kinds));
 }
 
 } // namespace

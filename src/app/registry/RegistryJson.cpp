@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "curlew/app/registry/Json.h"
 #include "curlew/app/registry/Registry.h"
-
-#include <nlohmann/json.hpp>
 
 #include <array>
 
 namespace curlew::app {
 
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr std::array kTypes{"flag",     "integer", "real",   "length", "vector", "coordinates",
                             "interval", "box",     "choice", "text",   "ages"};

@@ -189,15 +189,15 @@ Value Context::provided(const std::string& name) const {
     return found == provided.end() ? Value{} : found->second.value;
 }
 
-Report& Context::report(const std::string& name) {
+Json& Context::report(const std::string& name) {
     for (auto& [known, figures] : mResult.figures)
         if (known == name) return figures;
-    const Report& all = session().report;
+    const Json& all = session().report;
     const auto before = all.find(name);
-    return mResult.figures.emplace_back(name, before == all.end() ? Report::object() : *before).second;
+    return mResult.figures.emplace_back(name, before == all.end() ? Json::object() : *before).second;
 }
 
-Report& Context::wholeReport() const { return session().report; }
+Json& Context::wholeReport() const { return session().report; }
 const std::optional<FrameClock>& Context::clock() const { return mEvaluator.mClock; }
 Memory& Context::memory() const { return mEvaluator.mMemories[mNode]; }
 Session& Context::session() const { return mEvaluator.mSession; }

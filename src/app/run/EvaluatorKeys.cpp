@@ -66,7 +66,7 @@ Digest Evaluator::keyOf(size_t index) const {
         }
     }
     if (action.readsReport) {
-        Report figures = mSession.report;
+        Json figures = mSession.report;
         figures.erase("actions"); // which contains times
         key.add(figures.dump());
     }

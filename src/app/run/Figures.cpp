@@ -12,8 +12,8 @@ namespace curlew::app {
 
 namespace {
 
-const nlohmann::ordered_json& numberIn(const nlohmann::ordered_json& report, const std::string& path) {
-    const nlohmann::ordered_json* found = &report;
+const Json& numberIn(const Json& report, const std::string& path) {
+    const Json* found = &report;
     for (const auto& name : split(path, '/')) {
         if (!found->is_object() || !found->contains(name)) {
             std::vector<std::string> names;
@@ -28,17 +28,15 @@ const nlohmann::ordered_json& numberIn(const nlohmann::ordered_json& report, con
     return *found;
 }
 
-std::string shown(const nlohmann::ordered_json& number) {
+std::string shown(const Json& number) {
     return number.is_number_float() ? fmt::format("{:#.3g}", number.get<double>()) : number.dump();
 }
 
 } // namespace
 
-double figureOf(const nlohmann::ordered_json& report, const std::string& path) {
-    return numberIn(report, path).get<double>();
-}
+double figureOf(const Json& report, const std::string& path) { return numberIn(report, path).get<double>(); }
 
-std::string withFigures(const nlohmann::ordered_json& report, std::string_view text) {
+std::string withFigures(const Json& report, std::string_view text) {
     std::string result;
     for (size_t at = 0; at < text.size();) {
         if (text[at] != '[') {

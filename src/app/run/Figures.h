@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include "curlew/app/registry/Json.h"
 
 #include <string>
 #include <string_view>
@@ -10,10 +10,10 @@ namespace curlew::app {
 
 /// Returns a figure in the report by its path, such as "check/outside". Throws ValueError, listing the existing names,
 /// if the path does not lead to a number.
-double figureOf(const nlohmann::ordered_json& report, const std::string& path);
+double figureOf(const Json& report, const std::string& path);
 
 /// Replaces each [path] in a text by its figure, with 3 significant digits if it is a floating-point number, and [[ by
 /// [. Throws ValueError as figureOf() does, and if a [ is not closed.
-std::string withFigures(const nlohmann::ordered_json& report, std::string_view text);
+std::string withFigures(const Json& report, std::string_view text);
 
 } // namespace curlew::app

@@ -43,7 +43,7 @@ void Session::run(Graph graph) {
 
 void Session::clear() {
     mObjects.clear();
-    report = Report::object();
+    report = Json::object();
 }
 
 Session::Held Session::result(const std::string& name) const {

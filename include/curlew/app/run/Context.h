@@ -92,9 +92,9 @@ class Context {
     void give(Value value) { mResult.outputs.push_back(std::move(value)); }
     /// Returns a section of the report, named after an action or by the user. Existing values remain until they are
     /// overwritten.
-    Report& report(const std::string& name);
+    Json& report(const std::string& name);
     /// Returns the whole report of the session.
-    Report& wholeReport() const;
+    Json& wholeReport() const;
 
     // --- the moment
 

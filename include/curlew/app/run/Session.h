@@ -2,26 +2,23 @@
 #pragma once
 
 #include "curlew/app/language/Program.h"
+#include "curlew/app/registry/Json.h"
 #include "curlew/app/run/Console.h"
 #include "curlew/app/run/Value.h"
 #include "curlew/base/LocalFile.h"
 #include "curlew/base/Parallel.h"
-
-#include <nlohmann/json.hpp>
 
 #include <chrono>
 #include <unordered_map>
 
 namespace curlew::app {
 
-using Report = nlohmann::ordered_json;
-
 /// The result of evaluating a node.
 struct NodeResult {
     Digest key = {}; ///< Digest of everything that the result depends on.
     std::vector<Value> outputs = {};
     /// The sections that the node added to the report, by name.
-    std::vector<std::pair<std::string, Report>> figures = {};
+    std::vector<std::pair<std::string, Json>> figures = {};
 };
 using ResultPointer = std::shared_ptr<NodeResult>;
 
@@ -77,7 +74,7 @@ class Session {
     const std::filesystem::path& streamed(const std::string& stream, const std::string& ending) const;
 
     Console& console;
-    Report report = Report::object();            ///< The measurements of the actions, by name.
+    Json report = Json::object();                ///< The measurements of the actions, by name.
     SourceLocation location = {};                ///< The node that is running, or ran last.
     std::function<void(int frame)> onFrame = {}; ///< Called at the end of each frame. May read objects().
 
