@@ -31,7 +31,7 @@ double arcLength(const TraceVertex& a, const TraceVertex& b) {
 struct Part {
     Curves curves;
     size_t retries = 0;
-    std::array<double, 2> squares{}, most{}; // drift: sums of squares, and maxima
+    std::array<double, 2> squares{}, max{}; // drift: sums of squares, and maxima
 };
 
 void append(Part& part, const TraceSetup& setup, int64_t id, TraceLine& forward, TraceLine& backward) {
@@ -59,7 +59,7 @@ void append(Part& part, const TraceSetup& setup, int64_t id, TraceLine& forward,
         for (size_t q = 0; q < 2; ++q) {
             const double drift = std::abs(v.potentials[q] - only.vertices.front().potentials[q]);
             part.squares[q] += drift * drift;
-            part.most[q] = std::max(part.most[q], drift);
+            part.max[q] = std::max(part.max[q], drift);
         }
     }
     c.start.push_back(c.x.size());
@@ -198,7 +198,7 @@ TraceResult trace(const Flow& flow, const Points& seeds, const TraceOptions& opt
         result.retries += part.retries;
         for (size_t q = 0; q < 2; ++q) {
             result.driftRms[q] += part.squares[q];
-            result.driftMax[q] = std::max(result.driftMax[q], part.most[q]);
+            result.driftMax[q] = std::max(result.driftMax[q], part.max[q]);
         }
     }
     result.curves = joined(parts);

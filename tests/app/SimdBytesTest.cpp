@@ -139,7 +139,7 @@ TEST_CASE("CURLEW_SIMD: an unknown or missing instruction set is refused before 
 TEST_CASE("instruction sets: velocity grids without walls have the same bytes", "[app][command]") {
     const std::string options =
         GENERATE("type=psrd", "type=psrd period=4,2,5 octaves=2", "type=psrd period=3,6,3 grid=perlin alpha=0.7",
-                 "type=psrd turbulence=0.1 octaves=2", "type=value period=4", "type=perlin", "type=simplex",
+                 "type=psrd billow=0.1 octaves=2", "type=value period=4", "type=perlin", "type=simplex",
                  "type=gradient period=4", "type=sine waves=5", "type=psrd octaves=2 warp=0.2");
     requireSameBytes(grids(pair(options, "-dfvn"), 12));
 }

@@ -165,8 +165,8 @@ J rounded(const J& n, double fold) {
     return sqrt(n * n + J(fold * fold)) - J(fold);
 }
 
-/// Octaves with turbulence and gradient advection as published: each position is moved by the sum of the previous
-/// octaves' gradients, in units of the lattice.
+/// Octaves with billow (turbulence) and gradient advection as published: each position is moved by the sum of the
+/// previous octaves' gradients, in units of the lattice.
 template <class Noise>
 double advectedValue(const typename Noise::Options& noise, const OctaveOptions& o, const Vec<double, kN<Noise>>& p) {
     double sum = 0, total = 0, weight = 1, frequency = o.frequency;
@@ -222,7 +222,7 @@ TEMPLATE_TEST_CASE("noiseField: the range holds and is that of the summed octave
         OctaveOptions{.octaves = 3, .gain = -0.7, .billow = 0.1}, OctaveOptions{.octaves = 3, .warp = 0.1});
     const auto field = noiseField<TestType>({}, o);
     const Interval one = rangeOf(TestType());
-    // Turbulence is between zero and the folded bound.
+    // Billow is between zero and the folded bound.
     const Interval octave = o.billow > 0 ? Interval{0, std::hypot(one.maxAbs(), o.billow) - o.billow} : one;
     double total = 0;
     for (int k = 0; k < o.octaves; ++k) total += std::abs(std::pow(o.gain, k));

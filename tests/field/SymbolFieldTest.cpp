@@ -81,7 +81,7 @@ TEST_CASE("Symbols: recorded combinations of fields compute their values and gra
     checkRecorded("product bounded", productBounded(noise, sphereSdf(0.8), 0.3));
     checkRecorded("layer fade", layerFade(wall));
     checkRecorded("layer ramp", layerRamp(wall));
-    checkRecorded("turbulence", noiseField<GradientNoise<3>>({}, {.frequency = 1.3, .billow = 0.1}));
+    checkRecorded("billow", noiseField<GradientNoise<3>>({}, {.frequency = 1.3, .billow = 0.1}));
     checkRecorded(
         "formula",
         parsedFormula<3>("sin(x*y)+exp(-z^2)*atan(x)+tanh(y)*cosh(z/2)+log(2+x^2)+(1+x^2)^1.5+abs(x-y)").field);

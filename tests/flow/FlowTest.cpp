@@ -75,7 +75,7 @@ std::vector<NamedN<3>> moreFlows() {
             {"simplex noise", flowOf<SimplexNoise<3>>({})},
             {"simplex noise, cubed kernel", flowOf<SimplexNoise<3>>({.power = 3})},
             {"sines", flowOf<SineNoise<3>>({})},
-            {"turbulence", flowOf<Psrd3>({}, {.octaves = 2, .billow = 0.2})},
+            {"billow", flowOf<Psrd3>({}, {.octaves = 2, .billow = 0.2})},
             {"gradient-advected octaves", flowOf<SimplexNoise<3>>({}, {.octaves = 3, .warp = 0.1})},
             {"advected and folded", flowOf<SimplexNoise<3>>({}, {.octaves = 2, .billow = 0.2, .warp = -0.1})},
             {"displaced",
