@@ -7,11 +7,11 @@
 namespace curlew {
 
 /// Moves particles onto the closest point of the surface of a level set (sdfOf), if it is at most `reach` world units
-/// away. Other particles stay where they are. Starts at the nearest vertex of the surface's mesh (levelSetToMesh),
-/// which needs no wide band. From there, Newton steps slide the point along the surface and onto the spline, to within
-/// `tolerance` world units. Near
-/// the medial axis the result may be only a local minimum of the distance. Velocities and tracks are dropped. Throws
-/// ValueError if the reach or the tolerance is not positive.
+/// away. Other particles stay where they are. Each starts at the nearest vertex of the mesh of the surface
+/// (levelSetToMesh), for which the narrow band need not be wide. From there, Newton steps slide it along the surface
+/// and onto the spline, to within `tolerance` world units. Near the medial axis, the result may be only a local minimum
+/// of the distance. Velocities and tracks are dropped. Throws ValueError if the reach or the tolerance is not positive,
+/// or if the level set has no surface.
 SnapResult snapToLevelSet(const LevelSet& levelSet, Points& particles, double reach, double tolerance,
                           const Monitor& monitor = {});
 
