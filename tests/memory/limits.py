@@ -2,7 +2,8 @@
 """Runs commands with too little address space (ulimit -v): limits.py COMMAND ROOT.
 
 Each must work, or fail with exit code 1, one line that starts with "curlew: ", and no file left behind. Finds for each
-command the least limit with which it works, and then tries limits just below, where memory ends late.
+command the least limit with which it works, and then tries limits just below, where memory ends late. Skipped with Debian's shared
+OpenVDB: its log4cplus starts threads before the command begins, and ends the program if there is no memory for them.
 """
 
 import os
@@ -57,6 +58,9 @@ def run(command, arguments, folder, limit):
 
 
 def main(command, root):
+    if "libopenvdb" in subprocess.run(["ldd", command], capture_output=True, text=True, check=True).stdout:
+        print("skipped: links the shared OpenVDB; ./dev test links it statically")
+        return 77
     wrong = []
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run([command, "-quiet", *(FLOW + "-velocity dim=48 -write given.vdb").split()], cwd=folder, check=True)
