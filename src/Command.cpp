@@ -8,6 +8,7 @@
 #include "curlew/base/LibraryError.h"
 #include "curlew/base/Simd.h"
 #include "curlew/base/Text.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <fcntl.h>
 #include <sys/time.h>

@@ -5,6 +5,7 @@
 #include "curlew/track/Neighbours.h"
 #include "curlew/track/Scatter.h"
 #include "curlew/vdb/GridFlow.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/VelocityGrid.h"
 
 #include <fmt/format.h>

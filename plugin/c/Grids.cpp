@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "Arrays.h"
 #include "Handle.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <openvdb/tools/Dense.h>
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "Guard.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <atomic>
 #include <chrono>

@@ -2,6 +2,7 @@
 #include "Handle.h"
 #include "Results.h"
 #include "curlew/app/registry/Text.h"
+#include "curlew/vdb/Openvdb.h"
 
 using namespace curlew;
 using namespace curlew::c;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "SurfaceModel.h"
 #include "curlew/field/ForEachBatch.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/RayMesh.h"
 
 #include <openvdb/tools/VolumeToMesh.h>

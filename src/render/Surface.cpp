@@ -5,6 +5,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/base/Random.h"
 #include "curlew/field/ForEachBatch.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <openvdb/tools/LevelSetFilter.h>
 

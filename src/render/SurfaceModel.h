@@ -2,6 +2,7 @@
 #pragma once
 
 #include "curlew/render/Surface.h"
+#include "curlew/vdb/GridTypes.h"
 
 namespace curlew {
 

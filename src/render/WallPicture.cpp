@@ -6,6 +6,7 @@
 #include "curlew/field/ForEachBatch.h"
 #include "curlew/picture/Display.h"
 #include "curlew/render/SurfaceShading.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <openvdb/tools/SignedFloodFill.h>
 

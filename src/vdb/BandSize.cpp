@@ -2,6 +2,7 @@
 #include "BandSize.h"
 
 #include "curlew/base/Memory.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <fmt/format.h>
 

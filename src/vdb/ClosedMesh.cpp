@@ -8,6 +8,7 @@
 #include "SolidSigns.h"
 #include "WindingMoments.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/WindingNumber.h"
 
 #include <cmath>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "FlowSampler.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <bit>
 

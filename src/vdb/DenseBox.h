@@ -3,9 +3,9 @@
 
 #include "curlew/base/Error.h"
 #include "curlew/base/Memory.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <fmt/format.h>
-#include <openvdb/Grid.h>
 #include <openvdb/tools/Dense.h>
 
 #include <cmath>

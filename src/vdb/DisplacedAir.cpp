@@ -7,6 +7,7 @@
 #include "curlew/base/Memory.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/field/ForEachBatch.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <fmt/format.h>
 

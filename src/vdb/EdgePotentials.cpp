@@ -2,6 +2,7 @@
 #include "EdgePotentials.h"
 
 #include "LatticePoisson.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,6 +4,7 @@
 #include "SplineContraction.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/math/CubicBSpline.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <algorithm>
 #include <cmath>

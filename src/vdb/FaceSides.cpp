@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "FaceSides.h"
 
+#include "curlew/vdb/Openvdb.h"
+
 #include <openvdb/math/Proximity.h>
 
 #include <algorithm>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "MeshAdapter.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <vector>
 

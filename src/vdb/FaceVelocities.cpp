@@ -2,6 +2,7 @@
 #include "FaceVelocities.h"
 
 #include "LatticePoisson.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <algorithm>
 #include <cmath>

@@ -7,6 +7,7 @@
 #include "curlew/track/Snap.h"
 #include "curlew/vdb/GridField.h"
 #include "curlew/vdb/LevelSetMesh.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <fmt/format.h>
 #include <openvdb/tools/ValueTransformer.h>

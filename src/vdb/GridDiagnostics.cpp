@@ -4,6 +4,7 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/track/Advect.h"
 #include "curlew/track/Scatter.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <openvdb/tools/GridOperators.h>
 #include <openvdb/tools/VelocityFields.h>

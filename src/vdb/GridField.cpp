@@ -4,6 +4,7 @@
 #include "SplineField.h"
 #include "curlew/base/Error.h"
 #include "curlew/base/Memory.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/ScalarGrids.h"
 
 #include <fmt/format.h>

@@ -9,6 +9,7 @@
 #include "curlew/field/Algebra.h"
 #include "curlew/field/ForEachBatch.h"
 #include "curlew/vdb/GridField.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <fmt/format.h>
 

@@ -3,6 +3,7 @@
 
 #include "SolidBoundary.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <algorithm>
 #include <array>

@@ -4,6 +4,7 @@
 #include "Poisson.h"
 #include "curlew/base/Error.h"
 #include "curlew/base/Memory.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <fmt/format.h>
 

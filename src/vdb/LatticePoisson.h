@@ -2,6 +2,7 @@
 #pragma once
 
 #include "FaceVelocities.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <functional>
 #include <optional>

@@ -5,6 +5,7 @@
 #include "Enclosed.h"
 #include "SolidChecks.h"
 #include "curlew/vdb/MeshSolid.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <fmt/format.h>
 #include <openvdb/tools/ChangeBackground.h>
@@ -14,6 +15,10 @@
 #include <cmath>
 
 namespace curlew {
+
+double LevelSet::voxelSize() const { return grid->voxelSize()[0]; }
+
+double LevelSet::halfWidth() const { return static_cast<double>(grid->background()) / voxelSize(); }
 
 LevelSet meshToLevelSet(std::shared_ptr<const Mesh> mesh, SolidOptions options, const Monitor& monitor) {
     options.measureParts = false;

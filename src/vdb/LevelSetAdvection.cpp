@@ -3,6 +3,7 @@
 
 #include "BackwardMap.h"
 #include "Redistance.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <fmt/format.h>
 

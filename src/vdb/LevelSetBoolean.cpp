@@ -7,6 +7,7 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/vdb/Interrupter.h"
 #include "curlew/vdb/MeshSolid.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <fmt/format.h>
 #include <openvdb/tools/ChangeBackground.h>

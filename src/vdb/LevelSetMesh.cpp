@@ -3,6 +3,7 @@
 
 #include "curlew/base/Error.h"
 #include "curlew/base/Memory.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <fmt/format.h>
 #include <openvdb/tools/VolumeToMesh.h>

@@ -4,6 +4,7 @@
 #include "MeshAdapter.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/vdb/Interrupter.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <openvdb/math/Proximity.h>
 #include <openvdb/tools/MeshToVolume.h>

@@ -4,6 +4,7 @@
 #include "SolidBoundary.h"
 #include "SolidChecks.h"
 #include "WindingMoments.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <algorithm>
 #include <cmath>

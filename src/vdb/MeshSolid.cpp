@@ -12,6 +12,7 @@
 #include "SolidSigns.h"
 #include "VoxelSize.h"
 #include "curlew/base/Memory.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <fmt/format.h>
 #include <openvdb/tools/ChangeBackground.h>

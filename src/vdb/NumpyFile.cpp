@@ -9,6 +9,7 @@
 #include "ZipWriter.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/LocalFile.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <algorithm>
 #include <functional>

@@ -4,6 +4,7 @@
 #include "BandSize.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/vdb/MeshSolid.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/RayMesh.h"
 
 #include <openvdb/tools/Interpolation.h>

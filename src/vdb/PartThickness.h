@@ -2,8 +2,8 @@
 #pragma once
 
 #include "curlew/base/Monitor.h"
+#include "curlew/vdb/GridTypes.h"
 #include "curlew/vdb/MeshFile.h"
-#include "curlew/vdb/Openvdb.h"
 
 namespace curlew {
 

@@ -5,6 +5,7 @@
 #include "PointArrays.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Error.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <fmt/compile.h>
 #include <fmt/format.h>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "PointValidation.h"
 
+#include "curlew/vdb/Openvdb.h"
+
 #include <openvdb/io/io.h>
 #include <openvdb/points/PointDataGrid.h>
 #include <openvdb/version.h>

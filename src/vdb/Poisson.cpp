@@ -2,6 +2,7 @@
 #include "Poisson.h"
 
 #include "curlew/vdb/Interrupter.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <openvdb/tools/PoissonSolver.h>
 

@@ -2,6 +2,7 @@
 #include "Redistance.h"
 
 #include "curlew/base/Parallel.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <openvdb/tools/SignedFloodFill.h>
 #include <openvdb/util/Util.h>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "BackwardMap.h"
+#include "curlew/vdb/Openvdb.h"
 
 namespace curlew {
 

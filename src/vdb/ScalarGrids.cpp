@@ -6,6 +6,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/base/Memory.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <fmt/format.h>
 #include <openvdb/tools/ValueTransformer.h>

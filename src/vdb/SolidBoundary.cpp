@@ -5,6 +5,7 @@
 #include "HoleSurface.h"
 #include "MeshDistances.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,6 +2,7 @@
 #include "SolidChecks.h"
 
 #include "BandSize.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <tbb/parallel_sort.h>
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "curlew/vdb/GridTypes.h"
 #include "curlew/vdb/MeshSolid.h"
 
 namespace curlew {

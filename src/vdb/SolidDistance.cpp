@@ -3,6 +3,7 @@
 
 #include "SolidChecks.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/RayMesh.h"
 #include "curlew/vdb/WindingNumber.h"
 

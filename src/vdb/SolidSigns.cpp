@@ -2,6 +2,7 @@
 #include "SolidSigns.h"
 
 #include "curlew/base/Parallel.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <algorithm>
 #include <cmath>

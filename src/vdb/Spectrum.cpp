@@ -4,6 +4,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/base/Memory.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <fmt/format.h>
 #include <kissfft/kissfft.hh>

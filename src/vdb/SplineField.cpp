@@ -7,6 +7,7 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/math/Dispatch.h"
 #include "curlew/vdb/LevelSet.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <openvdb/tree/LeafManager.h>
 

@@ -6,6 +6,7 @@
 #include "SplineField.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/vdb/LevelSet.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <openvdb/math/Proximity.h>
 

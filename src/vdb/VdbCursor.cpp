@@ -2,6 +2,7 @@
 #include "VdbCursor.h"
 
 #include "curlew/base/Error.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <blosc.h>
 #include <fmt/format.h>

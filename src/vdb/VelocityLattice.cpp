@@ -2,6 +2,7 @@
 #include "VelocityLattice.h"
 
 #include "DenseBox.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/ScalarGrids.h"
 
 #include <cmath>

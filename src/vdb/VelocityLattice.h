@@ -2,6 +2,7 @@
 #pragma once
 
 #include "curlew/vdb/GridFlow.h"
+#include "curlew/vdb/Openvdb.h"
 
 namespace curlew {
 

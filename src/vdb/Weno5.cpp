@@ -3,6 +3,7 @@
 #include "curlew/track/WallVelocity.h"
 #include "curlew/vdb/Interrupter.h"
 #include "curlew/vdb/LevelSetAdvection.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <fmt/format.h>
 #include <openvdb/tools/LevelSetAdvect.h>

@@ -6,6 +6,7 @@
 #include "curlew/field/ForEachBatch.h"
 #include "curlew/math/Fade.h"
 #include "curlew/vdb/LevelSetMesh.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <algorithm>
 #include <optional>

@@ -3,6 +3,7 @@
 #include "curlew/app/Version.h"
 #include "curlew/app/actions/Actions.h"
 #include "curlew/picture/ImageFile.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
 #include "support/Catch.h"

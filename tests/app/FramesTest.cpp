@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/app/language/Frames.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/VdbFile.h"
 #include "support/Catch.h"
 #include "support/Command.h"

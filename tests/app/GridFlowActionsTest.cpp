@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/VdbFile.h"
 #include "support/ProbeCommand.h"
 

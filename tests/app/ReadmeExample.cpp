@@ -5,6 +5,7 @@
 #include <curlew/vdb/PointFile.h>
 #include <curlew/vdb/VdbFile.h>
 #include <curlew/vdb/VelocityGrid.h>
+#include <openvdb/openvdb.h>
 
 #include <cstdio>
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/field/NoiseField.h"
 #include "curlew/picture/ImageFile.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/VdbFile.h"
 #include "support/ProbeCommand.h"
 

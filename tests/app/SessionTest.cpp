@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/app/run/Session.h"
+#include "curlew/vdb/Openvdb.h"
 #include "support/Catch.h"
 #include "support/Command.h"
 #include "support/SessionCommand.h"

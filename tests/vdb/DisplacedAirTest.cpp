@@ -4,6 +4,7 @@
 #include "curlew/field/Algebra.h"
 #include "curlew/field/NoiseField.h"
 #include "curlew/vdb/DisplacedAir.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/VelocityGrid.h"
 #include "support/Points.h"
 

@@ -2,6 +2,7 @@
 #include "curlew/field/Algebra.h"
 #include "curlew/field/NoiseField.h"
 #include "curlew/vdb/GridDiagnostics.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/VelocityGrid.h"
 #include "support/Catch.h"
 

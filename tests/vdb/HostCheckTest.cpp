@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/vdb/HostCheck.h"
 #include "curlew/vdb/HostConversion.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
 #include "support/HostObjects.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Parallel.h"
 #include "curlew/vdb/NumpyFile.h"
+#include "curlew/vdb/Openvdb.h"
 #include "support/HostObjects.h"
 
 using namespace curlew;

@@ -2,6 +2,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/base/Random.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/Spectrum.h"
 #include "support/Catch.h"
 

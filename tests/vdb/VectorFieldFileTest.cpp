@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/vdb/HostConversion.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/VectorFieldFile.h"
 #include "support/HostObjects.h"
 

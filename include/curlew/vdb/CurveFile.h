@@ -37,8 +37,8 @@ void writeCsv(const std::filesystem::path& path, const Curves& curves, const std
 /// Converts the vertices to OpenVDB points with the attributes P, v, id (the index of the vertex, from 0), curve (the
 /// seed's id), vertex (the index within its curve, from 0), closed (0 or 1), speed, f, g and length. Options and errors
 /// are those of pointGrid() for particles. All vertices must be finite.
-openvdb::points::PointDataGrid::Ptr pointGrid(const Curves& curves,
-                                              const PointGridOptions& options = {.name = "curves"},
-                                              const Monitor& monitor = {});
+std::shared_ptr<openvdb::points::PointDataGrid> pointGrid(const Curves& curves,
+                                                          const PointGridOptions& options = {.name = "curves"},
+                                                          const Monitor& monitor = {});
 
 } // namespace curlew

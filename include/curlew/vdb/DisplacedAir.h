@@ -4,7 +4,7 @@
 #include "curlew/base/Monitor.h"
 #include "curlew/flow/Domain.h"
 #include "curlew/track/WallVelocity.h"
-#include "curlew/vdb/Openvdb.h"
+#include "curlew/vdb/GridTypes.h"
 
 namespace curlew {
 
@@ -20,7 +20,7 @@ struct DisplacedAir {
     /// Staggered (MAC), world units per second. All voxels of the box are active in which the velocity is not zero.
     /// Inside the obstacle it holds the velocity of the wall, w. Also has the values of the faces that end the box
     /// above, in inactive voxels.
-    openvdb::Vec3SGrid::Ptr faces;
+    std::shared_ptr<openvdb::Vec3SGrid> faces;
     size_t voxels = 0;  ///< Voxels of air.
     int iterations = 0; ///< Of all solutions.
 };

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "curlew/track/FlowMap.h"
-#include "curlew/vdb/Openvdb.h"
+#include "curlew/vdb/GridTypes.h"
 
 namespace curlew {
 
@@ -18,7 +18,7 @@ struct GridAdvectionOptions {
 };
 
 struct AdvectedGrid {
-    openvdb::GridBase::Ptr grid;
+    std::shared_ptr<openvdb::GridBase> grid;
     size_t traced = 0;  ///< Voxels traced back along the flow.
     size_t stalled = 0; ///< Traced voxels that some step left in place (FlowMapResult::stalled).
     size_t overrun = 0; ///< How often a moving wall left a traced voxel on its wrong side (FlowMapResult::overrun).

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "curlew/track/Diagnostics.h"
-#include "curlew/vdb/Openvdb.h"
+#include "curlew/vdb/GridTypes.h"
 
 namespace curlew {
 

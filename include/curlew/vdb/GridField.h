@@ -4,7 +4,7 @@
 #include "curlew/base/Monitor.h"
 #include "curlew/field/ScalarField.h"
 #include "curlew/field/Shapes.h"
-#include "curlew/vdb/Openvdb.h"
+#include "curlew/vdb/GridTypes.h"
 
 namespace curlew {
 
@@ -24,7 +24,7 @@ struct BakeOptions {
 /// Samples a field at the centres of the voxels of a box. Regions of equal values become tiles. The result has the same
 /// bytes for any number of threads. Throws ValueError if the box is infinite or empty, ResourceError if there is not
 /// enough memory.
-openvdb::FloatGrid::Ptr bakedGrid(const ScalarField& field, const BakeOptions& options, const std::string& name,
-                                  const Monitor& monitor = {});
+std::shared_ptr<openvdb::FloatGrid> bakedGrid(const ScalarField& field, const BakeOptions& options,
+                                              const std::string& name, const Monitor& monitor = {});
 
 } // namespace curlew

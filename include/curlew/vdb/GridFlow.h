@@ -3,7 +3,7 @@
 
 #include "curlew/base/Monitor.h"
 #include "curlew/flow/Flow.h"
-#include "curlew/vdb/Openvdb.h"
+#include "curlew/vdb/GridTypes.h"
 
 #include <vector>
 
@@ -17,7 +17,7 @@ namespace curlew {
 /// GRID_STAGGERED): component k at the centre of the lower face of the voxel along index axis k, in the direction of
 /// that axis. Three grids whose origins differ by half voxels are staggered, too. The voxels must be cubes, in any
 /// position and orientation. Values outside the active voxels count as they are, usually 0.
-using VelocityGrids = std::vector<openvdb::GridBase::ConstPtr>;
+using VelocityGrids = std::vector<std::shared_ptr<const openvdb::GridBase>>;
 
 /// Returns whether velocity grids are staggered. Throws ValueError as sampledFlow() does.
 bool isStaggered(const VelocityGrids& grids);

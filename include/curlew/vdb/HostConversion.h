@@ -3,8 +3,8 @@
 
 #include "curlew/track/Curves.h"
 #include "curlew/track/Points.h"
+#include "curlew/vdb/GridTypes.h"
 #include "curlew/vdb/HostProfile.h"
-#include "curlew/vdb/Openvdb.h"
 
 #include <vector>
 
@@ -54,13 +54,14 @@ Curves forHost(Curves curves, const HostOptions& options);
 /// velocities are averaged to voxel centres if the host cannot read them, if the axes change, and if they are split.
 /// The given grid is not changed; the result may share its tree. Throws ValueError if `split` is true and the host
 /// takes no components, and ResourceError if a copy would not fit in memory. Safe to call from several threads.
-std::vector<openvdb::GridBase::ConstPtr> forHost(const openvdb::GridBase::ConstPtr& grid, const HostOptions& options);
+std::vector<std::shared_ptr<const openvdb::GridBase>> forHost(const std::shared_ptr<const openvdb::GridBase>& grid,
+                                                              const HostOptions& options);
 
 /// Returns whether a grid is a velocity by its type and name.
 bool isVelocity(const openvdb::GridBase& grid);
 
 /// Returns a copy of a staggered grid with the velocities at voxel centres: the mean of the two faces along each axis.
 /// A voxel is active if one of its faces is.
-openvdb::Vec3SGrid::Ptr collocated(const openvdb::Vec3SGrid& staggered);
+std::shared_ptr<openvdb::Vec3SGrid> collocated(const openvdb::Vec3SGrid& staggered);
 
 } // namespace curlew

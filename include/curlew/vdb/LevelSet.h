@@ -3,8 +3,8 @@
 
 #include "curlew/base/Monitor.h"
 #include "curlew/field/Shapes.h"
+#include "curlew/vdb/GridTypes.h"
 #include "curlew/vdb/MeshFile.h"
-#include "curlew/vdb/Openvdb.h"
 
 #include <memory>
 
@@ -12,12 +12,11 @@ namespace curlew {
 
 /// A narrow-band signed distance grid, and the mesh that it was made from, if any.
 struct LevelSet {
-    openvdb::FloatGrid::ConstPtr grid;
+    std::shared_ptr<const openvdb::FloatGrid> grid;
     std::shared_ptr<const Mesh> mesh;
 
-    double voxelSize() const { return grid->voxelSize()[0]; }
-    /// Half width of the narrow band, in voxels.
-    double halfWidth() const { return static_cast<double>(grid->background()) / voxelSize(); }
+    double voxelSize() const;
+    double halfWidth() const; ///< Half width of the narrow band, in voxels.
 };
 
 struct SolidOptions {
@@ -35,7 +34,7 @@ LevelSet meshToLevelSet(std::shared_ptr<const Mesh> mesh, SolidOptions options, 
 
 /// Casts a grid to a level set. Throws ValueError unless it is a float level set with finite values, a positive
 /// background and cubic voxels, and encloses something.
-LevelSet levelSetOf(const openvdb::GridBase::ConstPtr& grid);
+LevelSet levelSetOf(const std::shared_ptr<const openvdb::GridBase>& grid);
 
 /// Returns the bounding box of the inside, padded by one voxel, in world units.
 Box boundsOf(const LevelSet& levelSet);

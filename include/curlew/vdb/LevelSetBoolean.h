@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "curlew/vdb/GridTypes.h"
 #include "curlew/vdb/LevelSet.h"
 
 #include <array>
@@ -43,6 +44,6 @@ LevelSet placed(const LevelSet& levelSet, const Placement& placement);
 Mesh placed(const Mesh& mesh, const Placement& placement);
 /// Returns a grid rotated, translated and scaled by its transform. The vectors of a Vec3SGrid (velocities) rotate with
 /// it. Throws ValueError if a staggered grid would be rotated, since its components lie along its axes.
-openvdb::GridBase::Ptr placed(const openvdb::GridBase& grid, const Placement& placement);
+std::shared_ptr<openvdb::GridBase> placed(const openvdb::GridBase& grid, const Placement& placement);
 
 } // namespace curlew

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "curlew/vdb/GridTypes.h"
 #include "curlew/vdb/VdbFile.h"
 
 namespace curlew {
@@ -14,14 +15,15 @@ namespace curlew {
 /// atomically. Throws ValueError if there are no grids, if a grid has no active voxels, is of another type or has a
 /// transform that is not linear; ResourceError if the converted grids would not fit in memory; FileError and
 /// Interrupted as writeAtomically() does.
-void writeNano(const std::filesystem::path& path, const std::vector<openvdb::GridBase::ConstPtr>& grids,
+void writeNano(const std::filesystem::path& path, const std::vector<std::shared_ptr<const openvdb::GridBase>>& grids,
                const VdbWriteOptions& options = {}, const std::function<bool()>& cancelled = {});
 
 /// Reads all grids of the types above, and of 4, 8 and 16 bits per value, in the order of the file. Throws FileError,
 /// naming the file, if it is missing, damaged, not a .nvdb, of another major version, or holds a grid of another type;
 /// ResourceError if the grids do not fit in memory. All offsets within the file are checked. Compressed data is
 /// unpacked by Blosc and zlib.
-std::vector<openvdb::GridBase::Ptr> readNano(const std::filesystem::path& path, const Monitor& monitor = {});
+std::vector<std::shared_ptr<openvdb::GridBase>> readNano(const std::filesystem::path& path,
+                                                         const Monitor& monitor = {});
 
 /// Lists the grids of a .nvdb file from their headers. Throws FileError as readNano() does.
 std::vector<GridInfo> nanoContents(const std::filesystem::path& path);

@@ -4,7 +4,7 @@
 #include "curlew/base/Monitor.h"
 #include "curlew/track/Curves.h"
 #include "curlew/track/Points.h"
-#include "curlew/vdb/Openvdb.h"
+#include "curlew/vdb/GridTypes.h"
 
 #include <filesystem>
 #include <optional>
@@ -51,7 +51,7 @@ void writeNumpy(const std::filesystem::path& path, const Curves& curves, const N
 /// number. Throws ValueError if a grid has no active voxels, is of another type than float, double, int32, int64, vec3s
 /// and vec3d, has a value that is not finite or a transform that is not linear; ResourceError if the box would not fit
 /// in memory.
-void writeNumpy(const std::filesystem::path& path, const std::vector<openvdb::GridBase::ConstPtr>& grids,
+void writeNumpy(const std::filesystem::path& path, const std::vector<std::shared_ptr<const openvdb::GridBase>>& grids,
                 const NumpyOptions& options = {}, const Monitor& monitor = {});
 
 } // namespace curlew

@@ -3,9 +3,8 @@
 
 #include "curlew/base/Monitor.h"
 #include "curlew/track/Points.h"
+#include "curlew/vdb/GridTypes.h"
 #include "curlew/vdb/HostProfile.h"
-
-#include <openvdb/points/PointDataGrid.h>
 
 #include <filesystem>
 #include <functional>
@@ -26,8 +25,8 @@ struct PointGridOptions {
 /// track `f`, `g`, all as float. P is accurate to 2⁻²⁵ voxels. The same particles give the same grid for any number of
 /// threads. Throws ValueError if the arrays differ in length, a position is not finite, an id does not fit in 32 bits,
 /// or the voxel size is unusable for these positions; Interrupted once the monitor asks for it.
-openvdb::points::PointDataGrid::Ptr pointGrid(const Points& particles, const PointGridOptions& options = {},
-                                              const Monitor& monitor = {});
+std::shared_ptr<openvdb::points::PointDataGrid> pointGrid(const Points& particles, const PointGridOptions& options = {},
+                                                          const Monitor& monitor = {});
 
 /// Reads the points of a grid in world units. Reads the velocity if it has the name of any host profile, and `age`,
 /// `life`, `fade`, `f` and `g` if they are floats. If there is an `id` attribute (32 or 64 bits), the points are sorted

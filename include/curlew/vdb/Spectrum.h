@@ -2,7 +2,7 @@
 #pragma once
 
 #include "curlew/base/Monitor.h"
-#include "curlew/vdb/Openvdb.h"
+#include "curlew/vdb/GridTypes.h"
 
 #include <string_view>
 #include <vector>

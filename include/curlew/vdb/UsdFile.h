@@ -3,7 +3,7 @@
 
 #include "curlew/track/Curves.h"
 #include "curlew/track/Points.h"
-#include "curlew/vdb/Openvdb.h"
+#include "curlew/vdb/GridTypes.h"
 
 #include <filesystem>
 #include <functional>
@@ -56,7 +56,7 @@ struct UsdAsset {
 /// vectorDataRoleHint = "Vector", and filePath, with time samples if there is time. Paths are relative to the layer's
 /// folder. The grids are those of one frame: all frames must have grids of the same names, types and classes. Throws
 /// ValueError if there are no grids or no assets, if two grids share a name, or if a grid's type has no name in USD.
-void writeUsda(const std::filesystem::path& path, const std::vector<openvdb::GridBase::ConstPtr>& grids,
+void writeUsda(const std::filesystem::path& path, const std::vector<std::shared_ptr<const openvdb::GridBase>>& grids,
                const std::vector<UsdAsset>& assets, const UsdOptions& options = {},
                const std::function<bool()>& cancelled = {});
 

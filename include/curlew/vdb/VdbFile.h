@@ -2,8 +2,8 @@
 #pragma once
 
 #include "curlew/base/Monitor.h"
+#include "curlew/vdb/GridTypes.h"
 
-#include <openvdb/Grid.h>
 #include <openvdb/MetaMap.h>
 
 #include <filesystem>
@@ -36,11 +36,11 @@ struct VdbWriteOptions {
 /// OpenVDB 3 or newer than this OpenVDB, or if it holds an unknown type of grid. In a file that writeVdb() wrote, any
 /// changed byte is detected as damage. Throws ResourceError if the grids do not fit in memory, and Interrupted once the
 /// monitor asks for it. Safe to call from several threads.
-std::vector<openvdb::GridBase::Ptr> readVdb(const std::filesystem::path& path, const Monitor& monitor = {});
+std::vector<std::shared_ptr<openvdb::GridBase>> readVdb(const std::filesystem::path& path, const Monitor& monitor = {});
 
 /// Reads a .vdb file that is already in memory; `path` names it in messages.
-std::vector<openvdb::GridBase::Ptr> readVdbBytes(std::string_view bytes, const std::filesystem::path& path,
-                                                 const Monitor& monitor = {});
+std::vector<std::shared_ptr<openvdb::GridBase>> readVdbBytes(std::string_view bytes, const std::filesystem::path& path,
+                                                             const Monitor& monitor = {});
 
 /// The use of a grid. A grid of points may hold curves (see CurveFile.h); its header does not tell.
 enum class GridKind {
@@ -67,7 +67,7 @@ std::vector<GridInfo> vdbContents(const std::filesystem::path& path);
 /// or a tree. The grids themselves are not changed. A `creator` that begins with "Houdini", of the file or of a grid,
 /// is omitted, because Blender would rotate the axes of such a file. Throws ValueError if a grid is null, FileError if
 /// the file cannot be written, and Interrupted once `cancelled` returns true.
-void writeVdb(const std::filesystem::path& path, const std::vector<openvdb::GridBase::ConstPtr>& grids,
+void writeVdb(const std::filesystem::path& path, const std::vector<std::shared_ptr<const openvdb::GridBase>>& grids,
               const openvdb::MetaMap& fileMetadata = {}, const VdbWriteOptions& options = {},
               const std::function<bool()>& cancelled = {});
 

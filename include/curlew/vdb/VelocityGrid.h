@@ -4,7 +4,7 @@
 #include "curlew/base/Monitor.h"
 #include "curlew/flow/Flow.h"
 #include "curlew/track/WallVelocity.h"
-#include "curlew/vdb/Openvdb.h"
+#include "curlew/vdb/GridTypes.h"
 
 namespace curlew {
 
@@ -18,15 +18,15 @@ struct VelocityGridOptions {
     double voxel = 0; ///< Voxel size in world units; 0 means that `dim` determines it.
     int dim = 128;    ///< Voxels along the longest edge of the domain's box, if no voxel size is given.
     Layout layout = Layout::collocated;
-    openvdb::GridBase::ConstPtr mask = {}; ///< If given, the grid has the mask's transform and exactly its active
-                                           ///< voxels; `voxel` and `dim` are ignored.
-    double wallFade = 3;                   ///< Voxels beyond a one-sided wall over which the flow fades to zero.
+    std::shared_ptr<const openvdb::GridBase> mask = {}; ///< If given, the grid has the mask's transform and exactly its
+                                                        ///< active voxels; `voxel` and `dim` are ignored.
+    double wallFade = 3; ///< Voxels beyond a one-sided wall over which the flow fades to zero.
     /// Motion of the flow's wall; nullopt if it is at rest. With it, the grid holds u = c + w: the flow c relative to
     /// the wall, plus the velocity w that the moving wall adds.
     std::optional<WallVelocity> moving = {};
     /// If given, the velocity of displaced air (DisplacedAir.h) in the box of the flow's domain, which is added instead
     /// of w. Must have the voxels of this grid.
-    openvdb::Vec3SGrid::ConstPtr displaced = {};
+    std::shared_ptr<const openvdb::Vec3SGrid> displaced = {};
 };
 
 /// Returns the voxel size that these options give. Throws ValueError as velocityGrid() does.
@@ -53,6 +53,7 @@ double voxelOf(const Flow& flow, const VelocityGridOptions& options);
 /// infinite, the voxels of the mask are not axis-aligned cubes, the voxels of `displaced` differ from those of this
 /// grid, or a staggered grid of a flow that is not divergence-free is requested;
 /// ResourceError if the grid would not fit in memory.
-openvdb::Vec3SGrid::Ptr velocityGrid(const Flow& flow, const VelocityGridOptions& options, const Monitor& monitor = {});
+std::shared_ptr<openvdb::Vec3SGrid> velocityGrid(const Flow& flow, const VelocityGridOptions& options,
+                                                 const Monitor& monitor = {});
 
 } // namespace curlew

@@ -2,12 +2,13 @@
 #pragma once
 
 #include "curlew/app/run/Context.h"
+#include "curlew/vdb/GridTypes.h"
 
 #include <list>
 
 namespace curlew::app {
 
-using Grids = std::vector<openvdb::GridBase::ConstPtr>;
+using Grids = std::vector<std::shared_ptr<const openvdb::GridBase>>;
 
 /// The grids of an input in the frames around the moment. Their fraction `part` is that of GridValue.
 struct FrameGrids {

@@ -6,6 +6,7 @@
 #include "curlew/app/registry/Text.h"
 #include "curlew/base/Memory.h"
 #include "curlew/base/Text.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <filesystem>
 

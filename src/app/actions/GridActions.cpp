@@ -5,6 +5,7 @@
 #include "curlew/flow/FlowScale.h"
 #include "curlew/vdb/DisplacedAir.h"
 #include "curlew/vdb/MeshSolid.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/ScalarGrids.h"
 #include "curlew/vdb/VelocityGrid.h"
 

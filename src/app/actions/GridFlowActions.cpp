@@ -4,6 +4,7 @@
 #include "FlowInSpace.h"
 #include "curlew/flow/Flows.h"
 #include "curlew/vdb/GridFlow.h"
+#include "curlew/vdb/Openvdb.h"
 
 namespace curlew::app {
 

@@ -8,6 +8,7 @@
 #include "curlew/vdb/CurveFile.h"
 #include "curlew/vdb/NanoFile.h"
 #include "curlew/vdb/NumpyFile.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/ScalarGrids.h"
 #include "curlew/vdb/UsdFile.h"
 #include "curlew/vdb/VectorFieldFile.h"

@@ -4,7 +4,10 @@
 #include "ReadFiles.h"
 #include "curlew/app/registry/Options.h"
 #include "curlew/app/run/Context.h"
+#include "curlew/vdb/GridTypes.h"
 #include "curlew/vdb/HostConversion.h"
+
+#include <openvdb/MetaMap.h>
 
 namespace curlew::app {
 
@@ -18,10 +21,10 @@ void checkHostOptions(const Arguments& a);
 std::string pointVelocityOf(const Arguments& a);
 
 /// Return the objects to write in the host's world. An object that does not change is not copied.
-std::vector<openvdb::GridBase::ConstPtr> gridsForFile(const Context& c, const Arguments& a);
+std::vector<std::shared_ptr<const openvdb::GridBase>> gridsForFile(const Context& c, const Arguments& a);
 /// Returns a grid as it will be in the file, without its voxels; three grids if its components are split.
-std::vector<openvdb::GridBase::ConstPtr> headersForFile(const Context& c, const Arguments& a,
-                                                        const openvdb::GridBase& grid);
+std::vector<std::shared_ptr<const openvdb::GridBase>> headersForFile(const Context& c, const Arguments& a,
+                                                                     const openvdb::GridBase& grid);
 std::shared_ptr<const Points> pointsForFile(const Context& c, const Arguments& a);
 std::shared_ptr<const Curves> curvesForFile(const Context& c, const Arguments& a);
 

@@ -6,6 +6,7 @@
 #include "curlew/vdb/GridAdvection.h"
 #include "curlew/vdb/LevelSetAdvection.h"
 #include "curlew/vdb/LevelSetMesh.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <openvdb/tools/LevelSetMeasure.h>
 

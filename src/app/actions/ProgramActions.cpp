@@ -5,6 +5,7 @@
 #include "curlew/app/actions/Actions.h"
 #include "curlew/app/registry/Text.h"
 #include "curlew/base/Memory.h"
+#include "curlew/vdb/Openvdb.h"
 
 namespace curlew::app {
 

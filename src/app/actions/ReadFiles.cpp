@@ -12,6 +12,7 @@
 #include "curlew/vdb/BgeoFile.h"
 #include "curlew/vdb/CurveFile.h"
 #include "curlew/vdb/NanoFile.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
 

@@ -8,6 +8,7 @@
 #include "curlew/base/Memory.h"
 #include "curlew/vdb/GridDiagnostics.h"
 #include "curlew/vdb/HostCheck.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/ScalarGrids.h"
 
 namespace curlew::app {

@@ -6,6 +6,7 @@
 #include "curlew/picture/ImageField.h"
 #include "curlew/vdb/GridField.h"
 #include "curlew/vdb/HostConversion.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/ScalarGrids.h"
 
 #include <openvdb/tools/GridOperators.h>

@@ -5,6 +5,7 @@
 #include "Kink.h"
 #include "curlew/app/run/Value.h"
 #include "curlew/vdb/LevelSetBoolean.h"
+#include "curlew/vdb/Openvdb.h"
 
 namespace curlew::app {
 

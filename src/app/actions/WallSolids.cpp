@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "WallSolids.h"
 
+#include "curlew/vdb/Openvdb.h"
+
 #include <algorithm>
 #include <cmath>
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/app/run/Value.h"
+#include "curlew/vdb/Openvdb.h"
 
 #include <algorithm>
 

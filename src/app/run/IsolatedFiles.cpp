@@ -4,6 +4,7 @@
 #include "curlew/app/run/IsolatedModel.h"
 #include "curlew/picture/ImageFile.h"
 #include "curlew/vdb/NanoFile.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
 

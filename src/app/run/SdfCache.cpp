@@ -3,6 +3,7 @@
 
 #include "curlew/field/Algebra.h"
 #include "curlew/field/RigidMotion.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/WideSdf.h"
 
 #include <algorithm>

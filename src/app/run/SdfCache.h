@@ -4,6 +4,7 @@
 #include "curlew/app/run/Console.h"
 #include "curlew/app/run/Value.h"
 #include "curlew/vdb/DeformingLevelSet.h"
+#include "curlew/vdb/GridTypes.h"
 
 #include <list>
 

@@ -4,6 +4,7 @@
 #include "Evaluator.h"
 #include "SdfCache.h"
 #include "curlew/app/registry/Text.h"
+#include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/VdbFile.h"
 
 namespace curlew::app {

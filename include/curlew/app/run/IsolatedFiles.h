@@ -5,8 +5,7 @@
 #include "curlew/picture/Image.h"
 #include "curlew/track/Points.h"
 #include "curlew/vdb/AnimatedMesh.h"
-
-#include <openvdb/Grid.h>
+#include "curlew/vdb/GridTypes.h"
 
 #include <filesystem>
 #include <string>
@@ -18,7 +17,7 @@ namespace curlew::app {
 /// An object of a .vdb file. Point grids are converted to Points; other grids are kept.
 struct VdbContent {
     std::string name;
-    std::variant<openvdb::GridBase::Ptr, Points> value;
+    std::variant<std::shared_ptr<openvdb::GridBase>, Points> value;
 };
 
 /// Returns the objects of a .vdb file, in its order. If readsIsolated(), files with points are read by another process.

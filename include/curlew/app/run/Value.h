@@ -9,6 +9,7 @@
 #include "curlew/render/Camera.h"
 #include "curlew/track/Curves.h"
 #include "curlew/track/Points.h"
+#include "curlew/vdb/GridTypes.h"
 #include "curlew/vdb/LevelSet.h"
 
 #include <memory>
@@ -33,7 +34,7 @@ struct RigidBody {
 };
 
 struct GridValue {
-    openvdb::GridBase::ConstPtr grid;
+    std::shared_ptr<const openvdb::GridBase> grid;
     std::shared_ptr<const Mesh> mesh = {}; ///< Set if the grid is a level set of a mesh.
     /// Between two frames: the grid of the earlier frame, and the fraction of the interval between the frames that has
     /// passed.
