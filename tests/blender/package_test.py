@@ -86,7 +86,7 @@ class Package(unittest.TestCase):
 
     def test_it_is_small(self):
         self.skip_unless_static()
-        self.assertLess(sum(path.stat().st_size for path in (inside / "curlew").rglob("*") if path.is_file()), 95e6)
+        self.assertLess(sum(path.stat().st_size for path in (inside / "curlew").rglob("*") if path.is_file()), 56e6)
 
     def test_it_asks_no_newer_system_than_the_readme_says(self):
         newest = newest_symbols([inside / "curlew" / "libcurlew.so", *(inside / "curlew" / "lib").iterdir()])

@@ -13,7 +13,7 @@ _BASE = re.compile(r"(linux-vdso|ld-linux-x86-64|lib(c|m|dl|rt|pthread|gcc_s|std
 FOLDER = "lib"  # beside the library
 # Packages of libraries that consist of headers, and of those that are linked statically.
 HEADERS = ("libhwy-dev", "libkissfft-dev", "libnanoflann-dev", "libnanovdb-dev", "nlohmann-json3-dev")
-STATIC = ("libboost-iostreams-dev", "libopenvdb-dev")
+STATIC = ("libboost-iostreams-dev", "libembree-dev", "libopenvdb-dev")
 
 
 def _run(*words: object) -> str:
@@ -165,7 +165,7 @@ class _Symbols:
 def _hide(copies: Iterable[Path], libraries: Iterable[Path], where: Dict[Path, str]) -> None:
     """Renames all that the bundled libraries define, wherever these copies define or need it. Otherwise the dynamic linker would bind
     them to libraries of the same kind that the host has loaded, whatever their files are called: it takes the first
-    symbol with a name. Those of a host may have another version, another state, or other parameters (Embree 3 and 4). A library with
+    symbol with a name. Those of a host may have another version, or another state. A library with
     too many symbols, such as a shared OpenVDB, keeps its names."""
     symbols = [_Symbols(library) for library in libraries]
     kept = set().union(*(each.defined() for each in symbols if each.is_large()))
