@@ -9,7 +9,8 @@ target_compile_options(curlew_options INTERFACE
   # GCC 12 reports members with a default initialiser, and its own <regex>, as uninitialised; clang-tidy finds the real
   # ones.
   $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>
-  # GCC 12 takes a literal + std::string for an overflow, depending on what it inlines. GCC 13 does not.
+  # GCC 12 takes a literal + std::string for an overflow, depending on what it inlines. Other versions keep these
+  # warnings.
   "$<$<AND:$<CXX_COMPILER_ID:GNU>,$<VERSION_LESS:$<CXX_COMPILER_VERSION>,13>>:-Wno-array-bounds;-Wno-restrict;-Wno-stringop-overflow>"
   # Clang's -Wconversion would include it, GCC's does not in C++.
   $<$<CXX_COMPILER_ID:Clang>:-Wno-sign-conversion>

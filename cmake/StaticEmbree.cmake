@@ -33,7 +33,7 @@ function(curlew_static_embree target)
   # Embree's files include "../config.h", "../hash.h" and "rtcore_config.h", which its build would make in its source.
   set(made ${CMAKE_CURRENT_BINARY_DIR}/embree_config)
   file(MAKE_DIRECTORY ${made}/common)
-  # find_package has set these as Debian's build has them; Embree's templates of headers take them.
+  # config.h.in takes these variables, which find_package has set as in Debian's build.
   foreach(part GEOMETRY_QUAD GEOMETRY_CURVE GEOMETRY_SUBDIVISION GEOMETRY_USER GEOMETRY_INSTANCE GEOMETRY_GRID GEOMETRY_POINT
       FILTER_FUNCTION RAY_MASK)
     set(EMBREE_${part} OFF)

@@ -127,22 +127,35 @@ Points pointsOf(const curlew_array& positions, const curlew_array* ids, const cu
     return particles;
 }
 
+Curves curvesOf(const curlew_array& positions, const curlew_array& edges) {
+    const std::vector<uint32_t> ends = indicesOf(edges, "edges", 2);
+    std::vector<CurveEdge> pairs;
+    for (size_t k = 0; k < ends.size(); k += 2) pairs.push_back({ends[k], ends[k + 1]});
+    return curlew::curvesOf(vectorsOf(positions, "positions"), pairs);
+}
+
+void addItems(DigestBuilder& digest, const auto& items) {
+    digest.add(items.size());
+    if (!items.empty()) digest.addBytes(items.data(), items.size() * sizeof items.front());
+}
+
 Digest contentOf(const Mesh& mesh) {
     DigestBuilder digest;
-    const auto add = [&](const auto& items) {
-        digest.add(items.size());
-        if (!items.empty()) digest.addBytes(items.data(), items.size() * sizeof items.front());
-    };
-    add(mesh.points), add(mesh.triangles), add(mesh.quads);
+    addItems(digest, mesh.points), addItems(digest, mesh.triangles), addItems(digest, mesh.quads);
     return digest.digest();
 }
 
 Digest contentOf(const Points& particles) {
     DigestBuilder digest;
-    forEachArray(particles, [&](const auto& values) {
-        digest.add(values.size());
-        if (!values.empty()) digest.addBytes(values.data(), values.size() * sizeof values.front());
-    });
+    forEachArray(particles, [&](const auto& values) { addItems(digest, values); });
+    return digest.digest();
+}
+
+Digest contentOf(const Curves& curves) {
+    DigestBuilder digest;
+    digest.add("curves");
+    for (const auto* values : {&curves.x, &curves.y, &curves.z}) addItems(digest, *values);
+    addItems(digest, curves.start), addItems(digest, curves.downstream);
     return digest.digest();
 }
 
@@ -279,6 +292,18 @@ curlew_status curlew_provide_points(curlew_session* session, const char* name, c
         set->particles = pointsOf(required(positions, "positions"), ids, velocities);
         const Digest content = contentOf(set->particles);
         s.provide(key, std::move(set), content);
+    });
+}
+
+curlew_status curlew_provide_curves(curlew_session* session, const char* name, const curlew_array* positions,
+                                    const curlew_array* edges) {
+    return guarded([&] {
+        app::Session& s = required(session, "the session").writable();
+        const std::string key = nameOfProvided(name);
+        auto curves =
+            std::make_shared<const Curves>(curvesOf(required(positions, "positions"), required(edges, "edges")));
+        const Digest content = contentOf(*curves);
+        s.provide(key, std::move(curves), content);
     });
 }
 

@@ -138,6 +138,13 @@ CURLEW_API curlew_status curlew_provide_mesh(curlew_session* session, const char
 CURLEW_API curlew_status curlew_provide_points(curlew_session* session, const char* name, const curlew_array* positions,
                                                const curlew_array* ids, const curlew_array* velocities);
 
+/** Provides curves, for instance for `rail`: `read NAME` in programs of this session then reads these curves instead of
+   a file. Arrays are copied. `positions` has 3 components, float32 or float64; `edges` has 2 components, int32 or
+   int64: the indices of two vertices. Edges are joined where exactly two meet at a vertex. A curve runs from the first
+   vertex of its edges to the second, if they agree. Vertices without edges are left out. */
+CURLEW_API curlew_status curlew_provide_curves(curlew_session* session, const char* name, const curlew_array* positions,
+                                               const curlew_array* edges);
+
 /** Evaluates a field at `count` positions, at most 64: writes a value for each, and a gradient with one component for
     each dimension. `positions` and `gradients` have the components of the first position, then of the second, …. Must
     give the same for the same position. Returns 0, or anything else if it failed, which ends the program. Called from

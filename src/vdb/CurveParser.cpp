@@ -2,6 +2,7 @@
 #include "MeshParser.h"
 #include "curlew/vdb/CurveFile.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -10,34 +11,6 @@ namespace curlew {
 namespace fs = std::filesystem;
 
 namespace {
-
-/// A polyline of a file.
-struct Polyline {
-    std::vector<Vec3d> points = {};
-    bool closed = false;
-    int64_t id = 0;
-};
-
-Curves curvesOf(const std::vector<Polyline>& polylines) {
-    Curves curves;
-    for (const Polyline& line : polylines) {
-        double along = 0;
-        for (size_t k = 0; k < line.points.size(); ++k) {
-            const Vec3d& p = line.points[k];
-            if (k > 0) along += length(p - line.points[k - 1]);
-            curves.x.push_back(p[0]), curves.y.push_back(p[1]), curves.z.push_back(p[2]);
-            curves.along.push_back(along);
-        }
-        curves.start.push_back(curves.x.size());
-        curves.id.push_back(line.id);
-        curves.upstream.push_back(line.closed ? CurveEnd::closed : CurveEnd::seed);
-        curves.downstream.push_back(line.closed ? CurveEnd::closed : CurveEnd::limit);
-        curves.length.push_back(along + (line.closed ? length(line.points.front() - line.points.back()) : 0));
-        curves.gap.push_back(0);
-    }
-    for (auto* velocities : {&curves.vx, &curves.vy, &curves.vz}) velocities->assign(curves.x.size(), 0);
-    return curves;
-}
 
 FileError unreadable(const fs::path& path, const std::string& what) {
     return FileError(fmt::format("'{}' cannot be read as curves: {}", path.string(), what));
@@ -114,13 +87,39 @@ Curves readCsvCurves(const fs::path& path) {
     return curvesOf(polylines);
 }
 
+/// Reads the edges of a .ply, and the positions and curve numbers of its vertices.
+Curves readPlyCurves(const fs::path& path) {
+    const PlyVertices given = parsePlyVertices(contentOf(path), MeshSource{.path = path, .kind = "curves"});
+    if (given.edges.empty()) throw unreadable(path, "it has no curves (element edge)");
+    const std::vector<std::string>& names = given.table.names;
+    const auto column = [&](const char* name) {
+        return static_cast<size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+    };
+    const size_t x = column("x"), y = column("y"), z = column("z"), curve = column("curve");
+    std::vector<Vec3d> vertices;
+    std::vector<int64_t> ids;
+    for (const double* row = given.table.values.data(); row != given.table.values.data() + given.table.values.size();
+         row += names.size()) {
+        vertices.push_back({{row[x], row[y], row[z]}});
+        if (curve < names.size()) ids.push_back(std::abs(row[curve]) < 0x1p53 ? static_cast<int64_t>(row[curve]) : 0);
+    }
+    try {
+        return curvesOf(vertices, given.edges, ids);
+    } catch (const ValueError& error) {
+        throw unreadable(path, error.what());
+    }
+}
+
 } // namespace
 
 Curves readCurves(const fs::path& path) {
-    return extensionOf(path) == ".csv" ? readCsvCurves(path) : readObjCurves(path);
+    const std::string extension = extensionOf(path);
+    if (extension == ".ply") return readPlyCurves(path);
+    return extension == ".csv" ? readCsvCurves(path) : readObjCurves(path);
 }
 
 bool holdsCurves(const fs::path& path) {
+    if (extensionOf(path) == ".ply") return contentOfPly(path) == PlyContent::curves;
     const std::string text = contentOf(path);
     std::string_view rest = text;
     if (extensionOf(path) == ".csv") return takeLine(rest).substr(0, 6) == "curve,";

@@ -4,6 +4,7 @@
 #include "Polygons.h"
 #include "curlew/base/Csv.h"
 #include "curlew/base/Monitor.h"
+#include "curlew/track/Curves.h"
 
 #include <fmt/format.h>
 
@@ -11,6 +12,7 @@
 #include <limits>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace curlew {
 
@@ -20,10 +22,11 @@ std::string extensionOf(const std::filesystem::path& path);
 /// Reads a whole file. Throws FileError.
 std::string contentOf(const std::filesystem::path& path);
 
-/// The mesh file being read, and who waits for it.
+/// The file being read, who waits for it, and what the caller expects in it.
 struct MeshSource {
     const std::filesystem::path& path;
     const Monitor& monitor = kUnmonitored;
+    std::string_view kind = "a mesh";
     static const Monitor kUnmonitored;
 
     /// Throws Interrupted at some of the lines, faces or points if the caller has asked to stop.
@@ -32,7 +35,7 @@ struct MeshSource {
     }
 
     FileError error(const std::string& what) const {
-        return FileError(fmt::format("'{}' cannot be read as a mesh: {}", path.string(), what));
+        return FileError(fmt::format("'{}' cannot be read as {}: {}", path.string(), kind, what));
     }
     FileError cutShort() const { return error("it is cut short or damaged; write or copy it again"); }
     FileError noFaces() const { return error("it has no faces; give a surface, not points or curves"); }
@@ -56,11 +59,11 @@ inline const Monitor MeshSource::kUnmonitored;
 Polygons parseObj(std::string text, const MeshSource& source);
 /// Reads text or binary, little- or big-endian.
 Polygons parsePly(std::string_view data, const MeshSource& source);
-/// The vertex properties of a .ply without its lists, and the names of its other elements. Throws FileError if the file
-/// is damaged or a vertex has no x, y and z.
+/// The vertex properties of a .ply without its lists, and its edges. Throws FileError if the file is damaged, a vertex
+/// has no x, y and z, or an edge refers to a vertex that does not exist.
 struct PlyVertices {
     CsvTable table;
-    std::vector<std::string> others;
+    std::vector<CurveEdge> edges;
 };
 PlyVertices parsePlyVertices(std::string_view data, const MeshSource& source);
 /// Reads text or binary. Each face has three points of its own.

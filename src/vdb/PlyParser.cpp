@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -67,22 +68,26 @@ class PlyParser {
         readHeader();
         const PlyElement* points = find("vertex");
         checkVertex(points);
+        const PlyElement* edges = find("edge");
+        if (edges) checkProperties(*edges, kEnds);
+        mPoints = points->count;
         PlyVertices vertices;
-        for (const PlyElement& element : mElements)
-            if (element.name != "vertex") vertices.others.emplace_back(element.name);
         for (const PlyProperty& property : points->properties)
             if (!property.count) vertices.table.names.emplace_back(property.name);
         // Each value takes at least one byte of the file and 8 bytes in memory; a growing vector holds the values
         // twice.
-        requireMemory(16 * static_cast<double>(std::min(mRest.size(), points->count * vertices.table.names.size())),
+        const size_t values = points->count * vertices.table.names.size() + (edges ? edges->count : 0);
+        requireMemory(16 * static_cast<double>(std::min(mRest.size(), values)),
                       fmt::format("'{}'", mSource.path.string()), "split the file");
-        mTable = &vertices.table;
-        for (const PlyElement* element = mElements.data(); element <= points; ++element) readElements(*element);
+        mVertices = &vertices;
+        const PlyElement* last = edges ? std::max(points, edges) : points;
+        for (const PlyElement* element = mElements.data(); element <= last; ++element) readElements(*element);
         return vertices;
     }
 
   private:
     static constexpr std::array<std::string_view, 3> kAxes{"x", "y", "z"};
+    static constexpr std::array<std::string_view, 2> kEnds{"vertex1", "vertex2"};
 
     static bool isCorners(const PlyProperty& p) {
         return p.count && !p.type->real && (p.name == "vertex_indices" || p.name == "vertex_index");
@@ -90,10 +95,15 @@ class PlyParser {
 
     void checkVertex(const PlyElement* points) const {
         if (!points) throw badHeader("has no element vertex");
-        for (const std::string_view axis : kAxes)
-            if (std::none_of(points->properties.begin(), points->properties.end(),
-                             [&](const PlyProperty& p) { return p.name == axis && !p.count; }))
-                throw badHeader(fmt::format("has no vertex property {}", axis));
+        checkProperties(*points, kAxes);
+    }
+
+    /// Throws FileError unless the element has all of these properties.
+    void checkProperties(const PlyElement& element, std::span<const std::string_view> names) const {
+        for (const std::string_view name : names)
+            if (std::none_of(element.properties.begin(), element.properties.end(),
+                             [&](const PlyProperty& p) { return p.name == name && !p.count; }))
+                throw badHeader(fmt::format("has no {} property {}", element.name, name));
     }
 
     FileError badHeader(const std::string& why) const {
@@ -174,21 +184,26 @@ class PlyParser {
     void readElements(const PlyElement& element) {
         if (element.properties.empty() && element.count > 0) throw badHeader("has an element without properties");
         const bool isPoint = element.name == "vertex", isFace = element.name == "face";
+        const bool isEdge = element.name == "edge" && mVertices;
         for (size_t n = 0; n < element.count; ++n) {
             mSource.check(n);
             if (mFormat == PlyFormat::text) nextLine();
             openvdb::Vec3s point(0);
+            CurveEdge edge{};
             for (const PlyProperty& property : element.properties) {
                 if (property.count) {
                     readList(property, isFace && isCorners(property));
                 } else {
                     const double value = next(*property.type);
-                    if (isPoint && mTable) mTable->values.push_back(value);
+                    if (isPoint && mVertices) mVertices->table.values.push_back(value);
+                    for (size_t end = 0; end < 2 && isEdge; ++end)
+                        if (property.name == kEnds[end]) edge[end] = vertexOf(value, "an edge");
                     for (int axis = 0; axis < 3; ++axis)
                         if (property.name == kAxes[static_cast<size_t>(axis)]) point[axis] = static_cast<float>(value);
                 }
             }
-            if (isPoint && !mTable) {
+            if (isEdge) mVertices->edges.push_back(edge);
+            if (isPoint && !mVertices) {
                 mBad += !point.isFinite();
                 mPolygons.points.push_back(point);
             }
@@ -204,14 +219,17 @@ class PlyParser {
             throw mSource.error(fmt::format("it has a face with {} vertices; it is damaged", count));
         for (uint32_t n = 0; n < count; ++n) {
             const double value = next(*property.type);
-            if (!corners) continue;
-            if (!(value >= 0 && value < double(mPoints)))
-                throw mSource.error(
-                    fmt::format("it has a face with vertex {:g}, but only points 0 to {}; it is damaged", value,
-                                double(mPoints) - 1));
-            mPolygons.corners.push_back(static_cast<uint32_t>(value));
+            if (corners) mPolygons.corners.push_back(vertexOf(value, "a face"));
         }
         if (corners) mPolygons.sizes.push_back(count);
+    }
+
+    /// Returns a number as the index of a vertex. Throws FileError if there is no such vertex.
+    uint32_t vertexOf(double value, std::string_view part) const {
+        if (!(value >= 0 && value < double(mPoints)) || value != std::floor(value))
+            throw mSource.error(fmt::format("it has {} with vertex {:g}, but only points 0 to {}; it is damaged", part,
+                                            value, double(mPoints) - 1));
+        return static_cast<uint32_t>(value);
     }
 
     void nextLine() {
@@ -258,7 +276,7 @@ class PlyParser {
     PlyFormat mFormat = PlyFormat::text;
     std::vector<PlyElement> mElements;
     Polygons mPolygons;
-    CsvTable* mTable = nullptr; ///< Receives the vertices if only those are read.
+    PlyVertices* mVertices = nullptr; ///< Receives vertices and edges if no mesh is read.
     size_t mPoints = 0, mBad = 0;
 };
 

@@ -106,27 +106,30 @@ PointTable pointsOf(const CsvTable& table, const std::filesystem::path& path) {
 
 PointTable readPoints(const std::filesystem::path& path, const Monitor& monitor) {
     if (endingOf(path) == ".csv") return pointsOf(readCsv(path, CsvCells::optional, {}, monitor), path);
-    const PlyVertices vertices = parsePlyVertices(contentOf(path), MeshSource{path, monitor});
-    if (std::find(vertices.others.begin(), vertices.others.end(), "edge") != vertices.others.end())
-        throw FileError(fmt::format("'{}' cannot be read: it holds curves; give points or a mesh", path.string()));
+    const MeshSource source{path, monitor, "points"};
+    const PlyVertices vertices = parsePlyVertices(contentOf(path), source);
+    if (!vertices.edges.empty()) throw source.error("it holds curves; give points");
     return pointsOf(vertices.table, path);
 }
 
-bool plyHasFaces(const std::filesystem::path& path) {
+PlyContent contentOfPly(const std::filesystem::path& path) {
     constexpr size_t kLongestHeader = size_t{1} << 16;
     std::ifstream in = openToRead(path);
     in.exceptions(std::ios::goodbit);
     std::string header(kLongestHeader, '\0');
     in.read(header.data(), static_cast<std::streamsize>(header.size()));
     std::string_view rest(header.data(), static_cast<size_t>(in.gcount()));
+    PlyContent content = PlyContent::points;
     while (!rest.empty()) {
         std::string_view line = takeLine(rest);
-        const std::string_view keyword = takeWord(line);
-        if (keyword == "end_header") return false;
+        const std::string_view keyword = takeWord(line), element = takeWord(line);
+        if (keyword == "end_header") break;
         int64_t count = 0;
-        if (keyword == "element" && takeWord(line) == "face" && parse(takeWord(line), count) && count > 0) return true;
+        if (keyword != "element" || !parse(takeWord(line), count) || count <= 0) continue;
+        if (element == "face") return PlyContent::mesh;
+        if (element == "edge") content = PlyContent::curves;
     }
-    return false;
+    return content;
 }
 
 } // namespace curlew

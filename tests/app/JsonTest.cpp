@@ -211,6 +211,19 @@ TEST_CASE("JSON: errors name the node and suggest a correction", "[app]") {
     CHECK(location.action == "noise");
 }
 
+TEST_CASE("JSON: a file that cannot be read yet may hold any of its kinds", "[app]") {
+    const auto reads = [](const std::string& file, const std::string& next) {
+        return document(R"({"name": "r", "action": "read", "words": [")" + file + R"("]}, {"action": ")" + next);
+    };
+    const std::string rail = R"(rail", "inputs": {"curves": ["r"]}})",
+                      level = R"(mesh2ls", "inputs": {"mesh": ["r"]}})";
+    for (const char* file : {"later.ply", "later.obj"})
+        for (const auto& next : {rail, level}) CHECK(graphOf(reads(file, next)).nodes.size() == 2);
+    CHECK(graphOf(reads("later.csv", rail)).nodes.size() == 2);
+    CHECK_THAT(complaint(reads("later.csv", level)), ContainsSubstring("mesh"));
+    CHECK_THAT(complaint(reads("later.stl", rail)), ContainsSubstring("curves"));
+}
+
 TEST_CASE("JSON: unknown members are errors", "[app]") {
     CHECK_THAT(complaint(R"({"curlew": 1, "node": []})"),
                ContainsSubstring("the graph has no member 'node'") && ContainsSubstring("did you mean 'nodes'"));

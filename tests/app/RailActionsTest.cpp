@@ -36,7 +36,7 @@ TEST_CASE("rail action: particles stay in the tube, for long steps, with turns a
     folder.mustRun("-read path.obj -rail radius=0.1 profile=smooth -velocity dim=24 -write v.vdb");
 }
 
-TEST_CASE("rail action: curves come from .obj, .csv or -trace, and are the same", "[app][command]") {
+TEST_CASE("rail action: curves come from .obj, .ply, .csv or -trace, and are the same", "[app][command]") {
     const Folder folder;
     writeCurves(folder);
     std::ofstream(folder / "points.csv") << "x,y,z\n-0.9,0.05,0\n0,0.1,0.05\n0.6,0,0\n";
@@ -50,8 +50,9 @@ TEST_CASE("rail action: curves come from .obj, .csv or -trace, and are the same"
             CHECK(obj.rows[k][column] == Approx(csv.rows[k][column]).margin(1e-12));
     // Curves that we wrote can be read again.
     folder.mustRun(
-        "-vortex -scatter count=3 box=0.3,-0.1,-0.1,0.5,0.1,0.1 -trace maxLength=1 -write traced.obj traced.csv");
-    for (const char* file : {"traced.obj", "traced.csv"}) {
+        "-vortex -scatter count=3 box=0.3,-0.1,-0.1,0.5,0.1,0.1 -trace maxLength=1 -write traced.obj traced.ply "
+        "traced.csv");
+    for (const char* file : {"traced.obj", "traced.ply", "traced.csv"}) {
         const auto run = folder.mustRun(fmt::format("-read {} -rail radius=0.02 profile=smooth -print", file));
         CHECK_THAT(run.err, ContainsSubstring("3 curves"));
         CHECK_THAT(run.out, ContainsSubstring("sum of 3"));

@@ -245,6 +245,26 @@ class Frames(unittest.TestCase):
             self.assertAlmostEqual(size, ball.matrix_world[0][0], delta=0.03)
         self.assertEqual(scene.frame_current, 4)
 
+    def test_particles_stay_in_the_tube_around_a_drawn_curve(self):
+        bpy.ops.curve.primitive_bezier_circle_add(location=(0, 0, 2))
+        build = Tree("rail")
+        curves = build.add("CurlewCurveObject", object=bpy.context.active_object)
+        flow = build.add("rail", curves, radius=0.1, speed=2)
+        moved = build.add("advect", flow, build.add("scatter", flow, count=500), duration=3)
+        result, back = build.add("CurlewParticlesResult", moved), build.add("CurlewCurvesResult", curves)
+        self.bake.bake(build.tree)
+        spline, = back.target.data.splines
+        self.assertTrue(spline.use_cyclic_u)
+        ring = np.array([p.co[:3] for p in spline.points])
+        self.assertEqual(len(ring), 48)  # 12 segments between two of its four points
+        self.assertTrue(np.allclose(ring[:, 2], 2, atol=1e-6))
+        fine = np.concatenate([np.linspace(a, b, 20) for a, b in zip(ring, np.roll(ring, -1, axis=0))])
+        points = np.array([v.co for v in result.target.data.vertices])
+        self.assertEqual(len(points), 500)
+        distances = [np.linalg.norm(fine - p, axis=1).min() for p in points]
+        self.assertLess(max(distances), 0.104)  # the axis of the tube is smooth, and `fine` consists of points
+        self.assertGreater(max(distances), 0.08)
+
     def heights(self, result, axis=2):
         """Returns the number of a result's points and their mean coordinate, for each frame of the scene."""
         seen = []
@@ -333,6 +353,21 @@ class Errors(unittest.TestCase):
             self.assertIn(words, node.error)
             self.assertGreater(node.color.r, 0.4)
             self.assertEqual([n.name for n in build.tree.nodes if getattr(n, "error", "") and n != node], [])
+
+    def test_curves_with_faces_or_none(self):
+        bpy.ops.curve.primitive_bezier_circle_add()
+        circle = bpy.context.active_object
+        build = Tree()
+        curves = build.add("CurlewCurveObject")
+        build.add("CurlewCurvesResult", curves)
+        self.fails(build, curves, "choose a curve")
+        curves.object = circle
+        circle.data.bevel_depth = 0.1
+        self.fails(build, curves, "has faces: turn off its bevel")
+        circle.data.bevel_depth = 0
+        bpy.ops.curlew.bake(tree=build.tree.name)
+        circle.data.splines.clear()
+        self.fails(build, curves, "has no curves")
 
     def test_nothing_is_connected(self):
         build = Tree()

@@ -93,6 +93,18 @@ class Export(unittest.TestCase):
         self.assertEqual(written(here), baked)
         self.assertEqual((there / "scene_particles.ply").read_bytes(), (here / "p.ply").read_bytes())
 
+    def test_a_drawn_curve(self):
+        bpy.ops.curve.primitive_nurbs_circle_add(location=(1, 0, 0))
+        build = Tree("circle")
+        flow = build.add("rail", build.add("CurlewCurveObject", object=bpy.context.active_object), radius=0.2)
+        here = folder("here")
+        build.add("write", build.add("scatter", flow, count=50), words=f"{here}/p.csv")
+        there, _ = self.same(build.tree, here)
+        baked = written(here)
+        self.assertEqual(set(baked), {"p.csv"})
+        self.assertEqual(support.run_command("scene.txt", there).returncode, 0)
+        self.assertEqual(written(here), baked)
+
     def test_a_sequence(self):
         scene = bpy.context.scene
         scene.frame_start, scene.frame_end = 1, 3

@@ -118,6 +118,9 @@ bool readBgeoTarget(std::string_view bytes) {
 bool readObjCurvesTarget(std::string_view bytes) {
     return accepts([&] { readCurves(scratch().with("curves.obj", bytes)); });
 }
+bool readPlyCurvesTarget(std::string_view bytes) {
+    return accepts([&] { readCurves(scratch().with("curves.ply", bytes)); });
+}
 bool readCsvCurvesTarget(std::string_view bytes) {
     return accepts([&] { readCurves(scratch().with("curves.csv", bytes)); });
 }
@@ -251,6 +254,11 @@ std::vector<std::string> checkpointSeeds() {
 const std::string kPly =
     "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
     "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+const std::string kPlyCurves =
+    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty int "
+    "curve\nelement edge 4\nproperty int vertex1\nproperty int vertex2\nend_header\n0 0 0 5\n1 0 0 5\n0 1 0 5\n2 2 2 "
+    "6\n"
+    "0 1\n1 2\n2 0\n3 2\n";
 const std::string kScene =
     "set a=2\nsphere radius={a*0.5} as=ball\nnoise frequency={a} alpha={T}\nbound wall=ball\n"
     "noise seed=1\ndfvn speed=1\nscatter count=10\nframes 1-3 fps=24\nadvect duration={1/fps} steps=2\n";
@@ -264,6 +272,7 @@ const std::vector<Target>& targets() {
                                               {"stl", readMeshTarget<'s', 't', 'l'>},
                                               {"bgeo", readBgeoTarget},
                                               {"obj_curves", readObjCurvesTarget},
+                                              {"ply_curves", readPlyCurvesTarget},
                                               {"csv_curves", readCsvCurvesTarget},
                                               {"model", readModelTarget},
                                               {"png", readPngTarget},
@@ -290,6 +299,7 @@ std::vector<std::string> seeds(const std::string& target) {
     if (target == "png" || target == "exr") return imageSeeds("seed." + target);
     if (target == "bgeo") return bgeoSeeds();
     if (target == "obj_curves") return {"v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2 3\nl 1 2 3 1\nl -1/1 -2/2\n"};
+    if (target == "ply_curves") return {kPlyCurves};
     if (target == "csv_curves") return {"curve,x,y,z,closed\n0,0,0,0,0\n0,1,0,0,0\n1,-1.5e3,+2,3,1\n"};
     if (target == "csv") return {"x,y,z,id\n0,1,2,3\n-1.5e3,+2,\"3\",4\n"};
     if (target == "scene") return {kScene};

@@ -305,6 +305,34 @@ static void wrongPoints(void) {
     curlew_session_release(&session);
 }
 
+static void wrongCurves(void) {
+    curlew_session* session = newSession();
+    float positions[4][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {NAN, 0, 0}};
+    int32_t ends[3][2] = {{1, 2}, {0, 1}, {2, 2}}, outside[1][2] = {{0, 4}}, negative[1][2] = {{0, -1}},
+            toNaN[1][2] = {{0, 3}};
+    int64_t start[2] = {1, 1};
+    const curlew_array p = {positions, 4, 0, 3, CURLEW_FLOAT32}, finite = {positions, 3, 0, 3, CURLEW_FLOAT32},
+                       e = {ends, 2, 0, 2, CURLEW_INT32}, loop = {ends, 3, 0, 2, CURLEW_INT32},
+                       far = {outside, 1, 0, 2, CURLEW_INT32}, below = {negative, 1, 0, 2, CURLEW_INT32},
+                       bad = {toNaN, 1, 0, 2, CURLEW_INT32}, single = {ends, 2, 0, 1, CURLEW_INT32},
+                       none = {NULL, 0, 0, 2, CURLEW_INT32};
+    const curlew_buffer to = {start, 2, 0, 1, CURLEW_INT64};
+    FAILS(curlew_provide_curves(NULL, "c", &p, &e), CURLEW_VALUE_ERROR, "NULL");
+    FAILS(curlew_provide_curves(session, "c", &p, NULL), CURLEW_VALUE_ERROR, "edges is NULL");
+    FAILS(curlew_provide_curves(session, "c", &p, &single), CURLEW_VALUE_ERROR, "edges");
+    FAILS(curlew_provide_curves(session, "c", &finite, &loop), CURLEW_VALUE_ERROR, "edge 2 joins vertex 2 to itself");
+    FAILS(curlew_provide_curves(session, "c", &finite, &far), CURLEW_VALUE_ERROR,
+          "edge 0 has vertex 4, but there are 3");
+    FAILS(curlew_provide_curves(session, "c", &p, &below), CURLEW_VALUE_ERROR, "edges[0] cannot be -1");
+    FAILS(curlew_provide_curves(session, "c", &p, &bad), CURLEW_VALUE_ERROR, "positions[3] is not a finite number");
+    SUCCEEDS(curlew_provide_curves(session, "none", &finite, &none));
+    SUCCEEDS(curlew_provide_curves(session, "c", &finite, &e));
+    SUCCEEDS(curlew_run(session, "read c\nrail radius=0.1 keep=1\nread none\n", NULL, NULL));
+    SUCCEEDS(curlew_read(session, CURLEW_CURVES, 1, "start", &to));
+    CHECK(start[0] == 0 && start[1] == 3);
+    curlew_session_release(&session);
+}
+
 static void wrongReads(void) {
     curlew_session* session = newSession();
     double numbers[20][3];
@@ -535,6 +563,7 @@ int main(void) {
     wrongGraphs();
     wrongMeshes();
     wrongPoints();
+    wrongCurves();
     wrongReads();
     wrongPositions();
     cancelling();

@@ -11,8 +11,10 @@
 
 #include <openvdb/points/PointAttribute.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <limits>
 #include <sstream>
 
@@ -111,6 +113,75 @@ TEST_CASE("CurveFile: OBJ stores polylines", "[vdb]") {
     }
     while (std::getline(lines, line)) rest += line + "\n";
     CHECK(rest == "l 1 2 3 4\nl 5 6 7 5\np 8\nl 9 10 11 12 13 9\n");
+}
+
+TEST_CASE("readCurves: the edges of a PLY give back the curves that were written", "[vdb]") {
+    const Folder folder;
+    const Curves c = curvesOf({4, 3, 6, 2, 7}); // every other one is closed; that of two vertices is read as open
+    writePly(folder / "a.ply", c);
+    CHECK(contentOfPly(folder / "a.ply") == PlyContent::curves);
+    CHECK(holdsCurves(folder / "a.ply"));
+    const Curves back = readCurves(folder / "a.ply");
+    // Open curves come first.
+    std::vector<size_t> order;
+    for (const bool closed : {false, true})
+        for (size_t k = 0; k < c.size(); ++k)
+            if (c.closed(k) == closed) order.push_back(k);
+    REQUIRE(back.size() == order.size());
+    for (size_t n = 0; n < order.size(); ++n) {
+        const size_t k = order[n], size = c.start[k + 1] - c.start[k];
+        CAPTURE(n, k);
+        CHECK(back.id[n] == c.id[k]);
+        CHECK(back.closed(n) == (c.closed(k) && size > 2));
+        REQUIRE(back.start[n + 1] - back.start[n] == size);
+        for (size_t v = 0; v < size; ++v) {
+            CHECK(back.x[back.start[n] + v] == static_cast<double>(static_cast<float>(c.x[c.start[k] + v])));
+            CHECK(back.z[back.start[n] + v] == static_cast<double>(static_cast<float>(c.z[c.start[k] + v])));
+        }
+    }
+}
+
+TEST_CASE("readCurves: edges of a PLY in any order are joined where two meet", "[vdb]") {
+    const Folder folder;
+    const auto file = [&](const std::string& edges) {
+        const auto count = std::count(edges.begin(), edges.end(), '\n');
+        std::ofstream(folder / "a.ply") << "ply\nformat ascii 1.0\nelement edge " << count
+                                        << "\nproperty int vertex2\nproperty int vertex1\nproperty uchar sharp\n"
+                                           "element vertex 7\nproperty float x\nproperty float y\nproperty float z\n"
+                                           "end_header\n"
+                                        << edges << "0 0 0\n1 0 0\n2 0 0\n3 0 0\n4 0 0\n5 0 0\n6 0 0\n";
+        return folder / "a.ply";
+    };
+    const auto xs = [&](const std::string& edges) {
+        const Curves c = readCurves(file(edges));
+        std::string text;
+        for (size_t k = 0; k < c.size(); ++k) {
+            for (size_t v = c.start[k]; v < c.start[k + 1]; ++v) text += std::to_string(int(c.x[v])) + ' ';
+            text += c.closed(k) ? "closed, " : "open, ";
+        }
+        return text;
+    };
+    // A line of the file gives vertex2 and vertex1.
+    CHECK(xs("3 2 0\n1 0 0\n2 1 0\n") == "0 1 2 3 open, ");
+    CHECK(xs("0 1 0\n2 3 0\n1 2 0\n") == "3 2 1 0 open, "); // against the vertices' order, as the edges run
+    CHECK(xs("1 0 0\n1 2 0\n") == "0 1 2 open, ");          // the edges disagree: from the end of the first
+    CHECK(xs("2 1 0\n1 3 0\n3 2 0\n") == "1 2 3 closed, ");
+    CHECK(xs("1 0 0\n2 1 0\n3 1 0\n5 4 0\n") == "0 1 open, 1 2 open, 1 3 open, 4 5 open, ");
+    CHECK(xs("1 0 0\n2 1 0\n3 2 0\n1 3 0\n") == "0 1 open, 1 2 3 closed, "); // a loop at a branching
+    CHECK(xs("1 0 0\n0 1 0\n") == "0 1 open, ");                             // the same edge twice
+    CHECK_THROWS_WITH(readCurves(file("2 2 0\n")), ContainsSubstring("edge 0 joins vertex 2 to itself"));
+    CHECK_THROWS_WITH(
+        readCurves(file("7 2 0\n")),
+        ContainsSubstring("as curves") && ContainsSubstring("an edge with vertex 7, but only points 0 to 6"));
+    CHECK_THROWS_WITH(readCurves(file("")), ContainsSubstring("no curves"));
+    std::string damaged = bytesOf(file("1 0 0\n"));
+    std::ofstream(folder / "b.ply") << damaged.replace(damaged.rfind("6 0 0"), 1, "nan");
+    CHECK(readCurves(folder / "b.ply").size() == 1); // no edge uses that vertex
+    std::ofstream(folder / "b.ply") << damaged.replace(damaged.rfind("1 0 0"), 1, "nan");
+    CHECK_THROWS_WITH(readCurves(folder / "b.ply"), ContainsSubstring("vertex 1") && ContainsSubstring("finite"));
+    std::ofstream(folder / "c.ply") << "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+                                       "property float z\nelement edge 1\nproperty int vertex1\nend_header\n0 0 0\n0\n";
+    CHECK_THROWS_WITH(readCurves(folder / "c.ply"), ContainsSubstring("no edge property vertex2"));
 }
 
 TEST_CASE("CurveFile: CSV stores every number exactly", "[vdb]") {

@@ -3,6 +3,7 @@
 
 #include "curlew/math/Vec.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
@@ -65,5 +66,26 @@ struct Curves {
     /// Memory per vertex, bytes.
     static constexpr size_t kVertexBytes = 6 * sizeof(double) + 3 * sizeof(float);
 };
+
+/// A drawn curve.
+struct Polyline {
+    std::vector<Vec3d> points = {};
+    bool closed = false;
+    int64_t id = 0;
+};
+
+/// Returns drawn curves. Their seeds are their first points, velocities are zero.
+Curves curvesOf(const std::vector<Polyline>& polylines);
+
+/// The indices of two vertices.
+using CurveEdge = std::array<uint32_t, 2>;
+
+/// Joins edges to curves, where exactly two meet at a vertex. A curve with ends begins at the first vertex of an edge
+/// if it can, a closed one at that of its first edge. Curves with ends come first. Vertices without edges are left out.
+/// The ids count the curves, or are those of their first vertices if `ids` is not empty. Throws ValueError, naming the
+/// edge or the vertex, if an edge joins a vertex to itself or to one that does not exist, or if a coordinate is not
+/// finite.
+Curves curvesOf(const std::vector<Vec3d>& vertices, const std::vector<CurveEdge>& edges,
+                const std::vector<int64_t>& ids = {});
 
 } // namespace curlew

@@ -11,14 +11,18 @@ namespace curlew {
 // length. Those that write a file throw FileError as writeAtomically() does, and Interrupted once `cancelled` returns
 // true.
 
-/// Reads the polylines (`l`) of an .obj, or a .csv with the columns curve, x, y, z and, if there is one, closed; other
-/// columns are ignored. In a .csv, consecutive rows with the same curve are one. A polyline of an .obj whose last
-/// vertex is its first is closed. Velocities are zero, and the seed of a curve is its first vertex. Throws FileError,
-/// naming the file and the line, if it is missing, damaged, of another kind or has no curves.
+/// Reads the polylines (`l`) of an .obj, the edges of a .ply, or a .csv with the columns curve, x, y, z and, if there
+/// is one, closed; other columns are ignored. In a .csv, consecutive rows with the same curve are one. A polyline of an
+/// .obj whose last vertex is its first is closed.
+///
+/// The edges of a .ply are joined as by curvesOf(). If its vertices have the property `curve`, that is the id.
+///
+/// Velocities are zero, and the seed of a curve is its first vertex. Throws FileError, naming the file and the line, if
+/// it is missing, damaged, of another kind or has no curves.
 Curves readCurves(const std::filesystem::path& path);
 
-/// Returns whether an .obj has polylines and no faces, or the first column of a .csv is `curve`. Throws FileError if
-/// the file cannot be read.
+/// Returns whether an .obj has polylines and no faces, a .ply has edges and no faces, or the first column of a .csv is
+/// `curve`. Throws FileError if the file cannot be read.
 bool holdsCurves(const std::filesystem::path& path);
 
 /// Writes binary little-endian PLY: vertices with float x, y, z, speed, f, g, length and int curve (the seed's id), and

@@ -50,9 +50,12 @@ struct PointTable {
 /// points would not fit in memory; Interrupted.
 PointTable readPoints(const std::filesystem::path& path, const Monitor& monitor = {});
 
-/// Returns whether a .ply has faces, according to its header; false if it is not a PLY. Throws FileError if the file
-/// cannot be read.
-bool plyHasFaces(const std::filesystem::path& path);
+/// What the elements of a .ply make: a mesh if it has faces, else curves if it has edges.
+enum class PlyContent { points, curves, mesh };
+
+/// Returns what a .ply holds, according to its header; points if it is not a PLY. Throws FileError if the file cannot
+/// be read.
+PlyContent contentOfPly(const std::filesystem::path& path);
 
 /// Writes binary little-endian PLY with float x, y, z, vx, vy, vz; int id; float age, life, fade, f, g. Everything but
 /// position and id is omitted if the particles do not have it. Throws ValueError if the arrays differ in length or an

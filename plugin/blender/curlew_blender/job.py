@@ -14,7 +14,7 @@ import bpy
 from . import cache, keyframes, library, outdated, results, writing
 from . import tree as trees
 from .actions import TreeError
-from .sources import MeshArrays, sample
+from .sources import ObjectArrays, sample
 from .tree import Collected, Graph
 
 _HERE = "@"  # placeholder for the folder of a bake
@@ -44,7 +44,7 @@ class Plan:
 
     tree: str
     graph: Graph
-    meshes: Dict[str, MeshArrays]
+    meshes: Dict[str, ObjectArrays]  # and curves
     frames: Optional[List[int]]
     volumes: Dict[str, str]  # files, by the keys of results
     wanted: Dict[str, Tuple[str, str]]  # kinds and links of the other results, by key

@@ -12,7 +12,7 @@ from types import ModuleType
 from typing import Any, Dict, Iterator, Mapping, Optional, Tuple
 
 from .actions import Action, TreeError, actions_of
-from .sources import MeshArrays
+from .sources import ObjectArrays
 
 _HERE = Path(__file__).resolve().parent
 _module: Optional[ModuleType] = None
@@ -87,8 +87,8 @@ class Sessions:
         self._kept: Dict[str, "_Kept"] = {}
 
     @contextmanager
-    def of(self, tree: str, meshes: Mapping[str, MeshArrays]) -> Iterator[Any]:
-        """Yields the session of the tree with this name, which reads these meshes."""
+    def of(self, tree: str, meshes: Mapping[str, ObjectArrays]) -> Iterator[Any]:
+        """Yields the session of the tree with this name, which reads these meshes and curves."""
         if tree not in self._kept:
             self._kept[tree] = _Kept()
         kept = self._kept[tree]
@@ -105,13 +105,13 @@ class _Kept:
     def __init__(self) -> None:
         self.session = curlew().Session()
         self.lock = threading.Lock()
-        self._meshes: Dict[str, MeshArrays] = {}
+        self._meshes: Dict[str, ObjectArrays] = {}
 
-    def provide(self, meshes: Mapping[str, MeshArrays]) -> None:
-        """Provides meshes that are new or have changed."""
+    def provide(self, meshes: Mapping[str, ObjectArrays]) -> None:
+        """Provides meshes and curves that are new or have changed."""
         for name in self._meshes.keys() - meshes.keys():
             self.session.withdraw(name)
         for name, mesh in meshes.items():
             if name not in self._meshes or not mesh.same(self._meshes[name]):
-                self.session.provide_mesh(name, mesh.points, (mesh.indices, mesh.sizes))
+                mesh.provide(self.session, name)
         self._meshes = dict(meshes)

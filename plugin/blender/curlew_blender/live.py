@@ -60,7 +60,7 @@ def digest(plan: Plan) -> str:
     result = hashlib.blake2b(digest_size=16)
     result.update(f"{library.curlew().version()}\n{json.dumps(plan.graph)}".encode())
     for name, mesh in sorted(plan.meshes.items()):
-        for array in (mesh.points, mesh.indices, mesh.sizes):
+        for array in mesh.all():
             result.update(f"{name} {array.shape}".encode())
             result.update(array)
     for node in plan.graph["nodes"]:

@@ -14,7 +14,7 @@ from bpy.props import PointerProperty, StringProperty
 from . import library, writing
 from .actions import MOST_INT, NO_NODE, Action, Option, Socket, numbers, option_range, property_value, value_text
 from .results import lock_interface
-from .sources import is_mesh
+from .sources import has_edges, is_mesh
 from .sockets import SOCKETS, VALUES, color_of, socket_type
 from .values import TREE, tell
 
@@ -318,6 +318,14 @@ def _action_class(action: Action) -> Type[bpy.types.Node]:
 _FOUR_GRIDS = tuple(Socket(name, "what", frozenset({"grid"})) for name in ("Grid", "Grid 2", "Grid 3", "Grid 4"))
 
 
+def _motion() -> Any:
+    return EnumProperty(
+        name="In Each Frame", description="Whether to read the object again in each frame of a sequence", update=tell,
+        items=[("AUTO", "Automatic", "In each frame if the object may move or deform: animation, parents, armatures, shape keys, "
+                                     "constraints, modifiers"),
+               ("ON", "Yes", "In each frame"), ("OFF", "No", "Only in the first frame")])
+
+
 class CurlewMeshObject(CurlewNode, bpy.types.Node):
     """A mesh of the scene, the meshes of a collection, or both as one, with modifiers, instances and transforms applied."""
 
@@ -331,11 +339,7 @@ class CurlewMeshObject(CurlewNode, bpy.types.Node):
                                   poll=lambda self, o: is_mesh(o)),
         "collection": PointerProperty(type=bpy.types.Collection, name="Collection", update=tell,
                                       description="Collection whose meshes are read too"),
-        "motion": EnumProperty(
-            name="In Each Frame", description="Whether to read the object again in each frame of a sequence", update=tell,
-            items=[("AUTO", "Automatic", "In each frame if the object may move or deform: animation, parents, armatures, shape keys, "
-                                         "constraints, modifiers"),
-                   ("ON", "Yes", "In each frame"), ("OFF", "No", "Only in the first frame")]),
+        "motion": _motion(),
     }
 
     @property
@@ -346,6 +350,21 @@ class CurlewMeshObject(CurlewNode, bpy.types.Node):
     @animated.setter
     def animated(self, each: bool) -> None:
         self.motion = "ON" if each else "OFF"
+
+
+class CurlewCurveObject(CurlewNode, bpy.types.Node):
+    """The curves of an object, or the edges of a mesh without faces, for instance for a flow along them (Rail)."""
+
+    bl_idname = "CurlewCurveObject"
+    bl_label = "Curve Object"
+    makes = (Socket("Curves", "curves", frozenset({"curves"})),)
+    shown = ("object", "motion")
+    __annotations__ = {
+        **_shared_properties(),
+        "object": PointerProperty(type=bpy.types.Object, name="Object", update=tell,
+                                  poll=lambda self, o: has_edges(o)),
+        "motion": _motion(),
+    }
 
 
 class CurlewVolumeObject(CurlewNode, bpy.types.Node):
@@ -500,7 +519,7 @@ class CurlewTree(bpy.types.NodeTree):
     }
 
 
-OWN: Tuple[type, ...] = (CurlewTree, CurlewMeshObject, CurlewVolumeObject, *RESULTS, CurlewGroup)
+OWN: Tuple[type, ...] = (CurlewTree, CurlewMeshObject, CurlewCurveObject, CurlewVolumeObject, *RESULTS, CurlewGroup)
 _actions: Dict[str, Type[bpy.types.Node]] = {}
 
 

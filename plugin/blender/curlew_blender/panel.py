@@ -128,7 +128,7 @@ def categories(actions: Dict[str, Action]) -> List[nodeitems_utils.NodeCategory]
                   nodeitems_utils.NodeItemCustom(draw=_draw_shots), *map(item, map(nodes.action_id, ("superpose", "advect"))),
                   item("CurlewParticlesResult")]),
               _Category("CURLEW_SOURCES", "Sources", items=[item(cls.bl_idname) for cls in (
-                  nodes.CurlewMeshObject, nodes.CurlewVolumeObject, *values.CLASSES)])]
+                  nodes.CurlewMeshObject, nodes.CurlewCurveObject, nodes.CurlewVolumeObject, *values.CLASSES)])]
     for group, ids in groups.items():
         result.append(_Category("CURLEW_" + group.upper().replace(" ", "_"), group.capitalize(),
                                 items=[item(i) for i in ids]))

@@ -11,7 +11,7 @@ import numpy as np
 from . import job, library, looks, nodes, results, values
 from . import tree as trees
 from .actions import TreeError
-from .sources import coarse
+from .sources import MeshArrays, coarse
 from .tree import Collected, graph_node
 
 NAME = "Curlew Preview"
@@ -69,7 +69,8 @@ def show(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> bpy.types.Object:
     collected = trees.collect(tree, roots=[flow])
     _add(collected, flow, is_slice)
     plan = job.finished(job.planned(tree, scene, collected, still=True))
-    plan.meshes = {name: coarse(mesh, 4 * COARSE) if len(mesh.sizes) > _MANY else mesh for name, mesh in plan.meshes.items()}
+    plan.meshes = {name: coarse(mesh, 4 * COARSE) if isinstance(mesh, MeshArrays) and len(mesh.sizes) > _MANY else mesh
+                   for name, mesh in plan.meshes.items()}
     _sessions.keep(bpy.data.node_groups)
     with library.said_of_nodes(), _sessions.of(tree.name, plan.meshes) as session:
         session.run_graph(plan.graph, name="preview")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes and transforms of the scene's objects in its frames."""
+"""Meshes, curves and transforms of the scene's objects in its frames."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, Dict, Generator, Iterator, List, Mapping, Optional, Sequence, Set, Tuple
 
 import bpy
@@ -23,6 +23,17 @@ class MeshSource:
     key: str  # key of the node
     guessed: bool = False  # read again in each frame only because it may change
 
+    def arrays(self, depsgraph: bpy.types.Depsgraph) -> "ObjectArrays":
+        """Returns the evaluated objects. Raises TreeError if they cannot be read."""
+        return mesh_arrays(self, depsgraph)
+
+
+class CurveSource(MeshSource):
+    """One object whose edges are read as curves."""
+
+    def arrays(self, depsgraph: bpy.types.Depsgraph) -> "ObjectArrays":
+        return curve_arrays(self, depsgraph)
+
 
 @dataclass
 class Place:
@@ -35,17 +46,43 @@ class Place:
 
 
 @dataclass
-class MeshArrays:
-    """The vertex indices of all faces in sequence, and the number of vertices of each face. Positions are in world
-    space."""
+class ObjectArrays:
+    """What is read from objects. Positions are in world space."""
 
     points: np.ndarray
+
+    def all(self) -> List[np.ndarray]:
+        """Returns all arrays."""
+        return [getattr(self, about.name) for about in fields(self)]
+
+    def same(self, other: "ObjectArrays") -> bool:
+        """Returns whether all numbers are the same."""
+        return all(map(np.array_equal, self.all(), other.all()))
+
+    def provide(self, session: Any, name: str) -> None:
+        """Provides them to a session of the library under this name."""
+        raise NotImplementedError
+
+
+@dataclass
+class MeshArrays(ObjectArrays):
+    """The vertex indices of all faces in sequence, and the number of vertices of each face."""
+
     indices: np.ndarray
     sizes: np.ndarray
 
-    def same(self, other: "MeshArrays") -> bool:
-        """Returns whether all numbers are the same."""
-        return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in ("points", "indices", "sizes"))
+    def provide(self, session: Any, name: str) -> None:
+        session.provide_mesh(name, self.points, (self.indices, self.sizes))
+
+
+@dataclass
+class CurveArrays(ObjectArrays):
+    """The two vertices of each edge."""
+
+    edges: np.ndarray
+
+    def provide(self, session: Any, name: str) -> None:
+        session.provide_curves(name, self.points, self.edges)
 
 
 def _world(evaluated: bpy.types.Object, place: Any) -> Optional[MeshArrays]:
@@ -63,12 +100,36 @@ def _world(evaluated: bpy.types.Object, place: Any) -> Optional[MeshArrays]:
     finally:
         evaluated.to_mesh_clear()
     matrix = np.array(place, np.float64)
-    world = points.reshape(-1, 3).astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+    world = _placed(points, matrix)
     if np.linalg.det(matrix[:3, :3]) < 0:  # mirrored: restores the orientation of the faces
         ends = np.cumsum(sizes)
         order = np.concatenate([np.arange(end - 1, end - size - 1, -1) for end, size in zip(ends, sizes)])
         indices = indices[order]
-    return MeshArrays(np.ascontiguousarray(world, np.float32), indices, sizes)
+    return MeshArrays(world, indices, sizes)
+
+
+def _placed(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """Returns coordinates as (n, 3) positions in world space."""
+    return np.ascontiguousarray(points.reshape(-1, 3).astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3], np.float32)
+
+
+def curve_arrays(source: CurveSource, depsgraph: bpy.types.Depsgraph) -> CurveArrays:
+    """Returns the edges of the evaluated object. Raises TreeError if it has none, or if it has faces."""
+    obj, = source.objects
+    evaluated = obj.evaluated_get(depsgraph)
+    mesh = evaluated.to_mesh()
+    try:
+        if mesh and mesh.polygons:
+            raise TreeError(source.key, f"'{obj.name}' has faces: turn off its bevel, extrusion and fill")
+        if mesh is None or not mesh.edges:
+            raise TreeError(source.key, f"'{obj.name}' has no curves")
+        points = np.empty(3 * len(mesh.vertices), np.float32)
+        mesh.vertices.foreach_get("co", points)
+        edges = np.empty(2 * len(mesh.edges), np.int32)
+        mesh.edges.foreach_get("vertices", edges)
+    finally:
+        evaluated.to_mesh_clear()
+    return CurveArrays(_placed(points, np.array(evaluated.matrix_world, np.float64)), edges.reshape(-1, 2))
 
 
 def _has_instances(obj: bpy.types.Object) -> bool:
@@ -121,6 +182,11 @@ def is_mesh(obj: Optional[bpy.types.Object]) -> bool:
     return bool(obj) and (obj.type in MESHES or obj.instance_type == "COLLECTION")
 
 
+def has_edges(obj: Optional[bpy.types.Object]) -> bool:
+    """Returns whether an object may have edges without faces."""
+    return bool(obj) and obj.type in {"CURVE", "MESH"}
+
+
 # Modifiers that give the same mesh in every frame, unless their own options or objects are animated.
 _STILL = frozenset("""ARRAY BEVEL BOOLEAN DECIMATE EDGE_SPLIT MASK MIRROR MULTIRES REMESH SCREW SKIN SOLIDIFY SUBSURF
     TRIANGULATE WELD WIREFRAME CAST CORRECTIVE_SMOOTH CURVE HOOK LAPLACIANDEFORM LAPLACIANSMOOTH LATTICE MESH_DEFORM
@@ -167,7 +233,7 @@ def may_change(obj: bpy.types.Object, seen: Optional[Set[bpy.types.Object]] = No
 class Sampled:
     """Meshes and transforms in the requested frames."""
 
-    meshes: Dict[str, MeshArrays] = field(default_factory=dict)  # by file name
+    meshes: Dict[str, ObjectArrays] = field(default_factory=dict)  # by file name
     options: Dict[str, Dict[str, str]] = field(default_factory=dict)  # by the key of a node
     still: Dict[str, str] = field(default_factory=dict)  # meshes that turned out to be the same in all frames: their names
                                                          # in `meshes`, by the name that the graph reads
@@ -192,7 +258,7 @@ def sample(scene: bpy.types.Scene, meshes: Mapping[str, MeshSource], places: Map
     moving = frames is not None and (any(m.animated for m in meshes.values()) or bool(places))
     now = scene.frame_current
     seen = frames if moving and frames else [now]
-    last: Dict[str, MeshArrays] = {}
+    last: Dict[str, ObjectArrays] = {}
     changes: Dict[str, int] = {}
     try:
         for k, frame in enumerate(seen):
@@ -201,7 +267,7 @@ def sample(scene: bpy.types.Scene, meshes: Mapping[str, MeshSource], places: Map
             graph = depsgraph if depsgraph and not moving else bpy.context.evaluated_depsgraph_get()
             for name, mesh in meshes.items():
                 if mesh.animated or k == 0:
-                    arrays = mesh_arrays(mesh, graph)
+                    arrays = mesh.arrays(graph)
                     if name not in last or not arrays.same(last[name]):  # otherwise both frames share the memory
                         changes[name] = changes.get(name, 0) + 1
                         last[name] = arrays

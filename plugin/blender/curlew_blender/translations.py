@@ -48,6 +48,7 @@ _GERMAN: Mapping[str, str] = {
     "Fewer Options": "Weniger Optionen",
     "In Each Frame": "In jedem Bild",
     "Mesh Object": "Netz-Objekt",
+    "Curve Object": "Kurven-Objekt",
     "Volume Object": "Volumen-Objekt",
     "Particles Result": "Ergebnis: Partikel",
     "Volume Result": "Ergebnis: Volumen",

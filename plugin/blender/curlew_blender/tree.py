@@ -7,13 +7,13 @@ The library determines everything else: the order of the nodes, what is evaluate
 
 import re
 from dataclasses import dataclass, field
-from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Set, Tuple
+from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Set, Tuple, Type
 
 import bpy
 
 from . import cache, former, library, nodes
 from .actions import TreeError, fitting_text, number_text, split_words
-from .sources import MeshSource, Place, may_change, members
+from .sources import CurveSource, MeshSource, Place, has_edges, may_change, members
 from .values import Arrow
 
 _DEEPEST = 32  # maximum nesting depth of groups
@@ -286,6 +286,8 @@ class _Collector:
     def _node(self, level: _Level, key: str, node: bpy.types.Node) -> None:
         if node.bl_idname == nodes.CurlewMeshObject.bl_idname:
             self._mesh_object(level, key, node)
+        elif node.bl_idname == nodes.CurlewCurveObject.bl_idname:
+            self._curve_object(level, key, node)
         elif node.bl_idname == nodes.CurlewVolumeObject.bl_idname:
             self._volume_object(key, node)
         elif hasattr(node, "kind"):
@@ -316,11 +318,21 @@ class _Collector:
         objects = tuple(dict.fromkeys([*([obj] if obj else []), *members(collection)]))
         if not objects:
             raise TreeError(key, f"'{collection.name}' has no meshes" if collection else "choose a mesh object or a collection")
+        self._read(MeshSource, objects, key, node)
+
+    def _curve_object(self, level: _Level, key: str, node: bpy.types.Node) -> None:
+        obj = self._chosen(level, node, "object")
+        if obj is None or not has_edges(obj):
+            raise TreeError(key, "choose a curve, or a mesh of edges")
+        self._read(CurveSource, (obj,), key, node)
+
+    def _read(self, kind: Type[MeshSource], objects: Tuple[bpy.types.Object, ...], key: str, node: bpy.types.Node) -> None:
+        """Adds a node that reads objects."""
         animated = node.motion == "ON" or (node.motion == "AUTO" and self._sequence and any(map(may_change, objects)))
-        same = next((name for name, mesh in self.collected.meshes.items()
-                     if mesh.objects == objects and mesh.animated == animated), None)
+        same = next((name for name, source in self.collected.meshes.items()
+                     if type(source) is kind and source.objects == objects and source.animated == animated), None)
         name = same or self._unused(_file_name(objects[0].name), animated)
-        self.collected.meshes[name] = MeshSource(objects, animated, key, node.motion == "AUTO")
+        self.collected.meshes[name] = kind(objects, animated, key, node.motion == "AUTO")
         self.collected.graph[key] = graph_node(key, "read", [name], {}, {})
 
     def _unused(self, name: str, animated: bool) -> str:

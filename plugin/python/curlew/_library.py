@@ -139,6 +139,7 @@ def _load(path: str) -> ctypes.CDLL:
         "session_release": (c_int32, [POINTER(session)]),
         "provide_mesh": (c_int32, [session, text, array, array, array]),
         "provide_points": (c_int32, [session, text, array, array, array]),
+        "provide_curves": (c_int32, [session, text, array, array]),
         "provide_field": (c_int32, [session, text, c_int32, FIELD_FUNCTION, c_void_p, c_int64]),
         "withdraw": (c_int32, [session, text]),
         "run": (c_int32, [session, text, text, POINTER(Callbacks)]),

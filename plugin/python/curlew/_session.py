@@ -129,6 +129,18 @@ class Session:
         views = [None if array is None else lib.array_of(array) for array in given]
         lib.call("provide_points", self.handle, lib.plain(name, "the name"), *views)
 
+    def provide_curves(self, name: str, positions: Any, edges: Any) -> None:
+        """Provides curves, for instance for -rail: `read NAME` in programs then reads them instead of a file.
+
+        Args:
+            positions: (n, 3) vertices, world units.
+            edges: (m, 2) vertex indices. Edges are joined where exactly two meet at a vertex. A curve runs from the first
+                vertex of its edges to the second, if they agree.
+        """
+        positions = lib.usable(positions, 3, "positions")
+        edges = lib.usable(edges, 2, "edges", integers=True)
+        lib.call("provide_curves", self.handle, lib.plain(name, "the name"), lib.array_of(positions), lib.array_of(edges))
+
     def provide_field(self, name: str, function: Callable[[np.ndarray], Any], dimension: int = 3) -> None:
         """Provides a field: `read NAME` in programs then makes it.
 

@@ -140,9 +140,9 @@ std::vector<Object> readObjects(const Arguments& a, const std::vector<std::vecto
         if (format.kindOf && readable) {
             objects.push_back({.kind = format.kindOf(*localFor(world, file, format.extension))});
         } else if (!format.hasGrids) {
-            objects.push_back({.kind = format.reads.front()});
+            objects.push_back({.kind = format.reads.front(), .perhaps = format.reads});
         } else if (!there) {
-            objects.push_back({.kind = Kind::grid, .uncertain = true});
+            objects.push_back({.kind = Kind::grid, .perhaps = {Kind::velocity, Kind::levelSet, Kind::points}});
         } else {
             const auto local = localFor(world, file, format.extension);
             const std::vector<Object> grids = gridObjects(a, {file, local->string()});
@@ -235,7 +235,7 @@ const std::vector<Format>& formats() {
          .write = writeNanoFile,
          .hasGrids = true},
         {.extension = ".ply",
-         .reads = {Kind::mesh, Kind::points},
+         .reads = {Kind::mesh, Kind::points, Kind::curves},
          .read = readPlyFile,
          .holds = {Kind::mesh, Kind::points, Kind::curves},
          .write = writePlyFile,

@@ -207,10 +207,20 @@ void readCsvFile(Context& c, const Arguments& a, const SourceFile& file) {
 }
 
 void readPlyFile(Context& c, const Arguments& a, const SourceFile& file) {
-    return kindOfPly(file.path) == Kind::points ? readPointFile(c, a, file) : readMeshFile(c, a, file);
+    switch (contentOfPly(file.path)) {
+        case PlyContent::points:
+            return readPointFile(c, a, file);
+        case PlyContent::curves:
+            return readCurveFile(c, file);
+        case PlyContent::mesh:
+            return readMeshFile(c, a, file);
+    }
 }
 
-Kind kindOfPly(const std::filesystem::path& path) { return plyHasFaces(path) ? Kind::mesh : Kind::points; }
+Kind kindOfPly(const std::filesystem::path& path) {
+    constexpr std::array kKinds{Kind::points, Kind::curves, Kind::mesh};
+    return kKinds[static_cast<size_t>(contentOfPly(path))];
+}
 
 void readBgeoFile(Context& c, const Arguments&, const SourceFile& file) {
     BgeoContent content = readBgeo(file.path);

@@ -141,8 +141,8 @@ std::vector<Object> outputsOf(const Arguments& arguments, const std::vector<std:
 }
 
 bool fits(const std::vector<Kind>& kinds, const Object& object) {
-    const bool someGrid = std::any_of(kinds.begin(), kinds.end(), [](Kind kind) { return accepts(Kind::grid, kind); });
-    return accepts(kinds, object.kind) || (object.uncertain && someGrid);
+    return accepts(kinds, object.kind) ||
+           std::any_of(object.perhaps.begin(), object.perhaps.end(), [&](Kind kind) { return accepts(kinds, kind); });
 }
 
 std::string phraseOf(const std::vector<Kind>& kinds) {

@@ -345,7 +345,7 @@ class Document {
                 for (const auto& links : node.inputs)
                     for (const Link& link : links)
                         if (const Object& object = builder.graph().objectOf(link);
-                            !accepts(action.holds(record.arguments, file), object.kind) && !object.uncertain)
+                            !fits(action.holds(record.arguments, file), object))
                             throw ValueError(fmt::format("'{}' cannot hold '{}', which is {}", file,
                                                          nameOf(builder.graph(), link), nameOf(object.kind)));
             builder.place(std::move(node), false);

@@ -73,6 +73,28 @@ def test_points_keep_their_ids_and_velocities(session):
     assert np.allclose(flow.fields(positions), moved.tracks, atol=1e-7)  # f and g are unchanged
 
 
+def test_curves_are_joined_from_edges(session):
+    angle = 2 * np.pi * np.arange(40) / 40
+    ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], 1)
+    line = np.stack([np.linspace(-1, 1, 9), np.full(9, 2), np.zeros(9)], 1)
+    edges = np.concatenate([np.stack([np.arange(40), np.roll(np.arange(40), -1)], 1), 40 + np.stack([np.arange(8), np.arange(1, 9)], 1)])
+    shuffled = np.random.default_rng(3).permutation(edges)
+    session.provide_curves("drawn.ply", np.concatenate([ring, line]), shuffled)
+    session.run("read drawn.ply")
+    curves = session.curves()
+    assert curves.closed.tolist() == [False, True] and curves.offsets.tolist() == [0, 9, 49]
+    assert np.array_equal(curves.vertices[:9], line)
+    first = shuffled[shuffled[:, 0] < 40][0, 0]
+    assert np.array_equal(curves.vertices[9:], np.roll(ring, -first, axis=0))
+    assert abs(curves.lengths[1] - 80 * np.sin(np.pi / 40)) < 1e-12
+    session.run("rail radius=0.1 speed=2\n")
+    assert np.allclose(session.flow().velocity([[0, 2, 0]]), [[2, 0, 0]], atol=1e-6)
+    with pytest.raises(curlew.Error, match="edge 0 joins vertex 1 to itself"):
+        session.provide_curves("c", ring, [[1, 1]])
+    with pytest.raises(curlew.Error, match="edges"):
+        session.provide_curves("c", ring, [[0, 1, 2]])
+
+
 def test_slices_of_arrays_are_read_as_they_are(session):
     packed = np.random.default_rng(2).uniform(-1, 1, (40, 6)).astype(np.float32)
     views = {

@@ -36,9 +36,9 @@ bool accepts(const std::vector<Kind>& wanted, Kind given);
 /// The properties of an object that are known before it is made.
 struct Object {
     Kind kind = Kind::noise;
-    int dimension = 3;      ///< Dimension of a field or flow.
-    std::string name = {};  ///< Name of the output, or of the grid in a file.
-    bool uncertain = false; ///< A grid from a file that cannot be read yet; accepted by every input for grids.
+    int dimension = 3;              ///< Dimension of a field or flow.
+    std::string name = {};          ///< Name of the output, or of the grid in a file.
+    std::vector<Kind> perhaps = {}; ///< Other kinds that it may turn out to be: its file cannot be read yet.
 };
 
 /// The objects that an action can take: those on the stacks, or those linked to a node of a graph.
