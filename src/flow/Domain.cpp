@@ -3,6 +3,7 @@
 
 #include "Samples.h"
 #include "curlew/base/Error.h"
+#include "curlew/base/Parallel.h"
 #include "curlew/field/Dimensions.h"
 
 #include <fmt/format.h>
@@ -71,16 +72,53 @@ double volumeOf(const Domain& domain) {
 
 namespace {
 
+using Cells = std::vector<Vec<int, 3>>; ///< In lexicographic order.
+
+/// Returns the first cell whose index along the axis is not that of `first`.
+Cells::const_iterator nextAlong(int axis, Cells::const_iterator first, Cells::const_iterator end) {
+    return std::find_if(first, end, [&](const auto& cell) { return cell[axis] != (*first)[axis]; });
+}
+
+/// Returns the halves along each axis of cells that have the same first index.
+Cells childrenOf(Cells::const_iterator begin, Cells::const_iterator end) {
+    Cells children;
+    children.reserve(8 * static_cast<size_t>(end - begin));
+    for (const int i : {0, 1})
+        for (auto row = begin, next = row; row != end; row = next) {
+            next = nextAlong(1, row, end);
+            for (const int j : {0, 1})
+                for (auto cell = row; cell != next; ++cell)
+                    for (const int k : {0, 1})
+                        children.push_back({{2 * (*cell)[0] + i, 2 * (*cell)[1] + j, 2 * (*cell)[2] + k}});
+        }
+    return children;
+}
+
+/// Finds the cells of a lattice level by level, from cells of edge size 2^level to those of edge size.
 class CellSearch {
   public:
     CellSearch(const Domain& domain, const Vec3d& origin, double size, const DistanceRange& range, size_t limit)
         : mDomain(domain), mOrigin(origin), mSize(size), mRange(range), mLimit(limit) {}
 
-    std::vector<Vec<int, 3>> run() {
+    Cells run() const {
+        auto [cells, level] = coarsest();
+        cells = needed(cells, level);
+        while (level > 0) cells = refined(cells, --level);
+        requireFew(cells);
+        return std::move(cells);
+    }
+
+  private:
+    struct Level {
+        Cells cells;
         int level = 0;
+    };
+
+    /// Returns all cells in the box at the finest level that has no more of them than a batch.
+    Level coarsest() const {
         Vec<int, 3> lower, upper;
-        for (;; ++level) {
-            double cells = 1;
+        for (int level = 0;; ++level) {
+            double count = 1;
             for (int axis = 0; axis < 3; ++axis) {
                 const double edge = std::ldexp(mSize, level);
                 const double first = std::floor((mDomain.box.lower[axis] - mOrigin[axis]) / edge);
@@ -89,23 +127,53 @@ class CellSearch {
                     throw ValueError(fmt::format(
                         "cells of {} world units are too small for a domain of {:.6g}; choose larger voxels", mSize,
                         mDomain.box.size()[axis]));
-                cells *= last - first + 1;
+                count *= last - first + 1;
                 lower[axis] = static_cast<int>(first);
                 upper[axis] = static_cast<int>(last);
             }
-            if (cells <= kBatch) break;
+            if (count > kBatch) continue;
+            Level top{.cells = {}, .level = level};
+            for (int i = lower[0]; i <= upper[0]; ++i)
+                for (int j = lower[1]; j <= upper[1]; ++j)
+                    for (int k = lower[2]; k <= upper[2]; ++k) top.cells.push_back({{i, j, k}});
+            return top;
         }
-        std::vector<Vec<int, 3>> top;
-        for (int i = lower[0]; i <= upper[0]; ++i)
-            for (int j = lower[1]; j <= upper[1]; ++j)
-                for (int k = lower[2]; k <= upper[2]; ++k) top.push_back({{i, j, k}});
-        visit(top, level);
-        std::sort(mFound.begin(), mFound.end(), [](const auto& a, const auto& b) { return a.c < b.c; });
-        return std::move(mFound);
     }
 
-  private:
-    double lipschitz() const { return mDomain.wall ? mDomain.wall->sdf.lipschitz : 1; }
+    /// Returns the needed children of the cells. Divides one layer of cells at a time, which bounds the memory.
+    Cells refined(const Cells& cells, int level) const {
+        Cells found;
+        for (auto layer = cells.begin(), next = layer; layer != cells.end(); layer = next) {
+            next = nextAlong(0, layer, cells.end());
+            const Cells more = needed(childrenOf(layer, next), level);
+            found.insert(found.end(), more.begin(), more.end());
+            if (level == 0) requireFew(found);
+        }
+        return found;
+    }
+
+    /// Returns the cells that meet the box and may hold points within the range of distances.
+    Cells needed(const Cells& cells, int level) const {
+        const double edge = std::ldexp(mSize, level);
+        const double radius = (mDomain.wall ? mDomain.wall->sdf.lipschitz : 1) * edge * std::numbers::sqrt3 / 2;
+        std::vector<char> keep(cells.size());
+        parallelFor(cells.size(), kBatch, [&](size_t begin, size_t end) {
+            PointBatch centers;
+            for (size_t k = begin; k < end; ++k) centers.push(boxOf(cells[k], edge).center());
+            for (size_t k = begin; k < end; ++k) keep[k] = meetsBox(boxOf(cells[k], edge));
+            if (!mDomain.wall) return;
+            JetBatch<double, 0> d;
+            mDomain.wall->sdf.distance.eval(centers, d);
+            for (size_t k = begin; k < end; ++k)
+                if (const double distance = d.c[0][k - begin];
+                    !(distance > mRange.lower - radius && distance < mRange.upper + radius))
+                    keep[k] = false;
+        });
+        Cells found;
+        for (size_t k = 0; k < cells.size(); ++k)
+            if (keep[k]) found.push_back(cells[k]);
+        return found;
+    }
 
     Box boxOf(const Vec<int, 3>& cell, double edge) const {
         const Vec3d lower = mOrigin + Vec3d{{cell[0] * edge, cell[1] * edge, cell[2] * edge}};
@@ -118,41 +186,10 @@ class CellSearch {
         return true;
     }
 
-    /// Descends into the cells of one level that may be needed.
-    void visit(const std::vector<Vec<int, 3>>& cells, int level) {
-        const double edge = std::ldexp(mSize, level);
-        PointBatch centers;
-        std::array<Vec<int, 3>, kBatch> found;
-        for (const auto& cell : cells)
-            if (const Box box = boxOf(cell, edge); meetsBox(box)) {
-                found[static_cast<size_t>(centers.size)] = cell;
-                centers.push(box.center());
-            }
-        JetBatch<double, 0> d;
-        if (mDomain.wall) mDomain.wall->sdf.distance.eval(centers, d);
-        const double radius = lipschitz() * edge * std::numbers::sqrt3 / 2;
-        for (size_t k = 0; k < static_cast<size_t>(centers.size); ++k) {
-            if (mDomain.wall && !(d.c[0][k] > mRange.lower - radius && d.c[0][k] < mRange.upper + radius)) continue;
-            if (level == 0)
-                keep(found[k]);
-            else
-                visit(childrenOf(found[k]), level - 1);
-        }
-    }
-
-    static std::vector<Vec<int, 3>> childrenOf(const Vec<int, 3>& cell) {
-        std::vector<Vec<int, 3>> children(8);
-        for (int child = 0; child < 8; ++child)
-            children[static_cast<size_t>(child)] = {
-                {2 * cell[0] + (child & 1), 2 * cell[1] + ((child >> 1) & 1), 2 * cell[2] + (child >> 2)}};
-        return children;
-    }
-
-    void keep(const Vec<int, 3>& cell) {
-        if (mFound.size() >= mLimit)
+    void requireFew(const Cells& cells) const {
+        if (cells.size() > mLimit)
             throw ResourceError(fmt::format("the domain has more than {} cells of {} world units; choose larger voxels",
                                             mLimit, mSize));
-        mFound.push_back(cell);
     }
 
     const Domain& mDomain;
@@ -160,7 +197,6 @@ class CellSearch {
     double mSize;
     DistanceRange mRange;
     size_t mLimit;
-    std::vector<Vec<int, 3>> mFound;
 };
 
 } // namespace

@@ -4,6 +4,7 @@
 #include "curlew/field/Algebra.h"
 #include "curlew/flow/Flows.h"
 #include "curlew/flow/Wind.h"
+#include "curlew/track/FlowAtWall.h"
 #include "curlew/track/FlowMap.h"
 #include "curlew/track/Pathlines.h"
 #include "curlew/track/Scatter.h"

@@ -3,6 +3,7 @@
 #include "curlew/field/NoiseField.h"
 #include "curlew/flow/Flows.h"
 #include "curlew/track/Advect.h"
+#include "curlew/track/FlowAtWall.h"
 #include "curlew/track/Scatter.h"
 #include "curlew/track/Splitting.h"
 #include "curlew/vdb/GridFlow.h"

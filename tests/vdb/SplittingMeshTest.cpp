@@ -4,6 +4,7 @@
 #include "curlew/flow/Flows.h"
 #include "curlew/flow/Wind.h"
 #include "curlew/track/Advect.h"
+#include "curlew/track/FlowAtWall.h"
 #include "curlew/track/Scatter.h"
 #include "curlew/vdb/LevelSet.h"
 #include "support/Catch.h"

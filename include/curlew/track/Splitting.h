@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "curlew/base/Monitor.h"
-#include "curlew/flow/Flow.h"
-
+#include <array>
 #include <string_view>
 #include <vector>
 
@@ -36,22 +34,5 @@ struct SplitFactor {
 /// Returns the factors of a step of a sum of `terms` terms, in the order in which they move a point. The fractions of
 /// each term add up to 1, and the list is symmetric. Throws ValueError if `splitting` is `none` or there is no term.
 std::vector<SplitFactor> compositionOf(Splitting splitting, size_t terms);
-
-/// The behaviour of a flow, or of one term of it, at the domain's wall.
-struct AtWall {
-    double speed = 0; ///< Root mean square speed over the domain, world units per second.
-    double flux = 0;  ///< Maximum speed across the wall, relative to `speed`.
-    /// Whether the streamlines stay on their side of the wall, up to rounding.
-    bool tangent() const { return flux <= 1e-6; }
-};
-
-struct SumAtWall {
-    AtWall whole;              ///< The whole sum; flux through the wall may cancel between its terms.
-    std::vector<AtWall> terms; ///< Each term by itself; empty if the flow has no wall.
-};
-
-/// Measures the flux of a flow and of each of its terms through the wall. The points of the wall are the same at every
-/// call; Newton's method on the distance finds them. Throws ValueError if the domain is empty or infinite.
-SumAtWall sumAtWall(const Flow& flow, size_t samples = 2000, const Monitor& monitor = {});
 
 } // namespace curlew

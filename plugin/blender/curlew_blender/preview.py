@@ -16,6 +16,7 @@ from .tree import Collected, graph_node
 
 NAME = "Curlew Preview"
 PARTICLES, PIXELS, COARSE = 2000, 72, 32
+_HALF_WIDTH = 13  # voxels: layers up to 0.3 of the size of the object can be dragged without a new level set
 _MANY = 100000  # faces of a mesh that is coarsened
 _DELAY = 0.01
 _POINTS, _SHOWN = "@points", "@preview"  # names of the nodes that the preview adds
@@ -51,7 +52,7 @@ def _add(collected: Collected, flow: str, is_slice: bool) -> None:
     for node in graph.values():
         if node["action"] == "mesh2ls":
             node["options"].pop("voxel", None)
-            node["options"]["dim"] = str(COARSE)
+            node["options"] |= {"dim": str(COARSE), "halfWidth": str(_HALF_WIDTH)}
     if is_slice:
         graph[_SHOWN] = graph_node(_SHOWN, "slice", [], {"width": str(PIXELS)}, {"what": [flow]})
     else:

@@ -9,6 +9,7 @@
 #include "curlew/app/registry/Options.h"
 #include "curlew/app/registry/Text.h"
 #include "curlew/app/run/Context.h"
+#include "curlew/track/FlowAtWall.h"
 #include "curlew/track/Pathlines.h"
 #include "curlew/track/VolumeChange.h"
 

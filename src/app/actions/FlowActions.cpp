@@ -8,7 +8,7 @@
 #include "curlew/flow/FlowScale.h"
 #include "curlew/flow/Flows.h"
 #include "curlew/flow/Reshape.h"
-#include "curlew/track/Splitting.h"
+#include "curlew/track/FlowAtWall.h"
 
 #include <algorithm>
 #include <array>
@@ -240,13 +240,14 @@ void reshape(Context& c, const Arguments& a) {
 void warnOfCrossing(const Context& c, const Flow& sum, size_t termsOfFirst) {
     if (!sum.domain().wall || !sum.domain().box.finite()) return;
     if (std::exchange(c.memory().object, std::make_shared<bool>(true))) return;
-    SumAtWall at;
+    constexpr size_t kSamples = 500;
+    const auto monitor = c.follow("checking the sum at the wall");
     try {
-        at = sumAtWall(sum, 500, c.follow("checking the sum at the wall"));
+        if (flowAtWall(sum, kSamples, monitor).tangent()) return;
     } catch (const ValueError&) {
         return; // an empty domain
     }
-    if (at.whole.tangent()) return;
+    const SumAtWall at = sumAtWall(sum, kSamples, monitor);
     std::array<double, 2> crossing{}; // of the first flow and of the second
     for (size_t k = 0; k < at.terms.size(); ++k) {
         double& most = crossing[k < termsOfFirst ? 0 : 1];

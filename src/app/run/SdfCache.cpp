@@ -50,7 +50,9 @@ Sdf between(const Sdf& from, const Sdf& to, double part) {
 
 const SdfCache::Entry& SdfCache::entry(const GridValue& value, double distance, const Console& console) {
     for (const Entry& known : mEntries)
-        if (known.distance == distance && known.grid.lock() == value.grid) return known;
+        if ((known.distance == distance || std::max(known.distance, distance) <= known.given) &&
+            known.grid.lock() == value.grid)
+            return known;
     LevelSet levelSet = levelSetOf(value.grid);
     levelSet.mesh = value.mesh;
     const double halfWidth = distance / levelSet.voxelSize() + kSplineSupport;
@@ -59,7 +61,8 @@ const SdfCache::Entry& SdfCache::entry(const GridValue& value, double distance, 
                                    levelSet.halfWidth(), halfWidth));
     Sdf sdf = sdfUpTo(levelSet, distance, console.follow("widening the band"));
     if (mEntries.size() == kMaxEntries) mEntries.erase(mEntries.begin());
-    return mEntries.emplace_back(Entry{value.grid, distance, levelSet.voxelSize(), std::move(sdf)});
+    const double given = (levelSet.halfWidth() - kSplineSupport) * levelSet.voxelSize();
+    return mEntries.emplace_back(Entry{value.grid, distance, given, levelSet.voxelSize(), std::move(sdf)});
 }
 
 Sdf SdfCache::sdf(const GridValue& value, double distance, const Console& console) {

@@ -27,6 +27,7 @@ class SdfCache {
     struct Entry {
         std::weak_ptr<const openvdb::GridBase> grid;
         double distance;
+        double given; ///< Distance up to which the band of the grid itself is wide enough.
         double voxel;
         Sdf sdf;
     };
