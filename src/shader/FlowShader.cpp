@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/shader/FlowShader.h"
 
+#include "Translation.h"
 #include "curlew/base/Require.h"
 #include "curlew/field/Dimensions.h"
 #include "curlew/track/StepRule.h"
@@ -310,11 +311,11 @@ class Recorder {
 
 /// The functions that only call others.
 template <int N>
-std::string movers(bool tracks) {
+std::string movers(bool tracks, Dialect dialect) {
     const std::string position = fmt::format("vec{}", N), result = fmt::format("vec{}", N + 1);
     const std::string track = !tracks ? "" : N == 3 ? "vec2 track, " : "float track, ";
     const std::string part = N == 3 ? "xyz" : "xy", flag = N == 3 ? "w" : "z";
-    return fmt::format(R"(
+    return translated(fmt::format(R"(
 // A step of dt seconds; p itself if the step is rejected (flowTry).
 {0} flowStep({0} p, {2}float dt) {{
     return flowTry(p, {3}dt).{4};
@@ -322,29 +323,58 @@ std::string movers(bool tracks) {
 
 // Moves p by dt seconds. A step that is rejected is halved, up to eight times; then p stays there.
 {0} flowAdvance({0} p, {2}float dt) {{
-    float left = 1.0, part = 1.0;
+    {0} q = p;
+    float left = 1.0;
+    float part = 1.0;
     for (int k = 0; k < 64 && left > 0.0 && part > 0.003; ++k) {{
         part = min(part, left);
-        {1} next = flowTry(p, {3}dt * part);
-        p = next.{4};
-        left -= next.{5} * part;
-        part *= next.{5} > 0.0 ? 2.0 : 0.5;
+        {1} next = flowTry(q, {3}dt * part);
+        q = next.{4};
+        left = left - next.{5} * part;
+        if (next.{5} > 0.0) {{
+            part = 2.0 * part;
+        }} else {{
+            part = 0.5 * part;
+        }}
     }}
-    return p;
+    return q;
 }}
 )",
-                       position, result, track, tracks ? "track, " : "", part, flag);
+                                  position, result, track, tracks ? "track, " : "", part, flag),
+                      dialect);
+}
+
+/// What a dialect is, where its text goes, and how it is given the arrays of the data file.
+struct About {
+    std::string_view language, place, arrays;
+};
+
+About aboutOf(Dialect dialect) {
+    switch (dialect) {
+        case Dialect::glsl:
+            return {
+                "GLSL 4.50, for OpenGL and Vulkan", "Include it in a shader, after the #version line.",
+                "Bind them as storage buffers, in this order, from FLOW_BINDING on; in Vulkan in the set FLOW_SET."};
+        case Dialect::glslEs:
+            return {"GLSL ES 3.00 (WebGL 2)",
+                    "Include it in a shader, after the #version line and `precision highp float;`.",
+                    "Put each into a texture of width 2048, of the format R32UI or R32F, row by row."};
+        case Dialect::hlsl:
+            return {"HLSL, shader model 5 or later", "Include it in a shader.",
+                    "Each is a StructuredBuffer; for Vulkan define VULKAN, the first FLOW_BINDING and FLOW_SET."};
+        case Dialect::wgsl:
+            break;
+    }
+    return {"WGSL (WebGPU)", "Put it before the text of a shader.",
+            "Each is a storage buffer in the group 0, in this order from the binding 0 on."};
 }
 
 /// The first lines of the text.
 template <int N>
 std::string header(const FlowN<N>& flow, const FlowShaderOptions& options, const Vec<double, N>& origin,
-                   const std::vector<SymbolBuffer>& buffers) {
-    const bool es = options.dialect == Dialect::glslEs;
-    std::string text = "// A flow, written by Curlew";
-    text += fmt::format(".\n// {}. Include it in a shader, after the #version line{}.\n//\n",
-                        es ? "GLSL ES 3.00 (WebGL 2)" : "GLSL 4.50, for OpenGL and Vulkan",
-                        es ? " and `precision highp float;`" : "");
+                   const ShaderText& shader) {
+    const About about = aboutOf(options.dialect);
+    std::string text = fmt::format("// A flow, written by Curlew.\n// {}. {}\n//\n", about.language, about.place);
     text += fmt::format(
         "// p is a position relative to ({:.9g}), world units. Velocities are in world units per second, times in\n"
         "// seconds. At the same p, values agree with Curlew's to a few millionths of their root mean square, "
@@ -353,23 +383,24 @@ std::string header(const FlowN<N>& flow, const FlowShaderOptions& options, const
         fmt::join(origin.c, ", "));
     if (flow.hasTracks())
         text += fmt::format(
-            "// To move a particle that starts at p: store {0} track = flowPotentials(p), then each "
-            "frame p = flowAdvance(p, track, dt).\n",
-            N == 3 ? "vec2" : "float");
+            "// To move a particle that starts at p: store track = flowPotentials(p), {}, then each frame\n"
+            "// p = flowAdvance(p, track, dt).\n",
+            N == 3 ? "two floats" : "a float");
     else
         text += "// The flow is a sum, so it has no tracks. To move a particle: p = flowAdvance(p, dt).\n";
-    if (buffers.empty()) return text;
+    if (shader.text.find("flowZero") != std::string::npos)
+        text += options.dialect == Dialect::wgsl
+                    ? "// flowZero is a uniform that the compiler must not know. Bind a buffer that holds the uint 0.\n"
+                    : "// flowZero is a uniform that the compiler must not know. Leave it at 0.\n";
+    if (shader.buffers.empty()) return text;
     text += fmt::format("//\n// The data of level sets and tables are in {} (little-endian):\n", options.dataFile);
     size_t begin = 0;
-    for (const SymbolBuffer& buffer : buffers) {
+    for (const SymbolBuffer& buffer : shader.buffers) {
         text += fmt::format("//   {}: {} {}, from byte {}\n", buffer.name, buffer.data->size(),
                             buffer.type == SymbolType::word ? "uint" : "float", begin);
         begin += 4 * buffer.data->size();
     }
-    text +=
-        es ? "// Put each into a texture of width 2048, of the format R32UI or R32F, row by row.\n"
-           : "// Bind them as storage buffers, in this order, from FLOW_BINDING on; in Vulkan in the set FLOW_SET.\n";
-    return text;
+    return text + fmt::format("// {}\n", about.arrays);
 }
 
 } // namespace
@@ -386,8 +417,8 @@ ShaderText flowShader(const FlowN<N>& flow, const FlowShaderOptions& options, co
         const auto entries = recorder.entries();
         ShaderText shader = shaderText(recorder.module(), entries, options.dialect, options.tables);
         if (options.parts) return shader;
-        shader.text =
-            header(flow, options, recorder.origin(), shader.buffers) + "\n" + shader.text + movers<N>(flow.hasTracks());
+        shader.text = header(flow, options, recorder.origin(), shader) + "\n" + shader.text +
+                      movers<N>(flow.hasTracks(), options.dialect);
         return shader;
     }
 }

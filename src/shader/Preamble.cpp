@@ -12,6 +12,8 @@ struct Helper {
     std::string_view text;
 };
 
+// In the subset of GLSL that translated() takes.
+
 // Functions of reals, accurate to about 1e-7: languages for shaders require much less of their own. Each is reduced to
 // a small interval; the polynomials there are near-minimax fits. A helper may call those before it.
 
@@ -25,8 +27,14 @@ float flowQuarter(float x, uint quarters) {
     float sine = r + r * s * (-0.16666665 + s * (0.008332743 + s * -0.00019586958));
     float cosine = 1.0 - 0.5 * s + s * s * (0.041666664 + s * (-0.0013888269 + s * 2.4543295e-05));
     uint turns = uint(int(whole)) + quarters;
-    float value = (turns & 1u) != 0u ? cosine : sine;
-    return (turns & 2u) != 0u ? -value : value;
+    float value = sine;
+    if ((turns & 1u) != 0u) {
+        value = cosine;
+    }
+    if ((turns & 2u) != 0u) {
+        value = -value;
+    }
+    return value;
 }
 )"},
     Helper{"flowSin", R"(float flowSin(float x) {
@@ -50,14 +58,20 @@ float flowLog(float x) {
     uint bits = floatBitsToUint(x) - 0x3f3504f3u; // of the square root of 1/2
     float whole = float(int(bits) >> 23);
     float f = uintBitsToFloat((bits & 0x7fffffu) + 0x3f3504f3u) - 1.0;
-    float s = f / (2.0 + f), z = s * s;
+    float s = f / (2.0 + f);
+    float z = s * s;
     float value = 2.0 * s * (1.0 + z * (0.33333334 + z * (0.2 + z * (0.14285715 + z * 0.11111111))));
-    return x > 0.0 ? (value + whole * 1.42860677e-06) + whole * 0.693145752 : -1.0 / abs(x);
+    if (x > 0.0) {
+        return (value + whole * 1.42860677e-06) + whole * 0.693145752;
+    }
+    return -1.0 / abs(x);
 }
 )"},
     Helper{"flowAtan", R"(
 float flowAtan(float x) {
-    float size = abs(x), base = 0.0, y = size;
+    float size = abs(x);
+    float base = 0.0;
+    float y = size;
     if (size > 2.4142135) {
         base = 1.5707964;
         y = -1.0 / size;
@@ -68,29 +82,49 @@ float flowAtan(float x) {
     float z = y * y;
     float value =
         base + (y + y * z * (-0.33333332 + z * (0.19999525 + z * (-0.14263734 + z * (0.10742495 + z * -0.064494245)))));
-    return x < 0.0 ? -value : value;
+    if (x < 0.0) {
+        return -value;
+    }
+    return value;
 }
 )"},
     Helper{"flowAsin", R"(
 float flowAsin(float x) {
     float size = abs(x);
-    float y = size > 0.5 ? sqrt(0.5 - 0.5 * size) : size;
+    float y = size;
+    if (size > 0.5) {
+        y = sqrt(0.5 - 0.5 * size);
+    }
     float z = y * y;
     float value = y + y * z * (0.16666666 + z * (0.075001110 + z * (0.044594855 + z * (0.031148219 + z *
                   (0.016939924 + z * 0.034018018)))));
-    value = size > 0.5 ? 1.5707964 - 2.0 * value : value;
-    return x < 0.0 ? -value : value;
+    if (size > 0.5) {
+        value = 1.5707964 - 2.0 * value;
+    }
+    if (x < 0.0) {
+        return -value;
+    }
+    return value;
 }
 )"},
     Helper{"flowAcos", R"(float flowAcos(float x) {
-    return x > 0.5 ? 2.0 * flowAsin(sqrt(0.5 - 0.5 * x)) : 1.5707964 - flowAsin(x);
+    if (x > 0.5) {
+        return 2.0 * flowAsin(sqrt(0.5 - 0.5 * x));
+    }
+    return 1.5707964 - flowAsin(x);
 }
 )"},
     Helper{"flowSinh", R"(float flowSinh(float x) {
-    float power = flowExp(abs(x)), square = x * x;
-    float value = abs(x) < 0.5 ? abs(x) * (1.0 + square * (0.16666667 + square * (0.0083333333 + square * 0.0001984127)))
-                               : 0.5 * power - 0.5 / power;
-    return x < 0.0 ? -value : value;
+    float power = flowExp(abs(x));
+    float square = x * x;
+    float value = 0.5 * power - 0.5 / power;
+    if (abs(x) < 0.5) {
+        value = abs(x) * (1.0 + square * (0.16666667 + square * (0.0083333333 + square * 0.0001984127)));
+    }
+    if (x < 0.0) {
+        return -value;
+    }
+    return value;
 }
 )"},
     Helper{"flowCosh", R"(float flowCosh(float x) {
@@ -100,7 +134,10 @@ float flowAsin(float x) {
 )"},
     Helper{"flowTanh", R"(float flowTanh(float x) {
     float value = 1.0 - 2.0 / (flowExp(2.0 * min(abs(x), 20.0)) + 1.0);
-    return x < 0.0 ? -value : value;
+    if (x < 0.0) {
+        return -value;
+    }
+    return value;
 }
 )"},
     Helper{"flowPow", R"(float flowPow(float x, float power) {
@@ -111,16 +148,21 @@ float flowAsin(float x) {
 // Words of 64 bits: x is the low half.
 uvec2 flowLongAdd(uvec2 a, uvec2 b) {
     uint low = a.x + b.x;
-    return uvec2(low, a.y + b.y + (low < a.x ? 1u : 0u));
+    return uvec2(low, a.y + b.y + uint(low < a.x));
 }
 )"},
     Helper{"flowLongSub", R"(uvec2 flowLongSub(uvec2 a, uvec2 b) {
-    return uvec2(a.x - b.x, a.y - b.y - (a.x < b.x ? 1u : 0u));
+    return uvec2(a.x - b.x, a.y - b.y - uint(a.x < b.x));
 }
 )"},
     Helper{"flowLongMul", R"(uvec2 flowLongMul(uvec2 a, uvec2 b) {
-    uint al = a.x & 0xffffu, ah = a.x >> 16u, bl = b.x & 0xffffu, bh = b.x >> 16u;
-    uint low = al * bl, left = ah * bl, right = al * bh;
+    uint al = a.x & 0xffffu;
+    uint ah = a.x >> 16u;
+    uint bl = b.x & 0xffffu;
+    uint bh = b.x >> 16u;
+    uint low = al * bl;
+    uint left = ah * bl;
+    uint right = al * bh;
     uint middle = (low >> 16u) + (left & 0xffffu) + (right & 0xffffu);
     uint high = ah * bh + (left >> 16u) + (right >> 16u) + (middle >> 16u);
     return uvec2((low & 0xffffu) | (middle << 16u), high + a.x * b.y + a.y * b.x);
@@ -142,26 +184,28 @@ uvec2 flowInteger(double x) {
 // reorders nor removes: flowKept() returns its argument, but the compiler cannot know that.
 constexpr std::array kPairHelpers{
     Helper{"flowKept", R"(
-uniform uint flowZero; // leave it at 0, which it is unless it is set
-
 float flowKept(float x) {
     return uintBitsToFloat(floatBitsToUint(x) ^ flowZero);
 }
 )"},
-    Helper{"flowPairFrom", R"(vec2 flowPairFrom(float high, float low) { // |high| >= |low|
+    Helper{"flowPairFrom", R"(// The pair of a number and a smaller one.
+vec2 flowPairFrom(float high, float low) {
     float sum = flowKept(high + low);
     return vec2(sum, low - flowKept(sum - high));
 }
 )"},
     Helper{"flowPairSum", R"(vec2 flowPairSum(float a, float b) {
-    float sum = flowKept(a + b), part = flowKept(sum - a);
+    float sum = flowKept(a + b);
+    float part = flowKept(sum - a);
     return vec2(sum, flowKept(a - flowKept(sum - part)) + flowKept(b - part));
 }
 )"},
     Helper{"flowPairProduct", R"(vec2 flowPairProduct(float a, float b) {
     float product = flowKept(a * b);
-    float ah = uintBitsToFloat(floatBitsToUint(a) & 0xfffff000u), al = flowKept(a - ah);
-    float bh = uintBitsToFloat(floatBitsToUint(b) & 0xfffff000u), bl = flowKept(b - bh);
+    float ah = uintBitsToFloat(floatBitsToUint(a) & 0xfffff000u);
+    float al = flowKept(a - ah);
+    float bh = uintBitsToFloat(floatBitsToUint(b) & 0xfffff000u);
+    float bl = flowKept(b - bh);
     float rest = flowKept(flowKept(ah * bh) - product);
     rest = flowKept(rest + flowKept(ah * bl));
     rest = flowKept(rest + flowKept(al * bh));
@@ -169,7 +213,8 @@ float flowKept(float x) {
 }
 )"},
     Helper{"flowPairAdd", R"(vec2 flowPairAdd(vec2 a, vec2 b) {
-    vec2 high = flowPairSum(a.x, b.x), low = flowPairSum(a.y, b.y);
+    vec2 high = flowPairSum(a.x, b.x);
+    vec2 low = flowPairSum(a.y, b.y);
     high = flowPairFrom(high.x, high.y + low.x);
     return flowPairFrom(high.x, high.y + low.y);
 }
@@ -197,16 +242,25 @@ float flowKept(float x) {
 )"},
     Helper{"flowPairFloor", R"(vec2 flowPairFloor(vec2 a) {
     float whole = floor(a.x);
-    return whole == a.x ? flowPairFrom(whole, floor(a.y)) : vec2(whole, 0.0);
+    if (whole == a.x) {
+        return flowPairFrom(whole, floor(a.y));
+    }
+    return vec2(whole, 0.0);
 }
 )"},
     Helper{"flowPairNearest", R"(vec2 flowPairNearest(vec2 a) {
     float whole = roundEven(a.x);
-    return whole == a.x ? flowPairFrom(whole, roundEven(a.y)) : vec2(whole, 0.0);
+    if (whole == a.x) {
+        return flowPairFrom(whole, roundEven(a.y));
+    }
+    return vec2(whole, 0.0);
 }
 )"},
     Helper{"flowPairAbs", R"(vec2 flowPairAbs(vec2 a) {
-    return a.x < 0.0 ? -a : a;
+    if (a.x < 0.0) {
+        return -a;
+    }
+    return a;
 }
 )"},
     Helper{"flowPairLess", R"(bool flowPairLess(vec2 a, vec2 b) {
@@ -222,11 +276,17 @@ float flowKept(float x) {
 }
 )"},
     Helper{"flowPairMin", R"(vec2 flowPairMin(vec2 a, vec2 b) {
-    return flowPairLess(a, b) ? a : b;
+    if (flowPairLess(a, b)) {
+        return a;
+    }
+    return b;
 }
 )"},
     Helper{"flowPairMax", R"(vec2 flowPairMax(vec2 a, vec2 b) {
-    return flowPairLess(b, a) ? a : b;
+    if (flowPairLess(b, a)) {
+        return a;
+    }
+    return b;
 }
 )"},
     Helper{"flowPairOf", R"(vec2 flowPairOf(uint word) {
@@ -238,7 +298,7 @@ float flowKept(float x) {
 uvec2 flowInteger(vec2 x) {
     float high = floor(x.x * 1.52587890625e-05);
     float rest = x.x - high * 65536.0;
-    return uvec2((uint(int(high)) << 16u) + uint(int(rest)) + uint(int(x.y)), x.x < 0.0 ? 0xffffffffu : 0u);
+    return uvec2((uint(int(high)) << 16u) + uint(int(rest)) + uint(int(x.y)), uint(x.x < 0.0) * 0xffffffffu);
 }
 )"},
 };
@@ -258,10 +318,10 @@ void prepend(const std::array<Helper, N>& helpers, std::string& preamble, const 
 std::string preambleFor(const std::string& text, Dialect dialect) {
     std::string preamble;
     prepend(kHelpers, preamble, text);
-    if (dialect == Dialect::glslEs)
-        prepend(kPairHelpers, preamble, text);
-    else
+    if (dialect == Dialect::glsl)
         prepend(kDoubleHelpers, preamble, text);
+    else
+        prepend(kPairHelpers, preamble, text);
     return preamble;
 }
 

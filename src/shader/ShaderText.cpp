@@ -3,6 +3,7 @@
 
 #include "Preamble.h"
 #include "Syntax.h"
+#include "Translation.h"
 #include "curlew/base/Error.h"
 
 #include <fmt/format.h>
@@ -254,7 +255,9 @@ ShaderText shaderText(const SymbolModule& module, const std::vector<ShaderEntry>
     for (const size_t size : needed.structs) shader.text += syntax.structure(size);
     if (tables == ShaderTables::text)
         for (const size_t index : needed.tables) shader.text += syntax.table(index, module.tables()[index]);
-    shader.text += preambleFor(body, dialect) + body;
+    const std::string preamble = preambleFor(body, dialect);
+    if (preamble.find("flowZero") != std::string::npos) shader.text += syntax.zero(shader.buffers.size());
+    shader.text = translated(shader.text + preamble + body, dialect);
     return shader;
 }
 

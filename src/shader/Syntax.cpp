@@ -229,7 +229,9 @@ std::string Syntax::longOperation(const SymbolNode& node, const std::vector<std:
 }
 
 std::string Syntax::operation(const SymbolNode& node, SymbolType from, const std::vector<std::string>& x) const {
-    if (node.op == SymbolOp::select) return fmt::format("({} ? {} : {})", x[0], x[1], x[2]);
+    if (node.op == SymbolOp::select)
+        return mDialect == Dialect::wgsl ? fmt::format("select({2}, {1}, {0})", x[0], x[1], x[2])
+                                         : fmt::format("({} ? {} : {})", x[0], x[1], x[2]);
     if (node.op == SymbolOp::convert) return converted(node.type, from, x[0]);
     if (node.op == SymbolOp::integer)
         return fmt::format("flowInteger({}){}", x[0], node.type == SymbolType::word ? ".x" : "");
@@ -259,18 +261,22 @@ std::string Syntax::operation(const SymbolNode& node, SymbolType from, const std
 }
 
 std::string Syntax::variable(SymbolType type, const std::string& name, const std::string& expression) const {
+    if (mDialect == Dialect::wgsl) return fmt::format("    let {}: {} = {};\n", name, typeName(type), expression);
     return fmt::format("    {} {} = {};\n", typeName(type), name, expression);
 }
 
 std::string Syntax::call(const std::string& name, size_t results, const std::string& function,
                          const std::vector<std::string>& arguments) const {
-    return fmt::format("    {} {} = {}({});\n", structureName(results), name, function, joined(arguments));
+    const std::string type = mDialect == Dialect::wgsl ? "let" : structureName(results);
+    return fmt::format("    {} {} = {}({});\n", type, name, function, joined(arguments));
 }
 
 std::string Syntax::structure(size_t results) const {
-    std::string text = fmt::format("struct {} {{\n    float ", structureName(results));
-    for (size_t k = 0; k < results; ++k) text += fmt::format("{}r{}", k ? ", " : "", k);
-    return text + ";\n};\n";
+    const bool isWgsl = mDialect == Dialect::wgsl;
+    std::vector<std::string> members;
+    for (size_t k = 0; k < results; ++k) members.push_back(fmt::format("r{}{}", k, isWgsl ? ": float" : ""));
+    return fmt::format("struct {} {{\n    {}{}{}\n}}{}\n", structureName(results), isWgsl ? "" : "float ",
+                       joined(members), isWgsl ? "" : ";", isWgsl ? "" : ";");
 }
 
 std::string Syntax::function(const std::string& name, const std::vector<SymbolType>& types,
@@ -279,23 +285,40 @@ std::string Syntax::function(const std::string& name, const std::vector<SymbolTy
     std::vector<std::string> declared;
     for (size_t k = 0; k < types.size(); ++k) declared.push_back(typeName(types[k]) + " " + parameters[k]);
     const std::string type = structureName(results.size());
-    return fmt::format("{0} {1}({2}) {{\n{3}    return {0}({4});\n}}\n", type, name, joined(declared), statements,
-                       joined(results));
+    return fmt::format("{} {}({}) {{\n{}{}}}\n", type, name, joined(declared), statements,
+                       returned(type, true, results));
 }
 
 std::string Syntax::entry(const ShaderEntry& entry, const std::string& statements,
                           const std::vector<std::string>& results) const {
     std::vector<std::string> declared;
     for (const auto& [name, size] : entry.parameters) declared.push_back(vectorName(size) + " " + name);
-    const std::string type = results.size() > 4 ? structureName(results.size()) : vectorName(results.size());
-    return fmt::format("{0} {1}({2}) {{\n{3}    return {0}({4});\n}}\n", type, entry.name, joined(declared), statements,
-                       joined(results));
+    const bool isStructure = results.size() > 4;
+    const std::string type = isStructure ? structureName(results.size()) : vectorName(results.size());
+    return fmt::format("{} {}({}) {{\n{}{}}}\n", type, entry.name, joined(declared), statements,
+                       returned(type, isStructure, results));
+}
+
+std::string Syntax::returned(const std::string& type, bool isStructure, const std::vector<std::string>& results) const {
+    if (isStructure && mDialect == Dialect::hlsl)
+        return fmt::format("    {} all = {{{}}};\n    return all;\n", type, joined(results));
+    return fmt::format("    return {}({});\n", type, joined(results));
 }
 
 std::string Syntax::table(size_t index, const SymbolTable& table) const {
     const size_t rows = table.numbers.size() / table.columns;
     const std::string type = vectorName(table.columns);
-    std::string text = fmt::format("const {0} flowTable{1}[{2}] = {0}[{2}](", type, index, rows);
+    std::string text;
+    switch (mDialect) {
+        case Dialect::hlsl:
+            text = fmt::format("static const {} flowTable{}[{}] = {{", type, index, rows);
+            break;
+        case Dialect::wgsl:
+            text = fmt::format("const flowTable{} = array<{}, {}>(", index, type, rows);
+            break;
+        default:
+            text = fmt::format("const {0} flowTable{1}[{2}] = {0}[{2}](", type, index, rows);
+    }
     for (size_t row = 0, length = 0; row < rows; ++row) {
         std::vector<std::string> numbers;
         for (size_t column = 0; column < table.columns; ++column)
@@ -309,7 +332,7 @@ std::string Syntax::table(size_t index, const SymbolTable& table) const {
         }
         text += entry;
     }
-    return text + ");\n";
+    return text + (mDialect == Dialect::hlsl ? "};\n" : ");\n");
 }
 
 std::string Syntax::tableEntry(size_t index, size_t columns, size_t column, const std::string& row) const {
@@ -320,30 +343,65 @@ std::string Syntax::tableEntry(size_t index, size_t columns, size_t column, cons
 }
 
 std::string Syntax::bufferMacros() const {
-    if (mPairs) return {};
-    return R"(#ifndef FLOW_BINDING
+    constexpr std::string_view kVulkanPlace = R"(#ifndef FLOW_BINDING
 #define FLOW_BINDING 0
 #endif
 #ifndef FLOW_SET
 #define FLOW_SET 0
 #endif
-#ifdef VULKAN
+)";
+    switch (mDialect) {
+        case Dialect::glsl:
+            return std::string(kVulkanPlace) + R"(#ifdef VULKAN
 #define FLOW_BUFFER(k) layout(std430, set = FLOW_SET, binding = FLOW_BINDING + k) readonly buffer
 #else
 #define FLOW_BUFFER(k) layout(std430, binding = FLOW_BINDING + k) readonly buffer
 #endif
 )";
+        case Dialect::hlsl:
+            return std::string(kVulkanPlace) + R"(#ifdef VULKAN
+#define FLOW_BUFFER(k) [[vk::binding(FLOW_BINDING + k, FLOW_SET)]]
+#else
+#define FLOW_BUFFER(k)
+#endif
+)";
+        default:
+            return {};
+    }
 }
 
 std::string Syntax::buffer(const SymbolBuffer& buffer, size_t index) const {
-    const char* type = buffer.type == SymbolType::word ? "uint" : "float";
-    if (mPairs)
-        return fmt::format("uniform highp {}sampler2D {};\n", buffer.type == SymbolType::word ? "u" : "", buffer.name);
-    return fmt::format("FLOW_BUFFER({0}) FlowBuffer{0} {{\n    {1} {2}[];\n}};\n", index, type, buffer.name);
+    const bool isWord = buffer.type == SymbolType::word;
+    const char* type = isWord ? "uint" : "float";
+    switch (mDialect) {
+        case Dialect::glsl:
+            return fmt::format("FLOW_BUFFER({0}) FlowBuffer{0} {{\n    {1} {2}[];\n}};\n", index, type, buffer.name);
+        case Dialect::hlsl:
+            return fmt::format("FLOW_BUFFER({}) StructuredBuffer<{}> {};\n", index, type, buffer.name);
+        case Dialect::wgsl:
+            return fmt::format("@group(0) @binding({}) var<storage, read> {}: array<{}>;\n", index, buffer.name, type);
+        case Dialect::glslEs:
+            break;
+    }
+    return fmt::format("uniform highp {}sampler2D {};\n", isWord ? "u" : "", buffer.name);
+}
+
+std::string Syntax::zero(size_t buffers) const {
+    switch (mDialect) {
+        case Dialect::glslEs:
+            return "uniform uint flowZero; // leave it at 0, which it is unless it is set\n";
+        case Dialect::hlsl:
+            return "#ifndef flowZero\nuniform uint flowZero; // leave it at 0, which it is unless it is set\n#endif\n";
+        case Dialect::wgsl:
+            return fmt::format("@group(0) @binding({}) var<uniform> flowZero: uint; // 0\n", buffers);
+        case Dialect::glsl:
+            break;
+    }
+    return {};
 }
 
 std::string Syntax::bufferElement(const SymbolBuffer& buffer, const std::string& index) const {
-    if (!mPairs) return fmt::format("{}[{}]", buffer.name, index);
+    if (mDialect != Dialect::glslEs) return fmt::format("{}[{}]", buffer.name, index);
     return fmt::format("texelFetch({0}, ivec2(int({1} & 2047u), int({1} >> 11u)), 0).x", buffer.name, index);
 }
 

@@ -8,10 +8,10 @@
 
 namespace curlew {
 
-/// The expressions, statements and declarations of a dialect.
+/// The expressions, statements and declarations of a dialect, with the words of GLSL where translated() knows them.
 class Syntax {
   public:
-    explicit Syntax(Dialect dialect) : mPairs(dialect == Dialect::glslEs) {}
+    explicit Syntax(Dialect dialect) : mDialect(dialect), mPairs(dialect != Dialect::glsl) {}
 
     /// Puts tables into a buffer, each from its element on.
     void putTablesInto(const SymbolBuffer& buffer, const std::map<size_t, size_t>& begins) {
@@ -38,6 +38,8 @@ class Syntax {
     std::string tableEntry(size_t index, size_t columns, size_t column, const std::string& row) const;
     std::string bufferMacros() const;
     std::string buffer(const SymbolBuffer& buffer, size_t index) const;
+    /// Declares the number 0 that compilers do not know, which pairs of floats need. `buffers`: their number.
+    std::string zero(size_t buffers) const;
     std::string bufferElement(const SymbolBuffer& buffer, const std::string& index) const;
 
   private:
@@ -45,7 +47,9 @@ class Syntax {
     std::string wideOperation(const SymbolNode& node, const std::vector<std::string>& operands) const;
     std::string longOperation(const SymbolNode& node, const std::vector<std::string>& operands) const;
     std::string converted(SymbolType to, SymbolType from, const std::string& operand) const;
+    std::string returned(const std::string& type, bool isStructure, const std::vector<std::string>& results) const;
 
+    Dialect mDialect;
     bool mPairs; ///< Coordinates are pairs of floats.
     std::optional<SymbolBuffer> mTables;
     std::map<size_t, size_t> mBegins;

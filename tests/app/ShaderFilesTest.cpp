@@ -22,6 +22,11 @@ TEST_CASE("write: a flow is written as a shader", "[app][command]") {
     CHECK_THAT(es, ContainsSubstring("GLSL ES 3.00") && ContainsSubstring("es.glsl.bin"));
     CHECK(folder.names() == std::set<std::string>{"flow.glsl", "es.glsl", "es.glsl.bin"});
     CHECK(fs::file_size(folder / "es.glsl.bin") == 289 * 3 * 4); // the table that both noises share
+    folder.mustRun(kNoises + "-dfvn -write flow.hlsl tables=data flow.wgsl");
+    CHECK_THAT(bytesOf(folder / "flow.hlsl"),
+               ContainsSubstring("HLSL") && ContainsSubstring("float3 flowVelocity(float3 p)"));
+    CHECK_THAT(bytesOf(folder / "flow.wgsl"), ContainsSubstring("fn flowVelocity(p: vec3f) -> vec3f"));
+    folder.mustFail(kNoises + "-dfvn -write dialect=es flow.hlsl", {"dialect= is only for .glsl"});
 }
 
 TEST_CASE("write: a flow in the plane, and a sum without tracks, are written as shaders", "[app][command]") {

@@ -64,13 +64,18 @@ std::string vectorAt(const std::string& array) {
 
 /// Checks potentials and velocities at random positions against those in double.
 template <int N>
-void checkFlow(const std::string& name, const FlowN<N>& flow, double ofValue = 2e-6, double ofVelocity = 5e-5) {
+void checkFlow(const std::string& name, const FlowN<N>& flow, double ofValue = 2e-6, double ofVelocity = 5e-5,
+               Dialect dialect = Dialect::glsl) {
     CAPTURE(name);
-    const ShaderText shader = flowShader(flow, {.tables = ShaderTables::data});
+    const ShaderText shader = flowShader(flow, {.dialect = dialect, .tables = ShaderTables::data});
     const size_t outputs = flow.hasTracks() ? 2 * N - 1 : N;
-    ShaderRun run{shader.text,    fmt::format("    vec{} p = {};\n", N, vectorAt<N>("inputs")),
-                  shader.buffers, positionsIn(flow, kCount),
-                  kCount,         outputs};
+    ShaderRun run{shader.text,
+                  fmt::format("    vec{} p = {};\n", N, vectorAt<N>("inputs")),
+                  shader.buffers,
+                  positionsIn(flow, kCount),
+                  kCount,
+                  outputs,
+                  dialect == Dialect::hlsl};
     run.body += fmt::format("    vec{} v = flowVelocity(p);\n", N);
     for (int i = 0; i < N; ++i) run.body += fmt::format("    outputs[i * {}u + {}u] = v[{}];\n", outputs, i, i);
     if (flow.hasTracks()) {
@@ -120,14 +125,30 @@ TEST_CASE("flowShader: a shader computes velocities and potentials", "[shader]")
     checkFlow("gradient", gradientFlow(noise, Domain{}));
 }
 
+TEST_CASE("flowShader: HLSL computes velocities and potentials", "[shader]") {
+    if (skippedWithoutVulkan()) return;
+    const auto check = [](const std::string& name, const auto& flow) {
+        checkFlow(name, flow, 2e-6, 5e-5, Dialect::hlsl);
+    };
+    check("outside a sphere", inSphere(Side::outside));
+    check("plane", FlowN<2>({noiseField<Psrd2>({}, {.frequency = 2, .octaves = 3})}));
+    const ScalarField noise = noiseField<Psrd3>({.seed = 4}, {.frequency = 1.5});
+    check("curl", curlFlow(std::array{noise, noiseField<Psrd3>({.seed = 5}), noiseField<Psrd3>({.seed = 6})}, {}));
+}
+
 TEST_CASE("flowShader: particles stay on their tracks and out of the wall", "[shader]") {
     if (skippedWithoutVulkan()) return;
     constexpr size_t kParticles = 2000;
-    for (const Side side : {Side::inside, Side::outside, Side::both}) {
-        CAPTURE(static_cast<int>(side));
+    using Case = std::pair<Side, Dialect>;
+    for (const auto& [side, dialect] : {Case{Side::inside, Dialect::glsl},
+                                        {Side::outside, Dialect::glsl},
+                                        {Side::both, Dialect::glsl},
+                                        {Side::outside, Dialect::hlsl}}) {
+        CAPTURE(static_cast<int>(side), static_cast<int>(dialect));
         const Flow flow = inSphere(side);
-        const ShaderText shader = flowShader(flow, {.tables = ShaderTables::data});
-        ShaderRun run{shader.text, "", shader.buffers, positionsIn(flow, kParticles), kParticles, 3};
+        const ShaderText shader = flowShader(flow, {.dialect = dialect, .tables = ShaderTables::data});
+        ShaderRun run{shader.text, "", shader.buffers,          positionsIn(flow, kParticles),
+                      kParticles,  3,  dialect == Dialect::hlsl};
         // 100 steps of 0.02 s at an rms speed of 1 in lattice cells of 0.33.
         run.body = "    vec3 p = " + vectorAt<3>("inputs") +
                    ";\n    vec2 track = flowPotentials(p);\n"
@@ -185,6 +206,30 @@ TEST_CASE("flowShader: the header says what the functions are", "[shader]") {
                              "flowAdvance(vec3 p, vec2 track, float dt)"})
         CHECK(shader.text.find(name) != std::string::npos);
     CHECK(shader.text.size() < 60000);
+}
+
+TEST_CASE("flowShader: HLSL and WGSL have types and declarations of their own", "[shader]") {
+    const auto text = [](Dialect dialect, ShaderTables tables) {
+        return flowShader(inSphere(Side::outside), {.dialect = dialect, .tables = tables}).text;
+    };
+    const std::string hlsl = text(Dialect::hlsl, ShaderTables::text), wgsl = text(Dialect::wgsl, ShaderTables::text);
+    for (const char* part :
+         {"float3 flowAdvance(float3 p, float2 track, float dt) {", "for (int k = 0; k < 64 &&", "static const float",
+          "uniform uint flowZero;", "float4 next = flowTry(q, track, dt * part);"})
+        CHECK_THAT(hlsl, Catch::ContainsSubstring(part));
+    for (const char* part : {"fn flowAdvance(p: vec3f, track: vec2f, dt: f32) -> vec3f {",
+                             "for (var k: i32 = 0; k < 64 &&", "; k++) {", "const flowTable0 = array<",
+                             "var<uniform> flowZero: u32;", "var next: vec4f = flowTry(q, track, dt * part);"})
+        CHECK_THAT(wgsl, Catch::ContainsSubstring(part));
+    for (const char* word : {" vec3 ", "roundEven", "BitsTo"}) {
+        CHECK_THAT(hlsl, !Catch::ContainsSubstring(word));
+        CHECK_THAT(wgsl, !Catch::ContainsSubstring(word));
+    }
+    CHECK_THAT(wgsl, !Catch::ContainsSubstring(" ? "));
+    CHECK_THAT(text(Dialect::hlsl, ShaderTables::data), Catch::ContainsSubstring("StructuredBuffer<float> flowData0;"));
+    CHECK_THAT(text(Dialect::wgsl, ShaderTables::data),
+               Catch::ContainsSubstring("@binding(0) var<storage, read> flowData0: array<f32>;") &&
+                   Catch::ContainsSubstring("@binding(1) var<uniform> flowZero: u32;"));
 }
 
 TEST_CASE("flowShader: the parts of a step are functions of their own", "[shader]") {

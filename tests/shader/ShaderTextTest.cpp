@@ -16,6 +16,9 @@ using namespace curlew::test;
 namespace {
 
 constexpr size_t kCount = 100000;
+constexpr const char* kFunctions = "sin(x*y)+exp(-z^2)*atan(x)+tanh(y)*cosh(z/2)+log(2+x^2)+abs(x-y)";
+constexpr const char* kMoreFunctions =
+    "asin(sin(x)/2)+acos(cos(y)/2)+sinh(z/3)+(1+x^2)^1.5+smoothstep(0,1,y)+tan(sin(z))";
 
 /// Records the value and up to three derivatives of a field as a function of up to seven floats.
 template <int N>
@@ -56,7 +59,7 @@ void checkShader(const std::string& name, const ScalarFieldN<N>& field, double h
     const ShaderEntry entry = recordEntry(module, field);
     const size_t outputs = module.functions()[entry.function].results.size();
     const ShaderText shader = shaderText(module, {entry}, dialect, ShaderTables::data);
-    ShaderRun run{shader.text, "", shader.buffers, {}, kCount, outputs};
+    ShaderRun run{shader.text, "", shader.buffers, {}, kCount, outputs, dialect == Dialect::hlsl};
     if (dialect == Dialect::glslEs) {
         run.functions = fromEs(shader.text);
         // 0, which the compiler does not know.
@@ -141,10 +144,8 @@ TEST_CASE("shaderText: a shader computes combinations and transforms of fields",
     const ScalarField noise = noiseField<Psrd3>({.seed = 3}, {.frequency = 1.3, .octaves = 2});
     checkShader("bounded", bounded(noise, {.sdf = sphereSdf(1.4), .side = Side::outside, .width = 0.4}));
     checkShader("smooth minimum", smoothMin(noise, sphereSdf(0.6).distance, 0.3));
-    checkShader("formula", parsedFormula<3>("sin(x*y)+exp(-z^2)*atan(x)+tanh(y)*cosh(z/2)+log(2+x^2)+abs(x-y)").field);
-    checkShader(
-        "more functions",
-        parsedFormula<3>("asin(sin(x)/2)+acos(cos(y)/2)+sinh(z/3)+(1+x^2)^1.5+smoothstep(0,1,y)+tan(sin(z))").field);
+    checkShader("formula", parsedFormula<3>(kFunctions).field);
+    checkShader("more functions", parsedFormula<3>(kMoreFunctions).field);
     checkShader("placed", placed(noise, {.offset = {{1, 2, 3}}, .rotate = {{10, 20, 30}}, .scale = {{1, 2, 0.5}}}));
     checkShader("lifted", lifted<3>(noiseField<SimplexNoise<4>>(), {noise}), 2.5, 6e-6);
     checkShader("displaced", displaced(noise, noiseField<SimplexNoise<3>>(), 0.05), 2.5, 4e-6);
@@ -154,8 +155,10 @@ TEST_CASE("shaderText: a shader computes combinations and transforms of fields",
 
 TEST_CASE("shaderText: pairs of floats are as accurate as doubles", "[shader]") {
     if (skippedWithoutVulkan()) return;
-    const auto check = [](const std::string& name, const auto& field, double half, double ofValue = 2e-6) {
-        checkShader(name, field, half, ofValue, Dialect::glslEs);
+    const Dialect dialect = GENERATE(Dialect::glslEs, Dialect::hlsl);
+    CAPTURE(kDialectNames.at(static_cast<size_t>(dialect)));
+    const auto check = [&](const std::string& name, const auto& field, double half, double ofValue = 2e-6) {
+        checkShader(name, field, half, ofValue, dialect);
     };
     for (const double half : {2.5, 1e4}) {
         CAPTURE(half);
@@ -169,6 +172,8 @@ TEST_CASE("shaderText: pairs of floats are as accurate as doubles", "[shader]") 
         check("published simplex", noiseField<SimplexNoise<4>>(), half, 4e-6); // its rms is a quarter
         check("sine", noiseField<SineNoise<3>>(), half);
     }
+    check("functions", parsedFormula<3>(kFunctions).field, 2.5);
+    check("more functions", parsedFormula<3>(kMoreFunctions).field, 2.5);
 }
 
 TEST_CASE("shaderText: a text that compilers cannot cope with is an error that names its size", "[shader]") {

@@ -14,8 +14,7 @@ import tempfile
 from pathlib import Path
 
 import browser as shaders
-from browser import np, webdriver  # noqa: F401: exits if one is missing
-from selenium.webdriver.chrome.service import Service
+from browser import np  # exits if it is missing
 
 WINDOWS = {"desktop": (1280, 800), "phone": (390, 844)}
 NOISES = "-noise frequency=2.5 seed=1 -noise frequency=2.5 seed=2"
@@ -130,16 +129,9 @@ def check_plane(browser, curlew, folder):
 
 
 def main(curlew, mesh, pictures=None):
-    if not shaders.CHROMIUM or not shaders.DRIVER:
-        print("skipped: Chromium is not installed")
+    browser = shaders.opened()
+    if not browser:
         return 77
-    options = webdriver.ChromeOptions()
-    options.binary_location = shaders.CHROMIUM
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    for option in shaders.OPTIONS:
-        options.add_argument(option)
-    browser = webdriver.Chrome(options=options, service=Service(shaders.DRIVER))
-    browser.set_script_timeout(500)
     wrong = []
     try:
         with tempfile.TemporaryDirectory() as folder:

@@ -39,13 +39,14 @@ std::string contents(const std::filesystem::path& path) {
 }
 
 /// Compiles the text to SPIR-V and validates it.
-std::vector<uint32_t> compiled(const std::string& text) {
+std::vector<uint32_t> compiled(const std::string& text, bool hlsl) {
     const auto folder = std::filesystem::temp_directory_path() / ("curlew_shader_" + std::to_string(getpid()));
     std::filesystem::create_directories(folder);
     const std::string source = folder / "shader.comp", binary = folder / "shader.spv", log = folder / "log";
     std::ofstream(source) << text;
-    const std::string command = "glslangValidator -V " + source + " -o " + binary + " > " + log +
-                                " 2>&1 && spirv-val --target-env vulkan1.1 " + binary + " >> " + log + " 2>&1";
+    const std::string command = std::string("glslangValidator -V ") + (hlsl ? "-D -e main " : "") + source + " -o " +
+                                binary + " > " + log + " 2>&1 && spirv-val --target-env vulkan1.1 " + binary + " >> " +
+                                log + " 2>&1";
     const bool fine = std::system(command.c_str()) == 0;
     const std::string words = contents(binary), messages = contents(log);
     if (!fine) throw std::runtime_error(messages);
@@ -253,6 +254,40 @@ void dispatch(const Device& device, const std::vector<uint32_t>& code, const std
     vkDestroyShaderModule(device, module, nullptr);
 }
 
+/// The shader's last lines: the body, in a function that returns early if there is nothing to do.
+std::string bodyOf(const ShaderRun& run) {
+    return "    if (i >= " + std::to_string(run.count) + "u) return;\n" + run.body + "}\n";
+}
+
+std::string inGlsl(const ShaderRun& run) {
+    return "#version 450\n"
+           "#define FLOW_SET 0\n"
+           "#define FLOW_BINDING 2\n"
+           "layout(local_size_x = " +
+           std::to_string(kGroup) +
+           ") in;\n"
+           "layout(std430, binding = 0) readonly buffer Inputs { float inputs[]; };\n"
+           "layout(std430, binding = 1) writeonly buffer Outputs { float outputs[]; };\n" +
+           run.functions + "void main() {\n    uint i = gl_GlobalInvocationID.x;\n" + bodyOf(run);
+}
+
+std::string inHlsl(const ShaderRun& run) {
+    return "#define FLOW_SET 0\n"
+           "#define FLOW_BINDING 2\n"
+           "#define vec2 float2\n"
+           "#define vec3 float3\n"
+           "#define vec4 float4\n"
+           "static uint opaqueZero;\n"
+           "#define flowZero opaqueZero\n"
+           "[[vk::binding(0)]] StructuredBuffer<float> inputs;\n"
+           "[[vk::binding(1)]] RWStructuredBuffer<float> outputs;\n" +
+           run.functions + "[numthreads(" + std::to_string(kGroup) +
+           ", 1, 1)] void main(uint3 id : SV_DispatchThreadID) {\n"
+           "    uint i = id.x;\n"
+           "    opaqueZero = uint(inputs[0] > 1e30);\n" +
+           bodyOf(run);
+}
+
 /// While it exists, memory that is allocated counts as no leak. Drivers are unloaded before the search for leaks, so it
 /// cannot tell whose they are.
 struct IgnoreLeaks {
@@ -277,18 +312,7 @@ std::string whyNoVulkan() {
 
 std::vector<float> runShader(const ShaderRun& run) {
     setenv("VK_ICD_FILENAMES", kDriver, 1);
-    const std::string text =
-        "#version 450\n"
-        "#define FLOW_SET 0\n"
-        "#define FLOW_BINDING 2\n" +
-        ("layout(local_size_x = " + std::to_string(kGroup)) +
-        ") in;\n"
-        "layout(std430, binding = 0) readonly buffer Inputs { float inputs[]; };\n"
-        "layout(std430, binding = 1) writeonly buffer Outputs { float outputs[]; };\n" +
-        run.functions +
-        "void main() {\n    uint i = gl_GlobalInvocationID.x;\n    if (i >= " + std::to_string(run.count) +
-        "u) return;\n" + run.body + "}\n";
-    const std::vector<uint32_t> code = compiled(text);
+    const std::vector<uint32_t> code = compiled(run.hlsl ? inHlsl(run) : inGlsl(run), run.hlsl);
     const IgnoreLeaks ignore;
     const Device device;
     std::deque<Buffer> buffers;

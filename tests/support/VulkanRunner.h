@@ -20,12 +20,14 @@ inline bool skippedWithoutVulkan() {
 }
 
 /// A shader that runs `body` for each i below `count`. The body reads the floats `inputs[]`, calls `functions`, and
-/// writes `outputSize` floats to `outputs[]`. The buffers of the functions begin at the binding 2.
+/// writes `outputSize` floats to `outputs[]`. The buffers of the functions begin at the binding 2. With `hlsl`, all is
+/// HLSL, but the body may use the vectors of GLSL, and `flowZero` is a variable.
 struct ShaderRun {
     std::string functions, body;
     std::vector<SymbolBuffer> buffers;
     std::vector<float> inputs;
     size_t count, outputSize;
+    bool hlsl = false;
 };
 
 /// Compiles a shader with glslang, validates it, runs it on Vulkan's software device, and returns its outputs. Throws

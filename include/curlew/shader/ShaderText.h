@@ -11,11 +11,14 @@ namespace curlew {
 
 /// The languages in which recorded functions can be written.
 enum class Dialect {
-    glsl,   ///< GLSL 4.50 and Vulkan. Coordinates are doubles (shaderFloat64 in Vulkan).
-    glslEs, ///< GLSL ES 3.00 (WebGL 2). Coordinates are pairs of floats.
+    glsl, ///< GLSL 4.50 and Vulkan. Coordinates are doubles (shaderFloat64 in Vulkan).
+    // Coordinates are pairs of floats in all others.
+    glslEs, ///< GLSL ES 3.00 (WebGL 2).
+    hlsl,   ///< HLSL, shader model 5 or later: Direct3D, Unreal, Unity, Vulkan.
+    wgsl,   ///< WGSL (WebGPU).
 };
 /// In the order of the enumerators.
-inline constexpr std::array<std::string_view, 2> kDialectNames{"glsl", "es"};
+inline constexpr std::array<std::string_view, 4> kDialectNames{"glsl", "es", "hlsl", "wgsl"};
 
 /// A recorded function that a shader may call. Its parameters and results are reals, grouped into vectors; more than
 /// four results are a structure FlowRealsN with members r0, r1, ….

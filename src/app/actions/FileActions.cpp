@@ -270,7 +270,9 @@ const std::vector<Format>& formats() {
         {".vf", {}, nullptr, {Kind::grid}, writeVfFile},
         {".png", {Kind::image}, readPicture, {Kind::image}, writePicture},
         {".exr", {Kind::image}, readPicture, {Kind::image}, writePicture},
-        {std::string(kShaderEnding), {}, nullptr, {Kind::flow}, writeShaderFile},
+        {".glsl", {}, nullptr, {Kind::flow}, writeShaderFile},
+        {".hlsl", {}, nullptr, {Kind::flow}, writeShaderFile},
+        {".wgsl", {}, nullptr, {Kind::flow}, writeShaderFile},
         {std::string(kPageEnding), {}, nullptr, {Kind::flow}, writePageFile},
         {".json", {}, nullptr, {}, writeJsonFile, "the report; graph.json and NAME.graph.json: the graph"},
     };

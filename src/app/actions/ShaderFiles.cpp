@@ -8,6 +8,7 @@
 #include "curlew/vdb/FieldMesh.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -56,28 +57,43 @@ void addWall(const Context& c, const Flow& flow, FlowPageOptions& page) {
     }
 }
 
+constexpr size_t kDialectsOfGlsl = 2; ///< The first ones.
+
+Dialect dialectOf(std::string_view ending, const Arguments& a) {
+    if (ending == ".hlsl") return Dialect::hlsl;
+    if (ending == ".wgsl") return Dialect::wgsl;
+    return a.choice<Dialect>("dialect");
+}
+
 } // namespace
 
 std::vector<Option> shaderOptions() {
     return {choice("dialect", kDialectNames,
-                   "language of a .glsl: glsl is GLSL 4.50 for OpenGL and Vulkan, es is GLSL ES 3.00 for WebGL 2"),
+                   "language of a .glsl: glsl is GLSL 4.50 for OpenGL and Vulkan, es is GLSL ES 3.00 for WebGL 2",
+                   kDialectsOfGlsl),
             choice("tables", kShaderTableNames,
-                   "where a .glsl has the tables of noises: text: in itself; data: in FILE.bin, for drivers that run "
+                   "where a shader has the tables of noises: text: in itself; data: in FILE.bin, for drivers that run "
                    "shaders on the processor"),
-            integer("corrections", "2", 1, 10, "corrections back onto the track after each step of a .glsl"),
+            integer("corrections", "2", 1, 10, "corrections back onto the track after each step of a shader"),
             vector("origin", "", "world units",
-                   "position from which a .glsl measures its own (default: the centre of the flow's box)")};
+                   "position from which a shader measures its own (default: the centre of the flow's box)")};
 }
 
 void checkShaderOptions(const Arguments& a, const std::vector<std::string>& endings) {
+    const auto writes = [&](std::string_view ending) {
+        return std::find(endings.begin(), endings.end(), ending) != endings.end();
+    };
+    const bool any = std::any_of(kShaderEndings.begin(), kShaderEndings.end(), writes);
     for (const Option& option : shaderOptions())
-        if (a.given(option.name) && std::find(endings.begin(), endings.end(), kShaderEnding) == endings.end())
-            throw ValueError(fmt::format("{}= is only for {}", option.name, kShaderEnding));
+        if (a.given(option.name) && !any)
+            throw ValueError(fmt::format("{}= is only for {}", option.name, fmt::join(kShaderEndings, ", ")));
+    if (a.given("dialect") && !writes(kShaderEndings[0]))
+        throw ValueError(fmt::format("dialect= is only for {}", kShaderEndings[0]));
 }
 
 void writeShaderFile(const Context& c, const Arguments& a, const std::string& file) {
-    const std::string data = file + ".bin";
-    FlowShaderOptions options{.dialect = a.choice<Dialect>("dialect"),
+    const std::string data = file + ".bin", ending = std::filesystem::path(file).extension().string();
+    FlowShaderOptions options{.dialect = dialectOf(ending, a),
                               .tables = a.choice<ShaderTables>("tables"),
                               .corrections = a.integer<int>("corrections"),
                               .dataFile = std::filesystem::path(data).filename().string()};
@@ -87,8 +103,8 @@ void writeShaderFile(const Context& c, const Arguments& a, const std::string& fi
     // Otherwise the file is a temporary one, whose contents go elsewhere.
     const bool named = std::find(a.words().begin(), a.words().end(), file) != a.words().end();
     if (!shader.buffers.empty() && !named)
-        throw ValueError(fmt::format(
-            "this shader has a data file beside it, NAME{0}.bin, so its name must end with {0}", kShaderEnding));
+        throw ValueError(
+            fmt::format("this shader has a data file beside it, NAME{0}.bin, so its name must end with {0}", ending));
     if (!shader.buffers.empty())
         writeAtomically(data, [&](std::ostream& out) {
             for (const SymbolBuffer& buffer : shader.buffers)

@@ -6,8 +6,8 @@
 
 namespace curlew::app {
 
-/// The extension of files of shaders.
-inline constexpr std::string_view kShaderEnding = ".glsl";
+/// The extensions of files of shaders.
+inline constexpr std::array<std::string_view, 3> kShaderEndings{".glsl", ".hlsl", ".wgsl"};
 /// The extension of pages for a browser.
 inline constexpr std::string_view kPageEnding = ".html";
 
