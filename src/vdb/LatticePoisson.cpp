@@ -24,26 +24,61 @@ LatticePoisson::LatticePoisson(const Vec<int, 3>& size, std::string what) : mSiz
 void LatticePoisson::set(const Vec<int, 3>& point, double source) { mSetSource.setValueOn(coordOf(point), source); }
 void LatticePoisson::fix(const Vec<int, 3>& point, double value) { mSetFixed.setValueOn(coordOf(point), value); }
 
+/// Returns the value of a neighbour that is not unknown; nullopt if it is none.
+std::optional<double> LatticePoisson::given(const openvdb::Coord& neighbour) const {
+    double value = 0;
+    if (mFixed.probeValue(neighbour, value)) return value;
+    for (int axis = 0; axis < 3; ++axis)
+        if (const int p = neighbour[axis]; mOutside && (p < 0 || p >= mSize[axis]))
+            return mOutside(axis, p >= mSize[axis]);
+    return {};
+}
+
+/// Subtracts the mean of the sources in each region without fixed values. Its matrix is singular then, but conjugate
+/// gradients solve that. (With a weak bond to 0 at a point, or at all points of the sides, an eigenvalue is nearly 0.
+/// They find it last, and the residual grows meanwhile.)
+void LatticePoisson::closeRegions() {
+    Lattice<uint8_t> seen(mSize);
+    std::vector<openvdb::Coord> region;
+    const auto visit = [&](const openvdb::Coord& p) {
+        uint8_t& mark = seen(p[0], p[1], p[2]);
+        if (!mark) region.push_back(p);
+        mark = 1;
+    };
+    Lattice<double>::forEach(mSize, [&](const Vec<int, 3>& point) {
+        const openvdb::Coord first = coordOf(point);
+        if (!mSetSource.isValueOn(first) || seen(point)) return;
+        region.clear();
+        visit(first);
+        bool fixed = false;
+        double sum = 0;
+        for (size_t k = 0; k < region.size(); ++k) {
+            const openvdb::Coord p = region[k];
+            sum += mSetSource.getValue(p);
+            for (int axis = 0; axis < 3; ++axis)
+                for (const int step : {-1, 1}) {
+                    openvdb::Coord neighbour = p;
+                    neighbour[axis] += step;
+                    if (mSetSource.isValueOn(neighbour))
+                        visit(neighbour);
+                    else
+                        fixed = fixed || given(neighbour);
+                }
+        }
+        if (fixed) return;
+        const double mean = sum / static_cast<double>(region.size());
+        for (const openvdb::Coord& p : region) mSetSource.setValueOn(p, mSetSource.getValue(p) - mean);
+    });
+}
+
 Lattice<double> LatticePoisson::solve(double tolerance, int& iterations, const Monitor& monitor) {
-    // A region without fixed values determines its values up to a constant. This makes the constant unique, and changes
-    // the solution by less than the tolerance.
-    constexpr double kPin = 1e-9;
+    closeRegions();
     const auto boundary = [&](const openvdb::Coord&, const openvdb::Coord& neighbour, double& source,
                               double& diagonal) {
-        double value = 0;
-        if (mFixed.probeValue(neighbour, value)) {
+        if (const auto value = given(neighbour)) {
             diagonal -= 1;
-            source -= value;
-            return;
+            source -= *value;
         }
-        for (int axis = 0; axis < 3; ++axis)
-            if (const int p = neighbour[axis]; mOutside && (p < 0 || p >= mSize[axis]))
-                if (const auto outside = mOutside(axis, p >= mSize[axis])) {
-                    diagonal -= 1;
-                    source -= *outside;
-                    return;
-                }
-        diagonal -= kPin;
     };
     Lattice<double> values(mSize);
     for (auto fixed = mFixed.cbeginValueOn(); fixed; ++fixed)

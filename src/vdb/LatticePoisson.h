@@ -12,7 +12,8 @@ namespace curlew {
 
 /// Solves Poisson's equation on the points of a lattice: at each unknown point, the sum of the differences to its
 /// neighbours is a source. Points that are not set are no neighbours, unless they have a fixed value. Uses OpenVDB's
-/// preconditioned conjugate gradients.
+/// preconditioned conjugate gradients. In a region without fixed values, there is a solution only if the sources add up
+/// to 0, and it is unique up to a constant: their mean is subtracted, and the constant is arbitrary.
 class LatticePoisson {
   public:
     /// `what` is named in errors.
@@ -32,6 +33,9 @@ class LatticePoisson {
     Lattice<double> solve(double tolerance, int& iterations, const Monitor& monitor);
 
   private:
+    std::optional<double> given(const openvdb::Coord& neighbour) const;
+    void closeRegions();
+
     Vec<int, 3> mSize;
     std::string mWhat;
     std::function<std::optional<double>(int, bool)> mOutside;

@@ -265,6 +265,27 @@ class Frames(unittest.TestCase):
         self.assertLess(max(distances), 0.104)  # the axis of the tube is smooth, and `fine` consists of points
         self.assertGreater(max(distances), 0.08)
 
+    def test_a_moving_curve_takes_its_flow_along(self):
+        bpy.ops.curve.primitive_bezier_circle_add()
+        circle, scene = bpy.context.active_object, bpy.context.scene
+        scene.frame_start, scene.frame_end = 1, 3
+        for frame in (1, 3):
+            circle.location[2] = frame
+            circle.keyframe_insert("location", frame=frame)
+        build = Tree("moving rail")
+        curves = build.add("CurlewCurveObject", object=circle)
+        flow = build.add("rail", curves, radius=0.1, speed=2)
+        emitted = build.add("emit", flow, rate=2400, life=0.02)  # less than a frame: only the newest are left
+        result, back = build.add("CurlewParticlesResult", emitted), build.add("CurlewCurvesResult", curves)
+        build.tree.sequence = True
+        self.bake.bake(build.tree)
+        for frame in (2, 3):
+            scene.frame_set(frame)
+            points = np.array([v.co for v in result.target.data.vertices])
+            self.assertGreater(len(points), 20)
+            self.assertLessEqual(np.abs(points[:, 2] - frame).max(), 0.1)
+            self.assertTrue(all(abs(p.co[2] - frame) < 1e-6 for p in back.target.data.splines[0].points))
+
     def heights(self, result, axis=2):
         """Returns the number of a result's points and their mean coordinate, for each frame of the scene."""
         seen = []
