@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Longer than 400 lines: the functions of a flow are recorded by one class, which shares what they have in common.
 #include "curlew/shader/FlowShader.h"
 
 #include "Translation.h"
@@ -388,10 +389,6 @@ std::string header(const FlowN<N>& flow, const FlowShaderOptions& options, const
             N == 3 ? "two floats" : "a float");
     else
         text += "// The flow is a sum, so it has no tracks. To move a particle: p = flowAdvance(p, dt).\n";
-    if (shader.text.find("flowZero") != std::string::npos)
-        text += options.dialect == Dialect::wgsl
-                    ? "// flowZero is a uniform that the compiler must not know. Bind a buffer that holds the uint 0.\n"
-                    : "// flowZero is a uniform that the compiler must not know. Leave it at 0.\n";
     if (shader.buffers.empty()) return text;
     text += fmt::format("//\n// The data of level sets and tables are in {} (little-endian):\n", options.dataFile);
     size_t begin = 0;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Longer than 400 lines: how each operation, statement and declaration is written in the four dialects.
 #include "Syntax.h"
 
 #include "curlew/base/Error.h"
@@ -393,7 +394,8 @@ std::string Syntax::zero(size_t buffers) const {
         case Dialect::hlsl:
             return "#ifndef flowZero\nuniform uint flowZero; // leave it at 0, which it is unless it is set\n#endif\n";
         case Dialect::wgsl:
-            return fmt::format("@group(0) @binding({}) var<uniform> flowZero: uint; // 0\n", buffers);
+            return fmt::format("@group(0) @binding({}) var<uniform> flowZero: uint; // bind a buffer that holds 0\n",
+                               buffers);
         case Dialect::glsl:
             break;
     }

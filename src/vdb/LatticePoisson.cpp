@@ -36,7 +36,7 @@ std::optional<double> LatticePoisson::given(const openvdb::Coord& neighbour) con
 
 /// Subtracts the mean of the sources in each region without fixed values. Its matrix is singular then, but conjugate
 /// gradients solve that. (With a weak bond to 0 at a point, or at all points of the sides, an eigenvalue is nearly 0.
-/// They find it last, and the residual grows meanwhile.)
+/// Conjugate gradients find it last, and the residual grows meanwhile.)
 void LatticePoisson::closeRegions() {
     Lattice<uint8_t> seen(mSize);
     std::vector<openvdb::Coord> region;

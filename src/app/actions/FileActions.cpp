@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Longer than 400 lines: the table of all formats, and the two actions that read and write them.
 #include "Actions.h"
 #include "FileText.h"
 #include "HostFiles.h"
@@ -270,9 +271,9 @@ const std::vector<Format>& formats() {
         {".vf", {}, nullptr, {Kind::grid}, writeVfFile},
         {".png", {Kind::image}, readPicture, {Kind::image}, writePicture},
         {".exr", {Kind::image}, readPicture, {Kind::image}, writePicture},
-        {".glsl", {}, nullptr, {Kind::flow}, writeShaderFile},
-        {".hlsl", {}, nullptr, {Kind::flow}, writeShaderFile},
-        {".wgsl", {}, nullptr, {Kind::flow}, writeShaderFile},
+        {std::string(kShaderEndings[0]), {}, nullptr, {Kind::flow}, writeShaderFile},
+        {std::string(kShaderEndings[1]), {}, nullptr, {Kind::flow}, writeShaderFile},
+        {std::string(kShaderEndings[2]), {}, nullptr, {Kind::flow}, writeShaderFile},
         {std::string(kPageEnding), {}, nullptr, {Kind::flow}, writePageFile},
         {".json", {}, nullptr, {}, writeJsonFile, "the report; graph.json and NAME.graph.json: the graph"},
     };

@@ -60,8 +60,8 @@ void addWall(const Context& c, const Flow& flow, FlowPageOptions& page) {
 constexpr size_t kDialectsOfGlsl = 2; ///< The first ones.
 
 Dialect dialectOf(std::string_view ending, const Arguments& a) {
-    if (ending == ".hlsl") return Dialect::hlsl;
-    if (ending == ".wgsl") return Dialect::wgsl;
+    if (ending == kShaderEndings[1]) return Dialect::hlsl;
+    if (ending == kShaderEndings[2]) return Dialect::wgsl;
     return a.choice<Dialect>("dialect");
 }
 

@@ -6,7 +6,7 @@
 
 namespace curlew::app {
 
-/// The extensions of files of shaders.
+/// The extensions of files of shaders: GLSL, HLSL, WGSL.
 inline constexpr std::array<std::string_view, 3> kShaderEndings{".glsl", ".hlsl", ".wgsl"};
 /// The extension of pages for a browser.
 inline constexpr std::string_view kPageEnding = ".html";
