@@ -56,7 +56,7 @@ class LoopedPoints::Implementation {
     Implementation(const Flow& flow, Points seeds, const LoopOptions& options, const Monitor& monitor)
         : mFlow(flow), mOptions(options), mSeeds(std::move(seeds)) {
         validate(flow, mSeeds, options);
-        const FlowRms rms = rmsOf(flow, {{}, monitor.cancelled});
+        const FlowRms rms = rmsOf(flow, monitor.quiet());
         mReprojection = inUnitsOf(rms, options.reprojection);
         const LoopSetup setup{.stepper = {flow, StepBy::time, Scheme::dormandPrince, mReprojection, StepGuard{}},
                               .longest = options.duration / 8,
@@ -66,7 +66,7 @@ class LoopedPoints::Implementation {
         const size_t count = mSeeds.size(), every = count / kSampled;
         if (every > 1) {
             const Points few = thinned(mSeeds, every);
-            summarize(tablesOf(setup, few, {{}, monitor.cancelled}));
+            summarize(tablesOf(setup, few, monitor.quiet()));
             const double share = static_cast<double>(count) / static_cast<double>(few.size());
             requireMemory(
                 share * static_cast<double>(mSummary.bytes) + 2.0 * static_cast<double>(count) * Points::kBytes,

@@ -161,7 +161,7 @@ void validate(const Flow& flow, const Points& seeds, const TraceOptions& o) {
 }
 
 TraceSetup setupOf(const Flow& flow, TraceOptions o, const Monitor& monitor) {
-    const FlowRms rms = rmsOf(flow, {{}, monitor.cancelled});
+    const FlowRms rms = rmsOf(flow, monitor.quiet());
     const double unit = length(flow.domain().box.size()) / (o.by == StepBy::length ? 1 : rms.speed > 0 ? rms.speed : 1);
     if (o.step == 0) o.step = unit / 200;
     if (o.limit == 0) o.limit = unit * 8;

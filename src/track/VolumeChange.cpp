@@ -188,12 +188,13 @@ VolumeChange volumeChange(const FlowInTime& flow, const std::vector<Vec3d>& posi
         const Flow middle = flow.at(begin + time * (k + 0.5)), after = flow.at(begin + time * (k + 1));
         const double first = detail::firstStep(middle, Scheme::dormandPrince, accuracy);
         followWall(before, middle, time / 2, samples, monitor);
-        parallelFor(samples.size(), 1,
-                    [&](size_t from, size_t to) {
-                        for (size_t n = from; n < to; ++n)
-                            if (samples[n].moves) follow(middle, time, first, diagonal, samples[n], monitor);
-                    },
-                    {.report = {}, .cancelled = monitor.cancelled});
+        parallelFor(
+            samples.size(), 1,
+            [&](size_t from, size_t to) {
+                for (size_t n = from; n < to; ++n)
+                    if (samples[n].moves) follow(middle, time, first, diagonal, samples[n], monitor);
+            },
+            monitor.quiet());
         followWall(middle, after, time / 2, samples, monitor);
         before = after;
         if (monitor.report) monitor.report((k + 1.0) / count);

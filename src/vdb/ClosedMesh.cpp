@@ -82,7 +82,7 @@ Around inFront(const Mesh& mesh, const Monitor& monitor) {
 FloatGrid::Ptr closedLevelSet(const Mesh& mesh, const openvdb::math::Transform& transform, double halfWidth,
                               bool& turned, const Monitor& monitor) {
     const auto [grid, face] = distancesTo(mesh, transform, halfWidth, monitor);
-    const Monitor quiet{.report = {}, .cancelled = monitor.cancelled};
+    const Monitor quiet = monitor.quiet();
     signNear(*grid, *face, FaceSides(mesh, transform), quiet);
     spreadSigns(*grid, quiet);
     if (!signsAgree(*grid, quiet)) return nullptr;

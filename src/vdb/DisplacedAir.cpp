@@ -95,7 +95,7 @@ class AirSolver {
                     classify(*leaves[n], box, around);
                 }
             },
-            quiet());
+            mMonitor.quiet());
         for (auto& leaf : leaves)
             if (!leaf->isEmpty()) mCells.addLeaf(leaf.release());
         mSources.topologyUnion(mCells);
@@ -153,7 +153,7 @@ class AirSolver {
                 mWall.eval(feet, w);
                 for (int i = 0; i < feet.size; ++i) mFaces[begin + static_cast<size_t>(i)].wall = w[i];
             },
-            quiet());
+            mMonitor.quiet());
     }
 
     /// Sets the velocities through the faces of the wall to components of velocityAt(face).
@@ -253,7 +253,7 @@ class AirSolver {
                     fill(*leaves[n]);
                 }
             },
-            quiet());
+            mMonitor.quiet());
         auto grid = openvdb::Vec3SGrid::create();
         for (auto& leaf : leaves) grid->tree().addLeaf(leaf.release());
         grid->setTransform(openvdb::math::Transform::createLinearTransform(mVoxel));
@@ -295,8 +295,6 @@ class AirSolver {
     static void set(Leaf& leaf, openvdb::Index n, int axis, double v) {
         leaf.buffer().data()[n][axis] = static_cast<float>(v);
     }
-
-    Monitor quiet() const { return {.report = {}, .cancelled = mMonitor.cancelled}; }
 
     const Domain& mDomain;
     const WallVelocity& mWall;

@@ -82,7 +82,7 @@ class GridAdvector {
         land();
         bool first = true;
         for (auto voxels = mFrontier.take(); !voxels.empty(); voxels = mFrontier.take())
-            evaluate(voxels, std::exchange(first, false) ? mMonitor : Monitor{{}, mMonitor.cancelled});
+            evaluate(voxels, std::exchange(first, false) ? mMonitor : mMonitor.quiet());
         return {mMoved, mTraced, mStalled, mOverrun};
     }
 
@@ -101,7 +101,7 @@ class GridAdvector {
             mMax = std::max(mMax, sizeOf(value - mGrid.background()));
         });
         if (points.empty()) throw ValueError(fmt::format("grid '{}' has no active voxel", mGrid.getName()));
-        mMap.carry(points, mBegin, mEnd, {{}, mMonitor.cancelled});
+        mMap.carry(points, mBegin, mEnd, mMonitor.quiet());
         for (const Vec3d& p : points) {
             const auto landed = mGrid.worldToIndex(openvdb::Vec3d(p[0], p[1], p[2]));
             if (hasVoxel(landed)) mFrontier.addAround(Coord::floor(landed), 0, 1);

@@ -41,8 +41,6 @@ std::vector<Vec3d> surfaceOf(const openvdb::FloatGrid& grid) {
     return points;
 }
 
-Monitor quiet(const Monitor& monitor) { return {.report = {}, .cancelled = monitor.cancelled}; }
-
 } // namespace
 
 class LevelSetSequence::Implementation {
@@ -64,7 +62,7 @@ class LevelSetSequence::Implementation {
     AdvectedLevelSet advance(double time, const Monitor& monitor) {
         AdvectedLevelSet result;
         std::vector<Vec3d> surface = mSurface;
-        mMap.carry(surface, mTime, time, quiet(monitor));
+        mMap.carry(surface, mTime, time, monitor.quiet());
         std::vector<openvdb::Vec3d> seeds;
         seeds.reserve(surface.size());
         for (const Vec3d& p : surface) seeds.push_back(mTemplate->worldToIndex(toOpenVdb(p)));
@@ -75,19 +73,19 @@ class LevelSetSequence::Implementation {
         map.follow(
             seeds,
             [&](const std::vector<openvdb::Coord>& voxels) {
-                const Monitor part = std::exchange(first, false) ? monitor : quiet(monitor);
+                const Monitor part = std::exchange(first, false) ? monitor : monitor.quiet();
                 return originsOf(voxels, time, result, part);
             },
             monitor);
         result.traced = map.size();
-        const auto crossings = map.crossings(quiet(monitor));
+        const auto crossings = map.crossings(monitor.quiet());
         if (crossings.empty())
             throw ValueError(fmt::format(
                 "at {:.6g} s, the level set is thinner than voxels of {:.6g} everywhere; use smaller voxels", time,
                 mVoxelSize));
         const bool restart = std::abs(time - mBegan) >= mHorizon * (1 - 1e-9);
         const ClosestPoints closest(map, crossings, restart ? std::max(mHalfWidth, kSourceBand) : mHalfWidth,
-                                    quiet(monitor));
+                                    monitor.quiet());
         result.unconverged = closest.unconverged();
         const auto grid = gridOf(closest, mHalfWidth);
         measureShift(*grid, crossings, result);
@@ -139,7 +137,7 @@ class LevelSetSequence::Implementation {
             }
         }
         for (const FlowMapResult& traced :
-             {mMap.carry(rest, time, mTime, quiet(monitor)), mMap.carry(whole, time, mBegan, monitor)}) {
+             {mMap.carry(rest, time, mTime, monitor.quiet()), mMap.carry(whole, time, mBegan, monitor)}) {
             result.stalled += traced.stalled;
             result.overrun += traced.overrun;
         }
@@ -189,7 +187,7 @@ AdvectedLevelSet LevelSetSequence::advance(double time, const Monitor& monitor) 
 
 AdvectedLevelSet advectLevelSet(const LevelSet& levelSet, const FlowInTime& flow, double begin, double time,
                                 const FlowMapOptions& options, const Monitor& monitor) {
-    return LevelSetSequence(levelSet, flow, begin, {.map = options}, quiet(monitor)).advance(begin + time, monitor);
+    return LevelSetSequence(levelSet, flow, begin, {.map = options}, monitor.quiet()).advance(begin + time, monitor);
 }
 
 } // namespace curlew

@@ -53,7 +53,7 @@ Vec3d nearer(const Jet2& jet, const Vec3d& here, const Vec3d& point, double voxe
 void moveToSurface(const LevelSet& levelSet, Points& particles, const Monitor& monitor) {
     std::vector<Vec3d> surface;
     for (const openvdb::Vec3s& p : levelSetToMesh(levelSet).points) surface.push_back({{p[0], p[1], p[2]}});
-    const Monitor quiet{.report = {}, .cancelled = monitor.cancelled};
+    const Monitor quiet = monitor.quiet();
     const Neighbours neighbours(surface, quiet);
     std::vector<Vec3d> positions;
     for (size_t k = 0; k < particles.size(); ++k) positions.push_back(particles.position(k));

@@ -16,8 +16,8 @@ using openvdb::Coord;
 
 SolidBoundary::SolidBoundary(const Mesh& mesh, const openvdb::math::Transform& transform, bool whole,
                              const Monitor& monitor)
-    : mTransform(transform), mWinding(mesh, {.report = {}, .cancelled = monitor.cancelled}) {
-    const Monitor quiet{.report = {}, .cancelled = monitor.cancelled};
+    : mTransform(transform), mWinding(mesh, monitor.quiet()) {
+    const Monitor quiet = monitor.quiet();
     computeNear(mesh, quiet);
     sortFaces(mesh, quiet);
     if (!whole) closeHoles(quiet);

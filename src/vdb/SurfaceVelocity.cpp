@@ -57,22 +57,22 @@ std::array<ScalarField, 3> surfaceVelocity(const MovingSurface& surface, double 
         grids[axis]->tree().voxelizeActiveTiles();
         grids[axis]->tree().getNodes(leaves[axis]);
     }
-    parallelFor(leaves[0].size(), 8,
-                [&](size_t begin, size_t end) {
-                    const openvdb::tree::ValueAccessor<const openvdb::Int32Tree> faces(near.face->tree());
-                    for (size_t n = begin; n < end; ++n)
-                        for (auto value = leaves[0][n]->beginValueOn(); value; ++value) {
-                            const openvdb::Coord ijk = value.getCoord();
-                            const int32_t face = faces.getValue(ijk);
-                            if (face < 0) continue;
-                            const openvdb::Vec3d v =
-                                velocityOn(surface, static_cast<size_t>(face), transform->indexToWorld(ijk));
-                            for (int axis = 0; axis < 3; ++axis)
-                                leaves[static_cast<size_t>(axis)][n]->setValueOnly(value.pos(),
-                                                                                   static_cast<float>(v[axis]));
-                        }
-                },
-                {.report = {}, .cancelled = monitor.cancelled});
+    parallelFor(
+        leaves[0].size(), 8,
+        [&](size_t begin, size_t end) {
+            const openvdb::tree::ValueAccessor<const openvdb::Int32Tree> faces(near.face->tree());
+            for (size_t n = begin; n < end; ++n)
+                for (auto value = leaves[0][n]->beginValueOn(); value; ++value) {
+                    const openvdb::Coord ijk = value.getCoord();
+                    const int32_t face = faces.getValue(ijk);
+                    if (face < 0) continue;
+                    const openvdb::Vec3d v =
+                        velocityOn(surface, static_cast<size_t>(face), transform->indexToWorld(ijk));
+                    for (int axis = 0; axis < 3; ++axis)
+                        leaves[static_cast<size_t>(axis)][n]->setValueOnly(value.pos(), static_cast<float>(v[axis]));
+                }
+        },
+        monitor.quiet());
     return {splineOf(grids[0]), splineOf(grids[1]), splineOf(grids[2])};
 }
 

@@ -18,6 +18,8 @@ struct Monitor {
     void check() const {
         if (cancelled && cancelled()) throw Interrupted();
     }
+    /// Returns a monitor for a part of the work, which can be cancelled but reports no progress.
+    Monitor quiet() const { return {.report = {}, .cancelled = cancelled}; }
 };
 
 } // namespace curlew
