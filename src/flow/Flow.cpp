@@ -11,6 +11,8 @@
 
 #include <fmt/format.h>
 
+#include <mutex>
+#include <optional>
 #include <utility>
 
 namespace curlew {
@@ -35,9 +37,21 @@ Vec<Jet<double, N, 1>, N> gradientOf(const Jet<double, N, 2>& potential) {
 } // namespace
 
 template <int N>
+struct FlowN<N>::Measured {
+    std::mutex mutex; // of rms
+    std::optional<FlowRmsN<N>> rms;
+};
+
+template <int N>
+void FlowN<N>::changed() {
+    mMeasured = std::make_shared<Measured>();
+}
+
+template <int N>
 FlowN<N>::FlowN(std::vector<Potentials> terms, DomainN<N> domain)
     : mTerms(std::move(terms)), mDomain(std::move(domain)) {
     if (mTerms.empty()) throw ValueError("a flow needs potentials");
+    changed();
 }
 
 template <int N>
@@ -45,6 +59,7 @@ FlowN<N> FlowN<N>::ofComponents(Components components, DomainN<N> domain) {
     FlowN flow;
     flow.mComponents.push_back(std::move(components));
     flow.mDomain = std::move(domain);
+    flow.changed();
     return flow;
 }
 
@@ -52,6 +67,7 @@ template <int N>
 FlowN<N> FlowN<N>::within(DomainN<N> domain) const {
     FlowN flow = *this;
     flow.mDomain = std::move(domain);
+    flow.changed();
     return flow;
 }
 
@@ -61,6 +77,7 @@ FlowN<N> FlowN<N>::normalized(double speed) const {
     FlowN flow = *this;
     flow.mUniformSpeed = speed;
     flow.mOnLevelSets = false;
+    flow.changed();
     return flow;
 }
 
@@ -71,6 +88,7 @@ FlowN<N> FlowN<N>::onLevelSets() const {
         throw ValueError("only a flow of one term follows level sets, neither a sum nor a normalised flow");
     FlowN flow = *this;
     flow.mOnLevelSets = true;
+    flow.changed();
     return flow;
 }
 
@@ -153,6 +171,7 @@ FlowN<N> operator+(const FlowN<N>& a, const FlowN<N>& b) {
     FlowN<N> sum = a;
     sum.mTerms.insert(sum.mTerms.end(), b.mTerms.begin(), b.mTerms.end());
     sum.mComponents.insert(sum.mComponents.end(), b.mComponents.begin(), b.mComponents.end());
+    sum.changed();
     return sum;
 }
 
@@ -162,6 +181,7 @@ FlowN<N> scaled(const FlowN<N>& flow, double factor) {
     for (auto& term : result.mTerms) term[0] = factor * term[0];
     for (auto& components : result.mComponents)
         for (auto& component : components) component = factor * component;
+    result.changed();
     return result;
 }
 
@@ -170,54 +190,110 @@ namespace {
 constexpr size_t kCandidates = size_t{1} << 15, kMostCandidates = size_t{1} << 24, kEnoughSamples = 4096;
 constexpr size_t kGrain = 2048;
 
+/// Sums of squares over samples.
 template <int N>
-struct Sums {
-    double count = 0, speed = 0;
+struct Squares {
+    double speed = 0;
     std::array<double, size_t{N - 1}> potentials{};
-    Sums& operator+=(const Sums& o) {
-        count += o.count;
+
+    void add(const typename FlowN<N>::template Jets<double>& jets, const VecBatchN<double, N>& velocity, int size) {
+        for (int i = 0; i < size; ++i) {
+            speed += dot(velocity[i], velocity[i]);
+            for (size_t k = 0; k < potentials.size(); ++k) {
+                const double value = jets[k][i].value;
+                potentials[k] += value * value;
+            }
+        }
+    }
+    Squares& operator+=(const Squares& o) {
         speed += o.speed;
         for (size_t k = 0; k < potentials.size(); ++k) potentials[k] += o.potentials[k];
         return *this;
     }
+    FlowRmsN<N> rms(double count) const {
+        FlowRmsN<N> result;
+        result.speed = std::sqrt(speed / count);
+        for (size_t k = 0; k < potentials.size(); ++k) result.potentials[k] = std::sqrt(potentials[k] / count);
+        return result;
+    }
 };
 
 template <int N>
-Sums<N> sumOver(const FlowN<N>& flow, size_t begin, size_t end) {
-    Sums<N> sums;
+struct Sums {
+    double count = 0;
+    Squares<N> whole;
+    std::vector<Squares<N>> parts; ///< See partsOf().
+
+    Sums& operator+=(const Sums& o) {
+        count += o.count;
+        whole += o.whole;
+        parts.resize(std::max(parts.size(), o.parts.size()));
+        for (size_t k = 0; k < o.parts.size(); ++k) parts[k] += o.parts[k];
+        return *this;
+    }
+};
+
+/// Returns the flows that a sum is the sum of, its terms first. For a flow of one term, nothing.
+template <int N>
+std::vector<FlowN<N>> partsOf(const FlowN<N>& flow) {
+    std::vector<FlowN<N>> parts;
+    if (flow.hasTracks()) return parts;
+    for (const auto& term : flow.terms()) parts.emplace_back(term, flow.domain());
+    for (const auto& components : flow.components()) parts.push_back(FlowN<N>::ofComponents(components, flow.domain()));
+    return parts;
+}
+
+template <int N>
+Sums<N> sumOver(const FlowN<N>& flow, const std::vector<FlowN<N>>& parts, size_t begin, size_t end) {
+    Sums<N> sums{.whole = {}, .parts = std::vector<Squares<N>>(parts.size())};
     visitSamples(flow.domain(), begin, end, [&](const PointBatchN<N>& points) {
-        typename FlowN<N>::template Jets<double> potentials;
-        VecBatchN<double, N> c;
-        flow.eval(points, potentials, c);
-        for (int i = 0; i < points.size; ++i) {
-            Sums<N> one{1, dot(c[i], c[i])};
-            for (size_t k = 0; k < potentials.size(); ++k) {
-                const double value = potentials[k][i].value;
-                one.potentials[k] = value * value;
-            }
-            sums += one;
+        typename FlowN<N>::template Jets<double> jets, first;
+        VecBatchN<double, N> velocity, sum;
+        for (size_t k = 0; k < parts.size(); ++k) {
+            parts[k].eval(points, k == 0 ? first : jets, velocity);
+            sums.parts[k].add(k == 0 ? first : jets, velocity, points.size);
+            for (size_t axis = 0; axis < sum.c.size(); ++axis)
+                for (size_t i = 0; i < kBatch; ++i)
+                    sum.c[axis][i] = velocity.c[axis][i] + (k == 0 ? 0 : sum.c[axis][i]);
         }
+        if (parts.empty() || flow.uniformSpeed() > 0) flow.eval(points, first, sum);
+        sums.count += points.size;
+        sums.whole.add(first, sum, points.size);
     });
     return sums;
+}
+
+template <int N>
+FlowRmsN<N> measuredRms(const FlowN<N>& flow, const Monitor& monitor) {
+    if (!flow.domain().box.finite()) throw ValueError("the domain of the flow is infinite; give it a box");
+    const std::vector<FlowN<N>> parts = partsOf(flow);
+    Sums<N> total;
+    // A thin domain needs more candidates.
+    for (size_t begin = 0, end = kCandidates; begin < kMostCandidates && total.count < kEnoughSamples;
+         begin = end, end *= 8)
+        total += parallelSum(
+            end - begin, kGrain, [&](size_t from, size_t to) { return sumOver(flow, parts, begin + from, begin + to); },
+            monitor);
+    if (total.count == 0)
+        throw ValueError("the domain of the flow is empty: no point of its box lies on the flow's side of the wall");
+    FlowRmsN<N> rms = total.whole.rms(total.count);
+    if (!parts.empty())
+        for (size_t t = 0; t < flow.terms().size(); ++t) rms.terms.push_back(total.parts[t].rms(total.count));
+    return rms;
 }
 
 } // namespace
 
 template <int N>
 FlowRmsN<N> rmsOf(const FlowN<N>& flow, const Monitor& monitor) {
-    if (!flow.domain().box.finite()) throw ValueError("the domain of the flow is infinite; give it a box");
-    Sums<N> total;
-    // A thin domain needs more candidates.
-    for (size_t begin = 0, end = kCandidates; begin < kMostCandidates && total.count < kEnoughSamples;
-         begin = end, end *= 8)
-        total += parallelSum(
-            end - begin, kGrain, [&](size_t from, size_t to) { return sumOver(flow, begin + from, begin + to); },
-            monitor);
-    if (total.count == 0)
-        throw ValueError("the domain of the flow is empty: no point of its box lies on the flow's side of the wall");
-    FlowRmsN<N> rms{.speed = std::sqrt(total.speed / total.count)};
-    for (size_t k = 0; k < total.potentials.size(); ++k)
-        rms.potentials[k] = std::sqrt(total.potentials[k] / total.count);
+    auto& [mutex, known] = *flow.mMeasured;
+    {
+        const std::lock_guard lock(mutex);
+        if (known) return *known;
+    }
+    const FlowRmsN<N> rms = measuredRms(flow, monitor); // not locked: it runs on all threads
+    const std::lock_guard lock(mutex);
+    known = rms;
     return rms;
 }
 

@@ -61,17 +61,16 @@ using AdvectPart = typename BatchAdvector<N>::Part;
 
 /// Moves points in batches. Calls `load(part, begin)` before all steps and `store(part, begin)` after them.
 template <int N, class Positions, class Load, class Store>
-AdvectResultN<N> advectBatches(const FlowN<N>& flow, const AdvectScalesN<N>& scales, const Positions& points,
+AdvectResultN<N> advectBatches(const FlowN<N>& flow, const FlowRmsN<N>& rms, const Positions& points,
                                const AdvectOptions& given, const Load& load, const Store& store,
                                const Monitor& monitor) {
     const AdvectOptions options = withAccuracy(given, flow.domain());
-    const FlowRmsN<N>& rms = scales.flow;
     const Splitting splitting = splittingOf(flow, options);
     const bool split = splitting != Splitting::none;
     const auto termByTerm = [&] {
         // A time-dependent flow may have a different number of terms by now.
-        const bool known = scales.terms.size() == flow.terms().size();
-        const SplitStepper<N> stepper(flow, known ? scales.terms : scalesOf(flow, options).terms, splitting, options);
+        const bool known = rms.terms.size() == flow.terms().size();
+        const SplitStepper<N> stepper(flow, known ? rms.terms : rmsOf(flow, monitor).terms, splitting, options);
         return sumOverBatches(
             points,
             [&](const PointBatchN<N>& start, size_t begin) {
@@ -152,14 +151,6 @@ Splitting splittingOf(const FlowN<N>& flow, const AdvectOptions& options) {
 }
 
 template <int N>
-AdvectScalesN<N> detail::scalesOf(const FlowN<N>& flow, const AdvectOptions& options, const Monitor& monitor) {
-    AdvectScalesN<N> scales{.flow = rmsOf(flow, monitor), .terms = {}};
-    if (splittingOf(flow, options) == Splitting::none) return scales;
-    for (const auto& term : flow.terms()) scales.terms.push_back(rmsOf(FlowN<N>(term, flow.domain()), monitor));
-    return scales;
-}
-
-template <int N>
 AdvectResultN<N>& AdvectResultN<N>::operator+=(const AdvectResultN& later) {
     const auto tried = [](const AdvectResultN& r) { return static_cast<double>(r.substeps + r.retries + r.stalled); };
     const double iterations = meanIterations * tried(*this) + later.meanIterations * tried(later);
@@ -187,7 +178,7 @@ AdvectResultN<N> advect(const FlowN<N>& flow, Positions<N>& points, const Advect
                         const Monitor& monitor) {
     validate(flow, options);
     return advectBatches(
-        flow, scalesOf(flow, options), points, options, [](AdvectPart<N>&, size_t) {},
+        flow, rmsOf(flow, monitor.quiet()), points, options, [](AdvectPart<N>&, size_t) {},
         [&](const AdvectPart<N>& part, size_t begin) { storeBatch(part.tips.position, points, begin); }, monitor);
 }
 
@@ -231,9 +222,8 @@ double paceOf(float age, double time) {
 
 /// Moves particles that are neighbours in `order` together; `order` holds all particles or is empty. `wholeTime`: the
 /// time of all steps, if these are only some of them.
-AdvectResult advectInOrder(const Flow& flow, const AdvectScales& scales, Points& particles,
-                           const std::vector<uint32_t>& order, const AdvectOptions& options, double wholeTime,
-                           const Monitor& monitor) {
+AdvectResult advectInOrder(const Flow& flow, const FlowRms& rms, Points& particles, const std::vector<uint32_t>& order,
+                           const AdvectOptions& options, double wholeTime, const Monitor& monitor) {
     const size_t count = particles.size();
     const bool onTrack = particles.hasTrack() && flow.hasTracks();
     if (!particles.hasVelocity())
@@ -245,7 +235,7 @@ AdvectResult advectInOrder(const Flow& flow, const AdvectScales& scales, Points&
     Points& p = particles;
     const auto particle = [&](size_t k) { return order.empty() ? k : order[k]; };
     return advectBatches(
-        flow, scales, PointsBy{count, [&](size_t n) { return p.position(particle(n)); }}, options,
+        flow, rms, PointsBy{count, [&](size_t n) { return p.position(particle(n)); }}, options,
         [&](AdvectPart<3>& part, size_t begin) {
             for (size_t i = 0; i < part.size(); ++i) {
                 const size_t k = particle(begin + i);
@@ -267,14 +257,14 @@ AdvectResult advectInOrder(const Flow& flow, const AdvectScales& scales, Points&
 }
 
 /// Gives particles the flow's velocity and track at their positions.
-AdvectResult sample(const Flow& flow, const AdvectScales& scales, Points& particles, const std::vector<uint32_t>& order,
+AdvectResult sample(const Flow& flow, const FlowRms& rms, Points& particles, const std::vector<uint32_t>& order,
                     AdvectOptions options, const Monitor& monitor) {
     options.time = 0;
     options.accuracy = 0;
     options.steps = 1;
     particles.f.clear();
     particles.g.clear();
-    return advectInOrder(flow, scales, particles, order, options, 0, monitor);
+    return advectInOrder(flow, rms, particles, order, options, 0, monitor);
 }
 
 /// Returns the interval over which the wall's motion is sampled at the end of a motion of this time: the last of its
@@ -329,13 +319,13 @@ int halvingsFor(const FlowAt& before, const FlowAt& middle, const FlowAt& after)
 } // namespace
 
 AdvectResult advect(const Flow& flow, Points& particles, const AdvectOptions& options, const Monitor& monitor) {
-    return detail::advectKnowing(flow, scalesOf(flow, options), particles, options, monitor);
+    return detail::advectKnowing(flow, rmsOf(flow, monitor.quiet()), particles, options, monitor);
 }
 
-AdvectResult detail::advectKnowing(const Flow& flow, const AdvectScales& scales, Points& particles,
+AdvectResult detail::advectKnowing(const Flow& flow, const FlowRms& rms, Points& particles,
                                    const AdvectOptions& options, const Monitor& monitor) {
     validate(flow, options);
-    return advectInOrder(flow, scales, particles, orderFor(flow, particles), options, options.time, monitor);
+    return advectInOrder(flow, rms, particles, orderFor(flow, particles), options, options.time, monitor);
 }
 
 AdvectResult advect(const FlowInTime& flow, Points& particles, double begin, const AdvectOptions& options,
@@ -345,11 +335,11 @@ AdvectResult advect(const FlowInTime& flow, Points& particles, double begin, con
     if (flow.steady()) return advect(before.flow, particles, options, monitor);
     validate(before.flow, options);
     const AdvectOptions accurate = withAccuracy(options, before.flow.domain());
-    const Monitor unreported{.report = {}, .cancelled = monitor.cancelled};
+    const Monitor unreported = monitor.quiet();
     const std::vector<uint32_t> order = orderFor(before.flow, particles);
-    const AdvectScales scales = scalesOf(before.flow, options);
+    const FlowRms rms = rmsOf(before.flow, unreported);
     // Without an accuracy, use the given number: creating a wall that changes is expensive.
-    const Freezing freezing = options.accuracy > 0 ? freezingOf(flow, before.flow, begin, accurate, scales, monitor)
+    const Freezing freezing = options.accuracy > 0 ? freezingOf(flow, before.flow, begin, accurate, rms, monitor)
                                                    : Freezing{.moments = options.steps > 0 ? options.steps : kMoments};
     const int count = freezing.moments;
     const AdvectOptions one = oneOf(count, accurate);
@@ -364,12 +354,12 @@ AdvectResult advect(const FlowInTime& flow, Points& particles, double begin, con
         total.overrun += followWall(flow, before, middle, particles, halvings, unreported);
         particles.f.clear(); // tracks of the previous step
         particles.g.clear();
-        total += advectInOrder(middle.flow, scales, particles, order, one, options.time, unreported);
+        total += advectInOrder(middle.flow, rms, particles, order, one, options.time, unreported);
         total.overrun += followWall(flow, middle, after, particles, halvings, unreported);
         before = after;
         if (monitor.report) monitor.report((k + 1.0) / count);
     }
-    const AdvectResult end = sample(before.flow, scales, particles, order, options, unreported);
+    const AdvectResult end = sample(before.flow, rms, particles, order, options, unreported);
     if (const auto wall = wallVelocity(flow, begin + options.time, lastInterval(options.time, count)))
         addWallVelocity(*wall, particles);
     total.moments = static_cast<size_t>(count);
@@ -380,11 +370,10 @@ AdvectResult advect(const FlowInTime& flow, Points& particles, double begin, con
     return total;
 }
 
-#define CURLEW_INSTANTIATE(N)                                                                          \
-    template struct AdvectResultN<N>;                                                                  \
-    template double defaultAccuracy(const DomainN<N>&);                                                \
-    template Splitting splittingOf(const FlowN<N>&, const AdvectOptions&);                             \
-    template AdvectScalesN<N> detail::scalesOf(const FlowN<N>&, const AdvectOptions&, const Monitor&); \
+#define CURLEW_INSTANTIATE(N)                                              \
+    template struct AdvectResultN<N>;                                      \
+    template double defaultAccuracy(const DomainN<N>&);                    \
+    template Splitting splittingOf(const FlowN<N>&, const AdvectOptions&); \
     template AdvectResultN<N> advect(const FlowN<N>&, Positions<N>&, const AdvectOptions&, const Monitor&);
 CURLEW_FOR_FLOW_DIMENSIONS(CURLEW_INSTANTIATE)
 #undef CURLEW_INSTANTIATE

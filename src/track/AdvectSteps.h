@@ -28,19 +28,8 @@ inline AdvectOptions oneOf(int count, AdvectOptions options) {
     return options;
 }
 
-/// What advect() measures of a flow, once for all steps.
-template <int N>
-struct AdvectScalesN {
-    FlowRmsN<N> flow;
-    std::vector<FlowRmsN<N>> terms; ///< For each term by itself, if the flow is split.
-};
-using AdvectScales = AdvectScalesN<3>;
-
-template <int N>
-AdvectScalesN<N> scalesOf(const FlowN<N>& flow, const AdvectOptions& options, const Monitor& monitor = {});
-
-/// advect() in a flow whose scales are already measured, for callers that take it step by step.
-AdvectResult advectKnowing(const Flow& flow, const AdvectScales& scales, Points& particles,
-                           const AdvectOptions& options, const Monitor& monitor);
+/// advect() with the rms values of another moment of the flow.
+AdvectResult advectKnowing(const Flow& flow, const FlowRms& rms, Points& particles, const AdvectOptions& options,
+                           const Monitor& monitor);
 
 } // namespace curlew::detail

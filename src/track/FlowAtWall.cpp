@@ -55,8 +55,9 @@ double greatestFlux(const Flow& flow, const std::vector<Vec3d>& onWall) {
     return greatest;
 }
 
-AtWall measured(const Flow& flow, const std::vector<Vec3d>& onWall, const Monitor& monitor) {
-    const double speed = rmsOf(flow, monitor).speed, flux = greatestFlux(flow, onWall);
+/// `speed`: the rms speed of the flow.
+AtWall measured(const Flow& flow, double speed, const std::vector<Vec3d>& onWall) {
+    const double flux = greatestFlux(flow, onWall);
     return {.speed = speed, .flux = speed > 0 ? flux / speed : 0};
 }
 
@@ -65,16 +66,17 @@ AtWall measured(const Flow& flow, const std::vector<Vec3d>& onWall, const Monito
 AtWall flowAtWall(const Flow& flow, size_t samples, const Monitor& monitor) {
     const Domain& domain = flow.domain();
     if (!domain.wall) return {};
-    return measured(flow, pointsOfWall(*domain.wall, domain.box, samples, monitor), monitor);
+    return measured(flow, rmsOf(flow, monitor).speed, pointsOfWall(*domain.wall, domain.box, samples, monitor));
 }
 
 SumAtWall sumAtWall(const Flow& flow, size_t samples, const Monitor& monitor) {
     const Domain& domain = flow.domain();
     if (!domain.wall) return {};
     const std::vector<Vec3d> onWall = pointsOfWall(*domain.wall, domain.box, samples, monitor);
-    SumAtWall sum{.whole = measured(flow, onWall, monitor), .terms = {}};
-    for (const auto& potentials : flow.terms())
-        sum.terms.push_back(measured(Flow(potentials, domain), onWall, monitor));
+    const FlowRms rms = rmsOf(flow, monitor);
+    SumAtWall sum{.whole = measured(flow, rms.speed, onWall), .terms = {}};
+    for (size_t k = 0; k < rms.terms.size(); ++k)
+        sum.terms.push_back(measured(Flow(flow.terms()[k], domain), rms.terms[k].speed, onWall));
     return sum;
 }
 

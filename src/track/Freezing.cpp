@@ -34,8 +34,8 @@ void carry(const Flow& from, const Flow& to, double seconds, Points& points, con
 class FrozenSteps {
   public:
     FrozenSteps(const FlowInTime& flow, const Flow& before, double begin, const AdvectOptions& options,
-                const AdvectScales& scales, const Monitor& monitor)
-        : mFlow(flow), mBefore(before), mBegin(begin), mOptions(options), mScales(scales), mMonitor(monitor) {}
+                const FlowRms& rms, const Monitor& monitor)
+        : mFlow(flow), mBefore(before), mBegin(begin), mOptions(options), mRms(rms), mMonitor(monitor) {}
 
     Points operator()(const std::vector<Vec3d>& start, double step, int count) const {
         Points points = Points::at(start);
@@ -50,7 +50,7 @@ class FrozenSteps {
             carry(before, middle, step / 2, points, mMonitor);
             points.f.clear();
             points.g.clear();
-            advectKnowing(middle, mScales, points, one, mMonitor);
+            advectKnowing(middle, mRms, points, one, mMonitor);
             carry(middle, after, step / 2, points, mMonitor);
             before = after;
         }
@@ -62,20 +62,20 @@ class FrozenSteps {
     const Flow& mBefore;
     double mBegin;
     const AdvectOptions& mOptions;
-    const AdvectScales& mScales;
+    const FlowRms& mRms;
     const Monitor& mMonitor;
 };
 
 } // namespace
 
 Freezing freezingOf(const FlowInTime& flow, const Flow& before, double begin, const AdvectOptions& options,
-                    const AdvectScales& scales, const Monitor& monitor) {
+                    const FlowRms& rms, const Monitor& monitor) {
     const int least = options.steps > 0 ? options.steps : kMoments;
     if (!options.adaptive() || options.time == 0) return {.moments = least};
     const std::vector<Vec3d> probes = probesOf(before.domain());
     if (probes.empty()) return {.moments = least};
-    const Monitor quiet{.report = {}, .cancelled = monitor.cancelled};
-    const FrozenSteps frozen(flow, before, begin, options, scales, quiet);
+    const Monitor quiet = monitor.quiet();
+    const FrozenSteps frozen(flow, before, begin, options, rms, quiet);
     Freezing freezing{.moments = least};
     const double most = std::min(1e9, static_cast<double>(least) * kMaxTimes);
     for (int k = 0; k < kTries; ++k) {

@@ -19,6 +19,6 @@ struct Freezing {
 /// length: their errors are third order, so their difference is 3/4 of that of the whole step. `options` must have an
 /// accuracy unless its steps are equal; `before`: the flow at the beginning.
 Freezing freezingOf(const FlowInTime& flow, const Flow& before, double begin, const AdvectOptions& options,
-                    const AdvectScales& scales, const Monitor& monitor);
+                    const FlowRms& rms, const Monitor& monitor);
 
 } // namespace curlew::detail

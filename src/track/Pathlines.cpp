@@ -52,21 +52,15 @@ Pathlines advectWithPathlines(const FlowInTime& flow, Points& particles, double 
                   fmt::format("the pathlines of {} points with {} vertices each", particles.size(), vertices),
                   "move fewer points, or take fewer steps");
     const Flow first = flow.at(begin);
-    const std::optional<detail::AdvectScales> scales =
-        flow.steady() ? std::optional(detail::scalesOf(first, options, monitor)) : std::nullopt; // measured once
-    const auto advance = [&](double from, const AdvectOptions& step, const Monitor& quiet) {
-        return scales ? detail::advectKnowing(first, *scales, particles, step, quiet)
-                      : advect(flow, particles, from, step, quiet);
-    };
-    const Monitor unreported{.report = {}, .cancelled = monitor.cancelled};
+    const Monitor unreported = monitor.quiet();
     const AdvectOptions one = detail::oneOf(segments, detail::withAccuracy(options, first.domain()));
     AdvectOptions none = one;
     none.time = 0;
-    advance(begin, none, unreported); // sets velocity and track at the start
+    advect(flow, particles, begin, none, unreported); // sets velocity and track at the start
     Pathlines pathlines{.curves = unsetCurves(particles, vertices, particles.hasTrack()), .result = {}};
     record(particles, 0, 0, pathlines.curves);
     for (int k = 0; k < segments; ++k) {
-        pathlines.result += advance(begin + one.time * k, one, unreported);
+        pathlines.result += advect(flow, particles, begin + one.time * k, one, unreported);
         record(particles, static_cast<size_t>(k) + 1, one.time * (k + 1), pathlines.curves);
         if (monitor.report) monitor.report((k + 1.0) / segments);
     }

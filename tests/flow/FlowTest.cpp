@@ -515,14 +515,14 @@ TEST_CASE("withSpeed: sets the rms speed over the domain", "[flow]") {
 constexpr double kWithin = 1e-3;
 
 TEST_CASE("rmsOf: gives the same bits for any number of threads and matches closed forms", "[flow]") {
-    const auto flow = boundFlow(sphereSdf(1), Side::inside);
+    const auto measured = [] { return rmsOf(boundFlow(sphereSdf(1), Side::inside)); };
     FlowRms one;
     {
         const ThreadLimit limit(1);
-        one = rmsOf(flow);
+        one = measured();
     }
     const ThreadLimit limit(2);
-    const FlowRms two = rmsOf(flow);
+    const FlowRms two = measured();
     CHECK(std::bit_cast<uint64_t>(one.speed) == std::bit_cast<uint64_t>(two.speed));
     CHECK(std::bit_cast<uint64_t>(one.potentials[0]) == std::bit_cast<uint64_t>(two.potentials[0]));
     CHECK(std::bit_cast<uint64_t>(one.potentials[1]) == std::bit_cast<uint64_t>(two.potentials[1]));
@@ -531,6 +531,39 @@ TEST_CASE("rmsOf: gives the same bits for any number of threads and matches clos
     CHECK(simple.speed == 2);
     CHECK(simple.potentials[0] * simple.potentials[0] == Approx(1.0 / 3).epsilon(kWithin));
     CHECK(simple.potentials[1] * simple.potentials[1] == Approx(4.0 / 3).epsilon(kWithin));
+}
+
+TEST_CASE("rmsOf: measures a flow and its copies once, and a changed copy again", "[flow]") {
+    const Flow flow(noise(1), noise(2));
+    const Monitor cancelled{.report = {}, .cancelled = [] { return true; }};
+    CHECK_THROWS_AS(rmsOf(flow, cancelled), Interrupted);
+    const FlowRms rms = rmsOf(flow);
+    const Flow copy = flow;
+    CHECK(rmsOf(copy, cancelled).speed == rms.speed);
+    CHECK(rmsOf(copy, cancelled).potentials == rms.potentials);
+    for (const Flow& changed : {flow.within({.box = cube(2), .wall = {}}), flow.normalized(2), flow.onLevelSets(),
+                                scaled(flow, 2.0), flow + copy})
+        CHECK_THROWS_AS(rmsOf(changed, cancelled), Interrupted);
+    CHECK(rmsOf(scaled(flow, 2.0)).speed == Approx(2 * rms.speed));
+}
+
+TEST_CASE("rmsOf: measures each term of a sum as if it were alone", "[flow]") {
+    const Flow first(noise(1), noise(2)), second(noise(3), noise(4));
+    const Flow given = Flow::ofComponents({noise(5), noise(6), noise(7)}, first.domain());
+    CHECK(rmsOf(first).terms.empty());
+    CHECK(rmsOf(given).terms.empty());
+    const Flow sum = first + second;
+    for (const Flow& flow : {sum, sum + given, sum.normalized(3)}) {
+        const FlowRms rms = rmsOf(flow);
+        REQUIRE(rms.terms.size() == 2);
+        for (const auto& [term, alone] : {std::pair(rms.terms[0], rmsOf(first)), {rms.terms[1], rmsOf(second)}}) {
+            CHECK(term.speed == alone.speed);
+            CHECK(term.potentials == alone.potentials);
+        }
+        CHECK(rms.potentials == rms.terms[0].potentials);
+    }
+    CHECK(rmsOf(first + scaled(first, 2.0)).speed == Approx(3 * rmsOf(first).speed).epsilon(1e-12));
+    CHECK(rmsOf(sum.normalized(3)).speed == Approx(3).epsilon(1e-12));
 }
 
 TEST_CASE("rmsOf: matches closed forms in 2D and 5D", "[flow]") {
@@ -609,7 +642,7 @@ TEST_CASE("withSpeed: an invalid speed or a flow at rest is an error", "[flow]")
     }
     CHECK_THROWS_AS(withSpeed(Flow(noise(1), noise(1)), 1), ValueError); // the flow is zero
     const Monitor cancelled{.report = {}, .cancelled = [] { return true; }};
-    CHECK_THROWS_AS(withSpeed(flow, 1, cancelled), Interrupted);
+    CHECK_THROWS_AS(withSpeed(Flow(noise(1), noise(2)), 1, cancelled), Interrupted); // not measured yet
 }
 
 TEST_CASE("FlowN: components add to terms, and a flow with components is not a sum of terms", "[flow]") {

@@ -5,6 +5,7 @@
 #include "curlew/flow/Domain.h"
 #include "curlew/math/Cross.h"
 
+#include <memory>
 #include <vector>
 
 namespace curlew {
@@ -38,6 +39,15 @@ struct FlowSampleN {
     Matrix<N, N> derivative; ///< Velocity gradient d velocity_i / d x_j; its trace is the divergence.
 };
 using FlowSample = FlowSampleN<3>;
+
+/// Root mean squares (rms) over the domain of a flow.
+template <int N>
+struct FlowRmsN {
+    double speed = 0;
+    std::array<double, size_t{N - 1}> potentials{}; ///< Of the first term.
+    std::vector<FlowRmsN> terms;                    ///< Each term by itself, if the flow is a sum.
+};
+using FlowRms = FlowRmsN<3>;
 
 /// A velocity field made of scalar fields, its potentials, which it stores. N = 2 … 7.
 ///
@@ -114,17 +124,24 @@ class FlowN {
     FlowSampleN<N> at(const Vec<double, N>& position) const;
 
   private:
+    struct Measured; // what has been measured of this flow, shared by its copies
+
     FlowN() = default;
+    /// Forgets what has been measured, after a change of a copy.
+    void changed();
     template <int M>
     friend FlowN<M> operator+(const FlowN<M>&, const FlowN<M>&);
     template <int M>
     friend FlowN<M> scaled(const FlowN<M>&, double);
+    template <int M>
+    friend FlowRmsN<M> rmsOf(const FlowN<M>&, const Monitor&);
 
     std::vector<Potentials> mTerms;
     std::vector<Components> mComponents;
     DomainN<N> mDomain;
     double mUniformSpeed = 0;
     bool mOnLevelSets = false;
+    std::shared_ptr<Measured> mMeasured;
 };
 using Flow = FlowN<3>;
 
@@ -137,15 +154,8 @@ FlowN<N> operator+(const FlowN<N>& a, const FlowN<N>& b);
 template <int N>
 FlowN<N> scaled(const FlowN<N>& flow, double factor);
 
-/// Root mean squares (rms) over the domain of a flow, from the same positions at every call, to about 0.3 %.
-template <int N>
-struct FlowRmsN {
-    double speed = 0;
-    std::array<double, size_t{N - 1}> potentials{}; ///< Of the first term.
-};
-using FlowRms = FlowRmsN<3>;
-
-/// Throws ValueError if the domain is infinite or no sample lies in it.
+/// Measures a flow at the same positions at every call, to about 0.3 %. A flow and its copies are measured once. Throws
+/// ValueError if the domain is infinite or no sample lies in it.
 template <int N>
 FlowRmsN<N> rmsOf(const FlowN<N>& flow, const Monitor& monitor = {});
 

@@ -23,7 +23,7 @@ AtWall flowAtWall(const Flow& flow, size_t samples = 2000, const Monitor& monito
 
 struct SumAtWall {
     AtWall whole;              ///< The whole sum; flux through the wall may cancel between its terms.
-    std::vector<AtWall> terms; ///< Each term by itself; empty if the flow has no wall.
+    std::vector<AtWall> terms; ///< Each term by itself; empty without a wall, or if there is only one term.
 };
 
 /// Measures a flow, and each of its terms by itself, as flowAtWall() does.

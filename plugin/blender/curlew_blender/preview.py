@@ -18,7 +18,6 @@ NAME = "Curlew Preview"
 PARTICLES, PIXELS, COARSE = 2000, 72, 32
 _HALF_WIDTH = 13  # voxels: layers up to 0.3 of the size of the object can be dragged without a new level set
 _MANY = 100000  # faces of a mesh that is coarsened
-_DELAY = 0.01
 _POINTS, _SHOWN = "@points", "@preview"  # names of the nodes that the preview adds
 
 _pending: List[str] = []
@@ -160,7 +159,7 @@ def schedule(tree: bpy.types.NodeTree) -> None:
     if tree.name not in _pending:
         _pending.append(tree.name)
     if not bpy.app.timers.is_registered(_later):
-        bpy.app.timers.register(_later, first_interval=_DELAY)
+        bpy.app.timers.register(_later)  # called when Blender has handled its events
 
 
 def register() -> None:
