@@ -109,17 +109,16 @@ FloatGrid::Ptr judged(const Mesh& faces, const openvdb::math::Transform& transfo
     figures.turned = solid.turned();
     figures.undecided = solid.undecided();
     figures.hidden = solid.hidden();
-    const FilledShells filled = filledShells(faces, solid.winding(), {.report = {}, .cancelled = monitor.cancelled});
+    const FilledShells filled = filledShells(faces, solid.winding(), monitor.quiet());
     figures.filledShells = filled.count;
     figures.filledFaces = filled.faces;
     figures.filledVolume = filled.volume;
     area = areaOf(solid.surface());
     auto grid = solid.surface().faces() > 0
-                    ? distancesTo(solid.surface(), transform, halfWidth, {.report = {}, .cancelled = monitor.cancelled})
-                          .distance
+                    ? distancesTo(solid.surface(), transform, halfWidth, monitor.quiet()).distance
                     : FloatGrid::create(static_cast<float>(halfWidth * transform.voxelSize()[0]));
     grid->setTransform(transform.copy());
-    giveSigns(*grid, solid, {.report = {}, .cancelled = monitor.cancelled});
+    giveSigns(*grid, solid, monitor.quiet());
     return grid;
 }
 
@@ -181,8 +180,8 @@ MeshSolid solidOf(std::shared_ptr<const Mesh> mesh, const SolidOptions& options,
     const double voxel = voxelFor(*mesh, options);
     const double halfWidth = options.halfWidth + options.thickness / 2 / voxel;
     const Extent extent = extentOf(*mesh, voxel);
-    // Triangles, their edges, and a tree over them.
-    constexpr double kBytesPerTriangle = 60;
+    // Triangles, their edges, a tree over them, and points in double.
+    constexpr double kBytesPerTriangle = 72;
     requireMemory(bandBytes(extent, halfWidth) +
                       kBytesPerTriangle * static_cast<double>(mesh->triangles.size() + 2 * mesh->quads.size()),
                   fmt::format("a level set of {:.2g} voxels", samplesInBand(extent, halfWidth)),
@@ -200,7 +199,7 @@ MeshSolid solidOf(std::shared_ptr<const Mesh> mesh, const SolidOptions& options,
     if (!enclosesSomething(*grid)) throw ValueError(encloses(figures, voxel));
     grid->setName("surface");
     if (options.thickness == 0 && options.measureParts) {
-        const PartThickness parts = partThickness(*mesh, *grid, {.report = {}, .cancelled = monitor.cancelled});
+        const PartThickness parts = partThickness(*mesh, *grid, monitor.quiet());
         figures.thin = parts.thin;
         figures.missing = parts.below;
         figures.enough = parts.thinnest / kThinVoxels;

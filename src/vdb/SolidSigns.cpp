@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "SolidSigns.h"
 
+#include "BandLayers.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/vdb/Openvdb.h"
 
-#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -16,10 +16,10 @@ using openvdb::Coord;
 using Leaf = openvdb::FloatTree::LeafNodeType;
 using Access = openvdb::tree::ValueAccessor<const openvdb::FloatTree>;
 
-/// Walks from a voxel towards the surface until a voxel whose sign is known.
-Coord nearOne(Coord at, float near, const Access& distance) {
+/// Walks from a voxel towards the surface until a voxel closer than `known`.
+Coord nearOne(Coord at, float known, const Access& distance) {
     float here = std::abs(distance.getValue(at));
-    while (here >= near) {
+    while (here >= known) {
         Coord best = at;
         for (int axis = 0; axis < 3; ++axis)
             for (const int by : {-1, 1}) {
@@ -36,20 +36,21 @@ Coord nearOne(Coord at, float near, const Access& distance) {
 } // namespace
 
 void spreadSigns(openvdb::FloatGrid& grid, const Monitor& monitor) {
-    std::vector<Leaf*> leaves;
-    grid.tree().getNodes(leaves);
-    const openvdb::FloatTree before(grid.tree()); // read from a copy while signs are written to the grid
-    const auto near = static_cast<float>(kNearSurface * grid.voxelSize()[0]);
-    parallelFor(
-        leaves.size(), 16,
-        [&](size_t begin, size_t end) {
-            const Access distance(before);
-            for (size_t n = begin; n < end; ++n)
-                for (auto value = leaves[n]->beginValueOn(); value; ++value)
-                    if (*value >= near && distance.getValue(nearOne(value.getCoord(), near, distance)) < 0)
-                        value.setValue(-*value);
-        },
-        monitor);
+    const auto voxel = static_cast<float>(grid.voxelSize()[0]);
+    // Each layer is a voxel wide, so most walks end after one or two steps.
+    std::vector<float> bounds{static_cast<float>(kNearSurface) * voxel};
+    while (bounds.back() <= grid.background()) bounds.push_back(bounds.back() + voxel);
+    const BandLayers layers(grid.tree(), bounds);
+    for (size_t k = 0; k < layers.count(); ++k)
+        layers.forEach<float*>(
+            k,
+            [&](Leaf& leaf, std::span<const uint16_t> voxels, std::vector<float*>& inside) {
+                const Access distance(grid.tree());
+                for (const uint16_t n : voxels)
+                    if (distance.getValue(nearOne(leaf.offsetToGlobalCoord(n), bounds[k], distance)) < 0)
+                        inside.push_back(&leaf.buffer().data()[n]);
+            },
+            [](float* value) { *value = -*value; }, monitor);
 }
 
 bool signsAgree(const openvdb::FloatGrid& grid, const Monitor& monitor) {
