@@ -367,7 +367,7 @@ About aboutOf(Dialect dialect) {
             break;
     }
     return {"WGSL (WebGPU)", "Put it before the text of a shader.",
-            "Each is a storage buffer in the group 0, in this order from the binding 0 on."};
+            "Each is a storage buffer with its group and binding below."};
 }
 
 /// The first lines of the text.
@@ -412,7 +412,7 @@ ShaderText flowShader(const FlowN<N>& flow, const FlowShaderOptions& options, co
             throw ValueError(fmt::format("{} corrections; give 1 to 10", options.corrections));
         Recorder<N> recorder(flow, options, monitor);
         const auto entries = recorder.entries();
-        ShaderText shader = shaderText(recorder.module(), entries, options.dialect, options.tables);
+        ShaderText shader = shaderText(recorder.module(), entries, options.dialect, options.tables, options.bindings);
         if (options.parts) return shader;
         shader.text = header(flow, options, recorder.origin(), shader) + "\n" + shader.text +
                       movers<N>(flow.hasTracks(), options.dialect);

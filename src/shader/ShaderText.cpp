@@ -225,7 +225,7 @@ size_t operationsOf(const SymbolModule& module, size_t function) {
 }
 
 ShaderText shaderText(const SymbolModule& module, const std::vector<ShaderEntry>& entries, Dialect dialect,
-                      ShaderTables tables) {
+                      ShaderTables tables, const ShaderBindings& bindings) {
     for (const ShaderEntry& entry : entries)
         if (const size_t count = operationsOf(module, entry.function); count > kMostOperations)
             throw ValueError(
@@ -234,7 +234,7 @@ ShaderText shaderText(const SymbolModule& module, const std::vector<ShaderEntry>
                             entry.name, count, kMostOperations));
     const Needed needed(module, entries);
     ShaderText shader{"", module.buffers()};
-    Syntax syntax(dialect);
+    Syntax syntax(dialect, bindings);
     if (tables == ShaderTables::data && !needed.tables.empty()) {
         auto numbers = std::make_shared<std::vector<uint32_t>>();
         std::map<size_t, size_t> begins;

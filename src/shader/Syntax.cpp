@@ -344,23 +344,20 @@ std::string Syntax::tableEntry(size_t index, size_t columns, size_t column, cons
 }
 
 std::string Syntax::bufferMacros() const {
-    constexpr std::string_view kVulkanPlace = R"(#ifndef FLOW_BINDING
-#define FLOW_BINDING 0
-#endif
-#ifndef FLOW_SET
-#define FLOW_SET 0
-#endif
-)";
+    const std::string places = fmt::format(
+        "#ifndef FLOW_BINDING\n#define FLOW_BINDING {}\n#endif\n"
+        "#ifndef FLOW_SET\n#define FLOW_SET {}\n#endif\n",
+        mBindings.first, mBindings.group);
     switch (mDialect) {
         case Dialect::glsl:
-            return std::string(kVulkanPlace) + R"(#ifdef VULKAN
+            return places + R"(#ifdef VULKAN
 #define FLOW_BUFFER(k) layout(std430, set = FLOW_SET, binding = FLOW_BINDING + k) readonly buffer
 #else
 #define FLOW_BUFFER(k) layout(std430, binding = FLOW_BINDING + k) readonly buffer
 #endif
 )";
         case Dialect::hlsl:
-            return std::string(kVulkanPlace) + R"(#ifdef VULKAN
+            return places + R"(#ifdef VULKAN
 #define FLOW_BUFFER(k) [[vk::binding(FLOW_BINDING + k, FLOW_SET)]]
 #else
 #define FLOW_BUFFER(k)
@@ -369,6 +366,11 @@ std::string Syntax::bufferMacros() const {
         default:
             return {};
     }
+}
+
+/// Returns the attributes of a buffer in WGSL.
+std::string Syntax::place(size_t buffer) const {
+    return fmt::format("@group({}) @binding({})", mBindings.group, mBindings.first + buffer);
 }
 
 std::string Syntax::buffer(const SymbolBuffer& buffer, size_t index) const {
@@ -380,7 +382,7 @@ std::string Syntax::buffer(const SymbolBuffer& buffer, size_t index) const {
         case Dialect::hlsl:
             return fmt::format("FLOW_BUFFER({}) StructuredBuffer<{}> {};\n", index, type, buffer.name);
         case Dialect::wgsl:
-            return fmt::format("@group(0) @binding({}) var<storage, read> {}: array<{}>;\n", index, buffer.name, type);
+            return fmt::format("{} var<storage, read> {}: array<{}>;\n", place(index), buffer.name, type);
         case Dialect::glslEs:
             break;
     }
@@ -394,8 +396,7 @@ std::string Syntax::zero(size_t buffers) const {
         case Dialect::hlsl:
             return "#ifndef flowZero\nuniform uint flowZero; // leave it at 0, which it is unless it is set\n#endif\n";
         case Dialect::wgsl:
-            return fmt::format("@group(0) @binding({}) var<uniform> flowZero: uint; // bind a buffer that holds 0\n",
-                               buffers);
+            return place(buffers) + " var<uniform> flowZero: uint; // bind a buffer that holds 0\n";
         case Dialect::glsl:
             break;
     }

@@ -11,7 +11,8 @@ namespace curlew {
 /// The expressions, statements and declarations of a dialect, with the words of GLSL where translated() knows them.
 class Syntax {
   public:
-    explicit Syntax(Dialect dialect) : mDialect(dialect), mPairs(dialect != Dialect::glsl) {}
+    Syntax(Dialect dialect, const ShaderBindings& bindings)
+        : mDialect(dialect), mPairs(dialect != Dialect::glsl), mBindings(bindings) {}
 
     /// Puts tables into a buffer, each from its element on.
     void putTablesInto(const SymbolBuffer& buffer, const std::map<size_t, size_t>& begins) {
@@ -44,6 +45,7 @@ class Syntax {
 
   private:
     std::string typeName(SymbolType type) const;
+    std::string place(size_t buffer) const;
     std::string wideOperation(const SymbolNode& node, const std::vector<std::string>& operands) const;
     std::string longOperation(const SymbolNode& node, const std::vector<std::string>& operands) const;
     std::string converted(SymbolType to, SymbolType from, const std::string& operand) const;
@@ -51,6 +53,7 @@ class Syntax {
 
     Dialect mDialect;
     bool mPairs; ///< Coordinates are pairs of floats.
+    ShaderBindings mBindings;
     std::optional<SymbolBuffer> mTables;
     std::map<size_t, size_t> mBegins;
 };

@@ -27,6 +27,14 @@ TEST_CASE("write: a flow is written as a shader", "[app][command]") {
                ContainsSubstring("HLSL") && ContainsSubstring("float3 flowVelocity(float3 p)"));
     CHECK_THAT(bytesOf(folder / "flow.wgsl"), ContainsSubstring("fn flowVelocity(p: vec3f) -> vec3f"));
     folder.mustFail(kNoises + "-dfvn -write dialect=es flow.hlsl", {"dialect= is only for .glsl"});
+    folder.mustRun(kNoises + "-dfvn -write group=2 binding=5 tables=data bound.wgsl bound.glsl");
+    const std::string bound = bytesOf(folder / "bound.wgsl");
+    CHECK_THAT(bound, ContainsSubstring("@group(2) @binding(5) var<storage, read> flowData0"));
+    CHECK_THAT(bound, ContainsSubstring("@group(2) @binding(6) var<uniform> flowZero"));
+    CHECK_THAT(bytesOf(folder / "bound.glsl"),
+               ContainsSubstring("#define FLOW_BINDING 5") && ContainsSubstring("#define FLOW_SET 2"));
+    folder.mustFail(kNoises + "-dfvn -write dialect=es group=1 flow.glsl", {"group=", "textures instead of buffers"});
+    folder.mustFail(kNoises + "-dfvn -velocity dim=8 -write binding=1 v.vdb", {"binding= is only for"});
 }
 
 TEST_CASE("write: a flow in the plane, and a sum without tracks, are written as shaders", "[app][command]") {

@@ -12,6 +12,7 @@ namespace curlew {
 struct FlowShaderOptions {
     Dialect dialect = Dialect::glsl;
     ShaderTables tables = ShaderTables::text;
+    ShaderBindings bindings = {};
     Scheme scheme = Scheme::rk4; ///< Of a step.
     int corrections = 2;         ///< Gauss-Newton corrections after a step: 1 … 10.
     /// The largest residual of f and g after a step, relative to their root mean squares. Float has about 1e-6.

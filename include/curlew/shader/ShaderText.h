@@ -40,6 +40,12 @@ enum class ShaderTables {
 /// In the order of the enumerators.
 inline constexpr std::array<std::string_view, 2> kShaderTableNames{"text", "data"};
 
+/// Where a host binds the buffers of a shader. Defaults that GLSL and HLSL can change by macros; ES has textures.
+struct ShaderBindings {
+    unsigned group = 0; ///< In Vulkan: the set.
+    unsigned first = 0; ///< Binding of the first buffer; the others follow.
+};
+
 /// Text, and the data that it reads.
 struct ShaderText {
     std::string text;
@@ -50,7 +56,7 @@ struct ShaderText {
 /// begins with "flow" or "Flow". Throws ValueError if a function uses an operation that the dialect does not have, or
 /// if it would become too long for a compiler, which puts every call in line.
 ShaderText shaderText(const SymbolModule& module, const std::vector<ShaderEntry>& entries, Dialect dialect,
-                      ShaderTables tables = ShaderTables::text);
+                      ShaderTables tables = ShaderTables::text, const ShaderBindings& bindings = {});
 
 /// Returns the number of operations of a function and of all that it calls, for every call.
 size_t operationsOf(const SymbolModule& module, size_t function);

@@ -74,6 +74,8 @@ std::vector<Option> shaderOptions() {
             choice("tables", kShaderTableNames,
                    "where a shader has the tables of noises: text: in itself; data: in FILE.bin, for drivers that run "
                    "shaders on the processor"),
+            integer("group", "0", 0, 31, "group (Vulkan: set) in which a host binds the buffers of a shader"),
+            integer("binding", "0", 0, 999, "binding of the first buffer of a shader; the others follow"),
             integer("corrections", "2", 1, 10, "corrections back onto the track after each step of a shader"),
             vector("origin", "", "world units",
                    "position from which a shader measures its own (default: the centre of the flow's box)")};
@@ -89,14 +91,19 @@ void checkShaderOptions(const Arguments& a, const std::vector<std::string>& endi
             throw ValueError(fmt::format("{}= is only for {}", option.name, fmt::join(kShaderEndings, ", ")));
     if (a.given("dialect") && !writes(kShaderEndings[0]))
         throw ValueError(fmt::format("dialect= is only for {}", kShaderEndings[0]));
+    if ((a.given("group") || a.given("binding")) && a.given("dialect") &&
+        a.choice<Dialect>("dialect") == Dialect::glslEs)
+        throw ValueError("group= and binding= do not exist in dialect=es, which has textures instead of buffers");
 }
 
 void writeShaderFile(const Context& c, const Arguments& a, const std::string& file) {
     const std::string data = file + ".bin", ending = std::filesystem::path(file).extension().string();
-    FlowShaderOptions options{.dialect = dialectOf(ending, a),
-                              .tables = a.choice<ShaderTables>("tables"),
-                              .corrections = a.integer<int>("corrections"),
-                              .dataFile = std::filesystem::path(data).filename().string()};
+    FlowShaderOptions options{
+        .dialect = dialectOf(ending, a),
+        .tables = a.choice<ShaderTables>("tables"),
+        .bindings = {.group = a.integer<unsigned>("group"), .first = a.integer<unsigned>("binding")},
+        .corrections = a.integer<int>("corrections"),
+        .dataFile = std::filesystem::path(data).filename().string()};
     if (a.given("origin")) options.origin = a.vector("origin");
     const ShaderText shader =
         std::visit([&](const auto& flow) { return flowShader(flow, options, c.follow("write")); }, c.anyFlow("what"));
