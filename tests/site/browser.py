@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Loads every page of the documentation site in headless Chromium. browser.py FOLDER checks an existing site.
+"""Loads the pages of the documentation site in headless Chromium, of the actions' pages, which are made alike, the ten longest.
+browser.py FOLDER checks an existing site.
 
 In windows of the width of a phone and of a desktop, no page may be wider than the window, every picture must load, and
 the console must show no error. Exits with 77 (skipped) if MkDocs, Chromium or Selenium is not installed.
@@ -15,6 +16,7 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 import run
 
 WIDTHS = {"phone": 390, "desktop": 1280}
+LONGEST = 10  # of the pages of actions
 OPTIONS = ["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu"]  # work for root, in a container
 # The search indexes the whole site anew in a worker of each page. Only the page that searches needs it.
 NO_WORKER = "if (!location.pathname.endsWith('/search.html')) window.Worker = class { postMessage() {} };"
@@ -59,9 +61,16 @@ def loaded(browser, address):
     return wrong + [line["message"] for line in browser.get_log("browser") if line["level"] == "SEVERE"]
 
 
+def pages_of(folder):
+    """Returns the paths of the pages to load."""
+    pages = sorted(folder.rglob("*.html"))
+    actions = sorted((page for page in pages if page.parent.name == "actions"), key=lambda page: page.stat().st_size)
+    return [str(page.relative_to(folder)) for page in pages if page not in actions[:-LONGEST]]
+
+
 def problems(folder, browser, address):
-    """Returns the errors of the site, one per line, and the number of its pages."""
-    pages, wrong = [str(path.relative_to(folder)) for path in sorted(folder.rglob("*.html"))], []
+    """Returns the errors of the site, one per line, and the number of pages loaded."""
+    pages, wrong = pages_of(folder), []
     browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": NO_WORKER})
     for page in pages:
         wrong += [f"{page}: {error}" for error in loaded(browser, f"{address}/{page}")]

@@ -49,6 +49,8 @@ def problems(folder):
         for link in page.loads + page.links:
             count += 1
             url = urlsplit(link)
+            if url.scheme == "data":
+                continue
             if url.scheme or url.netloc:
                 if link in page.loads:
                     wrong.append(f"{name} loads {link}")

@@ -6,13 +6,17 @@ The README is the home page. Other pages outside docs/ and the files that pages 
 browser would not show gets .txt behind its name. Links in the pages are those of the repository, so that they work there, too.
 
 Each action gets a page, made by the command that CURLEW_COMMAND names, or else by build/curlew; without a command, there are none.
+The command also makes the page that shows a flow in the browser, as docs/shaders.md says; the picture there leads to it.
 """
 
 import logging
 import os
 import posixpath
 import re
+import shlex
+import subprocess
 import sys
+import tempfile
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -29,7 +33,10 @@ LINK = re.compile(r"(\]\()([^)\s]+)(\))")
 ACTION = re.compile(r"(?<![^\s(])--?[A-Za-z][\w-]*")
 LIST = re.compile(r"([-*]|\d+\.) ")
 
+LIVE = "look.html"  # the page that a command in docs/shaders.md writes
+
 reference = {}  # the pages of the actions: path in the site, Markdown
+scratch = tempfile.TemporaryDirectory()  # for LIVE, until the site is built
 log = logging.getLogger("mkdocs.hooks.curlew")  # --strict counts its warnings
 
 
@@ -75,6 +82,15 @@ def file(config, name, source):
     return result
 
 
+def made_live():
+    """Runs the command of docs/shaders.md and returns the page that it writes."""
+    text = (ROOT / "docs/shaders.md").read_text(encoding="utf-8")
+    words = shlex.split(re.search(rf"^```\ncurlew ([^`]*-write {LIVE})\n```$", text, flags=re.M)[1].replace("\\\n", " "))
+    made = Path(scratch.name) / LIVE
+    subprocess.run([COMMAND, "-quiet", *words[:-1], made], cwd=ROOT, check=True)
+    return made
+
+
 def on_files(files, config):
     """Adds the pages and the linked files that are not in docs/, and the pages of the actions."""
     for name in PAGES:
@@ -87,8 +103,9 @@ def on_files(files, config):
                 files.append(file(config, in_site(found), ROOT / found))
     if COMMAND.is_file():
         reference.update(actions.pages(COMMAND))
+        files.append(file(config, LIVE, made_live()))
     else:
-        log.info("there is no command '%s': the actions have no pages", COMMAND)
+        log.info("there is no command '%s': the actions have no pages, and no flow moves", COMMAND)
     for name in reference:
         files.append(file(config, name, ROOT / "docs" / name))
     for name in ("css/site.css", "js/site.js"):
@@ -109,6 +126,13 @@ def on_files(files, config):
 def on_page_read_source(page, config):
     """The text of a page that is not a file; None for the others."""
     return reference.get(page.file.src_uri)
+
+
+def with_live(text, files):
+    """The page about shaders, whose picture leads to the page that moves."""
+    if not files.get_file_from_path(LIVE):
+        return text
+    return re.sub(r"!\[[^]]*\]\(look\.png\)", rf"[\g<0>]({LIVE})\n\n[Open this page: it moves, and turns with the mouse.]({LIVE})", text)
 
 
 def with_actions(table):
@@ -139,6 +163,8 @@ def on_page_markdown(markdown, page, config, files):
             lines.append("")
         lines.append(line)
     changed = "\n".join(lines)
+    if path == "docs/shaders.md":
+        return with_live(changed, files)
     return with_actions(changed) if path == "docs/actions.md" else changed
 
 
