@@ -3,8 +3,11 @@
 
 #include "Cases.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/field/Bound.h"
 #include "curlew/track/Advect.h"
 #include "curlew/track/Scatter.h"
+#include "curlew/vdb/MeshFile.h"
+#include "curlew/vdb/MeshSolid.h"
 #include "curlew/vdb/VelocityGrid.h"
 
 #include <fmt/format.h>
@@ -50,6 +53,44 @@ void advection(benchmark::State& state, size_t count, int steps, Reprojection me
     state.SetItemsProcessed(state.iterations() * steps * static_cast<int64_t>(count));
     setDrift(state, result.residual[0], result.residual[1]);
     state.counters["not_converged"] = static_cast<double>(result.notConverged);
+}
+
+// ---- Ours in a mesh
+
+/// Returns the domain inside scenes/spot.obj, from a level set 192 voxels across. Its layer is a twelfth of its size.
+const Domain& insideSpot() {
+    static const Domain domain = [] {
+        constexpr int kDim = 192;
+        const auto mesh = std::make_shared<const Mesh>(readMesh(CURLEW_SCENES "/spot.obj"));
+        const LevelSet narrow = solidOf(mesh, {.dim = kDim}).levelSet;
+        return Domain::of({.sdf = sdfOf(widened(narrow, kDim / 12 + kSplineSupport)),
+                           .side = Side::inside,
+                           .width = kDim / 12 * narrow.voxelSize()});
+    }();
+    return domain;
+}
+
+/// Moves particles through the noises of two octaves by RK4: inside the mesh, or without its wall.
+void advectInMesh(benchmark::State& state, bool walled) {
+    constexpr int kCount = 20000, kMeshSteps = 100;
+    const ThreadLimit limit(1);
+    const Domain& inside = insideSpot();
+    const auto noise = [](uint64_t seed) {
+        return noiseField<Psrd3>({.seed = seed}, {.frequency = 2.5, .octaves = 2});
+    };
+    const Flow flow = withSpeed(walled ? Flow(noise(1), bounded(noise(2), *inside.wall), inside)
+                                       : Flow(noise(1), noise(2), {.box = inside.box, .wall = std::nullopt}),
+                                1);
+    const Points start = scatter(inside, kCount, 1);
+    AdvectResult result;
+    for (auto _ : state) {
+        Points particles = start;
+        result = advect(flow, particles, {.time = 1, .steps = kMeshSteps, .scheme = Scheme::rk4});
+    }
+    state.SetItemsProcessed(state.iterations() * kMeshSteps * kCount);
+    setDrift(state, result.residual[0], result.residual[1]);
+    state.counters["outside"] = static_cast<double>(result.outside);
+    state.counters["substeps"] = static_cast<double>(result.substeps) / (kMeshSteps * kCount);
 }
 
 // ---- OpenVDB's
@@ -141,6 +182,10 @@ void registerAdvect() {
     for (const size_t count : {size_t{4000}, size_t{16000}, size_t{64000}})
         once(add(fmt::format("scale/particles/{}", count),
                  [=](auto& state) { advection(state, count, 20, Reprojection::gaussNewton, 1); }));
+    for (const bool walled : {false, true})
+        once(add(walled ? "advect/mesh/1thread" : "advect/mesh_without_wall/1thread", [=](auto& state) {
+            advectInMesh(state, walled);
+        }))->UseRealTime();
     once(add("advect_points/step_a_call", [](auto& state) { advectPoints(state, kSteps, Layout::collocated); }));
     once(add("advect_points/one_call", [](auto& state) { advectPoints(state, 1, Layout::collocated); }));
     once(add("advect_points/one_call_staggered", [](auto& state) { advectPoints(state, 1, Layout::staggered); }));

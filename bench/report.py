@@ -178,6 +178,8 @@ def comparisons(cases, memory, sets):
         ratio(f"one thread over two: {name}", ns(f"{name}/1thread", real=True), ns(f"{name}/2threads", real=True),
               (">=", 1.85))
         ratio("  the same, by the main thread's processor time", ns(f"{name}/1thread"), ns(f"{name}/2threads"))
+    ratio("advect: in a mesh over without its wall", ns("advect/mesh/1thread"), ns("advect/mesh_without_wall/1thread"),
+          ("<=", 1.3))
     ours = "advect/gauss_newton/1thread"
     ratio("advect: advectPoints, a step a call, over ours", ns("advect_points/step_a_call"), ns(ours), (">=", 3))
     ratio("advect: advectPoints, all in one call, over ours", ns("advect_points/one_call"), ns(ours), (">=", 2))
