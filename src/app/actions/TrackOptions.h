@@ -29,7 +29,10 @@ inline Binding<ReprojectionOptions> reprojectionBinding(const ReprojectionOption
                                                         const std::string& waits) {
     return Binding<ReprojectionOptions>(defaults)
         .add(
-            options::choice("reproject", kReprojectionNames, help), [](auto& o) -> auto& { return o.method; })
+            options::choice("reproject", kReprojectionNames,
+                            help + "; newton corrects one potential after the other (ICN Eq. 12), which takes up to "
+                                   "eight times as long as gauss-newton"),
+            [](auto& o) -> auto& { return o.method; })
         .include(
             solverBinding(defaults, waits), [](auto& o) -> auto& { return o; });
 }
