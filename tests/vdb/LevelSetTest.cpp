@@ -164,6 +164,26 @@ TEST_CASE("sdfOf: is constant beyond the band and at NaN positions", "[vdb]") {
     CHECK_FALSE(sdf.bounds.contains({{1.25, 0, 0}}));
 }
 
+TEST_CASE("sdfOf: parts far from each other have the same values as a part alone", "[vdb]") {
+    constexpr float kVoxel = 0.1F, kFar = 70; // 176 leaves along each axis
+    const auto sphere = [](float x) {
+        return openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(1, openvdb::Vec3f(x), kVoxel);
+    };
+    const auto both = sphere(kFar);
+    both->tree().merge(sphere(-kFar)->tree());
+    const Sdf far = sdfOf(levelSetOf(both)), alone = sdfOf(levelSetOf(sphere(kFar)));
+    size_t inBand = 0;
+    for (const Vec3d& p : test::randomPoints(test::cube(1.6), 2000, 4)) {
+        const Vec3d at = p + Vec3d{{kFar, kFar, kFar}};
+        const auto value = far.distance.at<1>(at), expected = alone.distance.at<1>(at);
+        REQUIRE(value.value == expected.value);
+        REQUIRE(value.gradient == expected.gradient);
+        inBand += dot(value.gradient, value.gradient) > 0;
+        REQUIRE(far.distance.at<0>(at - Vec3d{{kFar, kFar, kFar}}).value == Approx(3 * kVoxel)); // between the two
+    }
+    CHECK(inBand > 500);
+}
+
 TEST_CASE("sdfOf: measures the Lipschitz bound of a level set", "[vdb]") {
     const LevelSet sphere = exactSphere(1, 0.1, 6);
     CHECK(sdfOf(sphere).lipschitz == Approx(1.1).epsilon(0.1));
