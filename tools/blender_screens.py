@@ -51,13 +51,11 @@ def prepare():
     space.overlay.show_overlays = False
     space.show_gizmo = False
     space.show_region_ui = True
-    if hasattr(view.regions[0], "active_panel_category"):  # Blender 4.2 and later
-        next(r for r in view.regions if r.type == "UI").active_panel_category = "Curlew"
     scene.frame_set(12)
 
 
 def tab(event, value):
-    """Returns a step that sends an event at the tab of the panel, as Blender before 4.2 has no other way to choose it."""
+    """Returns a step that sends an event at the tab of the panel, as Blender has no other way to choose it."""
 
     def send():
         region = next(r for r in area("VIEW_3D").regions if r.type == "UI")
@@ -98,7 +96,7 @@ def take_nodes():
     take("nodes")
 
 
-clicks = [("MOUSEMOVE", "NOTHING"), ("LEFTMOUSE", "PRESS"), ("LEFTMOUSE", "RELEASE")] if bpy.app.version < (4, 2, 0) else []
+clicks = [("MOUSEMOVE", "NOTHING"), ("LEFTMOUSE", "PRESS"), ("LEFTMOUSE", "RELEASE")]
 steps = [prepare, *(tab(*click) for click in clicks), take_panel, show_nodes, look, take_nodes]
 
 
