@@ -4,7 +4,7 @@
 
     blender --background --factory-startup --python tools/blender_pictures.py -- FOLDER [--films] [PRESET]...
 
-Writes FOLDER/PRESET.png, and with --films also every other frame, for tools/film.py.
+Writes FOLDER/PRESET.png, or with --films every other frame, for tools/film.py.
 """
 
 import math
@@ -86,18 +86,17 @@ def render(scene, path, size, samples):
 
 
 def main(folder, presets, films):
-    """Renders the presets, and their films if wanted."""
+    """Renders the presets, or the frames of their films."""
     for preset in presets or VIEWS:
         scene = stage(preset)
         bpy.ops.curlew.quick(preset=preset)
         monkey = bpy.data.objects["Suzanne"]
         inside = monkey.display_type == "WIRE"
         monkey.hide_render = inside or preset == "GLOBE"
-        scene.frame_set(FRAMES // 2)
-        render(scene, folder / f"{preset.lower()}.png", SIZE, 48)
-        for frame in range(1, FRAMES + 1, 2) if films else ():
+        for frame in range(1, FRAMES + 1, 2) if films else [FRAMES // 2]:
             scene.frame_set(frame)
-            render(scene, folder / f"{preset.lower()}.{frame:04d}.png", FILM, 8)
+            name = f"{preset.lower()}.{frame:04d}.png" if films else f"{preset.lower()}.png"
+            render(scene, folder / name, FILM if films else SIZE, 12 if films else 48)
 
 
 arguments = sys.argv[sys.argv.index("--") + 1:]

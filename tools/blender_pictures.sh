@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Makes the pictures in docs/blender anew: blender_pictures.sh PACKAGES [screens | presets | film]...
-# PACKAGES: folder of the packed add-on (./dev plugin: out). Needs Blender 3.4, Xvfb and ImageMagick. Presets take about ten minutes.
+# PACKAGES: folder of the packed add-on (./dev plugin: out). Needs Blender 3.4, Xvfb and ImageMagick. Presets and films take ten minutes each.
 set -euo pipefail
 here=$(cd -P "$(dirname "$0")" && pwd)
 packages=$1
@@ -30,7 +30,12 @@ for what; do
             montage "$work"/{swirl,wind,wake,dust,surface,globe,smoke,shot}.png -tile 4x -geometry 320x240+2+2 -background '#20242a' "$work/sheet.png"
             small "$work/sheet.png" presets.png ;;
         film)
-            blender --background --factory-startup --python "$here/blender_pictures.py" -- "$work" --films SURFACE
+            blender --background --factory-startup --python "$here/blender_pictures.py" -- "$work" --films SWIRL WIND DUST SURFACE GLOBE SMOKE
+            for frame in "$work"/swirl.????.png; do
+                frame=${frame#"$work"/swirl.}
+                montage "$work"/{swirl,wind,dust,surface,globe,smoke}."$frame" -tile 3x -geometry 160x120+1+1 -background '#20242a' "$work/sheet.$frame"
+            done
+            python3 -B "$here/film.py" "$pages/presets.gif" 12 --small "$work"/sheet.????.png
             python3 -B "$here/film.py" "$pages/skin.gif" 12 "$work"/surface.????.png ;;
         *) echo "blender_pictures.sh: unknown picture '$what'" >&2; exit 1 ;;
     esac
