@@ -70,7 +70,7 @@ AdvectResultN<N> advectBatches(const FlowN<N>& flow, const FlowRmsN<N>& rms, con
     const auto termByTerm = [&] {
         // A time-dependent flow may have a different number of terms by now.
         const bool known = rms.terms.size() == flow.terms().size();
-        const SplitStepper<N> stepper(flow, known ? rms.terms : rmsOf(flow, monitor).terms, splitting, options);
+        const SplitStepper<N> stepper(flow, known ? rms.terms : rmsOf(flow, monitor.quiet()).terms, splitting, options);
         return sumOverBatches(
             points,
             [&](const PointBatchN<N>& start, size_t begin) {
