@@ -20,7 +20,7 @@ class BandLayers {
   public:
     using Leaf = openvdb::FloatTree::LeafNodeType;
 
-    /// `bounds`: increasing, two or more. Voxels below the first and from the last one on are in no layer.
+    /// `bounds`: increasing, at least one. Voxels below the first and from the last one on are in no layer.
     BandLayers(openvdb::FloatTree& band, const std::vector<float>& bounds) : mLayers(bounds.size() - 1) {
         band.getNodes(mLeaves);
         mSorted.resize(mLeaves.size());

@@ -122,7 +122,7 @@ void correct(MeshDistances& distances, const MeshAdapter& mesh, double halfWidth
     std::vector<float> bounds;
     for (double bound = kExact; bound < halfWidth + kLayer; bound += kLayer)
         bounds.push_back(static_cast<float>(bound * voxel));
-    if (bounds.size() < 2) return;
+    if (bounds.empty()) return;
     const BandLayers layers(distances.distance->tree(), bounds);
     openvdb::tree::ValueAccessor<openvdb::Int32Tree> face(distances.face->tree());
     for (size_t k = 0; k < layers.count(); ++k)
