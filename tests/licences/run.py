@@ -3,6 +3,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -13,7 +14,8 @@ WITHOUT = {"LICENSE", "NOTICE", "py.typed"}  # licences themselves, and a file t
 
 def files(root):
     """Returns the files of the checkout, or of an exported copy of it that has not been built."""
-    listed = subprocess.run(["git", "-C", root, "ls-files", "-z"], capture_output=True, text=True, check=False).stdout
+    git = shutil.which("git")
+    listed = git and subprocess.run([git, "-C", root, "ls-files", "-z"], capture_output=True, text=True, check=False).stdout
     if listed:
         return [path for path in map(root.joinpath, listed.split("\0")[:-1]) if path.is_file()]
     return [Path(folder) / name for folder, folders, names in os.walk(root) for name in names

@@ -5,6 +5,7 @@
 #include "curlew/vdb/Openvdb.h"
 #include "support/Glb.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -55,11 +56,19 @@ std::vector<Vec3d> barPoints() {
     return points;
 }
 
-/// Returns the largest distance between corresponding points.
+/// Returns the largest distance of one of these points from the nearest vertex, each of which is used once: Assimp 5.4
+/// has them in the order of the faces.
 double furthest(const Mesh& mesh, const std::vector<Vec3d>& points) {
     REQUIRE(mesh.points.size() == points.size());
+    std::vector<Vec3d> left(mesh.points.begin(), mesh.points.end());
     double most = 0;
-    for (size_t n = 0; n < points.size(); ++n) most = std::max(most, (Vec3d(mesh.points[n]) - points[n]).length());
+    for (const Vec3d& p : points) {
+        const auto nearest = std::min_element(left.begin(), left.end(), [&](const Vec3d& a, const Vec3d& b) {
+            return (a - p).lengthSqr() < (b - p).lengthSqr();
+        });
+        most = std::max(most, (*nearest - p).length());
+        left.erase(nearest);
+    }
     return most;
 }
 
