@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Loads the pages of the documentation site in headless Chromium, of the actions' pages, which are made alike, the ten longest.
-browser.py FOLDER checks an existing site.
+"""Loads the pages of the documentation site in headless Chromium. browser.py FOLDER checks an existing site.
+
+The pages of the actions are made alike, so only the ten longest of them are loaded.
 
 In windows of the width of a phone and of a desktop, no page may be wider than the window, every picture must load, and
 the console must show no error. Exits with 77 (skipped) if MkDocs, Chromium or Selenium is not installed.

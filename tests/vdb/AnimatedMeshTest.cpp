@@ -56,8 +56,8 @@ std::vector<Vec3d> barPoints() {
     return points;
 }
 
-/// Returns the largest distance of one of these points from the nearest vertex, each of which is used once: Assimp 5.4
-/// has them in the order of the faces.
+/// Returns the largest distance of these points from their vertices. A point's vertex is the nearest one that no point
+/// before it has, because the order of vertices is not the same in all versions of Assimp.
 double furthest(const Mesh& mesh, const std::vector<Vec3d>& points) {
     REQUIRE(mesh.points.size() == points.size());
     std::vector<Vec3d> left(mesh.points.begin(), mesh.points.end());

@@ -40,7 +40,7 @@ enum class ShaderTables {
 /// In the order of the enumerators.
 inline constexpr std::array<std::string_view, 2> kShaderTableNames{"text", "data"};
 
-/// Where a host binds the buffers of a shader. Defaults that GLSL and HLSL can change by macros; ES has textures.
+/// Where a host binds the buffers of a shader. In GLSL and HLSL, macros override these. ES has textures instead.
 struct ShaderBindings {
     unsigned group = 0; ///< In Vulkan: the set.
     unsigned first = 0; ///< Binding of the first buffer; the others follow.
