@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "GltfFloats.h"
 #include "MeshParser.h"
 #include "ModelUnits.h"
 #include "curlew/base/InputFile.h"
@@ -11,6 +12,7 @@
 #include <assimp/ProgressHandler.hpp>
 #include <assimp/config.h>
 #include <assimp/scene.h>
+#include <assimp/version.h>
 
 #include <algorithm>
 #include <cmath>
@@ -85,6 +87,7 @@ class Converter {
 
     ModelData convert(const std::string& ending) {
         addNodes();
+        mOffsetsLackMesh = ending == ".fbx" && std::pair(aiGetVersionMajor(), aiGetVersionMinor()) >= std::pair(5u, 4u);
         const ModelUnits units = unitsOf(mScene, ending);
         mData.units = units.text;
         if (units.root) mData.nodes.front().local = *units.root;
@@ -149,13 +152,29 @@ class Converter {
         mData.parts.push_back(std::move(part));
     }
 
+    /// Returns what the offsets of a part's bones lack. Since version 5.4, Assimp multiplies the inverse of an .fbx
+    /// bone's transform by the local transform of the parent of the mesh's node, instead of by the transform of that
+    /// node in the bind pose. The latter is in the file (Transform of the cluster), but not in the scene: this takes
+    /// the node's transform outside of clips.
+    Mat4d missingOffset(uint32_t node) const {
+        Mat4d transform = Mat4d::identity();
+        if (!mOffsetsLackMesh) return transform;
+        const auto parentOf = [&](uint32_t k) { return mData.nodes[k].parent.value_or(0); };
+        for (uint32_t k = node; k != 0; k = parentOf(k)) transform = transform * mData.nodes[k].local;
+        uint32_t parent = parentOf(node); // of the first of the nodes that Assimp makes of one with pivots
+        while (mData.nodes[parent].name.starts_with(mData.nodes[node].name + "_$AssimpFbx$")) parent = parentOf(parent);
+        const Mat4d& local = mData.nodes[parent].local;
+        return parent == 0 || local.det() == 0 ? transform : transform * local.inverse();
+    }
+
     void addBones(ModelData::Part& part, const aiMesh& mesh) {
+        const Mat4d missing = missingOffset(part.node);
         std::vector<std::vector<ModelData::Influence>> influences(part.points.size());
         for (const aiBone* bone : spanOf(mesh.mBones, mesh.mNumBones)) {
             const auto node = nodeNamed(bone->mName);
             if (!node) continue;
             const auto number = static_cast<uint32_t>(part.bones.size());
-            part.bones.push_back({*node, matrixOf(bone->mOffsetMatrix)});
+            part.bones.push_back({*node, missing * matrixOf(bone->mOffsetMatrix)});
             for (const aiVertexWeight& weight : spanOf(bone->mWeights, bone->mNumWeights)) {
                 if (weight.mVertexId >= influences.size() || !(weight.mWeight >= 0))
                     throw mSource.error("it has a bone with an invalid point or weight; it is damaged");
@@ -273,6 +292,7 @@ class Converter {
 
     const aiScene& mScene;
     const MeshSource& mSource;
+    bool mOffsetsLackMesh = false; ///< See missingOffset().
     ModelData mData;
     std::vector<const aiNode*> mNodes;                  ///< In the order of mData.nodes.
     std::unordered_map<std::string, uint32_t> mNumbers; ///< Node indices by name; the first of several with the same
@@ -294,8 +314,9 @@ ModelData importModel(const std::filesystem::path& path, const std::function<boo
     checkExtensions(path, source);
     checkLists(path, source);
     Assimp::Importer importer;
+    if (ending == ".gltf" || ending == ".glb") readIntegersAsFloats(importer, path, source);
     Cancel handler(cancelled);
-    importer.SetProgressHandler(&handler);
+    importer.SetProgressHandler(&handler); // taken away below, since the importer would delete it
     keepImporters(importer, ending);
     importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
     for (const char* unread : {AI_CONFIG_IMPORT_FBX_READ_MATERIALS, AI_CONFIG_IMPORT_FBX_READ_TEXTURES,

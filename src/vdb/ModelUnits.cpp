@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ModelUnits.h"
 
+#include "GltfFloats.h"
 #include "curlew/base/LocalFile.h"
 
 #include <algorithm>
@@ -70,29 +71,6 @@ ModelUnits colladaUnits(const aiScene& scene) {
     return textOf(std::cbrt(std::abs(double(m.Determinant()))), static_cast<int>(up));
 }
 
-/// Returns the JSON of a glTF: the whole file, or the first chunk of a .glb (Khronos, glTF 2.0, 4.4).
-std::string jsonOf(const std::filesystem::path& path) {
-    std::ifstream in(path, std::ios::binary);
-    std::array<char, 20> head{};
-    in.read(head.data(), head.size());
-    std::string text;
-    if (in && std::string_view(head.data(), 4) == "glTF") {
-        uint32_t size = 0;
-        std::memcpy(&size, head.data() + 12, sizeof size);
-        std::error_code error;
-        const auto whole = std::filesystem::file_size(path, error);
-        text.resize(error ? 0 : std::min<uintmax_t>(size, whole));
-    } else {
-        in.clear();
-        in.seekg(0, std::ios::end);
-        text.resize(static_cast<size_t>(std::max<std::streamoff>(in.tellg(), 0)));
-        in.seekg(0);
-    }
-    in.read(text.data(), static_cast<std::streamsize>(text.size()));
-    text.resize(static_cast<size_t>(in.gcount()));
-    return text;
-}
-
 /// Returns the text between the brackets of a JSON list; empty if the list is missing or empty.
 std::string_view listIn(std::string_view json, std::string_view name) {
     size_t at = json.find(fmt::format("\"{}\"", name));
@@ -113,9 +91,9 @@ ModelUnits unitsOf(const aiScene& scene, const std::string& ending) {
 
 void checkExtensions(const std::filesystem::path& path, const MeshSource& source) {
     if (const std::string ending = endingOf(path); ending != ".gltf" && ending != ".glb") return;
-    const std::string json = jsonOf(path);
+    const std::string json = gltfJson(path);
     const std::string_view required = listIn(json, "extensionsRequired");
-    for (const char* extension : {"EXT_meshopt_compression", "KHR_meshopt_compression", "KHR_mesh_quantization"})
+    for (const char* extension : {"EXT_meshopt_compression", "KHR_meshopt_compression"})
         if (required.find(extension) != std::string_view::npos)
             throw source.error(fmt::format(
                 "it needs the glTF extension {}, which is not supported; export it without that extension", extension));
@@ -137,7 +115,7 @@ bool mayBeAnimated(const std::filesystem::path& path) {
     std::error_code error;
     if (!std::filesystem::is_regular_file(path, error)) return false; // the reader reports what is wrong
     const std::string ending = endingOf(path);
-    if (ending == ".gltf" || ending == ".glb") return !listIn(jsonOf(path), "animations").empty();
+    if (ending == ".gltf" || ending == ".glb") return !listIn(gltfJson(path), "animations").empty();
     std::ifstream in(path, std::ios::binary);
     const std::string text{std::istreambuf_iterator<char>(in), {}};
     return text.find(ending == ".fbx" ? "AnimationCurve" : "<animation") != std::string::npos;

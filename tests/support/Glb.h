@@ -37,6 +37,20 @@ class Glb {
                      {{"componentType", 5123}, {"type", type}, {"count", numbers.size() / (type == "VEC4" ? 4 : 1)}});
     }
 
+    /// Adds integers, of which the largest stands for 1 if normalized.
+    template <class T>
+    int addIntegers(const std::vector<T>& numbers, const std::string& type, bool normalized) {
+        const int component = 5120 + 2 * (sizeof(T) == 2) + std::is_unsigned_v<T>;
+        const size_t parts = type == "VEC3" ? 3 : 4;
+        return store(numbers, {{"componentType", component},
+                               {"normalized", normalized},
+                               {"type", type},
+                               {"count", numbers.size() / parts}});
+    }
+
+    /// The bytes of all accessors.
+    const std::string& binary() const { return mBinary; }
+
     /// The whole file.
     std::string bytes() const {
         nlohmann::json all = root;

@@ -3,7 +3,7 @@
 #include "curlew/base/Text.h"
 #include "curlew/vdb/AnimatedMesh.h"
 #include "curlew/vdb/Openvdb.h"
-#include "support/Glb.h"
+#include "support/BentBar.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,26 +17,16 @@ using nlohmann::json;
 using openvdb::Vec3d;
 using openvdb::Vec3s;
 using Folder = test::ScratchFolder;
+using test::barPoints;
+using test::bentBar;
+using test::complaintAbout;
+using test::furthest;
 using test::Glb;
+using test::kRounding;
+using test::readModel;
+using test::turned;
 
 namespace {
-
-constexpr double kRounding =
-    2e-6; // for positions up to 3: positions are floats, and so are quaternions and matrices in the file
-
-AnimatedMesh read(const Folder& folder, const std::string& name, const std::string& bytes) {
-    return AnimatedMesh::read(test::store(folder / name, bytes));
-}
-
-/// Returns the error message for a file with this name and content.
-std::string complaint(const Folder& folder, const std::string& name, const std::string& bytes) {
-    try {
-        read(folder, name, bytes).at({});
-    } catch (const FileError& error) {
-        return error.what();
-    }
-    return "nothing";
-}
 
 /// The bar without bones, as the only mesh. The caller adds the nodes.
 Glb barGlb() {
@@ -48,51 +38,11 @@ Glb barGlb() {
     return glb;
 }
 
-std::vector<Vec3d> barPoints() {
-    const test::Bar bar;
-    std::vector<Vec3d> points;
-    for (size_t n = 0; n < bar.points.size(); n += 3)
-        points.push_back(Vec3d(Vec3s(bar.points[n], bar.points[n + 1], bar.points[n + 2])));
-    return points;
-}
-
-/// Returns the largest distance of these points from their vertices. A point's vertex is the nearest one that no point
-/// before it has, because the order of vertices is not the same in all versions of Assimp.
-double furthest(const Mesh& mesh, const std::vector<Vec3d>& points) {
-    REQUIRE(mesh.points.size() == points.size());
-    std::vector<Vec3d> left(mesh.points.begin(), mesh.points.end());
-    double most = 0;
-    for (const Vec3d& p : points) {
-        const auto nearest = std::min_element(left.begin(), left.end(), [&](const Vec3d& a, const Vec3d& b) {
-            return (a - p).lengthSqr() < (b - p).lengthSqr();
-        });
-        most = std::max(most, (*nearest - p).length());
-        left.erase(nearest);
-    }
-    return most;
-}
-
 double volumeOf(const Mesh& mesh) {
     double six = 0;
     for (const auto& t : mesh.triangles)
         six += Vec3d(mesh.points[t[0]]).dot(Vec3d(mesh.points[t[1]]).cross(Vec3d(mesh.points[t[2]])));
     return six / 6;
-}
-
-Vec3d turned(const Vec3d& p, double angle) {
-    return Vec3d(std::cos(angle) * p[0] - std::sin(angle) * p[1], std::sin(angle) * p[0] + std::cos(angle) * p[1],
-                 p[2]);
-}
-
-/// Returns the points of bendingBar() when its second bone is rotated by `angle`.
-std::vector<Vec3d> bent(double angle) {
-    std::vector<Vec3d> points = barPoints();
-    const Vec3d joint(0, 1, 0);
-    for (Vec3d& p : points) {
-        const Vec3d upper = turned(p - joint, angle) + joint;
-        p = p[1] < 1 ? p : p[1] > 1 ? upper : (p + upper) / 2;
-    }
-    return points;
 }
 
 } // namespace
@@ -103,7 +53,7 @@ TEST_CASE("AnimatedMesh: node transforms place a glb mesh", "[vdb]") {
     const float root = std::sqrt(0.5f);
     glb.root["nodes"] = {{{"children", {1}}, {"translation", {1, 2, 3}}, {"rotation", {0, 0, root, root}}},
                          {{"mesh", 0}, {"scale", {2, 1, 0.5}}}};
-    const AnimatedMesh model = read(folder, "bar.glb", glb.bytes());
+    const AnimatedMesh model = readModel(folder, "bar.glb", glb.bytes());
     CHECK(model.units() == "metres, Y up");
     CHECK(model.clips().empty());
     std::vector<Vec3d> points = barPoints();
@@ -119,7 +69,7 @@ TEST_CASE("AnimatedMesh: a mesh used by two nodes appears twice and mirrored cop
     Glb glb = barGlb();
     glb.root["scenes"] = {{{"nodes", {0, 1}}}};
     glb.root["nodes"] = {{{"mesh", 0}}, {{"mesh", 0}, {"translation", {3, 0, 0}}, {"scale", {-1, 1, 1}}}};
-    const Mesh mesh = read(folder, "two.glb", glb.bytes()).at({});
+    const Mesh mesh = readModel(folder, "two.glb", glb.bytes()).at({});
     CHECK(mesh.points.size() == 40);
     CHECK(mesh.triangles.size() == 72);
     CHECK(volumeOf(mesh) == Approx(0.64));
@@ -127,7 +77,7 @@ TEST_CASE("AnimatedMesh: a mesh used by two nodes appears twice and mirrored cop
 
 TEST_CASE("AnimatedMesh: a skin of two bones follows linear blend skinning", "[vdb]") {
     const Folder folder;
-    const AnimatedMesh model = read(folder, "bend.glb", test::bendingBar().bytes());
+    const AnimatedMesh model = readModel(folder, "bend.glb", test::bendingBar().bytes());
     REQUIRE(model.clips().size() == 2);
     CHECK(model.clips()[0].name == "bend");
     CHECK(model.clips()[0].seconds == Approx(1));
@@ -140,14 +90,14 @@ TEST_CASE("AnimatedMesh: a skin of two bones follows linear blend skinning", "[v
     for (const double t : {0.0, 0.1, 0.25, 0.5, 0.9, 1.0}) {
         CAPTURE(t);
         const Mesh mesh = model.at({.seconds = t});
-        CHECK(furthest(mesh, bent(t * right)) < kRounding);
+        CHECK(furthest(mesh, bentBar(t * right)) < kRounding);
         CHECK(mesh.triangles == first.triangles);
     }
     // After its end a clip stays in its last pose or repeats: as the file says, or as the caller says.
-    CHECK(furthest(model.at({.seconds = 1.25}), bent(right)) < kRounding);
-    CHECK(furthest(model.at({.seconds = 1.25, .end = ClipEnd::loop}), bent(0.25 * right)) < kRounding);
-    CHECK(furthest(model.at({.clip = 1, .seconds = 2.25}), bent(0.25 * right)) < kRounding);
-    CHECK(furthest(model.at({.clip = 1, .seconds = 2.25, .end = ClipEnd::hold}), bent(0)) < kRounding);
+    CHECK(furthest(model.at({.seconds = 1.25}), bentBar(right)) < kRounding);
+    CHECK(furthest(model.at({.seconds = 1.25, .end = ClipEnd::loop}), bentBar(0.25 * right)) < kRounding);
+    CHECK(furthest(model.at({.clip = 1, .seconds = 2.25}), bentBar(0.25 * right)) < kRounding);
+    CHECK(furthest(model.at({.clip = 1, .seconds = 2.25, .end = ClipEnd::hold}), bentBar(0)) < kRounding);
 }
 
 TEST_CASE("AnimatedMesh: clips are selected by name or index and start at their first key", "[vdb]") {
@@ -158,7 +108,7 @@ TEST_CASE("AnimatedMesh: clips are selected by name or index and start at their 
                        {"output", glb.add(std::vector<float>{0, 0, 0, 1, 0, 0, root, root}, "VEC4")}};
     const json channel{{"sampler", 0}, {"target", {{"node", 2}, {"path", "rotation"}}}};
     glb.root["animations"].push_back({{"name", "late"}, {"samplers", {sampler}}, {"channels", {channel}}});
-    const AnimatedMesh model = read(folder, "late.glb", glb.bytes());
+    const AnimatedMesh model = readModel(folder, "late.glb", glb.bytes());
     CHECK(model.clip("sway") == 1);
     CHECK(model.clip("2") == 2);
     CHECK_THROWS_WITH(model.clip("run"),
@@ -166,7 +116,7 @@ TEST_CASE("AnimatedMesh: clips are selected by name or index and start at their 
     CHECK_THROWS_WITH(model.clip("3"), ContainsSubstring("there is no clip '3'"));
     CHECK_THROWS_AS(model.at({.clip = 3}), ValueError);
     CHECK(model.clips()[2].seconds == Approx(1));
-    CHECK(furthest(model.at({.clip = 2, .seconds = 0.5}), bent(std::numbers::pi / 4)) < kRounding);
+    CHECK(furthest(model.at({.clip = 2, .seconds = 0.5}), bentBar(std::numbers::pi / 4)) < kRounding);
 }
 
 TEST_CASE("AnimatedMesh: morph targets move points by their weights", "[vdb]") {
@@ -186,7 +136,7 @@ TEST_CASE("AnimatedMesh: morph targets move points by their weights", "[vdb]") {
                        {"output", glb.add(std::vector<float>{0, 0, 1, 0.5}, "SCALAR")}};
     const json channel{{"sampler", 0}, {"target", {{"node", 0}, {"path", "weights"}}}};
     glb.root["animations"] = {{{"name", "talk"}, {"samplers", {sampler}}, {"channels", {channel}}}};
-    const AnimatedMesh model = read(folder, "face.glb", glb.bytes());
+    const AnimatedMesh model = readModel(folder, "face.glb", glb.bytes());
     REQUIRE(model.clips().size() == 1);
     const auto shaped = [&](double first, double second) {
         std::vector<Vec3d> all = barPoints();
@@ -216,7 +166,7 @@ TEST_CASE("AnimatedMesh: coincident points are merged only if they move alike", 
                               {"WEIGHTS_0", made.add(weights, "VEC4")}};
         made.root["meshes"] = {
             {{"primitives", {{{"attributes", attributes}, {"indices", made.add(corners, "SCALAR")}}}}}};
-        return read(folder, "seams.glb", made.bytes());
+        return readModel(folder, "seams.glb", made.bytes());
     };
     CHECK(model({0, 0, 0, 0, 0, 0}).at({}).points.size() == 4);
     CHECK(model({0, 0, 0, 0, 1, 0}).at({}).points.size() == 4);
@@ -235,7 +185,7 @@ TEST_CASE("AnimatedMesh: reads gltf with embedded data and collada with units an
 AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})";
     std::string plain = gltf;
     plain.erase(plain.find("base64,\n") + 7, 1);
-    const Mesh mesh = read(folder, "inside.gltf", plain).at({});
+    const Mesh mesh = readModel(folder, "inside.gltf", plain).at({});
     REQUIRE(mesh.triangles.size() == 1);
     CHECK(mesh.points == std::vector<Vec3s>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
 
@@ -250,14 +200,14 @@ AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})";
 </library_geometries><library_visual_scenes><visual_scene id="s"><node id="n"><translate>0 0 10</translate>
 <instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
 <scene><instance_visual_scene url="#s"/></scene></COLLADA>)";
-    const AnimatedMesh tall = read(folder, "tall.dae", dae);
+    const AnimatedMesh tall = readModel(folder, "tall.dae", dae);
     CHECK(tall.units() == "centimetres, Z up");
     const std::vector<Vec3d> expected{{0, 0.1, 0}, {1, 0.1, 0}, {0, 0.6, 0}};
     CHECK(furthest(tall.at({}), expected) < kRounding);
     CHECK_FALSE(AnimatedMesh::mayMove(folder / "tall.dae"));
     std::string damaged = dae;
     damaged.replace(damaged.find("<p>0 1"), 6, "<p>0 x");
-    CHECK_THAT(complaint(folder, "damaged.dae", damaged), ContainsSubstring("not a whole number"));
+    CHECK_THAT(complaintAbout(folder, "damaged.dae", damaged), ContainsSubstring("not a whole number"));
 }
 
 TEST_CASE("AnimatedMesh: reads fbx in metres with Y up and evaluates its curves", "[vdb]") {
@@ -306,7 +256,7 @@ Connections: {
  C: "OP",60,50, "d|Z"
 }
 )";
-    const AnimatedMesh leaf = read(folder, "leaf.fbx", fbx);
+    const AnimatedMesh leaf = readModel(folder, "leaf.fbx", fbx);
     CHECK(leaf.units() == "inches, Z up");
     const auto raised = [](double height) {
         return std::vector<Vec3d>{{0, 0.0254 * height, 0}, {2.54, 0.0254 * height, 0}, {0, 0.0254 * (height + 50), 0}};
@@ -334,14 +284,14 @@ TEST_CASE("AnimatedMesh: damaged files give a one-line error", "[vdb]") {
     const std::string whole = test::bendingBar().bytes();
     for (const char* name : {"x.glb", "x.gltf", "x.fbx", "x.dae"}) {
         CAPTURE(name);
-        CHECK_THAT(complaint(folder, name, "hello\n"),
+        CHECK_THAT(complaintAbout(folder, name, "hello\n"),
                    ContainsSubstring(name) && ContainsSubstring("cannot be read as a mesh"));
         CHECK_THROWS_WITH(AnimatedMesh::read(folder / (std::string("missing") + name)),
                           ContainsSubstring("no such file"));
     }
-    CHECK_THAT(complaint(folder, "empty.glb", ""), ContainsSubstring("it is empty"));
+    CHECK_THAT(complaintAbout(folder, "empty.glb", ""), ContainsSubstring("it is empty"));
     for (size_t part = 1; part < 16; ++part) {
-        const std::string said = complaint(folder, "cut.glb", whole.substr(0, whole.size() * part / 16));
+        const std::string said = complaintAbout(folder, "cut.glb", whole.substr(0, whole.size() * part / 16));
         CAPTURE(part, said);
         CHECK_THAT(said, ContainsSubstring("cut.glb"));
         CHECK(said.find('\n') == std::string::npos);
@@ -349,12 +299,12 @@ TEST_CASE("AnimatedMesh: damaged files give a one-line error", "[vdb]") {
     Glb packed = barGlb();
     packed.root["nodes"] = {{{"mesh", 0}}};
     packed.root["extensionsRequired"] = {"EXT_meshopt_compression"};
-    CHECK_THAT(complaint(folder, "packed.glb", packed.bytes()), ContainsSubstring("EXT_meshopt_compression"));
+    CHECK_THAT(complaintAbout(folder, "packed.glb", packed.bytes()), ContainsSubstring("EXT_meshopt_compression"));
     Glb bad = barGlb();
     bad.root["nodes"] = {{{"mesh", 0}}};
     std::string bytes = bad.bytes();
     const size_t binary = bytes.find(std::string("BIN\0", 4)) + 4;
     const float infinite = std::numeric_limits<float>::infinity();
     std::memcpy(bytes.data() + binary + 12, &infinite, sizeof infinite);
-    CHECK_THAT(complaint(folder, "infinite.glb", bytes), ContainsSubstring("not a finite number"));
+    CHECK_THAT(complaintAbout(folder, "infinite.glb", bytes), ContainsSubstring("not a finite number"));
 }
