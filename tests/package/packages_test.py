@@ -18,7 +18,7 @@ source, build, version, packed = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[
 sys.path[:0] = [str(source / "tools" / "packages")]
 import portable  # noqa: E402
 import wheel  # noqa: E402
-from bundle import contained, newest_symbols  # noqa: E402
+from bundle import compiles_for_older_systems, contained, newest_symbols  # noqa: E402
 
 PROGRAM = """
 import curlew
@@ -94,7 +94,8 @@ class Wheel(unittest.TestCase, Sbom):
     def test_its_tag_is_what_its_files_need(self):
         files = [p for p in (self.site / "curlew").rglob("*") if p.is_file() and p.read_bytes()[:4] == b"\x7fELF"]
         self.assertIn(f"py3-none-{wheel.platform_tag(files)}.whl", self.wheel.name)
-        self.assertTrue(self.wheel.name.endswith("manylinux_2_34_x86_64.whl"), self.wheel.name)
+        if compiles_for_older_systems():
+            self.assertTrue(self.wheel.name.endswith("manylinux_2_34_x86_64.whl"), self.wheel.name)
 
     def test_every_bundled_library_has_its_licence_and_is_listed(self):
         info = next(self.site.glob("curlew-*.dist-info"))
@@ -114,6 +115,8 @@ class Portable(unittest.TestCase, Sbom):
 
     @classmethod
     def setUpClass(cls):
+        if not compiles_for_older_systems():
+            raise unittest.SkipTest("the C library here is newer than the archive may ask for: make it on Debian 12")
         cls.folder = tempfile.TemporaryDirectory()
         archive = portable.make(build, version, Path(cls.folder.name), level=1)
         with tarfile.open(archive) as tar:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bundles the shared libraries that a library or program needs and a machine may lack, as copies that find each other."""
 
+import platform
 import re
 import shutil
 import struct
@@ -244,6 +245,12 @@ def contained(libraries: Iterable[Path]) -> List[str]:
 def licences(packages: Iterable[str]) -> Dict[str, bytes]:
     """Returns the licences of Debian packages, by name."""
     return {package: Path("/usr/share/doc", package, "copyright").read_bytes() for package in packages}
+
+
+def compiles_for_older_systems() -> bool:
+    """Returns whether programs that are compiled here run on the systems that the packages promise. On a system newer
+    than Debian 12, they ask for its C library."""
+    return tuple(map(int, platform.libc_ver()[1].split("."))) <= (2, 36)
 
 
 def newest_symbols(files: Iterable[Path]) -> Dict[str, Tuple[int, ...]]:
