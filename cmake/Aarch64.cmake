@@ -11,3 +11,5 @@ set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
 foreach(kind LIBRARY INCLUDE PACKAGE)
   set(CMAKE_FIND_ROOT_PATH_MODE_${kind} ONLY)
 endforeach()
+# No notes on how GCC before 10.1 passed some arguments.
+set(CMAKE_CXX_FLAGS_INIT -Wno-psabi)

@@ -10,8 +10,36 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace curlew {
+
+namespace detail {
+
+template <int N>
+double Bounded<N>::farSide(const PointBatchN<N>& points) const {
+    if (points.size < kBatch / 4) return 0;
+    PointBatchN<N> centre;
+    centre.size = 1;
+    double squared = 0;
+    for (size_t axis = 0; axis < N; ++axis) {
+        const auto* x = points.c[axis].data();
+        double lower = x[0], upper = x[0];
+        for (int i = 1; i < points.size; ++i) {
+            lower = std::min(lower, x[i]);
+            upper = std::max(upper, x[i]);
+        }
+        centre.c[axis][0] = (lower + upper) / 2;
+        squared += (upper - lower) * (upper - lower) / 4;
+    }
+    const double radius = lipschitz * std::sqrt(squared);
+    if (!(radius < 2 * width)) return 0;
+    JetBatchN<double, N, 0> d;
+    distance.eval(centre, d);
+    return std::abs(d.c[0][0]) > width + radius ? std::copysign(1.0, d.c[0][0]) : 0;
+}
+
+} // namespace detail
 
 using namespace detail;
 
@@ -83,7 +111,7 @@ ScalarFieldN<N> bounded(const ScalarFieldN<N>& noise, const WallN<N>& wall, cons
     // A shift separates if it exceeds the noise minus the levelled distance. An eighth of the noise's size more keeps
     // the values clear of zero.
     const double shift = options.separate ? std::max(0.0, 1.125 * factor * values.size - wall.width / 2) : 0;
-    const ScalarFieldN<N> g(
+    ScalarFieldN<N> g(
         Bounded<N>{wall.sdf.distance, noise, wall.side, wall.width, wall.sdf.lipschitz, values.middle, factor, shift});
     if (options.variation == 0) return g;
     values.require("variation=");
@@ -108,6 +136,7 @@ ScalarFieldN<N> productBounded(const ScalarFieldN<N>& noise, const SdfN<N>& sdf,
 }
 
 #define CURLEW_INSTANTIATE(N)                                                                       \
+    template double detail::Bounded<N>::farSide(const PointBatchN<N>&) const;                       \
     template LayerWidth layerWidth(const ScalarFieldN<N>&, const BoxN<N>&, Side);                   \
     template ScalarFieldN<N> bounded(const ScalarFieldN<N>&, const WallN<N>&, const BoundOptions&); \
     template ScalarFieldN<N> layerFade(const WallN<N>&);                                            \

@@ -103,28 +103,8 @@ struct Bounded {
 
   private:
     /// Returns the sign of the distance if all positions are certainly beyond the layer, else 0. If the batch is
-    /// compact, one lookup serves all of it.
-    double farSide(const PointBatchN<N>& points) const {
-        if (points.size < kBatch / 4) return 0;
-        PointBatchN<N> centre;
-        centre.size = 1;
-        double squared = 0;
-        for (size_t axis = 0; axis < N; ++axis) {
-            const auto* x = points.c[axis].data();
-            double lower = x[0], upper = x[0];
-            for (int i = 1; i < points.size; ++i) {
-                lower = std::min(lower, x[i]);
-                upper = std::max(upper, x[i]);
-            }
-            centre.c[axis][0] = (lower + upper) / 2;
-            squared += (upper - lower) * (upper - lower) / 4;
-        }
-        const double radius = lipschitz * std::sqrt(squared);
-        if (!(radius < 2 * width)) return 0;
-        JetBatchN<double, N, 0> d;
-        distance.eval(centre, d);
-        return std::abs(d.c[0][0]) > width + radius ? std::copysign(1.0, d.c[0][0]) : 0;
-    }
+    /// compact, one lookup serves all of it. Not inline: kernels for other instruction sets share it.
+    double farSide(const PointBatchN<N>& points) const;
 
     /// The noise as it is blended: centred, scaled and shifted by sign · by, where `sign` is that of the distance.
     template <class J, class T>

@@ -52,7 +52,8 @@ Vec3d nearer(const Jet2& jet, const Vec3d& here, const Vec3d& point, double voxe
 /// that the surface crosses.
 void moveToSurface(const LevelSet& levelSet, Points& particles, const Monitor& monitor) {
     std::vector<Vec3d> surface;
-    for (const openvdb::Vec3s& p : levelSetToMesh(levelSet).points) surface.push_back({{p[0], p[1], p[2]}});
+    for (const openvdb::Vec3s& p : levelSetToMesh(levelSet).points)
+        surface.push_back({{double(p[0]), double(p[1]), double(p[2])}});
     const Monitor quiet = monitor.quiet();
     const Neighbours neighbours(surface, quiet);
     std::vector<Vec3d> positions;

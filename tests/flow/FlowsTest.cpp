@@ -141,7 +141,7 @@ TEST_CASE("uniformFlow: has constant velocity and straight tracks", "[flow]") {
                       8 * 0x1p-53 * (length(p) + 3) * std::max(1.0, length(velocity)));
         }
     }
-    for (const Vec3d& bad : {Vec3d{}, Vec3d{{std::nan(""), 0, 0}}, Vec3d{{0, INFINITY, 0}}})
+    for (const Vec3d& bad : {Vec3d{}, Vec3d{{std::nan(""), 0, 0}}, Vec3d{{0, HUGE_VAL, 0}}})
         CHECK_THROWS_WITH(uniformFlow(bad), Catch::ContainsSubstring("speed"));
 }
 
