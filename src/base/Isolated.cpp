@@ -43,12 +43,12 @@ constexpr const char* kMode = "--read-isolated";
 constexpr int kResult = 3; ///< Descriptor of the pipe in the reader process.
 
 /// A file descriptor, closed by close() or the destructor.
-struct Descriptor {
+struct PipeEnd {
     int number = -1;
-    explicit Descriptor(int n) : number(n) {}
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
-    ~Descriptor() { close(); }
+    explicit PipeEnd(int n) : number(n) {}
+    PipeEnd(const PipeEnd&) = delete;
+    PipeEnd& operator=(const PipeEnd&) = delete;
+    ~PipeEnd() { close(); }
     void close() {
         if (number >= 0) ::close(number);
         number = -1;
@@ -219,7 +219,7 @@ class ProcessSource final : public PartSource {
         std::array<int, 2> ends{-1, -1};
         if (pipe2(ends.data(), O_CLOEXEC) != 0) throw cannotStart("cannot create a pipe");
         mPipe.number = moved(ends[0]);
-        const Descriptor output(moved(ends[1]));
+        const PipeEnd output(moved(ends[1]));
         if (mPipe.number < 0 || output.number < 0) throw cannotStart("cannot create a pipe");
         fcntl(output.number, F_SETPIPE_SZ, 1 << 20); // larger is faster, but the limit may be lower
         mProcess.emplace(std::vector<std::string>{isolatedProgram(), kMode, reader, path.string(),
@@ -244,7 +244,7 @@ class ProcessSource final : public PartSource {
   private:
     fs::path mPath;
     Monitor mMonitor;
-    Descriptor mPipe{-1};
+    PipeEnd mPipe{-1};
     std::optional<Process> mProcess; ///< Ends before the pipe is closed.
 };
 

@@ -17,7 +17,7 @@ namespace curlew {
 
 namespace {
 
-constexpr size_t kUnlimited = std::numeric_limits<size_t>::max();
+constexpr size_t kNoLimit = std::numeric_limits<size_t>::max();
 
 size_t systemMemory() {
     std::ifstream stream("/proc/meminfo");
@@ -45,7 +45,7 @@ struct ProcessMemory {
 /// Returns what remains of the limit on the address space (ulimit -v).
 size_t addressSpace() {
     rlimit limit{};
-    if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kUnlimited;
+    if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kNoLimit;
     return limit.rlim_cur - std::min<size_t>(limit.rlim_cur, ProcessMemory::now().virtualBytes);
 }
 

@@ -14,8 +14,8 @@ namespace curlew {
 namespace {
 
 constexpr size_t kSamples = 8192;
-constexpr uint64_t kSeed = 0x736c6f7065; // an arbitrary constant
-constexpr double kWavelengths = 8;       ///< Minimum size of the sampled box along each axis.
+constexpr uint64_t kSlopeSeed = 0x736c6f7065; // an arbitrary constant
+constexpr double kWavelengths = 8;            ///< Minimum size of the sampled box along each axis.
 constexpr double kDeviationsPerWavelength = 7;
 
 struct Sums {
@@ -49,7 +49,7 @@ NoiseScale noiseScaleOf(const ScalarFieldN<N>& noise, const BoxN<N>& box) {
                                  Vec<double, N> p;
                                  for (int axis = 0; axis < N; ++axis)
                                      p[axis] = sampled.lower[axis] +
-                                               size[axis] * randomUniform(kSeed, k, static_cast<uint64_t>(axis));
+                                               size[axis] * randomUniform(kSlopeSeed, k, static_cast<uint64_t>(axis));
                                  return p;
                              }};
     const Sums sums = sumOverBatches(positions, [&](const PointBatchN<N>& points, size_t) {

@@ -16,8 +16,6 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-Vec3d unit(const Vec3d& v) { return v * (1 / length(v)); }
-
 /// Returns a unit vector across v.
 Vec3d anyNormal(const Vec3d& v) {
     int least = 0;
@@ -25,7 +23,7 @@ Vec3d anyNormal(const Vec3d& v) {
         if (std::abs(v[axis]) < std::abs(v[least])) least = axis;
     Vec3d e;
     e[least] = 1;
-    return unit(cross(v, e));
+    return normalized(cross(v, e));
 }
 
 /// Returns the points without those that coincide with the one before.
@@ -51,16 +49,16 @@ std::vector<Vec3d> tangentsAt(const std::vector<Vec3d>& p, bool closed) {
         const Vec3d before = p[k] - p[(k + n - 1) % n], after = p[(k + 1) % n] - p[k];
         const Vec3d sum = before * (1 / dot(before, before)) + after * (1 / dot(after, after));
         // Where the curve turns back on itself, it does so in a half circle.
-        tangents[k] = dot(sum, sum) > 0 ? unit(sum) : anyNormal(before);
+        tangents[k] = dot(sum, sum) > 0 ? normalized(sum) : anyNormal(before);
     }
     if (closed) return tangents;
     // The ends: an arc has the same angle with its chord at both ends.
     const auto mirrored = [](const Vec3d& tangent, const Vec3d& chord) {
-        const Vec3d u = unit(chord);
+        const Vec3d u = normalized(chord);
         return u * (2 * dot(tangent, u)) - tangent;
     };
     if (n == 2) {
-        tangents[0] = tangents[1] = unit(p[1] - p[0]);
+        tangents[0] = tangents[1] = normalized(p[1] - p[0]);
     } else {
         tangents[0] = mirrored(tangents[1], p[1] - p[0]);
         tangents[n - 1] = mirrored(tangents[n - 2], p[n - 1] - p[n - 2]);

@@ -13,19 +13,19 @@ namespace curlew {
 
 namespace {
 
-constexpr size_t kCandidates = 1 << 13, kGrain = 1 << 9;
+constexpr size_t kScaleSamples = 1 << 13, kScaleGrain = 1 << 9;
 
-struct Sums {
+struct ScaleSums {
     double count = 0, squares = 0, gradients = 0;
     Vec3d velocity{};
-    Sums& operator+=(const Sums& o) {
+    ScaleSums& operator+=(const ScaleSums& o) {
         count += o.count, squares += o.squares, gradients += o.gradients;
         velocity += o.velocity;
         return *this;
     }
 };
 
-void add(Sums& sums, const FlowSample& sample) {
+void add(ScaleSums& sums, const FlowSample& sample) {
     double gradient = 0;
     for (int axis = 0; axis < 3; ++axis) gradient += dot(sample.derivative[axis], sample.derivative[axis]);
     sums += {.count = 1,
@@ -50,10 +50,10 @@ double movingSpeedOf(const FlowN<N>& flow, const Monitor& monitor) {
 
 double wavelengthOf(const Flow& flow, const Monitor& monitor) {
     if (!flow.domain().box.finite()) return 0;
-    const Sums sums = parallelSum(
-        kCandidates, kGrain,
+    const ScaleSums sums = parallelSum(
+        kScaleSamples, kScaleGrain,
         [&](size_t begin, size_t end) {
-            Sums mine;
+            ScaleSums mine;
             visitSamples(flow.domain(), begin, end, [&](const PointBatch& points) {
                 for (int i = 0; i < points.size; ++i) add(mine, flow.at(points[i]));
             });

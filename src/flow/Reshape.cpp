@@ -117,7 +117,7 @@ struct Survey {
     std::vector<double> fastest = std::vector<double>(size_t{kBins} * kBins);
 };
 
-constexpr size_t kSamples = size_t{1} << 20, kGrain = 1 << 14;
+constexpr size_t kSamples = size_t{1} << 20, kReshapeGrain = 1 << 14;
 
 Survey surveyOf(const Flow& flow, const Monitor& monitor) {
     // Visits the same samples twice, first for the ranges and then for the speeds. Maxima do not depend on the order.
@@ -127,7 +127,7 @@ Survey surveyOf(const Flow& flow, const Monitor& monitor) {
     std::mutex merging;
     const auto visit = [&](const auto& use) {
         parallelFor(
-            kSamples, kGrain,
+            kSamples, kReshapeGrain,
             [&](size_t begin, size_t end) {
                 visitSamples(flow.domain(), begin, end, [&](const PointBatch& points) {
                     Flow::Jets<double> potentials;

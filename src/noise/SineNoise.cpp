@@ -13,11 +13,6 @@ namespace {
 /// The streams of random numbers.
 enum Stream : uint64_t { kDirection, kLength, kPhase };
 
-template <int N>
-Vec<double, N> normalized(const Vec<double, N>& v) {
-    return v * (1 / length(v));
-}
-
 /// Returns candidate k, uniform on the sphere: a point of the ball, by rejection from the cube, normalised.
 template <int N>
 Vec<double, N> randomDirection(uint64_t seed, uint64_t k) {

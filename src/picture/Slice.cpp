@@ -15,8 +15,8 @@ namespace curlew {
 
 namespace {
 
-constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
-constexpr int kMaxPixels = 1 << 15; // along an edge
+constexpr float kEmpty = std::numeric_limits<float>::quiet_NaN();
+constexpr int kMaxSlicePixels = 1 << 15; // along an edge
 
 /// One row of a slice: all samples of its pixels, and their means.
 class SliceRow {
@@ -51,7 +51,7 @@ class SliceRow {
                 sum += value;
                 ++count;
             }
-        return 2 * count > samples ? sum / static_cast<float>(count) : kNothing;
+        return 2 * count > samples ? sum / static_cast<float>(count) : kEmpty;
     }
 
   private:
@@ -90,15 +90,15 @@ PicturePlane::PicturePlane(const Box& box, const SliceOptions& o)
     : mRight(o.axis == 0 ? 2 : 0), mUp(o.axis == 1 ? 2 : 1) {
     if (o.axis < 0 || o.axis > 2) throw ValueError(fmt::format("axis {} must be 0, 1 or 2", o.axis));
     if (!box.finite()) throw ValueError("the domain is infinite; give a box");
-    if (o.width < 1 || o.width > kMaxPixels)
-        throw ValueError(fmt::format("width {} must be 1 to {} pixels", o.width, kMaxPixels));
+    if (o.width < 1 || o.width > kMaxSlicePixels)
+        throw ValueError(fmt::format("width {} must be 1 to {} pixels", o.width, kMaxSlicePixels));
     if (!(o.margin >= 0) || !std::isfinite(o.margin)) throw ValueError("the margin must not be negative");
     const Vec3d size = box.size();
     if (!(size[mRight] > 0) || !(size[mUp] > 0)) throw ValueError("the box is empty");
     const double margin = o.margin * std::max(size[mRight], size[mUp]);
     const double width = size[mRight] + 2 * margin, height = size[mUp] + 2 * margin;
     const double rows = std::max(1.0, std::round(o.width * height / width));
-    if (!(rows <= kMaxPixels))
+    if (!(rows <= kMaxSlicePixels))
         throw ValueError(fmt::format("a height of {} pixels is too large; choose a smaller width", rows));
     mWidth = o.width;
     mHeight = static_cast<int>(rows);
@@ -175,7 +175,7 @@ SliceSource flowSource(const Flow& flow, std::string_view name) {
         pick({points, potentials, velocity, distance}, values);
         for (int i = 0; i < points.size; ++i)
             if (!allowed[static_cast<size_t>(i)] || !flow.domain().box.contains(points[i]))
-                for (auto& channel : values) channel[static_cast<size_t>(i)] = kNothing;
+                for (auto& channel : values) channel[static_cast<size_t>(i)] = kEmpty;
     };
     return {.channels = name == "velocity" ? components(name) : std::vector{std::string(name)}, .eval = eval};
 }

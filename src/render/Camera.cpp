@@ -13,8 +13,6 @@ namespace curlew {
 
 namespace {
 
-Vec3d unit(const Vec3d& v) { return v * (1 / length(v)); }
-
 double focalLength(double fieldOfView, int width, int height) {
     if (!(fieldOfView > 0 && fieldOfView <= 170))
         throw ValueError(fmt::format("a field of view of {} degrees; it must be above 0 and at most 170", fieldOfView));
@@ -29,11 +27,11 @@ Camera::Camera(const Vec3d& eye, const Vec3d& target, const Vec3d& up, double fi
     : mEye(eye), mFocal(focalLength(fieldOfView, width, height)), mWidth(width), mHeight(height) {
     const Vec3d toTarget = target - eye;
     if (!(length(toTarget) > 0)) throw ValueError("the camera is at its target; move one of them");
-    mForward = unit(toTarget);
+    mForward = normalized(toTarget);
     const Vec3d across = cross(mForward, up);
     if (!(length(across) > 1e-9 * length(up)))
         throw ValueError("the camera looks along its up direction; give another up");
-    mRight = unit(across);
+    mRight = normalized(across);
     mUp = cross(mRight, mForward);
 }
 
@@ -41,7 +39,7 @@ Camera Camera::around(const Box& box, const CameraOptions& o) {
     if (!box.finite()) throw ValueError("the camera cannot see all of an infinite box; give a box, or eye and target");
     if (!(length(o.from) > 0)) throw ValueError("from=0,0,0 is not a direction");
     const Vec3d center = box.center();
-    const Camera far(center + unit(o.from), center, o.up, o.fieldOfView, o.width, o.height);
+    const Camera far(center + normalized(o.from), center, o.up, o.fieldOfView, o.width, o.height);
     // The nearest eye at which every corner is within the picture; each corner requires a minimum distance.
     const double halfWidth = 0.5 * (1 - 2 * o.margin) * o.width, halfHeight = 0.5 * (1 - 2 * o.margin) * o.height;
     double distance = 0;
@@ -54,7 +52,7 @@ Camera Camera::around(const Box& box, const CameraOptions& o) {
         distance = std::max(distance, needed - dot(p, far.mForward));
     }
     if (!(distance > 0)) throw ValueError("the box that the camera should show is a point");
-    return {center + unit(o.from) * distance, center, o.up, o.fieldOfView, o.width, o.height};
+    return {center + normalized(o.from) * distance, center, o.up, o.fieldOfView, o.width, o.height};
 }
 
 Camera Camera::around(const std::vector<Vec3d>& points, const CameraOptions& o) {
@@ -85,7 +83,7 @@ Camera Camera::around(const std::vector<Vec3d>& points, const CameraOptions& o) 
 }
 
 Vec3d Camera::direction(double x, double y) const {
-    return unit(mForward * mFocal + mRight * (x - 0.5 * mWidth) + mUp * (0.5 * mHeight - y));
+    return normalized(mForward * mFocal + mRight * (x - 0.5 * mWidth) + mUp * (0.5 * mHeight - y));
 }
 
 Camera::Projected Camera::project(const Vec3d& position) const {

@@ -22,8 +22,6 @@ Vec3d linearOf(const Vec3f& display) {
     return linear;
 }
 
-Vec3d unit(const Vec3d& v) { return v * (1 / length(v)); }
-
 double powerOf48(double x) {
     double power = x * x * x; // 3, then 6, 12, 24, 48
     for (int k = 0; k < 4; ++k) power *= power;
@@ -37,10 +35,10 @@ class Lights {
   public:
     Lights(const Camera& camera, const SurfaceLook& look)
         : mEye(camera.eye()), mUp(camera.up()), mGloss(look.gloss), mFinish(look.finish) {
-        mKey = unit(length(look.light) > 0 ? look.light
-                                           : camera.up() * 0.75 - camera.right() * 0.55 - camera.forward() * 0.65);
+        mKey = normalized(
+            length(look.light) > 0 ? look.light : camera.up() * 0.75 - camera.right() * 0.55 - camera.forward() * 0.65);
         const Vec3d helper = std::abs(mKey[0]) < 0.6 ? Vec3d{{1, 0, 0}} : Vec3d{{0, 1, 0}};
-        mAcross = unit(cross(mKey, helper));
+        mAcross = normalized(cross(mKey, helper));
         mAlong = cross(mKey, mAcross);
         mStrip = camera.right() * 0.8 + camera.up() * 0.1 - camera.forward() * 0.25;
     }
@@ -52,14 +50,14 @@ class Lights {
     Vec3d toKey(size_t place, size_t count, double random) const {
         const double part = (static_cast<double>(place) + 0.5) / static_cast<double>(count);
         const double r = kLightRadius * std::sqrt(part), phi = 2 * std::numbers::pi * random;
-        return unit(mKey + mAcross * (r * std::cos(phi)) + mAlong * (r * std::sin(phi)));
+        return normalized(mKey + mAcross * (r * std::cos(phi)) + mAlong * (r * std::sin(phi)));
     }
 
     /// Returns the light from a surface sample to the eye.
     Vec3d at(const SurfaceSample& sample, const Vec3d& albedo, bool inShadow) const {
         const Vec3d n{{static_cast<double>(sample.normal[0]), static_cast<double>(sample.normal[1]),
                        static_cast<double>(sample.normal[2])}};
-        const Vec3d toEye = unit(mEye - sample.position);
+        const Vec3d toEye = normalized(mEye - sample.position);
         const double facing = std::clamp(dot(n, toEye), 0.0, 1.0), away = 1 - facing;
         if (mFinish == Finish::outline) return albedo * (0.03 + 0.9 * away * away * away);
         if (mFinish == Finish::mirror) {
@@ -72,7 +70,7 @@ class Lights {
         const double sky = 0.5 + 0.5 * dot(n, mUp), rim = away * away * away * away * (0.25 + 0.75 * sky);
         const Vec3d diffuse = Vec3d{{1.05, 1.0, 0.92}} * (0.95 * key) + Vec3d{{0.82, 0.92, 1.08}} * (0.30 * sky) +
                               Vec3d{{1.05, 0.98, 0.9}} * (0.09 * (1 - sky)) + Vec3d{{1, 1, 1}} * (0.10 * facing);
-        const double shine = key > 0 ? mGloss * powerOf48(std::max(dot(n, unit(mKey + toEye)), 0.0)) : 0;
+        const double shine = key > 0 ? mGloss * powerOf48(std::max(dot(n, normalized(mKey + toEye)), 0.0)) : 0;
         return times(albedo, diffuse) + Vec3d{{1, 1, 1}} * (shine + 1.4 * mGloss * rim);
     }
 
@@ -88,7 +86,7 @@ class Lights {
             return within(width, u) * within(height, v) * (bar > 0 ? 1 - within(bar, std::min(u, v)) : 1);
         };
         const double sky = 0.5 + 0.5 * dot(direction, mUp);
-        const Vec3d strip = unit(mStrip);
+        const Vec3d strip = normalized(mStrip);
         return Vec3d{{1.0, 0.98, 0.94}} * (12 * box(mKey, 0.42, 0.42, 0.02) + 7 * box(strip, 0.18, 1.1, 0)) +
                Vec3d{{0.9, 0.97, 1.06}} * (0.6 + 1.8 * sky * sky);
     }

@@ -13,10 +13,10 @@ namespace curlew {
 
 namespace {
 
-constexpr int kMaxSteps = 2000;
+constexpr int kMaxOutlineSteps = 2000;
 
 /// The state of a ray that marches through the box.
-struct Ray {
+struct OutlineRay {
     Vec3d direction;
     double at = 0, end = 0;   ///< World units from the eye.
     double unitsPerPixel = 0; ///< At distance 1.
@@ -27,7 +27,7 @@ struct Ray {
 };
 
 /// Sets the ray's interval in the box. If the ray misses the box, the interval is empty: end <= begin.
-void enter(Ray& ray, const Vec3d& eye, const Box& box) {
+void enter(OutlineRay& ray, const Vec3d& eye, const Box& box) {
     double begin = 0, end = std::numeric_limits<double>::infinity();
     for (int axis = 0; axis < 3; ++axis) {
         const double a = (box.lower[axis] - eye[axis]) / ray.direction[axis],
@@ -39,7 +39,7 @@ void enter(Ray& ray, const Vec3d& eye, const Box& box) {
     ray.end = end;
 }
 
-void step(Ray& ray, float distance, const Vec3d& gradient, double lipschitz) {
+void step(OutlineRay& ray, float distance, const Vec3d& gradient, double lipschitz) {
     const double size = std::abs(static_cast<double>(distance)), pixel = ray.unitsPerPixel * ray.at;
     ray.nearest = std::min(ray.nearest, size / pixel);
     if (ray.before != 0 && (distance < 0) != (ray.before < 0)) {
@@ -52,8 +52,8 @@ void step(Ray& ray, float distance, const Vec3d& gradient, double lipschitz) {
 }
 
 /// Steps all rays until each has left the box.
-void march(std::span<Ray> rays, const Sdf& sdf, const Vec3d& eye, const Monitor& monitor) {
-    for (int k = 0; k < kMaxSteps; ++k) {
+void march(std::span<OutlineRay> rays, const Sdf& sdf, const Vec3d& eye, const Monitor& monitor) {
+    for (int k = 0; k < kMaxOutlineSteps; ++k) {
         monitor.check();
         PointBatch points;
         std::array<size_t, kBatch> of{};
@@ -75,7 +75,7 @@ void march(std::span<Ray> rays, const Sdf& sdf, const Vec3d& eye, const Monitor&
     }
 }
 
-float outlineOf(const Ray& ray) {
+float outlineOf(const OutlineRay& ray) {
     if (ray.passages > 0) return static_cast<float>(-std::expm1(-ray.glow));
     return static_cast<float>(-std::expm1(-1.0) * std::exp(-ray.nearest * ray.nearest / 2));
 }
@@ -111,9 +111,9 @@ Image wallOutline(const Domain& domain, const Camera& camera, const Monitor& mon
     parallelFor(
         small.pixels.size(), kBatch,
         [&](size_t begin, size_t end) {
-            std::array<Ray, kBatch> rays;
+            std::array<OutlineRay, kBatch> rays;
             for (size_t k = begin; k < end; ++k) {
-                Ray& ray = rays[k - begin];
+                OutlineRay& ray = rays[k - begin];
                 const size_t column = k % static_cast<size_t>(width), row = k / static_cast<size_t>(width);
                 const auto x = static_cast<double>(column), y = static_cast<double>(row);
                 ray = {.direction = camera.direction(2 * x + 1, 2 * y + 1)};

@@ -12,12 +12,12 @@ namespace curlew {
 
 namespace {
 
-constexpr uint64_t kSeed = 0x7465726d73;
+constexpr uint64_t kWallSeed = 0x7465726d73;
 
 Vec3d randomPoint(const Box& box, uint64_t index) {
     Vec3d p = box.lower;
     for (int axis = 0; axis < 3; ++axis)
-        p[axis] += box.size()[axis] * randomUniform(kSeed, index, static_cast<uint64_t>(axis));
+        p[axis] += box.size()[axis] * randomUniform(kWallSeed, index, static_cast<uint64_t>(axis));
     return p;
 }
 

@@ -38,10 +38,10 @@ std::array<std::optional<Vec3d>, kBatch> snapped(const ScalarField& field, doubl
     return found;
 }
 
-struct Sums {
+struct SnapSums {
     size_t missed = 0;
     double moved = 0;
-    Sums& operator+=(const Sums& other) {
+    SnapSums& operator+=(const SnapSums& other) {
         missed += other.missed;
         moved += other.moved;
         return *this;
@@ -55,11 +55,11 @@ SnapResult snap(const ScalarField& field, double value, Points& p, double reach,
     if (!std::isfinite(value)) throw ValueError(fmt::format("the value {} is not finite", value));
     requirePositive(reach, "the reach");
     requirePositive(tolerance, "the tolerance");
-    const Sums sums = sumOverBatches(
+    const SnapSums sums = sumOverBatches(
         p,
         [&](const PointBatch& start, size_t begin) {
             const auto found = snapped(field, value, start, reach, tolerance);
-            Sums mine;
+            SnapSums mine;
             for (int i = 0; i < start.size; ++i) {
                 const auto& to = found[static_cast<size_t>(i)];
                 if (!to) {

@@ -18,7 +18,6 @@ namespace curlew {
 namespace {
 
 using openvdb::Mat4d;
-using openvdb::Vec3d;
 using openvdb::Vec3s;
 
 constexpr double kSamePose = 1e-3; // relative to the mesh's size
@@ -52,7 +51,7 @@ class Joints {
             const auto first = static_cast<uint32_t>(all.points.size());
             const bool rigid = part.bones.empty();
             for (const Vec3s& point : part.points)
-                all.points.push_back(rigid ? Vec3s(mWithin[part.node].transform(Vec3d(point))) : point);
+                all.points.push_back(rigid ? Vec3s(mWithin[part.node].transform(openvdb::Vec3d(point))) : point);
             const bool mirrored = rigid && nodes[part.node].det() < 0;
             for (size_t face = 0, corner = 0; face < part.sizes.size(); corner += part.sizes[face++])
                 for (uint32_t k = 0; k < part.sizes[face]; ++k)
@@ -92,13 +91,13 @@ class Joints {
 
 double largestMove(const std::vector<Vec3s>& from, const std::vector<Vec3s>& to) {
     double largest = 0;
-    for (size_t n = 0; n < from.size(); ++n) largest = std::max(largest, Vec3d(to[n] - from[n]).length());
+    for (size_t n = 0; n < from.size(); ++n) largest = std::max(largest, openvdb::Vec3d(to[n] - from[n]).length());
     return largest;
 }
 
 double sizeOf(const std::vector<Vec3s>& points) {
     openvdb::BBoxd box;
-    for (const Vec3s& point : points) box.expand(Vec3d(point));
+    for (const Vec3s& point : points) box.expand(openvdb::Vec3d(point));
     return box.extents().length();
 }
 

@@ -20,8 +20,8 @@ namespace {
 
 using openvdb::Coord;
 
-constexpr int kNodes = 6;  ///< Nodes of the interpolation along each axis: at -2 … 3 from the voxel below.
-constexpr int kBefore = 2; ///< Number of nodes before that voxel.
+constexpr int kNodes = 6;       ///< Nodes of the interpolation along each axis: at -2 … 3 from the voxel below.
+constexpr int kNodesBefore = 2; ///< Number of nodes before that voxel.
 
 /// Weights of the nodes: three for the components of the origin, and one for φ.
 using Weights = std::array<Vec<double, 4>, kNodes>;
@@ -49,7 +49,7 @@ struct Lagrange {
             double product = kScale[k], derivative = 0;
             for (size_t m = 0; m < kNodes; ++m) {
                 if (m == k) continue;
-                const double factor = t - (static_cast<double>(m) - kBefore);
+                const double factor = t - (static_cast<double>(m) - kNodesBefore);
                 derivative = derivative * factor + product;
                 product *= factor;
             }
@@ -92,9 +92,10 @@ void BackwardMap::follow(const std::vector<openvdb::Vec3d>& seeds, const Trace& 
         {
             openvdb::tree::ValueAccessor<openvdb::MaskTree> mask(wanted);
             for (const Coord& cell : cells)
-                for (int i = -kBefore; i < kNodes - kBefore; ++i)
-                    for (int j = -kBefore; j < kNodes - kBefore; ++j)
-                        for (int k = -kBefore; k < kNodes - kBefore; ++k) mask.setValueOn(cell.offsetBy(i, j, k));
+                for (int i = -kNodesBefore; i < kNodes - kNodesBefore; ++i)
+                    for (int j = -kNodesBefore; j < kNodes - kNodesBefore; ++j)
+                        for (int k = -kNodesBefore; k < kNodes - kNodesBefore; ++k)
+                            mask.setValueOn(cell.offsetBy(i, j, k));
         }
         wanted.topologyDifference(mKnown);
         const auto count = static_cast<size_t>(wanted.activeVoxelCount());
@@ -160,7 +161,7 @@ std::vector<Coord> BackwardMap::crossedCells(size_t begin, const Monitor& monito
 namespace {
 
 /// An edge between voxels, its two nodes and the nodes on the line beyond, and the bracket of φ's root on it.
-struct Edge {
+struct VoxelEdge {
     std::array<Vec<double, 4>, kNodes> nodes;
     double a = 0, b = 1, phiA = 0, phiB = 0;
     bool byOrigins = true; ///< If true, φ is evaluated at the interpolated origin; otherwise φ itself is interpolated.
@@ -191,7 +192,7 @@ struct Edge {
 Vec3d originOf(const Vec<double, 4>& node) { return {{node[0], node[1], node[2]}}; }
 
 /// Finds the roots of up to kBatch edges.
-void solve(const ScalarField& source, std::span<Edge> edges) {
+void solve(const ScalarField& source, std::span<VoxelEdge> edges) {
     const auto middle = [&](size_t n) { return originOf(edges[n].at(Lagrange(0.5).value)); };
     const PointBatch middles = batchOf(PointsBy{edges.size(), middle}, 0, edges.size());
     JetBatch<double, 1> jets;
@@ -233,20 +234,20 @@ std::vector<BackwardMap::Crossing> BackwardMap::crossings(const Monitor& monitor
     const auto search = [&](size_t from, size_t to) {
         const Accessor index(mIndex);
         std::vector<Crossing> crossings;
-        std::vector<Edge> edges;
+        std::vector<VoxelEdge> edges;
         for (size_t n = from; n < to; ++n)
             for (int axis = 0; axis < 3; ++axis) {
-                Edge edge;
+                VoxelEdge edge;
                 bool known = true;
                 for (int k = 0; k < kNodes && known; ++k) {
                     Coord node = mVoxels[n];
-                    node[axis] += k - kBefore;
+                    node[axis] += k - kNodesBefore;
                     const int32_t at = index.getValue(node);
                     known = at >= 0;
                     if (known) edge.nodes[static_cast<size_t>(k)] = mNodes[static_cast<size_t>(at)];
                 }
-                edge.phiA = edge.nodes[kBefore][3];
-                edge.phiB = edge.nodes[kBefore + 1][3];
+                edge.phiA = edge.nodes[kNodesBefore][3];
+                edge.phiB = edge.nodes[kNodesBefore + 1][3];
                 if (!known || (edge.phiA < 0) == (edge.phiB < 0)) continue;
                 crossings.push_back({mVoxels[n], axis, 0});
                 edges.push_back(edge);
@@ -273,8 +274,9 @@ bool BackwardMap::interpolate(const openvdb::Vec3d& position, const Accessor& in
         for (size_t j = 0; j < kNodes; ++j) {
             Node line, lineZ, lineDifference;
             for (size_t k = 0; k < kNodes; ++k) {
-                const int32_t at = index.getValue(base.offsetBy(
-                    static_cast<int>(i) - kBefore, static_cast<int>(j) - kBefore, static_cast<int>(k) - kBefore));
+                const int32_t at =
+                    index.getValue(base.offsetBy(static_cast<int>(i) - kNodesBefore, static_cast<int>(j) - kNodesBefore,
+                                                 static_cast<int>(k) - kNodesBefore));
                 if (at < 0) return false;
                 const Node& node = mNodes[static_cast<size_t>(at)];
                 line += weighted(node, z.value[k]);

@@ -57,12 +57,12 @@ std::vector<winding::Triangle> onePerShell(const Mesh& mesh) {
     return largest;
 }
 
-enum class Around { outside, inside, mixed };
+enum class InFront { outside, inside, mixed };
 
 /// Returns what lies in front of the faces of all shells.
-Around inFront(const Mesh& mesh, const Monitor& monitor) {
+InFront inFront(const Mesh& mesh, const Monitor& monitor) {
     const std::vector<winding::Triangle> shells = onePerShell(mesh);
-    if (shells.size() == 1) return volumeOf(mesh) < 0 ? Around::inside : Around::outside;
+    if (shells.size() == 1) return volumeOf(mesh) < 0 ? InFront::inside : InFront::outside;
     const WindingNumber winding(mesh, monitor);
     std::vector<Vec3d> positions;
     for (const winding::Triangle& t : shells) {
@@ -74,7 +74,7 @@ Around inFront(const Mesh& mesh, const Monitor& monitor) {
         outside += std::lround(w) == 0;
         inside += std::lround(w) == -1;
     }
-    return outside == shells.size() ? Around::outside : inside == shells.size() ? Around::inside : Around::mixed;
+    return outside == shells.size() ? InFront::outside : inside == shells.size() ? InFront::inside : InFront::mixed;
 }
 
 } // namespace
@@ -86,9 +86,9 @@ FloatGrid::Ptr closedLevelSet(const Mesh& mesh, const openvdb::math::Transform& 
     signNear(*grid, *face, FaceSides(mesh, transform), quiet);
     spreadSigns(*grid, quiet);
     if (!signsAgree(*grid, quiet)) return nullptr;
-    const Around front = inFront(mesh, quiet);
-    if (front == Around::mixed) return nullptr;
-    turned = front == Around::inside;
+    const InFront front = inFront(mesh, quiet);
+    if (front == InFront::mixed) return nullptr;
+    turned = front == InFront::inside;
     if (turned)
         for (auto value = grid->beginValueOn(); value; ++value) value.setValue(-*value);
     return grid;

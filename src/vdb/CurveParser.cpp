@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-FileError unreadable(const fs::path& path, const std::string& what) {
+FileError noCurves(const fs::path& path, const std::string& what) {
     return FileError(fmt::format("'{}' cannot be read as curves: {}", path.string(), what));
 }
 
@@ -24,7 +24,7 @@ Curves readObjCurves(const fs::path& path) {
     std::vector<Polyline> polylines;
     for (size_t number = 1; !rest.empty(); ++number) {
         const auto fail = [&](const std::string& what) {
-            return unreadable(path, fmt::format("line {} {}", number, what));
+            return noCurves(path, fmt::format("line {} {}", number, what));
         };
         std::string_view line = takeLine(rest);
         line = line.substr(0, line.find('#'));
@@ -55,7 +55,7 @@ Curves readObjCurves(const fs::path& path) {
             polylines.push_back(std::move(polyline));
         }
     }
-    if (polylines.empty()) throw unreadable(path, "it has no curves (lines that begin with l)");
+    if (polylines.empty()) throw noCurves(path, "it has no curves (lines that begin with l)");
     return curvesOf(polylines);
 }
 
@@ -66,9 +66,9 @@ Curves readCsvCurves(const fs::path& path) {
         for (size_t k = 0; k < names.size(); ++k) columns.emplace(names[k], k);
         for (const char* name : {"curve", "x", "y", "z"})
             if (!columns.contains(name))
-                throw unreadable(path, fmt::format("its first line must name the columns curve, x, y and z; there is "
-                                                   "no {}",
-                                                   name));
+                throw noCurves(path, fmt::format("its first line must name the columns curve, x, y and z; there is "
+                                                 "no {}",
+                                                 name));
     });
     const size_t width = table.names.size();
     std::vector<Polyline> polylines;
@@ -76,21 +76,20 @@ Curves readCsvCurves(const fs::path& path) {
         const auto cell = [&](const char* name) { return table.values[row + columns.at(name)]; };
         const double id = cell("curve");
         if (id != std::floor(id) || std::abs(id) > 0x1p53)
-            throw unreadable(path,
-                             fmt::format("row {} has the curve {}, which is not an integer", row / width + 1, id));
+            throw noCurves(path, fmt::format("row {} has the curve {}, which is not an integer", row / width + 1, id));
         if (polylines.empty() || polylines.back().id != static_cast<int64_t>(id))
             polylines.push_back(
                 {.closed = columns.contains("closed") && cell("closed") != 0, .id = static_cast<int64_t>(id)});
         polylines.back().points.push_back({{cell("x"), cell("y"), cell("z")}});
     }
-    if (polylines.empty()) throw unreadable(path, "it has no rows");
+    if (polylines.empty()) throw noCurves(path, "it has no rows");
     return curvesOf(polylines);
 }
 
 /// Reads the edges of a .ply, and the positions and curve numbers of its vertices.
 Curves readPlyCurves(const fs::path& path) {
     const PlyVertices given = parsePlyVertices(contentOf(path), MeshSource{.path = path, .kind = "curves"});
-    if (given.edges.empty()) throw unreadable(path, "it has no curves (element edge)");
+    if (given.edges.empty()) throw noCurves(path, "it has no curves (element edge)");
     const std::vector<std::string>& names = given.table.names;
     const auto column = [&](const char* name) {
         return static_cast<size_t>(std::find(names.begin(), names.end(), name) - names.begin());
@@ -106,7 +105,7 @@ Curves readPlyCurves(const fs::path& path) {
     try {
         return curvesOf(vertices, given.edges, ids);
     } catch (const ValueError& error) {
-        throw unreadable(path, error.what());
+        throw noCurves(path, error.what());
     }
 }
 

@@ -20,15 +20,15 @@ namespace curlew {
 namespace {
 
 using openvdb::Coord;
-using Leaf = openvdb::Vec3STree::LeafNodeType;
+using VelocityLeaf = openvdb::Vec3STree::LeafNodeType;
 
 /// What a voxel holds. A voxel beyond the box is open unless it is in the wall.
 enum class Cell : uint8_t { open, air, wall };
-using Cells = openvdb::Int32Tree;
+using CellTree = openvdb::Int32Tree;
 
 /// Distances from the wall, in voxels, at which the velocity is sampled to extrapolate it to the faces of the wall.
 /// Closer to the wall, it shows the steps of the voxels.
-constexpr double kNear = 1.5, kFar = 2.5;
+constexpr double kNearVoxels = 1.5, kFarVoxels = 2.5;
 
 /// A face between air and wall: the lower face of `voxel` along `axis`.
 struct WallFace {
@@ -86,12 +86,12 @@ class AirSolver {
         for (int i = first[0]; i <= last[0]; i += 8)
             for (int j = first[1]; j <= last[1]; j += 8)
                 for (int k = first[2]; k <= last[2]; k += 8) origins.emplace_back(i, j, k);
-        std::vector<std::unique_ptr<Cells::LeafNodeType>> leaves(origins.size());
+        std::vector<std::unique_ptr<CellTree::LeafNodeType>> leaves(origins.size());
         parallelFor(
             origins.size(), 16,
             [&](size_t begin, size_t end) {
                 for (size_t n = begin; n < end; ++n) {
-                    leaves[n] = std::make_unique<Cells::LeafNodeType>(origins[n], 0);
+                    leaves[n] = std::make_unique<CellTree::LeafNodeType>(origins[n], 0);
                     classify(*leaves[n], box, around);
                 }
             },
@@ -108,8 +108,8 @@ class AirSolver {
         if (mAir == 0) throw ValueError("the obstacle fills the box; use a larger box (padding=)");
     }
 
-    void classify(Cells::LeafNodeType& leaf, const openvdb::CoordBBox& box, const openvdb::CoordBBox& around) const {
-        constexpr openvdb::Index kSize = Cells::LeafNodeType::SIZE;
+    void classify(CellTree::LeafNodeType& leaf, const openvdb::CoordBBox& box, const openvdb::CoordBBox& around) const {
+        constexpr openvdb::Index kSize = CellTree::LeafNodeType::SIZE;
         for (openvdb::Index from = 0; from < kSize; from += kBatch) {
             PointBatch points;
             for (openvdb::Index n = from; n < from + kBatch; ++n) points.push(centre(leaf.offsetToGlobalCoord(n)));
@@ -174,11 +174,11 @@ class AirSolver {
         setWallVelocity([&](const WallFace& face) {
             const double across = dot(face.wall, face.normal), distance = face.distance / mVoxel;
             Vec3d u, beyond;
-            if (!velocity(face.foot + face.normal * (kNear * mVoxel), u)) return face.normal * across;
+            if (!velocity(face.foot + face.normal * (kNearVoxels * mVoxel), u)) return face.normal * across;
             const double acrossNear = dot(u, face.normal);
-            if (velocity(face.foot + face.normal * (kFar * mVoxel), beyond))
-                u += (beyond - u) * ((distance - kNear) / (kFar - kNear));
-            const double acrossThere = across + (acrossNear - across) * distance / kNear;
+            if (velocity(face.foot + face.normal * (kFarVoxels * mVoxel), beyond))
+                u += (beyond - u) * ((distance - kNearVoxels) / (kFarVoxels - kNearVoxels));
+            const double acrossThere = across + (acrossNear - across) * distance / kNearVoxels;
             return u + face.normal * (acrossThere - dot(u, face.normal));
         });
     }
@@ -242,14 +242,14 @@ class AirSolver {
     }
 
     openvdb::Vec3SGrid::Ptr faces() const {
-        std::vector<const Cells::LeafNodeType*> cells;
+        std::vector<const CellTree::LeafNodeType*> cells;
         mCells.getNodes(cells);
-        std::vector<std::unique_ptr<Leaf>> leaves(cells.size());
+        std::vector<std::unique_ptr<VelocityLeaf>> leaves(cells.size());
         parallelFor(
             cells.size(), 16,
             [&](size_t begin, size_t end) {
                 for (size_t n = begin; n < end; ++n) {
-                    leaves[n] = std::make_unique<Leaf>(cells[n]->origin(), openvdb::Vec3s(0));
+                    leaves[n] = std::make_unique<VelocityLeaf>(cells[n]->origin(), openvdb::Vec3s(0));
                     fill(*leaves[n]);
                 }
             },
@@ -262,7 +262,7 @@ class AirSolver {
         return grid;
     }
 
-    void fill(Leaf& leaf) const {
+    void fill(VelocityLeaf& leaf) const {
         const openvdb::CoordBBox box(mLower, mUpper);
         std::array<PointBatch, 3> inWall; // middles of faces with wall on both sides
         std::array<std::array<openvdb::Index, kBatch>, 3> owners;
@@ -273,7 +273,7 @@ class AirSolver {
             for (int i = 0; i < inWall[k].size; ++i) set(leaf, owners[k][static_cast<size_t>(i)], axis, w[i][axis]);
             inWall[k].size = 0;
         };
-        for (openvdb::Index n = 0; n < Leaf::SIZE; ++n) {
+        for (openvdb::Index n = 0; n < VelocityLeaf::SIZE; ++n) {
             const Coord ijk = leaf.offsetToGlobalCoord(n);
             for (int axis = 0; axis < 3; ++axis) {
                 double v = 0;
@@ -289,10 +289,10 @@ class AirSolver {
         }
         for (int axis = 0; axis < 3; ++axis)
             if (inWall[static_cast<size_t>(axis)].size > 0) flush(axis);
-        for (openvdb::Index n = 0; n < Leaf::SIZE; ++n)
+        for (openvdb::Index n = 0; n < VelocityLeaf::SIZE; ++n)
             if (box.isInside(leaf.offsetToGlobalCoord(n)) && leaf.getValue(n) != openvdb::Vec3s(0)) leaf.setValueOn(n);
     }
-    static void set(Leaf& leaf, openvdb::Index n, int axis, double v) {
+    static void set(VelocityLeaf& leaf, openvdb::Index n, int axis, double v) {
         leaf.buffer().data()[n][axis] = static_cast<float>(v);
     }
 
@@ -302,7 +302,7 @@ class AirSolver {
     double mVoxel;
     const Monitor& mMonitor;
     Coord mLower, mUpper; // voxels of the box
-    Cells mCells{0};
+    CellTree mCells{0};
     size_t mAir = 0;
     std::vector<WallFace> mFaces;
     std::array<openvdb::DoubleTree, 3> mThrough; // velocities through the faces of the wall

@@ -16,10 +16,10 @@ using openvdb::Coord;
 using winding::Triangle;
 using winding::triangleOf;
 
-constexpr size_t kChunk = 64;    ///< In triangles.
-constexpr double kPiece = 1.5;   ///< Maximum edge length of a piece, voxels.
-constexpr int kHalvings = 2;     ///< How often the edges of a piece are halved where kept and hidden pieces meet.
-constexpr double kBeside = 0.02; ///< Distance from a face at which its two sides are sampled, voxels.
+constexpr size_t kChunk = 64;      ///< In triangles.
+constexpr double kPieceEdge = 1.5; ///< Maximum edge length of a piece, voxels.
+constexpr int kHalvings = 2;       ///< How often the edges of a piece are halved where kept and hidden pieces meet.
+constexpr double kBeside = 0.02;   ///< Distance from a face at which its two sides are sampled, voxels.
 
 /// Calls use(piece) for n² equal parts of a triangle.
 template <class Use>
@@ -39,7 +39,7 @@ int partsOf(const Triangle& triangle, double voxel) {
     double longest = 0;
     for (size_t k = 0; k < 3; ++k)
         longest = std::max(longest, length(triangle.corner[k] - triangle.corner[(k + 1) % 3]));
-    return static_cast<int>(std::clamp(std::ceil(longest / (kPiece * voxel)), 1.0, 1e4));
+    return static_cast<int>(std::clamp(std::ceil(longest / (kPieceEdge * voxel)), 1.0, 1e4));
 }
 
 /// Masks of the cells that contain kept and hidden pieces.

@@ -11,7 +11,6 @@
 namespace curlew {
 
 using openvdb::Index32;
-using openvdb::Vec3d;
 
 FaceSides::FaceSides(const Mesh& mesh, const openvdb::math::Transform& transform)
     : mMesh(mesh), mAdapter(mesh, transform), mFirst(mesh.points.size() + 2, 0), mFaces(3 * mesh.triangles.size()) {
@@ -23,22 +22,22 @@ FaceSides::FaceSides(const Mesh& mesh, const openvdb::math::Transform& transform
         for (int k = 0; k < 3; ++k) mFaces[mFirst[mesh.triangles[face][k] + 1]++] = static_cast<Index32>(face);
 }
 
-Vec3d FaceSides::cornerOf(size_t face, size_t k) const {
-    Vec3d p;
+openvdb::Vec3d FaceSides::cornerOf(size_t face, size_t k) const {
+    openvdb::Vec3d p;
     mAdapter.getIndexSpacePoint(face, k, p);
     return p;
 }
 
-Vec3d FaceSides::normalOf(size_t face) const {
-    const Vec3d a = cornerOf(face, 0);
-    const Vec3d normal = (cornerOf(face, 1) - a).cross(cornerOf(face, 2) - a);
+openvdb::Vec3d FaceSides::normalOf(size_t face) const {
+    const openvdb::Vec3d a = cornerOf(face, 0);
+    const openvdb::Vec3d normal = (cornerOf(face, 1) - a).cross(cornerOf(face, 2) - a);
     const double size = normal.length();
-    return size > 0 ? normal / size : Vec3d(0.0);
+    return size > 0 ? normal / size : openvdb::Vec3d(0.0);
 }
 
-double FaceSides::sideOf(size_t face, const Vec3d& p) const {
-    Vec3d uvw;
-    const Vec3d closest =
+double FaceSides::sideOf(size_t face, const openvdb::Vec3d& p) const {
+    openvdb::Vec3d uvw;
+    const openvdb::Vec3d closest =
         openvdb::math::closestPointOnTriangleToPoint(cornerOf(face, 0), cornerOf(face, 1), cornerOf(face, 2), p, uvw);
     const auto& corner = mMesh.triangles[face];
     int zeros = 0, biggest = 0;
@@ -46,7 +45,7 @@ double FaceSides::sideOf(size_t face, const Vec3d& p) const {
         zeros += !(uvw[k] > 0);
         if (uvw[k] > uvw[biggest]) biggest = k;
     }
-    Vec3d normal(0.0);
+    openvdb::Vec3d normal(0.0);
     if (zeros == 0) {
         normal = normalOf(face);
     } else {
@@ -61,8 +60,8 @@ double FaceSides::sideOf(size_t face, const Vec3d& p) const {
                 continue;
             }
             const size_t at = t[0] == vertex ? 0 : t[1] == vertex ? 1 : 2;
-            const Vec3d here = cornerOf(mFaces[n], at), u = cornerOf(mFaces[n], (at + 1) % 3) - here,
-                        v = cornerOf(mFaces[n], (at + 2) % 3) - here;
+            const openvdb::Vec3d here = cornerOf(mFaces[n], at), u = cornerOf(mFaces[n], (at + 1) % 3) - here,
+                                 v = cornerOf(mFaces[n], (at + 2) % 3) - here;
             normal += normalOf(mFaces[n]) * std::atan2(u.cross(v).length(), u.dot(v));
         }
     }

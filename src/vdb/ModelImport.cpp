@@ -26,7 +26,6 @@ namespace curlew {
 namespace {
 
 using openvdb::Mat4d;
-using openvdb::Vec3d;
 using openvdb::Vec3s;
 using openvdb::math::Quatd;
 
@@ -48,8 +47,8 @@ Mat4d matrixOf(const aiMatrix4x4& m) {
     return matrix;
 }
 Vec3s singleOf(const aiVector3D& v) { return Vec3s(float(v.x), float(v.y), float(v.z)); }
-Vec3d valueOf(const aiVectorKey& key) {
-    return Vec3d(double(key.mValue.x), double(key.mValue.y), double(key.mValue.z));
+openvdb::Vec3d valueOf(const aiVectorKey& key) {
+    return openvdb::Vec3d(double(key.mValue.x), double(key.mValue.y), double(key.mValue.z));
 }
 Quatd valueOf(const aiQuatKey& key) {
     return Quatd(double(key.mValue.x), double(key.mValue.y), double(key.mValue.z), double(key.mValue.w));

@@ -9,10 +9,9 @@ namespace curlew {
 namespace {
 
 using openvdb::Mat4d;
-using openvdb::Vec3d;
 using openvdb::math::Quatd;
 
-Vec3d blend(const Vec3d& a, const Vec3d& b, double part) { return a + (b - a) * part; }
+openvdb::Vec3d blend(const openvdb::Vec3d& a, const openvdb::Vec3d& b, double part) { return a + (b - a) * part; }
 
 /// Takes the shorter arc: q and -q are the same rotation.
 Quatd blend(const Quatd& a, const Quatd& b, double part) {
@@ -36,7 +35,7 @@ T valueAt(const ModelData::Keys<T>& keys, double time) {
 }
 
 Mat4d matrixAt(const ModelData::NodeChannel& channel, double time) {
-    const Vec3d scale = valueAt(channel.scale, time), translation = valueAt(channel.translation, time);
+    const openvdb::Vec3d scale = valueAt(channel.scale, time), translation = valueAt(channel.translation, time);
     const auto rotation = openvdb::math::rotation<openvdb::Mat3d>(valueAt(channel.rotation, time));
     Mat4d matrix = Mat4d::identity();
     for (int row = 0; row < 3; ++row)
@@ -46,11 +45,12 @@ Mat4d matrixAt(const ModelData::NodeChannel& channel, double time) {
 }
 
 /// Returns the points of a part deformed by its morph targets.
-std::vector<Vec3d> morphed(const ModelData::Part& part, const std::vector<double>& weights) {
-    std::vector<Vec3d> points(part.points.begin(), part.points.end());
+std::vector<openvdb::Vec3d> morphed(const ModelData::Part& part, const std::vector<double>& weights) {
+    std::vector<openvdb::Vec3d> points(part.points.begin(), part.points.end());
     for (size_t k = 0; k < part.targets.size(); ++k)
         if (weights[k] != 0)
-            for (size_t n = 0; n < points.size(); ++n) points[n] += weights[k] * Vec3d(part.targets[k].offsets[n]);
+            for (size_t n = 0; n < points.size(); ++n)
+                points[n] += weights[k] * openvdb::Vec3d(part.targets[k].offsets[n]);
     return points;
 }
 
@@ -66,9 +66,9 @@ std::vector<double> weightsAt(const ModelData& data, uint32_t part, const ModelD
 /// Returns a point in world space: transformed by the node of its part, or by its bones (linear blend skinning;
 /// Magnenat-Thalmann, Laperrière & Thalmann, Joint-dependent local deformations for hand animation and object grasping,
 /// 1988).
-Vec3d placed(const ModelData::Part& part, size_t n, const Vec3d& point, const Mat4d& node,
-             const std::vector<Mat4d>& bones) {
-    Vec3d sum(0.0);
+openvdb::Vec3d placed(const ModelData::Part& part, size_t n, const openvdb::Vec3d& point, const Mat4d& node,
+                      const std::vector<Mat4d>& bones) {
+    openvdb::Vec3d sum(0.0);
     double total = 0;
     for (size_t k = bones.empty() ? 0 : part.firstInfluence[n]; !bones.empty() && k < part.firstInfluence[n + 1]; ++k) {
         const auto& [bone, weight] = part.influences[k];
@@ -97,7 +97,7 @@ std::vector<openvdb::Vec3s> pointsAt(const ModelData& data, const ModelData::Cli
         const ModelData::Part& part = data.parts[p];
         std::vector<Mat4d> bones;
         for (const ModelData::Bone& bone : part.bones) bones.push_back(bone.offset * nodes[bone.node]);
-        const std::vector<Vec3d> shaped = morphed(part, weightsAt(data, p, clip, time));
+        const std::vector<openvdb::Vec3d> shaped = morphed(part, weightsAt(data, p, clip, time));
         for (size_t n = 0; n < shaped.size(); ++n)
             points.emplace_back(placed(part, n, shaped[n], nodes[part.node], bones));
     }

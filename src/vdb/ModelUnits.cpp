@@ -72,12 +72,12 @@ ModelUnits colladaUnits(const aiScene& scene) {
 }
 
 /// Returns the text between the brackets of a JSON list; empty if the list is missing or empty.
-std::string_view listIn(std::string_view json, std::string_view name) {
-    size_t at = json.find(fmt::format("\"{}\"", name));
+std::string_view listIn(std::string_view text, std::string_view name) {
+    size_t at = text.find(fmt::format("\"{}\"", name));
     if (at == std::string_view::npos) return {};
-    at = json.find_first_not_of(" \t\r\n:", at + name.size() + 2);
-    if (at == std::string_view::npos || json[at] != '[') return {};
-    const std::string_view list = json.substr(at + 1, json.find(']', at) - at - 1);
+    at = text.find_first_not_of(" \t\r\n:", at + name.size() + 2);
+    if (at == std::string_view::npos || text[at] != '[') return {};
+    const std::string_view list = text.substr(at + 1, text.find(']', at) - at - 1);
     return list.find_first_not_of(" \t\r\n") == std::string_view::npos ? std::string_view() : list;
 }
 

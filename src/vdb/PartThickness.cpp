@@ -20,11 +20,11 @@ using openvdb::FloatGrid;
 using Sampler = openvdb::tools::GridSampler<FloatGrid::ConstAccessor, openvdb::tools::BoxSampler>;
 
 constexpr double kSamples = 20000;
-constexpr double kMaxPerEdge = 100; ///< Samples of one triangle along each edge.
-constexpr double kStart = 1e-3;     ///< Where a ray begins below the surface, in voxels.
-constexpr double kOpposite = -0.3;  ///< Cosine between the normals of a face and of the face where a ray leaves.
-constexpr double kTolerance = 1e-4; ///< Relative, so that voxels of the recommended size suffice.
-constexpr int kMaxFaces = 8;        ///< Faces that a ray passes before it is given up.
+constexpr double kMaxPerEdge = 100;     ///< Samples of one triangle along each edge.
+constexpr double kStart = 1e-3;         ///< Where a ray begins below the surface, in voxels.
+constexpr double kOpposite = -0.3;      ///< Cosine between the normals of a face and of the face where a ray leaves.
+constexpr double kThinTolerance = 1e-4; ///< Relative, so that voxels of the recommended size suffice.
+constexpr int kMaxFaces = 8;            ///< Faces that a ray passes before it is given up.
 
 /// The surface below one position: its area, and the thickness there, which is infinite if it is not thin.
 struct Sample {
@@ -32,9 +32,9 @@ struct Sample {
 };
 
 /// The samples of some triangles.
-struct Samples {
+struct RaySamples {
     std::vector<Sample> all;
-    Samples& operator+=(const Samples& o) {
+    RaySamples& operator+=(const RaySamples& o) {
         all.insert(all.end(), o.all.begin(), o.all.end());
         return *this;
     }
@@ -79,7 +79,7 @@ class Prober {
     }
 
     double thicknessAt(const Vec3d& p, const Vec3d& inward, const Vec3d& normal) const {
-        const double enough = kThinVoxels * mVoxel * (1 - kTolerance);
+        const double enough = kThinVoxels * mVoxel * (1 - kThinTolerance);
         double from = kStart * mVoxel;
         for (int k = 0; k < kMaxFaces; ++k) {
             const auto hit = mMesh.hit({p + inward * from, inward});
@@ -121,17 +121,17 @@ PartThickness partThickness(const Mesh& mesh, const FloatGrid& grid, const Monit
         const double area = 0.5 * length(cross(rays.vertices()[t[1]] - a, rays.vertices()[t[2]] - a));
         return static_cast<int>(std::clamp(std::sqrt(area * perArea), 1.0, kMaxPerEdge));
     };
-    const Samples samples = parallelSum((faces + stride - 1) / stride, 256,
-                                        [&](size_t begin, size_t end) {
-                                            const Prober prober(rays, grid);
-                                            Samples own;
-                                            for (size_t k = begin; k < end; ++k) {
-                                                const auto face = static_cast<uint32_t>(k * stride);
-                                                prober.addSamples(face, perEdge(face), own.all);
-                                            }
-                                            return own;
-                                        },
-                                        monitor);
+    const RaySamples samples = parallelSum((faces + stride - 1) / stride, 256,
+                                           [&](size_t begin, size_t end) {
+                                               const Prober prober(rays, grid);
+                                               RaySamples own;
+                                               for (size_t k = begin; k < end; ++k) {
+                                                   const auto face = static_cast<uint32_t>(k * stride);
+                                                   prober.addSamples(face, perEdge(face), own.all);
+                                               }
+                                               return own;
+                                           },
+                                           monitor);
     PartThickness result;
     double area = 0;
     std::vector<Sample> thin;

@@ -22,7 +22,7 @@ using openvdb::points::AttributeArray;
 using Descriptor = std::vector<uint64_t>;
 
 /// One attribute of one leaf.
-struct Array {
+struct PointArray {
     uint64_t bytes = 0;  ///< Bytes in memory, or in its pages.
     uint64_t packed = 0; ///< Bytes in the file if it is not in pages, without the byte that says whether it is
                          ///< compressed.
@@ -115,7 +115,7 @@ class PointValidation {
     }
 
     /// Reads the header of an array. Returns its number of points.
-    uint32_t readArray(uint64_t valueBytes, Array& array) {
+    uint32_t readArray(uint64_t valueBytes, PointArray& array) {
         constexpr uint64_t ownBytes = sizeof(int16_t) + sizeof(uint32_t); // included in `bytes`
         constexpr uint8_t strided = 1, uniform = 2, inPages = 8, flagsKnown = 0x1f, storageKnown = 0x0f;
         const auto bytes = mCursor.read<uint64_t>();
@@ -133,7 +133,7 @@ class PointValidation {
         return count;
     }
 
-    const Array* arrayOf(uint64_t leaf, size_t attribute) const {
+    const PointArray* arrayOf(uint64_t leaf, size_t attribute) const {
         return attribute < mHas[leaf] ? &mArrays[leaf * mAttributes + attribute] : nullptr;
     }
 
@@ -141,7 +141,7 @@ class PointValidation {
     void readPages(size_t attribute) {
         uint64_t left = 0; // bytes left in the last page
         for (uint64_t leaf = 0; leaf < mLeaves; ++leaf) {
-            const Array* array = arrayOf(leaf, attribute);
+            const PointArray* array = arrayOf(leaf, attribute);
             if (!array || !array->paged) continue;
             if (left == 0) left = readPage(attribute);
             if (array->bytes > left) mCursor.damaged();
@@ -177,7 +177,7 @@ class PointValidation {
         auto page = mPages[attribute].begin();
         uint64_t left = 0;
         for (uint64_t leaf = 0; leaf < mLeaves; ++leaf) {
-            const Array* array = arrayOf(leaf, attribute);
+            const PointArray* array = arrayOf(leaf, attribute);
             if (!array) continue;
             if (!array->paged) {
                 checkArray(*array);
@@ -194,7 +194,7 @@ class PointValidation {
         }
     }
 
-    void checkArray(const Array& array) {
+    void checkArray(const PointArray& array) {
         const bool packed = !array.uniform && mCursor.read<uint8_t>() == 1;
         if (packed) return mCursor.skipBlosc(array.packed, array.bytes, /*padded=*/true);
         if (array.packed != array.bytes) mCursor.damaged();
@@ -211,7 +211,7 @@ class PointValidation {
     std::shared_ptr<const Descriptor> mDescriptor;
     bool mShared = false;                  ///< The descriptor applies to all leaves that follow.
     std::vector<size_t> mHas;              ///< Number of attributes of each leaf.
-    std::vector<Array> mArrays;            ///< mAttributes entries per leaf.
+    std::vector<PointArray> mArrays;       ///< mAttributes entries per leaf.
     std::vector<std::vector<Page>> mPages; ///< Pages of each attribute.
     PointSizes mSizes;
 };

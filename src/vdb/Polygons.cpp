@@ -14,17 +14,17 @@ namespace curlew {
 
 namespace {
 
-using Point = std::array<double, 2>;
-using Corners = std::span<const uint32_t>;
+using PlanePoint = std::array<double, 2>;
+using CornerSpan = std::span<const uint32_t>;
 
 /// Returns twice the signed area of a triangle; negative if it runs clockwise.
-double area(const Point& a, const Point& b, const Point& c) {
+double area(const PlanePoint& a, const PlanePoint& b, const PlanePoint& c) {
     return a[0] * (b[1] - c[1]) + b[0] * (c[1] - a[1]) + c[0] * (a[1] - b[1]);
 }
 
 /// Projects the vertices of a polygon along the axis in which its normal (Newell) is longest, so that they run
 /// counter-clockwise.
-std::vector<Point> projected(const std::vector<openvdb::Vec3s>& points, Corners corners) {
+std::vector<PlanePoint> projected(const std::vector<openvdb::Vec3s>& points, CornerSpan corners) {
     openvdb::Vec3d normal(0);
     for (size_t k = 0; k < corners.size(); ++k) {
         const openvdb::Vec3d here(points[corners[k]]), next(points[corners[(k + 1) % corners.size()]]);
@@ -34,7 +34,7 @@ std::vector<Point> projected(const std::vector<openvdb::Vec3s>& points, Corners 
     const int axis = x > y && x > z ? 0 : y > z ? 1 : 2;
     int first = (axis + 1) % 3, second = (axis + 2) % 3;
     if (normal[axis] < 0) std::swap(first, second);
-    std::vector<Point> result;
+    std::vector<PlanePoint> result;
     result.reserve(corners.size());
     for (const uint32_t c : corners)
         result.push_back({static_cast<double>(points[c][first]), static_cast<double>(points[c][second])});
@@ -44,7 +44,7 @@ std::vector<Point> projected(const std::vector<openvdb::Vec3s>& points, Corners 
 /// Triangulates a polygon by ear clipping.
 class EarClipper {
   public:
-    explicit EarClipper(std::vector<Point> points) : mPoints(std::move(points)), mRing(mPoints.size()) {
+    explicit EarClipper(std::vector<PlanePoint> points) : mPoints(std::move(points)), mRing(mPoints.size()) {
         const size_t size = mPoints.size();
         for (size_t k = 0; k < size; ++k) mRing[k] = {(k + size - 1) % size, (k + 1) % size};
     }
@@ -77,21 +77,21 @@ class EarClipper {
 
     /// Returns whether the corner is convex, and no other corner lies in its triangle with its neighbours.
     bool isEar(size_t previous, size_t corner, size_t next) const {
-        const Point &a = mPoints[previous], &b = mPoints[corner], &c = mPoints[next];
+        const PlanePoint &a = mPoints[previous], &b = mPoints[corner], &c = mPoints[next];
         if (area(a, b, c) < 0) return false;
         for (size_t k = mRing[next].next; k != previous; k = mRing[k].next) {
-            const Point& p = mPoints[k]; // corners may share a position
+            const PlanePoint& p = mPoints[k]; // corners may share a position
             if (p != a && p != b && p != c && area(a, b, p) > 0 && area(b, c, p) > 0 && area(c, a, p) > 0) return false;
         }
         return true;
     }
 
-    std::vector<Point> mPoints;
+    std::vector<PlanePoint> mPoints;
     std::vector<Neighbours> mRing;
 };
 
 /// Appends the triangles of a polygon. No triangle begins with the same vertex as the one before it.
-void appendTriangles(const std::vector<openvdb::Vec3s>& points, Corners corners,
+void appendTriangles(const std::vector<openvdb::Vec3s>& points, CornerSpan corners,
                      std::vector<openvdb::Vec3I>& triangles) {
     size_t before = corners.size();
     EarClipper(projected(points, corners)).cut([&](size_t a, size_t b, size_t c) {

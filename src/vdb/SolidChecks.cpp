@@ -31,7 +31,7 @@ std::vector<Index32> firstAlike(const std::vector<openvdb::Vec3s>& points) {
 }
 
 /// A triangle by its sorted vertices, the parity of the sorting permutation, and its index.
-struct Corners {
+struct FaceCorners {
     std::array<Index32, 3> sorted;
     size_t number;
     bool odd;
@@ -56,7 +56,7 @@ Mesh inTriangles(const Mesh& mesh) {
 Mesh distinctTriangles(const Mesh& mesh, size_t& duplicates) {
     Mesh all = inTriangles(mesh);
     const std::vector<Index32> first = firstAlike(all.points);
-    std::vector<Corners> keys;
+    std::vector<FaceCorners> keys;
     keys.reserve(all.triangles.size());
     for (size_t n = 0; n < all.triangles.size(); ++n) {
         auto& t = all.triangles[n];
@@ -67,7 +67,7 @@ Mesh distinctTriangles(const Mesh& mesh, size_t& duplicates) {
         std::sort(c.begin(), c.end());
         keys.push_back({c, n, odd});
     }
-    tbb::parallel_sort(keys.begin(), keys.end(), [](const Corners& a, const Corners& b) {
+    tbb::parallel_sort(keys.begin(), keys.end(), [](const FaceCorners& a, const FaceCorners& b) {
         return std::tie(a.sorted, a.number) < std::tie(b.sorted, b.number);
     });
     // Of triangles with the same vertices, one is kept, in the more frequent direction. If equally many run in either

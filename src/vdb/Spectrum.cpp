@@ -21,12 +21,12 @@ using openvdb::Coord;
 using Complex = std::complex<double>;
 
 /// A box of samples, z fastest.
-struct Samples {
+struct SpectrumSamples {
     openvdb::CoordBBox box;
     std::array<size_t, 3> size{};
     std::vector<Complex> values;
 
-    explicit Samples(const openvdb::CoordBBox& voxels) : box(voxels) {
+    explicit SpectrumSamples(const openvdb::CoordBBox& voxels) : box(voxels) {
         const Coord dim = voxels.dim();
         for (size_t axis = 0; axis < 3; ++axis) size[axis] = static_cast<size_t>(dim[static_cast<int>(axis)]);
         values.resize(size[0] * size[1] * size[2]);
@@ -59,9 +59,9 @@ std::vector<double> windowOf(size_t size, SpectrumWindow kind) {
 }
 
 /// The mean, and the energy of the fluctuations before and after the window.
-struct Moments {
+struct WaveMoments {
     double mean = 0, energy = 0, windowed = 0;
-    Moments& operator+=(const Moments& o) {
+    WaveMoments& operator+=(const WaveMoments& o) {
         mean += o.mean;
         energy += o.energy;
         windowed += o.windowed;
@@ -70,14 +70,14 @@ struct Moments {
 };
 
 /// Reads one component, subtracts its mean and multiplies it by the window.
-Moments read(const openvdb::Vec3SGrid& velocity, int component, const std::array<std::vector<double>, 3>& window,
-             Samples& samples) {
+WaveMoments read(const openvdb::Vec3SGrid& velocity, int component, const std::array<std::vector<double>, 3>& window,
+                 SpectrumSamples& samples) {
     const auto& [nx, ny, nz] = samples.size;
     const auto count = static_cast<double>(samples.values.size());
     const size_t plane = ny * nz;
-    Moments total = parallelSum(nx, 1, [&](size_t begin, size_t end) {
+    WaveMoments total = parallelSum(nx, 1, [&](size_t begin, size_t end) {
         const openvdb::tree::ValueAccessor<const openvdb::Vec3STree, /*IsSafe=*/false> grid(velocity.tree());
-        Moments sum;
+        WaveMoments sum;
         for (size_t n = begin * plane; n < end * plane; ++n) {
             const Coord ijk = samples.box.min().offsetBy(static_cast<int>(n / plane), static_cast<int>(n / nz % ny),
                                                          static_cast<int>(n % nz));
@@ -90,7 +90,7 @@ Moments read(const openvdb::Vec3SGrid& velocity, int component, const std::array
     if (!std::isfinite(total.mean)) throw ValueError("the grid has velocities that are not finite");
     const double mean = total.mean / count;
     total = parallelSum(nx, 1, [&](size_t begin, size_t end) {
-        Moments sum;
+        WaveMoments sum;
         for (size_t n = begin * plane; n < end * plane; ++n) {
             const double rest = samples.values[n].real() - mean;
             const double seen = rest * window[0][n / plane] * window[1][n / nz % ny] * window[2][n % nz];
@@ -104,7 +104,7 @@ Moments read(const openvdb::Vec3SGrid& velocity, int component, const std::array
 }
 
 /// Transforms all lines along one axis.
-void transform(Samples& samples, size_t axis) {
+void transform(SpectrumSamples& samples, size_t axis) {
     const size_t length = samples.size[axis], stride = samples.stride(axis), lines = samples.values.size() / length;
     parallelFor(lines, 256, [&](size_t begin, size_t end) {
         const kissfft<double> fft(length, false); // has a buffer, so each thread needs its own
@@ -135,7 +135,7 @@ struct Shells {
 };
 
 /// Returns the energy of the coefficients in each shell.
-Shells shellsOf(const Samples& samples, size_t count) {
+Shells shellsOf(const SpectrumSamples& samples, size_t count) {
     const auto& [nx, ny, nz] = samples.size;
     const auto shortest = static_cast<double>(std::min({nx, ny, nz}));
     const auto total = static_cast<double>(samples.values.size());
@@ -183,7 +183,7 @@ LogSums logSums(const EnergySpectrum& spectrum, double lower, double upper) {
 
 EnergySpectrum energySpectrum(const openvdb::Vec3SGrid& velocity, const SpectrumOptions& options,
                               const Monitor& monitor) {
-    Samples samples(boxOf(velocity));
+    SpectrumSamples samples(boxOf(velocity));
     const auto& size = samples.size;
     const size_t shortest = std::min({size[0], size[1], size[2]});
     const double voxel = velocity.voxelSize()[0];
@@ -195,7 +195,7 @@ EnergySpectrum energySpectrum(const openvdb::Vec3SGrid& velocity, const Spectrum
     std::array<std::vector<double>, 3> window;
     for (size_t axis = 0; axis < 3; ++axis) window[axis] = windowOf(size[axis], options.window);
     for (int component = 0; component < 3; ++component) {
-        const Moments moments = read(velocity, component, window, samples);
+        const WaveMoments moments = read(velocity, component, window, samples);
         for (size_t axis = 0; axis < 3; ++axis) {
             monitor.check();
             transform(samples, axis);

@@ -68,13 +68,13 @@ std::string headerOf(const std::string& prim, const UsdOptions& options) {
 using Append = std::function<void(size_t n, std::string& text)>;
 
 /// The value of an attribute at a frame.
-struct Value {
+struct UsdValue {
     double frame;
     size_t count;
     Append append;
 };
 
-void writeArray(std::ostream& out, const Value& value) {
+void writeArray(std::ostream& out, const UsdValue& value) {
     out << '[';
     writeChunks(out, value.count, [&](size_t begin, size_t end, std::string& text) {
         for (size_t n = begin; n < end; ++n) {
@@ -87,7 +87,7 @@ void writeArray(std::ostream& out, const Value& value) {
 
 /// Writes `type[] name = […]`, or its time samples. `more` follows in parentheses.
 void writeAttribute(std::ostream& out, const std::string& indent, std::string_view declaration,
-                    const std::vector<Value>& values, bool timed, std::string_view more = "") {
+                    const std::vector<UsdValue>& values, bool timed, std::string_view more = "") {
     const auto end = [&] {
         if (!more.empty()) out << " (\n" << indent << "    " << more << '\n' << indent << ')';
         out << '\n';
@@ -102,7 +102,7 @@ void writeAttribute(std::ostream& out, const std::string& indent, std::string_vi
         end();
     }
     out << indent << declaration << ".timeSamples = {\n";
-    for (const Value& value : values) {
+    for (const UsdValue& value : values) {
         out << indent << "    " << fmt::format("{}", value.frame) << ": ";
         writeArray(out, value);
         out << ",\n";
@@ -130,7 +130,7 @@ Append numberOf(const std::vector<T>& values) {
 
 /// The lower and the upper corner of the positions.
 template <class Geometry>
-Value extentOf(double frame, const Geometry& g) {
+UsdValue extentOf(double frame, const Geometry& g) {
     std::array<std::array<float, 3>, 2> corners{};
     const auto range = [&](const std::vector<double>& values, size_t axis) {
         if (values.empty()) return;
@@ -164,7 +164,7 @@ class PrimWriter {
     /// Writes an attribute whose values `array` returns as a function of the geometry: a count and an Append.
     template <class Array>
     void add(std::string_view declaration, const Array& array, std::string_view more = "") {
-        std::vector<Value> values;
+        std::vector<UsdValue> values;
         for (const auto& sample : mSamples) {
             auto [count, append] = array(*sample.geometry);
             values.push_back({sample.frame, count, std::move(append)});
@@ -180,7 +180,7 @@ class PrimWriter {
     }
 
     void addExtent() {
-        std::vector<Value> values;
+        std::vector<UsdValue> values;
         for (const auto& sample : mSamples) values.push_back(extentOf(sample.frame, *sample.geometry));
         writeAttribute(mOut, mIndent, "float3[] extent", values, mTimed);
     }

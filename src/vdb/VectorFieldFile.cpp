@@ -27,14 +27,13 @@ namespace {
 namespace fs = std::filesystem;
 using openvdb::Coord;
 using openvdb::GridBase;
-using openvdb::Vec3d;
 using openvdb::Vec3SGrid;
 
 /// For each axis of the world, the axis of the grid that is parallel to it and the world units per voxel; negative if
 /// they point in opposite directions.
 struct Alignment {
     std::array<int, 3> axis{};
-    Vec3d step;
+    openvdb::Vec3d step;
 };
 
 /// Returns nullopt if the axes of the grid are not those of the world, or not straight.
@@ -81,7 +80,7 @@ class WorldBox {
 
     /// `values`: those of the box, whose axes are those of the world.
     WorldBox(const FieldBox& box, Dense values)
-        : mAlignment{{0, 1, 2}, Vec3d(1)}, mDense(std::move(values)), mFirst(0, 0, 0), mBox(box) {}
+        : mAlignment{{0, 1, 2}, openvdb::Vec3d(1)}, mDense(std::move(values)), mFirst(0, 0, 0), mBox(box) {}
 
     const FieldBox& box() const { return mBox; }
     size_t count() const { return mDense.valueCount(); }
@@ -113,12 +112,12 @@ FieldBox boxAround(const GridBase& grid, int maxSize) {
         throw ValueError(fmt::format("{} has no active voxels, so there is nothing to write", titleOf(grid)));
     openvdb::BBoxd world; // a linear transform and a frustum both keep edges straight
     for (int corner = 0; corner < 8; ++corner) {
-        Vec3d ijk;
+        openvdb::Vec3d ijk;
         for (int axis = 0; axis < 3; ++axis)
             ijk[axis] = (corner >> axis & 1) != 0 ? active.max()[axis] + 0.5 : active.min()[axis] - 0.5;
         world.expand(grid.indexToWorld(ijk));
     }
-    const Vec3d edges = grid.voxelSize(), extents = world.extents();
+    const openvdb::Vec3d edges = grid.voxelSize(), extents = world.extents();
     const double smallest = std::min({edges[0], edges[1], edges[2]});
     const double voxel = std::max(smallest, std::max({extents[0], extents[1], extents[2]}) / maxSize);
     FieldBox box;
@@ -133,7 +132,7 @@ FieldBox boxAround(const GridBase& grid, int maxSize) {
 }
 
 double wide(float value) { return static_cast<double>(value); }
-Vec3d wide(const openvdb::Vec3s& value) { return Vec3d(value); }
+openvdb::Vec3d wide(const openvdb::Vec3s& value) { return openvdb::Vec3d(value); }
 
 /// Samples a grid at the voxels of boxAround(). Larger voxels than the grid's get the mean of several trilinear
 /// samples, one for each voxel of the grid in them, so that no detail is skipped.
@@ -146,16 +145,17 @@ WorldBox<GridType> resampled(const GridType& grid, int maxSize, const Monitor& m
                   fmt::format("{} as a dense box of {} x {} x {} voxels", titleOf(grid), count(0), count(1), count(2)),
                   "use larger voxels or a smaller box");
     const double voxel = (box.upper[0] - box.lower[0]) / box.size[0];
-    const Vec3d edges = grid.voxelSize();
+    const openvdb::Vec3d edges = grid.voxelSize();
     const int parts = static_cast<int>(std::ceil(voxel / std::max({edges[0], edges[1], edges[2]}) - 1e-6));
     const double part = voxel / std::max(parts, 1);
     typename WorldBox<GridType>::Dense dense(openvdb::CoordBBox(Coord(0), box.size - Coord(1)));
     const auto meanAt = [&](const auto& sampler, const Coord& ijk) {
         decltype(wide(Value())) sum(0);
-        const Vec3d first = box.lower + Vec3d(voxel * ijk[0], voxel * ijk[1], voxel * ijk[2]) + Vec3d(0.5 * part);
+        const openvdb::Vec3d first =
+            box.lower + openvdb::Vec3d(voxel * ijk[0], voxel * ijk[1], voxel * ijk[2]) + openvdb::Vec3d(0.5 * part);
         const int n = std::max(parts, 1);
         for (int k = 0; k < n * n * n; ++k)
-            sum += wide(sampler.wsSample(first + part * Vec3d(k % n, k / n % n, k / n / n)));
+            sum += wide(sampler.wsSample(first + part * openvdb::Vec3d(k % n, k / n % n, k / n / n)));
         return Value(sum / static_cast<double>(n * n * n));
     };
     parallelFor(

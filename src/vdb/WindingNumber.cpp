@@ -25,7 +25,7 @@ constexpr double kBeta = 2.7; ///< Distance, in radii, beyond which a cluster is
 
 /// The triangles of a leaf, stored by coordinate: kLeaf x of the first vertices, then y, z, x of the second vertices …
 /// Unused triangles have no extent and add nothing.
-struct Leaf {
+struct FaceGroup {
     std::array<double, 9 * kLeaf> corner{};
 };
 
@@ -109,7 +109,7 @@ struct HalfAngles {
 };
 
 /// Adds the solid angles of a leaf as seen from x: tan(Ω / 2) = det(a, b, c) / (|a||b||c| + (a·b)|c| + …).
-void addLeaf(const Leaf& leaf, const Vec3d& x, HalfAngles& angles) {
+void addLeaf(const FaceGroup& leaf, const Vec3d& x, HalfAngles& angles) {
     std::array<double, kLeaf> real, det;
     const double* const corners = leaf.corner.data();
     const double px = x[0], py = x[1], pz = x[2];
@@ -149,7 +149,7 @@ struct WindingNumber::Tree {
     double scale = 1;
     int depth = 0, top = 0; ///< Number of halvings: in total, and of the first level.
     std::vector<std::vector<Group>> levels;
-    std::vector<Leaf> leaves;
+    std::vector<FaceGroup> leaves;
 
     Vec3d local(const Vec3d& position) const { return (position - center) * scale; }
     std::vector<Triangle> trianglesOf(const Mesh& mesh);
@@ -292,7 +292,7 @@ double WindingNumber::at(const Vec3d& position) const {
     const Vec3d x = mTree->local(position);
     if (!inSight(x)) return 0;
     HalfAngles angles;
-    const double far = mTree->walk(x, [&](const Leaf& leaf, float, float) { addLeaf(leaf, x, angles); });
+    const double far = mTree->walk(x, [&](const FaceGroup& leaf, float, float) { addLeaf(leaf, x, angles); });
     return (far + 2 * angles.sum()) / (4 * std::numbers::pi);
 }
 
@@ -301,7 +301,7 @@ std::array<double, 2> WindingNumber::beside(const Vec3d& position, const Vec3d& 
     if (!inSight(x)) return {0, 0};
     HalfAngles common, up, down;
     const auto close = static_cast<float>(32 * length(by));
-    const double far = mTree->walk(x, [&](const Leaf& leaf, float distance2, float reach2) {
+    const double far = mTree->walk(x, [&](const FaceGroup& leaf, float distance2, float reach2) {
         if (std::sqrt(distance2) > std::sqrt(reach2) / static_cast<float>(kBeta) + close) {
             addLeaf(leaf, x, common);
         } else {
@@ -328,7 +328,7 @@ double WindingNumber::exactAt(const Vec3d& position) const {
     const Vec3d x = mTree->local(position);
     if (!inSight(x)) return 0;
     HalfAngles angles;
-    for (const Leaf& leaf : mTree->leaves) addLeaf(leaf, x, angles);
+    for (const FaceGroup& leaf : mTree->leaves) addLeaf(leaf, x, angles);
     return 2 * angles.sum() / (4 * std::numbers::pi);
 }
 

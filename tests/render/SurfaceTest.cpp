@@ -15,14 +15,12 @@ namespace {
 
 constexpr double kResolution = 0.002;
 
-Vec3d unit(const Vec3d& v) { return v * (1 / length(v)); }
-
 /// From around the origin to near it.
 std::vector<Ray> raysInwards(size_t count) {
     std::vector<Ray> rays;
     for (size_t k = 0; k < count; ++k) {
-        const Vec3d origin = unit(test::randomPoint(test::cube(1), 1, k)) * 3.0;
-        rays.push_back({origin, unit(test::randomPoint(test::cube(0.9), 2, k) - origin)});
+        const Vec3d origin = normalized(test::randomPoint(test::cube(1), 1, k)) * 3.0;
+        rays.push_back({origin, normalized(test::randomPoint(test::cube(0.9), 2, k) - origin)});
     }
     return rays;
 }
@@ -48,7 +46,7 @@ double errorOnBall(const Surface& surface, double radius, double edge, double no
         if (!hits[k].found()) continue;
         const double distance = -b - std::sqrt(radius * radius - miss * miss);
         worst = std::max(worst, std::abs(hits[k].distance - distance));
-        const Vec3d normal = unit(rays[k].origin + rays[k].direction * hits[k].distance);
+        const Vec3d normal = normalized(rays[k].origin + rays[k].direction * hits[k].distance);
         CHECK(length(hits[k].normal - normal) < normalTolerance);
     }
     return worst;
@@ -212,7 +210,7 @@ TEST_CASE("Surface: rays through shared edges and vertices do not leak", "[rende
     for (const auto& p : mesh.points)
         if (p.z() > 0.5F) { // not where rays only touch the ball
             const Vec3d corner{{static_cast<double>(p.x()), static_cast<double>(p.y()), static_cast<double>(p.z())}};
-            rays.push_back({eye, unit(corner - eye)});
+            rays.push_back({eye, normalized(corner - eye)});
         }
     const auto hits = hitsOf(ball, rays);
     REQUIRE(hits.size() > 150);

@@ -56,6 +56,12 @@ T length(const Vec<T, N>& a) {
     return sqrt(dot(a, a));
 }
 
+/// The unit vector in the direction of a, which must not be 0.
+template <class T, int N>
+Vec<T, N> normalized(const Vec<T, N>& a) {
+    return a * (1 / length(a));
+}
+
 /// The right-handed cross product: cross(e_x, e_y) = e_z (ICN Eq. 1 for n = 3). Not fused, so cross(a, a) = 0 and
 /// cross(b, a) = -cross(a, b) hold exactly.
 template <class T>

@@ -11,7 +11,7 @@ namespace {
 
 using namespace options;
 
-const std::string kGroup = "points";
+const std::string kEmitGroup = "points";
 
 void emit(Context& c, const Arguments& a) {
     if (!c.clock()) throw ValueError("works frame by frame; put it after -frames");
@@ -84,7 +84,7 @@ bool withoutBox(const Arguments& a) { return !a.given("box"); }
 Registry emitActions() {
     return {
         {.name = "emit",
-         .group = kGroup,
+         .group = kEmitGroup,
          .summary = "emitter: in each frame, add points in or on a flow, shape or level set, and remove expired ones",
          .takes = {domainInput(), joinedPoints(), densityInput(),
                    maybe(stays("flow", {Kind::flow}), "optional; its wall keeps new points on the flow's side")},
@@ -113,7 +113,7 @@ Registry emitActions() {
          .inFrames = InFrames::each,
          .run = emit},
         {.name = "kill",
-         .group = kGroup,
+         .group = kEmitGroup,
          .summary = "delete the newest points outside (or inside) a box, or else the newest shape or level set",
          .takes = {changed("points", {Kind::points}), onlyIf(stays("shape", {Kind::shape, Kind::levelSet}, "grid"),
                                                              "not used if box= is given", withoutBox)},
@@ -125,7 +125,7 @@ Registry emitActions() {
          .inFrames = InFrames::each,
          .run = kill},
         {.name = "wrap",
-         .group = kGroup,
+         .group = kEmitGroup,
          .summary = "wrap the newest points around a box (periodic boundary), for noises with a period",
          .takes = {changed("points", {Kind::points}),
                    onlyIf(stays("flow", {Kind::flow}), "not used if box= is given", withoutBox)},

@@ -14,7 +14,7 @@ namespace {
 
 using namespace options;
 
-const std::string kGroup = "fields";
+const std::string kFieldGroup = "fields";
 
 /// Calls `make` with `dim` as a std::integral_constant.
 template <int N = 1, class Make>
@@ -30,7 +30,7 @@ Action combiningAction(const std::string& name, const std::string& summary, cons
                        std::vector<Option> options = {}) {
     options.push_back(keep());
     return {.name = name,
-            .group = kGroup,
+            .group = kFieldGroup,
             .summary = summary,
             .takes = {taken("first", {Kind::field}), taken("second", {Kind::field})},
             .makes = {made("field", {Kind::field})},
@@ -193,7 +193,7 @@ Action formulaAction() {
     Input fields = several(stays("fields", {Kind::field}), 0, 100, "those that the formula names, in that order");
     fields.namesWith = [](const Arguments& a) { return namesInFormula(a.words().front()); };
     return {.name = "formula",
-            .group = kGroup,
+            .group = kFieldGroup,
             .summary = "field from a formula of the position and of other fields, with exact derivatives",
             .takes = {std::move(fields)},
             .makes = {made("field", {Kind::field})},
@@ -214,7 +214,7 @@ Registry sources() {
     return {
         formulaAction(),
         {.name = "ramp",
-         .group = kGroup,
+         .group = kFieldGroup,
          .summary = "linear ramp, gradient·x + value",
          .makes = {made("field", {Kind::field})},
          .options = {formerly({"direction"},
@@ -231,7 +231,7 @@ Registry sources() {
              },
          .makesWith = [](const Arguments& a, const Objects&, const World&) { return fieldOf(a.count("gradient")); }},
         {.name = "constant",
-         .group = kGroup,
+         .group = kFieldGroup,
          .summary = "constant field: the same value everywhere",
          .makes = {made("field", {Kind::field})},
          .options = {real("value", "1", "", "value of the field"),
@@ -287,7 +287,7 @@ Registry fieldActions() {
     for (auto& action : combinations()) actions.push_back(std::move(action));
     actions.push_back(
         {.name = "clip",
-         .group = kGroup,
+         .group = kFieldGroup,
          .summary = "clamp the newest field smoothly to a range; a distance then matters only near its surface",
          .takes = {taken("field", {Kind::field})},
          .makes = {made("field", {Kind::field})},
@@ -302,7 +302,7 @@ Registry fieldActions() {
          }});
     actions.push_back(
         {.name = "height",
-         .group = kGroup,
+         .group = kFieldGroup,
          .summary = "height field (terrain): a new last coordinate minus the newest field",
          .takes = {taken("field", {Kind::field})},
          .makes = {made("field", {Kind::field})},
@@ -315,7 +315,7 @@ Registry fieldActions() {
          }});
     actions.push_back(
         {.name = "lift",
-         .group = kGroup,
+         .group = kFieldGroup,
          .summary = "restrict the newest field to the graph of the field before it: anisotropy, slices, animation",
          .takes = {graphInput(), taken("field", {Kind::field})},
          .makes = {made("field", {Kind::field})},
@@ -332,7 +332,7 @@ Registry fieldActions() {
          }});
     actions.push_back(
         {.name = "transform",
-         .group = kGroup,
+         .group = kFieldGroup,
          .summary = "scale, rotate and translate the newest field",
          .takes = {taken("field", {Kind::field})},
          .makes = {made("field", {Kind::field, Kind::shape})},

@@ -23,7 +23,7 @@ namespace curlew::app {
 namespace {
 
 using namespace options;
-const std::string kGroup = "files";
+const std::string kFileGroup = "files";
 
 // --- reading
 
@@ -347,7 +347,7 @@ void checkModelOptions(const Arguments& a) {
 Registry fileActions() {
     return {
         {.name = "read",
-         .group = kGroup,
+         .group = kFileGroup,
          .summary = "read meshes, grids, points, curves and images; the formats are in -help read",
          .details = "formats: " + listOfFormats(Access::read),
          .makes = {several(made("meshes", {Kind::mesh}), 0, 1000), several(made("grids", {Kind::grid}), 0, 1000),
@@ -369,7 +369,7 @@ Registry fileActions() {
          .prepare = checkModelOptions,
          .makesWith = readObjects},
         {.name = "write",
-         .group = kGroup,
+         .group = kFileGroup,
          .summary = "write the newest object that the file format can hold; the formats are in -help write",
          .details = "formats: " + listOfFormats(Access::write),
          .takes = {several(

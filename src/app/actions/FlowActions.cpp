@@ -20,7 +20,7 @@ namespace {
 
 using namespace options;
 
-const std::string kGroup = "flows";
+const std::string kFlowGroup = "flows";
 
 /// Returns all fields that an action takes, in the order of its inputs.
 std::vector<FieldValue> fieldsOf(const Context& c, const Action& action) {
@@ -275,7 +275,7 @@ Action simpleFlow(std::string name, std::string summary, std::vector<Option> opt
                   Flow (*make)(const Arguments&, const Domain&)) {
     options.push_back(box("box", "domain of the flow (default: -1,-1,-1,1,1,1)"));
     return {.name = std::move(name),
-            .group = kGroup,
+            .group = kFlowGroup,
             .summary = std::move(summary),
             .makes = {made("flow", {Kind::flow})},
             .options = std::move(options),
@@ -288,7 +288,7 @@ Registry potentialActions() {
     const auto ofThree = [](const Arguments& a) { return !(a.real("shift") > 0); };
     return {
         {.name = "dfvn",
-         .group = kGroup,
+         .group = kFlowGroup,
          .summary = "divergence-free vector noise (DFVN): flow grad f x grad g of the newest two fields; in nD, n - 1",
          .takes = {potentialInput("f", 0, 1, ""), potentialInput("g", 1, 2, "not used in 2 dimensions"),
                    potentialInput("more", 2, 6, "a flow in n dimensions takes n - 1 fields of n dimensions")},
@@ -309,7 +309,7 @@ Registry potentialActions() {
          .evaluation = Evaluation::anyTime,
          .run = dfvn},
         {.name = "surface",
-         .group = kGroup,
+         .group = kFlowGroup,
          .summary = "flow on a surface: the newest noise on the newest shape or level set, and on its offset surfaces",
          .takes = {taken("noise", {Kind::noise}), stays("surface", {Kind::shape, Kind::levelSet})},
          .makes = {made("flow", {Kind::flow})},
@@ -323,7 +323,7 @@ Registry potentialActions() {
          .run = surface,
          .makesWith = flowInSpace},
         {.name = "curl",
-         .group = kGroup,
+         .group = kFlowGroup,
          .summary = "classical curl noise of the newest three noises (3D, or 2D: cheaper), without tracks; if one is "
                     "bounded, all are",
          .takes = {several(taken("x", {Kind::field}), 1, 1, "with shift=, the only noise, used three times"),
@@ -348,7 +348,7 @@ Registry potentialActions() {
 Registry otherActions() {
     return {
         {.name = "reshape",
-         .group = kGroup,
+         .group = kFlowGroup,
          .summary = "slow down or stop streamlines of the newest flow; it stays divergence-free",
          .takes = {taken("flow", {Kind::flow})},
          .makes = {made("flow", {Kind::flow})},
@@ -369,7 +369,7 @@ Registry otherActions() {
          .run = reshape,
          .makesWith = flowInSpace},
         {.name = "superpose",
-         .group = kGroup,
+         .group = kFlowGroup,
          .summary = "sum (superposition) of the newest two flows; -advect can follow its terms separately (splitting=)",
          .takes = {taken("first", {Kind::flow}), taken("second", {Kind::flow})},
          .makes = {made("flow", {Kind::flow})},
@@ -400,7 +400,7 @@ Registry otherActions() {
                 return updraftFlow(a.real("speed"), a.real("halfHeight"), domain);
             }),
         {.name = "enright",
-         .group = kGroup,
+         .group = kFlowGroup,
          .summary = "deformation field of Enright's test: a time-dependent flow that returns every point to its start",
          .makes = {made("flow", {Kind::flow})},
          .options = {formerly({"period"},

@@ -19,7 +19,7 @@ namespace {
 
 using namespace options;
 
-const std::string kGroup = "grids";
+const std::string kGridGroup = "grids";
 
 /// Returns a member's default as that of an option.
 std::string textOf(double value) { return fmt::format("{}", value); }
@@ -228,7 +228,7 @@ void velocity(Context& c, const Arguments& a) {
 Registry gridActions() {
     return {
         {.name = "mesh2ls",
-         .group = kGroup,
+         .group = kGridGroup,
          .summary = "convert a mesh to a level set (narrow-band SDF), even if it is open, overlapping or broken",
          .takes = {taken("mesh", {Kind::mesh}, "geo")},
          .makes = {made("levelSet", {Kind::levelSet})},
@@ -251,7 +251,7 @@ Registry gridActions() {
          .examples = {"curlew -read bunny.obj -mesh2ls voxel=0.01 -write bunny.vdb"},
          .run = meshToLevelSetAction},
         {.name = "velocity",
-         .group = kGroup,
+         .group = kGridGroup,
          .summary = "sample the newest flow on a sparse velocity grid (OpenVDB)",
          .takes = {stays("flow", {Kind::flow}), onRequest(stays("mask", {Kind::grid}, "mask"), "only with mask=",
                                                           [](const Arguments& given) { return given.given("mask"); })},

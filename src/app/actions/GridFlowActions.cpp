@@ -61,7 +61,7 @@ Flow interpolatedFlow(const Context& c, const Arguments& a, const VelocityGrids&
 }
 
 /// Returns (1 - part) a + part b in the box around both domains. It is divergence-free if both flows are.
-Flow blend(const Flow& a, const Flow& b, double part) {
+Flow blendFlows(const Flow& a, const Flow& b, double part) {
     Domain domain = b.domain();
     for (int k = 0; k < 3; ++k) {
         domain.box.lower[k] = std::min(domain.box.lower[k], a.domain().box.lower[k]);
@@ -77,7 +77,7 @@ void flowOfGrid(Context& c, const Arguments& a) {
     const auto make = [&](const VelocityGrids& grids) {
         return exact ? flowOfPotentials(c, a, grids) : interpolatedFlow(c, a, grids);
     };
-    c.give(AnyFlow(blendedInTime(c, "grid", make, blend)));
+    c.give(AnyFlow(blendedInTime(c, "grid", make, blendFlows)));
 }
 
 void gradient(Context& c, const Arguments& a) {

@@ -11,7 +11,7 @@ namespace {
 
 using namespace options;
 
-const std::string kGroup = "pictures";
+const std::string kImageGroup = "pictures";
 constexpr double kMarginAroundWalls = 0.04;
 
 // --- the view of a flow or field on a plane, shared by both actions
@@ -130,7 +130,7 @@ Action sliceDeclaration() {
     maps.insert(maps.begin(), "auto");
     return {
         .name = "slice",
-        .group = kGroup,
+        .group = kImageGroup,
         .summary = "picture of the newest flow or field on a plane (cross-section, heat map)",
         .takes = {stays("what", {Kind::flow, Kind::field})},
         .makes = {made("image", {Kind::image})},
@@ -189,7 +189,7 @@ void licAction(Context& c, const Arguments& a) {
 Action licDeclaration() {
     return {
         .name = "lic",
-        .group = kGroup,
+        .group = kImageGroup,
         .summary = "line integral convolution (LIC): a picture of the newest flow on a plane as streaks",
         .takes = {stays("flow", {Kind::flow})},
         .makes = {made("image", {Kind::image})},

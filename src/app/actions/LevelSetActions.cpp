@@ -16,7 +16,7 @@ namespace {
 
 using namespace options;
 
-const std::string kGroup = "following the flow";
+const std::string kLevelSetGroup = "following the flow";
 
 /// The default number of equal steps of a scheme without error estimate, and of frozen intervals of a flow that changes
 /// with time.
@@ -55,9 +55,9 @@ FlowMapOptions mapOptions(const Context& c, const Arguments& a, double voxelSize
     return options;
 }
 
-LevelSet levelSetOf(const Context& c) {
+LevelSet levelSetToFollow(const Context& c) {
     const GridValue& value = c.grid("levelSet");
-    LevelSet levelSet = curlew::levelSetOf(value.grid);
+    LevelSet levelSet = levelSetOf(value.grid);
     levelSet.mesh = value.mesh;
     return levelSet;
 }
@@ -99,7 +99,7 @@ AdvectedLevelSet advanced(Context& c, const Arguments& a, const LevelSet& origin
 }
 
 void advectLevelSetAction(Context& c, const Arguments& a) {
-    const LevelSet before = levelSetOf(c);
+    const LevelSet before = levelSetToFollow(c);
     warnOfLostWall(c, c.flowInTime("flow"), kMixedSides);
     const Monitor monitor = c.follow("advecting the level set");
     const double begin = a.real("begin"), time = timeOf(c, a);
@@ -146,7 +146,7 @@ void advectGridAction(Context& c, const Arguments& a) {
 }
 
 void levelSetToMeshAction(Context& c, const Arguments& a) {
-    auto mesh = std::make_shared<const Mesh>(levelSetToMesh(levelSetOf(c), a.real("adaptivity")));
+    auto mesh = std::make_shared<const Mesh>(levelSetToMesh(levelSetToFollow(c), a.real("adaptivity")));
     c.info(fmt::format("mesh: {} points, {} faces", mesh->points.size(), mesh->faces()));
     c.give(std::move(mesh));
 }
@@ -169,7 +169,7 @@ std::vector<Option> followOptions(std::vector<Option> own) {
 Registry levelSetActions() {
     return {
         {.name = "advectLevelSet",
-         .group = kGroup,
+         .group = kLevelSetGroup,
          .summary =
              "advect the newest level set along the newest flow, without numerical diffusion; moving walls push it",
          .takes = {stays("flow", {Kind::flow}), taken("levelSet", {Kind::levelSet}, "grid")},
@@ -187,7 +187,7 @@ Registry levelSetActions() {
          .inFrames = InFrames::each,
          .run = advectLevelSetAction},
         {.name = "advectGrid",
-         .group = kGroup,
+         .group = kLevelSetGroup,
          .summary =
              "advect a fog volume, or another scalar or vector grid, along the newest flow; moving walls push it",
          .takes = {stays("flow", {Kind::flow}), taken("grid", {Kind::grid}, "grid")},
@@ -206,7 +206,7 @@ Registry levelSetActions() {
                  return std::vector{moved};
              }},
         {.name = "ls2mesh",
-         .group = kGroup,
+         .group = kLevelSetGroup,
          .summary = "convert a level set to a mesh (isosurface polygons)",
          .takes = {taken("levelSet", {Kind::levelSet}, "grid")},
          .makes = {made("mesh", {Kind::mesh})},

@@ -16,7 +16,7 @@ namespace {
 
 using namespace options;
 
-const std::string kGroup = "pictures";
+const std::string kPictureGroup = "pictures";
 
 // --- panels
 // ---------------------------------------------------------------------------------------------------------
@@ -55,7 +55,7 @@ Input panelInput() {
 Action panelsDeclaration() {
     return {
         .name = "panels",
-        .group = kGroup,
+        .group = kPictureGroup,
         .summary = "contact sheet: join images into one picture, the oldest first",
         .takes = {panelInput()},
         .makes = {made("image", {Kind::image})},
@@ -145,7 +145,7 @@ Action warpDeclaration() {
          integer("width", "", 1, 32768, "picture width in pixels (default: that of the image; 960 for waves)")});
     const auto noPattern = [](const Arguments& a) { return a.choice("pattern") == 0; };
     return {.name = "warp",
-            .group = kGroup,
+            .group = kPictureGroup,
             .summary = "distort an image along the newest 2D flow",
             .takes = {onlyIf(stays("image", {Kind::image}, "image"), "only with pattern=none", noPattern),
                       stays("flow", {Kind::flow})},
@@ -169,7 +169,7 @@ void compareAction(Context& c, const Arguments& a) {
 
 Action compareDeclaration() {
     return {.name = "compare",
-            .group = kGroup,
+            .group = kPictureGroup,
             .summary = "compare two images: root mean square error (RMSE) and largest difference of their values",
             .takes = {stays("other", {Kind::image}, "with"), stays("image", {Kind::image})},
             .makes = {made("report", {Kind::report})},
@@ -199,7 +199,7 @@ Action plotDeclaration() {
     const PlotOptions o;
     return {
         .name = "plot",
-        .group = kGroup,
+        .group = kPictureGroup,
         .summary = "line plot of a table: the first column of a .csv is x, each other column a curve; written as .svg",
         .makes = {made("file", {Kind::file})},
         .options = {text("title", "", "title above the plot"),

@@ -20,7 +20,7 @@ namespace {
 
 using namespace options;
 
-const std::string kGroup = "points";
+const std::string kPointGroup = "points";
 constexpr double kSnapTolerance = 1e-9; ///< In the field's value, or relative to the surface's size or voxel size.
 
 /// Scatters points in the box of a domain of N > 3 dimensions.
@@ -123,7 +123,7 @@ void spacingAction(Context& c, const Arguments& a) {
 Registry pointActions() {
     return {
         {.name = "scatter",
-         .group = kGroup,
+         .group = kPointGroup,
          .summary = "scatter random points (particles) in or on the newest flow, shape or level set",
          .takes = {domainInput(), densityInput()},
          .makes = {made("points", {Kind::points})},
@@ -143,7 +143,7 @@ Registry pointActions() {
          .run = scatterAction},
         advectAction(),
         {.name = "snap",
-         .group = kGroup,
+         .group = kPointGroup,
          .summary = "project the newest points onto the newest shape or level set, or onto an isosurface of a field",
          .takes = {onlyIf(stays("surface", {Kind::shape, Kind::levelSet}), "not used if iso= is given",
                           [](const Arguments& a) { return !a.given("iso"); }),
@@ -164,7 +164,7 @@ Registry pointActions() {
          .examples = {"curlew -torus -scatter count=3000 -snap -splat look=opaque pointRadius=0.02 -write skin.png"},
          .run = snapAction},
         {.name = "distance",
-         .group = kGroup,
+         .group = kPointGroup,
          .summary =
              "measure the distances between two sets of points or curves, matched by id, and count unmatched ids",
          .takes = {several(stays("what", {Kind::points, Kind::curves}, "geo"), 2, 2, "both points, or both curves")},
@@ -176,7 +176,7 @@ Registry pointActions() {
          .evaluation = Evaluation::effect,
          .run = distanceAction},
         {.name = "spacing",
-         .group = kGroup,
+         .group = kPointGroup,
          .summary = "measure each point's distance to its nearest neighbour: median and minimum",
          .takes = {stays("points", {Kind::points})},
          .makes = {made("report", {Kind::report})},

@@ -13,7 +13,7 @@ namespace {
 
 using namespace options;
 
-const std::string kGroup = "program";
+const std::string kProgramGroup = "program";
 
 /// Describes a value, for example "flow 'wind': with tracks in -1,-1,-1 to 1,1,1".
 std::string described(const Value& value) {
@@ -67,7 +67,7 @@ std::string described(const Value& value) {
     return std::visit(Describe(), value);
 }
 
-void print(Context& c, const Arguments& a) {
+void printValues(Context& c, const Arguments& a) {
     if (a.flag("graph")) return c.console().print(sceneOf(c.graph()));
     const std::vector<std::pair<const char*, std::vector<Kind>>> stacks{
         {"field", {Kind::field}},
@@ -100,7 +100,7 @@ void list(Context& c, const Arguments& a) {
 
 Action setting(std::string name, std::string summary, std::function<void(Context&, const Arguments&)> run) {
     return {.name = std::move(name),
-            .group = kGroup,
+            .group = kProgramGroup,
             .summary = std::move(summary),
             .evaluation = Evaluation::effect,
             .setting = true,
@@ -109,7 +109,7 @@ Action setting(std::string name, std::string summary, std::function<void(Context
 
 Action printDeclaration() {
     return {.name = "print",
-            .group = kGroup,
+            .group = kProgramGroup,
             .summary = "list the objects on the stacks, or print the program as a scene",
             .takes = {several(stays("what", {Kind::field, Kind::flow, Kind::grid, Kind::mesh, Kind::points,
                                              Kind::curves, Kind::image}),
@@ -119,14 +119,14 @@ Action printDeclaration() {
                 "1: print the whole program as a scene, with names where an object other than the newest is used")},
             .examples = {"curlew -sphere -noise -print", "curlew -config scenes/demo.txt -print graph=1"},
             .evaluation = Evaluation::effect,
-            .run = print};
+            .run = printValues};
 }
 
 /// Declares the actions that the parser and the evaluator carry out themselves.
 Registry declaredOnly() {
     return {
         {.name = "frames",
-         .group = kGroup,
+         .group = kProgramGroup,
          .summary = "animation: run the actions that follow once per frame; points continue from the previous frame",
          .options = {positive("fps", "24", "1 / s", "frames per second"),
                      integer("start", "", 0, 1e7,
@@ -145,7 +145,7 @@ Registry declaredOnly() {
                       "checkpoint=points.checkpoint -advect -write 'points.$F4.vdb' -resume"},
          .run = [](Context&, const Arguments&) {}},
         {.name = "resume",
-         .group = kGroup,
+         .group = kProgramGroup,
          .summary = "continue -frames after the last frame of its checkpoint file; may be anywhere in the command",
          .examples = {"curlew -resume -sphere -scatter -frames 1-48 checkpoint=run.checkpoint -noise alpha={T} -noise "
                       "seed=1 -dfvn -advect -write 'points.$F4.ply'"},
@@ -158,7 +158,7 @@ Registry programActions() {
     Registry actions = declaredOnly();
     actions.push_back(printDeclaration());
     actions.push_back({.name = "config",
-                       .group = kGroup,
+                       .group = kProgramGroup,
                        .summary = "run the actions of a scene file: one per line, # starts a comment",
                        .positional = {"SCENE …", 1, 100},
                        .examples = {"curlew -config scenes/demo.txt"},
@@ -166,7 +166,7 @@ Registry programActions() {
                        .prepare = {}});
     actions.push_back(
         {.name = "set",
-         .group = kGroup,
+         .group = kProgramGroup,
          .summary = "define named constants for the expressions that follow; the first definition of a name counts",
          .positional = {"NAME=VALUE …", 1, 100},
          .examples = {"curlew -set count=1e4 -torus -scatter 'count={count/2}' -write half.ply",
@@ -174,7 +174,7 @@ Registry programActions() {
          .run = [](Context&, const Arguments&) {}, // the parser has substituted the values
          .prepare = {}});
     actions.push_back({.name = "help",
-                       .group = kGroup,
+                       .group = kProgramGroup,
                        .summary = "list all actions, or show the full help of those named",
                        .shortName = "h",
                        .options = {text("search", "", "word: list the actions and options that mention it"),
@@ -185,7 +185,7 @@ Registry programActions() {
                        .run = help});
     actions.push_back(
         {.name = "list",
-         .group = kGroup,
+         .group = kProgramGroup,
          .summary = "list the actions, one per line",
          .options = {choice("format", {"text", "json"}, "json: complete descriptions, for other programs")},
          .examples = {"curlew -list format=json"},
@@ -193,7 +193,7 @@ Registry programActions() {
          .run = list});
     actions.push_back(
         {.name = "version",
-         .group = kGroup,
+         .group = kProgramGroup,
          .summary = "print the versions of this program and of its libraries, and the SIMD instruction set in use",
          .shortName = "v",
          .evaluation = Evaluation::effect,
@@ -208,7 +208,7 @@ Registry programActions() {
                 [](Context& c, const Arguments&) { c.session().console.setVerbosity(Verbosity::verbose); }));
     actions.push_back(
         {.name = "threads",
-         .group = kGroup,
+         .group = kProgramGroup,
          .summary = "set the number of threads from here on; results do not depend on it",
          .positional = {"COUNT", 1, 1},
          .examples = {"curlew -threads 2 -config scenes/demo.txt"},

@@ -17,7 +17,7 @@ namespace {
 
 using namespace options;
 
-const std::string kGroup = "program";
+const std::string kReportGroup = "program";
 
 void writeJson(const std::string& file, const Json& json) {
     writeAtomically(
@@ -282,7 +282,7 @@ void expect(Context& c, const Arguments& a) {
 
 Action expectDeclaration() {
     return {.name = "expect",
-            .group = kGroup,
+            .group = kReportGroup,
             .summary = "fail unless a figure of the report is within bounds (assertion)",
             .options = {formerly({"least"}, real("min", "", "", "smallest value allowed")),
                         formerly({"most"}, real("max", "", "", "largest value allowed")),
@@ -306,7 +306,7 @@ Input flowOrField() {
 
 Registry reportActions() {
     return {{.name = "check",
-             .group = kGroup,
+             .group = kReportGroup,
              .summary =
                  "measure divergence, wall flux, penetration (of level set and mesh) and drift of a flow, or the value "
                  "range of a field; or say what .vdb files lack for an application",
@@ -334,7 +334,7 @@ Registry reportActions() {
                  }},
             expectDeclaration(),
             {.name = "report",
-             .group = kGroup,
+             .group = kReportGroup,
              .summary = "write the report as .json: what has been done so far, with times and measurements",
              .makes = {made("file", {Kind::file})},
              .positional = {"FILE.json", 1, 1},

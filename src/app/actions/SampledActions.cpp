@@ -46,7 +46,7 @@ ScalarField fieldOfGrid(const Context& c, const openvdb::GridBase& grid) {
     return field;
 }
 
-ScalarField blend(const ScalarField& a, const ScalarField& b, double part) { return (1 - part) * a + part * b; }
+ScalarField blendFields(const ScalarField& a, const ScalarField& b, double part) { return (1 - part) * a + part * b; }
 
 void fieldFromSamples(Context& c, const Arguments& a) {
     if (c.kind("source") == Kind::image) {
@@ -58,7 +58,7 @@ void fieldFromSamples(Context& c, const Arguments& a) {
     if (c.kind("source") != Kind::velocity && a.given("channel"))
         throw ValueError("channel= is for pictures and velocity grids, but the newest input is another grid");
     const auto make = [&](const Grids& grids) { return fieldOfGrid(c, *scalarsOf(grids.front(), a)); };
-    c.give(FieldValue{blendedInTime(c, "source", make, blend)});
+    c.give(FieldValue{blendedInTime(c, "source", make, blendFields)});
 }
 
 /// Returns the region to bake: box=, or that of a shape.

@@ -9,7 +9,7 @@ namespace {
 
 using namespace options;
 
-const std::string kGroup = "shapes";
+const std::string kShapeGroup = "shapes";
 
 std::vector<Option> placementOptions() {
     return {formerly({"offset"}, vector("translate", "0,0,0", "world units", "translation")),
@@ -37,10 +37,6 @@ AnySdf put(const AnySdf& shape, const Arguments& a) {
         shape);
 }
 
-FieldValue valueOf(const AnySdf& shape) {
-    return {std::visit([](const auto& sdf) -> AnyField { return sdf.distance; }, shape), shape};
-}
-
 bool hasDimension(const Action& action) { return action.option("dimensions") != nullptr; }
 
 std::vector<Object> shapeOf(const Arguments& a, const std::vector<std::vector<Object>>&, const World&) {
@@ -58,13 +54,13 @@ Action shapeAction(std::string name, std::string summary, std::vector<Option> sh
                    AnySdf (*make)(const Arguments&)) {
     for (auto& option : placementOptions()) shape.push_back(option);
     return {.name = std::move(name),
-            .group = kGroup,
+            .group = kShapeGroup,
             .summary = std::move(summary),
             .makes = {made("shape", {Kind::shape})},
             .options = std::move(shape),
             .examples = {std::move(example)},
             .evaluation = Evaluation::anyTime,
-            .run = [make](Context& c, const Arguments& a) { c.give(valueOf(put(make(a), a))); },
+            .run = [make](Context& c, const Arguments& a) { c.give(fieldOfShape(put(make(a), a))); },
             .makesWith = shapeOf};
 }
 

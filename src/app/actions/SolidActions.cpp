@@ -25,10 +25,6 @@ AnySdf combinedShapes(const AnySdf& a, const AnySdf& b, const Combine& combine) 
     return combine(inSpace(a), inSpace(b));
 }
 
-FieldValue valueOf(const AnySdf& shape) {
-    return {std::visit([](const auto& sdf) -> AnyField { return sdf.distance; }, shape), shape};
-}
-
 AnySdf combinedShapes(const Context& c, Boolean operation, double smoothing) {
     return combinedShapes(*c.field("first").sdf, *c.field("second").sdf, [&](const auto& p, const auto& q) -> AnySdf {
         switch (operation) {
@@ -83,7 +79,7 @@ LevelSet combinedSolids(const Context& c, const Arguments& a, Boolean operation,
 void combine(Context& c, const Arguments& a, Boolean operation) {
     if (isShape(c, "first") && isShape(c, "second")) {
         sayKink(c, a);
-        c.give(valueOf(combinedShapes(c, operation, a.real("smoothing"))));
+        c.give(fieldOfShape(combinedShapes(c, operation, a.real("smoothing"))));
         return;
     }
     const LevelSet levelSet = combinedSolids(c, a, operation, false);

@@ -18,7 +18,7 @@ bool showsValue(const Arguments& a) { return a.text("show") == "value"; }
 bool showsFlow(const Arguments& a) { return a.text("show") != "color" && !showsValue(a); }
 
 /// The options for the steps along the flow that carries a texture.
-const Binding<AdvectOptions>& carryBinding() {
+const Binding<AdvectOptions>& textureStepBinding() {
     static const auto binding = stepBinding<AdvectOptions>(
         "number of equal steps along the flow, instead of steps chosen by accuracy=; with both, accuracy= chooses them",
         "maximum estimated error of a step along the flow (default: 1e-6 of the diagonal of the flow's box, unless "
@@ -28,7 +28,7 @@ const Binding<AdvectOptions>& carryBinding() {
 
 AdvectOptions carryOptions(const Arguments& a) {
     constexpr int kEqualSteps = 64; // for a scheme without error estimate
-    AdvectOptions options = carryBinding().read(a);
+    AdvectOptions options = textureStepBinding().read(a);
     if (asksForEqualSteps(a, options.scheme)) options.steps = kEqualSteps;
     options.time = -a.real("duration"); // backward, to the origin of the colours
     options.reprojection.method = a.choice<Reprojection>("reproject");
@@ -75,7 +75,7 @@ std::vector<Option> colorOptions() {
         integer("seed", fmt::format("{}", paint.seed), 0, 0x1p53 - 1, "random seed of the streaks"),
         formerly({"time"}, real("duration", fmt::format("{}", carry.time), "s",
                                 "time for which the newest flow has advected the texture, or what show= shows"))};
-    all.insert(all.end(), carryBinding().options().begin(), carryBinding().options().end());
+    all.insert(all.end(), textureStepBinding().options().begin(), textureStepBinding().options().end());
     all.push_back(choice("reproject", namesOf(kReprojectionNames),
                          "method that keeps the advected texture on the surface",
                          std::string(kReprojectionNames[static_cast<size_t>(carry.reprojection.method)])));

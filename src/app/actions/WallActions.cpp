@@ -13,7 +13,7 @@ namespace {
 
 using namespace options;
 
-const std::string kGroup = "flows";
+const std::string kWallGroup = "flows";
 const char* const kChanges = "one of several walls changes from frame to frame; join them with -union first";
 
 const Binding<BoundOptions>& boundBinding() {
@@ -211,7 +211,7 @@ void blendIn(Context& c, const Arguments& a) {
     giveBounded(c, productBounded(noiseIn<N>(c), wall.sdf, wall.width), wall);
 }
 
-void blend(Context& c, const Arguments& a) { inPlane(c) ? blendIn<2>(c, a) : blendIn<3>(c, a); }
+void blendWithField(Context& c, const Arguments& a) { inPlane(c) ? blendIn<2>(c, a) : blendIn<3>(c, a); }
 
 /// Declares the input: one wall, or all walls that grid= or links select.
 Input walls() {
@@ -247,7 +247,7 @@ std::vector<Option> boundOptions() {
 Registry wallActions() {
     return {
         {.name = "bound",
-         .group = kGroup,
+         .group = kWallGroup,
          .summary = "bound the newest noise by the newest signed distance: boundary, obstacle, collision (ICN Eq. 13)",
          .takes = {taken("noise", {Kind::noise}, "field"), walls()},
          .makes = {made("field", {Kind::field})},
@@ -260,7 +260,7 @@ Registry wallActions() {
          .conforms = true,
          .run = bound},
         {.name = "blend",
-         .group = kGroup,
+         .group = kWallGroup,
          .summary = "multiply the newest noise by the newest distance, clamped (DeWolf's boundary condition)",
          .takes = {taken("noise", {Kind::noise}), stays("wall", {Kind::shape, Kind::levelSet})},
          .makes = {made("field", {Kind::field})},
@@ -271,7 +271,7 @@ Registry wallActions() {
                       "-slice -write dewolf.png"},
          .evaluation = Evaluation::anyTime,
          .conforms = true,
-         .run = blend}};
+         .run = blendWithField}};
 }
 
 } // namespace curlew::app

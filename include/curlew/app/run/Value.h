@@ -25,6 +25,11 @@ struct FieldValue {
     std::string program = {};          ///< The program text that made the field; set after the action has run.
 };
 
+/// Returns a shape as a field.
+inline FieldValue fieldOfShape(const AnySdf& shape) {
+    return {std::visit([](const auto& sdf) -> AnyField { return sdf.distance; }, shape), shape};
+}
+
 struct GridValue;
 
 /// A level set of a rigid body: as made in the first frame, with the body's pose then and now.
