@@ -39,7 +39,7 @@ AnySymbol converted(const AnySymbol& a, SymbolType type) {
 
 /// Carries out an operation on constants.
 AnySymbol carriedOut(SymbolOp op, SymbolType type, const std::vector<AnySymbol>& of, uint64_t data) {
-    if (op == SymbolOp::convert || op == SymbolOp::integer) return converted(of[0], type);
+    if (op == SymbolOp::convert || op == SymbolOp::index || op == SymbolOp::integer) return converted(of[0], type);
     const auto operand = [&of](size_t k) { return k < of.size() ? of[k] : AnySymbol{of[0].type}; };
     if (!isNumber(of[0].type) && of[0].type != SymbolType::mask) {
         const uint64_t word = applied(op, of[0].data, operand(1).data, data);

@@ -61,13 +61,8 @@ class Recorder {
             const double given = options.origin ? (*options.origin)[i] : flow.domain().box.center()[i];
             mOrigin[i] = std::isfinite(given) ? static_cast<double>(static_cast<float>(given)) : 0;
         }
-        mHere = recordFunction<Position>(mModule, "here", [&](const Position& p) {
-            const Here here = recordedHere(p);
-            Symbols results = listOf(here.potentials);
-            for (const auto& gradient : here.gradients) detail::append(results, gradient);
-            detail::append(results, here.velocity);
-            return results;
-        });
+        mHere =
+            recordFunction<Position>(mModule, "here", [&](const Position& p) { return resultsOf(recordedHere(p)); });
     }
 
     std::vector<ShaderEntry> entries() {
@@ -127,6 +122,13 @@ class Recorder {
         Vec<Symbol<double>, N> x;
         for (int i = 0; i < N; ++i) x[i] = convertTo<Symbol<double>>(p[i]) + Symbol<double>(mOrigin[i]);
         return x;
+    }
+
+    static Symbols resultsOf(const Here& here) {
+        Symbols results = listOf(here.potentials);
+        for (const auto& gradient : here.gradients) detail::append(results, gradient);
+        detail::append(results, here.velocity);
+        return results;
     }
 
     Here recordedHere(const Position& p) {
@@ -240,12 +242,23 @@ class Recorder {
         const ShaderEntry::Parameter p{"p", N}, q{"q", N}, off{"off", kM};
         const bool wall = mFlow.domain().wall.has_value(), tracks = mFlow.hasTracks();
         std::vector<ShaderEntry> all{{mHere, "flowHere", "The potentials, their gradients and the velocity.", {p}}};
-        if (wall)
+        if (wall) {
             all.push_back(
                 {recordFunction<Position>(mModule, "wall", [&](const Position& x) { return listOf(distance(x)); }),
                  "flowWall",
                  "The distance from the wall and its gradient.",
                  {p}});
+            // One function, because a bounded flow computes the distance, too.
+            all.push_back({recordFunction<Position>(mModule, "all",
+                                                    [&](const Position& x) {
+                                                        Symbols results = resultsOf(recordedHere(x));
+                                                        detail::append(results, distance(x));
+                                                        return results;
+                                                    }),
+                           "flowHereAndWall",
+                           "What flowHere() and flowWall() return.",
+                           {p}});
+        }
         if (tracks) {
             ShaderEntry entry{
                 recordFunction<Position, Track, Gradients, S>(
@@ -412,7 +425,8 @@ ShaderText flowShader(const FlowN<N>& flow, const FlowShaderOptions& options, co
             throw ValueError(fmt::format("{} corrections; give 1 to 10", options.corrections));
         Recorder<N> recorder(flow, options, monitor);
         const auto entries = recorder.entries();
-        ShaderText shader = shaderText(recorder.module(), entries, options.dialect, options.tables, options.bindings);
+        ShaderText shader = shaderText(recorder.module(), entries, options.dialect, options.tables, options.bindings,
+                                       options.coordinates);
         if (options.parts) return shader;
         shader.text = header(flow, options, recorder.origin(), shader) + "\n" + shader.text +
                       movers<N>(flow.hasTracks(), options.dialect);

@@ -170,7 +170,33 @@ uvec2 flowLongAdd(uvec2 a, uvec2 b) {
 )"},
 };
 
+// GPUs add faster than they round: at this size, a sum is an integer. The driver must not remove the addition.
+constexpr std::array kNearestHelpers{
+    Helper{"flowNearest", R"(
+// The integer nearest to a number below 2^22. Faster with a macro flowZero: a uint that is 0, which the driver does not
+// know.
+float flowNearest(float x) {
+#ifdef flowZero
+    return uintBitsToFloat(floatBitsToUint(x + 12582912.0) ^ flowZero) - 12582912.0;
+#else
+    return roundEven(x);
+#endif
+}
+)"},
+};
+
 constexpr std::array kDoubleHelpers{
+    Helper{"flowNearest", R"(
+// The same below 2^51.
+double flowNearest(double x) {
+#ifdef flowZero
+    uvec2 sum = unpackDouble2x32(x + 6755399441055744.0lf);
+    return packDouble2x32(uvec2(sum.x ^ flowZero, sum.y)) - 6755399441055744.0lf;
+#else
+    return roundEven(x);
+#endif
+}
+)"},
     Helper{"flowInteger", R"(
 // An integer as a word of 64 bits.
 uvec2 flowInteger(double x) {
@@ -181,7 +207,8 @@ uvec2 flowInteger(double x) {
 };
 
 // Pairs of floats whose sum has 48 bits (Dekker 1971, Knuth 1969). They need additions that the compiler neither
-// reorders nor removes: flowKept() returns its argument, but the compiler cannot know that.
+// reorders nor removes: flowKept() returns its argument, but the compiler cannot know that. `precise` does not suffice:
+// NVIDIA's driver for Vulkan (580) removes the constant from (x + c) - c.
 constexpr std::array kPairHelpers{
     Helper{"flowKept", R"(
 float flowKept(float x) {
@@ -315,10 +342,11 @@ void prepend(const std::array<Helper, N>& helpers, std::string& preamble, const 
 
 } // namespace
 
-std::string preambleFor(const std::string& text, Dialect dialect) {
+std::string preambleFor(const std::string& text, Dialect dialect, ShaderCoordinates coordinates) {
     std::string preamble;
     prepend(kHelpers, preamble, text);
-    if (dialect == Dialect::glsl)
+    if (dialect == Dialect::glsl) prepend(kNearestHelpers, preamble, text);
+    if (coordinates == ShaderCoordinates::doubles)
         prepend(kDoubleHelpers, preamble, text);
     else
         prepend(kPairHelpers, preamble, text);

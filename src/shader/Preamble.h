@@ -6,6 +6,6 @@
 namespace curlew {
 
 /// Returns the helper functions that a text calls, and those that these call.
-std::string preambleFor(const std::string& text, Dialect dialect);
+std::string preambleFor(const std::string& text, Dialect dialect, ShaderCoordinates coordinates);
 
 } // namespace curlew

@@ -114,7 +114,7 @@ class Body {
             case SymbolOp::result:
                 return resultOf(high, low);
             case SymbolOp::table:
-                return mSyntax.tableEntry(high, mModule.tables()[high].columns, low, mExpressions[node.from[0]]);
+                return tableEntry(high, low, node.from[0]);
             case SymbolOp::buffer:
                 return mSyntax.bufferElement(mModule.buffers()[low], mExpressions[node.from[0]]);
             default:
@@ -123,6 +123,18 @@ class Body {
         std::vector<std::string> operands;
         for (size_t o = 0; o < operandsOf(node.op); ++o) operands.push_back(mExpressions[node.from[o]]);
         return mSyntax.operation(node, mFunction.nodes[node.from[0]].type, operands);
+    }
+
+    std::string tableEntry(size_t table, size_t column, uint32_t row) {
+        const size_t columns = mModule.tables()[table].columns;
+        const std::string& at = mExpressions[row];
+        if (!mSyntax.hasTablesInText()) return mSyntax.tableEntry(table, columns, column, at);
+        std::string& name = mRows[{table, row}];
+        if (name.empty()) {
+            name = fmt::format("g{}", mRows.size() - 1);
+            mText += mSyntax.vectorVariable(columns, name, mSyntax.tableRow(table, at));
+        }
+        return columns == 1 ? name : fmt::format("{}.{}", name, "xyzw"[column]);
     }
 
     std::string resultOf(size_t index, size_t result) {
@@ -149,6 +161,7 @@ class Body {
     const Syntax& mSyntax;
     const Uses mUses;
     std::vector<std::string> mParameters, mExpressions, mCalls;
+    std::map<std::pair<size_t, uint32_t>, std::string> mRows; ///< Rows of tables, by table and node of the row.
     std::string mText;
     size_t mNames = 0;
 };
@@ -225,7 +238,8 @@ size_t operationsOf(const SymbolModule& module, size_t function) {
 }
 
 ShaderText shaderText(const SymbolModule& module, const std::vector<ShaderEntry>& entries, Dialect dialect,
-                      ShaderTables tables, const ShaderBindings& bindings) {
+                      ShaderTables tables, const ShaderBindings& bindings, ShaderCoordinates coordinates) {
+    if (dialect != Dialect::glsl) coordinates = ShaderCoordinates::pairs;
     for (const ShaderEntry& entry : entries)
         if (const size_t count = operationsOf(module, entry.function); count > kMostOperations)
             throw ValueError(
@@ -234,7 +248,7 @@ ShaderText shaderText(const SymbolModule& module, const std::vector<ShaderEntry>
                             entry.name, count, kMostOperations));
     const Needed needed(module, entries);
     ShaderText shader{"", module.buffers()};
-    Syntax syntax(dialect, bindings);
+    Syntax syntax(dialect, coordinates, bindings);
     if (tables == ShaderTables::data && !needed.tables.empty()) {
         auto numbers = std::make_shared<std::vector<uint32_t>>();
         std::map<size_t, size_t> begins;
@@ -255,7 +269,7 @@ ShaderText shaderText(const SymbolModule& module, const std::vector<ShaderEntry>
     for (const size_t size : needed.structs) shader.text += syntax.structure(size);
     if (tables == ShaderTables::text)
         for (const size_t index : needed.tables) shader.text += syntax.table(index, module.tables()[index]);
-    const std::string preamble = preambleFor(body, dialect);
+    const std::string preamble = preambleFor(body, dialect, coordinates);
     if (preamble.find("flowZero") != std::string::npos) shader.text += syntax.zero(shader.buffers.size());
     shader.text = translated(shader.text + preamble + body, dialect);
     return shader;

@@ -236,6 +236,10 @@ std::string Syntax::operation(const SymbolNode& node, SymbolType from, const std
     if (node.op == SymbolOp::convert) return converted(node.type, from, x[0]);
     if (node.op == SymbolOp::integer)
         return fmt::format("flowInteger({}){}", x[0], node.type == SymbolType::word ? ".x" : "");
+    // GPUs add faster than they convert. The sum has the integer in its last bits.
+    if (node.op == SymbolOp::index) return fmt::format("(floatBitsToUint({} + 8388608.0) & 0x7fffffu)", x[0]);
+    if (node.op == SymbolOp::nearest && mDialect == Dialect::glsl && !(mPairs && from == SymbolType::wide))
+        return fmt::format("flowNearest({})", x[0]);
     if (from == SymbolType::longWord) return longOperation(node, x);
     if (mPairs && from == SymbolType::wide) return wideOperation(node, x);
     const bool isDouble = from == SymbolType::wide;
@@ -245,7 +249,8 @@ std::string Syntax::operation(const SymbolNode& node, SymbolType from, const std
         case SymbolOp::opposite:
             return fmt::format("(!{})", x[0]);
         case SymbolOp::mulAdd:
-            return mPairs ? fmt::format("({} * {} + {})", x[0], x[1], x[2]) : fmt::format("fma({})", joined(x));
+            return mDialect == Dialect::glsl ? fmt::format("fma({})", joined(x))
+                                             : fmt::format("({} * {} + {})", x[0], x[1], x[2]);
         case SymbolOp::shiftLeft:
             return fmt::format("({} << {}u)", x[0], node.data);
         case SymbolOp::shiftRight:
@@ -333,14 +338,23 @@ std::string Syntax::table(size_t index, const SymbolTable& table) const {
         }
         text += entry;
     }
-    return text + (mDialect == Dialect::hlsl ? "};\n" : ");\n");
+    text += mDialect == Dialect::hlsl ? "};\n" : ");\n";
+    // glslang copies a constant array wherever an element is read. With copies at every place of the text, NVIDIA's
+    // driver for Vulkan (580) gives up, and those for the processor take minutes.
+    return text + fmt::format("{0} flowTable{1}At(uint row) {{\n    return flowTable{1}[row];\n}}\n", type, index);
+}
+
+std::string Syntax::tableRow(size_t index, const std::string& row) const {
+    return fmt::format("flowTable{}At({})", index, row);
+}
+
+std::string Syntax::vectorVariable(size_t size, const std::string& name, const std::string& expression) const {
+    if (mDialect == Dialect::wgsl) return fmt::format("    let {}: {} = {};\n", name, vectorName(size), expression);
+    return fmt::format("    {} {} = {};\n", vectorName(size), name, expression);
 }
 
 std::string Syntax::tableEntry(size_t index, size_t columns, size_t column, const std::string& row) const {
-    if (mTables)
-        return bufferElement(*mTables, fmt::format("({} * {}u + {}u)", row, columns, mBegins.at(index) + column));
-    const std::string entry = fmt::format("flowTable{}[{}]", index, row);
-    return columns == 1 ? entry : fmt::format("{}.{}", entry, "xyzw"[column]);
+    return bufferElement(*mTables, fmt::format("({} * {}u + {}u)", row, columns, mBegins.at(index) + column));
 }
 
 std::string Syntax::bufferMacros() const {
@@ -400,7 +414,10 @@ std::string Syntax::zero(size_t buffers) const {
         case Dialect::glsl:
             break;
     }
-    return {};
+    return mPairs ? "#ifndef flowZero\n#error define the macro flowZero as an expression that is 0u, such as a member "
+                    "of a "
+                    "uniform block\n#endif\n"
+                  : "";
 }
 
 std::string Syntax::bufferElement(const SymbolBuffer& buffer, const std::string& index) const {

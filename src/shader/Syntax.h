@@ -11,8 +11,8 @@ namespace curlew {
 /// The expressions, statements and declarations of a dialect, with the words of GLSL where translated() knows them.
 class Syntax {
   public:
-    Syntax(Dialect dialect, const ShaderBindings& bindings)
-        : mDialect(dialect), mPairs(dialect != Dialect::glsl), mBindings(bindings) {}
+    Syntax(Dialect dialect, ShaderCoordinates coordinates, const ShaderBindings& bindings)
+        : mDialect(dialect), mPairs(coordinates == ShaderCoordinates::pairs), mBindings(bindings) {}
 
     /// Puts tables into a buffer, each from its element on.
     void putTablesInto(const SymbolBuffer& buffer, const std::map<size_t, size_t>& begins) {
@@ -36,6 +36,12 @@ class Syntax {
                       const std::vector<std::string>& results) const;
 
     std::string table(size_t index, const SymbolTable& table) const;
+    bool hasTablesInText() const { return !mTables; }
+    /// A row of a table in the text.
+    std::string tableRow(size_t index, const std::string& row) const;
+    /// Declares `name` as a vector.
+    std::string vectorVariable(size_t size, const std::string& name, const std::string& expression) const;
+    /// A number of a table in a buffer.
     std::string tableEntry(size_t index, size_t columns, size_t column, const std::string& row) const;
     std::string bufferMacros() const;
     std::string buffer(const SymbolBuffer& buffer, size_t index) const;

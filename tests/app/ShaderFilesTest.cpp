@@ -35,6 +35,12 @@ TEST_CASE("write: a flow is written as a shader", "[app][command]") {
                ContainsSubstring("#define FLOW_BINDING 5") && ContainsSubstring("#define FLOW_SET 2"));
     folder.mustFail(kNoises + "-dfvn -write dialect=es group=1 flow.glsl", {"group=", "textures instead of buffers"});
     folder.mustFail(kNoises + "-dfvn -velocity dim=8 -write binding=1 v.vdb", {"binding= is only for"});
+    folder.mustRun(kNoises + "-dfvn -write coordinates=pairs pairs.glsl -write doubles.glsl");
+    CHECK_THAT(bytesOf(folder / "pairs.glsl"),
+               ContainsSubstring("#error define the macro flowZero") && !ContainsSubstring("double "));
+    CHECK_THAT(bytesOf(folder / "doubles.glsl"), !ContainsSubstring("#error") && ContainsSubstring("double "));
+    folder.mustFail(kNoises + "-dfvn -write coordinates=doubles flow.wgsl",
+                    {"coordinates=doubles is only for GLSL 4.50"});
 }
 
 TEST_CASE("write: a flow in the plane, and a sum without tracks, are written as shaders", "[app][command]") {

@@ -234,9 +234,10 @@ TEST_CASE("flowShader: HLSL and WGSL have types and declarations of their own", 
 
 TEST_CASE("flowShader: the parts of a step are functions of their own", "[shader]") {
     const ShaderText shader = flowShader(inSphere(Side::outside), {.dialect = Dialect::glslEs, .parts = true});
-    for (const char* name : {"FlowReals11 flowHere(vec3 p)", "vec4 flowWall(vec3 p)",
-                             "vec3 flowCorrected(vec3 p, vec2 off, vec3 gradient0, vec3 gradient1, float limit)",
-                             "float flowAccepts(vec3 p, vec3 q, vec2 off, vec4 before, vec3 between, vec4 after)"})
+    for (const char* name :
+         {"FlowReals11 flowHere(vec3 p)", "vec4 flowWall(vec3 p)", "FlowReals15 flowHereAndWall(vec3 p)",
+          "vec3 flowCorrected(vec3 p, vec2 off, vec3 gradient0, vec3 gradient1, float limit)",
+          "float flowAccepts(vec3 p, vec3 q, vec2 off, vec4 before, vec3 between, vec4 after)"})
         CHECK(shader.text.find(name) != std::string::npos);
     CHECK(shader.text.find("flowStep") == std::string::npos);
 }

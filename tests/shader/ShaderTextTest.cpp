@@ -53,13 +53,15 @@ std::string fromEs(std::string text) {
 
 template <int N>
 void checkShader(const std::string& name, const ScalarFieldN<N>& field, double half = 2.5, double ofValue = 2e-6,
-                 Dialect dialect = Dialect::glsl) {
+                 Dialect dialect = Dialect::glsl, ShaderCoordinates coordinates = ShaderCoordinates::doubles) {
     CAPTURE(name);
     SymbolModule module;
     const ShaderEntry entry = recordEntry(module, field);
     const size_t outputs = module.functions()[entry.function].results.size();
-    const ShaderText shader = shaderText(module, {entry}, dialect, ShaderTables::data);
+    const ShaderText shader = shaderText(module, {entry}, dialect, ShaderTables::data, {}, coordinates);
     ShaderRun run{shader.text, "", shader.buffers, {}, kCount, outputs, dialect == Dialect::hlsl};
+    if (dialect == Dialect::glsl && coordinates == ShaderCoordinates::pairs)
+        run.functions = "#define flowZero (gl_NumWorkGroups.z >> 1u)\n" + shader.text;
     if (dialect == Dialect::glslEs) {
         run.functions = fromEs(shader.text);
         // 0, which the compiler does not know.
@@ -155,10 +157,10 @@ TEST_CASE("shaderText: a shader computes combinations and transforms of fields",
 
 TEST_CASE("shaderText: pairs of floats are as accurate as doubles", "[shader]") {
     if (skippedWithoutVulkan()) return;
-    const Dialect dialect = GENERATE(Dialect::glslEs, Dialect::hlsl);
+    const Dialect dialect = GENERATE(Dialect::glsl, Dialect::glslEs, Dialect::hlsl);
     CAPTURE(kDialectNames.at(static_cast<size_t>(dialect)));
     const auto check = [&](const std::string& name, const auto& field, double half, double ofValue = 2e-6) {
-        checkShader(name, field, half, ofValue, dialect);
+        checkShader(name, field, half, ofValue, dialect, ShaderCoordinates::pairs);
     };
     for (const double half : {2.5, 1e4}) {
         CAPTURE(half);

@@ -74,6 +74,7 @@ class SymbolInterpreter {
                 if (node.type == SymbolType::word) return {0, bits};
                 return {static_cast<double>(std::bit_cast<float>(bits)), 0};
             }
+            case SymbolOp::index:
             case SymbolOp::integer:
                 return {0, wrapped(node.type, wordOf(a.number))};
             case SymbolOp::convert:

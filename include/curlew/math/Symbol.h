@@ -136,11 +136,14 @@ inline Symbol<uint64_t> wordOf(const Symbol<double>& x) {
     return Symbol<uint64_t>(recorded(SymbolOp::integer, SymbolType::longWord, {x.any()}));
 }
 
+inline Symbol<uint32_t> indexOf(const Symbol<float>& x) {
+    return Symbol<uint32_t>(recorded(SymbolOp::index, SymbolType::word, {x.any()}));
+}
 inline SymbolIndex indicesOf(const Symbol<float>& x, uint32_t last) {
-    return {min(convertTo<Symbol<uint32_t>>(x), Symbol<uint32_t>(last)), last + 1};
+    return {min(indexOf(x), Symbol<uint32_t>(last)), last + 1};
 }
 inline SymbolIndex wrappedIndicesOf(const Symbol<float>& x, uint32_t last) {
-    return {convertTo<Symbol<uint32_t>>(x) & Symbol<uint32_t>(last), last + 1};
+    return {indexOf(x) & Symbol<uint32_t>(last), last + 1};
 }
 /// Returns the numbers of a table at a row, as many as `count`. Without symbols in the row, they are constants.
 std::vector<AnySymbol> lookUp(SymbolTable table, const Symbol<uint32_t>& row, size_t count);

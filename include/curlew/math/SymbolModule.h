@@ -35,7 +35,7 @@ enum class SymbolOp : uint8_t {
     negate,
     mulAdd, ///< a b + c
     floor,
-    nearest, ///< The nearest integer, halves to even.
+    nearest, ///< The nearest integer, halves to even; |a| < 2^22, or 2^51 if it is wide.
     sqrt,
     abs,
     sin,
@@ -64,6 +64,7 @@ enum class SymbolOp : uint8_t {
     shiftRight,
     modulo,  ///< a modulo data
     convert, ///< To the node's type. Words wrap; a real becomes a word if it is an integer from 0 to 2^32 - 1.
+    index,   ///< A real that is an integer from 0 to 2^23 - 1, as a word; an arbitrary word for others.
     integer, ///< A wide integer as a longWord, modulo 2^64.
 };
 

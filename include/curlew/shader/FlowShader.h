@@ -12,6 +12,7 @@ namespace curlew {
 struct FlowShaderOptions {
     Dialect dialect = Dialect::glsl;
     ShaderTables tables = ShaderTables::text;
+    ShaderCoordinates coordinates = ShaderCoordinates::doubles; ///< In GLSL 4.50.
     ShaderBindings bindings = {};
     Scheme scheme = Scheme::rk4; ///< Of a step.
     int corrections = 2;         ///< Gauss-Newton corrections after a step: 1 … 10.
@@ -19,9 +20,9 @@ struct FlowShaderOptions {
     double tolerance = 4e-6;
     /// The position, world units, from which the shader measures its own; by default the centre of the domain's box.
     std::optional<Vec3d> origin = {};
-    /// Write flowHere(), flowWall(), flowCorrected() and flowAccepts(), the parts of a step, instead of the functions
-    /// below: for a host that takes a step in several passes. Compilers put every call in line, and those for the
-    /// processor take minutes for a whole step.
+    /// Write flowHere(), flowWall(), flowHereAndWall(), flowCorrected() and flowAccepts(), the parts of a step, instead
+    /// of the functions below: for a host that takes a step in several passes. Compilers put every call in line, and
+    /// those for the processor take minutes for a whole step.
     bool parts = false;
     std::string dataFile = "the data file"; ///< Name of the file of the buffers; named in the header.
 };

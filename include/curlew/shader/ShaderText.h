@@ -11,8 +11,7 @@ namespace curlew {
 
 /// The languages in which recorded functions can be written.
 enum class Dialect {
-    glsl, ///< GLSL 4.50 and Vulkan. Coordinates are doubles (shaderFloat64 in Vulkan).
-    // Coordinates are pairs of floats in all others.
+    glsl,   ///< GLSL 4.50: OpenGL and Vulkan.
     glslEs, ///< GLSL ES 3.00 (WebGL 2).
     hlsl,   ///< HLSL, shader model 5 or later: Direct3D, Unreal, Unity, Vulkan.
     wgsl,   ///< WGSL (WebGPU).
@@ -31,6 +30,14 @@ struct ShaderEntry {
     std::string name, comment;
     std::vector<Parameter> parameters;
 };
+
+/// How a shader computes the coordinates from which the lattice cells of noises are subtracted.
+enum class ShaderCoordinates {
+    doubles, ///< In double (shaderFloat64 in Vulkan): GLSL 4.50 only.
+    pairs,   ///< As pairs of floats with 48 bits. GPUs for games compute with doubles at 1/32 or 1/64 of their speed.
+};
+/// In the order of the enumerators.
+inline constexpr std::array<std::string_view, 2> kShaderCoordinateNames{"doubles", "pairs"};
 
 /// Where a shader finds the tables of noises.
 enum class ShaderTables {
@@ -54,9 +61,11 @@ struct ShaderText {
 
 /// Returns the text of these functions and of all that they call: one self-contained text in which every global name
 /// begins with "flow" or "Flow". Throws ValueError if a function uses an operation that the dialect does not have, or
-/// if it would become too long for a compiler, which puts every call in line.
+/// if it would become too long for a compiler, which puts every call in line. `coordinates` is for GLSL 4.50; in the
+/// other dialects, coordinates are pairs.
 ShaderText shaderText(const SymbolModule& module, const std::vector<ShaderEntry>& entries, Dialect dialect,
-                      ShaderTables tables = ShaderTables::text, const ShaderBindings& bindings = {});
+                      ShaderTables tables = ShaderTables::text, const ShaderBindings& bindings = {},
+                      ShaderCoordinates coordinates = ShaderCoordinates::doubles);
 
 /// Returns the number of operations of a function and of all that it calls, for every call.
 size_t operationsOf(const SymbolModule& module, size_t function);

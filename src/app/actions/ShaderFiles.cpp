@@ -68,17 +68,22 @@ Dialect dialectOf(std::string_view ending, const Arguments& a) {
 } // namespace
 
 std::vector<Option> shaderOptions() {
-    return {choice("dialect", kDialectNames,
-                   "language of a .glsl: glsl is GLSL 4.50 for OpenGL and Vulkan, es is GLSL ES 3.00 for WebGL 2",
-                   kDialectsOfGlsl),
-            choice("tables", kShaderTableNames,
-                   "where a shader has the tables of noises: text: in itself; data: in FILE.bin, for drivers that run "
-                   "shaders on the processor"),
-            integer("group", "0", 0, 31, "group (Vulkan: set) in which a host binds the buffers of a shader"),
-            integer("binding", "0", 0, 999, "binding of the first buffer of a shader; the others follow"),
-            integer("corrections", "2", 1, 10, "corrections back onto the track after each step of a shader"),
-            vector("origin", "", "world units",
-                   "position from which a shader measures its own (default: the centre of the flow's box)")};
+    return {
+        choice("dialect", kDialectNames,
+               "language of a .glsl: glsl is GLSL 4.50 for OpenGL and Vulkan, es is GLSL ES 3.00 for WebGL 2",
+               kDialectsOfGlsl),
+        choice("tables", kShaderTableNames,
+               "where a shader has the tables of noises: text: in itself; data: in FILE.bin, for drivers that run "
+               "shaders on the processor"),
+        choice(
+            "coordinates", kShaderCoordinateNames,
+            "how GLSL 4.50 subtracts the lattice cells of noises; doubles: in double; pairs: as pairs of floats, for "
+            "GPUs whose doubles are slow (those for games) or missing. The other languages always use pairs"),
+        integer("group", "0", 0, 31, "group (Vulkan: set) in which a host binds the buffers of a shader"),
+        integer("binding", "0", 0, 999, "binding of the first buffer of a shader; the others follow"),
+        integer("corrections", "2", 1, 10, "corrections back onto the track after each step of a shader"),
+        vector("origin", "", "world units",
+               "position from which a shader measures its own (default: the centre of the flow's box)")};
 }
 
 void checkShaderOptions(const Arguments& a, const std::vector<std::string>& endings) {
@@ -91,6 +96,9 @@ void checkShaderOptions(const Arguments& a, const std::vector<std::string>& endi
             throw ValueError(fmt::format("{}= is only for {}", option.name, fmt::join(kShaderEndings, ", ")));
     if (a.given("dialect") && !writes(kShaderEndings[0]))
         throw ValueError(fmt::format("dialect= is only for {}", kShaderEndings[0]));
+    if (a.given("coordinates") && a.choice<ShaderCoordinates>("coordinates") == ShaderCoordinates::doubles &&
+        (!writes(kShaderEndings[0]) || a.choice<Dialect>("dialect") == Dialect::glslEs))
+        throw ValueError("coordinates=doubles is only for GLSL 4.50; the other languages have no doubles");
     if ((a.given("group") || a.given("binding")) && a.given("dialect") &&
         a.choice<Dialect>("dialect") == Dialect::glslEs)
         throw ValueError("group= and binding= do not exist in dialect=es, which has textures instead of buffers");
@@ -101,6 +109,7 @@ void writeShaderFile(const Context& c, const Arguments& a, const std::string& fi
     FlowShaderOptions options{
         .dialect = dialectOf(ending, a),
         .tables = a.choice<ShaderTables>("tables"),
+        .coordinates = a.choice<ShaderCoordinates>("coordinates"),
         .bindings = {.group = a.integer<unsigned>("group"), .first = a.integer<unsigned>("binding")},
         .corrections = a.integer<int>("corrections"),
         .dataFile = std::filesystem::path(data).filename().string()};
