@@ -23,6 +23,7 @@ void registerAdvect();
 void registerEnright();
 void registerWarp();
 void registerMesh();
+void registerGpu(); ///< Registers nothing if there is no GPU.
 
 /// Number of batches that are processed in turn, large enough to defeat branch prediction and caching.
 inline constexpr int kBatches = 64;

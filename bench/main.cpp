@@ -59,6 +59,7 @@ void run(int argc, char** argv) {
     bench::registerEnright();
     bench::registerWarp();
     bench::registerMesh();
+    bench::registerGpu();
     benchmark::RunSpecifiedBenchmarks();
     benchmark::Shutdown();
 }

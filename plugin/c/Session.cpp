@@ -32,6 +32,7 @@ class curlew_session::Running {
     ~Running() {
         mSession.inFrame = std::thread::id();
         mSession.session.resetThreads();
+        mSession.session.gpu.reset();
         const std::lock_guard lock(mSession.starting);
         mSession.caller.end();
         mSession.running = false;

@@ -15,7 +15,6 @@ namespace curlew {
 namespace {
 
 constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
-constexpr double kStep = 0.5; // pixels
 
 /// Interpolates an image bilinearly between its pixel centres.
 class Sampler {
@@ -55,11 +54,11 @@ Image whiteNoise(int width, int height, const LicOptions& o) {
 class Streak {
   public:
     Streak(const Sampler& vectors, const Sampler& noise, const LicOptions& o)
-        : mVectors(vectors), mNoise(noise), mOptions(o), mSteps(std::max(1, static_cast<int>(o.length / 2 / kStep))) {}
+        : mVectors(vectors), mNoise(noise), mOptions(o), mSteps(o.steps()) {}
 
     float at(double x, double y) const {
         double sum = grain(x, y), weight = 1;
-        for (const double step : {kStep, -kStep}) {
+        for (const double step : {LicOptions::kStep, -LicOptions::kStep}) {
             double px = x, py = y;
             for (int k = 1; k <= mSteps && advance(step, px, py); ++k) {
                 const double w = weightOf(k);
@@ -132,15 +131,9 @@ void stretch(Image& image, double contrast) {
 
 } // namespace
 
-Image lic(const Image& vectors, const LicOptions& o, const Monitor& monitor) {
-    checkImage(vectors);
-    if (vectors.channels.size() != 2) throw ValueError("a line integral convolution needs vectors with two channels");
-    requirePositive(o.length, "the streak length");
-    requirePositive(o.grain, "the grain of the noise");
-    requirePositive(o.contrast, "the contrast");
-    requireMemory(static_cast<double>(vectors.width) * vectors.height * (1 + 1 / (o.grain * o.grain)) * sizeof(float),
-                  fmt::format("a picture of {} x {} pixels", vectors.width, vectors.height), "choose a smaller width");
-    const Image noise = whiteNoise(vectors.width, vectors.height, o);
+int LicOptions::steps() const { return std::max(1, static_cast<int>(length / 2 / kStep)); }
+
+Image convolved(const Image& vectors, const Image& noise, const LicOptions& o, const Monitor& monitor) {
     const Sampler vectorAt(vectors), noiseAt(noise);
     const Streak streak(vectorAt, noiseAt, o);
     Image image = filledImage(vectors.width, vectors.height, {"lic"});
@@ -153,6 +146,18 @@ Image lic(const Image& vectors, const LicOptions& o, const Monitor& monitor) {
                         std::isnan(vectors.at(x, y, 0) + vectors.at(x, y, 1)) ? kNothing : streak.at(x + 0.5, y + 0.5);
         },
         monitor);
+    return image;
+}
+
+Image lic(const Image& vectors, const LicOptions& o, const Monitor& monitor, const LicConvolution& convolution) {
+    checkImage(vectors);
+    if (vectors.channels.size() != 2) throw ValueError("a line integral convolution needs vectors with two channels");
+    requirePositive(o.length, "the streak length");
+    requirePositive(o.grain, "the grain of the noise");
+    requirePositive(o.contrast, "the contrast");
+    requireMemory(static_cast<double>(vectors.width) * vectors.height * (1 + 1 / (o.grain * o.grain)) * sizeof(float),
+                  fmt::format("a picture of {} x {} pixels", vectors.width, vectors.height), "choose a smaller width");
+    Image image = convolution(vectors, whiteNoise(vectors.width, vectors.height, o), o, monitor);
     stretch(image, o.contrast);
     return image;
 }

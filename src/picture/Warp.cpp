@@ -23,15 +23,6 @@ using Position = Vec<double, 2>;
 /// Below this residual of f, relative to its root mean square, corrections only shift rounding errors.
 constexpr double kRounding = 1e-14;
 
-void validate(const FlowN<2>& flow, const WarpOptions& o) {
-    if (o.steps < 0)
-        throw ValueError(fmt::format("{} steps; give at least 1, or 0 to have the number chosen", o.steps));
-    if (!std::isfinite(o.time)) throw ValueError("time must be finite");
-    if (o.corrections < 0) throw ValueError(fmt::format("{} corrections; give 0 or more", o.corrections));
-    if (o.corrections > 0 && !flow.hasTracks())
-        throw ValueError("this flow has no tracks to correct positions onto; use 0 corrections");
-}
-
 /// Moves points by equal steps.
 void moveBatch(const FlowN<2>& flow, const ReprojectOptionsN<2>& reprojection, const WarpOptions& o,
                PointBatchN<2>& points) {
@@ -68,8 +59,16 @@ void moveAdaptively(const FlowN<2>& flow, std::vector<Position>& positions, cons
 
 } // namespace
 
+void WarpOptions::validate(const FlowN<2>& flow) const {
+    if (steps < 0) throw ValueError(fmt::format("{} steps; give at least 1, or 0 to have the number chosen", steps));
+    if (!std::isfinite(time)) throw ValueError("time must be finite");
+    if (corrections < 0) throw ValueError(fmt::format("{} corrections; give 0 or more", corrections));
+    if (corrections > 0 && !flow.hasTracks())
+        throw ValueError("this flow has no tracks to correct positions onto; use 0 corrections");
+}
+
 void warp(const FlowN<2>& flow, std::vector<Position>& positions, const WarpOptions& options, const Monitor& monitor) {
-    validate(flow, options);
+    options.validate(flow);
     if (options.adaptive()) return moveAdaptively(flow, positions, options, monitor);
     ReprojectOptionsN<2> reprojection{.method = options.corrections > 0 ? Reprojection::newton : Reprojection::none,
                                       .iterations = options.corrections};
@@ -113,7 +112,7 @@ Texture2 textureOf(const Image& picture, const BoxN<2>& box) {
 }
 
 Image warpedPicture(const FlowN<2>& flow, const Texture2& texture, const BoxN<2>& box, int width, int height,
-                    const WarpOptions& options, const Monitor& monitor) {
+                    const WarpOptions& options, const Monitor& monitor, const Warper& warper) {
     if (!(box.size()[0] > 0) || !(box.size()[1] > 0) || !box.finite())
         throw ValueError("a picture of a warp needs a box that is neither empty nor infinite");
     const int n = options.supersampling;
@@ -130,7 +129,7 @@ Image warpedPicture(const FlowN<2>& flow, const Texture2& texture, const BoxN<2>
                 for (int j = 0; j < n; ++j)
                     positions.push_back({{box.lower[0] + (x + (j + 0.5) / n) / width * box.size()[0],
                                           box.upper[1] - (y + (i + 0.5) / n) / height * box.size()[1]}});
-    warp(flow, positions, options, monitor);
+    warper(flow, positions, options, monitor);
     parallelFor(positions.size() / samples, 1 << 12, [&](size_t begin, size_t end) {
         for (size_t k = begin; k < end; ++k) {
             Vec3f sum;

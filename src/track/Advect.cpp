@@ -2,12 +2,12 @@
 #include "curlew/track/Advect.h"
 
 #include "AdvectSteps.h"
-#include "FirstStep.h"
 #include "Freezing.h"
 #include "SplitAdvector.h"
 #include "curlew/base/Memory.h"
 #include "curlew/field/Dimensions.h"
 #include "curlew/field/ForEachBatch.h"
+#include "curlew/track/AdvectParts.h"
 #include "curlew/track/WallMotion.h"
 #include "curlew/track/WallVelocity.h"
 
@@ -25,20 +25,6 @@ namespace {
 
 template <int N>
 using Positions = std::vector<Vec<double, N>>;
-
-template <int N>
-void validate(const FlowN<N>& flow, const AdvectOptions& o) {
-    if (o.steps < 0)
-        throw ValueError(fmt::format("{} steps; give at least 1, or 0 to have the number chosen", o.steps));
-    if (!std::isfinite(o.time)) throw ValueError("time must be finite");
-    if (!(o.accuracy >= 0)) throw ValueError(fmt::format("accuracy {} must be positive", o.accuracy));
-    if (o.adaptive() && !tableauOf(o.usedScheme()).embedded())
-        throw ValueError(fmt::format("{} has no error estimate; choose rk23 or rk45 to use an accuracy, or give steps",
-                                     kSchemeNames[static_cast<size_t>(o.usedScheme())]));
-    if (!(o.maxStep >= 0)) throw ValueError(fmt::format("maxStep {} must be positive, or 0", o.maxStep));
-    o.reprojection.validate(true); // a sum is split, or moved without reprojection
-    splittingOf(flow, o);
-}
 
 /// Returns the stepper for a flow that is not split. The steps of a sum are not reprojected because it has no tracks,
 /// but its wall is guarded like any other unless reprojection is off.
@@ -184,42 +170,6 @@ AdvectResultN<N> advect(const FlowN<N>& flow, Positions<N>& points, const Advect
 
 namespace {
 
-/// Returns the particles in the order of a Z-curve (Morton 1966) through the box. The particles of a batch are then
-/// close together and look up the same parts of a level set.
-std::vector<uint32_t> alongCurve(const Points& p, const Box& box) {
-    constexpr int kBits = 10;
-    const auto cell = [](double x, double lower, double size) {
-        const double c = (x - lower) / size * (1 << kBits);
-        return c > 0 ? static_cast<uint32_t>(std::min(c, (1 << kBits) - 1.0)) : 0u; // NaN, too
-    };
-    const Vec3d size = box.size();
-    std::vector<std::pair<uint32_t, uint32_t>> codes(p.size());
-    for (size_t k = 0; k < p.size(); ++k) {
-        const std::array<uint32_t, 3> c{cell(p.x[k], box.lower[0], size[0]), cell(p.y[k], box.lower[1], size[1]),
-                                        cell(p.z[k], box.lower[2], size[2])};
-        uint32_t code = 0;
-        for (int bit = kBits - 1; bit >= 0; --bit)
-            for (const uint32_t axis : c) code = code << 1 | (axis >> bit & 1);
-        codes[k] = {code, static_cast<uint32_t>(k)};
-    }
-    std::sort(codes.begin(), codes.end());
-    std::vector<uint32_t> order(codes.size());
-    for (size_t k = 0; k < codes.size(); ++k) order[k] = codes[k].second;
-    return order;
-}
-
-/// Returns the order in which to move particles. It only affects the time, because no particle influences another.
-std::vector<uint32_t> orderFor(const Flow& flow, const Points& particles) {
-    const bool pays = flow.domain().wall && flow.domain().box.finite() && particles.size() <= UINT32_MAX;
-    return pays ? alongCurve(particles, flow.domain().box) : std::vector<uint32_t>{};
-}
-
-/// Returns the fraction of the time for which a particle of this age moves.
-double paceOf(float age, double time) {
-    const double whole = std::abs(time), lived = static_cast<double>(age);
-    return lived < whole ? std::max(lived, 0.0) / whole : 1; // NaN moves for all of it
-}
-
 /// Moves particles that are neighbours in `order` together; `order` holds all particles or is empty. `wholeTime`: the
 /// time of all steps, if these are only some of them.
 AdvectResult advectInOrder(const Flow& flow, const FlowRms& rms, Points& particles, const std::vector<uint32_t>& order,
@@ -325,7 +275,7 @@ AdvectResult advect(const Flow& flow, Points& particles, const AdvectOptions& op
 AdvectResult detail::advectKnowing(const Flow& flow, const FlowRms& rms, Points& particles,
                                    const AdvectOptions& options, const Monitor& monitor) {
     validate(flow, options);
-    return advectInOrder(flow, rms, particles, orderFor(flow, particles), options, options.time, monitor);
+    return advectInOrder(flow, rms, particles, advectionOrder(flow, particles), options, options.time, monitor);
 }
 
 AdvectResult advect(const FlowInTime& flow, Points& particles, double begin, const AdvectOptions& options,
@@ -336,7 +286,7 @@ AdvectResult advect(const FlowInTime& flow, Points& particles, double begin, con
     validate(before.flow, options);
     const AdvectOptions accurate = withAccuracy(options, before.flow.domain());
     const Monitor unreported = monitor.quiet();
-    const std::vector<uint32_t> order = orderFor(before.flow, particles);
+    const std::vector<uint32_t> order = advectionOrder(before.flow, particles);
     const FlowRms rms = rmsOf(before.flow, unreported);
     // Without an accuracy, use the given number: creating a wall that changes is expensive.
     const Freezing freezing = options.accuracy > 0 ? freezingOf(flow, before.flow, begin, accurate, rms, monitor)

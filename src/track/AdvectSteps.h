@@ -5,6 +5,10 @@
 
 namespace curlew::detail {
 
+/// Throws ValueError if advect() does not accept the options for the flow.
+template <int N>
+void validate(const FlowN<N>& flow, const AdvectOptions& options);
+
 /// Returns the options with the default accuracy filled in if the steps are adaptive.
 template <int N>
 AdvectOptions withAccuracy(AdvectOptions options, const DomainN<N>& domain) {

@@ -3,9 +3,9 @@
 
 #include "AdvectSteps.h"
 #include "BatchAdvector.h"
-#include "FirstStep.h"
 #include "curlew/base/Require.h"
 #include "curlew/field/ForEachBatch.h"
+#include "curlew/track/AdvectParts.h"
 
 #include <limits>
 #include <utility>
@@ -74,7 +74,7 @@ FlowMapResult FlowMap::carry(std::vector<Vec3d>& points, double from, double to,
     // A steady flow with adaptive steps needs no division of the time.
     const int parts = mFlow.steady() && options.adaptive() ? 1 : count;
     options = detail::oneOf(parts, options);
-    const double step = options.adaptive() ? detail::firstStep(first, options.usedScheme(), options.accuracy) : 0;
+    const double step = options.adaptive() ? firstStep(first, options.usedScheme(), options.accuracy) : 0;
     // The flows of this many steps stay in the L1 cache while a batch uses them.
     constexpr int kTogether = 256;
     std::vector<Flow> flows;

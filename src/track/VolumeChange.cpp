@@ -2,9 +2,9 @@
 #include "curlew/track/VolumeChange.h"
 
 #include "AdvectSteps.h"
-#include "FirstStep.h"
 #include "StepControl.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/track/AdvectParts.h"
 #include "curlew/track/WallMotion.h"
 
 #include <algorithm>
@@ -186,7 +186,7 @@ VolumeChange volumeChange(const FlowInTime& flow, const std::vector<Vec3d>& posi
     const double time = options.time / count;
     for (int k = 0; k < count && time != 0; ++k) {
         const Flow middle = flow.at(begin + time * (k + 0.5)), after = flow.at(begin + time * (k + 1));
-        const double first = detail::firstStep(middle, Scheme::dormandPrince, accuracy);
+        const double first = firstStep(middle, Scheme::dormandPrince, accuracy);
         followWall(before, middle, time / 2, samples, monitor);
         parallelFor(
             samples.size(), 1,

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "FlowSampler.h"
+#include "curlew/base/Parallel.h"
 #include "curlew/vdb/Openvdb.h"
 
 #include <bit>
+#include <utility>
 
 namespace curlew {
 
@@ -72,7 +74,70 @@ void addWall(const FlowOnVoxels& sampled, bool whole, int plane, VelocityLeaf& l
     }
 }
 
+void addWall(const FlowOnVoxels& sampled, VelocityLeaf& leaf) {
+    if (sampled.rests(leaf.origin())) return;
+    const bool whole = sampled.inBox(leaf.origin());
+    for (int plane = 0; plane < kLeafEdge; ++plane) addWall(sampled, whole, plane, leaf);
+}
+
+/// The voxels of a leaf at which a source computes the velocity, and their fade factors (empty: all are 1).
+struct Wanted {
+    size_t first = 0, count = 0; ///< Of the positions of all leaves.
+    std::vector<float> factors;
+};
+
+/// Activates the voxels of a leaf where the velocity is not zero.
+Wanted activate(const FlowOnVoxels& sampled, VelocityLeaf& leaf) {
+    const bool whole = sampled.inBox(leaf.origin()), fades = !sampled.isFar(leaf.origin());
+    Wanted wanted;
+    for (int plane = 0; plane < kLeafEdge; ++plane) {
+        Factors factors;
+        const uint64_t active =
+            activePoints(sampled, centresOfPlane(leaf.origin(), plane, sampled.voxel), whole, fades, factors);
+        leaf.getValueMask().getWord<uint64_t>(plane) = active;
+        wanted.count += static_cast<size_t>(std::popcount(active));
+        for (uint64_t rest = fades ? active : 0; rest != 0; rest &= rest - 1)
+            wanted.factors.push_back(factors[static_cast<size_t>(std::countr_zero(rest))]);
+    }
+    return wanted;
+}
+
 } // namespace
+
+void sampleCollocated(const FlowOnVoxels& sampled, const VelocitySource& source,
+                      const std::vector<VelocityLeaf*>& leaves, const Monitor& monitor) {
+    constexpr size_t kAtOnce = 1 << 11, kGrain = 16; // leaves
+    std::vector<Vec3d> positions;
+    std::vector<Vec3f> velocities;
+    for (size_t begin = 0; begin < leaves.size(); begin += kAtOnce) {
+        const size_t count = std::min(kAtOnce, leaves.size() - begin);
+        std::vector<Wanted> wanted(count);
+        const auto forEachLeaf = [&](const auto& use) {
+            parallelFor(count, kGrain, [&](size_t from, size_t to) {
+                for (size_t n = from; n < to; ++n) use(*leaves[begin + n], wanted[n]);
+            });
+        };
+        forEachLeaf([&](VelocityLeaf& leaf, Wanted& one) { one = activate(sampled, leaf); });
+        size_t all = 0;
+        for (Wanted& one : wanted) one.first = std::exchange(all, all + one.count);
+        positions.resize(all);
+        forEachLeaf([&](VelocityLeaf& leaf, const Wanted& one) {
+            size_t k = one.first;
+            for (auto voxel = leaf.cbeginValueOn(); voxel; ++voxel) positions[k++] = sampled.centre(voxel.getCoord());
+        });
+        source(positions, velocities);
+        forEachLeaf([&](VelocityLeaf& leaf, const Wanted& one) {
+            size_t k = 0;
+            for (auto voxel = leaf.beginValueOn(); voxel; ++voxel, ++k) {
+                const Vec3f v = velocities[one.first + k] * (one.factors.empty() ? 1.0f : one.factors[k]);
+                voxel.setValue({v[0], v[1], v[2]});
+            }
+            addWall(sampled, leaf);
+        });
+        if (monitor.report) monitor.report(static_cast<double>(begin + count) / static_cast<double>(leaves.size()));
+        monitor.check();
+    }
+}
 
 void sampleCollocated(const FlowOnVoxels& sampled, VelocityLeaf& leaf) {
     const bool whole = sampled.inBox(leaf.origin()), fades = !sampled.isFar(leaf.origin());
@@ -93,8 +158,7 @@ void sampleCollocated(const FlowOnVoxels& sampled, VelocityLeaf& leaf) {
             values[active == kAll ? i : voxel[i]] = {v.c[0][i], v.c[1][i], v.c[2][i]};
         leaf.getValueMask().getWord<uint64_t>(plane) = active;
     }
-    if (sampled.rests(leaf.origin())) return;
-    for (int plane = 0; plane < kLeafEdge; ++plane) addWall(sampled, whole, plane, leaf);
+    addWall(sampled, leaf);
 }
 
 } // namespace curlew

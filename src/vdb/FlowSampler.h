@@ -4,6 +4,7 @@
 #include "WallFade.h"
 #include "curlew/track/WallVelocity.h"
 #include "curlew/vdb/Openvdb.h"
+#include "curlew/vdb/VelocityGrid.h"
 
 #include <bitset>
 #include <cmath>
@@ -51,6 +52,10 @@ struct FlowOnVoxels {
 
 /// Fills a leaf with velocities at the centres of its voxels.
 void sampleCollocated(const FlowOnVoxels& sampled, VelocityLeaf& leaf);
+
+/// Fills leaves in the same way, with velocities from a source, which gets the positions of many leaves at once.
+void sampleCollocated(const FlowOnVoxels& sampled, const VelocitySource& source,
+                      const std::vector<VelocityLeaf*>& leaves, const Monitor& monitor);
 
 /// Fills the leaves of a brick with velocities at the faces of their voxels. Each potential is computed once per voxel
 /// corner, when the first leaf needs it.

@@ -98,10 +98,37 @@ std::vector<Brick> bricksOf(const std::vector<Coord>& origins) {
     return bricks;
 }
 
+using Leaves = std::vector<std::unique_ptr<VelocityLeaf>>;
+
+/// Moves the leaves that have active voxels into a tree.
+openvdb::Vec3STree::Ptr treeOf(Leaves& leaves) {
+    auto tree = std::make_shared<openvdb::Vec3STree>(openvdb::Vec3s(0));
+    for (auto& leaf : leaves)
+        if (leaf && !leaf->isEmpty()) tree->addLeaf(leaf.release());
+    return tree;
+}
+
+/// Makes a tree of leaves at the origins, with velocities from a source.
+openvdb::Vec3STree::Ptr treeFrom(const VelocitySource& source, const std::vector<Coord>& origins,
+                                 const FlowOnVoxels& sampled, const openvdb::MaskTree* mask, const Monitor& monitor) {
+    Leaves leaves(origins.size());
+    std::vector<VelocityLeaf*> all(origins.size());
+    parallelFor(origins.size(), 64, [&](size_t begin, size_t end) {
+        for (size_t n = begin; n < end; ++n) {
+            leaves[n] = std::make_unique<VelocityLeaf>(origins[n], openvdb::Vec3s(0));
+            all[n] = leaves[n].get();
+        }
+    });
+    sampleCollocated(sampled, source, all, monitor);
+    if (mask)
+        for (VelocityLeaf* leaf : all) restrictTo(*mask->probeConstLeaf(leaf->origin()), *leaf);
+    return treeOf(leaves);
+}
+
 /// Makes a tree of leaves at the origins and fills it in parallel. Omits leaves without active voxels.
 openvdb::Vec3STree::Ptr filledTree(const std::vector<Coord>& origins, const FlowOnVoxels& sampled, Layout layout,
                                    const openvdb::MaskTree* mask, const Monitor& monitor) {
-    std::vector<std::unique_ptr<VelocityLeaf>> leaves(origins.size());
+    Leaves leaves(origins.size());
     const std::vector<Brick> bricks = bricksOf(origins);
     const auto fill = [&](const Brick& brick) {
         std::optional<StaggeredBrick> staggered;
@@ -123,10 +150,7 @@ openvdb::Vec3STree::Ptr filledTree(const std::vector<Coord>& origins, const Flow
             for (size_t k = begin; k < end; ++k) fill(bricks[k]);
         },
         monitor);
-    auto tree = std::make_shared<openvdb::Vec3STree>(openvdb::Vec3s(0));
-    for (auto& leaf : leaves)
-        if (leaf) tree->addLeaf(leaf.release());
-    return tree;
+    return treeOf(leaves);
 }
 
 /// Adds the velocity of displaced air, which is given on the faces of voxels, and activates the voxels where it is not
@@ -166,6 +190,8 @@ double voxelOf(const Flow& flow, const VelocityGridOptions& options) {
 openvdb::Vec3SGrid::Ptr velocityGrid(const Flow& flow, const VelocityGridOptions& options, const Monitor& monitor) {
     if (!(options.wallFade >= 1))
         throw ValueError(fmt::format("the wall fade, {} voxels, must be at least 1", options.wallFade));
+    if (options.layout == Layout::staggered && options.source)
+        throw ValueError("a staggered grid is made of potentials, not of velocities from a source");
     if (options.layout == Layout::staggered && !flow.divergenceFree())
         throw ValueError(
             flow.uniformSpeed() > 0 || flow.preservesArea()
@@ -193,8 +219,9 @@ openvdb::Vec3SGrid::Ptr velocityGrid(const Flow& flow, const VelocityGridOptions
     if (!options.mask) origins = leafOrigins(flow.domain(), voxel, fade, moving);
     requireVoxel(voxel);
 
-    const auto tree =
-        filledTree(origins, {sampled, voxel, fade, moving ? &*moving : nullptr}, options.layout, mask.get(), monitor);
+    const FlowOnVoxels onVoxels{sampled, voxel, fade, moving ? &*moving : nullptr};
+    const auto tree = options.source ? treeFrom(options.source(sampled), origins, onVoxels, mask.get(), monitor)
+                                     : filledTree(origins, onVoxels, options.layout, mask.get(), monitor);
     if (options.displaced) addDisplaced(options.displaced->tree(), options.layout, mask.get(), *tree);
     auto grid = openvdb::Vec3SGrid::create(tree);
     grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel));

@@ -13,8 +13,8 @@ from typing import Dict, Iterable, Iterator, List, Set, Tuple
 _BASE = re.compile(r"(linux-vdso|ld-linux-x86-64|lib(c|m|dl|rt|pthread|gcc_s|stdc\+\+|z))\.")
 FOLDER = "lib"  # beside the library
 # Packages of libraries that consist of headers, and of those that are linked statically.
-HEADERS = ("libhwy-dev", "libkissfft-dev", "libnanoflann-dev", "libnanovdb-dev", "nlohmann-json3-dev")
-STATIC = ("libboost-iostreams-dev", "libembree-dev", "libopenvdb-dev")
+HEADERS = ("libhwy-dev", "libkissfft-dev", "libnanoflann-dev", "libnanovdb-dev", "libvulkan-dev", "nlohmann-json3-dev")
+STATIC = ("glslang-dev", "libboost-iostreams-dev", "libembree-dev", "libopenvdb-dev", "spirv-tools")
 
 
 def _run(*words: object) -> str:

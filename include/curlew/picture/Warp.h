@@ -23,6 +23,8 @@ struct WarpOptions {
     double accuracy = 0;   ///< Per step, world units, as in AdvectOptions; 0: a millionth of the domain's diagonal.
 
     bool adaptive() const { return steps == 0 || accuracy > 0; } ///< If both are given, the steps are adaptive.
+    /// Throws ValueError if a value is out of range, or if corrections are asked for in a flow without tracks.
+    void validate(const FlowN<2>& flow) const;
 };
 
 /// Moves positions along the flow (ICN Algorithm 1 in 2D, where f is constant along streamlines), by adaptive or equal
@@ -42,12 +44,15 @@ Vec3f wavePattern(const Vec<double, 2>& position);
 /// displayed(). Throws ValueError if that does or if the box is empty or infinite.
 Texture2 textureOf(const Image& picture, const BoxN<2>& box);
 
+/// What moves positions in place of warp(), such as a GPU.
+using Warper = std::function<void(const FlowN<2>&, std::vector<Vec<double, 2>>&, const WarpOptions&, const Monitor&)>;
+
 /// Returns the picture of an advected texture: each pixel shows the colour at the position to which warp() moves its
 /// centre, or the mean of several positions in the pixel. `box` fills the picture; pixels are square if width and
 /// height fit the box. Throws like warp(), and ValueError if a size is below 1 or the box is empty or infinite;
 /// ResourceError if it does not fit into memory.
 Image warpedPicture(const FlowN<2>& flow, const Texture2& texture, const BoxN<2>& box, int width, int height,
-                    const WarpOptions& options, const Monitor& monitor = {});
+                    const WarpOptions& options, const Monitor& monitor = {}, const Warper& warper = warp);
 
 /// The difference of two images of the same size, channel by channel, over all values that both have.
 struct ImageDifference {

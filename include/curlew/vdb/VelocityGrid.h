@@ -6,6 +6,9 @@
 #include "curlew/track/WallVelocity.h"
 #include "curlew/vdb/GridTypes.h"
 
+#include <functional>
+#include <vector>
+
 namespace curlew {
 
 enum class Layout {
@@ -13,6 +16,9 @@ enum class Layout {
     staggered,  ///< Component k at the centre of the voxel's lower face along axis k (MAC); divergence-free to
                 ///< rounding.
 };
+
+/// What computes the velocities of a flow at positions in place of Flow::velocity(), such as a GPU.
+using VelocitySource = std::function<void(const std::vector<Vec3d>& positions, std::vector<Vec3f>& velocities)>;
 
 struct VelocityGridOptions {
     double voxel = 0; ///< Voxel size in world units; 0 means that `dim` determines it.
@@ -27,6 +33,8 @@ struct VelocityGridOptions {
     /// If given, the velocity of displaced air (DisplacedAir.h) in the box of the flow's domain, which is added instead
     /// of w. Must have the voxels of this grid.
     std::shared_ptr<const openvdb::Vec3SGrid> displaced = {};
+    /// If given, makes the source of the velocities of this flow. For collocated grids only.
+    std::function<VelocitySource(const Flow&)> source = {};
 };
 
 /// Returns the voxel size that these options give. Throws ValueError as velocityGrid() does.
@@ -51,7 +59,7 @@ double voxelOf(const Flow& flow, const VelocityGridOptions& options);
 ///
 /// The result has the same bytes for any number of threads. Throws ValueError if a size is not positive, the box is
 /// infinite, the voxels of the mask are not axis-aligned cubes, the voxels of `displaced` differ from those of this
-/// grid, or a staggered grid of a flow that is not divergence-free is requested;
+/// grid, a staggered grid of a flow that is not divergence-free is requested, or one with a `source`;
 /// ResourceError if the grid would not fit in memory.
 std::shared_ptr<openvdb::Vec3SGrid> velocityGrid(const Flow& flow, const VelocityGridOptions& options,
                                                  const Monitor& monitor = {});

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "AdvectAction.h"
 
+#include "GpuOption.h"
 #include "LoopAction.h"
 #include "MovingWall.h"
 #include "PointsN.h"
@@ -213,6 +214,8 @@ void advectPointsN(Context& c, const Arguments& a) {
             fmt::format("the points have {} dimensions, but the flow has {}", N, dimensionOf(c.anyFlow("flow"))));
     for (const char* option : {"loop", "jacobian", "pathlines"})
         if (a.given(option)) throw ValueError(fmt::format("{}= needs points in 3D, not in {} dimensions", option, N));
+    if (a.choice("device") == 1)
+        throw ValueError(fmt::format("device=gpu needs points in 3D, not in {} dimensions", N));
     if (c.clock())
         throw ValueError(
             fmt::format("points of {} dimensions cannot move from frame to frame; use -advect duration= "
@@ -254,8 +257,11 @@ void runAdvect(Context& c, const Arguments& a) {
     set.tracked = tracked;
     if (a.integer("jacobian") > 0) reportVolumes(c, a, flow, begin, options, particles);
     const Monitor monitor = c.follow("advect");
+    const auto onGpu = advectedOnGpu(c, a, flow, begin, particles, options,
+                                     a.flag("pathlines") ? "pathlines are made on the processor only" : "", monitor);
     if (!a.flag("pathlines")) {
-        reportAdvect(c, first, advect(flow, particles, begin, options, monitor), particles, estimated);
+        const AdvectResult result = onGpu ? *onGpu : advect(flow, particles, begin, options, monitor);
+        reportAdvect(c, first, result, particles, estimated);
         return c.give(std::make_shared<PointSet>(std::move(set)));
     }
     Pathlines pathlines = advectWithPathlines(flow, particles, begin, options, monitor);
@@ -274,7 +280,7 @@ std::vector<Option> advectDeclared() {
                     "loop: period after which each point is back at its start; duration= is the time in the loop "
                     "(default: T). "
                     "Needs a steady flow inside a wall. Points whose track takes longer fade (attribute fade, 0 to 1)"),
-                {"steps", "dt", "scheme", "maxStep", "jacobian", "pathlines"}),
+                {"steps", "dt", "scheme", "maxStep", "jacobian", "pathlines", "device"}),
         {{"duration", "{T}"}}));
     all.push_back(integer(
         "jacobian", "0", 0, 1e6,
@@ -282,6 +288,7 @@ std::vector<Option> advectDeclared() {
     all.push_back(
         formerly({"trails"},
                  flag("pathlines", "0", "1: also make pathlines (trails) of the points, with a vertex at each step")));
+    all.push_back(deviceOption());
     all.push_back(keep());
     return all;
 }

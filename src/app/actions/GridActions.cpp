@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "Actions.h"
+#include "GpuOption.h"
 #include "MovingWall.h"
 #include "curlew/app/registry/Text.h"
 #include "curlew/flow/FlowScale.h"
@@ -192,7 +193,8 @@ void velocity(Context& c, const Arguments& a) {
                                 .layout = a.flag("staggered") ? Layout::staggered : Layout::collocated,
                                 .mask = c.has("mask") ? c.grid("mask").grid : nullptr,
                                 .wallFade = a.real("wallFade"),
-                                .moving = movingWall(c)};
+                                .moving = movingWall(c),
+                                .source = velocitySourceOf(c, a, a.flag("staggered"))};
     if (a.flag("tile")) {
         if (options.mask) throw ValueError("tile=1 has no effect with a mask");
         options.voxel = voxelOf(flow, options);
@@ -288,7 +290,8 @@ Registry gridActions() {
                      "potential: the potential flow around an obstacle, as far as the box, which is "
                      "divergence-free for a wall that deforms too, but slower: each frame solves a Poisson equation"),
               flag("density", "0", "1: also make a fog volume 'density' of the domain"),
-              flag("potentials", "0", "1: also make grids 'f' and 'g' of the potentials")},
+              flag("potentials", "0", "1: also make grids 'f' and 'g' of the potentials"),
+              deviceOption()},
          .examples =
              {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn speed=1 -velocity "
               "voxel=0.02 density=1 -write grid=0,1 smoke.vdb",

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "Actions.h"
+#include "GpuOption.h"
 #include "curlew/picture/Display.h"
 #include "curlew/picture/Lic.h"
 #include "curlew/picture/Lines.h"
@@ -157,21 +158,21 @@ Action sliceDeclaration() {
 // --- line integral convolution
 // --------------------------------------------------------------------------------------------------
 
-Image streaks(const Flow& flow, const View& view, const Arguments& a, const Monitor& monitor) {
+Image streaks(const Context& c, const Flow& flow, const View& view, const Arguments& a, const Monitor& monitor) {
     const Image vectors = slice(view.box, flowSource(flow, "velocity"), view.slice, monitor);
     return lic(inPlane(vectors, PicturePlane(view.box, view.slice)),
                {.length = a.given("streakLength") ? a.real("streakLength") : 0.06 * view.slice.width,
                 .kernel = a.choice<LicKernel>("filter"),
                 .grain = a.given("grain") ? a.real("grain") : std::max(1.25, view.slice.width / 800.0),
                 .seed = a.integer<uint64_t>("seed")},
-               monitor);
+               monitor, licConvolutionOf(c, a));
 }
 
 void licAction(Context& c, const Arguments& a) {
     const Flow flow = c.flow("flow");
     const Monitor monitor = c.follow("lic");
     const View view = viewOf(a, flow);
-    Image picture = streaks(flow, view, a, monitor);
+    Image picture = streaks(c, flow, view, a, monitor);
     if (a.choice("show") == 0) {
         const Image speed = slice(view.box, flowSource(flow, "speed"), view.slice, monitor);
         ColorScale scale = automaticScale(speed, ColorMap::viridis);
@@ -200,7 +201,7 @@ Action licDeclaration() {
              positive("grain", "", "pixels", "grain size of the noise (default: 1.25, more in wide pictures)"),
              integer("seed", "0", 0, 0x1p53 - 1, "random seed of the noise"),
              formerly({"color"}, choice("show", {"speed", "none"}, "quantity that the colour of the streaks shows")),
-             flag("outline", "1", "1: draw the outline of the wall")}),
+             flag("outline", "1", "1: draw the outline of the wall"), deviceOption()}),
         .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn -lic -write lic.png",
                      "curlew -noise dimensions=2 frequency=2 -dfvn -lic show=none -write lic.png"},
         .run = licAction};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "../run/Figures.h"
 #include "Actions.h"
+#include "GpuOption.h"
 #include "TrackOptions.h"
 #include "curlew/app/registry/Text.h"
 #include "curlew/base/AtomicFile.h"
@@ -132,7 +133,7 @@ void warpAction(Context& c, const Arguments& a) {
         height = std::max(1, static_cast<int>(std::lround(width * box.size()[1] / box.size()[0])));
     const Texture2 texture =
         source ? textureOf(displayed(source->image, automaticScale(source->image, source->map)), box) : wavePattern;
-    Image picture = warpedPicture(*flow, texture, box, width, height, warpOptions(a), c.follow("warp"));
+    Image picture = warpedPicture(*flow, texture, box, width, height, warpOptions(a), c.follow("warp"), warperOf(c, a));
     c.give(std::make_shared<const ImageValue>(ImageValue{std::move(picture), ColorMap::gray}));
 }
 
@@ -142,7 +143,8 @@ Action warpDeclaration() {
         declared.end() - 1,
         {choice("pattern", {"none", "waves"}, "test pattern instead of an image: coloured waves"),
          ages("image", "", "image to warp, which fills the box of the flow: 0 is the newest (default: the newest)"),
-         integer("width", "", 1, 32768, "picture width in pixels (default: that of the image; 960 for waves)")});
+         integer("width", "", 1, 32768, "picture width in pixels (default: that of the image; 960 for waves)"),
+         deviceOption()});
     const auto noPattern = [](const Arguments& a) { return a.choice("pattern") == 0; };
     return {.name = "warp",
             .group = kPictureGroup,

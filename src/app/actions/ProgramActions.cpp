@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "../run/Figures.h"
 #include "Actions.h"
+#include "GpuOption.h"
 #include "curlew/app/Version.h"
 #include "curlew/app/actions/Actions.h"
 #include "curlew/app/registry/Text.h"
@@ -221,6 +222,7 @@ Registry programActions() {
                      "'{}' must be a whole number of threads from 0 to 4096; 0 means one per processor", a.words()[0]));
              c.session().setThreads(static_cast<int>(count));
          }});
+    actions.push_back(deviceAction());
     return actions;
 }
 

@@ -9,6 +9,7 @@
 #include "curlew/base/Parallel.h"
 
 #include <chrono>
+#include <optional>
 #include <unordered_map>
 
 namespace curlew::app {
@@ -77,6 +78,9 @@ class Session {
     Json report = Json::object();                ///< The measurements of the actions, by name.
     SourceLocation location = {};                ///< The node that is running, or ran last.
     std::function<void(int frame)> onFrame = {}; ///< Called at the end of each frame. May read objects().
+
+    /// The number of the GPU that device=gpu and device=auto use; by default the preferred one.
+    std::optional<size_t> gpu = {};
 
     void setThreads(int threads) { mThreads = std::make_unique<ThreadLimit>(threads); }
     /// Removes the limit that setThreads() has set.
