@@ -21,7 +21,6 @@ struct FlowText {
     std::deque<GpuBuffer> data; ///< Bound from kFirstData on.
 
     static constexpr unsigned kFirstData = 2; ///< Bindings 0 and 1 are those of the programs that use the flow.
-    static constexpr size_t kGroup = 128;     ///< Points of a work group.
 
     /// Returns a whole program: definitions of the number of dimensions, the flow, and the rest of the text.
     std::string program(const std::string& definitions, const std::string& rest) const;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "Spirv.h"
 #include "Vulkan.h"
+#include "curlew/base/Memory.h"
 #include "curlew/base/Parallel.h"
 
 #include <fmt/format.h>
@@ -147,9 +148,9 @@ Gpu::Vulkan::Vulkan(size_t number)
       queue(device, family, 0),
       commands(device, vk::CommandPoolCreateInfo(vk::CommandPoolCreateFlagBits::eResetCommandBuffer, family)),
       clock(device, vk::QueryPoolCreateInfo({}, vk::QueryType::eTimestamp, 2)),
-      maxGroups(physical.getProperties().limits.maxComputeWorkGroupCount[0]) {
+      limits(physical.getProperties().limits) {
     if (physical.getQueueFamilyProperties()[family].timestampValidBits > 0)
-        tick = 1e-9 * static_cast<double>(physical.getProperties().limits.timestampPeriod);
+        tick = 1e-9 * static_cast<double>(limits.timestampPeriod);
     for (int k = 0; k < 2; ++k) staging.emplace_back(*this);
 }
 
@@ -160,6 +161,11 @@ Staging::Staging(const Gpu::Vulkan& gpu)
       data(static_cast<uint32_t*>(memory.mapMemory(0, VK_WHOLE_SIZE))),
       command(makeCommands(gpu)),
       fence(gpu.device.createFence({})) {}
+
+size_t Gpu::Vulkan::mostAtOnce(size_t wordsEach) const {
+    return std::min({size_t{1} << 22, kGroup * size_t{limits.maxComputeWorkGroupCount[0]},
+                     size_t{limits.maxStorageBufferRange} / (sizeof(uint32_t) * wordsEach)});
+}
 
 std::shared_ptr<const GpuProgram> Gpu::Vulkan::program(const std::string& glsl, size_t buffers, size_t constants) {
     constexpr size_t kKept = 16;
@@ -197,11 +203,16 @@ std::shared_ptr<Gpu> Gpu::open(size_t number) {
 const GpuInfo& Gpu::info() const { return mVulkan->info; }
 double Gpu::busy() const { return mVulkan->busySeconds; }
 
-GpuBuffer::GpuBuffer(Gpu::Vulkan& gpu, size_t words)
-    : mGpu(&gpu), mWords(std::max<size_t>(words, 1)), mBuffer(nullptr), mMemory(nullptr) {
+GpuBuffer::GpuBuffer(Gpu::Vulkan& gpu, size_t words) : mGpu(&gpu), mBuffer(nullptr), mMemory(nullptr) {
+    const size_t bytes = sizeof(uint32_t) * std::max<size_t>(words, 1);
+    if (bytes > gpu.limits.maxStorageBufferRange)
+        throw ResourceError(fmt::format(
+            "GPU '{}': its programs reach {} at once, not {}; use fewer voxels or pixels, or "
+            "device=cpu",
+            gpu.info.name, formatBytes(gpu.limits.maxStorageBufferRange), formatBytes(static_cast<double>(bytes))));
     translatingErrors(*mGpu, [&] {
         const Gpu::Vulkan& vulkan = *mGpu;
-        mBuffer = makeBuffer(vulkan, 4 * mWords,
+        mBuffer = makeBuffer(vulkan, bytes,
                              vk::BufferUsageFlagBits::eStorageBuffer | vk::BufferUsageFlagBits::eTransferSrc |
                                  vk::BufferUsageFlagBits::eTransferDst);
         // A driver in software has one memory for all.
@@ -280,7 +291,7 @@ GpuProgram::GpuProgram(Gpu::Vulkan& gpu, const std::string& glsl, size_t buffers
       mSet(nullptr) {
     std::vector<uint32_t> code;
     try {
-        code = spirvOf(glsl);
+        code = spirvOf(fmt::format("#version 450\nlayout(local_size_x = {}) in;\n{}", Gpu::Vulkan::kGroup, glsl));
     } catch (const std::runtime_error& e) {
         throw GpuError(fmt::format("a program for the GPU does not compile: {}", e.what()));
     }
@@ -304,7 +315,7 @@ GpuProgram::GpuProgram(Gpu::Vulkan& gpu, const std::string& glsl, size_t buffers
     });
 }
 
-void GpuProgram::run(const std::vector<const GpuBuffer*>& buffers, const void* constants, size_t groups) const {
+void GpuProgram::run(const std::vector<const GpuBuffer*>& buffers, const void* constants, size_t count) const {
     translatingErrors(mGpu, [&] {
         Gpu::Vulkan& vulkan = mGpu;
         const std::lock_guard lock(vulkan.busy);
@@ -324,7 +335,7 @@ void GpuProgram::run(const std::vector<const GpuBuffer*>& buffers, const void* c
                 command.resetQueryPool(*vulkan.clock, 0, 2);
                 command.writeTimestamp(vk::PipelineStageFlagBits::eTopOfPipe, *vulkan.clock, 0);
             }
-            command.dispatch(static_cast<uint32_t>(groups), 1, 1);
+            command.dispatch(static_cast<uint32_t>((count + Gpu::Vulkan::kGroup - 1) / Gpu::Vulkan::kGroup), 1, 1);
             if (vulkan.tick > 0) command.writeTimestamp(vk::PipelineStageFlagBits::eBottomOfPipe, *vulkan.clock, 1);
             const vk::MemoryBarrier written(vk::AccessFlagBits::eShaderWrite,
                                             vk::AccessFlagBits::eTransferRead | vk::AccessFlagBits::eHostRead |

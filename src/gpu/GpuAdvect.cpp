@@ -152,16 +152,12 @@ Landed land(const Flow& flow, const GpuPointsN<3>& points, const ReprojectOption
 
 } // namespace
 
-template <int N>
-std::string whyNotOnGpu(const FlowN<N>& flow, const AdvectOptions& options) {
-    if (N > 3) return fmt::format("a flow with {} dimensions does not run on a GPU", N);
+std::string whyNotOnGpu(const Flow& flow, const AdvectOptions& options) {
     if (splittingOf(flow, options) != Splitting::none) return "a sum is split into its terms on the processor only";
-    if (N > 2 && options.reprojection.method == Reprojection::newton)
+    if (options.reprojection.method == Reprojection::newton)
         return "a GPU corrects all potentials at once, as with reproject=gauss-newton";
     return {};
 }
-template std::string whyNotOnGpu<2>(const FlowN<2>&, const AdvectOptions&);
-template std::string whyNotOnGpu<3>(const FlowN<3>&, const AdvectOptions&);
 
 AdvectResult advectOnGpu(const std::shared_ptr<Gpu>& gpu, const Flow& flow, Points& particles,
                          const AdvectOptions& options, const Monitor& monitor) {

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 
@@ -62,8 +63,8 @@ constexpr std::string_view kDimensions<3> = R"glsl(
 #define CORRECTED(x, off, h, limit) flowCorrected(x, off, vec3(h.r2, h.r3, h.r4), vec3(h.r5, h.r6, h.r7), limit)
 )glsl";
 
-/// Residuals, relative to root mean squares, with which a step may leave its track. Below 4e-6, rounding errors of
-/// noises on the integer lattice would stop points; the processor corrects the rest at the end.
+/// Residuals, relative to root mean squares, with which a step may leave its track: the accuracy in float of noises on
+/// the integer lattice (docs/shaders.md). The processor corrects the rest at the end.
 constexpr double kGpuTolerance = 1e-5;
 
 template <int N>
@@ -87,13 +88,6 @@ FlowShaderOptions gpuShaderOptions(const Vec<double, N>& origin, ShaderCoordinat
             .parts = true};
 }
 
-/// Returns the number of points that one run takes, at most as many as there are groups.
-size_t pointsAtOnce(const Gpu::Vulkan& gpu, size_t group) {
-    return std::min(size_t{1} << 22, group * size_t{gpu.maxGroups});
-}
-
-size_t groupsOf(size_t points, size_t group) { return (points + group - 1) / group; }
-
 } // namespace
 
 template <int N>
@@ -115,8 +109,7 @@ template <int N>
 std::string FlowText<N>::program(const std::string& definitions, const std::string& rest) const {
     // There is one group along z, which the driver does not know.
     constexpr std::string_view kZero = "#define flowZero (gl_NumWorkGroups.z >> 1u)\n";
-    return fmt::format("#version 450\nlayout(local_size_x = {}) in;\n{}{}", kGroup, kZero, kDimensions<N>) +
-           definitions + text + rest;
+    return fmt::format("{}{}{}{}{}", kZero, kDimensions<N>, definitions, text, rest);
 }
 
 template <int N>
@@ -185,7 +178,7 @@ void GpuFlowN<N>::velocities(const std::vector<Vec<double, N>>& positions, std::
                              const Monitor& monitor) const {
     Gpu::Vulkan& gpu = mGpu->vulkan();
     velocities.resize(positions.size());
-    const size_t most = std::min(pointsAtOnce(gpu, OnGpu::kGroup), std::max<size_t>(positions.size(), 1));
+    const size_t most = std::min(gpu.mostAtOnce(N), std::max<size_t>(positions.size(), 1));
     const std::lock_guard lock(mFlow->busy);
     if (mFlow->room < most) {
         mFlow->room = 0;
@@ -205,7 +198,7 @@ void GpuFlowN<N>::velocities(const std::vector<Vec<double, N>>& positions, std::
                     *words++ = std::bit_cast<uint32_t>(static_cast<float>(positions[begin + k][i] - mFlow->origin[i]));
         });
         const auto points = static_cast<uint32_t>(count);
-        program->run(buffers, &points, groupsOf(count, OnGpu::kGroup));
+        program->run(buffers, &points, count);
         results.download(count, N, [&](size_t from, size_t to, const uint32_t* words) {
             std::memcpy(velocities[begin + from].c.data(), words, (to - from) * sizeof(Vec<float, N>));
         });
@@ -253,9 +246,12 @@ void store(MoveState<N>& state, GpuPointsN<N>& points, size_t k, const Vec<doubl
 /// Chooses how many evaluations of the flow a run makes, so that it takes about kSeconds.
 class RunLength {
   public:
+    using Clock = std::chrono::steady_clock;
+
     uint32_t evaluations() const { return mEvaluations; }
-    void took(double seconds) {
+    void ranSince(Clock::time_point begin) {
         constexpr double kSeconds = 0.1, kMost = 1 << 16;
+        const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
         const double factor = std::clamp(kSeconds / std::max(seconds, 1e-6), 0.25, 8.0);
         mEvaluations = static_cast<uint32_t>(std::clamp(mEvaluations * factor, 8.0, kMost));
     }
@@ -276,7 +272,7 @@ GpuMoved GpuFlowN<N>::move(GpuPointsN<N>& points, const GpuMoveOptions& o, const
     points.converged.resize(all, 1);
     points.error.resize(all, 0);
     const double usual = std::min(o.firstStep, std::abs(o.time));
-    const size_t most = std::min(pointsAtOnce(gpu, OnGpu::kGroup), std::max<size_t>(all, 1));
+    const size_t most = std::min(gpu.mostAtOnce(MoveState<N>::kWords), std::max<size_t>(all, 1));
     GpuBuffer words(gpu, MoveState<N>::kWords * most), counts(gpu, kMoveCounts);
     const auto buffers = mFlow->buffers(words, counts);
     const auto program = gpu.program(
@@ -308,9 +304,9 @@ GpuMoved GpuFlowN<N>::move(GpuPointsN<N>& points, const GpuMoveOptions& o, const
             std::array<uint32_t, kMoveCounts> sums{};
             counts.upload(1, kMoveCounts,
                           [&](size_t, size_t, uint32_t* to) { std::copy(sums.begin(), sums.end(), to); });
-            const double before = mGpu->busy();
-            program->run(buffers, &request, groupsOf(count, OnGpu::kGroup));
-            length.took(mGpu->busy() - before);
+            const auto began = RunLength::Clock::now();
+            program->run(buffers, &request, count);
+            length.ranSince(began);
             counts.download(1, kMoveCounts, [&](size_t, size_t, const uint32_t* from) {
                 std::copy_n(from, kMoveCounts, sums.begin());
             });

@@ -38,8 +38,7 @@ GpuMoveOptions warpMove(const FlowN<2>& flow, const WarpOptions& o) {
 }
 
 // The algorithm of Streak in picture/Lic.cpp, one pixel per invocation. y points down, as in the picture.
-constexpr std::string_view kLicText = R"glsl(#version 450
-layout(local_size_x = 128) in;
+constexpr std::string_view kLicText = R"glsl(
 layout(std430, set = 0, binding = 0) readonly buffer Vectors { vec2 vectors[]; };
 layout(std430, set = 0, binding = 1) readonly buffer Noise { float noise[]; };
 layout(std430, set = 0, binding = 2) writeonly buffer Result { float result[]; };
@@ -123,7 +122,7 @@ GpuBuffer uploaded(Gpu::Vulkan& gpu, const Image& image) {
 
 Image convolvedOn(Gpu::Vulkan& gpu, const Image& vectors, const Image& noise, const LicOptions& o,
                   const Monitor& monitor) {
-    constexpr size_t kGroup = 128, kAtOnce = kGroup << 12; // pixels of a run, so that none takes long
+    constexpr size_t kAtOnce = size_t{1} << 19; // pixels of a run, so that none takes long
     Image image = filledImage(vectors.width, vectors.height, {"lic"});
     const size_t all = image.pixels.size();
     const GpuBuffer vectorsThere = uploaded(gpu, vectors), noiseThere = uploaded(gpu, noise);
@@ -144,7 +143,7 @@ Image convolvedOn(Gpu::Vulkan& gpu, const Image& vectors, const Image& noise, co
         const size_t count = std::min(kAtOnce, all - begin);
         request.first = static_cast<int32_t>(begin);
         request.last = static_cast<int32_t>(begin + count);
-        program->run({&vectorsThere, &noiseThere, &result}, &request, (count + kGroup - 1) / kGroup);
+        program->run({&vectorsThere, &noiseThere, &result}, &request, count);
         if (monitor.report) monitor.report(static_cast<double>(begin + count) / static_cast<double>(all));
     }
     result.download(all, 1, [&](size_t begin, size_t end, const uint32_t* from) {

@@ -46,6 +46,9 @@ std::string schemeDefinitions(Scheme scheme) {
 template <int N>
 std::string moveDefinitions(const GpuMoveOptions& o, bool tracks, bool wall, const FlowRmsN<N>& rms) {
     std::string text = schemeDefinitions(o.scheme);
+    text += fmt::format(
+        "#define MOVE_WORDS {}u\n#define COUNTS {}u\n#define MISSED {}u\n#define STARTS {}u\n#define HALVINGS {}u\n",
+        kMoveWords, kMoveCounts, kMoveMissed, kMoveStarts, kMoveHalvings);
     const auto define = [&](const char* name, bool is) { text += fmt::format("#define {} {}\n", name, is ? 1 : 0); };
     const bool reprojects = tracks && o.corrections > 0;
     define("ADAPTIVE", o.steps == 0);
@@ -72,15 +75,11 @@ layout(push_constant) uniform Request {
     uint count, budget;
     float accuracy, rmsSpeed, maxStep, shortest, guardedShortest, usual;
 };
-shared uint sums[6];
+shared uint sums[COUNTS];
 
 #define WORDS uint(2 * DIM - 1)
-float word(uint at, uint i) { return state[i * (WORDS + 6u) + at]; }
-void setWord(uint at, uint i, float value) { state[i * (WORDS + 6u) + at] = value; }
-
-#define MISSED 256u
-#define STARTS 512u
-#define HALVINGS 255u
+float word(uint at, uint i) { return state[i * (WORDS + MOVE_WORDS) + at]; }
+void setWord(uint at, uint i, float value) { state[i * (WORDS + MOVE_WORDS) + at] = value; }
 
 bool below(TRACK a, TRACK b) {
 #if DIM == 3
@@ -131,7 +130,7 @@ void advance(uint i) {
     if (!(left > 0.0)) return;
 
     DECLARE_STAGES
-    PLACE x = p, stepped = p, v = PLACE(0.0);
+    PLACE x = p, v = PLACE(0.0);
     WALL before = WALL(0.0);
     float dt = 0.0, seconds = 0.0, chord = 0.0, estimate = 0.0;
     int stage = -1, corrections = 0; // -1: the velocity at p is unknown
@@ -168,11 +167,8 @@ void advance(uint i) {
             ++stage;
             continue;
         }
-        float factor = 4.0;
-        bool tooLong = false;
         if (stage == STAGES) { // the end of the step
             ++stage;
-            stepped = x;
             chord = length(x - p);
 #ifdef DIFFERENCE
             estimate = abs(dt) * length(DIFFERENCE);
@@ -180,12 +176,12 @@ void advance(uint i) {
             if (rmsSpeed > 0.0) estimate *= clamp(speed * 1024.0 > rmsSpeed ? rmsSpeed / speed : 1024.0, 1.0, 1024.0);
 #endif
         }
-        tooLong = maxStep > 0.0 && length(x - p) > maxStep;
+        bool tooLong = maxStep > 0.0 && length(x - p) > maxStep;
 #if ADAPTIVE
         float relative = estimate / accuracy;
         bool refine = !(relative <= 1.0) || tooLong;
         // As track/StepControl.h: a power of 2^(1/8), rounded down. 1/4 for NaN.
-        factor = relative > 0.0 ? exp2(0.125 * floor(log2(0.2 / relative) * (8.0 / ERROR_ORDER))) : 4.0;
+        float factor = relative > 0.0 ? exp2(0.125 * floor(log2(0.2 / relative) * (8.0 / ERROR_ORDER))) : 4.0;
         factor = relative >= 0.0 ? clamp(factor, 0.25, 4.0) : 0.25;
         if (tooLong) factor = min(factor, 0.95 * maxStep / length(x - p));
         if (refine && seconds > shortest) {
@@ -279,11 +275,11 @@ void advance(uint i) {
 }
 
 void main() {
-    if (gl_LocalInvocationIndex < 6u) sums[gl_LocalInvocationIndex] = 0u;
+    if (gl_LocalInvocationIndex < COUNTS) sums[gl_LocalInvocationIndex] = 0u;
     barrier();
     if (gl_GlobalInvocationID.x < count) advance(gl_GlobalInvocationID.x);
     barrier();
-    if (gl_LocalInvocationIndex < 6u) atomicAdd(counts[gl_LocalInvocationIndex], sums[gl_LocalInvocationIndex]);
+    if (gl_LocalInvocationIndex < COUNTS) atomicAdd(counts[gl_LocalInvocationIndex], sums[gl_LocalInvocationIndex]);
 }
 )glsl";
 

@@ -17,6 +17,7 @@ enum class MoveWord : size_t {
     flags, ///< kMoveMissed, kMoveStarts, and the number of times that the next step has been halved.
 };
 constexpr size_t kMoveWords = 6;
+constexpr uint32_t kMoveHalvings = 0xff;  ///< The bits of that number.
 constexpr uint32_t kMoveMissed = 1u << 8; ///< A step was not taken.
 constexpr uint32_t kMoveStarts = 1u << 9; ///< The point has no track yet.
 

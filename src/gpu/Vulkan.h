@@ -40,12 +40,17 @@ struct Gpu::Vulkan {
     vk::raii::CommandPool commands;
     vk::raii::QueryPool clock; ///< Two time stamps.
     double tick = 0;           ///< Seconds of a unit of the clock; 0: it has none.
-    uint32_t maxGroups;
+    vk::PhysicalDeviceLimits limits;
     double busySeconds = 0;
     std::mutex busy;
 
     /// Returns a program that has been compiled before, or compiles it (see GpuProgram).
     std::shared_ptr<const GpuProgram> program(const std::string& glsl, size_t buffers, size_t constants);
+
+    /// Invocations of a work group.
+    static constexpr size_t kGroup = 128;
+    /// Returns how many items of so many words one run takes at most.
+    size_t mostAtOnce(size_t wordsEach) const;
 
     /// Two, so that the host fills or empties one while the device copies the other.
     std::vector<Staging> staging;
@@ -98,7 +103,7 @@ auto translatingErrors(const Gpu::Vulkan& gpu, const F& f) {
 /// Words on a device, which must outlive them.
 class GpuBuffer {
   public:
-    /// Throws ResourceError if the device's memory does not suffice.
+    /// Throws ResourceError if the device's memory does not suffice, or its programs cannot reach so many words.
     GpuBuffer(Gpu::Vulkan& gpu, size_t words);
 
     /// Sets units of some words each, from the first word on: calls fill(begin, end, to) for ranges of units, in
@@ -112,7 +117,6 @@ class GpuBuffer {
 
   private:
     Gpu::Vulkan* mGpu;
-    size_t mWords;
     vk::raii::Buffer mBuffer;
     vk::raii::DeviceMemory mMemory;
     uint32_t* mData = nullptr; ///< If the host can reach the memory.
@@ -121,12 +125,12 @@ class GpuBuffer {
 /// A compute shader on a device, which must outlive it.
 class GpuProgram {
   public:
-    /// Compiles GLSL 4.50 that uses storage buffers at the bindings 0 … buffers-1 of set 0 and `constants` bytes of
-    /// push constants. Throws GpuError with the compiler's messages.
+    /// Compiles GLSL 4.50, without its first line and the size of a group, that uses storage buffers at the bindings
+    /// 0 … buffers-1 of set 0 and `constants` bytes of push constants. Throws GpuError with the compiler's messages.
     GpuProgram(Gpu::Vulkan& gpu, const std::string& glsl, size_t buffers, size_t constants);
 
-    /// Runs this many work groups, at most Gpu::Vulkan::maxGroups.
-    void run(const std::vector<const GpuBuffer*>& buffers, const void* constants, size_t groups) const;
+    /// Runs at least `count` invocations, whole groups along x.
+    void run(const std::vector<const GpuBuffer*>& buffers, const void* constants, size_t count) const;
 
   private:
     Gpu::Vulkan& mGpu;

@@ -415,8 +415,7 @@ std::string Syntax::zero(size_t buffers) const {
             break;
     }
     return mPairs ? "#ifndef flowZero\n#error define the macro flowZero as an expression that is 0u, such as a member "
-                    "of a "
-                    "uniform block\n#endif\n"
+                    "of a uniform block\n#endif\n"
                   : "";
 }
 

@@ -220,7 +220,7 @@ openvdb::Vec3SGrid::Ptr velocityGrid(const Flow& flow, const VelocityGridOptions
     requireVoxel(voxel);
 
     const FlowOnVoxels onVoxels{sampled, voxel, fade, moving ? &*moving : nullptr};
-    const auto tree = options.source ? treeFrom(options.source(sampled), origins, onVoxels, mask.get(), monitor)
+    const auto tree = options.source ? treeFrom(options.source(flow), origins, onVoxels, mask.get(), monitor)
                                      : filledTree(origins, onVoxels, options.layout, mask.get(), monitor);
     if (options.displaced) addDisplaced(options.displaced->tree(), options.layout, mask.get(), *tree);
     auto grid = openvdb::Vec3SGrid::create(tree);

@@ -53,6 +53,11 @@ TEST_CASE("device: actions compute on a GPU what they compute on the processor",
     folder.mustRun(kFlow + "-velocity dim=24 -flow -slice width=80 -write a.exr");
     CHECK(differenceOf(readExr(folder / "a.exr"), readExr(folder / "b.exr")).largest < 1e-4);
 
+    const std::string masked = kFlow + "-velocity dim=12 -velocity mask=0 ";
+    folder.mustRun(masked + "-flow -slice width=40 -write m.exr");
+    onGpu("velocity", masked + "device=gpu -flow -slice width=40 -write n.exr");
+    CHECK(differenceOf(readExr(folder / "m.exr"), readExr(folder / "n.exr")).largest < 1e-4);
+
     folder.mustRun(kFlow + "-lic width=100 show=none outline=0 -write c.exr");
     onGpu("lic", kFlow + "-lic width=100 show=none outline=0 device=gpu -write d.exr");
     CHECK(differenceOf(readExr(folder / "c.exr"), readExr(folder / "d.exr")).rms < 2e-3);
@@ -96,7 +101,7 @@ TEST_CASE("device: a software device is taken if it is chosen, but not by auto a
         CHECK_THAT(folder.mustRun(kFlow + "-velocity dim=8 device=auto").err, ContainsSubstring("is no GPU"));
     CHECK_THAT(folder.mustRun("-device 0 " + kFlow + "-velocity dim=8 device=auto").err,
                ContainsSubstring("velocity: on GPU '"));
-    folder.mustFail("-device 99", {"-device", "there is no GPU 99"});
+    folder.mustFail("-device 99", {"-device", "there is no GPU number 99"});
     for (const std::string word : {"x", "-1", "1.5"})
         folder.mustFail("-device " + word, {"-device", "must be 'list' or the number of a GPU"});
 }

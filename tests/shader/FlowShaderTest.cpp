@@ -221,6 +221,13 @@ TEST_CASE("flowShader: HLSL and WGSL have types and declarations of their own", 
                              "for (var k: i32 = 0; k < 64 &&", "; k++) {", "const flowTable0 = array<",
                              "var<uniform> flowZero: u32;", "var next: vec4f = flowTry(q, track, dt * part);"})
         CHECK_THAT(wgsl, Catch::ContainsSubstring(part));
+    for (const std::string& written : {hlsl, wgsl, text(Dialect::glsl, ShaderTables::text)}) {
+        // A table is read in one place, its function.
+        const size_t first = written.find("flowTable0[row]");
+        CHECK(first != std::string::npos);
+        CHECK(written.find("flowTable0[t") == std::string::npos);
+        CHECK_THAT(written, Catch::ContainsSubstring("flowTable0At(t"));
+    }
     for (const char* word : {" vec3 ", "roundEven", "BitsTo"}) {
         CHECK_THAT(hlsl, !Catch::ContainsSubstring(word));
         CHECK_THAT(wgsl, !Catch::ContainsSubstring(word));

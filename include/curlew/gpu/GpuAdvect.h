@@ -7,8 +7,7 @@
 namespace curlew {
 
 /// Returns why a GPU cannot move points along the flow with these options; empty if it can.
-template <int N>
-std::string whyNotOnGpu(const FlowN<N>& flow, const AdvectOptions& options);
+std::string whyNotOnGpu(const Flow& flow, const AdvectOptions& options);
 
 /// Does on a GPU what advect() does on the processor (track/Advect.h): the same steps, with their errors estimated in
 /// the same way, the same conditions for a step at the wall, and the same counts. Positions are floats on the way, so

@@ -15,8 +15,8 @@ struct GpuMoveOptions {
     int steps = 0;   ///< Number of equal steps; 0: adaptive steps.
     /// For adaptive steps: as AdvectOptions::accuracy, and the length of the first step, seconds.
     double accuracy = 0, firstStep = 0;
-    double rmsSpeed = 0;     ///< With which errors are weighed as delays (AdvectOptions::accuracy); 0: they are not.
-    double maxStep = 0;      ///< World units; 0: no limit.
+    double rmsSpeed = 0; ///< Errors are weighted as delays relative to it (AdvectOptions::accuracy); 0: they are not.
+    double maxStep = 0;  ///< World units; 0: no limit.
     int maxSubdivisions = 8; ///< A step that is not accepted is halved up to this many times.
     int corrections = 4;     ///< Largest number of corrections back onto the track after each step; 0: none.
     /// Residuals of f and g, relative to their root mean squares, below which no correction is made.

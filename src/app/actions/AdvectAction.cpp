@@ -214,8 +214,7 @@ void advectPointsN(Context& c, const Arguments& a) {
             fmt::format("the points have {} dimensions, but the flow has {}", N, dimensionOf(c.anyFlow("flow"))));
     for (const char* option : {"loop", "jacobian", "pathlines"})
         if (a.given(option)) throw ValueError(fmt::format("{}= needs points in 3D, not in {} dimensions", option, N));
-    if (a.choice("device") == 1)
-        throw ValueError(fmt::format("device=gpu needs points in 3D, not in {} dimensions", N));
+    if (asksForGpu(a)) throw ValueError(fmt::format("device=gpu needs points in 3D, not in {} dimensions", N));
     if (c.clock())
         throw ValueError(
             fmt::format("points of {} dimensions cannot move from frame to frame; use -advect duration= "

@@ -23,6 +23,8 @@ enum class Device { processor, gpu, either };
 
 Device deviceOf(const Arguments& a) { return a.choice<Device>("device"); }
 
+[[maybe_unused]] constexpr const char* kWithoutGpus = "this program was built without GPUs (Vulkan and glslang)";
+
 void sayProcessor(const Context& c, const Arguments& a, const std::string& why) {
     c.info(fmt::format("{}: on the processor: {}", a.action().name, why));
 }
@@ -85,19 +87,20 @@ auto orOnProcessor(const Context& c, bool may, const OnGpu& onGpu, const OnProce
 #else
 
 void requireProcessor(const Context& c, const Arguments& a) {
-    constexpr const char* kWithout = "this program was built without GPUs (Vulkan and glslang)";
-    if (deviceOf(a) == Device::gpu) throw ValueError(kWithout);
-    if (deviceOf(a) == Device::either) sayProcessor(c, a, kWithout);
+    if (deviceOf(a) == Device::gpu) throw ValueError(kWithoutGpus);
+    if (deviceOf(a) == Device::either) sayProcessor(c, a, kWithoutGpus);
 }
 
 #endif
 
 } // namespace
 
+bool asksForGpu(const Arguments& a) { return deviceOf(a) == Device::gpu; }
+
 Option deviceOption() {
     return choice("device", {"cpu", "gpu", "auto"},
-                  "where to compute; gpu: on a GPU (Vulkan), in float, which is exact to about 1e-5 and differs in its "
-                  "last digits between GPUs; cpu: on the processor, with the same bytes everywhere; auto: on a GPU if "
+                  "where to compute; gpu: on a GPU (Vulkan), in float, with errors of up to 5e-5 that differ between "
+                  "GPUs; cpu: on the processor, with the same bytes everywhere; auto: on a GPU if "
                   "there is one and it can");
 }
 
@@ -200,23 +203,23 @@ Action deviceAction() {
         if (word != "list" && (!parseReal(word, number) || number != std::floor(number) || number < 0 || number > 999))
             throw ValueError(fmt::format("'{}' must be 'list' or the number of a GPU (-device list shows them)", word));
 #ifdef CURLEW_GPU
-        const auto all = gpus();
-        for (size_t k = 0; k < all.size() && word == "list"; ++k)
-            c.console().print(fmt::format("{}  {}\n", k, descriptionOf(all[k])));
-        if (word == "list") return;
-        const auto chosen = static_cast<size_t>(number);
-        if (chosen >= all.size())
-            throw GpuError(fmt::format("there is no GPU {}; -device list shows {}", chosen, all.size()));
-        c.session().gpu = chosen;
+        if (word == "list") {
+            const auto all = gpus();
+            for (size_t k = 0; k < all.size(); ++k)
+                c.console().print(fmt::format("{}  {}\n", k, descriptionOf(all[k])));
+        } else {
+            c.session().gpu = static_cast<size_t>(number);
+            openGpu(c);
+        }
 #else
-        throw ValueError("this program was built without GPUs (Vulkan and glslang)");
+        throw ValueError(kWithoutGpus);
 #endif
     };
     return {.name = "device",
             .group = "program",
             .summary =
                 "choose the GPU for device=gpu and device=auto from here on, or list them (default: the first that "
-                "is no software)",
+                "is not software)",
             .positional = {"NUMBER|list", 1, 1},
             .examples = {"curlew -device list"},
             .evaluation = Evaluation::effect,

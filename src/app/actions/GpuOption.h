@@ -16,6 +16,8 @@ namespace curlew::app {
 
 /// The option device=.
 Option deviceOption();
+/// Whether it is `gpu`.
+bool asksForGpu(const Arguments& a);
 
 /// Moves points as advect() does, on a GPU; returns nothing if the processor is to do it. `otherwise`: why a GPU cannot
 /// do what else the action is asked for; empty if it can.
