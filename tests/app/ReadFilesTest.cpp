@@ -87,8 +87,8 @@ TEST_CASE("read action: a bending bar pushes points around it", "[app][command]"
     const std::string flow =
         "-noise frequency=2 -noise seed=1 frequency=2 -bound side=outside layer=0.15 -dfvn speed=0.3 "
         "padding=0.5 ";
-    folder.mustRun("-read bend.glb clip=none -mesh2ls dim=48 " + flow +
-                   "-scatter count=2000 -frames 1-5 fps=12 -read bend.glb -mesh2ls dim=48 " + flow +
+    folder.mustRun("-read bend.glb clip=none -mesh2ls dim=32 " + flow +
+                   "-scatter count=2000 -frames 1-5 fps=12 -read bend.glb -mesh2ls dim=32 " + flow +
                    "-advect -check -report bar.json");
     CHECK(test::jsonOf(folder / "bar.json")["check"]["outside"] == 0);
 }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The Python blocks for Blender on the pages run, and give the results that the pages state."""
+"""The Python blocks for Blender on the pages run, with smaller presets, and give the results that the pages state."""
 
 import os
 import re
@@ -24,6 +24,7 @@ class Pages(unittest.TestCase):
 
     def setUp(self):
         support.empty()
+        support.reduce_presets()
         os.chdir(support.WORK)
 
     def test_the_tutorial_renders_its_picture(self):

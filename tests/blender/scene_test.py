@@ -35,18 +35,18 @@ def written(path, *left_out):
             if f.is_file() and f.suffix != ".json" and f.name not in left_out}
 
 
-LIMITS = {"count": 300, "rate": 500, "dim": 32, "width": 48}
-GIVEN = {"scatter": "count", "mesh2ls": "dim", "velocity": "dim", **dict.fromkeys(("lic", "shade", "slice", "splat", "warp"), "width")}
+LIMITS = {"count": 300, "rate": 500, "dim": 16, "width": 48, "duration": 0.1}
+GIVEN = {"advect": "duration", "scatter": "count", "mesh2ls": "dim", "union": "dim", "velocity": "dim", **dict.fromkeys(("lic", "shade", "slice", "splat", "warp"), "width")}
 
 
-def reduced(words):
-    """Returns the words of an action with fewer points, voxels, pixels and frames: the results of both programs are compared
-    at any size."""
+def reduced(words, frames):
+    """Returns the words of an action with fewer points, voxels, pixels, frames and seconds: the results of both programs are
+    compared at any size. With frames, an action has the duration of a frame."""
     name, options = words[0], [word for word in words[1:] if not word.startswith("voxel=")]
     if name == "frames":
         options[0] = "1-2"
     given = GIVEN.get(name)
-    if given and not any(word.startswith(given + "=") for word in options):
+    if given and not (frames and given == "duration") and not any(word.startswith(given + "=") for word in options):
         options.append(f"{given}={LIMITS[given]}")
 
     def limited(option):
@@ -170,7 +170,7 @@ class Import(unittest.TestCase):
                     else:
                         lines[-1].append(token)
                 names = {line[0] for line in lines}
-                text = "".join(shlex.join(reduced(line)) + "\n" for line in lines)
+                text = "".join(shlex.join(reduced(line, "frames" in names)) + "\n" for line in lines)
                 reads_what_is_not_here = any(word.endswith((".vdb", ".png", ".exr", ".gz", "in.csv", "points.csv")) for line in lines
                                              if line[0] in ("read", "probe") for word in line[1:])
                 made = any(word for line in lines if line[0] == "write" for word in line[1:])

@@ -174,7 +174,7 @@ TEST_CASE("reshaped: stops streamlines outside the intervals and keeps those ins
         {smoothFlow(), {.f = {-1.1, 1.8}, .g = {-1.5, kInfinity}, .softness = 0.1}},
     }));
     const Flow slow = reshaped(flow, o);
-    const auto points = pointsIn(flow.domain(), 20000, 5);
+    const auto points = pointsIn(flow.domain(), 8000, 5);
     std::array<Interval, 2> all;
     all.fill({kInfinity, -kInfinity});
     for (const Vec3d& p : points) {

@@ -14,22 +14,22 @@ import tempfile
 from pathlib import Path
 
 MIB = 1 << 20
-MOST = 500
+LEAST, MOST = 40, 160
 FLOW = "-noise -noise seed=1 -dfvn speed=1 "
 MESH = "-read {root}/scenes/spot.obj "
 CASES = {
-    "mesh2ls": MESH + "-mesh2ls dim=160 -write out.vdb",
-    "ls2mesh": MESH + "-mesh2ls dim=64 -ls2mesh adaptivity=0 -write out.ply",
-    "advectLevelSet": FLOW + MESH + "-mesh2ls dim=40 -advectLevelSet duration=0.02 -write out.vdb",
-    "union": MESH + "-mesh2ls dim=80 " + MESH + "-move translate=0.2,0,0 -mesh2ls dim=80 -union -write out.vdb",
+    "mesh2ls": MESH + "-mesh2ls dim=90 -write out.vdb",
+    "ls2mesh": MESH + "-mesh2ls dim=48 -ls2mesh adaptivity=0 -write out.ply",
+    "advectLevelSet": FLOW + MESH + "-mesh2ls dim=18 -advectLevelSet duration=0.02 -write out.vdb",
+    "union": MESH + "-mesh2ls dim=24 " + MESH + "-move translate=0.2,0,0 -mesh2ls dim=24 -union -write out.vdb",
     "velocity": FLOW + "-velocity dim=60 staggered=1 -write codec=zip out.vdb",
     "flow of a grid": FLOW + "-velocity dim=24 -flow exact=1 -scatter count=1e3 -advect steps=2 -write out.vdb",
     "points": "-scatter count=2e5 box=-1,-1,-1,1,1,1 -write out.vdb",
-    "shade": MESH + "-shade width=200 -write out.png",
-    "picture": FLOW + "-lic width=300 -write out.exr",
+    "shade": MESH + "-shade width=100 -write out.png",
+    "picture": FLOW + "-lic width=160 -write out.exr",
     "read": "-read given.vdb -write out.vdb",
 }
-SHARES = (0.99, 0.97, 0.94, 0.9, 0.8)
+SHARES = (0.98, 0.95, 0.9, 0.8)
 
 
 def run(command, arguments, folder, limit):
@@ -77,7 +77,7 @@ def main(command, root):
             if not attempt(MOST):
                 wrong.append(f"{name} does not work with {MOST} MiB")
                 continue
-            low, high = 0, MOST
+            low, high = LEAST, MOST
             while high - low > 16:
                 middle = (low + high) // 2
                 low, high = (low, middle) if attempt(middle) else (middle, high)

@@ -168,7 +168,7 @@ class Deb(unittest.TestCase, Sbom):
             for path in packed.glob("*.zip"):
                 (addons / path.name).touch()
             run("cpack", "--config", build / "CPackConfig.cmake", "-B", folder, "-D",
-                f"CPACK_INSTALLED_DIRECTORIES={addons};usr/share/curlew/blender")
+                f"CPACK_INSTALLED_DIRECTORIES={addons};usr/share/curlew/blender", "-D", "CPACK_DEBIAN_COMPRESSION_TYPE=zstd")
             deb = next(Path(folder).glob("*.deb"))
             cls.bill = run("sh", "-c", f"dpkg-deb --fsys-tarfile '{deb}' | tar -xO ./usr/share/doc/curlew/sbom.spdx.json")
             cls.names = [line.split(maxsplit=5)[5].partition(" -> ")[0] for line in run("dpkg-deb", "-c", deb).splitlines()]

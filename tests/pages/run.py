@@ -16,8 +16,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 
-LIMITS = {"count": 300, "rate": 500, "dim": 64, "width": 100, "height": 100, "smooth": 1}
-PICTURES = "lic|shade|slice|splat"
+LIMITS = {"count": 300, "rate": 500, "dim": 64, "width": 100, "height": 100, "smooth": 0, "duration": 0.3}
+# Actions that are always given a size, the option, its limit, and the options that determine the size as well.
+SIZED = (("mesh2ls|union", "dim", 40, "voxel="), ("lic|shade|slice|splat", "width", 100, "over="))
 
 
 def blocks(text, language):
@@ -39,16 +40,20 @@ def commands(text):
 
 
 def reduced(command):
-    """Returns the command with options within LIMITS, and with a width for pictures that have none."""
+    """Returns the command with options within LIMITS and SIZED."""
 
-    def limited(option):
-        return f"{option[1]}={min(float(option[2]), LIMITS[option[1]]):g}"
+    def within(limit):
+        return lambda option: f"{option[1]}={min(float(option[2]), limit or LIMITS[option[1]]):g}"
 
-    def with_width(action):
-        return action[0] if re.search(r"width=|over=", action[2]) else f"{action[1]} width={LIMITS['width']}{action[2]}"
+    def sized(action, size, limit, others):
+        words = re.sub(rf"\b({size})=([0-9][0-9.e+]*)", within(limit), action[0])
+        return words if re.search(f"{size}=|{others}", words) else words.replace(action[1], f"{action[1]} {size}={limit}", 1)
 
-    command = re.sub(rf"\b({'|'.join(LIMITS)})=([0-9][0-9.e+]*)", limited, command)
-    return re.sub(rf"(?<= )(-(?:{PICTURES}))\b((?: (?!-[a-z]).*?)?)(?= -[a-z]|$)", with_width, command, flags=re.MULTILINE)
+    command = re.sub(rf"\b({'|'.join(LIMITS)})=([0-9][0-9.e+]*)", within(None), command)
+    for actions, *size in SIZED:
+        command = re.sub(rf"(?<= )(-(?:{actions}))\b(?: (?!-[a-z]).*?)?(?= -[a-z]|$)", lambda action: sized(action, *size), command,
+                         flags=re.MULTILINE)
+    return command
 
 
 def script(text):

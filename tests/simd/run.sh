@@ -1,11 +1,11 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# run.sh FILE...: disassembles programs and objects, and fails if a function uses AVX-512 but has no Avx512 in its name.
+# run.sh OBJECT...: disassembles what is compiled for AVX-512, and fails if a function uses it but has no Avx512 in its name.
 # The linker keeps only one copy of an inline function. If that copy comes from a *Kernels.cpp file, most processors cannot
 # run it. Exits with 77 (skipped) if objdump is not installed.
 set -eu
 if [ $# -eq 0 ]; then
-    echo "usage: run.sh FILE..." >&2
+    echo "usage: run.sh OBJECT..." >&2
     exit 2
 fi
 if ! command -v objdump >/dev/null; then

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Loads the pages of the documentation site in headless Chromium. browser.py FOLDER checks an existing site.
 
-The pages of the actions are made alike, so only the ten longest of them are loaded.
+The pages of the actions are made alike, so only the four longest of them are loaded. shader/look.py is for the page with particles.
 
 In windows of the width of a phone and of a desktop, no page may be wider than the window, every picture must load, and
 the console must show no error. Exits with 77 (skipped) if MkDocs, Chromium or Selenium is not installed.
@@ -17,7 +17,7 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 import run
 
 WIDTHS = {"phone": 390, "desktop": 1280}
-LONGEST = 10  # of the pages of actions
+LONGEST = 4  # of the pages of actions
 OPTIONS = ["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu"]  # work for root, in a container
 # The search indexes the whole site anew in a worker of each page. Only the page that searches needs it.
 NO_WORKER = "if (!location.pathname.endsWith('/search.html')) window.Worker = class { postMessage() {} };"
@@ -66,7 +66,7 @@ def pages_of(folder):
     """Returns the paths of the pages to load."""
     pages = sorted(folder.rglob("*.html"))
     actions = sorted((page for page in pages if page.parent.name == "actions"), key=lambda page: page.stat().st_size)
-    return [str(page.relative_to(folder)) for page in pages if page not in actions[:-LONGEST]]
+    return [str(page.relative_to(folder)) for page in pages if page not in actions[:-LONGEST] and page.name != "look.html"]
 
 
 def problems(folder, browser, address):

@@ -90,8 +90,8 @@ double divergenceFd(const FlowN<N>& flow, const BoxN<N>& box, size_t count, uint
 }
 
 struct DivergenceOptions {
-    size_t count = 100000; ///< Points.
-    double still = 0.001;  ///< The largest part of them at which the trace may be no better than its rounding.
+    size_t count = 30000; ///< Points.
+    double still = 0.001; ///< The largest part of them at which the trace may be no better than its rounding.
     /// What central differences may be off by. Their error is of second order: (h/l)²/6 for a flow of wavelength
     /// 2 pi l. The smallest l here is about 1/90, where layers of 0.15 turn within a third of their width, at 2^-13
     /// 1.2e-4 / 6; where a second derivative jumps, it is of first order, but in a part of space that is as small as h.

@@ -129,9 +129,9 @@ TEST_CASE("step: schemes have their order in other dimensions", "[track]") {
     const auto check = [scheme = scheme, order = order](const auto& flow) {
         constexpr int N = std::remove_cvref_t<decltype(flow)>::kDimension;
         std::vector<double> coarse, fine;
-        for (const auto& start : randomPoints(cube<N>(0.5), 9, 1)) {
+        for (const auto& start : randomPoints(cube<N>(0.5), 5, 1)) {
             const double time = 0.2 / length(flow.at(start).velocity);
-            const auto end = follow(flow, Scheme::dormandPrince, start, time, 512);
+            const auto end = follow(flow, Scheme::dormandPrince, start, time, 256);
             coarse.push_back(length(follow(flow, scheme, start, time, 32) - end));
             fine.push_back(length(follow(flow, scheme, start, time, 64) - end));
         }
@@ -142,8 +142,6 @@ TEST_CASE("step: schemes have their order in other dimensions", "[track]") {
     };
     check(flowOf<SineNoise<2>>({}));
     check(flowOf<SineNoise<4>>({}));
-    check(flowOf<SineNoise<5>>({}));
-    check(flowOf<SineNoise<6>>({}));
     check(flowOf<SineNoise<7>>({}));
     check(flowOf<SineNoise<2>>({}) + flowOf<SineNoise<2>>({.waves = 5})); // no tracks required
 }

@@ -110,7 +110,7 @@ TEST_CASE("pointGrid: can be cancelled in every step", "[vdb]") {
     const size_t given = convert(1);
     CHECK(given >= 9 * kCount / (2 * kMostPoints));
     CHECK(convert(0) >= given + kCount / kMostPoints); // the sort that chooses a voxel size
-    for (size_t last = 1; last < given; last += given / 5) {
+    for (size_t last = 1; last < given; last += given / 3) {
         size_t asked = 0;
         CHECK_THROWS_AS(
             pointGrid(points, {.voxelSize = 1}, {.report = {}, .cancelled = [&] { return ++asked == last; }}),

@@ -169,7 +169,7 @@ TEST_CASE("solidOf: no sample is on the wrong side by more than half a voxel for
          {"each face twice", test::together(test::spot(), test::spot())},
          {"half a ball", test::withHole(test::ball(4), {0, 0, -1}, 1.4)}}));
     CAPTURE(name);
-    const MeshSolid made = solid(mesh, {.dim = 60});
+    const MeshSolid made = solid(mesh, {.dim = 44});
     CHECK(made.figures.clean == (name == "each face twice"));
     CHECK(wrong(mesh, made.levelSet, test::kSanitized ? 100 : 400) == 0);
     CHECK(notDistances(made.levelSet) < 0.001);

@@ -7,7 +7,7 @@ import shutil
 import struct
 import subprocess
 from pathlib import Path
-from typing import Dict, Iterable, Iterator, List, Set, Tuple
+from typing import Dict, Iterable, Iterator, List, Sequence, Set, Tuple
 
 # Libraries that every Linux desktop provides in a suitable version.
 _BASE = re.compile(r"(linux-vdso|ld-linux-x86-64|lib(c|m|dl|rt|pthread|gcc_s|stdc\+\+|z))\.")
@@ -228,18 +228,22 @@ def bundle_program(program: Path, folder: Path, where: str = "bin") -> List[Path
     return list(originals.values())
 
 
-def _owner(library: Path) -> str:
-    """Returns the name of the Debian package that a library belongs to."""
-    owners = _run("dpkg-query", "--search", f"*/{library.name}").splitlines()
-    package = next((o.split(":")[0] for o in owners if o.endswith(f"/{library.name}")), None)
-    if not package:
-        raise ValueError(f"'{library}' belongs to no Debian package, so its licence is unknown")
-    return package
+def _owners(libraries: Sequence[Path]) -> Set[str]:
+    """Returns the names of the Debian packages that libraries belong to."""
+    # Packages made before /lib became a link to /usr/lib list files in /lib. One query of exact paths takes the shortest time.
+    paths = [str(library) for library in libraries]
+    places = {path: path for path in paths} | {path.removeprefix("/usr"): path for path in paths}
+    listed = subprocess.run(["dpkg-query", "--search", *places], capture_output=True, text=True, check=False).stdout if paths else ""
+    found = {places.get(line.partition(": ")[2]): line.split(":")[0] for line in listed.splitlines()}
+    for path in paths:
+        if path not in found:
+            raise ValueError(f"'{path}' belongs to no Debian package, so its licence is unknown")
+    return {found[path] for path in paths}
 
 
 def contained(libraries: Iterable[Path]) -> List[str]:
     """Returns the Debian packages of these libraries, and those of the libraries that are part of Curlew itself."""
-    return sorted({*HEADERS, *STATIC, *map(_owner, libraries)})
+    return sorted({*HEADERS, *STATIC, *_owners([*libraries])})
 
 
 def licences(packages: Iterable[str]) -> Dict[str, bytes]:
