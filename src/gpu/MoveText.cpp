@@ -1,23 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "MoveText.h"
 
+#include "curlew/shader/StageText.h"
+
 #include <fmt/format.h>
 
 namespace curlew {
 
 namespace {
-
-/// Returns Σ weights_j k_j, without those of weight 0.
-std::string sumOfStages(const std::array<double, Tableau::kMaxStages>& weights, int count, const std::string& last) {
-    std::string sum;
-    for (int j = 0; j < count; ++j) {
-        const double weight = weights[static_cast<size_t>(j)];
-        if (weight == 0) continue;
-        const std::string name = j + 1 == count && !last.empty() ? last : fmt::format("k{}", j);
-        sum += fmt::format("{}{:.9e} * {}", sum.empty() ? "" : " + ", weight, name);
-    }
-    return sum;
-}
 
 /// The stages of a scheme as macros. Stages are variables of their own, not an array: they stay in registers.
 std::string schemeDefinitions(Scheme scheme) {
@@ -30,14 +20,14 @@ std::string schemeDefinitions(Scheme scheme) {
     for (int s = 1; s <= tableau.stages; ++s) {
         const Tableau::Row& row = tableau.rows[static_cast<size_t>(s)];
         place += fmt::format("{}if (stage == {}) x = p + (dt * {:.9e}) * ({});", s > 1 ? " else " : "", s, row.factor,
-                             sumOfStages(row.weights, s, ""));
+                             stageText(row.weights, s));
     }
     std::string text = fmt::format("#define STAGES {}\n#define DECLARE_STAGES {};\n#define PLACE_STAGE {}\n",
                                    tableau.stages, declare, place);
     text += fmt::format("#define STORE_STAGE {}\n", store);
     if (tableau.embedded())
         text += fmt::format("#define DIFFERENCE ({})\n#define ERROR_ORDER {}.0\n",
-                            sumOfStages(tableau.error, tableau.stages + 1, "velocity"), tableau.errorOrder);
+                            stageText(tableau.error, tableau.stages + 1, "velocity"), tableau.errorOrder);
     return text;
 }
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Longer than 400 lines: the functions of a flow are recorded by one class, which shares what they have in common.
 #include "curlew/shader/FlowShader.h"
 
-#include "Translation.h"
+#include "StepText.h"
 #include "curlew/base/Require.h"
 #include "curlew/field/Dimensions.h"
 #include "curlew/track/StepRule.h"
@@ -65,45 +64,59 @@ class Recorder {
             recordFunction<Position>(mModule, "here", [&](const Position& p) { return resultsOf(recordedHere(p)); });
     }
 
+    /// The parts of a step.
     std::vector<ShaderEntry> entries() {
-        std::vector<ShaderEntry> all;
-        const ShaderEntry::Parameter position{"p", N}, track{"track", kM}, dt{"dt", 1};
-        const auto add = [&](size_t function, const char* name, const char* comment,
-                             std::vector<ShaderEntry::Parameter> parameters) {
-            all.push_back({function, name, comment, std::move(parameters)});
-        };
-        if (mOptions.parts) return parts();
-        add(recordFunction<Position>(mModule, "velocity", [&](const Position& p) { return listOf(here(p).velocity); }),
-            "flowVelocity", "The velocity, world units per second.", {position});
-        if (mFlow.domain().wall)
-            add(recordFunction<Position>(mModule, "distance",
-                                         [&](const Position& p) { return listOf(distance(p).value); }),
-                "flowDistance", "The distance from the wall, world units; negative inside the shape.", {position});
-        if (!mFlow.hasTracks()) {
-            add(recordFunction<Position, S>(mModule, "try",
-                                            [&](const Position& p, const S& h) { return tried(p, nullptr, h); }),
-                "flowTry", "A step of dt seconds, and 1; or p, and 0 if the step would not stay clear of the wall.",
-                {position, dt});
-            return all;
+        using Gradients = Vec<Vec<S, N>, N - 1>;
+        using D = Jet<S, N, 1>;
+        const ShaderEntry::Parameter p{"p", N}, q{"q", N}, off{"off", kM};
+        const bool wall = mFlow.domain().wall.has_value(), tracks = mFlow.hasTracks();
+        std::vector<ShaderEntry> all{{mHere, "flowHere", "The potentials, their gradients and the velocity.", {p}}};
+        if (wall) {
+            all.push_back(
+                {recordFunction<Position>(mModule, "wall", [&](const Position& x) { return listOf(distance(x)); }),
+                 "flowWall",
+                 "The distance from the wall and its gradient.",
+                 {p}});
+            // One function, because a bounded flow computes the distance, too.
+            if (mOptions.parts)
+                all.push_back({recordFunction<Position>(mModule, "all",
+                                                        [&](const Position& x) {
+                                                            Symbols results = resultsOf(recordedHere(x));
+                                                            detail::append(results, distance(x));
+                                                            return results;
+                                                        }),
+                               "flowHereAndWall",
+                               "What flowHere() and flowWall() return.",
+                               {p}});
         }
-        add(recordFunction<Position>(mModule, "potentials",
-                                     [&](const Position& p) { return listOf(here(p).potentials); }),
-            "flowPotentials",
-            kM == 1 ? "The potential. It is constant along each track."
-                    : "The potentials f and g. Both are constant along each track.",
-            {position});
-        add(recordFunction<Position, Track, S>(
-                mModule, "reproject",
-                [&](const Position& p, const Track& t, const S& limit) { return listOf(reprojected(p, t, limit)); }),
-            "flowReproject",
-            "Moves p back onto the track that has these potentials, by corrections not longer than the limit each.",
-            {position, track, {"limit", 1}});
-        add(recordFunction<Position, Track, S>(
-                mModule, "try", [&](const Position& p, const Track& t, const S& h) { return tried(p, &t, h); }),
-            "flowTry",
-            "A step of dt seconds along the track, and 1; or p, and 0 if the step would leave the track or not stay\n"
-            "clear of the wall.",
-            {position, track, dt});
+        if (tracks) {
+            ShaderEntry entry{
+                recordFunction<Position, Track, Gradients, S>(
+                    mModule, "correction",
+                    [&](const Position& x, const Track& o, const Gradients& g, const S& limit) {
+                        return listOf(corrected(x, o, g.c, limit));
+                    }),
+                "flowCorrected",
+                "p after a correction onto its track, not longer than the limit. off: track - potentials.",
+                {p, off}};
+            for (size_t k = 0; k < kM; ++k) entry.parameters.push_back({fmt::format("gradient{}", k), N});
+            entry.parameters.push_back({"limit", 1});
+            all.push_back(std::move(entry));
+        }
+        all.push_back(
+            {recordFunction<Position, Position, Track, D, Between, D>(
+                 mModule, "accepts",
+                 [&](const Position& from, const Position& to, const Track& o, const D& before, const Between& between,
+                     const D& after) {
+                     Symbol<bool> accepted = isFinite(to);
+                     if (tracks) accepted = accepted & isOnTrack(o);
+                     if (wall) accepted = accepted & staysClear(from, to, before, between, after);
+                     return listOf(select(accepted, S(1), S(0)));
+                 }),
+             "flowAccepts",
+             "1 if the step from p to q is accepted, else 0. off: track - potentials at q; then the wall at p,\n"
+             "the distances at 1/4, 1/2 and 3/4 of the way, and the wall at q.",
+             {p, q, off, {"before", N + 1}, {"between", 3}, {"after", N + 1}}});
         return all;
     }
 
@@ -155,15 +168,6 @@ class Recorder {
         if (mFlow.preservesArea()) divideBy(here.gradients.back(), 1);
         return here;
     }
-    Here here(const Position& p) {
-        const Symbols results = mModule.call(mHere, listOf(p));
-        Here here;
-        const AnySymbol* next = results.data();
-        detail::take(next, here.potentials);
-        for (auto& gradient : here.gradients) detail::take(next, gradient);
-        detail::take(next, here.velocity);
-        return here;
-    }
     Jet<S, N, 1> distance(const Position& p) {
         return mFlow.domain().wall->sdf.distance.template symbols<1>(mModule, place(p));
     }
@@ -187,107 +191,10 @@ class Recorder {
         return finiteOr(gaussNewtonMoved(p, gradients, off.c, mRms, limit), p);
     }
 
-    Position reprojected(Position p, const Track& track, const S& limit) {
-        const size_t correction = recordFunction<Position, Track, S>(
-            mModule, "corrected", [&](const Position& from, const Track& t, const S& longest) {
-                const Here at = here(from);
-                return listOf(corrected(from, t - at.potentials, at.gradients, longest));
-            });
-        for (int k = 0; k < mOptions.corrections; ++k) {
-            const Symbols moved = mModule.call(correction, listOf(p, track, limit));
-            const AnySymbol* next = moved.data();
-            detail::take(next, p);
-        }
-        return p;
-    }
-
-    Position stepped(const Position& p, const S& dt) {
-        const Tableau& tableau = tableauOf(mOptions.scheme);
-        std::vector<Vec<S, N>> stages{here(p).velocity};
-        for (int s = 1;; ++s) {
-            const Tableau::Row& row = tableau.rows[static_cast<size_t>(s)];
-            const auto sum = weightedSum<S, N>(row.weights, [&](size_t k) { return stages.at(k); });
-            Position to = p;
-            const S h = S(row.factor) * dt;
-            for (int i = 0; i < N; ++i) to[i] = mulAdd(sum[i], h, p[i]);
-            if (s == tableau.stages) return to;
-            stages.push_back(here(to).velocity);
-        }
-    }
-
-    /// The position after a step, and whether it was accepted, 1 or 0. Without a track, it is not reprojected.
-    Symbols tried(const Position& p, const Track* track, const S& dt) {
-        Position q = stepped(p, dt);
-        if (track) q = reprojected(q, *track, length(q - p));
-        Symbol<bool> accepted = isFinite(q);
-        if (track) accepted = accepted & isOnTrack(*track - here(q).potentials);
-        if (mFlow.domain().wall) {
-            Between between;
-            for (int k = 0; k < 3; ++k) between[k] = distance(p + (q - p) * S((k + 1) / 4.0)).value;
-            accepted = accepted & staysClear(p, q, distance(p), between, distance(q));
-        }
-        for (int i = 0; i < N; ++i) q[i] = select(accepted, q[i], p[i]);
-        return listOf(q, select(accepted, S(1), S(0)));
-    }
     Symbol<bool> isOnTrack(const Track& off) const {
         Symbol<bool> is(true);
         for (size_t k = 0; k < kM; ++k) is = is & (abs(off.c[k]) <= S(mOptions.tolerance * mRms[k]));
         return is;
-    }
-
-    /// FlowShaderOptions::parts.
-    std::vector<ShaderEntry> parts() {
-        using Gradients = Vec<Vec<S, N>, N - 1>;
-        using D = Jet<S, N, 1>;
-        const ShaderEntry::Parameter p{"p", N}, q{"q", N}, off{"off", kM};
-        const bool wall = mFlow.domain().wall.has_value(), tracks = mFlow.hasTracks();
-        std::vector<ShaderEntry> all{{mHere, "flowHere", "The potentials, their gradients and the velocity.", {p}}};
-        if (wall) {
-            all.push_back(
-                {recordFunction<Position>(mModule, "wall", [&](const Position& x) { return listOf(distance(x)); }),
-                 "flowWall",
-                 "The distance from the wall and its gradient.",
-                 {p}});
-            // One function, because a bounded flow computes the distance, too.
-            all.push_back({recordFunction<Position>(mModule, "all",
-                                                    [&](const Position& x) {
-                                                        Symbols results = resultsOf(recordedHere(x));
-                                                        detail::append(results, distance(x));
-                                                        return results;
-                                                    }),
-                           "flowHereAndWall",
-                           "What flowHere() and flowWall() return.",
-                           {p}});
-        }
-        if (tracks) {
-            ShaderEntry entry{
-                recordFunction<Position, Track, Gradients, S>(
-                    mModule, "correction",
-                    [&](const Position& x, const Track& o, const Gradients& g, const S& limit) {
-                        return listOf(corrected(x, o, g.c, limit));
-                    }),
-                "flowCorrected",
-                "p after a correction onto its track, not longer than the limit. off: track - potentials.",
-                {p, off}};
-            for (size_t k = 0; k < kM; ++k) entry.parameters.push_back({fmt::format("gradient{}", k), N});
-            entry.parameters.push_back({"limit", 1});
-            all.push_back(std::move(entry));
-        }
-        all.push_back(
-            {recordFunction<Position, Position, Track, D, Between, D>(
-                 mModule, "accepts",
-                 [&](const Position& from, const Position& to, const Track& o, const D& before, const Between& between,
-                     const D& after) {
-                     Symbol<bool> accepted = isFinite(to);
-                     if (tracks) accepted = accepted & isOnTrack(o);
-                     if (wall) accepted = accepted & staysClear(from, to, before, between, after);
-                     return listOf(select(accepted, S(1), S(0)));
-                 }),
-             "flowAccepts",
-             "1 if the step from p to q is accepted, else 0. off: track - potentials at q; then the wall at p,\n"
-             "the distances at 1/4, 1/2 and 3/4 of the way, and the wall at q.",
-             {p, q, off, {"before", N + 1}, {"between", 3}, {"after", N + 1}}});
-        return all;
     }
 
     static S beyond(Side side, const S& distance) {
@@ -322,41 +229,6 @@ class Recorder {
     std::array<double, kM> mRms{};
     size_t mHere = 0;
 };
-
-/// The functions that only call others.
-template <int N>
-std::string movers(bool tracks, Dialect dialect) {
-    const std::string position = fmt::format("vec{}", N), result = fmt::format("vec{}", N + 1);
-    const std::string track = !tracks ? "" : N == 3 ? "vec2 track, " : "float track, ";
-    const std::string part = N == 3 ? "xyz" : "xy", flag = N == 3 ? "w" : "z";
-    return translated(fmt::format(R"(
-// A step of dt seconds; p itself if the step is rejected (flowTry).
-{0} flowStep({0} p, {2}float dt) {{
-    return flowTry(p, {3}dt).{4};
-}}
-
-// Moves p by dt seconds. A step that is rejected is halved, up to eight times; then p stays there.
-{0} flowAdvance({0} p, {2}float dt) {{
-    {0} q = p;
-    float left = 1.0;
-    float part = 1.0;
-    for (int k = 0; k < 64 && left > 0.0 && part > 0.003; ++k) {{
-        part = min(part, left);
-        {1} next = flowTry(q, {3}dt * part);
-        q = next.{4};
-        left = left - next.{5} * part;
-        if (next.{5} > 0.0) {{
-            part = 2.0 * part;
-        }} else {{
-            part = 0.5 * part;
-        }}
-    }}
-    return q;
-}}
-)",
-                                  position, result, track, tracks ? "track, " : "", part, flag),
-                      dialect);
-}
 
 /// What a dialect is, where its text goes, and how it is given the arrays of the data file.
 struct About {
@@ -428,8 +300,7 @@ ShaderText flowShader(const FlowN<N>& flow, const FlowShaderOptions& options, co
         ShaderText shader = shaderText(recorder.module(), entries, options.dialect, options.tables, options.bindings,
                                        options.coordinates);
         if (options.parts) return shader;
-        shader.text = header(flow, options, recorder.origin(), shader) + "\n" + shader.text +
-                      movers<N>(flow.hasTracks(), options.dialect);
+        shader.text = header(flow, options, recorder.origin(), shader) + "\n" + shader.text + stepText(flow, options);
         return shader;
     }
 }

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs shaders that -write has written as .wgsl in headless Chromium (WebGPU): webgpu.py CURLEW MESH.
 
-Compares velocities and potentials at 10,000 positions with -probe; all are inside. Exits with 77 (skipped) if Chromium, Selenium or NumPy is not installed.
+Compares velocities and potentials at 10,000 positions with -probe; all are inside. Particles stay on their tracks and inside. Exits with 77 (skipped) if Chromium, Selenium or NumPy is not installed.
 """
 
 import sys
@@ -64,6 +64,7 @@ const [functions, body, positions, arrays, count, done] = arguments;
 })().then(done, error => done(error.message));
 """
 # The columns of the results, the function that they are of, and what it returns.
+HERE = (slice(0, 5), "flowHere", ("v.r8", "v.r9", "v.r10", "v.r0", "v.r1"))
 VELOCITY = (slice(0, 3), "flowVelocity", ("v.x", "v.y", "v.z"))
 POTENTIALS = (slice(3, 5), "flowPotentials", ("v.x", "v.y"))
 DISTANCE = (slice(5, 6), "flowDistance", ("v",))
@@ -94,6 +95,28 @@ def check(curlew, name, flow, browser, folder, functions, of_value):
     return shaders.errors(name, found, expected, of_value)
 
 
+def check_steps(curlew, wall, flow, browser, folder):
+    """Returns the errors of 1,000 particles that flowAdvance() moves by 20 steps: they stay on their tracks and within the wall."""
+    text, arrays, start, expected = shaders.written(curlew, wall + flow, "tables=data steps.wgsl", folder)
+    start, expected = start[:1000], expected[:1000]
+    code = f"""var q = p;
+    let track = flowPotentials(p);
+    for (var k: i32 = 0; k < 20; k++) {{ q = flowAdvance(q, track, 0.02); }}
+    {body("q.x", "q.y", "q.z")}"""
+    result = run(browser, text, code, start, arrays)
+    if isinstance(result, str):
+        return [f"steps: {result}"]
+    places = shaders.origin_of(text) + result[:, :3]
+    potentials = shaders.probed(curlew, wall + flow, places, folder)[:, 3:5]
+    drift = abs(potentials - expected[:, 3:5]).max(axis=0) / np.sqrt((expected[:, 3:5] ** 2).mean(axis=0))
+    outside = (shaders.probed(curlew, wall, places, folder)[:, 0] >= 0).sum()
+    moved = np.linalg.norm(result[:, :3] - start, axis=1).mean()
+    print(f"steps: drift {drift.max():.3g}, {outside} outside, moved {moved:.3g}")
+    wrong = [] if drift.max() < 1e-5 else [f"particles leave their tracks by {drift.max():.3g}"]
+    wrong += [f"{outside} particles are in the wall"] if outside else []
+    return wrong if moved > 0.1 else wrong + [f"particles have moved by {moved:.3g} only"]
+
+
 def check_text(curlew, flow, browser, folder):
     """Returns what the compiler says of a text with the tables of the noises in it, which takes minutes to run."""
     text, *_ = shaders.written(curlew, flow, "tables=text text.wgsl", folder)
@@ -111,12 +134,14 @@ def main(curlew, mesh):
             folder = Path(name)
             (folder / "empty.html").write_text("<!doctype html><title>WebGPU</title>")
             browser.get((folder / "empty.html").as_uri())  # WebGPU needs a page that is not about:blank
-            bound = f"-read {mesh} -mesh2ls dim=60 {shaders.NOISES} -bound width=0.12 -dfvn speed=1"
+            wall, flow = f"-read {mesh} -mesh2ls dim=60", f" {shaders.NOISES} -bound width=0.12 -dfvn speed=1"
+            bound = wall + flow
             wrong += check(curlew, "mesh", bound, browser, folder, (VELOCITY, POTENTIALS, DISTANCE), 4e-6)
+            wrong += check_steps(curlew, wall, flow, browser, folder)
             wrong += check_text(curlew, bound, browser, folder)
             for kind, of_value in (("psrd", 2e-6), ("simplex", 2e-6), ("perlin", 1e-5), ("value", 1e-5), ("sine", 2e-6)):
                 flow = f"-noise type={kind} frequency=2 -ramp gradient=1,2,3 -dfvn speed=1"
-                wrong += check(curlew, kind, flow, browser, folder, (VELOCITY, POTENTIALS), of_value)
+                wrong += check(curlew, kind, flow, browser, folder, (HERE,), of_value)
     finally:
         browser.quit()
     return "\n".join(wrong) if wrong else 0

@@ -20,9 +20,8 @@ struct FlowShaderOptions {
     double tolerance = 4e-6;
     /// The position, world units, from which the shader measures its own; by default the centre of the domain's box.
     std::optional<Vec3d> origin = {};
-    /// Write flowHere(), flowWall(), flowHereAndWall(), flowCorrected() and flowAccepts(), the parts of a step, instead
-    /// of the functions below: for a host that takes a step in several passes. Compilers put every call in line, and
-    /// those for the processor take minutes for a whole step.
+    /// Write only the parts of a step, for a host that takes it in several passes: flowHere(), flowWall(),
+    /// flowCorrected() and flowAccepts(), and flowHereAndWall(), which is written only then.
     bool parts = false;
     std::string dataFile = "the data file"; ///< Name of the file of the buffers; named in the header.
 };
@@ -30,7 +29,8 @@ struct FlowShaderOptions {
 /// Writes a flow in two or three dimensions as functions of a shader, with first derivatives that are exact:
 /// flowVelocity(p) and, if the flow has tracks, flowPotentials(p) and flowReproject(p, track, limit); flowDistance(p)
 /// if it has a wall; flowStep() and flowAdvance(), which move a particle in time on its track and keep it out of the
-/// wall. The text's header describes them. The formulas are those of the fields themselves, recorded (math/Symbol.h).
+/// wall; and the parts of which these are made. The text's header describes them. The formulas are those of the fields
+/// themselves, recorded (math/Symbol.h).
 ///
 /// Positions are floats relative to the origin. At the same positions, values are within 2e-6 of those of the flow
 /// (1e-5 for noises on the integer lattice), velocities within 5e-5, both relative to their root mean squares. Tested
