@@ -3,6 +3,7 @@
 
 #include "PackedWords.h"
 #include "PageText.h"
+#include "Translation.h"
 #include "curlew/base/Require.h"
 #include "curlew/field/Dimensions.h"
 #include "curlew/shader/FlowShader.h"
@@ -77,7 +78,7 @@ struct Parts {
                 word = step > 0 ? static_cast<uint32_t>(std::lround((real(word) - lower) / step)) : 0;
         }
         elements += element(buffer.name, packedWords(words));
-        return fmt::format("{{name: \"{}\", type: \"{}\", count: {}, lower: {}, step: {}}}", buffer.name,
+        return fmt::format(R"({{name: "{}", type: "{}", count: {}, lower: {}, step: {}}})", buffer.name,
                            buffer.type == SymbolType::word ? "uint" : "float", words.size(), lower, step);
     }
 
@@ -116,8 +117,10 @@ std::string sideOf(const FlowN<N>& flow) {
 
 template <int N>
 std::string flowPage(const FlowN<N>& flow, const FlowPageOptions& options, const Monitor& monitor) {
-    const ShaderText shader =
-        flowShader(flow, {.dialect = Dialect::glslEs, .tables = ShaderTables::data, .parts = true}, monitor);
+    const auto textIn = [&](Dialect dialect) {
+        return flowShader(flow, {.dialect = dialect, .tables = ShaderTables::data, .parts = true}, monitor);
+    };
+    const ShaderText shader = textIn(Dialect::glslEs);
     requireRoom(shader.buffers);
     const FlowRmsN<N> rms = rmsOf(flow, monitor);
     if (!(rms.speed > 0)) throw ValueError("the flow does not move");
@@ -151,10 +154,12 @@ std::string flowPage(const FlowN<N>& flow, const FlowPageOptions& options, const
     for (const SymbolBuffer& buffer : shader.buffers) buffers.push_back(parts.buffer(buffer));
 
     std::string page = headOf(options);
-    page += element("functions", shader.text) + parts.elements;
+    const std::string shared(kPageShared);
+    page += element("functions", shader.text) + element("functions-wgsl", textIn(Dialect::wgsl).text);
+    page += element("shared", shared) + element("shared-wgsl", translated(shared, Dialect::wgsl)) + parts.elements;
     page +=
         fmt::format("<script>const look = {{{}buffers: [{}]}};</script>\n", parts.members, fmt::join(buffers, ", "));
-    return page.append(kPagePrograms).append(kPageParticles).append(kPageView);
+    return page.append(kPagePrograms).append(kPageParticles).append(kPageWebGl).append(kPageWebGpu).append(kPageView);
 }
 
 #define CURLEW_INSTANTIATE(N) template std::string flowPage(const FlowN<N>&, const FlowPageOptions&, const Monitor&);

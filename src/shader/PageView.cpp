@@ -68,18 +68,9 @@ function followPointers() {
 
 // --- drawing
 
+const kBackground = [0.031, 0.043, 0.067];
 const shown = {lines: true, wall: true, colours: 0, playing: true};
-let loop, streamlines, surface, drawing;
-
-function makeDrawing() {
-    const common = textOf("common") + textOf("palette");
-    const both = (name, before) => programOf(before + textOf(name + "-vertex"), textOf(name + "-fragment"));
-    drawing = {particles: both("particles", common), lines: both("lines", common), box: both("box", "")};
-    if (look.triangles > 0) drawing.wall = both("wall", "");
-    if (look.side && look.dimension == 2)
-        drawing.plane = programOf(textOf("plane-vertex"), textOf("functions") + textOf("plane-fragment"));
-    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
-}
+let loop;
 
 async function makeSurface() {
     if (!look.triangles) return;
@@ -88,73 +79,25 @@ async function makeSurface() {
     for (let k = 0; k < look.points; ++k)
         for (let axis = 0; axis < 3; ++axis)
             places[4 * k + axis] = look.lower[axis] - look.margin + grid[axis * look.points + k] * look.unit;
-    const points = bufferOf(["a"], look.points, places), walls = wallAt(points, "a", look.points);
-    const indices = gl.createBuffer();
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, indices);
-    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, corners, gl.STATIC_DRAW);
-    surface = {points, walls, indices};
-}
-
-function use(program, inputs, values) {
-    gl.useProgram(program.made);
-    set(program, values);
-    bindInputs(program, inputs);
-}
-
-function drawWall(view, layer) {
-    use(drawing.wall, {a: [surface.points, "a"], wall: [surface.walls, "wall"]}, {view: view.matrix, eye: view.eye, layer});
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, surface.indices);
-    if (layer) gl.enable(gl.CULL_FACE);
-    gl.cullFace(layer == 1 ? gl.FRONT : gl.BACK);
-    gl.drawElements(gl.TRIANGLES, 3 * look.triangles, gl.UNSIGNED_INT, 0);
-    gl.disable(gl.CULL_FACE);
-    unbindInputs(drawing.wall);
+    device.showSurface(places, corners);
 }
 
 function resize() {
     const dense = Math.min(window.devicePixelRatio || 1, 2);
     const [width, height] = [canvas.clientWidth, canvas.clientHeight].map(x => Math.max(1, Math.round(x * dense)));
     if (canvas.width != width || canvas.height != height) [canvas.width, canvas.height] = [width, height];
-    gl.viewport(0, 0, width, height);
-    return [width, height];
+    return height;
 }
 
 function draw() {
-    const [width, height] = resize(), {particles} = loop;
-    const view = viewOf(canvas.clientWidth, canvas.clientHeight);
-    const glass = look.side != "outside", box = {lower: look.lower, upper: look.upper};
-    const colours = {rms: look.rms, potentials: look.potentials, colours: shown.colours, view: view.matrix, ...box};
-    gl.clearColor(0.031, 0.043, 0.067, 1);
-    gl.depthMask(true);
-    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    gl.disable(gl.BLEND);
-    if (look.dimension == 3) gl.enable(gl.DEPTH_TEST);
-    if (surface && shown.wall) drawWall(view, glass ? 1 : 0);
-    if (glass) gl.clear(gl.DEPTH_BUFFER_BIT); // its far sides hide nothing
-    gl.depthMask(false);
-    gl.enable(gl.BLEND);
-    gl.blendFunc(gl.ONE, gl.ONE);
-    if (drawing.plane && shown.wall) {
-        use(drawing.plane, {}, {view: view.matrix, ...box, side: {inside: 1, outside: -1, both: 0}[look.side]});
-        gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
-    } else if (!look.side && shown.wall) {
-        use(drawing.box, {}, {view: view.matrix, ...box});
-        gl.drawArrays(gl.LINES, 0, 24);
-    }
-    if (shown.lines) {
-        const {lines, across, along, pairs, indices} = streamlines;
-        use(drawing.lines, fieldsOf(lines, ["a", "b"]), {...colours, across, along});
-        gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, indices);
-        gl.drawElements(gl.LINES, pairs.length, gl.UNSIGNED_INT, 0);
-        unbindInputs(drawing.lines);
-    }
+    const pixels = resize(), view = viewOf(canvas.clientWidth, canvas.clientHeight), {count, states} = loop;
     // The more particles, the smaller, so that they cover the same area.
-    const size = height * view.height * look.span * Math.min(0.006, 0.0014 * Math.sqrt(40000 / particles.count) + 0.0014);
-    use(drawing.particles, fieldsOf(particles.state, ["a", "b"]),
-        {...colours, size, count: particles.count, moment: (loop.step - 0.5) / kSteps});
-    gl.drawArrays(gl.POINTS, 0, particles.count);
-    unbindInputs(drawing.particles);
-    if (surface && shown.wall && glass) drawWall(view, 2);
+    const size = pixels * view.height * look.span * Math.min(0.006, 0.0014 * Math.sqrt(40000 / count) + 0.0014);
+    device.draw({
+        states, shown, glass: look.side != "outside", view: view.matrix, eye: view.eye, size, count,
+        moment: (loop.step - 0.5) / kSteps, rms: look.rms, potentials: look.potentials, colours: shown.colours,
+        lower: look.lower, upper: look.upper, side: {inside: 1, outside: -1, both: 0}[look.side],
+    });
 }
 
 // --- controls
@@ -232,54 +175,57 @@ const curlew = {
         shown.playing = on;
         showPlaying();
     },
-    /// Positions in world units, x y z; z is 0 in the plane.
-    positions() {
-        const state = contentOf(loop.particles.state, loop.particles.count), all = [];
-        for (let k = 0; k < state.length; k += 24)
-            for (let axis = 0; axis < 3; ++axis) all.push(axis < look.dimension ? state[k + axis] + look.origin[axis] : 0);
+    /// A promise of what `of(numbers, k)` returns for the state of each particle, the numbers from k on.
+    async each(of) {
+        const numbers = await device.contentOf(loop.states), all = [];
+        for (let k = 0; k < numbers.length; k += kNumbers) all.push(of(numbers, k));
         return all;
     },
-    /// How far each particle is off its track, relative to the rms of f and of g: the larger.
+    /// A promise of positions in world units, x y z; z is 0 in the plane.
+    async positions() {
+        return (await this.each((s, k) => [0, 1, 2].map(axis => axis < look.dimension ? s[k + axis] + look.origin[axis] : 0))).flat();
+    },
+    /// A promise of how far each particle is off its track, relative to the rms of f and of g: the larger.
     drift() {
-        const state = contentOf(loop.particles.state, loop.particles.count), all = [];
-        for (let k = 0; k < state.length; k += 24)
-            all.push(Math.max(...[0, 1].slice(0, look.dimension - 1).map(
-                i => Math.abs(state[k + 3 + 4 * i] - state[k + 22 + i]) / look.potentials[i])));
-        return all;
+        return this.each((s, k) => Math.max(...[0, 1].slice(0, look.dimension - 1).map(
+            i => Math.abs(s[k + 3 + 4 * i] - s[k + 22 + i]) / look.potentials[i])));
     },
-    /// Distances from the wall, negative inside.
-    distances() {
-        const state = contentOf(loop.particles.state, loop.particles.count), all = [];
-        for (let k = 16; k < state.length; k += 24) all.push(state[k]);
-        return all;
-    },
+    /// A promise of distances from the wall, negative inside.
+    distances() { return this.each((s, k) => s[k + 16]); },
 };
 
+function showMessage(text) {
+    element("message").textContent = text;
+    element("message").hidden = !text;
+}
+
+/// A promise of the device: that of the address, #device=webgpu or webgl; else WebGPU on a GPU, or WebGL 2.
+async function openDevice() {
+    const given = /[#&]device=(webgpu|webgl)/.exec(location.hash)?.[1];
+    const opened = given == "webgl" ? null : await webGpu(given == "webgpu").catch(error => {
+        if (given) throw error;
+        console.warn(`WebGL 2 instead of WebGPU: ${error.message}`);
+    });
+    const made = opened || (given == "webgpu" ? null : await webGl());
+    if (!made) throw new Error(`this browser has no ${given == "webgpu" ? "WebGPU" : "WebGL 2"}`);
+    return made;
+}
+
 async function begin() {
-    if (!gl) throw new Error("this browser has no WebGL 2");
     if (!window.DecompressionStream) throw new Error("this browser is too old: it has no DecompressionStream");
     await new Promise(done => requestAnimationFrame(() => setTimeout(done))); // paint the message first
-    for (const [unit, data] of look.buffers.entries()) texture(unit, await wordsOf(data.name, data.count), data);
-    makePrograms();
-    makeDrawing();
+    device = await openDevice();
     await makeSurface();
-    const few = placesOf(kFew), count = affordable(few);
-    loop = new Loop(placesOf(count), count);
-    streamlines = streamlinesOf(few, count < 20000 ? 300 : 800, 70);
-    streamlines.indices = gl.createBuffer();
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, streamlines.indices);
-    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, streamlines.pairs, gl.STATIC_DRAW);
+    const few = await placesOf(kFew), count = await affordable(few);
+    loop = new Loop(await placesOf(count), count);
+    makeLines(few, count < 20000 ? 300 : 800, 70);
     makeControls();
-    element("figures").textContent = `${count.toLocaleString("en")} particles`;
-    element("message").hidden = true;
+    element("figures").textContent = `${count.toLocaleString("en")} particles, ${device.name}`;
+    showMessage("");
     animate();
 }
-canvas.addEventListener("webglcontextlost", () => {
-    element("message").textContent = "The graphics device was lost; load the page again.";
-    element("message").hidden = false;
-});
 curlew.ready = begin().catch(error => {
-    element("message").textContent = `Cannot show the flow: ${error.message}`;
+    showMessage(`Cannot show the flow: ${error.message}`);
     console.error(error);
     throw error;
 });

@@ -16,8 +16,9 @@ struct FlowPageOptions {
     std::vector<uint32_t> corners = {};
 };
 
-/// Returns an HTML document that shows a flow in two or three dimensions in a browser with WebGL 2: particles that move
-/// by the functions of flowShader() on their tracks, streamlines and the wall. It needs no other file and no network.
+/// Returns an HTML document that shows a flow in two or three dimensions in a browser with WebGPU or WebGL 2: particles
+/// that move by the functions of flowShader() on their tracks, streamlines and the wall. It needs no other file and no
+/// network.
 ///
 /// The coefficients of level sets are rounded to 65,536 values between the smallest and the largest. Moves the flow as
 /// it is at this moment. Throws ValueError if the flow does not move, if its domain is infinite, if its level sets have
