@@ -192,11 +192,9 @@ std::shared_ptr<Gpu> Gpu::open(size_t number) {
     static auto& all = *new std::unordered_map<size_t, std::shared_ptr<Gpu>>; // NOLINT(cppcoreguidelines-owning-memory)
     const std::lock_guard lock(mutex);
     auto& gpu = all[number];
-    try {
+    translatingErrors(fmt::format("GPU number {} cannot be opened", number), [&] {
         if (!gpu) gpu.reset(new Gpu(number));
-    } catch (const vk::SystemError& e) {
-        throw GpuError(fmt::format("GPU number {} cannot be opened: {}", number, e.what()));
-    }
+    });
     return gpu;
 }
 

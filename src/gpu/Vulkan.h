@@ -81,10 +81,10 @@ struct Gpu::Vulkan {
     std::mutex mCompiling;
 };
 
-/// Calls f() and turns the exceptions of Vulkan into those of Curlew.
+/// Calls f() and turns the exceptions of Vulkan into those of Curlew, which begin with the name of the GPU.
 template <class F>
-auto translatingErrors(const Gpu::Vulkan& gpu, const F& f) {
-    const auto about = [&](const std::string& what) { return "GPU '" + gpu.info.name + "': " + what; };
+auto translatingErrors(const std::string& gpu, const F& f) {
+    const auto about = [&](const std::string& what) { return gpu + ": " + what; };
     try {
         return f();
     } catch (const vk::OutOfDeviceMemoryError&) {
@@ -98,6 +98,10 @@ auto translatingErrors(const Gpu::Vulkan& gpu, const F& f) {
     } catch (const vk::SystemError& e) {
         throw GpuError(about(std::string("its driver failed: ") + e.what()));
     }
+}
+template <class F>
+auto translatingErrors(const Gpu::Vulkan& gpu, const F& f) {
+    return translatingErrors("GPU '" + gpu.info.name + "'", f);
 }
 
 /// Words on a device, which must outlive them.

@@ -2,6 +2,9 @@
 #include "curlew/picture/ImageFile.h"
 #include "curlew/picture/Warp.h"
 #include "support/Command.h"
+#include "support/Samples.h"
+
+#include <fmt/format.h>
 
 using namespace curlew;
 using namespace curlew::test;
@@ -104,6 +107,31 @@ TEST_CASE("device: a software device is taken if it is chosen, but not by auto a
     folder.mustFail("-device 99", {"-device", "there is no GPU number 99"});
     for (const std::string word : {"x", "-1", "1.5"})
         folder.mustFail("-device " + word, {"-device", "must be 'list' or the number of a GPU"});
+}
+
+TEST_CASE("device: full memory is one line and leaves no file", "[app][command]") {
+    const Folder folder;
+    if (kSanitized || skippedWithoutGpu(folder)) return; // sanitizers reserve terabytes of addresses
+    const std::string points =
+        "-noise -noise seed=1 -dfvn -scatter count=3e5 box=-1,-1,-1,1,1,1 -advect duration=0.01 ";
+    // From limits with which the GPU cannot be opened to one that suffices.
+    size_t failed = 0;
+    for (const int megabytes : {400, 500, 600, 700, 800, 1000, 4000}) {
+        CAPTURE(megabytes);
+        const std::string limit = fmt::format("ulimit -v {}; curlew -threads 2 -quiet ", 1000 * megabytes);
+        const Outcome gpu = folder.shell(limit + points + "device=gpu -write a.npy");
+        CAPTURE(gpu.err);
+        CHECK((gpu.status == 0 || gpu.status == 1));
+        if (gpu.status == 0) {
+            fs::remove(folder / "a.npy");
+            continue;
+        }
+        ++failed;
+        CHECK_THAT(gpu.err, Catch::StartsWith("curlew: ") && Catch::EndsWith("\n") && !ContainsSubstring("vkAllocate"));
+        CHECK(std::count(gpu.err.begin(), gpu.err.end(), '\n') == 1);
+        CHECK(folder.names() == std::set<std::string>{});
+    }
+    CHECK(failed > 0);
 }
 
 TEST_CASE("device: without a driver, gpu is an error and auto is the processor", "[app][command]") {

@@ -4,6 +4,7 @@
 
 import contextlib
 import io
+import subprocess
 import sys
 import threading
 import time
@@ -234,6 +235,32 @@ class Frames(Live):
             self.assertEqual(contents(job.folder), seen[5])
             for name in seen[5]:
                 self.assertEqual(len({repr(seen[frame][name]) for frame in seen}), 3, name)
+
+    def test_a_gpu_shows_what_the_processor_shows(self):
+        """In a thread, as in the interface. Steps of both devices differ near stagnation points only."""
+        gpus = subprocess.run([support.COMMAND, "-device", "list"], capture_output=True, text=True, check=False)
+        if gpus.returncode != 0 or not gpus.stdout:
+            self.skipTest(f"there is no GPU, and no driver in software: {gpus.stderr}")
+        places = {}
+        for device in ("cpu", "gpu"):
+            support.empty()
+            self.threaded()
+            build = Tree("live")
+            flow = build.around(support.monkey())
+            moved = build.add("advect", flow, build.add("scatter", flow, count=500), duration=0.2, steps=10, device=device)
+            points = build.add("CurlewParticlesResult", moved)
+            grid = build.add("velocity", flow, dim=12, device=device)
+            volume = build.add("CurlewVolumeResult", (grid, "Velocity"))
+            build.tree.bake_on_frame = True
+            bpy.context.scene.frame_set(2)
+            self.settle()
+            self.assertEqual((moved.error, grid.error, points.error), ("", "", ""))
+            self.assertIsNotNone(volume.target)
+            places[device] = np.array([v.co for v in points.target.data.vertices])
+        apart = np.linalg.norm(places["gpu"] - places["cpu"], axis=1)
+        self.assertEqual(len(apart), 500)
+        self.assertGreater(apart.max(), 0, "both are computed by the processor")
+        self.assertLess(np.median(apart), 1e-5)
 
     def test_a_still_is_of_a_moment(self):
         """A still depends on the frame only if the tree has expressions."""

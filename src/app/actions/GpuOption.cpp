@@ -55,7 +55,9 @@ std::shared_ptr<Gpu> gpuFor(const Context& c, const Arguments& a, const std::str
     std::shared_ptr<Gpu> gpu;
     try {
         gpu = openGpu(c);
-    } catch (const GpuError& e) {
+    } catch (const Interrupted&) {
+        throw;
+    } catch (const Error& e) { // no driver, or full memory
         if (device == Device::gpu) throw;
         sayProcessor(c, a, e.what());
         return nullptr;
