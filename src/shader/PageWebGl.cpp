@@ -6,7 +6,7 @@ namespace curlew {
 // A step takes several passes, because programs with one call of the flow and no loop compile everywhere.
 constexpr std::string_view kPageWebGl = R"html(<script>
 "use strict";
-/// A promise of a device that uses WebGL 2 (see above); null if there is none.
+/// A promise of a device that uses WebGL 2; null if there is none.
 async function webGl() {
     const gl = canvas.getContext("webgl2", {antialias: true, powerPreference: "high-performance"});
     if (!gl) return null;

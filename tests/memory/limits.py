@@ -14,7 +14,7 @@ import tempfile
 from pathlib import Path
 
 MIB = 1 << 20
-LEAST, MOST = 40, 160
+LEAST, MOST = 40, 160  # too little for any case, and enough for all
 FLOW = "-noise -noise seed=1 -dfvn speed=1 "
 MESH = "-read {root}/scenes/spot.obj "
 CASES = {

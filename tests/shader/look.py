@@ -95,7 +95,7 @@ def check_mesh(browser, curlew, mesh, device, folder, pictures):
     wrong = opened(browser, folder / "look.html", device)
     if wrong:
         return wrong
-    # From step 80 on, the loop is entered at a step that is kept, 75.
+    # The last jump goes back to the state that was kept at step 75, and on from there.
     jumps = promised(browser, "const at = async s => { curlew.jump(s); return curlew.positions(); };"
                               "const first = await at(80); await at(20); await at(90); const again = await at(80);"
                               "return first.every((x, k) => x == again[k]);")
