@@ -23,8 +23,10 @@ using openvdb::Coord;
 constexpr int kNodes = 6;       ///< Nodes of the interpolation along each axis: at -2 … 3 from the voxel below.
 constexpr int kNodesBefore = 2; ///< Number of nodes before that voxel.
 
+using Node = BackwardMap::Node;
+
 /// Weights of the nodes: three for the components of the origin, and one for φ.
-using Weights = std::array<Vec<double, 4>, kNodes>;
+using Weights = std::array<Node, kNodes>;
 
 /// Lagrange polynomials at t: of degree 5 for origins; of degree 3, on the nodes -1 … 2, for φ. Also their derivatives,
 /// and the difference degree 5 minus degree 3.
@@ -54,22 +56,18 @@ struct Lagrange {
                 product *= factor;
             }
             const double difference5 = product - cubic[k];
-            value[k] = {{product, product, product, cubic[k]}};
-            slope[k] = {{derivative, derivative, derivative, cubicSlope[k]}};
-            difference[k] = {{difference5, difference5, difference5, difference5}};
+            value[k] = Node{product, product, product, cubic[k]};
+            slope[k] = Node{derivative, derivative, derivative, cubicSlope[k]};
+            difference[k] = Node{difference5, difference5, difference5, difference5};
         }
     }
 };
 
-/// Multiplies each component by its own weight.
-Vec<double, 4> weighted(Vec<double, 4> node, const Vec<double, 4>& weight) {
-    for (int c = 0; c < 4; ++c) node[c] *= weight[c];
-    return node;
-}
+Vec3d originOf(const Node& node) { return {{node[0], node[1], node[2]}}; }
 
 /// Estimates the error of φ₀ at an origin that is off by `difference`.
-double errorOf(const Vec3d& gradient, const Vec<double, 4>& difference) {
-    const Vec3d off{{difference[0], difference[1], difference[2]}};
+double errorOf(const Vec3d& gradient, const Node& difference) {
+    const Vec3d off = originOf(difference);
     constexpr double kFlat = 0.5; // below the slope of a distance: outside its band
     return length(gradient) < kFlat ? length(off) : std::abs(dot(gradient, off));
 }
@@ -81,6 +79,25 @@ std::array<Coord, 8> cornersOf(const Coord& cell) {
     return corners;
 }
 
+/// Returns the nodes that interpolation in these cells needs.
+openvdb::MaskTree nodesOf(const std::vector<Coord>& cells) {
+    openvdb::MaskTree nodes;
+    {
+        openvdb::tree::ValueAccessor<openvdb::MaskTree> mask(nodes);
+        for (const Coord& cell : cells) mask.setValueOn(cell);
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        const openvdb::MaskTree before = nodes;
+        openvdb::tree::ValueAccessor<openvdb::MaskTree> mask(nodes);
+        for (auto voxel = before.cbeginValueOn(); voxel; ++voxel) {
+            Coord node = voxel.getCoord();
+            node[axis] -= kNodesBefore;
+            for (int k = 0; k < kNodes; ++k, ++node[axis]) mask.setValueOn(node);
+        }
+    }
+    return nodes;
+}
+
 } // namespace
 
 void BackwardMap::follow(const std::vector<openvdb::Vec3d>& seeds, const Trace& trace, const Monitor& monitor) {
@@ -88,15 +105,7 @@ void BackwardMap::follow(const std::vector<openvdb::Vec3d>& seeds, const Trace& 
     for (const auto& seed : seeds)
         if (seed.lengthSqr() < 0x1p60) cells.push_back(Coord::floor(seed)); // skips NaN and huge coordinates
     while (!cells.empty()) {
-        openvdb::MaskTree wanted;
-        {
-            openvdb::tree::ValueAccessor<openvdb::MaskTree> mask(wanted);
-            for (const Coord& cell : cells)
-                for (int i = -kNodesBefore; i < kNodes - kNodesBefore; ++i)
-                    for (int j = -kNodesBefore; j < kNodes - kNodesBefore; ++j)
-                        for (int k = -kNodesBefore; k < kNodes - kNodesBefore; ++k)
-                            mask.setValueOn(cell.offsetBy(i, j, k));
-        }
+        openvdb::MaskTree wanted = nodesOf(cells);
         wanted.topologyDifference(mKnown);
         const auto count = static_cast<size_t>(wanted.activeVoxelCount());
         const size_t begin = mVoxels.size();
@@ -114,7 +123,7 @@ void BackwardMap::follow(const std::vector<openvdb::Vec3d>& seeds, const Trace& 
         mKnown.topologyUnion(wanted);
         for (size_t n = 0; n < count; ++n) mIndex.setValueOn(voxels[n], static_cast<int32_t>(begin + n));
         mVoxels.insert(mVoxels.end(), voxels.begin(), voxels.end());
-        for (const Vec3d& x : origins) mNodes.push_back({{x[0], x[1], x[2], 0}});
+        for (const Vec3d& x : origins) mNodes.push_back(Node{x[0], x[1], x[2], 0});
         evaluate(begin, monitor);
         cells = crossedCells(begin, monitor);
     }
@@ -162,14 +171,14 @@ namespace {
 
 /// An edge between voxels, its two nodes and the nodes on the line beyond, and the bracket of φ's root on it.
 struct VoxelEdge {
-    std::array<Vec<double, 4>, kNodes> nodes;
+    std::array<Node, kNodes> nodes{};
     double a = 0, b = 1, phiA = 0, phiB = 0;
     bool byOrigins = true; ///< If true, φ is evaluated at the interpolated origin; otherwise φ itself is interpolated.
     bool open = true;
 
-    Vec<double, 4> at(const Weights& weights) const {
-        Vec<double, 4> sum;
-        for (size_t k = 0; k < kNodes; ++k) sum += weighted(nodes[k], weights[k]);
+    Node at(const Weights& weights) const {
+        Node sum{};
+        for (size_t k = 0; k < kNodes; ++k) sum += nodes[k] * weights[k];
         return sum;
     }
     /// Returns the next position to try: the Illinois variant of regula falsi (Dowell and Jarratt 1971), with a
@@ -188,8 +197,6 @@ struct VoxelEdge {
         open = std::abs(b - a) > kEnough && phi != 0;
     }
 };
-
-Vec3d originOf(const Vec<double, 4>& node) { return {{node[0], node[1], node[2]}}; }
 
 /// Finds the roots of up to kBatch edges.
 void solve(const ScalarField& source, std::span<VoxelEdge> edges) {
@@ -263,36 +270,55 @@ std::vector<BackwardMap::Crossing> BackwardMap::crossings(const Monitor& monitor
     return all;
 }
 
+namespace {
+
+/// Reads the indices of the nodes from `first` on along z. Returns false if one is unknown.
+bool readRow(const Coord& first, const BackwardMap::Accessor& index, std::array<int32_t, kNodes>& row) {
+    using Leaf = openvdb::Int32Tree::LeafNodeType;
+    constexpr int kWidth = static_cast<int>(Leaf::DIM);
+    for (int k = 0; k < kNodes;) {
+        const Coord at = first.offsetBy(0, 0, k);
+        const Leaf* leaf = index.probeConstLeaf(at);
+        if (!leaf) return false;
+        const int count = std::min(kWidth - (at.z() & (kWidth - 1)), kNodes - k);
+        std::copy_n(leaf->buffer().data() + Leaf::coordToOffset(at), count, row.begin() + k);
+        k += count;
+    }
+    return std::none_of(row.begin(), row.end(), [](int32_t n) { return n < 0; });
+}
+
+} // namespace
+
 bool BackwardMap::interpolate(const openvdb::Vec3d& position, const Accessor& index, Interpolated& result) const {
     const Coord base = Coord::floor(position);
     const Lagrange x(position[0] - base[0]), y(position[1] - base[1]), z(position[2] - base[2]);
     // The sums in `difference` are those of the differences along each axis; together they are the difference in space,
     // except for their products.
-    result = {};
+    result = Interpolated{};
+    std::array<int32_t, kNodes> row;
     for (size_t i = 0; i < kNodes; ++i) {
-        Node plane, planeY, planeZ, planeDifference;
+        Node plane{}, planeY{}, planeZ{}, planeDifference{};
         for (size_t j = 0; j < kNodes; ++j) {
-            Node line, lineZ, lineDifference;
+            const Coord first =
+                base.offsetBy(static_cast<int>(i) - kNodesBefore, static_cast<int>(j) - kNodesBefore, -kNodesBefore);
+            if (!readRow(first, index, row)) return false;
+            Node line{}, lineZ{}, lineDifference{};
             for (size_t k = 0; k < kNodes; ++k) {
-                const int32_t at =
-                    index.getValue(base.offsetBy(static_cast<int>(i) - kNodesBefore, static_cast<int>(j) - kNodesBefore,
-                                                 static_cast<int>(k) - kNodesBefore));
-                if (at < 0) return false;
-                const Node& node = mNodes[static_cast<size_t>(at)];
-                line += weighted(node, z.value[k]);
-                lineZ += weighted(node, z.slope[k]);
-                lineDifference += weighted(node, z.difference[k]);
+                const Node node = mNodes[static_cast<size_t>(row[k])];
+                line += node * z.value[k];
+                lineZ += node * z.slope[k];
+                lineDifference += node * z.difference[k];
             }
-            plane += weighted(line, y.value[j]);
-            planeY += weighted(line, y.slope[j]);
-            planeZ += weighted(lineZ, y.value[j]);
-            planeDifference += weighted(line, y.difference[j]) + weighted(lineDifference, y.value[j]);
+            plane += line * y.value[j];
+            planeY += line * y.slope[j];
+            planeZ += lineZ * y.value[j];
+            planeDifference += line * y.difference[j] + lineDifference * y.value[j];
         }
-        result.value += weighted(plane, x.value[i]);
-        result.derivatives[0] += weighted(plane, x.slope[i]);
-        result.derivatives[1] += weighted(planeY, x.value[i]);
-        result.derivatives[2] += weighted(planeZ, x.value[i]);
-        result.difference += weighted(plane, x.difference[i]) + weighted(planeDifference, x.value[i]);
+        result.value += plane * x.value[i];
+        result.derivatives[0] += plane * x.slope[i];
+        result.derivatives[1] += planeY * x.value[i];
+        result.derivatives[2] += planeZ * x.value[i];
+        result.difference += plane * x.difference[i] + planeDifference * x.value[i];
     }
     return true;
 }

@@ -24,6 +24,10 @@ class BackwardMap {
     /// Returns the origins of voxels, in their order.
     using Trace = std::function<std::vector<Vec3d>(const std::vector<openvdb::Coord>&)>;
 
+    /// The origin X, and φ as the fourth component: numbers that are added and multiplied together, if possible in one
+    /// SIMD register.
+    using Node = double __attribute__((vector_size(32)));
+
     /// An edge between two voxels that the surface crosses: from `voxel` along `axis`. The crossing is at `fraction` of
     /// it.
     struct Crossing {
@@ -70,11 +74,9 @@ class BackwardMap {
     void evaluate(size_t begin, const Monitor& monitor);
     std::vector<openvdb::Coord> crossedCells(size_t begin, const Monitor& monitor) const;
 
-    /// The origin X, and φ as the fourth component.
-    using Node = Vec<double, 4>;
     struct Interpolated {
         Node value;
-        std::array<Node, 3> derivatives; ///< Derivatives along the axes.
+        std::array<Node, 3> derivatives; ///< Along the axes.
         Node difference;                 ///< Degree 5 minus degree 3.
     };
     bool interpolate(const openvdb::Vec3d& position, const Accessor& index, Interpolated& result) const;

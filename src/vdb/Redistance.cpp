@@ -26,26 +26,48 @@ const auto& kNeighbours = openvdb::util::COORD_OFFSETS; ///< All 26 neighbours.
 /// Slides the closest point of an entry along the surface until the vector to the voxel is normal to the surface.
 class Slider {
   public:
-    explicit Slider(Entry& entry) : mEntry(&entry), mAt(entry.point) {}
+    /// The entry has a point on the surface. If the normal there is known, at() is already the next point.
+    explicit Slider(Entry& entry) : mEntry(&entry), mAt(entry.point) {
+        entry.distance = toVoxel(entry.point).length();
+        if (entry.normal.lengthSqr() == 0) return;
+        mBegun = true;
+        mTangential = tangentialAt(entry.point, entry.normal);
+        mMoving = slide();
+    }
 
     const openvdb::Vec3d& at() const { return mAt; }
+    bool moving() const { return mMoving; }
+    /// Returns whether the distance has become noticeably smaller since the last call. At an edge of the surface,
+    /// points zigzag with ever shorter steps.
+    bool hasImproved() { return std::exchange(mLast, mEntry->distance) - mEntry->distance > kNoticeable; }
     /// Returns whether the remaining tangential distance is so small that it changes the distance only in second order.
     bool converged() const { return mTangential.length() < kSlow; }
 
-    /// Takes the next step, given the sample at at() if it is known. Returns false when the point stops.
-    bool next(bool known, const BackwardMap::Sample& sample) {
+    /// Takes the next step, given the sample at at() if it is known. Afterwards, the point may be no longer moving().
+    void next(bool known, const BackwardMap::Sample& sample) { mMoving = step(known, sample); }
+
+  private:
+    // Tolerances in voxels: on the distance of the point from the surface and on that of the voxel.
+    static constexpr double kOnSurface = 5e-4, kDistance = 2e-6;
+    static constexpr double kSlow = 0.02, kLongest = 1, kNoticeable = 5e-3; // voxels
+    static constexpr int kMaxCorrections = 4;
+
+    openvdb::Vec3d toVoxel(const openvdb::Vec3d& point) const { return mEntry->voxel.asVec3d() - point; }
+    openvdb::Vec3d tangentialAt(const openvdb::Vec3d& point, const openvdb::Vec3d& normal) const {
+        return toVoxel(point) - normal * toVoxel(point).dot(normal);
+    }
+
+    bool step(bool known, const BackwardMap::Sample& sample) {
         const double slope = sample.gradient.length();
         if (!known || !(slope > 0)) return retreat(); // outside the known region
         const openvdb::Vec3d normal = sample.gradient / slope;
-        if (const double off = sample.phi / slope; std::abs(off) > kOnSurface) {
-            if (++mCorrections > kMaxCorrections) return retreat();
-            mAt -= normal * std::clamp(off, -kLongest, kLongest);
-            return true;
-        }
-        const openvdb::Vec3d toVoxel = mEntry->voxel.asVec3d() - mAt,
-                             tangential = toVoxel - normal * toVoxel.dot(normal);
-        const double distance = toVoxel.length();
+        const double off = sample.phi / slope;
+        mAt -= normal * std::clamp(off, -kLongest, kLongest);
+        // The correction leaves about off², times half a curvature.
+        if (off * off > kOnSurface) return ++mCorrections <= kMaxCorrections || retreat();
+        const double distance = toVoxel(mAt).length();
         if (mBegun && !(distance < mEntry->distance)) return retreat();
+        const openvdb::Vec3d tangential = tangentialAt(mAt, normal);
         if (mBegun) {
             // Barzilai and Borwein (1988): the step length that would have been right for the last step.
             const openvdb::Vec3d moved = mAt - mEntry->point;
@@ -54,24 +76,21 @@ class Slider {
         }
         mBegun = true;
         mEntry->point = mAt;
+        mEntry->normal = normal;
         mEntry->distance = distance;
         mTangential = tangential;
-        return tangential.length() > kConverged && slide();
+        return slide();
     }
-
-  private:
-    static constexpr double kOnSurface = 1e-3, kConverged = 2e-3, kSlow = 0.02, kLongest = 1; // voxels
-    static constexpr int kMaxCorrections = 4;
-
     bool retreat() {
         if (!mBegun) return false;
         mPace *= 0.3;
         return slide();
     }
+    /// Tries the next point, unless the distance would hardly change.
     bool slide() {
         mCorrections = 0;
         const double length = mPace * mTangential.length();
-        if (length < kConverged / 4) return false;
+        if (length * mTangential.length() < kDistance * mEntry->distance) return false;
         mAt = mEntry->point + mTangential * (mPace * std::min(kLongest / length, 1.0));
         return true;
     }
@@ -80,33 +99,34 @@ class Slider {
     openvdb::Vec3d mAt; // the point being tried
     openvdb::Vec3d mTangential =
         openvdb::Vec3d(1e300); // tangential part of the vector from the best point to the voxel
-    double mPace = 1;
+    double mPace = 1, mLast = std::numeric_limits<double>::infinity();
     int mCorrections = 0;
-    bool mBegun = false;
+    bool mBegun = false, mMoving = true;
 };
 
 /// Slides the points of entries, which are on the surface, to the positions closest to their voxels. Their distances
 /// never increase. Returns how many points did not converge.
 size_t slideAll(const BackwardMap& map, std::span<Entry> entries) {
-    constexpr int kMaxSteps = 40;
+    constexpr int kMaxSteps = 40, kPatience = 6;
     const Accessor index(map.index());
     std::vector<Slider> sliders;
     std::vector<size_t> moving;
     for (Entry& entry : entries) {
-        entry.distance = (entry.voxel.asVec3d() - entry.point).length();
-        moving.push_back(sliders.size());
-        sliders.emplace_back(entry);
+        if (sliders.emplace_back(entry).moving()) moving.push_back(sliders.size() - 1);
     }
     std::vector<openvdb::Vec3d> positions;
     std::vector<BackwardMap::Sample> samples;
     std::vector<uint8_t> known;
-    for (int k = 0; k < kMaxSteps && !moving.empty(); ++k) {
+    for (int k = 1; k <= kMaxSteps && !moving.empty(); ++k) {
         positions.clear();
         for (const size_t n : moving) positions.push_back(sliders[n].at());
         map.sample(positions, index, samples, known);
         size_t left = 0;
-        for (size_t m = 0; m < moving.size(); ++m)
-            if (sliders[moving[m]].next(known[m] != 0, samples[m])) moving[left++] = moving[m];
+        for (size_t m = 0; m < moving.size(); ++m) {
+            Slider& slider = sliders[moving[m]];
+            slider.next(known[m] != 0, samples[m]);
+            if (slider.moving() && (k % kPatience != 0 || slider.hasImproved())) moving[left++] = moving[m];
+        }
         moving.resize(left);
     }
     return static_cast<size_t>(
@@ -195,6 +215,7 @@ void ClosestPoints::improve(const BackwardMap& map, const Monitor& monitor) {
                 if (!best || !((best->point - entry.voxel.asVec3d()).length() < entry.distance - kCloser)) continue;
                 changed.push_back(entry);
                 changed.back().point = best->point;
+                changed.back().normal = best->normal;
                 owner.push_back(n);
             }
             slideAll(map, changed);
@@ -228,6 +249,7 @@ bool ClosestPoints::addRing(const BackwardMap& map, size_t first, double halfWid
                 const Entry& best = *bestAround(entry.voxel, index, mEntries);
                 const int32_t at = known.getValue(entry.voxel);
                 entry.point = best.point;
+                entry.normal = best.normal;
                 // Where φ is unknown, no surface lies between the two voxels, since φ is known around the surface.
                 entry.inside = at >= 0 ? map.inside(static_cast<size_t>(at)) : best.inside;
             }

@@ -31,6 +31,7 @@ class ClosestPoints {
     struct Entry {
         openvdb::Coord voxel = {};
         openvdb::Vec3d point = {}; ///< Closest surface point, in voxels.
+        openvdb::Vec3d normal{0};  ///< Of the surface at this point, of length 1; 0 if unknown.
         double distance = 0;       ///< Distance to the point in voxels, never negative.
         bool inside = false;
     };
