@@ -6,8 +6,10 @@
 #include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/VelocityGrid.h"
 
+#include <array>
 #include <bitset>
 #include <cmath>
+#include <memory>
 #include <vector>
 
 namespace curlew {
@@ -77,8 +79,11 @@ class StaggeredBrick {
   private:
     static constexpr int kEdge = kLeaves * kLeafEdge + 1;
     static constexpr size_t kCount = size_t{kEdge} * kEdge * kEdge;
+    using Corners = std::array<double, kCount>;
+    /// The potentials at the corners; undefined where they are not known.
     struct Term {
-        std::vector<double> f, g;
+        std::unique_ptr<Corners> f = std::make_unique_for_overwrite<Corners>(),
+                                 g = std::make_unique_for_overwrite<Corners>();
     };
     // Integrals over the edges from each of the 9³ corners of a leaf to the next corner along each axis, z fastest.
     static constexpr size_t kEdgeY = kLeafEdge + 1, kEdgeX = kEdgeY * kEdgeY;
@@ -94,7 +99,6 @@ class StaggeredBrick {
     Parts partsIn(const openvdb::Coord& origin, int edge) const {
         return {!mSampled.isFar(origin, edge), mWallTerms.empty() || mSampled.rests(origin, edge)};
     }
-    Vec3d cornerOf(const openvdb::Coord& ijk) const;
     static size_t cornerAt(const openvdb::Coord& c) {
         return (static_cast<size_t>(c[0]) * kEdge + static_cast<size_t>(c[1])) * kEdge + static_cast<size_t>(c[2]);
     }
@@ -108,8 +112,9 @@ class StaggeredBrick {
 
     const FlowOnVoxels& mSampled;
     openvdb::Coord mOrigin;
-    std::vector<Flow::Potentials> mWallTerms; ///< Potentials of a moving rigid wall.
-    std::vector<Term> mTerms;                 ///< Terms of the flow, followed by those of its wall.
+    std::array<std::array<double, kEdge>, 3> mCorners; ///< Coordinates of the corners along each axis.
+    std::vector<Flow::Potentials> mWallTerms;          ///< Potentials of a moving rigid wall.
+    std::vector<Term> mTerms;                          ///< Terms of the flow, followed by those of its wall.
     std::bitset<kCount> mKnown;
 };
 

@@ -13,16 +13,9 @@ StaggeredBrick::StaggeredBrick(const FlowOnVoxels& sampled, const Coord& origin)
       mOrigin(origin),
       mWallTerms(sampled.moving ? sampled.moving->terms() : std::vector<Flow::Potentials>{}),
       mTerms(sampled.flow.terms().size() + mWallTerms.size()) {
-    for (Term& t : mTerms) {
-        t.f.resize(kCount);
-        t.g.resize(kCount);
-    }
-}
-
-/// Returns the lowest corner of a voxel.
-Vec3d StaggeredBrick::cornerOf(const Coord& ijk) const {
-    const double h = mSampled.voxel;
-    return {{(ijk[0] - 0.5) * h, (ijk[1] - 0.5) * h, (ijk[2] - 0.5) * h}};
+    for (int axis = 0; axis < 3; ++axis)
+        for (int k = 0; k < kEdge; ++k)
+            mCorners[static_cast<size_t>(axis)][static_cast<size_t>(k)] = (mOrigin[axis] + k - 0.5) * mSampled.voxel;
 }
 
 void StaggeredBrick::evaluateAll() {
@@ -31,21 +24,46 @@ void StaggeredBrick::evaluateAll() {
     size_t done = 0;
     const auto flush = [&] {
         evaluate(points, parts, [&](size_t t, const Values& f, const Values& g) {
-            std::copy_n(f.begin(), points.size, mTerms[t].f.begin() + static_cast<std::ptrdiff_t>(done));
-            std::copy_n(g.begin(), points.size, mTerms[t].g.begin() + static_cast<std::ptrdiff_t>(done));
+            std::copy_n(f.begin(), points.size, &(*mTerms[t].f)[done]);
+            std::copy_n(g.begin(), points.size, &(*mTerms[t].g)[done]);
         });
         done += static_cast<size_t>(points.size);
         points.size = 0;
     };
-    for (int i = 0; i < kEdge; ++i)
-        for (int j = 0; j < kEdge; ++j)
-            for (int k = 0; k < kEdge; ++k) {
-                points.push(cornerOf(mOrigin.offsetBy(i, j, k)));
+    for (const double x : mCorners[0])
+        for (const double y : mCorners[1])
+            for (auto z = mCorners[2].begin(); z != mCorners[2].end();) {
+                const auto count = std::min(mCorners[2].end() - z, std::ptrdiff_t{kBatch - points.size});
+                std::fill_n(points.c[0].begin() + points.size, count, x);
+                std::fill_n(points.c[1].begin() + points.size, count, y);
+                std::copy_n(z, count, points.c[2].begin() + points.size);
+                points.size += static_cast<int>(count);
+                z += count;
                 if (points.full()) flush();
             }
     flush();
     mKnown.set();
 }
+
+namespace {
+
+// Rows along z. Not inline: GCC would unroll the loops for a known count, and then not vectorise them.
+
+/// Integrates f dg from each of `count` corners to the one that is `step` further, and adds that to the sums.
+[[gnu::noinline]] void addIntegrals(const double* f, const double* g, size_t step, size_t count,
+                                    double* __restrict sums) {
+    for (size_t k = 0; k < count; ++k) sums[k] += 0.5 * (f[k] + f[k + step]) * (g[k + step] - g[k]);
+}
+
+/// Computes the velocities through `count` faces from the integrals over the edges around them: a and b begin at the
+/// lowest corner of a face, nextA and nextB at the other end of the edge of b and a.
+[[gnu::noinline]] void faceVelocities(const double* a, const double* b, const double* nextA, const double* nextB,
+                                      double perArea, size_t count, float* __restrict velocities) {
+    for (size_t k = 0; k < count; ++k)
+        velocities[k] = static_cast<float>((a[k] + nextB[k] - nextA[k] - b[k]) * perArea);
+}
+
+} // namespace
 
 void StaggeredBrick::sample(VelocityLeaf& leaf) {
     if (!mKnown.all()) evaluateCornersOf(leaf.origin());
@@ -57,12 +75,10 @@ void StaggeredBrick::sample(VelocityLeaf& leaf) {
     for (size_t i = 0; i < kLeafEdge; ++i)
         for (size_t j = 0; j < kLeafEdge; ++j) {
             std::array<std::array<float, kLeafEdge>, 3> v;
-            for (size_t k = 0; k < kLeafEdge; ++k) {
-                const size_t n = i * kEdgeX + j * kEdgeY + k;
-                v[0][k] = static_cast<float>((y[n] + z[n + kEdgeY] - y[n + 1] - z[n]) * perArea);
-                v[1][k] = static_cast<float>((z[n] + x[n + 1] - z[n + kEdgeX] - x[n]) * perArea);
-                v[2][k] = static_cast<float>((x[n] + y[n + kEdgeX] - x[n + kEdgeY] - y[n]) * perArea);
-            }
+            const size_t n = i * kEdgeX + j * kEdgeY;
+            faceVelocities(&y[n], &z[n], &y[n + 1], &z[n + kEdgeY], perArea, kLeafEdge, v[0].data());
+            faceVelocities(&z[n], &x[n], &z[n + kEdgeX], &x[n + 1], perArea, kLeafEdge, v[1].data());
+            faceVelocities(&x[n], &y[n], &x[n + kEdgeY], &y[n + kEdgeX], perArea, kLeafEdge, v[2].data());
             for (size_t k = 0; k < kLeafEdge; ++k) *values++ = {v[0][k], v[1][k], v[2][k]};
         }
     if (mSampled.moving && !mSampled.moving->rigid()) addPointValues(leaf);
@@ -102,7 +118,10 @@ void StaggeredBrick::evaluateCornersOf(const Coord& leaf) {
                 if (mKnown[n]) continue;
                 mKnown[n] = true;
                 corner[static_cast<size_t>(points.size)] = n;
-                points.push(cornerOf(mOrigin + c));
+                Vec3d p;
+                for (int axis = 0; axis < 3; ++axis)
+                    p[axis] = mCorners[static_cast<size_t>(axis)][static_cast<size_t>(c[axis])];
+                points.push(p);
                 if (points.full()) store(points, parts, corner);
             }
     if (points.size > 0) store(points, parts, corner);
@@ -112,8 +131,8 @@ void StaggeredBrick::evaluateCornersOf(const Coord& leaf) {
 void StaggeredBrick::store(PointBatch& points, const Parts& parts, const std::array<size_t, kBatch>& corner) {
     evaluate(points, parts, [&](size_t t, const Values& f, const Values& g) {
         for (size_t n = 0; n < static_cast<size_t>(points.size); ++n) {
-            mTerms[t].f[corner[n]] = f[n];
-            mTerms[t].g[corner[n]] = g[n];
+            (*mTerms[t].f)[corner[n]] = f[n];
+            (*mTerms[t].g)[corner[n]] = g[n];
         }
     });
     points.size = 0;
@@ -157,13 +176,9 @@ void StaggeredBrick::integrate(const Coord& leaf, Edges& edges) const {
             for (size_t i = 0; i < endI; ++i)
                 for (size_t j = 0; j < endJ; ++j) {
                     const size_t from = first + i * kStep[0] + j * kStep[1];
-                    const double *f = &t.f[from], *g = &t.g[from];
-                    double* sum = &edges[axis][i * kEdgeX + j * kEdgeY];
-                    for (size_t k = 0; k < kLeafEdge; ++k) sum[k] += 0.5 * (f[k] + f[k + step]) * (g[k + step] - g[k]);
-                    if (axis != 2) {
-                        constexpr size_t k = kLeafEdge;
-                        sum[k] += 0.5 * (f[k] + f[k + step]) * (g[k + step] - g[k]);
-                    }
+                    const double *f = &(*t.f)[from], *g = &(*t.g)[from];
+                    double* sums = &edges[axis][i * kEdgeX + j * kEdgeY];
+                    addIntegrals(f, g, step, kCorners - (axis == 2), sums);
                 }
         }
 }
