@@ -29,6 +29,8 @@ CASES = {
     "picture": FLOW + "-lic width=160 -write out.exr",
     "read": "-read given.vdb -write out.vdb",
 }
+# More points than fit into MOST, in one piece.
+MANY = "-scatter count=4e6 box=-1,-1,-1,1,1,1 part=each/{} -write p.$P.vdb"
 SHARES = (0.98, 0.95, 0.9, 0.8)
 
 
@@ -64,6 +66,10 @@ def main(command, root):
     wrong = []
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run([command, "-quiet", *(FLOW + "-velocity dim=48 -write given.vdb").split()], cwd=folder, check=True)
+        for parts, fits in (1, False), (20, True):
+            works, problem = run(command, MANY.format(parts), folder, MOST)
+            if works != fits or problem:
+                wrong.append(f"4e6 points in {parts} parts with {MOST} MiB: {problem or f'works: {works}'}")
         for name, arguments in CASES.items():
             tried = []
 

@@ -120,8 +120,11 @@ std::vector<UsdAsset> assetsOf(const Context& c, const Arguments& a, const std::
         const FramePlan plan = framePlanOf(*c.graph().frameRange);
         std::vector<UsdAsset> assets;
         if (!isWholeSequence(c, a, file)) return {{static_cast<double>(c.clock()->frame), a.words()[k]}};
-        for (int frame = plan.first; frame <= plan.last; frame += plan.by)
-            assets.push_back({static_cast<double>(frame), expanded(a.writtenWords()[k], plan.clock(frame).moment())});
+        for (int frame = plan.first; frame <= plan.last; frame += plan.by) {
+            Moment moment = plan.clock(frame).moment();
+            moment.part = c.moment().part;
+            assets.push_back({static_cast<double>(frame), expanded(a.writtenWords()[k], moment)});
+        }
         return assets;
     }
     throw ValueError(

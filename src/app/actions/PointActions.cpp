@@ -3,6 +3,7 @@
 #include "AdvectAction.h"
 #include "PointsN.h"
 #include "ScatterDomain.h"
+#include "curlew/app/language/Frames.h"
 #include "curlew/base/Memory.h"
 #include "curlew/base/Random.h"
 #include "curlew/track/Distance.h"
@@ -21,37 +22,56 @@ namespace {
 using namespace options;
 
 const std::string kPointGroup = "points";
+const char* const kFewerPoints = "use fewer points, or make them in parts with part=";
 constexpr double kSnapTolerance = 1e-9; ///< In the field's value, or relative to the surface's size or voxel size.
+
+/// A range of points, by id.
+struct PointRange {
+    size_t first = 0, count = 0;
+};
+
+Part partGiven(const Arguments& a) { return a.given("part") ? partOf(a.text("part")) : Part{}; }
+
+/// Returns the points of the current part.
+PointRange rangeOfPart(const Context& c, const Arguments& a) {
+    const Part part = partGiven(a);
+    const auto count = a.integer<size_t>("count"), parts = static_cast<size_t>(part.count);
+    if (parts > count) throw ValueError(fmt::format("{} points cannot be made in {} parts", count, parts));
+    const auto k = (part.number > 0 ? static_cast<size_t>(part.number) : static_cast<size_t>(c.moment().part)) - 1;
+    const size_t each = count / parts, longer = count % parts; // the first parts have one point more
+    return {.first = each * k + std::min(k, longer), .count = each + (k < longer ? 1 : 0)};
+}
 
 /// Scatters points in the box of a domain of N > 3 dimensions.
 template <int N>
-void scatterPointsN(Context& c, const Arguments& a, size_t count) {
+void scatterPointsN(Context& c, const Arguments& a, const PointRange& range) {
     for (const char* option : {"on", "offset"})
         if (a.given(option)) throw ValueError(fmt::format("{}= needs points in 3D, not in {} dimensions", option, N));
     if (c.has("density")) throw ValueError(fmt::format("density= needs points in 3D, not in {} dimensions", N));
     const BoxN<N> box = domainOfPointsN<N>(c, a, "domain").box;
     if (!box.finite()) throw ValueError("the domain is infinite; give a box");
-    requireMemory(static_cast<double>(count) * sizeof(Vec<double, N>), fmt::format("{} points", count),
-                  "use fewer points");
+    requireMemory(static_cast<double>(range.count) * sizeof(Vec<double, N>), fmt::format("{} points", range.count),
+                  kFewerPoints);
     const auto seed = a.integer<uint64_t>("seed");
-    std::vector<Vec<double, N>> positions(count);
-    for (size_t k = 0; k < count; ++k)
+    std::vector<Vec<double, N>> positions(range.count);
+    for (size_t k = 0; k < range.count; ++k)
         for (int axis = 0; axis < N; ++axis)
             positions[k][axis] =
-                box.lower[axis] + box.size()[axis] * randomUniform(seed, k, static_cast<uint64_t>(axis));
+                box.lower[axis] + box.size()[axis] * randomUniform(seed, range.first + k, static_cast<uint64_t>(axis));
     givePointsN(c, std::move(positions));
 }
 
 void scatterAction(Context& c, const Arguments& a) {
-    const auto count = a.integer<size_t>("count");
+    const PointRange range = rangeOfPart(c, a);
     if (const int dimension = pointDimension(c, a, "domain"); dimension > 3)
-        return withDimension(dimension, [&](auto n) { scatterPointsN<n>(c, a, count); });
+        return withDimension(dimension, [&](auto n) { scatterPointsN<n>(c, a, range); });
     const Birthplace birth = birthplaceOf(c, a, OffSurface::flowsOnly);
-    requireMemory(static_cast<double>(count) * Points::kPlainBytes, fmt::format("{} points", count),
-                  "use fewer points");
+    requireMemory(static_cast<double>(range.count) * Points::kPlainBytes, fmt::format("{} points", range.count),
+                  kFewerPoints);
     ScatterOptions place = birth.place;
     place.seed = a.integer<uint64_t>("seed");
-    givePoints(c, scatterFrom(birth.domain, 0, count, place, c.follow("scatter")));
+    givePoints(c,
+               scatterFrom(birth.domain, static_cast<int64_t>(range.first), range.count, place, c.follow("scatter")));
 }
 
 /// Moves points within reach to the isosurface of a field. The default reach is half the diagonal of the points' box.
@@ -127,19 +147,28 @@ Registry pointActions() {
          .summary = "scatter random points (particles) in or on the newest flow, shape or level set",
          .takes = {domainInput(), densityInput()},
          .makes = {made("points", {Kind::points})},
-         .options = {integer("count", "10000", 1, 1e15, "number of points"),
-                     integer("dimensions", "", 3, 7,
-                             "number of dimensions (default: as many as the newest flow has, else 3)"),
-                     integer("seed", "0", 0, 0x1p53 - 1, "random seed"), onOption(),
-                     offsetOption("0 on a shape or level set; at the wall of a flow 0.1 %"),
-                     box("box",
-                         "box to fill; dimensions beyond z have the range of x (default: the box of the domain)"),
-                     ages("grid", "", "level set to fill: 0 is the newest")},
+         .options =
+             {integer("count", "10000", 1, 1e15, "number of points"),
+              text("part", "",
+                   "part of the points to make: 3/500 is the third of 500 parts, for one of several machines; each/500 "
+                   "makes one after the other, with all that depends on them, so that memory does not grow with the "
+                   "count. The part is $P in the names of files"),
+              integer("dimensions", "", 3, 7, "number of dimensions (default: as many as the newest flow has, else 3)"),
+              integer("seed", "0", 0, 0x1p53 - 1, "random seed"), onOption(),
+              offsetOption("0 on a shape or level set; at the wall of a flow 0.1 %"),
+              box("box", "box to fill; dimensions beyond z have the range of x (default: the box of the domain)"),
+              ages("grid", "", "level set to fill: 0 is the newest")},
          .examples =
              {"curlew -torus -scatter count=1e5 seed=3 -write torus.ply",
               "curlew -torus -scatter on=surface count=1e5 -splat -write skin.png",
+              "curlew -noise -noise seed=1 -dfvn speed=1 -scatter count=1e6 part=each/4 -advect -write 'dust.$P3.vdb'",
               "curlew -noise frequency=3 as=patches -torus -scatter on=surface density=patches -write moss.ply"},
          .inFrames = InFrames::once,
+         .partsWith =
+             [](const Arguments& a) {
+                 const Part part = partGiven(a);
+                 return part.number == 0 ? part.count : 1;
+             },
          .run = scatterAction},
         advectAction(),
         {.name = "snap",

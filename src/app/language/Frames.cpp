@@ -45,15 +45,23 @@ void setRange(FramePlan& plan, const std::string& text) {
 }
 
 void setPart(FramePlan& plan, const std::string& text) {
-    const auto numbers = split(text, '/');
-    const auto part = wholeNumber(numbers.front()), parts = wholeNumber(numbers.back());
-    if (numbers.size() != 2 || !part || !parts || *part < 1 || *part > *parts)
-        throw ValueError(fmt::format("part={} must be one part of several, as in 3/8 or 8/8", text));
-    plan.part = *part;
-    plan.parts = *parts;
+    const Part part = partOf(text);
+    if (part.number == 0)
+        throw ValueError(fmt::format("part={} of the frames would be all of them; give one part, as in 3/8", text));
+    plan.part = static_cast<int>(part.number);
+    plan.parts = static_cast<int>(part.count);
 }
 
 } // namespace
+
+Part partOf(const std::string& text) {
+    const auto words = split(text, '/');
+    const bool each = words.front() == "each";
+    const int number = each ? 0 : wholeNumber(words.front()).value_or(0), count = wholeNumber(words.back()).value_or(0);
+    if (words.size() != 2 || count < 1 || number > count || (number < 1 && !each))
+        throw ValueError(fmt::format("part={} must be one part of several, as in 3/8 or 8/8", text));
+    return {.number = number, .count = count};
+}
 
 std::vector<int> FramePlan::frames() const {
     std::vector<int> frames;

@@ -296,10 +296,18 @@ class Document {
         link = copyOf(copyOf, *source) + output;
     }
 
-    /// Returns the arguments at a moment, with their expressions evaluated.
+    /// Returns the arguments at a moment, with their expressions evaluated, except those with P.
     static Arguments frozen(const Arguments& arguments, const Moment& moment) {
         arguments.at(moment); // throws, naming the option, if a value is invalid then
         const auto at = [&](const std::string& text) {
+            if (const Variables variables = variablesOf(text); variables.part) {
+                if (variables.time)
+                    throw ValueError(
+                        fmt::format("'{}' has both the time and the part of the points, which a graph of one "
+                                    "moment cannot have; leave one of them out",
+                                    text));
+                return text;
+            }
             std::string plain;
             for (const char c : expanded(text, moment)) plain += c == '{' ? "{{" : c == '$' ? "$$" : std::string(1, c);
             return plain;

@@ -262,11 +262,15 @@ Arguments Arguments::at(const Moment& moment) const {
     return now;
 }
 
-bool Arguments::changes() const {
-    const auto changing = [](const std::string& text) { return variablesOf(text).time; };
-    return std::any_of(mWrittenWords.begin(), mWrittenWords.end(), changing) ||
-           std::any_of(mWritten.begin(), mWritten.end(), [&](const auto& option) { return changing(option.second); });
+bool Arguments::uses(bool Variables::*variable) const {
+    const auto used = [&](const std::string& text) { return variablesOf(text).*variable; };
+    return std::any_of(mWrittenWords.begin(), mWrittenWords.end(), used) ||
+           std::any_of(mWritten.begin(), mWritten.end(), [&](const auto& option) { return used(option.second); });
 }
+
+bool Arguments::changes() const { return uses(&Variables::time); }
+
+bool Arguments::usesPart() const { return uses(&Variables::part); }
 
 void Arguments::finish() {
     if (mWords.size() < mAction->positional.minimum)

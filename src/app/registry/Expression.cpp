@@ -49,6 +49,7 @@ double evaluated(const std::string& expression, Moment moment, Variables& variab
         parser.DefineVar("F", &frame);
         parser.DefineVar("FF", &moment.frame);
         parser.DefineVar("T", &moment.time);
+        parser.DefineVar("P", &moment.part);
         parser.DefineVar("fps", &moment.fps);
         parser.SetExpr(expression);
         int values = 0;
@@ -56,14 +57,15 @@ double evaluated(const std::string& expression, Moment moment, Variables& variab
         if (values != 1) throw ValueError(fmt::format("{{{}}} has {} values; it must have one", expression, values));
         for (const auto& [name, address] : parser.GetUsedVar()) {
             variables.any = true;
-            if (name != "fps") variables.time = true;
+            if (name == "P") variables.part = true;
+            if (name != "P" && name != "fps") variables.time = true;
         }
         return value;
     } catch (const mu::ParserError& error) {
         std::string message = error.GetMsg();
         while (message.ends_with('.')) message.pop_back();
         throw ValueError(
-            fmt::format("{{{}}}: {}; the variables are F, T, FF and fps, the constant is pi", expression, message));
+            fmt::format("{{{}}}: {}; the variables are F, T, FF, P and fps, the constant is pi", expression, message));
     }
 }
 
@@ -104,9 +106,9 @@ class Expander {
             if (mText[mAt] == '{')
                 result += expression();
             else if (mText[mAt] == '$')
-                result += frame();
+                result += frameOrPart();
             else if (const Pattern pattern = patternAt(mText, mAt); pattern.size > 0)
-                result += padded(pattern);
+                result += frame(pattern);
             else
                 result += mText[mAt++];
         }
@@ -129,26 +131,33 @@ class Expander {
         return fmt::format("{}", value);
     }
 
-    std::string frame() {
+    std::string frameOrPart() {
         ++mAt;
         if (mAt < mText.size() && kPlain.find(mText[mAt]) != std::string_view::npos)
             return std::string(1, mText[mAt++]);
-        if (!mText.substr(mAt).starts_with('F'))
+        const char what = mAt < mText.size() ? mText[mAt] : ' ';
+        if (what != 'F' && what != 'P')
             throw ValueError(fmt::format(
-                "'{}' has a $ that stands for nothing; $F is the frame, $F4 the frame with four digits, $$ a "
-                "plain $, $# a plain #, $% a plain %",
+                "'{}' has a $ that stands for nothing; $F is the frame, $F4 the frame with four digits, $P the part, "
+                "$$ a plain $, $# a plain #, $% a plain %",
                 mText));
         ++mAt;
         size_t width = 0;
         if (mAt < mText.size() && mText[mAt] >= '1' && mText[mAt] <= '9')
             width = static_cast<size_t>(mText[mAt++] - '0');
-        return padded({.size = 0, .width = width});
+        if (what == 'F') return frame({.size = 0, .width = width});
+        mVariables.any = mVariables.part = true;
+        return padded(mMoment.part, width);
     }
 
-    std::string padded(const Pattern& pattern) {
+    std::string frame(const Pattern& pattern) {
         mAt += pattern.size;
-        mVariables = {.any = true, .time = true};
-        return fmt::format("{:0{}}", static_cast<long>(mMoment.wholeFrame()), pattern.width);
+        mVariables.any = mVariables.time = true;
+        return padded(mMoment.wholeFrame(), pattern.width);
+    }
+
+    static std::string padded(double number, size_t width) {
+        return fmt::format("{:0{}}", static_cast<long>(number), width);
     }
 
     std::string_view mText;

@@ -128,7 +128,8 @@ std::string helpOverview(const Registry& registry) {
         "grid=0 is the newest grid. Names of options may be shortened to a unique prefix.\n"
         "{2*pi*T} in a value is an expression: F is the frame, T its time in seconds, 0 in the first frame; without\n"
         "-frames, F is 1 and T is 0. In file names, $F4, #### and %04d are the frame number with four digits;\n"
-        "put such a name in single quotes, since a shell replaces $F4.\n";
+        "put such a name in single quotes, since a shell replaces $F4. P and $P are the part of -scatter "
+        "part=each/8.\n";
     std::string group;
     for (const auto& a : registry) {
         if (a.group != group) text += fmt::format("\n{}\n", group = a.group);

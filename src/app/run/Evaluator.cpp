@@ -32,6 +32,7 @@ Evaluator::Evaluator(Session& session, const Graph& graph)
       mMemories(graph.nodes.size()),
       mVaries(graph.nodes.size()),
       mAdvances(graph.nodes.size()),
+      mInParts(graph.nodes.size()),
       mNeeded(graph.nodes.size(), true),
       mTimings(graph.nodes.size()) {
     mResults.assign(graph.nodes.size(), nullptr);
@@ -57,11 +58,13 @@ void Evaluator::analyse() {
                 mAdvances[k] = mAdvances[k] || state || (sameSection && mAdvances[link.index]);
             }
     }
-    // Keep objects that are made once, or do not change, for all frames.
+    findParts();
+    // Keep objects that are made once, or do not change, for all frames and parts.
     for (auto& [link, last] : mLastUse) {
         const bool node = link.from == Link::From::node && last != kWantedLater;
         if (link.from == Link::From::given ||
-            (node && mGraph.inFrames(last) && (!mGraph.inFrames(link.index) || !mVaries[link.index])))
+            (node && mGraph.inFrames(last) && (!mGraph.inFrames(link.index) || !mVaries[link.index])) ||
+            (node && mInParts[last] && !mInParts[link.index]))
             last = kWantedLater;
     }
     for (const State& state : mGraph.states) {
@@ -201,8 +204,10 @@ ResultPointer Evaluator::computed(size_t index, const Moment& moment, Console& c
     const Node& node = mGraph.nodes[index];
     auto result = std::make_shared<NodeResult>();
     result->key = key;
-    Arguments now = node.arguments.at(moment);
-    Context context(*this, console, index, moment, *result);
+    Moment inPart = moment;
+    inPart.part = mNow.part;
+    Arguments now = node.arguments.at(inPart);
+    Context context(*this, console, index, inPart, *result);
     if (now.hasRelativeLengths()) now = now.relativeTo(context.diagonal());
     node.action().run(context, now);
     for (Value& value : result->outputs) {
@@ -217,10 +222,14 @@ ResultPointer Evaluator::computed(size_t index, const Moment& moment, Console& c
     return result;
 }
 
-void Evaluator::apply(const NodeResult& result, const Node& node) {
-    for (const auto& [name, figures] : result.figures) {
+/// Adds a node's figures to the report.
+void Evaluator::apply(size_t index) {
+    const Node& node = mGraph.nodes[index];
+    for (const auto& [name, figures] : mResults[index]->figures) {
         mSession.report[name] = figures;
         if (node.named && node.name != name) mSession.report[node.name] = figures;
+        if (mInParts[index])
+            mSession.report["parts"][static_cast<size_t>(mNow.part) - 1][node.named ? node.name : name] = figures;
     }
 }
 
@@ -242,9 +251,10 @@ void Evaluator::record(size_t index, double seconds) {
 void Evaluator::evaluate(size_t index, const std::string& place) {
     const Node& node = mGraph.nodes[index];
     if (!mNeeded[index]) return;
+    const bool effect = node.action().evaluation == Evaluation::effect;
+    if (effect && mNow.part > 1 && !mInParts[index]) return; // done in the first part
     enter(index);
     if (mSession.console.cancelled()) throw Interrupted();
-    const bool effect = node.action().evaluation == Evaluation::effect;
     if (!effect && !mVaries[index] && mResults[index]) return; // unchanged since the previous frame
     const auto began = Clock::now();
     inContextOf(place + contextOf(index), [&] {
@@ -262,7 +272,7 @@ void Evaluator::evaluate(size_t index, const std::string& place) {
             mSession.mEvaluated.push_back(node.name);
         }
     });
-    apply(*mResults[index], node);
+    apply(index);
     record(index, secondsSince(began));
     release(index);
 }
@@ -277,7 +287,7 @@ void Evaluator::release(size_t index) {
 }
 
 void Evaluator::prepare() {
-    requireFileNames(mGraph, mPlan, mNeeded,
+    requireFileNames(mGraph, mPlan, mNeeded, mInParts,
                      [&](const std::string& name) { return mSession.mProvided.contains(name); });
     for (size_t k = 0; k < mGraph.frames; ++k)
         if (const auto& check = mGraph.nodes[k].action().prepare; check && mNeeded[k]) {
@@ -294,6 +304,10 @@ void Evaluator::prepareFrames() const {
     const std::vector<int> frames = mPlan->frames();
     mSession.location = mGraph.frameLocation;
     if (mGraph.frames == mGraph.nodes.size()) throw ValueError("-frames needs actions after it");
+    if (!mPlan->checkpoint.empty() && mParts > 1)
+        throw ValueError(
+            "checkpoint= cannot be combined with points in several parts; make one part at a time, as with "
+            "part=3/500, each with a checkpoint of its own");
     if (!mPlan->checkpoint.empty()) checkWritable(mPlan->checkpoint);
     if (mGraph.resume && mPlan->checkpoint.empty())
         throw ValueError("-resume needs the checkpoint of an earlier run; give checkpoint=FILE in both runs");
@@ -387,8 +401,7 @@ void Evaluator::run() {
             });
         prepare();
         for (const auto& advice : adviceOn(mGraph, !mSession.mKeeps)) mSession.console.warn(advice);
-        for (size_t k = 0; k < mGraph.frames; ++k) evaluate(k, "");
-        if (mGraph.frameRange) runFrames();
+        runParts();
     } catch (...) {
         finish(leftOnFailure());
         throw;

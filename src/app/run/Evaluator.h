@@ -21,7 +21,8 @@ struct Checkpoint {
     Digest inputs = {};            ///< Digest of the content of all files that were read up to this frame.
 };
 
-/// Evaluates one graph: first the nodes before -frames, once; then the others, for each frame.
+/// Evaluates one graph: first the nodes before -frames, once; then the others, for each frame. If an action makes its
+/// points in parts, all this is done for each part, with the nodes that depend on the part.
 class Evaluator {
   public:
     Evaluator(Session& session, const Graph& graph);
@@ -46,18 +47,21 @@ class Evaluator {
     };
 
     void analyse();
+    void findParts();
     void prepare();
     void prepareFrames() const;
     void requireNoState() const;
     const SourceLocation& enter(size_t node) const;
     std::string contextOf(size_t node) const;
 
-    void evaluate(size_t node, const std::string& place);
-    ResultPointer computed(size_t node, const Moment& moment, Console& console, const Digest& key);
-    void apply(const NodeResult& result, const Node& node);
-    void record(size_t node, double seconds);
-    void release(size_t node);
+    void evaluate(size_t index, const std::string& place);
+    ResultPointer computed(size_t index, const Moment& moment, Console& console, const Digest& key);
+    void apply(size_t index);
+    void record(size_t index, double seconds);
+    void release(size_t index);
     void findTrackedFlow(TrackedFlow& tracked) const;
+    void runParts();
+    void beginPart(int64_t part);
     void runFrames();
     void beginFrame(const FrameClock& clock);
     void endFrame();
@@ -101,11 +105,13 @@ class Evaluator {
     std::optional<FramePlan> mPlan;
     std::optional<FrameClock> mClock;
     Moment mNow;
+    int64_t mParts = 1;
     std::vector<ResultPointer>& mResults;
     std::vector<StateValue> mStates;
     std::vector<Memory> mMemories;
     std::vector<bool> mVaries;   ///< Whether a node changes with time, within its section of the program.
     std::vector<bool> mAdvances; ///< Whether a node depends on the state of the previous frame.
+    std::vector<bool> mInParts;  ///< Whether a node changes from part to part. All false if there is only one part.
     std::vector<bool> mNeeded;
     std::map<Link, size_t> mLastUse; ///< The last node that uses an object; kWantedLater if it is needed afterwards.
     std::list<Remembered> mRemembered;

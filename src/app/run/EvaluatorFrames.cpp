@@ -10,7 +10,7 @@ namespace curlew::app {
 
 void Evaluator::beginFrame(const FrameClock& clock) {
     mClock = clock;
-    mNow = clock.moment();
+    mNow = Moment{.frame = static_cast<double>(clock.frame), .time = clock.time, .fps = clock.fps, .part = mNow.part};
     for (size_t k = mGraph.frames; k < mGraph.nodes.size(); ++k)
         if (mVaries[k]) mResults[k].reset(); // so that carried points have a single owner
     for (StateValue& state : mStates) {

@@ -49,6 +49,7 @@ Digest Evaluator::keyOf(size_t index) const {
         for (const Link& link : links) key.add(keyOf(link));
     }
     if (action.changes(node.arguments)) addMoment(key, mNow);
+    if (mInParts[index]) key.add(mNow.part).add(mParts);
     // The change of the inputs between frames matters too. Their current keys cover it, since they contain the
     // expressions.
     if (mClock && action.advances(node.arguments)) {

@@ -20,22 +20,29 @@ constexpr size_t kMostFrames = 1000;
 bool reads(const Node& node) { return node.action().evaluation == Evaluation::file; }
 bool writes(const Node& node) { return static_cast<bool>(node.action().holds); }
 
-/// Inserts the frame into a file name: o.vdb becomes o.####.vdb.
-std::string withFrame(const std::string& name, const std::string& frame) {
+/// Inserts the frame or the part into a file name: o.vdb becomes o.####.vdb.
+std::string withNumber(const std::string& name, const std::string& number) {
     const fs::path path = name;
     std::string stem = path.stem().string();
     while (stem.size() > 1 && stem.ends_with('.')) stem.pop_back();
-    return (path.parent_path() / (stem + "." + frame + path.extension().string())).string();
+    return (path.parent_path() / (stem + "." + number + path.extension().string())).string();
 }
+
+constexpr int kBeforeFrames = -1;
+
+/// When a node writes a file.
+struct Turn {
+    int part = 1, frame = kBeforeFrames;
+};
 
 /// Tracks a program's files in the order in which it reads and writes them.
 class FileNames {
   public:
     FileNames(const Graph& graph, const std::vector<bool>& needed,
               const std::function<bool(const std::string& name)>& provided)
-        : mGraph(graph), mNeeded(needed), mProvided(provided), mFrameOf(graph.nodes.size()) {}
+        : mGraph(graph), mNeeded(needed), mProvided(provided), mTurnOf(graph.nodes.size()) {}
 
-    void follow(size_t index, const Moment& moment, bool inFrames) {
+    void follow(size_t index, const Moment& moment, const Turn& turn) {
         const Node& node = mGraph.nodes[index];
         if (!mNeeded[index] || !(reads(node) || writes(node))) return;
         inContextOf(contextOf(node.location), [&] {
@@ -44,7 +51,7 @@ class FileNames {
                 if (reads(node))
                     read(name);
                 else
-                    write(index, name, inFrames ? static_cast<int>(moment.frame) : -1);
+                    write(index, name, turn);
             }
         });
     }
@@ -56,7 +63,7 @@ class FileNames {
         if (!mWritten.contains(file)) mInputs.insert(file);
     }
 
-    void write(size_t index, const std::string& name, int frame) {
+    void write(size_t index, const std::string& name, const Turn& turn) {
         if (isStreamKnown(name)) return;
         const std::string& file = identityOf(name);
         if (mInputs.contains(file))
@@ -64,20 +71,28 @@ class FileNames {
                 "'{}' is also read by this program, so writing it would overwrite an input; choose another name",
                 name));
         mWritten.insert(file);
-        if (frame >= 0) requireNew(index, name, frame);
+        requireNew(index, name, turn);
     }
 
-    void requireNew(size_t index, const std::string& name, int frame) {
+    void requireNew(size_t index, const std::string& name, const Turn& turn) {
         const Node& node = mGraph.nodes[index];
-        // A report grows from frame to frame and a .usda holds all frames, so overwriting them loses nothing.
-        const bool grows = node.action().holds(node.arguments, name).empty() || endingOf(name) == ".usda";
-        if (grows || node.arguments.flag("overwrite")) return;
-        const auto [before, isNew] = mFrameOf[index].emplace(name, frame);
-        if (isNew || before->second == frame) return;
+        // A report grows, so overwriting it loses nothing.
+        if (node.action().holds(node.arguments, name).empty() || node.arguments.flag("overwrite")) return;
+        const auto [found, isNew] = mTurnOf[index].emplace(name, turn);
+        const Turn before = found->second;
+        if (isNew) return;
+        if (before.part != turn.part)
+            throw ValueError(
+                fmt::format("'{}' is written for part {} of the points and again for part {}, so one would overwrite "
+                            "the other; put the part into the name, as in '{}' (in single quotes, since a shell "
+                            "replaces $P3), or give overwrite=1",
+                            name, before.part, turn.part, withNumber(name, "$P3")));
+        const bool holdsAllFrames = endingOf(name) == ".usda";
+        if (before.frame == turn.frame || holdsAllFrames) return;
         throw ValueError(fmt::format(
             "'{}' is written in frame {} and again in frame {}, so one would overwrite the other; put the frame into "
             "the name, as in {} or '{}' (in single quotes, since a shell replaces $F4), or give overwrite=1",
-            name, before->second, frame, withFrame(name, "####"), withFrame(name, "$F4")));
+            name, before.frame, turn.frame, withNumber(name, "####"), withNumber(name, "$F4")));
     }
 
     bool isStreamKnown(const std::string& name) {
@@ -100,20 +115,30 @@ class FileNames {
     std::unordered_set<std::string> mInputs, mWritten; ///< By identity.
     std::unordered_map<std::string, std::string> mIdentities;
     std::unordered_map<std::string, bool> mStreams;
-    std::vector<std::unordered_map<std::string, int>> mFrameOf; ///< By node and name.
+    std::vector<std::unordered_map<std::string, Turn>> mTurnOf; ///< By node and name.
 };
 
 } // namespace
 
 void requireFileNames(const Graph& graph, const std::optional<FramePlan>& plan, const std::vector<bool>& needed,
-                      const std::function<bool(const std::string& name)>& provided) {
+                      const std::vector<bool>& inParts, const std::function<bool(const std::string& name)>& provided) {
     FileNames names(graph, needed, provided);
-    for (size_t k = 0; k < graph.frames; ++k) names.follow(k, {}, false);
+    const auto followAll = [&](size_t begin, size_t end, Moment moment, Turn turn) {
+        // Two parts and the same frames show whether the names differ.
+        for (turn.part = 1; turn.part <= 2; ++turn.part)
+            for (size_t k = begin; k < end; ++k) {
+                if (turn.part > 1 && !inParts[k]) continue;
+                moment.part = turn.part;
+                names.follow(k, moment, turn);
+            }
+    };
+    followAll(0, graph.frames, {}, {});
     if (!plan) return;
     const size_t count = static_cast<size_t>((plan->last - plan->first) / plan->by) + 1;
-    for (size_t n = 0; n < std::min(count, kMostFrames); ++n)
-        for (size_t k = graph.frames; k < graph.nodes.size(); ++k)
-            names.follow(k, plan->clock(plan->first + static_cast<int>(n) * plan->by).moment(), true);
+    for (size_t n = 0; n < std::min(count, kMostFrames); ++n) {
+        const int frame = plan->first + static_cast<int>(n) * plan->by;
+        followAll(graph.frames, graph.nodes.size(), plan->clock(frame).moment(), {.frame = frame});
+    }
 }
 
 } // namespace curlew::app

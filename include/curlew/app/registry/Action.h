@@ -135,6 +135,8 @@ struct Action {
     bool varies = false;  ///< Whether the outputs depend on the moment, whatever the options.
     /// Returns whether the outputs depend on the moment with these options and files, even without an expression.
     std::function<bool(const Arguments&)> variesWith = {};
+    /// Returns the number of parts in which the outputs are made, one after the other, with all that depends on them.
+    std::function<int64_t(const Arguments&)> partsWith = {};
     bool readsReport = false; ///< Whether the outputs depend on the report so far.
     bool conforms = false; ///< Whether the output is a field that conforms to a wall. Such a field has no effect unless
                            ///< a flow uses it.
@@ -152,6 +154,7 @@ struct Action {
     bool changes(const Arguments& arguments) const;
     /// Returns whether the action advances with the frames, given these options.
     bool advances(const Arguments& arguments) const;
+    int64_t parts(const Arguments& arguments) const { return partsWith ? partsWith(arguments) : 1; }
     /// Returns whether an option makes the action a function of its inputs and the moment (Option::timeless).
     bool timeless(const Arguments& arguments) const;
     const Option* option(std::string_view optionName) const;

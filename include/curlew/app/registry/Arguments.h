@@ -77,6 +77,8 @@ class Arguments {
     Arguments relativeTo(double diagonal) const;
     /// Returns whether a value or word changes with time.
     bool changes() const;
+    /// Returns whether a word or an option changes from part to part (P in an expression).
+    bool usesPart() const;
 
     /// The words, and the options by name, as given: expressions are not evaluated.
     const std::vector<std::string>& writtenWords() const { return mWrittenWords; }
@@ -86,6 +88,7 @@ class Arguments {
     std::string program(bool withDash = true) const;
 
   private:
+    bool uses(bool Variables::*variable) const;
     const Option& option(std::string_view name, OptionType type) const;
     std::vector<double> coordinateList(std::string_view name, size_t axes) const;
     std::string value(const Option& option) const;

@@ -12,6 +12,7 @@ struct Moment {
     double frame = 1; ///< FF. A whole number except for fields evaluated between two frames.
     double time = 0;  ///< T, in seconds since the first frame.
     double fps = 24;  ///< Frames per second.
+    double part = 1;  ///< P, from 1: the part of the points that is made (-scatter part=each/N).
 
     /// Returns F: the frame rounded up to a whole number.
     double wholeFrame() const;
@@ -19,15 +20,17 @@ struct Moment {
 
 /// The kinds of variables that a text contains.
 struct Variables {
-    bool any = false;  ///< F, FF, T or fps: the value is only known when the program runs.
+    bool any = false;  ///< The value is only known when the program runs.
     bool time = false; ///< F, FF or T: the value changes with time.
+    bool part = false; ///< P: the value changes from part to part.
 };
 
 /// Expands a text. Each {expression} is replaced by its value. Expressions follow muParser's grammar, with the
-/// variables F, FF, T and fps, the constant pi, and the functions floor, ceil, mod and clamp in addition to muParser's.
-/// $F is replaced by the frame; $FN, %0Nd and N times # (N > 1) by the frame padded with zeros to N digits; {{ by {;
-/// and $$, $# and $% by $, # and %. Values have enough digits to read the same number back. Throws ValueError, naming
-/// the expression and the reason, if an expression is invalid or its value is not finite.
+/// variables F, FF, T, P and fps, the constant pi, and the functions floor, ceil, mod and clamp in addition to
+/// muParser's. $F is replaced by the frame; $FN, %0Nd and N times # (N > 1) by the frame padded with zeros to N digits;
+/// $P and $PN by the part; {{ by {; and $$, $# and $% by $, # and %. Values have enough digits to read the same number
+/// back. Throws ValueError, naming the expression and the reason, if an expression is invalid or its value is not
+/// finite.
 std::string expanded(std::string_view text, const Moment& moment);
 
 /// Returns which variables the expressions of a text contain. Throws ValueError if expanded() would throw at every
