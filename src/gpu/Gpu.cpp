@@ -192,9 +192,11 @@ std::shared_ptr<Gpu> Gpu::open(size_t number) {
     static auto& all = *new std::unordered_map<size_t, std::shared_ptr<Gpu>>; // NOLINT(cppcoreguidelines-owning-memory)
     const std::lock_guard lock(mutex);
     auto& gpu = all[number];
-    translatingErrors(fmt::format("GPU number {} cannot be opened", number), [&] {
-        if (!gpu) gpu.reset(new Gpu(number));
-    });
+    if (gpu) return gpu;
+    // With less, drivers crash: Mesa's on the processor while it compiles programs.
+    constexpr double kDriver = 600e6;
+    requireMemory(kDriver, "the driver of a GPU", "end other programs, or use device=cpu");
+    translatingErrors(fmt::format("GPU number {} cannot be opened", number), [&] { gpu.reset(new Gpu(number)); });
     return gpu;
 }
 
