@@ -14,6 +14,11 @@
 #include <openvdb/points/PointAdvect.h>
 #include <openvdb/points/PointConversion.h>
 
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string_view>
+
 namespace curlew::bench {
 
 namespace {
@@ -127,26 +132,35 @@ void advectInCalls(PointGrid& grid, const openvdb::Vec3SGrid& velocity, int call
                              static_cast<openvdb::Index>(kSteps / calls));
 }
 
-/// Measures the drift of the points from their values of f and g, as root mean squares relative to those of f and g.
-/// Ignores points that have left the velocity grid.
-void measureDrift(benchmark::State& state, const Flow& flow, const Points& start, const PointGrid& grid) {
-    double f2 = 0, g2 = 0;
-    size_t count = 0;
+/// Returns the positions of points with ids, in the order of these; NaN for points that are lost.
+std::vector<Vec3d> positionsOf(const PointGrid& grid, size_t count) {
+    constexpr double kLost = std::numeric_limits<double>::quiet_NaN();
+    std::vector<Vec3d> positions(count, Vec3d{{kLost, kLost, kLost}});
     for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
         const points::AttributeHandle<openvdb::Vec3f> position(leaf->constAttributeArray("P"));
         const points::AttributeHandle<int32_t> id(leaf->constAttributeArray("id"));
         for (auto n = leaf->beginIndexOn(); n; ++n) {
             const auto p = grid.transform().indexToWorld(openvdb::Vec3d(position.get(*n)) + n.getCoord().asVec3d());
-            const Vec3d now{{p[0], p[1], p[2]}};
-            if (!flow.domain().box.contains(now)) continue;
-            const auto k = static_cast<size_t>(id.get(*n));
-            const Vec3d then{{start.x[k], start.y[k], start.z[k]}};
-            const double df = flow.f().at<0>(now).value - flow.f().at<0>(then).value;
-            const double dg = flow.g().at<0>(now).value - flow.g().at<0>(then).value;
-            f2 += df * df;
-            g2 += dg * dg;
-            ++count;
+            positions[static_cast<size_t>(id.get(*n))] = {{p[0], p[1], p[2]}};
         }
+    }
+    return positions;
+}
+
+/// Measures the drift of the points from their values of f and g, as root mean squares relative to those of f and g.
+/// Ignores points that have left the velocity grid.
+void measureDrift(benchmark::State& state, const Flow& flow, const Points& start, const PointGrid& grid) {
+    double f2 = 0, g2 = 0;
+    size_t count = 0;
+    const std::vector<Vec3d> positions = positionsOf(grid, start.size());
+    for (size_t k = 0; k < start.size(); ++k) {
+        const Vec3d now = positions[k], then = start.position(k);
+        if (!flow.domain().box.contains(now)) continue;
+        const double df = flow.f().at<0>(now).value - flow.f().at<0>(then).value;
+        const double dg = flow.g().at<0>(now).value - flow.g().at<0>(then).value;
+        f2 += df * df;
+        g2 += dg * dg;
+        ++count;
     }
     const auto rms = rmsOf(flow).potentials;
     const auto points = static_cast<double>(count);
@@ -165,6 +179,89 @@ void advectPoints(benchmark::State& state, int calls, Layout layout) {
     const auto measured = pointGrid(start, true);
     advectInCalls(*measured, *velocity, calls);
     measureDrift(state, flow, start, *measured);
+}
+
+// ---- Cost against accuracy: a particle's whole path is an item
+
+constexpr size_t kPaths = 12000;
+
+/// Returns the ends of the paths, to about ten digits.
+const std::vector<Vec3d>& exactEnds() {
+    static const std::vector<Vec3d> ends = [] {
+        Points particles = scattered(kPaths);
+        advect(driftingFlow(), particles, {.time = kTravel, .reprojection = {.tolerance = 1e-12}, .accuracy = 1e-11});
+        std::vector<Vec3d> positions;
+        for (size_t k = 0; k < kPaths; ++k) positions.push_back(particles.position(k));
+        return positions;
+    }();
+    return ends;
+}
+
+/// Sets the counter from which report.py draws the picture: the mean distance from exactEnds().
+template <class Position>
+void setError(benchmark::State& state, const Position& position) {
+    double sum = 0;
+    size_t count = 0;
+    for (size_t k = 0; k < kPaths; ++k) {
+        const double off = length(position(k) - exactEnds()[k]);
+        if (std::isnan(off)) continue;
+        sum += off;
+        ++count;
+    }
+    state.counters["error"] = sum / static_cast<double>(count);
+    state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(kPaths));
+}
+
+void accuracyOfAdvect(benchmark::State& state, const AdvectOptions& options) {
+    const ThreadLimit limit(1);
+    const Flow flow = driftingFlow();
+    const Points start = scattered(kPaths);
+    Points particles;
+    for (auto _ : state) {
+        particles = start;
+        advect(flow, particles, options);
+    }
+    setError(state, [&](size_t k) { return particles.position(k); });
+}
+
+/// The time to make the velocity grid is not included.
+void accuracyOfAdvectPoints(benchmark::State& state, Layout layout, int dim) {
+    const ThreadLimit limit(1);
+    const auto velocity = velocityGrid(driftingFlow(), {.dim = dim, .layout = layout});
+    const auto grid = pointGrid(scattered(kPaths), true);
+    for (auto _ : state) advectInCalls(*grid, *velocity, 1);
+    const std::vector<Vec3d> positions = positionsOf(*grid, kPaths);
+    setError(state, [&](size_t k) { return positions[k]; });
+}
+
+/// Adds the cases of all schemes. Names are "accuracy/CURVE/POINT".
+void addSchemes(Reprojection method, std::string_view suffix) {
+    constexpr std::array kEqual{std::pair{"euler", Scheme::euler}, std::pair{"midpoint", Scheme::midpoint},
+                                std::pair{"rk4", Scheme::rk4}};
+    constexpr std::array kAdaptive{std::pair{"rk23", Scheme::bogackiShampine},
+                                   std::pair{"rk45", Scheme::dormandPrince}};
+    const auto addCase = [&](std::string_view scheme, const std::string& point, AdvectOptions options) {
+        options.time = kTravel;
+        options.reprojection.method = method;
+        once(add(fmt::format("accuracy/{}{}/{}", scheme, suffix, point),
+                 [=](auto& state) { accuracyOfAdvect(state, options); }));
+    };
+    for (const auto& [name, scheme] : kEqual)
+        for (const int steps : {12, 25, 50, 100, 200, 400, 800})
+            addCase(name, std::to_string(steps), {.steps = steps, .scheme = scheme});
+    for (const auto& [name, scheme] : kAdaptive)
+        for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8})
+            addCase(name, fmt::format("{:.0e}", accuracy), {.scheme = scheme, .accuracy = accuracy});
+}
+
+void addAccuracy() {
+    addSchemes(Reprojection::gaussNewton, "");
+    for (const auto& [name, layout] :
+         {std::pair{"OpenVDB", Layout::collocated}, std::pair{"OpenVDB_staggered", Layout::staggered}})
+        for (const int dim : {64, 128, 256, 512})
+            once(add(fmt::format("accuracy/{}/{}", name, dim),
+                     [layout = layout, dim](auto& state) { accuracyOfAdvectPoints(state, layout, dim); }));
+    addSchemes(Reprojection::none, "_not_reprojected");
 }
 
 } // namespace
@@ -189,6 +286,7 @@ void registerAdvect() {
     once(add("advect_points/step_a_call", [](auto& state) { advectPoints(state, kSteps, Layout::collocated); }));
     once(add("advect_points/one_call", [](auto& state) { advectPoints(state, 1, Layout::collocated); }));
     once(add("advect_points/one_call_staggered", [](auto& state) { advectPoints(state, 1, Layout::staggered); }));
+    addAccuracy();
 }
 
 } // namespace curlew::bench

@@ -253,6 +253,27 @@ def print_comparisons(rows):
         print(f"{name:62}{number(value) + unit:>10}  {verdict:16}  {made_of}".rstrip())
 
 
+def draw_accuracy(cases, simd, command, folder):
+    """Draws the mean position error against the processor time of a particle, from the cases accuracy/CURVE/POINT.
+
+    Writes accuracy.csv and accuracy.svg. Returns the picture's path, or None if none of the cases ran.
+    """
+    points = [(name.split("/")[1].replace("_", " "), by_set[simd].ns() / 1000, by_set[simd].counters["error"])
+              for name, by_set in cases.items() if name.startswith("accuracy/")]
+    if not points:
+        return None
+    curves = list(dict.fromkeys(curve for curve, _, _ in points))
+    table, picture = os.path.join(folder, "accuracy.csv"), os.path.join(folder, "accuracy.svg")
+    with open(table, "w") as file:
+        print("time", *curves, sep=",", file=file)
+        for curve, time, error in points:
+            print(time, *(error if c == curve else "" for c in curves), sep=",", file=file)
+    child([command, "-quiet", "-plot", table, picture, "logx=1", "logy=1", "width=1000", "height=640",
+           "x=processor time of a particle (µs)", "y=mean position error (the path is 3.4 long)",
+           "title=Cost against accuracy"])
+    return picture
+
+
 def as_json(model, sets, cases, memory, exponents, rows):
     return {
         "processor": model, "cores": os.cpu_count(), "date": datetime.now(timezone.utc).isoformat(timespec="seconds"),
@@ -300,6 +321,9 @@ def main():
         print_comparisons(rows)
     with open(options.out, "w") as file:
         json.dump(as_json(model, sets, cases, memory, exponents, rows), file, indent=1)
+    picture = draw_accuracy(cases, sets[0], options.command, os.path.dirname(options.out))
+    if picture:
+        print(f"\ncost against accuracy: {picture}")
     print(f"\nall numbers: {options.out}")
 
 

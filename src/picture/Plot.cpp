@@ -135,21 +135,32 @@ std::string drawAxes(const Axis& x, const Axis& y, const PlotOptions& o, const s
     return svg + textAt(middleX, 24, "middle", o.title, " font-size=\"16\"");
 }
 
+/// The colour of curve k, and its line: solid for the first curves, dashed once the colours repeat.
+struct Pen {
+    std::string_view color, dashes;
+    explicit Pen(size_t k)
+        : color(kColors[k % kColors.size()]), dashes(k < kColors.size() ? "" : " stroke-dasharray=\"5 4\"") {}
+};
+
 /// Draws a curve, interrupted where a value is missing.
 std::string drawCurve(const PlotData& data, const PlotData::Curve& curve, const Axis& x, const Axis& y,
-                      std::string_view color) {
+                      const Pen& pen) {
     std::string path, markers;
-    bool pen = false;
+    bool down = false;
+    size_t count = 0;
     for (size_t k = 0; k < data.x.size(); ++k) {
         const double px = x.at(data.x[k]), py = y.at(curve.y[k]);
         const bool shown = std::isfinite(px) && std::isfinite(py);
-        if (shown) path += fmt::format("{}{:.2f} {:.2f}", pen ? 'L' : 'M', px, py);
-        if (constexpr size_t kFew = 40; shown && data.x.size() <= kFew)
-            markers += fmt::format("<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"3\" fill=\"{}\"/>\n", px, py, color);
-        pen = shown;
+        if (shown) {
+            path += fmt::format("{}{:.2f} {:.2f}", down ? 'L' : 'M', px, py);
+            markers += fmt::format("<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"3\" fill=\"{}\"/>\n", px, py, pen.color);
+            ++count;
+        }
+        down = shown;
     }
-    return fmt::format("<path d=\"{}\" stroke=\"{}\" stroke-width=\"2\" stroke-linejoin=\"round\"/>\n{}", path, color,
-                       markers);
+    constexpr size_t kFew = 40;
+    return fmt::format("<path d=\"{}\" stroke=\"{}\" stroke-width=\"2\" stroke-linejoin=\"round\"{}/>\n{}", path,
+                       pen.color, pen.dashes, count <= kFew ? markers : "");
 }
 
 void validate(const PlotData& data, const PlotOptions& o) {
@@ -203,12 +214,12 @@ std::string plotSvg(const PlotData& data, const PlotOptions& o) {
         o.width, o.height);
     svg += drawAxes(x, y, o, o.xLabel.empty() ? data.xName : o.xLabel) + "</g>\n";
     for (size_t k = 0; k < data.curves.size(); ++k) {
-        const std::string_view color = kColors[k % kColors.size()];
-        svg += drawCurve(data, data.curves[k], x, y, color);
+        const Pen pen(k);
+        svg += drawCurve(data, data.curves[k], x, y, pen);
         if (data.curves.size() < 2) continue;
         const double row = y.to + 8 + 19 * static_cast<double>(k);
-        svg +=
-            fmt::format("<path d=\"M{0:.1f} {1:.1f}h18\" stroke=\"{2}\" stroke-width=\"3\"/>\n", x.to + 12, row, color);
+        svg += fmt::format("<path d=\"M{0:.1f} {1:.1f}h18\" stroke=\"{2}\" stroke-width=\"3\"{3}/>\n", x.to + 12, row,
+                           pen.color, pen.dashes);
         svg += textAt(x.to + 35, row + 4, "start", data.curves[k].name, " fill=\"#222222\"");
     }
     return svg + "</svg>\n";

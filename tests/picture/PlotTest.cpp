@@ -3,6 +3,8 @@
 #include "curlew/picture/Plot.h"
 #include "support/Files.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <limits>
 #include <regex>
@@ -65,6 +67,22 @@ TEST_CASE("plotSvg: markers are placed according to the axes", "[picture]") {
     CHECK(at[0].second < at[2].second); // larger values are higher up
     CHECK_THAT(svg, Catch::ContainsSubstring(">100<") && Catch::EndsWith("</svg>\n"));
     CHECK(plotSvg(data, {.logX = logarithmic, .logY = logarithmic}) == svg);
+}
+
+TEST_CASE("plotSvg: curves that follow one another keep their markers, and more than seven differ by dashes",
+          "[picture]") {
+    PlotData data;
+    constexpr size_t kCurves = 8, kPoints = 6;
+    for (size_t k = 0; k < kCurves; ++k) {
+        data.curves.push_back({fmt::format("curve {}", k), std::vector<double>(kCurves * kPoints, kMissing)});
+        for (size_t n = 0; n < kPoints; ++n) {
+            data.x.push_back(static_cast<double>(n));
+            data.curves[k].y[k * kPoints + n] = static_cast<double>(k + n);
+        }
+    }
+    const std::string svg = plotSvg(data);
+    CHECK(markers(svg).size() == kCurves * kPoints);
+    CHECK(count(svg, "stroke-dasharray") == 2); // the eighth curve and its line in the legend
 }
 
 TEST_CASE("plotSvg: names are escaped and missing values leave gaps", "[picture]") {

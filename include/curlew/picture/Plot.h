@@ -7,7 +7,8 @@
 
 namespace curlew {
 
-/// Curves over a common x. A missing value is NaN.
+/// Curves over a common x. A missing value is NaN. Rows are drawn in their order, so curves that have no x in common
+/// can follow one another.
 struct PlotData {
     std::string xName = {};
     std::vector<double> x = {};
@@ -29,6 +30,7 @@ struct PlotOptions {
 PlotData readPlotData(const std::filesystem::path& path);
 
 /// Returns the curves as an SVG with axes, round tick values, a grid and a legend; curves with few points get markers.
+/// From the eighth curve on, colours repeat, and lines are dashed.
 /// The same data give the same bytes. Throws ValueError if nothing can be shown, the width or height is not 200 to
 /// 10000 pixels, or array lengths differ.
 std::string plotSvg(const PlotData& data, const PlotOptions& options = {});
