@@ -269,7 +269,7 @@ def draw_accuracy(cases, simd, command, folder):
         for curve, time, error in points:
             print(time, *(error if c == curve else "" for c in curves), sep=",", file=file)
     child([command, "-quiet", "-plot", table, picture, "logx=1", "logy=1", "width=1000", "height=640",
-           "x=processor time of a particle (µs)", "y=mean position error (the path is 3.4 long)",
+           "x=processor time of a particle (µs)", "y=mean position error (world units)",
            "title=Cost against accuracy"])
     return picture
 

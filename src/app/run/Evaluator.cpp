@@ -6,7 +6,6 @@
 #include "SdfCache.h"
 #include "curlew/app/registry/InContext.h"
 #include "curlew/app/registry/Text.h"
-#include "curlew/base/AtomicFile.h"
 #include "curlew/base/Memory.h"
 
 #include <algorithm>
@@ -298,46 +297,6 @@ void Evaluator::prepare() {
         inContextOf("-frames", [&] { prepareFrames(); });
     else if (mGraph.resume)
         throw ValueError("-resume: needs -frames");
-}
-
-void Evaluator::prepareFrames() const {
-    const std::vector<int> frames = mPlan->frames();
-    mSession.location = mGraph.frameLocation;
-    if (mGraph.frames == mGraph.nodes.size()) throw ValueError("-frames needs actions after it");
-    if (!mPlan->checkpoint.empty() && mParts > 1)
-        throw ValueError(
-            "checkpoint= cannot be combined with points in several parts; make one part at a time, as with "
-            "part=3/500, each with a checkpoint of its own");
-    if (!mPlan->checkpoint.empty()) checkWritable(mPlan->checkpoint);
-    if (mGraph.resume && mPlan->checkpoint.empty())
-        throw ValueError("-resume needs the checkpoint of an earlier run; give checkpoint=FILE in both runs");
-    if (mPlan->parts > 1 || (mPlan->first > mPlan->start && !mGraph.resume)) requireNoState();
-    for (size_t k = mGraph.frames; k < mGraph.nodes.size(); ++k) {
-        const Node& node = mGraph.nodes[k];
-        if (!node.action().prepare || !mNeeded[k]) continue;
-        enter(k);
-        inContextOf(contextOf(k), [&] {
-            for (const int frame : {frames.front(), frames.back()})
-                node.action().prepare(node.arguments.at(mPlan->clock(frame).moment()));
-        });
-    }
-}
-
-/// Throws ValueError if frames depend on earlier frames that this process does not evaluate.
-void Evaluator::requireNoState() const {
-    for (const State& state : mGraph.states) {
-        if (state.next.from != Link::From::node) continue;
-        const std::string& action = mGraph.nodes[state.next.index].action().name;
-        if (mPlan->parts > 1)
-            throw ValueError(fmt::format(
-                "part= needs frames that do not depend on each other, but -{} carries points from frame to frame",
-                action));
-        throw ValueError(
-            fmt::format("start={} skips the frames before {}, but -{} carries points from frame to frame; run those "
-                        "first with checkpoint=FILE and continue with -resume, or use -advect loop=SECONDS, which "
-                        "finds the positions in any frame",
-                        mPlan->start, mPlan->first, action));
-    }
 }
 
 /// Stores the objects of these entries in the session, if they have been made.
