@@ -13,14 +13,7 @@ namespace curlew {
 using openvdb::Index32;
 
 FaceSides::FaceSides(const Mesh& mesh, const openvdb::math::Transform& transform)
-    : mMesh(mesh), mAdapter(mesh, transform), mFirst(mesh.points.size() + 2, 0), mFaces(3 * mesh.triangles.size()) {
-    // Counts are stored two places further on: filling then moves each beginning to that of the next vertex.
-    for (const auto& t : mesh.triangles)
-        for (int k = 0; k < 3; ++k) ++mFirst[t[k] + 2];
-    for (size_t n = 2; n < mFirst.size(); ++n) mFirst[n] += mFirst[n - 1];
-    for (size_t face = 0; face < mesh.triangles.size(); ++face)
-        for (int k = 0; k < 3; ++k) mFaces[mFirst[mesh.triangles[face][k] + 1]++] = static_cast<Index32>(face);
-}
+    : mMesh(mesh), mAdapter(mesh, transform), mFaces(mAdapter) {}
 
 openvdb::Vec3d FaceSides::cornerOf(size_t face, size_t k) const {
     openvdb::Vec3d p;
@@ -53,16 +46,16 @@ double FaceSides::sideOf(size_t face, const openvdb::Vec3d& p) const {
         Index32 other = vertex; // other end of the edge; at a vertex there is none
         for (int k = 0; k < 3; ++k)
             if (k != biggest && uvw[k] > 0) other = corner[k];
-        for (Index32 n = mFirst[vertex]; n < mFirst[vertex + 1]; ++n) {
-            const auto& t = mMesh.triangles[mFaces[n]];
+        for (const Index32 at : mFaces.at(vertex)) {
+            const auto& t = mMesh.triangles[at];
             if (other != vertex) {
-                if (t[0] == other || t[1] == other || t[2] == other) normal += normalOf(mFaces[n]);
+                if (t[0] == other || t[1] == other || t[2] == other) normal += normalOf(at);
                 continue;
             }
-            const size_t at = t[0] == vertex ? 0 : t[1] == vertex ? 1 : 2;
-            const openvdb::Vec3d here = cornerOf(mFaces[n], at), u = cornerOf(mFaces[n], (at + 1) % 3) - here,
-                                 v = cornerOf(mFaces[n], (at + 2) % 3) - here;
-            normal += normalOf(mFaces[n]) * std::atan2(u.cross(v).length(), u.dot(v));
+            const size_t k = t[0] == vertex ? 0 : t[1] == vertex ? 1 : 2;
+            const openvdb::Vec3d here = cornerOf(at, k), u = cornerOf(at, (k + 1) % 3) - here,
+                                 v = cornerOf(at, (k + 2) % 3) - here;
+            normal += normalOf(at) * std::atan2(u.cross(v).length(), u.dot(v));
         }
     }
     return normal.dot(p - closest);

@@ -2,9 +2,8 @@
 #pragma once
 
 #include "MeshAdapter.h"
+#include "VertexFaces.h"
 #include "curlew/vdb/Openvdb.h"
-
-#include <vector>
 
 namespace curlew {
 
@@ -28,8 +27,7 @@ class FaceSides {
 
     const Mesh& mMesh;
     MeshAdapter mAdapter;
-    std::vector<openvdb::Index32> mFirst,
-        mFaces; ///< The faces at vertex n are mFaces[mFirst[n]] to mFaces[mFirst[n + 1] - 1].
+    VertexFaces mFaces;
 };
 
 } // namespace curlew

@@ -28,12 +28,12 @@ class MeshAdapter {
         return openvdb::Vec3d(mMesh.points[vertex(face, corner)]);
     }
 
-  private:
     openvdb::Index32 vertex(size_t face, size_t corner) const {
         const size_t triangles = mMesh.triangles.size();
         return face < triangles ? mMesh.triangles[face].asV()[corner] : mMesh.quads[face - triangles].asV()[corner];
     }
 
+  private:
     const Mesh& mMesh;
     std::vector<openvdb::Vec3d> mIndexSpace; ///< The points.
 };

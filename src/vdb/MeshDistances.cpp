@@ -1,19 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "MeshDistances.h"
 
-#include "BandLayers.h"
+#include "ClosestFace.h"
 #include "MeshAdapter.h"
+#include "VertexFaces.h"
+#include "curlew/base/Parallel.h"
 #include "curlew/vdb/Interrupter.h"
 #include "curlew/vdb/Openvdb.h"
 
-#include <openvdb/math/Proximity.h>
+#include <openvdb/tools/ChangeBackground.h>
 #include <openvdb/tools/MeshToVolume.h>
+#include <openvdb/tools/Morphology.h>
+#include <openvdb/tools/Prune.h>
 #include <openvdb/util/Util.h>
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
-#include <limits>
+#include <numbers>
+#include <vector>
 
 namespace curlew {
 
@@ -21,130 +27,243 @@ namespace {
 
 using openvdb::Coord;
 using openvdb::FloatGrid;
+using openvdb::FloatTree;
 using openvdb::Index;
 using openvdb::Int32Grid;
-using Leaf = openvdb::FloatTree::LeafNodeType;
-
-constexpr double kExact = 1.75; ///< In voxels; closer values are exact.
-constexpr double kLayer = 0.5;  ///< In voxels; a voxel has a neighbour in the next layer inwards, which is closer to
-                                ///< the mesh.
-
-double distanceTo(const MeshAdapter& mesh, size_t face, const openvdb::Vec3d& p) {
-    std::array<openvdb::Vec3d, 4> corner;
-    const size_t count = mesh.vertexCount(face);
-    for (size_t k = 0; k < count; ++k) mesh.getIndexSpacePoint(face, k, corner[k]);
-    double square = std::numeric_limits<double>::infinity();
-    for (size_t k = 2; k < count; ++k) {
-        openvdb::Vec3d uvw;
-        const auto closest = openvdb::math::closestPointOnTriangleToPoint(corner[0], corner[k - 1], corner[k], p, uvw);
-        square = std::min(square, (p - closest).lengthSqr());
-    }
-    return std::sqrt(square);
-}
-
-/// The values of a leaf and of the leaves around it.
+using openvdb::Int32Tree;
+using Leaf = FloatTree::LeafNodeType;
 template <class Tree>
-class Around {
-  public:
-    using Value = typename Tree::ValueType;
+using Reader = openvdb::tree::ValueAccessor<const Tree, /*IsSafe=*/false>;
 
-    Around(const Tree& tree, const Coord& origin) : mBackground(tree.background()) {
-        for (int k = 0; k < 27; ++k) {
-            const auto* leaf = tree.probeConstLeaf(origin + (Coord(k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1) << 3));
-            mData[static_cast<size_t>(k)] = leaf ? leaf->buffer().data() : nullptr;
+// In voxels.
+constexpr double kExact = 1.5; ///< Closer voxels are exact: OpenVDB compares a face with the 26 neighbours of every
+                               ///< voxel that it meets.
+constexpr double kRidge = 0.1; ///< A second difference of distances, negative.
+constexpr double kSame = 1e-5; ///< A change of a distance that does not count. Smaller ones would spread far.
+constexpr int kEdge = Leaf::DIM;
+
+/// The faces known in a leaf and at the voxels next to it.
+class KnownFaces {
+  public:
+    /// A voxel's face is known if its distance is active.
+    KnownFaces(const Reader<FloatTree>& distances, const Reader<Int32Tree>& faces, const Coord& origin) {
+        for (int n = 0; n < 27; ++n) {
+            const Coord side(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1), at = origin + (side << 3);
+            const Leaf* distance = distances.probeConstLeaf(at);
+            const Int32Tree::LeafNodeType* face = faces.probeConstLeaf(at);
+            if (!distance || !face) continue;
+            addRows(*distance, side);
+            mFaces[static_cast<size_t>(n)] = face->buffer().data();
         }
     }
 
-    /// Returns the value of a voxel relative to the leaf's origin, from -8 to 15 along each axis.
-    Value operator()(const Coord& local) const {
-        const auto leaf = static_cast<size_t>(((local[0] >> 3) * 3 + (local[1] >> 3)) * 3 + (local[2] >> 3) + 13);
-        const auto voxel = static_cast<size_t>(((local[0] & 7) * 8 + (local[1] & 7)) * 8 + (local[2] & 7));
-        return mData[leaf] ? mData[leaf][voxel] : mBackground;
+    /// Calls use(face) with the known faces of the 26 neighbours of a voxel, which is given relative to the leaf.
+    template <class Use>
+    void forNeighbours(const Coord& voxel, const Use& use) const {
+        for (int i = voxel[0] - 1; i <= voxel[0] + 1; ++i)
+            for (int j = voxel[1] - 1; j <= voxel[1] + 1; ++j)
+                for (unsigned row = (mKnown[rowAt(i, j)] >> voxel[2]) & 7; row != 0; row &= row - 1)
+                    use(at(i, j, voxel[2] - 1 + std::countr_zero(row)));
     }
 
   private:
-    Value mBackground;
-    std::array<const Value*, 27> mData;
+    static constexpr int kRows = kEdge + 2;
+
+    static size_t rowAt(int i, int j) {
+        const int row = (i + 1) * kRows + j + 1;
+        return static_cast<size_t>(row);
+    }
+
+    /// Adds what is known in the leaf on this side (-1, 0 or 1 along each axis).
+    void addRows(const Leaf& leaf, const Coord& side) {
+        const auto first = [&](int axis) { return side[axis] < 0 ? kEdge - 1 : 0; };
+        const auto last = [&](int axis) { return side[axis] > 0 ? 0 : kEdge - 1; };
+        for (int i = first(0); i <= last(0); ++i)
+            for (int j = first(1); j <= last(1); ++j) {
+                const unsigned bits = leaf.getValueMask().getWord<uint8_t>(static_cast<Index>(i * kEdge + j));
+                const unsigned shifted = side[2] < 0   ? bits >> (kEdge - 1)
+                                         : side[2] > 0 ? (bits & 1) << (kEdge + 1)
+                                                       : bits << 1;
+                mKnown[rowAt(i + side[0] * kEdge, j + side[1] * kEdge)] |= static_cast<uint16_t>(shifted);
+            }
+    }
+
+    openvdb::Int32 at(int i, int j, int k) const {
+        const int leaf = ((i >> 3) * 3 + (j >> 3)) * 3 + (k >> 3) + 13;
+        return mFaces[static_cast<size_t>(leaf)][((i & 7) * kEdge + (j & 7)) * kEdge + (k & 7)];
+    }
+
+    std::array<uint16_t, size_t{kRows * kRows}> mKnown{}; ///< Rows along z, which begin at the voxel before the leaf.
+    std::array<const openvdb::Int32*, 27> mFaces{};       ///< Of the leaves, null where there are none.
 };
 
-/// A smaller value found for a voxel.
-struct Closer {
-    Leaf* leaf;
-    Index position;
-    float distance;
-    openvdb::Int32 face;
-};
-
-/// Looks for faces that are closer to voxels of a leaf than those known, among the faces of neighbours closer to the
-/// mesh.
-class Search {
+/// Distances that grow from the surface outwards, one voxel in each round, across the faces of voxels. Each new voxel
+/// is compared with the faces of all known voxels around it; the neighbour closest to the direction of the surface is
+/// always among them. From the best of these faces it walks over the mesh. Where two fronts meet, one may have run too
+/// far. There the distances have a ridge, whose voxels are compared again, and then those around each voxel that
+/// changes.
+class GrowingBand {
   public:
-    Search(const MeshDistances& distances, const MeshAdapter& mesh, Leaf& leaf)
-        : mMesh(mesh),
-          mVoxel(static_cast<float>(distances.distance->voxelSize()[0])),
-          mLeaf(leaf),
-          mDistance(distances.distance->tree(), leaf.origin()),
-          mFace(distances.face->tree(), leaf.origin()) {}
+    GrowingBand(MeshDistances& band, const MeshAdapter& mesh, double halfWidth)
+        : mDistance(band.distance->tree()),
+          mFace(band.face->tree()),
+          mMesh(mesh),
+          mFacesAt(mesh),
+          mVoxel(band.distance->voxelSize()[0]),
+          mHalfWidth(halfWidth) {}
 
-    void look(Index position, std::vector<Closer>& found) const {
-        const Coord voxel = Leaf::offsetToLocalCoord(position);
-        const openvdb::Vec3d centre = mLeaf.offsetToGlobalCoord(position).asVec3d();
-        const float here = mDistance(voxel);
-        const openvdb::Int32 own = mFace(voxel);
-        std::array<openvdb::Int32, 26> seen;
-        size_t count = 0;
-        Closer best{&mLeaf, position, here, own};
-        for (const Coord& offset : openvdb::util::COORD_OFFSETS) {
-            const Coord next = voxel + offset;
-            if (!(mDistance(next) < here)) continue; // inactive voxels have the background, which no distance exceeds
-            const openvdb::Int32 other = mFace(next);
-            if (other < 0 || other == own ||
-                std::find(seen.begin(), seen.begin() + count, other) != seen.begin() + count)
-                continue;
-            seen[count++] = other;
-            const auto d = mVoxel * static_cast<float>(distanceTo(mMesh, static_cast<size_t>(other), centre));
-            if (d < best.distance) best.distance = d, best.face = other;
+    void grow(const Monitor& monitor) {
+        dropInexact();
+        const Monitor quiet = monitor.quiet();
+        openvdb::MaskTree front(mDistance, false, true, openvdb::TopologyCopy());
+        for (int round = 1; !front.empty(); ++round) {
+            dilate(front);
+            front.topologyDifference(mDistance);
+            improve(front, quiet);
+            if (monitor.report) monitor.report(std::min(1.0, round / (std::numbers::sqrt3 * mHalfWidth)));
         }
-        if (best.face != own) found.push_back(best);
+        openvdb::MaskTree changed = ridges(quiet);
+        while (!changed.empty()) {
+            improve(changed, quiet);
+            dilate(changed);
+            changed.topologyIntersection(mDistance);
+        }
+        // Leaves in which no voxel was close enough.
+        openvdb::tools::pruneInactive(mDistance);
+        openvdb::tools::pruneInactive(mFace);
     }
 
   private:
-    const MeshAdapter& mMesh;
-    float mVoxel;
-    Leaf& mLeaf;
-    Around<openvdb::FloatTree> mDistance;
-    Around<openvdb::Int32Tree> mFace;
-};
+    /// A leaf of the front, and those that hold its distances and faces.
+    struct Part {
+        openvdb::MaskTree::LeafNodeType* front;
+        Leaf* distance;
+        Int32Tree::LeafNodeType* face;
+    };
+    struct Closer {
+        Index voxel; ///< In its leaf.
+        float distance;
+        openvdb::Int32 face;
+    };
 
-/// Corrects the distances from kExact voxels on, in layers of half a voxel outwards.
-void correct(MeshDistances& distances, const MeshAdapter& mesh, double halfWidth, const Monitor& monitor) {
-    const double voxel = distances.distance->voxelSize()[0];
-    std::vector<float> bounds;
-    for (double bound = kExact; bound < halfWidth + kLayer; bound += kLayer)
-        bounds.push_back(static_cast<float>(bound * voxel));
-    if (bounds.empty()) return;
-    const BandLayers layers(distances.distance->tree(), bounds);
-    openvdb::tree::ValueAccessor<openvdb::Int32Tree> face(distances.face->tree());
-    for (size_t k = 0; k < layers.count(); ++k)
-        layers.forEach<Closer>(
-            k,
-            [&](Leaf& leaf, std::span<const uint16_t> voxels, std::vector<Closer>& found) {
-                const Search search(distances, mesh, leaf);
-                for (const uint16_t n : voxels) search.look(n, found);
-            },
-            [&](const Closer& c) {
-                c.leaf->setValueOnly(c.position, c.distance);
-                face.setValue(c.leaf->offsetToGlobalCoord(c.position), c.face);
+    static void dilate(openvdb::MaskTree& voxels) {
+        if (!voxels.empty())
+            openvdb::tools::morphology::Morphology<openvdb::MaskTree>(voxels).dilateVoxels(1, openvdb::tools::NN_FACE,
+                                                                                           false);
+    }
+
+    /// Forgets the voxels that OpenVDB has not compared with every face.
+    void dropInexact() {
+        const auto exact = static_cast<float>(std::min(kExact, mHalfWidth) * mVoxel);
+        openvdb::tools::changeBackground(mDistance, static_cast<float>(mHalfWidth * mVoxel));
+        std::vector<Leaf*> leaves;
+        mDistance.getNodes(leaves);
+        parallelFor(leaves.size(), 64, [&](size_t begin, size_t end) {
+            for (size_t n = begin; n < end; ++n)
+                for (auto value = leaves[n]->beginValueOn(); value; ++value)
+                    if (!(*value < exact)) leaves[n]->setValueOff(value.pos(), mDistance.background());
+        });
+    }
+
+    /// Returns the voxels from which the distances fall on either side along an axis, or rise less than they fall.
+    openvdb::MaskTree ridges(const Monitor& monitor) const {
+        openvdb::MaskTree found(mDistance, false, true, openvdb::TopologyCopy());
+        std::vector<openvdb::MaskTree::LeafNodeType*> leaves;
+        found.getNodes(leaves);
+        parallelFor(
+            leaves.size(), 16,
+            [&](size_t begin, size_t end) {
+                const Reader<FloatTree> distances(mDistance);
+                for (size_t n = begin; n < end; ++n)
+                    for (auto voxel = leaves[n]->beginValueOn(); voxel; ++voxel)
+                        if (!isRidge(voxel.getCoord(), distances)) leaves[n]->setValueOff(voxel.pos());
             },
             monitor);
-}
+        return found;
+    }
+
+    bool isRidge(const Coord& ijk, const Reader<FloatTree>& distances) const {
+        const auto here = distances.getValue(ijk), fall = static_cast<float>(kRidge * mVoxel);
+        for (int axis = 0; axis < 3; ++axis) {
+            Coord below = ijk, above = ijk;
+            --below[axis], ++above[axis];
+            float before, after;
+            if (distances.probeValue(below, before) && distances.probeValue(above, after) &&
+                before + after < 2 * here - fall)
+                return true;
+        }
+        return false;
+    }
+
+    /// Compares the voxels of the front with the faces known around them. Leaves those in the front that have become
+    /// closer to the mesh, and makes them known.
+    void improve(openvdb::MaskTree& front, const Monitor& monitor) {
+        openvdb::tools::pruneInactive(front);
+        std::vector<openvdb::MaskTree::LeafNodeType*> leaves;
+        front.getNodes(leaves);
+        std::vector<Part> parts;
+        parts.reserve(leaves.size());
+        for (auto* leaf : leaves)
+            parts.push_back({leaf, mDistance.touchLeaf(leaf->origin()), mFace.touchLeaf(leaf->origin())});
+        std::vector<std::vector<Closer>> found(parts.size());
+        parallelFor(
+            parts.size(), 16,
+            [&](size_t begin, size_t end) {
+                const Reader<FloatTree> distances(mDistance);
+                const Reader<Int32Tree> faces(mFace);
+                for (size_t n = begin; n < end; ++n)
+                    search(parts[n], KnownFaces(distances, faces, parts[n].front->origin()), found[n]);
+            },
+            monitor);
+        // Only now, since what is known must not change during a round.
+        parallelFor(parts.size(), 64, [&](size_t begin, size_t end) {
+            for (size_t n = begin; n < end; ++n) {
+                parts[n].front->setValuesOff();
+                for (const Closer& one : found[n]) {
+                    parts[n].front->setValueOn(one.voxel);
+                    parts[n].distance->setValueOn(one.voxel, one.distance);
+                    parts[n].face->setValueOn(one.voxel, one.face);
+                }
+            }
+        });
+        openvdb::tools::pruneInactive(front);
+    }
+
+    void search(const Part& part, const KnownFaces& faces, std::vector<Closer>& found) const {
+        for (auto voxel = part.front->cbeginValueOn(); voxel; ++voxel) {
+            ClosestFace closest(mMesh, voxel.getCoord().asVec3d());
+            faces.forNeighbours(Leaf::offsetToLocalCoord(voxel.pos()),
+                                [&](openvdb::Int32 face) { closest.add(static_cast<size_t>(face)); });
+            if (part.distance->isValueOn(voxel.pos())) closest.addAround(mFacesAt);
+            closest.compare();
+            closest.descend(mFacesAt);
+            const auto distance = static_cast<float>(mVoxel * closest.distance());
+            // The value of a voxel that is not known yet is the background.
+            const bool known = part.distance->isValueOn(voxel.pos());
+            if (distance < part.distance->getValue(voxel.pos()) - (known ? static_cast<float>(kSame * mVoxel) : 0))
+                found.push_back({voxel.pos(), distance, static_cast<openvdb::Int32>(closest.face())});
+        }
+    }
+
+    FloatTree& mDistance;
+    Int32Tree& mFace;
+    const MeshAdapter& mMesh;
+    VertexFaces mFacesAt;
+    double mVoxel, mHalfWidth; // in world units; in voxels
+};
 
 } // namespace
 
 MeshDistances distancesTo(const Mesh& mesh, const openvdb::math::Transform& transform, double halfWidth,
                           const Monitor& monitor) {
-    Interrupter interrupter(monitor);
-    const auto width = static_cast<float>(halfWidth);
+    const auto width = static_cast<float>(std::min(halfWidth, 2.0)); // OpenVDB extends wider bands
+    const auto part = [&](double begin, double end) {
+        const auto report = [&monitor, begin, end](double done) { monitor.report(begin + (end - begin) * done); };
+        return monitor.report ? Monitor{.report = report, .cancelled = monitor.cancelled} : monitor;
+    };
+    const double share = static_cast<double>(width) / halfWidth;
+    const Monitor near = part(0, share);
+    Interrupter interrupter(near);
     const MeshAdapter adapter(mesh, transform);
     MeshDistances result;
     result.face = Int32Grid::create(static_cast<openvdb::Int32>(openvdb::util::INVALID_IDX));
@@ -153,7 +272,7 @@ MeshDistances distancesTo(const Mesh& mesh, const openvdb::math::Transform& tran
     result.distance = openvdb::tools::meshToVolume<FloatGrid>(
         interrupter, adapter, transform, width, width, openvdb::tools::UNSIGNED_DISTANCE_FIELD, result.face.get());
     monitor.check();
-    correct(result, adapter, halfWidth, monitor.quiet());
+    GrowingBand(result, adapter, halfWidth).grow(part(share, 1));
     return result;
 }
 
