@@ -39,6 +39,18 @@ double Bounded<N>::farSide(const PointBatchN<N>& points) const {
     return std::abs(d.c[0][0]) > width + radius ? std::copysign(1.0, d.c[0][0]) : 0;
 }
 
+template <int N>
+bool Bounded<N>::evalLattice(const PointLattice& lattice, double* values) const requires(N == 3) {
+    distance.eval(lattice, {values, lattice.size()});
+    lattice.forEachBatch([&](const PointBatch& points, size_t first) {
+        JetBatch<double, 0> jets;
+        std::copy_n(values + first, points.size, jets.c[0].begin());
+        runKernel<BlendKernel, double>(*this, points, jets);
+        std::copy_n(jets.c[0].begin(), points.size, values + first);
+    });
+    return true;
+}
+
 } // namespace detail
 
 using namespace detail;
@@ -144,5 +156,6 @@ ScalarFieldN<N> productBounded(const ScalarFieldN<N>& noise, const SdfN<N>& sdf,
     template ScalarFieldN<N> productBounded(const ScalarFieldN<N>&, const SdfN<N>&, double);
 CURLEW_FOR_DIMENSIONS(CURLEW_INSTANTIATE)
 #undef CURLEW_INSTANTIATE
+template bool detail::Bounded<3>::evalLattice(const PointLattice&, double*) const;
 
 } // namespace curlew

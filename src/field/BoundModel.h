@@ -62,6 +62,15 @@ struct Bounded {
             return;
         }
         distance.eval(points, jets);
+        blendNoise<Order, T>(points, jets);
+    }
+
+    /// The same on a lattice. Not inline: kernels for other instruction sets share it.
+    bool evalLattice(const PointLattice& lattice, double* values) const requires(N == 3);
+
+    /// Replaces the distances at the points by the field's values.
+    template <int Order, class T>
+    void blendNoise(const PointBatchN<N>& points, JetBatchN<NumberOf<T>, N, Order>& jets) const {
         // The noise contributes only where alpha > 0: on the flow's side of the wall.
         PointBatchN<N> layer;
         std::array<int, kBatch> lane;
@@ -130,6 +139,14 @@ struct Bounded {
         // The product rule yields all terms of the gradient.
         return select(alpha.value >= T(1), target(sign, n),
                       compose(d, levelled) + compose(d, alpha) * shifted(n, sign, shift));
+    }
+};
+
+/// Computes the values of a bounded field from distances.
+struct BlendKernel {
+    template <class T>
+    static void run(const Bounded<3>& field, const PointBatch& points, JetBatch<NumberOf<T>, 0>& jets) {
+        field.blendNoise<0, T>(points, jets);
     }
 };
 

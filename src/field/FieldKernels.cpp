@@ -21,6 +21,7 @@ CURLEW_MODEL_KERNELS(Unary<3, Scaled>)
 CURLEW_MODEL_KERNELS(Unary<3, Clip>)
 CURLEW_MODEL_KERNELS(Unary<3, FunctionMap>)
 CURLEW_MODEL_KERNELS(Bounded<3>)
+template void runOnLanes<CURLEW_SIMD, BlendKernel, double>(const Bounded<3>&, const PointBatch&, JetBatch<double, 0>&);
 CURLEW_MODEL_KERNELS(LayerRamp<3>)
 CURLEW_MODEL_KERNELS(Affine<3, 3>)
 

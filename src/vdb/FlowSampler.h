@@ -10,6 +10,7 @@
 #include <bitset>
 #include <cmath>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace curlew {
@@ -89,8 +90,6 @@ class StaggeredBrick {
     static constexpr size_t kEdgeY = kLeafEdge + 1, kEdgeX = kEdgeY * kEdgeY;
     using Edges = std::array<std::array<double, kEdgeX*(kLeafEdge + 1)>, 3>;
 
-    using Values = std::array<double, kBatch>;
-
     /// Which parts of the velocity have to be computed in a cube of voxels.
     struct Parts {
         bool fades; ///< The flow fades somewhere in it.
@@ -103,9 +102,10 @@ class StaggeredBrick {
         return (static_cast<size_t>(c[0]) * kEdge + static_cast<size_t>(c[1])) * kEdge + static_cast<size_t>(c[2]);
     }
     void evaluateCornersOf(const openvdb::Coord& leaf);
-    void store(PointBatch& points, const Parts& parts, const std::array<size_t, kBatch>& corner);
-    template <class Use>
-    void evaluate(const PointBatch& points, const Parts& parts, const Use& use) const;
+    bool sideKnown(const openvdb::Coord& lower, size_t axis) const;
+    std::vector<double> fadeOn(const PointLattice& corners, const Parts& parts) const;
+    void evaluate(size_t term, const PointLattice& corners, const Parts& parts, const std::vector<double>& fade,
+                  std::span<double> f, std::span<double> g) const;
     void integrate(const openvdb::Coord& leaf, Edges& edges) const;
     void addPointValues(VelocityLeaf& leaf) const;
     void activate(VelocityLeaf& leaf) const;

@@ -43,7 +43,8 @@ class LeafTable {
     }
     static size_t place(const openvdb::Coord& leaf) {
         constexpr int kMask = kEdge - 1;
-        return static_cast<size_t>(((leaf[0] & kMask) * kEdge + (leaf[1] & kMask)) * kEdge + (leaf[2] & kMask));
+        const int n = ((leaf[0] & kMask) * kEdge + (leaf[1] & kMask)) * kEdge + (leaf[2] & kMask);
+        return static_cast<size_t>(n);
     }
 
     /// Returns the slot of a brick, or the free one in which it belongs.

@@ -3,6 +3,7 @@
 
 #include "LeafTable.h"
 #include "SplineContraction.h"
+#include "SplineLattice.h"
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/math/Dispatch.h"
@@ -46,16 +47,30 @@ class SplineField {
         places.size = points.size;
         std::array<float, kBatch> level;
         if (find(points, places, level)) {
-            constexpr bool kHasLanes = Order <= 2;
-            if (kHasLanes && points.size > 2) {
-                if constexpr (kHasLanes) runKernel<SplineKernel<Order>, T>(std::as_const(places), mToIndex, jets);
-            } else {
-                SplineKernel<Order>::template run<T>(places, mToIndex, jets);
-            }
+            const bool few = Order > 2 || points.size <= 2; // there are no lanes for third derivatives
+            if constexpr (Order <= 2)
+                if (!few) runKernel<SplineKernel<Order>, T>(std::as_const(places), mToIndex, jets);
+            if (few) SplineKernel<Order>::template run<T>(places, mToIndex, jets);
         }
         for (int i = 0; i < points.size; ++i)
             if (const float beyond = level[static_cast<size_t>(i)]; beyond != kInBand)
                 jets.set(i, Jet<T, 3, Order>(static_cast<T>(beyond)));
+    }
+
+    bool evalLattice(const PointLattice& lattice, double* values) const {
+        std::array<SplineLattice::Axis, 3> axes;
+        if (!place(lattice, axes)) return false;
+        const SplineLattice spline(axes);
+        if (!spline.pays()) return false;
+        const openvdb::tree::ValueAccessor<const openvdb::FloatTree, /*IsSafe=*/false> levels(mGrid->tree());
+        const auto leafAt = [&](int i, int j, int k) -> SplineLattice::Leaf {
+            const Coord leaf(i, j, k);
+            const int32_t number = mBlockOf.find(leaf);
+            if (number == LeafTable::kNone) return {nullptr, levels.getValue(leaf << 3)};
+            return {mBlocks[static_cast<size_t>(number)].data(), 0};
+        };
+        spline.eval(leafAt, values);
+        return true;
     }
 
     /// The same from buffers: a dense index of the leaves, and the coefficients of the blocks and the levels of tiles.
@@ -120,6 +135,20 @@ class SplineField {
         std::shared_ptr<std::vector<uint32_t>> values = std::make_shared<std::vector<uint32_t>>();
     };
 
+    /// Places a lattice in the grid. Returns whether its axes are those of the grid, and its coordinates ascending.
+    bool place(const PointLattice& lattice, std::array<SplineLattice::Axis, 3>& axes) const {
+        if (lattice.size() == 0) return false;
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j)
+                if (i != j && mToIndex[i][j] != 0) return false;
+        for (size_t axis = 0; axis < 3; ++axis)
+            for (const double p : lattice.coordinates[axis]) {
+                const int k = static_cast<int>(axis);
+                if (!axes[axis].add(mulAdd(mToIndex[k][k], p, mShift[k]))) return false;
+            }
+        return true;
+    }
+
     Dense makeDense() const {
         openvdb::CoordBBox voxels;
         mGrid->tree().evalLeafBoundingBox(voxels);
@@ -159,6 +188,7 @@ class SplineField {
         mGrid->tree().getNodes(leaves);
         mBlocks.resize(leaves.size());
         std::vector<Coord> coordinates;
+        coordinates.reserve(leaves.size());
         for (const auto* leaf : leaves) coordinates.push_back(leafOf(leaf->origin()));
         mBlockOf = LeafTable(coordinates);
         parallelFor(leaves.size(), 16, [&](size_t begin, size_t end) {

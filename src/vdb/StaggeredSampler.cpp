@@ -3,6 +3,7 @@
 #include "curlew/vdb/Openvdb.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace curlew {
 
@@ -19,29 +20,11 @@ StaggeredBrick::StaggeredBrick(const FlowOnVoxels& sampled, const Coord& origin)
 }
 
 void StaggeredBrick::evaluateAll() {
+    const auto& [x, y, z] = mCorners;
+    const PointLattice all{{x, y, z}};
     const Parts parts = partsIn(mOrigin, kLeaves * kLeafEdge);
-    PointBatch points;
-    size_t done = 0;
-    const auto flush = [&] {
-        evaluate(points, parts, [&](size_t t, const Values& f, const Values& g) {
-            std::copy_n(f.begin(), points.size, &(*mTerms[t].f)[done]);
-            std::copy_n(g.begin(), points.size, &(*mTerms[t].g)[done]);
-        });
-        done += static_cast<size_t>(points.size);
-        points.size = 0;
-    };
-    for (const double x : mCorners[0])
-        for (const double y : mCorners[1])
-            for (auto z = mCorners[2].begin(); z != mCorners[2].end();) {
-                const auto count = std::min(mCorners[2].end() - z, std::ptrdiff_t{kBatch - points.size});
-                std::fill_n(points.c[0].begin() + points.size, count, x);
-                std::fill_n(points.c[1].begin() + points.size, count, y);
-                std::copy_n(z, count, points.c[2].begin() + points.size);
-                points.size += static_cast<int>(count);
-                z += count;
-                if (points.full()) flush();
-            }
-    flush();
+    const std::vector<double> fade = fadeOn(all, parts);
+    for (size_t t = 0; t < mTerms.size(); ++t) evaluate(t, all, parts, fade, *mTerms[t].f, *mTerms[t].g);
     mKnown.set();
 }
 
@@ -104,62 +87,73 @@ void StaggeredBrick::addPointValues(VelocityLeaf& leaf) const {
         }
 }
 
-/// Computes the potentials at the corners of a leaf where they are not known yet.
+/// Computes the potentials at the corners of a leaf, except on its lower sides if these are known.
 void StaggeredBrick::evaluateCornersOf(const Coord& leaf) {
+    constexpr size_t kCorners = kLeafEdge + 1;
     const Coord lower = leaf - mOrigin;
+    std::array<size_t, 3> first{};
+    PointLattice corners;
+    for (size_t axis = 0; axis < 3; ++axis) {
+        first[axis] = sideKnown(lower, axis);
+        const auto begin = static_cast<size_t>(lower[static_cast<int>(axis)]) + first[axis];
+        corners.coordinates[axis] = std::span(mCorners[axis]).subspan(begin, kCorners - first[axis]);
+    }
+    // Corners that are known keep their values, which the velocities of other leaves were computed from.
+    std::vector<std::pair<size_t, size_t>> places; // in the lattice, and in the brick
+    places.reserve(corners.size());
+    size_t n = 0;
+    for (size_t i = first[0]; i < kCorners; ++i)
+        for (size_t j = first[1]; j < kCorners; ++j)
+            for (size_t k = first[2]; k < kCorners; ++k, ++n)
+                if (const size_t to = cornerAt(lower) + (i * kEdge + j) * kEdge + k; !mKnown[to])
+                    places.emplace_back(n, to);
     const Parts parts = partsIn(leaf, kLeafEdge);
-    PointBatch points;
-    std::array<size_t, kBatch> corner;
-    for (int i = 0; i <= kLeafEdge; ++i)
-        for (int j = 0; j <= kLeafEdge; ++j)
-            for (int k = 0; k <= kLeafEdge; ++k) {
-                const Coord c = lower.offsetBy(i, j, k);
-                const size_t n = cornerAt(c);
-                if (mKnown[n]) continue;
-                mKnown[n] = true;
-                corner[static_cast<size_t>(points.size)] = n;
-                Vec3d p;
-                for (int axis = 0; axis < 3; ++axis)
-                    p[axis] = mCorners[static_cast<size_t>(axis)][static_cast<size_t>(c[axis])];
-                points.push(p);
-                if (points.full()) store(points, parts, corner);
-            }
-    if (points.size > 0) store(points, parts, corner);
-}
-
-/// Evaluates the potentials at the points, stores them at their corners and empties the batch.
-void StaggeredBrick::store(PointBatch& points, const Parts& parts, const std::array<size_t, kBatch>& corner) {
-    evaluate(points, parts, [&](size_t t, const Values& f, const Values& g) {
-        for (size_t n = 0; n < static_cast<size_t>(points.size); ++n) {
-            (*mTerms[t].f)[corner[n]] = f[n];
-            (*mTerms[t].g)[corner[n]] = g[n];
+    const std::vector<double> fade = fadeOn(corners, parts);
+    std::vector<double> f(corners.size()), g(corners.size());
+    for (size_t t = 0; t < mTerms.size(); ++t) {
+        evaluate(t, corners, parts, fade, f, g);
+        for (const auto& [from, to] : places) {
+            (*mTerms[t].f)[to] = f[from];
+            (*mTerms[t].g)[to] = g[from];
         }
-    });
-    points.size = 0;
+    }
+    for (const auto& place : places) mKnown[place.second] = true;
 }
 
-/// Calls use(term, f, g) with the potentials of each term. f of the flow's terms is faded beyond the wall.
-template <class Use>
-void StaggeredBrick::evaluate(const PointBatch& points, const Parts& parts, const Use& use) const {
-    JetBatch<double, 0> d, f, g;
-    if (parts.fades) {
-        wallDistances(mSampled.flow.domain(), points, d);
-        for (double& value : d.c[0]) value = mSampled.fade.at(value);
-    }
+/// Returns whether all corners are known that are lowest along an axis among those of the leaf that begins at `lower`.
+bool StaggeredBrick::sideKnown(const Coord& lower, size_t axis) const {
+    for (int i = 0; i <= kLeafEdge; ++i)
+        for (int j = 0; j <= kLeafEdge; ++j) {
+            const Coord offset = axis == 0 ? Coord(0, i, j) : axis == 1 ? Coord(i, 0, j) : Coord(i, j, 0);
+            if (!mKnown[cornerAt(lower + offset)]) return false;
+        }
+    return true;
+}
+
+/// Returns the factors by which the flow fades, or nothing if it does not.
+std::vector<double> StaggeredBrick::fadeOn(const PointLattice& corners, const Parts& parts) const {
+    const auto& wall = mSampled.flow.domain().wall;
+    if (!parts.fades || !wall) return {};
+    std::vector<double> factors(corners.size());
+    wall->sdf.distance.eval(corners, factors);
+    for (double& value : factors) value = mSampled.fade.at(value);
+    return factors;
+}
+
+/// Computes the potentials of a term. f of the flow's terms is faded beyond the wall.
+void StaggeredBrick::evaluate(size_t term, const PointLattice& corners, const Parts& parts,
+                              const std::vector<double>& fade, std::span<double> f, std::span<double> g) const {
     const auto& terms = mSampled.flow.terms();
-    for (size_t t = 0; t < terms.size(); ++t) {
-        terms[t][0].eval(points, f);
-        terms[t][1].eval(points, g);
-        if (parts.fades)
-            for (size_t n = 0; n < kBatch; ++n) f.c[0][n] *= d.c[0][n];
-        use(t, f.c[0], g.c[0]);
+    const bool ofWall = term >= terms.size();
+    const Flow::Potentials& potentials = ofWall ? mWallTerms[term - terms.size()] : terms[term];
+    potentials[1].eval(corners, g);
+    if (ofWall && parts.rests) {
+        std::fill(f.begin(), f.end(), 0);
+        return;
     }
-    for (size_t t = 0; t < mWallTerms.size(); ++t) {
-        f.c[0].fill(0);
-        if (!parts.rests) mWallTerms[t][0].eval(points, f);
-        mWallTerms[t][1].eval(points, g);
-        use(terms.size() + t, f.c[0], g.c[0]);
-    }
+    potentials[0].eval(corners, f);
+    if (ofWall) return;
+    for (size_t n = 0; n < fade.size(); ++n) f[n] *= fade[n];
 }
 
 /// Integrates f dg over every edge in the direction of its axis, so that all faces that share the edge use the same

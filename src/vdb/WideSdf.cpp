@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <vector>
 
 namespace curlew {
 
@@ -30,6 +31,14 @@ struct Continued {
         near.eval(points, jets);
         far.eval(points, beyond);
         for (int i = 0; i < points.size; ++i) jets.set(i, blend(jets[i], beyond[i]));
+    }
+    bool evalLattice(const PointLattice& lattice, double* values) const {
+        std::vector<double> beyond(lattice.size());
+        near.eval(lattice, {values, beyond.size()});
+        far.eval(lattice, beyond);
+        for (size_t n = 0; n < beyond.size(); ++n)
+            values[n] = blend(Jet<double, 3, 0>(values[n]), Jet<double, 3, 0>(beyond[n])).value;
+        return true;
     }
     template <int Order>
     Jet<Symbol<float>, 3, Order> symbols(SymbolModule& module, const Vec<Symbol<double>, 3>& p) const {

@@ -3,7 +3,9 @@
 #include "curlew/base/Random.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Bound.h"
+#include "curlew/field/NoiseField.h"
 #include "curlew/vdb/LevelSet.h"
+#include "support/Lattices.h"
 #include "support/Points.h"
 
 #include <openvdb/tools/ChangeBackground.h>
@@ -291,4 +293,23 @@ TEST_CASE("levelSetOf: accepts only valid float level sets", "[vdb]") {
     CHECK(levelSetOf(sphere).halfWidth() == Approx(3));
     sphere->transform().postScale({1, 2, 1});
     CHECK_THROWS_WITH(levelSetOf(sphere), Catch::ContainsSubstring("cubic"));
+}
+
+TEST_CASE("LevelSet: a spline has the same bits on a lattice as at single positions", "[vdb]") {
+    // Finer and coarser than the voxels of 0.05; the coarsest is computed position by position.
+    const auto step = GENERATE(0.013, 0.05, 0.077, 0.4);
+    const auto count = static_cast<size_t>(std::min(33.0, 3 / step));
+    const auto x = test::coordinates(-1.31, step, count), y = test::coordinates(-0.4, step, count),
+               z = test::coordinates(0.2 - 0.5 * step * static_cast<double>(count), step, count);
+    const PointLattice lattice{{x, y, z}};
+    const Sdf sdf = sdfOf(exactSphere(1, 0.05, 6));
+    CHECK(test::differing(sdf.distance, lattice) == 0);
+    const auto noise = noiseField<Psrd3>({.seed = 1}, {.frequency = 2});
+    CHECK(test::differing(bounded(noise, Wall{.sdf = sdf, .side = Side::inside, .width = 0.15}), lattice) == 0);
+    // Far from the level set there is only its background.
+    const auto far = test::coordinates(10, step, 9);
+    CHECK(test::differing(sdf.distance, PointLattice{{far, far, far}}) == 0);
+    // Descending coordinates.
+    const std::vector<double> down(z.rbegin(), z.rend());
+    CHECK(test::differing(sdf.distance, PointLattice{{x, y, down}}) == 0);
 }

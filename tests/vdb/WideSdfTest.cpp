@@ -2,6 +2,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/vdb/WideSdf.h"
 #include "support/FiniteDifference.h"
+#include "support/Lattices.h"
 #include "support/SymbolInterpreter.h"
 
 #include <openvdb/tools/LevelSetSphere.h>
@@ -121,4 +122,9 @@ TEST_CASE("sdfUpTo: a distance of many voxels needs few of them", "[vdb]") {
         const double exact = length(p) - kRadius;
         if (exact > 0) CHECK(sdf.distance.at<0>(p).value == Approx(exact).epsilon(0.02).margin(0.1 * kVoxel));
     }
+}
+
+TEST_CASE("sdfUpTo: several bands have the same bits on a lattice as at single positions", "[vdb]") {
+    const auto x = test::coordinates(-1.7, 0.09, 33);
+    CHECK(test::differing(sdfUpTo(ball(), 2).distance, PointLattice{{x, x, x}}) == 0);
 }

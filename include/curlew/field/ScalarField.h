@@ -2,7 +2,7 @@
 #pragma once
 
 #include "curlew/base/Error.h"
-#include "curlew/field/Batch.h"
+#include "curlew/field/PointLattice.h"
 #include "curlew/math/Dispatch.h"
 #include "curlew/math/Interval.h"
 #include "curlew/math/Symbol.h"
@@ -28,6 +28,15 @@ class FieldModel {
     virtual void eval(const PointBatchN<N>&, JetBatchN<double, N, 1>&) const = 0;
     virtual void eval(const PointBatchN<N>&, JetBatchN<double, N, 2>&) const = 0;
     virtual void eval(const PointBatchN<N>&, JetBatchN<double, N, 3>&) const = 0;
+    /// For N = 3.
+    virtual void evalLattice(const PointLattice& lattice, double* values) const {
+        if constexpr (N == 3)
+            lattice.forEachBatch([&](const PointBatch& points, size_t first) {
+                JetBatch<double, 0> jets;
+                eval(points, jets);
+                std::copy_n(jets.c[0].begin(), points.size, values + first);
+            });
+    }
     virtual Interval range() const = 0;
     virtual double wavelength() const = 0;
     virtual void record(SymbolModule&, const Vec<Symbol<double>, N>&, Jet<Symbol<float>, N, 1>&) const = 0;
@@ -87,8 +96,10 @@ class ScalarFieldN {
     /// Creates a field from a model M. M is pointwise (above) or has
     /// `template <int Order, class T> void evalBatch(const PointBatchN<N>&, JetBatchN<T, N, Order>&) const`.
     /// It may have `Interval range() const`, `double wavelength() const` and kernels (above). With kernels, T may be
-    /// lanes, and the batch is then a JetBatchN<NumberOf<T>, N, Order>. Models that satisfy one of the concepts of
-    /// symbols above can be written as a shader.
+    /// lanes, and the batch is then a JetBatchN<NumberOf<T>, N, Order>. It may have
+    /// `bool evalLattice(const PointLattice&, double* values) const`, which computes the same bits for a lattice faster
+    /// than in batches, or returns false where it is no faster. Models that satisfy one of the concepts of symbols
+    /// above can be written as a shader.
     template <class M>
     requires(!std::same_as<std::remove_cvref_t<M>, ScalarFieldN>) explicit ScalarFieldN(M model)
         : mModel(std::make_shared<const Model<M>>(std::move(model))) {}
@@ -96,6 +107,11 @@ class ScalarFieldN {
     template <class T, int Order>
     void eval(const PointBatchN<N>& points, JetBatchN<T, N, Order>& jets) const {
         mModel->eval(points, jets);
+    }
+
+    /// Computes the values on a lattice: the same bits as in batches.
+    void eval(const PointLattice& lattice, std::span<double> values) const requires(N == 3) {
+        mModel->evalLattice(lattice, values.data());
     }
 
     /// Returns the jet at one position. Batches are faster for many positions.
@@ -153,6 +169,11 @@ class ScalarFieldN {
         void eval(const PointBatchN<N>& p, JetBatchN<double, N, 1>& j) const override { run(p, j); }
         void eval(const PointBatchN<N>& p, JetBatchN<double, N, 2>& j) const override { run(p, j); }
         void eval(const PointBatchN<N>& p, JetBatchN<double, N, 3>& j) const override { run(p, j); }
+        void evalLattice(const PointLattice& lattice, double* values) const override {
+            if constexpr (requires { mM.evalLattice(lattice, values); })
+                if (mM.evalLattice(lattice, values)) return;
+            detail::FieldModel<N>::evalLattice(lattice, values);
+        }
         void record(SymbolModule& m, const Vec<Symbol<double>, N>& p, Jet<Symbol<float>, N, 1>& j) const override {
             recordTo(m, p, j);
         }
