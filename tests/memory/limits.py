@@ -42,8 +42,10 @@ def run(command, arguments, folder, limit):
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
     before = set(os.listdir(folder))
+    # The limit is one of address space, of which glibc takes 64 MiB for each arena, and how many it makes depends on chance.
+    environment = {**os.environ, "MALLOC_ARENA_MAX": "1"}
     done = subprocess.run([command, "-quiet", "-threads", "2", *arguments.split()], cwd=folder, capture_output=True,
-                          text=True, timeout=300, preexec_fn=limited)
+                          text=True, timeout=300, preexec_fn=limited, env=environment)
     left = set(os.listdir(folder)) - before
     for name in left:
         (Path(folder) / name).unlink()
