@@ -231,15 +231,16 @@ class GrowingBand {
 
     void search(const Part& part, const KnownFaces& faces, std::vector<Closer>& found) const {
         for (auto voxel = part.front->cbeginValueOn(); voxel; ++voxel) {
+            const bool known = part.distance->isValueOn(voxel.pos());
             ClosestFace closest(mMesh, voxel.getCoord().asVec3d());
             faces.forNeighbours(Leaf::offsetToLocalCoord(voxel.pos()),
                                 [&](openvdb::Int32 face) { closest.add(static_cast<size_t>(face)); });
-            if (part.distance->isValueOn(voxel.pos())) closest.addAround(mFacesAt);
+            // At a ridge the closest face may be next to one that is not the best of these, where no walk begins.
+            if (known) closest.addAround(mFacesAt);
             closest.compare();
             closest.descend(mFacesAt);
             const auto distance = static_cast<float>(mVoxel * closest.distance());
             // The value of a voxel that is not known yet is the background.
-            const bool known = part.distance->isValueOn(voxel.pos());
             if (distance < part.distance->getValue(voxel.pos()) - (known ? static_cast<float>(kSame * mVoxel) : 0))
                 found.push_back({voxel.pos(), distance, static_cast<openvdb::Int32>(closest.face())});
         }
