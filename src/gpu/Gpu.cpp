@@ -291,7 +291,9 @@ GpuProgram::GpuProgram(Gpu::Vulkan& gpu, const std::string& glsl, size_t buffers
       mSet(nullptr) {
     std::vector<uint32_t> code;
     try {
-        code = spirvOf(fmt::format("#version 450\nlayout(local_size_x = {}) in;\n{}", Gpu::Vulkan::kGroup, glsl));
+        code = spirvOf(fmt::format(
+            "#version 450\n#extension GL_EXT_control_flow_attributes : require\nlayout(local_size_x = {}) in;\n{}",
+            Gpu::Vulkan::kGroup, glsl));
     } catch (const std::runtime_error& e) {
         throw GpuError(fmt::format("a program for the GPU does not compile: {}", e.what()));
     }

@@ -275,9 +275,9 @@ GpuMoved GpuFlowN<N>::move(GpuPointsN<N>& points, const GpuMoveOptions& o, const
     const size_t most = std::min(gpu.mostAtOnce(MoveState<N>::kWords), std::max<size_t>(all, 1));
     GpuBuffer words(gpu, MoveState<N>::kWords * most), counts(gpu, kMoveCounts);
     const auto buffers = mFlow->buffers(words, counts);
-    const auto program = gpu.program(
-        mFlow->program(moveDefinitions<N>(o, mFlow->hasTracks, mFlow->hasWall, mFlow->rms), std::string(kMoveText)),
-        buffers.size(), sizeof(MoveRequest));
+    const auto program =
+        gpu.program(mFlow->program(moveDefinitions<N>(o, mFlow->hasTracks, mFlow->hasWall, mFlow->rms), moveText(o)),
+                    buffers.size(), sizeof(MoveRequest));
     constexpr size_t kCountable = ~uint32_t{0}; // steps of all points in a run
     GpuMoved moved;
     RunLength length;

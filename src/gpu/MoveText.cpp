@@ -55,10 +55,9 @@ std::string moveDefinitions(const GpuMoveOptions& o, bool tracks, bool wall, con
 template std::string moveDefinitions<2>(const GpuMoveOptions&, bool, bool, const FlowRmsN<2>&);
 template std::string moveDefinitions<3>(const GpuMoveOptions&, bool, bool, const FlowRmsN<3>&);
 
-// The algorithm of track/Advect.h, one point per invocation. The flow is evaluated at one place of the text, in a loop
-// over stages, corrections and steps alike: the program stays short, and points at different stages of their steps are
-// evaluated together.
-const std::string_view kMoveText = R"glsl(
+namespace {
+
+constexpr std::string_view kBegin = R"glsl(
 layout(std430, set = 0, binding = 0) buffer State { float state[]; };
 layout(std430, set = 0, binding = 1) buffer Counts { uint counts[]; };
 layout(push_constant) uniform Request {
@@ -67,9 +66,59 @@ layout(push_constant) uniform Request {
 };
 shared uint sums[COUNTS];
 
+#define UNLIMITED uintBitsToFloat(0x7f800000u) // the driver removes a comparison with it
+// In 3D, flows are long enough for the stages' tests not to matter, and their copies would take long to compile.
+#if DIM == 2
+#define UNROLLED [[unroll]]
+#else
+#define UNROLLED
+#endif
+
 #define WORDS uint(2 * DIM - 1)
 float word(uint at, uint i) { return state[i * (WORDS + MOVE_WORDS) + at]; }
 void setWord(uint at, uint i, float value) { state[i * (WORDS + MOVE_WORDS) + at] = value; }
+
+struct Point {
+    PLACE place;
+    TRACK track;
+    float left, next, rest, unit, error;
+    uint flags;
+};
+Point pointAt(uint i) {
+    Point point;
+    for (uint a = 0u; a < uint(DIM); ++a) point.place[a] = word(a, i);
+#if DIM == 3
+    point.track = vec2(word(3u, i), word(4u, i));
+#else
+    point.track = word(2u, i);
+#endif
+    point.left = word(WORDS, i);
+    point.next = word(WORDS + 1u, i);
+    point.rest = word(WORDS + 2u, i);
+    point.unit = word(WORDS + 3u, i);
+    point.error = word(WORDS + 4u, i);
+    point.flags = floatBitsToUint(word(WORDS + 5u, i));
+    return point;
+}
+void keep(Point point, uint i) {
+    for (uint a = 0u; a < uint(DIM); ++a) setWord(a, i, point.place[a]);
+#if DIM == 3
+    setWord(3u, i, point.track.x);
+    setWord(4u, i, point.track.y);
+#else
+    setWord(2u, i, point.track);
+#endif
+    setWord(WORDS, i, point.left);
+    setWord(WORDS + 1u, i, point.next);
+    setWord(WORDS + 2u, i, point.rest);
+    setWord(WORDS + 4u, i, point.error);
+    setWord(WORDS + 5u, i, uintBitsToFloat(point.flags));
+}
+
+// What happened to a point.
+struct Tally {
+    uint substeps, retries, stalls, coarse, corrected;
+};
 
 bool below(TRACK a, TRACK b) {
 #if DIM == 3
@@ -89,6 +138,12 @@ bool below(TRACK a, TRACK b) {
 #define WALL_OF(h) WALL(0.0)
 #endif
 
+)glsl";
+
+// The algorithm of track/Advect.h, one point per invocation. The flow is evaluated at one place of the text, in a loop
+// over stages, corrections and steps alike: the program stays short, and points at different stages of their steps are
+// evaluated together.
+constexpr std::string_view kAdvance = R"glsl(
 // Whether the step from p to x, at the end of which the potentials are off by `off`, is taken.
 bool accepts(PLACE p, PLACE x, TRACK off, WALL before, WALL after, float chord) {
 #if GUARDED
@@ -106,19 +161,11 @@ bool accepts(PLACE p, PLACE x, TRACK off, WALL before, WALL after, float chord) 
 #endif
 }
 
-void advance(uint i) {
-    PLACE p;
-    for (uint a = 0u; a < uint(DIM); ++a) p[a] = word(a, i);
-#if DIM == 3
-    TRACK track = vec2(word(3u, i), word(4u, i));
-#else
-    TRACK track = word(2u, i);
-#endif
-    float left = word(WORDS, i), next = word(WORDS + 1u, i), rest = word(WORDS + 2u, i), unit = word(WORDS + 3u, i);
-    float error = word(WORDS + 4u, i);
-    uint flags = floatBitsToUint(word(WORDS + 5u, i));
-    if (!(left > 0.0)) return;
-
+Tally advance(inout Point point) {
+    PLACE p = point.place;
+    TRACK track = point.track;
+    float left = point.left, next = point.next, rest = point.rest, unit = point.unit, error = point.error;
+    uint flags = point.flags;
     DECLARE_STAGES
     PLACE x = p, v = PLACE(0.0);
     WALL before = WALL(0.0);
@@ -244,33 +291,78 @@ void advance(uint i) {
         ++substeps;
         if (refine) ++coarse;
     }
-    for (uint a = 0u; a < uint(DIM); ++a) setWord(a, i, p[a]);
-#if DIM == 3
-    setWord(3u, i, track.x);
-    setWord(4u, i, track.y);
-#else
-    setWord(2u, i, track);
-#endif
-    setWord(WORDS, i, left);
-    setWord(WORDS + 1u, i, next);
-    setWord(WORDS + 2u, i, rest);
-    setWord(WORDS + 4u, i, error);
-    setWord(WORDS + 5u, i, uintBitsToFloat(flags));
-    atomicAdd(sums[0], substeps);
-    atomicAdd(sums[1], retries);
-    atomicAdd(sums[2], stalls);
-    atomicAdd(sums[3], coarse);
-    atomicAdd(sums[4], corrected);
-    atomicAdd(sums[5], left > 0.0 ? 1u : 0u);
+    point = Point(p, track, left, next, rest, unit, error, flags);
+    return Tally(substeps, retries, stalls, coarse, corrected);
 }
+)glsl";
 
+// The same for equal steps that are taken as they are: the points of a group stay at the same stage of their steps.
+constexpr std::string_view kAdvanceEqually = R"glsl(
+Tally advance(inout Point point) {
+    PLACE p = point.place, x = p;
+    float dt = point.unit;
+    uint corrected = 0u;
+    DECLARE_STAGES
+    HERE here = EVALUATE(p);
+    PLACE velocity = VELOCITY(here);
+    if ((point.flags & STARTS) != 0u) point.track = POTENTIALS(here);
+    point.flags &= ~STARTS;
+    uint steps = min(uint(point.left), max(budget / uint(STAGES + MAX_CORRECTIONS), 1u));
+    for (uint k = 0u; k < steps; ++k) {
+        k0 = velocity;
+        UNROLLED for (int stage = 1; stage <= STAGES; ++stage) {
+            PLACE_STAGE
+            here = EVALUATE(x);
+            velocity = VELOCITY(here);
+            STORE_STAGE
+        }
+#if REPROJECTS
+        float limit = LIMITED != 0 ? length(x - p) : UNLIMITED;
+        for (int c = 0; c < MAX_CORRECTIONS; ++c) {
+            TRACK off = point.track - POTENTIALS(here);
+            if (below(abs(off), ENOUGH)) break;
+            x = CORRECTED(x, off, here, limit);
+            here = EVALUATE(x);
+            ++corrected;
+        }
+        velocity = VELOCITY(here);
+#endif
+        p = x;
+    }
+    point.place = p;
+    point.left -= float(steps);
+    return Tally(steps, 0u, 0u, 0u, corrected);
+}
+)glsl";
+
+constexpr std::string_view kEnd = R"glsl(
 void main() {
     if (gl_LocalInvocationIndex < COUNTS) sums[gl_LocalInvocationIndex] = 0u;
     barrier();
-    if (gl_GlobalInvocationID.x < count) advance(gl_GlobalInvocationID.x);
+    uint i = gl_GlobalInvocationID.x;
+    if (i < count) {
+        Point point = pointAt(i);
+        if (point.left > 0.0) {
+            Tally tally = advance(point);
+            keep(point, i);
+            atomicAdd(sums[0], tally.substeps);
+            atomicAdd(sums[1], tally.retries);
+            atomicAdd(sums[2], tally.stalls);
+            atomicAdd(sums[3], tally.coarse);
+            atomicAdd(sums[4], tally.corrected);
+            atomicAdd(sums[5], point.left > 0.0 ? 1u : 0u);
+        }
+    }
     barrier();
     if (gl_LocalInvocationIndex < COUNTS) atomicAdd(counts[gl_LocalInvocationIndex], sums[gl_LocalInvocationIndex]);
 }
 )glsl";
+
+} // namespace
+
+std::string moveText(const GpuMoveOptions& o) {
+    const bool equally = o.steps > 0 && !o.guarded && o.maxStep == 0 && !tableauOf(o.scheme).embedded();
+    return fmt::format("{}{}{}", kBegin, equally ? kAdvanceEqually : kAdvance, kEnd);
+}
 
 } // namespace curlew

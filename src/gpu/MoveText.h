@@ -37,6 +37,6 @@ struct MoveRequest {
 /// Returns the program's text after that of the flow, and the definitions before it.
 template <int N>
 std::string moveDefinitions(const GpuMoveOptions& options, bool tracks, bool wall, const FlowRmsN<N>& rms);
-extern const std::string_view kMoveText;
+std::string moveText(const GpuMoveOptions& options);
 
 } // namespace curlew

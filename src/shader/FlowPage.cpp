@@ -3,6 +3,7 @@
 
 #include "PackedWords.h"
 #include "PageText.h"
+#include "Syntax.h"
 #include "Translation.h"
 #include "curlew/base/Require.h"
 #include "curlew/field/Dimensions.h"
@@ -79,7 +80,7 @@ struct Parts {
         }
         elements += element(buffer.name, packedWords(words));
         return fmt::format(R"({{name: "{}", type: "{}", count: {}, lower: {}, step: {}}})", buffer.name,
-                           buffer.type == SymbolType::word ? "uint" : "float", words.size(), lower, step);
+                           elementOf(buffer), words.size(), lower, step);
     }
 
     /// The wall's surface, rounded to 65,536 positions along the longest edge of the box and its margin.

@@ -2,6 +2,7 @@
 #include "curlew/shader/FlowShader.h"
 
 #include "StepText.h"
+#include "Syntax.h"
 #include "curlew/base/Require.h"
 #include "curlew/field/Dimensions.h"
 #include "curlew/track/StepRule.h"
@@ -244,10 +245,11 @@ About aboutOf(Dialect dialect) {
         case Dialect::glslEs:
             return {"GLSL ES 3.00 (WebGL 2)",
                     "Include it in a shader, after the #version line and `precision highp float;`.",
-                    "Put each into a texture of width 2048, of the format R32UI or R32F, row by row."};
+                    "Put each into a texture of width 2048 (uint: R32UI, float: R32F, vec4: RGBA32F), row by row."};
         case Dialect::hlsl:
             return {"HLSL, shader model 5 or later", "Include it in a shader.",
-                    "Each is a StructuredBuffer; for Vulkan define VULKAN, the first FLOW_BINDING and FLOW_SET."};
+                    "Each is a StructuredBuffer (of uint, float or float4); for Vulkan define VULKAN, the first "
+                    "FLOW_BINDING and FLOW_SET."};
         case Dialect::wgsl:
             break;
     }
@@ -278,8 +280,8 @@ std::string header(const FlowN<N>& flow, const FlowShaderOptions& options, const
     text += fmt::format("//\n// The data of level sets and tables are in {} (little-endian):\n", options.dataFile);
     size_t begin = 0;
     for (const SymbolBuffer& buffer : shader.buffers) {
-        text += fmt::format("//   {}: {} {}, from byte {}\n", buffer.name, buffer.data->size(),
-                            buffer.type == SymbolType::word ? "uint" : "float", begin);
+        text += fmt::format("//   {}: {} {}, from byte {}\n", buffer.name, buffer.data->size() / buffer.width,
+                            elementOf(buffer), begin);
         begin += 4 * buffer.data->size();
     }
     return text + fmt::format("// {}\n", about.arrays);

@@ -20,13 +20,18 @@ precision highp int;
 `;
     canvas.addEventListener("webglcontextlost", () => showMessage("The graphics device was lost; load the page again."));
 
+    const kTextureWidth = 2048;
     function texture(unit, {type}, words) {
         gl.activeTexture(gl.TEXTURE0 + unit);
         gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
+        const image = (format, size, channels, kind, numbers) => gl.texImage2D(
+            gl.TEXTURE_2D, 0, format, kTextureWidth, words.length / (kTextureWidth * size), 0, channels, kind, numbers);
         if (type == "uint")
-            gl.texImage2D(gl.TEXTURE_2D, 0, gl.R32UI, 2048, words.length / 2048, 0, gl.RED_INTEGER, gl.UNSIGNED_INT, words);
+            image(gl.R32UI, 1, gl.RED_INTEGER, gl.UNSIGNED_INT, words);
+        else if (type == "float")
+            image(gl.R32F, 1, gl.RED, gl.FLOAT, new Float32Array(words.buffer));
         else
-            gl.texImage2D(gl.TEXTURE_2D, 0, gl.R32F, 2048, words.length / 2048, 0, gl.RED, gl.FLOAT, new Float32Array(words.buffer));
+            image(gl.RGBA32F, 4, gl.RGBA, gl.FLOAT, new Float32Array(words.buffer));
         gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
         gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
     }
@@ -151,7 +156,7 @@ precision highp int;
 
     // --- the flow
 
-    (await arraysOf(2048)).forEach((words, unit) => texture(unit, look.buffers[unit], words));
+    (await arraysOf(4 * kTextureWidth)).forEach((words, unit) => texture(unit, look.buffers[unit], words));
     const functions = textOf("functions") + textOf("common");
     const flowProgram = programOf(functions + textOf("flow"), null, ["a1", "b1", "c1", "d1"]);
     const acceptProgram = programOf(functions + textOf("accept"), null, ["a1", "b1", "c1", "d1", "wall1", "clock1"]);

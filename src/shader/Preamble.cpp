@@ -170,7 +170,8 @@ uvec2 flowLongAdd(uvec2 a, uvec2 b) {
 )"},
 };
 
-// GPUs add faster than they round: at this size, a sum is an integer. The driver must not remove the addition.
+// GPUs add faster than they round and convert: at this size, a sum is an integer. The driver must not remove the
+// addition.
 constexpr std::array kNearestHelpers{
     Helper{"flowNearest", R"(
 // The integer nearest to a number below 2^22. Faster with a macro flowZero: a uint that is 0, which the driver does not
@@ -198,10 +199,10 @@ double flowNearest(double x) {
 }
 )"},
     Helper{"flowInteger", R"(
-// An integer as a word of 64 bits.
+// An integer below 2^51 as a word of 64 bits.
 uvec2 flowInteger(double x) {
-    double high = floor(x * 2.3283064365386962890625e-10lf);
-    return uvec2(uint(x - high * 4294967296.0lf), uint(int(high)));
+    uvec2 sum = unpackDouble2x32(x + 6755399441055744.0lf);
+    return uvec2(sum.x, sum.y - 0x43380000u);
 }
 )"},
 };
@@ -241,9 +242,7 @@ vec2 flowPairFrom(float high, float low) {
 )"},
     Helper{"flowPairAdd", R"(vec2 flowPairAdd(vec2 a, vec2 b) {
     vec2 high = flowPairSum(a.x, b.x);
-    vec2 low = flowPairSum(a.y, b.y);
-    high = flowPairFrom(high.x, high.y + low.x);
-    return flowPairFrom(high.x, high.y + low.y);
+    return flowPairFrom(high.x, high.y + (a.y + b.y));
 }
 )"},
     Helper{"flowPairSub", R"(vec2 flowPairSub(vec2 a, vec2 b) {
@@ -336,7 +335,7 @@ void prepend(const std::array<Helper, N>& helpers, std::string& preamble, const 
     for (auto helper = helpers.rbegin(); helper != helpers.rend(); ++helper) {
         const std::string call = std::string(helper->name) + "(";
         if (preamble.find(call) != std::string::npos || text.find(call) != std::string::npos)
-            preamble = std::string(helper->text) + preamble;
+            preamble.insert(0, helper->text);
     }
 }
 

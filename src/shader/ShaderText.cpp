@@ -127,12 +127,10 @@ class Body {
 
     std::string tableEntry(size_t table, size_t column, uint32_t row) {
         const size_t columns = mModule.tables()[table].columns;
-        const std::string& at = mExpressions[row];
-        if (!mSyntax.hasTablesInText()) return mSyntax.tableEntry(table, columns, column, at);
         std::string& name = mRows[{table, row}];
         if (name.empty()) {
             name = fmt::format("g{}", mRows.size() - 1);
-            mText += mSyntax.vectorVariable(columns, name, mSyntax.tableRow(table, at));
+            mText += mSyntax.rowVariable(columns, name, mSyntax.tableRow(table, mExpressions[row]));
         }
         return columns == 1 ? name : fmt::format("{}.{}", name, "xyzw"[column]);
     }
@@ -220,6 +218,26 @@ std::string outer(const SymbolModule& module, const ShaderEntry& entry, const Sy
     return "\n" + comment + syntax.entry(entry, body.statements(), body.results());
 }
 
+/// Puts the tables of one column, or those of more, into a buffer with elements of this width. A row of up to four
+/// numbers is read at once.
+void addTables(const SymbolModule& module, const std::set<size_t>& tables, size_t width,
+               std::vector<SymbolBuffer>& buffers, Syntax& syntax) {
+    const SymbolBuffer buffer{fmt::format("flowData{}", buffers.size()), SymbolType::real, nullptr, width};
+    std::vector<uint32_t> numbers;
+    for (const size_t index : tables) {
+        const auto& [columns, all] = module.tables()[index];
+        if ((columns > 1) != (width > 1)) continue;
+        syntax.putTable(index, buffer, numbers.size() / width);
+        for (size_t k = 0; k < all.size(); ++k) {
+            numbers.push_back(std::bit_cast<uint32_t>(static_cast<float>(all[k])));
+            if ((k + 1) % columns == 0) numbers.resize(numbers.size() + width - columns);
+        }
+    }
+    if (numbers.empty()) return;
+    buffers.push_back(buffer);
+    buffers.back().data = std::make_shared<const std::vector<uint32_t>>(std::move(numbers));
+}
+
 } // namespace
 
 size_t operationsOf(const SymbolModule& module, size_t function) {
@@ -249,17 +267,8 @@ ShaderText shaderText(const SymbolModule& module, const std::vector<ShaderEntry>
     const Needed needed(module, entries);
     ShaderText shader{"", module.buffers()};
     Syntax syntax(dialect, coordinates, bindings);
-    if (tables == ShaderTables::data && !needed.tables.empty()) {
-        auto numbers = std::make_shared<std::vector<uint32_t>>();
-        std::map<size_t, size_t> begins;
-        for (const size_t index : needed.tables) {
-            begins[index] = numbers->size();
-            for (const double x : module.tables()[index].numbers)
-                numbers->push_back(std::bit_cast<uint32_t>(static_cast<float>(x)));
-        }
-        shader.buffers.push_back({fmt::format("flowData{}", shader.buffers.size()), SymbolType::real, numbers});
-        syntax.putTablesInto(shader.buffers.back(), begins);
-    }
+    if (tables == ShaderTables::data)
+        for (const size_t width : {1, 4}) addTables(module, needed.tables, width, shader.buffers, syntax);
     std::string body;
     for (const size_t index : needed.functions) body += inner(module, index, syntax);
     for (const ShaderEntry& entry : entries) body += outer(module, entry, syntax);

@@ -143,6 +143,11 @@ const char* pairFunctionOf(SymbolOp op) {
 
 } // namespace
 
+std::string_view elementOf(const SymbolBuffer& buffer) {
+    if (buffer.type == SymbolType::word) return "uint";
+    return buffer.width == 1 ? "float" : "vec4";
+}
+
 std::string Syntax::typeName(SymbolType type) const {
     switch (type) {
         case SymbolType::mask:
@@ -345,16 +350,16 @@ std::string Syntax::table(size_t index, const SymbolTable& table) const {
 }
 
 std::string Syntax::tableRow(size_t index, const std::string& row) const {
-    return fmt::format("flowTable{}At({})", index, row);
+    const auto data = mTables.find(index);
+    if (data == mTables.end()) return fmt::format("flowTable{}At({})", index, row);
+    const auto& [buffer, begin] = data->second;
+    return bufferElement(buffer, begin == 0 ? row : fmt::format("({} + {}u)", row, begin));
 }
 
-std::string Syntax::vectorVariable(size_t size, const std::string& name, const std::string& expression) const {
-    if (mDialect == Dialect::wgsl) return fmt::format("    let {}: {} = {};\n", name, vectorName(size), expression);
-    return fmt::format("    {} {} = {};\n", vectorName(size), name, expression);
-}
-
-std::string Syntax::tableEntry(size_t index, size_t columns, size_t column, const std::string& row) const {
-    return bufferElement(*mTables, fmt::format("({} * {}u + {}u)", row, columns, mBegins.at(index) + column));
+std::string Syntax::rowVariable(size_t columns, const std::string& name, const std::string& row) const {
+    const std::string type = vectorName(mTables.empty() || columns == 1 ? columns : 4);
+    if (mDialect == Dialect::wgsl) return fmt::format("    let {}: {} = {};\n", name, type, row);
+    return fmt::format("    {} {} = {};\n", type, name, row);
 }
 
 std::string Syntax::bufferMacros() const {
@@ -388,8 +393,7 @@ std::string Syntax::place(size_t buffer) const {
 }
 
 std::string Syntax::buffer(const SymbolBuffer& buffer, size_t index) const {
-    const bool isWord = buffer.type == SymbolType::word;
-    const char* type = isWord ? "uint" : "float";
+    const std::string_view type = elementOf(buffer);
     switch (mDialect) {
         case Dialect::glsl:
             return fmt::format("FLOW_BUFFER({0}) FlowBuffer{0} {{\n    {1} {2}[];\n}};\n", index, type, buffer.name);
@@ -400,7 +404,7 @@ std::string Syntax::buffer(const SymbolBuffer& buffer, size_t index) const {
         case Dialect::glslEs:
             break;
     }
-    return fmt::format("uniform highp {}sampler2D {};\n", isWord ? "u" : "", buffer.name);
+    return fmt::format("uniform highp {}sampler2D {};\n", buffer.type == SymbolType::word ? "u" : "", buffer.name);
 }
 
 std::string Syntax::zero(size_t buffers) const {
@@ -421,7 +425,8 @@ std::string Syntax::zero(size_t buffers) const {
 
 std::string Syntax::bufferElement(const SymbolBuffer& buffer, const std::string& index) const {
     if (mDialect != Dialect::glslEs) return fmt::format("{}[{}]", buffer.name, index);
-    return fmt::format("texelFetch({0}, ivec2(int({1} & 2047u), int({1} >> 11u)), 0).x", buffer.name, index);
+    return fmt::format("texelFetch({0}, ivec2(int({1} & 2047u), int({1} >> 11u)), 0){2}", buffer.name, index,
+                       buffer.width == 1 ? ".x" : "");
 }
 
 } // namespace curlew

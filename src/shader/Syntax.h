@@ -4,9 +4,11 @@
 #include "curlew/shader/ShaderText.h"
 
 #include <map>
-#include <optional>
 
 namespace curlew {
+
+/// Returns what a buffer consists of: "uint", "float" or "vec4".
+std::string_view elementOf(const SymbolBuffer& buffer);
 
 /// The expressions, statements and declarations of a dialect, with the words of GLSL where translated() knows them.
 class Syntax {
@@ -14,15 +16,12 @@ class Syntax {
     Syntax(Dialect dialect, ShaderCoordinates coordinates, const ShaderBindings& bindings)
         : mDialect(dialect), mPairs(coordinates == ShaderCoordinates::pairs), mBindings(bindings) {}
 
-    /// Puts tables into a buffer, each from its element on.
-    void putTablesInto(const SymbolBuffer& buffer, const std::map<size_t, size_t>& begins) {
-        mTables = buffer;
-        mBegins = begins;
-    }
+    /// Puts a table into a buffer, from an element on. Without this, it is in the text.
+    void putTable(size_t index, const SymbolBuffer& buffer, size_t begin) { mTables[index] = {buffer, begin}; }
 
     std::string constant(const AnySymbol& constant) const;
-    /// `from` is the type of the first operand.
-    std::string operation(const SymbolNode& node, SymbolType from, const std::vector<std::string>& operands) const;
+    /// x are the operands; `from` is the type of the first one.
+    std::string operation(const SymbolNode& node, SymbolType from, const std::vector<std::string>& x) const;
     std::string variable(SymbolType type, const std::string& name, const std::string& expression) const;
     /// Declares `name` as the structure of the results of a call.
     std::string call(const std::string& name, size_t results, const std::string& function,
@@ -36,13 +35,9 @@ class Syntax {
                       const std::vector<std::string>& results) const;
 
     std::string table(size_t index, const SymbolTable& table) const;
-    bool hasTablesInText() const { return !mTables; }
-    /// A row of a table in the text.
     std::string tableRow(size_t index, const std::string& row) const;
-    /// Declares `name` as a vector.
-    std::string vectorVariable(size_t size, const std::string& name, const std::string& expression) const;
-    /// A number of a table in a buffer.
-    std::string tableEntry(size_t index, size_t columns, size_t column, const std::string& row) const;
+    /// Declares `name` as a row of a table with so many columns.
+    std::string rowVariable(size_t columns, const std::string& name, const std::string& row) const;
     std::string bufferMacros() const;
     std::string buffer(const SymbolBuffer& buffer, size_t index) const;
     /// Declares the number 0 that compilers do not know, which pairs of floats need. `buffers`: their number.
@@ -52,16 +47,19 @@ class Syntax {
   private:
     std::string typeName(SymbolType type) const;
     std::string place(size_t buffer) const;
-    std::string wideOperation(const SymbolNode& node, const std::vector<std::string>& operands) const;
-    std::string longOperation(const SymbolNode& node, const std::vector<std::string>& operands) const;
-    std::string converted(SymbolType to, SymbolType from, const std::string& operand) const;
+    std::string wideOperation(const SymbolNode& node, const std::vector<std::string>& x) const;
+    std::string longOperation(const SymbolNode& node, const std::vector<std::string>& x) const;
+    std::string converted(SymbolType to, SymbolType from, const std::string& x) const;
     std::string returned(const std::string& type, bool isStructure, const std::vector<std::string>& results) const;
 
     Dialect mDialect;
     bool mPairs; ///< Coordinates are pairs of floats.
     ShaderBindings mBindings;
-    std::optional<SymbolBuffer> mTables;
-    std::map<size_t, size_t> mBegins;
+    struct TableData {
+        SymbolBuffer buffer;
+        size_t begin; ///< Its first element.
+    };
+    std::map<size_t, TableData> mTables; ///< Those that are not in the text.
 };
 
 } // namespace curlew

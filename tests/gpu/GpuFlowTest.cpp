@@ -133,6 +133,35 @@ TEST_CASE("GpuFlowN: steps converge at the order of their scheme", "[gpu]") {
     CHECK(std::log2(errorOf(Scheme::rk4, 3) / errorOf(Scheme::rk4, 6)) > 3.3);
 }
 
+TEST_CASE("GpuFlowN: equal steps that nothing guards return to their tracks", "[gpu]") {
+    const auto gpu = gpuOrSkipped();
+    if (!gpu) return;
+    const Flow flow = withSpeed(flowOf<Psrd3>({}), 1);
+    const GpuFlowN<3> onGpu(gpu, flow);
+    constexpr int kSteps = 100; // more than one run makes at first
+    const auto moved = [&](int corrections, bool limited, GpuPointsN<3>& points) {
+        points.position = positionsIn(flow, 1000);
+        return onGpu.move(points, {.time = 2,
+                                   .steps = kSteps,
+                                   .corrections = corrections,
+                                   .enough = 1e-6,
+                                   .limited = limited,
+                                   .guarded = false});
+    };
+    for (const bool limited : {false, true}) {
+        CAPTURE(limited);
+        GpuPointsN<3> free, corrected;
+        CHECK(moved(0, limited, free).corrections == 0);
+        const auto start = positionsIn(flow, 1000);
+        const GpuMoved result = moved(4, limited, corrected);
+        CHECK(result.substeps == start.size() * kSteps);
+        CHECK(result.corrections > start.size() * kSteps / 10);
+        CHECK(result.retries + result.stalled + result.coarse == 0);
+        CHECK(driftOf(flow, start, corrected.position) < 1e-5);
+        CHECK(driftOf(flow, start, free.position) > 1e-4);
+    }
+}
+
 TEST_CASE("GpuFlowN: points move for their part of the time, backward and not at all", "[gpu]") {
     const auto gpu = gpuOrSkipped();
     if (!gpu) return;

@@ -268,6 +268,24 @@ TEMPLATE_TEST_CASE_SIG("psrdnoise: repeats far away with the period of its hash"
     }
 }
 
+TEST_CASE("psrdnoise: hashes are exact although shaders round a product before its nearest integer", "[noise]") {
+    const auto reduced = [](float k) {
+        const volatile float product = k * (1.0f / 289);
+        return k - 289 * std::nearbyint(product);
+    };
+    float greatest = 0;
+    int wrong = 0;
+    for (const float quadratic : {-34.0f, -17.0f, 17.0f, 34.0f})
+        for (int linear = -144; linear <= 144; ++linear)
+            for (int h = -449; h <= 449; ++h) {
+                const auto x = static_cast<float>(h), k = (quadratic * x + static_cast<float>(linear)) * x;
+                greatest = std::max(greatest, std::abs(k));
+                wrong += std::abs(reduced(k)) > 144;
+            }
+    CHECK(wrong == 0);
+    CHECK(greatest < 6.92e6f);
+}
+
 TEMPLATE_TEST_CASE_SIG("psrdnoise: float is as accurate far away as near the origin", "[noise]", ((int N), N), 2, 3) {
     auto options = GENERATE(from_range(variants<N>()));
     options.alpha = 1;

@@ -233,9 +233,10 @@ TEST_CASE("flowShader: HLSL and WGSL have types and declarations of their own", 
         CHECK_THAT(wgsl, !Catch::ContainsSubstring(word));
     }
     CHECK_THAT(wgsl, !Catch::ContainsSubstring(" ? "));
-    CHECK_THAT(text(Dialect::hlsl, ShaderTables::data), Catch::ContainsSubstring("StructuredBuffer<float> flowData0;"));
+    CHECK_THAT(text(Dialect::hlsl, ShaderTables::data),
+               Catch::ContainsSubstring("StructuredBuffer<float4> flowData0;"));
     CHECK_THAT(text(Dialect::wgsl, ShaderTables::data),
-               Catch::ContainsSubstring("@binding(0) var<storage, read> flowData0: array<f32>;") &&
+               Catch::ContainsSubstring("@binding(0) var<storage, read> flowData0: array<vec4f>;") &&
                    Catch::ContainsSubstring("@binding(1) var<uniform> flowZero: u32;"));
 }
 

@@ -10,6 +10,8 @@
 #include "support/Points.h"
 #include "support/VulkanRunner.h"
 
+#include <fmt/format.h>
+
 using namespace curlew;
 using namespace curlew::test;
 
@@ -43,10 +45,12 @@ void replaceAll(std::string& text, const std::string& what, const std::string& b
 }
 
 /// Makes GLSL ES run as GLSL 4.50: its textures become buffers, its uniform a variable.
-std::string fromEs(std::string text) {
-    replaceAll(text, "uniform highp sampler2D flowData0;",
-               "layout(std430, binding = 2) readonly buffer Data { float flowData0[]; };\n"
-               "#define texelFetch(buffer, at, level) vec4(buffer[at.y * 2048 + at.x])");
+std::string fromEs(std::string text, const std::vector<SymbolBuffer>& buffers) {
+    for (size_t k = 0; k < buffers.size(); ++k)
+        replaceAll(text, fmt::format("uniform highp sampler2D flowData{};", k),
+                   fmt::format("layout(std430, binding = {0}) readonly buffer Data{1} {{ {2} flowData{1}[]; }};", k + 2,
+                               k, buffers[k].width == 1 ? "float" : "vec4"));
+    text = "#define texelFetch(buffer, at, level) vec4(buffer[at.y * 2048 + at.x])\n" + text;
     replaceAll(text, "uniform uint flowZero;", "uint flowZero;");
     return text;
 }
@@ -63,7 +67,7 @@ void checkShader(const std::string& name, const ScalarFieldN<N>& field, double h
     if (dialect == Dialect::glsl && coordinates == ShaderCoordinates::pairs)
         run.functions = "#define flowZero (gl_NumWorkGroups.z >> 1u)\n" + shader.text;
     if (dialect == Dialect::glslEs) {
-        run.functions = fromEs(shader.text);
+        run.functions = fromEs(shader.text, shader.buffers);
         // 0, which the compiler does not know.
         if (run.functions.find("flowZero") != std::string::npos) run.body = "    flowZero = uint(inputs[0] > 1e30);\n";
     }

@@ -25,6 +25,7 @@ CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
 OPTIONS = ["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--use-angle=swiftshader",
            "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
 SIZE = 100  # of the square of positions
+WIDTHS = {"uint": 1, "float": 1, "vec4": 4}  # words of the elements of arrays
 NOISES = "-noise frequency=2.5 seed=1 -noise frequency=2.5 seed=2"
 BODY = "a = vec4(flowVelocity(p), flowDistance(p)); b = vec4(flowPotentials(p), 0.0, 0.0);"
 SCRIPT = """
@@ -67,8 +68,10 @@ gl.uniform1i(gl.getUniformLocation(program, "positions"), 0);
 arrays.forEach(([name, type, rows, data], k) => {
     if (type == "uint")
         texture(k + 1, gl.R32UI, gl.RED_INTEGER, gl.UNSIGNED_INT, 2048, rows, new Uint32Array(words(data)));
-    else
+    else if (type == "float")
         texture(k + 1, gl.R32F, gl.RED, gl.FLOAT, 2048, rows, new Float32Array(words(data)));
+    else
+        texture(k + 1, gl.RGBA32F, gl.RGBA, gl.FLOAT, 2048, rows, new Float32Array(words(data)));
     gl.uniform1i(gl.getUniformLocation(program, name), k + 1);
 });
 gl.bindFramebuffer(gl.FRAMEBUFFER, gl.createFramebuffer());
@@ -95,14 +98,15 @@ def encoded(array):
 
 def arrays_of(text, data):
     """Returns the name, type and words of each array in the data file."""
-    return [(name, kind, np.frombuffer(data, np.uint32, int(count), int(begin)))
-            for name, count, kind, begin in re.findall(r"//   (flowData\d+): (\d+) (uint|float), from byte (\d+)", text)]
+    return [(name, kind, np.frombuffer(data, np.uint32, int(count) * WIDTHS[kind], int(begin)))
+            for name, count, kind, begin in re.findall(r"//   (flowData\d+): (\d+) (\w+), from byte (\d+)", text)]
 
 
-def in_rows(words):
-    """Returns the number of rows of 2048 words, and the words padded to whole rows."""
-    rows = -(-len(words) // 2048)
-    return rows, np.pad(words, (0, rows * 2048 - len(words)))
+def in_rows(words, kind):
+    """Returns the number of rows of 2048 elements, and the words padded to whole rows."""
+    size = 2048 * WIDTHS[kind]
+    rows = -(-len(words) // size)
+    return rows, np.pad(words, (0, rows * size - len(words)))
 
 
 def run(curlew, folder, *actions):
@@ -168,7 +172,7 @@ def check(curlew, name, wall, browser, folder):
     """Returns the errors of one scene."""
     flow = f"{wall} {NOISES} -bound width=0.12 -dfvn speed=1"
     text, arrays, start, expected = written(curlew, flow, "dialect=es tables=data flow.glsl", folder)
-    rows = [[array, kind, *in_rows(words)] for array, kind, words in arrays]
+    rows = [[array, kind, *in_rows(words, kind)] for array, kind, words in arrays]
     result = browser.execute_script(SCRIPT, text, BODY, encoded(np.pad(start, ((0, 0), (0, 1)))),
                                     [[array, kind, count, encoded(words)] for array, kind, count, words in rows], SIZE)
     if isinstance(result, str):

@@ -121,6 +121,7 @@ struct SymbolBuffer {
     std::string name;                                  ///< The module gives it.
     SymbolType type;                                   ///< word or real
     std::shared_ptr<const std::vector<uint32_t>> data; ///< The words, or the bits of the floats.
+    size_t width = 1;                                  ///< Numbers of an element: 1, or 4 reals (rows of tables).
 };
 
 /// The functions that belong together, with their tables and buffers. Not safe to share between threads.

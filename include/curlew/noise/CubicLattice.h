@@ -11,8 +11,8 @@
 namespace curlew {
 
 // Shared by the noises on the integer lattice: the cell of a position, Perlin's hash of its corners, and the blend of
-// the corners' functions. Corner k of a cell is the upper one along each axis whose bit is set in k. P is double, or
-// lanes of double (math/Lanes.h).
+// the corners' functions. Corner k of a cell is the upper one along each axis whose bit is set in k. P is double, lanes
+// of double (math/Lanes.h), or a symbol of such a number (math/Symbol.h).
 
 /// Throws ValueError if the period is negative.
 void requirePeriod(int period);
@@ -20,7 +20,7 @@ void requirePeriod(int period);
 template <class P, int N>
 struct CubicCell {
     std::array<std::array<P, 2>, N> index; ///< Integer indices of the lower and the upper corners along each axis.
-    Vec<P, N> fraction;                    ///< Position in the cell, within [0, 1).
+    Vec<P, N> fraction;                    ///< Position in the cell, within [0, 1); in a shader it may be 1.
 
     template <class T>
     Vec<T, N> position() const {
@@ -44,6 +44,9 @@ class CubicLattice {
     template <class P>
     CubicCell<P, N> cell(const Vec<P, N>& x) const;
 
+    /// Whether indices along an axis repeat as words of 32 bits do.
+    bool wrapsAsWords(int axis) const { return mPeriod[axis] == 0x1p32; }
+
   private:
     Vec<double, N> mPeriod, mInverse, mShift;
 };
@@ -55,12 +58,22 @@ CubicCell<P, N> CubicLattice<N>::cell(const Vec<P, N>& x) const {
     for (int axis = 0; axis < N; ++axis) {
         // The shift is added to the fraction, which is bit for bit the same at positions a period apart.
         const P whole = floor(x[axis]), sum = x[axis] - whole + P(mShift[axis]);
-        const auto next = sum >= P(1);
+        const auto next = [&] {
+            // GPUs are slow in double, and a sum of 1 by rounding is as good as 0 in the next cell.
+            if constexpr (kSymbolic<P>)
+                if (mShift[axis] == 0) return MaskOf<P>(false);
+            return sum >= P(1);
+        }();
         cell.fraction[axis] = select(next, sum - P(1), sum);
-        const double p = mPeriod[axis];
-        const P modulo = floorMod(select(next, whole + P(1), whole), p, mInverse[axis]);
+        const P vertex = select(next, whole + P(1), whole);
         auto& [low, high] = cell.index[static_cast<size_t>(axis)];
-        low = min(max(modulo, P(0)), P(p - 1)); // valid for NaN and far out, too
+        if (kSymbolic<P> && wrapsAsWords(axis)) {
+            low = vertex;
+            high = vertex + P(1);
+            continue;
+        }
+        const double p = mPeriod[axis];
+        low = min(max(floorMod(vertex, p, mInverse[axis]), P(0)), P(p - 1)); // valid for NaN and far out, too
         high = select(low < P(p - 1), low + P(1), P(0));
     }
     return cell;

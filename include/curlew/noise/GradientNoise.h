@@ -59,9 +59,13 @@ Jet<T, N, Order> GradientNoise<N>::at(const Vec<Rebind<T, double>, N>& x) const 
     // The terms that the lower and the upper corners along each axis add to the hashed number.
     std::array<std::array<std::array<Word, N>, 2>, N> terms;
     unrolled<N>([&](auto axis) {
-        for (size_t upper = 0; upper < 2; ++upper) {
-            const Word vertex = convertTo<Word>(wordOf(cell.index[axis][upper])) + Word(mOffset[axis]);
-            for (size_t c = 0; c < N; ++c) terms[axis][upper][c] = vertex * Word(kMix[c][axis]);
+        const auto& [low, high] = cell.index[axis];
+        const auto wordAt = [&](const auto& index) { return convertTo<Word>(wordOf(index)) + Word(mOffset[axis]); };
+        for (size_t c = 0; c < N; ++c) {
+            const Word mix(kMix[c][axis]);
+            auto& [lower, upper] = terms[axis];
+            lower[c] = wordAt(low) * mix;
+            upper[c] = mLattice.wrapsAsWords(axis) ? lower[c] + mix : wordAt(high) * mix;
         }
     });
     return blendCorners<Order>(s, [&](size_t k) {

@@ -74,7 +74,7 @@ class PsrdN {
 
   private:
     // Hashes are integers modulo 289, represented by |h| <= 144. All operations on them are exact in float: the
-    // permutations take sums of a hash, a vertex, its corner and a shift, which are at most 438.
+    // permutations take sums of a hash, a vertex, its corner and a shift, which are at most 449.
     static constexpr int kHashes = 289, kMaxHash = 144;
     /// h -> (quadratic h² + linear h) modulo 289. It is a bijection if 17 divides `quadratic` but not `linear`.
     struct Permutation {
@@ -84,14 +84,11 @@ class PsrdN {
             return centred(mulAdd(h, T(quadratic), T(linear)) * h);
         }
     };
-    /// Reduces integers modulo kHashes to the smallest absolute value.
+    /// Reduces integers modulo kHashes to the smallest absolute value. In float they are below 6.92e6, so that the
+    /// product may be rounded first, as in shaders.
     template <class T>
     static T centred(const T& i) {
-        const auto once = [](const T& k) {
-            return negMulAdd(nearestProduct(k, static_cast<T>(1.0 / kHashes)), T(kHashes), k);
-        };
-        // Elsewhere the product may be rounded twice, and the result be a period too far.
-        return kSymbolic<T> ? once(once(i)) : once(i);
+        return negMulAdd(nearestProduct(i, static_cast<T>(1.0 / kHashes)), T(kHashes), i);
     }
     // A corner at distance d contributes kScale (kReach - d²)^kPower times the ramp of its gradient (Table 2).
     static constexpr int kPower = N == 2 ? 4 : 3;
@@ -187,16 +184,18 @@ typename PsrdN<N>::template Cell<T> PsrdN<N>::cellOf(const Vec<Rebind<T, double>
         tile[axis] = floor(x[axis] / repeat) * repeat;
         rest[axis] = x[axis] - tile[axis] + Position(mTranslation[axis]);
     }
-    const Vec<Position, N> u = Lattice::toSimplex(rest);
+    const Vec<Position, N> u = Lattice::toSimplex(rest), tileBase = Lattice::toSimplex(tile);
     Cell<T> cell;
     for (int axis = 0; axis < N; ++axis) {
-        cell.base[axis] = floor(u[axis]);
-        cell.fraction[axis] = convertTo<T>(u[axis] - cell.base[axis]);
+        const Position low = floor(u[axis]);
+        cell.fraction[axis] = convertTo<T>(u[axis] - low);
+        cell.base[axis] = low + tileBase[axis];
+        if constexpr (Tiles) continue;
+        // GPUs are slow in double. All noises of a frequency share the tiles, which are reduced once.
+        const Hash vertex = kSymbolic<T> ? convertTo<Hash>(low) + convertTo<Hash>(centred(tileBase[axis]))
+                                         : convertTo<Hash>(centred(cell.base[axis]));
+        cell.hashable[axis] = vertex + Hash(mShift[axis]);
     }
-    cell.base += Lattice::toSimplex(tile);
-    if constexpr (!Tiles)
-        for (int axis = 0; axis < N; ++axis)
-            cell.hashable[axis] = convertTo<Hash>(centred(cell.base[axis])) + Hash(mShift[axis]);
     const Vec<T, N>& r = cell.fraction;
     cell.later[0] = r[1] >= r[0];
     if constexpr (N == 3) {
@@ -273,7 +272,7 @@ Jet<T, N, Order> PsrdN<N>::sumOfCorners(const Cell<T>& cell, const Gradient& gra
     unrolled<N + 1>([&](auto k) {
         Vec<T, N> d = x0;
         if constexpr (k > 0) {
-            const Vec<T, N> corner = Lattice::units(offset(cell, k));
+            const Vec<T, N> corner = Lattice::cornerUnits(offset(cell, k), k);
             for (int axis = 0; axis < N; ++axis) d[axis] = negMulAdd(corner[axis], unit, d[axis]);
         }
         addRadialKernel<kPower>(sum, static_cast<T>(kReach), gradient(k), d);

@@ -7,12 +7,12 @@ namespace curlew {
 
 // The lattices of psrdnoise (Gustavson and McEwan 2021, "the paper" below). A vertex is a position whose simplex
 // coordinates u are integers. Each lattice has
-//   kRepeat    the shortest steps along the axes from one vertex to another,
-//   toSimplex  maps a position to u; exact for multiples of kRepeat,
-//   units      maps u to the position times kUnits; vertices become integers, so it is exact for them,
-//   vertexAt   the inverse of `units` for vertices. If a period wraps a vertex to a position without one, it
-//              returns the vertex with the nearest u, as published;
-//              halves are rounded up.
+//   kRepeat      the shortest steps along the axes from one vertex to another,
+//   toSimplex    maps a position to u; exact for multiples of kRepeat,
+//   units        maps u to the position times kUnits; vertices become integers, so it is exact for them,
+//   cornerUnits  does so for a corner of the unit cube, k of whose coordinates are 1 and the others 0,
+//   vertexAt     the inverse of `units` for vertices. If a period wraps a vertex to a position without one, it
+//                returns the vertex with the nearest u, as published; halves are rounded up.
 
 /// The plane's lattice of triangles with base 1 and height 1. Every other row of vertices is shifted by 1/2 (the paper,
 /// Fig. 2).
@@ -27,6 +27,10 @@ struct PsrdLattice2 {
     template <class T>
     static Vec<T, 2> units(const Vec<T, 2>& u) {
         return {{T(2) * u[0] - u[1], T(2) * u[1]}};
+    }
+    template <class T>
+    static Vec<T, 2> cornerUnits(const Vec<T, 2>& u, int) {
+        return units(u);
     }
     template <class T>
     static Vec<T, 2> vertexAt(const Vec<T, 2>& k) {
@@ -46,6 +50,10 @@ struct PsrdLattice3 {
     template <class T>
     static Vec3<T> units(const Vec3<T>& u) {
         return {{u[1] + u[2] - u[0], u[0] + u[2] - u[1], u[0] + u[1] - u[2]}};
+    }
+    template <class T>
+    static Vec3<T> cornerUnits(const Vec3<T>& u, int k) {
+        return {{mulAdd(u[0], T(-2), T(k)), mulAdd(u[1], T(-2), T(k)), mulAdd(u[2], T(-2), T(k))}};
     }
     template <class T>
     static Vec3<T> vertexAt(const Vec3<T>& k) {
@@ -68,6 +76,10 @@ struct PsrdPerlinLattice3 {
     static Vec3<T> units(const Vec3<T>& u) {
         const T sum = u[0] + u[1] + u[2];
         return {{T(6) * u[0] - sum, T(6) * u[1] - sum, T(6) * u[2] - sum}};
+    }
+    template <class T>
+    static Vec3<T> cornerUnits(const Vec3<T>& u, int k) {
+        return {{mulAdd(u[0], T(6), T(-k)), mulAdd(u[1], T(6), T(-k)), mulAdd(u[2], T(6), T(-k))}};
     }
     template <class T>
     static Vec3<T> vertexAt(const Vec3<T>& k) {

@@ -42,7 +42,7 @@ inline constexpr std::array<std::string_view, 2> kShaderCoordinateNames{"doubles
 /// Where a shader finds the tables of noises.
 enum class ShaderTables {
     text, ///< As constant arrays in the text. Drivers for GPUs handle them well.
-    data, ///< In a buffer, the last one. Drivers that run on the processor take minutes to compile constant arrays.
+    data, ///< In the last buffers. Drivers that run on the processor take minutes to compile constant arrays.
 };
 /// In the order of the enumerators.
 inline constexpr std::array<std::string_view, 2> kShaderTableNames{"text", "data"};
