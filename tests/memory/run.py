@@ -82,15 +82,14 @@ CASES = {
 
 def peak(command, arguments, folder):
     """Returns the peak resident memory of the command, in bytes; or None and its message if it fails."""
-    done = subprocess.run(["/usr/bin/python3", "-c", (
-        "import resource, subprocess, sys\n"
-        "run = subprocess.run(sys.argv[1:], stderr=subprocess.PIPE)\n"
-        "sys.stderr.buffer.write(run.stderr)\n"
-        "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)\n"
-        "sys.exit(run.returncode)"), command, "-quiet", *arguments.split()], cwd=folder, capture_output=True, text=True)
-    if done.returncode != 0:
-        return None, done.stderr.strip()
-    return int(done.stdout) * 1024, ""
+    log = Path(folder) / "log"
+    with open(log, "wb") as errors:
+        process = subprocess.Popen([command, "-quiet", *arguments.split()], cwd=folder, stderr=errors)
+        status, usage = os.wait4(process.pid, 0)[1:]
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode != 0:
+        return None, log.read_text().strip()
+    return usage.ru_maxrss * 1024, ""
 
 
 def main(command, root):
