@@ -91,7 +91,7 @@ class ListedFile {
         if (name.native().size() >= PATH_MAX) return;
         for (Unfinished& entry : unfinishedFiles) {
             if (entry.taken.exchange(true)) continue;
-            std::strcpy(entry.name.data(), name.c_str());
+            entry.name[name.native().copy(entry.name.data(), entry.name.size() - 1)] = '\0';
             entry.complete = true;
             mEntry = &entry;
             return;

@@ -373,7 +373,7 @@ Sdf tubeSdf(std::vector<RailPointer> rails, double radius) {
         const J squared = uv[0] * uv[0] + uv[1] * uv[1];
         return squared.value > 0 ? sqrt(squared) - J(radius) : J(-radius);
     });
-    return {.distance = distance, .bounds = bounds.padded(open ? kInfinity : radius)};
+    return {.distance = distance, .bounds = open ? bounds.padded(kInfinity) : bounds.padded(radius)};
 }
 
 } // namespace curlew

@@ -291,7 +291,7 @@ FlowRmsN<N> rmsOf(const FlowN<N>& flow, const Monitor& monitor) {
         const std::lock_guard lock(mutex);
         if (known) return *known;
     }
-    const FlowRmsN<N> rms = measuredRms(flow, monitor); // not locked: it runs on all threads
+    FlowRmsN<N> rms = measuredRms(flow, monitor); // not locked: it runs on all threads
     const std::lock_guard lock(mutex);
     known = rms;
     return rms;

@@ -34,9 +34,10 @@ struct MoveRequest {
     float usual;           ///< Step length after one that was not taken, seconds.
 };
 
-/// Returns the program's text after that of the flow, and the definitions before it.
+/// Returns the definitions before the text of the flow.
 template <int N>
 std::string moveDefinitions(const GpuMoveOptions& options, bool tracks, bool wall, const FlowRmsN<N>& rms);
+/// Returns the text after that of the flow.
 std::string moveText(const GpuMoveOptions& options);
 
 } // namespace curlew

@@ -57,14 +57,15 @@ RowOfHits viewRow(const Surface& surface, const Camera& camera, int samples, int
     row.counts.assign(static_cast<size_t>(camera.width()), 0);
     if (y < range.top || y >= range.bottom || range.left >= range.right) return row;
     std::vector<Ray> rays;
-    rays.reserve(static_cast<size_t>(range.right - range.left) * static_cast<size_t>(samples * samples));
+    const int squared = samples * samples;
+    const auto perPixel = static_cast<size_t>(squared);
+    rays.reserve(static_cast<size_t>(range.right - range.left) * perPixel);
     for (int x = range.left; x < range.right; ++x)
         for (int j = 0; j < samples; ++j)
             for (int i = 0; i < samples; ++i)
                 rays.push_back({camera.eye(), camera.direction(x + (i + 0.5) / samples, y + (j + 0.5) / samples)});
     std::vector<RayHit> found(rays.size());
     surface.intersect(rays, resolution, found);
-    const auto perPixel = static_cast<size_t>(samples * samples);
     for (size_t begin = 0; begin < rays.size(); begin += perPixel) {
         const size_t before = row.hits.size();
         for (size_t k = begin; k < begin + perPixel; ++k) {

@@ -146,7 +146,7 @@ class Bgeo {
     bool hasCurves() const { return !mPolylines.closed.empty(); }
 
     Points points() const {
-        double bytes = Points::kPlainBytes + (mAttributes.find("v", 3) ? 3 * sizeof(float) : 0);
+        auto bytes = static_cast<double>(Points::kPlainBytes + (mAttributes.find("v", 3) ? 3 * sizeof(float) : 0));
         for (const Scalar& scalar : kScalars)
             if (mAttributes.find(scalar.name, 1)) bytes += sizeof(double);
         requireMemory(bytes * static_cast<double>(mPoints), "the points", "split the file");

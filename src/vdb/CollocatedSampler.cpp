@@ -22,8 +22,9 @@ PointBatch centresOfPlane(const openvdb::Coord& origin, int plane, double voxel)
     points.c[0].fill((origin[0] + plane) * voxel);
     for (int j = 0; j < kLeafEdge; ++j)
         for (int k = 0; k < kLeafEdge; ++k) {
-            points.c[1][static_cast<size_t>(j * kLeafEdge + k)] = (origin[1] + j) * voxel;
-            points.c[2][static_cast<size_t>(j * kLeafEdge + k)] = (origin[2] + k) * voxel;
+            const int n = j * kLeafEdge + k;
+            points.c[1][static_cast<size_t>(n)] = (origin[1] + j) * voxel;
+            points.c[2][static_cast<size_t>(n)] = (origin[2] + k) * voxel;
         }
     return points;
 }

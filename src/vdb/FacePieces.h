@@ -19,7 +19,7 @@ class FacePieces {
     /// inside. World units. Must be thread-safe.
     using Bounds = std::function<bool(const Vec3d& position, const Vec3d& step)>;
 
-    FacePieces(const Mesh& mesh, double voxel, const Bounds& bounds, const Monitor& monitor);
+    FacePieces(const Mesh& mesh, double voxel, const Bounds& isBoundary, const Monitor& monitor);
 
     /// Moves out the kept faces: whole triangles if all of their pieces are kept, otherwise the kept pieces.
     Mesh takeSurface() { return std::move(mSurface); }

@@ -72,8 +72,8 @@ Projection project(FaceVelocities& velocities, const Lattice<uint8_t>& solid, co
     for (int axis = 0; axis < 3; ++axis)
         Lattice<double>::forEach(velocities[axis].size(), [&](const Vec<int, 3>& face) {
             const Vec<int, 3> below = next(face, axis, -1);
-            double p[2] = {0, 0};
-            int q = 0;
+            std::array<double, 2> p{};
+            size_t q = 0;
             for (const auto& cell : {below, face}) {
                 if (!inBox(cell, axis)) {
                     if (!open[static_cast<size_t>(axis)][q]) return; // closed

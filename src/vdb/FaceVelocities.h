@@ -59,7 +59,7 @@ struct FaceVelocities {
     Vec<int, 3> cells;
     std::array<Lattice<double>, 3> through;
 
-    explicit FaceVelocities(const Vec<int, 3>& cells);
+    explicit FaceVelocities(const Vec<int, 3>& n);
     Lattice<double>& operator[](int axis) { return through[static_cast<size_t>(axis)]; }
     const Lattice<double>& operator[](int axis) const { return through[static_cast<size_t>(axis)]; }
 

@@ -193,8 +193,9 @@ Mesh heightMesh(const ScalarFieldN<2>& field, const HeightMeshOptions& options, 
     mesh.normals.resize(count);
     mesh.uvs.resize(count);
     const auto fraction = [&](size_t k) {
-        return Vec<double, 2>{{static_cast<double>(k % columns) / static_cast<double>(n[0]),
-                               static_cast<double>(k / columns) / static_cast<double>(n[1])}};
+        const size_t column = k % columns, row = k / columns;
+        return Vec<double, 2>{{static_cast<double>(column) / static_cast<double>(n[0]),
+                               static_cast<double>(row) / static_cast<double>(n[1])}};
     };
     const auto at = [&](size_t k) {
         const Vec<double, 2> uv = fraction(k);

@@ -99,6 +99,7 @@ GridBase::ConstPtr withHostValues(const GridBase::ConstPtr& grid, AxisMap axes, 
 
 std::vector<GridBase::ConstPtr> splitGrid(const Vec3SGrid& grid, std::string_view suffix) {
     std::vector<GridBase::ConstPtr> grids;
+    grids.reserve(3);
     for (int k = 0; k < 3; ++k)
         grids.push_back(componentOf(grid, k, fmt::format("{}{}{}", grid.getName(), suffix, "xyz"[k])));
     return grids;

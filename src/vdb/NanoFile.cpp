@@ -231,6 +231,7 @@ void writeNano(const fs::path& path, const std::vector<GridBase::ConstPtr>& grid
     openvdb::initialize();
     if (grids.empty()) throw ValueError(fmt::format("there is no grid to write to '{}'", path.string()));
     std::vector<Handle> handles;
+    handles.reserve(grids.size());
     for (const GridBase::ConstPtr& grid : grids)
         handles.push_back(nanoOf(*grid, options.half || grid->saveFloatAsHalf()));
     writeAtomically(

@@ -226,6 +226,7 @@ void withValues(const GridBase& base, const Add& add) {
         using Number = typename Components<Value>::Number;
         const auto dense = denseCopy<openvdb::tools::LayoutZYX>(grid);
         std::vector<size_t> shape;
+        shape.reserve(4);
         for (int axis = 0; axis < 3; ++axis) shape.push_back(static_cast<size_t>(dense.bbox().dim()[axis]));
         if (Components<Value>::kCount > 1) shape.push_back(Components<Value>::kCount);
         add(dtypeOf<Number>(), shape, dense.valueCount() * sizeof(Value), reinterpret_cast<const char*>(dense.data()),

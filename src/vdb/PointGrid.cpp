@@ -147,7 +147,8 @@ points::PointDataGrid::Ptr pointGrid(const Points& particles, const PointGridOpt
     auto grid = points::PointDataGrid::create();
     if (particles.size() > 0) {
         // OpenVDB's index of the points, the order of the points in it, and leaves of about eight points per voxel.
-        constexpr double kIndexBytes = 45, kPositionAndId = sizeof(openvdb::Vec3s) + sizeof(int32_t);
+        constexpr double kIndexBytes = 45;
+        constexpr auto kPositionAndId = static_cast<double>(sizeof(openvdb::Vec3s) + sizeof(int32_t));
         requireMemory((kIndexBytes + kPositionAndId + (particles.hasVelocity() ? sizeof(openvdb::Vec3s) : 0) +
                        sizeof(float) * static_cast<double>(scalarsOf(particles).size())) *
                           static_cast<double>(particles.size()),

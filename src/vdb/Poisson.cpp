@@ -11,7 +11,7 @@ namespace curlew {
 openvdb::DoubleTree::Ptr solvePoisson(const openvdb::DoubleTree& sources, const PoissonBoundary& boundary,
                                       openvdb::math::pcg::State& state, const Monitor& monitor) {
     Interrupter interrupter(monitor);
-    const auto solution = interruptible(monitor, [&] {
+    auto solution = interruptible(monitor, [&] {
         return openvdb::tools::poisson::solveWithBoundaryConditions(sources, boundary, state, interrupter, true);
     });
     monitor.check();

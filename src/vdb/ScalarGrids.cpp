@@ -91,7 +91,7 @@ openvdb::FloatGrid::Ptr sampledGrid(const ScalarField& field, const openvdb::Gri
 
 openvdb::FloatGrid::Ptr densityGrid(const Domain& domain, const openvdb::GridBase& where, const Monitor& monitor) {
     const double edge = 2 * where.transform().voxelSize()[0];
-    const auto grid = filledGrid(
+    auto grid = filledGrid(
         where, "density",
         [&](const PointBatch& points, Values& values) {
             if (!domain.wall) return values.fill(1.0f);
@@ -106,7 +106,7 @@ openvdb::FloatGrid::Ptr densityGrid(const Domain& domain, const openvdb::GridBas
 }
 
 openvdb::Vec3SGrid::ConstPtr vectorsOf(const openvdb::GridBase::ConstPtr& grid) {
-    if (const auto floats = openvdb::GridBase::grid<openvdb::Vec3SGrid>(grid)) return floats;
+    if (auto floats = openvdb::GridBase::grid<openvdb::Vec3SGrid>(grid)) return floats;
     const auto doubles = openvdb::GridBase::grid<openvdb::Vec3DGrid>(grid);
     if (!doubles) return nullptr;
     const auto tree = std::make_shared<openvdb::Vec3STree>(doubles->tree(), openvdb::Vec3s(doubles->background()),

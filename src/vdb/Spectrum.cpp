@@ -72,7 +72,7 @@ struct WaveMoments {
 /// Reads one component, subtracts its mean and multiplies it by the window.
 WaveMoments read(const openvdb::Vec3SGrid& velocity, int component, const std::array<std::vector<double>, 3>& window,
                  SpectrumSamples& samples) {
-    const auto& [nx, ny, nz] = samples.size;
+    const size_t nx = samples.size[0], ny = samples.size[1], nz = samples.size[2];
     const auto count = static_cast<double>(samples.values.size());
     const size_t plane = ny * nz;
     WaveMoments total = parallelSum(nx, 1, [&](size_t begin, size_t end) {
@@ -81,7 +81,7 @@ WaveMoments read(const openvdb::Vec3SGrid& velocity, int component, const std::a
         for (size_t n = begin * plane; n < end * plane; ++n) {
             const Coord ijk = samples.box.min().offsetBy(static_cast<int>(n / plane), static_cast<int>(n / nz % ny),
                                                          static_cast<int>(n % nz));
-            const double value = static_cast<double>(grid.getValue(ijk)[component]);
+            const auto value = static_cast<double>(grid.getValue(ijk)[component]);
             samples.values[n] = value;
             sum.mean += value;
         }
@@ -136,7 +136,7 @@ struct Shells {
 
 /// Returns the energy of the coefficients in each shell.
 Shells shellsOf(const SpectrumSamples& samples, size_t count) {
-    const auto& [nx, ny, nz] = samples.size;
+    const size_t nx = samples.size[0], ny = samples.size[1], nz = samples.size[2];
     const auto shortest = static_cast<double>(std::min({nx, ny, nz}));
     const auto total = static_cast<double>(samples.values.size());
     return parallelSum(nx, 1, [&](size_t begin, size_t end) {

@@ -41,8 +41,8 @@ class VdbCursor {
     void skipBlosc(uint64_t packed, uint64_t unpacked, bool padded = false);
 
     /// Checks a list of metadata. OpenVDB trusts the stored size of each value but, except for text, reads as many
-    /// bytes as the type has. Returns the value of the text entry `name`, if there is one.
-    std::optional<std::string> checkMetadata(const std::string& name = {});
+    /// bytes as the type has. Returns the value of the text entry `wanted`, if there is one.
+    std::optional<std::string> checkMetadata(const std::string& wanted = {});
     /// Checks a transform by reading it. Checks frustums first, since they contain the type of another map.
     void checkTransform();
 

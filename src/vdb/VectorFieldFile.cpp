@@ -154,8 +154,10 @@ WorldBox<GridType> resampled(const GridType& grid, int maxSize, const Monitor& m
         const openvdb::Vec3d first =
             box.lower + openvdb::Vec3d(voxel * ijk[0], voxel * ijk[1], voxel * ijk[2]) + openvdb::Vec3d(0.5 * part);
         const int n = std::max(parts, 1);
-        for (int k = 0; k < n * n * n; ++k)
-            sum += wide(sampler.wsSample(first + part * openvdb::Vec3d(k % n, k / n % n, k / n / n)));
+        for (int k = 0; k < n * n * n; ++k) {
+            const Coord at(k % n, k / n % n, k / n / n);
+            sum += wide(sampler.wsSample(first + part * at.asVec3d()));
+        }
         return Value(sum / static_cast<double>(n * n * n));
     };
     parallelFor(

@@ -48,7 +48,7 @@ class Rail {
 
     /// Returns u and v at a position whose nearest arc is given.
     template <int Order>
-    std::array<Jet<double, 3, Order>, 2> across(size_t arc, const Vec3d& position) const;
+    std::array<Jet<double, 3, Order>, 2> across(size_t index, const Vec3d& position) const;
 
     bool closed() const { return mFinite == mArcs.size(); }
     Box bounds() const; ///< Of the curve itself.

@@ -37,7 +37,7 @@ openvdb::GridBase::ConstPtr scalarsOf(const openvdb::GridBase::ConstPtr& grid, c
 }
 
 ScalarField fieldOfGrid(const Context& c, const openvdb::GridBase& grid) {
-    const ScalarField field = gridField(grid, c.follow("field"));
+    ScalarField field = gridField(grid, c.follow("field"));
     c.info(fmt::format("field: grid '{}', {} active voxels of {:.6g}, background {}", grid.getName(),
                        grid.activeVoxelCount(), grid.voxelSize()[0],
                        grid.isType<openvdb::FloatGrid>()

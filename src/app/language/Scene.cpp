@@ -196,11 +196,11 @@ class SharedPoints {
 
 } // namespace
 
-std::string sceneOf(const Graph& shared) {
-    const Graph graph = SharedPoints(shared).separated();
+std::string sceneOf(const Graph& graph) {
+    const Graph separated = SharedPoints(graph).separated();
     std::set<std::string> named;
     for (;;) {
-        SceneWriter writer(graph, named);
+        SceneWriter writer(separated, named);
         std::string text = writer.text();
         const size_t before = named.size();
         named.insert(writer.used().begin(), writer.used().end());

@@ -91,7 +91,7 @@ class Evaluator {
     Moment momentAt(double seconds) const;
     PointSet take(const Link& link, size_t node);
 
-    Digest keyOf(size_t node) const;
+    Digest keyOf(size_t index) const;
     Digest keyOf(const Link& link) const;
     Digest programDigest() const;
     Digest inputsBefore() const;

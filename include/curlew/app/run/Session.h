@@ -34,7 +34,7 @@ class Session {
   public:
     /// If `keeps`, results are kept for a host to read, and for the next run of an edited graph. The command does not
     /// need this.
-    explicit Session(Console& console, bool keeps = true);
+    explicit Session(Console& output, bool keeps = true);
     ~Session();
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
