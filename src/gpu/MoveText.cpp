@@ -66,8 +66,8 @@ layout(push_constant) uniform Request {
 };
 shared uint sums[COUNTS];
 
-#define UNLIMITED uintBitsToFloat(0x7f800000u) // the driver removes a comparison with it
-// In 3D, flows are long enough for the stages' tests not to matter, and their copies would take long to compile.
+#define UNLIMITED uintBitsToFloat(0x7f800000u) // infinity: no length exceeds it, so a driver can remove the test
+// In 3D, where flows are long, copies of them would take long to compile.
 #if DIM == 2
 #define UNROLLED [[unroll]]
 #else

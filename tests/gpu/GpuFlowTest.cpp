@@ -148,17 +148,19 @@ TEST_CASE("GpuFlowN: equal steps that nothing guards return to their tracks", "[
                                    .limited = limited,
                                    .guarded = false});
     };
+    const auto start = positionsIn(flow, 1000);
+    GpuPointsN<3> free;
+    CHECK(moved(0, true, free).corrections == 0);
+    CHECK(driftOf(flow, start, free.position) > 1e-4);
     for (const bool limited : {false, true}) {
         CAPTURE(limited);
-        GpuPointsN<3> free, corrected;
-        CHECK(moved(0, limited, free).corrections == 0);
-        const auto start = positionsIn(flow, 1000);
+        GpuPointsN<3> corrected;
         const GpuMoved result = moved(4, limited, corrected);
         CHECK(result.substeps == start.size() * kSteps);
         CHECK(result.corrections > start.size() * kSteps / 10);
         CHECK(result.retries + result.stalled + result.coarse == 0);
+        // As much as a step may leave its track by on a GPU: `enough`, and the rounding errors of f and g in float.
         CHECK(driftOf(flow, start, corrected.position) < 1e-5);
-        CHECK(driftOf(flow, start, free.position) > 1e-4);
     }
 }
 
