@@ -38,6 +38,20 @@ struct Ramp {
     }
 };
 
+/// Applies a model's function to the jets of the fields that it is made of.
+template <int Order>
+struct ApplyKernel {
+    template <class T, class Model>
+    static void run(const Model& model, const int& size, JetBatch<NumberOf<T>, Order>& jets) {
+        model.template apply<Order, T>(size, jets);
+    }
+    template <class T, class Model>
+    static void run(const Model& model, const int& size, JetBatch<NumberOf<T>, Order>& jets,
+                    const JetBatch<NumberOf<T>, Order>& other) {
+        model.template apply<Order, T>(size, jets, other);
+    }
+};
+
 /// Applies `combine` to the jets of two fields at the same position.
 template <int N, class Combine>
 struct Binary {
@@ -46,12 +60,27 @@ struct Binary {
     ScalarFieldN<N> a, b;
     Combine combine;
     Interval interval;
+
     template <int Order, class T>
     void evalBatch(const PointBatchN<N>& points, JetBatchN<NumberOf<T>, N, Order>& jets) const {
         JetBatchN<NumberOf<T>, N, Order> other;
         a.eval(points, jets);
         b.eval(points, other);
-        for (int i = 0; i < points.size; i += kLanes<T>)
+        apply<Order, T>(points.size, jets, other);
+    }
+    template <int Order, class T>
+    OnLattice<T, Order> onLattice(const PointLattice& lattice) const requires(N == 3) {
+        return [this, onA = a.template onLattice<T, Order>(lattice), onB = b.template onLattice<T, Order>(lattice)](
+                   const LatticeBatch& batch, JetBatch<T, Order>& jets) {
+            JetBatch<T, Order> other;
+            onA(batch, jets);
+            onB(batch, other);
+            runKernel<ApplyKernel<Order>, T>(*this, batch.points.size, jets, std::as_const(other));
+        };
+    }
+    template <int Order, class T>
+    void apply(int size, JetBatchN<NumberOf<T>, N, Order>& jets, const JetBatchN<NumberOf<T>, N, Order>& other) const {
+        for (int i = 0; i < size; i += kLanes<T>)
             jets.set(i, combine(jets.template lanes<T>(i), other.template lanes<T>(i)));
     }
     template <int Order>
@@ -70,10 +99,23 @@ struct Unary {
     ScalarFieldN<N> a;
     Map map;
     Interval interval;
+
     template <int Order, class T>
     void evalBatch(const PointBatchN<N>& points, JetBatchN<NumberOf<T>, N, Order>& jets) const {
         a.eval(points, jets);
-        for (int i = 0; i < points.size; i += kLanes<T>) jets.set(i, map(jets.template lanes<T>(i)));
+        apply<Order, T>(points.size, jets);
+    }
+    template <int Order, class T>
+    OnLattice<T, Order> onLattice(const PointLattice& lattice) const requires(N == 3) {
+        return
+            [this, on = a.template onLattice<T, Order>(lattice)](const LatticeBatch& batch, JetBatch<T, Order>& jets) {
+                on(batch, jets);
+                runKernel<ApplyKernel<Order>, T>(*this, batch.points.size, jets);
+            };
+    }
+    template <int Order, class T>
+    void apply(int size, JetBatchN<NumberOf<T>, N, Order>& jets) const {
+        for (int i = 0; i < size; i += kLanes<T>) jets.set(i, map(jets.template lanes<T>(i)));
     }
     template <int Order>
     Jet<Symbol<float>, N, Order> symbols(SymbolModule& module, const Vec<Symbol<double>, N>& p) const {

@@ -17,38 +17,41 @@ namespace curlew {
 namespace detail {
 
 template <int N>
+double Bounded<N>::farSide(const BoxN<N>& box) const {
+    const double radius = lipschitz * length(box.size()) / 2;
+    if (!(radius < 2 * width)) return 0;
+    const double d = distance.template at<0>(box.center()).value;
+    return std::abs(d) > width + radius ? std::copysign(1.0, d) : 0;
+}
+
+template <int N>
 double Bounded<N>::farSide(const PointBatchN<N>& points) const {
     if (points.size < kBatch / 4) return 0;
-    PointBatchN<N> centre;
-    centre.size = 1;
-    double squared = 0;
-    for (size_t axis = 0; axis < N; ++axis) {
-        const auto* x = points.c[axis].data();
+    BoxN<N> box;
+    for (int axis = 0; axis < N; ++axis) {
+        const auto* x = points.c[static_cast<size_t>(axis)].data();
         double lower = x[0], upper = x[0];
         for (int i = 1; i < points.size; ++i) {
             lower = std::min(lower, x[i]);
             upper = std::max(upper, x[i]);
         }
-        centre.c[axis][0] = (lower + upper) / 2;
-        squared += (upper - lower) * (upper - lower) / 4;
+        box.lower[axis] = lower;
+        box.upper[axis] = upper;
     }
-    const double radius = lipschitz * std::sqrt(squared);
-    if (!(radius < 2 * width)) return 0;
-    JetBatchN<double, N, 0> d;
-    distance.eval(centre, d);
-    return std::abs(d.c[0][0]) > width + radius ? std::copysign(1.0, d.c[0][0]) : 0;
+    return farSide(box);
 }
 
 template <int N>
-bool Bounded<N>::evalLattice(const PointLattice& lattice, double* values) const requires(N == 3) {
-    distance.eval(lattice, {values, lattice.size()});
-    lattice.forEachBatch([&](const PointBatch& points, size_t first) {
-        JetBatch<double, 0> jets;
-        std::copy_n(values + first, points.size, jets.c[0].begin());
-        runKernel<BlendKernel, double>(*this, points, jets);
-        std::copy_n(jets.c[0].begin(), points.size, values + first);
-    });
-    return true;
+double Bounded<N>::farSide(const PointLattice& lattice) const requires(N == 3) {
+    if (lattice.size() < kBatch / 4) return 0;
+    BoxN<N> box;
+    for (int axis = 0; axis < N; ++axis) {
+        const auto x = lattice.coordinates[static_cast<size_t>(axis)];
+        const auto [lower, upper] = std::minmax_element(x.begin(), x.end());
+        box.lower[axis] = *lower;
+        box.upper[axis] = *upper;
+    }
+    return farSide(box);
 }
 
 } // namespace detail
@@ -133,13 +136,14 @@ ScalarFieldN<N> bounded(const ScalarFieldN<N>& noise, const WallN<N>& wall, cons
 template <int N>
 ScalarFieldN<N> layerFade(const WallN<N>& wall) {
     requirePositive(wall.width, "width");
-    return ScalarFieldN<N>(LayerFade<N>{wall.sdf.distance, wall.width});
+    return ScalarFieldN<N>(Unary<N, LayerFade>{wall.sdf.distance, {wall.width}, {0, 1}});
 }
 
 template <int N>
 ScalarFieldN<N> layerRamp(const WallN<N>& wall) {
     requirePositive(wall.width, "width");
-    return ScalarFieldN<N>(LayerRamp<N>{wall.sdf.distance, wall.side == Side::outside ? wall.width : -wall.width});
+    const LayerRamp ramp{wall.side == Side::outside ? wall.width : -wall.width};
+    return ScalarFieldN<N>(Unary<N, LayerRamp>{wall.sdf.distance, ramp, {-1, 1}});
 }
 
 template <int N>
@@ -149,6 +153,7 @@ ScalarFieldN<N> productBounded(const ScalarFieldN<N>& noise, const SdfN<N>& sdf,
 
 #define CURLEW_INSTANTIATE(N)                                                                       \
     template double detail::Bounded<N>::farSide(const PointBatchN<N>&) const;                       \
+    template double detail::Bounded<N>::farSide(const BoxN<N>&) const;                              \
     template LayerWidth layerWidth(const ScalarFieldN<N>&, const BoxN<N>&, Side);                   \
     template ScalarFieldN<N> bounded(const ScalarFieldN<N>&, const WallN<N>&, const BoundOptions&); \
     template ScalarFieldN<N> layerFade(const WallN<N>&);                                            \
@@ -156,6 +161,6 @@ ScalarFieldN<N> productBounded(const ScalarFieldN<N>& noise, const SdfN<N>& sdf,
     template ScalarFieldN<N> productBounded(const ScalarFieldN<N>&, const SdfN<N>&, double);
 CURLEW_FOR_DIMENSIONS(CURLEW_INSTANTIATE)
 #undef CURLEW_INSTANTIATE
-template bool detail::Bounded<3>::evalLattice(const PointLattice&, double*) const;
+template double detail::Bounded<3>::farSide(const PointLattice&) const;
 
 } // namespace curlew

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "AlgebraModels.h"
 #include "curlew/field/Bound.h"
 #include "curlew/math/Fade.h"
 
@@ -8,14 +9,6 @@
 #include <cmath>
 
 namespace curlew::detail {
-
-/// The quintic fade of the depth as a function of the distance.
-template <class T>
-Univariate<T> alphaOf(const T& distance, double width) {
-    const T rate = select(distance < T(0), T(-1), T(1)) / static_cast<T>(width);
-    const Univariate<T> fade = quinticFade(distance * rate);
-    return {fade.value, fade.first * rate, fade.second * rate * rate, fade.third * rate * rate * rate};
-}
 
 /// The blend of a layer at the depth s >= 0, in widths. alpha rises from 0 to 1. Its slope is 3/2 over the middle third
 /// and follows a cubic smoothstep over each outer third, so alpha is C². A quintic fade is steeper in the middle, which
@@ -39,6 +32,9 @@ struct LayerBlend {
         levelled = select(rising, s, T(0.5)) - area;
     }
 };
+
+template <int Order>
+struct BlendKernel;
 
 /// Eq. 13 with a distance that levels off.
 template <int N>
@@ -65,8 +61,21 @@ struct Bounded {
         blendNoise<Order, T>(points, jets);
     }
 
-    /// The same on a lattice. Not inline: kernels for other instruction sets share it.
-    bool evalLattice(const PointLattice& lattice, double* values) const requires(N == 3);
+    template <int Order, class T>
+    OnLattice<T, Order> onLattice(const PointLattice& lattice) const requires(N == 3) {
+        OnLattice<T, Order> distances;
+        if (const double sign = farSide(lattice); sign != 0 && flows(sign)) // any distance beyond the layer will do
+            distances = [far = static_cast<T>(sign * 2 * width)](const LatticeBatch&, JetBatch<T, Order>& jets) {
+                jets = {};
+                jets.c[0].fill(far);
+            };
+        else
+            distances = distance.template onLattice<T, Order>(lattice);
+        return [this, distances = std::move(distances)](const LatticeBatch& batch, JetBatch<T, Order>& jets) {
+            distances(batch, jets);
+            runKernel<BlendKernel<Order>, T>(*this, batch.points, jets);
+        };
+    }
 
     /// Replaces the distances at the points by the field's values.
     template <int Order, class T>
@@ -114,6 +123,8 @@ struct Bounded {
     /// Returns the sign of the distance if all positions are certainly beyond the layer, else 0. If the batch is
     /// compact, one lookup serves all of it. Not inline: kernels for other instruction sets share it.
     double farSide(const PointBatchN<N>& points) const;
+    double farSide(const PointLattice& lattice) const requires(N == 3);
+    double farSide(const BoxN<N>& box) const;
 
     /// The noise as it is blended: centred, scaled and shifted by sign · by, where `sign` is that of the distance.
     template <class J, class T>
@@ -142,68 +153,42 @@ struct Bounded {
     }
 };
 
-/// Computes the values of a bounded field from distances.
+/// Computes a bounded field from distances.
+template <int Order>
 struct BlendKernel {
     template <class T>
-    static void run(const Bounded<3>& field, const PointBatch& points, JetBatch<NumberOf<T>, 0>& jets) {
-        field.blendNoise<0, T>(points, jets);
+    static void run(const Bounded<3>& field, const PointBatch& points, JetBatch<NumberOf<T>, Order>& jets) {
+        field.blendNoise<Order, T>(points, jets);
     }
 };
 
-template <int N>
+/// The quintic fade of the depth as a function of the distance.
 struct LayerFade {
-    static constexpr int kDimension = N;
-    ScalarFieldN<N> distance;
     double width;
 
-    template <int Order, class T>
-    void evalBatch(const PointBatchN<N>& points, JetBatchN<T, N, Order>& jets) const {
-        distance.eval(points, jets);
-        for (int i = 0; i < points.size; ++i) {
-            const auto d = jets[i];
-            jets.set(i, compose(d, alphaOf(d.value, width)));
-        }
+    template <class J>
+    J operator()(const J& d) const {
+        using T = ValueOf<J>;
+        const T rate = select(d.value < T(0), T(-1), T(1)) / T(static_cast<NumberOf<T>>(width));
+        const Univariate<T> fade = quinticFade(d.value * rate);
+        return compose(d, Univariate<T>{fade.value, fade.first * rate, fade.second * rate * rate,
+                                        fade.third * rate * rate * rate});
     }
-    template <int Order>
-    Jet<Symbol<float>, N, Order> symbols(SymbolModule& module, const Vec<Symbol<double>, N>& p) const {
-        const auto d = distance.template symbols<Order>(module, p);
-        return compose(d, alphaOf(d.value, width));
-    }
-    Interval range() const { return {0, 1}; }
 };
 
-/// Bridson's ramp.
-template <int N>
+/// Bridson's ramp: 15/8 r - 10/8 r³ + 3/8 r⁵ for |r| <= 1, constant beyond.
 struct LayerRamp {
-    static constexpr int kDimension = N;
-    static constexpr bool kHasKernels = N == 3;
-    ScalarFieldN<N> distance;
     double width; ///< Negative: the ramp rises towards the inside.
 
-    template <int Order, class T>
-    void evalBatch(const PointBatchN<N>& points, JetBatchN<NumberOf<T>, N, Order>& jets) const {
-        distance.eval(points, jets);
-        for (int i = 0; i < points.size; i += kLanes<T>) {
-            const auto d = jets.template lanes<T>(i);
-            jets.set(i, compose(d, rampOf(d.value)));
-        }
-    }
-    template <int Order>
-    Jet<Symbol<float>, N, Order> symbols(SymbolModule& module, const Vec<Symbol<double>, N>& p) const {
-        const auto d = distance.template symbols<Order>(module, p);
-        return compose(d, rampOf(d.value));
-    }
-    Interval range() const { return {-1, 1}; }
-
-  private:
-    /// 15/8 r - 10/8 r³ + 3/8 r⁵ for |r| <= 1, constant beyond.
-    template <class T>
-    Univariate<T> rampOf(const T& d) const {
+    template <class J>
+    J operator()(const J& d) const {
+        using T = ValueOf<J>;
         const T rate(static_cast<NumberOf<T>>(1 / width));
-        const T r = min(T(1), max(T(-1), d * rate)), s = r * r, left = T(1) - s;
+        const T r = min(T(1), max(T(-1), d.value * rate)), s = r * r, left = T(1) - s;
         const T third = select(left > T(0), mulAdd(s, T(22.5), T(-7.5)), T(0));
-        return {r * mulAdd(s, mulAdd(s, T(0.375), T(-1.25)), T(1.875)), T(1.875) * left * left * rate,
-                T(-7.5) * r * left * rate * rate, third * rate * rate * rate};
+        return compose(
+            d, Univariate<T>{r * mulAdd(s, mulAdd(s, T(0.375), T(-1.25)), T(1.875)), T(1.875) * left * left * rate,
+                             T(-7.5) * r * left * rate * rate, third * rate * rate * rate});
     }
 };
 

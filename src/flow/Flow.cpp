@@ -95,8 +95,34 @@ FlowN<N> FlowN<N>::onLevelSets() const {
 template <int N>
 template <class T>
 void FlowN<N>::eval(const PointBatchN<N>& points, Jets<T>& potentials, VecBatchN<T, N>& velocity) const {
-    const auto addTerm = [&](const Potentials& term, Jets<T>& jets, const bool first) {
-        for (size_t k = 0; k < kPotentials; ++k) term[k].eval(points, jets[k]);
+    const auto evalPotential = [&](size_t t, size_t k, JetBatchN<T, N, 1>& jets) { mTerms[t][k].eval(points, jets); };
+    evalWith(evalPotential, points, potentials, velocity);
+}
+
+template <int N>
+std::function<void(const LatticeBatch&, VecBatchN<float, N>&)> FlowN<N>::onLattice(const PointLattice& lattice) const
+    requires(N == 3) {
+    if constexpr (N == 3) { // Clang 14 instantiates this for other N, too
+        std::vector<std::array<OnLattice<float, 1>, kPotentials>> terms(mTerms.size());
+        for (size_t t = 0; t < terms.size(); ++t)
+            for (size_t k = 0; k < kPotentials; ++k) terms[t][k] = mTerms[t][k].template onLattice<float, 1>(lattice);
+        return [this, terms = std::move(terms)](const LatticeBatch& batch, VecBatchN<float, N>& velocity) {
+            const auto evalPotential = [&](size_t t, size_t k, JetBatchN<float, N, 1>& jets) {
+                terms[t][k](batch, jets);
+            };
+            Jets<float> potentials;
+            evalWith(evalPotential, batch.points, potentials, velocity);
+        };
+    }
+}
+
+template <int N>
+template <class T, class EvalPotential>
+void FlowN<N>::evalWith(const EvalPotential& evalPotential, const PointBatchN<N>& points, Jets<T>& potentials,
+                        VecBatchN<T, N>& velocity) const {
+    const auto addTerm = [&](size_t t, Jets<T>& jets) {
+        for (size_t k = 0; k < kPotentials; ++k) evalPotential(t, k, jets[k]);
+        const bool first = t == 0;
         runKernel<CrossKernel<N>, T>(std::as_const(jets), points.size, first, velocity);
     };
     if (mTerms.empty()) {
@@ -104,11 +130,11 @@ void FlowN<N>::eval(const PointBatchN<N>& points, Jets<T>& potentials, VecBatchN
             for (auto& values : jets.c) values.fill(0);
         for (auto& values : velocity.c) values.fill(0);
     } else {
-        addTerm(mTerms.front(), potentials, true);
+        addTerm(0, potentials);
     }
     for (size_t t = 1; t < mTerms.size(); ++t) {
         Jets<T> jets;
-        addTerm(mTerms[t], jets, false);
+        addTerm(t, jets);
     }
     for (const Components& components : mComponents)
         for (size_t axis = 0; axis < components.size(); ++axis) {

@@ -3,7 +3,6 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/vdb/Openvdb.h"
 
-#include <bit>
 #include <utility>
 
 namespace curlew {
@@ -13,8 +12,73 @@ namespace {
 /// The voxels of one plane of a leaf form a batch, and a word of the leaf's active mask.
 static_assert(kBatch == kLeafEdge * kLeafEdge);
 
-constexpr uint64_t kAll = ~uint64_t{0};
-using Factors = std::array<float, kBatch>;
+/// The centres of the voxels of a leaf.
+class LeafPoints {
+  public:
+    LeafPoints(const openvdb::Coord& origin, double voxel) {
+        for (size_t axis = 0; axis < 3; ++axis)
+            for (int k = 0; k < kLeafEdge; ++k)
+                mCoordinates[axis][static_cast<size_t>(k)] = (origin[static_cast<int>(axis)] + k) * voxel;
+    }
+    /// The lattice of those with these numbers; empty: all.
+    PointLattice lattice(std::span<const uint32_t> numbers = {}) {
+        const auto& [x, y, z] = mCoordinates;
+        return {{x, y, z}, numbers, &mMemo};
+    }
+    Vec3d operator[](uint32_t n) const {
+        constexpr uint32_t kEdge = kLeafEdge;
+        const auto& [x, y, z] = mCoordinates;
+        return {{x[n / (kEdge * kEdge)], y[n / kEdge % kEdge], z[n % kEdge]}};
+    }
+
+  private:
+    std::array<std::array<double, kLeafEdge>, 3> mCoordinates;
+    LatticeMemo mMemo;
+};
+
+/// The voxels of a leaf where the velocity is not zero.
+class ActiveVoxels {
+  public:
+    ActiveVoxels(const FlowOnVoxels& sampled, const openvdb::Coord& leaf, LeafPoints& points) {
+        if (!sampled.isFar(leaf)) fade(sampled, points.lattice());
+        const bool inBox = sampled.inBox(leaf);
+        const Box& box = sampled.flow.domain().box;
+        if (mFades || !inBox) choose([&](uint32_t n) { return factor(n) > 0 && (inBox || box.contains(points[n])); });
+    }
+
+    size_t count() const { return mCount; }
+    bool all() const { return mCount == VelocityLeaf::SIZE; }
+    /// Their numbers in the leaf; empty if all are active.
+    std::span<const uint32_t> numbers() const { return {mNumbers.data(), all() ? 0 : mCount}; }
+    uint32_t number(size_t n) const { return all() ? static_cast<uint32_t>(n) : mNumbers[n]; }
+    /// Whether the factor differs from 1 somewhere.
+    bool fades() const { return mFades; }
+    /// The factor of the velocity at the voxel with this number.
+    float factor(uint32_t number) const { return mFades ? mFactors[number] : 1; }
+
+  private:
+    void fade(const FlowOnVoxels& sampled, const PointLattice& lattice) {
+        const auto distances = sampled.flow.domain().wall->sdf.distance.onLattice<float, 1>(lattice);
+        lattice.forEachBatch([&](const LatticeBatch& batch) {
+            JetBatch<float, 1> d;
+            distances(batch, d);
+            for (size_t i = 0; i < kBatch; ++i)
+                mFactors[batch.first + i] = static_cast<float>(sampled.fade.at(static_cast<double>(d.c[0][i])));
+        });
+        mFades = true;
+    }
+    template <class Wanted>
+    void choose(const Wanted& wanted) {
+        mCount = 0;
+        for (uint32_t n = 0; n < VelocityLeaf::SIZE; ++n)
+            if (wanted(n)) mNumbers[mCount++] = n;
+    }
+
+    std::array<float, VelocityLeaf::SIZE> mFactors;
+    std::array<uint32_t, VelocityLeaf::SIZE> mNumbers;
+    size_t mCount = VelocityLeaf::SIZE;
+    bool mFades = false;
+};
 
 PointBatch centresOfPlane(const openvdb::Coord& origin, int plane, double voxel) {
     PointBatch points;
@@ -27,37 +91,6 @@ PointBatch centresOfPlane(const openvdb::Coord& origin, int plane, double voxel)
             points.c[2][static_cast<size_t>(n)] = (origin[2] + k) * voxel;
         }
     return points;
-}
-
-/// Returns the mask of the points where the velocity is not zero, and its fade factors there. `whole`: all points are
-/// in the box. `fades`: the factor differs from 1 somewhere.
-uint64_t activePoints(const FlowOnVoxels& sampled, const PointBatch& points, bool whole, bool fades, Factors& factors) {
-    const Domain& domain = sampled.flow.domain();
-    uint64_t active = kAll;
-    if (!whole)
-        for (int i = 0; i < kBatch; ++i)
-            if (!domain.box.contains(points[i])) active &= ~(uint64_t{1} << i);
-    factors.fill(1);
-    if (active == 0 || !fades) return active;
-    JetBatch<float, 0> d;
-    wallDistances(domain, points, d);
-    for (size_t i = 0; i < kBatch; ++i)
-        factors[i] = static_cast<float>(sampled.fade.at(static_cast<double>(d.c[0][i])));
-    for (size_t i = 0; i < kBatch; ++i)
-        if (!(factors[i] > 0)) active &= ~(uint64_t{1} << i);
-    return active;
-}
-
-/// Moves the active points and their factors to the front, and stores the voxel of the plane that each belongs to.
-void compact(uint64_t active, PointBatch& points, Factors& factors, std::array<uint8_t, kBatch>& voxel) {
-    points.size = 0;
-    for (; active != 0; active &= active - 1) {
-        const int i = std::countr_zero(active);
-        const auto to = static_cast<size_t>(points.size);
-        factors[to] = factors[static_cast<size_t>(i)];
-        voxel[to] = static_cast<uint8_t>(i);
-        points.push(points[i]);
-    }
 }
 
 /// Adds the wall's velocity to a plane, and activates those voxels in the box where it is not zero.
@@ -89,18 +122,31 @@ struct Wanted {
 
 /// Activates the voxels of a leaf where the velocity is not zero.
 Wanted activate(const FlowOnVoxels& sampled, VelocityLeaf& leaf) {
-    const bool whole = sampled.inBox(leaf.origin()), fades = !sampled.isFar(leaf.origin());
-    Wanted wanted;
-    for (int plane = 0; plane < kLeafEdge; ++plane) {
-        Factors factors;
-        const uint64_t active =
-            activePoints(sampled, centresOfPlane(leaf.origin(), plane, sampled.voxel), whole, fades, factors);
-        leaf.getValueMask().getWord<uint64_t>(plane) = active;
-        wanted.count += static_cast<size_t>(std::popcount(active));
-        for (uint64_t rest = fades ? active : 0; rest != 0; rest &= rest - 1)
-            wanted.factors.push_back(factors[static_cast<size_t>(std::countr_zero(rest))]);
+    LeafPoints points(leaf.origin(), sampled.voxel);
+    const ActiveVoxels active(sampled, leaf.origin(), points);
+    Wanted wanted{.count = active.count(), .factors = {}};
+    for (size_t n = 0; n < wanted.count; ++n) {
+        leaf.setValueOn(active.number(n));
+        if (active.fades()) wanted.factors.push_back(active.factor(active.number(n)));
     }
     return wanted;
+}
+
+/// Stores the velocities of a batch, and activates its voxels.
+void store(const LatticeBatch& batch, const VecBatch<float>& velocities, const ActiveVoxels& active,
+           VelocityLeaf& leaf) {
+    const auto& [x, y, z] = velocities.c;
+    openvdb::Vec3s* values = leaf.buffer().data();
+    if (active.all() && !active.fades()) {
+        for (size_t i = 0; i < kBatch; ++i) values[batch.first + i] = {x[i], y[i], z[i]};
+        return;
+    }
+    for (size_t i = 0; i < static_cast<size_t>(batch.points.size); ++i) {
+        const uint32_t number = active.number(batch.first + i);
+        const float factor = active.factor(number);
+        values[number] = {x[i] * factor, y[i] * factor, z[i] * factor};
+        leaf.setValueOn(number);
+    }
 }
 
 } // namespace
@@ -141,23 +187,17 @@ void sampleCollocated(const FlowOnVoxels& sampled, const VelocitySource& source,
 }
 
 void sampleCollocated(const FlowOnVoxels& sampled, VelocityLeaf& leaf) {
-    const bool whole = sampled.inBox(leaf.origin()), fades = !sampled.isFar(leaf.origin());
-    for (int plane = 0; plane < kLeafEdge; ++plane) {
-        PointBatch points = centresOfPlane(leaf.origin(), plane, sampled.voxel);
-        Factors factors;
-        const uint64_t active = activePoints(sampled, points, whole, fades, factors);
-        if (active == 0) continue;
-        std::array<uint8_t, kBatch> voxel; // in the plane
-        if (active != kAll) compact(active, points, factors, voxel);
-        VecBatch<float> v;
-        sampled.flow.velocity(points, v);
-        if (fades)
-            for (auto& axis : v.c)
-                for (size_t i = 0; i < kBatch; ++i) axis[i] *= factors[i];
-        openvdb::Vec3s* values = leaf.buffer().data() + plane * kBatch;
-        for (size_t i = 0; i < static_cast<size_t>(points.size); ++i)
-            values[active == kAll ? i : voxel[i]] = {v.c[0][i], v.c[1][i], v.c[2][i]};
-        leaf.getValueMask().getWord<uint64_t>(plane) = active;
+    LeafPoints points(leaf.origin(), sampled.voxel);
+    const ActiveVoxels active(sampled, leaf.origin(), points);
+    if (active.count() > 0) {
+        const PointLattice lattice = points.lattice(active.numbers());
+        const auto velocity = sampled.flow.onLattice(lattice);
+        lattice.forEachBatch([&](const LatticeBatch& batch) {
+            VecBatch<float> velocities;
+            velocity(batch, velocities);
+            store(batch, velocities, active, leaf);
+        });
+        if (active.all()) leaf.setValuesOn();
     }
     addWall(sampled, leaf);
 }

@@ -7,9 +7,7 @@
 #include "curlew/vdb/VelocityGrid.h"
 
 #include <array>
-#include <bitset>
 #include <cmath>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -61,61 +59,36 @@ void sampleCollocated(const FlowOnVoxels& sampled, const VelocitySource& source,
                       const std::vector<VelocityLeaf*>& leaves, const Monitor& monitor);
 
 /// Fills the leaves of a brick with velocities at the faces of their voxels. Each potential is computed once per voxel
-/// corner, when the first leaf needs it.
+/// corner.
 class StaggeredBrick {
   public:
     static constexpr int kLeaves = 4; ///< Per edge; this gives 33³ corners for up to 32³ voxels.
-    static constexpr size_t kAllLeaves = size_t{kLeaves} * kLeaves * kLeaves;
 
-    /// `origin` is the lowest voxel of the brick.
-    StaggeredBrick(const FlowOnVoxels& sampled, const openvdb::Coord& origin);
+    /// The potentials at the corners, z fastest; 0 where no face needs them.
+    struct Term {
+        std::vector<double> f, g;
+    };
 
-    /// Computes the potentials at all corners at once. This is faster if the brick has all its leaves.
-    void evaluateAll();
+    /// Computes the potentials at the corners of the voxels of these leaves, which must be in one brick.
+    StaggeredBrick(const FlowOnVoxels& sampled, std::span<const openvdb::Coord> leaves);
 
-    /// Computes the velocities of a leaf. The flux through a face is the circulation of f dg around it; the velocity is
-    /// the flux divided by the area of the face.
-    void sample(VelocityLeaf& leaf);
+    /// Computes the velocities of one of the leaves. The flux through a face is the circulation of f dg around it; the
+    /// velocity is the flux divided by the area of the face.
+    void sample(VelocityLeaf& leaf) const;
 
   private:
-    static constexpr int kEdge = kLeaves * kLeafEdge + 1;
-    static constexpr size_t kCount = size_t{kEdge} * kEdge * kEdge;
-    using Corners = std::array<double, kCount>;
-    /// The potentials at the corners; undefined where they are not known.
-    struct Term {
-        std::unique_ptr<Corners> f = std::make_unique_for_overwrite<Corners>(),
-                                 g = std::make_unique_for_overwrite<Corners>();
-    };
     // Integrals over the edges from each of the 9³ corners of a leaf to the next corner along each axis, z fastest.
     static constexpr size_t kEdgeY = kLeafEdge + 1, kEdgeX = kEdgeY * kEdgeY;
     using Edges = std::array<std::array<double, kEdgeX*(kLeafEdge + 1)>, 3>;
 
-    /// Which parts of the velocity have to be computed in a cube of voxels.
-    struct Parts {
-        bool fades; ///< The flow fades somewhere in it.
-        bool rests; ///< The moving wall adds no velocity.
-    };
-    Parts partsIn(const openvdb::Coord& origin, int edge) const {
-        return {!mSampled.isFar(origin, edge), mWallTerms.empty() || mSampled.rests(origin, edge)};
-    }
-    static size_t cornerAt(const openvdb::Coord& c) {
-        return (static_cast<size_t>(c[0]) * kEdge + static_cast<size_t>(c[1])) * kEdge + static_cast<size_t>(c[2]);
-    }
-    void evaluateCornersOf(const openvdb::Coord& leaf);
-    bool sideKnown(const openvdb::Coord& lower, size_t axis) const;
-    std::vector<double> fadeOn(const PointLattice& corners, const Parts& parts) const;
-    void evaluate(size_t term, const PointLattice& corners, const Parts& parts, const std::vector<double>& fade,
-                  std::span<double> f, std::span<double> g) const;
     void integrate(const openvdb::Coord& leaf, Edges& edges) const;
     void addPointValues(VelocityLeaf& leaf) const;
     void activate(VelocityLeaf& leaf) const;
 
     const FlowOnVoxels& mSampled;
-    openvdb::Coord mOrigin;
-    std::array<std::array<double, kEdge>, 3> mCorners; ///< Coordinates of the corners along each axis.
-    std::vector<Flow::Potentials> mWallTerms;          ///< Potentials of a moving rigid wall.
-    std::vector<Term> mTerms;                          ///< Terms of the flow, followed by those of its wall.
-    std::bitset<kCount> mKnown;
+    openvdb::Coord mOrigin;      ///< The lowest voxel of all leaves.
+    std::array<size_t, 3> mStep; ///< From a corner to the next one along each axis.
+    std::vector<Term> mTerms;    ///< Those of the flow that do not vanish, followed by those of its moving wall.
 };
 
 } // namespace curlew

@@ -57,20 +57,25 @@ class SplineField {
                 jets.set(i, Jet<T, 3, Order>(static_cast<T>(beyond)));
     }
 
-    bool evalLattice(const PointLattice& lattice, double* values) const {
+    template <int Order, class T>
+    OnLattice<T, Order> onLattice(const PointLattice& lattice) const {
         std::array<SplineLattice::Axis, 3> axes;
-        if (!place(lattice, axes)) return false;
-        const SplineLattice spline(axes);
-        if (!spline.pays()) return false;
+        if (!place(lattice, axes)) return {};
+        if (!SplineLattice::pays(axes, lattice.size())) return {};
+        SplineLattice spline(axes);
         const openvdb::tree::ValueAccessor<const openvdb::FloatTree, /*IsSafe=*/false> levels(mGrid->tree());
-        const auto leafAt = [&](int i, int j, int k) -> SplineLattice::Leaf {
+        spline.collect([&](int i, int j, int k) -> SplineLattice::Leaf {
             const Coord leaf(i, j, k);
             const int32_t number = mBlockOf.find(leaf);
             if (number == LeafTable::kNone) return {nullptr, levels.getValue(leaf << 3)};
             return {mBlocks[static_cast<size_t>(number)].data(), 0};
-        };
-        spline.eval(leafAt, values);
-        return true;
+        });
+        const auto jets = std::make_shared<LatticeJets<T, Order>>(spline);
+        if (spline.anyInBand())
+            runOnLines<SplineLatticeKernel<Order>, T>(spline.axes()[2].base.size(), std::as_const(spline), mToIndex,
+                                                      *jets);
+        jets->fillBeyond(spline);
+        return [jets](const LatticeBatch& batch, JetBatch<T, Order>& to) { jets->copy(batch, to); };
     }
 
     /// The same from buffers: a dense index of the leaves, and the coefficients of the blocks and the levels of tiles.
@@ -141,11 +146,13 @@ class SplineField {
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j)
                 if (i != j && mToIndex[i][j] != 0) return false;
-        for (size_t axis = 0; axis < 3; ++axis)
+        for (size_t axis = 0; axis < 3; ++axis) {
+            axes[axis].reserve(lattice.coordinates[axis].size());
             for (const double p : lattice.coordinates[axis]) {
                 const int k = static_cast<int>(axis);
                 if (!axes[axis].add(mulAdd(mToIndex[k][k], p, mShift[k]))) return false;
             }
+        }
         return true;
     }
 

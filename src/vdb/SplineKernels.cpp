@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "SplineContraction.h"
+#include "SplineLattice.h"
 #include "curlew/math/LaneKernels.h"
 
 namespace curlew {
@@ -16,6 +17,13 @@ CURLEW_INSTANTIATE(float, 2)
 CURLEW_INSTANTIATE(double, 0)
 CURLEW_INSTANTIATE(double, 1)
 CURLEW_INSTANTIATE(double, 2)
+#undef CURLEW_INSTANTIATE
+
+#define CURLEW_INSTANTIATE(T, Order)                                                                           \
+    template void runOnLanes<CURLEW_SIMD, SplineLatticeKernel<Order>, T>(const SplineLattice&, const Matrix3&, \
+                                                                         LatticeJets<T, Order>&);
+CURLEW_INSTANTIATE(float, 1)
+CURLEW_INSTANTIATE(double, 0)
 #undef CURLEW_INSTANTIATE
 
 } // namespace curlew

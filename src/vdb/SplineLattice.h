@@ -2,54 +2,78 @@
 #pragma once
 
 #include "SplineContraction.h"
+#include "curlew/field/PointLattice.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
+#include <memory>
 #include <utility>
 #include <vector>
 
 namespace curlew {
 
-/// A tricubic B-spline on a lattice, whose axes are those of the spline: sums along z, then y, then x, each of which
-/// serves all positions on a line or plane. The operations on each position are those of contractedSpline(), so the
-/// bits are the same. Independent of OpenVDB.
+// NOLINTBEGIN(modernize-avoid-c-arrays): a std::vector would clear what is overwritten anyway
+template <class T>
+using UninitializedArray = std::unique_ptr<T[]>;
+template <class T>
+UninitializedArray<T> uninitializedArray(size_t count) {
+    return std::make_unique_for_overwrite<T[]>(count);
+}
+// NOLINTEND(modernize-avoid-c-arrays)
+
+/// A tricubic B-spline on a lattice whose axes are those of the spline, so that the sums along an axis serve all
+/// positions with the same coordinate on it. Independent of OpenVDB.
 class SplineLattice {
   public:
     /// Positions along an axis in voxels of the spline.
     struct Axis {
         std::vector<int> base; ///< The voxel below each position; ascending.
-        std::vector<std::array<double, 4>> weights;
+        std::vector<double> fraction;
 
+        /// Makes room for so many positions.
+        void reserve(size_t count) {
+            base.reserve(count);
+            fraction.reserve(count);
+        }
         /// Takes a position, and returns whether it is not below the last one.
         bool add(double x) {
             const double below = floor(x);
             if (!(std::abs(x) < VoxelKernel::kNowhere) || (!base.empty() && below < base.back())) return false;
             base.push_back(static_cast<int>(below));
-            weights.push_back(cubicBSplineWeights(x - below, 0));
+            fraction.push_back(x - below);
             return true;
         }
         int firstLeaf() const { return base.front() >> 3; }
+        int lastLeaf() const { return base.back() >> 3; }
         /// The number of coefficients from the first to the last.
         size_t reach() const {
             const int count = base.back() - base.front() + 4;
             return static_cast<size_t>(count);
         }
+        /// The first of the four coefficients of a position, relative to the first one of the axis.
+        size_t from(size_t position) const {
+            const int steps = base[position] - base.front();
+            return static_cast<size_t>(steps);
+        }
         /// The positions in a leaf.
         std::pair<size_t, size_t> in(int leaf) const {
-            const auto from = std::lower_bound(base.begin(), base.end(), leaf * kLeaf);
-            const auto to = std::lower_bound(from, base.end(), (leaf + 1) * kLeaf);
-            return {static_cast<size_t>(from - base.begin()), static_cast<size_t>(to - base.begin())};
+            const auto begin = std::lower_bound(base.begin(), base.end(), leaf * kLeaf);
+            const auto end = std::lower_bound(begin, base.end(), (leaf + 1) * kLeaf);
+            return {static_cast<size_t>(begin - base.begin()), static_cast<size_t>(end - base.begin())};
         }
         /// The coefficients in the block of a leaf, relative to the first one of the axis, and where they are in it.
         struct Rows {
             size_t first, count, local;
         };
-        Rows rowsOf(int leaf) const {
-            const int begin = std::max(leaf * kLeaf - 1, base.front() - 1);
-            const int end = std::min(leaf * kLeaf - 1 + kBlock, base.back() + 3);
-            return {static_cast<size_t>(begin - (base.front() - 1)), static_cast<size_t>(end - begin),
-                    static_cast<size_t>(begin - (leaf * kLeaf - 1))};
+        /// Without those that the block of the leaf before has too, if `after` it.
+        Rows rowsOf(int leaf, bool after) const {
+            const int lowest = leaf * kLeaf - 1;
+            const int begin = after ? lowest + kBlock - kLeaf : std::max(lowest, base.front() - 1);
+            const int end = std::min(lowest + kBlock, base.back() + 3);
+            return {static_cast<size_t>(begin - (base.front() - 1)), static_cast<size_t>(std::max(end - begin, 0)),
+                    static_cast<size_t>(begin - lowest)};
         }
     };
     /// The block of coefficients of a leaf; nullptr beyond the band, where the spline is `level`.
@@ -57,99 +81,238 @@ class SplineLattice {
         const float* block;
         float level;
     };
+    /// A leaf beyond the band.
+    struct Beyond {
+        std::array<int, 3> leaf;
+        float level;
+    };
 
-    explicit SplineLattice(const std::array<Axis, 3>& axes) : mAxes(axes) {}
-
-    /// Whether this is cheaper than to compute each position by itself.
-    bool pays() const {
-        const auto& [x, y, z] = mAxes;
-        return x.reach() * y.reach() <= 8 * x.base.size() * y.base.size();
+    /// Whether this is cheaper than to compute so many positions one by one.
+    static bool pays(const std::array<Axis, 3>& axes, size_t positions) {
+        const auto& [x, y, z] = axes;
+        return z.base.size() >= kShortest && x.reach() * y.reach() * z.base.size() <= 8 * positions;
     }
 
-    /// `leafAt(i, j, k)` returns a leaf by its coordinates.
+    /// Refers to the axes.
+    explicit SplineLattice(const std::array<Axis, 3>& axes) : mAxes(axes) {
+        const int row = (axes[2].lastLeaf() - axes[2].firstLeaf()) * kLeaf + kBlock;
+        mStep[1] = static_cast<size_t>(row);
+        mStep[0] = axes[1].reach() * mStep[1];
+    }
+
+    const std::array<Axis, 3>& axes() const { return mAxes; }
+    const std::vector<Beyond>& beyond() const { return mBeyond; }
+    bool anyInBand() const { return mAnyInBand; }
+
+    /// Collects the coefficients. `leafAt(i, j, k)` returns a leaf by its coordinates.
     template <class LeafAt>
-    void eval(const LeafAt& leafAt, double* values) const {
+    void collect(const LeafAt& leafAt) {
         const auto& [x, y, z] = mAxes;
-        struct Beyond {
-            std::array<int, 3> leaf;
-            float level;
-        };
-        std::vector<Beyond> beyond;
-        std::vector<double> lines;
-        for (int i = x.firstLeaf(); i <= x.base.back() >> 3; ++i)
-            for (int j = y.firstLeaf(); j <= y.base.back() >> 3; ++j)
-                for (int k = z.firstLeaf(); k <= z.base.back() >> 3; ++k) {
+        mCoefficients = uninitializedArray<float>(x.reach() * mStep[0]);
+        const size_t line = leavesOf(z), plane = leavesOf(y) * line;
+        std::vector<bool> inBand(leavesOf(x) * plane);
+        size_t n = 0;
+        for (int i = x.firstLeaf(); i <= x.lastLeaf(); ++i)
+            for (int j = y.firstLeaf(); j <= y.lastLeaf(); ++j)
+                for (int k = z.firstLeaf(); k <= z.lastLeaf(); ++k, ++n) {
                     const Leaf leaf = leafAt(i, j, k);
                     if (!leaf.block) {
-                        beyond.push_back({{i, j, k}, leaf.level});
+                        mBeyond.push_back({{i, j, k}, leaf.level});
                         continue;
                     }
-                    lines.resize(x.reach() * y.reach() * z.base.size());
-                    addLines(leaf.block, {i, j, k}, lines);
+                    inBand[n] = mAnyInBand = true;
+                    const bool afterX = i > x.firstLeaf() && inBand[n - plane];
+                    const bool afterY = j > y.firstLeaf() && inBand[n - line];
+                    copyRows(leaf.block, x.rowsOf(i, afterX), y.rowsOf(j, afterY), k - z.firstLeaf());
                 }
-        if (!lines.empty()) sumLines(lines, values);
-        for (const auto& [leaf, level] : beyond) fill(leaf, static_cast<double>(level), values);
+    }
+
+    const float* coefficients() const { return mCoefficients.get(); }
+    /// Coefficients from one row along z to the next one along x, and along y.
+    const std::array<size_t, 2>& step() const { return mStep; }
+    /// Where the four coefficients of a position are in a row.
+    size_t inRow(size_t position) const {
+        const int steps = mAxes[2].base[position] - mAxes[2].firstLeaf() * kLeaf;
+        return static_cast<size_t>(steps);
     }
 
   private:
     static constexpr int kLeaf = SplineContraction::kLeaf, kBlock = SplineContraction::kBlock;
+    static constexpr size_t kShortest = 8; ///< Positions on a line along z: the fewest lanes of an instruction set.
 
-    /// Sums along z all rows of a block, for the positions in its leaf. Lines are [x][y][z], x and y those of
-    /// coefficients.
-    void addLines(const float* block, const std::array<int, 3>& leaf, std::vector<double>& lines) const {
-        const auto& [x, y, z] = mAxes;
-        const auto rowsX = x.rowsOf(leaf[0]), rowsY = y.rowsOf(leaf[1]);
-        const auto [begin, end] = z.in(leaf[2]);
-        for (size_t i = 0; i < rowsX.count; ++i)
-            for (size_t j = 0; j < rowsY.count; ++j) {
-                const float* coefficients = block + ((rowsX.local + i) * kBlock + rowsY.local + j) * kBlock;
-                std::array<double, kBlock> row;
-                for (size_t n = 0; n < kBlock; ++n) row[n] = static_cast<double>(coefficients[n]);
-                double* line = &lines[((rowsX.first + i) * y.reach() + rowsY.first + j) * z.base.size()];
-                for (size_t k = begin; k < end; ++k) {
-                    const double* c = &row[static_cast<size_t>(z.base[k] & (kLeaf - 1))];
-                    const auto& w = z.weights[k];
-                    double sum = c[0] * w[0];
-                    for (size_t n = 1; n < 4; ++n) sum = mulAdd(c[n], w[n], sum);
-                    line[k] = sum;
-                }
-            }
+    static size_t leavesOf(const Axis& axis) {
+        const int count = axis.lastLeaf() - axis.firstLeaf() + 1;
+        return static_cast<size_t>(count);
     }
 
-    void sumLines(const std::vector<double>& lines, double* values) const {
-        const auto& [x, y, z] = mAxes;
-        const size_t row = z.base.size(), plane = y.base.size() * row;
-        std::vector<double> planes(x.reach() * plane);
-        for (size_t i = 0; i < x.reach(); ++i)
-            for (size_t j = 0; j < y.base.size(); ++j) {
-                const auto from = static_cast<size_t>(y.base[j] - y.base.front());
-                sumFour(&lines[(i * y.reach() + from) * row], row, y.weights[j], row, &planes[i * plane + j * row]);
-            }
-        for (size_t i = 0; i < x.base.size(); ++i) {
-            const auto from = static_cast<size_t>(x.base[i] - x.base.front());
-            sumFour(&planes[from * plane], plane, x.weights[i], plane, values + i * plane);
-        }
-    }
-
-    /// Sums four rows of `count` numbers, `step` apart.
-    static void sumFour(const double* rows, size_t step, const std::array<double, 4>& w, size_t count,
-                        double* __restrict sums) {
-        const double *a = rows, *b = a + step, *c = b + step, *d = c + step;
-        for (size_t k = 0; k < count; ++k)
-            sums[k] = mulAdd(d[k], w[3], mulAdd(c[k], w[2], mulAdd(b[k], w[1], mulAdd(a[k], w[0], 0.0))));
-    }
-
-    void fill(const std::array<int, 3>& leaf, double level, double* values) const {
-        std::array<std::pair<size_t, size_t>, 3> in;
-        for (size_t axis = 0; axis < 3; ++axis) in[axis] = mAxes[axis].in(leaf[axis]);
-        for (size_t i = in[0].first; i < in[0].second; ++i)
-            for (size_t j = in[1].first; j < in[1].second; ++j) {
-                double* row = values + (i * mAxes[1].base.size() + j) * mAxes[2].base.size();
-                std::fill(row + in[2].first, row + in[2].second, level);
-            }
+    /// Copies rows of the block of a leaf, `leaf` leaves from the first one along z. Copies whole rows, so that the
+    /// compiler knows their length.
+    void copyRows(const float* block, const Axis::Rows& x, const Axis::Rows& y, int leaf) {
+        constexpr size_t kX = size_t{kBlock} * kBlock, kY{kBlock};
+        const float* from = block + x.local * kX + y.local * kY;
+        float* to = &mCoefficients[x.first * mStep[0] + y.first * mStep[1] + static_cast<size_t>(leaf) * kLeaf];
+        for (size_t i = 0; i < x.count; ++i, from += kX, to += mStep[0])
+            for (size_t j = 0; j < y.count; ++j)
+                // Unlike std::copy_n, this becomes a few instructions.
+                std::memcpy(to + j * mStep[1], from + j * kY, kBlock * sizeof(float));
     }
 
     const std::array<Axis, 3>& mAxes;
+    std::array<size_t, 2> mStep;
+    UninitializedArray<float> mCoefficients; ///< [x][y][z]; arbitrary where no position in the band needs them.
+    bool mAnyInBand = false;
+    std::vector<Beyond> mBeyond;
+};
+
+/// The weights of one position along an axis: [derivative][coefficient].
+template <class T, int Order>
+using AxisWeights = std::array<std::array<T, 4>, size_t{Order + 1}>;
+
+/// One jet per position of a lattice, component by component, and the weights that they are made with.
+template <class T, int Order>
+class LatticeJets {
+  public:
+    explicit LatticeJets(const SplineLattice& lattice)
+        : mX(weightsOf(lattice.axes()[0])), mY(weightsOf(lattice.axes()[1])) {
+        mCount = mX.size() * mY.size() * lattice.axes()[2].base.size();
+        mValues = uninitializedArray<T>(kSize * mCount);
+    }
+
+    /// The weights of each position along x, and along y.
+    const std::vector<AxisWeights<T, Order>>& x() const { return mX; }
+    const std::vector<AxisWeights<T, Order>>& y() const { return mY; }
+    /// The values of a component.
+    T* component(size_t k) { return mValues.get() + k * mCount; }
+    const T* component(size_t k) const { return mValues.get() + k * mCount; }
+
+    /// Sets the positions in leaves beyond the band to the level there.
+    void fillBeyond(const SplineLattice& lattice) {
+        const size_t line = lattice.axes()[2].base.size();
+        for (const auto& [leaf, level] : lattice.beyond()) {
+            std::array<std::pair<size_t, size_t>, 3> in;
+            for (size_t axis = 0; axis < 3; ++axis) in[axis] = lattice.axes()[axis].in(leaf[axis]);
+            const auto& [inX, inY, inZ] = in;
+            for (size_t i = inX.first; i < inX.second; ++i)
+                for (size_t j = inY.first; j < inY.second; ++j)
+                    for (size_t k = 0; k < kSize; ++k)
+                        std::fill_n(component(k) + (i * mY.size() + j) * line + inZ.first, inZ.second - inZ.first,
+                                    k == 0 ? static_cast<T>(level) : T(0));
+        }
+    }
+
+    /// Copies the jets of a batch.
+    void copy(const LatticeBatch& batch, JetBatch<T, Order>& jets) const {
+        for (size_t k = 0; k < kSize; ++k) {
+            const T* from = component(k);
+            T* to = jets.c[k].data();
+            if (batch.chosen.empty())
+                std::copy_n(from + batch.first, batch.points.size, to);
+            else
+                for (const uint32_t number : batch.chosen) *to++ = from[number];
+        }
+    }
+
+  private:
+    static std::vector<AxisWeights<T, Order>> weightsOf(const SplineLattice::Axis& axis) {
+        std::vector<AxisWeights<T, Order>> weights(axis.fraction.size());
+        for (size_t n = 0; n < weights.size(); ++n)
+            for (size_t d = 0; d <= Order; ++d)
+                weights[n][d] = cubicBSplineWeights(static_cast<T>(axis.fraction[n]), static_cast<int>(d));
+        return weights;
+    }
+
+    static constexpr size_t kSize{Jet<T, 3, Order>::kSize};
+
+    std::vector<AxisWeights<T, Order>> mX, mY;
+    size_t mCount; ///< Of the positions.
+    UninitializedArray<T> mValues;
+};
+
+/// Computes jets of the spline, which is given in the coordinates A x + b, on a lattice: sums along z, then y, then x.
+/// The operations on each position are those of contractedSpline(), so the bits are the same. Lanes are positions on a
+/// line along z, of which there must be as many at least.
+template <int Order>
+struct SplineLatticeKernel {
+    static_assert(Order <= 1);
+    template <class T>
+    using Line = std::array<T, size_t{Order + 1}>; ///< The value, and d/dz.
+    template <class T>
+    using Plane = std::array<T, Order == 0 ? 1 : 3>; ///< The value, d/dy and d/dz.
+
+    template <class T>
+    static void run(const SplineLattice& lattice, const Matrix3& A, LatticeJets<NumberOf<T>, Order>& jets) {
+        constexpr size_t kCount{kLanes<T>};
+        const auto& [x, y, z] = lattice.axes();
+        std::vector<Line<T>> lines(4 * x.reach()); // of the last four coefficients along y: [y & 3][x]
+        std::vector<Plane<T>> planes(x.reach());
+        const size_t line = z.base.size();
+        for (size_t next = 0; next < line; next += kCount) {
+            const size_t begin = std::min(next, line - kCount); // the last lanes may overlap those before
+            std::array<const float*, kCount> first;
+            alignas(64) std::array<double, kCount> fraction;
+            for (size_t k = 0; k < kCount; ++k) {
+                first[k] = lattice.coefficients() + lattice.inRow(begin + k);
+                fraction[k] = z.fraction[begin + k];
+            }
+            AxisWeights<T, Order> w;
+            for (size_t d = 0; d <= Order; ++d)
+                w[d] = cubicBSplineWeights(convertTo<T>(load<Rebind<T, double>>(fraction.data())), static_cast<int>(d));
+            size_t done = 0; // coefficients along y whose lines are computed
+            for (size_t j = 0; j < jets.y().size(); ++j) {
+                const size_t from = y.from(j);
+                for (done = std::max(done, from); done < from + 4; ++done)
+                    for (size_t i = 0; i < x.reach(); ++i)
+                        lines[(done & 3) * x.reach() + i] =
+                            lineOf(fourFrom<T>(first.data(), i * lattice.step()[0] + done * lattice.step()[1]), w);
+                for (size_t i = 0; i < x.reach(); ++i) {
+                    Plane<T> plane{};
+                    for (size_t n = 0; n < 4; ++n)
+                        addLine(lines[((from + n) & 3) * x.reach() + i], jets.y()[j], n, plane);
+                    planes[i] = plane;
+                }
+                for (size_t i = 0; i < jets.x().size(); ++i) {
+                    const auto jet = pullBack(sumOf(&planes[x.from(i)], jets.x()[i]), A);
+                    const size_t to = (i * jets.y().size() + j) * line + begin;
+                    for (int k = 0; k < jet.kSize; ++k)
+                        store(jet.component(k), jets.component(static_cast<size_t>(k)) + to);
+                }
+            }
+        }
+    }
+
+  private:
+    template <class T>
+    static Line<T> lineOf(const std::array<T, 4>& c, const AxisWeights<T, Order>& w) {
+        Line<T> line;
+        for (size_t d = 0; d <= Order; ++d) {
+            T sum = c[0] * w[d][0];
+            for (size_t n = 1; n < 4; ++n) sum = mulAdd(c[n], w[d][n], sum);
+            line[d] = sum;
+        }
+        return line;
+    }
+    /// Adds a line with the weights of its coefficient n.
+    template <class T, class Number>
+    static void addLine(const Line<T>& line, const AxisWeights<Number, Order>& w, size_t n, Plane<T>& plane) {
+        plane[0] = mulAdd(line[0], T(w[0][n]), plane[0]);
+        if constexpr (Order == 1) {
+            plane[1] = mulAdd(line[0], T(w[1][n]), plane[1]);
+            plane[2] = mulAdd(line[1], T(w[0][n]), plane[2]);
+        }
+    }
+    template <class T, class Number>
+    static Jet<T, 3, Order> sumOf(const Plane<T>* planes, const AxisWeights<Number, Order>& w) {
+        Jet<T, 3, Order> jet(T(0));
+        for (size_t n = 0; n < 4; ++n) {
+            jet.value = mulAdd(planes[n][0], T(w[0][n]), jet.value);
+            if constexpr (Order == 1) {
+                jet.gradient[0] = mulAdd(planes[n][0], T(w[1][n]), jet.gradient[0]);
+                jet.gradient[1] = mulAdd(planes[n][1], T(w[0][n]), jet.gradient[1]);
+                jet.gradient[2] = mulAdd(planes[n][2], T(w[0][n]), jet.gradient[2]);
+            }
+        }
+        return jet;
+    }
 };
 
 } // namespace curlew

@@ -9,23 +9,154 @@ namespace curlew {
 
 using openvdb::Coord;
 
-StaggeredBrick::StaggeredBrick(const FlowOnVoxels& sampled, const Coord& origin)
-    : mSampled(sampled),
-      mOrigin(origin),
-      mWallTerms(sampled.moving ? sampled.moving->terms() : std::vector<Flow::Potentials>{}),
-      mTerms(sampled.flow.terms().size() + mWallTerms.size()) {
-    for (int axis = 0; axis < 3; ++axis)
-        for (int k = 0; k < kEdge; ++k)
-            mCorners[static_cast<size_t>(axis)][static_cast<size_t>(k)] = (mOrigin[axis] + k - 0.5) * mSampled.voxel;
+namespace {
+
+using Numbers = std::vector<uint32_t>;
+
+/// The corners of the voxels in a box.
+struct Corners {
+    std::array<std::vector<double>, 3> coordinates;
+    std::array<size_t, 3> step; ///< From a corner to the next one along each axis.
+
+    Corners(const openvdb::CoordBBox& voxels, double voxel) {
+        for (int axis = 0; axis < 3; ++axis)
+            for (int k = voxels.min()[axis]; k <= voxels.max()[axis] + 1; ++k)
+                coordinates[static_cast<size_t>(axis)].push_back((k - 0.5) * voxel);
+        step = {coordinates[1].size() * coordinates[2].size(), coordinates[2].size(), 1};
+    }
+    /// The lattice of those with these numbers; empty: all.
+    PointLattice lattice(const Numbers& numbers, LatticeMemo& memo) const {
+        const auto& [x, y, z] = coordinates;
+        return {{x, y, z}, numbers, &memo};
+    }
+    size_t count() const { return coordinates[0].size() * step[0]; }
+    size_t numberOf(const Coord& corner) const {
+        return static_cast<size_t>(corner[0]) * step[0] + static_cast<size_t>(corner[1]) * step[1] +
+               static_cast<size_t>(corner[2]);
+    }
+};
+
+/// Returns the values of a field on a lattice, by the numbers of its combinations; 0 at others.
+std::vector<double> valuesOn(const PointLattice& lattice, const ScalarField& field) {
+    const auto on = field.onLattice<double, 0>(lattice);
+    std::vector<double> values(lattice.combinations());
+    lattice.forEachBatch([&](const LatticeBatch& batch) {
+        JetBatch<double, 0> jets;
+        on(batch, jets);
+        const double* from = jets.c[0].data();
+        if (batch.chosen.empty())
+            std::copy_n(from, batch.points.size, &values[batch.first]);
+        else
+            for (const uint32_t number : batch.chosen) values[number] = *from++;
+    });
+    return values;
 }
 
-void StaggeredBrick::evaluateAll() {
-    const auto& [x, y, z] = mCorners;
-    const PointLattice all{{x, y, z}};
-    const Parts parts = partsIn(mOrigin, kLeaves * kLeafEdge);
-    const std::vector<double> fade = fadeOn(all, parts);
-    for (size_t t = 0; t < mTerms.size(); ++t) evaluate(t, all, parts, fade, *mTerms[t].f, *mTerms[t].g);
-    mKnown.set();
+/// Whether each corner has some property.
+using Flags = std::vector<uint8_t>;
+
+/// Returns the numbers of the corners whose flag is set.
+Numbers numbersOf(const Flags& flags) {
+    Numbers numbers(flags.size());
+    size_t count = 0;
+    for (uint32_t n = 0; n < flags.size(); ++n) {
+        numbers[count] = n;
+        count += flags[n];
+    }
+    numbers.resize(count);
+    return numbers;
+}
+
+/// Flags the corners of leaves.
+Flags cornersOf(std::span<const Coord> leaves, const openvdb::CoordBBox& box, const Corners& corners) {
+    constexpr size_t kCorners = kLeafEdge + 1; // along an edge of a leaf
+    Flags flags(corners.count());
+    for (const Coord& leaf : leaves) {
+        const size_t first = corners.numberOf(leaf - box.min());
+        for (size_t i = 0; i < kCorners; ++i)
+            for (size_t j = 0; j < kCorners; ++j)
+                std::fill_n(&flags[first + i * corners.step[0] + j * corners.step[1]], kCorners, uint8_t{1});
+    }
+    return flags;
+}
+
+/// Sets flags that are set in `from` too.
+void addFlags(const uint8_t* from, size_t count, uint8_t* __restrict flags) {
+    for (size_t n = 0; n < count; ++n) flags[n] |= from[n];
+}
+
+/// Flags also the next corners along each axis, and at the ends of lines some others.
+Flags widened(const Flags& flags, const Corners& corners) {
+    Flags wider = flags;
+    for (const size_t step : corners.step) {
+        addFlags(flags.data(), flags.size() - step, wider.data() + step);
+        addFlags(flags.data() + step, flags.size() - step, wider.data());
+    }
+    return wider;
+}
+
+/// Replaces distances from the wall by the factors of the flow there, and returns where they are not zero.
+Flags fadeBy(const WallFade& fade, std::vector<double>& values) {
+    const size_t count = values.size();
+    Flags flows(count);
+    for (size_t n = 0; n < count; ++n) {
+        values[n] = fade.at(values[n]);
+        flows[n] = values[n] > 0 ? 1 : 0;
+    }
+    return flows;
+}
+
+void keepOnly(const Flags& these, Flags& flags) {
+    const size_t count = flags.size();
+    const uint8_t* kept = these.data();
+    uint8_t* __restrict values = flags.data();
+    for (size_t n = 0; n < count; ++n) values[n] &= kept[n];
+}
+
+/// The terms of a flow that fades, on a lattice of the corners that are needed. f vanishes where the flow has faded,
+/// and g matters only where f does not vanish and one edge from there.
+std::vector<StaggeredBrick::Term> fadingTerms(const FlowOnVoxels& sampled, const Corners& corners, const Flags& needed,
+                                              const PointLattice& lattice) {
+    std::vector<double> fade = valuesOn(lattice, sampled.flow.domain().wall->sdf.distance);
+    Flags flows = fadeBy(sampled.fade, fade);
+    keepOnly(needed, flows);
+    const Numbers ofF = numbersOf(flows);
+    if (ofF.empty()) return {};
+    Flags near = widened(flows, corners);
+    keepOnly(needed, near);
+    const Numbers ofG = numbersOf(near);
+    std::vector<StaggeredBrick::Term> terms;
+    for (const auto& [f, g] : sampled.flow.terms()) {
+        terms.push_back(
+            {valuesOn(corners.lattice(ofF, *lattice.memo), f), valuesOn(corners.lattice(ofG, *lattice.memo), g)});
+        for (size_t n = 0; n < fade.size(); ++n) terms.back().f[n] *= fade[n];
+    }
+    return terms;
+}
+
+} // namespace
+
+StaggeredBrick::StaggeredBrick(const FlowOnVoxels& sampled, std::span<const Coord> leaves) : mSampled(sampled) {
+    openvdb::CoordBBox box;
+    for (const Coord& leaf : leaves) box.expand(openvdb::CoordBBox::createCube(leaf, kLeafEdge));
+    const Corners corners(box, sampled.voxel);
+    mOrigin = box.min();
+    mStep = corners.step;
+    LatticeMemo memo;
+    Flags needed(corners.count(), 1);
+    Numbers numbers; // empty: all
+    if (leaves.size() * VelocityLeaf::SIZE < box.volume()) {
+        needed = cornersOf(leaves, box, corners);
+        numbers = numbersOf(needed);
+    }
+    const PointLattice all = corners.lattice(numbers, memo);
+    const int edge = box.dim()[box.maxExtent()];
+    if (sampled.isFar(mOrigin, edge))
+        for (const auto& [f, g] : sampled.flow.terms()) mTerms.push_back({valuesOn(all, f), valuesOn(all, g)});
+    else
+        mTerms = fadingTerms(sampled, corners, needed, all);
+    if (!sampled.moving || sampled.rests(mOrigin, edge)) return;
+    for (const auto& [f, g] : sampled.moving->terms()) mTerms.push_back({valuesOn(all, f), valuesOn(all, g)});
 }
 
 namespace {
@@ -48,8 +179,7 @@ namespace {
 
 } // namespace
 
-void StaggeredBrick::sample(VelocityLeaf& leaf) {
-    if (!mKnown.all()) evaluateCornersOf(leaf.origin());
+void StaggeredBrick::sample(VelocityLeaf& leaf) const {
     Edges edges;
     integrate(leaf.origin(), edges);
     const auto& [x, y, z] = edges;
@@ -87,90 +217,22 @@ void StaggeredBrick::addPointValues(VelocityLeaf& leaf) const {
         }
 }
 
-/// Computes the potentials at the corners of a leaf, except on its lower sides if these are known.
-void StaggeredBrick::evaluateCornersOf(const Coord& leaf) {
-    constexpr size_t kCorners = kLeafEdge + 1;
-    const Coord lower = leaf - mOrigin;
-    std::array<size_t, 3> first{};
-    PointLattice corners;
-    for (size_t axis = 0; axis < 3; ++axis) {
-        first[axis] = sideKnown(lower, axis);
-        const auto begin = static_cast<size_t>(lower[static_cast<int>(axis)]) + first[axis];
-        corners.coordinates[axis] = std::span(mCorners[axis]).subspan(begin, kCorners - first[axis]);
-    }
-    // Corners that are known keep their values, which the velocities of other leaves were computed from.
-    std::vector<std::pair<size_t, size_t>> places; // in the lattice, and in the brick
-    places.reserve(corners.size());
-    size_t n = 0;
-    for (size_t i = first[0]; i < kCorners; ++i)
-        for (size_t j = first[1]; j < kCorners; ++j)
-            for (size_t k = first[2]; k < kCorners; ++k, ++n)
-                if (const size_t to = cornerAt(lower) + (i * kEdge + j) * kEdge + k; !mKnown[to])
-                    places.emplace_back(n, to);
-    const Parts parts = partsIn(leaf, kLeafEdge);
-    const std::vector<double> fade = fadeOn(corners, parts);
-    std::vector<double> f(corners.size()), g(corners.size());
-    for (size_t t = 0; t < mTerms.size(); ++t) {
-        evaluate(t, corners, parts, fade, f, g);
-        for (const auto& [from, to] : places) {
-            (*mTerms[t].f)[to] = f[from];
-            (*mTerms[t].g)[to] = g[from];
-        }
-    }
-    for (const auto& place : places) mKnown[place.second] = true;
-}
-
-/// Returns whether all corners are known that are lowest along an axis among those of the leaf that begins at `lower`.
-bool StaggeredBrick::sideKnown(const Coord& lower, size_t axis) const {
-    for (int i = 0; i <= kLeafEdge; ++i)
-        for (int j = 0; j <= kLeafEdge; ++j) {
-            const Coord offset = axis == 0 ? Coord(0, i, j) : axis == 1 ? Coord(i, 0, j) : Coord(i, j, 0);
-            if (!mKnown[cornerAt(lower + offset)]) return false;
-        }
-    return true;
-}
-
-/// Returns the factors by which the flow fades, or nothing if it does not.
-std::vector<double> StaggeredBrick::fadeOn(const PointLattice& corners, const Parts& parts) const {
-    const auto& wall = mSampled.flow.domain().wall;
-    if (!parts.fades || !wall) return {};
-    std::vector<double> factors(corners.size());
-    wall->sdf.distance.eval(corners, factors);
-    for (double& value : factors) value = mSampled.fade.at(value);
-    return factors;
-}
-
-/// Computes the potentials of a term. f of the flow's terms is faded beyond the wall.
-void StaggeredBrick::evaluate(size_t term, const PointLattice& corners, const Parts& parts,
-                              const std::vector<double>& fade, std::span<double> f, std::span<double> g) const {
-    const auto& terms = mSampled.flow.terms();
-    const bool ofWall = term >= terms.size();
-    const Flow::Potentials& potentials = ofWall ? mWallTerms[term - terms.size()] : terms[term];
-    potentials[1].eval(corners, g);
-    if (ofWall && parts.rests) {
-        std::fill(f.begin(), f.end(), 0);
-        return;
-    }
-    potentials[0].eval(corners, f);
-    if (ofWall) return;
-    for (size_t n = 0; n < fade.size(); ++n) f[n] *= fade[n];
-}
-
 /// Integrates f dg over every edge in the direction of its axis, so that all faces that share the edge use the same
 /// bits.
 void StaggeredBrick::integrate(const Coord& leaf, Edges& edges) const {
-    constexpr std::array<size_t, 3> kStep{size_t{kEdge} * kEdge, kEdge, 1};
     constexpr size_t kCorners = kLeafEdge + 1; // along an edge of the leaf
-    const size_t first = cornerAt(leaf - mOrigin);
+    const Coord lowest = leaf - mOrigin;
+    size_t first = 0;
+    for (size_t axis = 0; axis < 3; ++axis) first += static_cast<size_t>(lowest[static_cast<int>(axis)]) * mStep[axis];
     for (auto& sums : edges) sums.fill(0);
     for (const Term& t : mTerms)
         for (size_t axis = 0; axis < 3; ++axis) {
             // No edge begins at the last corner along the axis.
-            const size_t endI = kCorners - (axis == 0), endJ = kCorners - (axis == 1), step = kStep[axis];
+            const size_t endI = kCorners - (axis == 0), endJ = kCorners - (axis == 1), step = mStep[axis];
             for (size_t i = 0; i < endI; ++i)
                 for (size_t j = 0; j < endJ; ++j) {
-                    const size_t from = first + i * kStep[0] + j * kStep[1];
-                    const double *f = &(*t.f)[from], *g = &(*t.g)[from];
+                    const size_t from = first + i * mStep[0] + j * mStep[1];
+                    const double *f = &t.f[from], *g = &t.g[from];
                     double* sums = &edges[axis][i * kEdgeX + j * kEdgeY];
                     addIntegrals(f, g, step, kCorners - (axis == 2), sums);
                 }

@@ -82,19 +82,23 @@ void restrictTo(const openvdb::MaskTree::LeafNodeType& mask, VelocityLeaf& leaf)
         if (!mask.isValueOn(n)) leaf.setValueOff(n, openvdb::Vec3s(0));
 }
 
-/// A brick and the indices of its leaves.
+/// The leaves of a brick: their indices and origins.
 struct Brick {
-    Coord origin;
     std::vector<size_t> leaves;
+    std::vector<Coord> origins;
 };
 
 std::vector<Brick> bricksOf(const std::vector<Coord>& origins) {
     constexpr int kBrick = StaggeredBrick::kLeaves * kLeafEdge;
-    std::map<Coord, std::vector<size_t>> leaves;
-    for (size_t n = 0; n < origins.size(); ++n) leaves[origins[n] & ~(kBrick - 1)].push_back(n);
+    std::map<Coord, Brick> byOrigin;
+    for (size_t n = 0; n < origins.size(); ++n) {
+        Brick& brick = byOrigin[origins[n] & ~(kBrick - 1)];
+        brick.leaves.push_back(n);
+        brick.origins.push_back(origins[n]);
+    }
     std::vector<Brick> bricks;
-    bricks.reserve(leaves.size());
-    for (auto& [origin, indices] : leaves) bricks.push_back({origin, std::move(indices)});
+    bricks.reserve(byOrigin.size());
+    for (auto& [origin, brick] : byOrigin) bricks.push_back(std::move(brick));
     return bricks;
 }
 
@@ -132,8 +136,7 @@ openvdb::Vec3STree::Ptr filledTree(const std::vector<Coord>& origins, const Flow
     const std::vector<Brick> bricks = bricksOf(origins);
     const auto fill = [&](const Brick& brick) {
         std::optional<StaggeredBrick> staggered;
-        if (layout == Layout::staggered) staggered.emplace(sampled, brick.origin);
-        if (staggered && brick.leaves.size() == StaggeredBrick::kAllLeaves) staggered->evaluateAll();
+        if (layout == Layout::staggered) staggered.emplace(sampled, brick.origins);
         for (const size_t n : brick.leaves) {
             auto leaf = std::make_unique<VelocityLeaf>(origins[n], openvdb::Vec3s(0));
             if (staggered)

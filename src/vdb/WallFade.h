@@ -28,6 +28,8 @@ class WallFade {
     /// Returns the factor, from 1 to 0, at a distance from a one-sided wall.
     double at(double distance) const {
         const double beyond = mSide == Side::inside ? distance : -distance;
+        if (beyond <= mBegin) return 1; // most of a grid
+        if (beyond >= mEnd) return 0;
         return 1 - quinticFade((beyond - mBegin) / (mEnd - mBegin)).value;
     }
     /// Returns whether the factor is 1 within `radius` of a position at this distance.

@@ -32,13 +32,15 @@ struct Continued {
         far.eval(points, beyond);
         for (int i = 0; i < points.size; ++i) jets.set(i, blend(jets[i], beyond[i]));
     }
-    bool evalLattice(const PointLattice& lattice, double* values) const {
-        std::vector<double> beyond(lattice.size());
-        near.eval(lattice, {values, beyond.size()});
-        far.eval(lattice, beyond);
-        for (size_t n = 0; n < beyond.size(); ++n)
-            values[n] = blend(Jet<double, 3, 0>(values[n]), Jet<double, 3, 0>(beyond[n])).value;
-        return true;
+    template <int Order, class T>
+    OnLattice<T, Order> onLattice(const PointLattice& lattice) const {
+        return [this, nearOn = near.onLattice<T, Order>(lattice), farOn = far.onLattice<T, Order>(lattice)](
+                   const LatticeBatch& batch, JetBatch<T, Order>& jets) {
+            JetBatch<T, Order> beyond;
+            nearOn(batch, jets);
+            farOn(batch, beyond);
+            for (int i = 0; i < batch.points.size; ++i) jets.set(i, blend(jets[i], beyond[i]));
+        };
     }
     template <int Order>
     Jet<Symbol<float>, 3, Order> symbols(SymbolModule& module, const Vec<Symbol<double>, 3>& p) const {

@@ -3,7 +3,7 @@
 
 #include "curlew/field/ScalarField.h"
 
-#include <bit>
+#include <cstring>
 #include <vector>
 
 namespace curlew::test {
@@ -15,17 +15,23 @@ inline std::vector<double> coordinates(double first, double step, size_t count) 
     return made;
 }
 
-/// Returns at how many positions of a lattice the bits of the values differ from those at single positions.
-inline size_t differing(const ScalarField& field, const PointLattice& lattice) {
-    std::vector<double> values(lattice.size(), -1);
-    field.eval(lattice, values);
-    size_t n = 0, count = 0;
-    for (const double x : lattice.coordinates[0])
-        for (const double y : lattice.coordinates[1])
-            for (const double z : lattice.coordinates[2])
-                count += std::bit_cast<uint64_t>(values[n++]) !=
-                         std::bit_cast<uint64_t>(field.at<0>(Vec3d{{x, y, z}}).value);
+/// Returns at how many positions of a lattice the bits of a jet differ from those at single positions.
+template <class T, int Order>
+size_t differing(const ScalarField& field, const PointLattice& lattice) {
+    const auto on = field.onLattice<T, Order>(lattice);
+    size_t count = 0;
+    lattice.forEachBatch([&](const LatticeBatch& batch) {
+        JetBatch<T, Order> jets;
+        on(batch, jets);
+        for (int i = 0; i < batch.points.size; ++i) {
+            const auto together = jets[i], alone = field.at<Order, T>(batch.points[i]);
+            count += std::memcmp(&together, &alone, sizeof(alone)) != 0;
+        }
+    });
     return count;
+}
+inline size_t differing(const ScalarField& field, const PointLattice& lattice) {
+    return differing<double, 0>(field, lattice) + differing<float, 1>(field, lattice);
 }
 
 } // namespace curlew::test

@@ -306,6 +306,10 @@ TEST_CASE("LevelSet: a spline has the same bits on a lattice as at single positi
     CHECK(test::differing(sdf.distance, lattice) == 0);
     const auto noise = noiseField<Psrd3>({.seed = 1}, {.frequency = 2});
     CHECK(test::differing(bounded(noise, Wall{.sdf = sdf, .side = Side::inside, .width = 0.15}), lattice) == 0);
+    std::vector<uint32_t> some; // half of the positions, in groups
+    for (uint32_t n = 0; n < lattice.size(); ++n)
+        if (n % 100 < 50) some.push_back(n);
+    CHECK(test::differing(sdf.distance, PointLattice{{x, y, z}, some}) == 0);
     // Far from the level set there is only its background.
     const auto far = test::coordinates(10, step, 9);
     CHECK(test::differing(sdf.distance, PointLattice{{far, far, far}}) == 0);

@@ -8,11 +8,41 @@
 #include "curlew/math/Symbol.h"
 
 #include <concepts>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 namespace curlew {
+
+/// Computes the jets at a batch of a lattice.
+template <class T, int Order>
+using OnLattice = std::function<void(const LatticeBatch& batch, JetBatch<T, Order>& jets)>;
+
+/// What fields have prepared for a lattice, so that others can share it. Keeps their models. Not for several threads at
+/// a time.
+class LatticeMemo {
+  public:
+    /// Returns what the field with this model has prepared; empty if nothing.
+    template <class T, int Order>
+    OnLattice<T, Order> find(const void* model) const {
+        for (const auto& [of, prepared] : std::get<Known<T, Order>>(mKnown))
+            if (of.get() == model) return prepared;
+        return {};
+    }
+    template <class T, int Order>
+    void add(std::shared_ptr<const void> model, const OnLattice<T, Order>& prepared) {
+        std::get<Known<T, Order>>(mKnown).emplace_back(std::move(model), prepared);
+    }
+
+  private:
+    template <class T, int Order>
+    using Known = std::vector<std::pair<std::shared_ptr<const void>, OnLattice<T, Order>>>;
+    std::tuple<Known<float, 1>, Known<double, 0>> mKnown;
+};
 
 namespace detail {
 
@@ -28,15 +58,9 @@ class FieldModel {
     virtual void eval(const PointBatchN<N>&, JetBatchN<double, N, 1>&) const = 0;
     virtual void eval(const PointBatchN<N>&, JetBatchN<double, N, 2>&) const = 0;
     virtual void eval(const PointBatchN<N>&, JetBatchN<double, N, 3>&) const = 0;
-    /// For N = 3.
-    virtual void evalLattice(const PointLattice& lattice, double* values) const {
-        if constexpr (N == 3)
-            lattice.forEachBatch([&](const PointBatch& points, size_t first) {
-                JetBatch<double, 0> jets;
-                eval(points, jets);
-                std::copy_n(jets.c[0].begin(), points.size, values + first);
-            });
-    }
+    /// Returns whether the function is worth keeping for others, because it was more work than to make it again.
+    virtual bool prepare(const PointLattice&, OnLattice<float, 1>&) const = 0;
+    virtual bool prepare(const PointLattice&, OnLattice<double, 0>&) const = 0;
     virtual Interval range() const = 0;
     virtual double wavelength() const = 0;
     virtual void record(SymbolModule&, const Vec<Symbol<double>, N>&, Jet<Symbol<float>, N, 1>&) const = 0;
@@ -97,9 +121,9 @@ class ScalarFieldN {
     /// `template <int Order, class T> void evalBatch(const PointBatchN<N>&, JetBatchN<T, N, Order>&) const`.
     /// It may have `Interval range() const`, `double wavelength() const` and kernels (above). With kernels, T may be
     /// lanes, and the batch is then a JetBatchN<NumberOf<T>, N, Order>. It may have
-    /// `bool evalLattice(const PointLattice&, double* values) const`, which computes the same bits for a lattice faster
-    /// than in batches, or returns false where it is no faster. Models that satisfy one of the concepts of symbols
-    /// above can be written as a shader.
+    /// `template <int Order, class T> OnLattice<T, Order> onLattice(const PointLattice&) const`, which computes the
+    /// same bits on a lattice faster than batch by batch, or returns an empty function where it is no faster. Models
+    /// that satisfy one of the concepts of symbols above can be written as a shader.
     template <class M>
     requires(!std::same_as<std::remove_cvref_t<M>, ScalarFieldN>) explicit ScalarFieldN(M model)
         : mModel(std::make_shared<const Model<M>>(std::move(model))) {}
@@ -109,9 +133,18 @@ class ScalarFieldN {
         mModel->eval(points, jets);
     }
 
-    /// Computes the values on a lattice: the same bits as in batches.
-    void eval(const PointLattice& lattice, std::span<double> values) const requires(N == 3) {
-        mModel->evalLattice(lattice, values.data());
+    /// Returns a function that computes the jets at batches of a lattice: the same bits as eval(). What several batches
+    /// share is computed once, at this call; for all users of the lattice's memo, if it has one. Any lattice with the
+    /// same coordinates will do for the batches. The function refers to the field. T and Order are float and 1,
+    /// or double and 0.
+    template <class T, int Order>
+    OnLattice<T, Order> onLattice(const PointLattice& lattice) const requires(N == 3) {
+        OnLattice<T, Order> prepared;
+        if (lattice.memo) prepared = lattice.memo->find<T, Order>(mModel.get());
+        if (prepared) return prepared;
+        const bool worthKeeping = mModel->prepare(lattice, prepared);
+        if (lattice.memo && worthKeeping) lattice.memo->add(mModel, prepared);
+        return prepared;
     }
 
     /// Returns the jet at one position. Batches are faster for many positions.
@@ -169,11 +202,8 @@ class ScalarFieldN {
         void eval(const PointBatchN<N>& p, JetBatchN<double, N, 1>& j) const override { run(p, j); }
         void eval(const PointBatchN<N>& p, JetBatchN<double, N, 2>& j) const override { run(p, j); }
         void eval(const PointBatchN<N>& p, JetBatchN<double, N, 3>& j) const override { run(p, j); }
-        void evalLattice(const PointLattice& lattice, double* values) const override {
-            if constexpr (requires { mM.evalLattice(lattice, values); })
-                if (mM.evalLattice(lattice, values)) return;
-            detail::FieldModel<N>::evalLattice(lattice, values);
-        }
+        bool prepare(const PointLattice& l, OnLattice<float, 1>& p) const override { return prepareOn(l, p); }
+        bool prepare(const PointLattice& l, OnLattice<double, 0>& p) const override { return prepareOn(l, p); }
         void record(SymbolModule& m, const Vec<Symbol<double>, N>& p, Jet<Symbol<float>, N, 1>& j) const override {
             recordTo(m, p, j);
         }
@@ -200,6 +230,16 @@ class ScalarFieldN {
                 runKernel<ModelKernel<Order>, T>(mM, points, jets);
             else
                 ModelKernel<Order>::template run<T>(mM, points, jets);
+        }
+        template <class T, int Order>
+        bool prepareOn(const PointLattice& lattice, OnLattice<T, Order>& prepared) const {
+            if constexpr (N == 3) {
+                if constexpr (requires { mM.template onLattice<Order, T>(lattice); })
+                    prepared = mM.template onLattice<Order, T>(lattice);
+                if (prepared) return true;
+                prepared = [this](const LatticeBatch& batch, JetBatch<T, Order>& jets) { run(batch.points, jets); };
+            }
+            return false;
         }
         template <int Order>
         void recordTo(SymbolModule& module, const Vec<Symbol<double>, N>& p, Jet<Symbol<float>, N, Order>& jet) const {

@@ -5,6 +5,7 @@
 #include "curlew/flow/Domain.h"
 #include "curlew/math/Cross.h"
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -119,11 +120,20 @@ class FlowN {
         Jets<T> potentials;
         eval(points, potentials, velocity);
     }
+    /// Returns a function that computes the velocities at batches of a lattice: the same bits as velocity(). It refers
+    /// to the flow (ScalarField::onLattice).
+    std::function<void(const LatticeBatch&, VecBatchN<float, N>&)> onLattice(const PointLattice& lattice) const
+        requires(N == 3);
 
     /// Computes velocity, potentials and velocity gradient at one position. Uses the potentials' Hessians.
     FlowSampleN<N> at(const Vec<double, N>& position) const;
 
   private:
+    /// evalPotential(t, k, jets) computes the jets of potential k of term t.
+    template <class T, class EvalPotential>
+    void evalWith(const EvalPotential& evalPotential, const PointBatchN<N>& points, Jets<T>& potentials,
+                  VecBatchN<T, N>& velocity) const;
+
     struct Measured; // what has been measured of this flow, shared by its copies
 
     FlowN() = default;

@@ -29,4 +29,15 @@ void runKernel(A&... arguments) {
     Kernel::template run<T>(arguments...);
 }
 
+/// The same for a kernel whose lanes are consecutive numbers on a line of `length`, at least 8: on no more lanes than
+/// that.
+template <class Kernel, class T, class... A>
+void runOnLines(size_t length, A&... arguments) {
+#if defined(__x86_64__)
+    constexpr size_t kLanesOfAvx512 = 16;
+    if (length < kLanesOfAvx512 && activeSimd() == Simd::avx512) return runOnLanes<Avx2, Kernel, T>(arguments...);
+#endif
+    runKernel<Kernel, T>(arguments...);
+}
+
 } // namespace curlew
