@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/render/Splat.h"
 
+#include "LightKernel.h"
 #include "SplatBins.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/math/Dispatch.h"
 #include "curlew/math/Percentile.h"
 #include "curlew/picture/Display.h"
 #include "curlew/track/Scatter.h"
@@ -27,6 +29,16 @@ void checkDepth(std::span<const float> depth, const Camera& camera) {
         throw ValueError(fmt::format("{} depths for {} pixels", depth.size(), pixels));
 }
 
+struct SampleBox {
+    int left, top, right, bottom;
+
+    template <class Visit>
+    void forEach(const Visit& visit) const {
+        for (int y = top; y < bottom; ++y)
+            for (int x = left; x < right; ++x) visit(x, y);
+    }
+};
+
 /// An edge in pixels; a point is an edge of length 0.
 struct Stroke {
     Stroke(const SplatBins& bins, size_t k)
@@ -38,10 +50,9 @@ struct Stroke {
         radius = std::max(seen, bins.leastRadius());
     }
 
-    /// Calls `visit(x, y)` for the samples of a tile, `fine` per edge of a pixel, that the footprint may overlap; x and
-    /// y count from the tile's corner.
-    template <class Visit>
-    void forPixels(const SplatTile& tile, int fine, const Visit& visit) const {
+    /// Returns the samples of a tile, `fine` per edge of a pixel, that the footprint may overlap, from the tile's
+    /// corner.
+    SampleBox samplesIn(const SplatTile& tile, int fine) const {
         const auto scale = static_cast<float>(fine);
         const auto range = [&](float lower, float upper, int origin, int size) {
             const auto o = static_cast<float>(origin), most = static_cast<float>(size * fine);
@@ -50,8 +61,7 @@ struct Stroke {
         };
         const auto [left, right] = range(std::min(a.x, b.x), std::max(a.x, b.x), tile.left, tile.width);
         const auto [top, bottom] = range(std::min(a.y, b.y), std::max(a.y, b.y), tile.top, tile.height);
-        for (int y = top; y < bottom; ++y)
-            for (int x = left; x < right; ++x) visit(x, y);
+        return {left, top, right, bottom};
     }
 
     SplatVertex a, b;
@@ -62,58 +72,83 @@ struct Stroke {
 
 float between(float a, float b, float part) { return a + (b - a) * part; }
 
-/// Returns ∫ (k - s²)² ds for s from 0 to t.
-float kernelIntegral(float k, float t) {
-    const float tt = t * t;
-    return t * (k * k - tt * (2.0f / 3) * k + tt * tt * 0.2f);
-}
-
-/// Returns the light of a stroke at an offset from a, in pixels: 1 in the middle of an infinite line or of a point.
-/// `part`: the fraction of the way to b at the nearest position.
-float lightAt(const Stroke& s, bool line, float dx, float dy, float& part) {
-    const float r = 1 / s.radius;
-    if (!line) {
-        part = 0;
-        const float k = std::max(1 - (dx * dx + dy * dy) * r * r, 0.0f);
-        return k * k;
+/// Draws the light of a tile's splats.
+class LightPainter {
+  public:
+    LightPainter(const SplatBins& bins, const SplatTile& tile, std::span<const float> depth, int width)
+        : mBins(bins), mTile(tile) {
+        mLit.left = tile.left;
+        mLit.top = tile.top;
+        mLit.hides = !depth.empty();
+        for (auto& pixels : mLit.light) pixels.fill(0);
+        if (mLit.hides)
+            for (int y = 0; y < tile.height; ++y)
+                std::copy_n(&depth[imagePixel(0, y, width)], tile.width, &mLit.depth[pixel(0, y)]);
     }
-    const float along = dx * s.ux + dy * s.uy, across = dx * s.uy - dy * s.ux;
-    const float k = 1 - across * across * r * r;
-    if (!(k > 0)) return 0;
-    const float half = std::sqrt(k), from = std::max(-along * r, -half), to = std::min((s.length - along) * r, half);
-    if (!(to > from)) return 0;
-    part = s.length > 0 ? std::clamp(along / s.length, 0.0f, 1.0f) : 0;
-    return (kernelIntegral(k, to) - kernelIntegral(k, from)) * (15.0f / 16);
-}
 
-/// Adds the light of a tile's splats to the image.
-void addLight(const SplatBins& bins, const SplatTile& tile, std::span<const float> depth, Image& image) {
-    for (const uint32_t index : tile.splats) {
-        const Stroke stroke(bins, index);
+    void draw() {
+        constexpr size_t kAtOnce = 64, kAhead = 16;
+        mStrokes.reserve(kAtOnce);
+        for (size_t n = 0; n < mTile.splats.size(); ++n) {
+            if (n + kAhead < mTile.splats.size()) mBins.prefetch(mTile.splats[n + kAhead]);
+            add(Stroke(mBins, mTile.splats[n]));
+            if (mStrokes.size() == kAtOnce) flush();
+        }
+        flush();
+    }
+
+    void copyTo(Image& image) const {
+        for (int y = 0; y < mTile.height; ++y)
+            for (int x = 0; x < mTile.width; ++x)
+                for (size_t i = 0; i < 3; ++i)
+                    image.pixels[3 * imagePixel(x, y, image.width) + i] = mLit.light[i][pixel(x, y)];
+    }
+
+  private:
+    static size_t pixel(int x, int y) { return static_cast<size_t>(y) * LitTile::kLine + static_cast<size_t>(x); }
+    size_t imagePixel(int x, int y, int width) const {
+        return static_cast<size_t>(mTile.top + y) * static_cast<size_t>(width) + static_cast<size_t>(mTile.left + x);
+    }
+
+    void add(const Stroke& s) {
+        constexpr float kBrief = 3; // pixels
         // A splat drawn larger than its projected size keeps its energy.
-        const float ratio = stroke.seen / stroke.radius, energy = stroke.fade * (bins.lines() ? ratio : ratio * ratio);
-        const bool brief = stroke.length < 3; // pixels; one depth and colour suffice
-        float z = between(stroke.a.depth, stroke.b.depth, 0.5f), bright = energy * bins.haze(z);
-        Vec3f color = bins.color(between(stroke.a.value, stroke.b.value, 0.5f));
-        stroke.forPixels(tile, 1, [&](int x, int y) {
-            const int column = tile.left + x, row = tile.top + y;
-            float part = 0;
-            const float light = lightAt(stroke, bins.lines(), static_cast<float>(column) + 0.5f - stroke.a.x,
-                                        static_cast<float>(row) + 0.5f - stroke.a.y, part);
+        const float ratio = s.seen / s.radius, energy = s.fade * (mBins.lines() ? ratio : ratio * ratio);
+        if (!(s.length < kBrief)) return addLong(s, energy);
+        const float z = between(s.a.depth, s.b.depth, 0.5f);
+        const SampleBox box = s.samplesIn(mTile, 1);
+        mStrokes.push_back({s.a.x, s.a.y, s.length, s.ux, s.uy, s.radius, z, energy * mBins.haze(z),
+                            mBins.color(between(s.a.value, s.b.value, 0.5f)), box.left, box.top, box.right,
+                            box.bottom});
+    }
+
+    /// Depth and colour change along a long stroke. The strokes before it come first, so that sums are always the same.
+    void addLong(const Stroke& s, float energy) {
+        flush();
+        s.samplesIn(mTile, 1).forEach([&](int x, int y) {
+            const float dx = static_cast<float>(mTile.left + x) + 0.5f - s.a.x;
+            const float dy = static_cast<float>(mTile.top + y) + 0.5f - s.a.y;
+            const float light = lightAt(mBins.lines(), s.length, s.ux, s.uy, s.radius, dx, dy);
             if (!(light > 0)) return;
-            if (!brief) {
-                z = between(stroke.a.depth, stroke.b.depth, part);
-                bright = energy * bins.haze(z);
-                color = bins.color(between(stroke.a.value, stroke.b.value, part));
-            }
-            const size_t pixel =
-                static_cast<size_t>(row) * static_cast<size_t>(image.width) + static_cast<size_t>(column);
-            if (!depth.empty() && depth[pixel] < z) return;
-            float* const to = &image.pixels[3 * pixel];
-            for (int i = 0; i < 3; ++i) to[i] += light * bright * color[i];
+            const float part = std::clamp((dx * s.ux + dy * s.uy) / s.length, 0.0f, 1.0f);
+            const float z = between(s.a.depth, s.b.depth, part), bright = energy * mBins.haze(z);
+            if (mLit.hides && mLit.depth[pixel(x, y)] < z) return;
+            const Vec3f& color = mBins.color(between(s.a.value, s.b.value, part));
+            for (size_t i = 0; i < 3; ++i) mLit.light[i][pixel(x, y)] += light * bright * color[static_cast<int>(i)];
         });
     }
-}
+
+    void flush() {
+        const bool lines = mBins.lines();
+        runKernel<LightKernel, float>(std::as_const(mStrokes), lines, mLit);
+        mStrokes.clear();
+    }
+
+    const SplatBins& mBins;
+    const SplatTile& mTile;
+    LitTile mLit;
+    std::vector<LightStroke> mStrokes;
+};
 
 /// Returns the shade of a surface with that normal, seen by a camera that looks along -z, lit from the upper left and a
 /// little from all sides.
@@ -138,7 +173,7 @@ void coverTile(const SplatBins& bins, const SplatTile& tile, std::vector<Sample>
         stroke.radius *= stroke.fade;
         const float rr = stroke.radius * stroke.radius, front = std::min(stroke.a.depth, stroke.b.depth);
         const float nearest = front - stroke.radius / bins.pixelsPerUnit(front);
-        stroke.forPixels(tile, kFine, [&](int x, int y) {
+        stroke.samplesIn(tile, kFine).forEach([&](int x, int y) {
             Sample& sample = samples[static_cast<size_t>(y) * row + static_cast<size_t>(x)];
             if (!(nearest < sample.depth)) return;
             const auto position = [](int origin, int k) {
@@ -266,7 +301,12 @@ SplatImage luminous(const Splats& splats, const Camera& camera, const SplatOptio
     parallelFor(
         bins.tiles(), 1,
         [&](size_t begin, size_t end) {
-            for (size_t k = begin; k < end; ++k) addLight(bins, bins.tile(k), depth, image);
+            for (size_t k = begin; k < end; ++k) {
+                const SplatTile tile = bins.tile(k);
+                LightPainter painter(bins, tile, depth, image.width);
+                painter.draw();
+                painter.copyTo(image);
+            }
         },
         monitor);
     const auto pixels = static_cast<double>(image.pixels.size()) / 3;

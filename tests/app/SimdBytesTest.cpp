@@ -159,6 +159,12 @@ TEST_CASE("instruction sets: sums and normalised flows and slices have the same 
     requireSameBytes("-noise dimensions=2 octaves=3 -dfvn -slice width=40 -write slice.exr");
 }
 
+TEST_CASE("instruction sets: pictures of points and streamlines have the same bytes", "[app][command]") {
+    requireSameBytes(pair("",
+                          "-dfvn -scatter count=50 -splat width=64 -write points.exr"
+                          " -trace maxLength=0.5 -splat width=64 -write lines.exr"));
+}
+
 TEST_CASE("instruction sets: velocity grids within shapes have the same bytes", "[app][command]") {
     const std::string shape = GENERATE("-sphere", "-box rotate=10,20,30", "-torus", "-capsule", "-cylinder",
                                        "-gyroid wavelength=1.5", "-sphere -box translate=0.5 -union smoothing=0.2",
