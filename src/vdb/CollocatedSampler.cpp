@@ -58,14 +58,26 @@ class ActiveVoxels {
 
   private:
     void fade(const FlowOnVoxels& sampled, const PointLattice& lattice) {
-        const auto distances = sampled.flow.domain().wall->sdf.distance.onLattice<float, 1>(lattice);
-        lattice.forEachBatch([&](const LatticeBatch& batch) {
-            JetBatch<float, 1> d;
-            distances(batch, d);
-            for (size_t i = 0; i < kBatch; ++i)
-                mFactors[batch.first + i] = static_cast<float>(sampled.fade.at(static_cast<double>(d.c[0][i])));
-        });
+        const ScalarField& distance = sampled.flow.domain().wall->sdf.distance;
+        if (sampled.inLevelSet()) {
+            const auto distances = distance.onLattice<float, 1>(lattice); // as the flow will need them
+            lattice.forEachBatch([&](const LatticeBatch& batch) {
+                JetBatch<float, 1> d;
+                distances(batch, d);
+                setFactors(sampled.fade, batch.first, d.c[0]);
+            });
+        } else {
+            lattice.forEachBatch([&](const LatticeBatch& batch) {
+                JetBatch<float, 0> d;
+                distance.eval(batch.points, d);
+                setFactors(sampled.fade, batch.first, d.c[0]);
+            });
+        }
         mFades = true;
+    }
+    void setFactors(const WallFade& fade, size_t first, const std::array<float, kBatch>& distances) {
+        for (size_t i = 0; i < kBatch; ++i)
+            mFactors[first + i] = static_cast<float>(fade.at(static_cast<double>(distances[i])));
     }
     template <class Wanted>
     void choose(const Wanted& wanted) {
@@ -191,10 +203,14 @@ void sampleCollocated(const FlowOnVoxels& sampled, VelocityLeaf& leaf) {
     const ActiveVoxels active(sampled, leaf.origin(), points);
     if (active.count() > 0) {
         const PointLattice lattice = points.lattice(active.numbers());
-        const auto velocity = sampled.flow.onLattice(lattice);
+        // Formulas and noises gain nothing from a lattice.
+        const auto onLattice = sampled.inLevelSet() ? sampled.flow.onLattice(lattice) : nullptr;
         lattice.forEachBatch([&](const LatticeBatch& batch) {
             VecBatch<float> velocities;
-            velocity(batch, velocities);
+            if (onLattice)
+                onLattice(batch, velocities);
+            else
+                sampled.flow.velocity(batch.points, velocities);
             store(batch, velocities, active, leaf);
         });
         if (active.all()) leaf.setValuesOn();

@@ -27,6 +27,11 @@ struct FlowOnVoxels {
 
     Vec3d centre(const openvdb::Coord& ijk) const { return {{ijk[0] * voxel, ijk[1] * voxel, ijk[2] * voxel}}; }
 
+    /// Whether the wall is a level set: its distances are exact in a band only.
+    bool inLevelSet() const {
+        const auto& wall = flow.domain().wall;
+        return wall && wall->sdf.reach > 0 && std::isfinite(wall->sdf.reach);
+    }
     /// Returns whether the centres of all voxels of a leaf are in the domain's box.
     bool inBox(const openvdb::Coord& origin) const {
         const Box& box = flow.domain().box;
