@@ -32,7 +32,7 @@ struct PointLattice {
   private:
     /// Fills a batch with the combinations from `begin` on, line by line.
     void fill(size_t begin, PointBatch& points) const {
-        const auto& [x, y, z] = coordinates;
+        const auto x = coordinates[0], y = coordinates[1], z = coordinates[2];
         const auto count = static_cast<size_t>(points.size);
         size_t line = begin / z.size(), from = begin % z.size(), i = line / y.size(), j = line % y.size();
         for (size_t n = 0; n < count; from = 0) {
