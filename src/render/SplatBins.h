@@ -27,7 +27,7 @@ class SplatBins {
 
     bool lines() const { return mLines; }
     const SplatVertex& vertex(size_t k) const { return mVertices[k]; }
-    /// Loads a vertex and the next one into the caches.
+    /// Loads a vertex into the caches.
     void prefetch(size_t k) const { __builtin_prefetch(&mVertices[k]); }
     /// Projected radius, pixels; may be below the minimum radius.
     float radius(float depth) const { return mRadius > 0 ? mRadius * mFocal / depth : mPixels; }
