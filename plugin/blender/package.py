@@ -68,7 +68,7 @@ def write(path: Path, contents: Dict[str, bytes], level: int) -> None:
             entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
             entry.compress_type = zipfile.ZIP_STORED if entry.is_dir() else zipfile.ZIP_DEFLATED
             entry.external_attr = (0o40755 << 16 | 0x10) if entry.is_dir() else 0o644 << 16
-            archive.writestr(entry, data)
+            archive.writestr(entry, data, compresslevel=level)  # a ZipInfo does not take that of the archive
 
 
 def package(library: Path, out: Path, level: int) -> Tuple[Path, Path]:
@@ -97,7 +97,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--library", type=Path, required=True, help="libcurlew.so")
     parser.add_argument("--out", type=Path, default=Path("out"), help="folder for the two zip files (default: out)")
-    parser.add_argument("--level", type=int, default=9, help="compression: 1 (fast) to 9 (small; the default)")
+    parser.add_argument("--level", type=int, default=9, help="compression: 0 (none) to 9 (small; the default)")
     given = parser.parse_args()
     try:
         for path in package(given.library, given.out, given.level):

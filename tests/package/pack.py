@@ -10,7 +10,7 @@ source, library, folder = (Path(argument) for argument in sys.argv[1:])
 for pattern in ("*.zip", "*.whl"):
     for old in folder.glob(pattern):
         old.unlink()
-subprocess.run([sys.executable, "-B", source / "plugin/blender/package.py", "--library", library, "--out", folder, "--level", "1"],
+subprocess.run([sys.executable, "-B", source / "plugin/blender/package.py", "--library", library, "--out", folder, "--level", "0"],
                check=True)
 with zipfile.ZipFile(next(folder.glob("*-linux-x64.zip"))) as extension:
     name = next(name for name in extension.namelist() if name.endswith(".whl"))

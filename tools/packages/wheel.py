@@ -107,7 +107,7 @@ def make(library: Path, version: str, out: Path, level: int = 9) -> Path:
             entry.compress_type = zipfile.ZIP_DEFLATED
             # pip keeps the permission to execute of regular files only.
             entry.external_attr = (stat.S_IFREG | (0o755 if name == "curlew/curlew" else 0o644)) << 16
-            archive.writestr(entry, data)
+            archive.writestr(entry, data, compresslevel=level)  # a ZipInfo does not take that of the archive
     return path
 
 
