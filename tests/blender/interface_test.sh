@@ -15,6 +15,7 @@ rm -rf "$work" && mkdir -p "$work/scripts/addons" "$work/config"
 export BLENDER_USER_SCRIPTS="$work/scripts" BLENDER_USER_CONFIG="$work/config"
 export CURLEW_COMMAND="$command" CURLEW_WORK="$work" CURLEW_SOURCE="$source" CURLEW_PACKAGES="$packages"
 export PYTHONDONTWRITEBYTECODE=1
+PATH=/usr/bin:/bin:$PATH # as in run.sh
 LIBGL_ALWAYS_SOFTWARE=1 timeout 300 xvfb-run -a -s "-screen 0 960x600x24" \
     "$blender" --enable-event-simulate --factory-startup -noaudio --window-geometry 0 0 960 600 --python "$source/tests/blender/interface.py"
 cat "$work/interface.txt"

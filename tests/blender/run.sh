@@ -14,4 +14,5 @@ rm -rf "$work" && mkdir -p "$work/scripts/addons" "$work/config"
 export BLENDER_USER_SCRIPTS="$work/scripts" BLENDER_USER_CONFIG="$work/config"
 export CURLEW_COMMAND="$command" CURLEW_WORK="$work" CURLEW_SOURCE="$source" CURLEW_PACKAGES="$packages"
 export PYTHONDONTWRITEBYTECODE=1
+PATH=/usr/bin:/bin:$PATH # Debian's Blender takes its modules from beside the first python3, which may be that of a virtual environment
 exec "$blender" --background --factory-startup -noaudio --python-exit-code 3 --python "$source/tests/blender/$test"
