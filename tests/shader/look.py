@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Opens pages that -write look.html has written in headless Chromium, with WebGL 2 and with WebGPU: look.py CURLEW MESH [PICTURES].
 
-The page draws, its particles move, and after 10 seconds of the flow all of them are on their tracks and out of the wall: by the
+The page draws, its particles move, and after 4 seconds of the flow all of them are on their tracks and out of the wall: by the
 distances in the page, and by -probe. Jumps in the loop lead to the same places. In windows of the size of a desktop and of a phone,
 nothing is wider than the window. PICTURES is a folder for pictures of both. Exits with 77 (skipped) if Chromium, Selenium or NumPy is
 not installed.
@@ -103,7 +103,7 @@ def check_mesh(browser, curlew, mesh, device, folder, pictures):
     # Without a new start in each round of the loop.
     before = np.array(promised(browser, "return curlew.positions();"))
     distances, drift, places = promised(
-        browser, "for (let time = 0; time < 10; time += loop.dt) device.step(loop.states, loop.dt);"
+        browser, "for (let time = 0; time < 4; time += loop.dt) device.step(loop.states, loop.dt);"
                  "return [await curlew.distances(), await curlew.drift(), await curlew.positions()];")
     np.savetxt(folder / "p.csv", np.array(places).reshape(-1, 3), delimiter=",", fmt="%.17g", header="x,y,z", comments="")
     subprocess.run([curlew, "-quiet", *wall, "-probe", "p.csv", "d.csv"], cwd=folder, check=True)

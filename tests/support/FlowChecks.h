@@ -90,7 +90,7 @@ double divergenceFd(const FlowN<N>& flow, const BoxN<N>& box, size_t count, uint
 }
 
 struct DivergenceOptions {
-    size_t count = 30000; ///< Points.
+    size_t count = 10000; ///< Points.
     double still = 0.001; ///< The largest part of them at which the trace may be no better than its rounding.
     /// What central differences may be off by. Their error is of second order: (h/l)²/6 for a flow of wavelength
     /// 2 pi l. The smallest l here is about 1/90, where layers of 0.15 turn within a third of their width, at 2^-13
