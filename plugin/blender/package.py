@@ -63,12 +63,12 @@ def own_files() -> Dict[str, bytes]:
 def write(path: Path, contents: Dict[str, bytes], level: int) -> None:
     """Writes a reproducible zip: it depends only on its contents and the compression level. A name that ends with a slash
     is a folder."""
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=level) as archive:
+    with zipfile.ZipFile(path, "w") as archive:
         for name, data in contents.items():
             entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
             entry.compress_type = zipfile.ZIP_STORED if entry.is_dir() else zipfile.ZIP_DEFLATED
             entry.external_attr = (0o40755 << 16 | 0x10) if entry.is_dir() else 0o644 << 16
-            archive.writestr(entry, data, compresslevel=level)  # a ZipInfo does not take that of the archive
+            archive.writestr(entry, data, compresslevel=level)
 
 
 def package(library: Path, out: Path, level: int) -> Tuple[Path, Path]:

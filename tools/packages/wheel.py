@@ -101,13 +101,13 @@ def make(library: Path, version: str, out: Path, level: int = 9) -> Path:
     files[f"{info}/RECORD"] = record(files, f"{info}/RECORD")
     out.mkdir(parents=True, exist_ok=True)
     path = out / f"curlew-{version}-{tag}.whl"
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=level) as archive:
+    with zipfile.ZipFile(path, "w") as archive:
         for name, data in files.items():
             entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
             entry.compress_type = zipfile.ZIP_DEFLATED
             # pip keeps the permission to execute of regular files only.
             entry.external_attr = (stat.S_IFREG | (0o755 if name == "curlew/curlew" else 0o644)) << 16
-            archive.writestr(entry, data, compresslevel=level)  # a ZipInfo does not take that of the archive
+            archive.writestr(entry, data, compresslevel=level)
     return path
 
 
