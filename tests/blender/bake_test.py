@@ -130,6 +130,23 @@ class Frames(unittest.TestCase):
         support.empty()
         self.bake = support.addon("bake")
 
+    def test_saving_moves_no_bake_of_an_earlier_file(self):
+        """A new file follows one that was baked but never saved. Only its own bake moves beside it."""
+
+        def baked():
+            build = Tree("dust")
+            build.add("CurlewParticlesResult", build.add("scatter", build.add("sphere"), count=10))
+            return self.bake.bake(build.tree).folder
+
+        earlier = baked()
+        bpy.ops.wm.read_homefile(use_empty=True)
+        folder = support.WORK / "new_file"
+        folder.mkdir()
+        later = baked()
+        bpy.ops.wm.save_as_mainfile(filepath=str(folder / "new.blend"))
+        self.assertEqual([path.name for path in (folder / "curlew_cache").glob("*/*")], [later.name])
+        self.assertTrue(earlier.is_dir())
+
     def test_a_sequence(self):
         scene = bpy.context.scene
         scene.frame_start, scene.frame_end = 5, 9

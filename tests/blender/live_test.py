@@ -522,7 +522,7 @@ class Meanwhile(Live):
 
     def test_another_file_is_loaded(self):
         _, job = self.begin_long()
-        bpy.ops.wm.read_factory_settings(use_empty=True)
+        support.empty()
         self.assertFalse(job.running())
         self.assertTrue(self.live.idle())
         self.assertEqual(leftovers(), [])

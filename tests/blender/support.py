@@ -4,6 +4,7 @@
 import faulthandler
 import os
 import re
+import shutil
 import subprocess
 import sys
 import traceback
@@ -36,9 +37,11 @@ def addon(module):
 
 
 def empty():
-    """Opens an empty file, with the add-on enabled."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    bpy.ops.preferences.addon_enable(module=NAME)
+    """Opens an empty file, with the add-on enabled, and removes bakes of files that were not saved."""
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    if NAME not in bpy.context.preferences.addons:
+        bpy.ops.preferences.addon_enable(module=NAME)
+    shutil.rmtree(addon("cache").temporary(), ignore_errors=True)
 
 
 def reduce_presets(count=1500, dim=24):

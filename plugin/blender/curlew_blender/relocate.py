@@ -3,11 +3,14 @@
 
 import shutil
 from pathlib import Path
+from typing import Set
 
 import bpy
 
 from . import cache, handlers
 from .job import running_folders
+
+_of_others: Set[Path] = set()  # bakes in the temporary folder of files that were open before
 
 
 def _moved(text: str) -> str:
@@ -23,7 +26,8 @@ def _move() -> None:
     source, busy = cache.temporary(), running_folders()
     for folder in source.glob("*/*") if source.is_dir() else ():
         target = cache.beside() / folder.relative_to(source)
-        if folder.is_dir() and folder not in busy and not target.exists() and not folder.name.startswith(cache.PART):
+        moves = folder.is_dir() and folder not in busy | _of_others and not folder.name.startswith(cache.PART)
+        if moves and not target.exists():
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.move(str(folder), str(target))
 
@@ -63,4 +67,11 @@ def after_save(*_: object) -> None:
         obj["curlew_cache"] = cache.stored(cache.absolute(obj["curlew_cache"]))
 
 
-register, unregister = handlers.factory(("save_pre", before_save), ("save_post", after_save))
+@bpy.app.handlers.persistent
+def after_load(*_: object) -> None:
+    """Leaves the bakes of a file that was open before, and never saved, where they are."""
+    _of_others.clear()
+    _of_others.update(folder for folder in cache.temporary().glob("*/*") if folder.resolve() not in cache.used_folders())
+
+
+register, unregister = handlers.factory(("save_pre", before_save), ("save_post", after_save), ("load_post", after_load))
