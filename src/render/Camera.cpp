@@ -86,13 +86,4 @@ Vec3d Camera::direction(double x, double y) const {
     return normalized(mForward * mFocal + mRight * (x - 0.5 * mWidth) + mUp * (0.5 * mHeight - y));
 }
 
-Camera::Projected Camera::project(const Vec3d& position) const {
-    const Vec3d p = position - mEye;
-    const double depth = dot(p, mForward), scale = mFocal / depth;
-    return {.x = 0.5 * mWidth + dot(p, mRight) * scale,
-            .y = 0.5 * mHeight - dot(p, mUp) * scale,
-            .depth = depth,
-            .pixelsPerUnit = scale};
-}
-
 } // namespace curlew

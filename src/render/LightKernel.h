@@ -8,12 +8,13 @@
 
 namespace curlew::detail {
 
-/// A short edge, or a point, in pixels: one depth and one colour suffice for all of it.
+/// A short edge, or a point, in pixels. Depth and light are linear along it.
 struct LightStroke {
     float x, y;           ///< Of its beginning.
     float length, ux, uy; ///< From there to its end.
-    float radius, depth, bright;
-    Vec3f color;
+    float radius;
+    float depth, recedes;         ///< At its beginning, and the change per pixel.
+    Vec3f light, change;          ///< R, G, B likewise.
     int left, top, right, bottom; ///< The pixels that it may light, from the tile's corner.
 };
 
@@ -62,14 +63,16 @@ struct LightKernel {
                 const T dy(static_cast<float>(tile.top + y) + 0.5F - s.y);
                 for (int x = s.left; x < s.right; x += kLanes<T>) {
                     const T column = T(static_cast<float>(tile.left + x)) + offset;
-                    const T light = lightAt(lines, s.length, s.ux, s.uy, s.radius, column + T(0.5F) - T(s.x), dy);
+                    const T dx = column + T(0.5F) - T(s.x);
+                    const T light = lightAt(lines, s.length, s.ux, s.uy, s.radius, dx, dy);
                     const size_t pixel = static_cast<size_t>(y) * LitTile::kLine + static_cast<size_t>(x);
                     auto lit = (light > T(0)) & (offset < T(static_cast<float>(s.right - x)));
-                    if (tile.hides) lit = lit & !(load<T>(&tile.depth[pixel]) < T(s.depth));
-                    const T bright = select(lit, light * T(s.bright), T(0));
-                    for (size_t i = 0; i < 3; ++i) {
-                        float* to = &tile.light[i][pixel];
-                        store(load<T>(to) + bright * T(s.color[static_cast<int>(i)]), to);
+                    const T along = min(max(dx * T(s.ux) + dy * T(s.uy), T(0)), T(s.length));
+                    if (tile.hides) lit = lit & !(load<T>(&tile.depth[pixel]) < T(s.depth) + along * T(s.recedes));
+                    const T share = select(lit, light, T(0));
+                    for (int i = 0; i < 3; ++i) {
+                        float* to = &tile.light[static_cast<size_t>(i)][pixel];
+                        store(load<T>(to) + share * (T(s.light[i]) + along * T(s.change[i])), to);
                     }
                 }
             }

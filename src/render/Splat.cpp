@@ -39,6 +39,12 @@ struct SampleBox {
     }
 };
 
+/// Returns what is seen at a part of the way from a to b in the picture, where depths change as in perspective.
+SplatVertex between(const SplatVertex& a, const SplatVertex& b, float part) {
+    const float depth = a.depth / (1 + (a.depth / b.depth - 1) * part), along = part * depth / b.depth;
+    return {a.x + (b.x - a.x) * part, a.y + (b.y - a.y) * part, depth, a.value + (b.value - a.value) * along};
+}
+
 /// An edge in pixels; a point is an edge of length 0.
 struct Stroke {
     Stroke(const SplatBins& bins, size_t k)
@@ -50,18 +56,42 @@ struct Stroke {
         radius = std::max(seen, bins.leastRadius());
     }
 
-    /// Returns the samples of a tile, `fine` per edge of a pixel, that the footprint may overlap, from the tile's
-    /// corner.
+    /// Returns the samples of a tile, `fine` per edge of a pixel, whose centres the footprint may cover, from the
+    /// tile's corner.
     SampleBox samplesIn(const SplatTile& tile, int fine) const {
         const auto scale = static_cast<float>(fine);
         const auto range = [&](float lower, float upper, int origin, int size) {
             const auto o = static_cast<float>(origin), most = static_cast<float>(size * fine);
-            return std::pair(static_cast<int>(std::clamp((lower - radius - o) * scale, 0.0f, most)),
-                             static_cast<int>(std::clamp((upper + radius - o) * scale + 1, 0.0f, most)));
+            return std::pair(static_cast<int>(std::clamp((lower - radius - o) * scale + 0.5f, 0.0f, most)),
+                             static_cast<int>(std::clamp((upper + radius - o) * scale + 0.5f, 0.0f, most)));
         };
         const auto [left, right] = range(std::min(a.x, b.x), std::max(a.x, b.x), tile.left, tile.width);
         const auto [top, bottom] = range(std::min(a.y, b.y), std::max(a.y, b.y), tile.top, tile.height);
         return {left, top, right, bottom};
+    }
+
+    /// Returns which part of the edge, from 0 at a to 1 at b, is no farther from a tile than the radius, horizontally
+    /// and vertically.
+    std::pair<float, float> partNear(const SplatTile& tile) const {
+        float from = 0, to = 1;
+        const auto limit = [&](float start, float step, int origin, int size) {
+            const auto o = static_cast<float>(origin), most = o + static_cast<float>(size);
+            const float enters = (o - radius - start) / step, leaves = (most + radius - start) / step;
+            from = std::max(from, std::min(enters, leaves)); // not if NaN: the edge runs along a side of the tile
+            to = std::min(to, std::max(enters, leaves));
+        };
+        limit(a.x, b.x - a.x, tile.left, tile.width);
+        limit(a.y, b.y - a.y, tile.top, tile.height);
+        return {from, to};
+    }
+
+    /// Returns the piece from `from` to `to`, 0 at a and 1 at b.
+    Stroke piece(float from, float to) const {
+        Stroke piece = *this;
+        piece.a = between(a, b, from);
+        piece.b = between(a, b, to);
+        piece.length = length * (to - from);
+        return piece;
     }
 
     SplatVertex a, b;
@@ -69,8 +99,6 @@ struct Stroke {
     float fade;                       ///< Visibility, 0 to 1.
     float seen, radius;               ///< Pixels: projected radius, and the radius that is drawn.
 };
-
-float between(float a, float b, float part) { return a + (b - a) * part; }
 
 /// Draws the light of a tile's splats.
 class LightPainter {
@@ -87,12 +115,11 @@ class LightPainter {
     }
 
     void draw() {
-        constexpr size_t kAtOnce = 64, kAhead = 16;
+        constexpr size_t kAhead = 16;
         mStrokes.reserve(kAtOnce);
         for (size_t n = 0; n < mTile.splats.size(); ++n) {
             if (n + kAhead < mTile.splats.size()) mBins.prefetch(mTile.splats[n + kAhead]);
             add(Stroke(mBins, mTile.splats[n]));
-            if (mStrokes.size() == kAtOnce) flush();
         }
         flush();
     }
@@ -105,37 +132,41 @@ class LightPainter {
     }
 
   private:
+    static constexpr size_t kAtOnce = 64; ///< Strokes that are drawn together.
+
     static size_t pixel(int x, int y) { return static_cast<size_t>(y) * LitTile::kLine + static_cast<size_t>(x); }
     size_t imagePixel(int x, int y, int width) const {
         return static_cast<size_t>(mTile.top + y) * static_cast<size_t>(width) + static_cast<size_t>(mTile.left + x);
     }
 
+    /// Adds an edge in pieces that are so short that their light may be linear.
     void add(const Stroke& s) {
-        constexpr float kBrief = 3; // pixels
-        // A splat drawn larger than its projected size keeps its energy.
-        const float ratio = s.seen / s.radius, energy = s.fade * (mBins.lines() ? ratio : ratio * ratio);
-        if (!(s.length < kBrief)) return addLong(s, energy);
-        const float z = between(s.a.depth, s.b.depth, 0.5f);
-        const SampleBox box = s.samplesIn(mTile, 1);
-        mStrokes.push_back({s.a.x, s.a.y, s.length, s.ux, s.uy, s.radius, z, energy * mBins.haze(z),
-                            mBins.color(between(s.a.value, s.b.value, 0.5f)), box.left, box.top, box.right,
-                            box.bottom});
+        constexpr float kLength = 1.0f / 6, kColors = 32; // pieces per pixel, and over the colour map
+        constexpr float kEndless = 1e12f;                 // pieces; such an edge ends beside the eye
+        const float colors = std::clamp(s.b.value, 0.0f, 1.0f) - std::clamp(s.a.value, 0.0f, 1.0f);
+        const float pieces = std::max(s.length * kLength, std::abs(colors) * kColors);
+        if (pieces <= 1) return addBrief(s);
+        if (!(pieces < kEndless)) return;
+        const double count = std::ceil(static_cast<double>(pieces));
+        const auto [from, to] = s.partNear(mTile);
+        const auto end = static_cast<int64_t>(std::ceil(static_cast<double>(to) * count));
+        for (auto k = static_cast<int64_t>(static_cast<double>(from) * count); k < end; ++k)
+            addBrief(s.piece(static_cast<float>(static_cast<double>(k) / count),
+                             static_cast<float>(static_cast<double>(k + 1) / count)));
     }
 
-    /// Depth and colour change along a long stroke. The strokes before it come first, so that sums are always the same.
-    void addLong(const Stroke& s, float energy) {
-        flush();
-        s.samplesIn(mTile, 1).forEach([&](int x, int y) {
-            const float dx = static_cast<float>(mTile.left + x) + 0.5f - s.a.x;
-            const float dy = static_cast<float>(mTile.top + y) + 0.5f - s.a.y;
-            const float light = lightAt(mBins.lines(), s.length, s.ux, s.uy, s.radius, dx, dy);
-            if (!(light > 0)) return;
-            const float part = std::clamp((dx * s.ux + dy * s.uy) / s.length, 0.0f, 1.0f);
-            const float z = between(s.a.depth, s.b.depth, part), bright = energy * mBins.haze(z);
-            if (mLit.hides && mLit.depth[pixel(x, y)] < z) return;
-            const Vec3f& color = mBins.color(between(s.a.value, s.b.value, part));
-            for (size_t i = 0; i < 3; ++i) mLit.light[i][pixel(x, y)] += light * bright * color[static_cast<int>(i)];
-        });
+    void addBrief(const Stroke& s) {
+        // A splat drawn larger than its projected size keeps its energy.
+        const float ratio = s.seen / s.radius, energy = s.fade * (mBins.lines() ? ratio : ratio * ratio);
+        const auto lightOf = [&](const SplatVertex& v) {
+            return mBins.color(v.value) * (energy * mBins.haze(v.depth));
+        };
+        const Vec3f light = lightOf(s.a);
+        const float part = s.length > 0 ? 1 / s.length : 0;
+        const SampleBox box = s.samplesIn(mTile, 1);
+        mStrokes.push_back({s.a.x, s.a.y, s.length, s.ux, s.uy, s.radius, s.a.depth, (s.b.depth - s.a.depth) * part,
+                            light, (lightOf(s.b) - light) * part, box.left, box.top, box.right, box.bottom});
+        if (mStrokes.size() == kAtOnce) flush();
     }
 
     void flush() {
@@ -184,11 +215,11 @@ void coverTile(const SplatBins& bins, const SplatTile& tile, std::vector<Sample>
             const float nx = dx - along * stroke.ux, ny = dy - along * stroke.uy, left = rr - nx * nx - ny * ny;
             if (!(left > 0)) return;
             const float part = stroke.length > 0 ? along / stroke.length : 0, nz = std::sqrt(left);
-            const float middle = between(stroke.a.depth, stroke.b.depth, part);
-            const float z = middle - nz / bins.pixelsPerUnit(middle);
+            const SplatVertex middle = between(stroke.a, stroke.b, part);
+            const float z = middle.depth - nz / bins.pixelsPerUnit(middle.depth);
             if (!(z < sample.depth)) return;
-            const float r = 1 / stroke.radius, light = shade(nx * r, -ny * r, nz * r) * bins.haze(middle);
-            sample = {z, bins.color(between(stroke.a.value, stroke.b.value, part)) * light};
+            const float r = 1 / stroke.radius, light = shade(nx * r, -ny * r, nz * r) * bins.haze(middle.depth);
+            sample = {z, bins.color(middle.value) * light};
         });
     }
 }

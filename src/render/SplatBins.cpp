@@ -69,22 +69,13 @@ SplatBins::SplatBins(const Splats& splats, const Camera& camera, const SplatOpti
     sort(monitor);
 }
 
-float SplatBins::haze(float depth) const {
-    return mFar > mNear ? 1 - mFade * std::clamp((depth - mNear) / (mFar - mNear), 0.0f, 1.0f) : 1;
-}
-
-const Vec3f& SplatBins::color(float value) const {
-    const float t = std::clamp(value, 0.0f, 1.0f) * static_cast<float>(mColors.size() - 1) + 0.5f;
-    return mColors[static_cast<size_t>(t)];
-}
-
 void SplatBins::project(const Splats& s, const Camera& camera, const Monitor& monitor) {
     const double lower = static_cast<double>(s.scale.lower), range = static_cast<double>(s.scale.upper) - lower;
     const auto seen = [&](size_t k) {
         const auto p = camera.project({{s.x[k], s.y[k], s.z[k]}});
         const double value = s.values.empty() ? 0 : (static_cast<double>(s.values[k]) - lower) / range;
         return SplatVertex{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.depth),
-                           std::isfinite(value) ? static_cast<float>(value) : 0};
+                           std::isfinite(value) ? static_cast<float>(std::clamp(value, -1e6, 1e6)) : 0};
     };
     const size_t lines = mLines ? s.start.size() - 1 : 0;
     std::vector<size_t> begin(lines + 1, 0); // first vertex of each polyline in mVertices

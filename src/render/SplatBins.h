@@ -3,6 +3,7 @@
 
 #include "curlew/render/Splat.h"
 
+#include <algorithm>
 #include <array>
 
 namespace curlew::detail {
@@ -34,11 +35,16 @@ class SplatBins {
     float leastRadius() const { return mPixels; }
     float pixelsPerUnit(float depth) const { return mFocal / depth; }
     /// Returns the brightness factor of a splat at that depth due to haze.
-    float haze(float depth) const;
+    float haze(float depth) const {
+        return mFar > mNear ? 1 - mFade * std::clamp((depth - mNear) / (mFar - mNear), 0.0f, 1.0f) : 1;
+    }
     /// Returns the brightness factor from Splats::fade.
     float fade(size_t k) const { return mSeen.empty() ? 1 : mSeen[k]; }
     /// Returns the colour of a value in linear light.
-    const Vec3f& color(float value) const;
+    const Vec3f& color(float value) const {
+        const float t = std::clamp(value, 0.0f, 1.0f) * static_cast<float>(mColors.size() - 1) + 0.5f;
+        return mColors[static_cast<size_t>(t)];
+    }
 
     size_t tiles() const { return mFirst.size() - 1; }
     SplatTile tile(size_t k) const;

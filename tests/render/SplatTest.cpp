@@ -2,6 +2,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/base/Random.h"
+#include "curlew/picture/Display.h"
 #include "curlew/render/Splat.h"
 #include "support/Catch.h"
 
@@ -148,6 +149,35 @@ TEST_CASE("luminous: light adds up and surfaces hide what is behind them", "[ren
     const Image balls = opaque(p.points(), faced(), {.pixels = 4, .fade = 0}, depth).image;
     CHECK(balls.at(90, 49, 3) == 1);
     CHECK(balls.at(90, 49, 4) == Approx(10 - 0.04).epsilon(1e-3)); // the front of the ball
+}
+
+TEST_CASE("luminous: colour and depth change along a long edge", "[render]") {
+    Positions p; // from (10, 59.5) to (150, 59.5) in pixels, of depth 12 to 8; in space, the middle is at x = 66
+    p.add(-0.7 * 1.2, 0.005 * 1.2, -2), p.add(0.7 * 0.8, 0.005 * 0.8, 2);
+    p.start = {0, 2};
+    Splats edge = p.lines();
+    const std::vector<float> depth(size_t{160} * 120, 10.0f);
+    const Image whole = luminous(edge, faced(), kClear).image, near = luminous(edge, faced(), kClear, depth).image;
+    for (int x = 12; x < 148; ++x) {
+        CHECK(whole.at(x, 59) == Approx(1).epsilon(1e-4));
+        CHECK(near.at(x, 59) == Approx(x < 66 ? 0 : 1).margin(1e-4));
+    }
+    edge.values = {0, 1};
+    edge.scale = {.map = ColorMap::gray, .lower = 0.25f, .upper = 0.75f};
+    const Image shaded = luminous(edge, faced(), kClear).image;
+    for (int x = 12; x < 148; ++x) {
+        const double part = (x + 0.5 - 10) / 140, along = part * 12 / (8 + 4 * part); // in the picture, and in space
+        const Vec3f color = colorAt(ColorMap::gray, static_cast<float>(std::clamp(2 * along - 0.5, 0.0, 1.0)));
+        CHECK(shaded.at(x, 59) == Approx(linearFromDisplay(static_cast<double>(color[0]))).margin(0.03));
+    }
+    // An edge that ends beside the eye, 10^11 pixels from the picture, is as bright as the part of it that is seen.
+    Positions endless, seen;
+    endless.add(0, 0.005), endless.add(1, 0.005, 10 - 1e-8);
+    seen.add(0, 0.005), seen.add(0.1, 0.005, 1);
+    endless.start = seen.start = {0, 2};
+    const Image ray = luminous(endless.lines(), faced(), kClear).image;
+    const Image line = luminous(seen.lines(), faced(), kClear).image;
+    for (int x = 82; x < 90; ++x) CHECK(ray.at(x, 59) == Approx(line.at(x, 59)).epsilon(0.01));
 }
 
 TEST_CASE("opaque: discs have the correct area and nearer ones hide farther ones", "[render]") {

@@ -53,7 +53,14 @@ class Camera {
         double depth = 0;
         double pixelsPerUnit = 0; ///< Size of a world unit perpendicular to the view at that depth.
     };
-    Projected project(const Vec3d& position) const;
+    Projected project(const Vec3d& position) const {
+        const Vec3d p = position - mEye;
+        const double depth = dot(p, mForward), scale = mFocal / depth;
+        return {.x = 0.5 * mWidth + dot(p, mRight) * scale,
+                .y = 0.5 * mHeight - dot(p, mUp) * scale,
+                .depth = depth,
+                .pixelsPerUnit = scale};
+    }
 
   private:
     Vec3d mEye, mRight, mUp, mForward;

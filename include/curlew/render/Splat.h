@@ -55,11 +55,12 @@ struct SplatImage {
 
 /// Adds up the light of luminous points and lines: an image with the channels R, G, B in linear light, where the middle
 /// of one line is 1 (times its colour). The footprint of a point is (1 - (d/r)²)². That of a line is this kernel,
-/// integrated exactly along the line, so that the edges of a polyline join without a seam. If r is at least 1.5 pixels,
-/// the energy of a point or line is the same within 3 % for any position relative to the pixels. `depth`: one value per
-/// pixel, the depth of the surface that hides splats behind it (empty: nothing is hidden). Each pixel sums its splats
-/// in input order, so the bits are the same for any number of threads. Throws ValueError if colours or sizes do not
-/// fit, ResourceError if there are more than 2³² positions or too little memory.
+/// integrated exactly along the line, so that the edges of a polyline join without a seam. Depths and values change
+/// evenly along an edge in space. If r is at least 1.5 pixels, the energy of a point or line is the same within 3 % for
+/// any position relative to the pixels. `depth`: one value per pixel, the depth of the surface that hides splats behind
+/// it (empty: nothing is hidden). Each pixel sums its splats in input order, so the bits are the same for any number of
+/// threads. Throws ValueError if colours or sizes do not fit, ResourceError if there are more than 2³² positions or too
+/// little memory.
 SplatImage luminous(const Splats& splats, const Camera& camera, const SplatOptions& options,
                     std::span<const float> depth = {}, const Monitor& monitor = {});
 
