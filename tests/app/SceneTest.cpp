@@ -130,7 +130,7 @@ TEST_CASE("scenes: every scene survives the round trip through scene and JSON", 
 }
 
 TEST_CASE("scenes: scene and rewritten scene and JSON write the same files", "[app][command]") {
-    const std::string name = GENERATE("demo", "catlike_cheap_2d", "icn_fig5_image_warp", "icn_fig8_animated_jitter");
+    const std::string name = GENERATE("demo", "icn_fig5_image_warp", "icn_fig8_animated_jitter");
     CAPTURE(name);
     const SceneFolder scene, written, json;
     const std::string text = test::bytesOf(fs::path(test::sourceDir()) / "scenes" / (name + ".txt"));

@@ -162,9 +162,7 @@ TEST_CASE("reshaped: stops streamlines outside the intervals and keeps those ins
     const auto [flow, o] = GENERATE(from_range(std::vector<Case>{
         {shearFlow(), {.f = {-0.531, 0.777}, .softness = 0}},
         {shearFlow(), {.f = {-0.531, 0.777}, .softness = 0.1}},
-        {shearFlow(), {.f = {-0.531, 0.777}, .softness = 0.25}},
         {shearFlow(), {.f = {-0.531, 0.777}, .softness = 0.5}},
-        {shearFlow(), {.g = {-0.9041, 0.3}, .softness = 0}},
         {shearFlow(), {.g = {-0.9041, 0.3}, .softness = 0.2}},
         {shearFlow(), {.f = {-0.6, 0.601}, .g = {-0.4, kInfinity}, .softness = 0}},
         {shearFlow(), {.f = {-0.6, 0.601}, .g = {-0.4, kInfinity}, .softness = 0.15}},

@@ -31,7 +31,7 @@ CASES = {
 }
 # More points than fit into MOST, in one piece.
 MANY = "-scatter count=4e6 box=-1,-1,-1,1,1,1 part=each/{} -write p.$P.vdb"
-SHARES = (0.98, 0.95, 0.9, 0.8)
+SHARES = (0.97, 0.9, 0.8)
 
 
 def run(command, arguments, folder, limit):
@@ -86,7 +86,7 @@ def main(command, root):
                 wrong.append(f"{name} does not work with {MOST} MiB")
                 continue
             low, high = LEAST, MOST
-            while high - low > 16:
+            while high - low > 20:
                 middle = (low + high) // 2
                 low, high = (low, middle) if attempt(middle) else (middle, high)
             for share in SHARES:

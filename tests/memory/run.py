@@ -47,7 +47,7 @@ CASES = {
     "advectGrid": FLOW + "-sphere radius=0.5 -velocity dim=64 -advectGrid grid=0 duration=0.1",
     "advect": FLOW + POINTS + "-advect steps=1",
     "advectLevelSet": FLOW + MESH + "-mesh2ls dim=56 -advectLevelSet duration=0.02",
-    "advectLevelSet by WENO5": FLOW + MESH + "-mesh2ls dim=120 -advectLevelSet duration=0.002 method=weno5",
+    "advectLevelSet by WENO5": FLOW + MESH + "-mesh2ls dim=160 -advectLevelSet duration=0.002 method=weno5",
     "union": MESH + "-mesh2ls dim=80 " + MESH + "-move translate=0.2,0,0 -mesh2ls dim=80 -union",
     "bake": "-noise -bake dim=250 box=-1,-1,-1,1,1,1",
     "field of a grid": "-noise -bake dim=200 box=-1,-1,-1,1,1,1 -field -slice width=50",
