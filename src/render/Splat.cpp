@@ -139,12 +139,12 @@ class LightPainter {
         return static_cast<size_t>(mTile.top + y) * static_cast<size_t>(width) + static_cast<size_t>(mTile.left + x);
     }
 
-    /// Adds an edge in pieces that are so short that their light may be linear.
+    /// Adds an edge in pieces that are so short that their light may be linear, but not much shorter than wide.
     void add(const Stroke& s) {
-        constexpr float kLength = 1.0f / 6, kColors = 32; // pieces per pixel, and over the colour map
-        constexpr float kEndless = 1e12f;                 // pieces; such an edge ends beside the eye
+        constexpr float kShort = 6, kColors = 32; // pixels, and pieces over the colour map
+        constexpr float kEndless = 1e12f;         // pieces; such an edge ends beside the eye
         const float colors = std::clamp(s.b.value, 0.0f, 1.0f) - std::clamp(s.a.value, 0.0f, 1.0f);
-        const float pieces = std::max(s.length * kLength, std::abs(colors) * kColors);
+        const float pieces = std::max(s.length / std::max(kShort, 4 * s.radius), std::abs(colors) * kColors);
         if (pieces <= 1) return addBrief(s);
         if (!(pieces < kEndless)) return;
         const double count = std::ceil(static_cast<double>(pieces));

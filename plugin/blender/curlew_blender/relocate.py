@@ -23,10 +23,10 @@ def _moved(text: str) -> str:
 
 def _move() -> None:
     """Moves finished bakes from the temporary folder beside the .blend, which has been saved."""
-    source, busy = cache.temporary(), running_folders()
+    source, staying = cache.temporary(), running_folders() | _of_others
     for folder in source.glob("*/*") if source.is_dir() else ():
         target = cache.beside() / folder.relative_to(source)
-        moves = folder.is_dir() and folder not in busy | _of_others and not folder.name.startswith(cache.PART)
+        moves = folder.is_dir() and folder not in staying and not folder.name.startswith(cache.PART)
         if moves and not target.exists():
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.move(str(folder), str(target))
@@ -70,8 +70,9 @@ def after_save(*_: object) -> None:
 @bpy.app.handlers.persistent
 def after_load(*_: object) -> None:
     """Leaves the bakes of a file that was open before, and never saved, where they are."""
+    used = cache.used_folders()
     _of_others.clear()
-    _of_others.update(folder for folder in cache.temporary().glob("*/*") if folder.resolve() not in cache.used_folders())
+    _of_others.update(folder for folder in cache.temporary().glob("*/*") if folder.resolve() not in used)
 
 
 register, unregister = handlers.factory(("save_pre", before_save), ("save_post", after_save), ("load_post", after_load))
