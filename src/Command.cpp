@@ -6,6 +6,7 @@
 #include "curlew/app/run/Session.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/LibraryError.h"
+#include "curlew/base/Parallel.h"
 #include "curlew/base/Simd.h"
 #include "curlew/base/Text.h"
 #include "curlew/vdb/Openvdb.h"
@@ -111,6 +112,7 @@ int curlew_command(int argc, char** argv) {
     occupyStandardStreams();
     try {
         activeSimd(); // reports an invalid CURLEW_SIMD before any work
+        startTbb();
         openvdb::initialize();
         const std::vector<std::string> tokens(argv + 1, argv + argc);
         if (isIsolatedReader(tokens)) return runIsolatedReader(tokens, app::isolatedReaderOf);

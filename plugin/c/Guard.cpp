@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "Guard.h"
 
+#include "curlew/base/Parallel.h"
 #include "curlew/base/Simd.h"
 #include "curlew/vdb/Openvdb.h"
 
@@ -65,6 +66,7 @@ void prepareLibrary() {
             throw ValueError("this processor lacks AVX2 and FMA, which this build needs");
 #endif
         activeSimd(); // reports an invalid CURLEW_SIMD before any work
+        startTbb();
         openvdb::initialize();
         return true;
     }();

@@ -8,12 +8,26 @@
 
 #include <algorithm>
 #include <mutex>
+#include <new>
 
 namespace curlew {
+
+void startTbb() {
+    static const bool started = [] {
+        constexpr size_t kRoom = 1 << 20;            // more than TBB allocates, even for hundreds of processors
+        void* volatile room = ::operator new(kRoom); // volatile: the compiler would leave both calls out
+        ::operator delete(room);
+        // If this ran out of memory, TBB 2022.1 would wait: its exception takes a lock that it holds while it starts.
+        tbb::parallel_for(0, 1, [](int) {});
+        return true;
+    }();
+    static_cast<void>(started);
+}
 
 void parallelFor(size_t count, size_t grain, const std::function<void(size_t, size_t)>& body, const Monitor& monitor) {
     grain = std::clamp<size_t>(grain, 1, std::max<size_t>(count, 1));
     const size_t chunks = (count + grain - 1) / grain;
+    startTbb();
     std::mutex reporting;
     size_t done = 0;
     tbb::parallel_for(
@@ -34,7 +48,10 @@ struct Background::Implementation {
     tbb::task_group tasks;
 };
 
-Background::Background() : mImplementation(std::make_unique<Implementation>()) {}
+Background::Background() {
+    startTbb();
+    mImplementation = std::make_unique<Implementation>();
+}
 
 Background::~Background() { wait(); }
 
@@ -50,9 +67,11 @@ struct ThreadLimit::Implementation {
     tbb::global_control control;
 };
 
-ThreadLimit::ThreadLimit(int threads)
-    : mImplementation(std::make_unique<Implementation>(
-          static_cast<size_t>(threads > 0 ? threads : tbb::this_task_arena::max_concurrency()))) {}
+ThreadLimit::ThreadLimit(int threads) {
+    startTbb();
+    const int limit = threads > 0 ? threads : tbb::this_task_arena::max_concurrency();
+    mImplementation = std::make_unique<Implementation>(static_cast<size_t>(limit));
+}
 
 ThreadLimit::~ThreadLimit() = default;
 

@@ -97,8 +97,8 @@ struct Valid {
 } // namespace
 
 struct RayMesh::Scene {
-    Scene() : device(rtcNewDevice("isa=avx2")), scene(nullptr) {
-        if (!device) throw ResourceError("Embree could not be started");
+    Scene() : device(rtcNewDevice("isa=avx2")) {
+        if (!device) throw ResourceError("Embree could not be started; there may be too little memory");
         scene = rtcNewScene(device);
     }
     ~Scene() {
@@ -109,7 +109,7 @@ struct RayMesh::Scene {
     Scene& operator=(const Scene&) = delete;
 
     /// Builds the tree. Throws Interrupted once `cancelled` returns true, ResourceError if there is no memory for it.
-    void commit(std::function<bool()> cancelled) {
+    void commit(std::function<bool()> cancelled) const {
         const auto goesOn = [](void* asked, double) { return !(*static_cast<std::function<bool()>*>(asked))(); };
         if (cancelled) rtcSetSceneProgressMonitorFunction(scene, goesOn, &cancelled);
         rtcCommitScene(scene);
@@ -120,7 +120,7 @@ struct RayMesh::Scene {
     }
 
     RTCDevice device;
-    RTCScene scene;
+    RTCScene scene = nullptr;
 };
 
 RayMesh::RayMesh(std::vector<Vec3d> vertices, std::vector<Vec<uint32_t, 3>> triangles, const Monitor& monitor)
@@ -130,7 +130,7 @@ RayMesh::RayMesh(std::vector<Vec3d> vertices, std::vector<Vec<uint32_t, 3>> tria
       mCenter(mBox.center()),
       mScale(1 / length(mBox.size())),
       mScene(std::make_unique<Scene>()) {
-    const RTCGeometry geometry = rtcNewGeometry(mScene->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* const geometry = rtcNewGeometry(mScene->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* const positions = static_cast<float*>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mVertices.size()));
     mTriangles.reserve(mTriangles.size() + 1); // Embree may read 16 bytes at the last triangle

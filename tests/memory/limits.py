@@ -2,8 +2,9 @@
 """Runs commands with too little address space (ulimit -v): limits.py COMMAND ROOT.
 
 Each must work, or fail with exit code 1, one line that starts with "curlew: ", and no file left behind. Finds for each
-command the least limit with which it works, and then tries limits just below, where memory ends late. Skipped with Debian's shared
-OpenVDB: its log4cplus starts threads before the command begins, and ends the program if there is no memory for them.
+command the least limit with which it works, and then tries limits just below, where memory ends late. Also tries limits where memory
+ends while the command starts. With still less, libraries end the program before the command begins. Skipped with Debian's shared
+OpenVDB: its log4cplus starts threads then, and ends the program if there is no memory for them.
 """
 
 import os
@@ -14,7 +15,7 @@ import tempfile
 from pathlib import Path
 
 MIB = 1 << 20
-LEAST, MOST = 40, 160  # too little for any case, and enough for all
+ROOM, LITTLE = 180, 100  # MiB beyond what the command needs to begin: enough for all cases (Embree 4 takes 160), and not for MANY
 FLOW = "-noise -noise seed=1 -dfvn speed=1 "
 MESH = "-read {root}/scenes/spot.obj "
 CASES = {
@@ -29,31 +30,41 @@ CASES = {
     "picture": FLOW + "-lic width=160 -write out.exr",
     "read": "-read given.vdb -write out.vdb",
 }
-# More points than fit into MOST, in one piece.
+# More points than fit into LITTLE, in one piece.
 MANY = "-scatter count=4e6 box=-1,-1,-1,1,1,1 part=each/{} -write p.$P.vdb"
 SHARES = (0.97, 0.9, 0.8)
 
 
-def run(command, arguments, folder, limit):
-    """Runs the command with a limit in MiB. Returns whether it worked, and what is wrong."""
+def limited(words, folder, limit):
+    """Runs a program with a limit in MiB."""
 
-    def limited():
+    def limit_process():
         resource.setrlimit(resource.RLIMIT_AS, (limit * MIB, limit * MIB))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
-    before = set(os.listdir(folder))
     # The limit is one of address space, of which glibc takes 64 MiB for each arena, and how many it makes depends on chance.
     environment = {**os.environ, "MALLOC_ARENA_MAX": "1"}
-    done = subprocess.run([command, "-quiet", "-threads", "2", *arguments.split()], cwd=folder, capture_output=True,
-                          text=True, timeout=300, preexec_fn=limited, env=environment)
+    return subprocess.run(words, cwd=folder, capture_output=True, text=True, timeout=60, preexec_fn=limit_process, env=environment)
+
+
+def least(works, low, high):
+    """Returns the least limit that works, if `low` does not and `high` does."""
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if works(middle) else (middle, high)
+    return high
+
+
+def run(command, arguments, folder, limit):
+    """Runs the command with a limit in MiB. Returns whether it worked, and what is wrong."""
+    before = set(os.listdir(folder))
+    done = limited([command, "-quiet", "-threads", "2", *arguments.split()], folder, limit)
     left = set(os.listdir(folder)) - before
     for name in left:
         (Path(folder) / name).unlink()
     lines = done.stderr.strip().splitlines()
     if done.returncode == 0:
         return True, ""
-    if done.returncode == 127 and "shared libraries" in done.stderr:
-        return False, ""  # the limit ends the loader, before the command starts
     if done.returncode != 1:
         return False, f"exit code {done.returncode}: {done.stderr.strip()[:200]}"
     if len(lines) != 1 or not lines[0].startswith("curlew: "):
@@ -68,10 +79,17 @@ def main(command, root):
     wrong = []
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run([command, "-quiet", *(FLOW + "-velocity dim=48 -write given.vdb").split()], cwd=folder, check=True)
+        # One MiB more, as the addresses of libraries vary from run to run.
+        begins = 1 + least(lambda limit: limited([command, "-v"], folder, limit).returncode in (0, 1), 1, 1000)
+        most = begins + ROOM
+        for limit in range(begins, begins + 10):
+            problem = run(command, CASES["velocity"], folder, limit)[1]
+            if problem:
+                wrong.append(f"the start with {limit} MiB: {problem}")
         for parts, fits in (1, False), (20, True):
-            works, problem = run(command, MANY.format(parts), folder, MOST)
+            works, problem = run(command, MANY.format(parts), folder, begins + LITTLE)
             if works != fits or problem:
-                wrong.append(f"4e6 points in {parts} parts with {MOST} MiB: {problem or f'works: {works}'}")
+                wrong.append(f"4e6 points in {parts} parts with {begins + LITTLE} MiB: {problem or f'works: {works}'}")
         for name, arguments in CASES.items():
             tried = []
 
@@ -82,15 +100,15 @@ def main(command, root):
                     wrong.append(f"{name} with {limit} MiB: {problem}")
                 return works
 
-            if not attempt(MOST):
-                wrong.append(f"{name} does not work with {MOST} MiB")
+            if not attempt(most):
+                wrong.append(f"{name} does not work with {most} MiB")
                 continue
-            low, high = LEAST, MOST
+            low, high = begins, most
             while high - low > 20:
                 middle = (low + high) // 2
                 low, high = (low, middle) if attempt(middle) else (middle, high)
             for share in SHARES:
-                attempt(int(share * high))
+                attempt(max(int(share * high), begins))
             print(f"{name}: works with {high} MiB; tried {len(tried)} limits", flush=True)
     return "\n".join(wrong) or 0
 

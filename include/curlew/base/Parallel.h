@@ -11,6 +11,10 @@
 
 namespace curlew {
 
+/// Starts TBB if it has not started. Everything here does so; call it before the first use of TBB or of OpenVDB's tools
+/// alone. Throws std::bad_alloc if there is too little memory, where TBB 2022.1 would wait forever. Thread safe.
+void startTbb();
+
 /// Calls `body(begin, end)` on all threads for chunks of at most `grain` indices that together cover [0, count). The
 /// chunks do not depend on the number of threads. `monitor` is called between chunks. An exception in the body or a
 /// cancelled monitor (Interrupted) ends the loop and is passed on to the caller.
