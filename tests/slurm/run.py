@@ -80,6 +80,8 @@ def cluster(folder):
     key = folder / "munge.key"
     key.write_bytes(os.urandom(1024))
     key.chmod(0o600)
+    if int(run("slurmd", "-V").split()[1].split(".")[0]) >= 24:  # needs /sys/fs/cgroup otherwise, which a root file system may lack
+        (folder / "cgroup.conf").write_text("CgroupPlugin=disabled\n")
     configuration = folder / "slurm.conf"
     configuration.write_text(CONFIGURATION.format(host=socket.gethostname().split(".")[0], user=getpass.getuser(), folder=folder,
                                                   port=free_port(), second_port=free_port(), cpus=os.cpu_count()))
@@ -92,7 +94,14 @@ def cluster(folder):
             started.append(subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
             if words[0] == "munged":
                 wait((folder / "munge.socket").exists, "munged")
-        wait(lambda: "idle" in subprocess.run(["sinfo", "-h", "-o", "%T"], capture_output=True, text=True).stdout, "the node is idle")
+
+        def idle():
+            for process in started:
+                if process.poll() is not None:
+                    raise RuntimeError(f"{process.args[0]} has ended")
+            return "idle" in subprocess.run(["sinfo", "-h", "-o", "%T"], capture_output=True, text=True).stdout
+
+        wait(idle, "the node is idle")
         yield
     finally:
         subprocess.run(["scancel", "--user", getpass.getuser()], capture_output=True)
