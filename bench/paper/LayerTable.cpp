@@ -15,6 +15,7 @@
 #include <array>
 #include <ctime>
 #include <functional>
+#include <span>
 
 namespace curlew::paper {
 
@@ -155,26 +156,28 @@ struct Extremes {
 void profiles(const TableRun& run, fmt::memory_buffer& text, std::vector<std::string>& broken) {
     const auto out = std::back_inserter(text);
     const int pairs = std::max(3, static_cast<int>(std::lround(16 * run.scale))); // two give too much scatter
+    const auto frequencies = std::span(kFrequencies).first(run.scale < 1 ? 1 : kFrequencies.size());
     fmt::format_to(out,
                    "Rms speeds in the layer at a wall, in {} bins from the wall to the end of the layer, relative to "
-                   "the rms speed of the same noises without a wall. Means over the frequencies 2, 3 and 5, 1 and 2 "
-                   "octaves, {} pairs of noises each, and {} positions. Min and max are over all bins of the six kinds "
-                   "of noise. As printed: Eq. 13 with (1 − α) d and the same noises. Before: the former default, in "
+                   "the rms speed of the same noises without a wall. Means over the frequencies {}, each with 1 and 2 "
+                   "octaves, {} pairs of noises each, and {} positions. Min and max are over the bins of all of these "
+                   "noises. As printed: Eq. 13 with (1 − α) d and the same noises. Before: the former default, in "
                    "which the noise was scaled to the width of the layer and shifted by more than its bound.\n\n"
                    "| object | side | width × frequency | wall | | | | end | min | max | as printed | before |\n"
                    "|---|---|---|---|---|---|---|---|---|---|---|---|\n",
-                   kBins, pairs, kPositions);
+                   kBins, fmt::join(frequencies, ", "), pairs, kPositions);
     for (const Place& place : places(run))
         for (size_t w = 0; w < kWidths.size(); ++w) {
             std::array<double, kBins> mean{};
             Extremes now, printed, before;
-            for (const double frequency : kFrequencies) {
+            for (const double frequency : frequencies) {
                 const double width = kWidths[w] / frequency;
                 const Wall wall{.sdf = place.sdf(width), .side = place.side, .width = width};
                 const Samples samples(wall, kPositions);
                 for (const int octaves : {1, 2}) {
                     const Profile found = profile(asNow, wall, samples, frequency, octaves, pairs, true);
-                    for (size_t k = 0; k < kBins; ++k) mean[k] += found.at(k) / (2.0 * kFrequencies.size());
+                    for (size_t k = 0; k < kBins; ++k)
+                        mean[k] += found.at(k) / (2.0 * static_cast<double>(frequencies.size()));
                     now.see(found);
                     printed.see(profile(asPrinted, wall, samples, frequency, octaves, pairs, true));
                     before.see(profile(separated, wall, samples, frequency, octaves, pairs, false));

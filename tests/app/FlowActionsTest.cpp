@@ -83,7 +83,8 @@ TEST_CASE("flow actions: a sum in a wall is followed term by term and terms that
                       wind = bound + "-wind side=inside -superpose ",
                       move = "-scatter count=300 -advect duration=2 steps=5 ";
     for (const std::string splitting : {"strang", "yoshida"}) {
-        const Outcome tangent = folder.mustRun(wind + move + "splitting=" + splitting + " -check -write a.csv a.json");
+        const Outcome tangent =
+            folder.mustRun(wind + move + "splitting=" + splitting + " -check samples=10000 -write a.csv a.json");
         CHECK_THAT(tangent.err, !Catch::ContainsSubstring("points stop there") &&
                                     Catch::ContainsSubstring("by splitting (" + splitting));
         const auto report = jsonOf(folder / "a.json");

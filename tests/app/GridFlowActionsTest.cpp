@@ -22,12 +22,12 @@ void writeVelocity(const Folder& folder) {
 TEST_CASE("flow action: a velocity grid as it is, and with potentials", "[app][command]") {
     const Folder folder;
     writeVelocity(folder);
-    const auto plain = folder.mustRun("-read vel.vdb -flow -check report=plain.json");
+    const auto plain = folder.mustRun("-read vel.vdb -flow -check samples=10000 report=plain.json");
     CHECK_THAT(plain.err, Catch::Matchers::ContainsSubstring("linear interpolation of a staggered velocity grid"));
     const auto sampled = jsonOf(folder / "plain.json");
     CHECK(sampled["divergence_free"] == false);
     CHECK(sampled["divergence_by_differences"].get<double>() > 0.01);
-    const auto exact = folder.mustRun("-read vel.vdb -flow exact=1 -check report=exact.json");
+    const auto exact = folder.mustRun("-read vel.vdb -flow exact=1 -check samples=10000 report=exact.json");
     CHECK_THAT(exact.err, Catch::Matchers::ContainsSubstring("potentials of 4"));
     const auto made = jsonOf(folder / "exact.json");
     CHECK(made["divergence_free"] == true);
@@ -35,9 +35,9 @@ TEST_CASE("flow action: a velocity grid as it is, and with potentials", "[app][c
     // Particles that follow term by term never enter the ball.
     folder.mustRun(
         "-sphere radius=0.5 -read vel.vdb -flow exact=1 side=outside -scatter count=500 -advect duration=2 steps=10 "
-        "splitting=strang -check report=points.json");
+        "splitting=strang -check samples=10000 report=points.json");
     CHECK(jsonOf(folder / "points.json")["outside"] == 0);
-    folder.mustRun("-read vel.vdb -flow exact=1 -velocity dim=20 staggered=1 -check report=again.json");
+    folder.mustRun("-read vel.vdb -flow exact=1 -velocity dim=20 staggered=1 -check samples=10000 report=again.json");
     folder.mustRun("-read vel.vdb -flow interpolation=cubic -slice width=32 -write slice.png");
 }
 
@@ -66,7 +66,7 @@ TEST_CASE("flow action: a grid of doubles is a velocity, too", "[app][command]")
         for (const char* figure : {"rms_speed", "divergence_analytic", "divergence_by_differences"})
             CHECK(jsonOf(folder / "a.json")[figure] == jsonOf(folder / "b.json")[figure]);
     }
-    folder.mustRun("-read double.vdb -spectrum -check -write a.fga");
+    folder.mustRun("-read double.vdb -spectrum -check samples=10000 -write a.fga");
     folder.mustRun("-read vel.vdb -write b.fga");
     CHECK(bytesOf(folder / "a.fga") == bytesOf(folder / "b.fga"));
 }
@@ -117,9 +117,9 @@ TEST_CASE("flow action: options without effect and unsuitable inputs are errors"
 
 TEST_CASE("gradient action: has sources and sinks, and check reports a divergence", "[app][command]") {
     const Folder folder;
-    folder.mustRun("-noise dimensions=2 frequency=2 -gradient speed=1 -check report=flat.json");
+    folder.mustRun("-noise dimensions=2 frequency=2 -gradient speed=1 -check samples=10000 report=flat.json");
     CHECK(jsonOf(folder / "flat.json")["rms_speed"].get<double>() == Approx(1).epsilon(0.005));
-    folder.mustRun("-noise frequency=2 -gradient -check report=gradient.json");
+    folder.mustRun("-noise frequency=2 -gradient -check samples=10000 report=gradient.json");
     const auto check = jsonOf(folder / "gradient.json");
     CHECK(check["divergence_free"] == false);
     CHECK(check["divergence_by_differences"].get<double>() > 0.1);

@@ -241,7 +241,7 @@ TEST_CASE("moving mesh: grids warn too if the wall moves too far between frames 
             scenes.session.provide(
                 "bar" + std::to_string(f + 1), bar(turns[f], 0, sameFaces),
                 DigestBuilder().add(turns[f]).add(std::string_view(sameFaces ? "same" : "other")).digest());
-        scenes.run("frames 1-3 fps=400\nread bar$F\nmesh2ls dim=48\n" + kAround + action);
+        scenes.run("frames 1-3 fps=400\nread bar$F\nmesh2ls dim=32\n" + kAround + action);
         return warnings;
     };
     for (const std::string action :

@@ -21,7 +21,7 @@ void writeCurves(const Folder& folder) {
 TEST_CASE("rail action: particles stay in the tube, for long steps, with turns and with noise", "[app][command]") {
     const Folder folder;
     writeCurves(folder);
-    const std::string check = "-check report=check.json -check strict=1";
+    const std::string check = "-check samples=10000 report=check.json -check samples=10000 strict=1";
     folder.mustRun("-read loop.obj -rail radius=0.2 twist=0.3 -scatter count=300 -advect duration=8 steps=8 " + check);
     CHECK(jsonOf(folder / "check.json")["outside"] == 0);
     CHECK(jsonOf(folder / "check.json")["divergence_free"] == true);
@@ -30,7 +30,7 @@ TEST_CASE("rail action: particles stay in the tube, for long steps, with turns a
     folder.mustRun(
         "-read loop.obj -rail radius=0.2 tubes=1 as=along -noise frequency=5 -noise frequency=5 seed=1 -bound "
         "wall=along.tubes layer=0.05 -dfvn speed=0.5 as=swirls -superpose first=along second=swirls -scatter count=100 "
-        "-advect duration=2 steps=40 -check report=check.json");
+        "-advect duration=2 steps=40 -check samples=10000 report=check.json");
     CHECK(jsonOf(folder / "check.json")["outside"] == 0);
     // Several rails, blended.
     folder.mustRun("-read path.obj -rail radius=0.1 profile=smooth -velocity dim=24 -write v.vdb");

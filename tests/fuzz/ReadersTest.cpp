@@ -67,7 +67,7 @@ TEST_CASE("fuzz readers: corrupted inputs are read or refused without other exce
         std::mt19937 random(11);
         const auto all = inputs(target);
         int refused = 0;
-        for (int n = 0; n < 400; ++n) {
+        for (int n = 0; n < 200; ++n) {
             CAPTURE(target.name, n);
             bool read = false;
             CHECK_NOTHROW(read = target.read(damaged(all[random() % all.size()], random)));

@@ -287,7 +287,7 @@ TEST_CASE("image files: corrupted files give an image or a FileError", "[picture
     writeImage(path, randomImage(13, 18, {"R", "G", "B"}, 8));
     const std::string whole = bytesOf(path);
     int refused = 0;
-    for (uint64_t i = 0; i < 1500; ++i) {
+    for (uint64_t i = 0; i < 500; ++i) {
         std::string damaged = whole;
         // Half of the damage is in the header, where it has the most effect.
         const size_t range = i % 2 ? whole.size() : std::min<size_t>(whole.size(), 330);
@@ -301,7 +301,7 @@ TEST_CASE("image files: corrupted files give an image or a FileError", "[picture
             ++refused;
         }
     }
-    CHECK(refused > 300);
+    CHECK(refused > 100);
 }
 
 TEST_CASE("EXR: a header that claims a huge picture is refused before allocation", "[picture]") {

@@ -137,7 +137,7 @@ TEST_CASE("damaged points: a corrupted file of ours is refused or gives the same
     REQUIRE(whole);
     REQUIRE(whole->size() == 300);
     std::mt19937 random(1);
-    for (int n = 0; n < 500; ++n) {
+    for (int n = 0; n < 250; ++n) {
         CAPTURE(n);
         const std::string changed = damaged(bytes, random);
         const auto read = pointsIn(store(folder / "b.vdb", changed));
