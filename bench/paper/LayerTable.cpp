@@ -157,15 +157,16 @@ void profiles(const TableRun& run, fmt::memory_buffer& text, std::vector<std::st
     const auto out = std::back_inserter(text);
     const int pairs = std::max(3, static_cast<int>(std::lround(16 * run.scale))); // two give too much scatter
     const auto frequencies = std::span(kFrequencies).first(run.scale < 1 ? 1 : kFrequencies.size());
-    fmt::format_to(out,
-                   "Rms speeds in the layer at a wall, in {} bins from the wall to the end of the layer, relative to "
-                   "the rms speed of the same noises without a wall. Means over the frequencies {}, each with 1 and 2 "
-                   "octaves, {} pairs of noises each, and {} positions. Min and max are over the bins of all of these "
-                   "noises. As printed: Eq. 13 with (1 − α) d and the same noises. Before: the former default, in "
-                   "which the noise was scaled to the width of the layer and shifted by more than its bound.\n\n"
-                   "| object | side | width × frequency | wall | | | | end | min | max | as printed | before |\n"
-                   "|---|---|---|---|---|---|---|---|---|---|---|---|\n",
-                   kBins, fmt::join(frequencies, ", "), pairs, kPositions);
+    fmt::format_to(
+        out,
+        "Rms speeds in the layer at a wall, in {} bins from the wall to the end of the layer, relative to "
+        "the rms speed of the same noises without a wall. Means over the frequencies {}, with 1 and 2 "
+        "octaves, {} pairs of noises for each, and {} positions. Min and max are over the bins of all of these "
+        "noises. As printed: Eq. 13 with (1 − α) d and the same noises. Before: the former default, in "
+        "which the noise was scaled to the width of the layer and shifted by more than its bound.\n\n"
+        "| object | side | width × frequency | wall | | | | end | min | max | as printed | before |\n"
+        "|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+        kBins, fmt::join(frequencies, ", "), pairs, kPositions);
     for (const Place& place : places(run))
         for (size_t w = 0; w < kWidths.size(); ++w) {
             std::array<double, kBins> mean{};

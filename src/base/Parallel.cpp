@@ -14,7 +14,7 @@ namespace curlew {
 
 void startTbb() {
     static const bool started = [] {
-        constexpr size_t kRoom = 1 << 20;            // more than TBB allocates, even for hundreds of processors
+        constexpr size_t kRoom = 1 << 20;            // enough at each limit in tests/memory/limits.py
         void* volatile room = ::operator new(kRoom); // volatile: the compiler would leave both calls out
         ::operator delete(room);
         // If this ran out of memory, TBB 2022.1 would wait: its exception takes a lock that it holds while it starts.

@@ -12,6 +12,7 @@ import resource
 import subprocess
 import sys
 import tempfile
+from bisect import bisect_left
 from pathlib import Path
 
 MIB = 1 << 20
@@ -47,14 +48,6 @@ def limited(words, folder, limit):
     return subprocess.run(words, cwd=folder, capture_output=True, text=True, timeout=60, preexec_fn=limit_process, env=environment)
 
 
-def least(works, low, high):
-    """Returns the least limit that works, if `low` does not and `high` does."""
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (low, middle) if works(middle) else (middle, high)
-    return high
-
-
 def run(command, arguments, folder, limit):
     """Runs the command with a limit in MiB. Returns whether it worked, and what is wrong."""
     before = set(os.listdir(folder))
@@ -80,7 +73,7 @@ def main(command, root):
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run([command, "-quiet", *(FLOW + "-velocity dim=48 -write given.vdb").split()], cwd=folder, check=True)
         # One MiB more, as the addresses of libraries vary from run to run.
-        begins = 1 + least(lambda limit: limited([command, "-v"], folder, limit).returncode in (0, 1), 1, 1000)
+        begins = 1 + bisect_left(range(1000), True, key=lambda limit: limited([command, "-v"], folder, limit).returncode in (0, 1))
         most = begins + ROOM
         for limit in range(begins, begins + 10):
             problem = run(command, CASES["velocity"], folder, limit)[1]

@@ -80,7 +80,7 @@ def cluster(folder):
     key = folder / "munge.key"
     key.write_bytes(os.urandom(1024))
     key.chmod(0o600)
-    if int(run("slurmd", "-V").split()[1].split(".")[0]) >= 24:  # needs /sys/fs/cgroup otherwise, which a root file system may lack
+    if int(run("slurmd", "-V").split()[1].split(".")[0]) >= 24:  # needs /sys/fs/cgroup otherwise; Slurm 22 does not know this setting
         (folder / "cgroup.conf").write_text("CgroupPlugin=disabled\n")
     configuration = folder / "slurm.conf"
     configuration.write_text(CONFIGURATION.format(host=socket.gethostname().split(".")[0], user=getpass.getuser(), folder=folder,
