@@ -421,10 +421,10 @@ class Scrubbing(Live):
         build = growing()
         frames, plain = [], self.live._show
 
-        def watched(tree, scene, job):
+        def watched(name, job):
             frames.append(job.frame)
-            self.assertEqual(job.frame, scene.frame_current)
-            plain(tree, scene, job)
+            self.assertEqual(job.frame, self.scene.frame_current)
+            plain(name, job)
 
         self.live._show = watched
         try:
@@ -668,50 +668,88 @@ class Renders(Live):
     def test_an_animation_with_motion_blur(self):
         self.animation(True)
 
-    def test_without_a_locked_interface_nothing_changes(self):
-        """Blender calls the handlers of renders from the interface in a thread."""
+    def in_a_thread(self, function):
+        """Calls a function in a thread, as a render from the interface does, and makes the calls that it hands to this
+        thread. Returns the names of the threads from which the results' vertices were set."""
+        results, threads = support.addon("results"), set()
+        plain = results._positions
+
+        def watched(*arguments):
+            threads.add(threading.current_thread().name)
+            plain(*arguments)
+
+        results._positions = watched
+        try:
+            thread = threading.Thread(target=function)
+            thread.start()
+            while thread.is_alive():
+                support.addon("main_thread").step()
+        finally:
+            results._positions = plain
+        return threads
+
+    def test_objects_change_in_the_main_thread(self):
+        """Blender crashes if the thread of a render changes them."""
         build = growing()
         self.assertTrue(self.scene.render.use_lock_interface)  # the option turns it on
-        self.scene.render.use_lock_interface = False
-        said = io.StringIO()
+        self.scene.frame_current = 5
 
         def render():
             self.live.on_render(self.scene)
             self.live.on_frame(self.scene)
             self.live.on_rendered(self.scene)
 
-        with contextlib.redirect_stderr(said):
-            thread = threading.Thread(target=render)
-            thread.start()
-            thread.join()
-        self.assertIsNone(build.points.target)
-        self.assertIn("needs Render > Lock Interface", said.getvalue())
+        main = threading.current_thread().name
+        self.assertEqual(self.in_a_thread(render), {main})
+        self.assertTrue(build.tree.message.startswith("frame 5 baked"), build.tree.message)
+        obj = build.points.target
+        self.assertIsNotNone(obj)
+        obj["curlew_frames"] = [5, 6]
+        self.assertEqual(self.in_a_thread(lambda: support.addon("results").on_frame(self.scene)), {main})
 
-    def test_a_handler_waits_while_blender_draws(self):
-        """While Blender draws, it refuses changes, even from a render thread."""
-        results, calls = support.addon("results"), []
-
-        def handler(error, refusals):
-            calls.append(error)
-            if len(calls) <= refusals:
-                raise error
-
+    def test_a_call_is_repeated_if_blender_refuses_changes(self):
+        """Blender refuses them while it draws."""
         refused = AttributeError("Writing to ID classes in this context is not allowed: Scene, Object datablock")
         for error, refusals, wanted in ((refused, 3, 4), (AttributeError("no such attribute"), 1, 1)):
-            calls.clear()
-            failed = []
+            calls, failed = [], []
+
+            @support.addon("main_thread").in_main_thread
+            def change(error, refusals):
+                calls.append(error)
+                if len(calls) <= refusals:
+                    raise error
+                return "changed"
 
             def run():
                 try:
-                    results.retry_while_drawing(handler)(error, refusals)
+                    self.assertEqual(change(error, refusals), "changed")
                 except AttributeError as caught:
                     failed.append(caught)
 
+            self.in_a_thread(run)
+            self.assertEqual(len(calls), wanted)
+            self.assertEqual(failed, [] if error is refused else [error])
+
+    def test_a_render_does_not_wait_forever_for_the_interface(self):
+        main_thread, failed = support.addon("main_thread"), []
+        limit, main_thread._LIMIT = main_thread._LIMIT, 0.1
+
+        def run():
+            try:
+                main_thread.in_main_thread(failed.clear)()
+            except RuntimeError as error:
+                failed.append(str(error))
+
+        try:
             thread = threading.Thread(target=run)
             thread.start()
             thread.join()
-            self.assertEqual(len(calls), wanted)
-            self.assertEqual(failed, [] if error is refused else [error])
+        finally:
+            main_thread._LIMIT = limit
+        self.assertEqual(len(failed), 1)
+        self.assertIn("has not answered", failed[0])
+        main_thread.step()
+        self.assertEqual(len(failed), 1)  # the call is not made later
 
     def test_a_still_waits_for_its_bake(self):
         build = growing()

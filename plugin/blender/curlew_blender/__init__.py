@@ -17,11 +17,11 @@ bl_info = {
 
 def _modules() -> Tuple[ModuleType, ...]:
     """Returns the modules that register something, in their order."""
-    from . import bake, former, groups, live, nodes, outdated, panel, presets, relocate, results, scene_io, shots, sockets
-    from . import translations, values, writing
+    from . import bake, former, groups, live, main_thread, nodes, outdated, panel, presets, relocate, results, scene_io, shots
+    from . import sockets, translations, values, writing
 
-    return (sockets, nodes, values, writing, former, groups, shots, bake, scene_io, presets, relocate, results, live, outdated,
-            translations, panel)
+    return (sockets, nodes, values, writing, former, groups, shots, bake, scene_io, presets, relocate, main_thread, results,
+            live, outdated, translations, panel)
 
 
 def register() -> None:

@@ -6,7 +6,8 @@ write files of their own run only in a bake that the user starts.
 
 In the user interface, a thread bakes and a timer shows its results. Only the newest frame is baked; the bake of an
 older frame is cancelled. While Blender renders, or if it runs without a user interface, the frame change waits for the
-bake.
+bake. A render from the user interface calls the handlers in its own thread, so they bake there, and hand the rest to
+the main thread.
 """
 
 import atexit
@@ -16,14 +17,15 @@ import os
 import sys
 import threading
 from pathlib import Path
-from typing import Any, Dict, Iterator, Optional
+from typing import Any, Dict, List, Optional
 
 import bpy
 
-from . import bake, cache, handlers, keyframes, library, nodes, results
+from . import bake, cache, handlers, keyframes, library, nodes
 from . import tree as trees
 from .actions import TreeError
 from .job import Job, Plan, plan_of
+from .main_thread import in_main_thread
 
 SEQUENCE_WINS = "this tree is a sequence: it shows its baked frames and does not bake on frame change"
 _PERIOD = 0.02  # seconds between checks of the threads
@@ -82,14 +84,17 @@ def idle() -> bool:
     return not _waiting and not _jobs
 
 
-def _trees() -> Iterator[bpy.types.NodeTree]:
-    """Yields the trees to bake on frame change. Tells the user if a tree is a sequence, which is not baked in this
-    way."""
+@in_main_thread
+def _trees() -> List[str]:
+    """Returns the names of the trees to bake on frame change. Tells the user if a tree is a sequence, which is not baked
+    in this way."""
+    names = []
     for tree in [t for t in bpy.data.node_groups if t.bl_idname == nodes.TREE and t.bake_on_frame]:
         if not trees.is_sequence(tree):
-            yield tree
+            names.append(tree.name)
         elif tree.message != SEQUENCE_WINS:
             tree.message = SEQUENCE_WINS
+    return names
 
 
 def _tree(name: str) -> Optional[bpy.types.NodeTree]:
@@ -97,8 +102,13 @@ def _tree(name: str) -> Optional[bpy.types.NodeTree]:
     return tree if tree and tree.bl_idname == nodes.TREE and tree.bake_on_frame else None
 
 
-def _job_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> Optional[FrameJob]:
-    """Returns the job for the scene's frame; None if the tree is invalid, which its nodes then show."""
+@in_main_thread
+def _job_of(name: str, scene: bpy.types.Scene) -> Optional[FrameJob]:
+    """Returns the job of a tree for the scene's frame. Returns None if there is no such tree, or if it is invalid, which
+    its nodes then show."""
+    tree = _tree(name)
+    if tree is None:
+        return None
     # Uses the view layer's dependency graph, as for any bake. That of a render lacks objects that are hidden in
     # renders.
     layer = bpy.context.view_layer if bpy.context.scene == scene else scene.view_layers[0]
@@ -111,7 +121,12 @@ def _job_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> Optional[FrameJ
         return None
 
 
-def _show(tree: bpy.types.NodeTree, scene: bpy.types.Scene, job: FrameJob) -> None:
+@in_main_thread
+def _show(name: str, job: FrameJob) -> None:
+    """Shows the results of a job, unless its tree or scene no longer exists."""
+    tree, scene = _tree(name), bpy.data.scenes.get(job.scene)
+    if tree is None or scene is None:
+        return
     try:
         job.finish(tree, scene)
     except TreeError as error:
@@ -129,20 +144,20 @@ def _fail(tree: bpy.types.NodeTree, scene: bpy.types.Scene, error: TreeError) ->
     trees.show_error(tree, error)
 
 
-def _now(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> None:
-    _waiting.pop(tree.name, None)
-    if tree.name in _jobs:
-        _jobs.pop(tree.name).stop()
-    job = _job_of(tree, scene)
+def _now(name: str, scene: bpy.types.Scene) -> None:
+    _waiting.pop(name, None)
+    if name in _jobs:
+        _jobs.pop(name).stop()
+    job = _job_of(name, scene)
     if job:
         job.run()
-        _show(tree, scene, job)
+        _show(name, job)
 
 
-def _soon(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> None:
-    _waiting[tree.name] = scene.name
-    if tree.name in _jobs:
-        _jobs[tree.name].cancelled = True
+def _soon(name: str, scene: bpy.types.Scene) -> None:
+    _waiting[name] = scene.name
+    if name in _jobs:
+        _jobs[name].cancelled = True
     if not bpy.app.timers.is_registered(step):
         bpy.app.timers.register(step, first_interval=0.0)
 
@@ -153,8 +168,8 @@ def step() -> Optional[float]:
         return _PERIOD
     _take_over()
     for name in [name for name in _waiting if name not in _jobs and name not in bake.running]:
-        tree, scene = _tree(name), bpy.data.scenes.get(_waiting.pop(name))
-        job = _job_of(tree, scene) if tree and scene else None
+        scene = bpy.data.scenes.get(_waiting.pop(name))
+        job = _job_of(name, scene) if scene else None
         if job:
             _jobs[name] = job
             job.start()
@@ -165,29 +180,31 @@ def step() -> Optional[float]:
 
 def _take_over() -> None:
     for name in [name for name, job in _jobs.items() if not job.running()]:
-        job, tree = _jobs.pop(name), _tree(name)
-        scene = bpy.data.scenes.get(job.scene)
-        if tree and scene and not job.cancelled:
-            _show(tree, scene, job)
+        job = _jobs.pop(name)
+        if not job.cancelled:
+            _show(name, job)
+
+
+@in_main_thread
+def _follow_keyframes(scene: bpy.types.Scene) -> None:
+    for tree in [t for t in bpy.data.node_groups if t.bl_idname == nodes.TREE]:
+        keyframes.follow(tree, scene.frame_current)
 
 
 @bpy.app.handlers.persistent
-@results.retry_while_drawing
 def on_frame(scene: bpy.types.Scene, *_: Any) -> None:
     """Bakes the frame. Does not bake the moments between frames that motion blur samples."""
-    if scene.frame_subframe or not results.can_change(scene):
+    if scene.frame_subframe:
         return
-    for tree in [t for t in bpy.data.node_groups if t.bl_idname == nodes.TREE]:
-        keyframes.follow(tree, scene.frame_current)
+    _follow_keyframes(scene)
     on_change(scene)
 
 
 @bpy.app.handlers.persistent
-@results.retry_while_drawing
 def on_change(scene: bpy.types.Scene, *_: Any) -> None:
     """Handles a frame change or an undo, after which objects may show the results of another frame."""
-    for tree in _trees():
-        (_now if synchronous() else _soon)(tree, scene)
+    for name in _trees():
+        (_now if synchronous() else _soon)(name, scene)
 
 
 @bpy.app.handlers.persistent
@@ -203,18 +220,12 @@ def on_load(*_: Any) -> None:
 
 
 @bpy.app.handlers.persistent
-@results.retry_while_drawing
 def on_render(scene: bpy.types.Scene, *_: Any) -> None:
     """Makes the results of the frame available when a render begins."""
     global _rendering
     _rendering = True
-    if not results.can_change(scene):
-        if any(_trees()) or any(obj.get("curlew_frames") for obj in bpy.data.objects):
-            print("Curlew: objects do not follow the frames in this render: it needs Render > Lock Interface", file=sys.stderr)
-        return
-    for tree in [_tree(name) for name in {*_waiting, *_jobs}]:
-        if tree:
-            _now(tree, scene)
+    for name in {*_waiting, *_jobs}:
+        _now(name, scene)
 
 
 @bpy.app.handlers.persistent

@@ -509,9 +509,9 @@ class CurlewTree(bpy.types.NodeTree):
         "bake_on_frame": BoolProperty(
             name="Bake on Frame Change",
             description="Bake the tree again whenever the scene goes to another frame; renders wait for the bake. This "
-                        "turns on Render > Lock Interface, which renders need to follow the frames. Nodes that write "
-                        "files of their own run only in a bake that you start. Sequences and trees with a Frames node "
-                        "show their baked frames instead",
+                        "turns on Render > Lock Interface, as Blender advises for objects that change with the frame. "
+                        "Nodes that write files of their own run only in a bake that you start. Sequences and trees "
+                        "with a Frames node show their baked frames instead",
             update=lambda self, context: lock_interface(context.scene) if self.bake_on_frame else None),
         "keep_frames": IntProperty(name="Keep Frames", default=100, min=1, soft_max=1000,
                                    description="Number of frames baked on frame change that stay in the cache"),

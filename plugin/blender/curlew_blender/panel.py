@@ -32,7 +32,7 @@ def _draw_live(layout: bpy.types.UILayout, tree: bpy.types.NodeTree, scene: bpy.
     if (tree.bake_on_frame or trees.is_sequence(tree)) and not scene.render.use_lock_interface:
         warn = layout.row()
         warn.alert = True
-        warn.prop(scene.render, "use_lock_interface", text="Lock Interface (Needed to Render)")
+        warn.prop(scene.render, "use_lock_interface", text="Lock Interface (Recommended)")
 
 
 class CURLEW_PT_view(bpy.types.Panel):

@@ -1,20 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The results of a bake as objects: volumes, particles, curves and meshes."""
 
-import functools
-import threading
-import time
 from pathlib import Path
-from typing import Any, Callable, Dict, Optional, Sequence
+from typing import Any, Dict, Optional, Sequence
 
 import bpy
 import numpy as np
 
 from . import cache, handlers, looks
+from .main_thread import in_main_thread
 
 Arrays = Dict[str, np.ndarray]
-_TRIES = 200
-_PAUSE = 0.01  # seconds between them; a draw takes less
 
 
 def points_arrays(points: Any) -> Arrays:
@@ -152,34 +148,8 @@ def target_of(node: bpy.types.Node, scene: bpy.types.Scene) -> bpy.types.Object:
     return obj
 
 
-def can_change(scene: bpy.types.Scene) -> bool:
-    """Returns whether a handler may change objects. A render from the user interface calls handlers in its own thread.
-    If the interface is not locked, Blender may draw the same objects at the same time and crash."""
-    return threading.current_thread() is threading.main_thread() or scene.render.use_lock_interface
-
-
-def retry_while_drawing(handler: Callable[..., None]) -> Callable[..., None]:
-    """Repeats a handler that a render calls in its own thread until Blender accepts its changes. While Blender calls the
-    draw functions of panels and headers, it refuses changes from every thread: "Writing to ID classes in this context is
-    not allowed". The handler must be safe to run again."""
-
-    @functools.wraps(handler)
-    def repeated(*arguments: Any) -> None:
-        for _ in range(_TRIES):
-            try:
-                return handler(*arguments)
-            except (AttributeError, RuntimeError) as error:
-                refused = "in this context is not allowed" in str(error)
-                if not refused or threading.current_thread() is threading.main_thread():
-                    raise
-                time.sleep(_PAUSE)
-        return handler(*arguments)
-
-    return repeated
-
-
 def lock_interface(scene: bpy.types.Scene) -> None:
-    """Locks the interface during renders, so that objects can change with the frame."""
+    """Locks the interface during renders, as Blender advises for objects that a handler changes with the frame."""
     if not scene.render.use_lock_interface:
         scene.render.use_lock_interface = True
 
@@ -279,11 +249,9 @@ def _of_frame(obj: bpy.types.Object, frame: int) -> Optional[Arrays]:
 
 
 @bpy.app.handlers.persistent
-@retry_while_drawing
+@in_main_thread
 def on_frame(scene: bpy.types.Scene, depsgraph: Optional[bpy.types.Depsgraph] = None) -> None:
     """Shows the results that were baked for the frame."""
-    if not can_change(scene):
-        return
     for obj in bpy.data.objects:
         if "curlew_cache" in obj and len(obj.get("curlew_frames", [])) == 2:
             arrays = _of_frame(obj, scene.frame_current)
