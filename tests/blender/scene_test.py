@@ -2,6 +2,7 @@
 """A tree and its scene are the same program: both write the same files, byte for byte."""
 
 import hashlib
+import json
 import re
 import shlex
 import shutil
@@ -33,6 +34,23 @@ def written(path, *left_out):
     """Returns the digests of the files in a folder, by name."""
     return {f.name: hashlib.sha256(content(f)).hexdigest() for f in sorted(path.iterdir())
             if f.is_file() and f.suffix != ".json" and f.name not in left_out}
+
+
+def meaning(document):
+    """Returns what a graph computes, without the names of its nodes and with the default of fps=."""
+    nodes = {node["name"]: node for node in document["nodes"]}
+    used = {link.partition(".")[0] for node in nodes.values() for links in node.get("inputs", {}).values() for link in links}
+
+    def of(link):
+        name, _, part = link.partition(".")
+        if name not in nodes:
+            return link  # a state of the previous frame
+        node = nodes[name]
+        inputs = {key: [of(each) for each in links] for key, links in node.get("inputs", {}).items()}
+        return part, node["action"], node.get("words", []), node.get("options", {}), inputs
+
+    frames = {"options": {"fps": "24"}, **document["frames"]} if "frames" in document else None
+    return frames, [of(name) for name in nodes if name not in used]
 
 
 LIMITS = {"count": 300, "rate": 500, "dim": 16, "width": 48, "duration": 0.1}
@@ -144,8 +162,11 @@ class Import(unittest.TestCase):
         return tree, support.addon("library").curlew().translate(graph, "scene")
 
     def agree(self, text, name):
+        """Imports the scene, and runs it. If the tree's scene has another graph, that must write the same files."""
         one, other = folder("one"), folder("other")
         tree, program = self.again(text, name)
+        translate = support.addon("library").curlew().translate
+        graphs = [meaning(json.loads(translate(each, "json"))) for each in (text, program)]
         for path, scene in ((one, text), (other, program)):
             (path / "scenes").mkdir()
             for mesh in {"spot.obj", "scenes/spot.obj", *re.findall(r"\b\w+\.obj", text)}:
@@ -153,10 +174,12 @@ class Import(unittest.TestCase):
             for mesh in ("walker.glb", "scenes/walker.glb"):
                 shutil.copy(support.SOURCE / "scenes" / "walker.glb", path / mesh)
             (path / "scene.txt").write_text(scene)
-        first, second = support.run_command("scene.txt", one), support.run_command("scene.txt", other)
+        first = support.run_command("scene.txt", one)
         self.assertEqual((first.returncode, first.stderr), (0, ""), name)
-        self.assertEqual((second.returncode, second.stderr), (0, ""), program)
-        self.assertEqual(written(one, "scene.txt"), written(other, "scene.txt"), program)
+        if graphs[0] != graphs[1]:
+            second = support.run_command("scene.txt", other)
+            self.assertEqual((second.returncode, second.stderr), (0, ""), program)
+            self.assertEqual(written(one, "scene.txt"), written(other, "scene.txt"), program)
         return tree, program
 
     def test_examples_of_the_registry(self):

@@ -19,11 +19,13 @@ MIB = 1 << 20
 ROOM, LITTLE = 180, 100  # MiB beyond what the command needs to begin: enough for all cases (Embree 4 takes 160), and not for MANY
 FLOW = "-noise -noise seed=1 -dfvn speed=1 "
 MESH = "-read {root}/scenes/spot.obj "
+COARSE = "-read coarse.ply "
+PREPARE = (FLOW + "-velocity dim=48 -write given.vdb", MESH + "-mesh2ls dim=20 -ls2mesh -write coarse.ply")
 CASES = {
     "mesh2ls": MESH + "-mesh2ls dim=90 -write out.vdb",
     "ls2mesh": MESH + "-mesh2ls dim=48 -ls2mesh adaptivity=0 -write out.ply",
     "advectLevelSet": FLOW + MESH + "-mesh2ls dim=18 -advectLevelSet duration=0.02 -write out.vdb",
-    "union": MESH + "-mesh2ls dim=24 " + MESH + "-move translate=0.2,0,0 -mesh2ls dim=24 -union -write out.vdb",
+    "union": COARSE + "-mesh2ls dim=24 " + COARSE + "-move translate=0.2,0,0 -mesh2ls dim=24 -union -write out.vdb",
     "velocity": FLOW + "-velocity dim=60 staggered=1 -write codec=zip out.vdb",
     "flow of a grid": FLOW + "-velocity dim=24 -flow exact=1 -scatter count=1e3 -advect steps=2 -write out.vdb",
     "points": "-scatter count=2e5 box=-1,-1,-1,1,1,1 -write out.vdb",
@@ -71,7 +73,8 @@ def main(command, root):
         return 77
     wrong = []
     with tempfile.TemporaryDirectory() as folder:
-        subprocess.run([command, "-quiet", *(FLOW + "-velocity dim=48 -write given.vdb").split()], cwd=folder, check=True)
+        for arguments in PREPARE:
+            subprocess.run([command, "-quiet", *arguments.format(root=root).split()], cwd=folder, check=True)
         # One MiB more, as the addresses of libraries vary from run to run.
         begins = 1 + bisect_left(range(1000), True, key=lambda limit: limited([command, "-v"], folder, limit).returncode in (0, 1))
         most = begins + ROOM

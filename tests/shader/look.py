@@ -21,7 +21,7 @@ DEVICES = ("webgl", "webgpu")
 OPTIONS = ["--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader", "--enable-features=Vulkan", "--use-vulkan=swiftshader"]
 WINDOWS = {"desktop": (1280, 800), "phone": (390, 844)}
 NOISES = "-noise frequency=2.5 seed=1 -noise frequency=2.5 seed=2"
-PARTICLES = 200
+PARTICLES = 100
 READY = """
 const done = arguments[0];
 if (typeof curlew == "undefined") done("the scripts of the page did not run");
@@ -61,6 +61,10 @@ return wrong;
 """
 
 
+def run(curlew, folder, *words):
+    subprocess.run([curlew, "-quiet", *words], cwd=folder, check=True)
+
+
 def size(browser, window):
     width, height = WINDOWS[window]
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
@@ -88,9 +92,7 @@ def drawn(browser):
     return wrong + ([error] if error else [])
 
 
-def check_mesh(browser, curlew, mesh, device, folder, pictures):
-    wall = ["-read", mesh, "-mesh2ls", "dim=60"]
-    subprocess.run([curlew, "-quiet", *wall, *f"{NOISES} -bound -dfvn speed=1 -write look.html".split()], cwd=folder, check=True)
+def check_mesh(browser, curlew, wall, device, folder, pictures):
     size(browser, "desktop")
     wrong = opened(browser, folder / "look.html", device)
     if wrong:
@@ -106,7 +108,7 @@ def check_mesh(browser, curlew, mesh, device, folder, pictures):
         browser, "for (let time = 0; time < 4; time += loop.dt) device.step(loop.states, loop.dt);"
                  "return [await curlew.distances(), await curlew.drift(), await curlew.positions()];")
     np.savetxt(folder / "p.csv", np.array(places).reshape(-1, 3), delimiter=",", fmt="%.17g", header="x,y,z", comments="")
-    subprocess.run([curlew, "-quiet", *wall, "-probe", "p.csv", "d.csv"], cwd=folder, check=True)
+    run(curlew, folder, *wall, "-probe", "p.csv", "d.csv")
     exact = np.loadtxt(folder / "d.csv", delimiter=",", skiprows=1)[:, 3]
     moved = np.linalg.norm((np.array(places) - before).reshape(-1, 3), axis=1).mean()
     near = np.array(distances) > -0.015  # half a voxel: beyond, the narrow band of the page, which is wider, differs
@@ -128,9 +130,7 @@ def check_mesh(browser, curlew, mesh, device, folder, pictures):
     return wrong
 
 
-def check_plane(browser, curlew, device, folder):
-    subprocess.run([curlew, "-quiet", *"-noise dimensions=2 frequency=2 -sphere dimensions=2 radius=0.8 -bound -dfvn -write plane.html".split()],
-                   cwd=folder, check=True)
+def check_plane(browser, device, folder):
     size(browser, "desktop")
     wrong = opened(browser, folder / "plane.html", device)
     if not wrong:
@@ -144,15 +144,18 @@ def main(curlew, mesh, pictures=None):
     browser = shaders.opened(*OPTIONS)
     if not browser:
         return 77
-    wrong = []
+    wrong, wall = [], ["-read", mesh, "-mesh2ls", "dim=60"]
     try:
-        with tempfile.TemporaryDirectory() as folder:
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            run(curlew, folder, *wall, *f"{NOISES} -bound -dfvn speed=1 -write look.html".split())
+            run(curlew, folder, *"-noise dimensions=2 frequency=2 -sphere dimensions=2 radius=0.8 -bound -dfvn -write plane.html".split())
             for device in DEVICES:
-                for name, check in {"mesh": lambda at: check_mesh(browser, curlew, mesh, device, at, pictures),
-                                    "plane": lambda at: check_plane(browser, curlew, device, at)}.items():
-                    print(name, device)
-                    wrong += [f"{name} with {device}: {error}" for error in check(Path(folder))]
-                    wrong += [f"{name} with {device}: the console shows {line['message']}" for line in browser.get_log("browser")]
+                for page, check in {"mesh": lambda on: check_mesh(browser, curlew, wall, on, folder, pictures),
+                                    "plane": lambda on: check_plane(browser, on, folder)}.items():
+                    print(page, device)
+                    wrong += [f"{page} with {device}: {error}" for error in check(device)]
+                    wrong += [f"{page} with {device}: the console shows {line['message']}" for line in browser.get_log("browser")]
     finally:
         browser.quit()
     return "\n".join(wrong) if wrong else 0

@@ -183,12 +183,12 @@ TEST_CASE("solidOf: a wide band reports its progress, and can be cancelled while
 }
 
 TEST_CASE("solidOf: inverted faces are flipped and reported", "[vdb]") {
-    const MeshSolid right = solid(test::spot(), {.dim = 60}), turned = solid(test::flipped(test::spot()), {.dim = 60});
+    const MeshSolid right = solid(test::spot(), {.dim = 44}), turned = solid(test::flipped(test::spot()), {.dim = 44});
     CHECK_FALSE(right.figures.turned);
     CHECK(turned.figures.turned);
     CHECK(volumeOf(turned.levelSet) == Approx(volumeOf(right.levelSet)));
     const Mesh open = test::flipped(test::withHole(test::spot(), {0, 0.4, 0.3}, 0.2));
-    CHECK(solid(open, {.dim = 60}).figures.turned);
+    CHECK(solid(open, {.dim = 44}).figures.turned);
 }
 
 TEST_CASE("solidOf: faces that run against their neighbours are reversed and counted", "[vdb]") {
@@ -203,7 +203,7 @@ TEST_CASE("solidOf: faces that run against their neighbours are reversed and cou
         static_cast<size_t>(std::inner_product(before.begin(), before.end(), mesh.triangles.begin(), 0, std::plus<>(),
                                                [](const auto& a, const auto& b) { return a == b ? 0 : 1; }));
     REQUIRE(count > 100);
-    const MeshSolid made = solid(mesh, {.dim = 60}), expected = solid(right, {.dim = 60});
+    const MeshSolid made = solid(mesh, {.dim = 44}), expected = solid(right, {.dim = 44});
     CHECK(made.figures.reversedFaces == count);
     CHECK(expected.figures.reversedFaces == 0);
     CHECK(made.figures.clean == expected.figures.clean);
@@ -213,7 +213,7 @@ TEST_CASE("solidOf: faces that run against their neighbours are reversed and cou
 
 TEST_CASE("solidOf: a strip with one side is left as it is", "[vdb]") {
     const Mesh strip = test::moebius(0.5, 100);
-    CHECK(solid(test::together(test::spot(), strip), {.dim = 60}).figures.reversedFaces == 0);
+    CHECK(solid(test::together(test::spot(), strip), {.dim = 44}).figures.reversedFaces == 0);
 }
 
 TEST_CASE("solidOf: no sample is on the wrong side by more than half a voxel for any mesh", "[vdb]") {
@@ -272,10 +272,10 @@ TEST_CASE("solidOf: overlapping parts have no wall between them", "[vdb]") {
 TEST_CASE("solidOf: an inner shell is a cavity only if its faces point inward", "[vdb]") {
     Mesh inner = test::ball(4);
     for (auto& p : inner.points) p *= 0.5f;
-    const double outer = volumeOf(solid(test::ball(4), {.voxel = 0.04}).levelSet);
-    const MeshSolid hollow = solid(test::together(test::ball(4), test::flipped(inner)), {.voxel = 0.04});
+    const double outer = volumeOf(solid(test::ball(4), {.voxel = 0.05}).levelSet);
+    const MeshSolid hollow = solid(test::together(test::ball(4), test::flipped(inner)), {.voxel = 0.05});
     CHECK(volumeOf(hollow.levelSet) == Approx(outer * 7 / 8).epsilon(0.01));
-    const MeshSolid full = solid(test::together(test::ball(4), inner), {.voxel = 0.04});
+    const MeshSolid full = solid(test::together(test::ball(4), inner), {.voxel = 0.05});
     CHECK(volumeOf(full.levelSet) == Approx(outer).epsilon(0.001));
     CHECK(full.figures.hidden == Approx(0.2).margin(0.01));
     // What is filled is counted; a cavity is not, nor are parts that overlap.
@@ -284,17 +284,17 @@ TEST_CASE("solidOf: an inner shell is a cavity only if its faces point inward", 
     CHECK(full.figures.filledFaces == inner.triangles.size());
     CHECK(full.figures.filledVolume == Approx(M_PI / 6).epsilon(0.01));
     const Mesh both = test::flipped(test::together(test::ball(4), inner)); // both turned inside out
-    CHECK(solid(both, {.voxel = 0.04}).figures.filledShells == 1);
+    CHECK(solid(both, {.voxel = 0.05}).figures.filledShells == 1);
     const Mesh across = test::together(test::ball(4), test::moved(inner, {0.8f, 0, 0}));
-    CHECK(solid(across, {.voxel = 0.04}).figures.filledShells == 0);
+    CHECK(solid(across, {.voxel = 0.05}).figures.filledShells == 0);
     // A body in a cavity is a body, and an outer shell that is turned inside out may have a cavity.
     Mesh pearl = inner;
     for (auto& p : pearl.points) p *= 0.5f;
     const Mesh nested = test::together(test::together(test::ball(4), test::flipped(inner)), pearl);
-    const MeshSolid nut = solid(nested, {.voxel = 0.04});
+    const MeshSolid nut = solid(nested, {.voxel = 0.05});
     CHECK(nut.figures.clean);
     CHECK(volumeOf(nut.levelSet) == Approx(outer * (1 - 1.0 / 8 + 1.0 / 64)).epsilon(0.01));
-    CHECK(volumeOf(solid(test::flipped(nested), {.voxel = 0.04}).levelSet) ==
+    CHECK(volumeOf(solid(test::flipped(nested), {.voxel = 0.05}).levelSet) ==
           Approx(volumeOf(nut.levelSet)).epsilon(1e-4));
 }
 

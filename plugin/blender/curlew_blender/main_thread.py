@@ -35,7 +35,7 @@ class _Call:
         self.tries = 0
         self.done = threading.Event()
         self.result: Any = None
-        self.error: Optional[Exception] = None
+        self.error: Optional[BaseException] = None
 
     def run(self) -> bool:
         """Returns False if Blender has refused a change and the call is to be made again. Blender does so while it calls
@@ -43,7 +43,7 @@ class _Call:
         self.tries += 1
         try:
             self.result = self.function()
-        except Exception as error:
+        except BaseException as error:  # the caller must not wait forever
             if "in this context is not allowed" in str(error) and self.tries < _TRIES:
                 return False
             self.error = error
