@@ -74,11 +74,13 @@ class PlyParser {
         PlyVertices vertices;
         for (const PlyProperty& property : points->properties)
             if (!property.count) vertices.table.names.emplace_back(property.name);
-        // Each value takes at least one byte of the file and 8 bytes in memory; a growing vector holds the values
-        // twice.
-        const size_t values = points->count * vertices.table.names.size() + (edges ? edges->count : 0);
-        requireMemory(16 * static_cast<double>(std::min(mRest.size(), values)),
+        // Each value takes at least one byte of the file. Damaged headers have any counts.
+        const size_t valueCount = std::min(mRest.size(), points->count * vertices.table.names.size());
+        const size_t edgeCount = std::min(mRest.size(), edges ? edges->count : 0);
+        requireMemory(static_cast<double>(sizeof(double) * valueCount + sizeof(CurveEdge) * edgeCount),
                       fmt::format("'{}'", mSource.path.string()), "split the file");
+        vertices.table.values.reserve(valueCount);
+        vertices.edges.reserve(edgeCount);
         mVertices = &vertices;
         const PlyElement* last = edges ? std::max(points, edges) : points;
         for (const PlyElement* element = mElements.data(); element <= last; ++element) readElements(*element);
@@ -198,7 +200,7 @@ class PlyParser {
                     if (isPoint && mVertices) mVertices->table.values.push_back(value);
                     for (size_t end = 0; end < 2 && isEdge; ++end)
                         if (property.name == kEnds[end]) edge[end] = vertexOf(value, "an edge");
-                    for (int axis = 0; axis < 3; ++axis)
+                    for (int axis = 0; axis < 3 && isPoint && !mVertices; ++axis)
                         if (property.name == kAxes[static_cast<size_t>(axis)]) point[axis] = static_cast<float>(value);
                 }
             }
