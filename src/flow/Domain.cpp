@@ -160,7 +160,7 @@ class CellSearch {
         parallelFor(cells.size(), kBatch, [&](size_t begin, size_t end) {
             PointBatch centers;
             for (size_t k = begin; k < end; ++k) centers.push(boxOf(cells[k], edge).center());
-            for (size_t k = begin; k < end; ++k) keep[k] = meetsBox(boxOf(cells[k], edge));
+            for (size_t k = begin; k < end; ++k) keep[k] = meetsBox(boxOf(cells[k], edge)) ? 1 : 0;
             if (!mDomain.wall) return;
             JetBatch<double, 0> d;
             mDomain.wall->sdf.distance.eval(centers, d);

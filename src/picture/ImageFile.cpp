@@ -310,7 +310,7 @@ Image readPng(const fs::path& path, const Monitor& monitor) {
 void writeExr(const fs::path& path, const Image& image, const ExrOptions& options,
               const std::function<bool()>& cancelled) {
     checkImage(image);
-    requireMemory(static_cast<double>(image.pixels.size()) * (sizeof(float) + (options.half ? sizeof(half) : 0)),
+    requireMemory(static_cast<double>(image.pixels.size() * (sizeof(float) + (options.half ? sizeof(half) : 0))),
                   fmt::format("'{}'", path.string()), "choose a smaller width");
     const Monitor monitor{.report = {}, .cancelled = cancelled};
     const Image linear = withColors(image, linearFromDisplay, monitor);

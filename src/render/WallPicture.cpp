@@ -38,7 +38,7 @@ openvdb::FloatGrid::Ptr sampledWall(const Domain& domain, double voxel, const Mo
                 values[begin + static_cast<size_t>(i)] = static_cast<float>(jets[i].value);
         },
         monitor);
-    const auto grid = openvdb::FloatGrid::create(static_cast<float>((kBand + 2) * voxel));
+    auto grid = openvdb::FloatGrid::create(static_cast<float>((kBand + 2) * voxel));
     grid->setGridClass(openvdb::GRID_LEVEL_SET);
     auto access = grid->getAccessor();
     for (size_t k = 0; k < cells.size(); ++k)

@@ -52,6 +52,7 @@ void LatticePoisson::closeRegions() {
         visit(first);
         bool fixed = false;
         double sum = 0;
+        // NOLINTNEXTLINE(modernize-loop-convert): visit() adds to the region
         for (size_t k = 0; k < region.size(); ++k) {
             const openvdb::Coord p = region[k];
             sum += mSetSource.getValue(p);

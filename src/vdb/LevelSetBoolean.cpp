@@ -189,7 +189,7 @@ LevelSet sampledShape(const Sdf& shape, const LevelSet& like, const Monitor& mon
         return shape.distance.at<0>({{p[0], p[1], p[2]}}).value;
     };
     constexpr int kDim = Leaf::DIM;
-    const Coord low = box.min() & ~(Leaf::DIM - 1u);
+    const Coord low = box.min() & ~(kDim - 1);
     for (int x = low.x(); x <= box.max().x(); x += kDim)
         for (int y = low.y(); y <= box.max().y(); y += kDim)
             for (int z = low.z(); z <= box.max().z(); z += kDim)

@@ -149,10 +149,11 @@ points::PointDataGrid::Ptr pointGrid(const Points& particles, const PointGridOpt
         // OpenVDB's index of the points, the order of the points in it, and leaves of about eight points per voxel.
         constexpr double kIndexBytes = 45;
         constexpr auto kPositionAndId = static_cast<double>(sizeof(openvdb::Vec3s) + sizeof(int32_t));
-        requireMemory((kIndexBytes + kPositionAndId + (particles.hasVelocity() ? sizeof(openvdb::Vec3s) : 0) +
-                       sizeof(float) * static_cast<double>(scalarsOf(particles).size())) *
-                          static_cast<double>(particles.size()),
-                      fmt::format("a grid of {} points", particles.size()), "write fewer points");
+        const size_t more =
+            (particles.hasVelocity() ? sizeof(openvdb::Vec3s) : 0) + sizeof(float) * scalarsOf(particles).size();
+        requireMemory(
+            (kIndexBytes + kPositionAndId + static_cast<double>(more)) * static_cast<double>(particles.size()),
+            fmt::format("a grid of {} points", particles.size()), "write fewer points");
         const auto transform =
             openvdb::math::Transform::createLinearTransform(voxelSizeFor(particles, options.voxelSize, monitor));
         const PacedMonitor ask(monitor);

@@ -15,7 +15,7 @@ using openvdb::FloatGrid;
 using openvdb::GridBase;
 
 FloatGrid::ConstPtr floatsOf(const GridBase::ConstPtr& grid) {
-    if (const auto floats = GridBase::grid<FloatGrid>(grid)) return floats;
+    if (auto floats = GridBase::grid<FloatGrid>(grid)) return floats;
     if (const auto doubles = GridBase::grid<openvdb::DoubleGrid>(grid)) return std::make_shared<FloatGrid>(*doubles);
     return nullptr;
 }

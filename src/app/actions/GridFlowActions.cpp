@@ -52,7 +52,7 @@ Flow flowOfPotentials(const Context& c, const Arguments& a, const VelocityGrids&
 
 Flow interpolatedFlow(const Context& c, const Arguments& a, const VelocityGrids& grids) {
     const auto sampling = a.choice<GridSampling>("interpolation");
-    const Flow flow = sampledFlow(grids, sampling, c.follow("flow"));
+    Flow flow = sampledFlow(grids, sampling, c.follow("flow"));
     c.info(fmt::format(
         "flow: {} interpolation of a {} velocity grid; not divergence-free, no tracks (exact=1 makes "
         "potentials)",
