@@ -711,7 +711,7 @@ class Renders(Live):
         """Blender refuses them while it draws."""
         refused = AttributeError("Writing to ID classes in this context is not allowed: Scene, Object datablock")
         for error, refusals, wanted in ((refused, 3, 4), (AttributeError("no such attribute"), 1, 1)):
-            calls, failed = [], []
+            calls, returned, failed = [], [], []
 
             @support.addon("main_thread").in_main_thread
             def change(error, refusals):
@@ -722,12 +722,13 @@ class Renders(Live):
 
             def run():
                 try:
-                    self.assertEqual(change(error, refusals), "changed")
+                    returned.append(change(error, refusals))
                 except AttributeError as caught:
                     failed.append(caught)
 
             self.in_a_thread(run)
             self.assertEqual(len(calls), wanted)
+            self.assertEqual(returned, ["changed"] if error is refused else [])
             self.assertEqual(failed, [] if error is refused else [error])
 
     def test_a_render_does_not_wait_forever_for_the_interface(self):

@@ -172,7 +172,7 @@ TEST_CASE("shaderText: pairs of floats are as accurate as doubles", "[shader]") 
     check("psrd", noiseField<Psrd3>({.seed = 3}), kFar);
     check("functions", parsedFormula<3>(kFunctions).field, 2.5);
     check("Perlin", noiseField<PerlinNoise<3>>(), kFar, 1e-5);
-    // The other dialects have their own operations of pairs, functions and tables, which those above use.
+    // Dialects differ in how operations, functions and tables are written; those above use all three.
     if (dialect != Dialect::glsl) return;
     check("psrd in the plane", noiseField<Psrd2>(), kFar);
     check("tiling", noiseField<Psrd3>({.period = {{3, 4, 5}}}), kFar);
