@@ -2,7 +2,8 @@
 """Runs scenes/slurm on a real Slurm of one node, which listens on this machine only: run.py COMMAND ROOT.
 
 Every frame of an array, of a chain of jobs with state, and of a job that is killed and queued again must have the same bytes as in
-one process. Exits with 77 (skipped) if Slurm or MUNGE is not installed, or does not start.
+one process. The three run at once, on a node that claims enough processors for them, because Slurm waits for seconds in each. Exits
+with 77 (skipped) if Slurm or MUNGE is not installed, or does not start.
 """
 
 import contextlib
@@ -14,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch", "scontrol")
@@ -39,19 +41,22 @@ JobAcctGatherType=jobacct_gather/none
 AccountingStorageType=accounting_storage/none
 CommunicationParameters=NoInAddrAny,NoCtldInAddrAny
 SchedulerParameters=batch_sched_delay=0,sched_min_interval=0,bf_interval=1
-NodeName={host} NodeAddr=127.0.0.1 CPUs={cpus} State=UNKNOWN
+SlurmdParameters=config_overrides
+NodeName={host} NodeAddr=127.0.0.1 CPUs=8 State=UNKNOWN
 PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 """
-BEFORE = "sphere\n"
 FLOW = "noise frequency=2 'alpha={T}'\nnoise frequency=2 seed=1\nbound\ndfvn speed=1\n"
-GRIDS = FLOW + "velocity dim=20\nwrite 'out/v.$F.vdb'\n"
-POINTS = FLOW + "emit rate=20000 life=2 box=-0.2,-0.2,-0.2,0.2,0.2,0.2\nadvect accuracy=1e-5\nwrite 'out/p.$F.ply'\n"
+SCENES = {
+    "before.txt": "sphere\n",
+    "grids.txt": FLOW + "velocity dim=20\nwrite 'out/v.$F.vdb'\n",
+    "points.txt": FLOW + "emit rate=20000 life=2 box=-0.2,-0.2,-0.2,0.2,0.2,0.2\nadvect accuracy=1e-5\nwrite 'out/p.$F.ply'\n",
+}
 FRAMES, LAST = "1-16", 16
 
 
-def run(*words):
+def run(*words, cwd=None):
     """Returns the output of a program."""
-    done = subprocess.run([str(word) for word in words], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([str(word) for word in words], cwd=cwd, capture_output=True, text=True, timeout=60)
     if done.returncode != 0:
         raise RuntimeError(f"{' '.join(map(str, words))}: {done.stderr}{done.stdout}")
     return done.stdout.strip()
@@ -84,7 +89,7 @@ def cluster(folder):
         (folder / "cgroup.conf").write_text("CgroupPlugin=disabled\n")
     configuration = folder / "slurm.conf"
     configuration.write_text(CONFIGURATION.format(host=socket.gethostname().split(".")[0], user=getpass.getuser(), folder=folder,
-                                                  port=free_port(), second_port=free_port(), cpus=os.cpu_count()))
+                                                  port=free_port(), second_port=free_port()))
     os.environ["SLURM_CONF"] = str(configuration)
     started = []
     try:
@@ -120,52 +125,58 @@ def state_of(job, field="JobState"):
     return {word.partition("=")[2] for word in words if word.startswith(field + "=")}
 
 
-def finished(job):
+def finished(job, folder):
     wait(lambda: not state_of(job) & {"PENDING", "RUNNING", "COMPLETING", "CONFIGURING"}, f"job {job} ends")
     if state_of(job) != {"COMPLETED"}:
-        raise RuntimeError(f"job {job}: {state_of(job)}: " + "".join(log.read_text() for log in Path("out").glob("*.log")))
+        raise RuntimeError(f"job {job}: {state_of(job)}: " + "".join(log.read_text() for log in folder.glob("out/*.log")))
 
 
-def expected(command, scene):
-    """Returns the files of one process by name."""
-    run(command, "-quiet", "-config", "before.txt", "-frames", FRAMES, "-config", scene)
-    return taken()
+def files_of(folder):
+    """Returns the files of the frames by name."""
+    return {path.name: path.read_bytes() for path in folder.glob("out/*") if path.suffix in (".vdb", ".ply")}
 
 
-def taken():
-    """Returns the files of the frames by name, and empties the folder."""
-    files = {path.name: path.read_bytes() for path in Path("out").iterdir() if path.suffix in (".vdb", ".ply")}
-    shutil.rmtree("out")
-    Path("out").mkdir()
-    return files
+def one_process(command, scene):
+    """Returns a case that makes all frames of a scene in one process."""
+    return lambda folder, scripts: run(command, "-quiet", "-config", "before.txt", "-frames", FRAMES, "-config", scene, cwd=folder)
 
 
-def array(scripts):
+def array(folder, scripts):
     """Independent frames, divided among the tasks of an array."""
-    job = run("sbatch", "--parsable", "--array=1-3", scripts / "frames.sbatch", FRAMES, "before.txt", "grids.txt")
-    finished(job)
+    job = run("sbatch", "--parsable", "--array=1-3", scripts / "frames.sbatch", FRAMES, "before.txt", "grids.txt", cwd=folder)
+    finished(job, folder)
 
 
-def chain(scripts):
+def chain(folder, scripts):
     """Points that persist, in jobs that run one after the other."""
-    jobs = run(scripts / "chain.sh", FRAMES, 3, "before.txt", "points.txt").split()
+    jobs = run(scripts / "chain.sh", FRAMES, 3, "before.txt", "points.txt", cwd=folder).split()
     if len(jobs) != 3:
         raise RuntimeError(f"chain.sh has printed {jobs}")
     for job in jobs:
-        finished(job)
+        finished(job, folder)
 
 
-def requeued(scripts):
+def requeued(folder, scripts):
     """Kills the job after its third frame. Slurm would start it again after two minutes."""
-    job = run("sbatch", "--parsable", scripts / "sequence.sbatch", FRAMES, "before.txt", "points.txt")
-    wait(Path("out/p.3.ply").exists, "frame 3")
+    job = run("sbatch", "--parsable", scripts / "sequence.sbatch", FRAMES, "before.txt", "points.txt", cwd=folder)
+    wait((folder / "out/p.3.ply").exists, "frame 3")
     run("scontrol", "requeue", job)
-    if Path(f"out/p.{LAST}.ply").exists():
+    if (folder / f"out/p.{LAST}.ply").exists():
         raise RuntimeError("the job has ended before it was killed")
     wait(lambda: state_of(job) == {"PENDING"} and state_of(job, "Reason") == {"BeginTime"}, "the job is queued again")
     time.sleep(2)  # in the second in which the job was killed, Slurm would take the new credential for the revoked one, and end it
     run("scontrol", "update", f"JobId={job}", "StartTime=now")
-    finished(job)
+    finished(job, folder)
+
+
+def files_from(case, top, scripts):
+    """Runs a case in its own folder, and returns the files."""
+    folder = Path(tempfile.mkdtemp(dir=top))
+    (folder / "out").mkdir()
+    for name, text in SCENES.items():
+        (folder / name).write_text(text)
+    case(folder, scripts)
+    return files_of(folder)
 
 
 def main(command, root):
@@ -175,28 +186,27 @@ def main(command, root):
     os.environ["CURLEW"] = command
     wrong = []
     with contextlib.ExitStack() as stack:
-        folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="slurm"))
+        top = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="slurm")))
         try:
-            stack.enter_context(cluster(Path(folder)))
+            stack.enter_context(cluster(top))
         except RuntimeError as error:
             print(f"skipped: Slurm does not start here: {error}")
             return 77
-        os.chdir(folder)
-        Path("out").mkdir()
-        for name, text in (("before", BEFORE), ("grids", GRIDS), ("points", POINTS)):
-            Path(f"{name}.txt").write_text(text)
-        grids, points = expected(command, "grids.txt"), expected(command, "points.txt")
-        for case, files in ((array, grids), (chain, points), (requeued, points)):
+        scripts = Path(root) / "scenes/slurm"
+        grids, points = (files_from(one_process(command, scene), top, scripts) for scene in ("grids.txt", "points.txt"))
+        pool = stack.enter_context(ThreadPoolExecutor())
+        running = [(case, files, pool.submit(files_from, case, top, scripts))
+                   for case, files in ((array, grids), (chain, points), (requeued, points))]
+        for case, files, future in running:
             try:
-                case(Path(root) / "scenes/slurm")
-                made = taken()
+                made = future.result()
                 if len(files) != LAST or made != files:
                     wrong.append(f"{case.__name__}: other files than those of one process: {sorted(made)}")
             except (RuntimeError, subprocess.TimeoutExpired) as error:
-                print(Path("slurmctld.log").read_text()[-3000:])
                 wrong.append(f"{case.__name__}: {error}")
-                taken()
             print(case.__name__, "done", flush=True)
+        if wrong:
+            print((top / "slurmctld.log").read_text()[-3000:])
     return "\n".join(wrong) or 0
 
 
