@@ -43,6 +43,7 @@ class Caller {
 struct curlew_session {
     /// Marks the session as running during its lifetime. Throws ValueError if the session is running already.
     class Running;
+    static constexpr int64_t kFound = int64_t{1} << 32;
     /// Returns the session for reading. While it runs, only its frame callback may read it; otherwise throws
     /// ValueError.
     const curlew::app::Session& readable() const;
@@ -53,11 +54,13 @@ struct curlew_session {
     curlew::app::Console console{caller.listener()};
     curlew::app::Session session{console};
     mutable std::string text; ///< The text that was returned last.
-    /// Results that curlew_find() has returned. Their positions begin at kFound.
+    /// Results that curlew_find() has returned since the run or the frame began. Their positions begin at firstFound,
+    /// and are never used again.
     mutable std::vector<curlew::app::Session::Held> found;
+    int64_t firstFound = kFound;
+    void forgetFound();
     mutable std::vector<const void*> leaves; ///< The leaves of the grid whose leaves were read last.
     mutable openvdb::GridBase::ConstPtr leavesOf;
-    static constexpr int64_t kFound = int64_t{1} << 32;
 
     /// Returns the object of a kind at a position: its age among the objects of that kind, or a position from
     /// curlew_find(). Throws ValueError if there is none.

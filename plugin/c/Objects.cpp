@@ -116,13 +116,22 @@ size_t curlew_session::count(curlew_kind kind) const {
         std::count_if(all.begin(), all.end(), [&](const auto& held) { return abiKindOf(held.value) == kind; }));
 }
 
+void curlew_session::forgetFound() {
+    firstFound += static_cast<int64_t>(found.size());
+    found.clear();
+}
+
 const app::Session::Held& curlew_session::object(curlew_kind kind, int64_t position) const {
     const std::string what = nameOf(kind);
     const auto& all = readable().objects();
     if (position < 0) throw ValueError(fmt::format("an age cannot be {}; the newest object has age 0", position));
-    if (position >= kFound && static_cast<size_t>(position - kFound) < found.size())
-        if (const auto& held = found[static_cast<size_t>(position - kFound)]; abiKindOf(held.value) == kind)
-            return held;
+    if (position >= kFound) {
+        if (position < firstFound)
+            throw ValueError(fmt::format("that {} was found in an earlier run or frame; find it again", what));
+        const auto k = static_cast<size_t>(position - firstFound);
+        if (k < found.size() && abiKindOf(found[k].value) == kind) return found[k];
+        throw ValueError(fmt::format("no {} has been found at position {}", what, position));
+    }
     int64_t age = position;
     for (size_t k = all.size(); k-- > 0;)
         if (abiKindOf(all[k].value) == kind && age-- == 0) return all[k];
@@ -148,7 +157,7 @@ curlew_status curlew_find(const curlew_session* session, const char* name, curle
         int64_t& foundPosition = required(position, "the pointer to the position");
         app::Session::Held held = s.readable().result(&required(name, "the name"));
         foundKind = abiKindOf(held.value);
-        foundPosition = curlew_session::kFound + static_cast<int64_t>(s.found.size());
+        foundPosition = s.firstFound + static_cast<int64_t>(s.found.size());
         s.found.push_back(std::move(held));
     });
 }

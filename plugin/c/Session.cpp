@@ -20,11 +20,11 @@ class curlew_session::Running {
             session.running = true;
         }
         session.session.location = {};
-        session.found.clear();
+        session.forgetFound();
         session.console.setVerbosity(app::Verbosity::normal);
         session.session.onFrame = [&session](int frame) {
             session.inFrame = std::this_thread::get_id();
-            session.found.clear();
+            session.forgetFound();
             session.caller.frame(frame);
             session.inFrame = std::thread::id();
         };

@@ -158,11 +158,12 @@ class Leaf(NamedTuple):
 class Grid:
     """A sparse grid of a session.
 
-    Can be read until the session runs again or is closed. After that, its methods raise Error.
+    Can be read until the session runs again or is closed; in on_frame, until that returns. After that, its methods
+    raise Error, and views of its leaves must not be used.
     """
 
     def __init__(self, session: Any, position: int) -> None:
-        self._session, self._position, self._run = session, position, session.runs
+        self._session, self._position, self._turn = session, position, session.turns
         self.about: Dict[str, Any] = Reader(session.handle, lib.GRID, position).about
         self.name: str = self.about["name"]
         self.type: str = self.about["type"]  #: "float", "vec3s", …
@@ -174,8 +175,8 @@ class Grid:
         self._dtype, self._shape = _VALUES.get(self.about["value_type"], (np.dtype(np.float64), ()))
 
     def _open(self) -> Any:
-        if self._session.runs != self._run:
-            raise lib.Error(f"the session has run again since it returned the grid '{self.name}'; get the grid again")
+        if self._session.turns != self._turn:
+            raise lib.Error(f"the session has gone on since it returned the grid '{self.name}'; get the grid again")
         return self._session.handle
 
     def array(self, lower: Optional[Sequence[int]] = None, upper: Optional[Sequence[int]] = None) -> np.ndarray:
@@ -197,8 +198,7 @@ class Grid:
     def leaves(self) -> Iterator[Leaf]:
         """Iterates over the leaf nodes without copying: `for origin, values, active in grid.leaves()`.
 
-        The values are views of the grid's memory, valid until the session runs again or is closed. Copy what is needed
-        longer.
+        The values are views of the grid's memory, valid as long as the grid can be read. Copy what is needed longer.
         """
         count = lib.c_int64()
         lib.call("grid_leaves", self._open(), self._position, lib.byref(count))

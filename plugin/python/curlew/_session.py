@@ -60,6 +60,7 @@ class Session:
 
     def __init__(self) -> None:
         self.runs = 0  #: number of programs that were run
+        self.turns = 0  #: number of runs and of frames that on_frame has seen; each discards the objects before it
         self._handle: Any = None
         self._field_failures: List[BaseException] = []
         self._handle = lib.created("session_create")
@@ -72,7 +73,7 @@ class Session:
         if self._handle is not None:
             lib.call("session_release", self._handle)
             self._handle = None
-            self.runs += 1
+            self.turns += 1
 
     def __enter__(self) -> "Session":
         return self
@@ -250,16 +251,24 @@ class Session:
         def decoded(text: bytes) -> str:
             return text.decode(errors="replace")
 
+        def at_frame(frame: int) -> Any:
+            self.turns += 1
+            try:
+                return on_frame(frame, self)
+            finally:
+                self.turns += 1
+
         if progress is None and threading.current_thread() is threading.main_thread():
             progress = _proceed  # Python only handles Ctrl-C while a callback runs
         callbacks = lib.Callbacks(
             None,
             guarded(progress, lib.PROGRESS, decoded, float),
-            guarded(None if on_frame is None else lambda frame: on_frame(frame, self), lib.FRAME, int),
+            guarded(None if on_frame is None else at_frame, lib.FRAME, int),
             guarded(on_message, lib.MESSAGE, decoded),
         )
         text = lib.plain(lib.graph_text(graph), "the program")
         self.runs += 1
+        self.turns += 1
         self._field_failures.clear()
         try:
             with _ctrl_c_cancels(self.cancel, interrupts):

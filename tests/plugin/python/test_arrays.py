@@ -308,3 +308,25 @@ def test_functions_of_fields_that_are_wrong(session):
     broken.append(True)
     with pytest.raises(KeyError):
         session.run("read later\ncheck samples=1000")
+
+
+def test_a_grid_from_a_frame_cannot_be_read_after_the_frame(session):
+    kept, values = [], []
+
+    def on_frame(frame, same):
+        grid = same.grid("a" if frame == 1 else "b")
+        values.append(float(grid.array().max()))
+        kept.append(grid)
+        if frame == 2:
+            with pytest.raises(curlew.Error, match="gone on"):
+                kept[0].array()
+
+    session.run(
+        "constant value={F} as=one\nframes 1-2\nconstant value={F} as=x\nbake field=x dim=8 box=0,0,0,1,1,1 as=a\n"
+        "constant value={10*F} as=y\nbake field=y dim=8 box=0,0,0,1,1,1 as=b\n",
+        on_frame=on_frame,
+    )
+    assert values == [1, 20]
+    with pytest.raises(curlew.Error, match="gone on"):
+        kept[1].array()
+    assert session.grid("b").array().max() == 20
