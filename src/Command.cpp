@@ -26,7 +26,7 @@
 
 namespace {
 
-volatile std::sig_atomic_t interrupted = 0;
+volatile std::sig_atomic_t interrupted = 0; ///< The signal that asked the program to stop.
 
 constexpr const char* kInterrupted = "interrupted; unfinished files have been removed";
 
@@ -38,12 +38,15 @@ constexpr const char* kInterrupted = "interrupted; unfinished files have been re
     ::_exit(status);
 }
 
-void endInterrupted(int) { endNow({"curlew: ", kInterrupted, "\n"}, 130); }
+/// Returns the exit status that shells and render farms give to a program that a signal has ended.
+int interruptedStatus() { return 128 + interrupted; }
+
+void endInterrupted(int) { endNow({"curlew: ", kInterrupted, "\n"}, interruptedStatus()); }
 
 /// The first Ctrl-C asks the program to stop and clean up; the next one terminates it immediately. If a library is busy
 /// (OpenVDB writes, Embree builds a tree) and does not ask whether to stop, the process ends after 0.4 s.
 void onInterrupt(int signal) {
-    interrupted = 1;
+    interrupted = signal;
     std::signal(signal, endInterrupted);
     itimerval grace{};
     grace.it_value.tv_usec = 400'000;
@@ -124,7 +127,7 @@ int curlew_command(int argc, char** argv) {
         session.run(std::move(graph));
         return EXIT_SUCCESS;
     } catch (const Interrupted&) {
-        return fail(kInterrupted, 130);
+        return fail(kInterrupted, interruptedStatus());
     } catch (const std::bad_alloc&) {
         return fail(kNoMemory, EXIT_FAILURE);
     } catch (const std::exception& e) {
