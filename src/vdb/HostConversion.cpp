@@ -129,6 +129,18 @@ AxisMap axesFor(const HostProfile& host, UpAxis up) {
     return both;
 }
 
+Mesh forHost(Mesh mesh, const HostOptions& options) {
+    const AxisMap axes = axesOf(options);
+    AxisMap directions = axes;
+    directions.scale = 1;
+    for (auto& point : mesh.points) point = axes(point);
+    for (auto& normal : mesh.normals) normal = directions(normal);
+    if (!axes.mirrors()) return mesh;
+    for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
+    for (auto& q : mesh.quads) std::swap(q[1], q[3]);
+    return mesh;
+}
+
 Points forHost(Points points, const HostOptions& options) {
     mapMotion(points, options);
     return points;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "curlew/vdb/MeshFile.h"
 #include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/VdbFile.h"
 #include "support/Command.h"
@@ -137,4 +138,28 @@ TEST_CASE("write: velocities per frame and components are options of every host"
     folder.mustFail("-noise dim=2 -dfvn -write x.fga", {"x.fga"});
     CHECK_THAT(folder.mustRun("-noise -noise seed=1 -dfvn box=0,0,0,1,0.1,0.1 -velocity dim=200 -write x.fga").err,
                ContainsSubstring("128 x 14 x 14 vectors") && ContainsSubstring("resampled"));
+}
+
+TEST_CASE("write: target turns a mesh in a ply, and its faces keep their outer side", "[app][command]") {
+    const Folder folder;
+    folder.mustRun("-read " + sourceDir() +
+                   "/scenes/spot.obj -write a.ply -write z.ply target=blender -write u.ply target=unreal -write a.obj "
+                   "target=unreal");
+    const auto volume = [](const Mesh& mesh) {
+        double sum = 0;
+        const auto add = [&](uint32_t a, uint32_t b, uint32_t c) {
+            const openvdb::Vec3d p(mesh.points[a]), q(mesh.points[b]), r(mesh.points[c]);
+            sum += p.dot(q.cross(r)) / 6;
+        };
+        for (const auto& t : mesh.triangles) add(t[0], t[1], t[2]);
+        for (const auto& q : mesh.quads) add(q[0], q[1], q[2]), add(q[0], q[2], q[3]);
+        return sum;
+    };
+    const Mesh mesh = readMesh(folder / "a.ply"), up = readMesh(folder / "z.ply"), large = readMesh(folder / "u.ply");
+    const auto p = mesh.points[7];
+    CHECK(up.points[7] == openvdb::Vec3s(p[0], -p[2], p[1]));
+    CHECK(volume(mesh) > 0.1);
+    CHECK_THAT(volume(up), Catch::Matchers::WithinRel(volume(mesh), 1e-5));
+    CHECK_THAT(volume(large), Catch::Matchers::WithinRel(1e6 * volume(mesh), 1e-5));
+    CHECK(readMesh(folder / "a.obj").points[7] == p);
 }

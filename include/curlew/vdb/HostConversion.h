@@ -5,6 +5,7 @@
 #include "curlew/track/Points.h"
 #include "curlew/vdb/GridTypes.h"
 #include "curlew/vdb/HostProfile.h"
+#include "curlew/vdb/MeshFile.h"
 
 #include <vector>
 
@@ -22,6 +23,11 @@ struct AxisMap {
 
     bool turns() const { return from != std::array{0, 1, 2} || sign != std::array{1.0, 1.0, 1.0}; }
     bool identity() const { return !turns() && scale == 1; }
+    /// Returns whether the map turns right-handed axes into left-handed ones.
+    bool mirrors() const {
+        const bool even = (from[1] + 3 - from[0]) % 3 == 1; // a cyclic permutation
+        return (sign[0] * sign[1] * sign[2] > 0) != even;
+    }
     /// Returns the map of positions, and of velocities per second.
     template <class Vector>
     Vector operator()(const Vector& v) const {
@@ -44,7 +50,8 @@ struct HostOptions {
     bool split = false;                ///< Splits vector grids into three grids of their components.
 };
 
-/// Return the points and curves in the host's world.
+/// Return the mesh, points and curves in the host's world. Faces of a mesh keep their outer side.
+Mesh forHost(Mesh mesh, const HostOptions& options);
 Points forHost(Points points, const HostOptions& options);
 Curves forHost(Curves curves, const HostOptions& options);
 

@@ -179,37 +179,29 @@ void writePicture(const Context& c, const Arguments& a, const std::string& file)
              scale, c.console().cancelFunction());
 }
 
-/// Writes a mesh, points or curves with the function for that kind.
-template <class PointsWriter, class CurvesWriter>
-void writeGeometry(const Context& c, const std::string& file, const PointsWriter& points, const CurvesWriter& curves) {
-    switch (c.kind("what")) {
-        case Kind::mesh:
-            return writeMesh(file, *c.mesh("what"), c.console().cancelFunction());
-        case Kind::points:
-            return points();
-        default:
-            return curves();
-    }
-}
-
 void writePlyFile(const Context& c, const Arguments& a, const std::string& file) {
     const auto& cancelled = c.console().cancelFunction();
-    writeGeometry(
-        c, file, [&] { writePly(file, *pointsForFile(c, a), cancelled); },
-        [&] { writePly(file, *curvesForFile(c, a), cancelled); });
+    switch (c.kind("what")) {
+        case Kind::mesh:
+            return writeMesh(file, *meshForFile(c, a), cancelled);
+        case Kind::points:
+            return writePly(file, *pointsForFile(c, a), cancelled);
+        default:
+            return writePly(file, *curvesForFile(c, a), cancelled);
+    }
 }
 void writeCsvFile(const Context& c, const Arguments& a, const std::string& file) {
     const auto& cancelled = c.console().cancelFunction();
     if (c.kind("what") == Kind::points)
         if (const auto& positions = c.anyPoints("what").positionsN) return writePointsN(file, *positions, cancelled);
-    writeGeometry(
-        c, file, [&] { writeCsv(file, *pointsForFile(c, a), cancelled); },
-        [&] { writeCsv(file, *curvesForFile(c, a), cancelled); });
+    if (c.kind("what") == Kind::points) return writeCsv(file, *pointsForFile(c, a), cancelled);
+    writeCsv(file, *curvesForFile(c, a), cancelled);
 }
 /// Importers of .obj turn axes themselves, so target= does not.
 void writeObjFile(const Context& c, const Arguments&, const std::string& file) {
-    writeGeometry(
-        c, file, [] {}, [&] { writeObj(file, *c.curves("what"), c.console().cancelFunction()); });
+    const auto& cancelled = c.console().cancelFunction();
+    if (c.kind("what") == Kind::mesh) return writeMesh(file, *c.mesh("what"), cancelled);
+    writeObj(file, *c.curves("what"), cancelled);
 }
 
 /// Writes the report; or the graph, if the file is named graph.json or ends in .graph.json.
@@ -326,7 +318,8 @@ std::vector<Option> writeOptions() {
     for (Option& option : hostOptions()) all.push_back(std::move(option));
     for (Option& option : shaderOptions()) all.push_back(std::move(option));
     all.push_back(
-        flag("overwrite", "0", "1: after -frames, allow the same file name in all frames; the last frame remains"));
+        flag("overwrite", "0",
+             "1: allow the same file name in all frames, or in several -write; the last one written remains"));
     all.push_back(flag("legend", "1", "1: draw a colour bar below a .png"));
     all.push_back(
         interval("range", "", "values at the two ends of the colour map of a .png (default: from the image)"));

@@ -161,13 +161,14 @@ bool anyGrid(const Context& c) {
 } // namespace
 
 std::vector<Option> hostOptions() {
-    return {choice("target", hostNames(),
-                   "application that the files are for: sets the names and classes of velocities, and converts points, "
-                   "curves and grids to its axes and units (not in .obj); see docs/hosts. Without it, names are "
-                   "Houdini's and axes are unchanged"),
-            choice("upAxis", kUpAxisNames, "up axis of the scene, which target= converts to that of the host"),
-            choice("per", {"second", "frame"}, "unit of time of velocities in the files; frame: needs -frames"),
-            flag("split", "0", "1: write vector grids as three grids of their components")};
+    return {
+        choice("target", hostNames(),
+               "application that the files are for: sets the names and classes of velocities, and converts meshes, "
+               "points, curves and grids to its axes and units (not in .obj); see docs/hosts. Without it, names are "
+               "Houdini's and axes are unchanged"),
+        choice("upAxis", kUpAxisNames, "up axis of the scene, which target= converts to that of the host"),
+        choice("per", {"second", "frame"}, "unit of time of velocities in the files; frame: needs -frames"),
+        flag("split", "0", "1: write vector grids as three grids of their components")};
 }
 
 void checkHostOptions(const Arguments& a) {
@@ -218,6 +219,13 @@ std::vector<openvdb::GridBase::ConstPtr> gridsForFile(const Context& c, const Ar
 std::vector<openvdb::GridBase::ConstPtr> headersForFile(const Context& c, const Arguments& a,
                                                         const openvdb::GridBase& grid) {
     return forHost(grid.copyGridWithNewTree(), optionsOf(c, a));
+}
+
+MeshPointer meshForFile(const Context& c, const Arguments& a) {
+    const HostOptions options = optionsOf(c, a);
+    const MeshPointer mesh = c.mesh("what");
+    if (!options.host || axesFor(*options.host, options.up).identity()) return mesh;
+    return std::make_shared<const Mesh>(forHost(*mesh, options));
 }
 
 std::shared_ptr<const Points> pointsForFile(const Context& c, const Arguments& a) {

@@ -25,6 +25,7 @@ std::vector<std::shared_ptr<const openvdb::GridBase>> gridsForFile(const Context
 /// Returns a grid as it will be in the file, without its voxels; three grids if its components are split.
 std::vector<std::shared_ptr<const openvdb::GridBase>> headersForFile(const Context& c, const Arguments& a,
                                                                      const openvdb::GridBase& grid);
+MeshPointer meshForFile(const Context& c, const Arguments& a);
 std::shared_ptr<const Points> pointsForFile(const Context& c, const Arguments& a);
 std::shared_ptr<const Curves> curvesForFile(const Context& c, const Arguments& a);
 
