@@ -48,3 +48,11 @@ TEST_CASE("advice: warns of a layer wider than its object and of points inside t
                             "duration=0.1 -write a.ply"),
                ContainsSubstring("all 10 points are on the wrong side"));
 }
+
+TEST_CASE("advice: warns of values that change with time but come before the frames", "[app]") {
+    const std::string what = "warning: -noise changes with the frame or the time, but comes before -frames";
+    CHECK_THAT(said("-noise alpha={T} -frames 1-2 -slice width=8 -write a.##.png"), ContainsSubstring(what));
+    CHECK_THAT(said("-frames 1-2 -noise alpha={T} -slice width=8 -write a.##.png"), !ContainsSubstring("warning"));
+    CHECK_THAT(said("-noise alpha={fps} -frames 1-2 -slice width=8 -write a.##.png"), !ContainsSubstring("warning"));
+    CHECK_THAT(said("-noise alpha={T} -slice width=8 -write a.png"), !ContainsSubstring("warning"));
+}

@@ -167,10 +167,17 @@ TEST_CASE("expressions: constants replace their names inside braces only", "[app
     CHECK(withConstants("$F {", constants) == "$F {");
     CHECK(constantOf("scale=0.5") == std::pair<std::string, double>("scale", 0.5));
     CHECK(constantOf("_n1={2^3}").second == 8);
-    for (const char* wrong : {"scale", "=1", "2n=1", "a b=1", "n=", "n=x", "n={T}", "T=1", "pi=3", "FF=1", "n={1/0}"}) {
+    for (const char* wrong : {"scale", "=1", "2n=1", "a b=1", "n=", "n=x", "n={T}", "T=1", "pi=3", "FF=1", "n={1/0}",
+                              "max=1", "sin=1", "clamp=1"}) {
         CAPTURE(wrong);
         CHECK_THROWS_AS(constantOf(wrong), ValueError);
     }
+}
+
+TEST_CASE("expressions: a constant is not taken for a coordinate of a formula", "[app]") {
+    CHECK_THROWS_WITH(formulaWithConstants("x + y", {{"x", 3}}), ContainsSubstring("'x' has a meaning in formulas"));
+    CHECK(formulaWithConstants("k * x + {x}", {{"k", 3}}) == "(3) * x + {x}");
+    CHECK(withConstants("{x}", {{"x", 3}}) == "{(3)}");
 }
 
 TEST_CASE("expressions: the first value of a constant wins and the stored graph has values only", "[app]") {

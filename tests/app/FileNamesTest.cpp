@@ -58,6 +58,14 @@ TEST_CASE("file names: an input cannot be overwritten but an own output may be r
     folder.mustFail("-read ball.ply -write ball.ply", {"-write", "ball.ply", "overwrite an input"});
     folder.mustFail("-read ball.ply -write ball.ply overwrite=1", {"overwrite an input"});
     folder.mustFail("-read ball.ply -write ./ball.ply", {"overwrite an input"});
+    folder.mustFail("-read ball.ply -mesh2ls dim=8 -check report=ball.ply", {"-check", "overwrite an input"});
+    folder.mustFail("-read ball.ply -report ball.ply", {"-report", "overwrite an input"});
+    folder.mustFail("-read ball.ply -frames 1-2 checkpoint=ball.ply -print", {"-frames", "overwrite an input"});
+    test::store(folder / "in.csv", "x,y,z\n0,0,0\n");
+    folder.mustFail("-noise -probe in.csv in.csv", {"-probe", "overwrite an input"});
+    folder.mustFail("-plot in.csv in.csv", {"-plot", "overwrite an input"});
+    folder.mustFail("-plot in.csv a.png", {"a.png", ".svg"});
+    folder.mustRun("-noise -probe in.csv out.csv -plot out.csv out.svg");
     folder.mustFail("-frames 1-2 -read ball.ply -write ball.ply overwrite=1", {"overwrite an input"});
     CHECK(test::bytesOf(folder / "ball.ply") == before);
     folder.mustRun("-read ball.ply -write b.ply -read b.ply -write b.ply");
@@ -77,4 +85,13 @@ TEST_CASE("write: reports the content and size of each file", "[app][command]") 
                    ContainsSubstring("density (float, "));
     CHECK_THAT(said("-noise -slice width=8 -write s.png"), ContainsSubstring("wrote s.png: 8 x 8 pixels (value), "));
     CHECK_THAT(said("-sphere -write r.json"), ContainsSubstring("wrote r.json: JSON, "));
+}
+
+TEST_CASE("file names: two actions that write the same file need overwrite=1", "[app][command]") {
+    const Folder folder;
+    const std::string first = "-scatter count=5 box=0,0,0,1,1,1 -write a.csv ",
+                      second = "-scatter count=7 box=0,0,0,1,1,1 -write a.csv";
+    folder.mustFail(first + second, {"a.csv", "also written by -write", "overwrite=1"});
+    folder.mustRun(first + second + " overwrite=1");
+    CHECK(test::linesOf(test::bytesOf(folder / "a.csv")).size() == 8);
 }

@@ -90,13 +90,35 @@ TEST_CASE("parts: an expression with P changes from part to part, also in a flow
     CHECK(bytesOf(folder / "1.csv") != bytesOf(folder / "same.1.csv"));
 }
 
+TEST_CASE("parts: one part alone has its number in file names and expressions", "[app][command]") {
+    const Folder folder;
+    const std::string flow = "-noise seed={P} -noise seed=9 -dfvn speed=1 -scatter count=21 ";
+    folder.mustRun(flow + "part=each/3 -frames 1-2 -advect -write 'each.$P.$F.csv'");
+    folder.mustRun(flow + "part=2/3 -frames 1-2 -advect -write 'one.$P.$F.csv'");
+    CHECK(bytesOf(folder / "one.2.2.csv") == bytesOf(folder / "each.2.2.csv"));
+    folder.mustRun("-scatter count=21 part=3/3 box=0,0,0,1,1,1 -write '$P2.csv'");
+    CHECK(rowsOf(folder / "03.csv").size() == 7);
+}
+
+TEST_CASE("parts: a session evaluates again what depends on the part", "[app]") {
+    Scenes scenes;
+    const std::string program = "noise seed={P} as=n\nscatter count=10 box=0,0,0,1,1,1 part=";
+    scenes.runAnew(program + "1/2");
+    CHECK(scenes.runAnew(program + "2/2").evaluated() == std::vector<std::string>{"n", "scatter"});
+    CHECK(scenes.runAnew(program + "2/2").evaluated().empty());
+}
+
 TEST_CASE("parts: the report has the figures of each part", "[app][command]") {
     const Folder folder;
     folder.mustRun(
         "-noise -noise seed=1 -dfvn speed=1 -scatter count=30 part=each/3 -advect duration=0.1 -report run.json");
     const auto report = test::jsonOf(folder / "run.json");
     REQUIRE(report["parts"].size() == 3);
-    for (const auto& part : report["parts"]) CHECK(part["advect"]["points"] == 10);
+    const size_t substeps = report["parts"][0]["advect"]["substeps"];
+    for (const auto& part : report["parts"]) {
+        CHECK(part["advect"]["points"] == 10);
+        CHECK(part["advect"]["substeps"] < 1.5 * static_cast<double>(substeps)); // no sum over the parts
+    }
 }
 
 TEST_CASE("parts: what is impossible is said before any part is made", "[app]") {
@@ -108,7 +130,9 @@ TEST_CASE("parts: what is impossible is said before any part is made", "[app]") 
     CHECK_THAT(scenes.complaint(points + "frames 1-2\npush\nwrite a.$P.csv"), ContainsSubstring("put the frame"));
     CHECK_THAT(scenes.complaint(points + "frames 1-2\npush\nwrite a.usda"), ContainsSubstring("put the part"));
     CHECK_THAT(scenes.complaint(points + "scatter count=10 part=each/4 box=0,0,0,1,1,1"),
-               ContainsSubstring("4 parts") && ContainsSubstring("in 3 parts"));
+               ContainsSubstring("part=each/4") && ContainsSubstring("part=each/3"));
+    CHECK_THAT(scenes.complaint("scatter count=10 part=1/3 box=0,0,0,1,1,1\nscatter count=10 part=2/3 box=0,0,0,1,1,1"),
+               ContainsSubstring("part=2/3") && ContainsSubstring("part=1/3"));
     CHECK_THAT(scenes.complaint("scatter count=10 part=4/3 box=0,0,0,1,1,1"), ContainsSubstring("part=4/3"));
     CHECK_THAT(scenes.complaint("scatter count=2 part=each/3 box=0,0,0,1,1,1"), ContainsSubstring("in 3 parts"));
     CHECK_THAT(scenes.complaint(points + "frames 1-2 checkpoint=c\npush"), ContainsSubstring("checkpoint="));

@@ -73,6 +73,20 @@ TEST_CASE("resume: a run can continue after any frame and beyond its original ra
     requireSame(whole, pieces);
 }
 
+TEST_CASE("resume: a checkpoint needs one name for all frames", "[app][command]") {
+    const Folder folder;
+    const std::string scene = "-sphere -scatter count=5 -frames 1-2 ";
+    folder.mustFail(scene + "checkpoint= -print", {"checkpoint= is empty"});
+    folder.mustFail(scene + "'checkpoint=c.$F4' -print", {"-frames", "F, FF and T have no value"});
+}
+
+TEST_CASE("resume: says if there is nothing left to do", "[app][command]") {
+    const Folder folder;
+    const std::string scene = "-sphere -scatter count=5 -frames 1-2 checkpoint=c -write p.##.csv ";
+    folder.mustRun(scene);
+    CHECK_THAT(folder.mustRun(scene + "-resume").err, ContainsSubstring("all frames up to 2 are done"));
+}
+
 TEST_CASE("resume: a cancelled run leaves the checkpoint of its last complete frame", "[app]") {
     const Folder folder;
     const std::string text =

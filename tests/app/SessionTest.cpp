@@ -313,3 +313,25 @@ TEST_CASE("Session: only wanted nodes and effects are evaluated", "[app]") {
     CHECK(looked == 2);
     CHECK_THROWS_WITH(evaluated(R"(, "wanted": ["wnid"])"), ContainsSubstring("did you mean 'wind'"));
 }
+
+TEST_CASE("Session: the frame rate in an expression is that of the frames, also before them", "[app]") {
+    std::vector<double> seen;
+    Scenes scenes([&](Context& c) { seen.push_back(c.moment().fps); });
+    for (const double fps : {24.0, 30.0, 60.0}) {
+        scenes.runAnew(fmt::format("here\nnoise alpha={{fps}} as=n\nframes 1-1 fps={}\nslice width=4", fps));
+        CHECK(seen.back() == fps);
+        CHECK(std::ranges::count(scenes.session.evaluated(), "n") == 1); // not a value of another rate
+    }
+}
+
+TEST_CASE("Session: the sums over frames are those of one node and one run", "[app]") {
+    Scenes scenes;
+    const std::string program =
+        "noise as=f\nnoise seed=1 as=g\ndfvn f=f g=g speed=1\nscatter count=50 as=many\nscatter count=5 as=few\n"
+        "frames 1-3\nadvect points=many steps=2 as=a\nadvect points=few steps=2 as=b";
+    for (int run = 0; run < 2; ++run) {
+        scenes.runAnew(program);
+        CHECK(scenes.session.report["a"]["substeps"] == 300);
+        CHECK(scenes.session.report["b"]["substeps"] == 30);
+    }
+}

@@ -144,19 +144,13 @@ void reportAdvect(Context& c, const Flow& flow, const AdvectResult& result, cons
                         "flow is (-scatter after -dfvn does), or bound the flow on the other side (-bound side=)",
                         result.points));
     if (result.overrun > 0) c.warn(fmt::format("a moving wall passed over {} points; use more steps", result.overrun));
-    auto& report = c.report("advect");
-    if (!report.is_object()) report = Json::object();
-    const auto total = [&](const char* name, size_t now) {
-        return (c.clock() ? report.value(name, size_t{0}) : 0) + now;
-    };
-    const auto errorSum = [&](const char* name, double now) { // accumulated over the frames
-        return (c.clock() ? report.value(name, 0.0) : 0) + now;
-    };
-    const double errorMean = errorSum("error_mean", result.errorMean),
-                 errorMax = errorSum("error_max", result.errorMax);
-    const double freezingError = errorSum("freezing_error", result.freezing);
+    Json& report = c.memory().figures;
+    // The sums are those of all frames so far.
+    const auto total = [&](const char* name, auto now) { return report.value(name, decltype(now){0}) + now; };
+    const double errorMean = total("error_mean", result.errorMean), errorMax = total("error_max", result.errorMax);
+    const double freezingError = total("freezing_error", result.freezing);
     const size_t moments = total("moments", result.moments);
-    const size_t outsideMost = std::max(c.clock() ? report.value("outside_most", size_t{0}) : 0, result.outside);
+    const size_t outsideMost = std::max(report.value("outside_most", size_t{0}), result.outside);
     report = {{"points", result.points},
               {"substeps", total("substeps", result.substeps)},
               {"retries", total("retries", result.retries)},
@@ -179,9 +173,11 @@ void reportAdvect(Context& c, const Flow& flow, const AdvectResult& result, cons
         report["splitting"] = kSplittingNames.at(static_cast<size_t>(result.splitting));
         report["label_drift"] = std::max(result.drift[0], result.drift[1]);
     }
-    if (!estimated) return;
-    report["error_mean"] = errorMean;
-    report["error_max"] = errorMax;
+    if (estimated) {
+        report["error_mean"] = errorMean;
+        report["error_max"] = errorMax;
+    }
+    c.report("advect") = report;
 }
 
 /// Reports how the flow changes volumes along the paths of some of the points, before they are advected.

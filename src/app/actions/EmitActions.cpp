@@ -21,6 +21,7 @@ void emit(Context& c, const Arguments& a) {
     if (set.nextId == 0)
         for (const int64_t id : particles.id) set.nextId = std::max(set.nextId, id + 1);
     if (!particles.hasAge()) particles.age.assign(particles.size(), 0); // existing points start with age 0
+    if (a.given("spread") && !a.given("life")) throw ValueError("spread= varies the lifetimes; give life= as well");
     EmissionOptions options{.rate = a.real("rate"), .seed = a.integer<uint64_t>("seed")};
     if (a.given("life")) options.life = a.real("life"), options.spread = a.real("spread");
     options.place = birth.place;

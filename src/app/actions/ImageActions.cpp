@@ -77,6 +77,9 @@ Subject flowSubject(const Context& c, const Arguments& a) {
     const std::string name = a.given("show") ? a.text("show") : "speed";
     if (!among(kOfFlows, name))
         throw ValueError(fmt::format("show={} needs a field, but the newest object is a flow", name));
+    if (name == "distance" && !flow.domain().wall)
+        throw ValueError("show=distance needs a flow with a wall; for the distance of a shape, show the shape");
+    if (a.given("direction") && name != "along") throw ValueError("direction= is only for show=along");
     const bool scalar = name == "f" || name == "g" || name == "distance";
     return {.view = viewOf(a, flow),
             .shown = name == "along" ? alongSource(flow, a.vector("direction")) : flowSource(flow, name),

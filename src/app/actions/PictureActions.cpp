@@ -214,7 +214,17 @@ Action plotDeclaration() {
         .examples = {"curlew -plot errors.csv errors.svg logx=1 logy=1 title='error of the track' y=error"},
         .evaluation = Evaluation::effect,
         .run = plotAction,
-        .prepare = [](const Arguments& a) { checkWritable(a.words()[1]); }};
+        .prepare =
+            [](const Arguments& a) {
+                const std::string& file = a.words()[1];
+                if (endingOf(file) != ".svg" && !isStream(file))
+                    throw ValueError(fmt::format("'{}' must end in .svg, the format of plots", file));
+                checkWritable(file);
+            },
+        .files =
+            [](const Arguments& a) {
+                return FileUse{{a.words()[0]}, {a.words()[1]}};
+            }};
 }
 
 } // namespace

@@ -3,7 +3,6 @@
 #include "AdvectAction.h"
 #include "PointsN.h"
 #include "ScatterDomain.h"
-#include "curlew/app/language/Frames.h"
 #include "curlew/base/Memory.h"
 #include "curlew/base/Random.h"
 #include "curlew/track/Distance.h"
@@ -37,7 +36,7 @@ PointRange rangeOfPart(const Context& c, const Arguments& a) {
     const Part part = partGiven(a);
     const auto count = a.integer<size_t>("count"), parts = static_cast<size_t>(part.count);
     if (parts > count) throw ValueError(fmt::format("{} points cannot be made in {} parts", count, parts));
-    const auto k = (part.number > 0 ? static_cast<size_t>(part.number) : static_cast<size_t>(c.moment().part)) - 1;
+    const size_t k = static_cast<size_t>(c.moment().part) - 1;
     const size_t each = count / parts, longer = count % parts; // the first parts have one point more
     return {.first = each * k + std::min(k, longer), .count = each + (k < longer ? 1 : 0)};
 }
@@ -112,10 +111,11 @@ void distanceAction(Context& c, const Arguments&) {
                            ? distanceBetween(c.points("what", 0).particles, c.points("what", 1).particles, monitor)
                            : distanceBetween(*c.curves("what", 0), *c.curves("what", 1), monitor);
     c.info(fmt::format("distance: mean {:.6g}, maximum {:.6g}, of {} pairs", d.mean, d.max, d.pairs));
-    auto& report = c.report("distance");
-    const size_t earlier = c.clock() && report.is_object() ? report.value("unmatched_all", size_t{0}) : 0;
-    report = {{"pairs", d.pairs}, {"mean", d.mean},           {"rms", d.rms},
-              {"max", d.max},     {"unmatched", d.unmatched}, {"unmatched_all", earlier + d.unmatched}};
+    Json& figures = c.memory().figures;
+    const size_t earlier = figures.value("unmatched_all", size_t{0});
+    figures = {{"pairs", d.pairs}, {"mean", d.mean},           {"rms", d.rms},
+               {"max", d.max},     {"unmatched", d.unmatched}, {"unmatched_all", earlier + d.unmatched}};
+    c.report("distance") = figures;
 }
 
 void spacingAction(Context& c, const Arguments& a) {
@@ -164,11 +164,7 @@ Registry pointActions() {
               "curlew -noise -noise seed=1 -dfvn speed=1 -scatter count=1e6 part=each/4 -advect -write 'dust.$P3.vdb'",
               "curlew -noise frequency=3 as=patches -torus -scatter on=surface density=patches -write moss.ply"},
          .inFrames = InFrames::once,
-         .partsWith =
-             [](const Arguments& a) {
-                 const Part part = partGiven(a);
-                 return part.number == 0 ? part.count : 1;
-             },
+         .partWith = partGiven,
          .run = scatterAction},
         advectAction(),
         {.name = "snap",

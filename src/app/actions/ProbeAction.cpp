@@ -58,7 +58,11 @@ Action probeAction() {
         .examples = {"curlew -noise frequency=2 -probe points.csv values.csv order=2"},
         .evaluation = Evaluation::effect,
         .run = probe,
-        .prepare = [](const Arguments& a) { checkWritable(a.words()[1]); }};
+        .prepare = [](const Arguments& a) { checkWritable(a.words()[1]); },
+        .files =
+            [](const Arguments& a) {
+                return FileUse{{a.words()[0]}, {a.words()[1]}};
+            }};
 }
 
 } // namespace curlew::app

@@ -331,6 +331,12 @@ Registry reportActions() {
                  [](const Arguments& a) {
                      checkTarget(a);
                      if (a.given("report")) checkWritable(a.text("report"));
+                 },
+             .files =
+                 [](const Arguments& a) {
+                     FileUse use{.read = a.words()};
+                     if (a.given("report")) use.written = {a.text("report")};
+                     return use;
                  }},
             expectDeclaration(),
             {.name = "report",
@@ -346,7 +352,8 @@ Registry reportActions() {
                      c.wholeReport()["peak_memory_bytes"] = peakMemory();
                      writeJson(a.words()[0], c.wholeReport());
                  },
-             .prepare = [](const Arguments& a) { checkWritable(a.words()[0]); }}};
+             .prepare = [](const Arguments& a) { checkWritable(a.words()[0]); },
+             .files = [](const Arguments& a) { return FileUse{.written = {a.words()[0]}}; }}};
 }
 
 } // namespace curlew::app

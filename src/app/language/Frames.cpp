@@ -1,28 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/app/language/Frames.h"
 
+#include "curlew/app/registry/Part.h"
 #include "curlew/app/registry/Text.h"
 #include "curlew/base/Error.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <optional>
 
 namespace curlew::app {
 
 namespace {
-
-constexpr int kMaxFrames = 10'000'000;
-
-std::optional<int> wholeNumber(std::string_view text) {
-    int number = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error != std::errc() || end != text.data() + text.size() || number < 0 || number > kMaxFrames) return {};
-    return number;
-}
 
 /// Sets first, last and by from "1-240", "1-240x2" or "7".
 void setRange(FramePlan& plan, const std::string& text) {
@@ -30,7 +20,7 @@ void setRange(FramePlan& plan, const std::string& text) {
         return ValueError(
             fmt::format("'{}' {}; write FIRST-LAST, as in 1-240, or 1-240x2 for every other frame, with "
                         "whole numbers from 0 to {}",
-                        text, what, kMaxFrames));
+                        text, what, kMostWhole));
     };
     const size_t times = text.find('x');
     const auto ends = split(std::string_view(text).substr(0, times), '-');
@@ -53,15 +43,6 @@ void setPart(FramePlan& plan, const std::string& text) {
 }
 
 } // namespace
-
-Part partOf(const std::string& text) {
-    const auto words = split(text, '/');
-    const bool each = words.front() == "each";
-    const int number = each ? 0 : wholeNumber(words.front()).value_or(0), count = wholeNumber(words.back()).value_or(0);
-    if (words.size() != 2 || count < 1 || number > count || (number < 1 && !each))
-        throw ValueError(fmt::format("part={} must be one part of several, as in 3/8 or 8/8", text));
-    return {.number = number, .count = count};
-}
 
 std::vector<int> FramePlan::frames() const {
     std::vector<int> frames;
@@ -92,6 +73,9 @@ FramePlan framePlanOf(const Arguments& frames) {
     FramePlan plan{.fps = frames.real("fps"),
                    .substeps = static_cast<int>(frames.integer("substeps")),
                    .checkpoint = frames.text("checkpoint")};
+    if (frames.changes()) throw ValueError("F, FF and T have no value in the range and the options of the frames");
+    if (frames.given("checkpoint") && plan.checkpoint.empty())
+        throw ValueError("checkpoint= is empty; give the name of a file");
     setRange(plan, frames.words().front());
     if (frames.given("by")) {
         if (plan.by != 1) throw ValueError("the step between frames is given twice: in the range and as by=");

@@ -272,6 +272,8 @@ bool Arguments::changes() const { return uses(&Variables::time); }
 
 bool Arguments::usesPart() const { return uses(&Variables::part); }
 
+bool Arguments::usesRate() const { return uses(&Variables::rate); }
+
 void Arguments::finish() {
     if (mWords.size() < mAction->positional.minimum)
         throw ValueError(fmt::format("needs {}", mAction->positional.what));

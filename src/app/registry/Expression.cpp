@@ -3,6 +3,7 @@
 
 #include "curlew/app/registry/Text.h"
 #include "curlew/base/Error.h"
+#include "curlew/field/ParsedFormula.h"
 
 #include <fmt/format.h>
 #include <muParser.h>
@@ -57,8 +58,8 @@ double evaluated(const std::string& expression, Moment moment, Variables& variab
         if (values != 1) throw ValueError(fmt::format("{{{}}} has {} values; it must have one", expression, values));
         for (const auto& [name, address] : parser.GetUsedVar()) {
             variables.any = true;
-            if (name == "P") variables.part = true;
-            if (name != "P" && name != "fps") variables.time = true;
+            bool& kind = name == "P" ? variables.part : name == "fps" ? variables.rate : variables.time;
+            kind = true;
         }
         return value;
     } catch (const mu::ParserError& error) {
@@ -197,6 +198,10 @@ std::string replaced(std::string_view text, const Constants& constants, bool for
         const size_t end = inside || formula ? endOfWord(text, at) : at + 1;
         const std::string word(text.substr(at, end - at));
         const auto found = inside || formula ? constants.find(word) : constants.end();
+        if (found != constants.end() && !inside && namesInFormula(word).empty())
+            throw ValueError(
+                fmt::format("'{}' has a meaning in formulas, and -set defines it as {}; rename that constant", word,
+                            found->second));
         if (found != constants.end())
             result += fmt::format("({})", found->second);
         else if (formula && !inside && std::find(kVariables.begin(), kVariables.end(), word) != kVariables.end())
@@ -247,13 +252,17 @@ std::pair<std::string, double> constantOf(const std::string& definition) {
         !std::all_of(name.begin(), name.end(), continuesName))
         throw ValueError(fmt::format("'{}' is not a definition; write NAME=VALUE", definition));
     Variables variables;
-    bool taken = true;
-    try {
-        evaluated(name, {}, variables);
-    } catch (const ValueError&) {
-        taken = false;
-    }
-    if (taken) throw ValueError(fmt::format("'{}' already has a meaning in expressions; choose another name", name));
+    const auto hasValue = [&](const char* arguments) {
+        try {
+            evaluated(name + arguments, {}, variables);
+            return true;
+        } catch (const ValueError&) {
+            return false;
+        }
+    };
+    constexpr std::array<const char*, 4> kUses{"", "(1)", "(1, 1)", "(1, 1, 1)"}; // as a variable, and as a function
+    if (std::any_of(kUses.begin(), kUses.end(), hasValue))
+        throw ValueError(fmt::format("'{}' already has a meaning in expressions; choose another name", name));
     const std::string text = definition.substr(equals + 1);
     double value = 0;
     if (variablesOf(text).any || !parseReal(expanded(text, {}), value))

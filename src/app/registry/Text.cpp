@@ -68,6 +68,13 @@ std::vector<std::string> wordsOf(std::string_view line) {
     return words;
 }
 
+std::optional<int> wholeNumber(std::string_view text) {
+    int number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc() || end != text.data() + text.size() || number < 0 || number > kMostWhole) return {};
+    return number;
+}
+
 bool parseReal(std::string_view text, double& value) {
     if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);

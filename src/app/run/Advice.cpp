@@ -59,11 +59,24 @@ void adviseOnUnused(const Graph& graph, std::vector<std::string>& advice) {
     }
 }
 
+/// Warns about values that change with time but are evaluated once, before the frames.
+void adviseOnFrozen(const Graph& graph, std::vector<std::string>& advice) {
+    for (size_t k = 0; graph.frameRange && k < graph.frames; ++k) {
+        const Node& node = graph.nodes[k];
+        if (!node.action().setting && node.arguments.changes())
+            advice.push_back(
+                fmt::format("{} changes with the frame or the time, but comes before -frames, so it is "
+                            "evaluated once, for frame 1; put it after -frames",
+                            contextOf(node.location)));
+    }
+}
+
 } // namespace
 
 std::vector<std::string> adviceOn(const Graph& graph, bool alone) {
     std::vector<std::string> advice;
     adviseOnBirths(graph, advice);
+    adviseOnFrozen(graph, advice);
     if (alone) adviseOnUnused(graph, advice);
     return advice;
 }

@@ -251,7 +251,7 @@ void Evaluator::evaluate(size_t index, const std::string& place) {
     const Node& node = mGraph.nodes[index];
     if (!mNeeded[index]) return;
     const bool effect = node.action().evaluation == Evaluation::effect;
-    if (effect && mNow.part > 1 && !mInParts[index]) return; // done in the first part
+    if (effect && mNow.part > static_cast<double>(mFirstPart) && !mInParts[index]) return; // done in the first part
     enter(index);
     if (mSession.console.cancelled()) throw Interrupted();
     if (!effect && !mVaries[index] && mResults[index]) return; // unchanged since the previous frame
@@ -286,12 +286,12 @@ void Evaluator::release(size_t index) {
 }
 
 void Evaluator::prepare() {
-    requireFileNames(mGraph, mPlan, mNeeded, mInParts,
+    requireFileNames(mGraph, mPlan, beforeFrames(mFirstPart), mNeeded, mInParts,
                      [&](const std::string& name) { return mSession.mProvided.contains(name); });
     for (size_t k = 0; k < mGraph.frames; ++k)
         if (const auto& check = mGraph.nodes[k].action().prepare; check && mNeeded[k]) {
             enter(k);
-            inContextOf(contextOf(k), [&] { check(mGraph.nodes[k].arguments.at({})); });
+            inContextOf(contextOf(k), [&] { check(mGraph.nodes[k].arguments.at(mNow)); });
         }
     if (mGraph.frameRange)
         inContextOf("-frames", [&] { prepareFrames(); });
@@ -358,6 +358,7 @@ void Evaluator::run() {
                 mSession.location = mGraph.frameLocation;
                 mPlan = framePlanOf(mGraph.frameRange->at({}));
             });
+        mNow = beforeFrames(mFirstPart);
         prepare();
         for (const auto& advice : adviceOn(mGraph, !mSession.mKeeps)) mSession.console.warn(advice);
         runParts();

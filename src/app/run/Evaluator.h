@@ -62,6 +62,8 @@ class Evaluator {
     void findTrackedFlow(TrackedFlow& tracked) const;
     void runParts();
     void beginPart(int64_t part);
+    Moment beforeFrames(int64_t part) const;
+    Moment momentOf(const FrameClock& clock) const;
     void runFrames();
     void beginFrame(const FrameClock& clock);
     void endFrame();
@@ -105,7 +107,7 @@ class Evaluator {
     std::optional<FramePlan> mPlan;
     std::optional<FrameClock> mClock;
     Moment mNow;
-    int64_t mParts = 1;
+    int64_t mFirstPart = 1, mParts = 1; ///< The part of the points that is made first, and how many are.
     std::vector<ResultPointer>& mResults;
     std::vector<StateValue> mStates;
     std::vector<Memory> mMemories;

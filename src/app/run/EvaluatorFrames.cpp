@@ -27,7 +27,7 @@ void Evaluator::prepareFrames() const {
         enter(k);
         inContextOf(contextOf(k), [&] {
             for (const int frame : {frames.front(), frames.back()})
-                node.action().prepare(node.arguments.at(mPlan->clock(frame).moment()));
+                node.action().prepare(node.arguments.at(momentOf(mPlan->clock(frame))));
         });
     }
 }
@@ -51,7 +51,7 @@ void Evaluator::requireNoState() const {
 
 void Evaluator::beginFrame(const FrameClock& clock) {
     mClock = clock;
-    mNow = Moment{.frame = static_cast<double>(clock.frame), .time = clock.time, .fps = clock.fps, .part = mNow.part};
+    mNow = momentOf(clock);
     for (size_t k = mGraph.frames; k < mGraph.nodes.size(); ++k)
         if (mVaries[k]) mResults[k].reset(); // so that carried points have a single owner
     for (StateValue& state : mStates) {
@@ -114,7 +114,7 @@ void Evaluator::findTrackedFlow(TrackedFlow& tracked) const {
 Digest Evaluator::inputsUpTo(const Checkpoint& checkpoint, Digest inputs) const {
     for (int64_t frame = checkpoint.since; frame <= checkpoint.frame; frame += int64_t{mPlan->by} * mPlan->parts) {
         Monitor{.report = {}, .cancelled = mSession.console.cancelFunction()}.check();
-        inputs = inputsOf(inputs, mPlan->clock(int(frame)).moment());
+        inputs = inputsOf(inputs, momentOf(mPlan->clock(int(frame))));
     }
     if (inputs != checkpoint.inputs)
         throw FileError(
@@ -157,9 +157,13 @@ void Evaluator::runFrames() {
         }
         if (mPlan->first > mPlan->start && (!checkpoint || checkpoint->frame < mPlan->first - mPlan->by))
             inContextOf("-frames", [&] { requireNoState(); });
-        mSession.console.info(
-            checkpoint ? fmt::format("resuming after frame {}", checkpoint->frame)
-                       : fmt::format("no checkpoint '{}' yet: starting at the first frame", mPlan->checkpoint));
+        if (checkpoint && done == frames.size())
+            mSession.console.info(fmt::format("all frames up to {} are done: the checkpoint is of frame {}",
+                                              frames.back(), checkpoint->frame));
+        else
+            mSession.console.info(
+                checkpoint ? fmt::format("resuming after frame {}", checkpoint->frame)
+                           : fmt::format("no checkpoint '{}' yet: starting at the first frame", mPlan->checkpoint));
     }
     const double began = mSession.seconds();
     for (const size_t first = done; done < frames.size(); ++done) {
@@ -178,7 +182,7 @@ void Evaluator::runFrames() {
         endFrame();
         mSession.report["frames"] = done + 1;
         if (!saves) continue;
-        inputs = inputsOf(inputs, mPlan->clock(frames[done]).moment());
+        inputs = inputsOf(inputs, momentOf(mPlan->clock(frames[done])));
         Checkpoint checkpoint{.frame = frames[done], .since = since, .inputs = inputs};
         for (const StateValue& state : mStates) checkpoint.states.push_back({*state.points, state.key});
         for (size_t k = 0; k < mMemories.size(); ++k)

@@ -49,7 +49,8 @@ Digest Evaluator::keyOf(size_t index) const {
         for (const Link& link : links) key.add(keyOf(link));
     }
     if (action.changes(node.arguments)) addMoment(key, mNow);
-    if (mInParts[index]) key.add(mNow.part).add(mParts);
+    if (mInParts[index] || node.arguments.usesPart()) key.add(mNow.part).add(mParts);
+    if (node.arguments.usesRate()) key.add(mNow.fps);
     // The change of the inputs between frames matters too. Their current keys cover it, since they contain the
     // expressions.
     if (mClock && action.advances(node.arguments)) {
@@ -106,7 +107,7 @@ Digest Evaluator::inputsBefore() const {
         const Node& node = mGraph.nodes[k];
         if (mNeeded[k] && node.action().evaluation == Evaluation::file &&
             (k < mGraph.frames || !node.arguments.changes()))
-            addInputs(key, node, {});
+            addInputs(key, node, beforeFrames(mFirstPart));
     }
     return key.digest();
 }

@@ -9,20 +9,27 @@ namespace curlew::app {
 
 // Evaluation of points in parts, so that memory does not grow with their number.
 
-/// Finds the number of parts and the nodes that change from part to part.
+/// Finds the part or parts to make, and the nodes that change from part to part.
 void Evaluator::findParts() {
+    const auto nameOf = [](const Part& part) {
+        return fmt::format("part={}/{}", part.number == 0 ? "each" : std::to_string(part.number), part.count);
+    };
+    Part given;
     for (size_t k = 0; k < mGraph.nodes.size(); ++k) {
         const Node& node = mGraph.nodes[k];
-        const int64_t parts = node.action().parts(node.arguments);
-        if (parts == 1) continue;
+        const Part part = node.action().part(node.arguments);
+        if (part.count == 1) continue;
         enter(k);
-        if (mParts > 1 && parts != mParts)
-            throw ValueError(
-                fmt::format("{}: {} parts, but other points are made in {} parts; give both the same number",
-                            contextOf(k), parts, mParts));
-        mParts = parts;
+        if (given.count > 1 && !(part == given))
+            throw ValueError(fmt::format("{}: {}, but other points have {}; give both the same", contextOf(k),
+                                         nameOf(part), nameOf(given)));
+        given = part;
     }
-    if (mParts == 1) return;
+    if (given.number > 0) {
+        mFirstPart = given.number;
+        return;
+    }
+    mParts = given.count;
     bool begun = false;
     for (size_t k = 0; k < mGraph.nodes.size(); ++k) {
         const Node& node = mGraph.nodes[k];
@@ -34,21 +41,36 @@ void Evaluator::findParts() {
         // An effect without inputs, such as -report, shows what the nodes before it have done.
         const bool shows = action.readsReport || (action.evaluation == Evaluation::effect && !action.setting &&
                                                   std::ranges::all_of(node.inputs, &std::vector<Link>::empty));
-        mInParts[k] = action.parts(node.arguments) > 1 || node.arguments.usesPart() || (begun && shows) ||
+        mInParts[k] = action.part(node.arguments).count > 1 || node.arguments.usesPart() || (begun && shows) ||
                       std::ranges::any_of(node.inputs, any);
         begun = begun || mInParts[k];
     }
 }
 
+/// Returns the moment at which the nodes before -frames are evaluated.
+Moment Evaluator::beforeFrames(int64_t part) const {
+    Moment moment{.part = static_cast<double>(part)};
+    if (mPlan) moment.fps = mPlan->fps;
+    return moment;
+}
+
+/// Returns the moment of a frame, in the current part.
+Moment Evaluator::momentOf(const FrameClock& clock) const {
+    Moment moment = clock.moment();
+    moment.part = mNow.part;
+    return moment;
+}
+
 /// Forgets what belongs to the part before.
 void Evaluator::beginPart(int64_t part) {
-    mNow = {.part = static_cast<double>(part)};
+    mNow = beforeFrames(part);
     mClock.reset();
     mRemembered.clear();
     std::ranges::fill(mStates, StateValue{});
     for (size_t k = 0; k < mGraph.nodes.size(); ++k) {
         if (mInParts[k] || mGraph.inFrames(k)) mResults[k].reset();
         if (mGraph.inFrames(k)) mMemories[k] = {};
+        if (mInParts[k]) mMemories[k].figures = Json::object();
     }
 }
 

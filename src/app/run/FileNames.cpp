@@ -20,6 +20,16 @@ constexpr size_t kMostFrames = 1000;
 bool reads(const Node& node) { return node.action().evaluation == Evaluation::file; }
 bool writes(const Node& node) { return static_cast<bool>(node.action().holds); }
 
+/// Returns the files that a node reads and writes at a moment.
+FileUse filesOf(const Node& node, const Moment& moment) {
+    if (node.action().files) return node.action().files(node.arguments.at(moment));
+    FileUse use;
+    if (reads(node) || writes(node))
+        for (const auto& word : node.arguments.writtenWords())
+            (reads(node) ? use.read : use.written).push_back(expanded(word, moment));
+    return use;
+}
+
 /// Inserts the frame or the part into a file name: o.vdb becomes o.####.vdb.
 std::string withNumber(const std::string& name, const std::string& number) {
     const fs::path path = name;
@@ -44,26 +54,19 @@ class FileNames {
 
     void follow(size_t index, const Moment& moment, const Turn& turn) {
         const Node& node = mGraph.nodes[index];
-        if (!mNeeded[index] || !(reads(node) || writes(node))) return;
+        if (!mNeeded[index]) return;
         inContextOf(contextOf(node.location), [&] {
-            for (const auto& word : node.arguments.writtenWords()) {
-                const std::string name = expanded(word, moment);
-                if (reads(node))
-                    read(name);
-                else
-                    write(index, name, turn);
+            const FileUse use = filesOf(node, moment);
+            for (const auto& name : use.read) read(name);
+            for (const auto& name : use.written) {
+                write(name);
+                if (writes(node)) requireNew(index, name, turn);
             }
         });
     }
 
-  private:
-    void read(const std::string& name) {
-        if (mProvided(name) || isStreamKnown(name)) return;
-        const std::string& file = identityOf(name);
-        if (!mWritten.contains(file)) mInputs.insert(file);
-    }
-
-    void write(size_t index, const std::string& name, const Turn& turn) {
+    /// Throws ValueError if the file is also read by the program.
+    void write(const std::string& name) {
         if (isStreamKnown(name)) return;
         const std::string& file = identityOf(name);
         if (mInputs.contains(file))
@@ -71,13 +74,28 @@ class FileNames {
                 "'{}' is also read by this program, so writing it would overwrite an input; choose another name",
                 name));
         mWritten.insert(file);
-        requireNew(index, name, turn);
+    }
+
+  private:
+    void read(const std::string& name) {
+        if (mProvided(name) || isStreamKnown(name)) return;
+        const std::string& file = identityOf(name);
+        if (!mWritten.contains(file)) mInputs.insert(file);
+        mWriters.erase(file); // what was written has been used
     }
 
     void requireNew(size_t index, const std::string& name, const Turn& turn) {
         const Node& node = mGraph.nodes[index];
         // A report grows, so overwriting it loses nothing.
-        if (node.action().holds(node.arguments, name).empty() || node.arguments.flag("overwrite")) return;
+        if (isStreamKnown(name) || node.action().holds(node.arguments, name).empty() ||
+            node.arguments.flag("overwrite"))
+            return;
+        const auto [writer, isFirst] = mWriters.emplace(identityOf(name), index);
+        if (!isFirst && writer->second != index)
+            throw ValueError(
+                fmt::format("'{}' is also written by {}, so one would overwrite the other; choose another name, or "
+                            "give overwrite=1",
+                            name, contextOf(mGraph.nodes[writer->second].location)));
         const auto [found, isNew] = mTurnOf[index].emplace(name, turn);
         const Turn before = found->second;
         if (isNew) return;
@@ -113,6 +131,8 @@ class FileNames {
     const std::vector<bool>& mNeeded;
     const std::function<bool(const std::string& name)>& mProvided;
     std::unordered_set<std::string> mInputs, mWritten; ///< By identity.
+    std::unordered_map<std::string, size_t>
+        mWriters; ///< The node that has written a file which nothing has read since, by identity.
     std::unordered_map<std::string, std::string> mIdentities;
     std::unordered_map<std::string, bool> mStreams;
     std::vector<std::unordered_map<std::string, Turn>> mTurnOf; ///< By node and name.
@@ -120,20 +140,22 @@ class FileNames {
 
 } // namespace
 
-void requireFileNames(const Graph& graph, const std::optional<FramePlan>& plan, const std::vector<bool>& needed,
-                      const std::vector<bool>& inParts, const std::function<bool(const std::string& name)>& provided) {
+void requireFileNames(const Graph& graph, const std::optional<FramePlan>& plan, const Moment& before,
+                      const std::vector<bool>& needed, const std::vector<bool>& inParts,
+                      const std::function<bool(const std::string& name)>& provided) {
     FileNames names(graph, needed, provided);
     const auto followAll = [&](size_t begin, size_t end, Moment moment, Turn turn) {
         // Two parts and the same frames show whether the names differ.
         for (turn.part = 1; turn.part <= 2; ++turn.part)
             for (size_t k = begin; k < end; ++k) {
                 if (turn.part > 1 && !inParts[k]) continue;
-                moment.part = turn.part;
+                moment.part = before.part + turn.part - 1;
                 names.follow(k, moment, turn);
             }
     };
-    followAll(0, graph.frames, {}, {});
+    followAll(0, graph.frames, before, {});
     if (!plan) return;
+    if (!plan->checkpoint.empty()) inContextOf("-frames", [&] { names.write(plan->checkpoint); });
     const size_t count = static_cast<size_t>((plan->last - plan->first) / plan->by) + 1;
     for (size_t n = 0; n < std::min(count, kMostFrames); ++n) {
         const int frame = plan->first + static_cast<int>(n) * plan->by;

@@ -6,10 +6,12 @@
 
 namespace curlew::app {
 
-/// Throws ValueError if a program would overwrite its own files: a file that it reads and then writes, or a file that
-/// every frame or part overwrites, unless overwrite=1. Ignores nodes that are not `needed`, names that the caller has
-/// `provided`, pipes and devices. Checks at most the first 1000 frames.
-void requireFileNames(const Graph& graph, const std::optional<FramePlan>& plan, const std::vector<bool>& needed,
-                      const std::vector<bool>& inParts, const std::function<bool(const std::string& name)>& provided);
+/// Throws ValueError if a program would overwrite its own files: a file that it reads and then writes; or, unless
+/// overwrite=1, a file that every frame or part or another node overwrites. `before` is the moment before the frames.
+/// Ignores nodes that are not `needed`, names that the caller has `provided`, pipes and devices. Checks at most the
+/// first 1000 frames.
+void requireFileNames(const Graph& graph, const std::optional<FramePlan>& plan, const Moment& before,
+                      const std::vector<bool>& needed, const std::vector<bool>& inParts,
+                      const std::function<bool(const std::string& name)>& provided);
 
 } // namespace curlew::app

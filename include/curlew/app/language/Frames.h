@@ -8,15 +8,6 @@
 
 namespace curlew::app {
 
-/// One of several parts of a whole, or each of them.
-struct Part {
-    int64_t number = 1; ///< From 1; 0: each of them, one after the other.
-    int64_t count = 1;
-};
-
-/// Reads "3/8", the third of eight parts, or "each/8". Throws ValueError if there is no such part.
-Part partOf(const std::string& text);
-
 /// The frame for which the nodes after -frames are evaluated. The frame shows the scene at `time`. Its points were
 /// advected from `begin`, the time of the previous frame, over `duration` seconds. In the starting frame, no point has
 /// moved yet.

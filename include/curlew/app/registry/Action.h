@@ -2,6 +2,7 @@
 #pragma once
 
 #include "curlew/app/registry/Arguments.h"
+#include "curlew/app/registry/Part.h"
 
 #include <filesystem>
 #include <functional>
@@ -115,6 +116,11 @@ enum class Evaluation {
 
 struct World;
 
+/// Files that an action reads and writes.
+struct FileUse {
+    std::vector<std::string> read = {}, written = {};
+};
+
 /// One action, declared once.
 struct Action {
     std::string name = {};
@@ -135,8 +141,8 @@ struct Action {
     bool varies = false;  ///< Whether the outputs depend on the moment, whatever the options.
     /// Returns whether the outputs depend on the moment with these options and files, even without an expression.
     std::function<bool(const Arguments&)> variesWith = {};
-    /// Returns the number of parts in which the outputs are made, one after the other, with all that depends on them.
-    std::function<int64_t(const Arguments&)> partsWith = {};
+    /// Returns which part of the outputs is made; or that all are, one after the other, with what depends on them.
+    std::function<Part(const Arguments&)> partWith = {};
     bool readsReport = false; ///< Whether the outputs depend on the report so far.
     bool conforms = false; ///< Whether the output is a field that conforms to a wall. Such a field has no effect unless
                            ///< a flow uses it.
@@ -149,12 +155,14 @@ struct Action {
     /// For actions that write files: returns the kinds of objects that a file can hold. An action whose files take
     /// different objects becomes one node per selection of objects.
     std::function<std::vector<Kind>(const Arguments&, const std::string& file)> holds = {};
+    /// For other actions that use files: returns their names.
+    std::function<FileUse(const Arguments&)> files = {};
 
     /// Returns whether the outputs change with time even if the inputs do not.
     bool changes(const Arguments& arguments) const;
     /// Returns whether the action advances with the frames, given these options.
     bool advances(const Arguments& arguments) const;
-    int64_t parts(const Arguments& arguments) const { return partsWith ? partsWith(arguments) : 1; }
+    Part part(const Arguments& arguments) const { return partWith ? partWith(arguments) : Part{}; }
     /// Returns whether an option makes the action a function of its inputs and the moment (Option::timeless).
     bool timeless(const Arguments& arguments) const;
     const Option* option(std::string_view optionName) const;

@@ -64,7 +64,7 @@ class Arguments {
     /// Adds a word, even if it looks like an option.
     void addWord(const std::string& word);
     /// Sets an option, given its name or a unique prefix of it. Throws ValueError as add() does.
-    void set(const std::string& name, const std::string& value);
+    void set(const std::string& name, const std::string& text);
     /// Sets the values that some options imply for others. Throws ValueError if words are missing, or if one option
     /// leaves another without effect.
     void finish();
@@ -79,6 +79,8 @@ class Arguments {
     bool changes() const;
     /// Returns whether a word or an option changes from part to part (P in an expression).
     bool usesPart() const;
+    /// Returns whether a word or an option depends on the frame rate (fps in an expression).
+    bool usesRate() const;
 
     /// The words, and the options by name, as given: expressions are not evaluated.
     const std::vector<std::string>& writtenWords() const { return mWrittenWords; }

@@ -12,7 +12,7 @@ struct Moment {
     double frame = 1; ///< FF. A whole number except for fields evaluated between two frames.
     double time = 0;  ///< T, in seconds since the first frame.
     double fps = 24;  ///< Frames per second.
-    double part = 1;  ///< P, from 1: the part of the points that is made (-scatter part=each/N).
+    double part = 1;  ///< P, from 1: the part of the points that is made (-scatter part=each/N or part=P/N).
 
     /// Returns F: the frame rounded up to a whole number.
     double wholeFrame() const;
@@ -23,6 +23,7 @@ struct Variables {
     bool any = false;  ///< The value is only known when the program runs.
     bool time = false; ///< F, FF or T: the value changes with time.
     bool part = false; ///< P: the value changes from part to part.
+    bool rate = false; ///< fps.
 };
 
 /// Expands a text. Each {expression} is replaced by its value. Expressions follow muParser's grammar, with the

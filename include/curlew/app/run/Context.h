@@ -15,6 +15,7 @@ class Evaluator;
 struct Memory {
     double sum = 0;                    ///< Saved in checkpoints.
     std::shared_ptr<void> object = {}; ///< Rebuilt after -resume.
+    Json figures = Json::object();     ///< What the node reported in the frame before.
     bool warnedOfWall = false;         ///< The action has warned of a wall that moves too far.
 };
 
