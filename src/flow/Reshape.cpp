@@ -93,7 +93,7 @@ struct IntegratedSpline {
 };
 
 struct Reshaped {
-    static constexpr std::string_view kNotSymbolic = "a potential that was reshaped for an even speed";
+    static constexpr std::string_view kNotSymbolic = "a reshaped potential";
     ScalarField f, g;
     std::shared_ptr<const IntegratedSpline> integral;
     template <int Order, class T>
