@@ -40,7 +40,7 @@ TEST_CASE("check: counts points inside the mesh of the wall", "[app][command]") 
     CHECK(report.at("mesh_depth_max_voxels").get<double>() < 0.1);
     CHECK(report.at("mesh_depth_max").get<double>() ==
           Approx(report.at("mesh_depth_max_voxels").get<double>() * 2 / 40).epsilon(1e-6));
-    CHECK_THAT(outcome.err, ContainsSubstring("0 outside the level set") && !ContainsSubstring("warning"));
+    CHECK_THAT(outcome.err, ContainsSubstring("0 on the wrong side of the wall") && !ContainsSubstring("warning"));
     // Points in the mesh are on the wrong side of both.
     const auto within = checked(folder, "-read ball.ply -mesh2ls dim=40 " + kFlow +
                                             "-scatter count=100 domain=none box=-0.5,-0.5,-0.5,0.5,0.5,0.5 ");

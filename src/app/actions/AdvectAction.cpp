@@ -30,15 +30,18 @@ const Binding<AdvectOptions>& advectBinding() {
                 formerly(
                     {"time"},
                     real("duration", "", "s",
-                         "advection time; negative runs backward (default after -frames: the time between frames)")),
+                         "advection time; negative runs backward. After -frames, without duration=: the time between "
+                         "frames")),
                 [](auto& o) -> auto& { return o.time; })
             .include(
                 stepBinding<AdvectOptions>(
                     "number of equal steps, instead of steps chosen by accuracy=. With both, accuracy= chooses the "
                     "steps, and this is the number of intervals in which a time-dependent flow is held constant and a "
-                    "pathline gets a vertex (default: after -frames, its substeps; 100 for pathlines)",
-                    "maximum estimated error of a point's steps (default: 1e-6 of the diagonal of the flow's box, "
-                    "unless steps= or dt= is given); from 3e-5 of the diagonal on, scheme=auto is rk23"),
+                    "pathline gets a vertex (default: after -frames, its substeps; else 100 for pathlines and schemes "
+                    "without error estimate)",
+                    "maximum estimated error of each step of a point (default: 1e-6 of the diagonal of the flow's box, "
+                    "unless steps=, dt= or a scheme without error estimate is given); from 3e-5 of the diagonal on, "
+                    "scheme=auto is rk23"),
                 [](auto& o) -> auto& { return o; })
             .addOptional(
                 formerly({"longest"}, positive("maxStep", "", "world units",
@@ -131,9 +134,9 @@ void reportAdvect(Context& c, const Flow& flow, const AdvectResult& result, cons
                                         : "";
     c.info(fmt::format(
         "advect: {} points, {:.4g} steps each{}{}; {:.3g} corrections per step, {}, {} steps repeated, {} "
-        "points not converged, {} outside{}",
+        "points not converged, {} on the wrong side of the wall{}",
         result.points, stepsEach, error, freezing, result.meanIterations, tracksOf(result, sum), result.retries,
-        result.notConverged, result.outside, flow.domain().wall && c.madeFromLevelSet("flow") ? " the level set" : ""));
+        result.notConverged, result.outside, flow.domain().wall && c.madeFromLevelSet("flow") ? " (a level set)" : ""));
     if (result.coarse > 0)
         c.warn(fmt::format(
             "{} of {} steps exceed the requested error; use a larger accuracy=, more steps= or more maxSubdivisions=",
@@ -273,8 +276,8 @@ std::vector<Option> advectDeclared() {
         instead(positive(
                     "loop", "", "s",
                     "loop: period after which each point is back at its start; duration= is the time in the loop "
-                    "(default: T). "
-                    "Needs a steady flow inside a wall. Points whose track takes longer fade (attribute fade, 0 to 1)"),
+                    "(default: T). Needs a steady flow inside a wall. Points whose track does not close, or takes more "
+                    "than 4/3 of the period, fade (attribute fade, 0 to 1)"),
                 {"steps", "dt", "scheme", "maxStep", "jacobian", "pathlines", "device"}),
         {{"duration", "{T}"}}));
     all.push_back(integer(

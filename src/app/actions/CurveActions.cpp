@@ -39,8 +39,8 @@ const Binding<TraceOptions>& traceBinding() {
                 [](auto& o) -> auto& { return o.vertices; })
             .addOptional(
                 positive("accuracy", "", "world units",
-                         "maximum estimated error of a step along the track; larger steps are subdivided (default: "
-                         "with unit=time 1e-6 of the diagonal of the flow's box, otherwise unlimited)"),
+                         "maximum estimated error of a step along the track; a step with a larger error is subdivided "
+                         "(default: with unit=time 1e-6 of the diagonal of the flow's box, otherwise unlimited)"),
                 [](auto& o) -> auto& { return o.accuracy; })
             .add(
                 choice("direction", kDirectionNames, "direction in which to trace: with the flow, against it, or both"),
@@ -62,7 +62,8 @@ const Binding<TraceOptions>& traceBinding() {
 std::vector<Option> traceDeclared() {
     std::vector<Option> all = traceBinding().options();
     all.insert(all.begin() + 6, positive("turn", "15", "degrees",
-                                         "maximum change of direction in one step; larger steps are subdivided"));
+                                         "maximum change of direction in one step; a step that turns by more is "
+                                         "subdivided"));
     all.push_back(ages("geo", "", "points that are the seeds: 0 is the newest"));
     return all;
 }

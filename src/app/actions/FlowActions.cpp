@@ -67,7 +67,9 @@ std::vector<Option> paceOptions(std::vector<Option> own = {}) {
                  flag("uniformSpeed", "0",
                       "1: scale the velocity to the same speed everywhere; the flow keeps its tracks but is no longer "
                       "divergence-free")));
-    own.push_back(box("box", "domain of the flow (default: the box of the wall; without a wall -1,-1,-1,1,1,1)"));
+    own.push_back(box("box",
+                      "domain of the flow (default: the box of the wall or surface, padded unless the flow is inside "
+                      "the wall; without one -1,-1,-1,1,1,1)"));
     return own;
 }
 
@@ -349,7 +351,7 @@ Registry otherActions() {
     return {
         {.name = "reshape",
          .group = kFlowGroup,
-         .summary = "slow down or stop streamlines of the newest flow; it stays divergence-free",
+         .summary = "slow down or stop streamlines of the newest flow by maxSpeed=, f= or g=; it stays divergence-free",
          .takes = {taken("flow", {Kind::flow})},
          .makes = {made("flow", {Kind::flow})},
          .options = {formerly({"limit"}, positive("maxSpeed", "", "world units / s",
@@ -392,8 +394,10 @@ Registry otherActions() {
                 return vortexFlow(a.real("turns"), a.real("core"), domain);
             }),
         simpleFlow(
-            "updraft", "rising column along y, with speed / (1 + y / halfHeight), that spreads; a sum of two terms",
-            {real("speed", "1", "world units / s", "vertical speed at y = 0"),
+            "updraft", "rising column along y that spreads as it slows down; a sum of two terms",
+            {real("speed", "1", "world units / s",
+                  "vertical speed at y = 0; above it speed / (1 + s), below it speed (1 - s + s²), where s = y / "
+                  "halfHeight"),
              formerly({"height"}, positive("halfHeight", "1", "world units", "height at which the speed is halved"))},
             "curlew -noise -noise seed=1 -dfvn speed=0.5 -updraft -superpose -velocity -write smoke.vdb",
             [](const Arguments& a, const Domain& domain) {

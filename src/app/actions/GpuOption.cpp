@@ -101,9 +101,9 @@ bool asksForGpu(const Arguments& a) { return deviceOf(a) == Device::gpu; }
 
 Option deviceOption() {
     return choice("device", {"cpu", "gpu", "auto"},
-                  "where to compute; gpu: on a GPU (Vulkan), in float, with errors of up to 5e-5 that differ between "
-                  "GPUs; cpu: on the processor, with the same bytes everywhere; auto: on a GPU if "
-                  "there is one and it can");
+                  "where to compute; gpu: on a GPU (Vulkan), in float: velocities are off by up to 5e-5 of their rms, "
+                  "which differs between GPUs; cpu: on the processor, with the same bytes everywhere; auto: on a GPU "
+                  "if there is one and it can");
 }
 
 #ifdef CURLEW_GPU

@@ -161,14 +161,13 @@ bool anyGrid(const Context& c) {
 } // namespace
 
 std::vector<Option> hostOptions() {
-    return {
-        choice("target", hostNames(),
-               "application that the files are for: sets the names and classes of velocities, and converts meshes, "
-               "points, curves and grids to its axes and units (not in .obj); see docs/hosts. Without it, names are "
-               "Houdini's and axes are unchanged"),
-        choice("upAxis", kUpAxisNames, "up axis of the scene, which target= converts to that of the host"),
-        choice("per", {"second", "frame"}, "unit of time of velocities in the files; frame: needs -frames"),
-        flag("split", "0", "1: write vector grids as three grids of their components")};
+    return {choice("target", hostNames(),
+                   "application that the files are for: sets the names and classes of velocities, and converts meshes, "
+                   "points, curves and grids to its axes and units (not in .obj); see docs/hosts. Without target=, "
+                   "names are Houdini's and nothing is converted"),
+            choice("upAxis", kUpAxisNames, "with target=: up axis of the scene, converted to that of the host"),
+            choice("per", {"second", "frame"}, "unit of time of velocities in the files; frame: needs -frames"),
+            flag("split", "0", "1: write vector grids as three grids of their components")};
 }
 
 void checkHostOptions(const Arguments& a) {

@@ -90,7 +90,8 @@ std::vector<Option> jitterOptions() {
     all.insert(all.begin() + 2, formerly({"dim"}, integer("dimensions", "", 2, 7,
                                                           "number of dimensions; 2: a lattice in the plane z = 0 "
                                                           "(default: as many as the newest flow has, else 3)")));
-    all.push_back(choice("side", {"inside", "outside", "both"}, "side of the wall to fill, instead of the flow's"));
+    all.push_back(choice("side", {"inside", "outside", "both"},
+                         "side to fill; without side=, a flow's own side, or the inside of a shape or level set"));
     all.push_back(box("box", "box to fill; dimensions beyond z have the range of x (default: the box of the domain)"));
     return all;
 }

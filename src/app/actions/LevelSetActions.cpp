@@ -35,9 +35,11 @@ const Binding<FollowOptions>& followBinding() {
             "number of equal time steps, instead of steps chosen by accuracy=. With both, accuracy= chooses the steps, "
             "and this is the number of intervals in which a time-dependent flow is held constant (default: 100; after "
             "-frames, its substeps per frame)",
-            "maximum estimated error of a step along the flow (default: 1/1000 of a voxel, unless steps= is given)")
+            "maximum estimated error of a step along the flow (default: 1/1000 of a voxel, unless steps= or a scheme "
+            "without error estimate is given)")
             .include(
-                solverBinding({}, "voxel stays where it is"), [](auto& o) -> auto& { return o.reprojection; });
+                solverBinding({}, "position traced from a voxel stays where it is"),
+                [](auto& o) -> auto& { return o.reprojection; });
     return binding;
 }
 
@@ -157,7 +159,7 @@ std::vector<Option> followOptions(std::vector<Option> own) {
         formerly(
             {"time"},
             real("duration", "1", "s",
-                 "advection time; negative runs backward (default after -frames: from the first frame to this one)")),
+                 "advection time; negative runs backward. After -frames, without duration=: since the first frame")),
         real("begin", "0", "s", "start time; it matters only in time-dependent flows")};
     options.insert(options.end(), followBinding().options().begin(), followBinding().options().end());
     options.insert(options.begin() + 1, own.begin(), own.end());

@@ -53,8 +53,8 @@ void loopAction(Context& c, const Arguments& a, const ReprojectionOptions& repro
                                     c.follow("loop"));
     LoopMoment moment = loops->at(a.real("duration"), c.follow("advect"));
     const LoopSummary& s = loops->summary();
-    c.info(fmt::format("advect: {} points on their loops, {} outside{}", s.points, moment.outside,
-                       c.madeFromLevelSet("flow") ? " the level set" : ""));
+    c.info(fmt::format("advect: {} points on their loops, {} on the wrong side of the wall{}", s.points, moment.outside,
+                       c.madeFromLevelSet("flow") ? " (a level set)" : ""));
     c.report("advect") = {{"points", s.points},
                           {"speed_max", moment.points.maxSpeed()},
                           {"outside", moment.outside},

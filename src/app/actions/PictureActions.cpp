@@ -96,9 +96,10 @@ const Binding<WarpOptions>& warpBinding() {
                 [](auto& o) -> auto& { return o.time; })
             .include(
                 stepBinding<WarpOptions>(
-                    "number of equal steps, instead of steps chosen by accuracy=; with both, accuracy= chooses them",
-                    "maximum estimated error of a pixel's steps (default: 1e-6 of the diagonal of the flow's box, "
-                    "unless steps= is given)"),
+                    "number of equal steps, instead of steps chosen by accuracy=; with both, accuracy= chooses them "
+                    "(default: 64 for schemes without error estimate)",
+                    "maximum estimated error of each step of a pixel (default: 1e-6 of the diagonal of the flow's box, "
+                    "unless steps= or a scheme without error estimate is given)"),
                 [](auto& o) -> auto& { return o; })
             .add(
                 formerly({"reprojections"},

@@ -134,7 +134,10 @@ Registry declaredOnly() {
                              "frame at which T is 0 (default: the first). To divide 1-48 among several machines, if "
                              "frames do not depend on each other, one of them evaluates 12-24 start=1"),
                      integer("by", "1", 1, 1e6, "step between frames, as in FIRST-LASTxBY"),
-                     integer("substeps", "1", 1, 1e6, "number of steps in which points move from frame to frame"),
+                     integer("substeps", "1", 1, 1e6,
+                             "minimum number of intervals per frame in which a flow that changes is held constant; for "
+                             "schemes without error estimate, the number of steps. It does not affect adaptive steps "
+                             "in a steady flow"),
                      text("checkpoint", "", "checkpoint file, written after each frame, from which -resume continues"),
                      text("part", "",
                           "part of the frames to evaluate, if frames do not depend on each other: 3/8 is the third of "

@@ -318,8 +318,8 @@ Registry reportActions() {
                          integer("samples", "100000", 1, 1e9, "number of sample points in the flow or field"),
                          box("box", "region in which a field is measured (default: -1,-1,-1,1,1,1, or its own box)"),
                          integer("tracks", "0", 0, 1e7,
-                                 "number of RK4 steps for which 1000 points follow the flow and its newest grid, to "
-                                 "measure how far they leave their tracks"),
+                                 "number of RK4 steps for which 1000 points follow the flow and its velocity grid, to "
+                                 "measure how far they leave their tracks; needs a velocity grid"),
                          choice("target", hostNames(), "application for which the .vdb files are checked"),
                          flag("strict", "0", "1: fail if a guarantee does not hold, or a file lacks something")},
              .positional = {"FILE.vdb …", 0, 1000},

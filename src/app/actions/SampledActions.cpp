@@ -121,7 +121,9 @@ Registry sampledActions() {
          .options = {integer("dim", std::to_string(BakeOptions{}.dim), 1, 1e6,
                              "number of voxels along the longest edge of the box"),
                      instead(positive("voxel", "", "world units", "voxel size (default: from dim=)"), {"dim"}),
-                     box("box", "region to sample, rounded to whole voxels (default: the box of a shape, padded)"),
+                     box("box",
+                         "region to sample, rounded to whole voxels (default: the box of a shape, padded; required for "
+                         "other fields and for unbounded shapes)"),
                      text("name", "density", "name of the grid"), flag("half", "0", "1: store 16-bit floats")},
          .examples = {"curlew -noise frequency=4 period=4 -bake box=0,0,0,1,1,1 dim=64 -write tile.vdb"},
          .run = bake}};

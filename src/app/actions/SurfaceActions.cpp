@@ -86,7 +86,7 @@ std::vector<Option> shadeOptions() {
          box("box", "box that cuts off an isosurface or an unbounded shape (default: the surface's own)"),
          viewBoxOption("box=, or else the surface's own box"),
          integer("dim", fmt::format("{}", SolidOptions{}.dim), 8, 4096,
-                 "number of voxels along the longest edge, to show a mesh as a level set (default: the mesh itself)"),
+                 "number of voxels along the longest edge of a mesh, which dim= or smooth= shows as a level set"),
          integer("smooth", "0", 0, 32,
                  "number of voxels over which a level set, or that of a mesh, is smoothed, to hide facets"),
          formerly({"outline"},

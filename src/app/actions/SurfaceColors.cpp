@@ -20,9 +20,10 @@ bool showsFlow(const Arguments& a) { return a.text("show") != "color" && !showsV
 /// The options for the steps along the flow that carries a texture.
 const Binding<AdvectOptions>& textureStepBinding() {
     static const auto binding = stepBinding<AdvectOptions>(
-        "number of equal steps along the flow, instead of steps chosen by accuracy=; with both, accuracy= chooses them",
+        "number of equal steps along the flow, instead of steps chosen by accuracy=; with both, accuracy= chooses them "
+        "(default: 64 for schemes without error estimate)",
         "maximum estimated error of a step along the flow (default: 1e-6 of the diagonal of the flow's box, unless "
-        "steps= is given)");
+        "steps= or a scheme without error estimate is given)");
     return binding;
 }
 

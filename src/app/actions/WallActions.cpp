@@ -228,7 +228,8 @@ std::vector<Option> boundOptions() {
                  positive("layer", "", "world units",
                           fmt::format(
                               "width of the layer in which the flow turns along the wall (default: {} wavelengths of "
-                              "the noise's lowest octave)",
+                              "the noise's lowest octave, at most a quarter of the shortest edge of the object's box, "
+                              "or of the longest with side=outside)",
                               kLayerInWavelengths))),
         choice("side", {"inside", "outside", "both"},
                "side of the wall on which the flow is: inside a container, outside an obstacle, or on both sides")};

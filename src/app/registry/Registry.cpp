@@ -126,6 +126,7 @@ std::string helpOverview(const Registry& registry) {
         "curlew -action [option=value …] -action …\n\n"
         "Actions run from left to right on stacks of fields, flows, grids, geometry and images.\n"
         "grid=0 is the newest grid. Names of options may be shortened to a unique prefix.\n"
+        "A length of 5% is relative to the diagonal of the bounding box of the action's input.\n"
         "{2*pi*T} in a value is an expression: F is the frame, T its time in seconds, 0 in the first frame; without\n"
         "-frames, F is 1 and T is 0. In file names, $F4, #### and %04d are the frame number with four digits;\n"
         "put such a name in single quotes, since a shell replaces $F4. P and $P are the part of -scatter "
