@@ -237,8 +237,8 @@ std::vector<Option> boundOptions() {
     all.push_back(
         ages("field", "", "field that is the noise: 0 is the newest (default: the newest that is not a distance)"));
     all.push_back(ages("grid", "",
-                       "level sets whose union is the wall, as in grid=0,1: 0 is the newest (default: the newest shape "
-                       "or level set)"));
+                       "level set that is the wall: 0 is the newest; several, as in grid=0,1, count shapes too, and "
+                       "their union is the wall. With names: wall=a,b (default: the newest shape or level set)"));
     all.push_back(keep());
     return all;
 }
